@@ -1,1 +1,14 @@
-//! placeholder
+//! A typed network in, fast checked `no_std` Rust out.
+//!
+//! - [`spec`]: the one description of a model, and what makes it valid.
+//! - [`store`]: that description on disk, `model.toml` and `weights.safetensors`.
+//! - [`evaluate`]: the network and its Jacobian in double precision, the reference for everything.
+//! - [`emit`]: the description as a Rust crate that depends only on `sinew-firmware`.
+//!
+//! Equations and file formats: docs/codegen.md.
+
+pub mod emit;
+pub mod evaluate;
+mod math;
+pub mod spec;
+pub mod store;

@@ -1,0 +1,1 @@
+//! Prints a model as a Rust crate.

@@ -1,0 +1,9 @@
+//! The only home of transcendental functions of this crate.
+//!
+//! They are libm's, not the system's, so that the golden vectors in a committed model are the same
+//! bytes whichever machine printed them.
+
+/// Hyperbolic tangent in double precision, below 1 ulp.
+pub(crate) fn tanh(x: f64) -> f64 {
+    libm::tanh(x)
+}

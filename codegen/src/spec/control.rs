@@ -1,0 +1,147 @@
+//! The control problem of a model (docs/mpc.md).
+
+use super::limits::{MAX_DECISION_VARIABLES, MAX_ITERATIONS, MAX_REFERENCE};
+use super::validate::check;
+use super::{Role, SpecError};
+
+/// What the emitted controller is to do with the network. One entry per input or output.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ControlSpec {
+    /// Steps that are predicted, N2.
+    pub horizon: usize,
+    /// Steps that are decided, the last one held after that, Nc.
+    pub control_horizon: usize,
+    /// Diagonal of Q, per output, model units.
+    pub tracking_weight: Vec<f64>,
+    /// Diagonal of Lambda, per input, model units.
+    pub move_suppression: Vec<f64>,
+    /// Smallest command, physical units.
+    pub lower: Vec<f64>,
+    /// Largest command, physical units.
+    pub upper: Vec<f64>,
+    /// Largest change of the command, physical units per second; infinity for none.
+    pub rate_limit: Vec<f64>,
+    /// The command held when there is nothing to go by, physical units.
+    pub safe: Vec<f64>,
+    /// Gain of the output-disturbance estimate, 0 (off) to 1.
+    pub disturbance_gain: f64,
+    /// Newton iterations in one step.
+    pub iterations: u8,
+    /// Missing samples that are bridged by prediction before the safe command is given.
+    pub gap_limit: u16,
+}
+
+const WEIGHT: &str = "a finite number, 0 or more";
+const FINITE: &str = "a finite number";
+const RATE: &str = "a positive number of physical units per second, or inf for none";
+
+impl ControlSpec {
+    pub(super) fn validate(&self, inputs: usize, outputs: usize) -> Result<(), SpecError> {
+        self.validate_horizons(inputs, outputs)?;
+        // A command is narrowed to f32, so a number beyond its range is no number there.
+        let finite = |x: f64| (x as f32).is_finite();
+        let weight = |w: f64| w >= 0.0 && (w as f32).is_finite();
+        let rate = |r: f64| r > 0.0;
+        let (of_inputs, of_outputs) = ((Role::Input, inputs), (Role::Output, outputs));
+        list(
+            "tracking_weight",
+            &self.tracking_weight,
+            of_outputs,
+            WEIGHT,
+            weight,
+        )?;
+        list(
+            "move_suppression",
+            &self.move_suppression,
+            of_inputs,
+            WEIGHT,
+            weight,
+        )?;
+        list("lower", &self.lower, of_inputs, FINITE, finite)?;
+        list("upper", &self.upper, of_inputs, FINITE, finite)?;
+        list("rate_limit", &self.rate_limit, of_inputs, RATE, rate)?;
+        list("safe", &self.safe, of_inputs, FINITE, finite)?;
+        if self.tracking_weight.iter().all(|&w| w == 0.0) {
+            return Err(SpecError::Value {
+                key: "control.tracking_weight".into(),
+                value: "all zero".into(),
+                expected: "a positive weight on at least one output".into(),
+            });
+        }
+        for index in 0..inputs {
+            self.validate_range(index)?;
+        }
+        check(
+            "control.disturbance_gain",
+            self.disturbance_gain,
+            "0 to 1",
+            |g| (0.0..=1.0).contains(&g),
+        )?;
+        check(
+            "control.iterations",
+            self.iterations,
+            format!("1 to {MAX_ITERATIONS}"),
+            |n| (1..=MAX_ITERATIONS).contains(&n),
+        )
+    }
+
+    fn validate_horizons(&self, inputs: usize, outputs: usize) -> Result<(), SpecError> {
+        let longest = MAX_REFERENCE / outputs;
+        check(
+            "control.horizon",
+            self.horizon,
+            format!("1 to {longest}, since {MAX_REFERENCE} reference values fit a frame"),
+            |n| (1..=longest).contains(&n),
+        )?;
+        let longest = self.horizon.min(MAX_DECISION_VARIABLES / inputs);
+        check(
+            "control.control_horizon",
+            self.control_horizon,
+            format!(
+                "1 to {longest}: no longer than the horizon, \
+                 and at most {MAX_DECISION_VARIABLES} decision variables"
+            ),
+            |n| (1..=longest).contains(&n),
+        )
+    }
+
+    /// The range of one command, and the safe command within it.
+    fn validate_range(&self, index: usize) -> Result<(), SpecError> {
+        let (lower, upper) = (self.lower[index], self.upper[index]);
+        // Limits are narrowed to f32 inwards (emit::control), which must leave a value between.
+        check(
+            format!("control.upper.{index}"),
+            upper,
+            format!("more than control.lower.{index}, which is {lower}"),
+            |upper| (upper as f32) > (lower as f32).next_up(),
+        )?;
+        check(
+            format!("control.safe.{index}"),
+            self.safe[index],
+            format!("{lower} to {upper}, the range of the command"),
+            |safe| (lower..=upper).contains(&safe),
+        )
+    }
+}
+
+/// One value for each signal of a role, each of them accepted.
+fn list(
+    key: &'static str,
+    values: &[f64],
+    (role, expected): (Role, usize),
+    accepted: &str,
+    accepts: impl Fn(f64) -> bool,
+) -> Result<(), SpecError> {
+    if values.len() != expected {
+        return Err(SpecError::ControlLength {
+            key,
+            found: values.len(),
+            expected,
+            role,
+        });
+    }
+    for (index, &value) in values.iter().enumerate() {
+        check(format!("control.{key}.{index}"), value, accepted, &accepts)?;
+    }
+    Ok(())
+}

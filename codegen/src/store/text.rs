@@ -1,0 +1,286 @@
+//! `model.toml`: everything of a model but its numbers.
+
+use std::fmt::Write;
+use std::ops::Range;
+
+use serde::Deserialize;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::{FORMAT, MODEL_FILE, StoreError};
+use crate::spec::limits::{MAX_PARAMETERS, MAX_WIDTH};
+use crate::spec::{
+    Activation, ControlSpec, Dense, Layer, ModelSpec, OutputForm, Role, Signal, SpecError,
+};
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Document {
+    #[serde(rename = "format")]
+    _format: String,
+    name: String,
+    period_s: f64,
+    past_inputs: usize,
+    past_outputs: usize,
+    form: FormKey,
+    input: Vec<SignalTable>,
+    output: Vec<SignalTable>,
+    #[serde(default)]
+    channel: Vec<SignalTable>,
+    layer: Vec<Spanned<LayerTable>>,
+    control: ControlTable,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum FormKey {
+    Absolute,
+    Increment,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SignalTable {
+    name: String,
+    unit: String,
+    span: f64,
+    offset: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LayerTable {
+    #[serde(rename = "kind")]
+    _kind: LayerKey,
+    inputs: usize,
+    outputs: usize,
+    activation: ActivationKey,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum LayerKey {
+    Dense,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum ActivationKey {
+    Linear,
+    Tanh,
+    Relu,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ControlTable {
+    horizon: usize,
+    control_horizon: usize,
+    tracking_weight: Vec<f64>,
+    move_suppression: Vec<f64>,
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+    rate_limit: Vec<f64>,
+    safe: Vec<f64>,
+    disturbance_gain: f64,
+    iterations: u8,
+    gap_limit: u16,
+}
+
+/// The model that `text` describes, its layers still without weights.
+pub(super) fn parse(text: &str) -> Result<ModelSpec, StoreError> {
+    check_format(text)?;
+    let document: Document = toml::from_str(text)
+        .map_err(|error| refuse(text, error.span().unwrap_or(0..0), error.message()))?;
+    let layers = document.layer.into_iter().map(|layer| {
+        let span = layer.span();
+        empty_layer(layer.into_inner()).map_err(|message| refuse(text, span, &message))
+    });
+    let signals = |tables: Vec<SignalTable>| tables.into_iter().map(Signal::from).collect();
+    Ok(ModelSpec {
+        name: document.name,
+        period_s: document.period_s,
+        inputs: signals(document.input),
+        outputs: signals(document.output),
+        channels: signals(document.channel),
+        past_inputs: document.past_inputs,
+        past_outputs: document.past_outputs,
+        form: match document.form {
+            FormKey::Absolute => OutputForm::Absolute,
+            FormKey::Increment => OutputForm::Increment,
+        },
+        layers: layers.collect::<Result<_, _>>()?,
+        control: document.control.into(),
+        golden: Vec::new(),
+    })
+}
+
+/// The format comes first: a later one may have any keys, and an unknown key is not what is wrong.
+fn check_format(text: &str) -> Result<(), StoreError> {
+    let document = DeTable::parse(text)
+        .map_err(|error| refuse(text, error.span().unwrap_or(0..0), error.message()))?;
+    let (span, found) = match document.get_ref().get("format") {
+        Some(value) => (value.span(), value.get_ref().as_str()),
+        None => (0..0, None),
+    };
+    match found {
+        Some(FORMAT) => Ok(()),
+        Some(other) => Err(refuse(
+            text,
+            span,
+            &format!("the format is {other:?}: this program reads {FORMAT:?}"),
+        )),
+        None => Err(refuse(
+            text,
+            span,
+            &format!("this is no model: it does not say `format = {FORMAT:?}`"),
+        )),
+    }
+}
+
+/// Shapes are judged here, before the weights of that size are looked for.
+fn empty_layer(table: LayerTable) -> Result<Layer, String> {
+    let parameters = table.outputs.checked_mul(table.inputs);
+    if table.outputs > MAX_WIDTH || parameters.is_none_or(|n| n > MAX_PARAMETERS) {
+        return Err(format!(
+            "a layer of {} -> {} is too large: at most {MAX_WIDTH} outputs and {MAX_PARAMETERS} weights",
+            table.inputs, table.outputs
+        ));
+    }
+    Ok(Layer::Dense(Dense {
+        inputs: table.inputs,
+        outputs: table.outputs,
+        weights: Vec::new(),
+        bias: Vec::new(),
+        activation: match table.activation {
+            ActivationKey::Linear => Activation::Linear,
+            ActivationKey::Tanh => Activation::Tanh,
+            ActivationKey::Relu => Activation::Relu,
+        },
+    }))
+}
+
+/// `error` with the line of `text` that states its cause.
+pub(super) fn locate(text: &str, error: SpecError) -> StoreError {
+    let line = DeTable::parse(text)
+        .ok()
+        .and_then(|document| find(&document, &error.key()))
+        .map(|span| line_of(text.as_bytes(), span.start));
+    StoreError::Spec {
+        file: MODEL_FILE.into(),
+        line,
+        error,
+    }
+}
+
+/// Where the value at `path` stands, or the innermost table around it that there is.
+fn find(document: &Spanned<DeTable<'_>>, path: &[String]) -> Option<Range<usize>> {
+    let (first, rest) = path.split_first()?;
+    let mut value = document.get_ref().get(first.as_str())?;
+    for key in rest {
+        let inner = match value.get_ref() {
+            DeValue::Table(table) => table.get(key.as_str()),
+            DeValue::Array(array) => key.parse().ok().and_then(|index: usize| array.get(index)),
+            _ => None,
+        };
+        match inner {
+            Some(inner) => value = inner,
+            None => break,
+        }
+    }
+    Some(value.span())
+}
+
+/// The line, from 1, on which the byte at `offset` stands.
+pub(super) fn line_of(text: &[u8], offset: usize) -> usize {
+    let before = &text[..offset.min(text.len())];
+    1 + before.iter().filter(|&&byte| byte == b'\n').count()
+}
+
+fn refuse(text: &str, span: Range<usize>, message: &str) -> StoreError {
+    StoreError::Text {
+        file: MODEL_FILE.into(),
+        line: line_of(text.as_bytes(), span.start),
+        // The parser's longer messages have a line of their own for what it expected.
+        message: message.trim_end().replace('\n', ": "),
+    }
+}
+
+/// `model.toml` of `spec`; the same model gives the same bytes.
+pub(super) fn print(spec: &ModelSpec) -> String {
+    let mut text = String::new();
+    write_model(&mut text, spec).expect("writing to a String cannot fail");
+    text
+}
+
+fn write_model(text: &mut String, spec: &ModelSpec) -> std::fmt::Result {
+    writeln!(text, "format = {}", string(FORMAT))?;
+    writeln!(text, "name = {}", string(&spec.name))?;
+    writeln!(text, "period_s = {:?}", spec.period_s)?;
+    writeln!(text, "past_inputs = {}", spec.past_inputs)?;
+    writeln!(text, "past_outputs = {}", spec.past_outputs)?;
+    writeln!(text, "form = {}", string(spec.form.name()))?;
+    for role in Role::ALL {
+        for signal in spec.signals(role) {
+            writeln!(text, "\n[[{role}]]")?;
+            writeln!(text, "name = {}", string(&signal.name))?;
+            writeln!(text, "unit = {}", string(&signal.unit))?;
+            writeln!(text, "span = {:?}", signal.span)?;
+            writeln!(text, "offset = {:?}", signal.offset)?;
+        }
+    }
+    for layer in &spec.layers {
+        writeln!(text, "\n[[layer]]")?;
+        writeln!(text, "kind = {}", string(layer.kind()))?;
+        writeln!(text, "inputs = {}", layer.inputs())?;
+        writeln!(text, "outputs = {}", layer.outputs())?;
+        writeln!(text, "activation = {}", string(layer.activation().name()))?;
+    }
+    let control = &spec.control;
+    writeln!(text, "\n[control]")?;
+    writeln!(text, "horizon = {}", control.horizon)?;
+    writeln!(text, "control_horizon = {}", control.control_horizon)?;
+    writeln!(text, "tracking_weight = {:?}", control.tracking_weight)?;
+    writeln!(text, "move_suppression = {:?}", control.move_suppression)?;
+    writeln!(text, "lower = {:?}", control.lower)?;
+    writeln!(text, "upper = {:?}", control.upper)?;
+    writeln!(text, "rate_limit = {:?}", control.rate_limit)?;
+    writeln!(text, "safe = {:?}", control.safe)?;
+    writeln!(text, "disturbance_gain = {:?}", control.disturbance_gain)?;
+    writeln!(text, "iterations = {}", control.iterations)?;
+    writeln!(text, "gap_limit = {}", control.gap_limit)
+}
+
+/// A TOML string with its quotes and escapes.
+fn string(value: &str) -> String {
+    toml::Value::from(value).to_string()
+}
+
+impl From<SignalTable> for Signal {
+    fn from(table: SignalTable) -> Self {
+        Self {
+            name: table.name,
+            unit: table.unit,
+            span: table.span,
+            offset: table.offset,
+        }
+    }
+}
+
+impl From<ControlTable> for ControlSpec {
+    fn from(table: ControlTable) -> Self {
+        Self {
+            horizon: table.horizon,
+            control_horizon: table.control_horizon,
+            tracking_weight: table.tracking_weight,
+            move_suppression: table.move_suppression,
+            lower: table.lower,
+            upper: table.upper,
+            rate_limit: table.rate_limit,
+            safe: table.safe,
+            disturbance_gain: table.disturbance_gain,
+            iterations: table.iterations,
+            gap_limit: table.gap_limit,
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! `weights.safetensors`: for layer `i`, `layer.i.weights` (f32, outputs x inputs) and
+//! `layer.i.bias` (f32, outputs); optionally `golden.x` (f32) and `golden.y` (f64), one row each.
+
+use safetensors::tensor::TensorView;
+use safetensors::{Dtype, SafeTensors};
+
+use super::StoreError;
+use crate::spec::limits::MAX_GOLDEN;
+use crate::spec::{Golden, Layer, ModelSpec};
+
+const GOLDEN_X: &str = "golden.x";
+const GOLDEN_Y: &str = "golden.y";
+
+/// Gives the layers of `spec` their weights, and `spec` its golden vectors.
+pub(super) fn fill(spec: &mut ModelSpec, bytes: &[u8]) -> Result<(), StoreError> {
+    let file = SafeTensors::deserialize(bytes)
+        .map_err(|error| StoreError::weights(format!("this is no safetensors file: {error}")))?;
+    let mut known = Vec::new();
+    for (index, layer) in spec.layers.iter_mut().enumerate() {
+        let Layer::Dense(dense) = layer;
+        let weights = format!("layer.{index}.weights");
+        let bias = format!("layer.{index}.bias");
+        dense.weights = f32s(tensor(
+            &file,
+            &weights,
+            Dtype::F32,
+            &[dense.outputs, dense.inputs],
+        )?);
+        dense.bias = f32s(tensor(&file, &bias, Dtype::F32, &[dense.outputs])?);
+        known.extend([weights, bias]);
+    }
+    if file.tensor(GOLDEN_X).is_ok() || file.tensor(GOLDEN_Y).is_ok() {
+        spec.golden = golden(spec, &file)?;
+        known.extend([GOLDEN_X.into(), GOLDEN_Y.into()]);
+    }
+    let mut names = file.names();
+    names.sort_unstable();
+    match names.iter().find(|name| !known.iter().any(|k| k == *name)) {
+        Some(name) => Err(StoreError::weights(format!(
+            "tensor {name:?} belongs to no layer of model.toml, which has {}",
+            spec.layers.len()
+        ))),
+        None => Ok(()),
+    }
+}
+
+fn golden(spec: &ModelSpec, file: &SafeTensors<'_>) -> Result<Vec<Golden>, StoreError> {
+    let rows = file
+        .tensor(GOLDEN_X)
+        .ok()
+        .and_then(|x| x.shape().first().copied())
+        .unwrap_or(0);
+    if rows > MAX_GOLDEN {
+        return Err(StoreError::weights(format!(
+            "tensor {GOLDEN_X:?} has {rows} rows: at most {MAX_GOLDEN} are kept"
+        )));
+    }
+    let (n_x, n_y) = (spec.regressor_len(), spec.outputs.len());
+    let x = f32s(tensor(file, GOLDEN_X, Dtype::F32, &[rows, n_x])?);
+    let y = f64s(tensor(file, GOLDEN_Y, Dtype::F64, &[rows, n_y])?);
+    // chunks(0) panics; a model without signals is refused by validate, which comes after this.
+    let pairs = x.chunks(n_x.max(1)).zip(y.chunks(n_y.max(1)));
+    Ok(pairs
+        .map(|(x, y)| Golden {
+            x: x.to_vec(),
+            y: y.to_vec(),
+        })
+        .collect())
+}
+
+fn tensor<'a>(
+    file: &SafeTensors<'a>,
+    name: &str,
+    dtype: Dtype,
+    shape: &[usize],
+) -> Result<&'a [u8], StoreError> {
+    let tensor: TensorView<'a> = file
+        .tensor(name)
+        .map_err(|_| StoreError::weights(format!("tensor {name:?} is missing")))?;
+    if tensor.dtype() != dtype || tensor.shape() != shape {
+        return Err(StoreError::weights(format!(
+            "tensor {name:?} is {} {:?}: model.toml makes it {dtype} {shape:?}",
+            tensor.dtype(),
+            tensor.shape()
+        )));
+    }
+    Ok(tensor.data())
+}
+
+/// `weights.safetensors` of `spec`; the same model gives the same bytes.
+pub(super) fn print(spec: &ModelSpec) -> Result<Vec<u8>, StoreError> {
+    let mut tensors: Vec<(String, Dtype, Vec<usize>, Vec<u8>)> = Vec::new();
+    for (index, layer) in spec.layers.iter().enumerate() {
+        let Layer::Dense(dense) = layer;
+        let (name, shape) = (
+            format!("layer.{index}.weights"),
+            vec![dense.outputs, dense.inputs],
+        );
+        tensors.push((name, Dtype::F32, shape, bytes_of(&dense.weights)));
+        let (name, shape) = (format!("layer.{index}.bias"), vec![dense.outputs]);
+        tensors.push((name, Dtype::F32, shape, bytes_of(&dense.bias)));
+    }
+    if !spec.golden.is_empty() {
+        let x: Vec<f32> = spec.golden.iter().flat_map(|g| g.x.clone()).collect();
+        let y = spec.golden.iter().flat_map(|g| &g.y);
+        let y: Vec<u8> = y.flat_map(|value| value.to_le_bytes()).collect();
+        let rows = spec.golden.len();
+        let (n_x, n_y) = (spec.regressor_len(), spec.outputs.len());
+        tensors.push((GOLDEN_X.into(), Dtype::F32, vec![rows, n_x], bytes_of(&x)));
+        tensors.push((GOLDEN_Y.into(), Dtype::F64, vec![rows, n_y], y));
+    }
+    let views = tensors
+        .iter()
+        .map(|(name, dtype, shape, data)| {
+            TensorView::new(*dtype, shape.clone(), data).map(|view| (name, view))
+        })
+        .collect::<Result<Vec<_>, _>>();
+    views
+        .and_then(|views| safetensors::serialize(views, None))
+        .map_err(|error| StoreError::weights(error.to_string()))
+}
+
+fn bytes_of(values: &[f32]) -> Vec<u8> {
+    values
+        .iter()
+        .flat_map(|value| value.to_le_bytes())
+        .collect()
+}
+
+fn f32s(bytes: &[u8]) -> Vec<f32> {
+    let (values, _) = bytes.as_chunks();
+    values.iter().map(|b| f32::from_le_bytes(*b)).collect()
+}
+
+fn f64s(bytes: &[u8]) -> Vec<f64> {
+    let (values, _) = bytes.as_chunks();
+    values.iter().map(|b| f64::from_le_bytes(*b)).collect()
+}
