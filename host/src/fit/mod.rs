@@ -1,0 +1,1 @@
+//! Identification: the rig's free parameters from recordings (docs/identification.md).

@@ -1,0 +1,1 @@
+//! `sinew new`: a first rig file from a recording's columns.

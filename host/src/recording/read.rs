@@ -1,0 +1,281 @@
+//! CSV bytes to a [`Recording`].
+//!
+//! The `csv` crate splits fields; numbers are parsed straight from its bytes. Places are worked out only
+//! once something is wrong, from the byte at which the record began, so the usual case pays nothing.
+
+use std::path::Path;
+
+use csv::ByteRecord;
+
+use super::{Column, Recording};
+use crate::error::{Error, Result};
+
+/// What every message about a number expects.
+const A_NUMBER: &str = "a decimal number such as -1.25e-3, or nothing (a missing sample)";
+
+pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Recording> {
+    // A spreadsheet's byte-order mark is no part of the first name.
+    let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+    let source = Source { bytes, path };
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true) // ragged rows get our message, with line and column
+        .comment(Some(b'#'))
+        .from_reader(bytes);
+    let mut record = ByteRecord::new();
+
+    if !source.next(&mut reader, &mut record)? {
+        return Err(source
+            .at_end("there is no line with column names")
+            .expected("`t` and the names of the signals"));
+    }
+    let header_line = source.line(&record);
+    let names = header(&source, &record)?;
+
+    let mut t: Vec<f64> = Vec::new();
+    let mut columns: Vec<Column> = names[1..]
+        .iter()
+        .map(|name| Column {
+            name: name.clone(),
+            values: Vec::new(),
+        })
+        .collect();
+    while source.next(&mut reader, &mut record)? {
+        if record.len() != names.len() {
+            return Err(ragged(&source, &record, &names));
+        }
+        t.push(time(&source, &record, t.last().copied())?);
+        for (index, column) in columns.iter_mut().enumerate() {
+            column
+                .values
+                .push(number(&source, &record, index + 1, &column.name)?);
+        }
+    }
+    if t.is_empty() {
+        return Err(source
+            .at_end("there are no rows below the column names")
+            .expected("at least one row of numbers"));
+    }
+    Ok(Recording {
+        path: path.to_path_buf(),
+        header_line,
+        t,
+        columns,
+    })
+}
+
+/// The column names: `t` first, none empty, none twice.
+fn header(source: &Source, record: &ByteRecord) -> Result<Vec<String>> {
+    let mut names: Vec<String> = Vec::with_capacity(record.len());
+    for index in 0..record.len() {
+        let name = std::str::from_utf8(record[index].trim_ascii())
+            .map_err(|_| source.error(record, index, "a column name is not UTF-8 text"))?;
+        if index == 0 && name != "t" {
+            return Err(first_name(source, record, name));
+        }
+        if name.is_empty() {
+            return Err(source
+                .error(record, index, format!("column {} has no name", index + 1))
+                .expected("a name with its unit at the end, such as `q_m`")
+                .help("a comma at the end of the line makes one column more"));
+        }
+        if names.iter().any(|other| other == name) {
+            return Err(source
+                .error(record, index, format!("column `{name}` is there twice"))
+                .expected("each name once"));
+        }
+        names.push(name.to_owned());
+    }
+    Ok(names)
+}
+
+/// Why the first name is not `t`: the separator, a header that is not there, or another name.
+fn first_name(source: &Source, record: &ByteRecord, name: &str) -> Error {
+    let error = source
+        .error(record, 0, format!("the first column is `{name}`"))
+        .expected("`t`, time in seconds");
+    if record.len() == 1 && name.contains([';', '\t']) {
+        let separator = if name.contains(';') { "`;`" } else { "a tab" };
+        return error.help(format!(
+            "the names seem to be separated by {separator}; separate them by `,`"
+        ));
+    }
+    if name.parse::<f64>().is_ok() {
+        return error.help("the line with the column names seems to be missing");
+    }
+    if name.trim_start_matches("t_").eq_ignore_ascii_case("s")
+        || name.to_lowercase().starts_with("time")
+    {
+        return error.help("rename it to `t` if it is in seconds");
+    }
+    error.help("put the column with the times first and call it `t`")
+}
+
+/// Time of this row: present, finite and later than `before`.
+fn time(source: &Source, record: &ByteRecord, before: Option<f64>) -> Result<f64> {
+    let now = number(source, record, 0, "t")?;
+    if now.is_nan() {
+        return Err(source
+            .error(record, 0, "the time is missing")
+            .expected("seconds in every row"));
+    }
+    match before {
+        Some(before) if now <= before => Err(source
+            .error(
+                record,
+                0,
+                format!("time does not increase: {now} after {before}"),
+            )
+            .expected("strictly increasing seconds")
+            .help(if now == before {
+                "two rows have the same time: were the times written with too few digits?"
+            } else {
+                "was the recorder restarted here? Then make it two recordings"
+            })),
+        _ => Ok(now),
+    }
+}
+
+/// One field: a finite number, or NaN for a missing sample.
+fn number(source: &Source, record: &ByteRecord, index: usize, name: &str) -> Result<f64> {
+    let field = record[index].trim_ascii();
+    if field.is_empty() {
+        return Ok(f64::NAN);
+    }
+    let value = std::str::from_utf8(field)
+        .ok()
+        .and_then(|text| text.parse::<f64>().ok());
+    match value {
+        Some(value) if !value.is_infinite() => Ok(value),
+        found => {
+            let text = String::from_utf8_lossy(field);
+            let shown: String = text.chars().take(40).collect();
+            let what = if found.is_some() {
+                "is not finite"
+            } else {
+                "is not a number"
+            };
+            let error = source
+                .error(
+                    record,
+                    index,
+                    format!("`{shown}` in column `{name}` {what}"),
+                )
+                .expected(A_NUMBER);
+            Err(if text.replace(',', ".").parse::<f64>().is_ok() {
+                error.help("write the decimal point as `.`")
+            } else {
+                error
+            })
+        }
+    }
+}
+
+fn ragged(source: &Source, record: &ByteRecord, names: &[String]) -> Error {
+    let (found, wanted) = (record.len(), names.len());
+    let fields = if found == 1 { "field" } else { "fields" };
+    let error = source
+        .error(
+            record,
+            found.min(wanted).saturating_sub(1),
+            format!("this row has {found} {fields}"),
+        )
+        .expected(format!("{wanted}, one for each of {}", names.join(",")));
+    if found > wanted {
+        error.help(
+            "is the decimal point written as a comma, or is there a comma at the end of the row?",
+        )
+    } else {
+        error.help("was the recording cut off here? Delete the row")
+    }
+}
+
+/// The file being read, to turn a record into a place.
+struct Source<'a> {
+    bytes: &'a [u8],
+    path: &'a Path,
+}
+
+impl Source<'_> {
+    fn next(&self, reader: &mut csv::Reader<&[u8]>, record: &mut ByteRecord) -> Result<bool> {
+        // Bytes in memory and flexible lengths leave the csv crate nothing to refuse.
+        reader
+            .read_byte_record(record)
+            .map_err(|error| Error::file(self.path, error.to_string()))
+    }
+
+    /// An error at field `index` of `record`.
+    fn error(&self, record: &ByteRecord, index: usize, message: impl Into<String>) -> Error {
+        let column = self.column(self.start(record), index);
+        Error::file(self.path, message).at(self.line(record), column)
+    }
+
+    fn at_end(&self, message: &str) -> Error {
+        Error::file(self.path, message).at(line_of(self.bytes, self.bytes.len()), 1)
+    }
+
+    fn line(&self, record: &ByteRecord) -> usize {
+        line_of(self.bytes, self.start(record))
+    }
+
+    /// Byte at which the record's text begins. The csv crate reports where it began to *look*, which may
+    /// be in front of blank lines and comments.
+    fn start(&self, record: &ByteRecord) -> usize {
+        let mut at = record
+            .position()
+            .map_or(0, |position| position.byte() as usize)
+            .min(self.bytes.len());
+        loop {
+            match self.bytes.get(at) {
+                Some(b'\r' | b'\n') => at += 1,
+                Some(b'#') => {
+                    at += self.bytes[at..]
+                        .iter()
+                        .position(|&byte| byte == b'\n')
+                        .unwrap_or(self.bytes.len() - at);
+                }
+                _ => return at,
+            }
+        }
+    }
+
+    /// Column, in characters from 1, of field `index` of the line that begins at byte `start`.
+    fn column(&self, start: usize, index: usize) -> usize {
+        let mut quoted = false;
+        let mut fields = 0;
+        let mut end = start;
+        for &byte in &self.bytes[start..] {
+            if fields == index || (!quoted && matches!(byte, b'\r' | b'\n')) {
+                break;
+            }
+            match byte {
+                b'"' => quoted = !quoted,
+                b',' if !quoted => fields += 1,
+                _ => {}
+            }
+            end += 1;
+        }
+        // A blank before the number is not the number.
+        while self.bytes.get(end) == Some(&b' ') {
+            end += 1;
+        }
+        String::from_utf8_lossy(&self.bytes[start..end])
+            .chars()
+            .count()
+            + 1
+    }
+}
+
+/// Line, from 1, of the byte at `end`. A lone carriage return ends a line too (old instruments).
+fn line_of(bytes: &[u8], end: usize) -> usize {
+    let mut line = 1;
+    for at in 0..end.min(bytes.len()) {
+        let line_ends = match bytes[at] {
+            b'\n' => true,
+            b'\r' => bytes.get(at + 1) != Some(&b'\n'),
+            _ => false,
+        };
+        line += usize::from(line_ends);
+    }
+    line
+}
