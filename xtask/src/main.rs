@@ -1,1 +1,139 @@
-fn main() {}
+//! One door: every task of this repository is `cargo xtask VERB`, and continuous integration calls the same
+//! verbs as a person does.
+
+mod ci;
+mod demo;
+mod generate;
+mod help;
+mod process;
+mod setup;
+mod snapshots;
+mod tally;
+mod test;
+
+use std::process::ExitCode;
+
+use anyhow::{Result, bail};
+
+/// One verb: what is typed, what it takes, what it does in one line, and the doing.
+struct Verb {
+    name: &'static str,
+    arguments: &'static str,
+    line: &'static str,
+    run: fn(&[String]) -> Result<()>,
+}
+
+/// In the order a newcomer meets them; `help` prints this table.
+const VERBS: &[Verb] = &[
+    Verb {
+        name: "setup",
+        arguments: "",
+        line: "Install what is missing: the target thumbv7em-none-eabihf, rustfmt, clippy, QEMU",
+        run: |arguments| {
+            none(arguments)?;
+            setup::run(setup::Extent::Everything).map(|_| ())
+        },
+    },
+    Verb {
+        name: "demo",
+        arguments: "[FLAGS]",
+        line: "From a shipped recording to a controlled Cortex-M4F; the report lies in target/demo",
+        run: demo::demo,
+    },
+    Verb {
+        name: "emps",
+        arguments: "[FLAGS]",
+        line: "The same on a real positioning axis (the EMPS recordings, $SINEW_DATA/emps)",
+        run: demo::emps,
+    },
+    Verb {
+        name: "test",
+        arguments: "",
+        line: "Every test, on the host and in QEMU, with one closing line that counts",
+        run: |arguments| {
+            none(arguments)?;
+            test::run(&setup::run(setup::Extent::Build)?)
+        },
+    },
+    Verb {
+        name: "generate",
+        arguments: "[--check]",
+        line: "Print the crates of models/ again; with --check only say which are out of date",
+        run: generate::run,
+    },
+    Verb {
+        name: "measure",
+        arguments: "",
+        line: "Instructions, flash, RAM and stack of the reference controller in QEMU, as a table",
+        run: snapshots::measure,
+    },
+    Verb {
+        name: "bless",
+        arguments: "",
+        line: "Accept what was measured: rewrite the snapshots in tests/expected that differ",
+        run: snapshots::bless,
+    },
+    Verb {
+        name: "budget",
+        arguments: "",
+        line: "Hold what is measured against tests/budgets.toml, which only a person writes",
+        run: snapshots::budget,
+    },
+    Verb {
+        name: "ci",
+        arguments: "",
+        line: "All that guards the main branch, stage by stage with its time; .ci/run calls this",
+        run: ci::run,
+    },
+    Verb {
+        name: "help",
+        arguments: "",
+        line: "This list",
+        run: |_| {
+            help::print(VERBS);
+            Ok(())
+        },
+    },
+];
+
+/// For verbs without arguments.
+fn none(arguments: &[String]) -> Result<()> {
+    match arguments.first() {
+        None => Ok(()),
+        Some(argument) => bail!("unexpected argument '{argument}'"),
+    }
+}
+
+fn dispatch(arguments: &[String]) -> Result<()> {
+    let Some((name, rest)) = arguments.split_first() else {
+        help::print(VERBS);
+        return Ok(());
+    };
+    let name = match name.as_str() {
+        "-h" | "--help" => "help",
+        other => other,
+    };
+    match VERBS.iter().find(|verb| verb.name == name) {
+        Some(verb) => (verb.run)(rest),
+        None => {
+            help::print(VERBS);
+            bail!("there is no verb '{name}'")
+        }
+    }
+}
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    match dispatch(&arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            // A child that failed has said why; its status is passed on and not talked over.
+            if let Some(process::Failed { code, .. }) = error.downcast_ref() {
+                eprintln!("xtask: {error}");
+                return ExitCode::from(*code);
+            }
+            eprintln!("xtask: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}

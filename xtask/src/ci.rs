@@ -1,0 +1,118 @@
+//! `cargo xtask ci`: what guards the main branch.
+//!
+//! Cheap stages come first, so that a stray blank fails in seconds. No stage sets RUSTFLAGS or a profile of
+//! its own: cargo would build the dependencies (burn: minutes) once more for each.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result};
+
+use crate::process::{self, cargo, root};
+use crate::setup::{self, Extent, Toolchain};
+use crate::{demo, generate, none, snapshots, test};
+
+/// Board crates: each a workspace of its own, checked where its configuration stands.
+fn boards() -> Result<Vec<PathBuf>> {
+    let folder = root().join("boards");
+    let mut found = Vec::new();
+    for entry in folder
+        .read_dir()
+        .with_context(|| format!("cannot read {}", folder.display()))?
+    {
+        let path = entry?.path();
+        if path.join("Cargo.toml").is_file() {
+            found.push(path);
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
+/// One stage: a name to print and the work.
+type Stage = (&'static str, fn(&Toolchain) -> Result<()>);
+
+const STAGES: &[Stage] = &[
+    ("format", |_| format()),
+    ("clippy, boards and models", clippy_boards_and_models),
+    ("generated files up to date", |_| generate::check()),
+    ("clippy, workspace", |_| clippy_workspace()),
+    ("tests", test::run),
+    ("budgets", |_| snapshots::budget(&[])),
+    ("documentation", |_| documentation()),
+    ("demo", |_| demo::demo(&[])),
+];
+
+/// # Errors
+/// The first stage that fails; the times of those before it are printed all the same.
+pub fn run(arguments: &[String]) -> Result<()> {
+    none(arguments)?;
+    let start = Instant::now();
+    let mut times: Vec<(&str, Duration)> = Vec::new();
+
+    println!("\n=== setup");
+    let toolchain = setup::run(Extent::Everything)?;
+    times.push(("setup", start.elapsed()));
+
+    let mut outcome = Ok(());
+    for (name, work) in STAGES {
+        println!("\n=== {name}");
+        let begin = Instant::now();
+        outcome = work(&toolchain).with_context(|| format!("stage '{name}'"));
+        times.push((name, begin.elapsed()));
+        if outcome.is_err() {
+            break;
+        }
+    }
+
+    println!("\n=== times");
+    for (name, time) in &times {
+        println!("{:>7.1} s  {name}", time.as_secs_f64());
+    }
+    println!("{:>7.1} s  together", start.elapsed().as_secs_f64());
+    outcome
+}
+
+fn format() -> Result<()> {
+    process::run(&mut cargo(&["fmt", "--all", "--check"]))?;
+    for folder in boards()?.into_iter().chain(test::models()?) {
+        process::run(&mut format_one(&folder))?;
+    }
+    Ok(())
+}
+
+/// Without `--all`: cargo fmt would follow the path dependencies and format them too.
+fn format_one(folder: &Path) -> std::process::Command {
+    let mut command = cargo(&["fmt", "--check", "--manifest-path"]);
+    command.arg(folder.join("Cargo.toml"));
+    command
+}
+
+fn clippy_boards_and_models(toolchain: &Toolchain) -> Result<()> {
+    for board in boards()? {
+        let arguments = ["--all-targets", "--", "-D", "warnings"];
+        process::run(&mut toolchain.board_cargo(&board, "clippy", &arguments))?;
+    }
+    for model in test::models()? {
+        let mut command = test::model_cargo(&model, "clippy");
+        process::run(command.args(["--all-targets", "--", "-D", "warnings"]))?;
+    }
+    Ok(())
+}
+
+fn clippy_workspace() -> Result<()> {
+    process::run(&mut cargo(&[
+        "clippy",
+        "--workspace",
+        "--all-targets",
+        "--",
+        "-D",
+        "warnings",
+    ]))
+}
+
+fn documentation() -> Result<()> {
+    let mut command = cargo(&["doc", "--workspace", "--no-deps"]);
+    // Reaches rustdoc alone, so nothing is compiled again for it.
+    process::run(command.env("RUSTDOCFLAGS", "-D warnings"))
+}

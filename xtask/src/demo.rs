@@ -1,0 +1,75 @@
+//! `cargo xtask demo` and `emps`: the whole chain, through the `sinew` program.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Result, bail};
+
+use crate::process::{self, cargo, root};
+use crate::setup::{self, Extent};
+
+/// A recording pair and the rig that explains it.
+struct Case {
+    rig: &'static str,
+    fit: PathBuf,
+    test: PathBuf,
+    out: &'static str,
+}
+
+/// The rig and the recording that ship with the project.
+///
+/// # Errors
+/// Setup, or the exit status of `sinew`.
+pub fn demo(flags: &[String]) -> Result<()> {
+    build(
+        &Case {
+            rig: "rigs/mass-spring-damper.toml",
+            fit: "rigs/mass-spring-damper.fit.csv".into(),
+            test: "rigs/mass-spring-damper.test.csv".into(),
+            out: "target/demo",
+        },
+        flags,
+    )
+}
+
+/// A real positioning axis: motor voltage in, position out.
+///
+/// # Errors
+/// The recordings are not on this machine; setup; or the exit status of `sinew`.
+pub fn emps(flags: &[String]) -> Result<()> {
+    let Some(data) = data_folder() else {
+        bail!(
+            "the EMPS recordings are not here: set SINEW_DATA to the folder that holds emps/train.csv \
+             and emps/test_pulses.csv"
+        );
+    };
+    build(
+        &Case {
+            rig: "rigs/emps.toml",
+            fit: data.join("emps/train.csv"),
+            test: data.join("emps/test_pulses.csv"),
+            out: "target/emps",
+        },
+        flags,
+    )
+}
+
+/// Where recordings that do not ship with the project lie: $SINEW_DATA, or beside the checkout.
+fn data_folder() -> Option<PathBuf> {
+    let named = std::env::var_os("SINEW_DATA").map(PathBuf::from);
+    let folder = named.unwrap_or_else(|| root().join("../shared/data"));
+    let complete = ["emps/train.csv", "emps/test_pulses.csv"]
+        .iter()
+        .all(|file| folder.join(file).is_file());
+    complete.then_some(folder)
+}
+
+fn build(case: &Case, flags: &[String]) -> Result<()> {
+    let toolchain = setup::run(Extent::Build)?;
+    let mut command = cargo(&["run", "--package", "sinew", "--", "build", case.rig]);
+    let file = |path: &Path| path.as_os_str().to_os_string();
+    command.arg("--fit").arg(file(&case.fit));
+    command.arg("--test").arg(file(&case.test));
+    command.args(["--board", "qemu", "--out", case.out]);
+    command.args(flags);
+    process::run(toolchain.equip(&mut command))
+}

@@ -1,0 +1,35 @@
+//! `cargo xtask generate`: the committed crates of `models/` are what the emitter prints today.
+
+use anyhow::{Result, bail};
+
+use crate::process::{self, cargo};
+use crate::test::models;
+
+/// # Errors
+/// With `--check`, a generated file differs from what the emitter prints.
+pub fn run(arguments: &[String]) -> Result<()> {
+    match arguments {
+        [] => emit(),
+        [flag] if flag == "--check" => check(),
+        [other, ..] => bail!("unexpected argument '{other}'; there is only --check"),
+    }
+}
+
+fn emit() -> Result<()> {
+    for model in models()? {
+        process::run(codegen(&["emit"]).arg(model))?;
+    }
+    Ok(())
+}
+
+/// # Errors
+/// A generated file differs.
+pub fn check() -> Result<()> {
+    process::run(&mut codegen(&["check", "models"]))
+}
+
+fn codegen(arguments: &[&str]) -> std::process::Command {
+    let mut command = cargo(&["run", "--quiet", "--package", "sinew-codegen", "--"]);
+    command.args(arguments);
+    command
+}

@@ -1,0 +1,118 @@
+//! Child processes: said before they run, and their failure passed on.
+
+use std::fmt;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use anyhow::{Context, Result};
+
+/// Top folder of the repository.
+pub fn root() -> PathBuf {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    here.parent().unwrap_or(here).to_path_buf()
+}
+
+/// A child ended with a status other than 0.
+#[derive(Debug)]
+pub struct Failed {
+    /// What was run, as a person would type it.
+    pub line: String,
+    /// Its exit status; 1 where a signal ended it.
+    pub code: u8,
+}
+
+impl fmt::Display for Failed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "failed with status {}: {}", self.code, self.line)
+    }
+}
+
+impl std::error::Error for Failed {}
+
+/// `program arguments...`, for a cargo that belongs to the host's toolchain.
+pub fn cargo(arguments: &[&str]) -> Command {
+    // Cargo sets CARGO for `cargo run`: the very binary that started this one.
+    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command.args(arguments).current_dir(root());
+    command
+}
+
+/// The command line as a person would type it.
+pub fn line(command: &Command) -> String {
+    let program = Path::new(command.get_program());
+    let mut line = match program.file_name() {
+        Some(name) => name.to_string_lossy().into_owned(),
+        None => program.display().to_string(),
+    };
+    for argument in command.get_args() {
+        line.push(' ');
+        line.push_str(&argument.to_string_lossy());
+    }
+    line
+}
+
+/// Says what it runs, runs it with this process's terminal, and fails if it fails.
+///
+/// # Errors
+/// The program could not be started; or [`Failed`].
+pub fn run(command: &mut Command) -> Result<()> {
+    println!("$ {}", line(command));
+    let status = command
+        .status()
+        .with_context(|| format!("cannot start {}", line(command)))?;
+    outcome(command, status.code(), status.success())
+}
+
+/// As [`run`], and hands every line of standard output to `see` after printing it.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_watched(command: &mut Command, mut see: impl FnMut(&str)) -> Result<()> {
+    println!("$ {}", line(command));
+    let mut child = command
+        .stdout(Stdio::piped())
+        .spawn()
+        .with_context(|| format!("cannot start {}", line(command)))?;
+    if let Some(output) = child.stdout.take() {
+        let mut reader = BufReader::new(output);
+        let mut bytes = Vec::new();
+        // Bytes, not lines(): a test may print anything, and what it prints must not end the watch.
+        while reader.read_until(b'\n', &mut bytes)? > 0 {
+            let text = String::from_utf8_lossy(&bytes);
+            print!("{text}");
+            see(text.trim_end());
+            bytes.clear();
+        }
+    }
+    let status = child.wait()?;
+    outcome(command, status.code(), status.success())
+}
+
+fn outcome(command: &Command, code: Option<i32>, success: bool) -> Result<()> {
+    if success {
+        return Ok(());
+    }
+    let code = code.and_then(|code| u8::try_from(code).ok()).unwrap_or(1);
+    Err(Failed {
+        line: line(command),
+        code,
+    }
+    .into())
+}
+
+/// Standard output of a command that ended well, without its last line break; `None` if it did not.
+pub fn answer(command: &mut Command) -> Option<String> {
+    let output = command
+        .stderr(Stdio::null())
+        .stdin(Stdio::null())
+        .output()
+        .ok()?;
+    let text = String::from_utf8(output.stdout).ok()?;
+    output.status.success().then(|| text.trim_end().to_string())
+}
+
+/// Whether a command can be started and ends well; it prints nothing.
+pub fn succeeds(command: &mut Command) -> bool {
+    answer(command).is_some()
+}

@@ -1,0 +1,224 @@
+//! `cargo xtask setup`: what a bare machine lacks. Silent and quick when nothing is missing.
+//!
+//! The target comes from rustup. Where rustup is absent or cannot add it, Debian's Rust builds `core` from
+//! its own sources (packages rustc-web, cargo-web, rust-web-src) and links with Debian's lld.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Result, bail};
+
+use crate::process::{self, answer, cargo, succeeds};
+
+const TARGET: &str = "thumbv7em-none-eabihf";
+const QEMU: &str = "qemu-system-arm";
+const DEBIAN_PACKAGES: &[&str] = &["rustc-web", "cargo-web", "rust-web-src", "lld"];
+const DEBIAN_CARGO: &str = "/usr/bin/cargo";
+const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
+const DEBIAN_LLD: &str = "/usr/bin/ld.lld";
+
+/// How much to look for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Extent {
+    /// What building and running images takes: the target and QEMU.
+    Build,
+    /// rustfmt and clippy as well.
+    Everything,
+}
+
+/// What builds firmware: environment for children, read by the host program, the tests and
+/// [`Toolchain::board_cargo`].
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Toolchain {
+    variables: Vec<(&'static str, String)>,
+}
+
+impl Toolchain {
+    /// Debian's compiler, which has no `core` for the target and builds it.
+    fn debian() -> Self {
+        let variables = vec![
+            ("SINEW_FIRMWARE_CARGO", DEBIAN_CARGO.to_string()),
+            ("SINEW_FIRMWARE_RUSTC", DEBIAN_RUSTC.to_string()),
+            ("SINEW_FIRMWARE_BUILD_STD", "1".to_string()),
+            // rust-lld is the target's default linker and Debian has none.
+            (
+                "CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER",
+                DEBIAN_LLD.to_string(),
+            ),
+        ];
+        Self { variables }
+    }
+
+    /// Lets `command` and everything it starts build firmware in the same way.
+    pub fn equip<'a>(&self, command: &'a mut Command) -> &'a mut Command {
+        command.envs(self.variables.iter().map(|(name, value)| (name, value)))
+    }
+
+    fn variable(&self, name: &str) -> Option<String> {
+        let own = self.variables.iter().find(|(known, _)| *known == name);
+        own.map(|(_, value)| value.clone())
+            .or_else(|| std::env::var(name).ok())
+    }
+
+    /// `cargo VERB --release ARGUMENTS` for a board, to be run in `boards/NAME`, where its configuration
+    /// stands. A board that names no target there is built for this machine, by the plain cargo.
+    pub fn board_cargo(&self, board: &Path, verb: &str, arguments: &[&str]) -> Command {
+        let for_a_chip = board.join(".cargo/config.toml").is_file();
+        let mut command = match self.variable("SINEW_FIRMWARE_CARGO") {
+            Some(program) if for_a_chip => Command::new(program),
+            _ => cargo(&[]),
+        };
+        command.current_dir(board).args([verb, "--release"]);
+        if for_a_chip {
+            if let Some(rustc) = self.variable("SINEW_FIRMWARE_RUSTC") {
+                command.env("RUSTC", rustc);
+            }
+            if self.variable("SINEW_FIRMWARE_BUILD_STD").as_deref() == Some("1") {
+                command.env("RUSTC_BOOTSTRAP", "1").arg("-Zbuild-std=core");
+            }
+            self.equip(&mut command);
+        }
+        command.args(arguments);
+        command
+    }
+}
+
+/// Installs what is missing and says so while it does.
+///
+/// # Errors
+/// Something is missing that it may not or cannot install; the message is the line to type.
+pub fn run(extent: Extent) -> Result<Toolchain> {
+    let toolchain = target()?;
+    if extent == Extent::Everything {
+        component("rustfmt", "fmt");
+        component("clippy", "clippy");
+    }
+    qemu()?;
+    Ok(toolchain)
+}
+
+/// The compiler that cargo uses here has a `core` for the target.
+fn target_present() -> bool {
+    let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+    let folder = answer(Command::new(rustc).args(["--print", "target-libdir", "--target", TARGET]));
+    let entries = folder.and_then(|folder| PathBuf::from(folder).read_dir().ok());
+    entries.is_some_and(|mut entries| {
+        entries.any(|entry| {
+            entry.is_ok_and(|e| e.file_name().to_string_lossy().starts_with("libcore"))
+        })
+    })
+}
+
+fn debian_present() -> bool {
+    let sources =
+        answer(Command::new(DEBIAN_RUSTC).args(["--print", "sysroot"])).is_some_and(|root| {
+            Path::new(&root)
+                .join("lib/rustlib/src/rust/library/core")
+                .is_dir()
+        });
+    sources
+        && [DEBIAN_CARGO, DEBIAN_LLD]
+            .iter()
+            .all(|file| Path::new(file).exists())
+}
+
+/// The road to the target: the environment's, rustup's, or Debian's.
+fn target() -> Result<Toolchain> {
+    if std::env::var_os("SINEW_FIRMWARE_CARGO").is_some() {
+        return Ok(Toolchain::default());
+    }
+    if target_present() {
+        return Ok(Toolchain::default());
+    }
+    if succeeds(Command::new("rustup").arg("--version")) {
+        println!("setup: the target {TARGET} is missing, rustup adds it");
+        let added = process::run(Command::new("rustup").args(["target", "add", TARGET]));
+        if added.is_ok() && target_present() {
+            return Ok(Toolchain::default());
+        }
+        println!("setup: rustup could not add it; Debian's Rust can build for it");
+    }
+    if !debian_present() {
+        println!("setup: installing Debian's Rust, its sources and lld");
+        apt(DEBIAN_PACKAGES)?;
+    }
+    if !debian_present() {
+        bail!(
+            "no compiler for {TARGET}: neither rustup nor Debian's packages ({}) gave one",
+            DEBIAN_PACKAGES.join(", ")
+        );
+    }
+    Ok(Toolchain::debian())
+}
+
+/// A component of the toolchain that only `ci` needs: what cannot be had there is said and skipped here.
+fn component(name: &str, verb: &str) {
+    if component_present(verb) {
+        return;
+    }
+    println!("setup: {name} is missing, rustup adds it");
+    if process::run(Command::new("rustup").args(["component", "add", name])).is_err() {
+        println!("setup: there is no {name} on this machine, and ci cannot run without it");
+    }
+}
+
+fn component_present(verb: &str) -> bool {
+    succeeds(&mut cargo(&[verb, "--version"]))
+}
+
+fn qemu() -> Result<()> {
+    let present = || succeeds(Command::new(QEMU).arg("--version"));
+    if present() {
+        return Ok(());
+    }
+    println!("setup: {QEMU} is missing, apt installs it");
+    apt(&[QEMU])?;
+    if !present() {
+        bail!("apt installed {QEMU}, but it does not run");
+    }
+    Ok(())
+}
+
+/// `apt-get install`, with the package lists fetched first: on a bare machine they are empty.
+fn apt(packages: &[&str]) -> Result<()> {
+    let by_hand = || {
+        format!(
+            "sudo apt-get update && sudo apt-get install --no-install-recommends {}",
+            packages.join(" ")
+        )
+    };
+    if !succeeds(Command::new("apt-get").arg("--version")) {
+        bail!(
+            "this machine has no apt-get; install by its own means: {}",
+            packages.join(", ")
+        );
+    }
+    let root = answer(Command::new("id").arg("-u")).as_deref() == Some("0");
+    let sudo = !root && succeeds(Command::new("sudo").args(["--non-interactive", "true"]));
+    if !root && !sudo {
+        bail!("this needs an administrator; type\n  {}", by_hand());
+    }
+    let apt_get = |arguments: &[&str]| {
+        let mut command = if sudo {
+            // sudo drops the environment, so the variable goes behind it.
+            let mut command = Command::new("sudo");
+            command.args([
+                "--non-interactive",
+                "DEBIAN_FRONTEND=noninteractive",
+                "apt-get",
+            ]);
+            command
+        } else {
+            let mut command = Command::new("apt-get");
+            command.env("DEBIAN_FRONTEND", "noninteractive");
+            command
+        };
+        command.args(arguments);
+        process::run(&mut command)
+    };
+    // A repository that does not answer is no reason to stop: the others may have the package.
+    let _ = apt_get(&["update", "--quiet"]);
+    let mut install = vec!["install", "--yes", "--quiet", "--no-install-recommends"];
+    install.extend(packages);
+    apt_get(&install).map_err(|error| error.context(format!("by hand:\n  {}", by_hand())))
+}
