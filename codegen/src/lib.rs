@@ -4,11 +4,18 @@
 //! - [`store`]: that description on disk, `model.toml` and `weights.safetensors`.
 //! - [`evaluate`]: the network and its Jacobian in double precision, the reference for everything.
 //! - [`emit`]: the description as a Rust crate that depends only on `sinew-firmware`.
+//! - [`regenerate`]: committed models, printed again and compared.
+//! - [`reference`]: the importer of the reference problem.
 //!
 //! Equations and file formats: docs/codegen.md.
 
 pub mod emit;
 pub mod evaluate;
+mod fingerprint;
 mod math;
+pub mod reference;
+pub mod regenerate;
 pub mod spec;
 pub mod store;
+
+pub use fingerprint::fingerprint;

@@ -15,9 +15,9 @@ pub struct ControlSpec {
     pub tracking_weight: Vec<f64>,
     /// Diagonal of Lambda, per input, model units.
     pub move_suppression: Vec<f64>,
-    /// Smallest command, physical units.
+    /// Smallest command, physical units; minus infinity for none.
     pub lower: Vec<f64>,
-    /// Largest command, physical units.
+    /// Largest command, physical units; infinity for none.
     pub upper: Vec<f64>,
     /// Largest change of the command, physical units per second; infinity for none.
     pub rate_limit: Vec<f64>,
@@ -33,6 +33,7 @@ pub struct ControlSpec {
 
 const WEIGHT: &str = "a finite number, 0 or more";
 const FINITE: &str = "a finite number";
+const NUMBER: &str = "a number, or inf with its sign for none";
 const RATE: &str = "a positive number of physical units per second, or inf for none";
 
 impl ControlSpec {
@@ -57,8 +58,9 @@ impl ControlSpec {
             WEIGHT,
             weight,
         )?;
-        list("lower", &self.lower, of_inputs, FINITE, finite)?;
-        list("upper", &self.upper, of_inputs, FINITE, finite)?;
+        let number = |x: f64| !x.is_nan();
+        list("lower", &self.lower, of_inputs, NUMBER, number)?;
+        list("upper", &self.upper, of_inputs, NUMBER, number)?;
         list("rate_limit", &self.rate_limit, of_inputs, RATE, rate)?;
         list("safe", &self.safe, of_inputs, FINITE, finite)?;
         if self.tracking_weight.iter().all(|&w| w == 0.0) {

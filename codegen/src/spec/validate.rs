@@ -27,8 +27,8 @@ impl ModelSpec {
                 max: MAX_NAME,
             });
         }
-        check("period_s", self.period_s, "1e-5 to 3600 seconds", |p| {
-            (1e-5..=3600.0).contains(&p)
+        check("period_s", self.period_s, "1e-5 to 1000 seconds", |p| {
+            (1e-5..=1000.0).contains(&p)
         })?;
         self.validate_signals()?;
         self.validate_regressor()?;

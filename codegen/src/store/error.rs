@@ -56,7 +56,7 @@ pub enum StoreError {
 }
 
 impl StoreError {
-    pub(super) fn io(file: &Path, error: std::io::Error) -> Self {
+    pub(crate) fn io(file: &Path, error: std::io::Error) -> Self {
         Self::Io {
             file: file.into(),
             error,

@@ -29,6 +29,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
+pub(crate) use atomic::write;
 pub use error::StoreError;
 
 use crate::spec::ModelSpec;

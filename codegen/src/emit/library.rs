@@ -1,0 +1,59 @@
+//! The emitted `src/lib.rs`: what the model is, in words, and what its crate exports.
+
+use super::{HEADER, rust};
+use crate::spec::{ModelSpec, Role};
+
+pub(super) fn print(spec: &ModelSpec) -> String {
+    let name = &spec.name;
+    let inputs = rust::count(spec.inputs.len(), "input");
+    let outputs = rust::count(spec.outputs.len(), "output");
+    let channels = rust::count(spec.channels.len(), "sensor channel");
+    let parameters = rust::count(spec.parameters(), "parameter");
+    let signals = signals(spec);
+    let layers = layers(spec);
+    let horizon = spec.control.horizon;
+    let control_horizon = spec.control.control_horizon;
+    let period_ms = spec.period_s * 1e3;
+    format!(
+        "//! The model `{name}`: {inputs}, {outputs}, {channels}, a step every {period_ms:.3} ms.
+//!
+//! {HEADER}
+//!
+//! | signal | unit | physical value of model 0 | of one model unit |
+//! |---|---|---|---|
+{signals}//!
+//! Network, {parameters}: {layers}.
+//! Controller: {horizon} steps predicted, {control_horizon} decided.
+#![no_std]
+#![forbid(unsafe_code)]
+#![warn(missing_docs)]
+// A trained weight may come near pi or ln 2 by chance.
+#![allow(clippy::approx_constant)]
+
+pub mod control;
+pub mod golden;
+mod network;
+
+pub use control::{{Controller, IDENTITY, controller, session}};
+pub use network::Network;
+"
+    )
+}
+
+fn signals(spec: &ModelSpec) -> String {
+    let mut text = String::new();
+    for role in Role::ALL {
+        for (index, signal) in spec.signals(role).iter().enumerate() {
+            text.push_str(&format!(
+                "//! | {role} {index}: `{}` | {} | {:?} | {:?} |\n",
+                signal.name, signal.unit, signal.offset, signal.span
+            ));
+        }
+    }
+    text
+}
+
+fn layers(spec: &ModelSpec) -> String {
+    let layers: Vec<String> = spec.layers.iter().map(ToString::to_string).collect();
+    layers.join("; ")
+}

@@ -1,0 +1,76 @@
+//! A model's identity: what host and device compare before they exchange anything else.
+
+use crate::spec::{Layer, ModelSpec, Role};
+
+/// 32-bit FNV-1a of everything that changes what the controller computes: shapes, scalings,
+/// weights, control problem, and the name. Units and golden vectors are left out.
+///
+/// Stable: the same model has the same fingerprint on every machine and in every later version,
+/// since boards in the field report it.
+#[must_use]
+pub fn fingerprint(spec: &ModelSpec) -> u32 {
+    let mut hash = Fnv(0x811c_9dc5);
+    hash.text(&spec.name);
+    hash.doubles(&[spec.period_s]);
+    for role in Role::ALL {
+        hash.count(spec.signals(role).len());
+        for signal in spec.signals(role) {
+            hash.text(&signal.name);
+            hash.doubles(&[signal.span, signal.offset]);
+        }
+    }
+    hash.count(spec.past_inputs);
+    hash.count(spec.past_outputs);
+    hash.text(spec.form.name());
+    hash.count(spec.layers.len());
+    for layer in &spec.layers {
+        let Layer::Dense(dense) = layer;
+        hash.text(layer.kind());
+        hash.text(dense.activation.name());
+        hash.count(dense.inputs);
+        hash.count(dense.outputs);
+        for value in dense.weights.iter().chain(&dense.bias) {
+            hash.bytes(&value.to_le_bytes());
+        }
+    }
+    let control = &spec.control;
+    hash.count(control.horizon);
+    hash.count(control.control_horizon);
+    hash.doubles(&control.tracking_weight);
+    hash.doubles(&control.move_suppression);
+    hash.doubles(&control.lower);
+    hash.doubles(&control.upper);
+    hash.doubles(&control.rate_limit);
+    hash.doubles(&control.safe);
+    hash.doubles(&[control.disturbance_gain]);
+    hash.count(control.iterations.into());
+    hash.count(control.gap_limit.into());
+    hash.0
+}
+
+struct Fnv(u32);
+
+impl Fnv {
+    fn bytes(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            self.0 = (self.0 ^ u32::from(byte)).wrapping_mul(0x0100_0193);
+        }
+    }
+
+    /// Lists begin with their length, so that two lists cannot run into each other unseen.
+    fn count(&mut self, count: usize) {
+        self.bytes(&(count as u64).to_le_bytes());
+    }
+
+    fn text(&mut self, text: &str) {
+        self.count(text.len());
+        self.bytes(text.as_bytes());
+    }
+
+    fn doubles(&mut self, values: &[f64]) {
+        self.count(values.len());
+        for value in values {
+            self.bytes(&value.to_le_bytes());
+        }
+    }
+}
