@@ -11,7 +11,6 @@
 //! dropped in silence: what cannot be used is an error with file, line and column.
 
 mod read;
-pub mod units;
 mod write;
 
 use std::path::{Path, PathBuf};

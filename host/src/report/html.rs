@@ -1,0 +1,147 @@
+//! A [`Report`] as one HTML file.
+
+use std::fmt::Write;
+
+use super::plot::{classes, stroke_class};
+use super::{Block, Fact, Plot, Report, Section, Table};
+
+/// The style sheet, light and dark.
+const STYLE: &str = include_str!("style.css");
+
+pub(super) fn page(report: &Report) -> String {
+    let title = escape(&report.title);
+    let mut text = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta name=\"color-scheme\" content=\"light dark\">\n\
+         <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n<header>\n<h1>{title}</h1>\n"
+    );
+    // Writing to a String cannot fail, here and below.
+    if !report.lead.is_empty() {
+        let _ = writeln!(text, "<p class=\"lead\">{}</p>", escape(&report.lead));
+    }
+    push_facts(&mut text, &report.facts);
+    text.push_str("</header>\n");
+    for section in &report.sections {
+        push_section(&mut text, section);
+    }
+    if !report.footer.is_empty() {
+        let _ = writeln!(text, "<footer>{}</footer>", escape(&report.footer));
+    }
+    text.push_str("</main>\n</body>\n</html>\n");
+    text
+}
+
+/// Text with the five characters that HTML reads otherwise replaced.
+pub(super) fn escape(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for character in text.chars() {
+        match character {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            '\'' => escaped.push_str("&#39;"),
+            other => escaped.push(other),
+        }
+    }
+    escaped
+}
+
+fn push_section(text: &mut String, section: &Section) {
+    let _ = writeln!(text, "<section>\n<h2>{}</h2>", escape(&section.title));
+    for block in &section.blocks {
+        match block {
+            Block::Text(paragraphs) => {
+                for paragraph in paragraphs
+                    .split("\n\n")
+                    .filter(|paragraph| !paragraph.trim().is_empty())
+                {
+                    let _ = writeln!(text, "<p>{}</p>", escape(paragraph.trim()));
+                }
+            }
+            Block::Notice(notice) => {
+                let _ = writeln!(text, "<p class=\"notice\">{}</p>", escape(notice));
+            }
+            Block::Code(code) => {
+                let _ = writeln!(text, "<pre><code>{}</code></pre>", escape(code));
+            }
+            Block::Table(table) => push_table(text, table),
+            Block::Plot(plot) => push_plot(text, plot),
+            Block::Facts(facts) => push_facts(text, facts),
+        }
+    }
+    text.push_str("</section>\n");
+}
+
+fn push_facts(text: &mut String, facts: &[Fact]) {
+    if facts.is_empty() {
+        return;
+    }
+    text.push_str("<dl class=\"facts\">\n");
+    for fact in facts {
+        let _ = write!(
+            text,
+            "<div><dt>{}</dt><dd>{}</dd>",
+            escape(&fact.label),
+            escape(&fact.value)
+        );
+        if !fact.note.is_empty() {
+            let _ = write!(text, "<dd class=\"note\">{}</dd>", escape(&fact.note));
+        }
+        text.push_str("</div>\n");
+    }
+    text.push_str("</dl>\n");
+}
+
+fn push_table(text: &mut String, table: &Table) {
+    text.push_str("<div class=\"wide\"><table>\n");
+    if !table.caption.is_empty() {
+        let _ = writeln!(text, "<caption>{}</caption>", escape(&table.caption));
+    }
+    let class = |numeric: bool| if numeric { " class=\"number\"" } else { "" };
+    text.push_str("<thead><tr>");
+    for column in &table.columns {
+        let _ = write!(
+            text,
+            "<th scope=\"col\"{}>{}</th>",
+            class(column.numeric),
+            escape(&column.title)
+        );
+    }
+    text.push_str("</tr></thead>\n<tbody>\n");
+    for row in &table.rows {
+        text.push_str("<tr>");
+        for (index, column) in table.columns.iter().enumerate() {
+            let cell = row.get(index).map_or("", String::as_str);
+            let _ = write!(text, "<td{}>{}</td>", class(column.numeric), escape(cell));
+        }
+        text.push_str("</tr>\n");
+    }
+    text.push_str("</tbody>\n</table></div>\n");
+}
+
+fn push_plot(text: &mut String, plot: &Plot) {
+    let _ = writeln!(
+        text,
+        "<figure>\n<figcaption><strong>{}</strong>",
+        escape(&plot.title)
+    );
+    for (series, tone) in plot.series.iter().zip(classes(plot)) {
+        let stroke = stroke_class(series.stroke);
+        let sample = if stroke == "points" {
+            "M4 6h0M12 6h0M20 6h0"
+        } else {
+            "M0 6H24"
+        };
+        let _ = writeln!(
+            text,
+            "<span class=\"key\"><svg viewBox=\"0 0 24 12\" aria-hidden=\"true\">\
+             <path class=\"series {tone} {stroke}\" d=\"{sample}\"/></svg>{}</span>",
+            escape(&series.name)
+        );
+    }
+    text.push_str("</figcaption>\n");
+    text.push_str(&plot.to_svg());
+    text.push_str("</figure>\n");
+}
