@@ -1,2 +1,20 @@
-//! placeholder
 #![no_std]
+#![forbid(unsafe_code)]
+//! The controller as pure functions of fixed-size state: no heap, no double precision, no panic, no
+//! loop without a bound. The same source runs on the host and on a Cortex-M4F, to the same bits.
+//!
+//! A step measures, estimates, optimises and limits ([`control_loop`]); [`session`] puts frames
+//! around it. Generated code implements [`model::Model`] from the kernels of [`network`] and fills
+//! the const parameters. Equations: `docs/mpc.md`; frames: `docs/protocol.md`.
+
+pub mod control_loop;
+pub mod estimator;
+pub mod math;
+pub mod model;
+pub mod mpc;
+pub mod network;
+pub mod pid;
+pub mod protocol;
+pub mod safety;
+pub mod scaling;
+pub mod session;

@@ -32,13 +32,7 @@ pub struct Jacobian<const NU: usize, const NY: usize, const ND: usize, const DD:
 ///
 /// Both functions are pure, allocate nothing, do a fixed amount of work and never panic; a NaN in
 /// the regressor reaches every output.
-pub trait Model<
-    const NU: usize,
-    const NY: usize,
-    const NS: usize,
-    const ND: usize,
-    const DD: usize,
->
+pub trait Model<const NU: usize, const NY: usize, const NS: usize, const ND: usize, const DD: usize>
 {
     /// The next output.
     fn predict(&self, x: &Regressor<NU, NY, NS, ND, DD>) -> [f32; NY];

@@ -1,0 +1,331 @@
+//! One step of the loop: measure, estimate, optimise, limit.
+
+use serde::{Deserialize, Serialize};
+
+use crate::estimator::{Estimator, Sample};
+use crate::model::Model;
+use crate::mpc::{self, Bounds, MAX_ITERATIONS, Plan, Problem, Weights};
+use crate::protocol::{Identity, PROTOCOL};
+use crate::safety::{Limiter, Limits};
+use crate::scaling::ModelScaling;
+
+/// Everything that may change between two calls; model units except where stated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings<const NU: usize, const NY: usize> {
+    /// Q: weight on the squared tracking error of each output.
+    pub tracking_weight: [f32; NY],
+    /// Lambda: weight on the squared change of each command.
+    pub move_suppression: [f32; NU],
+    /// Gain of the disturbance estimate, 0 (none) to 1 (follows the last error).
+    pub disturbance_gain: f32,
+    /// Newton iterations a step, 1 to [`MAX_ITERATIONS`].
+    pub iterations: u8,
+    /// Missing samples in a row that are bridged by prediction before the safe command.
+    pub gap_limit: u16,
+}
+
+impl<const NU: usize, const NY: usize> Settings<NU, NY> {
+    /// Weights finite and not negative, gain from 0 to 1, iterations from 1 to [`MAX_ITERATIONS`].
+    pub fn is_valid(&self) -> bool {
+        let mut weights = self.tracking_weight.iter().chain(&self.move_suppression);
+        weights.all(|w| *w >= 0.0 && *w < f32::INFINITY)
+            && (0.0..=1.0).contains(&self.disturbance_gain)
+            && (1..=MAX_ITERATIONS).contains(&self.iterations)
+    }
+}
+
+/// What happened in a step. Whatever it says, the command is inside the limits.
+#[must_use]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum Status {
+    /// The plan is optimal as far as f32 can tell.
+    Converged,
+    /// The plan improved until the iterations were used up: the usual case.
+    IterationLimit,
+    /// A step was found that should lower the cost and did not; the better plan is kept.
+    NoDecrease,
+    /// The reference holds a NaN or infinity; the earlier plan is followed.
+    BadReference,
+    /// The settings are not valid ([`Settings::is_valid`]); the earlier plan is followed.
+    BadSettings,
+    /// The prediction is not finite; the earlier plan is followed.
+    NotFinite,
+    /// No sample yet, or too many missing in a row; going to the safe command.
+    Lost,
+}
+
+impl Status {
+    /// The command comes from an optimisation of this step.
+    pub const fn is_controlled(self) -> bool {
+        matches!(
+            self,
+            Status::Converged | Status::IterationLimit | Status::NoDecrease
+        )
+    }
+}
+
+/// The result of a step.
+#[must_use]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Step<const NU: usize> {
+    /// Command, physical units, inside the limits.
+    pub u: [f32; NU],
+    /// What happened.
+    pub status: Status,
+    /// Newton iterations (linearisations).
+    pub iterations: u8,
+    /// J of the plan that is followed; 0 where nothing was optimised.
+    pub cost: f32,
+    /// At least one output was missing; its prediction stood in.
+    pub bridged: bool,
+}
+
+/// The controller of one rig. `NV = NC NU` decision variables; horizon `N >= NC`.
+#[derive(Clone, Debug)]
+pub struct ControlLoop<
+    M,
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const ND: usize,
+    const DD: usize,
+    const N: usize,
+    const NC: usize,
+    const NV: usize,
+> {
+    model: M,
+    scaling: ModelScaling<NU, NY, NS>,
+    /// Limits in model units; `previous` is rewritten at every step.
+    bounds: Bounds<NU>,
+    limiter: Limiter<NU>,
+    settings: Settings<NU, NY>,
+    estimator: Estimator<NU, NY, NS, ND, DD>,
+    plan: Plan<NV>,
+    /// The plan continues the last command; otherwise it has to be started from there.
+    warm: bool,
+}
+
+impl<
+    M: Model<NU, NY, NS, ND, DD>,
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const ND: usize,
+    const DD: usize,
+    const N: usize,
+    const NC: usize,
+    const NV: usize,
+> ControlLoop<M, NU, NY, NS, ND, DD, N, NC, NV>
+{
+    /// A loop at rest at the safe command. Contradictory limits are
+    /// [sanitised](Limits::sanitised); settings are checked at every step.
+    pub const fn new(
+        model: M,
+        scaling: ModelScaling<NU, NY, NS>,
+        limits: Limits<NU>,
+        settings: Settings<NU, NY>,
+    ) -> Self {
+        const {
+            assert!(
+                NV == NC * NU,
+                "NV is the number of decision variables, NC NU"
+            );
+            assert!(NC >= 1 && N >= NC, "the control horizon fits the horizon");
+        }
+        let limiter = Limiter::new(limits);
+        let bounds = scaled_bounds(limiter.limits(), &scaling);
+        Self {
+            model,
+            scaling,
+            bounds,
+            limiter,
+            settings,
+            estimator: Estimator::new(bounds.previous),
+            plan: Plan::new(),
+            warm: false,
+        }
+    }
+
+    /// Who this controller is: the shapes are its own. `model`: hash of the model and its control
+    /// problem; `rate_mhz`: steps per 1000 seconds.
+    pub const fn identity(model: u32, rate_mhz: u32) -> Identity {
+        const {
+            assert!(NU < 256 && NY < 256 && NS < 256 && ND < 256 && DD < 256 && N < 256);
+        }
+        Identity {
+            protocol: PROTOCOL,
+            model,
+            n_u: NU as u8,
+            n_y: NY as u8,
+            n_s: NS as u8,
+            past_inputs: ND as u8,
+            past_outputs: DD as u8,
+            horizon: N as u8,
+            control_horizon: NC as u8,
+            rate_mhz,
+        }
+    }
+
+    /// One step, all arguments in physical units: measured outputs (NaN: missing), sensor channels,
+    /// r(k+1) .. r(k+N).
+    ///
+    /// The command is inside the limits exactly, for any input and whatever the status.
+    #[inline(never)]
+    pub fn step(&mut self, y: &[f32; NY], s: &[f32; NS], reference: &[[f32; NY]; N]) -> Step<NU> {
+        let gain = if self.settings.is_valid() {
+            self.settings.disturbance_gain
+        } else {
+            0.0
+        };
+        let sample = self.estimator.observe(
+            &self.model,
+            &self.scaling.y.to_model(y),
+            &self.scaling.s.to_model(s),
+            gain,
+            self.settings.gap_limit,
+        );
+        let mut step = Step {
+            u: [0.0; NU],
+            status: Status::Lost,
+            iterations: 0,
+            cost: 0.0,
+            bridged: sample == Sample::Bridged,
+        };
+        self.bounds.previous = self.scaling.u.to_model(self.limiter.applied());
+        if sample == Sample::Lost {
+            step.u = self.limiter.retreat();
+            self.warm = false;
+        } else {
+            self.optimise(reference, &mut step);
+            let wish = self.scaling.u.to_physical(&self.plan.first());
+            step.u = self.limiter.limit(&wish);
+        }
+        self.estimator.apply(&self.scaling.u.to_model(&step.u));
+        step
+    }
+
+    /// Continues the plan of the last step and improves it, if the request makes sense.
+    fn optimise(&mut self, reference: &[[f32; NY]; N], step: &mut Step<NU>) {
+        if self.warm {
+            self.plan.shift::<NU>();
+        } else {
+            self.plan.hold(&self.bounds.previous);
+            self.warm = true;
+        }
+        let mut scaled = [[0.0; NY]; N];
+        let mut finite = true;
+        for (scaled, reference) in scaled.iter_mut().zip(reference) {
+            *scaled = self.scaling.y.to_model(reference);
+            finite &= scaled.iter().all(|r| r.is_finite());
+        }
+        if !finite || !self.settings.is_valid() {
+            step.status = if finite {
+                Status::BadSettings
+            } else {
+                Status::BadReference
+            };
+            return;
+        }
+        let problem = Problem {
+            model: &self.model,
+            start: self.estimator.regressor(),
+            disturbance: self.estimator.disturbance(),
+            reference: &scaled,
+            weights: Weights {
+                tracking: self.settings.tracking_weight,
+                moves: self.settings.move_suppression,
+            },
+            bounds: self.bounds,
+        };
+        let outcome = mpc::solve::<M, NU, NY, NS, ND, DD, N, NC, NV>(
+            &problem,
+            &mut self.plan,
+            self.settings.iterations,
+        );
+        step.status = outcome.status;
+        step.iterations = outcome.iterations;
+        step.cost = outcome.cost;
+    }
+
+    /// Forgets the plan, the history and the disturbance. The command applied last is *not*
+    /// forgotten: an actuator stays where it is, and the rate holds across a reset too.
+    pub fn reset(&mut self) {
+        let applied = self.scaling.u.to_model(self.limiter.applied());
+        self.estimator.reset(applied);
+        self.warm = false;
+    }
+
+    /// One step towards the safe command, with the history kept: what to call when control ends.
+    pub fn retreat(&mut self) -> [f32; NU] {
+        let u = self.limiter.retreat();
+        self.warm = false;
+        u
+    }
+
+    /// The settings in force.
+    pub const fn settings(&self) -> &Settings<NU, NY> {
+        &self.settings
+    }
+
+    /// The settings, to be changed; checked at the next step.
+    pub const fn settings_mut(&mut self) -> &mut Settings<NU, NY> {
+        &mut self.settings
+    }
+
+    /// Planned commands u(k) .. u(k+NC-1) of the last step, model units, time-major.
+    pub const fn plan(&self) -> &[f32; NV] {
+        &self.plan.u
+    }
+
+    /// The predictor.
+    pub const fn model(&self) -> &M {
+        &self.model
+    }
+
+    /// The estimator.
+    pub const fn estimator(&self) -> &Estimator<NU, NY, NS, ND, DD> {
+        &self.estimator
+    }
+
+    /// The limits in force, physical units.
+    pub const fn limits(&self) -> &Limits<NU> {
+        self.limiter.limits()
+    }
+
+    /// The scaling between physical and model units.
+    pub const fn scaling(&self) -> &ModelScaling<NU, NY, NS> {
+        &self.scaling
+    }
+}
+
+/// Limits in model units: near enough for planning, the limiter has the exact ones.
+const fn scaled_bounds<const NU: usize, const NY: usize, const NS: usize>(
+    limits: &Limits<NU>,
+    scaling: &ModelScaling<NU, NY, NS>,
+) -> Bounds<NU> {
+    let mut bounds = Bounds {
+        lower: [0.0; NU],
+        upper: [0.0; NU],
+        rate: [0.0; NU],
+        previous: [0.0; NU],
+    };
+    let mut i = 0;
+    while i < NU {
+        let span = scaling.u.span[i];
+        let offset = scaling.u.offset[i];
+        let lower = (limits.lower[i] - offset) / span;
+        let upper = (limits.upper[i] - offset) / span;
+        // A negative span turns the axis round.
+        let turned = span < 0.0;
+        bounds.lower[i] = if turned { upper } else { lower };
+        bounds.upper[i] = if turned { lower } else { upper };
+        let rate = limits.rate[i] / span;
+        bounds.rate[i] = if turned { -rate } else { rate };
+        bounds.previous[i] = (limits.safe[i] - offset) / span;
+        i += 1;
+    }
+    bounds
+}

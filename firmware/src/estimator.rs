@@ -1,0 +1,175 @@
+//! History, disturbance estimate and missing samples (docs/mpc.md, section 3).
+//!
+//! The disturbance d stands at the model's equation: `y(k+1) = f(..) + d`. It is added at every step
+//! of a prediction, so that a constant load, a gain error or an offset leaves no steady error, also
+//! where the plant integrates.
+
+use crate::model::{Model, Regressor};
+use crate::mpc::prediction::shift;
+
+/// A measurement further than this from model zero, in model units, is no measurement: a thousand
+/// times the range that was seen in training. It also keeps every sum below finite.
+const IMPLAUSIBLE: f32 = 1.0e3;
+
+/// What became of a sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sample {
+    /// Every output was measured.
+    Measured,
+    /// At least one output was missing and replaced by its prediction.
+    Bridged,
+    /// Too many were missing in a row, or none has come yet: do not control on this.
+    Lost,
+}
+
+/// The state of the estimator; model units.
+#[derive(Clone, Debug)]
+pub struct Estimator<
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const ND: usize,
+    const DD: usize,
+> {
+    regressor: Regressor<NU, NY, NS, ND, DD>,
+    disturbance: [f32; NY],
+    /// Complete samples in a row.
+    measured_run: u16,
+    /// Incomplete samples in a row.
+    missing_run: u16,
+    /// Incomplete samples since the reset.
+    missed: u32,
+    /// The history holds this plant's past.
+    started: bool,
+}
+
+impl<const NU: usize, const NY: usize, const NS: usize, const ND: usize, const DD: usize>
+    Estimator<NU, NY, NS, ND, DD>
+{
+    /// Nothing measured yet; the commands of the past are `applied`.
+    pub const fn new(applied: [f32; NU]) -> Self {
+        const { assert!(ND >= 1 && DD >= 1 && NU >= 1 && NY >= 1) };
+        Self {
+            regressor: Regressor {
+                u: [applied; ND],
+                y: [[0.0; NY]; DD],
+                s: [0.0; NS],
+            },
+            disturbance: [0.0; NY],
+            measured_run: 0,
+            missing_run: 0,
+            missed: 0,
+            started: false,
+        }
+    }
+
+    /// The regressor at k; its newest command is a place for u(k).
+    pub const fn regressor(&self) -> &Regressor<NU, NY, NS, ND, DD> {
+        &self.regressor
+    }
+
+    /// The disturbance estimate d.
+    pub const fn disturbance(&self) -> &[f32; NY] {
+        &self.disturbance
+    }
+
+    /// Incomplete samples since the reset.
+    pub const fn missed(&self) -> u32 {
+        self.missed
+    }
+
+    /// Takes the sample y(k) (NaN: missing) and the channels s(k) (NaN: the last reading is kept).
+    ///
+    /// `d <- d + gain (y - (f + d))` (eq. 10) while every value in the regressor was measured.
+    /// The first sample, and the first one after a loss, fills the whole history: at rest there.
+    pub fn observe<M: Model<NU, NY, NS, ND, DD>>(
+        &mut self,
+        model: &M,
+        y: &[f32; NY],
+        s: &[f32; NS],
+        gain: f32,
+        gap_limit: u16,
+    ) -> Sample {
+        let complete = y.iter().all(|y| plausible(*y));
+        let lost = !self.started || self.missing_run > gap_limit;
+        let mut predicted = self.regressor.y.first().copied().unwrap_or([0.0; NY]);
+        if self.started {
+            let next = model.predict(&self.regressor);
+            for ((place, next), d) in predicted.iter_mut().zip(&next).zip(&self.disturbance) {
+                let value = next + d;
+                // A prediction that has run away leaves the last value in place.
+                if plausible(value) {
+                    *place = value;
+                }
+            }
+        }
+        let sample = if complete {
+            self.missing_run = 0;
+            if lost {
+                self.regressor.y = [*y; DD];
+                self.measured_run = 0;
+            } else {
+                if usize::from(self.measured_run) >= DD {
+                    self.correct(y, &predicted, gain);
+                }
+                shift(&mut self.regressor.y, *y);
+            }
+            self.started = true;
+            self.measured_run = self.measured_run.saturating_add(1);
+            Sample::Measured
+        } else {
+            self.missed = self.missed.wrapping_add(1);
+            self.missing_run = self.missing_run.saturating_add(1);
+            self.measured_run = 0;
+            let mut filled = predicted;
+            for (filled, y) in filled.iter_mut().zip(y) {
+                if plausible(*y) {
+                    *filled = *y;
+                }
+            }
+            shift(&mut self.regressor.y, filled);
+            if !self.started || self.missing_run > gap_limit {
+                Sample::Lost
+            } else {
+                Sample::Bridged
+            }
+        };
+        for (place, s) in self.regressor.s.iter_mut().zip(s) {
+            if plausible(*s) {
+                *place = *s;
+            }
+        }
+        // Room for u(k); the last command stands in until it is known.
+        if let Some(last) = self.regressor.u.first().copied() {
+            shift(&mut self.regressor.u, last);
+        }
+        sample
+    }
+
+    /// Enters the command that was applied at k, as it was after limiting.
+    pub fn apply(&mut self, u: &[f32; NU]) {
+        if let Some(newest) = self.regressor.u.first_mut() {
+            *newest = *u;
+        }
+    }
+
+    /// Forgets the past; the commands of the past are `applied`.
+    pub fn reset(&mut self, applied: [f32; NU]) {
+        *self = Self::new(applied);
+    }
+
+    fn correct(&mut self, y: &[f32; NY], predicted: &[f32; NY], gain: f32) {
+        for ((d, y), predicted) in self.disturbance.iter_mut().zip(y).zip(predicted) {
+            let corrected = *d + gain * (y - predicted);
+            if plausible(corrected) {
+                *d = corrected;
+            }
+        }
+    }
+}
+
+/// A number, and not absurd.
+#[inline(always)]
+fn plausible(value: f32) -> bool {
+    value.abs() <= IMPLAUSIBLE
+}

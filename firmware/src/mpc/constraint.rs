@@ -1,0 +1,240 @@
+//! Limits of a plan. Per channel they form a chain: a box on every command and an edge, the rate,
+//! between neighbours; edge 0 ties the first command to the one applied last (docs/mpc.md, section 4).
+
+use crate::math::clamp;
+
+/// Limits in model units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds<const NU: usize> {
+    /// Smallest command.
+    pub lower: [f32; NU],
+    /// Largest command.
+    pub upper: [f32; NU],
+    /// Largest change between neighbours.
+    pub rate: [f32; NU],
+    /// u(k-1), the command applied last.
+    pub previous: [f32; NU],
+}
+
+impl<const NU: usize> Bounds<NU> {
+    /// The command before `u[v]` in its channel.
+    #[inline(always)]
+    fn before<const NV: usize>(&self, u: &[f32; NV], v: usize) -> f32 {
+        if v < NU { self.previous[v] } else { u[v - NU] }
+    }
+
+    /// Moves `u` into the limits, first command first: each is held to its box, then to the rate
+    /// around its (already moved) neighbour. A plan that is inside stays as it is.
+    pub fn project<const NV: usize>(&self, u: &mut [f32; NV]) {
+        let mut before = self.previous;
+        for step in u.chunks_exact_mut(NU) {
+            for (c, (u, before)) in step.iter_mut().zip(&mut before).enumerate() {
+                let boxed = clamp(*u, self.lower[c], self.upper[c]);
+                *u = clamp(boxed, *before - self.rate[c], *before + self.rate[c]);
+                *before = *u;
+            }
+        }
+    }
+}
+
+/// Which side of a limit holds with equality.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Side {
+    /// Not active.
+    Free,
+    /// At the smallest value.
+    Lower,
+    /// At the largest value.
+    Upper,
+}
+
+/// The active set: per variable its box, and the edge to the command before it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ActiveSet<const NV: usize> {
+    /// `lower <= u_i` or `u_i <= upper`.
+    pub bound: [Side; NV],
+    /// `-rate <= u_i - u_{i-1}` or `u_i - u_{i-1} <= rate`.
+    pub edge: [Side; NV],
+}
+
+/// A limit by its place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// The box of a variable.
+    Bound(usize),
+    /// The edge from a variable to the one before it.
+    Edge(usize),
+}
+
+impl<const NV: usize> ActiveSet<NV> {
+    /// Nothing active.
+    pub const fn new() -> Self {
+        Self {
+            bound: [Side::Free; NV],
+            edge: [Side::Free; NV],
+        }
+    }
+
+    /// No limit is active.
+    pub fn is_empty(&self) -> bool {
+        self.bound
+            .iter()
+            .chain(&self.edge)
+            .all(|s| *s == Side::Free)
+    }
+
+    /// One step later; the repeated last command has its box but no edge.
+    pub fn shift<const NU: usize>(&mut self) {
+        self.bound.copy_within(NU.., 0);
+        self.edge.copy_within(NU.., 0);
+        for side in self.edge.iter_mut().rev().take(NU) {
+            *side = Side::Free;
+        }
+    }
+
+    /// Sets the side of one limit.
+    pub fn set(&mut self, place: Place, side: Side) {
+        let slot = match place {
+            Place::Bound(v) => self.bound.get_mut(v),
+            Place::Edge(v) => self.edge.get_mut(v),
+        };
+        if let Some(slot) = slot {
+            *slot = side;
+        }
+    }
+
+    /// Drops what is not tight at `u`, and what would make the set linearly dependent: a group of
+    /// commands joined by active edges keeps one anchor (a box, or the edge to the last command).
+    pub fn keep_tight<const NU: usize>(&mut self, bounds: &Bounds<NU>, u: &[f32; NV]) {
+        // A few roundings of the sums that put `u` there.
+        const TIGHT: f32 = 1e-6;
+        for v in 0..NV {
+            let c = v % NU;
+            let slack = match self.bound[v] {
+                Side::Free => continue,
+                Side::Lower => u[v] - bounds.lower[c],
+                Side::Upper => bounds.upper[c] - u[v],
+            };
+            if !(slack <= TIGHT) {
+                self.bound[v] = Side::Free;
+            }
+        }
+        for v in 0..NV {
+            let c = v % NU;
+            let change = u[v] - bounds.before(u, v);
+            let slack = match self.edge[v] {
+                Side::Free => continue,
+                Side::Lower => change + bounds.rate[c],
+                Side::Upper => bounds.rate[c] - change,
+            };
+            if !(slack <= TIGHT) {
+                self.edge[v] = Side::Free;
+            }
+        }
+        let mut anchored = [false; NU];
+        for (bounds, edges) in self
+            .bound
+            .chunks_exact_mut(NU)
+            .zip(self.edge.chunks_exact(NU))
+        {
+            for ((bound, edge), anchored) in bounds.iter_mut().zip(edges).zip(&mut anchored) {
+                *anchored = *anchored && *edge != Side::Free;
+                if *bound != Side::Free {
+                    if *anchored {
+                        *bound = Side::Free;
+                    }
+                    *anchored = true;
+                }
+            }
+        }
+        self.drop_twice_anchored::<NU>();
+    }
+
+    /// Edge 0 anchors its group; a box further along that group is then one anchor too many.
+    fn drop_twice_anchored<const NU: usize>(&mut self) {
+        let mut tied = [true; NU];
+        for (bounds, edges) in self
+            .bound
+            .chunks_exact_mut(NU)
+            .zip(self.edge.chunks_exact(NU))
+        {
+            for ((bound, edge), tied) in bounds.iter_mut().zip(edges).zip(&mut tied) {
+                *tied = *tied && *edge != Side::Free;
+                if *tied {
+                    *bound = Side::Free;
+                }
+            }
+        }
+    }
+
+    /// The first limit that a move from `u` by `p` runs into, and the fraction of `p` up to there.
+    pub fn first_hit<const NU: usize>(
+        &self,
+        bounds: &Bounds<NU>,
+        u: &[f32; NV],
+        p: &[f32; NV],
+    ) -> Option<Hit> {
+        let mut hit: Option<Hit> = None;
+        let mut consider = |place, room_below: f32, room_above: f32, move_by: f32| {
+            let (side, room, length) = if move_by > room_above {
+                (Side::Upper, room_above, move_by)
+            } else if -move_by > room_below {
+                (Side::Lower, room_below, -move_by)
+            } else {
+                return;
+            };
+            // `room` may be a rounding below zero.
+            let fraction = if room > 0.0 { room / length } else { 0.0 };
+            if hit.as_ref().is_none_or(|h| fraction < h.fraction) {
+                hit = Some(Hit {
+                    place,
+                    side,
+                    fraction,
+                });
+            }
+        };
+        for v in 0..NV {
+            let c = v % NU;
+            if self.bound[v] == Side::Free && p[v] != 0.0 {
+                consider(
+                    Place::Bound(v),
+                    u[v] - bounds.lower[c],
+                    bounds.upper[c] - u[v],
+                    p[v],
+                );
+            }
+            if self.edge[v] == Side::Free {
+                let p_before = if v < NU { 0.0 } else { p[v - NU] };
+                let change = u[v] - bounds.before(u, v);
+                let rate = bounds.rate[c];
+                if p[v] != p_before {
+                    consider(
+                        Place::Edge(v),
+                        change + rate,
+                        rate - change,
+                        p[v] - p_before,
+                    );
+                }
+            }
+        }
+        hit
+    }
+}
+
+impl<const NV: usize> Default for ActiveSet<NV> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Where a move is stopped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// The limit.
+    pub place: Place,
+    /// Its side.
+    pub side: Side,
+    /// Fraction of the move, 0 to 1.
+    pub fraction: f32,
+}

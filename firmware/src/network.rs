@@ -1,0 +1,261 @@
+//! Layer kernels that generated predictors call: forward, activations and the Jacobian product chain.
+//!
+//! The Jacobian of a network is W_L D_{L-1} W_{L-1} ... D_1 W_1 with D the diagonal of activation
+//! slopes. A network has fewer outputs than inputs, so the product is taken from the output side
+//! (docs/mpc.md, eq. 3): [`seed`] (or [`seed_linear`]) is W_L D_{L-1}, [`chain`] one hidden layer
+//! further, [`input_jacobian`] the first layer, written where the controller wants it. The chain is
+//! held transposed, `[hidden][OUT]`, so that each product reads its operands in memory order.
+
+use crate::math;
+use crate::model::{Jacobian, Regressor};
+
+/// The regressor as the network's input vector: u(k) .. u(k-ND+1), y(k) .. y(k-DD+1), channels; each
+/// vector whole. `NX = NU ND + NY DD + NS`, checked when the caller is compiled.
+#[inline(always)]
+pub fn flatten<
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const ND: usize,
+    const DD: usize,
+    const NX: usize,
+>(
+    regressor: &Regressor<NU, NY, NS, ND, DD>,
+) -> [f32; NX] {
+    const { assert!(NX == NU * ND + NY * DD + NS, "NX is NU ND + NY DD + NS") };
+    let mut x = [0.0; NX];
+    let values = regressor
+        .u
+        .as_flattened()
+        .iter()
+        .chain(regressor.y.as_flattened())
+        .chain(&regressor.s);
+    for (x, value) in x.iter_mut().zip(values) {
+        *x = *value;
+    }
+    x
+}
+
+/// The inverse of [`flatten`].
+pub fn unflatten<
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const ND: usize,
+    const DD: usize,
+>(
+    x: &[f32],
+) -> Option<Regressor<NU, NY, NS, ND, DD>> {
+    if x.len() != NU * ND + NY * DD + NS {
+        return None;
+    }
+    let mut regressor = Regressor {
+        u: [[0.0; NU]; ND],
+        y: [[0.0; NY]; DD],
+        s: [0.0; NS],
+    };
+    let places = regressor
+        .u
+        .as_flattened_mut()
+        .iter_mut()
+        .chain(regressor.y.as_flattened_mut())
+        .chain(&mut regressor.s);
+    for (place, x) in places.zip(x) {
+        *place = *x;
+    }
+    Some(regressor)
+}
+
+/// One dense layer before its activation: `y = W x + b` (docs/mpc.md, eq. 2).
+///
+/// Shapes: `w` is `[OUT][IN]`, `x` is `[IN]`, `b` and `y` are `[OUT]`; `y` is overwritten.
+/// Units: none, the model's scaling has been applied. Cost: `IN OUT` multiply-adds.
+/// Never fails; a NaN in `x` reaches every output, and `safety` catches it there.
+#[inline(always)]
+pub fn dense<const IN: usize, const OUT: usize>(
+    w: &[[f32; IN]; OUT],
+    b: &[f32; OUT],
+    x: &[f32; IN],
+    y: &mut [f32; OUT],
+) {
+    for ((row, b), y) in w.iter().zip(b).zip(y) {
+        let mut sum = *b;
+        for (w, x) in row.iter().zip(x) {
+            sum += w * x;
+        }
+        *y = sum;
+    }
+}
+
+/// Hyperbolic tangent of every element, in place.
+#[inline(always)]
+pub fn tanh<const N: usize>(y: &mut [f32; N]) {
+    for y in y {
+        *y = math::tanh(*y);
+    }
+}
+
+/// Logistic sigmoid of every element, in place.
+#[inline(always)]
+pub fn sigmoid<const N: usize>(y: &mut [f32; N]) {
+    for y in y {
+        *y = math::sigmoid(*y);
+    }
+}
+
+/// Rectifier of every element, in place.
+#[inline(always)]
+pub fn relu<const N: usize>(y: &mut [f32; N]) {
+    for y in y {
+        *y = math::relu(*y);
+    }
+}
+
+/// Slopes of [`tanh`] from its values: `1 - y^2`.
+#[inline(always)]
+pub fn tanh_slope<const N: usize>(y: &[f32; N]) -> [f32; N] {
+    core::array::from_fn(|i| math::tanh_slope(y[i]))
+}
+
+/// Slopes of [`sigmoid`] from its values: `y (1 - y)`.
+#[inline(always)]
+pub fn sigmoid_slope<const N: usize>(y: &[f32; N]) -> [f32; N] {
+    core::array::from_fn(|i| math::sigmoid_slope(y[i]))
+}
+
+/// Slopes of [`relu`] from its values: 1 where positive, else 0.
+#[inline(always)]
+pub fn relu_slope<const N: usize>(y: &[f32; N]) -> [f32; N] {
+    core::array::from_fn(|i| math::relu_slope(y[i]))
+}
+
+/// Start of the chain at a linear output layer: `t[h][r] = w[r][h] slope[h]`.
+///
+/// Shapes: `w` is the last layer, `[OUT][H]`; `slope` is that of the hidden layer before it.
+#[inline(always)]
+pub fn seed_linear<const H: usize, const OUT: usize>(
+    w: &[[f32; H]; OUT],
+    slope: &[f32; H],
+    t: &mut [[f32; OUT]; H],
+) {
+    for (r, row) in w.iter().enumerate() {
+        for ((t, w), slope) in t.iter_mut().zip(row).zip(slope) {
+            t[r] = w * slope;
+        }
+    }
+}
+
+/// Start of the chain at an output layer with an activation: `t[h][r] = slope_out[r] w[r][h] slope[h]`.
+#[inline(always)]
+pub fn seed<const H: usize, const OUT: usize>(
+    w: &[[f32; H]; OUT],
+    slope_out: &[f32; OUT],
+    slope: &[f32; H],
+    t: &mut [[f32; OUT]; H],
+) {
+    for (r, (row, slope_out)) in w.iter().zip(slope_out).enumerate() {
+        for ((t, w), slope) in t.iter_mut().zip(row).zip(slope) {
+            t[r] = slope_out * (w * slope);
+        }
+    }
+}
+
+/// Start of the chain for a network of one layer: `t` is the diagonal of `slope_out` (all ones where
+/// the layer is linear).
+#[inline(always)]
+pub fn seed_diagonal<const OUT: usize>(slope_out: &[f32; OUT], t: &mut [[f32; OUT]; OUT]) {
+    for (h, (t, slope)) in t.iter_mut().zip(slope_out).enumerate() {
+        *t = [0.0; OUT];
+        t[h] = *slope;
+    }
+}
+
+/// One hidden layer towards the input: `t[h][r] = slope[h] sum_g t_next[g][r] w[g][h]`.
+///
+/// Shapes: `w` is the layer between them, `[G][H]`; `slope` is that of its input side.
+/// Cost: `G H OUT` multiply-adds.
+#[inline(always)]
+pub fn chain<const G: usize, const H: usize, const OUT: usize>(
+    t_next: &[[f32; OUT]; G],
+    w: &[[f32; H]; G],
+    slope: &[f32; H],
+    t: &mut [[f32; OUT]; H],
+) {
+    for (h, (t, slope)) in t.iter_mut().zip(slope).enumerate() {
+        let mut sum = [0.0; OUT];
+        for (t_next, row) in t_next.iter().zip(w) {
+            let w = row[h];
+            for (sum, t_next) in sum.iter_mut().zip(t_next) {
+                *sum += t_next * w;
+            }
+        }
+        for (t, sum) in t.iter_mut().zip(&sum) {
+            *t = slope * sum;
+        }
+    }
+}
+
+/// The first layer: `dy_r/dx_c = sum_h t[h][r] w[h][c]`, written lag by lag; the columns of the
+/// sensor channels, which the controller holds, are not computed.
+///
+/// Shapes: `w` is the first layer, `[H][NX]` in the order of [`flatten`].
+/// Cost: `H OUT (NU ND + NY DD)` multiply-adds.
+#[inline(always)]
+pub fn input_jacobian<
+    const NX: usize,
+    const H: usize,
+    const NU: usize,
+    const NY: usize,
+    const ND: usize,
+    const DD: usize,
+>(
+    t: &[[f32; NY]; H],
+    w: &[[f32; NX]; H],
+    jacobian: &mut Jacobian<NU, NY, ND, DD>,
+) {
+    const {
+        assert!(
+            NX >= NU * ND + NY * DD,
+            "the regressor fits the first layer"
+        )
+    };
+    for (lag, block) in jacobian.u.iter_mut().enumerate() {
+        columns(t, w, lag * NU, block);
+    }
+    for (lag, block) in jacobian.y.iter_mut().enumerate() {
+        columns(t, w, NU * ND + lag * NY, block);
+    }
+}
+
+/// `block[r][c] = sum_h t[h][r] w[h][start + c]`; the sums of a block stay in registers.
+#[inline(always)]
+fn columns<const NX: usize, const H: usize, const OUT: usize, const B: usize>(
+    t: &[[f32; OUT]; H],
+    w: &[[f32; NX]; H],
+    start: usize,
+    block: &mut [[f32; B]; OUT],
+) {
+    let mut sum = [[0.0; B]; OUT];
+    for (t, row) in t.iter().zip(w) {
+        if let Some(row) = row.get(start..start + B) {
+            for (sum, t) in sum.iter_mut().zip(t) {
+                for (sum, w) in sum.iter_mut().zip(row) {
+                    *sum += t * w;
+                }
+            }
+        }
+    }
+    *block = sum;
+}
+
+/// Turns the Jacobian of an increment into that of the next output: `y(k+1) = y(k) + network`.
+#[inline(always)]
+pub fn add_identity<const NU: usize, const NY: usize, const ND: usize, const DD: usize>(
+    jacobian: &mut Jacobian<NU, NY, ND, DD>,
+) {
+    if let Some(newest) = jacobian.y.first_mut() {
+        for (r, row) in newest.iter_mut().enumerate() {
+            row[r] += 1.0;
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! The last word on every command: inside the box and inside the rate, exactly, whatever comes in.
+//!
+//! "Exactly" is in real arithmetic on the f32 values: `lower <= u <= upper` and `|u - u_before| <=
+//! rate`, not up to a rounding (docs/mpc.md, section 6). Both controllers, and the way to the safe
+//! command, go through [`Limiter::limit`].
+
+use crate::math::{add_down, add_up, clamp};
+
+/// Limits of the commands, physical units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits<const NU: usize> {
+    /// Smallest command; `-INFINITY`: none.
+    pub lower: [f32; NU],
+    /// Largest command; `INFINITY`: none.
+    pub upper: [f32; NU],
+    /// Largest change from one step to the next; `INFINITY`: none.
+    pub rate: [f32; NU],
+    /// Command to go to, within the rate, when nothing better is known. Also the command before the
+    /// first step.
+    pub safe: [f32; NU],
+}
+
+impl<const NU: usize> Limits<NU> {
+    /// The same limits with every contradiction taken out: a rate that is negative or NaN forbids
+    /// any change; a safe command outside the box moves to its edge; an empty or NaN box shrinks to
+    /// the safe command (0 where that is not finite).
+    pub const fn sanitised(mut self) -> Self {
+        let mut i = 0;
+        while i < NU {
+            if !(self.rate[i] >= 0.0) {
+                self.rate[i] = 0.0;
+            }
+            if !self.safe[i].is_finite() {
+                self.safe[i] = 0.0;
+            }
+            // An infinite box on the wrong side (lower = +INFINITY) holds no finite command.
+            let holds_a_number = self.lower[i] <= self.upper[i]
+                && self.lower[i] < f32::INFINITY
+                && self.upper[i] > f32::NEG_INFINITY;
+            if !holds_a_number {
+                self.lower[i] = self.safe[i];
+                self.upper[i] = self.safe[i];
+            }
+            if self.safe[i] > self.upper[i] {
+                self.safe[i] = self.upper[i];
+            }
+            if self.safe[i] < self.lower[i] {
+                self.safe[i] = self.lower[i];
+            }
+            i += 1;
+        }
+        self
+    }
+}
+
+/// Holds the limits and the command that was applied last.
+#[derive(Clone, Debug)]
+pub struct Limiter<const NU: usize> {
+    limits: Limits<NU>,
+    applied: [f32; NU],
+}
+
+impl<const NU: usize> Limiter<NU> {
+    /// A limiter whose last command is the safe one. Contradictory limits are
+    /// [sanitised](Limits::sanitised).
+    pub const fn new(limits: Limits<NU>) -> Self {
+        let limits = limits.sanitised();
+        Self {
+            limits,
+            applied: limits.safe,
+        }
+    }
+
+    /// The limits in force.
+    pub const fn limits(&self) -> &Limits<NU> {
+        &self.limits
+    }
+
+    /// The command applied last, physical units.
+    pub const fn applied(&self) -> &[f32; NU] {
+        &self.applied
+    }
+
+    /// The nearest command inside the limits; it counts as applied from here on.
+    ///
+    /// A wish that is not finite holds the last command of its channel.
+    pub fn limit(&mut self, wish: &[f32; NU]) -> [f32; NU] {
+        for (i, applied) in self.applied.iter_mut().enumerate() {
+            let wish = if wish[i].is_finite() {
+                wish[i]
+            } else {
+                *applied
+            };
+            let boxed = clamp(wish, self.limits.lower[i], self.limits.upper[i]);
+            // The last command is inside the box, so the interval below holds it, and clamping to
+            // the rate never leaves the box again. Rounding is inwards.
+            let lowest = add_up(*applied, -self.limits.rate[i]);
+            let highest = add_down(*applied, self.limits.rate[i]);
+            *applied = clamp(boxed, lowest, highest);
+        }
+        self.applied
+    }
+
+    /// One step towards the safe command.
+    pub fn retreat(&mut self) -> [f32; NU] {
+        let safe = self.limits.safe;
+        self.limit(&safe)
+    }
+}

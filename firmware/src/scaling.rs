@@ -1,0 +1,52 @@
+//! Physical units at the edge, model units within: `scaled = (physical - offset) / span`.
+
+/// Scaling of one group of signals. A `span` is the physical range that one model unit stands for;
+/// it is finite and not zero, or every scaled value of that signal is not finite and is treated as
+/// missing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scaling<const N: usize> {
+    /// Physical units per model unit.
+    pub span: [f32; N],
+    /// Physical value of model zero.
+    pub offset: [f32; N],
+}
+
+impl<const N: usize> Scaling<N> {
+    /// Model units are the physical units.
+    pub const IDENTITY: Self = Self {
+        span: [1.0; N],
+        offset: [0.0; N],
+    };
+
+    /// `(physical - offset) / span`, each operation rounded to nearest.
+    #[inline]
+    pub fn to_model(&self, physical: &[f32; N]) -> [f32; N] {
+        core::array::from_fn(|i| (physical[i] - self.offset[i]) / self.span[i])
+    }
+
+    /// `span * scaled + offset`, each operation rounded to nearest.
+    #[inline]
+    pub fn to_physical(&self, scaled: &[f32; N]) -> [f32; N] {
+        core::array::from_fn(|i| self.span[i] * scaled[i] + self.offset[i])
+    }
+}
+
+/// The scalings of a predictor: inputs, outputs and sensor channels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ModelScaling<const NU: usize, const NY: usize, const NS: usize> {
+    /// Commands.
+    pub u: Scaling<NU>,
+    /// Controlled outputs, and their references.
+    pub y: Scaling<NY>,
+    /// Sensor channels.
+    pub s: Scaling<NS>,
+}
+
+impl<const NU: usize, const NY: usize, const NS: usize> ModelScaling<NU, NY, NS> {
+    /// Model units are the physical units.
+    pub const IDENTITY: Self = Self {
+        u: Scaling::IDENTITY,
+        y: Scaling::IDENTITY,
+        s: Scaling::IDENTITY,
+    };
+}
