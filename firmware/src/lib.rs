@@ -1,5 +1,9 @@
 #![no_std]
 #![forbid(unsafe_code)]
+#![allow(
+    clippy::neg_cmp_op_on_partial_ord,
+    reason = "`!(a > b)` is how a NaN takes the refusing branch"
+)]
 //! The controller as pure functions of fixed-size state: no heap, no double precision, no panic, no
 //! loop without a bound. The same source runs on the host and on a Cortex-M4F, to the same bits.
 //!

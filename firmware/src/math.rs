@@ -7,8 +7,8 @@ const TANH_END: f32 = 7.0;
 
 /// Numerator and denominator of [`tanh`] in x^2, lowest power first: minimax on [0, 7], levelled
 /// error 9.0e-7 (`firmware/scripts/tanh_minimax.py` prints them).
-const TANH_P: [f32; 4] = [9.999_956_9e-1, 1.230_218_4e-1, 2.276_990e-3, 3.930_018_4e-6];
-const TANH_Q: [f32; 4] = [1.0, 4.563_403_3e-1, 2.107_218_5e-2, 1.423_509_7e-4];
+const TANH_P: [f32; 4] = [0.999_995_7, 0.123_021_84, 2.276_99e-3, 3.930_018_4e-6];
+const TANH_Q: [f32; 4] = [1.0, 0.456_340_3, 2.107_218_5e-2, 1.423_509_7e-4];
 
 /// Hyperbolic tangent, `x P(x^2) / Q(x^2)` with the argument held at 7.
 ///

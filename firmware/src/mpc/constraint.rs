@@ -1,5 +1,9 @@
 //! Limits of a plan. Per channel they form a chain: a box on every command and an edge, the rate,
 //! between neighbours; edge 0 ties the first command to the one applied last (docs/mpc.md, section 4).
+#![allow(
+    clippy::needless_range_loop,
+    reason = "one index runs through several arrays and their neighbours, as in the equations"
+)]
 
 use crate::math::clamp;
 

@@ -1,4 +1,8 @@
 //! LDL' factorisation that notices an indefinite matrix and shifts it (docs/mpc.md, eq. 9).
+#![allow(
+    clippy::needless_range_loop,
+    reason = "one index runs through several arrays and their neighbours, as in the equations"
+)]
 
 /// Pivots below this fraction of the largest diagonal element count as not positive.
 const PIVOT_FLOOR: f32 = 1e-6;

@@ -5,6 +5,10 @@
 //! edge to the last applied command, anchors the whole group. The reduced system adds up the rows and
 //! columns of a group, and the multipliers are sums of the residual gradient along it. Every iterate
 //! is feasible, so the work may end anywhere.
+#![allow(
+    clippy::needless_range_loop,
+    reason = "one index runs through several arrays and their neighbours, as in the equations"
+)]
 
 use super::constraint::{ActiveSet, Bounds, Place, Side};
 use super::cost::Quadratic;
