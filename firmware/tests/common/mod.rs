@@ -1,0 +1,154 @@
+//! Random networks as predictors, in f32 by the kernels under test and in f64 by plain loops.
+#![allow(dead_code, reason = "every test binary uses its own part")]
+
+use sinew_firmware::model::{Jacobian, Model, Regressor};
+use sinew_firmware::network;
+
+/// Xorshift: the same cases on every machine.
+pub struct Random(pub u64);
+
+impl Random {
+    /// Uniform in -1 to 1.
+    pub fn signed(&mut self) -> f32 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 40) as f32 / (1_u64 << 23) as f32 - 1.0
+    }
+
+    /// Uniform in 0 to 1.
+    pub fn unit(&mut self) -> f32 {
+        0.5 * (self.signed() + 1.0)
+    }
+
+    pub fn array<const N: usize>(&mut self, scale: f32) -> [f32; N] {
+        core::array::from_fn(|_| scale * self.signed())
+    }
+
+    pub fn matrix<const N: usize, const M: usize>(&mut self, scale: f32) -> [[f32; N]; M] {
+        core::array::from_fn(|_| self.array(scale))
+    }
+}
+
+/// NX - H (tanh) - NY, as `y` or as an increment of it.
+#[derive(Clone)]
+pub struct Shallow<const NX: usize, const H: usize, const NY: usize> {
+    pub w1: [[f32; NX]; H],
+    pub b1: [f32; H],
+    pub w2: [[f32; H]; NY],
+    pub b2: [f32; NY],
+    pub increment: bool,
+}
+
+impl<const NX: usize, const H: usize, const NY: usize> Shallow<NX, H, NY> {
+    pub fn random(random: &mut Random, increment: bool) -> Self {
+        let scale = 1.5 / (NX as f32).sqrt_by_newton();
+        Self {
+            w1: random.matrix(scale),
+            b1: random.array(0.3),
+            w2: random.matrix(if increment { 0.3 } else { 0.6 }),
+            b2: random.array(0.1),
+            increment,
+        }
+    }
+
+    /// The same network in double precision, x flattened.
+    pub fn exact(&self, x: &[f64]) -> [f64; NY] {
+        let hidden: [f64; H] = core::array::from_fn(|h| {
+            let sum: f64 = (0..NX).map(|i| f64::from(self.w1[h][i]) * x[i]).sum();
+            f64::tanh(sum + f64::from(self.b1[h]))
+        });
+        core::array::from_fn(|r| {
+            let sum: f64 = (0..H).map(|h| f64::from(self.w2[r][h]) * hidden[h]).sum();
+            sum + f64::from(self.b2[r])
+        })
+    }
+}
+
+trait Root {
+    fn sqrt_by_newton(self) -> f32;
+}
+impl Root for f32 {
+    fn sqrt_by_newton(self) -> f32 {
+        f64::from(self).sqrt() as f32
+    }
+}
+
+impl<
+    const NX: usize,
+    const H: usize,
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const ND: usize,
+    const DD: usize,
+> Model<NU, NY, NS, ND, DD> for Shallow<NX, H, NY>
+{
+    fn predict(&self, x: &Regressor<NU, NY, NS, ND, DD>) -> [f32; NY] {
+        let flat: [f32; NX] = network::flatten(x);
+        let mut a = [0.0; H];
+        network::dense(&self.w1, &self.b1, &flat, &mut a);
+        network::tanh(&mut a);
+        let mut y = [0.0; NY];
+        network::dense(&self.w2, &self.b2, &a, &mut y);
+        if self.increment {
+            for (y, before) in y.iter_mut().zip(&x.y[0]) {
+                *y += before;
+            }
+        }
+        y
+    }
+
+    fn predict_with_jacobian(
+        &self,
+        x: &Regressor<NU, NY, NS, ND, DD>,
+        jacobian: &mut Jacobian<NU, NY, ND, DD>,
+    ) -> [f32; NY] {
+        let flat: [f32; NX] = network::flatten(x);
+        let mut a = [0.0; H];
+        network::dense(&self.w1, &self.b1, &flat, &mut a);
+        network::tanh(&mut a);
+        let mut t = [[0.0; NY]; H];
+        network::seed_linear(&self.w2, &network::tanh_slope(&a), &mut t);
+        network::input_jacobian(&t, &self.w1, jacobian);
+        let mut y = [0.0; NY];
+        network::dense(&self.w2, &self.b2, &a, &mut y);
+        if self.increment {
+            network::add_identity(jacobian);
+            for (y, before) in y.iter_mut().zip(&x.y[0]) {
+                *y += before;
+            }
+        }
+        y
+    }
+}
+
+/// y(k+1) = a y(k) + b u(k) + b1 u(k-1) per channel: a predictor that a plant can equal.
+#[derive(Clone, Copy, Debug)]
+pub struct Linear {
+    pub a: f32,
+    pub b: f32,
+    pub b1: f32,
+}
+
+impl<const NU: usize, const NS: usize> Model<NU, NU, NS, 2, 1> for Linear {
+    fn predict(&self, x: &Regressor<NU, NU, NS, 2, 1>) -> [f32; NU] {
+        core::array::from_fn(|i| self.a * x.y[0][i] + self.b * x.u[0][i] + self.b1 * x.u[1][i])
+    }
+
+    fn predict_with_jacobian(
+        &self,
+        x: &Regressor<NU, NU, NS, 2, 1>,
+        jacobian: &mut Jacobian<NU, NU, 2, 1>,
+    ) -> [f32; NU] {
+        for r in 0..NU {
+            for c in 0..NU {
+                let here = if r == c { 1.0 } else { 0.0 };
+                jacobian.u[0][r][c] = self.b * here;
+                jacobian.u[1][r][c] = self.b1 * here;
+                jacobian.y[0][r][c] = self.a * here;
+            }
+        }
+        self.predict(x)
+    }
+}
