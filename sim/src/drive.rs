@@ -1,0 +1,67 @@
+//! What drives a plant over a recording: its input columns, without gaps.
+
+use crate::error::SimulationError;
+use crate::plant::Plant;
+
+/// The inputs of a plant at every row of a recording, SI.
+#[derive(Clone, Debug)]
+pub struct Drive {
+    columns: Vec<Vec<f64>>,
+    rows: usize,
+    held: Vec<usize>,
+}
+
+impl Drive {
+    /// From one column an input, in the order of [`Plant::inputs`]. A missing sample (NaN) holds the
+    /// last value, and before the first valid one that one; [`Drive::held`] counts them.
+    ///
+    /// # Errors
+    /// [`SimulationError::Shape`] for a wrong number of columns or rows,
+    /// [`SimulationError::NoInput`] for a column without one valid sample.
+    pub fn new(plant: &Plant, rows: usize, columns: &[&[f64]]) -> Result<Self, SimulationError> {
+        plant.expect("input columns", plant.inputs().len(), columns.len())?;
+        let mut drive = Self {
+            columns: Vec::with_capacity(columns.len()),
+            rows,
+            held: Vec::with_capacity(columns.len()),
+        };
+        for (input, column) in plant.inputs().iter().zip(columns) {
+            let what = format!("input column `{}`", input.column);
+            plant.expect(&what, rows, column.len())?;
+            let valid = column.iter().copied().find(|sample| sample.is_finite());
+            let Some(mut last) = valid.or((rows == 0).then_some(0.0)) else {
+                return Err(SimulationError::NoInput {
+                    column: input.column.clone(),
+                });
+            };
+            let mut missing = 0;
+            let filled = column.iter().map(|&sample| {
+                if sample.is_finite() {
+                    last = sample;
+                } else {
+                    missing += 1;
+                }
+                last
+            });
+            drive.columns.push(filled.collect());
+            drive.held.push(missing);
+        }
+        Ok(drive)
+    }
+
+    /// Rows of the recording.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Missing samples of each input, which held their last value.
+    pub fn held(&self) -> &[usize] {
+        &self.held
+    }
+
+    /// One input at one row.
+    #[inline]
+    pub(crate) fn at(&self, row: usize, input: usize) -> f64 {
+        self.columns[input][row]
+    }
+}

@@ -1,0 +1,56 @@
+//! Damping that the rig has no component for (docs/plant.md, eq. 10).
+
+use super::{At, Description, Effect, Energy, Family, Port, Quantity, Sign, Slopes, parameter};
+use crate::scalar::Scalar;
+
+/// `F = -damping v` (eq. 10a).
+pub(super) struct Viscous;
+
+impl Effect for Viscous {
+    const DESCRIPTION: Description = Description {
+        kind: "viscous_damping",
+        family: Family::Damping,
+        ports: &[Port::Body, Port::Spring],
+        energy: Energy::Dissipates,
+        law: "F = -damping v",
+        parameters: &[parameter("damping", Quantity::Damping, Sign::NonNegative)],
+    };
+
+    #[inline]
+    fn force<S: Scalar>(p: &[S], at: &At<S>) -> S {
+        -(p[0] * at.velocity)
+    }
+
+    fn slopes(p: &[f64], _at: &At<f64>) -> Slopes {
+        Slopes {
+            stiffness: 0.0,
+            damping: p[0].abs(),
+        }
+    }
+}
+
+/// `F = -coefficient v |v|` (eq. 10b).
+pub(super) struct QuadraticDrag;
+
+impl Effect for QuadraticDrag {
+    const DESCRIPTION: Description = Description {
+        kind: "quadratic_drag",
+        family: Family::Damping,
+        ports: &[Port::Body],
+        energy: Energy::Dissipates,
+        law: "F = -coefficient v |v|",
+        parameters: &[parameter("coefficient", Quantity::Drag, Sign::NonNegative)],
+    };
+
+    #[inline]
+    fn force<S: Scalar>(p: &[S], at: &At<S>) -> S {
+        -(p[0] * at.velocity * at.velocity.abs())
+    }
+
+    fn slopes(p: &[f64], at: &At<f64>) -> Slopes {
+        Slopes {
+            stiffness: 0.0,
+            damping: 2.0 * (p[0] * at.velocity).abs(),
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! What goes wrong: a file that cannot be understood, and a simulation that cannot be run.
+
+use std::fmt;
+
+/// A rig file that was refused, with the place in it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Error {
+    /// The file as the user named it.
+    pub file: String,
+    /// Line, from 1; none when the whole file is meant.
+    pub line: Option<usize>,
+    /// Column in characters, from 1.
+    pub column: Option<usize>,
+    /// What is wrong and what was expected.
+    pub message: String,
+    /// The name that was probably meant, or what would be right.
+    pub help: Option<String>,
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:", self.file)?;
+        if let Some(line) = self.line {
+            write!(f, "{line}:")?;
+        }
+        if let (Some(_), Some(column)) = (self.line, self.column) {
+            write!(f, "{column}:")?;
+        }
+        write!(f, " {}", self.message)?;
+        if let Some(help) = &self.help {
+            write!(f, "\n  help: {help}")?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for Error {}
+
+/// A simulation that was refused or stopped.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SimulationError {
+    /// A slice of the wrong length.
+    Shape {
+        /// Which slice.
+        what: String,
+        /// The length that the plant has.
+        expected: usize,
+        /// The length that was given.
+        found: usize,
+    },
+    /// A parameter value, state or input that is infinite or NaN.
+    NotFinite {
+        /// Which number.
+        what: String,
+    },
+    /// A body whose inertia is zero or negative: its acceleration is not determined.
+    Inertia {
+        /// The body's name.
+        body: String,
+        /// Its inertia, kg or kg m^2.
+        value: f64,
+    },
+    /// Times that do not strictly increase.
+    Time {
+        /// The row, from 0, whose time is not after the one before it.
+        row: usize,
+    },
+    /// The fastest motion of the rig needs more sub-steps per sample than are allowed.
+    TooStiff {
+        /// The body where the fastest motion sits.
+        body: String,
+        /// Bound on the largest rate, 1/s.
+        rate: f64,
+        /// The interval between two samples, s.
+        interval: f64,
+    },
+    /// An input column without one valid sample.
+    NoInput {
+        /// The column's name.
+        column: String,
+    },
+    /// The state became infinite or NaN.
+    Diverged {
+        /// When, s.
+        time: f64,
+    },
+}
+
+impl fmt::Display for SimulationError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Shape {
+                what,
+                expected,
+                found,
+            } => write!(f, "{what}: expected {expected} numbers, found {found}"),
+            Self::NotFinite { what } => write!(f, "{what} is not a finite number"),
+            Self::Inertia { body, value } => write!(
+                f,
+                "body `{body}` cannot be simulated: its inertia is {value}, and a force on it would \
+                 have no finite acceleration"
+            ),
+            Self::Time { row } => write!(
+                f,
+                "time does not increase at row {} of the samples",
+                row + 1
+            ),
+            Self::TooStiff {
+                body,
+                rate,
+                interval,
+            } => write!(
+                f,
+                "too stiff to simulate: the fastest motion, at body `{body}`, has a rate of up to \
+                 {rate:.3e} 1/s, which needs more than {} steps in a sample interval of \
+                 {interval} s; is its inertia too small or a stiffness too large?",
+                crate::integrator::MAX_SUBSTEPS
+            ),
+            Self::NoInput { column } => {
+                write!(f, "input column `{column}` has no valid sample to hold")
+            }
+            Self::Diverged { time } => write!(
+                f,
+                "the simulation left the finite numbers at t = {time} s: with these parameter values \
+                 the rig is unstable"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for SimulationError {}

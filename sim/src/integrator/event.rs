@@ -1,0 +1,184 @@
+//! Where on a step a body stops or breaks away: found on the plain numbers, by stepping there.
+
+use super::dynamics::{Dynamics, Mode, Scratch};
+use crate::plant::topology::{Inputs, State, Topology};
+
+/// A step of plain numbers that can be taken to any length, to look for an event on it.
+pub(super) struct Probe<'a> {
+    pub(super) topology: &'a Topology,
+    pub(super) dynamics: &'a Dynamics<f64>,
+    pub(super) inputs: &'a Inputs<f64>,
+    pub(super) modes: &'a [Mode],
+    pub(super) from: &'a State<f64>,
+    pub(super) first: &'a [f64],
+    pub(super) tau: f64,
+    pub(super) scratch: &'a mut Scratch<f64>,
+    pub(super) force: &'a mut [f64],
+}
+
+impl Probe<'_> {
+    /// How far the body of `friction` is from changing its mode after a step of length `t`: the
+    /// speed in its direction while it slides, the force to spare while it rests.
+    pub(super) fn margin(&mut self, friction: usize, t: f64) -> f64 {
+        self.go(t);
+        let body = self.topology.frictions[friction].body;
+        match self.modes[friction] {
+            Mode::Slide(direction) => direction * self.scratch.end.v[body],
+            Mode::Stick => {
+                self.other_forces(t);
+                self.to_spare(friction, self.force[body])
+            }
+        }
+    }
+
+    /// Rate of change of the margin at `t`.
+    pub(super) fn slope(&mut self, friction: usize, t: f64, step: f64) -> f64 {
+        match self.modes[friction] {
+            Mode::Slide(direction) => {
+                self.go(t);
+                self.other_forces(t);
+                let end = &self.scratch.end;
+                self.dynamics
+                    .accelerate(self.topology, end, self.modes, self.force);
+                direction * self.force[self.topology.frictions[friction].body]
+            }
+            // A difference is enough here: friction is continuous where a body breaks away, so the
+            // time at which it does has no first-order effect on what follows.
+            Mode::Stick => {
+                let around = 1e-3 * step;
+                let (ahead, behind) = (t + around, t - around);
+                (self.margin(friction, ahead) - self.margin(friction, behind)) / (ahead - behind)
+            }
+        }
+    }
+
+    fn go(&mut self, t: f64) {
+        self.dynamics.step(
+            self.topology,
+            self.inputs,
+            self.modes,
+            self.from,
+            self.first,
+            self.tau,
+            t,
+            self.scratch,
+        );
+    }
+
+    fn other_forces(&mut self, t: f64) {
+        self.topology.forces(
+            &self.dynamics.values,
+            &self.scratch.end,
+            self.inputs,
+            self.tau + t,
+            self.force,
+        );
+    }
+
+    fn to_spare(&self, friction: usize, force: f64) -> f64 {
+        let [forward, backward] = self.topology.frictions[friction].hold(&self.dynamics.values);
+        (forward - force).min(force + backward)
+    }
+
+    /// The time on (0, `within`] at which the margin turns negative, if it does: `within` is where
+    /// it was seen negative. A margin that is negative from the start gives 0.
+    pub(super) fn locate(&mut self, friction: usize, within: f64) -> Option<f64> {
+        let after = self.margin(friction, within);
+        if after >= 0.0 {
+            return None;
+        }
+        let mut low = (0.0, self.margin(friction, 0.0));
+        if low.1 <= 0.0 {
+            // A body that has just begun to slide begins with no margin: look for where it has some.
+            let mut t = within;
+            for _ in 0..30 {
+                t *= 0.5;
+                let margin = self.margin(friction, t);
+                if margin > 0.0 {
+                    low = (t, margin);
+                    break;
+                }
+            }
+            if low.1 <= 0.0 {
+                return Some(0.0);
+            }
+        }
+        Some(self.bisect(friction, low, (within, after), within))
+    }
+
+    /// The Illinois method: false position that halves the weight of an end which stays, with a
+    /// bisection every third time as the guarantee. Returns the end at which the event has happened.
+    fn bisect(&mut self, friction: usize, low: (f64, f64), high: (f64, f64), scale: f64) -> f64 {
+        let ((mut a, mut fa), (mut b, mut fb)) = (low, high);
+        let mut side = 0;
+        for round in 1..=120 {
+            if b - a <= 4.0 * f64::EPSILON * scale {
+                break;
+            }
+            let chord = b - fb * (b - a) / (fb - fa);
+            let inside = a < chord && chord < b && round % 3 != 0;
+            let t = if inside { chord } else { 0.5 * (a + b) };
+            let margin = self.margin(friction, t);
+            if margin == 0.0 {
+                return t;
+            }
+            if margin > 0.0 {
+                (a, fa) = (t, margin);
+                if side == 1 {
+                    fb *= 0.5;
+                }
+                side = 1;
+            } else {
+                (b, fb) = (t, margin);
+                if side == -1 {
+                    fa *= 0.5;
+                }
+                side = -1;
+            }
+        }
+        b
+    }
+}
+
+/// Where in the unit interval a cubic with these end values and end slopes has an inner minimum
+/// below zero: a speed that dips through zero and comes back within one step.
+pub(super) fn dip(start: f64, end: f64, slope_start: f64, slope_end: f64) -> Option<f64> {
+    if !(slope_start < 0.0 && slope_end > 0.0) {
+        return None;
+    }
+    let difference = end - start;
+    let c2 = 3.0 * difference - 2.0 * slope_start - slope_end;
+    let c3 = slope_start + slope_end - 2.0 * difference;
+    // p'(s) = slope_start + 2 c2 s + 3 c3 s^2, negative at 0 and positive at 1: one root between. The
+    // form that does not cancel: slope_start < 0 and the root is where p' rises.
+    let root = crate::math::sqrt((c2 * c2 - 3.0 * c3 * slope_start).max(0.0));
+    let s = if c2 >= 0.0 {
+        -slope_start / (c2 + root)
+    } else {
+        (root - c2) / (3.0 * c3)
+    };
+    let value = start + s * (slope_start + s * (c2 + s * c3));
+    (s > 0.0 && s < 1.0 && value < 0.0).then_some(s)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::dip;
+
+    #[test]
+    fn a_dip_is_seen_where_it_is_deepest() {
+        // p(s) = (s - 0.3)(s - 0.6): deepest at 0.45.
+        let deepest = dip(0.18, 0.28, -0.9, 1.1);
+        assert!(
+            deepest.is_some_and(|s| (s - 0.45).abs() < 1e-12),
+            "{deepest:?}"
+        );
+        assert_eq!(dip(0.5, 0.6, -0.9, 1.1), None);
+        assert_eq!(dip(0.18, 0.28, 0.9, 1.1), None);
+        // A cubic with a negative c2: p = 4 s^3 - 3 s^2 ... has its minimum where its slope rises.
+        let (start, end) = (0.1, 0.2);
+        if let Some(s) = dip(start, end, -3.0, 0.5) {
+            assert!(s > 0.0 && s < 1.0);
+        }
+    }
+}

@@ -1,0 +1,29 @@
+//! The only home of transcendental functions in this crate.
+//!
+//! They come from libm, in Rust, and not from the system's C library: a simulation gives the same
+//! bits on every machine (docs/decisions/0002-one-home-of-transcendentals.md). The square root is
+//! correctly rounded everywhere and stays the processor's.
+
+pub(crate) fn sin(x: f64) -> f64 {
+    libm::sin(x)
+}
+
+pub(crate) fn cos(x: f64) -> f64 {
+    libm::cos(x)
+}
+
+pub(crate) fn exp(x: f64) -> f64 {
+    libm::exp(x)
+}
+
+pub(crate) fn ln(x: f64) -> f64 {
+    libm::log(x)
+}
+
+pub(crate) fn tanh(x: f64) -> f64 {
+    libm::tanh(x)
+}
+
+pub(crate) fn sqrt(x: f64) -> f64 {
+    x.sqrt()
+}

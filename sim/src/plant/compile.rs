@@ -1,0 +1,364 @@
+//! From a rig to a plant: names become indices, numbers become slots.
+
+use super::topology::{
+    BodySlots, Damper, Friction, Law, Line, Load, Motor, Sensor, Spring, Tendon, Topology,
+};
+use super::{Input, Parameter, Plant, SensorChannel};
+use crate::effects::{Family, Kind, Sign};
+use crate::error::Error;
+use crate::rig::{Actuator, Drives, End, Hold, Place, Reads, Rig, Site, Value};
+use crate::unit::{self, Motion, Quantity};
+use std::sync::Arc;
+
+/// The slots as they are handed out.
+#[derive(Default)]
+struct Slots {
+    entries: Vec<(Parameter, Place)>,
+}
+
+impl Slots {
+    fn add(&mut self, name: String, unit: impl Into<String>, sign: Sign, value: &Value) -> usize {
+        self.entries.push((
+            Parameter {
+                name,
+                unit: unit.into(),
+                value: value.value,
+                min: value.min,
+                max: value.max,
+                free: value.free,
+                non_negative: matches!(sign, Sign::NonNegative | Sign::Positive),
+            },
+            value.place.clone(),
+        ));
+        self.entries.len() - 1
+    }
+
+    /// A parameter of a component whose quantity follows from the motion.
+    fn of(
+        &mut self,
+        component: &str,
+        key: &str,
+        quantity: (Quantity, Motion),
+        sign: Sign,
+        value: &Value,
+    ) -> usize {
+        let unit = quantity.0.unit(quantity.1);
+        self.add(format!("{component}.{key}"), unit, sign, value)
+    }
+}
+
+/// Every parameter of a rig with its place in the file, in slot order.
+pub(crate) fn parameters(rig: &Rig) -> Vec<(Parameter, Place)> {
+    build(rig, &mut Vec::new()).0.entries
+}
+
+pub(super) fn compile(rig: &Rig) -> Result<Plant, Error> {
+    let inputs = inputs(rig)?;
+    let mut columns: Vec<&str> = inputs.iter().map(|input| input.column.as_str()).collect();
+    let (slots, topology) = build(rig, &mut columns);
+    let sensors = rig.sensors.iter().map(|sensor| SensorChannel {
+        name: sensor.name.clone(),
+        column: sensor.signal.clone(),
+        unit: signal_unit(rig, sensor),
+        column_factor: sensor.column_factor,
+        position_of: match sensor.reads {
+            Reads::Position(body) => Some(body),
+            Reads::Velocity(_) | Reads::Tension(_) => None,
+        },
+        line: sensor.line,
+    });
+    let parameters = slots.entries.into_iter().map(|(parameter, _)| parameter);
+    Ok(Plant {
+        topology: Arc::new(topology),
+        parameters: parameters.collect(),
+        sensors: sensors.collect(),
+        inputs: inputs.into(),
+    })
+}
+
+/// The distinct input columns; actuators that share one must agree about its unit.
+fn inputs(rig: &Rig) -> Result<Vec<Input>, Error> {
+    let mut inputs: Vec<Input> = Vec::new();
+    for actuator in &rig.actuators {
+        let Some(shared) = inputs.iter_mut().find(|i| i.column == actuator.input) else {
+            inputs.push(Input {
+                column: actuator.input.clone(),
+                actuator: actuator.name.clone(),
+                hold: actuator.hold,
+                limit: actuator.limit,
+                rate_limit: actuator.rate_limit,
+                column_factor: actuator.column_factor,
+                line: actuator.line,
+            });
+            continue;
+        };
+        if shared.column_factor != actuator.column_factor {
+            return Err(Error {
+                file: rig.file.clone(),
+                line: Some(actuator.line),
+                column: None,
+                message: format!(
+                    "actuators `{}` and `{}` give the column `{}` two units",
+                    shared.actuator, actuator.name, actuator.input
+                ),
+                help: None,
+            });
+        }
+        shared.limit = match (shared.limit, actuator.limit) {
+            (Some(a), Some(b)) => Some((a.0.max(b.0), a.1.min(b.1))),
+            (a, b) => a.or(b),
+        };
+        shared.rate_limit = match (shared.rate_limit, actuator.rate_limit) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            (a, b) => a.or(b),
+        };
+    }
+    Ok(inputs)
+}
+
+/// Unit of what an actuator's gain multiplies: SI where a `unit` key converts the column.
+fn input_unit(actuator: &Actuator) -> &str {
+    if actuator.column_factor == 1.0 {
+        unit::of_column(&actuator.input)
+    } else {
+        ""
+    }
+}
+
+fn reading_unit(rig: &Rig, reads: Reads) -> &'static str {
+    match reads {
+        Reads::Position(body) => Quantity::Coordinate.unit(rig.bodies[body].motion),
+        Reads::Velocity(body) => Quantity::Velocity.unit(rig.bodies[body].motion),
+        Reads::Tension(_) => "N",
+    }
+}
+
+/// Unit of a signal in SI: of the column, or of the reading where a `unit` key converts the column.
+fn signal_unit(rig: &Rig, sensor: &crate::rig::Sensor) -> String {
+    if sensor.column_factor == 1.0 {
+        unit::of_column(&sensor.signal).to_owned()
+    } else {
+        reading_unit(rig, sensor.reads).to_owned()
+    }
+}
+
+/// Slots and topology; `columns` are the distinct inputs in order (added to where they are new).
+fn build<'a>(rig: &'a Rig, columns: &mut Vec<&'a str>) -> (Slots, Topology) {
+    let mut slots = Slots::default();
+    let ground = rig.bodies.len();
+    let index = |end: End| match end {
+        End::Ground => ground,
+        End::Body(body) => body,
+    };
+
+    let bodies = rig.bodies.iter().map(|body| {
+        let mut of = |key, quantity, sign, value| {
+            slots.of(&body.name, key, (quantity, body.motion), sign, value)
+        };
+        BodySlots {
+            inertia: of("inertia", Quantity::Inertia, Sign::Positive, &body.inertia),
+            start: (body.start.as_ref())
+                .map(|start| of("start", Quantity::Coordinate, Sign::Any, start)),
+            start_velocity: (body.start_velocity.as_ref())
+                .map(|start| of("start_velocity", Quantity::Velocity, Sign::Any, start)),
+        }
+    });
+    let bodies: Vec<_> = bodies.collect();
+
+    let springs = rig.springs.iter().map(|spring| {
+        let motion = rig.ends_motion(spring.from, spring.to);
+        let mut of = |key, quantity, sign, value| {
+            slots.of(&spring.name, key, (quantity, motion), sign, value)
+        };
+        Spring {
+            from: index(spring.from),
+            to: index(spring.to),
+            stiffness: of(
+                "stiffness",
+                Quantity::Stiffness,
+                Sign::NonNegative,
+                &spring.stiffness,
+            ),
+            rest: of("rest", Quantity::Coordinate, Sign::Any, &spring.rest),
+            motion,
+            laws: Vec::new(),
+        }
+    });
+    let springs: Vec<_> = springs.collect();
+
+    let dampers = rig.dampers.iter().map(|damper| {
+        let quantity = (Quantity::Damping, rig.ends_motion(damper.from, damper.to));
+        Damper {
+            from: index(damper.from),
+            to: index(damper.to),
+            damping: slots.of(
+                &damper.name,
+                "damping",
+                quantity,
+                Sign::NonNegative,
+                &damper.damping,
+            ),
+        }
+    });
+    let dampers: Vec<_> = dampers.collect();
+
+    let loads = rig.gravities.iter().map(|gravity| {
+        let motion = rig.bodies[gravity.body].motion;
+        let mut of = |key, quantity, value| {
+            slots.of(&gravity.name, key, (quantity, motion), Sign::Any, value)
+        };
+        // The law reads its two parameters from neighbouring slots, in this order.
+        let slot = of("amplitude", Quantity::Force, &gravity.amplitude);
+        of("zero", Quantity::Coordinate, &gravity.zero);
+        Load {
+            body: gravity.body,
+            motion,
+            law: Law {
+                kind: Kind::Gravity,
+                slot,
+            },
+        }
+    });
+    let loads: Vec<_> = loads.collect();
+
+    let tendons = rig.tendons.iter().map(|tendon| {
+        let path = tendon.path.iter().map(|(body, arm)| {
+            let body_name = &rig.bodies[*body].name;
+            let unit = match rig.bodies[*body].motion {
+                Motion::Slide => "1",
+                Motion::Hinge => "m",
+            };
+            let name = format!("{}.arm.{body_name}", tendon.name);
+            (*body, slots.add(name, unit, Sign::Any, arm))
+        });
+        let path = path.collect();
+        let slide = Motion::Slide;
+        let mut of = |key, quantity, sign, value| {
+            slots.of(&tendon.name, key, (quantity, slide), sign, value)
+        };
+        Tendon {
+            path,
+            stiffness: of(
+                "stiffness",
+                Quantity::Stiffness,
+                Sign::NonNegative,
+                &tendon.stiffness,
+            ),
+            damping: of(
+                "damping",
+                Quantity::Damping,
+                Sign::NonNegative,
+                &tendon.damping,
+            ),
+            pretension: of("pretension", Quantity::Force, Sign::Any, &tendon.pretension),
+            unilateral: tendon.unilateral,
+            lines: Vec::new(),
+        }
+    });
+
+    let mut topology = Topology {
+        names: rig.bodies.iter().map(|body| body.name.clone()).collect(),
+        tendons: tendons.collect(),
+        motors: Vec::new(),
+        frictions: Vec::new(),
+        sensors: Vec::new(),
+        inputs: 0,
+        rates_vary: false,
+        bodies,
+        springs,
+        dampers,
+        loads,
+    };
+    add_actuators(rig, columns, &mut slots, &mut topology);
+    for sensor in &rig.sensors {
+        let reading = reading_unit(rig, sensor.reads);
+        let signal = signal_unit(rig, sensor);
+        let gain = unit::ratio(&signal, reading);
+        topology.sensors.push(Sensor {
+            reads: sensor.reads,
+            gain: slots.add(
+                format!("{}.gain", sensor.name),
+                gain,
+                Sign::Any,
+                &sensor.gain,
+            ),
+            offset: slots.add(
+                format!("{}.offset", sensor.name),
+                signal,
+                Sign::Any,
+                &sensor.offset,
+            ),
+        });
+    }
+    add_effects(rig, &mut slots, &mut topology);
+    (slots, topology)
+}
+
+fn add_actuators<'a>(
+    rig: &'a Rig,
+    columns: &mut Vec<&'a str>,
+    slots: &mut Slots,
+    topology: &mut Topology,
+) {
+    for actuator in &rig.actuators {
+        let over = match actuator.drives {
+            Drives::Body(body) => Quantity::Force.unit(rig.bodies[body].motion),
+            Drives::Tendon(_) => "m",
+        };
+        let unit = unit::ratio(over, input_unit(actuator));
+        let input =
+            (columns.iter().position(|column| *column == actuator.input)).unwrap_or_else(|| {
+                columns.push(&actuator.input);
+                columns.len() - 1
+            });
+        let line = Line {
+            input,
+            gain: slots.add(
+                format!("{}.gain", actuator.name),
+                unit,
+                Sign::Any,
+                &actuator.gain,
+            ),
+            linear: actuator.hold == Hold::Linear,
+        };
+        match actuator.drives {
+            Drives::Body(body) => topology.motors.push(Motor { body, line }),
+            Drives::Tendon(tendon) => topology.tendons[tendon].lines.push(line),
+        }
+    }
+    topology.inputs = columns.len();
+}
+
+fn add_effects(rig: &Rig, slots: &mut Slots, topology: &mut Topology) {
+    for effect in &rig.effects {
+        let motion = rig.site_motion(effect.site);
+        let component = rig.site_name(effect.site);
+        let description = effect.kind.description();
+        // The law reads its parameters from neighbouring slots, in the order of the description.
+        let slot = slots.entries.len();
+        for (spec, value) in description.parameters.iter().zip(&effect.parameters) {
+            let name = format!("{component}.{}.{}", description.kind, spec.name);
+            slots.add(name, spec.quantity.unit(motion), spec.sign, value);
+        }
+        let law = Law {
+            kind: effect.kind,
+            slot,
+        };
+        let varies = [Kind::QuadraticDrag, Kind::Cubic, Kind::Quadratic];
+        topology.rates_vary |= varies.contains(&effect.kind);
+        match effect.site {
+            Site::Spring(spring) => topology.springs[spring].laws.push(law),
+            Site::Body(body) if description.family == Family::Friction => {
+                match topology.frictions.iter_mut().find(|f| f.body == body) {
+                    Some(friction) => friction.laws.push(law),
+                    None => topology.frictions.push(Friction {
+                        body,
+                        motion,
+                        laws: vec![law],
+                    }),
+                }
+            }
+            Site::Body(body) => topology.loads.push(Load { body, motion, law }),
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! The plant: a rig compiled to indices, with every number in a parameter slot.
+
+mod compile;
+mod initial;
+mod run;
+pub(crate) mod topology;
+
+use crate::error::Error;
+use crate::rig::{Hold, Rig};
+pub(crate) use compile::parameters;
+pub use run::{RecordingRun, Trajectory};
+use std::sync::Arc;
+use topology::Topology;
+
+/// One number of the rig.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// `carriage.inertia`, `flexor.arm.motor`, `carriage.coulomb_friction.level`.
+    pub name: String,
+    /// SI.
+    pub unit: String,
+    /// As the rig has it.
+    pub value: f64,
+    /// Its owner's lower bound.
+    pub min: Option<f64>,
+    /// Its owner's upper bound.
+    pub max: Option<f64>,
+    /// A fit may change it.
+    pub free: bool,
+    /// Where the rig file allows it to be whatever the bounds: zero or more.
+    pub non_negative: bool,
+}
+
+/// A distinct column of the recording that drives the plant; actuators may share one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Input {
+    /// The column's name.
+    pub column: String,
+    /// The first actuator that takes it.
+    pub actuator: String,
+    /// What it does between samples at that actuator.
+    pub hold: Hold,
+    /// What a controller may ask for, lower and upper, SI: the narrowest of all its actuators.
+    pub limit: Option<(f64, f64)>,
+    /// What a controller may change per second, SI.
+    pub rate_limit: Option<f64>,
+    /// Multiply the column by this to get SI (the rig's `unit` key; 1 without one).
+    pub column_factor: f64,
+    /// Line of the rig where the column is named.
+    pub line: usize,
+}
+
+/// A column that the plant writes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SensorChannel {
+    /// The sensor's name.
+    pub name: String,
+    /// The column's name.
+    pub column: String,
+    /// Unit of the signal, from the column's name; SI where the rig has a `unit` key.
+    pub unit: String,
+    /// Multiply the column by this to get SI (the rig's `unit` key; 1 without one).
+    pub column_factor: f64,
+    /// Index of the body whose position it reads, if that is what it reads.
+    pub position_of: Option<usize>,
+    /// Line of the rig where the column is named.
+    pub line: usize,
+}
+
+/// A rig compiled for simulation. Cheap to clone: the parts are shared.
+///
+/// All numbers that go in and out are SI; a column in another unit is converted where the
+/// recording is read, by [`Input::column_factor`] and [`SensorChannel::column_factor`].
+#[derive(Clone, Debug)]
+pub struct Plant {
+    pub(crate) topology: Arc<Topology>,
+    parameters: Arc<[Parameter]>,
+    inputs: Arc<[Input]>,
+    sensors: Arc<[SensorChannel]>,
+}
+
+impl Plant {
+    /// Compiles a rig.
+    ///
+    /// # Errors
+    /// None beyond what [`Rig::parse`] refuses: two columns that share a name but not their unit.
+    pub fn new(rig: &Rig) -> Result<Self, Error> {
+        compile::compile(rig)
+    }
+
+    /// Every number of the rig, in slot order: component by component in file order.
+    pub fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    /// The slot of a parameter.
+    pub fn slot(&self, name: &str) -> Option<usize> {
+        self.parameters.iter().position(|p| p.name == name)
+    }
+
+    /// The rig's own parameter values, in slot order.
+    pub fn values(&self) -> Vec<f64> {
+        self.parameters.iter().map(|p| p.value).collect()
+    }
+
+    /// Slots of the parameters that a fit may change.
+    pub fn free_slots(&self) -> Vec<usize> {
+        (0..self.parameters.len())
+            .filter(|&slot| self.parameters[slot].free)
+            .collect()
+    }
+
+    /// The columns that drive it, in order of first use.
+    pub fn inputs(&self) -> &[Input] {
+        &self.inputs
+    }
+
+    /// The columns that it writes, in file order.
+    pub fn sensors(&self) -> &[SensorChannel] {
+        &self.sensors
+    }
+
+    /// Number of states: a position and a velocity a body.
+    pub fn state_len(&self) -> usize {
+        2 * self.topology.names.len()
+    }
+
+    /// Names of the states, in order: every body's position, then every body's velocity.
+    pub fn state_names(&self) -> Vec<String> {
+        let of = |quantity: &'static str| {
+            let names = self.topology.names.iter();
+            names.map(move |body| format!("{body}.{quantity}"))
+        };
+        of("position").chain(of("velocity")).collect()
+    }
+}

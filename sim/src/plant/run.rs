@@ -1,0 +1,149 @@
+//! Whole recordings: a plant driven by columns, its signals at the recorded times.
+
+use super::Plant;
+use crate::drive::Drive;
+use crate::error::SimulationError;
+use crate::integrator::{Report, Stepper};
+use crate::scalar::Scalar;
+
+/// What a simulation gives.
+#[derive(Clone, Debug)]
+pub struct Trajectory<S> {
+    /// Every sensor's signal at every time, SI: row-major, one row a time.
+    pub signals: Vec<S>,
+    /// Sensors a row.
+    pub sensors: usize,
+    /// The state at the last time.
+    pub final_state: Vec<S>,
+    /// How the integrator fared.
+    pub report: Report,
+}
+
+impl<S: Copy> Trajectory<S> {
+    /// One signal at one time.
+    ///
+    /// # Panics
+    /// When the row or the sensor is not there.
+    pub fn signal(&self, row: usize, sensor: usize) -> S {
+        self.signals[row * self.sensors + sensor]
+    }
+
+    /// One sensor's signal over time.
+    ///
+    /// # Panics
+    /// When the sensor is not there.
+    pub fn column(&self, sensor: usize) -> Vec<S> {
+        assert!(sensor < self.sensors, "the plant has no sensor {sensor}");
+        self.signals
+            .iter()
+            .skip(sensor)
+            .step_by(self.sensors)
+            .copied()
+            .collect()
+    }
+}
+
+/// A simulation as `sinew simulate` runs it, with what was filled in.
+#[derive(Clone, Debug)]
+pub struct RecordingRun {
+    /// The signals, SI.
+    pub trajectory: Trajectory<f64>,
+    /// Where it started.
+    pub start: Vec<f64>,
+    /// Missing samples of each input, which held their last value.
+    pub held: Vec<usize>,
+}
+
+impl Plant {
+    /// Simulates the recorded times; row 0 is `start` itself.
+    ///
+    /// `values` has one entry a parameter slot, `start` one a state ([`Plant::state_names`]),
+    /// `drive` one row a time. Cost: 4 force evaluations a sub-step, about 0.1 us for one body.
+    ///
+    /// # Errors
+    /// Any [`SimulationError`] but `NoInput`.
+    pub fn simulate<S: Scalar>(
+        &self,
+        values: &[S],
+        start: &[S],
+        drive: &Drive,
+        times: &[f64],
+    ) -> Result<Trajectory<S>, SimulationError> {
+        let sensors = self.sensors().len();
+        let mut signals = Vec::with_capacity(sensors * times.len());
+        let stepper = self.simulate_with(values, start, drive, times, |_, stepper| {
+            for sensor in 0..sensors {
+                signals.push(stepper.signal(sensor));
+            }
+        })?;
+        Ok(Trajectory {
+            signals,
+            sensors,
+            final_state: stepper.state(),
+            report: stepper.report(),
+        })
+    }
+
+    /// As [`Plant::simulate`], and `visit` sees the plant at every row: signals, states, forces.
+    ///
+    /// # Errors
+    /// As [`Plant::simulate`].
+    pub fn simulate_with<S: Scalar>(
+        &self,
+        values: &[S],
+        start: &[S],
+        drive: &Drive,
+        times: &[f64],
+        mut visit: impl FnMut(usize, &Stepper<S>),
+    ) -> Result<Stepper<S>, SimulationError> {
+        self.expect("rows of the drive", times.len(), drive.rows())?;
+        let increases = |pair: &[f64]| pair[0] < pair[1] && (pair[1] - pair[0]).is_finite();
+        if let Some(row) = times.windows(2).position(|pair| !increases(pair)) {
+            return Err(SimulationError::Time { row: row + 1 });
+        }
+        let mut stepper = Stepper::new(self, values, start)?;
+        let origin = times.first().copied().unwrap_or(0.0);
+        for row in 0..times.len() {
+            if row > 0 {
+                stepper
+                    .step(times[row] - times[row - 1])
+                    .map_err(|error| match error {
+                        SimulationError::Diverged { time } => SimulationError::Diverged {
+                            time: origin + time,
+                        },
+                        other => other,
+                    })?;
+            }
+            let ahead = (row + 1 < times.len()).then(|| times[row + 1] - times[row]);
+            stepper.take_inputs(drive, row, ahead);
+            visit(row, &stepper);
+        }
+        Ok(stepper)
+    }
+
+    /// Drives the rig as it is written with a recording's columns (`sinew simulate`): one entry an
+    /// input and one a sensor, in the plant's order, SI, NaN where a sample is missing.
+    ///
+    /// # Errors
+    /// Any [`SimulationError`].
+    pub fn simulate_recording(
+        &self,
+        times: &[f64],
+        inputs: &[&[f64]],
+        signals: &[&[f64]],
+    ) -> Result<RecordingRun, SimulationError> {
+        let drive = Drive::new(self, times.len(), inputs)?;
+        let first: Vec<Option<f64>> = signals
+            .iter()
+            .map(|column| column.iter().copied().find(|sample| sample.is_finite()))
+            .collect();
+        let values = self.values();
+        let start = self.initial_state(&values, &first)?;
+        let trajectory = self.simulate(&values, &start, &drive, times)?;
+        Ok(RecordingRun {
+            trajectory,
+            start,
+            held: drive.held().to_vec(),
+        })
+    }
+}

@@ -1,0 +1,206 @@
+//! `[control]` and `[network]`: what the controller and its network should look like. The plant
+//! does not read them; they are checked here because their lines are known here.
+
+use super::components::{Component, Names};
+use super::reader::{Reader, Spanned};
+use super::{Reads, Rig};
+use crate::effects::Sign;
+use crate::error::Error;
+
+/// The `[control]` table; a key that is absent is `None`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ControlTable {
+    /// Control steps a second.
+    pub rate_hz: Option<f64>,
+    /// Indices of the sensors to be tracked: those that are named, else all that read a position.
+    pub outputs: Vec<usize>,
+    /// Columns of the recording that hold the reference, one an output; empty: none.
+    pub reference: Vec<String>,
+    /// Steps that are predicted.
+    pub horizon: Option<usize>,
+    /// Steps with a command of their own; at most the horizon.
+    pub control_horizon: Option<usize>,
+    /// Weight of each output's error.
+    pub tracking_weight: Option<Vec<f64>>,
+    /// Weight of each input's change, one a distinct input column.
+    pub move_suppression: Option<Vec<f64>>,
+    /// Line of the table, for errors about what it asks.
+    pub line: usize,
+}
+
+/// What the network gives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// The next output.
+    Absolute,
+    /// What is added to the present output.
+    Increment,
+}
+
+/// The `[network]` table; a key that is absent is `None`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NetworkTable {
+    /// Widths of the hidden layers.
+    pub hidden: Option<Vec<usize>>,
+    /// Past inputs that it sees.
+    pub past_inputs: Option<usize>,
+    /// Past outputs that it sees.
+    pub past_outputs: Option<usize>,
+    /// What it gives.
+    pub form: Option<Form>,
+    /// Line of the table, for errors about what it asks.
+    pub line: usize,
+}
+
+/// Longest horizon and widest layer that a rig may ask for; far beyond what fits a small chip.
+const MAX_STEPS: usize = 256;
+const MAX_WIDTH: usize = 1024;
+
+pub(super) fn read_control(
+    table: Option<Reader>,
+    names: &Names,
+    rig: &Rig,
+) -> Result<Option<ControlTable>, Error> {
+    let Some(table) = table else {
+        return Ok(None);
+    };
+    table.allow(&[
+        "rate_hz",
+        "outputs",
+        "reference",
+        "horizon",
+        "control_horizon",
+        "tracking_weight",
+        "move_suppression",
+    ])?;
+    let outputs = read_outputs(&table, names, rig)?;
+    let reference = table.texts("reference")?.unwrap_or_default();
+    let of_outputs = |key: &str, found: usize| {
+        expect_length(&table, key, found, outputs.len(), "the controlled outputs")
+    };
+    if !reference.is_empty() {
+        of_outputs("reference", reference.len())?;
+    }
+    let tracking_weight = table.numbers("tracking_weight", Sign::NonNegative)?;
+    if let Some(weight) = &tracking_weight {
+        of_outputs("tracking_weight", weight.len())?;
+    }
+    let move_suppression = table.numbers("move_suppression", Sign::NonNegative)?;
+    if let Some(weight) = &move_suppression {
+        let mut inputs: Vec<&str> = rig.actuators.iter().map(|a| a.input.as_str()).collect();
+        inputs.sort_unstable();
+        inputs.dedup();
+        let found = weight.len();
+        expect_length(
+            &table,
+            "move_suppression",
+            found,
+            inputs.len(),
+            "the inputs",
+        )?;
+    }
+    let horizon = table.count("horizon", 1, MAX_STEPS)?;
+    let control_horizon = table.count("control_horizon", 1, MAX_STEPS)?;
+    if let (Some(horizon), Some(control)) = (horizon, control_horizon)
+        && control > horizon
+    {
+        return Err(table.error_at(
+            "control_horizon",
+            format!("control_horizon = {control} is longer than horizon = {horizon}"),
+        ));
+    }
+    Ok(Some(ControlTable {
+        rate_hz: table.number("rate_hz", Sign::Positive)?,
+        outputs,
+        reference: reference.into_iter().map(|text| text.value).collect(),
+        horizon,
+        control_horizon,
+        tracking_weight,
+        move_suppression,
+        line: table.own_line(),
+    }))
+}
+
+fn expect_length(
+    table: &Reader,
+    key: &str,
+    found: usize,
+    expected: usize,
+    what: &str,
+) -> Result<(), Error> {
+    if found == expected {
+        return Ok(());
+    }
+    Err(table.error_at(
+        key,
+        format!("`{key}` has {found} entries, {what} are {expected}"),
+    ))
+}
+
+fn read_outputs(table: &Reader, names: &Names, rig: &Rig) -> Result<Vec<usize>, Error> {
+    let Some(texts) = table.texts("outputs")? else {
+        let reads_position =
+            |index: &usize| matches!(rig.sensors[*index].reads, Reads::Position(_));
+        return Ok((0..rig.sensors.len()).filter(reads_position).collect());
+    };
+    let mut outputs = Vec::new();
+    for text in &texts {
+        let name = Spanned {
+            value: text.value.as_str(),
+            span: text.span.clone(),
+        };
+        let sensor = names.resolve(
+            table.source,
+            &name,
+            "`outputs` of [control]",
+            "sensors",
+            |component| match component {
+                Component::Sensor(sensor) => Some(sensor),
+                _ => None,
+            },
+        )?;
+        if outputs.contains(&sensor) {
+            return Err(table.source.error(
+                name.span,
+                format!("the output `{}` is there twice", name.value),
+            ));
+        }
+        outputs.push(sensor);
+    }
+    Ok(outputs)
+}
+
+pub(super) fn read_network(table: Option<Reader>) -> Result<Option<NetworkTable>, Error> {
+    let Some(table) = table else {
+        return Ok(None);
+    };
+    table.allow(&["hidden", "past_inputs", "past_outputs", "form"])?;
+    let forms = [("absolute", Form::Absolute), ("increment", Form::Increment)];
+    let hidden = table
+        .numbers("hidden", Sign::Positive)?
+        .map(|widths| {
+            widths
+                .into_iter()
+                .map(|width| {
+                    let whole = width.fract() == 0.0 && width <= MAX_WIDTH as f64;
+                    whole.then_some(width as usize).ok_or_else(|| {
+                        table.error_at(
+                            "hidden",
+                            format!(
+                                "`hidden` of [network]: expected whole numbers from 1 to \
+                                 {MAX_WIDTH}, found {width}"
+                            ),
+                        )
+                    })
+                })
+                .collect::<Result<Vec<usize>, Error>>()
+        })
+        .transpose()?;
+    Ok(Some(NetworkTable {
+        hidden,
+        past_inputs: table.count("past_inputs", 1, MAX_STEPS)?,
+        past_outputs: table.count("past_outputs", 1, MAX_STEPS)?,
+        form: table.word("form", &forms)?,
+        line: table.own_line(),
+    }))
+}

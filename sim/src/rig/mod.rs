@@ -1,0 +1,315 @@
+//! The rig file: what the owner of a device believes about it, typed, and with its lines kept.
+
+mod components;
+mod control;
+mod effect;
+mod reader;
+mod write;
+
+use crate::effects::Kind;
+use crate::error::Error;
+use crate::unit::Motion;
+pub use control::{ControlTable, Form, NetworkTable};
+use reader::Source;
+use std::path::Path;
+
+/// The name of the file format, and its version.
+pub const FORMAT: &str = "sinew-rig/1";
+
+/// A rig file that was read and found sound.
+///
+/// The text it came from stays with it: writing a rig back gives the user's file, comments and
+/// layout included, with other numbers in it.
+#[derive(Clone, Debug)]
+pub struct Rig {
+    pub(crate) text: String,
+    /// The file as the user named it.
+    pub file: String,
+    /// The device's name.
+    pub name: String,
+    /// Coordinates with inertia, in file order, as all that follows.
+    pub bodies: Vec<Body>,
+    /// Springs between bodies, or a body and the ground.
+    pub springs: Vec<Spring>,
+    /// Dampers between bodies, or a body and the ground.
+    pub dampers: Vec<Damper>,
+    /// Weights.
+    pub gravities: Vec<Gravity>,
+    /// Tendons along a path of bodies.
+    pub tendons: Vec<Tendon>,
+    /// Where inputs become forces.
+    pub actuators: Vec<Actuator>,
+    /// Where readings become signals.
+    pub sensors: Vec<Sensor>,
+    /// Physics beyond the textbook.
+    pub effects: Vec<EffectTable>,
+    /// What the controller should look like, if the rig says.
+    pub control: Option<ControlTable>,
+    /// What the network should look like, if the rig says.
+    pub network: Option<NetworkTable>,
+}
+
+/// A parameter: a bare number is known and held, `{ value, min, max }` is believed and free.
+#[derive(Clone, Debug)]
+pub struct Value {
+    /// The number.
+    pub value: f64,
+    /// Below this it makes no sense to its owner.
+    pub min: Option<f64>,
+    /// Above this it makes no sense to its owner.
+    pub max: Option<f64>,
+    /// A fit may change it.
+    pub free: bool,
+    pub(crate) place: Place,
+}
+
+/// Where a parameter stands in the file, whether or not it is written there.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Place {
+    /// Array of tables at the top: `body`.
+    pub(crate) table: &'static str,
+    /// Which of them.
+    pub(crate) index: usize,
+    /// An array inside it and which of its entries: `path`, 1.
+    pub(crate) within: Option<(&'static str, usize)>,
+    /// The key.
+    pub(crate) key: String,
+}
+
+/// One coordinate with inertia.
+#[derive(Clone, Debug)]
+pub struct Body {
+    /// Unique in the file.
+    pub name: String,
+    /// Line or axis.
+    pub motion: Motion,
+    /// kg or kg m^2, positive.
+    pub inertia: Value,
+    /// Where it starts, if the rig says.
+    pub start: Option<Value>,
+    /// How fast it starts, if the rig says.
+    pub start_velocity: Option<Value>,
+}
+
+/// An end of a spring or damper.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// Does not move.
+    Ground,
+    /// Index of a body.
+    Body(usize),
+}
+
+/// Force on `to` = -stiffness (q_to - q_from - rest).
+#[derive(Clone, Debug)]
+pub struct Spring {
+    /// Unique in the file.
+    pub name: String,
+    /// One end.
+    pub from: End,
+    /// The end that the sign of the force belongs to.
+    pub to: End,
+    /// N/m or N m/rad.
+    pub stiffness: Value,
+    /// m or rad.
+    pub rest: Value,
+}
+
+/// Force on `to` = -damping (v_to - v_from).
+#[derive(Clone, Debug)]
+pub struct Damper {
+    /// Unique in the file.
+    pub name: String,
+    /// One end.
+    pub from: End,
+    /// The end that the sign of the force belongs to.
+    pub to: End,
+    /// N s/m or N m s/rad.
+    pub damping: Value,
+}
+
+/// Slide: force = -amplitude. Hinge: torque = -amplitude sin(q - zero).
+#[derive(Clone, Debug)]
+pub struct Gravity {
+    /// Unique in the file.
+    pub name: String,
+    /// Index of the body.
+    pub body: usize,
+    /// N or N m.
+    pub amplitude: Value,
+    /// Where a hinge hangs at rest, rad.
+    pub zero: Value,
+}
+
+/// Tension = pretension + stiffness (sum arm_i q_i - p) + damping sum arm_i v_i; pulls each body of
+/// its path with -arm_i times that.
+#[derive(Clone, Debug)]
+pub struct Tendon {
+    /// Unique in the file.
+    pub name: String,
+    /// (index of the body, arm in m or +-1).
+    pub path: Vec<(usize, Value)>,
+    /// N/m.
+    pub stiffness: Value,
+    /// N s/m.
+    pub damping: Value,
+    /// N.
+    pub pretension: Value,
+    /// It cannot push.
+    pub unilateral: bool,
+}
+
+/// What an actuator acts on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Drives {
+    /// Index of a body: the force is gain times input.
+    Body(usize),
+    /// Index of a tendon: the length let out is gain times input.
+    Tendon(usize),
+}
+
+/// What an input does between two samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hold {
+    /// Keeps its value.
+    Zero,
+    /// Goes straight to the next one.
+    Linear,
+}
+
+/// Where a column of the recording acts on the rig.
+#[derive(Clone, Debug)]
+pub struct Actuator {
+    /// Unique in the file.
+    pub name: String,
+    /// Body or tendon.
+    pub drives: Drives,
+    /// Column of the recording.
+    pub input: String,
+    /// Between samples.
+    pub hold: Hold,
+    /// N, N m or m per unit of the input.
+    pub gain: Value,
+    /// What a controller may ask for, lower and upper, SI.
+    pub limit: Option<(f64, f64)>,
+    /// What a controller may change per second, SI.
+    pub rate_limit: Option<f64>,
+    /// What one of the column's unit is in SI (the `unit` key; 1 without one).
+    pub column_factor: f64,
+    /// Line of the `input` key, for errors about the recording.
+    pub line: usize,
+}
+
+/// What a sensor reads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reads {
+    /// Coordinate of the body of that index.
+    Position(usize),
+    /// Its rate.
+    Velocity(usize),
+    /// Tension of the tendon of that index.
+    Tension(usize),
+}
+
+/// Signal = gain * reading + offset, a column of the recording.
+#[derive(Clone, Debug)]
+pub struct Sensor {
+    /// Unique in the file.
+    pub name: String,
+    /// What it reads.
+    pub reads: Reads,
+    /// Column of the recording.
+    pub signal: String,
+    /// Per unit of the reading; not zero.
+    pub gain: Value,
+    /// SI.
+    pub offset: Value,
+    /// What one of the column's unit is in SI (the `unit` key; 1 without one).
+    pub column_factor: f64,
+    /// Line of the `signal` key, for errors about the recording.
+    pub line: usize,
+}
+
+/// Where an `[[effect]]` sits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Site {
+    /// Index of a body.
+    Body(usize),
+    /// Index of a spring.
+    Spring(usize),
+}
+
+/// Physics beyond the textbook.
+#[derive(Clone, Debug)]
+pub struct EffectTable {
+    /// Which law.
+    pub kind: Kind,
+    /// Where.
+    pub site: Site,
+    /// Its parameters, in the order of its description.
+    pub parameters: Vec<Value>,
+}
+
+impl Rig {
+    /// Reads a rig file.
+    ///
+    /// # Errors
+    /// The file cannot be read, or [`Rig::parse`] refuses it.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
+        let path = path.as_ref();
+        let file = path.display().to_string();
+        let text = std::fs::read_to_string(path).map_err(|error| Error {
+            file: file.clone(),
+            line: None,
+            column: None,
+            message: format!("cannot read the rig: {error}"),
+            help: None,
+        })?;
+        Self::parse(&text, &file)
+    }
+
+    /// Understands the text of a rig file; `file` is its name in errors.
+    ///
+    /// # Errors
+    /// The first thing that is wrong, with its line and column, what was expected, and the name that
+    /// was probably meant. No text makes it panic.
+    pub fn parse(text: &str, file: &str) -> Result<Self, Error> {
+        let source = Source::new(file, text);
+        let document = source.document()?;
+        components::read_rig(&source, document.as_table())
+    }
+
+    /// The name that a body of a rig is known by; `ground` for the ground.
+    pub fn end_name(&self, end: End) -> &str {
+        match end {
+            End::Ground => "ground",
+            End::Body(body) => &self.bodies[body].name,
+        }
+    }
+
+    /// The name of the component where an effect sits.
+    pub fn site_name(&self, site: Site) -> &str {
+        match site {
+            Site::Body(body) => &self.bodies[body].name,
+            Site::Spring(spring) => &self.springs[spring].name,
+        }
+    }
+
+    /// Line or axis, of a body or of the bodies that a spring joins.
+    pub fn site_motion(&self, site: Site) -> Motion {
+        match site {
+            Site::Body(body) => self.bodies[body].motion,
+            Site::Spring(spring) => {
+                self.ends_motion(self.springs[spring].from, self.springs[spring].to)
+            }
+        }
+    }
+
+    /// The motion of two ends, of which at least one is a body (the reader sees to that).
+    pub(crate) fn ends_motion(&self, from: End, to: End) -> Motion {
+        match (from, to) {
+            (_, End::Body(body)) | (End::Body(body), End::Ground) => self.bodies[body].motion,
+            (End::Ground, End::Ground) => Motion::Slide,
+        }
+    }
+}

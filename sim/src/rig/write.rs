@@ -1,0 +1,94 @@
+//! Writing a rig back: the user's file, comments and layout included, with other numbers in it.
+
+use super::{Place, Rig};
+use crate::error::Error;
+use crate::plant::parameters;
+use crate::suggest;
+use toml_edit::{DocumentMut, Item, TableLike, Value};
+
+impl Rig {
+    /// The rig as a file: its own text.
+    pub fn to_toml(&self) -> &str {
+        &self.text
+    }
+
+    /// The same rig with other parameter values, by name (`carriage.inertia`). A parameter that the
+    /// file leaves to its default is written into its table; one that is `{ value, ... }` stays
+    /// free and keeps its bounds.
+    ///
+    /// # Errors
+    /// A name that the rig does not have, or a value that a rig file could not hold (not finite,
+    /// wrong sign, outside the parameter's own bounds).
+    pub fn with_values(&self, values: &[(&str, f64)]) -> Result<Self, Error> {
+        let slots = parameters(self);
+        let mut document: DocumentMut = self.text.parse().map_err(|_| self.unwritable("itself"))?;
+        for &(name, value) in values {
+            let (_, place) = slots
+                .iter()
+                .find(|(parameter, _)| parameter.name == name)
+                .ok_or_else(|| {
+                    let names: Vec<&str> = slots.iter().map(|(p, _)| p.name.as_str()).collect();
+                    Error {
+                        file: self.file.clone(),
+                        line: None,
+                        column: None,
+                        message: format!("the rig has no parameter `{name}`"),
+                        help: Some(suggest::help(name, "parameters", &names)),
+                    }
+                })?;
+            replace(&mut document, place, value).ok_or_else(|| self.unwritable(name))?;
+        }
+        Self::parse(&document.to_string(), &self.file)
+    }
+
+    /// A place that the reader found and the writer does not: cannot happen, and is no reason to stop
+    /// a program either.
+    fn unwritable(&self, name: &str) -> Error {
+        Error {
+            file: self.file.clone(),
+            line: None,
+            column: None,
+            message: format!("cannot write `{name}` into this file"),
+            help: None,
+        }
+    }
+}
+
+/// Puts a number where a parameter stands, keeping the white space and comments around it.
+fn replace(document: &mut DocumentMut, place: &Place, value: f64) -> Option<()> {
+    let mut table = element(document.as_table_mut().get_mut(place.table)?, place.index)?;
+    if let Some((array, index)) = place.within {
+        table = element(table.get_mut(array)?, index)?;
+    }
+    match table.get_mut(&place.key) {
+        None => {
+            table.insert(&place.key, toml_edit::value(value));
+        }
+        Some(item) => {
+            let number = match item.as_table_like_mut() {
+                Some(inner) => inner.get_mut("value")?,
+                None => item,
+            };
+            set(number, value)?;
+        }
+    }
+    Some(())
+}
+
+fn element(item: &mut Item, index: usize) -> Option<&mut dyn TableLike> {
+    match item {
+        Item::ArrayOfTables(array) => Some(array.get_mut(index)? as &mut dyn TableLike),
+        Item::Value(Value::Array(array)) => {
+            Some(array.get_mut(index)?.as_inline_table_mut()? as &mut dyn TableLike)
+        }
+        _ => None,
+    }
+}
+
+fn set(item: &mut Item, value: f64) -> Option<()> {
+    let old = item.as_value_mut()?;
+    let decor = old.decor().clone();
+    *old = Value::from(value);
+    *old.decor_mut() = decor;
+    Some(())
+}

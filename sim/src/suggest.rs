@@ -1,0 +1,55 @@
+//! The name that was probably meant.
+
+/// The candidate nearest to `word`, if near enough to be a slip of the fingers.
+///
+/// Near: Damerau-Levenshtein distance at most a third of the longer word (at least one), or equal
+/// but for case.
+pub(crate) fn nearest<'a>(
+    word: &str,
+    candidates: impl IntoIterator<Item = &'a str>,
+) -> Option<&'a str> {
+    candidates
+        .into_iter()
+        .map(|candidate| {
+            let distance =
+                strsim::damerau_levenshtein(&word.to_lowercase(), &candidate.to_lowercase());
+            (distance, candidate)
+        })
+        .filter(|&(distance, candidate)| {
+            let longer = word.chars().count().max(candidate.chars().count());
+            distance <= (longer / 3).max(1)
+        })
+        .min_by_key(|&(distance, _)| distance)
+        .map(|(_, candidate)| candidate)
+}
+
+/// The help line of an unknown name: the nearest one if there is one, and the list of all.
+pub(crate) fn help(word: &str, what: &str, candidates: &[&str]) -> String {
+    let list = if candidates.is_empty() {
+        format!("there is no {what}")
+    } else {
+        format!("{what}: {}", candidates.join(", "))
+    };
+    match nearest(word, candidates.iter().copied()) {
+        Some(name) => format!("did you mean `{name}`? {list}"),
+        None => list,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slip_is_mended_and_a_stranger_is_not() {
+        let names = ["stiffness", "damping", "inertia"];
+        assert_eq!(nearest("stifness", names), Some("stiffness"));
+        assert_eq!(nearest("Damping", names), Some("damping"));
+        assert_eq!(nearest("voltage", names), None);
+    }
+
+    #[test]
+    fn the_nearest_of_two_near_ones_wins() {
+        assert_eq!(nearest("load", ["lead", "load2", "road2"]), Some("lead"));
+    }
+}

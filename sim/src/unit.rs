@@ -1,0 +1,191 @@
+//! Units: of parameters by the motion they belong to, of columns by their suffix, and the factor
+//! that a `unit` key brings to SI.
+
+use crate::suggest;
+
+/// Whether a coordinate is a length or an angle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Motion {
+    /// Along a line: m, N, kg.
+    Slide,
+    /// About an axis: rad, N m, kg m^2.
+    Hinge,
+}
+
+/// What a parameter measures; with a [`Motion`] it becomes a unit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// Mass or moment of inertia.
+    Inertia,
+    /// Force or torque.
+    Force,
+    /// Length or angle.
+    Coordinate,
+    /// Speed or angular speed.
+    Velocity,
+    /// Force per coordinate.
+    Stiffness,
+    /// Force per coordinate squared.
+    QuadraticStiffness,
+    /// Force per coordinate cubed.
+    CubicStiffness,
+    /// Force per velocity.
+    Damping,
+    /// Force per velocity squared.
+    Drag,
+    /// Cycles of a ripple per coordinate, times 2 pi.
+    WaveNumber,
+    /// An angle whatever the motion.
+    Phase,
+}
+
+impl Quantity {
+    /// The unit's name in SI.
+    pub fn unit(self, motion: Motion) -> &'static str {
+        use Motion::{Hinge, Slide};
+        match (self, motion) {
+            (Self::Inertia, Slide) => "kg",
+            (Self::Inertia, Hinge) => "kg m^2",
+            (Self::Force, Slide) => "N",
+            (Self::Force, Hinge) => "N m",
+            (Self::Coordinate, Slide) => "m",
+            (Self::Coordinate, Hinge) => "rad",
+            (Self::Velocity, Slide) => "m/s",
+            (Self::Velocity, Hinge) => "rad/s",
+            (Self::Stiffness, Slide) => "N/m",
+            (Self::Stiffness, Hinge) => "N m/rad",
+            (Self::QuadraticStiffness, Slide) => "N/m^2",
+            (Self::QuadraticStiffness, Hinge) => "N m/rad^2",
+            (Self::CubicStiffness, Slide) => "N/m^3",
+            (Self::CubicStiffness, Hinge) => "N m/rad^3",
+            (Self::Damping, Slide) => "N s/m",
+            (Self::Damping, Hinge) => "N m s/rad",
+            (Self::Drag, Slide) => "N s^2/m^2",
+            (Self::Drag, Hinge) => "N m s^2/rad^2",
+            (Self::WaveNumber, Slide) => "rad/m",
+            (Self::WaveNumber, Hinge) => "1",
+            (Self::Phase, _) => "rad",
+        }
+    }
+}
+
+/// A unit that a column may be written in: the spelling in a column's name, the spelling for
+/// people, and what one of it is in SI.
+struct Known {
+    suffix: &'static str,
+    text: &'static str,
+    si: f64,
+}
+
+const fn known(suffix: &'static str, text: &'static str, si: f64) -> Known {
+    Known { suffix, text, si }
+}
+
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+
+/// Longest spellings first is not needed: a suffix is compared whole.
+const KNOWN: &[Known] = &[
+    known("m", "m", 1.0),
+    known("km", "km", 1e3),
+    known("cm", "cm", 1e-2),
+    known("mm", "mm", 1e-3),
+    known("um", "um", 1e-6),
+    known("rad", "rad", 1.0),
+    known("mrad", "mrad", 1e-3),
+    known("deg", "deg", DEGREE),
+    known("rev", "rev", 2.0 * std::f64::consts::PI),
+    known("s", "s", 1.0),
+    known("ms", "ms", 1e-3),
+    known("us", "us", 1e-6),
+    known("m_s", "m/s", 1.0),
+    known("mm_s", "mm/s", 1e-3),
+    known("rad_s", "rad/s", 1.0),
+    known("deg_s", "deg/s", DEGREE),
+    known("rpm", "rpm", std::f64::consts::PI / 30.0),
+    known("N", "N", 1.0),
+    known("kN", "kN", 1e3),
+    known("mN", "mN", 1e-3),
+    known("Nm", "N m", 1.0),
+    known("Nmm", "N mm", 1e-3),
+    known("mNm", "mN m", 1e-3),
+    known("V", "V", 1.0),
+    known("kV", "kV", 1e3),
+    known("mV", "mV", 1e-3),
+    known("A", "A", 1.0),
+    known("mA", "mA", 1e-3),
+    known("percent", "%", 1e-2),
+    known("1", "1", 1.0),
+];
+
+/// What one of `unit` (a `unit` key: `mm`, `deg`, `mm_s` or `mm/s`) is in SI.
+///
+/// # Errors
+/// The help line for a unit that is not known: the nearest one and the list.
+pub fn factor(unit: &str) -> Result<f64, String> {
+    KNOWN
+        .iter()
+        .find(|known| known.suffix == unit || known.text == unit)
+        .map(|known| known.si)
+        .ok_or_else(|| {
+            let names: Vec<&str> = KNOWN.iter().map(|known| known.suffix).collect();
+            suggest::help(unit, "known units", &names)
+        })
+}
+
+/// The unit at the end of a column's name, for people: `qd_m_s` gives `m/s`, `u_V` gives `V`. An
+/// unknown suffix is given as it stands, a name without one gives nothing.
+///
+/// ```
+/// assert_eq!(sinew_sim::unit::of_column("qd_m_s"), "m/s");
+/// assert_eq!(sinew_sim::unit::of_column("level_furlong"), "furlong");
+/// assert_eq!(sinew_sim::unit::of_column("u"), "");
+/// ```
+pub fn of_column(column: &str) -> &str {
+    let suffixes = column.match_indices('_').map(|(at, _)| &column[at + 1..]);
+    for suffix in suffixes {
+        if let Some(known) = KNOWN.iter().find(|known| known.suffix == suffix) {
+            return known.text;
+        }
+    }
+    column.rsplit_once('_').map_or("", |(_, suffix)| suffix)
+}
+
+/// The unit of a ratio, `1` where the two cancel.
+pub(crate) fn ratio(over: &str, under: &str) -> String {
+    match (over, under) {
+        (over, under) if over == under => "1".to_owned(),
+        (over, "" | "1") => over.to_owned(),
+        (over, under) if under.contains(['/', ' ']) => format!("{over}/({under})"),
+        (over, under) => format!("{over}/{under}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_longest_known_suffix_is_the_unit() {
+        assert_eq!(of_column("q_m"), "m");
+        assert_eq!(of_column("tip_speed_rad_s"), "rad/s");
+        assert_eq!(of_column("q_parsec_m"), "m");
+        assert_eq!(of_column("tau_Nm"), "N m");
+        assert_eq!(of_column("u_1"), "1");
+    }
+
+    #[test]
+    fn factors_bring_to_si() {
+        assert_eq!(factor("mm"), Ok(1e-3));
+        assert_eq!(factor("mm/s"), Ok(1e-3));
+        assert!((factor("deg").unwrap_or(0.0) * 180.0 - std::f64::consts::PI).abs() < 1e-15);
+        assert!(factor("degs").is_err_and(|help| help.contains("did you mean `deg`?")));
+    }
+
+    #[test]
+    fn ratios_cancel() {
+        assert_eq!(ratio("m", "m"), "1");
+        assert_eq!(ratio("N", "V"), "N/V");
+        assert_eq!(ratio("N m", "1"), "N m");
+        assert_eq!(ratio("m", "m/s"), "m/(m/s)");
+    }
+}
