@@ -26,7 +26,7 @@ pub(super) fn print(spec: &ModelSpec) -> String {
 //! {HEADER}
 
 use sinew_firmware::control_loop::{{ControlLoop, Settings}};
-use sinew_firmware::protocol::{{self, Identity}};
+use sinew_firmware::protocol::{{Identity, PROTOCOL}};
 use sinew_firmware::safety::Limits;
 use sinew_firmware::scaling::{{ModelScaling, Scaling}};
 use sinew_firmware::session;
@@ -77,7 +77,7 @@ pub const SETTINGS: Settings<NU, NY> = Settings {{
 
 /// What the device says it is.
 pub const IDENTITY: Identity = Identity {{
-    protocol: protocol::VERSION,
+    protocol: PROTOCOL,
     model: 0x{model:08x},
     n_u: NU as u8,
     n_y: NY as u8,

@@ -6,14 +6,15 @@ use crate::spec::{Golden, ModelSpec};
 
 pub(super) fn print(spec: &ModelSpec, options: &EmitOptions) -> String {
     let supplied = spec.golden.len();
-    let drawn = drawn(spec, options);
-    let count = supplied + drawn.len();
+    let others = drawn(spec, options);
+    let drawn = others.len();
+    let count = supplied + drawn;
     let length = spec.regressor_len();
     let outputs = spec.outputs.len();
     let vectors: String = spec
         .golden
         .iter()
-        .chain(&drawn)
+        .chain(&others)
         .map(|g| vector(spec, g))
         .collect();
     let seed = options.golden_seed;
@@ -21,7 +22,7 @@ pub(super) fn print(spec: &ModelSpec, options: &EmitOptions) -> String {
         "//! Golden vectors: what the network gives in double precision, for tests.
 //!
 //! {HEADER}
-//! The first {supplied} came with the model; the inputs of the others are drawn from seed {seed}.
+//! Vectors that came with the model: {supplied}. Inputs drawn from seed {seed}: {drawn}.
 
 /// One input, the output that belongs to it and its derivatives, in model units.
 #[derive(Clone, Copy, Debug, PartialEq)]

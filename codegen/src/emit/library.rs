@@ -34,7 +34,7 @@ pub mod control;
 pub mod golden;
 mod network;
 
-pub use control::{{Controller, IDENTITY, controller, session}};
+pub use control::{{Controller, IDENTITY, Session, controller, session}};
 pub use network::Network;
 "
     )

@@ -67,7 +67,7 @@ impl Model<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS> for Network {{
     }}
 }}
 
-/// What each layer gives; the last is {y}.
+/// What the layers give; the last is {y}.
 struct Activations {{
 {fields}}}
 
@@ -88,10 +88,19 @@ fn next(x: &Regressor, change: &[f32; NY]) -> [f32; NY] {
 }
 ";
 
+/// Layers whose outputs are looked at after the forward pass: the last, and those whose slope is
+/// computed from them.
+fn kept<'a>(layers: &'a [&Dense]) -> impl Iterator<Item = (usize, &'a Dense)> {
+    let curved =
+        |n: usize, dense: &Dense| n == layers.len() || dense.activation != Activation::Linear;
+    let numbered = layers.iter().enumerate().map(|(i, dense)| (i + 1, *dense));
+    numbered.filter(move |(n, dense)| curved(*n, dense))
+}
+
 fn fields(layers: &[&Dense]) -> String {
-    let field =
-        |(i, dense): (usize, &&Dense)| format!("    a{}: [f32; {}],\n", i + 1, dense.outputs);
-    layers.iter().enumerate().map(field).collect()
+    kept(layers)
+        .map(|(n, dense)| format!("    a{n}: [f32; {}],\n", dense.outputs))
+        .collect()
 }
 
 fn forward(layers: &[&Dense]) -> String {
@@ -110,64 +119,54 @@ fn forward(layers: &[&Dense]) -> String {
         }
         before = format!("a{n}");
     }
-    let names = (1..=layers.len()).map(|n| format!("a{n}"));
-    let names: Vec<String> = names.collect();
-    text.push_str(&format!("    Activations {{ {} }}\n", names.join(", ")));
-    text
+    let names: Vec<String> = kept(layers).map(|(n, _)| format!("a{n}")).collect();
+    text + &rust::structure("Activations", &names, 4) + "\n"
 }
 
-/// From the output side to the first layer: `t{n}` is the derivative of the outputs with respect to
-/// what layer n computes before its activation, transposed.
+/// From the output side to the first layer: `d{n}` are the slopes of layer n, `t{n}` the derivative
+/// of the outputs with respect to what it computes before its activation, transposed.
 fn jacobian(layers: &[&Dense]) -> String {
     let last = layers.len();
-    let mut text = String::new();
-    let mut declare = |n: usize, call: String| {
-        let width = layers[n - 1].outputs;
-        text.push_str(&format!(
-            "        let mut t{n} = [[0.0; NY]; {width}];\n        {call}\n"
-        ));
-    };
+    let mut lines = Vec::new();
     let slope = |n: usize| slope(n, layers[n - 1]);
+    let zeros = |n: usize| format!("let mut t{n} = [[0.0; NY]; {}];", layers[n - 1].outputs);
     if last == 1 {
-        declare(
-            1,
-            format!("network::seed_diagonal(&{}, &mut t1);", slope(1)),
-        );
+        lines.extend([slope(1), zeros(1)]);
+        lines.push("network::seed_diagonal(&d1, &mut t1);".into());
     } else {
-        let (n, output) = (last - 1, layers[last - 1]);
-        declare(
-            n,
-            match output.activation {
-                Activation::Linear => {
-                    format!("network::seed_linear(&W{last}, &{}, &mut t{n});", slope(n))
-                }
-                Activation::Tanh | Activation::Relu => format!(
-                    "network::seed(&W{last}, &{}, &{}, &mut t{n});",
-                    slope(last),
-                    slope(n)
-                ),
-            },
-        );
+        let n = last - 1;
+        match layers[last - 1].activation {
+            Activation::Linear => {
+                lines.extend([slope(n), zeros(n)]);
+                lines.push(format!("network::seed_linear(&W{last}, &d{n}, &mut t{n});"));
+            }
+            Activation::Tanh | Activation::Relu => {
+                lines.extend([slope(last), slope(n), zeros(n)]);
+                lines.push(format!(
+                    "network::seed(&W{last}, &d{last}, &d{n}, &mut t{n});"
+                ));
+            }
+        }
         for n in (1..last - 1).rev() {
-            declare(
-                n,
-                format!(
-                    "network::chain(&t{0}, &W{0}, &{1}, &mut t{n});",
-                    n + 1,
-                    slope(n)
-                ),
-            );
+            lines.extend([slope(n), zeros(n)]);
+            lines.push(format!(
+                "network::chain(&t{0}, &W{0}, &d{n}, &mut t{n});",
+                n + 1
+            ));
         }
     }
-    text.push_str("        network::input_jacobian(&t1, &W1, jacobian);\n");
-    text
+    lines.push("network::input_jacobian(&t1, &W1, jacobian);".into());
+    lines
+        .iter()
+        .map(|line| format!("        {line}\n"))
+        .collect()
 }
 
 fn slope(n: usize, dense: &Dense) -> String {
     match dense.activation {
-        Activation::Linear => format!("[1.0; {}]", dense.outputs),
-        Activation::Tanh => format!("network::tanh_slope(&a.a{n})"),
-        Activation::Relu => format!("network::relu_slope(&a.a{n})"),
+        Activation::Linear => format!("let d{n} = [1.0; {}];", dense.outputs),
+        Activation::Tanh => format!("let d{n} = network::tanh_slope(&a.a{n});"),
+        Activation::Relu => format!("let d{n} = network::relu_slope(&a.a{n});"),
     }
 }
 

@@ -64,6 +64,21 @@ pub(super) fn matrix(rows: impl IntoIterator<Item = Vec<String>>, indent: usize)
     text
 }
 
+/// `Name { a, b }` at `indent` spaces, one field a line where rustfmt would not leave it on one.
+pub(super) fn structure(name: &str, fields: &[String], indent: usize) -> String {
+    const STRUCT_LIT_WIDTH: usize = 18;
+    let line = fields.join(", ");
+    let margin = " ".repeat(indent);
+    if line.len() <= STRUCT_LIT_WIDTH {
+        return format!("{margin}{name} {{ {line} }}");
+    }
+    let fields: String = fields
+        .iter()
+        .map(|field| format!("{margin}    {field},\n"))
+        .collect();
+    format!("{margin}{name} {{\n{fields}{margin}}}")
+}
+
 /// `1 input`, `2 inputs`.
 pub(super) fn count(n: usize, noun: &str) -> String {
     format!("{n} {noun}{}", if n == 1 { "" } else { "s" })

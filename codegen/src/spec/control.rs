@@ -1,6 +1,6 @@
 //! The control problem of a model (docs/mpc.md).
 
-use super::limits::{MAX_DECISION_VARIABLES, MAX_ITERATIONS, MAX_REFERENCE};
+use super::limits::{MAX_DECISION_VARIABLES, MAX_HORIZON, MAX_ITERATIONS};
 use super::validate::check;
 use super::{Role, SpecError};
 
@@ -38,7 +38,7 @@ const RATE: &str = "a positive number of physical units per second, or inf for n
 
 impl ControlSpec {
     pub(super) fn validate(&self, inputs: usize, outputs: usize) -> Result<(), SpecError> {
-        self.validate_horizons(inputs, outputs)?;
+        self.validate_horizons(inputs)?;
         // A command is narrowed to f32, so a number beyond its range is no number there.
         let finite = |x: f64| (x as f32).is_finite();
         let weight = |w: f64| w >= 0.0 && (w as f32).is_finite();
@@ -87,13 +87,12 @@ impl ControlSpec {
         )
     }
 
-    fn validate_horizons(&self, inputs: usize, outputs: usize) -> Result<(), SpecError> {
-        let longest = MAX_REFERENCE / outputs;
+    fn validate_horizons(&self, inputs: usize) -> Result<(), SpecError> {
         check(
             "control.horizon",
             self.horizon,
-            format!("1 to {longest}, since {MAX_REFERENCE} reference values fit a frame"),
-            |n| (1..=longest).contains(&n),
+            format!("1 to {MAX_HORIZON}"),
+            |n| (1..=MAX_HORIZON).contains(&n),
         )?;
         let longest = self.horizon.min(MAX_DECISION_VARIABLES / inputs);
         check(

@@ -66,7 +66,7 @@ pub enum SpecError {
     },
     /// A scaling that does not scale.
     #[error(
-        "{role} {name:?} has span {span}: expected a positive number that f32 can hold, \
+        "{role} {name:?} has span {span:?}: expected a positive number that f32 can hold, \
          since model units are (physical - offset) / span"
     )]
     Span {
@@ -80,7 +80,7 @@ pub enum SpecError {
         span: f64,
     },
     /// An offset that is not a number.
-    #[error("{role} {name:?} has offset {offset}: expected a number that f32 can hold")]
+    #[error("{role} {name:?} has offset {offset:?}: expected a number that f32 can hold")]
     Offset {
         /// Which list.
         role: Role,
@@ -200,7 +200,7 @@ pub enum SpecError {
         value: f32,
     },
     /// A list of the control problem has the wrong length.
-    #[error("control.{key} has {found} values, but the model has {expected} {role}s")]
+    #[error("control.{key} has {found} values: expected {expected}, one for each {role}")]
     ControlLength {
         /// The list.
         key: &'static str,

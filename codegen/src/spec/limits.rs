@@ -1,6 +1,6 @@
 //! The largest model that is accepted, checked before anything of that size is allocated.
 //!
-//! Signals, regressor and reference are bounded by the frames between host and device, parameters
+//! Signals and regressor are bounded by the frames between host and device, parameters
 //! by the flash of the largest board.
 
 /// Inputs, and outputs: the vectors in a frame.
@@ -9,12 +9,12 @@ pub const MAX_SIGNALS: usize = 8;
 pub const MAX_CHANNELS: usize = 32;
 /// Values in a flattened regressor, as a probe frame carries it.
 pub const MAX_REGRESSOR: usize = 128;
-/// Values in a reference: `horizon * outputs`, as a sample frame carries it.
-pub const MAX_REFERENCE: usize = 128;
+/// Steps that are predicted: more than any board computes in a period.
+pub const MAX_HORIZON: usize = 128;
 /// Decision variables: `control_horizon * inputs`.
 pub const MAX_DECISION_VARIABLES: usize = 64;
 /// Newton iterations in one control step.
-pub const MAX_ITERATIONS: u8 = 16;
+pub const MAX_ITERATIONS: u8 = 8;
 /// Layers of a network.
 pub const MAX_LAYERS: usize = 16;
 /// Outputs of one layer.

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::{FORMAT, MODEL_FILE, StoreError};
+use super::{FORMAT, MODEL_FILE, StoreError, WEIGHTS_FILE};
 use crate::spec::limits::{MAX_PARAMETERS, MAX_WIDTH};
 use crate::spec::{
     Activation, ControlSpec, Dense, Layer, ModelSpec, OutputForm, Role, Signal, SpecError,
@@ -160,14 +160,21 @@ fn empty_layer(table: LayerTable) -> Result<Layer, String> {
     }))
 }
 
-/// `error` with the line of `text` that states its cause.
+/// `error` with the file that states its cause, and the line if that is `text`.
 pub(super) fn locate(text: &str, error: SpecError) -> StoreError {
+    let key = error.key();
     let line = DeTable::parse(text)
         .ok()
-        .and_then(|document| find(&document, &error.key()))
+        .and_then(|document| find(&document, &key))
         .map(|span| line_of(text.as_bytes(), span.start));
+    // What has no key is a number, and numbers stand in the other file.
+    let file = if key.is_empty() {
+        WEIGHTS_FILE
+    } else {
+        MODEL_FILE
+    };
     StoreError::Spec {
-        file: MODEL_FILE.into(),
+        file: file.into(),
         line,
         error,
     }

@@ -22,5 +22,5 @@ pub mod control;
 pub mod golden;
 mod network;
 
-pub use control::{Controller, IDENTITY, controller, session};
+pub use control::{Controller, IDENTITY, Session, controller, session};
 pub use network::Network;

@@ -23,14 +23,15 @@ impl Model<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS> for Network {
     #[inline]
     fn predict_with_jacobian(&self, x: &Regressor, jacobian: &mut Jacobian) -> [f32; NY] {
         let a = forward(x);
+        let d1 = network::tanh_slope(&a.a1);
         let mut t1 = [[0.0; NY]; 10];
-        network::seed_linear(&W2, &network::tanh_slope(&a.a1), &mut t1);
+        network::seed_linear(&W2, &d1, &mut t1);
         network::input_jacobian(&t1, &W1, jacobian);
         a.a2
     }
 }
 
-/// What each layer gives; the last is the next output.
+/// What the layers give; the last is the next output.
 struct Activations {
     a1: [f32; 10],
     a2: [f32; 3],

@@ -1,0 +1,203 @@
+//! Models on disk: what is written is what is read, and no file makes the reader panic.
+
+mod support;
+
+use std::fs;
+
+use proptest::prelude::*;
+use sinew_codegen::spec::{Activation, Dense, Golden, Layer, ModelSpec, OutputForm};
+use sinew_codegen::{evaluate, store};
+
+proptest! {
+    #[test]
+    fn a_model_comes_back_to_the_bit(spec in model()) {
+        let directory = tempfile::tempdir().unwrap();
+        store::save(directory.path(), &spec).unwrap();
+        let back = store::load(directory.path()).unwrap();
+        prop_assert_eq!(bits(&back), bits(&spec));
+        prop_assert_eq!(back, spec);
+    }
+
+    /// Every text gives a model or an error with a line, never a panic.
+    #[test]
+    fn a_damaged_description_is_refused_or_read(damage in damages()) {
+        let (text, weights) = saved(&support::tiny());
+        let mut bytes = text.into_bytes();
+        damage.iter().for_each(|damage| damage.apply(&mut bytes));
+        let text = String::from_utf8_lossy(&bytes);
+        if let Err(error) = store::parse(&text, &weights) {
+            let message = error.to_string();
+            prop_assert!(
+                message.starts_with("model.toml:") || message.starts_with("weights.safetensors:"),
+                "{}", message
+            );
+        }
+    }
+
+    #[test]
+    fn damaged_weights_are_refused_or_read(damage in damages()) {
+        let mut spec = support::tiny();
+        let x = [0.5, -0.25, 0.125];
+        spec.golden = vec![support::golden(&x, &evaluate::predict(&spec, &x.map(f64::from)))];
+        let (text, mut weights) = saved(&spec);
+        damage.iter().for_each(|damage| damage.apply(&mut weights));
+        if let Err(error) = store::parse(&text, &weights) {
+            prop_assert!(!error.to_string().is_empty());
+        }
+    }
+}
+
+/// One change to the bytes of a file; places are fractions of its length.
+#[derive(Clone, Debug)]
+enum Damage {
+    Set(f64, u8),
+    Insert(f64, Vec<u8>),
+    Remove(f64, usize),
+    Copy(f64, f64, usize),
+    Truncate(f64),
+}
+
+impl Damage {
+    fn apply(&self, bytes: &mut Vec<u8>) {
+        let length = bytes.len();
+        let place = |fraction: f64| (fraction * length as f64) as usize;
+        match self {
+            _ if length == 0 => {}
+            Self::Set(at, byte) => bytes[place(*at)] = *byte,
+            Self::Insert(at, new) => drop(bytes.splice(place(*at)..place(*at), new.clone())),
+            Self::Remove(at, n) => drop(bytes.drain(place(*at)..length.min(place(*at) + n))),
+            Self::Copy(from, to, n) => {
+                let copy = bytes[place(*from)..length.min(place(*from) + n)].to_vec();
+                bytes.splice(place(*to)..place(*to), copy);
+            }
+            Self::Truncate(at) => bytes.truncate(place(*at)),
+        }
+    }
+}
+
+fn damages() -> impl Strategy<Value = Vec<Damage>> {
+    let place = || 0.0..1.0;
+    // Digits and the marks of TOML and JSON get further into a reader than random bytes.
+    let telling = prop::sample::select(b"0123456789-+.eE[]{}\"'=,:_\\\n #infa".to_vec());
+    let byte = || prop_oneof![3 => telling.clone(), 1 => any::<u8>()];
+    let damage = prop_oneof![
+        4 => (place(), byte()).prop_map(|(at, byte)| Damage::Set(at, byte)),
+        3 => (place(), prop::collection::vec(byte(), 1..12)).prop_map(|(at, new)| Damage::Insert(at, new)),
+        2 => (place(), 1..40_usize).prop_map(|(at, n)| Damage::Remove(at, n)),
+        2 => (place(), place(), 1..80_usize).prop_map(|(from, to, n)| Damage::Copy(from, to, n)),
+        1 => place().prop_map(Damage::Truncate),
+    ];
+    prop::collection::vec(damage, 1..4)
+}
+
+/// Both files of a model.
+fn saved(spec: &ModelSpec) -> (String, Vec<u8>) {
+    let directory = tempfile::tempdir().unwrap();
+    store::save(directory.path(), spec).unwrap();
+    (
+        fs::read_to_string(directory.path().join(store::MODEL_FILE)).unwrap(),
+        fs::read(directory.path().join(store::WEIGHTS_FILE)).unwrap(),
+    )
+}
+
+/// Equality of floats would take -0 for 0.
+fn bits(spec: &ModelSpec) -> Vec<u32> {
+    let layers = spec
+        .layers
+        .iter()
+        .flat_map(|Layer::Dense(dense)| dense.weights.iter().chain(&dense.bias));
+    layers.map(|weight| weight.to_bits()).collect()
+}
+
+/// Any valid model of a few signals, with names and numbers that a writer could get wrong.
+fn model() -> impl Strategy<Value = ModelSpec> {
+    let counts = (
+        1..3_usize,
+        1..3_usize,
+        0..3_usize,
+        1..4_usize,
+        1..4_usize,
+        0..3_usize,
+    );
+    let hidden = prop::collection::vec((1..6_usize, activation()), 0..3);
+    let form = prop::sample::select(OutputForm::ALL.to_vec());
+    (counts, hidden, activation(), form).prop_flat_map(|(counts, hidden, last, form)| {
+        let (n_u, n_y, n_s, past_inputs, past_outputs, n_golden) = counts;
+        let n_x = past_inputs * n_u + past_outputs * n_y + n_s;
+        let mut widths = hidden;
+        widths.push((n_y, last));
+        let inputs = std::iter::once(n_x).chain(widths.iter().map(|(n, _)| *n));
+        let layers: Vec<_> = inputs
+            .zip(&widths)
+            .map(|(inputs, &(outputs, activation))| layer(inputs, outputs, activation))
+            .collect();
+        let texts = prop::collection::vec("[^\\p{Cc}]{1,12}", n_u + n_y + n_s);
+        let scales = prop::collection::vec((1e-6..1e6_f64, -1e6..1e6_f64), n_u + n_y + n_s);
+        let golden = prop::collection::vec(prop::collection::vec(-1.0..1.0_f32, n_x), n_golden);
+        (layers, texts, scales, golden, 1e-4..10.0_f64).prop_map(
+            move |(layers, texts, scales, golden, period_s)| {
+                let signals: Vec<_> = texts
+                    .iter()
+                    .zip(&scales)
+                    .enumerate()
+                    // The index keeps names apart; the text may come twice.
+                    .map(|(i, (text, (span, offset)))| {
+                        support::signal(&format!("{text}{i}"), text, *span, *offset)
+                    })
+                    .collect();
+                let mut spec = ModelSpec {
+                    name: "any-model-2".into(),
+                    period_s,
+                    inputs: signals[..n_u].to_vec(),
+                    outputs: signals[n_u..n_u + n_y].to_vec(),
+                    channels: signals[n_u + n_y..].to_vec(),
+                    past_inputs,
+                    past_outputs,
+                    form,
+                    layers,
+                    control: support::control(n_u, n_y),
+                    golden: vec![],
+                };
+                spec.golden = golden
+                    .into_iter()
+                    .map(|x| {
+                        let wide: Vec<f64> = x.iter().copied().map(f64::from).collect();
+                        let y = evaluate::predict(&spec, &wide);
+                        Golden { x, y }
+                    })
+                    .collect();
+                spec
+            },
+        )
+    })
+}
+
+fn activation() -> impl Strategy<Value = Activation> {
+    prop::sample::select(Activation::ALL.to_vec())
+}
+
+/// Any bits that are a moderate number: subnormals and -0 included, and nothing that overflows.
+fn layer(inputs: usize, outputs: usize, activation: Activation) -> impl Strategy<Value = Layer> {
+    let number = || {
+        any::<f32>().prop_map(|x| {
+            if x.abs() < 1e6 {
+                x
+            } else {
+                x.to_bits() as f32 * 1e-9
+            }
+        })
+    };
+    (
+        prop::collection::vec(number(), inputs * outputs),
+        prop::collection::vec(number(), outputs),
+    )
+        .prop_map(move |(weights, bias)| {
+            Layer::Dense(Dense {
+                inputs,
+                outputs,
+                weights,
+                bias,
+                activation,
+            })
+        })
+}
