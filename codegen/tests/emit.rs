@@ -180,11 +180,11 @@ fn a_stale_file_is_named_and_written_again() {
     .unwrap();
     assert_eq!(
         regenerate::check_all(models.path()).unwrap(),
-        [control.clone()]
+        vec![control.clone()]
     );
     assert_eq!(
         regenerate::write_all(models.path()).unwrap(),
-        [control.clone()]
+        vec![control.clone()]
     );
     assert_eq!(fs::read_to_string(&control).unwrap(), text);
 }
