@@ -140,8 +140,8 @@ fn scaling(spec: &ModelSpec, role: Role) -> String {
     let offsets = signals.iter().map(|s| rust::float(s.offset as f32));
     format!(
         "Scaling {{\n        span: {},\n        offset: {},\n    }}",
-        rust::block(spans, 8),
-        rust::block(offsets, 8)
+        rust::block(spans, 8, 7),
+        rust::block(offsets, 8, 9)
     )
 }
 

@@ -54,8 +54,8 @@ fn vector(spec: &ModelSpec, golden: &Golden) -> String {
         jacobian: {},
     }},
 ",
-        rust::block(golden.x.iter().copied().map(rust::float), 8),
-        rust::block(doubles(golden.y.clone()), 8),
+        rust::block(golden.x.iter().copied().map(rust::float), 8, 4),
+        rust::block(doubles(golden.y.clone()), 8, 4),
         rust::matrix(jacobian.into_iter().map(doubles), 8),
     )
 }

@@ -14,28 +14,22 @@ pub(super) fn print(spec: &ModelSpec) -> String {
         .collect();
     let weights: String = layers
         .iter()
-        .enumerate()
-        .map(|(i, d)| weights(i + 1, d))
+        .zip(1..)
+        .map(|(dense, n)| weights(n, dense))
         .collect();
     let fields = fields(&layers);
+    let zeros = zeros(&layers);
     let forward = forward(&layers);
     let jacobian = jacobian(&layers);
-    let last = layers.len();
-    let (y, predict, identity) = match spec.form {
-        OutputForm::Absolute => ("the next output", format!("forward(x).a{last}"), ""),
+    let last = format!("a.a{}", layers.len());
+    let (meaning, result, identity, next) = match spec.form {
+        OutputForm::Absolute => ("the next output", last, "", ""),
         OutputForm::Increment => (
             "the change of the output",
-            format!("next(x, &forward(x).a{last})"),
+            format!("next(x, &{last})"),
             "        network::add_identity(jacobian);\n",
+            NEXT,
         ),
-    };
-    let result = match spec.form {
-        OutputForm::Absolute => format!("a.a{last}"),
-        OutputForm::Increment => format!("next(x, &a.a{last})"),
-    };
-    let next = match spec.form {
-        OutputForm::Absolute => "",
-        OutputForm::Increment => NEXT,
     };
     format!(
         "//! The predictor: weights in flash, no state.
@@ -55,28 +49,35 @@ type Jacobian = model::Jacobian<NU, NY, PAST_INPUTS, PAST_OUTPUTS>;
 pub struct Network;
 
 impl Model<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS> for Network {{
-    #[inline]
     fn predict(&self, x: &Regressor) -> [f32; NY] {{
-        {predict}
+        let mut a = Activations::ZERO;
+        forward(x, &mut a);
+        {result}
     }}
 
-    #[inline]
     fn predict_with_jacobian(&self, x: &Regressor, jacobian: &mut Jacobian) -> [f32; NY] {{
-        let a = forward(x);
+        let mut a = Activations::ZERO;
+        forward(x, &mut a);
 {jacobian}{identity}        {result}
     }}
 }}
 
-/// What the layers give; the last is {y}.
+/// What the layers give; the last is {meaning}.
 struct Activations {{
 {fields}}}
 
-/// The layers in turn; everything that predicts goes through here, so that the bits are the same.
-#[inline(always)]
-fn forward(x: &Regressor) -> Activations {{
+impl Activations {{
+    const ZERO: Self = {zeros};
+}}
+
+/// The layers in turn. Both predictions go through this one copy: their bits are the same, and flash
+/// holds it once.
+#[inline(never)]
+fn forward(x: &Regressor, a: &mut Activations) {{
     let x = network::flatten(x);
 {forward}}}
-{next}{weights}"
+{next}{weights}",
+        zeros = zeros.trim_start(),
     )
 }
 
@@ -88,39 +89,36 @@ fn next(x: &Regressor, change: &[f32; NY]) -> [f32; NY] {
 }
 ";
 
-/// Layers whose outputs are looked at after the forward pass: the last, and those whose slope is
-/// computed from them.
-fn kept<'a>(layers: &'a [&Dense]) -> impl Iterator<Item = (usize, &'a Dense)> {
-    let curved =
-        |n: usize, dense: &Dense| n == layers.len() || dense.activation != Activation::Linear;
-    let numbered = layers.iter().enumerate().map(|(i, dense)| (i + 1, *dense));
-    numbered.filter(move |(n, dense)| curved(*n, dense))
+fn fields(layers: &[&Dense]) -> String {
+    let numbered = layers.iter().zip(1..);
+    numbered
+        .map(|(dense, n)| format!("    a{n}: [f32; {}],\n", dense.outputs))
+        .collect()
 }
 
-fn fields(layers: &[&Dense]) -> String {
-    kept(layers)
-        .map(|(n, dense)| format!("    a{n}: [f32; {}],\n", dense.outputs))
-        .collect()
+fn zeros(layers: &[&Dense]) -> String {
+    let numbered = layers.iter().zip(1..);
+    let fields: Vec<String> = numbered
+        .map(|(dense, n)| format!("a{n}: [0.0; {}]", dense.outputs))
+        .collect();
+    rust::structure("Self", &fields, 4)
 }
 
 fn forward(layers: &[&Dense]) -> String {
     let mut text = String::new();
     let mut before = String::from("x");
-    for (index, dense) in layers.iter().enumerate() {
-        let n = index + 1;
+    for (dense, n) in layers.iter().zip(1..) {
         text.push_str(&format!(
-            "    let mut a{n} = [0.0; {}];\n    network::dense(&W{n}, &B{n}, &{before}, &mut a{n});\n",
-            dense.outputs
+            "    network::dense(&W{n}, &B{n}, &{before}, &mut a.a{n});\n"
         ));
         match dense.activation {
             Activation::Linear => {}
-            Activation::Tanh => text.push_str(&format!("    network::tanh(&mut a{n});\n")),
-            Activation::Relu => text.push_str(&format!("    network::relu(&mut a{n});\n")),
+            Activation::Tanh => text.push_str(&format!("    network::tanh(&mut a.a{n});\n")),
+            Activation::Relu => text.push_str(&format!("    network::relu(&mut a.a{n});\n")),
         }
-        before = format!("a{n}");
+        before = format!("a.a{n}");
     }
-    let names: Vec<String> = kept(layers).map(|(n, _)| format!("a{n}")).collect();
-    text + &rust::structure("Activations", &names, 4) + "\n"
+    text
 }
 
 /// From the output side to the first layer: `d{n}` are the slopes of layer n, `t{n}` the derivative
@@ -173,8 +171,9 @@ fn slope(n: usize, dense: &Dense) -> String {
 fn weights(n: usize, dense: &Dense) -> String {
     let numbers = |values: &[f32]| values.iter().copied().map(rust::float).collect::<Vec<_>>();
     let rows = rust::matrix(dense.rows().map(numbers), 0);
-    let bias = rust::block(numbers(&dense.bias), 0);
     let (inputs, outputs) = (dense.inputs, dense.outputs);
+    let bias = format!("static B{n}: [f32; {outputs}] = ");
+    let bias = bias.clone() + &rust::block(numbers(&dense.bias), 0, bias.len() + 1);
     format!(
         "
 /// Layer {n}, one row for each of its {outputs_words}.
@@ -183,7 +182,7 @@ static W{n}: [[f32; {inputs}]; {outputs}] = {rows};
 
 /// Layer {n}, bias.
 #[rustfmt::skip]
-static B{n}: [f32; {outputs}] = {bias};
+{bias};
 ",
         outputs_words = rust::count(outputs, "output")
     )

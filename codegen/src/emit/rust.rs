@@ -25,11 +25,16 @@ pub(super) fn list(items: impl IntoIterator<Item = String>) -> String {
     format!("[{}]", items.join(", "))
 }
 
-/// `[a, b, c]` at `indent` spaces, broken at the line's width with the items one level further in.
-pub(super) fn block(items: impl IntoIterator<Item = String>, indent: usize) -> String {
+/// `[a, b, c]` at `indent` spaces, after and before `beside` characters on the same line; broken at
+/// the line's width with the items one level further in.
+pub(super) fn block(
+    items: impl IntoIterator<Item = String>,
+    indent: usize,
+    beside: usize,
+) -> String {
     let items: Vec<String> = items.into_iter().collect();
     let line = list(items.iter().cloned());
-    if indent + line.len() < WIDTH {
+    if indent + beside + line.len() <= WIDTH {
         return line;
     }
     let mut text = String::from("[\n");
@@ -56,7 +61,7 @@ pub(super) fn matrix(rows: impl IntoIterator<Item = Vec<String>>, indent: usize)
     let mut text = String::from("[\n");
     for row in rows {
         text.push_str(&" ".repeat(indent + 4));
-        text.push_str(&block(row, indent + 4));
+        text.push_str(&block(row, indent + 4, 1));
         text.push_str(",\n");
     }
     text.push_str(&" ".repeat(indent));
@@ -106,7 +111,7 @@ mod tests {
 
     #[test]
     fn a_long_row_is_broken_within_the_width() {
-        let text = block((0..40).map(|i| format!("-0.1234{i:05}")), 4);
+        let text = block((0..40).map(|i| format!("-0.1234{i:05}")), 4, 0);
         let lines: Vec<&str> = text.lines().collect();
         assert!(lines.len() > 4);
         assert!(lines.iter().all(|line| line.len() <= WIDTH), "{text}");

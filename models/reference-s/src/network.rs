@@ -15,14 +15,15 @@ type Jacobian = model::Jacobian<NU, NY, PAST_INPUTS, PAST_OUTPUTS>;
 pub struct Network;
 
 impl Model<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS> for Network {
-    #[inline]
     fn predict(&self, x: &Regressor) -> [f32; NY] {
-        forward(x).a2
+        let mut a = Activations::ZERO;
+        forward(x, &mut a);
+        a.a2
     }
 
-    #[inline]
     fn predict_with_jacobian(&self, x: &Regressor, jacobian: &mut Jacobian) -> [f32; NY] {
-        let a = forward(x);
+        let mut a = Activations::ZERO;
+        forward(x, &mut a);
         let d1 = network::tanh_slope(&a.a1);
         let mut t1 = [[0.0; NY]; 10];
         network::seed_linear(&W2, &d1, &mut t1);
@@ -37,16 +38,21 @@ struct Activations {
     a2: [f32; 3],
 }
 
-/// The layers in turn; everything that predicts goes through here, so that the bits are the same.
-#[inline(always)]
-fn forward(x: &Regressor) -> Activations {
+impl Activations {
+    const ZERO: Self = Self {
+        a1: [0.0; 10],
+        a2: [0.0; 3],
+    };
+}
+
+/// The layers in turn. Both predictions go through this one copy: their bits are the same, and flash
+/// holds it once.
+#[inline(never)]
+fn forward(x: &Regressor, a: &mut Activations) {
     let x = network::flatten(x);
-    let mut a1 = [0.0; 10];
-    network::dense(&W1, &B1, &x, &mut a1);
-    network::tanh(&mut a1);
-    let mut a2 = [0.0; 3];
-    network::dense(&W2, &B2, &a1, &mut a2);
-    Activations { a1, a2 }
+    network::dense(&W1, &B1, &x, &mut a.a1);
+    network::tanh(&mut a.a1);
+    network::dense(&W2, &B2, &a.a1, &mut a.a2);
 }
 
 /// Layer 1, one row for each of its 10 outputs.
