@@ -6,6 +6,8 @@ use std::fs;
 use std::sync::LazyLock;
 
 use proptest::prelude::*;
+use safetensors::Dtype;
+use safetensors::tensor::TensorView;
 use sinew_codegen::spec::{Activation, Dense, Golden, Layer, ModelSpec, OutputForm};
 use sinew_codegen::{evaluate, store};
 
@@ -45,6 +47,31 @@ proptest! {
             prop_assert!(message.starts_with("weights.safetensors: "), "{}", message);
         }
     }
+}
+
+/// The description in the manual is one that the program reads.
+#[test]
+fn the_documented_description_is_read() {
+    let manual = include_str!("../../docs/codegen.md");
+    let text = manual.split("```toml\n").nth(1).unwrap();
+    let text = text.split("```").next().unwrap();
+    let zeros = [0; 4 * 6 * 16];
+    let shapes: [(_, &[usize]); 4] = [
+        ("layer.0.weights", &[16, 6]),
+        ("layer.0.bias", &[16]),
+        ("layer.1.weights", &[1, 16]),
+        ("layer.1.bias", &[1]),
+    ];
+    let tensors = shapes.map(|(name, shape)| {
+        let bytes = &zeros[..4 * shape.iter().product::<usize>()];
+        (
+            name,
+            TensorView::new(Dtype::F32, shape.to_vec(), bytes).unwrap(),
+        )
+    });
+    let weights = safetensors::serialize(tensors, None).unwrap();
+    let spec = store::parse(text, &weights).unwrap();
+    assert_eq!((spec.regressor_len(), spec.parameters()), (6, 129));
 }
 
 /// Both files of the tiny model with a golden vector.

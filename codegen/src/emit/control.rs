@@ -153,14 +153,19 @@ fn limits(spec: &ModelSpec) -> String {
     let rate: Vec<f64> = control
         .rate_limit
         .iter()
-        .map(|r| r * spec.period_s)
+        .map(|rate| rate * spec.period_s)
         .collect();
+    // At an end of its range, the safe command is rounded as that end is.
+    let range = control.lower.iter().zip(&control.upper);
+    let safe = range
+        .zip(&control.safe)
+        .map(|((&lower, &upper), &safe)| (safe as f32).clamp(up(lower), down(upper)));
     format!(
         "Limits {{\n    lower: {},\n    upper: {},\n    rate: {},\n    safe: {},\n}}",
         row(&control.lower, up),
         row(&control.upper, down),
         row(&rate, down),
-        row(&control.safe, |x| x as f32),
+        rust::list(safe.map(rust::float)),
     )
 }
 
