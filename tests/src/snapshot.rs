@@ -1,0 +1,163 @@
+//! What is measured on an image, as it is kept in `tests/expected/` and held against `tests/budgets.toml`.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::closed_loop;
+use crate::device::Device;
+use crate::elf::{Footprint, footprint};
+use crate::image;
+
+/// One tick of the board's counter is 40 ns, one instruction 32 ns (boards/qemu/run.sh, `shift=5`): counts
+/// are right to about an instruction, and the same in every run.
+const INSTRUCTIONS_PER_TICK: f64 = 40.0 / 32.0;
+
+/// The reference closed loop in QEMU, in numbers. Contents of a file in `tests/expected/`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Measured {
+    /// `rustc --version` of the compiler that built the image.
+    pub compiler: String,
+    /// Control steps of the run.
+    pub steps: u64,
+    /// Of the step, transport aside.
+    pub instructions_mean: u64,
+    /// Of the longest step.
+    pub instructions_max: u64,
+    /// Steps that ended after their period at 31 million instructions a second.
+    pub deadline_misses: u64,
+    /// Linked image.
+    pub flash_bytes: u64,
+    /// Statics.
+    pub ram_bytes: u64,
+    /// High-water mark.
+    pub stack_bytes: u64,
+    /// FNV-1a of the bits of every command.
+    pub commands: String,
+}
+
+/// Most that a figure may be. A table of `tests/budgets.toml`.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Budget {
+    /// See [`Measured`].
+    pub instructions_mean: u64,
+    /// See [`Measured`].
+    pub instructions_max: u64,
+    /// See [`Measured`].
+    pub deadline_misses: u64,
+    /// See [`Measured`].
+    pub flash_bytes: u64,
+    /// See [`Measured`].
+    pub ram_bytes: u64,
+    /// See [`Measured`].
+    pub stack_bytes: u64,
+}
+
+/// Builds the lockstep image and runs the reference closed loop in QEMU.
+///
+/// # Errors
+/// The image does not build or the run breaks off.
+pub fn measure() -> Result<Measured, String> {
+    let path = image::build("qemu", "lockstep")?;
+    let Footprint { flash, ram } = footprint(&path)?;
+    let mut device = Device::qemu(&path).map_err(|error| format!("cannot start QEMU: {error}"))?;
+    let run = closed_loop::run(&mut device)?;
+    let ticks = run.steps.iter().map(|step| u64::from(step.ticks));
+    let instructions = |ticks: f64| (ticks * INSTRUCTIONS_PER_TICK).round() as u64;
+    let count = run.steps.len() as u64;
+    Ok(Measured {
+        compiler: image::compiler().ok_or("rustc does not say its version")?,
+        steps: count,
+        instructions_mean: instructions(ticks.clone().sum::<u64>() as f64 / count as f64),
+        instructions_max: instructions(ticks.max().unwrap_or(0) as f64),
+        deadline_misses: run.summary.deadline_misses.into(),
+        flash_bytes: flash,
+        ram_bytes: ram,
+        stack_bytes: run.summary.stack_high_water_bytes.into(),
+        commands: format!("{:016x}", run.command_hash()),
+    })
+}
+
+impl Measured {
+    /// As the file holds it.
+    ///
+    /// # Errors
+    /// Never for values that [`measure`] gives.
+    pub fn to_text(&self) -> Result<String, String> {
+        toml::to_string(self).map_err(|error| error.to_string())
+    }
+
+    /// Reads a snapshot; `None` if there is no such file yet.
+    ///
+    /// # Errors
+    /// The file cannot be read or holds something else.
+    pub fn load(path: &Path) -> Result<Option<Self>, String> {
+        if !path.exists() {
+            return Ok(None);
+        }
+        read(path).map(Some)
+    }
+
+    /// The figures that are over budget, one line each; empty if none is.
+    pub fn over(&self, budget: &Budget) -> String {
+        let mut lines = String::new();
+        for (name, measured, most) in self.beside(budget) {
+            if measured > most {
+                // Writing to a String never fails.
+                let _ = writeln!(lines, "{name}: {measured}, budget {most}");
+            }
+        }
+        lines
+    }
+
+    /// Every budgeted figure: name, measured, budget.
+    pub fn beside(&self, budget: &Budget) -> [(&'static str, u64, u64); 6] {
+        [
+            (
+                "instructions_mean",
+                self.instructions_mean,
+                budget.instructions_mean,
+            ),
+            (
+                "instructions_max",
+                self.instructions_max,
+                budget.instructions_max,
+            ),
+            (
+                "deadline_misses",
+                self.deadline_misses,
+                budget.deadline_misses,
+            ),
+            ("flash_bytes", self.flash_bytes, budget.flash_bytes),
+            ("ram_bytes", self.ram_bytes, budget.ram_bytes),
+            ("stack_bytes", self.stack_bytes, budget.stack_bytes),
+        ]
+    }
+}
+
+/// The file of a snapshot.
+pub fn expected(name: &str) -> PathBuf {
+    image::root()
+        .join("tests/expected")
+        .join(format!("{name}.txt"))
+}
+
+/// The budget of that name.
+///
+/// # Errors
+/// `tests/budgets.toml` cannot be read, holds something else, or has no such table.
+pub fn budget(name: &str) -> Result<Budget, String> {
+    let path = image::root().join("tests/budgets.toml");
+    let mut tables: std::collections::BTreeMap<String, Budget> = read(&path)?;
+    let missing = || format!("{}: no table [{name}]", path.display());
+    tables.remove(name).ok_or_else(missing)
+}
+
+fn read<T: for<'de> Deserialize<'de>>(path: &Path) -> Result<T, String> {
+    let text =
+        std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
+    toml::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))
+}

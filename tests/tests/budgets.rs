@@ -1,0 +1,75 @@
+//! Instructions, flash, RAM, stack and command bits of the reference controller in QEMU, against the
+//! snapshot and against the budget. `cargo xtask measure`, `bless` and `budget` are this file, by the
+//! variable SINEW_SNAPSHOTS.
+
+use std::fs;
+use std::sync::OnceLock;
+
+use sinew_tests::snapshot::{self, Measured};
+use sinew_tests::{image, skip};
+
+/// Model S of the reference problem, horizon 10, nothing blocked.
+const NAME: &str = "reference_s_n10";
+
+/// One run serves both tests. `None`: this machine cannot run images, and it has been said.
+fn measured() -> Option<&'static Measured> {
+    static RUN: OnceLock<Measured> = OnceLock::new();
+    if let Some(reason) = image::cannot_run() {
+        skip(reason);
+        return None;
+    }
+    Some(RUN.get_or_init(|| snapshot::measure().unwrap_or_else(|error| panic!("{error}"))))
+}
+
+fn mode() -> String {
+    std::env::var("SINEW_SNAPSHOTS").unwrap_or_default()
+}
+
+#[test]
+fn the_reference_run_matches_its_snapshot() {
+    let Some(measured) = measured() else { return };
+    let path = snapshot::expected(NAME);
+    let text = measured.to_text().unwrap_or_else(|error| panic!("{error}"));
+    match mode().as_str() {
+        "measure" => return println!("\n{NAME}\n{text}"),
+        "bless" => {
+            if fs::read_to_string(&path).is_ok_and(|old| old == text) {
+                return println!("\n{}: nothing has changed", path.display());
+            }
+            fs::write(&path, text).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+            return println!("\n{}: rewritten", path.display());
+        }
+        _ => {}
+    }
+    let expected = Measured::load(&path)
+        .unwrap_or_else(|error| panic!("{error}"))
+        .unwrap_or_else(|| panic!("{}: no snapshot yet (cargo xtask bless)", path.display()));
+    assert_eq!(
+        measured.commands, expected.commands,
+        "the commands differ in their bits, which no compiler may change"
+    );
+    if measured.compiler != expected.compiler {
+        return skip(&format!(
+            "instructions and sizes of {NAME} were measured with {}, and this is {}: only the budget holds",
+            expected.compiler, measured.compiler
+        ));
+    }
+    assert_eq!(
+        *measured, expected,
+        "{NAME} has changed: look at the figures, then cargo xtask bless"
+    );
+}
+
+#[test]
+fn the_reference_run_is_within_its_budget() {
+    let Some(measured) = measured() else { return };
+    let budget = snapshot::budget(NAME).unwrap_or_else(|error| panic!("{error}"));
+    if !mode().is_empty() {
+        println!("\n{:>20}  {:>10}  {:>10}", NAME, "measured", "budget");
+        for (name, measured, most) in measured.beside(&budget) {
+            println!("{name:>20}  {measured:>10}  {most:>10}");
+        }
+    }
+    let over = measured.over(&budget);
+    assert!(over.is_empty(), "over budget (tests/budgets.toml):\n{over}");
+}

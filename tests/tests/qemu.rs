@@ -1,0 +1,248 @@
+//! The image in QEMU: the same bits as on the host, the same instructions twice, nothing left behind.
+
+use sinew_firmware::protocol::{Reason, ToDevice, ToHost};
+use sinew_tests::closed_loop::{self, hello, sample};
+use sinew_tests::device::{Device, End};
+use sinew_tests::reference::{INPUT_LIMIT, INPUTS, OUTPUTS, Plant, RATE_LIMIT, Reference, STEPS};
+use sinew_tests::{image, skip};
+
+/// The lockstep image in QEMU, or why not.
+fn lockstep() -> Option<Device> {
+    if let Some(reason) = image::cannot_run() {
+        skip(reason);
+        return None;
+    }
+    let image = image::build("qemu", "lockstep").unwrap_or_else(|error| panic!("{error}"));
+    Some(Device::qemu(&image).expect("QEMU starts"))
+}
+
+fn on_the_host() -> Device {
+    let program =
+        image::build("host", "sinew-board-host").unwrap_or_else(|error| panic!("{error}"));
+    Device::host(&program).expect("the host's build starts")
+}
+
+/// More than decoding a sample and encoding its answer take: 62,500 instructions.
+const TRANSPORT_TICKS: u64 = 50_000;
+
+/// How many steps end after their period when each takes its ticks and `overhead` more, and a late one
+/// delays the next.
+fn late_steps(ticks: &[u64], overhead: u64) -> u64 {
+    const PERIOD: u64 = 8333 * 25;
+    let (mut now, mut late) = (0, 0);
+    for (k, step) in (0..).zip(ticks) {
+        now = u64::max(now, k * PERIOD) + step + overhead;
+        late += u64::from(now > (k + 1) * PERIOD);
+    }
+    late
+}
+
+/// The published limits of the reference problem, on what left the device.
+fn check_limits(k: usize, before: [f32; INPUTS], u: [f32; INPUTS]) {
+    for (u, before) in u.into_iter().zip(before) {
+        assert!(u.abs() <= INPUT_LIMIT, "step {k}: {u} is outside the box");
+        // In double precision, in which the difference of two f32 is exact.
+        let change = f64::from(u) - f64::from(before);
+        assert!(
+            change.abs() <= f64::from(RATE_LIMIT),
+            "step {k}: from {before} to {u}"
+        );
+    }
+}
+
+#[test]
+fn host_and_qemu_give_the_same_bits() {
+    let Some(mut device) = lockstep() else { return };
+    let in_qemu = closed_loop::run(&mut device).unwrap_or_else(|error| panic!("{error}"));
+    let on_host = closed_loop::run(&mut on_the_host()).unwrap_or_else(|error| panic!("{error}"));
+
+    let moves = in_qemu
+        .steps
+        .windows(2)
+        .filter(|pair| pair[0].u != pair[1].u);
+    assert!(
+        moves.count() > STEPS / 2,
+        "the controller hardly moves: nothing is compared"
+    );
+    for (k, (a, b)) in in_qemu.steps.iter().zip(&on_host.steps).enumerate() {
+        let bits = |u: &[f32]| u.iter().map(|u| u.to_bits()).collect::<Vec<_>>();
+        assert_eq!(
+            bits(&a.u),
+            bits(&b.u),
+            "step {k}: {:?} in QEMU, {:?} on the host",
+            a.u,
+            b.u
+        );
+    }
+    assert_eq!(in_qemu.identity, on_host.identity);
+}
+
+#[test]
+fn two_runs_take_the_same_instructions() {
+    let (Some(mut first), Some(mut second)) = (lockstep(), lockstep()) else {
+        return;
+    };
+    let first = closed_loop::run(&mut first).unwrap_or_else(|error| panic!("{error}"));
+    let second = closed_loop::run(&mut second).unwrap_or_else(|error| panic!("{error}"));
+    assert!(
+        first.steps.iter().all(|step| step.ticks > 0),
+        "the counter stands still"
+    );
+    assert_eq!(first, second);
+}
+
+#[test]
+fn the_reference_run_meets_its_deadlines_limits_and_reference() {
+    let Some(mut device) = lockstep() else { return };
+    let run = closed_loop::run(&mut device).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(
+        device.finish().map(|end| end.status),
+        Ok(Some(0)),
+        "Stop ends with status 0"
+    );
+
+    assert_eq!(run.summary.steps as usize, STEPS);
+    let ticks: Vec<u64> = run.steps.iter().map(|step| step.ticks.into()).collect();
+    let counted = u64::from(run.summary.deadline_misses);
+    let (least, most) = (late_steps(&ticks, 0), late_steps(&ticks, TRANSPORT_TICKS));
+    assert!(
+        (least..=most).contains(&counted),
+        "{counted} misses, not {least} to {most}"
+    );
+    assert_eq!(run.summary.frames_rejected, 0);
+    assert!(
+        run.summary.stack_high_water_bytes > 500,
+        "{:?}",
+        run.summary
+    );
+    let mut previous = [0.0; INPUTS];
+    for (k, step) in run.steps.iter().enumerate() {
+        let u = [step.u[0], step.u[1]];
+        check_limits(k, previous, u);
+        previous = u;
+    }
+    // An IPOPT optimum over the same horizon tracks with 0.0218; at rest all the time it would be 0.2.
+    assert!(
+        run.tracking_rms < 0.03,
+        "tracking error {}",
+        run.tracking_rms
+    );
+}
+
+#[test]
+fn a_missed_deadline_is_counted() {
+    let Some(mut device) = lockstep() else { return };
+    let reference = Reference::load().unwrap_or_else(|error| panic!("{error}"));
+    hello(&mut device).unwrap_or_else(|error| panic!("{error}"));
+    // Damaged frames are worked on in virtual time: some thousands of them make the next step late.
+    let long = [vec![0x55; 1000], vec![0]].concat();
+    for _ in 0..100 {
+        device
+            .send_bytes(&long)
+            .unwrap_or_else(|error| panic!("{error}"));
+        let answer = device.receive().unwrap_or_else(|error| panic!("{error}"));
+        let reason = Reason::Damaged;
+        assert_eq!(answer, ToHost::Refused { reason });
+    }
+    let question = sample(0, [0.0; OUTPUTS], &reference, 10);
+    let answer = device
+        .ask(&question)
+        .unwrap_or_else(|error| panic!("{error}"));
+    assert!(matches!(answer, ToHost::Command { .. }), "{answer:?}");
+    let ToHost::Done(summary) = device
+        .ask(&ToDevice::Stop)
+        .unwrap_or_else(|error| panic!("{error}"))
+    else {
+        panic!("Stop was not answered by Done");
+    };
+    assert_eq!((summary.deadline_misses, summary.frames_rejected), (1, 100));
+}
+
+#[test]
+fn without_a_host_the_image_ends() {
+    let Some(mut device) = lockstep() else { return };
+    hello(&mut device).unwrap_or_else(|error| panic!("{error}"));
+    // What the kernel does for a host that was killed: the pipe is closed and nothing is said.
+    let End { status, log } = device.finish().unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(status, Some(3));
+    assert!(!log.is_empty(), "it says why in the log");
+}
+
+#[test]
+fn without_channel_files_the_image_says_so() {
+    if let Some(reason) = image::cannot_run() {
+        return skip(reason);
+    }
+    let image = image::build("qemu", "lockstep").unwrap_or_else(|error| panic!("{error}"));
+    let empty = tempfile::tempdir().expect("a temporary folder can be made");
+    let status = std::process::Command::new(image::board_folder("qemu").join("run.sh"))
+        .arg(&image)
+        .env("LOG", empty.path().join("log"))
+        .current_dir(empty.path())
+        .status();
+    assert_eq!(status.expect("QEMU starts").code(), Some(2));
+}
+
+#[test]
+fn over_the_serial_line_no_frame_is_lost() {
+    if let Some(reason) = image::cannot_run() {
+        return skip(reason);
+    }
+    const SAMPLES: usize = 200;
+    let image = image::build("qemu", "free").unwrap_or_else(|error| panic!("{error}"));
+    let mut device = Device::serial(&image).expect("QEMU starts");
+    let reference = Reference::load().unwrap_or_else(|error| panic!("{error}"));
+
+    // It speaks first.
+    let ToHost::Hello(identity) = device.receive().unwrap_or_else(|error| panic!("{error}")) else {
+        panic!("the first frame is not Hello");
+    };
+    let mut plant = Plant::default();
+    let mut previous = [0.0; INPUTS];
+    let mut moved = 0;
+    for k in 0..SAMPLES {
+        let horizon = usize::from(identity.horizon);
+        let question = sample(k, plant.outputs(), &reference, horizon);
+        device
+            .send(&question)
+            .unwrap_or_else(|error| panic!("{error}"));
+        // Every tick brings a command. Those for which no sample came in time are bridged and repeat the
+        // number of the last; sooner or later the answer to this one comes.
+        loop {
+            let answer = device.receive().unwrap_or_else(|error| panic!("{error}"));
+            let ToHost::Command { seq, u, .. } = answer else {
+                panic!("sample {k} was answered by {answer:?}");
+            };
+            assert!(
+                seq as usize == k || seq as usize + 1 == k,
+                "{seq} after sample {k}"
+            );
+            let u = [u[0], u[1]];
+            check_limits(k, previous, u);
+            moved += usize::from(u != previous);
+            previous = u;
+            if seq as usize == k {
+                plant.advance(u.map(f64::from));
+                break;
+            }
+        }
+    }
+    assert!(
+        moved > SAMPLES / 2,
+        "the controller hardly moves: nothing is tested"
+    );
+
+    device
+        .send(&ToDevice::Stop)
+        .unwrap_or_else(|error| panic!("{error}"));
+    let summary = loop {
+        match device.receive().unwrap_or_else(|error| panic!("{error}")) {
+            ToHost::Command { .. } => {}
+            ToHost::Done(summary) => break summary,
+            other => panic!("Stop was answered by {other:?}"),
+        }
+    };
+    assert_eq!(summary.frames_rejected, 0);
+    assert!(summary.steps as usize >= SAMPLES, "{summary:?}");
+    assert_eq!(device.finish().map(|end| end.status), Ok(Some(0)));
+}
