@@ -28,7 +28,11 @@ pub fn solve<const N: usize>(a: &[[f32; N]; N], b: &mut [f32; N]) -> f32 {
     if !factor(a, shift, PIVOT_FLOOR * scale, &mut l) {
         shift = FIRST_SHIFT * scale;
         if !factor(a, shift, PIVOT_FLOOR * scale, &mut l) {
-            shift = 2.0 * row_sum(a) + f32::MIN_POSITIVE;
+            // On a flat cost the second part alone limits the step, to a thousand model units.
+            let steepest = b
+                .iter()
+                .fold(0.0, |m, b| if b.abs() > m { b.abs() } else { m });
+            shift = 2.0 * row_sum(a) + 1e-3 * steepest + f32::MIN_POSITIVE;
             // Diagonally dominant now; a false here means NaN or infinity, which x then shows.
             factor(a, shift, 0.0, &mut l);
         }
