@@ -28,6 +28,8 @@ pub struct Report {
     pub substeps: usize,
     /// Stops, reversals and breakaways that a step was cut at.
     pub events: usize,
+    /// Sub-steps on which a tendon went slack or taut, which were taken in smaller parts.
+    pub kinks: usize,
     /// Sub-steps with more events than are followed, which were ended with the body at rest.
     pub fallbacks: usize,
 }

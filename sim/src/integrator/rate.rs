@@ -29,11 +29,18 @@ impl RowSums<'_> {
 }
 
 /// A bound on the largest rate of the rig linearised near a state, 1/s, and the body where it sits.
+/// Where a slope grows with position, the position is as far as the velocity takes it in `ahead`
+/// seconds.
 ///
 /// With omega^2 and gamma the row sums of stiffness and damping scaled by inertia, an eigenvalue
 /// obeys |lambda|^2 <= gamma |lambda| + omega^2, hence
 /// |lambda| <= gamma/2 + sqrt(gamma^2/4 + omega^2).
-pub(super) fn bound(topology: &Topology, values: &[f64], state: &State<f64>) -> (f64, usize) {
+pub(super) fn bound(
+    topology: &Topology,
+    values: &[f64],
+    state: &State<f64>,
+    ahead: f64,
+) -> (f64, usize) {
     let inertias = topology.bodies.iter().map(|body| values[body.inertia]);
     let root_inertia: Vec<f64> = inertias.map(crate::math::sqrt).collect();
     let bodies = root_inertia.len();
@@ -43,9 +50,11 @@ pub(super) fn bound(topology: &Topology, values: &[f64], state: &State<f64>) -> 
         damping: vec![0.0; bodies],
     };
     for spring in &topology.springs {
+        let extension = state.q[spring.to] - state.q[spring.from] - values[spring.rest];
+        let velocity = state.v[spring.to] - state.v[spring.from];
         let at = At {
-            position: state.q[spring.to] - state.q[spring.from] - values[spring.rest],
-            velocity: state.v[spring.to] - state.v[spring.from],
+            position: extension.abs() + velocity.abs() * ahead,
+            velocity,
             direction: 0.0,
             motion: spring.motion,
         };

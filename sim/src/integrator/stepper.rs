@@ -78,7 +78,7 @@ impl<S: Scalar> Stepper<S> {
             tau: 0.0,
         };
         stepper.set_state(start)?;
-        stepper.watch_rate();
+        stepper.watch_rate(0.0);
         Ok(stepper)
     }
 
@@ -198,7 +198,7 @@ impl<S: Scalar> Stepper<S> {
     /// Advances by `dt` with the inputs that were taken.
     pub(crate) fn step(&mut self, dt: f64) -> Result<(), SimulationError> {
         if self.topology.rates_vary {
-            self.watch_rate();
+            self.watch_rate(dt);
         }
         let count = rate::substeps(&self.topology, self.rate, dt)?;
         let h = dt / count as f64;
@@ -222,8 +222,8 @@ impl<S: Scalar> Stepper<S> {
 
     /// Looks at the rate here and keeps the largest so far, so that a stiffening spring is not taken
     /// for soft each time it passes its rest.
-    fn watch_rate(&mut self) {
-        let here = self.work.rate(&self.topology);
+    fn watch_rate(&mut self, ahead: f64) {
+        let here = self.work.rate(&self.topology, ahead);
         if here.0 > self.rate.0 || here.0.is_nan() {
             self.rate = here;
         }

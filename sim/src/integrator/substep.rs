@@ -13,6 +13,10 @@ pub(super) struct Substep<S> {
     pub(super) plain: Dynamics<f64>,
     pub(super) state: State<S>,
     pub(super) inputs: Inputs<S>,
+    /// Where the sub-step began, to begin it again.
+    begun: State<S>,
+    /// Whether each unilateral tendon was slack there.
+    slack: Vec<bool>,
     modes: Vec<Mode>,
     first: Vec<S>,
     last: Vec<S>,
@@ -23,6 +27,9 @@ pub(super) struct Substep<S> {
     plain_force: Vec<f64>,
     plain_scratch: Scratch<f64>,
 }
+
+/// Parts of a sub-step on which a tendon goes slack or taut.
+const KINK_PARTS: usize = 16;
 
 /// Whether a resting body is held, or which way it starts (eq. 6): held while the other force stays
 /// within what friction can oppose.
@@ -52,6 +59,8 @@ impl<S: Scalar> Substep<S> {
             dynamics,
             state: State::rest(bodies),
             inputs: Inputs::zero(topology.inputs),
+            begun: State::rest(bodies),
+            slack: vec![false; topology.unilateral.len()],
             modes: vec![Mode::Stick; frictions],
             first: vec![S::ZERO; bodies + 1],
             last: vec![S::ZERO; bodies + 1],
@@ -64,15 +73,56 @@ impl<S: Scalar> Substep<S> {
         }
     }
 
-    /// A bound on the fastest rate at the present state, 1/s, and the body where it sits.
-    pub(super) fn rate(&mut self, topology: &Topology) -> (f64, usize) {
+    /// A bound on the fastest rate within the next `ahead` seconds, 1/s, and the body where it sits.
+    pub(super) fn rate(&mut self, topology: &Topology, ahead: f64) -> (f64, usize) {
         plain_into(&mut self.plain_state.q, &self.state.q);
         plain_into(&mut self.plain_state.v, &self.state.v);
-        rate::bound(topology, &self.plain.values, &self.plain_state)
+        rate::bound(topology, &self.plain.values, &self.plain_state, ahead)
     }
 
     /// Advances the state by `h`, beginning `tau` into the sample interval.
     pub(super) fn advance(&mut self, topology: &Topology, tau: f64, h: f64, report: &mut Report) {
+        if topology.unilateral.is_empty() {
+            return self.part(topology, tau, h, report);
+        }
+        self.begun.q.copy_from_slice(&self.state.q);
+        self.begun.v.copy_from_slice(&self.state.v);
+        let before = *report;
+        self.watch_tendons(topology, tau, true);
+        self.part(topology, tau, h, report);
+        if !self.watch_tendons(topology, tau + h, false) {
+            return;
+        }
+        // A tendon went slack or taut on the way: its tension has a kink there, across which a step
+        // is only of third order. Taken again in small parts, all but one of them are smooth.
+        std::mem::swap(&mut self.state, &mut self.begun);
+        *report = before;
+        report.kinks += 1;
+        let part = h / KINK_PARTS as f64;
+        for index in 0..KINK_PARTS {
+            self.part(topology, tau + index as f64 * part, part, report);
+        }
+    }
+
+    /// Notes which tendons are slack (`note`), or says whether one has changed since.
+    fn watch_tendons(&mut self, topology: &Topology, tau: f64, note: bool) -> bool {
+        let mut changed = false;
+        for (slack, &index) in self.slack.iter_mut().zip(&topology.unilateral) {
+            let tendon = &topology.tendons[index];
+            let values = &self.dynamics.values;
+            let tau = S::constant(tau);
+            let tension = tendon.tension(values, &self.state, &self.inputs, tau);
+            let now = tension.value() <= 0.0;
+            changed |= now != *slack;
+            if note {
+                *slack = now;
+            }
+        }
+        changed
+    }
+
+    /// A sub-step, or a part of one.
+    fn part(&mut self, topology: &Topology, tau: f64, h: f64, report: &mut Report) {
         let tau = S::constant(tau);
         self.other_forces(topology, tau);
         self.settle(topology);
@@ -167,6 +217,10 @@ impl<S: Scalar> Substep<S> {
                 let end = direction * self.scratch.end.v[body].value();
                 if end < 0.0 {
                     return Some(h);
+                }
+                if start == 0.0 {
+                    // It has just been let go: a dip now would be a rounding error of the decision.
+                    return None;
                 }
                 let (slope_start, slope_end) = self.scratch.accelerations(body);
                 let slope = |a: f64| direction * a * h;

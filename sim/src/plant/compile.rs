@@ -263,6 +263,9 @@ fn build<'a>(rig: &'a Rig, columns: &mut Vec<&'a str>) -> (Slots, Topology) {
         frictions: Vec::new(),
         sensors: Vec::new(),
         inputs: 0,
+        unilateral: (0..rig.tendons.len())
+            .filter(|&tendon| rig.tendons[tendon].unilateral)
+            .collect(),
         rates_vary: false,
         bodies,
         springs,

@@ -22,6 +22,8 @@ pub(crate) struct Topology {
     pub(crate) frictions: Vec<Friction>,
     pub(crate) sensors: Vec<Sensor>,
     pub(crate) inputs: usize,
+    /// Which tendons cannot push.
+    pub(crate) unilateral: Vec<usize>,
     /// Some slope depends on the state, so that the fastest rate must be watched along the way.
     pub(crate) rates_vary: bool,
 }
