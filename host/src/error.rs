@@ -58,6 +58,12 @@ pub enum Kind {
         /// What to try.
         help: Option<String>,
     },
+    /// A rig file that was refused, with its place.
+    #[error("{0}")]
+    Rig(sinew_sim::Error),
+    /// A simulation that was refused or stopped.
+    #[error("{0}")]
+    Simulation(sinew_sim::SimulationError),
     /// Everything asked was sound, and still it did not work out.
     #[error("{0}")]
     Failed(Complaint),
@@ -210,8 +216,8 @@ impl Error {
     /// 2 for bad arguments or bad files, 1 for anything else (CONTRACTS: `sinew diagnose`).
     pub fn exit_code(&self) -> u8 {
         match *self.0 {
-            Kind::Arguments(_) | Kind::File(_) | Kind::Read { .. } => 2,
-            Kind::Write { .. } | Kind::Failed(_) | Kind::Interrupted => 1,
+            Kind::Arguments(_) | Kind::File(_) | Kind::Read { .. } | Kind::Rig(_) => 2,
+            Kind::Write { .. } | Kind::Simulation(_) | Kind::Failed(_) | Kind::Interrupted => 1,
         }
     }
 
@@ -220,7 +226,11 @@ impl Error {
             Kind::Arguments(complaint) | Kind::File(complaint) | Kind::Failed(complaint) => {
                 Some(complaint)
             }
-            Kind::Read { .. } | Kind::Write { .. } | Kind::Interrupted => None,
+            Kind::Read { .. }
+            | Kind::Write { .. }
+            | Kind::Rig(_)
+            | Kind::Simulation(_)
+            | Kind::Interrupted => None,
         }
     }
 }
@@ -228,6 +238,18 @@ impl Error {
 impl From<Kind> for Error {
     fn from(kind: Kind) -> Self {
         Self(Box::new(kind))
+    }
+}
+
+impl From<sinew_sim::Error> for Error {
+    fn from(error: sinew_sim::Error) -> Self {
+        Self::from(Kind::Rig(error))
+    }
+}
+
+impl From<sinew_sim::SimulationError> for Error {
+    fn from(error: sinew_sim::SimulationError) -> Self {
+        Self::from(Kind::Simulation(error))
     }
 }
 

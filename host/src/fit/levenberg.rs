@@ -1,0 +1,235 @@
+//! Levenberg–Marquardt over the parameters and all start states (docs/identification.md, eq. 4 to 8).
+
+use nalgebra::{DMatrix, DVector};
+
+use super::segment::{Normal, Problem, Segment};
+
+/// Where the search stands. `z` is derived from `values`: `values[slot] = scale * z`.
+#[derive(Clone)]
+pub(super) struct Unknowns {
+    /// Every parameter of the plant, fitted or not, SI.
+    pub values: Vec<f64>,
+    /// One start state a segment, SI.
+    pub states: Vec<Vec<f64>>,
+}
+
+/// What the parameters may be, and what the rig says they are.
+pub(super) struct Belief {
+    /// Bounds of each fitted parameter, SI; infinite where there are none.
+    pub bounds: Vec<[f64; 2]>,
+    /// What the rig says, SI.
+    pub written: Vec<f64>,
+    /// Standard deviation of the prior around it, in units of `Problem::scale`: wide.
+    pub width: f64,
+}
+
+/// How a search ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stop {
+    /// The next step would gain nothing that noise does not drown.
+    Converged,
+    /// No step lowers the error any more, though the linear theory promises one: a kink, as sticking makes.
+    Stalled,
+    /// The permitted number of steps was taken.
+    IterationLimit,
+}
+
+/// How far to search.
+pub(super) struct Effort {
+    pub iterations: usize,
+    /// Stop when the promised decrease falls below this part of the cost.
+    pub relative: f64,
+}
+
+/// A decrease of the cost, in units of noise squared, that is not worth a step.
+const NOTHING: f64 = 1e-3;
+
+/// The steepest damping tried before the search counts as stalled.
+const LARGEST_DAMPING: f64 = 1e9;
+
+/// Lowers the cost from `unknowns` on; `progress` hears of each accepted step. `None` where not even the
+/// starting point can be simulated.
+pub(super) fn minimise(
+    problem: &Problem,
+    belief: &Belief,
+    segments: &[Segment],
+    unknowns: &mut Unknowns,
+    effort: &Effort,
+    progress: &mut dyn FnMut(usize, f64),
+) -> Option<(Stop, usize)> {
+    let mut cost = total_cost(problem, belief, segments, unknowns);
+    if !cost.is_finite() {
+        return None;
+    }
+    let mut damping = 1e-3;
+    let mut idle = 0;
+    for iteration in 0..effort.iterations {
+        let normals = problem.linearise(segments, &unknowns.values, &unknowns.states)?;
+        loop {
+            let step = Step::solve(problem, belief, &normals, unknowns, damping);
+            let enough = (effort.relative * cost).max(NOTHING);
+            let Some(step) = step else { return Some((Stop::Stalled, iteration)) };
+            let candidate = step.apply(problem, belief, unknowns);
+            let lower = total_cost(problem, belief, segments, &candidate);
+            // A strongly damped step is short and promises little wherever it is.
+            if damping <= 1.0 && step.promised.abs() <= enough {
+                if lower <= cost {
+                    *unknowns = candidate;
+                }
+                return Some((Stop::Converged, iteration + 1));
+            }
+            let ratio = (cost - lower) / step.promised;
+            if lower < cost && ratio > 1e-3 {
+                damping = (damping * adaptation(ratio)).max(1e-12);
+                idle = if cost - lower < enough { idle + 1 } else { 0 };
+                *unknowns = candidate;
+                cost = lower;
+                break;
+            }
+            damping = (damping * 8.0).max(1e-6);
+            if damping > LARGEST_DAMPING {
+                return Some((Stop::Stalled, iteration));
+            }
+        }
+        progress(iteration + 1, cost);
+        if idle == 3 {
+            return Some((Stop::Stalled, iteration + 1));
+        }
+    }
+    Some((Stop::IterationLimit, effort.iterations))
+}
+
+/// What happens to the damping after a step that kept this part of its promise.
+fn adaptation(ratio: f64) -> f64 {
+    match ratio {
+        _ if ratio > 0.7 => 0.1,
+        _ if ratio > 0.2 => 1.0,
+        _ => 4.0,
+    }
+}
+
+/// Half the weighted squares plus the prior.
+pub(super) fn total_cost(problem: &Problem, belief: &Belief, segments: &[Segment], unknowns: &Unknowns) -> f64 {
+    let prior: f64 = belief.pull(problem, &unknowns.values).iter().map(|pull| 0.5 * pull * pull).sum();
+    problem.cost(segments, &unknowns.values, &unknowns.states) + prior
+}
+
+impl Belief {
+    /// Distance of each fitted parameter from the rig, in standard deviations of the prior.
+    fn pull(&self, problem: &Problem, values: &[f64]) -> Vec<f64> {
+        (0..problem.parameters())
+            .map(|j| (values[problem.slots[j]] - self.written[j]) / (self.width * problem.scale[j]))
+            .collect()
+    }
+}
+
+/// One step: `dz`, and `dx` of each segment in units of its scale.
+struct Step {
+    dz: DVector<f64>,
+    dx: Vec<DVector<f64>>,
+    /// What the linear theory says the cost falls by.
+    promised: f64,
+}
+
+impl Step {
+    /// Eliminates the start states (eq. 6), solves for the parameters with those at a bound held (eq. 7),
+    /// and goes back for the states. `None` where the equations cannot be solved even damped.
+    fn solve(
+        problem: &Problem,
+        belief: &Belief,
+        normals: &[Normal],
+        unknowns: &Unknowns,
+        damping: f64,
+    ) -> Option<Self> {
+        let parameters = problem.parameters();
+        let mut reduced = DMatrix::<f64>::zeros(parameters, parameters);
+        let mut gradient = DVector::<f64>::zeros(parameters);
+        let mut factors = Vec::with_capacity(normals.len());
+        for normal in normals {
+            let factor = damped(&normal.xx, damping).cholesky()?;
+            let back = factor.solve(&normal.zx.transpose());
+            reduced += &normal.zz - &normal.zx * &back;
+            gradient += &normal.bz - &normal.zx * factor.solve(&normal.bx);
+            factors.push((factor, back));
+        }
+        let pull = belief.pull(problem, &unknowns.values);
+        for j in 0..parameters {
+            reduced[(j, j)] += belief.width.powi(-2);
+            gradient[j] -= pull[j] / belief.width;
+        }
+
+        let free = unblocked(problem, belief, unknowns, &gradient);
+        let small = reduced.select_rows(&free).select_columns(&free);
+        let mut dz = DVector::zeros(parameters);
+        if !free.is_empty() {
+            let solution = damped(&small, damping).cholesky()?.solve(&gradient.select_rows(&free));
+            for (at, &j) in free.iter().enumerate() {
+                dz[j] = solution[at];
+            }
+        }
+        clip(problem, belief, unknowns, &mut dz);
+        let dx: Vec<DVector<f64>> =
+            normals.iter().zip(&factors).map(|(normal, (factor, back))| factor.solve(&normal.bx) - back * &dz).collect();
+        let promised = promised(belief, normals, &pull, &dz, &dx);
+        (promised.is_finite()).then_some(Self { dz, dx, promised })
+    }
+
+    fn apply(&self, problem: &Problem, belief: &Belief, unknowns: &Unknowns) -> Unknowns {
+        let mut next = unknowns.clone();
+        for (j, &slot) in problem.slots.iter().enumerate() {
+            let [low, high] = belief.bounds[j];
+            // Clamped once more: `scale * dz` may round past the bound that `clip` aimed at.
+            next.values[slot] = (next.values[slot] + problem.scale[j] * self.dz[j]).clamp(low, high);
+        }
+        for (state, dx) in next.states.iter_mut().zip(&self.dx) {
+            for (i, x) in state.iter_mut().enumerate() {
+                *x += problem.state_scale[i] * dx[i];
+            }
+        }
+        next
+    }
+}
+
+/// Marquardt's damping: a multiple of the diagonal, and a trace so that an empty row can be factored.
+fn damped(matrix: &DMatrix<f64>, damping: f64) -> DMatrix<f64> {
+    let mut matrix = matrix.clone();
+    let largest = matrix.diagonal().amax().max(f64::MIN_POSITIVE);
+    for i in 0..matrix.nrows() {
+        matrix[(i, i)] = matrix[(i, i)] * (1.0 + damping) + 1e-13 * largest;
+    }
+    matrix
+}
+
+/// Parameters that are not held at a bound by the descent direction.
+fn unblocked(problem: &Problem, belief: &Belief, unknowns: &Unknowns, gradient: &DVector<f64>) -> Vec<usize> {
+    (0..problem.parameters())
+        .filter(|&j| {
+            let value = unknowns.values[problem.slots[j]];
+            let [low, high] = belief.bounds[j];
+            !((value <= low && gradient[j] <= 0.0) || (value >= high && gradient[j] >= 0.0))
+        })
+        .collect()
+}
+
+/// Cuts each component of the step where it would leave its bounds.
+fn clip(problem: &Problem, belief: &Belief, unknowns: &Unknowns, dz: &mut DVector<f64>) {
+    for j in 0..problem.parameters() {
+        let value = unknowns.values[problem.slots[j]];
+        let [low, high] = belief.bounds[j];
+        dz[j] = dz[j].clamp((low - value) / problem.scale[j], (high - value) / problem.scale[j]);
+    }
+}
+
+/// Decrease of the quadratic model along the step actually taken (eq. 8).
+fn promised(belief: &Belief, normals: &[Normal], pull: &[f64], dz: &DVector<f64>, dx: &[DVector<f64>]) -> f64 {
+    let mut decrease = 0.0;
+    for (normal, dx) in normals.iter().zip(dx) {
+        decrease += normal.bz.dot(dz) + normal.bx.dot(dx);
+        decrease -= 0.5 * dz.dot(&(&normal.zz * dz)) + dz.dot(&(&normal.zx * dx)) + 0.5 * dx.dot(&(&normal.xx * dx));
+    }
+    for (pull, dz) in pull.iter().zip(dz.iter()) {
+        let change = dz / belief.width;
+        decrease -= pull * change + 0.5 * change * change;
+    }
+    decrease
+}

@@ -1,0 +1,155 @@
+//! How well a rig explains a recording: the free-run simulation error (CONTRACTS section 4).
+
+use sinew_sim::{Plant, Rig};
+
+use super::experiment::{Experiment, Views};
+use super::segment::{Problem, Segment};
+use super::start;
+use crate::error::{Error, Result};
+use crate::recording::Recording;
+
+/// The part of a recording that its start state is estimated from, and the fewest rows that takes.
+const START_PART: f64 = 0.05;
+const START_ROWS: usize = 20;
+
+/// How many of a recording's rows its start state is estimated from.
+pub(super) fn start_rows(rows: usize) -> usize {
+    START_ROWS.max((START_PART * rows as f64).ceil() as usize)
+}
+
+/// A rig driven by nothing but a recording's inputs, beside what was measured.
+#[derive(Debug, Clone)]
+pub struct FreeRun {
+    /// Name of the recording's file.
+    pub recording: String,
+    /// Times of the rows, s.
+    pub t: Vec<f64>,
+    /// The error counts from this row on; the rows before gave the start state.
+    pub judged_from: usize,
+    /// Where it started, in the order of [`Plant::state_names`].
+    pub start: Vec<f64>,
+    /// One entry a sensor of the rig, in file order.
+    pub sensors: Vec<FreeRunSensor>,
+}
+
+/// One sensor of a [`FreeRun`], SI.
+#[derive(Debug, Clone)]
+pub struct FreeRunSensor {
+    /// Its column.
+    pub signal: String,
+    /// Its unit.
+    pub unit: String,
+    /// NaN where missing.
+    pub measured: Vec<f64>,
+    /// NaN throughout where the rig cannot be simulated with these parameters.
+    pub simulated: Vec<f64>,
+}
+
+/// The error of one sensor, pooled over recordings.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SensorError {
+    /// Its column.
+    pub signal: String,
+    /// Its unit.
+    pub unit: String,
+    /// Root of the mean squared error, SI; infinite where the rig could not be simulated, NaN without a
+    /// sample.
+    pub rms: f64,
+    /// Standard deviation of what was measured, to hold it against.
+    pub spread: f64,
+    /// How many samples were judged.
+    pub samples: usize,
+}
+
+/// Simulates a rig over a recording: only inputs given, the start state estimated from the first 5 % of the
+/// rows (at least 20) with the parameters as they are.
+///
+/// # Errors
+/// `File` for a column that is missing and for a recording of 20 rows or fewer; `Rig` for a rig that cannot be
+/// compiled.
+pub fn free_run(rig: &Rig, recording: &Recording) -> Result<FreeRun> {
+    let plant = Plant::new(rig)?;
+    let experiment = Experiment::new(&plant, recording)?;
+    let judged_from = start_rows(experiment.rows());
+    if judged_from >= experiment.rows() {
+        let rows = experiment.rows();
+        return Err(Error::file(recording.path(), format!("{rows} rows are too few to judge a rig by"))
+            .expected(format!("more than {START_ROWS}: the first {START_ROWS} give the start state")));
+    }
+    let values = plant.values();
+    let experiments = [experiment];
+    let start = estimate_start(rig, &plant, &experiments, &values)?;
+    let [experiment] = experiments;
+    let drive = experiment.drive(&plant, 0..experiment.rows())?;
+    let run = plant.simulate(&values, &start, &drive, &experiment.t).ok();
+    let sensors = plant.sensors().iter().zip(experiment.signals).enumerate().map(|(index, (sensor, measured))| {
+        let simulated = match &run {
+            Some(run) => run.column(index),
+            None => vec![f64::NAN; measured.len()],
+        };
+        FreeRunSensor { signal: sensor.column.clone(), unit: sensor.unit.clone(), measured, simulated }
+    });
+    let sensors = sensors.collect();
+    Ok(FreeRun { recording: experiment.name, t: experiment.t, judged_from, start, sensors })
+}
+
+/// The free-run error of a rig, pooled over the samples of all recordings.
+///
+/// # Errors
+/// As [`free_run`].
+pub fn score(rig: &Rig, recordings: &[Recording]) -> Result<Vec<SensorError>> {
+    let runs = recordings.iter().map(|recording| free_run(rig, recording)).collect::<Result<Vec<_>>>()?;
+    Ok(pool(&runs))
+}
+
+/// The errors of several runs of one rig, pooled; empty without any run.
+pub fn pool(runs: &[FreeRun]) -> Vec<SensorError> {
+    let Some(first) = runs.first() else { return Vec::new() };
+    (0..first.sensors.len())
+        .map(|index| {
+            let mut squares = 0.0;
+            let mut measured = Vec::new();
+            for run in runs {
+                let sensor = &run.sensors[index];
+                for row in run.judged_from..run.t.len() {
+                    if sensor.measured[row].is_finite() {
+                        let error = sensor.measured[row] - sensor.simulated[row];
+                        squares += if error.is_nan() { f64::INFINITY } else { error * error };
+                        measured.push(sensor.measured[row]);
+                    }
+                }
+            }
+            let samples = measured.len();
+            let mean = measured.iter().sum::<f64>() / samples as f64;
+            let variance = measured.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / samples as f64;
+            SensorError {
+                signal: first.sensors[index].signal.clone(),
+                unit: first.sensors[index].unit.clone(),
+                rms: (squares / samples as f64).sqrt(),
+                spread: variance.sqrt(),
+                samples,
+            }
+        })
+        .collect()
+}
+
+/// The start state that the first 5 % of a recording show.
+fn estimate_start(
+    rig: &Rig,
+    plant: &Plant,
+    experiments: &[Experiment],
+    values: &[f64],
+) -> Result<Vec<f64>> {
+    let views = Views::new(rig, plant);
+    let problem = Problem {
+        plant,
+        experiments,
+        slots: Vec::new(),
+        scale: Vec::new(),
+        sigma: super::spreads(experiments).into_iter().map(|spread| 1e-3 * spread).collect(),
+        state_scale: start::scales(experiments, &views, values),
+    };
+    let window = [Segment::new(plant, experiments, 0, 0..start_rows(experiments[0].rows()))?];
+    let guess = start::states(&problem, &views, &window, values)?.swap_remove(0);
+    Ok(start::estimate(&problem, 0, values, guess)?.0)
+}

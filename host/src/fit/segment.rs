@@ -1,0 +1,244 @@
+//! Stretches of recordings with start states of their own, and what they say about the parameters.
+//!
+//! The unknowns are the free parameters `z` (scaled) and one start state `x` a segment. Over a segment
+//! the normal equations of output-error least squares are (docs/identification.md, eq. 5)
+//! ```text
+//! | A_zz A_zx | | dz |   | b_z |
+//! | A_xz A_xx | | dx | = | b_x |
+//! ```
+//! and the segment's own `dx` is eliminated at once (eq. 6), so that a thousand segments cost no more
+//! than one.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use sinew_sim::{Drive, Dual, Plant, Scalar};
+
+use super::experiment::Experiment;
+use crate::error::Result;
+
+/// A stretch of one recording, simulated from a start state of its own.
+pub(super) struct Segment {
+    /// Which recording.
+    pub experiment: usize,
+    /// Which of its rows.
+    pub rows: Range<usize>,
+    /// What is known of its start.
+    pub anchor: Anchor,
+    drive: Drive,
+}
+
+/// What is the same for all segments while the unknowns change.
+#[derive(Clone)]
+pub(super) struct Problem<'a> {
+    pub plant: &'a Plant,
+    pub experiments: &'a [Experiment],
+    /// Slots of the parameters that are fitted.
+    pub slots: Vec<usize>,
+    /// One unit of `z` in each of them, SI.
+    pub scale: Vec<f64>,
+    /// One unit of residual for each sensor, SI.
+    pub sigma: Vec<f64>,
+    /// Natural size of each state, SI: one unit of `x`.
+    pub state_scale: Vec<f64>,
+}
+
+/// What is known of a segment's start state before the segment is looked at: `(x - mean)' weight (x - mean)`
+/// is added to the squares (docs/identification.md, eq. 3).
+#[derive(Clone)]
+pub(super) struct Anchor {
+    /// In units of `Problem::state_scale`.
+    pub mean: DVector<f64>,
+    pub weight: DMatrix<f64>,
+}
+
+impl Anchor {
+    /// Next to nothing: a state moves ten times as far as it was ever seen to before this is felt. It holds a
+    /// state that no sensor shows.
+    pub fn loose(states: usize) -> Self {
+        Self { mean: DVector::zeros(states), weight: DMatrix::identity(states, states) * 0.01 }
+    }
+
+    /// Distance of a state from the mean, in units of its scale.
+    fn distance(&self, state: &[f64], scale: &[f64]) -> DVector<f64> {
+        DVector::from_iterator(state.len(), state.iter().zip(scale).map(|(x, scale)| x / scale)) - &self.mean
+    }
+
+    fn cost(&self, state: &[f64], scale: &[f64]) -> f64 {
+        let distance = self.distance(state, scale);
+        0.5 * distance.dot(&(&self.weight * &distance))
+    }
+}
+
+/// Normal equations of one segment, residuals in units of `sigma`.
+pub(super) struct Normal {
+    pub zz: DMatrix<f64>,
+    pub zx: DMatrix<f64>,
+    pub xx: DMatrix<f64>,
+    pub bz: DVector<f64>,
+    pub bx: DVector<f64>,
+    /// Sum of squared residuals of each sensor, in units of `sigma`, and how many there are.
+    pub squares: Vec<f64>,
+    pub counts: Vec<usize>,
+}
+
+/// Residuals and their derivatives row by row: what uncertainty is made of.
+pub(super) struct Rows {
+    /// Derivatives of the residual in `z` then `x`, one row a valid sample, flattened.
+    pub jacobian: Vec<f64>,
+    /// Residuals in units of `sigma`, one a valid sample.
+    pub residual: Vec<f64>,
+    /// The row of the recording and the sensor of each.
+    pub origin: Vec<(usize, usize)>,
+}
+
+impl Segment {
+    /// # Errors
+    /// As [`Experiment::drive`].
+    pub fn new(plant: &Plant, experiments: &[Experiment], experiment: usize, rows: Range<usize>) -> Result<Self> {
+        let drive = experiments[experiment].drive(plant, rows.clone())?;
+        Ok(Self { experiment, rows, anchor: Anchor::loose(plant.state_len()), drive })
+    }
+}
+
+impl Problem<'_> {
+    /// Number of fitted parameters.
+    pub fn parameters(&self) -> usize {
+        self.slots.len()
+    }
+
+    fn times<'b>(&'b self, segment: &Segment) -> &'b [f64] {
+        &self.experiments[segment.experiment].t[segment.rows.clone()]
+    }
+
+    /// Half the sum of squared residuals over all segments; infinite where a simulation fails.
+    pub fn cost(&self, segments: &[Segment], values: &[f64], states: &[Vec<f64>]) -> f64 {
+        let costs: Vec<f64> = segments
+            .par_iter()
+            .zip(states)
+            .map(|(segment, state)| {
+                let signals = &self.experiments[segment.experiment].signals;
+                let mut sum = 0.0;
+                let run = self.plant.simulate_with(values, state, &segment.drive, self.times(segment), |row, at| {
+                    for (sensor, column) in signals.iter().enumerate() {
+                        let measured = column[segment.rows.start + row];
+                        if measured.is_finite() {
+                            sum += ((measured - at.signal(sensor)) / self.sigma[sensor]).powi(2);
+                        }
+                    }
+                });
+                if run.is_ok() && sum.is_finite() { 0.5 * sum + segment.anchor.cost(state, &self.state_scale) } else { f64::INFINITY }
+            })
+            .collect();
+        // In the order of the segments, so that the sum does not depend on who finished first.
+        costs.iter().sum()
+    }
+
+    /// The state at the end of a segment, or `None` where the simulation fails.
+    pub fn final_state(&self, segment: &Segment, values: &[f64], state: &[f64]) -> Option<Vec<f64>> {
+        let run = self.plant.simulate(values, state, &segment.drive, self.times(segment)).ok()?;
+        run.final_state.iter().all(|x| x.is_finite()).then_some(run.final_state)
+    }
+
+    /// Residuals and derivatives of one segment; `None` where the simulation fails.
+    pub fn rows(&self, segment: &Segment, values: &[f64], state: &[f64], wide: bool) -> Option<Rows> {
+        if wide { self.rows_by::<8>(segment, values, state) } else { self.rows_by::<4>(segment, values, state) }
+    }
+
+    /// As [`Problem::rows`], `D` derivatives a simulation, the simulations in parallel.
+    fn rows_by<const D: usize>(&self, segment: &Segment, values: &[f64], state: &[f64]) -> Option<Rows> {
+        let signals = &self.experiments[segment.experiment].signals;
+        let (sensors, parameters) = (signals.len(), self.parameters());
+        let width = parameters + state.len();
+        let origin: Vec<(usize, usize)> = segment
+            .rows
+            .clone()
+            .flat_map(|row| (0..sensors).map(move |sensor| (row, sensor)))
+            .filter(|&(row, sensor)| signals[sensor][row].is_finite())
+            .collect();
+
+        let chunks: Vec<usize> = (0..width.max(1)).step_by(D).collect();
+        let simulated: Vec<Vec<Dual<D>>> = chunks
+            .into_par_iter()
+            .map(|first| {
+                let seeded = |direction: usize, value: f64, scale: f64| {
+                    let mut dual = Dual::<D>::constant(value);
+                    if (first..first + D).contains(&direction) {
+                        dual.derivative[direction - first] = scale;
+                    }
+                    dual
+                };
+                let mut values: Vec<Dual<D>> = values.iter().map(|&value| Dual::constant(value)).collect();
+                for (index, &slot) in self.slots.iter().enumerate() {
+                    values[slot] = seeded(index, values[slot].value, self.scale[index]);
+                }
+                let state: Vec<Dual<D>> = state
+                    .iter()
+                    .enumerate()
+                    .map(|(index, &x)| seeded(parameters + index, x, self.state_scale[index]))
+                    .collect();
+                let run = self.plant.simulate(&values, &state, &segment.drive, self.times(segment)).ok()?;
+                run.signals.iter().all(|signal| signal.value.is_finite() && signal.derivative.iter().all(|d| d.is_finite())).then_some(run.signals)
+            })
+            .collect::<Option<_>>()?;
+
+        let mut jacobian = Vec::with_capacity(origin.len() * width);
+        let mut residual = Vec::with_capacity(origin.len());
+        for &(row, sensor) in &origin {
+            let at = (row - segment.rows.start) * sensors + sensor;
+            residual.push((signals[sensor][row] - simulated[0][at].value) / self.sigma[sensor]);
+            let derivatives = simulated.iter().flat_map(|chunk| chunk[at].derivative);
+            jacobian.extend(derivatives.take(width).map(|derivative| derivative / self.sigma[sensor]));
+        }
+        Some(Rows { jacobian, residual, origin })
+    }
+
+    /// Normal equations of every segment at the present unknowns; `None` where a simulation fails.
+    pub fn linearise(&self, segments: &[Segment], values: &[f64], states: &[Vec<f64>]) -> Option<Vec<Normal>> {
+        let width = self.parameters() + self.state_scale.len();
+        // Few segments: narrow simulations keep every core busy. Many: wide ones share the arithmetic.
+        let wide = segments.len() * width.div_ceil(8) >= rayon::current_num_threads();
+        segments
+            .par_iter()
+            .zip(states)
+            .map(|(segment, state)| self.rows(segment, values, state, wide).map(|rows| self.normal(segment, &rows, state)))
+            .collect()
+    }
+
+    /// Sums rows into normal equations, and adds what is known of the start.
+    pub fn normal(&self, segment: &Segment, rows: &Rows, state: &[f64]) -> Normal {
+        let (parameters, states) = (self.parameters(), state.len());
+        let width = parameters + states;
+        let sensors = self.sigma.len();
+        let mut full = DMatrix::<f64>::zeros(width, width);
+        let mut right = DVector::<f64>::zeros(width);
+        let (mut squares, mut counts) = (vec![0.0; sensors], vec![0; sensors]);
+        for ((row, residual), (_, sensor)) in
+            rows.jacobian.chunks_exact(width.max(1)).zip(&rows.residual).zip(&rows.origin)
+        {
+            squares[*sensor] += residual * residual;
+            counts[*sensor] += 1;
+            for j in 0..width {
+                right[j] += row[j] * residual;
+                for i in j..width {
+                    full[(i, j)] += row[i] * row[j];
+                }
+            }
+        }
+        full.fill_upper_triangle_with_lower_triangle();
+        let anchor = &segment.anchor;
+        let xx = full.view((parameters, parameters), (states, states)) + &anchor.weight;
+        let pull = &anchor.weight * anchor.distance(state, &self.state_scale);
+        let bx = right.rows(parameters, states) - pull;
+        Normal {
+            zz: full.view((0, 0), (parameters, parameters)).into_owned(),
+            zx: full.view((0, parameters), (parameters, states)).into_owned(),
+            bz: right.rows(0, parameters).into_owned(),
+            xx,
+            bx,
+            squares,
+            counts,
+        }
+    }
+}

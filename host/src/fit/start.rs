@@ -1,0 +1,170 @@
+//! Where segments start, as far as the recording shows it.
+
+use nalgebra::DVector;
+use sinew_sim::Plant;
+
+use super::experiment::{Experiment, Views};
+use super::levenberg::{Belief, Effort, Unknowns, minimise};
+use super::score::start_rows;
+use super::segment::{Anchor, Problem, Segment};
+use crate::error::Result;
+
+/// Rows on either side of a start that its position and velocity are taken from.
+const REACH: usize = 8;
+
+/// Start states for segments in order of time. What a sensor shows is taken from the recording; what none
+/// shows is where the segment before ended, or where the rig says that a device starts.
+///
+/// # Errors
+/// None that checking the recording has not excluded.
+pub(super) fn states(
+    problem: &Problem,
+    views: &Views,
+    segments: &[Segment],
+    values: &[f64],
+) -> Result<Vec<Vec<f64>>> {
+    let mut states: Vec<Vec<f64>> = Vec::with_capacity(segments.len());
+    let mut ended: Option<Vec<f64>> = None;
+    for (index, segment) in segments.iter().enumerate() {
+        let follows = index > 0
+            && segments[index - 1].experiment == segment.experiment
+            && segments[index - 1].rows.end == segment.rows.start;
+        let experiment = &problem.experiments[segment.experiment];
+        let mut state = match ended.take().filter(|_| follows) {
+            Some(state) => state,
+            None => at_rest(problem.plant, experiment, values)?,
+        };
+        show(experiment, views, segment.rows.start, values, &mut state);
+        if hidden(views) {
+            // Rows are disjoint, so this is where the last row is: one interval short of the next start.
+            ended = problem.final_state(segment, values, &state);
+        }
+        states.push(state);
+    }
+    Ok(states)
+}
+
+/// The start of a simulation by CONTRACTS section 5.
+fn at_rest(plant: &Plant, experiment: &Experiment, values: &[f64]) -> Result<Vec<f64>> {
+    let first: Vec<Option<f64>> =
+        experiment.signals.iter().map(|column| column.iter().copied().find(|value| value.is_finite())).collect();
+    Ok(plant.initial_state(values, &first)?)
+}
+
+/// Some state has no sensor.
+fn hidden(views: &Views) -> bool {
+    views.position.iter().any(Option::is_none)
+}
+
+/// Overwrites what sensors show at a row.
+fn show(experiment: &Experiment, views: &Views, row: usize, values: &[f64], state: &mut [f64]) {
+    let bodies = views.position.len();
+    for body in 0..bodies {
+        if let Some(view) = views.position[body]
+            && let Some([value, slope]) = experiment.value_and_slope(view.sensor, row, REACH)
+        {
+            state[body] = view.reading(value, values);
+            state[bodies + body] = slope / view.gain(values);
+        }
+        if let Some(view) = views.velocity[body]
+            && let Some([value, _]) = experiment.value_and_slope(view.sensor, row, REACH)
+        {
+            state[bodies + body] = view.reading(value, values);
+        }
+    }
+}
+
+/// Natural sizes of the states: the largest position and velocity that sensors show of a body; for a body
+/// that none shows, the largest of the others.
+pub(super) fn scales(experiments: &[Experiment], views: &Views, values: &[f64]) -> Vec<f64> {
+    let bodies = views.position.len();
+    let mut scale = vec![0.0_f64; 2 * bodies];
+    for experiment in experiments {
+        let stride = (experiment.rows() / 200).max(1);
+        for row in (0..experiment.rows()).step_by(stride) {
+            let mut state = vec![0.0; 2 * bodies];
+            show(experiment, views, row, values, &mut state);
+            for (largest, value) in scale.iter_mut().zip(state) {
+                *largest = largest.max(value.abs());
+            }
+        }
+    }
+    for half in [0..bodies, bodies..2 * bodies] {
+        let largest = scale[half.clone()].iter().copied().fold(0.0, f64::max);
+        let fallback = if largest > 0.0 { largest } else { 1.0 };
+        scale[half].iter_mut().filter(|value| **value <= 0.0).for_each(|value| *value = fallback);
+    }
+    scale
+}
+
+/// The start states that explain segments best while the parameters stay. Where one cannot be simulated, the
+/// states stay too: the run itself then shows what is wrong.
+pub(super) fn settle(
+    problem: &Problem,
+    segments: &[Segment],
+    values: &[f64],
+    states: Vec<Vec<f64>>,
+) -> Vec<Vec<f64>> {
+    let held = Problem { slots: Vec::new(), scale: Vec::new(), ..problem.clone() };
+    let belief = Belief { bounds: Vec::new(), written: Vec::new(), width: 1.0 };
+    let mut unknowns = Unknowns { values: values.to_vec(), states };
+    let effort = Effort { iterations: 40, relative: 1e-9 };
+    let _ = minimise(&held, &belief, segments, &mut unknowns, &effort, &mut |_, _| {});
+    unknowns.states
+}
+
+/// What the first 5 % of a recording say about its start, with the parameters as they are, and how firmly
+/// (docs/identification.md, eq. 10).
+///
+/// # Errors
+/// None that checking the recording has not excluded.
+pub(super) fn estimate(
+    problem: &Problem,
+    experiment: usize,
+    values: &[f64],
+    guess: Vec<f64>,
+) -> Result<(Vec<f64>, Anchor)> {
+    let rows = problem.experiments[experiment].rows();
+    let held = Problem { slots: Vec::new(), scale: Vec::new(), ..problem.clone() };
+    let window =
+        [Segment::new(problem.plant, problem.experiments, experiment, 0..start_rows(rows).min(rows))?];
+    let state = settle(&held, &window, values, vec![guess]).swap_remove(0);
+    let Some(shown) = held.rows(&window[0], values, &state, false) else {
+        let loose = Anchor::loose(state.len());
+        return Ok((state, loose));
+    };
+    let normal = held.normal(&window[0], &shown, &state);
+    // Variance of what these rows are missed by, in units of the weights of the whole.
+    let count = normal.counts.iter().sum::<usize>().max(1) as f64;
+    let variance = (normal.squares.iter().sum::<f64>() / count).max(1e-12);
+    let mean = scaled(&state, &problem.state_scale);
+    Ok((state, Anchor { mean, weight: normal.xx / variance }))
+}
+
+fn scaled(state: &[f64], scale: &[f64]) -> DVector<f64> {
+    DVector::from_iterator(state.len(), state.iter().zip(scale).map(|(x, scale)| x / scale))
+}
+
+/// Anchors the start of each whole recording to what its first rows say, as firmly as they say it.
+///
+/// A rig that lacks something misses a whole recording by far more than its first rows. Left free, the start
+/// state would give up what those rows show to make the rest look better; the anchor keeps it where it was
+/// measured. Where noise is all there is, it adds a twentieth to what is known anyway. Returns how far the
+/// anchors moved, in units of the states' scales.
+///
+/// # Errors
+/// None that checking the recording has not excluded.
+pub(super) fn anchor(
+    problem: &Problem,
+    segments: &mut [Segment],
+    values: &[f64],
+    states: &[Vec<f64>],
+) -> Result<f64> {
+    let mut moved: f64 = 0.0;
+    for (segment, state) in segments.iter_mut().zip(states) {
+        let (_, anchor) = estimate(problem, segment.experiment, values, state.clone())?;
+        moved = moved.max((&anchor.mean - &segment.anchor.mean).amax());
+        segment.anchor = anchor;
+    }
+    Ok(moved)
+}

@@ -1,0 +1,203 @@
+//! How far the parameters are to be trusted (docs/identification.md, eq. 10 to 13).
+//!
+//! What a model leaves out makes residuals that follow each other for seconds, and a formula that takes
+//! them for independent noise would claim far too much. The covariance is therefore the sandwich
+//! `H^-1 B H^-1`, where `B` is summed over blocks of time longer than the residuals' memory.
+
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+
+use super::levenberg::{Belief, Unknowns};
+use super::segment::{Normal, Problem, Rows, Segment};
+
+/// A direction of the parameters whose standard deviation exceeds this part of their size is not determined.
+const LOOSE: f64 = 1.0;
+
+/// A parameter with more than this part of its square in loose directions is not determined.
+const SHARE: f64 = 0.01;
+
+/// Half the width of each fitted parameter's 95 % interval, SI; `None` where the data do not determine it or
+/// where it rests at a bound.
+pub(super) fn half_widths(
+    problem: &Problem,
+    belief: &Belief,
+    segments: &[Segment],
+    unknowns: &Unknowns,
+) -> Vec<Option<f64>> {
+    let parameters = problem.parameters();
+    let nothing = vec![None; parameters];
+    let mut information = DMatrix::<f64>::zeros(parameters, parameters);
+    let mut scores: Vec<DVector<f64>> = Vec::new();
+    let mut memory: f64 = 1.0;
+    for (segment, state) in segments.iter().zip(&unknowns.states) {
+        let Some(rows) = problem.rows(segment, &unknowns.values, state, false) else { return nothing };
+        let normal = problem.normal(segment, &rows, state);
+        let Some(back) = elimination(&normal) else { return nothing };
+        information += &normal.zz - &normal.zx * &back;
+        let correlated = memory_of(&rows, problem.sigma.len());
+        memory = memory.max(correlated);
+        scores.extend(block_scores(&rows, &back, parameters, block_length(rows.residual.len(), correlated)));
+    }
+    let determined = determined(&information, memory);
+    let Some(inverse) = (information + DMatrix::identity(parameters, parameters) * belief.width.powi(-2)).cholesky()
+    else {
+        return nothing;
+    };
+    let inverse = inverse.inverse();
+    let mut middle = DMatrix::<f64>::zeros(parameters, parameters);
+    for score in &scores {
+        middle += score * score.transpose();
+    }
+    let blocks = scores.len() as f64;
+    let freedom = (blocks - parameters as f64).max(1.0);
+    let sandwich = &inverse * middle * &inverse * (blocks / freedom);
+    (0..parameters)
+        .map(|j| {
+            let [low, high] = belief.bounds[j];
+            let value = unknowns.values[problem.slots[j]];
+            if !determined[j] || value <= low || value >= high {
+                return None;
+            }
+            // Never below what independent noise of this size would leave.
+            let variance = sandwich[(j, j)].max(inverse[(j, j)]);
+            Some(student_95(freedom) * variance.sqrt() * problem.scale[j])
+        })
+        .collect()
+}
+
+/// `A_xx^-1 A_xz`: how the start state answers to the parameters.
+fn elimination(normal: &Normal) -> Option<DMatrix<f64>> {
+    Some(normal.xx.clone().cholesky()?.solve(&normal.zx.transpose()))
+}
+
+/// Rows a block: five times the residuals' memory, but no fewer than 20 blocks and no more than 400.
+fn block_length(samples: usize, memory: f64) -> usize {
+    let wanted = (5.0 * memory) as usize;
+    wanted.clamp(samples / 400, (samples / 20).max(1)).max(1)
+}
+
+/// Sums of `J~' r` over blocks of rows, where `J~` is what the start state cannot imitate.
+fn block_scores(rows: &Rows, back: &DMatrix<f64>, parameters: usize, length: usize) -> Vec<DVector<f64>> {
+    let width = parameters + back.nrows();
+    let mut blocks = Vec::new();
+    for (jacobian, residual) in rows.jacobian.chunks(length * width.max(1)).zip(rows.residual.chunks(length)) {
+        let mut sum = DVector::<f64>::zeros(width);
+        for (row, residual) in jacobian.chunks_exact(width).zip(residual) {
+            for (total, derivative) in sum.iter_mut().zip(row) {
+                *total += derivative * residual;
+            }
+        }
+        blocks.push(sum.rows(0, parameters) - back.transpose() * sum.rows(parameters, back.nrows()));
+    }
+    blocks
+}
+
+/// Integrated autocorrelation of the residuals in samples, the longest of the sensors: 1 for white noise.
+fn memory_of(rows: &Rows, sensors: usize) -> f64 {
+    let mut longest: f64 = 1.0;
+    for sensor in 0..sensors {
+        let series: Vec<f64> = rows
+            .residual
+            .iter()
+            .zip(&rows.origin)
+            .filter(|(_, origin)| origin.1 == sensor)
+            .map(|(residual, _)| *residual)
+            .collect();
+        longest = longest.max(integrated_autocorrelation(&series) * sensors as f64);
+    }
+    longest
+}
+
+/// `1 + 2 sum rho_k` up to the first correlation below 0.05, lags taken ever more sparsely.
+fn integrated_autocorrelation(series: &[f64]) -> f64 {
+    let power: f64 = series.iter().map(|value| value * value).sum();
+    if power <= 0.0 {
+        return 1.0;
+    }
+    let mut sum = 1.0;
+    let mut lag = 1;
+    while lag < series.len() / 4 {
+        let product: f64 = series.iter().zip(&series[lag..]).map(|(a, b)| a * b).sum();
+        let correlation = product / power;
+        if correlation < 0.05 {
+            break;
+        }
+        // The step to the next lag grows with the lag: logarithmic in the length of the memory.
+        let stride = (lag / 8).max(1);
+        sum += 2.0 * correlation * stride as f64;
+        lag += stride;
+    }
+    sum
+}
+
+/// Which parameters the data determine: those that hardly take part in directions `v` (eigenvectors of the
+/// information) along which they leave more than their own size open.
+fn determined(information: &DMatrix<f64>, memory: f64) -> Vec<bool> {
+    let parameters = information.nrows();
+    if parameters == 0 {
+        return Vec::new();
+    }
+    let eigen = SymmetricEigen::new(information.clone());
+    (0..parameters)
+        .map(|j| {
+            let loose: f64 = (0..parameters)
+                .filter(|&k| eigen.eigenvalues[k].max(0.0) / memory < LOOSE.powi(-2))
+                .map(|k| eigen.eigenvectors[(j, k)].powi(2))
+                .sum();
+            loose < SHARE
+        })
+        .collect()
+}
+
+/// The 97.5 % quantile of Student's t (Cornish–Fisher expansion about the normal one; 0.3 % at 4 degrees of
+/// freedom, better above; below 4 as for 4).
+fn student_95(freedom: f64) -> f64 {
+    let z = 1.959_963_984_540_054_f64;
+    let n = freedom.max(4.0);
+    let (z3, z5, z7) = (z.powi(3), z.powi(5), z.powi(7));
+    z + (z3 + z) / (4.0 * n)
+        + (5.0 * z5 + 16.0 * z3 + 3.0 * z) / (96.0 * n * n)
+        + (3.0 * z7 + 19.0 * z5 + 17.0 * z3 - 15.0 * z) / (384.0 * n.powi(3))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_agree_with_tables() {
+        for (freedom, quantile) in [(4.0, 2.7764), (10.0, 2.2281), (30.0, 2.0423), (1e9, 1.959_96)] {
+            assert!((student_95(freedom) / quantile - 1.0).abs() < 3e-3, "{freedom}: {}", student_95(freedom));
+        }
+    }
+
+    #[test]
+    fn memory_of_a_filtered_noise_is_found() {
+        // A deterministic noise (multiplicative congruence) through a first-order filter of pole 0.9, whose
+        // integrated autocorrelation is (1 + 0.9) / (1 - 0.9) = 19.
+        let mut seed = 1_u64;
+        let mut state = 0.0;
+        let white: Vec<f64> = (0..50_000)
+            .map(|_| {
+                seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                (seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+            })
+            .collect();
+        let filtered: Vec<f64> = white
+            .iter()
+            .map(|value| {
+                state = 0.9 * state + value;
+                state
+            })
+            .collect();
+        assert!(integrated_autocorrelation(&white) < 1.2);
+        let memory = integrated_autocorrelation(&filtered);
+        assert!((14.0..23.0).contains(&memory), "{memory}");
+    }
+
+    #[test]
+    fn a_direction_without_information_marks_its_parameters() {
+        // Parameters 0 and 1 only show in their sum, 2 by itself.
+        let information = DMatrix::from_row_slice(3, 3, &[1e4, 1e4, 0.0, 1e4, 1e4, 0.0, 0.0, 0.0, 1e4]);
+        assert_eq!(determined(&information, 1.0), [false, false, true]);
+    }
+}
