@@ -1,1 +1,0 @@
-//! `sinew new`: a first rig file from a recording's columns.
