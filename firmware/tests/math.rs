@@ -1,5 +1,8 @@
 //! Errors of the transcendental functions, swept, and the directed sums against exact arithmetic.
 
+mod common;
+
+use common::cases;
 use proptest::prelude::*;
 use sinew_firmware::math;
 
@@ -79,7 +82,7 @@ fn not_above_sum(x: f32, a: f32, b: f32) -> bool {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(20_000))]
+    #![proptest_config(cases(20_000))]
 
     #[test]
     fn add_down_is_the_largest_number_not_above_the_sum(a: u32, b: u32) {

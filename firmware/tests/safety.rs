@@ -1,8 +1,13 @@
 //! Limits hold exactly, in real arithmetic, for any bit pattern of anything.
 
+#![allow(
+    clippy::needless_range_loop,
+    reason = "one index runs through commands, limits and the commands before"
+)]
+
 mod common;
 
-use common::{Linear, Random, Shallow};
+use common::{Linear, Random, Shallow, cases};
 use proptest::prelude::*;
 use sinew_firmware::control_loop::{ControlLoop, Settings, Status};
 use sinew_firmware::pid::{Pid, PidGains};
@@ -54,7 +59,7 @@ fn sound_limits() -> impl Strategy<Value = Limits<2>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(4000))]
+    #![proptest_config(cases(4000))]
 
     #[test]
     fn limiter_is_exact(limits in sound_limits(), wishes in prop::collection::vec([any_f32(), any_f32()], 1..30)) {

@@ -2,7 +2,7 @@
 
 use super::Problem;
 use super::prediction::{Rollout, Sensitivity};
-use crate::model::Model;
+use crate::model::{Jacobian, Model};
 
 /// Diagonals of Q and Lambda.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,6 +97,10 @@ impl<
     ) {
         *quadratic = Quadratic::new();
         let mut rollout = Rollout::new(self.start);
+        let mut jacobian = Jacobian {
+            u: [[[0.0; NU]; NY]; ND],
+            y: [[[0.0; NY]; NY]; DD],
+        };
         let mut sensitivity = Sensitivity::<NU, NY, DD, NC>::new();
         for (j, reference) in self.reference.iter().enumerate() {
             let y = rollout.advance_with_sensitivity(
@@ -104,6 +108,7 @@ impl<
                 self.disturbance,
                 plan,
                 j,
+                &mut jacobian,
                 &mut sensitivity,
             );
             let mut weighted = [0.0; NY];

@@ -14,11 +14,14 @@ const BACKTRACKS: u8 = 2;
 /// Part of the decrease promised by the slope that a step has to deliver.
 const SUFFICIENT: f32 = 1e-4;
 
-/// Where the step promises less than this fraction of J, the plan counts as optimal.
-const CONVERGED: f32 = 1e-6;
+/// A step that promises less than this fraction of J is taken without evaluating J once more: the
+/// plan is optimal to within that, whatever the promise is worth.
+const CONVERGED: f32 = 1e-4;
 
-/// The same, absolutely: an error of 1e-5 model units at unit weight.
-const CONVERGED_ABSOLUTE: f32 = 1e-10;
+/// A step that promises less than this fraction of J, or less than this much at all, is rounding and
+/// is not taken: on a flat cost it could be long and gain nothing.
+const NOISE: f32 = 1e-7;
+const NOISE_ABSOLUTE: f32 = 1e-10;
 
 /// What an optimisation did.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,7 +30,8 @@ pub struct Outcome {
     pub status: Status,
     /// Linearisations.
     pub iterations: u8,
-    /// J of the plan that is held now; not finite where the status is [`Status::NotFinite`].
+    /// J of the plan that is held now, to within 1e-4 of it; not finite where the status is
+    /// [`Status::NotFinite`].
     pub cost: f32,
 }
 
@@ -35,7 +39,7 @@ pub struct Outcome {
 ///
 /// The plan is moved inside the limits first. Each of at most `iterations` (1 to
 /// [`MAX_ITERATIONS`]) linearisations gives a quadratic subproblem; its solution is taken whole if
-/// J then decreases, else in part. Cost: `iterations` linearisations, one evaluation of J and
+/// J then decreases, else in part; a step too small to matter ends the search. Cost: `iterations` linearisations, one evaluation of J and
 /// at most two more per iteration.
 #[inline(never)]
 pub fn solve<
@@ -85,7 +89,12 @@ pub fn solve<
             outcome.status = Status::NoDecrease;
             return outcome;
         }
-        if promised <= CONVERGED * outcome.cost + CONVERGED_ABSOLUTE {
+        if promised <= CONVERGED * outcome.cost + NOISE_ABSOLUTE {
+            if promised > NOISE * outcome.cost + NOISE_ABSOLUTE {
+                plan.u = candidate;
+                plan.active = active;
+                outcome.cost -= promised;
+            }
             outcome.status = Status::Converged;
             return outcome;
         }

@@ -52,7 +52,8 @@ impl<const NU: usize, const NY: usize, const DD: usize, const NC: usize>
                     }
                 }
             }
-            for (jac, past) in jacobian.y.iter().zip(lags.iter()) {
+            // At j = i nothing before depends on u_i yet.
+            for (jac, past) in jacobian.y.iter().zip(lags.iter()).take(oldest) {
                 for (next, jac) in next.iter_mut().zip(jac) {
                     for (jac, past) in jac.iter().zip(past) {
                         for (next, past) in next.iter_mut().zip(past) {
@@ -106,7 +107,7 @@ impl<const NU: usize, const NY: usize, const NS: usize, const ND: usize, const D
         self.observe(y, disturbance)
     }
 
-    /// The same, and the sensitivities one step further.
+    /// The same, and the sensitivities one step further; `jacobian` is overwritten.
     #[inline(always)]
     pub fn advance_with_sensitivity<
         M: Model<NU, NY, NS, ND, DD>,
@@ -118,15 +119,12 @@ impl<const NU: usize, const NY: usize, const NS: usize, const ND: usize, const D
         disturbance: &[f32; NY],
         plan: &[f32; NV],
         j: usize,
+        jacobian: &mut Jacobian<NU, NY, ND, DD>,
         sensitivity: &mut Sensitivity<NU, NY, DD, NC>,
     ) -> [f32; NY] {
         self.apply(plan, j);
-        let mut jacobian = Jacobian {
-            u: [[[0.0; NU]; NY]; ND],
-            y: [[[0.0; NY]; NY]; DD],
-        };
-        let y = model.predict_with_jacobian(&self.regressor, &mut jacobian);
-        sensitivity.advance(&jacobian, j);
+        let y = model.predict_with_jacobian(&self.regressor, jacobian);
+        sensitivity.advance(jacobian, j);
         self.observe(y, disturbance)
     }
 

@@ -1,8 +1,18 @@
 //! Random networks as predictors, in f32 by the kernels under test and in f64 by plain loops.
 #![allow(dead_code, reason = "every test binary uses its own part")]
 
+use proptest::test_runner::{Config as ProptestConfig, RngSeed};
 use sinew_firmware::model::{Jacobian, Model, Regressor};
 use sinew_firmware::network;
+
+/// The same cases in every run, and no file left behind.
+pub fn cases(cases: u32) -> ProptestConfig {
+    ProptestConfig {
+        rng_seed: RngSeed::Fixed(2026),
+        failure_persistence: None,
+        ..ProptestConfig::with_cases(cases)
+    }
+}
 
 /// Xorshift: the same cases on every machine.
 pub struct Random(pub u64);
