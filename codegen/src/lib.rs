@@ -5,7 +5,7 @@
 //! - [`evaluate`]: the network and its Jacobian in double precision, the reference for everything.
 //! - [`emit`]: the description as a Rust crate that depends only on `sinew-firmware`.
 //! - [`regenerate`]: committed models, printed again and compared.
-//! - [`reference`]: the importer of the reference problem.
+//! - [`mod@reference`]: the importer of the reference problem.
 //!
 //! Equations and file formats: docs/codegen.md.
 

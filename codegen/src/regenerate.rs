@@ -45,7 +45,7 @@ pub fn write(
 /// Prints every model in `models` in its place and names the files that changed.
 ///
 /// # Errors
-/// As [`write`], at the first model that has one.
+/// As [`write()`], at the first model that has one.
 pub fn write_all(models: &Path) -> Result<Vec<PathBuf>, RegenerateError> {
     let mut changed = Vec::new();
     for model in directories(models)? {
