@@ -2,8 +2,8 @@
 
 /// The candidate nearest to `word`, if near enough to be a slip of the fingers.
 ///
-/// Near: Damerau-Levenshtein distance at most a third of the longer word (at least one), or equal
-/// but for case.
+/// Near, case aside: Damerau-Levenshtein distance at most a third of the longer word (at least one),
+/// or the beginning of it (three letters at least).
 pub(crate) fn nearest<'a>(
     word: &str,
     candidates: impl IntoIterator<Item = &'a str>,
@@ -17,7 +17,8 @@ pub(crate) fn nearest<'a>(
         })
         .filter(|&(distance, candidate)| {
             let longer = word.chars().count().max(candidate.chars().count());
-            distance <= (longer / 3).max(1)
+            let begins = word.len() >= 3 && candidate.starts_with(word);
+            begins || distance <= (longer / 3).max(1)
         })
         .min_by_key(|&(distance, _)| distance)
         .map(|(_, candidate)| candidate)
@@ -45,6 +46,7 @@ mod tests {
         let names = ["stiffness", "damping", "inertia"];
         assert_eq!(nearest("stifness", names), Some("stiffness"));
         assert_eq!(nearest("Damping", names), Some("damping"));
+        assert_eq!(nearest("stiff", names), Some("stiffness"));
         assert_eq!(nearest("voltage", names), None);
     }
 

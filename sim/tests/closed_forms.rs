@@ -203,13 +203,21 @@ fn stribeck_friction_follows_its_curve_and_holds_at_its_static_level() {
     );
 }
 
+/// Kind, component, parameters, and the force that the vocabulary gives.
+type Law = (
+    &'static str,
+    &'static str,
+    &'static [(&'static str, f64)],
+    f64,
+);
+
 /// Every law as the vocabulary writes it, from the change of velocity over a short step.
 #[test]
 fn laws_are_those_of_the_vocabulary() {
     let (q, v, rest): (f64, f64, f64) = (0.3, -0.7, 0.1);
     let x = q - rest;
     let bell = (-(v / 0.5) * (v / 0.5)).exp();
-    let table: [(&str, &str, &[(&str, f64)], f64); 11] = [
+    let table: [Law; 11] = [
         ("coulomb_friction", "mass", &[("level", 2.0)], 2.0),
         (
             "stribeck_friction",

@@ -87,12 +87,16 @@ fn complex_step_agrees_where_the_path_is_smooth() {
     );
 }
 
-/// Both bodies stop, stick, break away and turn round; an event time moves with every parameter.
+/// Both bodies stop, stick, break away and turn round, and a tendon goes slack; the time of an event
+/// moves with every parameter.
 fn sticking() -> Plant {
     let motor = effect("coulomb_friction", "motor", &[("level", 0.25)]);
     let stribeck = [("level", 0.3), ("static_level", 0.5), ("velocity", 0.2)];
     let load = effect("stribeck_friction", "mass", &stribeck);
-    two_mass(&format!("{motor}{load}"))
+    let tendon = "[[tendon]]\nname = \"line\"\npath = [{ body = \"motor\", arm = 0.2 }, \
+                  { body = \"mass\", arm = -0.3 }]\nstiffness = { value = 40.0 }\n\
+                  damping = 0.2\npretension = { value = 0.2 }\n";
+    two_mass(&format!("{motor}{load}{tendon}"))
 }
 
 #[test]
@@ -102,6 +106,7 @@ fn central_differences_agree_through_events() {
     let (slots, values) = seeded(&plant);
     let dual = simulate(&plant, &values, &times);
     assert!(dual.report.events > 12, "{:?}", dual.report);
+    assert!(dual.report.kinks > 4, "{:?}", dual.report);
     assert_eq!(dual.report.fallbacks, 0);
     let plain = plant.values();
     let mut worst = 0.0f64;

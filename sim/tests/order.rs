@@ -73,10 +73,10 @@ fn fourth_order_across_reversals() {
     assert!((3.5..4.6).contains(&order), "{order}: {errors:?}");
 }
 
-/// A tendon's tension has a kink where it goes slack, and that is not stepped to: second order at
-/// least. The kink falls anywhere in a step, so that one error says little: many starts are pooled.
+/// A tendon's tension has a kink where it goes slack, and that is not stepped to: a step across it is
+/// taken in parts. Nearly fourth order at these steps, and never below second. The kink falls anywhere in a step, so that one error says little: many starts are pooled.
 #[test]
-fn at_least_second_order_across_a_slack_tendon() {
+fn nearly_fourth_order_across_a_slack_tendon() {
     let pooled = |steps: usize| {
         let squares = (0..40).map(|k| {
             let line = "[[tendon]]\nname = \"line\"\npath = [{ body = \"mass\", arm = 1.0 }]\n\
@@ -103,5 +103,5 @@ fn at_least_second_order_across_a_slack_tendon() {
     let errors: Vec<f64> = [190, 380, 760, 1520].map(pooled).to_vec();
     let order = order(&errors);
     println!("slack tendon: order {order:.2}, errors {errors:?}");
-    assert!(order > 1.9, "{order}: {errors:?}");
+    assert!(order > 3.5, "{order}: {errors:?}");
 }

@@ -103,6 +103,10 @@ impl<S: Scalar> Dynamics<S> {
         clippy::too_many_arguments,
         reason = "the step of a hybrid system has these; a struct for them would be built per call"
     )]
+    #[allow(
+        clippy::needless_range_loop,
+        reason = "five arrays of one length by one index"
+    )]
     pub(super) fn step<T>(
         &self,
         topology: &Topology,

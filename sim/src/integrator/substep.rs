@@ -274,7 +274,7 @@ impl<S: Scalar> Substep<S> {
         for _ in 0..most {
             report.events += 1;
             let (index, at) = event;
-            let t = self.to_event(topology, index, at, tau, left.value());
+            let t = self.reach(topology, index, at, tau, left.value());
             tau += t;
             left -= t;
             self.switch(topology, index, tau);
@@ -309,7 +309,7 @@ impl<S: Scalar> Substep<S> {
 
     /// Steps to an event and returns how long that took, derivatives included: with margin g(t) the
     /// time that solves g = 0 moves by -dg/g' (one Newton step in the scalar's own arithmetic).
-    fn to_event(&mut self, topology: &Topology, index: usize, at: f64, tau: S, step: f64) -> S {
+    fn reach(&mut self, topology: &Topology, index: usize, at: f64, tau: S, step: f64) -> S {
         if at <= 0.0 {
             return S::ZERO;
         }

@@ -2,6 +2,7 @@
 
 use super::control;
 use super::effect::read_effects;
+use super::names::{Component, Names};
 use super::reader::{Reader, Source, Spanned};
 use super::{
     Actuator, Body, Damper, Drives, End, FORMAT, Gravity, Hold, Reads, Rig, Sensor, Spring, Tendon,
@@ -10,132 +11,7 @@ use crate::effects::Sign;
 use crate::error::Error;
 use crate::suggest;
 use crate::unit::{self, Motion};
-use std::collections::HashMap;
 use toml_edit::TableLike;
-
-/// What a name in the file belongs to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Component {
-    Body(usize),
-    Spring(usize),
-    Damper,
-    Gravity,
-    Tendon(usize),
-    Actuator,
-    Sensor(usize),
-}
-
-impl Component {
-    pub(super) fn noun(self) -> &'static str {
-        match self {
-            Self::Body(_) => "a body",
-            Self::Spring(_) => "a spring",
-            Self::Damper => "a damper",
-            Self::Gravity => "a gravity",
-            Self::Tendon(_) => "a tendon",
-            Self::Actuator => "an actuator",
-            Self::Sensor(_) => "a sensor",
-        }
-    }
-}
-
-/// Every name of the file, with its line: names are unique in the whole file.
-#[derive(Default)]
-pub(super) struct Names<'a> {
-    known: HashMap<&'a str, (Component, usize)>,
-    order: Vec<&'a str>,
-}
-
-impl<'a> Names<'a> {
-    fn enter(&mut self, table: &Reader<'a>, component: Component) -> Result<String, Error> {
-        let name = table.text("name")?;
-        if name.value == "ground" {
-            return Err(table.error_at("name", "`ground` is the name of what does not move"));
-        }
-        if name.value.contains(['.', '+']) {
-            return Err(table
-                .error_at("name", format!("`{}` is not a name", name.value))
-                .helped("a name has no `.` and no `+`: they join names elsewhere"));
-        }
-        if let Some((_, line)) = self.known.get(name.value) {
-            return Err(table
-                .error_at("name", format!("the name `{}` is taken", name.value))
-                .helped(format!(
-                    "names are unique in the whole file; the first is on line {line}"
-                )));
-        }
-        self.known
-            .insert(name.value, (component, table.line("name")));
-        self.order.push(name.value);
-        Ok(name.value.to_owned())
-    }
-
-    pub(super) fn get(&self, name: &str) -> Option<Component> {
-        self.known.get(name).map(|&(component, _)| component)
-    }
-
-    /// The names of the components that pass the filter, in file order.
-    pub(super) fn of(&self, wanted: impl Fn(Component) -> bool) -> Vec<&'a str> {
-        let pass = |name: &&&'a str| self.get(name).is_some_and(&wanted);
-        self.order.iter().filter(pass).copied().collect()
-    }
-
-    /// The component that a key names, where `pick` accepts it.
-    pub(super) fn resolve<T>(
-        &self,
-        source: &Source,
-        name: &Spanned<&str>,
-        role: &str,
-        list: &str,
-        pick: impl Fn(Component) -> Option<T>,
-    ) -> Result<T, Error> {
-        match self.get(name.value) {
-            Some(component) => pick(component).ok_or_else(|| {
-                let fitting = self.of(|component| pick(component).is_some());
-                source
-                    .error(
-                        name.span.clone(),
-                        format!("{role}: `{}` is {}", name.value, component.noun()),
-                    )
-                    .helped(format!("{list}: {}", fitting.join(", ")))
-            }),
-            None => {
-                let fitting = self.of(|component| pick(component).is_some());
-                Err(source
-                    .error(
-                        name.span.clone(),
-                        format!("{role}: there is no `{}`", name.value),
-                    )
-                    .helped(suggest::help(name.value, list, &fitting)))
-            }
-        }
-    }
-
-    fn body(&self, table: &Reader, key: &str) -> Result<usize, Error> {
-        self.resolve(
-            table.source,
-            &table.text(key)?,
-            &format!("`{key}` of {}", table.what),
-            "bodies",
-            |component| match component {
-                Component::Body(body) => Some(body),
-                _ => None,
-            },
-        )
-    }
-
-    fn end(&self, table: &Reader, key: &str) -> Result<End, Error> {
-        if table.text(key)?.value == "ground" {
-            return Ok(End::Ground);
-        }
-        self.body(table, key).map(End::Body).map_err(|mut error| {
-            if let Some(help) = &mut error.help {
-                help.push_str(", ground");
-            }
-            error
-        })
-    }
-}
 
 const TOP: &[&str] = &[
     "format", "name", "body", "spring", "damper", "gravity", "tendon", "actuator", "sensor",
@@ -160,11 +36,8 @@ pub(super) fn read_rig<'a>(source: &'a Source<'a>, table: &'a dyn TableLike) -> 
     root.allow(TOP)?;
     let name = root.text("name")?.value.to_owned();
 
-    let mut names = Names::default();
-    let mut bodies = Vec::new();
-    for (index, table) in root.tables("body")?.iter().enumerate() {
-        bodies.push(read_body(table, &mut names, index)?);
-    }
+    let names = Names::read(&root)?;
+    let bodies: Vec<Body> = each(&root, "body", read_body)?;
     if bodies.is_empty() {
         return Err(source
             .error(None, "the rig has no body: nothing could move")
@@ -185,37 +58,35 @@ pub(super) fn read_rig<'a>(source: &'a Source<'a>, table: &'a dyn TableLike) -> 
         control: None,
         network: None,
     };
-    for (index, table) in root.tables("spring")?.iter().enumerate() {
-        let spring = read_spring(table, &mut names, &rig, index)?;
-        rig.springs.push(spring);
-    }
-    for table in &root.tables("damper")? {
-        let damper = read_damper(table, &mut names, &rig)?;
-        rig.dampers.push(damper);
-    }
-    for table in &root.tables("gravity")? {
-        rig.gravities.push(read_gravity(table, &mut names)?);
-    }
-    for (index, table) in root.tables("tendon")?.iter().enumerate() {
-        rig.tendons.push(read_tendon(table, &mut names, index)?);
-    }
-    for table in &root.tables("actuator")? {
-        rig.actuators.push(read_actuator(table, &mut names)?);
-    }
-    for (index, table) in root.tables("sensor")?.iter().enumerate() {
-        rig.sensors.push(read_sensor(table, &mut names, index)?);
-    }
+    rig.springs = each(&root, "spring", |table| read_spring(table, &names, &rig))?;
+    rig.dampers = each(&root, "damper", |table| read_damper(table, &names, &rig))?;
+    rig.gravities = each(&root, "gravity", |table| read_gravity(table, &names))?;
+    rig.tendons = each(&root, "tendon", |table| read_tendon(table, &names))?;
+    rig.actuators = each(&root, "actuator", |table| read_actuator(table, &names))?;
+    rig.sensors = each(&root, "sensor", |table| read_sensor(table, &names))?;
     rig.effects = read_effects(&root.tables("effect")?, &names, &rig)?;
     rig.control = control::read_control(root.table("control")?, &names, &rig)?;
     rig.network = control::read_network(root.table("network")?)?;
     Ok(rig)
 }
 
-fn read_body<'a>(table: &Reader<'a>, names: &mut Names<'a>, index: usize) -> Result<Body, Error> {
-    table.allow(&["name", "motion", "inertia", "start", "start_velocity"])?;
+/// Reads every table of a name.
+fn each<'a, T>(
+    root: &Reader<'a>,
+    name: &'static str,
+    read: impl Fn(&Reader<'a>) -> Result<T, Error>,
+) -> Result<Vec<T>, Error> {
+    root.tables(name)?.iter().map(read).collect()
+}
+
+fn own_name(table: &Reader) -> Result<String, Error> {
+    Ok(table.text("name")?.value.to_owned())
+}
+
+fn read_body(table: &Reader) -> Result<Body, Error> {
     let motions = [("slide", Motion::Slide), ("hinge", Motion::Hinge)];
     Ok(Body {
-        name: names.enter(table, Component::Body(index))?,
+        name: own_name(table)?,
         motion: table.required_word("motion", &motions)?,
         inertia: table
             .parameter("inertia", Sign::Positive)
@@ -251,14 +122,8 @@ fn read_ends(table: &Reader, names: &Names, rig: &Rig) -> Result<(End, End), Err
     Ok((from, to))
 }
 
-fn read_spring<'a>(
-    table: &Reader<'a>,
-    names: &mut Names<'a>,
-    rig: &Rig,
-    index: usize,
-) -> Result<Spring, Error> {
-    table.allow(&["name", "from", "to", "stiffness", "rest"])?;
-    let name = names.enter(table, Component::Spring(index))?;
+fn read_spring(table: &Reader, names: &Names, rig: &Rig) -> Result<Spring, Error> {
+    let name = own_name(table)?;
     let (from, to) = read_ends(table, names, rig)?;
     Ok(Spring {
         name,
@@ -269,9 +134,8 @@ fn read_spring<'a>(
     })
 }
 
-fn read_damper<'a>(table: &Reader<'a>, names: &mut Names<'a>, rig: &Rig) -> Result<Damper, Error> {
-    table.allow(&["name", "from", "to", "damping"])?;
-    let name = names.enter(table, Component::Damper)?;
+fn read_damper(table: &Reader, names: &Names, rig: &Rig) -> Result<Damper, Error> {
+    let name = own_name(table)?;
     let (from, to) = read_ends(table, names, rig)?;
     Ok(Damper {
         name,
@@ -281,30 +145,17 @@ fn read_damper<'a>(table: &Reader<'a>, names: &mut Names<'a>, rig: &Rig) -> Resu
     })
 }
 
-fn read_gravity<'a>(table: &Reader<'a>, names: &mut Names<'a>) -> Result<Gravity, Error> {
-    table.allow(&["name", "body", "amplitude", "zero"])?;
+fn read_gravity(table: &Reader, names: &Names) -> Result<Gravity, Error> {
     Ok(Gravity {
-        name: names.enter(table, Component::Gravity)?,
+        name: own_name(table)?,
         body: names.body(table, "body")?,
         amplitude: table.parameter("amplitude", Sign::Any)?,
         zero: table.parameter_or("zero", Sign::Any, 0.0)?,
     })
 }
 
-fn read_tendon<'a>(
-    table: &Reader<'a>,
-    names: &mut Names<'a>,
-    index: usize,
-) -> Result<Tendon, Error> {
-    table.allow(&[
-        "name",
-        "path",
-        "stiffness",
-        "damping",
-        "pretension",
-        "unilateral",
-    ])?;
-    let name = names.enter(table, Component::Tendon(index))?;
+fn read_tendon(table: &Reader, names: &Names) -> Result<Tendon, Error> {
+    let name = own_name(table)?;
     let mut path: Vec<(usize, super::Value)> = Vec::new();
     for part in table.tables("path")? {
         let part = part.called(format!("the path of {}", table.what));
@@ -330,18 +181,8 @@ fn read_tendon<'a>(
     })
 }
 
-fn read_actuator<'a>(table: &Reader<'a>, names: &mut Names<'a>) -> Result<Actuator, Error> {
-    table.allow(&[
-        "name",
-        "drives",
-        "input",
-        "hold",
-        "gain",
-        "limit",
-        "rate_limit",
-        "unit",
-    ])?;
-    let name = names.enter(table, Component::Actuator)?;
+fn read_actuator(table: &Reader, names: &Names) -> Result<Actuator, Error> {
+    let name = own_name(table)?;
     let role = format!("`drives` of {}", table.what);
     let drives = names.resolve(
         table.source,
@@ -398,14 +239,9 @@ fn read_factor(table: &Reader) -> Result<f64, Error> {
     })
 }
 
-fn read_sensor<'a>(
-    table: &Reader<'a>,
-    names: &mut Names<'a>,
-    index: usize,
-) -> Result<Sensor, Error> {
-    table.allow(&["name", "reads", "signal", "gain", "offset", "unit"])?;
+fn read_sensor(table: &Reader, names: &Names) -> Result<Sensor, Error> {
     Ok(Sensor {
-        name: names.enter(table, Component::Sensor(index))?,
+        name: own_name(table)?,
         reads: read_reads(table, names)?,
         signal: table.text("signal")?.value.to_owned(),
         gain: table.parameter_or("gain", Sign::NonZero, 1.0)?,

@@ -1,7 +1,7 @@
 //! `[control]` and `[network]`: what the controller and its network should look like. The plant
 //! does not read them; they are checked here because their lines are known here.
 
-use super::components::{Component, Names};
+use super::names::{Component, Names};
 use super::reader::{Reader, Spanned};
 use super::{Reads, Rig};
 use crate::effects::Sign;
@@ -75,9 +75,8 @@ pub(super) fn read_control(
     ])?;
     let outputs = read_outputs(&table, names, rig)?;
     let reference = table.texts("reference")?.unwrap_or_default();
-    let of_outputs = |key: &str, found: usize| {
-        expect_length(&table, key, found, outputs.len(), "the controlled outputs")
-    };
+    let of_outputs =
+        |key: &str, found: usize| expect_length(&table, key, found, outputs.len(), "output");
     if !reference.is_empty() {
         of_outputs("reference", reference.len())?;
     }
@@ -91,13 +90,7 @@ pub(super) fn read_control(
         inputs.sort_unstable();
         inputs.dedup();
         let found = weight.len();
-        expect_length(
-            &table,
-            "move_suppression",
-            found,
-            inputs.len(),
-            "the inputs",
-        )?;
+        expect_length(&table, "move_suppression", found, inputs.len(), "input")?;
     }
     let horizon = table.count("horizon", 1, MAX_STEPS)?;
     let control_horizon = table.count("control_horizon", 1, MAX_STEPS)?;
@@ -133,7 +126,7 @@ fn expect_length(
     }
     Err(table.error_at(
         key,
-        format!("`{key}` has {found} entries, {what} are {expected}"),
+        format!("`{key}` has {found} entries; expected {expected}, one for each {what}"),
     ))
 }
 

@@ -1,6 +1,6 @@
 //! The `[[effect]]` tables of a rig.
 
-use super::components::{Component, Names};
+use super::names::{Component, Names};
 use super::reader::Reader;
 use super::{EffectTable, Rig, Site};
 use crate::effects::{Kind, NOT_SIMULATED, Port};

@@ -3,6 +3,7 @@
 mod components;
 mod control;
 mod effect;
+mod names;
 mod reader;
 mod write;
 

@@ -1,0 +1,202 @@
+//! The names of a rig file and what they stand for.
+
+use super::End;
+use super::reader::{Reader, Source, Spanned};
+use crate::error::Error;
+use crate::suggest;
+use std::collections::HashMap;
+
+/// What a name in the file belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Component {
+    Body(usize),
+    Spring(usize),
+    Damper,
+    Gravity,
+    Tendon(usize),
+    Actuator,
+    Sensor(usize),
+}
+
+impl Component {
+    pub(super) fn noun(self) -> &'static str {
+        match self {
+            Self::Body(_) => "a body",
+            Self::Spring(_) => "a spring",
+            Self::Damper => "a damper",
+            Self::Gravity => "a gravity",
+            Self::Tendon(_) => "a tendon",
+            Self::Actuator => "an actuator",
+            Self::Sensor(_) => "a sensor",
+        }
+    }
+}
+
+/// Every name of the file, with its line: names are unique in the whole file.
+#[derive(Default)]
+pub(super) struct Names<'a> {
+    known: HashMap<&'a str, (Component, usize)>,
+    order: Vec<&'a str>,
+}
+
+impl<'a> Names<'a> {
+    /// All names of a file, first of all: a component may name one that stands further down.
+    pub(super) fn read(root: &Reader<'a>) -> Result<Self, Error> {
+        let mut names = Self::default();
+        for (section, keys, component) in SECTIONS {
+            for (index, table) in root.tables(section)?.iter().enumerate() {
+                table.allow(keys)?;
+                names.enter(table, component(index))?;
+            }
+        }
+        Ok(names)
+    }
+
+    fn enter(&mut self, table: &Reader<'a>, component: Component) -> Result<(), Error> {
+        let name = table.text("name")?;
+        if name.value == "ground" {
+            return Err(table.error_at("name", "`ground` is the name of what does not move"));
+        }
+        if name.value.contains(['.', '+']) {
+            return Err(table
+                .error_at("name", format!("`{}` is not a name", name.value))
+                .helped("a name has no `.` and no `+`: they join names elsewhere"));
+        }
+        if let Some((_, line)) = self.known.get(name.value) {
+            return Err(table
+                .error_at("name", format!("the name `{}` is taken", name.value))
+                .helped(format!(
+                    "names are unique in the whole file; the first is on line {line}"
+                )));
+        }
+        self.known
+            .insert(name.value, (component, table.line("name")));
+        self.order.push(name.value);
+        Ok(())
+    }
+
+    pub(super) fn get(&self, name: &str) -> Option<Component> {
+        self.known.get(name).map(|&(component, _)| component)
+    }
+
+    /// The names of the components that pass the filter, in file order.
+    pub(super) fn of(&self, wanted: impl Fn(Component) -> bool) -> Vec<&'a str> {
+        let pass = |name: &&&'a str| self.get(name).is_some_and(&wanted);
+        self.order.iter().filter(pass).copied().collect()
+    }
+
+    /// The component that a key names, where `pick` accepts it.
+    pub(super) fn resolve<T>(
+        &self,
+        source: &Source,
+        name: &Spanned<&str>,
+        role: &str,
+        list: &str,
+        pick: impl Fn(Component) -> Option<T>,
+    ) -> Result<T, Error> {
+        match self.get(name.value) {
+            Some(component) => pick(component).ok_or_else(|| {
+                let fitting = self.of(|component| pick(component).is_some());
+                source
+                    .error(
+                        name.span.clone(),
+                        format!("{role}: `{}` is {}", name.value, component.noun()),
+                    )
+                    .helped(format!("{list}: {}", fitting.join(", ")))
+            }),
+            None => {
+                let fitting = self.of(|component| pick(component).is_some());
+                Err(source
+                    .error(
+                        name.span.clone(),
+                        format!("{role}: there is no `{}`", name.value),
+                    )
+                    .helped(suggest::help(name.value, list, &fitting)))
+            }
+        }
+    }
+
+    /// The body that a key names.
+    pub(super) fn body(&self, table: &Reader, key: &str) -> Result<usize, Error> {
+        self.resolve(
+            table.source,
+            &table.text(key)?,
+            &format!("`{key}` of {}", table.what),
+            "bodies",
+            |component| match component {
+                Component::Body(body) => Some(body),
+                _ => None,
+            },
+        )
+    }
+
+    /// The body, or the ground, that a key names.
+    pub(super) fn end(&self, table: &Reader, key: &str) -> Result<End, Error> {
+        if table.text(key)?.value == "ground" {
+            return Ok(End::Ground);
+        }
+        self.body(table, key).map(End::Body).map_err(|mut error| {
+            if let Some(help) = &mut error.help {
+                help.push_str(", ground");
+            }
+            error
+        })
+    }
+}
+
+/// The named components: their table, its keys, and what a name of theirs stands for.
+type Section = (
+    &'static str,
+    &'static [&'static str],
+    fn(usize) -> Component,
+);
+
+const SECTIONS: &[Section] = &[
+    (
+        "body",
+        &["name", "motion", "inertia", "start", "start_velocity"],
+        Component::Body,
+    ),
+    (
+        "spring",
+        &["name", "from", "to", "stiffness", "rest"],
+        Component::Spring,
+    ),
+    ("damper", &["name", "from", "to", "damping"], |_| {
+        Component::Damper
+    }),
+    ("gravity", &["name", "body", "amplitude", "zero"], |_| {
+        Component::Gravity
+    }),
+    (
+        "tendon",
+        &[
+            "name",
+            "path",
+            "stiffness",
+            "damping",
+            "pretension",
+            "unilateral",
+        ],
+        Component::Tendon,
+    ),
+    (
+        "actuator",
+        &[
+            "name",
+            "drives",
+            "input",
+            "hold",
+            "gain",
+            "limit",
+            "rate_limit",
+            "unit",
+        ],
+        |_| Component::Actuator,
+    ),
+    (
+        "sensor",
+        &["name", "reads", "signal", "gain", "offset", "unit"],
+        Component::Sensor,
+    ),
+];
