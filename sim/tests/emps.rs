@@ -52,7 +52,8 @@ fn the_authors_parameters_give_the_published_free_run() {
         };
         let (found, found_without) = (free_run(20.39, &recording), free_run(0.0, &recording));
         println!("{file}: {found:.2} mm with Coulomb friction, {found_without:.1} mm without");
-        assert!((found - with).abs() < 0.06, "{file}: {found} mm");
+        // A drifting axis adds up the third digit of every parameter: 2 %.
+        assert!((found / with - 1.0).abs() < 0.02, "{file}: {found} mm");
         assert!(
             (found_without - without).abs() < 0.6,
             "{file}: {found_without} mm"
