@@ -1,5 +1,9 @@
 //! The gradient of J through the whole recursion, and the Gauss-Newton Hessian, against a double
 //! precision evaluation of the same cost over random networks, states, plans and shapes.
+#![allow(
+    clippy::needless_range_loop,
+    reason = "the indices are those of the equations, over several arrays at once"
+)]
 
 mod common;
 

@@ -1,4 +1,8 @@
 //! The active-set method against enumeration of every active set, and the factorisation.
+#![allow(
+    clippy::needless_range_loop,
+    reason = "the indices are those of the equations, over several arrays at once"
+)]
 
 mod common;
 
@@ -124,10 +128,10 @@ fn enumerate<const NU: usize, const NV: usize>(
             }
             b[NV + k] = *value;
         }
-        if let Some(w) = solve(a, b) {
-            if violation::<NU, NV>(bounds, &w) < 1e-9 {
-                best = best.min(objective(q, u, &w[..NV]));
-            }
+        if let Some(w) = solve(a, b)
+            && violation::<NU, NV>(bounds, &w) < 1e-9
+        {
+            best = best.min(objective(q, u, &w[..NV]));
         }
     }
     best
