@@ -48,7 +48,10 @@ pub(super) struct Views {
 impl Views {
     pub fn new(rig: &Rig, plant: &Plant) -> Self {
         let bodies = rig.bodies.len();
-        let mut views = Self { position: vec![None; bodies], velocity: vec![None; bodies] };
+        let mut views = Self {
+            position: vec![None; bodies],
+            velocity: vec![None; bodies],
+        };
         for (sensor, described) in rig.sensors.iter().enumerate() {
             let view = View {
                 sensor,
@@ -75,22 +78,45 @@ impl Experiment {
         let mut inputs = Vec::new();
         let mut held = Vec::new();
         for input in plant.inputs() {
-            let mut column = recording.held(&input.column, &format!("actuator `{}` of the rig", input.actuator))?;
+            let mut column = recording.held(
+                &input.column,
+                &format!("actuator `{}` of the rig", input.actuator),
+            )?;
             if column.missing > 0 {
                 held.push((input.column.clone(), column.missing));
             }
-            column.values.iter_mut().for_each(|value| *value *= input.column_factor);
+            column
+                .values
+                .iter_mut()
+                .for_each(|value| *value *= input.column_factor);
             inputs.push(column.values);
         }
         let mut signals = Vec::new();
         for sensor in plant.sensors() {
-            let column = recording.require(&sensor.column, &format!("sensor `{}` of the rig", sensor.name))?;
-            signals.push(column.iter().map(|value| value * sensor.column_factor).collect::<Vec<_>>());
+            let column = recording.require(
+                &sensor.column,
+                &format!("sensor `{}` of the rig", sensor.name),
+            )?;
+            signals.push(
+                column
+                    .iter()
+                    .map(|value| value * sensor.column_factor)
+                    .collect::<Vec<_>>(),
+            );
         }
         if signals.iter().flatten().all(|value| value.is_nan()) {
-            return Err(Error::file(recording.path(), "no sensor of the rig has a single sample here"));
+            return Err(Error::file(
+                recording.path(),
+                "no sensor of the rig has a single sample here",
+            ));
         }
-        Ok(Self { name: recording.name(), t: recording.t().to_vec(), inputs, signals, held })
+        Ok(Self {
+            name: recording.name(),
+            t: recording.t().to_vec(),
+            inputs,
+            signals,
+            held,
+        })
     }
 
     /// Number of rows.
@@ -103,7 +129,11 @@ impl Experiment {
     /// # Errors
     /// None that [`Experiment::new`] has not excluded.
     pub fn drive(&self, plant: &Plant, rows: std::ops::Range<usize>) -> Result<Drive> {
-        let columns: Vec<&[f64]> = self.inputs.iter().map(|column| &column[rows.clone()]).collect();
+        let columns: Vec<&[f64]> = self
+            .inputs
+            .iter()
+            .map(|column| &column[rows.clone()])
+            .collect();
         Ok(Drive::new(plant, rows.len(), &columns)?)
     }
 
@@ -115,7 +145,10 @@ impl Experiment {
             .filter(|&i| self.signals[sensor][i].is_finite())
             .map(|i| [self.t[i] - self.t[row], self.signals[sensor][i]])
             .collect();
-        let extent = samples.iter().map(|sample| sample[0].abs()).fold(0.0, f64::max);
+        let extent = samples
+            .iter()
+            .map(|sample| sample[0].abs())
+            .fold(0.0, f64::max);
         if samples.is_empty() {
             return None;
         }
@@ -139,7 +172,12 @@ impl Experiment {
 
     /// Standard deviation of a signal's valid samples; 0 without any.
     pub fn spread(&self, sensor: usize) -> f64 {
-        let valid = || self.signals[sensor].iter().copied().filter(|value| value.is_finite());
+        let valid = || {
+            self.signals[sensor]
+                .iter()
+                .copied()
+                .filter(|value| value.is_finite())
+        };
         let count = valid().count().max(1) as f64;
         let mean = valid().sum::<f64>() / count;
         (valid().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt()
@@ -152,16 +190,27 @@ mod tests {
 
     #[test]
     fn a_parabola_is_recovered_in_spite_of_gaps() {
-        let t: Vec<f64> = (0..40).map(|k| 0.1 * f64::from(k) + 0.01 * f64::from(k % 3)).collect();
+        let t: Vec<f64> = (0..40)
+            .map(|k| 0.1 * f64::from(k) + 0.01 * f64::from(k % 3))
+            .collect();
         let mut signal: Vec<f64> = t.iter().map(|t| 2.0 - 3.0 * t + 0.5 * t * t).collect();
         signal[18] = f64::NAN;
         signal[22] = f64::NAN;
         let at = t[20];
-        let experiment =
-            Experiment { name: String::new(), t, inputs: vec![], signals: vec![signal], held: vec![] };
+        let experiment = Experiment {
+            name: String::new(),
+            t,
+            inputs: vec![],
+            signals: vec![signal],
+            held: vec![],
+        };
         let [value, slope] = experiment.value_and_slope(0, 20, 6).unwrap();
         assert!((value - (2.0 - 3.0 * at + 0.5 * at * at)).abs() < 1e-12);
         assert!((slope - (at - 3.0)).abs() < 1e-10);
-        assert!(experiment.value_and_slope(0, 0, 0).is_some_and(|[_, slope]| slope == 0.0));
+        assert!(
+            experiment
+                .value_and_slope(0, 0, 0)
+                .is_some_and(|[_, slope]| slope == 0.0)
+        );
     }
 }

@@ -68,7 +68,9 @@ pub(super) fn minimise(
         loop {
             let step = Step::solve(problem, belief, &normals, unknowns, damping);
             let enough = (effort.relative * cost).max(NOTHING);
-            let Some(step) = step else { return Some((Stop::Stalled, iteration)) };
+            let Some(step) = step else {
+                return Some((Stop::Stalled, iteration));
+            };
             let candidate = step.apply(problem, belief, unknowns);
             let lower = total_cost(problem, belief, segments, &candidate);
             // A strongly damped step is short and promises little wherever it is.
@@ -109,8 +111,17 @@ fn adaptation(ratio: f64) -> f64 {
 }
 
 /// Half the weighted squares plus the prior.
-pub(super) fn total_cost(problem: &Problem, belief: &Belief, segments: &[Segment], unknowns: &Unknowns) -> f64 {
-    let prior: f64 = belief.pull(problem, &unknowns.values).iter().map(|pull| 0.5 * pull * pull).sum();
+pub(super) fn total_cost(
+    problem: &Problem,
+    belief: &Belief,
+    segments: &[Segment],
+    unknowns: &Unknowns,
+) -> f64 {
+    let prior: f64 = belief
+        .pull(problem, &unknowns.values)
+        .iter()
+        .map(|pull| 0.5 * pull * pull)
+        .sum();
     problem.cost(segments, &unknowns.values, &unknowns.states) + prior
 }
 
@@ -162,14 +173,19 @@ impl Step {
         let small = reduced.select_rows(&free).select_columns(&free);
         let mut dz = DVector::zeros(parameters);
         if !free.is_empty() {
-            let solution = damped(&small, damping).cholesky()?.solve(&gradient.select_rows(&free));
+            let solution = damped(&small, damping)
+                .cholesky()?
+                .solve(&gradient.select_rows(&free));
             for (at, &j) in free.iter().enumerate() {
                 dz[j] = solution[at];
             }
         }
         clip(problem, belief, unknowns, &mut dz);
-        let dx: Vec<DVector<f64>> =
-            normals.iter().zip(&factors).map(|(normal, (factor, back))| factor.solve(&normal.bx) - back * &dz).collect();
+        let dx: Vec<DVector<f64>> = normals
+            .iter()
+            .zip(&factors)
+            .map(|(normal, (factor, back))| factor.solve(&normal.bx) - back * &dz)
+            .collect();
         let promised = promised(belief, normals, &pull, &dz, &dx);
         (promised.is_finite()).then_some(Self { dz, dx, promised })
     }
@@ -179,7 +195,8 @@ impl Step {
         for (j, &slot) in problem.slots.iter().enumerate() {
             let [low, high] = belief.bounds[j];
             // Clamped once more: `scale * dz` may round past the bound that `clip` aimed at.
-            next.values[slot] = (next.values[slot] + problem.scale[j] * self.dz[j]).clamp(low, high);
+            next.values[slot] =
+                (next.values[slot] + problem.scale[j] * self.dz[j]).clamp(low, high);
         }
         for (state, dx) in next.states.iter_mut().zip(&self.dx) {
             for (i, x) in state.iter_mut().enumerate() {
@@ -201,7 +218,12 @@ fn damped(matrix: &DMatrix<f64>, damping: f64) -> DMatrix<f64> {
 }
 
 /// Parameters that are not held at a bound by the descent direction.
-fn unblocked(problem: &Problem, belief: &Belief, unknowns: &Unknowns, gradient: &DVector<f64>) -> Vec<usize> {
+fn unblocked(
+    problem: &Problem,
+    belief: &Belief,
+    unknowns: &Unknowns,
+    gradient: &DVector<f64>,
+) -> Vec<usize> {
     (0..problem.parameters())
         .filter(|&j| {
             let value = unknowns.values[problem.slots[j]];
@@ -216,16 +238,27 @@ fn clip(problem: &Problem, belief: &Belief, unknowns: &Unknowns, dz: &mut DVecto
     for j in 0..problem.parameters() {
         let value = unknowns.values[problem.slots[j]];
         let [low, high] = belief.bounds[j];
-        dz[j] = dz[j].clamp((low - value) / problem.scale[j], (high - value) / problem.scale[j]);
+        dz[j] = dz[j].clamp(
+            (low - value) / problem.scale[j],
+            (high - value) / problem.scale[j],
+        );
     }
 }
 
 /// Decrease of the quadratic model along the step actually taken (eq. 8).
-fn promised(belief: &Belief, normals: &[Normal], pull: &[f64], dz: &DVector<f64>, dx: &[DVector<f64>]) -> f64 {
+fn promised(
+    belief: &Belief,
+    normals: &[Normal],
+    pull: &[f64],
+    dz: &DVector<f64>,
+    dx: &[DVector<f64>],
+) -> f64 {
     let mut decrease = 0.0;
     for (normal, dx) in normals.iter().zip(dx) {
         decrease += normal.bz.dot(dz) + normal.bx.dot(dx);
-        decrease -= 0.5 * dz.dot(&(&normal.zz * dz)) + dz.dot(&(&normal.zx * dx)) + 0.5 * dx.dot(&(&normal.xx * dx));
+        decrease -= 0.5 * dz.dot(&(&normal.zz * dz))
+            + dz.dot(&(&normal.zx * dx))
+            + 0.5 * dx.dot(&(&normal.xx * dx));
     }
     for (pull, dz) in pull.iter().zip(dz.iter()) {
         let change = dz / belief.width;

@@ -33,7 +33,10 @@ pub struct FitOptions {
 
 impl Default for FitOptions {
     fn default() -> Self {
-        Self { iterations: 60, prior_width: 3.0 }
+        Self {
+            iterations: 60,
+            prior_width: 3.0,
+        }
     }
 }
 
@@ -162,12 +165,18 @@ pub fn fit(
     }
     let plant = Plant::new(rig)?;
     let as_written = score(rig, recordings)?;
-    let experiments = recordings.iter().map(|recording| Experiment::new(&plant, recording)).collect::<Result<Vec<_>>>()?;
+    let experiments = recordings
+        .iter()
+        .map(|recording| Experiment::new(&plant, recording))
+        .collect::<Result<Vec<_>>>()?;
     let found = stages::run(rig, &plant, &experiments, options, progress)?;
 
     let known = plant.parameters();
-    let named: Vec<(&str, f64)> =
-        found.slots.iter().map(|&slot| (known[slot].name.as_str(), found.values[slot])).collect();
+    let named: Vec<(&str, f64)> = found
+        .slots
+        .iter()
+        .map(|&slot| (known[slot].name.as_str(), found.values[slot]))
+        .collect();
     let fitted = rig.with_values(&named)?;
     let after = score(&fitted, recordings)?;
 
@@ -183,14 +192,17 @@ pub fn fit(
             at_bound: value <= low || value >= high,
         }
     });
-    let sensors = as_written.iter().zip(after).map(|(before, after)| SensorFit {
-        signal: after.signal,
-        unit: after.unit,
-        as_written_rms: before.rms,
-        rms: after.rms,
-        spread: after.spread,
-        samples: after.samples,
-    });
+    let sensors = as_written
+        .iter()
+        .zip(after)
+        .map(|(before, after)| SensorFit {
+            signal: after.signal,
+            unit: after.unit,
+            as_written_rms: before.rms,
+            rms: after.rms,
+            spread: after.spread,
+            samples: after.samples,
+        });
     let held = experiments.iter().flat_map(|experiment| {
         experiment.held.iter().map(|(column, missing)| HeldInput {
             recording: experiment.name.clone(),
@@ -211,10 +223,15 @@ pub fn fit(
 
 /// Size of each sensor's variations over all recordings, never zero.
 fn spreads(experiments: &[Experiment]) -> Vec<f64> {
-    let sensors = experiments.first().map_or(0, |experiment| experiment.signals.len());
+    let sensors = experiments
+        .first()
+        .map_or(0, |experiment| experiment.signals.len());
     (0..sensors)
         .map(|sensor| {
-            let spread = experiments.iter().map(|experiment| experiment.spread(sensor)).fold(0.0, f64::max);
+            let spread = experiments
+                .iter()
+                .map(|experiment| experiment.spread(sensor))
+                .fold(0.0, f64::max);
             if spread > 0.0 { spread } else { 1.0 }
         })
         .collect()

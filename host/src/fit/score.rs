@@ -73,8 +73,13 @@ pub fn free_run(rig: &Rig, recording: &Recording) -> Result<FreeRun> {
     let judged_from = start_rows(experiment.rows());
     if judged_from >= experiment.rows() {
         let rows = experiment.rows();
-        return Err(Error::file(recording.path(), format!("{rows} rows are too few to judge a rig by"))
-            .expected(format!("more than {START_ROWS}: the first {START_ROWS} give the start state")));
+        return Err(Error::file(
+            recording.path(),
+            format!("{rows} rows are too few to judge a rig by"),
+        )
+        .expected(format!(
+            "more than {START_ROWS}: the first {START_ROWS} give the start state"
+        )));
     }
     let values = plant.values();
     let experiments = [experiment];
@@ -82,15 +87,31 @@ pub fn free_run(rig: &Rig, recording: &Recording) -> Result<FreeRun> {
     let [experiment] = experiments;
     let drive = experiment.drive(&plant, 0..experiment.rows())?;
     let run = plant.simulate(&values, &start, &drive, &experiment.t).ok();
-    let sensors = plant.sensors().iter().zip(experiment.signals).enumerate().map(|(index, (sensor, measured))| {
-        let simulated = match &run {
-            Some(run) => run.column(index),
-            None => vec![f64::NAN; measured.len()],
-        };
-        FreeRunSensor { signal: sensor.column.clone(), unit: sensor.unit.clone(), measured, simulated }
-    });
+    let sensors = plant
+        .sensors()
+        .iter()
+        .zip(experiment.signals)
+        .enumerate()
+        .map(|(index, (sensor, measured))| {
+            let simulated = match &run {
+                Some(run) => run.column(index),
+                None => vec![f64::NAN; measured.len()],
+            };
+            FreeRunSensor {
+                signal: sensor.column.clone(),
+                unit: sensor.unit.clone(),
+                measured,
+                simulated,
+            }
+        });
     let sensors = sensors.collect();
-    Ok(FreeRun { recording: experiment.name, t: experiment.t, judged_from, start, sensors })
+    Ok(FreeRun {
+        recording: experiment.name,
+        t: experiment.t,
+        judged_from,
+        start,
+        sensors,
+    })
 }
 
 /// The free-run error of a rig, pooled over the samples of all recordings.
@@ -98,13 +119,18 @@ pub fn free_run(rig: &Rig, recording: &Recording) -> Result<FreeRun> {
 /// # Errors
 /// As [`free_run`].
 pub fn score(rig: &Rig, recordings: &[Recording]) -> Result<Vec<SensorError>> {
-    let runs = recordings.iter().map(|recording| free_run(rig, recording)).collect::<Result<Vec<_>>>()?;
+    let runs = recordings
+        .iter()
+        .map(|recording| free_run(rig, recording))
+        .collect::<Result<Vec<_>>>()?;
     Ok(pool(&runs))
 }
 
 /// The errors of several runs of one rig, pooled; empty without any run.
 pub fn pool(runs: &[FreeRun]) -> Vec<SensorError> {
-    let Some(first) = runs.first() else { return Vec::new() };
+    let Some(first) = runs.first() else {
+        return Vec::new();
+    };
     (0..first.sensors.len())
         .map(|index| {
             let mut squares = 0.0;
@@ -114,14 +140,22 @@ pub fn pool(runs: &[FreeRun]) -> Vec<SensorError> {
                 for row in run.judged_from..run.t.len() {
                     if sensor.measured[row].is_finite() {
                         let error = sensor.measured[row] - sensor.simulated[row];
-                        squares += if error.is_nan() { f64::INFINITY } else { error * error };
+                        squares += if error.is_nan() {
+                            f64::INFINITY
+                        } else {
+                            error * error
+                        };
                         measured.push(sensor.measured[row]);
                     }
                 }
             }
             let samples = measured.len();
             let mean = measured.iter().sum::<f64>() / samples as f64;
-            let variance = measured.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / samples as f64;
+            let variance = measured
+                .iter()
+                .map(|value| (value - mean).powi(2))
+                .sum::<f64>()
+                / samples as f64;
             SensorError {
                 signal: first.sensors[index].signal.clone(),
                 unit: first.sensors[index].unit.clone(),
@@ -146,10 +180,18 @@ fn estimate_start(
         experiments,
         slots: Vec::new(),
         scale: Vec::new(),
-        sigma: super::spreads(experiments).into_iter().map(|spread| 1e-3 * spread).collect(),
+        sigma: super::spreads(experiments)
+            .into_iter()
+            .map(|spread| 1e-3 * spread)
+            .collect(),
         state_scale: start::scales(experiments, &views, values),
     };
-    let window = [Segment::new(plant, experiments, 0, 0..start_rows(experiments[0].rows()))?];
+    let window = [Segment::new(
+        plant,
+        experiments,
+        0,
+        0..start_rows(experiments[0].rows()),
+    )?];
     let guess = start::states(&problem, &views, &window, values)?.swap_remove(0);
     Ok(start::estimate(&problem, 0, values, guess)?.0)
 }

@@ -57,12 +57,18 @@ impl Anchor {
     /// Next to nothing: a state moves ten times as far as it was ever seen to before this is felt. It holds a
     /// state that no sensor shows.
     pub fn loose(states: usize) -> Self {
-        Self { mean: DVector::zeros(states), weight: DMatrix::identity(states, states) * 0.01 }
+        Self {
+            mean: DVector::zeros(states),
+            weight: DMatrix::identity(states, states) * 0.01,
+        }
     }
 
     /// Distance of a state from the mean, in units of its scale.
     fn distance(&self, state: &[f64], scale: &[f64]) -> DVector<f64> {
-        DVector::from_iterator(state.len(), state.iter().zip(scale).map(|(x, scale)| x / scale)) - &self.mean
+        DVector::from_iterator(
+            state.len(),
+            state.iter().zip(scale).map(|(x, scale)| x / scale),
+        ) - &self.mean
     }
 
     fn cost(&self, state: &[f64], scale: &[f64]) -> f64 {
@@ -96,9 +102,19 @@ pub(super) struct Rows {
 impl Segment {
     /// # Errors
     /// As [`Experiment::drive`].
-    pub fn new(plant: &Plant, experiments: &[Experiment], experiment: usize, rows: Range<usize>) -> Result<Self> {
+    pub fn new(
+        plant: &Plant,
+        experiments: &[Experiment],
+        experiment: usize,
+        rows: Range<usize>,
+    ) -> Result<Self> {
         let drive = experiments[experiment].drive(plant, rows.clone())?;
-        Ok(Self { experiment, rows, anchor: Anchor::loose(plant.state_len()), drive })
+        Ok(Self {
+            experiment,
+            rows,
+            anchor: Anchor::loose(plant.state_len()),
+            drive,
+        })
     }
 }
 
@@ -120,15 +136,26 @@ impl Problem<'_> {
             .map(|(segment, state)| {
                 let signals = &self.experiments[segment.experiment].signals;
                 let mut sum = 0.0;
-                let run = self.plant.simulate_with(values, state, &segment.drive, self.times(segment), |row, at| {
-                    for (sensor, column) in signals.iter().enumerate() {
-                        let measured = column[segment.rows.start + row];
-                        if measured.is_finite() {
-                            sum += ((measured - at.signal(sensor)) / self.sigma[sensor]).powi(2);
+                let run = self.plant.simulate_with(
+                    values,
+                    state,
+                    &segment.drive,
+                    self.times(segment),
+                    |row, at| {
+                        for (sensor, column) in signals.iter().enumerate() {
+                            let measured = column[segment.rows.start + row];
+                            if measured.is_finite() {
+                                sum +=
+                                    ((measured - at.signal(sensor)) / self.sigma[sensor]).powi(2);
+                            }
                         }
-                    }
-                });
-                if run.is_ok() && sum.is_finite() { 0.5 * sum + segment.anchor.cost(state, &self.state_scale) } else { f64::INFINITY }
+                    },
+                );
+                if run.is_ok() && sum.is_finite() {
+                    0.5 * sum + segment.anchor.cost(state, &self.state_scale)
+                } else {
+                    f64::INFINITY
+                }
             })
             .collect();
         // In the order of the segments, so that the sum does not depend on who finished first.
@@ -136,18 +163,44 @@ impl Problem<'_> {
     }
 
     /// The state at the end of a segment, or `None` where the simulation fails.
-    pub fn final_state(&self, segment: &Segment, values: &[f64], state: &[f64]) -> Option<Vec<f64>> {
-        let run = self.plant.simulate(values, state, &segment.drive, self.times(segment)).ok()?;
-        run.final_state.iter().all(|x| x.is_finite()).then_some(run.final_state)
+    pub fn final_state(
+        &self,
+        segment: &Segment,
+        values: &[f64],
+        state: &[f64],
+    ) -> Option<Vec<f64>> {
+        let run = self
+            .plant
+            .simulate(values, state, &segment.drive, self.times(segment))
+            .ok()?;
+        run.final_state
+            .iter()
+            .all(|x| x.is_finite())
+            .then_some(run.final_state)
     }
 
     /// Residuals and derivatives of one segment; `None` where the simulation fails.
-    pub fn rows(&self, segment: &Segment, values: &[f64], state: &[f64], wide: bool) -> Option<Rows> {
-        if wide { self.rows_by::<8>(segment, values, state) } else { self.rows_by::<4>(segment, values, state) }
+    pub fn rows(
+        &self,
+        segment: &Segment,
+        values: &[f64],
+        state: &[f64],
+        wide: bool,
+    ) -> Option<Rows> {
+        if wide {
+            self.rows_by::<8>(segment, values, state)
+        } else {
+            self.rows_by::<4>(segment, values, state)
+        }
     }
 
     /// As [`Problem::rows`], `D` derivatives a simulation, the simulations in parallel.
-    fn rows_by<const D: usize>(&self, segment: &Segment, values: &[f64], state: &[f64]) -> Option<Rows> {
+    fn rows_by<const D: usize>(
+        &self,
+        segment: &Segment,
+        values: &[f64],
+        state: &[f64],
+    ) -> Option<Rows> {
         let signals = &self.experiments[segment.experiment].signals;
         let (sensors, parameters) = (signals.len(), self.parameters());
         let width = parameters + state.len();
@@ -169,7 +222,8 @@ impl Problem<'_> {
                     }
                     dual
                 };
-                let mut values: Vec<Dual<D>> = values.iter().map(|&value| Dual::constant(value)).collect();
+                let mut values: Vec<Dual<D>> =
+                    values.iter().map(|&value| Dual::constant(value)).collect();
                 for (index, &slot) in self.slots.iter().enumerate() {
                     values[slot] = seeded(index, values[slot].value, self.scale[index]);
                 }
@@ -178,8 +232,16 @@ impl Problem<'_> {
                     .enumerate()
                     .map(|(index, &x)| seeded(parameters + index, x, self.state_scale[index]))
                     .collect();
-                let run = self.plant.simulate(&values, &state, &segment.drive, self.times(segment)).ok()?;
-                run.signals.iter().all(|signal| signal.value.is_finite() && signal.derivative.iter().all(|d| d.is_finite())).then_some(run.signals)
+                let run = self
+                    .plant
+                    .simulate(&values, &state, &segment.drive, self.times(segment))
+                    .ok()?;
+                run.signals
+                    .iter()
+                    .all(|signal| {
+                        signal.value.is_finite() && signal.derivative.iter().all(|d| d.is_finite())
+                    })
+                    .then_some(run.signals)
             })
             .collect::<Option<_>>()?;
 
@@ -189,20 +251,36 @@ impl Problem<'_> {
             let at = (row - segment.rows.start) * sensors + sensor;
             residual.push((signals[sensor][row] - simulated[0][at].value) / self.sigma[sensor]);
             let derivatives = simulated.iter().flat_map(|chunk| chunk[at].derivative);
-            jacobian.extend(derivatives.take(width).map(|derivative| derivative / self.sigma[sensor]));
+            jacobian.extend(
+                derivatives
+                    .take(width)
+                    .map(|derivative| derivative / self.sigma[sensor]),
+            );
         }
-        Some(Rows { jacobian, residual, origin })
+        Some(Rows {
+            jacobian,
+            residual,
+            origin,
+        })
     }
 
     /// Normal equations of every segment at the present unknowns; `None` where a simulation fails.
-    pub fn linearise(&self, segments: &[Segment], values: &[f64], states: &[Vec<f64>]) -> Option<Vec<Normal>> {
+    pub fn linearise(
+        &self,
+        segments: &[Segment],
+        values: &[f64],
+        states: &[Vec<f64>],
+    ) -> Option<Vec<Normal>> {
         let width = self.parameters() + self.state_scale.len();
         // Few segments: narrow simulations keep every core busy. Many: wide ones share the arithmetic.
         let wide = segments.len() * width.div_ceil(8) >= rayon::current_num_threads();
         segments
             .par_iter()
             .zip(states)
-            .map(|(segment, state)| self.rows(segment, values, state, wide).map(|rows| self.normal(segment, &rows, state)))
+            .map(|(segment, state)| {
+                self.rows(segment, values, state, wide)
+                    .map(|rows| self.normal(segment, &rows, state))
+            })
             .collect()
     }
 
@@ -214,8 +292,11 @@ impl Problem<'_> {
         let mut full = DMatrix::<f64>::zeros(width, width);
         let mut right = DVector::<f64>::zeros(width);
         let (mut squares, mut counts) = (vec![0.0; sensors], vec![0; sensors]);
-        for ((row, residual), (_, sensor)) in
-            rows.jacobian.chunks_exact(width.max(1)).zip(&rows.residual).zip(&rows.origin)
+        for ((row, residual), (_, sensor)) in rows
+            .jacobian
+            .chunks_exact(width.max(1))
+            .zip(&rows.residual)
+            .zip(&rows.origin)
         {
             squares[*sensor] += residual * residual;
             counts[*sensor] += 1;
@@ -233,7 +314,9 @@ impl Problem<'_> {
         let bx = right.rows(parameters, states) - pull;
         Normal {
             zz: full.view((0, 0), (parameters, parameters)).into_owned(),
-            zx: full.view((0, parameters), (parameters, states)).into_owned(),
+            zx: full
+                .view((0, parameters), (parameters, states))
+                .into_owned(),
             bz: right.rows(0, parameters).into_owned(),
             xx,
             bx,

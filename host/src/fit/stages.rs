@@ -28,8 +28,15 @@ pub(super) struct Found {
 
 /// The bounds of a parameter: its owner's, and zero where the sign is fixed.
 pub(super) fn bounds(parameter: &Parameter) -> [f64; 2] {
-    let least = if parameter.non_negative { 0.0 } else { f64::NEG_INFINITY };
-    [parameter.min.unwrap_or(least).max(least), parameter.max.unwrap_or(f64::INFINITY)]
+    let least = if parameter.non_negative {
+        0.0
+    } else {
+        f64::NEG_INFINITY
+    };
+    [
+        parameter.min.unwrap_or(least).max(least),
+        parameter.max.unwrap_or(f64::INFINITY),
+    ]
 }
 
 /// Fits; `progress` hears of every step.
@@ -53,7 +60,11 @@ pub(super) fn run(
         slots,
     };
     let belief = Belief {
-        bounds: problem.slots.iter().map(|&slot| bounds(&plant.parameters()[slot])).collect(),
+        bounds: problem
+            .slots
+            .iter()
+            .map(|&slot| bounds(&plant.parameters()[slot]))
+            .collect(),
         written: problem.slots.iter().map(|&slot| written[slot]).collect(),
         width: options.prior_width,
     };
@@ -64,10 +75,21 @@ pub(super) fn run(
     let (mut stop, mut steps) = (Stop::Converged, 0);
     let (mut stage, mut level) = (1, 0);
     loop {
-        let horizon = segments.iter().map(|segment| segment.rows.len()).max().unwrap_or(0);
+        let horizon = segments
+            .iter()
+            .map(|segment| segment.rows.len())
+            .max()
+            .unwrap_or(0);
         let last = horizon == longest;
         if last {
-            better_of_written(&problem, &belief, &views, &segments, &written, &mut unknowns)?;
+            better_of_written(
+                &problem,
+                &belief,
+                &views,
+                &segments,
+                &written,
+                &mut unknowns,
+            )?;
         }
         // Whole recordings: until the weights agree with what sensors and starts are missed by.
         for _ in 0..if last { 5 } else { 1 } {
@@ -76,15 +98,35 @@ pub(super) fn run(
                 moved = start::anchor(&problem, &mut segments, &unknowns.values, &unknowns.states)?;
             }
             rescale(&mut problem, &belief, &unknowns, &silent);
-            let effort = Effort { iterations: options.iterations, relative: if last { 1e-5 } else { 1e-3 } };
+            let effort = Effort {
+                iterations: options.iterations,
+                relative: if last { 1e-5 } else { 1e-3 },
+            };
             let samples = sample_count(&problem, &segments);
-            let relative = problem.sigma.iter().zip(&spreads).map(|(sigma, spread)| sigma / spread).fold(0.0, f64::max);
+            let relative = problem
+                .sigma
+                .iter()
+                .zip(&spreads)
+                .map(|(sigma, spread)| sigma / spread)
+                .fold(0.0, f64::max);
             let mut tell = |step, cost: f64| {
                 let error = (2.0 * cost / samples as f64).sqrt() * relative;
-                progress(Progress { stage, horizon, step, error });
+                progress(Progress {
+                    stage,
+                    horizon,
+                    step,
+                    error,
+                });
             };
-            let (ended, taken) = minimise(&problem, &belief, &segments, &mut unknowns, &effort, &mut tell)
-                .ok_or_else(|| beyond_simulation(horizon))?;
+            let (ended, taken) = minimise(
+                &problem,
+                &belief,
+                &segments,
+                &mut unknowns,
+                &effort,
+                &mut tell,
+            )
+            .ok_or_else(|| beyond_simulation(horizon))?;
             stop = ended;
             steps += taken;
             if !reweight(&mut problem, &segments, &unknowns, &spreads) && moved < 1e-3 {
@@ -95,11 +137,18 @@ pub(super) fn run(
             break;
         }
         stage += 1;
-        (segments, unknowns, level) = next_stretches(&problem, &belief, &views, (&segments, level), &unknowns)?;
+        (segments, unknowns, level) =
+            next_stretches(&problem, &belief, &views, (&segments, level), &unknowns)?;
     }
     rescale(&mut problem, &belief, &unknowns, &silent);
     let half_widths = uncertainty::half_widths(&problem, &belief, &segments, &unknowns);
-    Ok(Found { slots: problem.slots.clone(), values: unknowns.values, half_widths, stop, steps })
+    Ok(Found {
+        slots: problem.slots.clone(),
+        values: unknowns.values,
+        half_widths,
+        stop,
+        steps,
+    })
 }
 
 /// Free parameters but those that only say where a simulation starts: a fit has start states of its own.
@@ -108,7 +157,11 @@ fn fitted_slots(plant: &Plant) -> Vec<usize> {
         let name = &plant.parameters()[*slot].name;
         name.ends_with(".start") || name.ends_with(".start_velocity")
     };
-    plant.free_slots().into_iter().filter(|slot| !starts(slot)).collect()
+    plant
+        .free_slots()
+        .into_iter()
+        .filter(|slot| !starts(slot))
+        .collect()
 }
 
 /// Cuts every recording into stretches of `horizon` rows; the last takes what would be too short alone.
@@ -119,8 +172,17 @@ fn cut(problem: &Problem, horizon: impl Fn(usize) -> usize) -> Result<Vec<Segmen
         let horizon = horizon(rows).clamp(1, rows);
         let count = (rows / horizon).max(1);
         for k in 0..count {
-            let end = if k + 1 == count { rows } else { (k + 1) * horizon };
-            segments.push(Segment::new(problem.plant, problem.experiments, index, k * horizon..end)?);
+            let end = if k + 1 == count {
+                rows
+            } else {
+                (k + 1) * horizon
+            };
+            segments.push(Segment::new(
+                problem.plant,
+                problem.experiments,
+                index,
+                k * horizon..end,
+            )?);
         }
     }
     Ok(segments)
@@ -137,17 +199,33 @@ fn horizon_of(stage: usize, rows: usize) -> usize {
 }
 
 /// The shortest stretches, shortened further until the rig as written can be simulated over them.
-fn first_stretches(problem: &Problem, views: &Views, written: &[f64]) -> Result<(Vec<Segment>, Unknowns)> {
+fn first_stretches(
+    problem: &Problem,
+    views: &Views,
+    written: &[f64],
+) -> Result<(Vec<Segment>, Unknowns)> {
     let mut divisor = 1;
     loop {
         let segments = cut(problem, |rows| horizon_of(0, rows) / divisor)?;
         let states = start::states(problem, views, &segments, written)?;
         if problem.cost(&segments, written, &states).is_finite() {
-            return Ok((segments, Unknowns { values: written.to_vec(), states }));
+            return Ok((
+                segments,
+                Unknowns {
+                    values: written.to_vec(),
+                    states,
+                },
+            ));
         }
         divisor *= 2;
         if divisor > SHORTEST {
-            return Err(beyond_simulation(segments.iter().map(|segment| segment.rows.len()).max().unwrap_or(0)));
+            return Err(beyond_simulation(
+                segments
+                    .iter()
+                    .map(|segment| segment.rows.len())
+                    .max()
+                    .unwrap_or(0),
+            ));
         }
     }
 }
@@ -161,24 +239,39 @@ fn next_stretches(
     (segments, level): (&[Segment], usize),
     unknowns: &Unknowns,
 ) -> Result<(Vec<Segment>, Unknowns, usize)> {
-    let longest = |segments: &[Segment]| segments.iter().map(|segment| segment.rows.len()).max().unwrap_or(0);
+    let longest = |segments: &[Segment]| {
+        segments
+            .iter()
+            .map(|segment| segment.rows.len())
+            .max()
+            .unwrap_or(0)
+    };
     for halvings in 0..6 {
-        let longer = cut(problem, |rows| horizon_of(level + 1, rows).min(rows) >> halvings)?;
+        let longer = cut(problem, |rows| {
+            horizon_of(level + 1, rows).min(rows) >> halvings
+        })?;
         if longest(&longer) <= longest(segments) {
             break;
         }
         let mut states = start::states(problem, views, &longer, &unknowns.values)?;
         for (segment, state) in longer.iter().zip(&mut states) {
-            let known = segments
-                .iter()
-                .position(|old| old.experiment == segment.experiment && old.rows.start == segment.rows.start);
+            let known = segments.iter().position(|old| {
+                old.experiment == segment.experiment && old.rows.start == segment.rows.start
+            });
             if let Some(known) = known {
                 state.clone_from(&unknowns.states[known]);
             }
         }
-        let candidate = Unknowns { values: unknowns.values.clone(), states };
+        let candidate = Unknowns {
+            values: unknowns.values.clone(),
+            states,
+        };
         if total_cost(problem, belief, &longer, &candidate).is_finite() {
-            return Ok((longer, candidate, if halvings == 0 { level + 1 } else { level }));
+            return Ok((
+                longer,
+                candidate,
+                if halvings == 0 { level + 1 } else { level },
+            ));
         }
     }
     Err(beyond_simulation(2 * longest(segments)))
@@ -194,8 +287,13 @@ fn better_of_written(
     unknowns: &mut Unknowns,
 ) -> Result<()> {
     let states = start::states(problem, views, segments, written)?;
-    let as_written = Unknowns { values: written.to_vec(), states };
-    if total_cost(problem, belief, segments, &as_written) < total_cost(problem, belief, segments, unknowns) {
+    let as_written = Unknowns {
+        values: written.to_vec(),
+        states,
+    };
+    if total_cost(problem, belief, segments, &as_written)
+        < total_cost(problem, belief, segments, unknowns)
+    {
         *unknowns = as_written;
     }
     Ok(())
@@ -207,7 +305,11 @@ fn rescale(problem: &mut Problem, belief: &Belief, unknowns: &Unknowns, silent: 
     for (j, &slot) in problem.slots.iter().enumerate() {
         let size = unknowns.values[slot].abs();
         let written = belief.written[j].abs();
-        problem.scale[j] = if written > 0.0 { written.max(size) } else { silent[j].max(size) };
+        problem.scale[j] = if written > 0.0 {
+            written.max(size)
+        } else {
+            silent[j].max(size)
+        };
     }
 }
 
@@ -220,10 +322,15 @@ fn silent_scales(problem: &Problem, segments: &[Segment], unknowns: &Unknowns) -
     let samples = sample_count(problem, segments) as f64;
     (0..parameters)
         .map(|j| {
-            let sensitivity = (normals.iter().map(|normal| normal.zz[(j, j)]).sum::<f64>() / samples).sqrt();
+            let sensitivity =
+                (normals.iter().map(|normal| normal.zz[(j, j)]).sum::<f64>() / samples).sqrt();
             // Residuals are in thousandths of the signals' spread here: ten of them are a hundredth.
             let scale = 10.0 / sensitivity;
-            if scale.is_finite() && scale > 0.0 { scale } else { 1.0 }
+            if scale.is_finite() && scale > 0.0 {
+                scale
+            } else {
+                1.0
+            }
         })
         .collect()
 }
@@ -231,20 +338,36 @@ fn silent_scales(problem: &Problem, segments: &[Segment], unknowns: &Unknowns) -
 fn sample_count(problem: &Problem, segments: &[Segment]) -> usize {
     let count = segments.iter().map(|segment| {
         let signals = &problem.experiments[segment.experiment].signals;
-        signals.iter().map(|column| column[segment.rows.clone()].iter().filter(|y| y.is_finite()).count()).sum::<usize>()
+        signals
+            .iter()
+            .map(|column| {
+                column[segment.rows.clone()]
+                    .iter()
+                    .filter(|y| y.is_finite())
+                    .count()
+            })
+            .sum::<usize>()
     });
     count.sum::<usize>().max(1)
 }
 
 /// Weights each sensor by what it is missed by; true where a weight changed by more than a tenth.
-fn reweight(problem: &mut Problem, segments: &[Segment], unknowns: &Unknowns, spreads: &[f64]) -> bool {
-    let Some(normals) = problem.linearise(segments, &unknowns.values, &unknowns.states) else { return false };
+fn reweight(
+    problem: &mut Problem,
+    segments: &[Segment],
+    unknowns: &Unknowns,
+    spreads: &[f64],
+) -> bool {
+    let Some(normals) = problem.linearise(segments, &unknowns.values, &unknowns.states) else {
+        return false;
+    };
     let mut changed = false;
     for (sensor, spread) in spreads.iter().enumerate() {
         let squares: f64 = normals.iter().map(|normal| normal.squares[sensor]).sum();
         let count: usize = normals.iter().map(|normal| normal.counts[sensor]).sum();
         if count > 0 {
-            let sigma = (problem.sigma[sensor] * (squares / count as f64).sqrt()).max(FINEST * spread);
+            let sigma =
+                (problem.sigma[sensor] * (squares / count as f64).sqrt()).max(FINEST * spread);
             changed |= (sigma / problem.sigma[sensor]).ln().abs() > 0.1;
             problem.sigma[sensor] = sigma;
         }
@@ -253,6 +376,10 @@ fn reweight(problem: &mut Problem, segments: &[Segment], unknowns: &Unknowns, sp
 }
 
 fn beyond_simulation(rows: usize) -> Error {
-    Error::failed(format!("the rig cannot be simulated over {rows} rows of the recordings: it leaves all bounds"))
-        .help("check the signs and sizes of stiffness, damping and gain; `sinew simulate` shows the run")
+    Error::failed(format!(
+        "the rig cannot be simulated over {rows} rows of the recordings: it leaves all bounds"
+    ))
+    .help(
+        "check the signs and sizes of stiffness, damping and gain; `sinew simulate` shows the run",
+    )
 }

@@ -46,8 +46,11 @@ pub(super) fn states(
 
 /// The start of a simulation by CONTRACTS section 5.
 fn at_rest(plant: &Plant, experiment: &Experiment, values: &[f64]) -> Result<Vec<f64>> {
-    let first: Vec<Option<f64>> =
-        experiment.signals.iter().map(|column| column.iter().copied().find(|value| value.is_finite())).collect();
+    let first: Vec<Option<f64>> = experiment
+        .signals
+        .iter()
+        .map(|column| column.iter().copied().find(|value| value.is_finite()))
+        .collect();
     Ok(plant.initial_state(values, &first)?)
 }
 
@@ -92,7 +95,10 @@ pub(super) fn scales(experiments: &[Experiment], views: &Views, values: &[f64]) 
     for half in [0..bodies, bodies..2 * bodies] {
         let largest = scale[half.clone()].iter().copied().fold(0.0, f64::max);
         let fallback = if largest > 0.0 { largest } else { 1.0 };
-        scale[half].iter_mut().filter(|value| **value <= 0.0).for_each(|value| *value = fallback);
+        scale[half]
+            .iter_mut()
+            .filter(|value| **value <= 0.0)
+            .for_each(|value| *value = fallback);
     }
     scale
 }
@@ -105,11 +111,32 @@ pub(super) fn settle(
     values: &[f64],
     states: Vec<Vec<f64>>,
 ) -> Vec<Vec<f64>> {
-    let held = Problem { slots: Vec::new(), scale: Vec::new(), ..problem.clone() };
-    let belief = Belief { bounds: Vec::new(), written: Vec::new(), width: 1.0 };
-    let mut unknowns = Unknowns { values: values.to_vec(), states };
-    let effort = Effort { iterations: 40, relative: 1e-9 };
-    let _ = minimise(&held, &belief, segments, &mut unknowns, &effort, &mut |_, _| {});
+    let held = Problem {
+        slots: Vec::new(),
+        scale: Vec::new(),
+        ..problem.clone()
+    };
+    let belief = Belief {
+        bounds: Vec::new(),
+        written: Vec::new(),
+        width: 1.0,
+    };
+    let mut unknowns = Unknowns {
+        values: values.to_vec(),
+        states,
+    };
+    let effort = Effort {
+        iterations: 40,
+        relative: 1e-9,
+    };
+    let _ = minimise(
+        &held,
+        &belief,
+        segments,
+        &mut unknowns,
+        &effort,
+        &mut |_, _| {},
+    );
     unknowns.states
 }
 
@@ -125,9 +152,17 @@ pub(super) fn estimate(
     guess: Vec<f64>,
 ) -> Result<(Vec<f64>, Anchor)> {
     let rows = problem.experiments[experiment].rows();
-    let held = Problem { slots: Vec::new(), scale: Vec::new(), ..problem.clone() };
-    let window =
-        [Segment::new(problem.plant, problem.experiments, experiment, 0..start_rows(rows).min(rows))?];
+    let held = Problem {
+        slots: Vec::new(),
+        scale: Vec::new(),
+        ..problem.clone()
+    };
+    let window = [Segment::new(
+        problem.plant,
+        problem.experiments,
+        experiment,
+        0..start_rows(rows).min(rows),
+    )?];
     let state = settle(&held, &window, values, vec![guess]).swap_remove(0);
     let Some(shown) = held.rows(&window[0], values, &state, false) else {
         let loose = Anchor::loose(state.len());
@@ -138,11 +173,20 @@ pub(super) fn estimate(
     let count = normal.counts.iter().sum::<usize>().max(1) as f64;
     let variance = (normal.squares.iter().sum::<f64>() / count).max(1e-12);
     let mean = scaled(&state, &problem.state_scale);
-    Ok((state, Anchor { mean, weight: normal.xx / variance }))
+    Ok((
+        state,
+        Anchor {
+            mean,
+            weight: normal.xx / variance,
+        },
+    ))
 }
 
 fn scaled(state: &[f64], scale: &[f64]) -> DVector<f64> {
-    DVector::from_iterator(state.len(), state.iter().zip(scale).map(|(x, scale)| x / scale))
+    DVector::from_iterator(
+        state.len(),
+        state.iter().zip(scale).map(|(x, scale)| x / scale),
+    )
 }
 
 /// Anchors the start of each whole recording to what its first rows say, as firmly as they say it.

@@ -29,17 +29,27 @@ pub(super) fn half_widths(
     let mut scores: Vec<DVector<f64>> = Vec::new();
     let mut memory: f64 = 1.0;
     for (segment, state) in segments.iter().zip(&unknowns.states) {
-        let Some(rows) = problem.rows(segment, &unknowns.values, state, false) else { return nothing };
+        let Some(rows) = problem.rows(segment, &unknowns.values, state, false) else {
+            return nothing;
+        };
         let normal = problem.normal(segment, &rows, state);
-        let Some(back) = elimination(&normal) else { return nothing };
+        let Some(back) = elimination(&normal) else {
+            return nothing;
+        };
         information += &normal.zz - &normal.zx * &back;
         let correlated = memory_of(&rows, problem.sigma.len());
         memory = memory.max(correlated);
-        scores.extend(block_scores(&rows, &back, parameters, block_length(rows.residual.len(), correlated)));
+        scores.extend(block_scores(
+            &rows,
+            &back,
+            parameters,
+            block_length(rows.residual.len(), correlated),
+        ));
     }
     let determined = determined(&information, memory);
-    let Some(inverse) = (information + DMatrix::identity(parameters, parameters) * belief.width.powi(-2)).cholesky()
-    else {
+    let Some(inverse) = (information
+        + DMatrix::identity(parameters, parameters) * belief.width.powi(-2))
+    .cholesky() else {
         return nothing;
     };
     let inverse = inverse.inverse();
@@ -76,17 +86,27 @@ fn block_length(samples: usize, memory: f64) -> usize {
 }
 
 /// Sums of `J~' r` over blocks of rows, where `J~` is what the start state cannot imitate.
-fn block_scores(rows: &Rows, back: &DMatrix<f64>, parameters: usize, length: usize) -> Vec<DVector<f64>> {
+fn block_scores(
+    rows: &Rows,
+    back: &DMatrix<f64>,
+    parameters: usize,
+    length: usize,
+) -> Vec<DVector<f64>> {
     let width = parameters + back.nrows();
     let mut blocks = Vec::new();
-    for (jacobian, residual) in rows.jacobian.chunks(length * width.max(1)).zip(rows.residual.chunks(length)) {
+    for (jacobian, residual) in rows
+        .jacobian
+        .chunks(length * width.max(1))
+        .zip(rows.residual.chunks(length))
+    {
         let mut sum = DVector::<f64>::zeros(width);
         for (row, residual) in jacobian.chunks_exact(width).zip(residual) {
             for (total, derivative) in sum.iter_mut().zip(row) {
                 *total += derivative * residual;
             }
         }
-        blocks.push(sum.rows(0, parameters) - back.transpose() * sum.rows(parameters, back.nrows()));
+        blocks
+            .push(sum.rows(0, parameters) - back.transpose() * sum.rows(parameters, back.nrows()));
     }
     blocks
 }
@@ -165,8 +185,17 @@ mod tests {
 
     #[test]
     fn quantiles_agree_with_tables() {
-        for (freedom, quantile) in [(4.0, 2.7764), (10.0, 2.2281), (30.0, 2.0423), (1e9, 1.959_96)] {
-            assert!((student_95(freedom) / quantile - 1.0).abs() < 3e-3, "{freedom}: {}", student_95(freedom));
+        for (freedom, quantile) in [
+            (4.0, 2.7764),
+            (10.0, 2.2281),
+            (30.0, 2.0423),
+            (1e9, 1.959_96),
+        ] {
+            assert!(
+                (student_95(freedom) / quantile - 1.0).abs() < 3e-3,
+                "{freedom}: {}",
+                student_95(freedom)
+            );
         }
     }
 
@@ -178,7 +207,9 @@ mod tests {
         let mut state = 0.0;
         let white: Vec<f64> = (0..50_000)
             .map(|_| {
-                seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                seed = seed
+                    .wrapping_mul(6_364_136_223_846_793_005)
+                    .wrapping_add(1_442_695_040_888_963_407);
                 (seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
             })
             .collect();
@@ -197,7 +228,8 @@ mod tests {
     #[test]
     fn a_direction_without_information_marks_its_parameters() {
         // Parameters 0 and 1 only show in their sum, 2 by itself.
-        let information = DMatrix::from_row_slice(3, 3, &[1e4, 1e4, 0.0, 1e4, 1e4, 0.0, 0.0, 0.0, 1e4]);
+        let information =
+            DMatrix::from_row_slice(3, 3, &[1e4, 1e4, 0.0, 1e4, 1e4, 0.0, 0.0, 0.0, 1e4]);
         assert_eq!(determined(&information, 1.0), [false, false, true]);
     }
 }

@@ -23,11 +23,21 @@ impl Answers {
         columns: &Columns,
         mut terminal: Option<Terminal>,
     ) -> Result<Self> {
-        let stem = recording.path().file_stem().map_or_else(|| "device".into(), |stem| stem.to_string_lossy().into_owned());
+        let stem = recording.path().file_stem().map_or_else(
+            || "device".into(),
+            |stem| stem.to_string_lossy().into_owned(),
+        );
         let name = args.name.clone().unwrap_or(stem);
         let motion = match args.motion.or(columns.motion) {
             Some(motion) => motion,
-            None if ask_yes(&mut terminal, "Does it move along a line (no: about an axis)?", true)? => Motion::Slide,
+            None if ask_yes(
+                &mut terminal,
+                "Does it move along a line (no: about an axis)?",
+                true,
+            )? =>
+            {
+                Motion::Slide
+            }
             None => Motion::Hinge,
         };
         let (guess, unit) = match motion {
@@ -36,13 +46,26 @@ impl Answers {
         };
         let told = match args.inertia {
             Some(inertia) => Some(inertia),
-            None => ask_number(&mut terminal, &format!("How heavy is what moves, roughly, in {unit}?"))?,
+            None => ask_number(
+                &mut terminal,
+                &format!("How heavy is what moves, roughly, in {unit}?"),
+            )?,
         };
         let spring = match args.spring {
             Some(answer) => answer == YesNo::Yes,
-            None => ask_yes(&mut terminal, "Does a spring, or its own elasticity, pull it back?", false)?,
+            None => ask_yes(
+                &mut terminal,
+                "Does a spring, or its own elasticity, pull it back?",
+                false,
+            )?,
         };
-        Ok(Self { name, motion, inertia: told.unwrap_or(guess), inertia_known: told.is_some(), spring })
+        Ok(Self {
+            name,
+            motion,
+            inertia: told.unwrap_or(guess),
+            inertia_known: told.is_some(),
+            spring,
+        })
     }
 }
 
@@ -50,7 +73,9 @@ impl Answers {
 fn ask_yes(terminal: &mut Option<Terminal>, question: &str, default: bool) -> Result<bool> {
     let hint = if default { "[Y/n]" } else { "[y/N]" };
     loop {
-        let Some(answer) = ask(terminal, &format!("{question} {hint} "))? else { return Ok(default) };
+        let Some(answer) = ask(terminal, &format!("{question} {hint} "))? else {
+            return Ok(default);
+        };
         match answer.to_lowercase().as_str() {
             "" => return Ok(default),
             "y" | "yes" => return Ok(true),
@@ -63,7 +88,9 @@ fn ask_yes(terminal: &mut Option<Terminal>, question: &str, default: bool) -> Re
 /// A positive number; `None` where nobody is there or nothing is typed.
 fn ask_number(terminal: &mut Option<Terminal>, question: &str) -> Result<Option<f64>> {
     loop {
-        let Some(answer) = ask(terminal, &format!("{question} [return: I do not know] "))? else { return Ok(None) };
+        let Some(answer) = ask(terminal, &format!("{question} [return: I do not know] "))? else {
+            return Ok(None);
+        };
         if answer.is_empty() {
             return Ok(None);
         }
@@ -76,12 +103,19 @@ fn ask_number(terminal: &mut Option<Terminal>, question: &str) -> Result<Option<
 
 /// One line; `None` without a terminal and at its end.
 fn ask(terminal: &mut Option<Terminal>, question: &str) -> Result<Option<String>> {
-    let Some(Terminal { input, output }) = terminal else { return Ok(None) };
+    let Some(Terminal { input, output }) = terminal else {
+        return Ok(None);
+    };
     let mut line = String::new();
-    let read = write!(output, "{question}").and_then(|()| output.flush()).and_then(|()| input.read_line(&mut line));
+    let read = write!(output, "{question}")
+        .and_then(|()| output.flush())
+        .and_then(|()| input.read_line(&mut line));
     match read {
         Ok(0) => Ok(None),
         Ok(_) => Ok(Some(line.trim().to_owned())),
-        Err(error) => Err(Error::failed(format!("the terminal does not answer: {error}")).help("use flags and --yes")),
+        Err(error) => Err(
+            Error::failed(format!("the terminal does not answer: {error}"))
+                .help("use flags and --yes"),
+        ),
     }
 }

@@ -53,24 +53,36 @@ pub(super) fn is_force(column: &str) -> bool {
 /// Looks like what a position was meant to be rather than what it was.
 fn is_reference(column: &str) -> bool {
     let name = column.to_lowercase();
-    ["ref", "target", "setpoint", "desired", "goal"].iter().any(|word| name.contains(word))
+    ["ref", "target", "setpoint", "desired", "goal"]
+        .iter()
+        .any(|word| name.contains(word))
 }
 
 /// Looks like what somebody commanded: `u_V`, `u1_N`, `cmd_A`, `input_V`.
 fn is_command(column: &str) -> bool {
     let name = column.to_lowercase();
-    let after_u = name.strip_prefix('u').map(|rest| rest.trim_start_matches(|c: char| c.is_ascii_digit()));
+    let after_u = name
+        .strip_prefix('u')
+        .map(|rest| rest.trim_start_matches(|c: char| c.is_ascii_digit()));
     after_u.is_some_and(|rest| rest.starts_with('_'))
-        || ["cmd", "command", "input", "control"].iter().any(|word| name.starts_with(word))
+        || ["cmd", "command", "input", "control"]
+            .iter()
+            .any(|word| name.starts_with(word))
 }
 
 /// The name without its unit, fit for a component: `load` of `load_rad`.
 pub(super) fn stem(column: &str) -> &str {
     let symbol = unit::of_column(column);
-    let cut = column.char_indices().filter(|(_, c)| *c == '_').map(|(at, _)| at).find(|&at| {
-        // The same question that found the unit: is the rest, as a whole, this unit?
-        unit::of_column(&column[at..]) == symbol && !column[..at].is_empty() && !symbol.is_empty()
-    });
+    let cut = column
+        .char_indices()
+        .filter(|(_, c)| *c == '_')
+        .map(|(at, _)| at)
+        .find(|&at| {
+            // The same question that found the unit: is the rest, as a whole, this unit?
+            unit::of_column(&column[at..]) == symbol
+                && !column[..at].is_empty()
+                && !symbol.is_empty()
+        });
     cut.map_or(column, |at| &column[..at])
 }
 
@@ -87,7 +99,13 @@ impl Columns {
             recording.require(column, "`--output`")?;
         }
         let names = || recording.columns().iter().map(|column| column.name.clone());
-        let shown = |name: &String| if outputs.is_empty() { !is_reference(name) } else { outputs.contains(name) };
+        let shown = |name: &String| {
+            if outputs.is_empty() {
+                !is_reference(name)
+            } else {
+                outputs.contains(name)
+            }
+        };
         let positions: Vec<String> = names()
             .filter(|name| !inputs.contains(name) && shown(name))
             .filter(|name| match quantity(name) {
@@ -97,17 +115,30 @@ impl Columns {
                 _ => false,
             })
             .collect();
-        let inputs = if inputs.is_empty() { guess_inputs(recording, outputs) } else { inputs.to_vec() };
-        let listed = names().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+        let inputs = if inputs.is_empty() {
+            guess_inputs(recording, outputs)
+        } else {
+            inputs.to_vec()
+        };
+        let listed = names()
+            .map(|name| format!("`{name}`"))
+            .collect::<Vec<_>>()
+            .join(", ");
         if inputs.is_empty() {
-            return Err(Error::file(recording.path(), format!("no column looks like an input among {listed}"))
-                .expected("a unit such as `_V`, `_A`, `_N`, `_Nm` or `_1` at the end of its name")
-                .help("say which one drives the device: --input COLUMN"));
+            return Err(Error::file(
+                recording.path(),
+                format!("no column looks like an input among {listed}"),
+            )
+            .expected("a unit such as `_V`, `_A`, `_N`, `_Nm` or `_1` at the end of its name")
+            .help("say which one drives the device: --input COLUMN"));
         }
         if positions.is_empty() {
-            return Err(Error::file(recording.path(), format!("no column looks like a position among {listed}"))
-                .expected("a unit such as `_m`, `_mm`, `_rad` or `_deg` at the end of its name")
-                .help("say which one shows where the device is: --output COLUMN"));
+            return Err(Error::file(
+                recording.path(),
+                format!("no column looks like a position among {listed}"),
+            )
+            .expected("a unit such as `_m`, `_mm`, `_rad` or `_deg` at the end of its name")
+            .help("say which one shows where the device is: --output COLUMN"));
         }
         let motions: Vec<Motion> = positions
             .iter()
@@ -116,21 +147,42 @@ impl Columns {
                 _ => None,
             })
             .collect();
-        let velocities = pair(&positions, names().filter(|name| {
-            matches!(quantity(name), Quantity::Velocity(_)) && !is_reference(name) && shown(name)
-        }));
-        let references = pair(&positions, names().filter(|name| {
-            matches!(quantity(name), Quantity::Position(_)) && is_reference(name) && !outputs.contains(name)
-        }));
-        Ok(Self { inputs, motion: motions.first().copied(), velocities, references, positions })
+        let velocities = pair(
+            &positions,
+            names().filter(|name| {
+                matches!(quantity(name), Quantity::Velocity(_))
+                    && !is_reference(name)
+                    && shown(name)
+            }),
+        );
+        let references = pair(
+            &positions,
+            names().filter(|name| {
+                matches!(quantity(name), Quantity::Position(_))
+                    && is_reference(name)
+                    && !outputs.contains(name)
+            }),
+        );
+        Ok(Self {
+            inputs,
+            motion: motions.first().copied(),
+            velocities,
+            references,
+            positions,
+        })
     }
 
     /// Columns of the recording that have no part.
     pub fn unused(&self, recording: &Recording) -> Vec<String> {
         let velocities = self.velocities.iter().flatten();
         let references = self.references.iter().flatten();
-        let used: Vec<&String> =
-            self.inputs.iter().chain(&self.positions).chain(velocities).chain(references).collect();
+        let used: Vec<&String> = self
+            .inputs
+            .iter()
+            .chain(&self.positions)
+            .chain(velocities)
+            .chain(references)
+            .collect();
         let names = recording.columns().iter().map(|column| column.name.clone());
         names.filter(|name| !used.contains(&name)).collect()
     }
@@ -141,13 +193,24 @@ fn guess_inputs(recording: &Recording, outputs: &[String]) -> Vec<String> {
     let drives = |name: &String| {
         !outputs.contains(name) && matches!(quantity(name), Quantity::Drive | Quantity::Force(_))
     };
-    let names: Vec<String> =
-        recording.columns().iter().map(|column| column.name.clone()).filter(drives).collect();
-    let commands: Vec<String> = names.iter().filter(|name| is_command(name)).cloned().collect();
+    let names: Vec<String> = recording
+        .columns()
+        .iter()
+        .map(|column| column.name.clone())
+        .filter(drives)
+        .collect();
+    let commands: Vec<String> = names
+        .iter()
+        .filter(|name| is_command(name))
+        .cloned()
+        .collect();
     if !commands.is_empty() {
         return commands;
     }
-    let first = names.iter().find(|name| quantity(name) == Quantity::Drive).or_else(|| names.first());
+    let first = names
+        .iter()
+        .find(|name| quantity(name) == Quantity::Drive)
+        .or_else(|| names.first());
     first.cloned().into_iter().collect()
 }
 
@@ -159,10 +222,17 @@ fn pair(positions: &[String], companions: impl Iterator<Item = String>) -> Vec<O
         .iter()
         .enumerate()
         .map(|(index, position)| {
-            let alike = companions.iter().find(|companion| companion.starts_with(stem(position)));
-            let same_place = companions.get(index).filter(|_| companions.len() == positions.len());
+            let alike = companions
+                .iter()
+                .find(|companion| companion.starts_with(stem(position)));
+            let same_place = companions
+                .get(index)
+                .filter(|_| companions.len() == positions.len());
             // One companion belongs to one position.
-            alike.filter(|_| positions.len() == 1 || companions.len() > 1).or(same_place).cloned()
+            alike
+                .filter(|_| positions.len() == 1 || companions.len() > 1)
+                .or(same_place)
+                .cloned()
         })
         .collect()
 }

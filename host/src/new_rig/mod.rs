@@ -91,15 +91,23 @@ pub struct NewRig {
 /// # Errors
 /// As [`rig_text`]; `Arguments` where the rig file exists and `--force` is not given; `Write`.
 pub fn run(args: &NewArgs) -> Result<NewRig> {
-    let path = args.out.clone().unwrap_or_else(|| args.recording.with_extension("toml"));
+    let path = args
+        .out
+        .clone()
+        .unwrap_or_else(|| args.recording.with_extension("toml"));
     if path.exists() && !args.force {
-        return Err(Error::arguments(format!("{} exists already", path.display()))
-            .help("give another name with --out, or --force to replace it"));
+        return Err(
+            Error::arguments(format!("{} exists already", path.display()))
+                .help("give another name with --out, or --force to replace it"),
+        );
     }
     let recording = Recording::read(&args.recording)?;
     let asking = !args.yes && std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
     let (text, unused) = if asking {
-        let terminal = Terminal { input: &mut std::io::stdin().lock(), output: &mut std::io::stderr() };
+        let terminal = Terminal {
+            input: &mut std::io::stdin().lock(),
+            output: &mut std::io::stderr(),
+        };
         rig_text(args, &recording, Some(terminal))?
     } else {
         rig_text(args, &recording, None)?
@@ -119,7 +127,10 @@ pub fn rig_text(
     recording: &Recording,
     terminal: Option<Terminal>,
 ) -> Result<(String, Vec<String>)> {
-    if args.inertia.is_some_and(|inertia| !(inertia.is_finite() && inertia > 0.0)) {
+    if args
+        .inertia
+        .is_some_and(|inertia| !(inertia.is_finite() && inertia > 0.0))
+    {
         return Err(Error::arguments("the inertia must be a positive number").help("--inertia 1.5"));
     }
     let columns = Columns::of(recording, &args.inputs, &args.outputs)?;
@@ -131,7 +142,10 @@ pub fn rig_text(
 }
 
 fn display(out: &Option<PathBuf>, recording: &Path) -> String {
-    out.clone().unwrap_or_else(|| recording.with_extension("toml")).display().to_string()
+    out.clone()
+        .unwrap_or_else(|| recording.with_extension("toml"))
+        .display()
+        .to_string()
 }
 
 #[cfg(test)]

@@ -10,7 +10,10 @@ fn recording(header: &str) -> Recording {
     for row in 0..60 {
         text.push_str(&format!("{}", 0.01 * f64::from(row)));
         for field in 0..fields {
-            text.push_str(&format!(",{:.4}", (0.3 * f64::from(row) + field as f64).sin()));
+            text.push_str(&format!(
+                ",{:.4}",
+                (0.3 * f64::from(row) + field as f64).sin()
+            ));
         }
         text.push('\n');
     }
@@ -25,13 +28,36 @@ fn written(header: &str, args: &NewArgs) -> (String, Rig, Vec<String>) {
 
 #[test]
 fn a_force_and_a_position_make_a_rig_that_can_be_fitted() {
-    let (text, rig, unused) = written("t,u_N,q_m", &NewArgs { spring: Some(YesNo::Yes), inertia: Some(1.2), ..NewArgs::default() });
+    let (text, rig, unused) = written(
+        "t,u_N,q_m",
+        &NewArgs {
+            spring: Some(YesNo::Yes),
+            inertia: Some(1.2),
+            ..NewArgs::default()
+        },
+    );
     insta::assert_snapshot!("force_and_position", text);
     let plant = Plant::new(&rig).unwrap();
-    let free: Vec<&str> = plant.free_slots().into_iter().map(|slot| plant.parameters()[slot].name.as_str()).collect();
-    assert_eq!(free, ["body.inertia", "body_spring.stiffness", "body_damper.damping"]);
+    let free: Vec<&str> = plant
+        .free_slots()
+        .into_iter()
+        .map(|slot| plant.parameters()[slot].name.as_str())
+        .collect();
+    assert_eq!(
+        free,
+        [
+            "body.inertia",
+            "body_spring.stiffness",
+            "body_damper.damping"
+        ]
+    );
     assert!(unused.is_empty());
-    let fit = crate::fit::fit(&rig, &[recording("t,u_N,q_m")], &crate::fit::FitOptions::default(), &mut |_| {});
+    let fit = crate::fit::fit(
+        &rig,
+        &[recording("t,u_N,q_m")],
+        &crate::fit::FitOptions::default(),
+        &mut |_| {},
+    );
     assert!(fit.is_ok(), "{}", fit.unwrap_err());
 }
 
@@ -40,7 +66,10 @@ fn columns_like_those_of_emps_are_told_apart() {
     let (text, rig, unused) = written("t,q_m,qref_m,u_V,force_N", &NewArgs::default());
     assert_eq!(rig.actuators[0].input, "u_V");
     assert_eq!(rig.actuators.len(), 1);
-    assert_eq!((rig.sensors.len(), rig.sensors[0].signal.as_str()), (1, "q_m"));
+    assert_eq!(
+        (rig.sensors.len(), rig.sensors[0].signal.as_str()),
+        (1, "q_m")
+    );
     assert_eq!(rig.control.unwrap().reference, ["qref_m"], "{text}");
     assert_eq!(unused, ["force_N"]);
     assert!(rig.springs.is_empty());
@@ -60,8 +89,20 @@ fn units_that_are_not_si_are_converted_by_the_rig() {
 
 #[test]
 fn two_positions_make_two_bodies() {
-    let (_, rig, _) = written("t,u1_V,u2_V,q1_m,q2_m", &NewArgs { name: Some("a \"pair\"".into()), ..NewArgs::default() });
-    assert_eq!(rig.bodies.iter().map(|body| body.name.as_str()).collect::<Vec<_>>(), ["q1", "q2"]);
+    let (_, rig, _) = written(
+        "t,u1_V,u2_V,q1_m,q2_m",
+        &NewArgs {
+            name: Some("a \"pair\"".into()),
+            ..NewArgs::default()
+        },
+    );
+    assert_eq!(
+        rig.bodies
+            .iter()
+            .map(|body| body.name.as_str())
+            .collect::<Vec<_>>(),
+        ["q1", "q2"]
+    );
     assert_eq!(rig.actuators.len(), 2);
     assert_eq!(rig.name, "a \"pair\"");
 }
@@ -70,22 +111,41 @@ fn two_positions_make_two_bodies() {
 fn answers_are_taken_from_a_person() {
     let mut typed: &[u8] = b"heavy\n2.5\nperhaps\ny\n";
     let mut shown = Vec::new();
-    let terminal = Terminal { input: &mut typed, output: &mut shown };
+    let terminal = Terminal {
+        input: &mut typed,
+        output: &mut shown,
+    };
     let (text, _) = rig_text(&NewArgs::default(), &recording("t,u_N,q_m"), Some(terminal)).unwrap();
     let rig = Rig::parse(&text, "axis.toml").unwrap();
     assert_eq!((rig.bodies[0].inertia.value, rig.springs.len()), (2.5, 1));
     let shown = String::from_utf8(shown).unwrap();
-    assert_eq!((shown.matches("How heavy").count(), shown.matches("spring").count()), (2, 2));
+    assert_eq!(
+        (
+            shown.matches("How heavy").count(),
+            shown.matches("spring").count()
+        ),
+        (2, 2)
+    );
 }
 
 #[test]
 fn what_cannot_be_told_is_asked_for() {
-    let refusal = |header: &str, args: &NewArgs| rig_text(args, &recording(header), None).unwrap_err().to_string();
+    let refusal = |header: &str, args: &NewArgs| {
+        rig_text(args, &recording(header), None)
+            .unwrap_err()
+            .to_string()
+    };
     assert!(refusal("t,q_m", &NewArgs::default()).contains("--input COLUMN"));
     assert!(refusal("t,u_V", &NewArgs::default()).contains("--output COLUMN"));
-    let typo = NewArgs { inputs: vec!["u_v".into()], ..NewArgs::default() };
+    let typo = NewArgs {
+        inputs: vec!["u_v".into()],
+        ..NewArgs::default()
+    };
     assert!(refusal("t,u_V,q_m", &typo).contains("did you mean `u_V`?"));
-    let weightless = NewArgs { inertia: Some(0.0), ..NewArgs::default() };
+    let weightless = NewArgs {
+        inertia: Some(0.0),
+        ..NewArgs::default()
+    };
     assert!(refusal("t,u_V,q_m", &weightless).contains("positive"));
 }
 
@@ -94,8 +154,23 @@ fn an_existing_rig_is_not_replaced() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("axis.csv");
     recording("t,u_N,q_m").write(&path).unwrap();
-    let args = NewArgs { recording: path, yes: true, ..NewArgs::default() };
+    let args = NewArgs {
+        recording: path,
+        yes: true,
+        ..NewArgs::default()
+    };
     assert_eq!(run(&args).unwrap().path, folder.path().join("axis.toml"));
-    assert!(run(&args).unwrap_err().to_string().contains("exists already"));
-    assert!(run(&NewArgs { force: true, ..args }).is_ok());
+    assert!(
+        run(&args)
+            .unwrap_err()
+            .to_string()
+            .contains("exists already")
+    );
+    assert!(
+        run(&NewArgs {
+            force: true,
+            ..args
+        })
+        .is_ok()
+    );
 }

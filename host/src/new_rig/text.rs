@@ -36,11 +36,25 @@ pub(super) fn write(recording: &Recording, columns: &Columns, answers: &Answers)
     for (index, position) in columns.positions.iter().enumerate() {
         let body = body_name(columns, index);
         let inertia = number(answers.inertia);
-        let source = if answers.inertia_known { "as you said" } else { "a guess" };
-        let _ = write!(text, "\n[[body]]                      # one coordinate with inertia\nname = {}\nmotion = \"{motion}\"\n", quoted(&body));
+        let source = if answers.inertia_known {
+            "as you said"
+        } else {
+            "a guess"
+        };
+        let _ = write!(
+            text,
+            "\n[[body]]                      # one coordinate with inertia\nname = {}\nmotion = \"{motion}\"\n",
+            quoted(&body)
+        );
         if force_input {
-            let (min, max) = (number(answers.inertia * 1e-3), number(answers.inertia * 1e3));
-            let _ = writeln!(text, "inertia = {{ value = {inertia}, min = {min}, max = {max} }}   # {mass}, {source}");
+            let (min, max) = (
+                number(answers.inertia * 1e-3),
+                number(answers.inertia * 1e3),
+            );
+            let _ = writeln!(
+                text,
+                "inertia = {{ value = {inertia}, min = {min}, max = {max} }}   # {mass}, {source}"
+            );
         } else {
             let _ = writeln!(
                 text,
@@ -49,7 +63,12 @@ pub(super) fn write(recording: &Recording, columns: &Columns, answers: &Answers)
                  inertia = {inertia}"
             );
         }
-        let guess = guess(recording, position, columns.inputs.get(index).unwrap_or(&columns.inputs[0]), answers);
+        let guess = guess(
+            recording,
+            position,
+            columns.inputs.get(index).unwrap_or(&columns.inputs[0]),
+            answers,
+        );
         if answers.spring {
             let _ = write!(
                 text,
@@ -61,7 +80,11 @@ pub(super) fn write(recording: &Recording, columns: &Columns, answers: &Answers)
                 number(guess.stiffness)
             );
         }
-        let per_speed = if answers.motion == Motion::Slide { "N s/m" } else { "N m s/rad" };
+        let per_speed = if answers.motion == Motion::Slide {
+            "N s/m"
+        } else {
+            "N m s/rad"
+        };
         let _ = write!(
             text,
             "\n[[damper]]                    # force = -damping v\nname = {}\nfrom = \"ground\"\nto = {}\n\
@@ -76,9 +99,19 @@ pub(super) fn write(recording: &Recording, columns: &Columns, answers: &Answers)
     }
     for (index, position) in columns.positions.iter().enumerate() {
         let body = body_name(columns, index);
-        push_sensor(&mut text, &format!("{body}_encoder"), &format!("{body}.position"), position);
+        push_sensor(
+            &mut text,
+            &format!("{body}_encoder"),
+            &format!("{body}.position"),
+            position,
+        );
         if let Some(velocity) = &columns.velocities[index] {
-            push_sensor(&mut text, &format!("{body}_tachometer"), &format!("{body}.velocity"), velocity);
+            push_sensor(
+                &mut text,
+                &format!("{body}_tachometer"),
+                &format!("{body}.velocity"),
+                velocity,
+            );
         }
     }
     push_rest(&mut text, columns);
@@ -95,32 +128,65 @@ fn push_actuator(
     let body = body_name(columns, index.min(columns.positions.len() - 1));
     let symbol = unit::of_column(input);
     let factor = unit::factor(symbol).unwrap_or(1.0);
-    let largest = recording.column(input).unwrap_or(&[]).iter().filter(|u| u.is_finite()).fold(0.0_f64, |a, u| a.max(u.abs()));
-    let _ = write!(text, "\n[[actuator]]                  # force on the body = gain * input\nname = {}\ndrives = {}\n", quoted(&format!("{}_drive", stem(input))), quoted(&body));
-    let _ = writeln!(text, "input = {}                # column of the recording", quoted(input));
+    let largest = recording
+        .column(input)
+        .unwrap_or(&[])
+        .iter()
+        .filter(|u| u.is_finite())
+        .fold(0.0_f64, |a, u| a.max(u.abs()));
+    let _ = write!(
+        text,
+        "\n[[actuator]]                  # force on the body = gain * input\nname = {}\ndrives = {}\n",
+        quoted(&format!("{}_drive", stem(input))),
+        quoted(&body)
+    );
+    let _ = writeln!(
+        text,
+        "input = {}                # column of the recording",
+        quoted(input)
+    );
     push_unit(text, factor, symbol);
     if is_force(input) {
-        let _ = writeln!(text, "gain = 1.0                    # the input is a force or torque already");
+        let _ = writeln!(
+            text,
+            "gain = 1.0                    # the input is a force or torque already"
+        );
     } else {
-        let _ = writeln!(text, "gain = {{ value = 1.0 }}        # {force} per unit of the input, a guess");
+        let _ = writeln!(
+            text,
+            "gain = {{ value = 1.0 }}        # {force} per unit of the input, a guess"
+        );
     }
     if largest > 0.0 {
         let bound = number(round_up(largest * factor));
-        let _ = writeln!(text, "limit = [-{bound}, {bound}]   # what a controller may ask for: no more than was recorded");
+        let _ = writeln!(
+            text,
+            "limit = [-{bound}, {bound}]   # what a controller may ask for: no more than was recorded"
+        );
     }
     let _ = writeln!(text, "# rate_limit = 100.0          # and per second");
 }
 
 fn push_sensor(text: &mut String, name: &str, reads: &str, column: &str) {
     let symbol = unit::of_column(column);
-    let _ = write!(text, "\n[[sensor]]                    # signal = gain * reading + offset\nname = {}\nreads = {}\nsignal = {}\n", quoted(name), quoted(reads), quoted(column));
+    let _ = write!(
+        text,
+        "\n[[sensor]]                    # signal = gain * reading + offset\nname = {}\nreads = {}\nsignal = {}\n",
+        quoted(name),
+        quoted(reads),
+        quoted(column)
+    );
     push_unit(text, unit::factor(symbol).unwrap_or(1.0), symbol);
 }
 
 /// The `unit` key, where the column is not in SI.
 fn push_unit(text: &mut String, factor: f64, symbol: &str) {
     if factor != 1.0 {
-        let _ = writeln!(text, "unit = {}                   # the column is converted to SI", quoted(symbol));
+        let _ = writeln!(
+            text,
+            "unit = {}                   # the column is converted to SI",
+            quoted(symbol)
+        );
     }
 }
 
@@ -133,9 +199,15 @@ fn push_rest(text: &mut String, columns: &Columns) {
         quoted(&body_name(columns, 0))
     );
     if columns.references.iter().all(Option::is_some) {
-        let outputs: Vec<String> =
-            (0..columns.positions.len()).map(|index| quoted(&format!("{}_encoder", body_name(columns, index)))).collect();
-        let references: Vec<String> = columns.references.iter().flatten().map(|name| quoted(name)).collect();
+        let outputs: Vec<String> = (0..columns.positions.len())
+            .map(|index| quoted(&format!("{}_encoder", body_name(columns, index))))
+            .collect();
+        let references: Vec<String> = columns
+            .references
+            .iter()
+            .flatten()
+            .map(|name| quoted(name))
+            .collect();
         let _ = write!(
             text,
             "\n[control]                     # what the controller is to do; every key is optional\n\
@@ -159,21 +231,43 @@ fn body_name(columns: &Columns, index: usize) -> String {
 /// Stiffness and damping that would each balance the recorded input over the recorded motion.
 fn guess(recording: &Recording, position: &str, input: &str, answers: &Answers) -> Guess {
     let spread = |values: &[f64]| {
-        let valid: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+        let valid: Vec<f64> = values
+            .iter()
+            .copied()
+            .filter(|value| value.is_finite())
+            .collect();
         let mean = valid.iter().sum::<f64>() / valid.len().max(1) as f64;
-        (valid.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / valid.len().max(1) as f64).sqrt()
+        (valid
+            .iter()
+            .map(|value| (value - mean).powi(2))
+            .sum::<f64>()
+            / valid.len().max(1) as f64)
+            .sqrt()
     };
     let si = |name: &str| {
         let factor = unit::factor(unit::of_column(name)).unwrap_or(1.0);
-        recording.column(name).unwrap_or(&[]).iter().map(|value| value * factor).collect::<Vec<_>>()
+        recording
+            .column(name)
+            .unwrap_or(&[])
+            .iter()
+            .map(|value| value * factor)
+            .collect::<Vec<_>>()
     };
     let (u, q) = (si(input), si(position));
     // Steps of a tenth of a second or so tell speed from noise.
-    let stride = recording.interval().map_or(1, |interval| (0.1 / interval).round().max(1.0) as usize);
+    let stride = recording
+        .interval()
+        .map_or(1, |interval| (0.1 / interval).round().max(1.0) as usize);
     let speeds: Vec<f64> = (stride..q.len())
         .map(|row| (q[row] - q[row - stride]) / (recording.t()[row] - recording.t()[row - stride]))
         .collect();
-    let or = |value: f64, fallback: f64| if value.is_finite() && value > 0.0 { value } else { fallback };
+    let or = |value: f64, fallback: f64| {
+        if value.is_finite() && value > 0.0 {
+            value
+        } else {
+            fallback
+        }
+    };
     Guess {
         stiffness: or(spread(&u) / spread(&q), 40.0 * answers.inertia),
         damping: or(0.3 * spread(&u) / spread(&speeds), answers.inertia),
