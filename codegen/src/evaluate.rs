@@ -28,6 +28,7 @@ pub fn predict(spec: &ModelSpec, x: &[f64]) -> Vec<f64> {
         let Layer::Dense(dense) = layer;
         a = dense_forward(dense, &a).0;
     }
+    add_shortcut(spec, x, &mut a);
     add_present_output(spec, x, &mut a);
     a
 }
@@ -52,6 +53,14 @@ pub fn predict_with_jacobian(spec: &ModelSpec, x: &[f64]) -> Evaluation {
             .collect();
         a = next;
     }
+    add_shortcut(spec, x, &mut a);
+    if let Some(weights) = &spec.shortcut {
+        for (row, weights) in jacobian.iter_mut().zip(weights.chunks(x.len().max(1))) {
+            for (slope, weight) in row.iter_mut().zip(weights) {
+                *slope += f64::from(*weight);
+            }
+        }
+    }
     add_present_output(spec, x, &mut a);
     if spec.form == OutputForm::Increment {
         for (output, row) in jacobian.iter_mut().enumerate() {
@@ -64,6 +73,18 @@ pub fn predict_with_jacobian(spec: &ModelSpec, x: &[f64]) -> Evaluation {
 /// Place of y(k) in the flattened regressor.
 fn present_output(spec: &ModelSpec) -> usize {
     spec.past_inputs * spec.inputs.len()
+}
+
+fn add_shortcut(spec: &ModelSpec, x: &[f64], y: &mut [f64]) {
+    let Some(weights) = &spec.shortcut else {
+        return;
+    };
+    for (y, row) in y.iter_mut().zip(weights.chunks(x.len().max(1))) {
+        *y = row
+            .iter()
+            .zip(x)
+            .fold(*y, |sum, (&w, x)| sum + f64::from(w) * x);
+    }
 }
 
 fn add_present_output(spec: &ModelSpec, x: &[f64], y: &mut [f64]) {

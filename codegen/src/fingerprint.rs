@@ -22,6 +22,13 @@ pub fn fingerprint(spec: &ModelSpec) -> u32 {
     hash.count(spec.past_inputs);
     hash.count(spec.past_outputs);
     hash.text(spec.form.name());
+    if let Some(shortcut) = &spec.shortcut {
+        hash.text("shortcut");
+        hash.count(shortcut.len());
+        for value in shortcut {
+            hash.bytes(&value.to_le_bytes());
+        }
+    }
     hash.count(spec.layers.len());
     for layer in &spec.layers {
         let Layer::Dense(dense) = layer;

@@ -158,6 +158,7 @@ pub fn import(network: &str, problem: &str, horizon: usize) -> Result<ModelSpec,
         past_inputs: network.inputs_past,
         past_outputs: network.outputs_past,
         form: OutputForm::Absolute,
+        shortcut: None,
         layers,
         control: ControlSpec {
             horizon,

@@ -68,6 +68,7 @@ fn emitted_code_is_formatted() {
     };
     for spec in [
         support::tiny(),
+        support::with_shortcut(),
         support::reference("S"),
         support::reference("L"),
         support::reference("P"),

@@ -46,6 +46,7 @@ fn the_jacobian_is_the_derivative() {
         support::reference("L"),
         support::reference("P"),
         support::tiny(),
+        support::with_shortcut(),
         deep("deep", OutputForm::Absolute),
         deep("deep-increment", OutputForm::Increment),
         support::network("single", OutputForm::Increment, 0, &single),

@@ -41,6 +41,12 @@ fn specifications() {
         |spec| first_layer(spec).bias.push(0.0),
         |spec| first_layer(spec).weights[4] = f32::NAN,
         |spec| first_layer(spec).bias[1] = f32::NEG_INFINITY,
+        |spec| spec.shortcut = Some(vec![0.0; 4]),
+        |spec| spec.shortcut = Some(vec![0.0, f32::NAN, 0.0]),
+        |spec| {
+            spec.shortcut = Some(vec![0.0; 3]);
+            spec.layers[1] = support::dense(2, 1, Activation::Tanh, 1.0);
+        },
         |spec| spec.control.horizon = 0,
         |spec| spec.control.horizon = 1000,
         |spec| spec.control.control_horizon = 11,
@@ -58,6 +64,7 @@ fn specifications() {
         |spec| spec.golden = vec![support::golden(&[0.5; 3], &[f64::NAN])],
     ];
     assert_eq!(support::tiny().validate(), Ok(()));
+    assert_eq!(support::with_shortcut().validate(), Ok(()));
     let mut messages = String::new();
     for change in changes {
         let mut spec = support::tiny();

@@ -13,6 +13,7 @@
 
 pub mod control_loop;
 pub mod estimator;
+pub mod linear_path;
 pub mod math;
 pub mod model;
 pub mod mpc;

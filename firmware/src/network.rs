@@ -87,24 +87,6 @@ pub fn dense<const IN: usize, const OUT: usize>(
     }
 }
 
-/// A linear path beside the network: `y += w x`.
-///
-/// Shapes: `w` is `[OUT][IN]`, `x` is `[IN]`, `y` is `[OUT]`. Cost: `IN OUT` multiply-adds.
-#[inline(always)]
-pub fn add_product<const IN: usize, const OUT: usize>(
-    w: &[[f32; IN]; OUT],
-    x: &[f32; IN],
-    y: &mut [f32; OUT],
-) {
-    for (y, row) in y.iter_mut().zip(w) {
-        let mut sum = *y;
-        for (w, x) in row.iter().zip(x) {
-            sum += w * x;
-        }
-        *y = sum;
-    }
-}
-
 /// Hyperbolic tangent of every element, in place.
 #[inline(always)]
 pub fn tanh<const N: usize>(y: &mut [f32; N]) {
@@ -274,50 +256,6 @@ pub fn add_identity<const NU: usize, const NY: usize, const ND: usize, const DD:
     if let Some(newest) = jacobian.y.first_mut() {
         for (r, row) in newest.iter_mut().enumerate() {
             row[r] += 1.0;
-        }
-    }
-}
-
-/// Adds the derivative of [`add_product`] with the regressor: its own weights, lag by lag.
-///
-/// Shapes: `w` is `[NY][NX]` in the order of [`flatten`].
-#[inline(always)]
-pub fn add_shortcut<
-    const NX: usize,
-    const NU: usize,
-    const NY: usize,
-    const ND: usize,
-    const DD: usize,
->(
-    w: &[[f32; NX]; NY],
-    jacobian: &mut Jacobian<NU, NY, ND, DD>,
-) {
-    const {
-        assert!(
-            NX >= NU * ND + NY * DD,
-            "the regressor fits the linear path"
-        )
-    };
-    for (lag, block) in jacobian.u.iter_mut().enumerate() {
-        add_columns(w, lag * NU, block);
-    }
-    for (lag, block) in jacobian.y.iter_mut().enumerate() {
-        add_columns(w, NU * ND + lag * NY, block);
-    }
-}
-
-/// `block[r][c] += w[r][start + c]`.
-#[inline(always)]
-fn add_columns<const NX: usize, const OUT: usize, const B: usize>(
-    w: &[[f32; NX]; OUT],
-    start: usize,
-    block: &mut [[f32; B]; OUT],
-) {
-    for (block, row) in block.iter_mut().zip(w) {
-        if let Some(row) = row.get(start..start + B) {
-            for (value, w) in block.iter_mut().zip(row) {
-                *value += w;
-            }
         }
     }
 }

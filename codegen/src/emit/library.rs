@@ -55,5 +55,9 @@ fn signals(spec: &ModelSpec) -> String {
 
 fn layers(spec: &ModelSpec) -> String {
     let layers: Vec<String> = spec.layers.iter().map(ToString::to_string).collect();
-    layers.join("; ")
+    let beside = match spec.shortcut {
+        Some(_) => "; a linear path beside them",
+        None => "",
+    };
+    layers.join("; ") + beside
 }

@@ -19,8 +19,19 @@ pub(super) fn print(spec: &ModelSpec) -> String {
         .collect();
     let fields = fields(&layers);
     let zeros = zeros(&layers);
-    let forward = forward(&layers);
-    let jacobian = jacobian(&layers);
+    let mut forward = forward(&layers);
+    let mut jacobian = jacobian(&layers);
+    let mut shortcut = String::new();
+    let mut kernels = "network";
+    if let Some(values) = &spec.shortcut {
+        let last = layers.len();
+        forward.push_str(&format!(
+            "    linear_path::add(&SHORTCUT, &x, &mut a.a{last});\n"
+        ));
+        jacobian.push_str("        linear_path::add_jacobian(&SHORTCUT, jacobian);\n");
+        shortcut = linear_path(spec, values);
+        kernels = "{linear_path, network}";
+    }
     let last = format!("a.a{}", layers.len());
     let (meaning, result, identity, next) = match spec.form {
         OutputForm::Absolute => ("the next output", last, "", ""),
@@ -37,7 +48,7 @@ pub(super) fn print(spec: &ModelSpec) -> String {
 //! {HEADER}
 
 use sinew_firmware::model::{{self, Model}};
-use sinew_firmware::network;
+use sinew_firmware::{kernels};
 
 use crate::control::{{NS, NU, NY, PAST_INPUTS, PAST_OUTPUTS}};
 
@@ -76,7 +87,7 @@ impl Activations {{
 fn forward(x: &Regressor, a: &mut Activations) {{
     let x = network::flatten(x);
 {forward}}}
-{next}{weights}",
+{next}{weights}{shortcut}",
         zeros = zeros.trim_start(),
     )
 }
@@ -166,6 +177,20 @@ fn slope(n: usize, dense: &Dense) -> String {
         Activation::Tanh => format!("let d{n} = network::tanh_slope(&a.a{n});"),
         Activation::Relu => format!("let d{n} = network::relu_slope(&a.a{n});"),
     }
+}
+
+fn linear_path(spec: &ModelSpec, values: &[f32]) -> String {
+    let numbers = |values: &[f32]| values.iter().copied().map(rust::float).collect::<Vec<_>>();
+    let (n_x, n_y) = (spec.regressor_len(), spec.outputs.len());
+    let rows = rust::matrix(values.chunks(n_x.max(1)).map(numbers), 0);
+    format!(
+        "
+/// The linear path beside the network, one row for each of its {outputs}.
+#[rustfmt::skip]
+static SHORTCUT: [[f32; {n_x}]; {n_y}] = {rows};
+",
+        outputs = rust::count(n_y, "output")
+    )
 }
 
 fn weights(n: usize, dense: &Dense) -> String {

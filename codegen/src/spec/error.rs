@@ -199,6 +199,30 @@ pub enum SpecError {
         /// NaN or an infinity.
         value: f32,
     },
+    /// The linear path does not fit the regressor and the outputs.
+    #[error("the shortcut has {found} weights: expected {expected}, a regressor for each output")]
+    ShortcutLength {
+        /// As given.
+        found: usize,
+        /// Outputs times regressor.
+        expected: usize,
+    },
+    /// A linear path beside a network that does not end linearly.
+    #[error("layer {layer} ({shape}), the last, has to be linear where there is a shortcut")]
+    ShortcutActivation {
+        /// The last layer.
+        layer: usize,
+        /// The layer in words.
+        shape: String,
+    },
+    /// A weight of the linear path that is not a number.
+    #[error("weight {index} of the shortcut is {value}, not a finite number")]
+    ShortcutNonFinite {
+        /// Place, row after row.
+        index: usize,
+        /// NaN or an infinity.
+        value: f32,
+    },
     /// A list of the control problem has the wrong length.
     #[error("control.{key} has {found} values: expected {expected}, one for each {role}")]
     ControlLength {
@@ -267,7 +291,12 @@ impl SpecError {
                 path(&["layer", &layer.to_string(), "outputs"])
             }
             Self::ControlLength { key, .. } => path(&["control", key]),
-            Self::TensorLength { .. }
+            Self::ShortcutActivation { layer, .. } => {
+                path(&["layer", &layer.to_string(), "activation"])
+            }
+            Self::ShortcutLength { .. }
+            | Self::ShortcutNonFinite { .. }
+            | Self::TensorLength { .. }
             | Self::NonFinite { .. }
             | Self::GoldenLength { .. }
             | Self::GoldenDisagrees { .. } => Vec::new(),

@@ -59,6 +59,7 @@ impl OutputForm {
 ///     past_inputs: 1,
 ///     past_outputs: 1,
 ///     form: OutputForm::Increment,
+///     shortcut: None,
 ///     layers: vec![Layer::Dense(
 ///         Dense::from_rows(&[vec![0.1, -0.1]], vec![0.0], Activation::Linear).unwrap(),
 ///     )],
@@ -101,6 +102,9 @@ pub struct ModelSpec {
     pub past_outputs: usize,
     /// What the last layer's output means.
     pub form: OutputForm,
+    /// A linear path beside the network, added to its output: `outputs` rows, each as long as the
+    /// regressor. A nearly linear plant leaves the network only what is not linear.
+    pub shortcut: Option<Vec<f32>>,
     /// The network, first layer first.
     pub layers: Vec<Layer>,
     /// The control problem.
@@ -124,6 +128,7 @@ impl ModelSpec {
     /// Number of weights and biases.
     #[must_use]
     pub fn parameters(&self) -> usize {
-        self.layers.iter().map(Layer::parameters).sum()
+        let layers: usize = self.layers.iter().map(Layer::parameters).sum();
+        layers + self.shortcut.as_ref().map_or(0, Vec::len)
     }
 }

@@ -7,7 +7,7 @@ use super::limits::{
     MAX_CHANNELS, MAX_GOLDEN, MAX_LAYERS, MAX_NAME, MAX_PARAMETERS, MAX_REGRESSOR, MAX_SIGNALS,
     MAX_WIDTH,
 };
-use super::{ModelSpec, Role, Signal, SpecError};
+use super::{Activation, ModelSpec, Role, Signal, SpecError};
 use crate::evaluate;
 
 /// A golden vector may differ from the network in double precision by this much of 1 + |y|: the
@@ -33,6 +33,7 @@ impl ModelSpec {
         self.validate_signals()?;
         self.validate_regressor()?;
         self.validate_layers()?;
+        self.validate_shortcut()?;
         self.control
             .validate(self.inputs.len(), self.outputs.len())?;
         self.validate_golden()
@@ -167,6 +168,33 @@ impl ModelSpec {
             });
         }
         Ok(())
+    }
+
+    fn validate_shortcut(&self) -> Result<(), SpecError> {
+        let Some(weights) = &self.shortcut else {
+            return Ok(());
+        };
+        let expected = self.outputs.len() * self.regressor_len();
+        if weights.len() != expected {
+            return Err(SpecError::ShortcutLength {
+                found: weights.len(),
+                expected,
+            });
+        }
+        let last = self.layers.len() - 1;
+        if self.layers[last].activation() != Activation::Linear {
+            return Err(SpecError::ShortcutActivation {
+                layer: last,
+                shape: self.layers[last].to_string(),
+            });
+        }
+        match weights.iter().position(|value| !value.is_finite()) {
+            Some(index) => Err(SpecError::ShortcutNonFinite {
+                index,
+                value: weights[index],
+            }),
+            None => Ok(()),
+        }
     }
 
     fn validate_golden(&self) -> Result<(), SpecError> {

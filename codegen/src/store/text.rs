@@ -23,6 +23,8 @@ struct Document {
     past_inputs: usize,
     past_outputs: usize,
     form: FormKey,
+    #[serde(default)]
+    shortcut: bool,
     input: Vec<SignalTable>,
     output: Vec<SignalTable>,
     #[serde(default)]
@@ -109,6 +111,8 @@ pub(super) fn parse(text: &str) -> Result<ModelSpec, StoreError> {
             FormKey::Absolute => OutputForm::Absolute,
             FormKey::Increment => OutputForm::Increment,
         },
+        // Its weights come with those of the layers.
+        shortcut: document.shortcut.then(Vec::new),
         layers: layers.collect::<Result<_, _>>()?,
         control: document.control.into(),
         golden: Vec::new(),
@@ -227,6 +231,9 @@ fn write_model(text: &mut String, spec: &ModelSpec) -> std::fmt::Result {
     writeln!(text, "past_inputs = {}", spec.past_inputs)?;
     writeln!(text, "past_outputs = {}", spec.past_outputs)?;
     writeln!(text, "form = {}", string(spec.form.name()))?;
+    if spec.shortcut.is_some() {
+        writeln!(text, "shortcut = true")?;
+    }
     for role in Role::ALL {
         for signal in spec.signals(role) {
             writeln!(text, "\n[[{role}]]")?;

@@ -1,5 +1,6 @@
 //! `weights.safetensors`: for layer `i`, `layer.i.weights` (f32, outputs x inputs) and
-//! `layer.i.bias` (f32, outputs); optionally `golden.x` (f32) and `golden.y` (f64), one row each.
+//! `layer.i.bias` (f32, outputs); with `shortcut = true` also `shortcut.weights` (f32, outputs x
+//! regressor); optionally `golden.x` (f32) and `golden.y` (f64), one row each.
 
 use safetensors::tensor::TensorView;
 use safetensors::{Dtype, SafeTensors};
@@ -8,6 +9,7 @@ use super::StoreError;
 use crate::spec::limits::MAX_GOLDEN;
 use crate::spec::{Golden, Layer, ModelSpec};
 
+const SHORTCUT: &str = "shortcut.weights";
 const GOLDEN_X: &str = "golden.x";
 const GOLDEN_Y: &str = "golden.y";
 
@@ -28,6 +30,11 @@ pub(super) fn fill(spec: &mut ModelSpec, bytes: &[u8]) -> Result<(), StoreError>
         )?);
         dense.bias = f32s(tensor(&file, &bias, Dtype::F32, &[dense.outputs])?);
         known.extend([weights, bias]);
+    }
+    if spec.shortcut.is_some() {
+        let shape = [spec.outputs.len(), spec.regressor_len()];
+        spec.shortcut = Some(f32s(tensor(&file, SHORTCUT, Dtype::F32, &shape)?));
+        known.push(SHORTCUT.into());
     }
     if file.tensor(GOLDEN_X).is_ok() || file.tensor(GOLDEN_Y).is_ok() {
         spec.golden = golden(spec, &file)?;
@@ -99,6 +106,10 @@ pub(super) fn print(spec: &ModelSpec) -> Result<Vec<u8>, StoreError> {
         tensors.push((name, Dtype::F32, shape, bytes_of(&dense.weights)));
         let (name, shape) = (format!("layer.{index}.bias"), vec![dense.outputs]);
         tensors.push((name, Dtype::F32, shape, bytes_of(&dense.bias)));
+    }
+    if let Some(weights) = &spec.shortcut {
+        let shape = vec![spec.outputs.len(), spec.regressor_len()];
+        tensors.push((SHORTCUT.into(), Dtype::F32, shape, bytes_of(weights)));
     }
     if !spec.golden.is_empty() {
         let x: Vec<f32> = spec.golden.iter().flat_map(|g| g.x.clone()).collect();

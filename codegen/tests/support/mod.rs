@@ -31,12 +31,22 @@ pub fn tiny() -> ModelSpec {
         past_inputs: 1,
         past_outputs: 1,
         form: OutputForm::Increment,
+        shortcut: None,
         layers: vec![
             dense(3, 2, Activation::Tanh, 0.4),
             dense(2, 1, Activation::Linear, 0.25),
         ],
         control: control(1, 1),
         golden: vec![],
+    }
+}
+
+/// [`tiny`] with a linear path beside its network.
+pub fn with_shortcut() -> ModelSpec {
+    ModelSpec {
+        name: "shortcut".into(),
+        shortcut: Some(vec![0.375, -0.125, 0.0625]),
+        ..tiny()
     }
 }
 
@@ -69,6 +79,7 @@ pub fn network(
         past_inputs: 2,
         past_outputs: 1,
         form,
+        shortcut: None,
         layers,
         control: control(2, 2),
         golden: vec![],
