@@ -46,7 +46,8 @@ fn the_reference_run_matches_its_snapshot() {
         .unwrap_or_else(|| panic!("{}: no snapshot yet (cargo xtask bless)", path.display()));
     assert_eq!(
         measured.commands, expected.commands,
-        "the commands differ in their bits, which no compiler may change"
+        "the commands differ in their bits. No compiler may do that; after a change of the controller: \
+         cargo xtask bless"
     );
     if measured.compiler != expected.compiler {
         return skip(&format!(

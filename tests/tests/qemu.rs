@@ -1,6 +1,8 @@
 //! The image in QEMU: the same bits as on the host, the same instructions twice, nothing left behind.
 
+use defmt_decoder::Table;
 use sinew_firmware::protocol::{Reason, ToDevice, ToHost};
+use sinew_model_reference_s::golden::GOLDEN;
 use sinew_tests::closed_loop::{self, hello, sample};
 use sinew_tests::device::{Device, End};
 use sinew_tests::reference::{INPUT_LIMIT, INPUTS, OUTPUTS, Plant, RATE_LIMIT, Reference, STEPS};
@@ -75,6 +77,86 @@ fn host_and_qemu_give_the_same_bits() {
         );
     }
     assert_eq!(in_qemu.identity, on_host.identity);
+}
+
+/// One probe of the bare network: the outputs, then the rows of the Jacobian.
+fn probe(device: &mut Device, x: &[f32]) -> Vec<f32> {
+    let x = x.iter().copied().collect();
+    let answer = device.ask(&ToDevice::Probe { x });
+    let ToHost::Prediction { y, jacobian } = answer.unwrap_or_else(|error| panic!("{error}"))
+    else {
+        panic!("a probe was not answered by a prediction");
+    };
+    y.iter().chain(&jacobian).copied().collect()
+}
+
+#[test]
+fn golden_vectors_give_the_same_bits_and_are_right() {
+    let Some(mut in_qemu) = lockstep() else {
+        return;
+    };
+    let mut on_host = on_the_host();
+    for golden in &GOLDEN {
+        let values = probe(&mut in_qemu, &golden.x);
+        let bits = |values: &[f32]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+        assert_eq!(
+            bits(&values),
+            bits(&probe(&mut on_host, &golden.x)),
+            "{:?}",
+            golden.x
+        );
+
+        let exact: Vec<f64> = golden
+            .y
+            .iter()
+            .chain(golden.jacobian.iter().flatten())
+            .copied()
+            .collect();
+        assert_eq!(values.len(), exact.len());
+        let size = exact.iter().fold(0.0, |size: f64, v| size.max(v.abs()));
+        assert!(size > 1e-3, "this vector tests nothing");
+        for (value, exact) in values.iter().zip(&exact) {
+            let error = (f64::from(*value) - exact).abs() / size;
+            assert!(
+                error < 2e-6,
+                "{value} instead of {exact}: {error:e} of the largest"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_log_is_readable_on_the_host() {
+    let Some(mut device) = lockstep() else { return };
+    let identity = hello(&mut device).unwrap_or_else(|error| panic!("{error}"));
+    device
+        .ask(&ToDevice::Stop)
+        .unwrap_or_else(|error| panic!("{error}"));
+    let log = device
+        .finish()
+        .unwrap_or_else(|error| panic!("{error}"))
+        .log;
+
+    let image = image::build("qemu", "lockstep").unwrap_or_else(|error| panic!("{error}"));
+    let image = std::fs::read(image).expect("cargo has just built it");
+    let table = Table::parse(&image)
+        .expect("the image is of this defmt version")
+        .expect("the image has log messages");
+    let mut decoder = table.new_stream_decoder();
+    decoder.received(&log);
+    let mut lines = Vec::new();
+    while let Ok(frame) = decoder.decode() {
+        lines.push(frame.display_message().to_string());
+    }
+    assert_eq!(lines.len(), 2, "{lines:?}");
+    assert!(
+        lines[0].contains(&format!("model {:08x}", identity.model)),
+        "{lines:?}"
+    );
+    assert!(
+        lines[1].starts_with("stopped: Summary { steps: 0"),
+        "{lines:?}"
+    );
 }
 
 #[test]

@@ -12,9 +12,9 @@ use crate::process::{self, cargo, root};
 use crate::setup::{self, Extent, Toolchain};
 use crate::{demo, generate, none, snapshots, test};
 
-/// Board crates: each a workspace of its own, checked where its configuration stands.
-fn boards() -> Result<Vec<PathBuf>> {
-    let folder = root().join("boards");
+/// Folders of `boards/` and `models/` that are crates. Each is a workspace of its own.
+fn crates_in(folder: &str) -> Result<Vec<PathBuf>> {
+    let folder = root().join(folder);
     let mut found = Vec::new();
     for entry in folder
         .read_dir()
@@ -27,6 +27,25 @@ fn boards() -> Result<Vec<PathBuf>> {
     }
     found.sort();
     Ok(found)
+}
+
+/// `cargo clippy` on one generated crate. They share a target folder, hence their dependencies.
+fn model_clippy(model: &Path) -> std::process::Command {
+    let mut command = cargo(&["clippy", "--manifest-path"]);
+    command.arg(model.join("Cargo.toml"));
+    command
+        .arg("--target-dir")
+        .arg(target_folder().join("models"));
+    command.args(["--", "-D", "warnings"]);
+    command
+}
+
+/// Where cargo builds this workspace.
+fn target_folder() -> PathBuf {
+    match std::env::var_os("CARGO_TARGET_DIR") {
+        Some(folder) => root().join(folder),
+        None => root().join("target"),
+    }
 }
 
 /// One stage: a name to print and the work.
@@ -75,7 +94,7 @@ pub fn run(arguments: &[String]) -> Result<()> {
 
 fn format() -> Result<()> {
     process::run(&mut cargo(&["fmt", "--all", "--check"]))?;
-    for folder in boards()?.into_iter().chain(test::models()?) {
+    for folder in crates_in("boards")?.into_iter().chain(crates_in("models")?) {
         process::run(&mut format_one(&folder))?;
     }
     Ok(())
@@ -89,13 +108,12 @@ fn format_one(folder: &Path) -> std::process::Command {
 }
 
 fn clippy_boards_and_models(toolchain: &Toolchain) -> Result<()> {
-    for board in boards()? {
+    for board in crates_in("boards")? {
         let arguments = ["--all-targets", "--", "-D", "warnings"];
         process::run(&mut toolchain.board_cargo(&board, "clippy", &arguments))?;
     }
-    for model in test::models()? {
-        let mut command = test::model_cargo(&model, "clippy");
-        process::run(command.args(["--all-targets", "--", "-D", "warnings"]))?;
+    for model in crates_in("models")? {
+        process::run(&mut model_clippy(&model))?;
     }
     Ok(())
 }

@@ -3,7 +3,6 @@
 use anyhow::{Result, bail};
 
 use crate::process::{self, cargo};
-use crate::test::models;
 
 /// # Errors
 /// With `--check`, a generated file differs from what the emitter prints.
@@ -16,10 +15,7 @@ pub fn run(arguments: &[String]) -> Result<()> {
 }
 
 fn emit() -> Result<()> {
-    for model in models()? {
-        process::run(codegen(&["emit"]).arg(model))?;
-    }
-    Ok(())
+    process::run(&mut codegen(&["write", "models"]))
 }
 
 /// # Errors

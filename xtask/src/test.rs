@@ -1,9 +1,8 @@
 //! `cargo xtask test`: every test there is, counted once, at the end.
 
-use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 
 use crate::process::{self, Failed, cargo, root, run_watched};
 use crate::setup::Toolchain;
@@ -29,11 +28,6 @@ pub fn run(toolchain: &Toolchain) -> Result<()> {
         "--show-output",
     ]);
     count(&mut tally, toolchain.equip(&mut workspace))?;
-    for model in models()? {
-        let mut command = model_cargo(&model, "test");
-        command.args(["--no-fail-fast", "--", "--show-output"]);
-        count(&mut tally, toolchain.equip(&mut command))?;
-    }
 
     println!("\n{tally}");
     if !tally.is_green() {
@@ -49,44 +43,6 @@ pub fn run(toolchain: &Toolchain) -> Result<()> {
 pub fn build_board(toolchain: &Toolchain, board: &str) -> Result<()> {
     let folder = root().join("boards").join(board);
     process::run(&mut toolchain.board_cargo(&folder, "build", &[]))
-}
-
-/// The generated crates, in the order of their names.
-///
-/// # Errors
-/// `models/` cannot be read.
-pub fn models() -> Result<Vec<PathBuf>> {
-    let folder = root().join("models");
-    let mut found = Vec::new();
-    for entry in folder
-        .read_dir()
-        .with_context(|| format!("cannot read {}", folder.display()))?
-    {
-        let path = entry?.path();
-        if path.join("Cargo.toml").is_file() {
-            found.push(path);
-        }
-    }
-    found.sort();
-    Ok(found)
-}
-
-/// `cargo VERB` on one generated crate, on the host. They share a target folder, hence their dependencies.
-pub fn model_cargo(model: &Path, verb: &str) -> Command {
-    let mut command = cargo(&[verb, "--manifest-path"]);
-    command.arg(model.join("Cargo.toml"));
-    command
-        .arg("--target-dir")
-        .arg(target_folder().join("models"));
-    command
-}
-
-/// Where cargo builds this workspace.
-fn target_folder() -> PathBuf {
-    match std::env::var_os("CARGO_TARGET_DIR") {
-        Some(folder) => root().join(folder),
-        None => root().join("target"),
-    }
 }
 
 /// Runs tests and counts them. A failing test does not stop the count, a program that breaks off is noted.
