@@ -258,10 +258,11 @@ impl<
         self.warm = false;
     }
 
-    /// One step towards the safe command, with the history kept: what to call when control ends.
+    /// One step towards the safe command, physical units: what to call when control ends. The past
+    /// is forgotten, as by [`ControlLoop::reset`]; control may start again at any time.
     pub fn retreat(&mut self) -> [f32; NU] {
         let u = self.limiter.retreat();
-        self.warm = false;
+        self.reset();
         u
     }
 

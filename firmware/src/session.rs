@@ -153,13 +153,13 @@ impl<
         for (place, row) in reference.iter_mut().zip(rows) {
             *place = *row;
         }
+        let missed = self.controller.estimator().missed();
         let start = clock.ticks();
         let step = self.controller.step(y, s, &reference);
         let ticks = clock.ticks().wrapping_sub(start);
         self.summary.steps = self.summary.steps.wrapping_add(1);
-        if y.iter().any(|y| !y.is_finite()) {
-            self.summary.missed_samples = self.summary.missed_samples.wrapping_add(1);
-        }
+        let missed = self.controller.estimator().missed().wrapping_sub(missed);
+        self.summary.missed_samples = self.summary.missed_samples.wrapping_add(missed);
         ToHost::Command {
             seq,
             u: Vec::from_slice(&step.u).unwrap_or_default(),

@@ -380,6 +380,32 @@ fn reset_forgets_the_past_and_keeps_the_command() {
     assert!(before.u[0].abs() > 0.5, "the command was small anyway");
 }
 
+#[test]
+fn retreat_goes_to_the_safe_command_and_control_starts_again() {
+    let mut c = controller(0.9, LIMITS);
+    let mut plant = Plant {
+        a: 0.85,
+        b: 0.15,
+        b1: 0.04,
+        load: 0.05,
+        y: 0.0,
+        before: 0.0,
+    };
+    let steady = run(&mut c, &mut plant, 1.0, 100).u[0];
+    assert!(steady > 0.3, "already at the safe command");
+    let first = c.retreat()[0];
+    assert!(
+        (steady - first - 0.2).abs() < 1e-6,
+        "{first} after {steady}"
+    );
+    for _ in 0..10 {
+        plant.advance(c.retreat()[0]);
+    }
+    assert_eq!(c.retreat(), [0.0]);
+    let _ = run(&mut c, &mut plant, 1.0, 300);
+    assert!((plant.y - 1.0).abs() < 2e-4);
+}
+
 /// The cost that a step reports never exceeds that of the plan it started from, on curved predictors.
 #[test]
 fn more_iterations_never_cost_more() {
