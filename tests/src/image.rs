@@ -38,6 +38,12 @@ pub fn build(board: &str, program: &str) -> Result<PathBuf, String> {
         command.env("RUSTC_BOOTSTRAP", "1").arg("-Zbuild-std=core");
     }
     command.args(["--message-format=json-render-diagnostics", "--bin", program]);
+    // Beside the workspace's own outputs, as `cargo xtask test` does: the host program embeds the boards'
+    // folders and would be built again after each build in there.
+    let target = std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into());
+    command
+        .arg("--target-dir")
+        .arg(root().join(target).join("boards"));
 
     let output = command
         .stdin(Stdio::null())

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 
-use crate::process::{self, cargo, root};
+use crate::process::{self, cargo, root, target_folder};
 use crate::setup::{self, Extent, Toolchain};
 use crate::{demo, generate, none, snapshots, test};
 
@@ -38,14 +38,6 @@ fn model_clippy(model: &Path) -> std::process::Command {
         .arg(target_folder().join("models"));
     command.args(["--", "-D", "warnings"]);
     command
-}
-
-/// Where cargo builds this workspace.
-fn target_folder() -> PathBuf {
-    match std::env::var_os("CARGO_TARGET_DIR") {
-        Some(folder) => root().join(folder),
-        None => root().join("target"),
-    }
 }
 
 /// One stage: a name to print and the work.

@@ -8,7 +8,7 @@ use std::process::Command;
 
 use anyhow::{Result, bail};
 
-use crate::process::{self, answer, cargo, succeeds};
+use crate::process::{self, answer, cargo, succeeds, target_folder};
 
 const TARGET: &str = "thumbv7em-none-eabihf";
 const QEMU: &str = "qemu-system-arm";
@@ -68,7 +68,12 @@ impl Toolchain {
             Some(program) if for_a_chip => Command::new(program),
             _ => cargo(&[]),
         };
-        command.current_dir(board).args([verb, "--release"]);
+        command
+            .current_dir(board)
+            .args([verb, "--release", "--target-dir"]);
+        // Not in the board's folder: the host program embeds that, and would be built again after each build
+        // there. The tests look in the same place (tests/src/image.rs).
+        command.arg(target_folder().join("boards"));
         if for_a_chip {
             if let Some(rustc) = self.variable("SINEW_FIRMWARE_RUSTC") {
                 command.env("RUSTC", rustc);
