@@ -65,5 +65,5 @@ pub use dual::Dual;
 pub use error::{Error, SimulationError};
 pub use integrator::{Report, Stepper};
 pub use plant::{Input, Parameter, Plant, RecordingRun, SensorChannel, Trajectory};
-pub use rig::{ControlTable, NetworkTable, Rig};
+pub use rig::{ControlTable, Form, NetworkTable, Rig};
 pub use scalar::Scalar;

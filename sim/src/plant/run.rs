@@ -58,7 +58,7 @@ impl Plant {
     /// Simulates the recorded times; row 0 is `start` itself.
     ///
     /// `values` has one entry a parameter slot, `start` one a state ([`Plant::state_names`]),
-    /// `drive` one row a time. Cost: 4 force evaluations a sub-step, about 0.1 us for one body.
+    /// `drive` one row a time. Cost: 4 force evaluations a sub-step, about 0.2 us for one body.
     ///
     /// # Errors
     /// Any [`SimulationError`] but `NoInput`.
