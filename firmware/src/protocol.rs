@@ -3,7 +3,7 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, NoTable};
 use heapless::Vec;
-use postcard::ser_flavors::{Cobs, Flavor, Slice};
+use postcard::ser_flavors::Flavor;
 use serde::{Deserialize, Serialize};
 
 use crate::control_loop::Status;
@@ -185,22 +185,20 @@ pub enum FrameError {
 /// Writes `message` as one frame, terminator included, to the front of `buffer`.
 ///
 /// `None`: the buffer is too short ([`MAX_FRAME`] never is).
+#[inline(never)]
 pub fn encode<'a, T: Serialize>(message: &T, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
-    let cobs = Cobs::try_new(Slice::new(buffer)).ok()?;
-    let flavor = Checked {
-        inner: cobs,
-        digest: CRC.digest(),
-    };
-    let frame = postcard::serialize_with_flavor(message, flavor).ok()?;
-    Some(frame)
+    postcard::serialize_with_flavor(message, FrameWriter::new(buffer))
+        .ok()
+        .flatten()
 }
 
 /// Reads one frame, its terminator taken off; the bytes are overwritten.
 ///
 /// # Errors
 /// [`FrameError`]; nothing is accepted whose checksum disagrees or that has bytes left over.
+#[inline(never)]
 pub fn decode<T: for<'de> Deserialize<'de>>(frame: &mut [u8]) -> Result<T, FrameError> {
-    let length = cobs::decode_in_place(frame).map_err(|_| FrameError::Framing)?;
+    let length = unstuff(frame).ok_or(FrameError::Framing)?;
     let content = frame.get(..length).ok_or(FrameError::Framing)?;
     let (content, checksum) = content
         .split_last_chunk::<CRC_BYTES>()
@@ -214,25 +212,104 @@ pub fn decode<T: for<'de> Deserialize<'de>>(frame: &mut [u8]) -> Result<T, Frame
     }
 }
 
-/// Postcard flavor that appends the checksum of everything before it.
-struct Checked<B> {
-    inner: B,
+/// Undoes COBS in place; the length of the content, `None` where the bytes are not COBS. Written out
+/// here, as is its inverse below, because the library's indexing leaves panics in the linked image.
+fn unstuff(bytes: &mut [u8]) -> Option<usize> {
+    let (mut read, mut write) = (0, 0);
+    while let Some(&code) = bytes.get(read) {
+        read += 1;
+        for _ in 1..code {
+            let byte = *bytes.get(read).filter(|byte| **byte != 0)?;
+            *bytes.get_mut(write)? = byte;
+            read += 1;
+            write += 1;
+        }
+        if code == 0 {
+            return None;
+        }
+        // A full group stands for no zero, nor does the last one.
+        if code < GROUP_FULL && read < bytes.len() {
+            *bytes.get_mut(write)? = 0;
+            write += 1;
+        }
+    }
+    Some(write)
+}
+
+/// Code of a COBS group of 254 bytes without a zero.
+const GROUP_FULL: u8 = 0xff;
+
+/// Postcard's output: checksum and COBS on the fly.
+struct FrameWriter<'a> {
+    buffer: &'a mut [u8],
+    length: usize,
+    /// Where the open group's code will stand, and the code so far.
+    group: usize,
+    code: u8,
     digest: Digest<'static, u32, NoTable>,
 }
 
-impl<B: Flavor> Flavor for Checked<B> {
-    type Output = B::Output;
-
-    fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
-        self.digest.update(&[byte]);
-        self.inner.try_push(byte)
+impl<'a> FrameWriter<'a> {
+    fn new(buffer: &'a mut [u8]) -> Self {
+        Self {
+            buffer,
+            length: 1,
+            group: 0,
+            code: 1,
+            digest: CRC.digest(),
+        }
     }
 
-    fn finalize(mut self) -> postcard::Result<Self::Output> {
-        for byte in self.digest.finalize().to_le_bytes() {
-            self.inner.try_push(byte)?;
+    /// One byte of content, stuffed. A full group is closed when more comes, not before.
+    #[inline(never)]
+    fn stuff(&mut self, byte: u8) -> Option<()> {
+        if self.code == GROUP_FULL {
+            self.next_group()?;
         }
-        self.inner.finalize()
+        if byte == 0 {
+            return self.next_group();
+        }
+        *self.buffer.get_mut(self.length)? = byte;
+        self.length += 1;
+        self.code += 1;
+        Some(())
+    }
+
+    fn next_group(&mut self) -> Option<()> {
+        self.close_group()?;
+        self.group = self.length;
+        self.length += 1;
+        self.code = 1;
+        Some(())
+    }
+
+    fn close_group(&mut self) -> Option<()> {
+        *self.buffer.get_mut(self.group)? = self.code;
+        Some(())
+    }
+
+    fn finish(mut self) -> Option<&'a [u8]> {
+        let checksum = self.digest.clone().finalize();
+        for byte in checksum.to_le_bytes() {
+            self.stuff(byte)?;
+        }
+        self.close_group()?;
+        *self.buffer.get_mut(self.length)? = 0;
+        self.buffer.get(..=self.length)
+    }
+}
+
+impl<'a> Flavor for FrameWriter<'a> {
+    type Output = Option<&'a [u8]>;
+
+    #[inline(never)]
+    fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
+        self.digest.update(&[byte]);
+        self.stuff(byte).ok_or(postcard::Error::SerializeBufferFull)
+    }
+
+    fn finalize(self) -> postcard::Result<Self::Output> {
+        Ok(self.finish())
     }
 }
 

@@ -271,6 +271,35 @@ fn the_largest_messages_fit_a_frame() {
     assert!(encode(&sample(0), &mut [0; 8]).is_none());
 }
 
+/// Our COBS against the cobs crate, around the group length of 254 and with zeros in all places.
+#[test]
+fn frames_are_cobs_of_content_and_crc() {
+    let mut random = common::Random(21);
+    for length in (0..20).chain(240..270).chain(500..520) {
+        for zeros in [0.0, 0.02, 0.5] {
+            let content: Vec<u8> = (0..length)
+                .map(|_| {
+                    let byte = 1 + (254.0 * random.unit()) as u8;
+                    if random.unit() < zeros { 0 } else { byte }
+                })
+                .collect();
+            let ours = frame(&Raw(&content));
+            let mut stuffed = ours[..ours.len() - 1].to_vec();
+            let mut theirs = vec![0; 1000];
+            let plain_length = cobs::decode(&stuffed, &mut theirs).expect("COBS");
+            let plain = &theirs[..plain_length];
+            assert_eq!(plain[..length], content);
+            assert_eq!(encode_cobs(plain), stuffed);
+            // And back: no content of ours is a ToDevice of another length.
+            let back = decode::<ToDevice>(&mut stuffed);
+            assert!(
+                !matches!(back, Err(FrameError::Framing | FrameError::Checksum)),
+                "{length}"
+            );
+        }
+    }
+}
+
 #[test]
 fn too_long_and_empty_frames_do_not_stop_the_stream() {
     let mut s = session();
@@ -302,6 +331,13 @@ fn a_sound_checksum_over_other_content_is_refused() {
             "{content:?}"
         );
     }
+}
+
+fn encode_cobs(plain: &[u8]) -> Vec<u8> {
+    let mut stuffed = vec![0; cobs::max_encoding_length(plain.len())];
+    let length = cobs::encode(plain, &mut stuffed);
+    stuffed.truncate(length);
+    stuffed
 }
 
 /// Bytes as they are, without a length.
