@@ -247,6 +247,16 @@ impl From<sinew_sim::Error> for Error {
     }
 }
 
+impl From<sinew_codegen::store::StoreError> for Error {
+    fn from(error: sinew_codegen::store::StoreError) -> Self {
+        // The message names its file, and its line where there is one.
+        Self::from(Kind::File(Complaint {
+            message: error.to_string(),
+            ..Default::default()
+        }))
+    }
+}
+
 impl From<sinew_sim::SimulationError> for Error {
     fn from(error: sinew_sim::SimulationError) -> Self {
         Self::from(Kind::Simulation(error))

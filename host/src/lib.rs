@@ -1,1 +1,25 @@
-//! placeholder
+//! From a recording and a rig to a controlled Cortex-M4F: the library behind the `sinew` program.
+//!
+//! | module | turns | into |
+//! |---|---|---|
+//! | [`recording`] | a CSV file | columns |
+//! | [`fit`] | a rig and recordings | the rig with its parameters refitted |
+//! | [`dataset`], [`train`] | the fitted rig | a small network |
+//! | [`project`] | the network | firmware sources and images |
+//! | [`device`], [`compare`] | an image, a plant | a closed loop, beside a PID |
+//! | [`report`] | all of it | a page |
+
+pub mod atomic;
+pub mod chain;
+pub mod cli;
+pub mod compare;
+pub mod dataset;
+pub mod device;
+pub mod error;
+pub mod fit;
+pub mod new_rig;
+pub mod progress;
+pub mod project;
+pub mod recording;
+pub mod report;
+pub mod train;

@@ -301,6 +301,29 @@ fn what_the_data_do_not_determine_stays_near_the_rig_and_claims_nothing() {
 }
 
 #[test]
+fn a_parameter_that_is_lost_in_noise_claims_nothing() {
+    let text = |damping: f64| {
+        oscillator(
+            1.0,
+            40.0,
+            1.0,
+            &format!(
+                "[[effect]]\nkind = \"quadratic_drag\"\ncomponent = \"mass\"\ncoefficient = {{ value = {damping:?} }}\n"
+            ),
+        )
+    };
+    let recording = recorded(&parse(&text(1e-3)), 400, 0.02, 10.0, 0.05, 11);
+    let fit = run(&parse(&text(2e-3)), &[recording]);
+    let drag = parameter(&fit, "mass.quadratic_drag.coefficient");
+    assert_eq!(drag.ci95, None, "{:?}", fit.parameters);
+    assert!(
+        parameter(&fit, "coil.stiffness").ci95.is_some(),
+        "{:?}",
+        fit.parameters
+    );
+}
+
+#[test]
 fn a_bound_is_kept_and_said() {
     let truth = parse(&oscillator(1.0, 40.0, 1.0, ""));
     let recording = recorded(&truth, 1000, 0.01, 10.0, 1e-3, 5);

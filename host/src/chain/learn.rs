@@ -1,0 +1,230 @@
+//! From the fitted rig to a model: episodes, training, and the score on stretches that trained nothing.
+
+use sinew_codegen::evaluate::predict;
+use sinew_codegen::spec::{
+    Activation, ControlSpec, Dense, Layer, ModelSpec, OutputForm, Signal,
+};
+use sinew_sim::{Form, Plant, Rig};
+
+use super::task::Task;
+use crate::dataset::{Recipe, Visit, draw};
+use crate::error::{Error, Result};
+use crate::train::{Epoch, Folded, Options, Scaled, Shape, Windows, scale, scaling, train};
+
+/// Steps of an episode beyond the history and the rollout.
+const EPISODE_STEPS: usize = 60;
+/// Episodes to train on, to choose the pass by, and to score on.
+const EPISODES: [usize; 3] = [400, 80, 80];
+/// States of the recordings from which episodes may begin.
+pub const VISITS: usize = 4000;
+
+/// A trained model and how good it is.
+#[derive(Clone, Debug)]
+pub struct Learned {
+    /// The model with provisional control settings.
+    pub spec: ModelSpec,
+    /// The record of its training.
+    pub record: Record,
+}
+
+/// How training went; lengths in SI.
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
+pub struct Record {
+    /// One entry a pass.
+    pub history: Vec<Epoch>,
+    /// The pass that was kept.
+    pub kept: usize,
+    /// Weights and biases.
+    pub parameters: usize,
+    /// Root mean square error one step ahead, each output, on episodes that trained and chose nothing.
+    pub one_step_rms: Vec<f64>,
+    /// The same at the end of the horizon, the network fed with its own predictions.
+    pub horizon_rms: Vec<f64>,
+    /// Steps of that horizon.
+    pub horizon: usize,
+}
+
+/// What the rig's `[network]` table leaves open is filled in here.
+pub fn options(rig: &Rig, horizon: usize, seed: u64) -> (Shape, Options) {
+    let table = rig.network.as_ref();
+    let shape = Shape {
+        n_u: 0,
+        n_y: 0,
+        past_inputs: table.and_then(|t| t.past_inputs).unwrap_or(2),
+        past_outputs: table.and_then(|t| t.past_outputs).unwrap_or(3),
+    };
+    let hidden = table.and_then(|t| t.hidden.clone()).unwrap_or_else(|| vec![12]);
+    (shape, Options { hidden, rollout: horizon.clamp(1, 12), seed, ..Options::default() })
+}
+
+/// Trains the model of `rig` on episodes of `plant` with `values`, begun at `visits`.
+///
+/// # Errors
+/// The rig asks for a form that training does not make, the plant diverges, or nothing is learned.
+pub fn learn(
+    rig: &Rig,
+    plant: &Plant,
+    values: &[f64],
+    visits: &[Visit],
+    task: &Task,
+    seed: u64,
+    progress: impl FnMut(usize, usize, Epoch),
+) -> Result<Learned> {
+    if rig.network.as_ref().and_then(|t| t.form) == Some(Form::Absolute) {
+        return Err(Error::file(&rig.file, "`form = \"absolute\"` is for imported networks")
+            .expected("`form = \"increment\"`, or no `form`: training learns the change of the output"));
+    }
+    let (shape, options) = options(rig, task.horizon, seed);
+    let shape = Shape { n_u: plant.inputs().len(), n_y: task.outputs.len(), ..shape };
+    let recipe = Recipe {
+        period_s: task.period_s,
+        steps: EPISODE_STEPS + shape.history() + options.rollout,
+        outputs: task.outputs.clone(),
+        noise: task.noise.clone(),
+        seed,
+    };
+    let drawn = draw(plant, values, visits, &recipe, EPISODES.iter().sum())?;
+    let column = |of: fn(&crate::dataset::Episode) -> &[f64], width: usize, i: usize| {
+        drawn.iter().flat_map(move |e| of(e).iter().skip(i).step_by(width).copied())
+    };
+    let u_scaling: Vec<_> = (0..shape.n_u).map(|i| scaling(column(|e| &e.u, shape.n_u, i))).collect();
+    let y_scaling: Vec<_> = (0..shape.n_y).map(|i| scaling(column(|e| &e.y, shape.n_y, i))).collect();
+    let scaled = scale(&drawn, &u_scaling, &y_scaling);
+    let (training, rest) = scaled.split_at(EPISODES[0]);
+    let (validation, test) = rest.split_at(EPISODES[1]);
+
+    let trained = train(shape, training, validation, &options, progress)?;
+    let signal = |name: &str, unit: &str, (span, offset): (f64, f64)| Signal {
+        name: name.into(),
+        unit: unit.into(),
+        span,
+        offset,
+    };
+    let inputs = plant.inputs().iter().zip(&u_scaling);
+    let outputs = task.outputs.iter().map(|s| &plant.sensors()[*s]).zip(&y_scaling);
+    let spec = ModelSpec {
+        name: crate_name(&rig.name),
+        period_s: task.period_s,
+        inputs: inputs.map(|(i, s)| signal(&i.column, unit_of(&i.column), *s)).collect(),
+        outputs: outputs.map(|(o, s)| signal(&o.column, &o.unit, *s)).collect(),
+        channels: vec![],
+        past_inputs: shape.past_inputs,
+        past_outputs: shape.past_outputs,
+        form: OutputForm::Increment,
+        shortcut: Some(trained.folded.linear.concat()),
+        layers: layers(&trained.folded)?,
+        control: control(task),
+        golden: vec![],
+    };
+    spec.validate().map_err(|e| Error::failed(format!("the trained model: {e}")))?;
+    let (one_step_rms, horizon_rms) = score(&spec, shape, task, test, &y_scaling);
+    let record = Record {
+        history: trained.history,
+        kept: trained.kept,
+        parameters: spec.parameters(),
+        one_step_rms,
+        horizon_rms,
+        horizon: task.horizon,
+    };
+    Ok(Learned { spec, record })
+}
+
+fn layers(folded: &Folded) -> Result<Vec<Layer>> {
+    let last = folded.layers.len() - 1;
+    let layers = folded.layers.iter().enumerate().map(|(i, (rows, bias))| {
+        let activation = if i == last { Activation::Linear } else { Activation::Tanh };
+        Dense::from_rows(rows, bias.clone(), activation)
+            .map(Layer::Dense)
+            .map_err(|e| Error::failed(format!("layer {i} of the trained network: {e}")))
+    });
+    layers.collect()
+}
+
+/// Settings that hold until they are tuned.
+fn control(task: &Task) -> ControlSpec {
+    ControlSpec {
+        horizon: task.horizon,
+        control_horizon: task.control_horizon,
+        tracking_weight: task.tracking_weight.clone(),
+        move_suppression: task.move_suppression.clone().unwrap_or_else(|| vec![0.01; task.limits.len()]),
+        lower: task.limits.iter().map(|l| l.0).collect(),
+        upper: task.limits.iter().map(|l| l.1).collect(),
+        rate_limit: task.limits.iter().map(|l| l.2 / task.period_s).collect(),
+        safe: task.limits.iter().map(|(low, high, _)| 0.0_f64.clamp(*low, *high)).collect(),
+        disturbance_gain: 0.2,
+        iterations: 2,
+        gap_limit: 10,
+    }
+}
+
+/// Root mean square errors on `test`, one step ahead and at the horizon, in physical units.
+fn score(
+    spec: &ModelSpec,
+    shape: Shape,
+    task: &Task,
+    test: &[Scaled],
+    y_scaling: &[(f64, f64)],
+) -> (Vec<f64>, Vec<f64>) {
+    let windows = Windows::new(shape, task.horizon, test);
+    let mut squares = [vec![0.0; shape.n_y], vec![0.0; shape.n_y]];
+    let newest = shape.n_u * shape.past_inputs;
+    for w in 0..windows.len() {
+        let mut x = Vec::new();
+        windows.regressor(w, &mut x);
+        for (j, target) in windows.targets(w).chunks(shape.n_y).enumerate() {
+            if j > 0 {
+                x.copy_within(..newest - shape.n_u, shape.n_u);
+                x[..shape.n_u].copy_from_slice(&windows.inputs(w)[j * shape.n_u..(j + 1) * shape.n_u]);
+            }
+            let y = predict(spec, &x);
+            let last = x.len() - shape.n_y;
+            x.copy_within(newest..last, newest + shape.n_y);
+            x[newest..newest + shape.n_y].copy_from_slice(&y);
+            let place = match j {
+                0 => 0,
+                j if j + 1 == task.horizon => 1,
+                _ => continue,
+            };
+            for r in 0..shape.n_y {
+                squares[place][r] += ((y[r] - target[r]) * y_scaling[r].0).powi(2);
+            }
+        }
+    }
+    let count = windows.len().max(1) as f64;
+    let rms = |s: &[f64]| s.iter().map(|v| (v / count).sqrt()).collect();
+    if task.horizon == 1 {
+        return (rms(&squares[0]), rms(&squares[0]));
+    }
+    (rms(&squares[0]), rms(&squares[1]))
+}
+
+/// The unit at the end of a column's name, as the recordings have it (`u_V`: `V`).
+fn unit_of(column: &str) -> &str {
+    column.rsplit_once('_').map_or("1", |(_, unit)| unit)
+}
+
+/// A rig's name as cargo takes it: lower-case letters, digits and `-`.
+pub fn crate_name(name: &str) -> String {
+    let mut text = String::new();
+    for c in name.chars() {
+        if c.is_ascii_alphanumeric() {
+            text.push(c.to_ascii_lowercase());
+        } else if !text.ends_with('-') && !text.is_empty() {
+            text.push('-');
+        }
+    }
+    let text = text.trim_end_matches('-');
+    if text.is_empty() { "rig".into() } else { text.into() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::crate_name;
+
+    #[test]
+    fn any_rig_name_becomes_a_crate_name() {
+        assert_eq!(crate_name("EMPS positioning axis"), "emps-positioning-axis");
+        assert_eq!(crate_name("  ümläut (2) "), "ml-ut-2");
+        assert_eq!(crate_name("***"), "rig");
+    }
+}

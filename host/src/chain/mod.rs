@@ -1,0 +1,12 @@
+//! The chain from a recording to a controlled microcontroller, link by link; the verbs of the program
+//! are these links.
+
+pub mod build;
+pub mod built;
+pub mod learn;
+pub mod moved;
+pub mod page;
+pub mod side_by_side;
+pub mod summary;
+pub mod task;
+pub mod tune;

@@ -1,0 +1,173 @@
+//! The predictive controller and the PID on the same plant, reference and noise.
+
+use std::path::Path;
+
+use sinew_firmware::protocol::Summary;
+use sinew_sim::Plant;
+
+use super::moved::{Moved, moved};
+use super::task::Task;
+use crate::compare::closed_loop::{Run, Scenario, Score};
+use crate::compare::mpc::{Answer, MpcController};
+use crate::compare::pid::{PidController, Tuning, tune};
+use crate::compare::reference::Reference;
+use crate::device::{Device, decode_log};
+use crate::error::{Error, Result};
+use crate::project::{Board, Built};
+
+/// How far the plant of the comparison lies from the fitted one.
+pub const LEAST_MOVED: f64 = 0.10;
+/// See [`LEAST_MOVED`].
+pub const MOST_MOVED: f64 = 0.20;
+/// Steps of a reference that only tuning sees.
+const TUNING_STEPS: usize = 600;
+
+/// What the comparison needs to know of a plant.
+pub struct Bench<'a> {
+    /// The fitted plant.
+    pub plant: &'a Plant,
+    /// The task.
+    pub task: &'a Task,
+    /// Seed of everything drawn.
+    pub seed: u64,
+}
+
+/// A loop run on a device.
+pub struct DeviceRun {
+    /// The loop.
+    pub run: Run,
+    /// Its score.
+    pub score: Score,
+    /// What the device said of every step.
+    pub answers: Vec<Answer>,
+    /// The device's own counts.
+    pub summary: Summary,
+    /// Its decoded log.
+    pub log: String,
+}
+
+/// A loop run with the PID.
+pub struct PidRun {
+    /// The loop.
+    pub run: Run,
+    /// Its score.
+    pub score: Score,
+    /// Its tuning.
+    pub tuning: Vec<Tuning>,
+}
+
+impl Bench<'_> {
+    /// The plant of the comparison: the fitted one with its parameters moved by 10 to 20 %.
+    pub fn moved_plant(&self) -> (Vec<f64>, Vec<Moved>) {
+        moved(self.plant, LEAST_MOVED, MOST_MOVED, self.seed)
+    }
+
+    /// The loop that is reported.
+    ///
+    /// # Errors
+    /// The plant cannot start where the recording does.
+    pub fn scenario(&self, values: &[f64]) -> Result<Scenario> {
+        self.with(values, self.task.reference.clone(), self.seed)
+    }
+
+    /// Loops for tuning: other references and other noise.
+    ///
+    /// # Errors
+    /// As [`Bench::scenario`].
+    pub fn tuning_scenarios(&self, plants: &[Vec<f64>]) -> Result<Vec<Scenario>> {
+        let scenarios = plants.iter().enumerate().map(|(i, values)| {
+            let seed = self.seed.wrapping_add(1000 + i as u64);
+            let steps = TUNING_STEPS.min(self.task.reference.steps());
+            let reference = Reference::moves(&self.task.workspaces, steps, self.task.period_s, seed);
+            self.with(values, reference, seed)
+        });
+        scenarios.collect()
+    }
+
+    /// Plants for tuning the predictive controller: the fitted one and two that lie as far from it as
+    /// the plant of the comparison does, elsewhere.
+    pub fn tuning_plants(&self) -> Vec<Vec<f64>> {
+        let draw = |k: u64| moved(self.plant, LEAST_MOVED, MOST_MOVED, self.seed.wrapping_add(k)).0;
+        vec![self.plant.values(), draw(77), draw(78)]
+    }
+
+    fn with(&self, values: &[f64], reference: Reference, seed: u64) -> Result<Scenario> {
+        let mut first = self.task.home.clone();
+        for (output, sensor) in self.task.outputs.iter().enumerate() {
+            // Tuning references begin elsewhere than the recording does.
+            if seed != self.seed {
+                first[*sensor] = reference.row(0).get(output).copied();
+            }
+        }
+        Ok(Scenario {
+            plant: self.plant.clone(),
+            values: values.to_vec(),
+            start: self.plant.initial_state(values, &first)?,
+            outputs: self.task.outputs.clone(),
+            noise: self.task.noise.clone(),
+            seed,
+            period_s: self.task.period_s,
+            reference,
+        })
+    }
+
+    /// Starts a built controller.
+    ///
+    /// # Errors
+    /// It cannot be started.
+    pub fn start(folder: &Path, board: Board, built: &Built) -> Result<Device> {
+        match board {
+            Board::Qemu => Device::qemu(&folder.join("boards/qemu/run.sh"), &built.lockstep),
+            Board::Host => Device::host(&built.lockstep),
+        }
+    }
+
+    /// Runs `scenario` on a device, to its end.
+    ///
+    /// # Errors
+    /// The device cannot be reached, refuses, or ends badly.
+    pub fn on_device(
+        &self,
+        folder: &Path,
+        board: Board,
+        built: &Built,
+        model: u32,
+        scenario: &Scenario,
+    ) -> Result<DeviceRun> {
+        let mut device = Self::start(folder, board, built)?;
+        device.hello(Some(model))?;
+        let mut controller = MpcController::new(&mut device)?;
+        let run = scenario.run(&mut controller)?;
+        let answers = std::mem::take(&mut controller.answers);
+        let (summary, end) = device.finish()?;
+        if end.status != Some(0) {
+            return Err(Error::failed(format!("the firmware ended with status {:?}", end.status)));
+        }
+        let log = match board {
+            Board::Qemu => decode_log(&built.lockstep, &end.log)?,
+            Board::Host => String::new(),
+        };
+        Ok(DeviceRun { score: run.score(&self.task.limits), run, answers, summary, log })
+    }
+
+    /// Tunes the PID on the plant of the comparison (`values`), with references it will not be judged
+    /// on, and runs `scenario`.
+    ///
+    /// # Errors
+    /// Inputs and outputs do not pair off, or the plant diverges under the best PID found.
+    pub fn pid(&self, values: &[f64], scenario: &Scenario) -> Result<PidRun> {
+        let plants = vec![values.to_vec(), values.to_vec()];
+        let scenarios = self.tuning_scenarios(&plants)?;
+        let task = self.task;
+        let tuning =
+            tune(&scenarios, &task.limits, &task.output_range, &task.input_range, task.horizon)?;
+        let mut pid = PidController::new(&tuning, &task.limits, task.period_s);
+        let run = scenario.run(&mut pid)?;
+        Ok(PidRun { score: run.score(&task.limits), run, tuning })
+    }
+}
+
+/// Whether two devices gave the same bits at every step.
+pub fn same_bits(a: &[Answer], b: &[Answer]) -> bool {
+    a.len() == b.len() && !a.is_empty() && a.iter().zip(b).all(|(a, b)| a.bits == b.bits)
+}

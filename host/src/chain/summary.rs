@@ -1,0 +1,110 @@
+//! `summary.json` (docs/files.md): every number in it was measured in the run that wrote it.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+
+/// `sinew-demo/1`.
+#[derive(Clone, Debug, Serialize)]
+pub struct Summary {
+    /// Always `sinew-demo/1`.
+    pub format: &'static str,
+    /// The rig's name.
+    pub rig: String,
+    /// `qemu-mps2-an386` or `host`.
+    pub board: String,
+    /// Control steps a second.
+    pub rate_hz: f64,
+    /// Steps of the run.
+    pub steps: usize,
+    /// Steps that ended after their period, as the firmware counted them.
+    pub deadline_misses: u32,
+    /// Tracking errors of the first output.
+    pub tracking: Tracking,
+    /// Instructions of one control step; null where the board does not count them.
+    pub instructions_per_step: Option<Spread>,
+    /// Flash of the whole image; null on the host.
+    pub flash_bytes: Option<u64>,
+    /// Statics in RAM; null on the host.
+    pub ram_bytes: Option<u64>,
+    /// Deepest stack, painted and measured; null on the host.
+    pub stack_bytes: Option<u32>,
+    /// 0: no allocator is linked.
+    pub heap_bytes: Option<u64>,
+    /// Every command of the device has the bits of the host's build; null when only the host ran.
+    pub host_equals_device: Option<bool>,
+    /// Commands outside limits or rate limits, of both controllers.
+    pub commands_outside_limits: usize,
+    /// Free-run errors of the rig before and after its fit, by signal.
+    pub fit: Vec<FitError>,
+    /// Root mean square error of the network, one step ahead and at the horizon.
+    pub network: NetworkError,
+    /// What `sinew diagnose` found; null: this chain does not diagnose.
+    pub diagnosis: Option<serde_json::Value>,
+    /// Wall time of the whole chain.
+    pub seconds: f64,
+}
+
+/// Tracking errors.
+#[derive(Clone, Debug, Serialize)]
+pub struct Tracking {
+    /// SI unit.
+    pub unit: String,
+    /// Root mean square.
+    pub mpc_rms: f64,
+    /// Root mean square.
+    pub pid_rms: f64,
+    /// Largest.
+    pub mpc_max: f64,
+    /// Largest.
+    pub pid_max: f64,
+}
+
+/// Mean and largest.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Spread {
+    /// Mean over the run.
+    pub mean: f64,
+    /// Largest of the run.
+    pub max: u64,
+}
+
+/// Free-run errors of one signal, SI.
+#[derive(Clone, Debug, Serialize)]
+pub struct FitError {
+    /// The column.
+    pub signal: String,
+    /// `fit` or `test`.
+    pub role: &'static str,
+    /// SI unit.
+    pub unit: String,
+    /// As the rig was written.
+    pub as_written_rms: f64,
+    /// With its parameters refitted.
+    pub fitted_rms: f64,
+}
+
+/// Prediction errors of the network on episodes that trained nothing, first output, SI.
+#[derive(Clone, Debug, Serialize)]
+pub struct NetworkError {
+    /// Weights and biases.
+    pub parameters: usize,
+    /// One step ahead.
+    pub one_step_rms: f64,
+    /// At the end of the horizon, fed with its own predictions.
+    pub horizon_rms: f64,
+}
+
+impl Summary {
+    /// Writes the file, whole or not at all.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let text = serde_json::to_string_pretty(self)
+            .map_err(|e| Error::failed(format!("{}: {e}", path.display())))?;
+        crate::atomic::write(path, text + "\n")
+    }
+}

@@ -1,0 +1,206 @@
+//! What the controller is asked for: the rig's `[control]` table, filled in from the recordings.
+
+use sinew_sim::{Plant, Rig};
+
+use crate::compare::closed_loop::InputLimits;
+use crate::compare::reference::{Reference, Workspace};
+use crate::dataset::noise_level;
+use crate::error::{Error, Result};
+use crate::recording::Recording;
+
+/// Control rate where the rig names none, in hertz.
+const RATE_HZ: f64 = 120.0;
+/// Steps of each level of the staircase (the published experiment).
+const STAIRCASE: usize = 333;
+/// How much of the recorded reach the staircase uses: a plant a fifth stiffer still gets there.
+const REACH: f64 = 0.7;
+
+/// The control problem in physical units, before any weight is tuned.
+#[derive(Clone, Debug)]
+pub struct Task {
+    /// Control period, seconds.
+    pub period_s: f64,
+    /// Indices of the sensors that are outputs.
+    pub outputs: Vec<usize>,
+    /// Steps predicted.
+    pub horizon: usize,
+    /// Steps with commands of their own.
+    pub control_horizon: usize,
+    /// Q, one an output.
+    pub tracking_weight: Vec<f64>,
+    /// Lambda where the rig fixes it; otherwise it is tuned.
+    pub move_suppression: Option<Vec<f64>>,
+    /// Lower, upper, change a period of each input.
+    pub limits: Vec<InputLimits>,
+    /// Half the range of each input's limits.
+    pub input_range: Vec<f64>,
+    /// Where each output went in the recordings.
+    pub workspaces: Vec<Workspace>,
+    /// Half the recorded range of each output.
+    pub output_range: Vec<f64>,
+    /// Standard deviation of each output's noise.
+    pub noise: Vec<f64>,
+    /// First valid sample of every sensor: where a loop starts.
+    pub home: Vec<Option<f64>>,
+    /// What the comparison asks, and where it comes from.
+    pub reference: Reference,
+    /// One line that says where the reference comes from.
+    pub reference_source: String,
+}
+
+impl Task {
+    /// The task of a rig. Ranges and noise come from `recordings`; a recorded reference from
+    /// `reference`.
+    ///
+    /// # Errors
+    /// No output, an input without a limit that was never moved, a column that is not there.
+    pub fn new(rig: &Rig, plant: &Plant, recordings: &[Recording], reference: &Recording) -> Result<Self> {
+        let control = rig.control.as_ref();
+        let outputs = match control {
+            Some(control) => control.outputs.clone(),
+            None => position_sensors(plant),
+        };
+        if outputs.is_empty() {
+            return Err(Error::file(&rig.file, "nothing to control: no sensor reads a position")
+                .expected("`outputs` in [control], or a sensor that reads BODY.position"));
+        }
+        let period_s = 1.0 / control.and_then(|c| c.rate_hz).unwrap_or(RATE_HZ);
+        let horizon = control.and_then(|c| c.horizon).unwrap_or(10);
+        let control_horizon = control.and_then(|c| c.control_horizon).unwrap_or(3).min(horizon);
+
+        let column = |recording: &Recording, sensor: usize| -> Result<Vec<f64>> {
+            let sensor = &plant.sensors()[sensor];
+            let values = recording.require(&sensor.column, &sensor.name)?;
+            Ok(values.iter().map(|v| v * sensor.column_factor).collect())
+        };
+        let mut workspaces = Vec::new();
+        let mut noise = Vec::new();
+        for &sensor in &outputs {
+            let (mut low, mut high, mut speed, mut level) =
+                (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64, f64::INFINITY);
+            for recording in recordings {
+                let y = column(recording, sensor)?;
+                low = y.iter().copied().fold(low, f64::min);
+                high = y.iter().copied().fold(high, f64::max);
+                level = level.min(noise_level(&y));
+                speed = speed.max(typical_speed(recording.t(), &y));
+            }
+            if high <= low {
+                return Err(Error::failed(format!(
+                    "`{}` never moves in the recordings, so there is nothing to learn from",
+                    plant.sensors()[sensor].column
+                )));
+            }
+            workspaces.push(Workspace { low, high, speed });
+            noise.push(level);
+        }
+        let home: Vec<Option<f64>> = (0..plant.sensors().len())
+            .map(|sensor| {
+                let y = column(reference, sensor)?;
+                Ok(y.into_iter().find(|v| v.is_finite()))
+            })
+            .collect::<Result<_>>()?;
+
+        let limits = limits(plant, recordings, period_s)?;
+        let names: &[String] = control.map_or(&[], |c| &c.reference);
+        let (asked, reference_source) = if names.is_empty() {
+            let reach: Vec<Workspace> = workspaces
+                .iter()
+                .zip(&outputs)
+                .map(|(w, sensor)| {
+                    let low = home[*sensor].unwrap_or(w.low);
+                    Workspace { low, high: low + REACH * (w.high - low), speed: w.speed }
+                })
+                .collect();
+            (Reference::staircase(&reach, STAIRCASE), "a staircase of 20, 40 and 80 % of the reach".into())
+        } else {
+            let columns: Vec<Vec<f64>> = names
+                .iter()
+                .zip(&outputs)
+                .map(|(name, sensor)| {
+                    let factor = plant.sensors()[*sensor].column_factor;
+                    Ok(reference.require(name, "[control] reference")?.iter().map(|v| v * factor).collect())
+                })
+                .collect::<Result<_>>()?;
+            let slices: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+            (
+                Reference::recorded(reference.t(), &slices, period_s),
+                format!("`{}` of {}", names.join("`, `"), reference.name()),
+            )
+        };
+        if asked.steps() < horizon {
+            return Err(Error::failed(format!(
+                "the reference has {} steps and the horizon {horizon}",
+                asked.steps()
+            )));
+        }
+        Ok(Self {
+            period_s,
+            horizon,
+            control_horizon,
+            tracking_weight: control
+                .and_then(|c| c.tracking_weight.clone())
+                .unwrap_or_else(|| vec![1.0; outputs.len()]),
+            move_suppression: control.and_then(|c| c.move_suppression.clone()),
+            input_range: limits.iter().map(|(low, high, _)| (high - low) / 2.0).collect(),
+            limits,
+            output_range: workspaces.iter().map(|w| (w.high - w.low) / 2.0).collect(),
+            workspaces,
+            noise,
+            home,
+            outputs,
+            reference: asked,
+            reference_source,
+        })
+    }
+
+    /// Units of the outputs.
+    pub fn units<'a>(&'a self, plant: &'a Plant) -> impl Iterator<Item = &'a str> {
+        self.outputs.iter().map(|sensor| plant.sensors()[*sensor].unit.as_str())
+    }
+}
+
+fn position_sensors(plant: &Plant) -> Vec<usize> {
+    let sensors = plant.sensors().iter().enumerate();
+    sensors.filter(|(_, s)| s.position_of.is_some()).map(|(i, _)| i).collect()
+}
+
+/// The rig's limits; an input without one may go a fifth beyond what was recorded.
+fn limits(plant: &Plant, recordings: &[Recording], period: f64) -> Result<Vec<InputLimits>> {
+    let of = |input: &sinew_sim::Input| -> Result<InputLimits> {
+        let (low, high) = match input.limit {
+            Some(limit) => limit,
+            None => {
+                let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+                for recording in recordings {
+                    for value in recording.require(&input.column, &input.actuator)? {
+                        low = low.min(value * input.column_factor);
+                        high = high.max(value * input.column_factor);
+                    }
+                }
+                let margin = 0.1 * (high - low);
+                (low - margin, high + margin)
+            }
+        };
+        if high.partial_cmp(&low) != Some(std::cmp::Ordering::Greater) {
+            return Err(Error::failed(format!(
+                "`{}` has no limit and never moves in the recordings",
+                input.column
+            ))
+            .help(format!("give the actuator `{}` a `limit`", input.actuator)));
+        }
+        Ok((low, high, input.rate_limit.map_or(f64::INFINITY, |rate| rate * period)))
+    };
+    plant.inputs().iter().map(of).collect()
+}
+
+/// Root mean square speed over stretches of a hundredth of the recording, so that noise averages out.
+fn typical_speed(t: &[f64], y: &[f64]) -> f64 {
+    let stride = (t.len() / 100).max(1);
+    let speeds: Vec<f64> = (stride..t.len())
+        .step_by(stride)
+        .map(|i| (y[i] - y[i - stride]) / (t[i] - t[i - stride]))
+        .filter(|v| v.is_finite())
+        .collect();
+    (speeds.iter().map(|v| v * v).sum::<f64>() / speeds.len().max(1) as f64).sqrt()
+}

@@ -1,0 +1,51 @@
+//! Weights of the predictive controller, found on the fitted plant and plants near it: never on the
+//! plant, the reference or the noise that the comparison uses.
+
+use crate::compare::closed_loop::{Scenario, cost};
+use crate::compare::mpc::{MpcController, Weights};
+use crate::compare::optimise::{Range, minimise};
+use crate::device::Device;
+use crate::error::{Error, Result};
+
+use super::task::Task;
+
+/// Tunes move suppression (one factor for all inputs) and the gain of the disturbance estimate on
+/// `scenarios`; a move suppression that the rig fixes is kept.
+///
+/// # Errors
+/// The device does not answer, or no weights give a finite cost.
+pub fn tune(device: &mut Device, scenarios: &[Scenario], task: &Task) -> Result<Weights> {
+    let weights = |g: &[f64]| Weights {
+        tracking_weight: task.tracking_weight.clone(),
+        move_suppression: task
+            .move_suppression
+            .clone()
+            .unwrap_or_else(|| vec![g[0]; task.limits.len()]),
+        disturbance_gain: g[1],
+        iterations: 2,
+    };
+    let mut failure = None;
+    let judge = std::cell::RefCell::new(|g: &[f64]| -> f64 {
+        let mut total = 0.0;
+        for scenario in scenarios {
+            let run = MpcController::new(device)
+                .and_then(|mut mpc| mpc.tune(&weights(g)).and_then(|()| scenario.run(&mut mpc)));
+            match run {
+                Ok(run) => total += cost(&run.score(&task.limits), &task.output_range, &task.input_range),
+                Err(error) => {
+                    failure = Some(error);
+                    return f64::INFINITY;
+                }
+            }
+        }
+        total
+    });
+    let ranges = [Range::logarithmic(1e-8, 1e1), Range::linear(0.0, 1.0)];
+    let starts = [vec![1e-3, 0.2], vec![1e-6, 0.5]];
+    let (best, found) = minimise(&ranges, &starts, 40, |g| (judge.borrow_mut())(g));
+    match failure {
+        _ if found.is_finite() && found < f64::MAX => Ok(weights(&best)),
+        Some(error) => Err(error),
+        None => Err(Error::failed("no weights give a loop that stays finite")),
+    }
+}

@@ -1,0 +1,55 @@
+//! `sinew build`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{Common, Recordings};
+use crate::chain::build::{Request, build};
+use crate::chain::page;
+use crate::error::Result;
+use crate::project::Board;
+
+/// Arguments of `sinew build`.
+#[derive(Args)]
+pub struct Arguments {
+    /// The rig file (TOML).
+    rig: PathBuf,
+    #[command(flatten)]
+    recordings: Recordings,
+    /// Where the controller runs.
+    #[arg(long, value_enum, default_value = "qemu")]
+    board: Board,
+    /// Folder of everything that is written.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Folder of cargo's build outputs, if they are to be shared; otherwise DIR/target.
+    #[arg(long, value_name = "DIR", env = "SINEW_BUILD_DIR")]
+    build_dir: Option<PathBuf>,
+    #[command(flatten)]
+    common: Common,
+}
+
+/// # Errors
+/// Any link of the chain.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let request = Request {
+        rig: arguments.rig.clone(),
+        fit: arguments.recordings.fit.clone(),
+        test: arguments.recordings.test.clone(),
+        board: arguments.board,
+        out: arguments.out.clone(),
+        seed: arguments.common.seed,
+        cache: arguments.build_dir.clone(),
+        quiet: arguments.common.quiet,
+    };
+    let outcome = build(&request)?;
+    let summary = page::summary(&outcome);
+    let command = format!("sinew build {}", arguments.rig.display());
+    page::write(&outcome, &summary, &arguments.out, &command)?;
+    println!();
+    for line in page::closing_lines(&outcome, &summary, &arguments.out) {
+        println!("{line}");
+    }
+    Ok(())
+}

@@ -1,0 +1,107 @@
+//! The command line: one file a verb; the exit status is decided here and nowhere else.
+
+mod build;
+mod compare;
+mod emit;
+mod fit;
+mod new;
+mod pil;
+mod simulate;
+mod train;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand};
+
+use crate::error::Result;
+
+/// From a recording and a rig to a controlled Cortex-M4F.
+#[derive(Parser)]
+#[command(name = "sinew", version, about, arg_required_else_help = true)]
+struct Program {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Subcommand)]
+enum Verb {
+    /// Everything: fit, train, tune, emit, build, run on a board, compare with a PID, report.
+    Build(build::Arguments),
+    /// Write a first rig file from a recording's columns.
+    New(crate::new_rig::NewArgs),
+    /// Drive a rig with a recording's inputs and write what its sensors would have shown.
+    Simulate(simulate::Arguments),
+    /// Refit a rig's parameters to recordings.
+    Fit(fit::Arguments),
+    /// Train a network on a rig and write the model.
+    Train(train::Arguments),
+    /// Write the firmware of a model: sources that build anywhere.
+    Emit(emit::Arguments),
+    /// Run the predictive controller and a tuned PID on the same plant, on this computer.
+    Compare(compare::Arguments),
+    /// Run the firmware on a board against the simulated plant, frame by frame.
+    Pil(pil::Arguments),
+}
+
+/// Recordings, for verbs that fit or learn.
+#[derive(Args, Clone, Debug)]
+pub struct Recordings {
+    /// A recording (CSV) to learn from; may be repeated.
+    #[arg(long, value_name = "CSV", required = true)]
+    pub fit: Vec<PathBuf>,
+    /// A recording that is only scored; may be repeated.
+    #[arg(long, value_name = "CSV")]
+    pub test: Vec<PathBuf>,
+}
+
+/// What most verbs take.
+#[derive(Args, Clone, Debug)]
+pub struct Common {
+    /// Seed of everything that is drawn.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// No progress.
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// Runs the program: 0 when it did what was asked, 2 for bad arguments or bad files, 1 for anything
+/// else.
+pub fn main() -> ExitCode {
+    // A handler that cannot be installed costs only the tidying up; the system still ends the process.
+    let _ = ctrlc::set_handler(|| {
+        crate::device::kill_all();
+        crate::atomic::remove_unfinished();
+        eprintln!("\nstopped; no file was left half written");
+        std::process::exit(130);
+    });
+    let program = match Program::try_parse() {
+        Ok(program) => program,
+        Err(error) => {
+            // clap's own words, on the stream that fits: help is no error.
+            let _ = error.print();
+            return ExitCode::from(if error.use_stderr() { 2 } else { 0 });
+        }
+    };
+    match run(program.verb) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+fn run(verb: Verb) -> Result<()> {
+    match verb {
+        Verb::Build(arguments) => build::run(&arguments),
+        Verb::New(arguments) => new::run(&arguments),
+        Verb::Simulate(arguments) => simulate::run(&arguments),
+        Verb::Fit(arguments) => fit::run(&arguments),
+        Verb::Train(arguments) => train::run(&arguments),
+        Verb::Emit(arguments) => emit::run(&arguments),
+        Verb::Compare(arguments) => compare::run(&arguments),
+        Verb::Pil(arguments) => pil::run(&arguments),
+    }
+}

@@ -1,0 +1,16 @@
+//! `sinew new`.
+
+use crate::error::Result;
+use crate::new_rig::{self, NewArgs};
+
+/// # Errors
+/// As [`new_rig::run`].
+pub fn run(arguments: &NewArgs) -> Result<()> {
+    let new = new_rig::run(arguments)?;
+    println!("{}", new.path.display());
+    if !new.unused.is_empty() {
+        println!("columns that the rig does not use: {}", new.unused.join(", "));
+    }
+    println!("next: sinew fit {} --fit {}", new.path.display(), arguments.recording.display());
+    Ok(())
+}

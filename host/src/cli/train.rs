@@ -1,0 +1,61 @@
+//! `sinew train`: a network for a rig.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use sinew_codegen::store;
+use sinew_sim::{Plant, Rig};
+
+use super::{Common, Recordings};
+use crate::chain::build::starts;
+use crate::chain::learn::learn;
+use crate::chain::task::Task;
+use crate::error::{Error, Result};
+use crate::fit::free_run;
+use crate::progress::Stage;
+use crate::recording::Recording;
+use crate::report::quantity;
+
+/// Arguments of `sinew train`.
+#[derive(Args)]
+pub struct Arguments {
+    /// The rig file (TOML), fitted.
+    rig: PathBuf,
+    #[command(flatten)]
+    recordings: Recordings,
+    /// Folder of the model: model.toml and weights.safetensors.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    #[command(flatten)]
+    common: Common,
+}
+
+/// # Errors
+/// A bad file, or a training that does not converge.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let read = |paths: &[PathBuf]| paths.iter().map(Recording::read).collect::<Result<Vec<_>>>();
+    let rig = Rig::load(&arguments.rig)?;
+    let plant = Plant::new(&rig)?;
+    let (recordings, tests) = (read(&arguments.recordings.fit)?, read(&arguments.recordings.test)?);
+    let reference = tests.first().unwrap_or(&recordings[0]);
+    let task = Task::new(&rig, &plant, &recordings, reference)?;
+    let runs = recordings.iter().map(|r| free_run(&rig, r)).collect::<Result<Vec<_>>>()?;
+    let visits = starts(&plant, &recordings, &runs)?;
+    let stage = Stage::begin("train the network", arguments.common.quiet);
+    let learned = learn(&rig, &plant, &plant.values(), &visits, &task, arguments.common.seed, |done, of, losses| {
+        stage.share(done, of, &format!("passes, loss {:.4}", losses.validation));
+    })?;
+    stage.end(format!("{} weights", learned.record.parameters));
+    store::save(&arguments.out, &learned.spec).map_err(|e| Error::failed(e.to_string()))?;
+    for (i, unit) in task.units(&plant).enumerate() {
+        println!(
+            "{}: {} off after one step, {} after {}, on stretches that trained nothing",
+            learned.spec.outputs[i].name,
+            quantity(learned.record.one_step_rms[i], unit),
+            quantity(learned.record.horizon_rms[i], unit),
+            learned.record.horizon
+        );
+    }
+    println!("{}", arguments.out.join(store::MODEL_FILE).display());
+    Ok(())
+}

@@ -1,0 +1,140 @@
+//! References: recorded ones, the published staircase, and moves that only tuning sees.
+
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// What each output is asked to do, one row a control period; the last row is held afterwards.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reference {
+    /// `rows[k][output]`, physical units; row 0 is the present at step 0.
+    pub rows: Vec<Vec<f64>>,
+}
+
+/// Where an output may be sent and how fast it usually goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Workspace {
+    /// Lowest position recorded.
+    pub low: f64,
+    /// Highest position recorded.
+    pub high: f64,
+    /// A speed that the rig reaches with ease, per second.
+    pub speed: f64,
+}
+
+impl Reference {
+    /// Row `k`, the last one held.
+    pub fn row(&self, k: usize) -> &[f64] {
+        match self.rows.get(k).or(self.rows.last()) {
+            Some(row) => row,
+            None => &[],
+        }
+    }
+
+    /// Number of control steps: a command is computed for every row but the last.
+    pub fn steps(&self) -> usize {
+        self.rows.len().saturating_sub(1)
+    }
+
+    /// Columns of a recording, linear between its samples, read every `period` seconds from its first
+    /// to its last time.
+    pub fn recorded(t: &[f64], columns: &[&[f64]], period: f64) -> Self {
+        let (Some(first), Some(last)) = (t.first(), t.last()) else {
+            return Self { rows: Vec::new() };
+        };
+        let count = ((last - first) / period + 1e-6) as usize + 1;
+        let rows = (0..count).map(|k| {
+            let at = first + k as f64 * period;
+            columns.iter().map(|column| interpolate(t, column, at)).collect()
+        });
+        Self { rows: rows.collect() }
+    }
+
+    /// The published staircase: 0.2, 0.4 and 0.8 of the way from `low` to `high`, `each` steps a level.
+    pub fn staircase(workspaces: &[Workspace], each: usize) -> Self {
+        let levels = [0.2, 0.4, 0.8];
+        let row = |level: f64| workspaces.iter().map(|w| w.low + level * (w.high - w.low)).collect();
+        let mut rows: Vec<Vec<f64>> =
+            levels.iter().flat_map(|level| std::iter::repeat_n(row(*level), each)).collect();
+        rows.push(row(levels[2]));
+        Self { rows }
+    }
+
+    /// Random minimum-jerk moves with rests and, every third, a jump: for tuning, never for a result.
+    pub fn moves(workspaces: &[Workspace], steps: usize, period: f64, seed: u64) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let columns: Vec<Vec<f64>> = workspaces
+            .iter()
+            .map(|w| {
+                let range = w.high - w.low;
+                let mut place = || w.low + range * random.random_range(0.1..0.9);
+                let mut at = place();
+                let mut column = Vec::with_capacity(steps + 1);
+                let mut count = 0;
+                while column.len() <= steps {
+                    let to = place();
+                    count += 1;
+                    // The peak speed of a minimum-jerk move is 15/8 of its mean (Flash and Hogan 1985).
+                    let duration = 1.875 * (to - at).abs() / w.speed.max(1e-12);
+                    let jump = count % 3 == 0;
+                    let length = if jump { 1 } else { (duration / period).clamp(1.0, steps as f64) as usize };
+                    for k in 1..=length {
+                        let s = k as f64 / length as f64;
+                        column.push(at + (to - at) * s * s * s * (10.0 - 15.0 * s + 6.0 * s * s));
+                    }
+                    let rest = if jump { steps / 8 } else { steps / 16 };
+                    column.extend(std::iter::repeat_n(to, rest.max(1)));
+                    at = to;
+                }
+                column.truncate(steps + 1);
+                column
+            })
+            .collect();
+        Self { rows: (0..=steps).map(|k| columns.iter().map(|c| c[k]).collect()).collect() }
+    }
+}
+
+/// Linear between the samples around `at`; missing samples are bridged, ends are held.
+fn interpolate(t: &[f64], values: &[f64], at: f64) -> f64 {
+    let next = t.partition_point(|x| *x < at);
+    let after = (next..t.len()).find(|i| values[*i].is_finite());
+    let before = (0..next).rev().find(|i| values[*i].is_finite());
+    match (before, after) {
+        (Some(a), Some(b)) => values[a] + (values[b] - values[a]) * (at - t[a]) / (t[b] - t[a]),
+        (Some(i), None) | (None, Some(i)) => values[i],
+        (None, None) => f64::NAN,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_recorded_reference_is_linear_between_samples_and_bridges_missing_ones() {
+        let t = [0.0, 0.1, 0.2, 0.4];
+        let r = [0.0, 1.0, f64::NAN, 4.0];
+        let reference = Reference::recorded(&t, &[&r], 0.05);
+        let rows: Vec<f64> = reference.rows.iter().map(|r| r[0]).collect();
+        let expected = [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0];
+        assert_eq!(rows.len(), expected.len());
+        assert!(rows.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{rows:?}");
+        assert_eq!(reference.row(100), [4.0]);
+    }
+
+    #[test]
+    fn moves_stay_in_the_workspace_and_differ_by_seed() {
+        let workspace = [Workspace { low: -1.0, high: 3.0, speed: 2.0 }];
+        let a = Reference::moves(&workspace, 500, 0.01, 1);
+        let b = Reference::moves(&workspace, 500, 0.01, 2);
+        assert_ne!(a, b);
+        assert_eq!(a.rows.len(), 501);
+        assert!(a.rows.iter().all(|r| r[0] >= -1.0 && r[0] <= 3.0));
+    }
+
+    #[test]
+    fn the_staircase_has_999_steps() {
+        let reference = Reference::staircase(&[Workspace { low: 0.0, high: 1.0, speed: 1.0 }], 333);
+        assert_eq!(reference.steps(), 999);
+        assert_eq!((reference.row(0)[0], reference.row(400)[0], reference.row(998)[0]), (0.2, 0.4, 0.8));
+    }
+}

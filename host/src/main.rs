@@ -1,0 +1,7 @@
+//! The `sinew` program: see [`sinew::cli`].
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    sinew::cli::main()
+}

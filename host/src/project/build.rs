@@ -1,0 +1,107 @@
+//! Runs cargo on one board of a project.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use super::{Board, board_folder};
+use crate::error::{Error, Result};
+
+/// The target of every Cortex-M4F with its floating-point unit in use.
+const TARGET: &str = "thumbv7em-none-eabihf";
+
+/// Binaries of one board, ready to run.
+#[derive(Clone, Debug)]
+pub struct Built {
+    /// Frames in lockstep: for the host, the only program.
+    pub lockstep: PathBuf,
+    /// Paced by its own clock, frames over the serial line; none on the host.
+    pub free: Option<PathBuf>,
+}
+
+/// Builds `board` of the project in `folder`, release, and copies the programs to
+/// `folder/images/BOARD/`. Build outputs go to `cache`, which projects may share, or to
+/// `folder/target`.
+///
+/// # Errors
+/// [`Error`] with the compiler's words when the build fails, and with what to install when the
+/// compiler or its target is missing.
+pub fn build(folder: &Path, board: Board, cache: Option<&Path>) -> Result<Built> {
+    let crate_folder = board_folder(folder, board);
+    let cache = match cache {
+        Some(cache) => std::path::absolute(cache).map_err(|e| Error::write(cache, e))?,
+        None => std::path::absolute(folder.join("target")).map_err(|e| Error::write(folder, e))?,
+    };
+    let mut command = match board {
+        Board::Qemu => firmware_cargo(),
+        Board::Host => cargo("cargo"),
+    };
+    let output = command
+        .args(["build", "--release", "--quiet"])
+        .current_dir(&crate_folder)
+        .env("CARGO_TARGET_DIR", &cache)
+        // Flags meant for the program that calls are not the firmware's.
+        .env_remove("RUSTFLAGS")
+        .env_remove("CARGO_ENCODED_RUSTFLAGS")
+        .stdin(Stdio::null())
+        .output()
+        .map_err(|e| {
+            Error::failed(format!("cargo cannot be run: {e}"))
+                .help("install Rust from rustup, or name cargo in SINEW_FIRMWARE_CARGO")
+        })?;
+    if !output.status.success() {
+        let words = String::from_utf8_lossy(&output.stderr);
+        let error = Error::failed(format!(
+            "building {} failed:\n{}",
+            crate_folder.display(),
+            words.trim_end()
+        ));
+        return Err(if words.contains("target may not be installed") {
+            error.help(format!("run `cargo xtask setup`, or `rustup target add {TARGET}`"))
+        } else {
+            error
+        });
+    }
+
+    let images = folder.join("images").join(board.folder());
+    std::fs::create_dir_all(&images).map_err(|e| Error::write(&images, e))?;
+    let copy = |from: PathBuf, name: &str| -> Result<PathBuf> {
+        let to = images.join(name);
+        std::fs::copy(&from, &to).map_err(|e| Error::write(&to, e))?;
+        std::path::absolute(&to).map_err(|e| Error::write(&to, e))
+    };
+    match board {
+        Board::Qemu => {
+            let release = cache.join(TARGET).join("release");
+            Ok(Built {
+                lockstep: copy(release.join("lockstep"), "lockstep.elf")?,
+                free: Some(copy(release.join("free"), "free.elf")?),
+            })
+        }
+        Board::Host => {
+            let release = cache.join("release");
+            Ok(Built { lockstep: copy(release.join("sinew-board-host"), "sinew-board-host")?, free: None })
+        }
+    }
+}
+
+fn cargo(program: &str) -> Command {
+    let mut command = Command::new(program);
+    // A cargo that runs this program hands its own settings down; the firmware's build has its own.
+    for name in ["RUSTC", "RUSTC_WRAPPER", "RUSTDOC", "CARGO_BUILD_TARGET"] {
+        command.env_remove(name);
+    }
+    command
+}
+
+/// cargo for the microcontroller: rustup's by default, another as `cargo xtask setup` found it.
+fn firmware_cargo() -> Command {
+    let program = std::env::var("SINEW_FIRMWARE_CARGO").unwrap_or_else(|_| "cargo".into());
+    let mut command = cargo(&program);
+    if let Ok(rustc) = std::env::var("SINEW_FIRMWARE_RUSTC") {
+        command.env("RUSTC", rustc);
+    }
+    if std::env::var("SINEW_FIRMWARE_BUILD_STD").is_ok_and(|v| v == "1") {
+        command.env("RUSTC_BOOTSTRAP", "1").env("CARGO_UNSTABLE_BUILD_STD", "core");
+    }
+    command
+}

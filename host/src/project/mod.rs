@@ -1,0 +1,124 @@
+//! A project of the user's own: the firmware's sources, one model and the boards, in one folder that
+//! builds with cargo and needs nothing of this checkout.
+//!
+//! ```text
+//! DIR/Cargo.toml       workspace settings that firmware/ inherits
+//! DIR/firmware/        the controller
+//! DIR/model/           the generated model crate
+//! DIR/boards/NAME/     one board, a workspace of its own
+//! ```
+
+mod build;
+pub mod image;
+mod sources;
+
+use std::path::{Path, PathBuf};
+
+use sinew_codegen::emit::{EmitOptions, emit};
+use sinew_codegen::spec::ModelSpec;
+use toml_edit::{DocumentMut, Item, Table, value};
+
+pub use build::{Built, build};
+pub use image::Sizes;
+
+use crate::error::{Error, Result};
+
+/// Where a controller runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Board {
+    /// QEMU's mps2-an386, a Cortex-M4F: instruction counts are exact, time is not.
+    Qemu,
+    /// This computer, the same code over a pipe.
+    Host,
+}
+
+impl Board {
+    /// Folder under `boards/`.
+    pub fn folder(self) -> &'static str {
+        match self {
+            Self::Qemu => "qemu",
+            Self::Host => "host",
+        }
+    }
+
+    /// The name that stands in summaries.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Qemu => "qemu-mps2-an386",
+            Self::Host => "host",
+        }
+    }
+}
+
+/// Writes the project of `spec` to `folder`; files that would not change are left alone, so that a
+/// second build has nothing to do.
+///
+/// # Errors
+/// [`Error`] when the specification is not valid or a file cannot be written.
+pub fn write(folder: &Path, spec: &ModelSpec) -> Result<()> {
+    let options = EmitOptions { firmware: "../firmware".into(), ..EmitOptions::default() };
+    let generated = emit(spec, &options).map_err(|e| Error::failed(e.to_string()))?;
+    for file in generated {
+        update(&folder.join("model").join(file.path), file.text.as_bytes())?;
+    }
+    for (path, contents) in sources::SOURCES {
+        let target = folder.join(path);
+        match *path {
+            "Cargo.toml" => update(&target, workspace(contents)?.as_bytes())?,
+            path if path.starts_with("boards/") && path.ends_with("Cargo.toml") => {
+                update(&target, board_manifest(contents, spec)?.as_bytes())?;
+            }
+            // A board's lock names the model that it was made with; cargo mends it in place.
+            path if path.ends_with("Cargo.lock") && target.exists() => {}
+            _ => update(&target, contents)?,
+        }
+    }
+    Ok(())
+}
+
+/// The workspace settings that `firmware/` inherits, without the members that are not there.
+fn workspace(contents: &[u8]) -> Result<String> {
+    let mut document = parse("Cargo.toml", contents)?;
+    if let Some(workspace) = document["workspace"].as_table_mut() {
+        let members = ["firmware"].into_iter().collect::<toml_edit::Array>();
+        workspace.insert("members", value(members));
+        let apart = ["boards", "model"].into_iter().collect::<toml_edit::Array>();
+        workspace.insert("exclude", value(apart));
+    }
+    document.remove("profile");
+    Ok(document.to_string())
+}
+
+/// The board's manifest with its one `model` line pointed at this project's model.
+fn board_manifest(contents: &[u8], spec: &ModelSpec) -> Result<String> {
+    let mut document = parse("boards/*/Cargo.toml", contents)?;
+    let Some(dependencies) = document.get_mut("dependencies").and_then(Item::as_table_mut) else {
+        return Err(Error::failed("the board's Cargo.toml has no [dependencies]"));
+    };
+    let mut model = Table::new();
+    model.insert("package", value(format!("sinew-model-{}", spec.name)));
+    model.insert("path", value("../../model"));
+    dependencies.insert("model", value(model.into_inline_table()));
+    Ok(document.to_string())
+}
+
+fn parse(name: &str, contents: &[u8]) -> Result<DocumentMut> {
+    let text = String::from_utf8_lossy(contents);
+    text.parse().map_err(|e| Error::failed(format!("the embedded {name}: {e}")))
+}
+
+/// Writes `contents` where they differ from what is there.
+fn update(path: &Path, contents: &[u8]) -> Result<()> {
+    if std::fs::read(path).is_ok_and(|old| old == contents) {
+        return Ok(());
+    }
+    if let Some(parent) = path.parent() {
+        std::fs::create_dir_all(parent).map_err(|e| Error::write(parent, e))?;
+    }
+    crate::atomic::write(path, contents)
+}
+
+/// The board's folder in a project.
+pub fn board_folder(folder: &Path, board: Board) -> PathBuf {
+    folder.join("boards").join(board.folder())
+}

@@ -1,0 +1,177 @@
+//! Training: episodes in, a model specification with its scaling out (docs/identification.md).
+//!
+//! Episodes for training, for choosing when to stop and for the final score are disjoint; the score
+//! is taken once, from the folded `f32` weights that the firmware will carry.
+
+mod basis;
+mod fold;
+mod network;
+mod windows;
+
+use burn::optim::{AdamConfig, GradientsParams, grad_clipping::GradientClippingConfig};
+use burn::tensor::Device;
+use nalgebra::{DMatrix, DVector};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+pub use fold::Folded;
+pub use windows::{Scaled, Shape, Windows, scale, scaling};
+
+use crate::error::Error;
+use basis::{Basis, least_squares};
+use network::{Frame, Predictor, loss_weights};
+
+/// How a network is trained.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// Widths of the hidden layers (tanh).
+    pub hidden: Vec<usize>,
+    /// Steps that the network predicts from its own predictions while it learns.
+    pub rollout: usize,
+    /// Passes; one pass is `batches` random batches.
+    pub epochs: usize,
+    /// Batches a pass.
+    pub batches: usize,
+    /// Windows a batch.
+    pub batch: usize,
+    /// Learning rate at the start; it falls to a hundredth along a cosine.
+    pub learning_rate: f64,
+    /// Seed of everything that is drawn.
+    pub seed: u64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            hidden: vec![12],
+            rollout: 10,
+            epochs: 100,
+            batches: 40,
+            batch: 256,
+            learning_rate: 2e-2,
+            seed: 1,
+        }
+    }
+}
+
+/// One pass of training: losses relative to the best linear predictor (1 = as good as that).
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
+pub struct Epoch {
+    /// Mean loss over the pass's batches.
+    pub training: f64,
+    /// Loss on episodes that train nothing.
+    pub validation: f64,
+}
+
+/// A trained predictor with the record of its training.
+pub struct Trained {
+    /// Weights on the raw regressor, model units.
+    pub folded: Folded,
+    /// One entry a pass.
+    pub history: Vec<Epoch>,
+    /// The pass whose weights were kept.
+    pub kept: usize,
+}
+
+/// Trains on `training`, keeps the pass that is best on `validation`.
+///
+/// `progress` is called after every pass with (passes done, passes in all, its losses).
+///
+/// # Errors
+/// [`Error`] when an episode set has no window of the asked rollout or the data are not finite.
+pub fn train(
+    shape: Shape,
+    training: &[Scaled],
+    validation: &[Scaled],
+    options: &Options,
+    mut progress: impl FnMut(usize, usize, Epoch),
+) -> Result<Trained, Error> {
+    let windows = Windows::new(shape, options.rollout.max(1), training);
+    let judged = Windows::new(shape, options.rollout.max(1), validation);
+    if windows.is_empty() || judged.is_empty() {
+        return Err(Error::failed(format!(
+            "no stretch of {} samples in the {} episodes; shorten the rollout or lengthen the episodes",
+            shape.history() + 1 + options.rollout,
+            if windows.is_empty() { "training" } else { "validation" },
+        )));
+    }
+
+    let x = windows.regressors();
+    if x.iter().any(|v| !v.is_finite()) {
+        return Err(Error::failed("the simulated episodes are not finite"));
+    }
+    let basis = Basis::fit(&shape, &x);
+    let (step, changes) = typical_change(&windows, &x, shape);
+    let z = basis.features(&x);
+    let (w, b) = least_squares(&z, &changes);
+    let unexplained = (&changes - &z * w.transpose()).norm() / (changes.len() as f64).sqrt();
+
+    let device = Device::default().autodiff();
+    device.seed(options.seed);
+    let frame = Frame::new(shape, &basis, &step, unexplained.max(1e-4), &device);
+    let mut predictor = Predictor::new(&options.hidden, &w, &b, &device);
+
+    let mut random = ChaCha8Rng::seed_from_u64(options.seed);
+    let sample = |windows: &Windows<'_>, count: usize, random: &mut ChaCha8Rng| -> Vec<usize> {
+        (0..count).map(|_| random.random_range(0..windows.len())).collect()
+    };
+    let rollout = options.rollout.max(1);
+    let reference = frame.batch(&windows, &sample(&windows, 4096, &mut random), rollout, &device);
+    let sizes = predictor.step_errors(&frame, &reference);
+    let floored: Vec<Vec<f64>> =
+        sizes.iter().map(|s| s.iter().map(|v| v.max(1e-6)).collect()).collect();
+    let weights = loss_weights(&floored, &device);
+    let judge = frame.batch(&judged, &sample(&judged, 4096, &mut random), rollout, &device);
+
+    let mut optimizer = AdamConfig::new()
+        .with_grad_clipping(Some(GradientClippingConfig::Norm(1.0)))
+        .init();
+    let mut best = (f64::INFINITY, 0, predictor.clone());
+    let mut history = Vec::with_capacity(options.epochs);
+    let total = (options.epochs * options.batches) as f64;
+    for epoch in 0..options.epochs {
+        let mut sum = 0.0;
+        for batch in 0..options.batches {
+            let done = (epoch * options.batches + batch) as f64 / total;
+            let rate = options.learning_rate * (0.01 + 0.99 * 0.5 * (1.0 + (std::f64::consts::PI * done).cos()));
+            let chosen = sample(&windows, options.batch, &mut random);
+            let data = frame.batch(&windows, &chosen, rollout, &device);
+            let loss = predictor.loss(&frame, &data, &weights);
+            sum += f64::from(loss.clone().into_scalar::<f32>());
+            let gradients = GradientsParams::from_grads(loss.backward(), &predictor);
+            predictor = optimizer.step(rate, predictor, gradients);
+        }
+        let validation = f64::from(predictor.loss(&frame, &judge, &weights).into_scalar::<f32>());
+        let losses = Epoch { training: sum / options.batches as f64, validation };
+        history.push(losses);
+        if validation < best.0 {
+            best = (validation, epoch, predictor.clone());
+        }
+        progress(epoch + 1, options.epochs, losses);
+    }
+    if !best.0.is_finite() {
+        return Err(Error::failed("the loss never became finite").help("lower the learning rate"));
+    }
+    let folded = Folded::new(&basis, &step, unexplained.max(1e-4), &best.2.weights(), shape);
+    Ok(Trained { folded, history, kept: best.1 })
+}
+
+/// Root mean square change of each output in one period, and every change divided by it.
+fn typical_change(
+    windows: &Windows<'_>,
+    x: &DMatrix<f64>,
+    shape: Shape,
+) -> (DVector<f64>, DMatrix<f64>) {
+    let newest = shape.n_u * shape.past_inputs;
+    let mut changes = DMatrix::from_fn(windows.len(), shape.n_y, |w, r| {
+        windows.targets(w)[r] - x[(w, newest + r)]
+    });
+    let step = DVector::from_fn(shape.n_y, |r, _| {
+        let rms = changes.column(r).norm() / (windows.len() as f64).sqrt();
+        if rms > 0.0 { rms } else { 1.0 }
+    });
+    for r in 0..shape.n_y {
+        changes.column_mut(r).unscale_mut(step[r]);
+    }
+    (step, changes)
+}

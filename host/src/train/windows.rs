@@ -1,0 +1,167 @@
+//! Training windows cut from episodes: a history to start from and the steps that follow.
+
+use nalgebra::DMatrix;
+
+use crate::dataset::Episode;
+
+/// Counts that decide the length and order of a regressor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shape {
+    /// Inputs.
+    pub n_u: usize,
+    /// Outputs.
+    pub n_y: usize,
+    /// Input values looked at, the current one included.
+    pub past_inputs: usize,
+    /// Output values looked at, the current one included.
+    pub past_outputs: usize,
+}
+
+impl Shape {
+    /// Length of the flattened regressor.
+    pub fn regressor_len(&self) -> usize {
+        self.n_u * self.past_inputs + self.n_y * self.past_outputs
+    }
+
+    /// Steps of history before the first prediction.
+    pub fn history(&self) -> usize {
+        self.past_inputs.max(self.past_outputs) - 1
+    }
+}
+
+/// An episode in model units.
+#[derive(Clone, Debug)]
+pub struct Scaled {
+    /// Inputs, `[steps][n_u]`.
+    pub u: Vec<f64>,
+    /// Outputs without noise, `[steps + 1][n_y]`.
+    pub y: Vec<f64>,
+    /// What a sensor would have read: `y` with noise.
+    pub measured: Vec<f64>,
+    /// Number of steps.
+    pub steps: usize,
+}
+
+/// All windows of a set of episodes: (episode, k) for every k from which `rollout` steps follow.
+pub struct Windows<'a> {
+    shape: Shape,
+    rollout: usize,
+    episodes: &'a [Scaled],
+    starts: Vec<(u32, u32)>,
+}
+
+impl<'a> Windows<'a> {
+    /// Windows of `rollout` steps; episodes too short for one give none.
+    pub fn new(shape: Shape, rollout: usize, episodes: &'a [Scaled]) -> Self {
+        let mut starts = Vec::new();
+        for (e, episode) in episodes.iter().enumerate() {
+            for k in shape.history()..(episode.steps + 1).saturating_sub(rollout) {
+                starts.push((e as u32, k as u32));
+            }
+        }
+        Self { shape, rollout, episodes, starts }
+    }
+
+    /// Number of windows.
+    pub fn len(&self) -> usize {
+        self.starts.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.starts.is_empty()
+    }
+
+    /// The flattened regressor that stands at the start of window `w`, appended to `x`.
+    pub fn regressor(&self, w: usize, x: &mut Vec<f64>) {
+        let (episode, k) = self.at(w);
+        for lag in 0..self.shape.past_inputs {
+            x.extend_from_slice(row(&episode.u, self.shape.n_u, k - lag));
+        }
+        for lag in 0..self.shape.past_outputs {
+            x.extend_from_slice(row(&episode.measured, self.shape.n_y, k - lag));
+        }
+    }
+
+    /// Inputs u(k) .. u(k + rollout - 1) of window `w`, one row of `n_u` a step.
+    pub fn inputs(&self, w: usize) -> &[f64] {
+        let (episode, k) = self.at(w);
+        &episode.u[k * self.shape.n_u..(k + self.rollout) * self.shape.n_u]
+    }
+
+    /// Outputs y(k + 1) .. y(k + rollout) without noise of window `w`.
+    pub fn targets(&self, w: usize) -> &[f64] {
+        let (episode, k) = self.at(w);
+        &episode.y[(k + 1) * self.shape.n_y..(k + 1 + self.rollout) * self.shape.n_y]
+    }
+
+    /// Regressors of all windows, `[len][n]`.
+    pub fn regressors(&self) -> DMatrix<f64> {
+        let mut x = Vec::with_capacity(self.len() * self.shape.regressor_len());
+        (0..self.len()).for_each(|w| self.regressor(w, &mut x));
+        DMatrix::from_row_slice(self.len(), self.shape.regressor_len(), &x)
+    }
+
+    fn at(&self, w: usize) -> (&Scaled, usize) {
+        let (e, k) = self.starts[w];
+        (&self.episodes[e as usize], k as usize)
+    }
+}
+
+fn row(values: &[f64], width: usize, k: usize) -> &[f64] {
+    &values[k * width..(k + 1) * width]
+}
+
+/// Span and offset that bring a signal's range over `episodes` to about -1 .. 1.
+pub fn scaling(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let (low, high) = values
+        .filter(|v| v.is_finite())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    let span = (high - low) / 2.0;
+    if span > 0.0 && span.is_finite() { (span, (high + low) / 2.0) } else { (1.0, 0.0) }
+}
+
+/// Episodes to model units, with the noise of each output's sensor added to what is measured.
+pub fn scale(
+    episodes: &[Episode],
+    u_scaling: &[(f64, f64)],
+    y_scaling: &[(f64, f64)],
+) -> Vec<Scaled> {
+    let to_model = |values: &[f64], scaling: &[(f64, f64)]| -> Vec<f64> {
+        values
+            .iter()
+            .zip(scaling.iter().cycle())
+            .map(|(v, (span, offset))| (v - offset) / span)
+            .collect()
+    };
+    episodes
+        .iter()
+        .map(|episode| Scaled {
+            u: to_model(&episode.u, u_scaling),
+            y: to_model(&episode.y, y_scaling),
+            measured: to_model(&episode.measured, y_scaling),
+            steps: episode.u.len() / u_scaling.len(),
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_window_holds_newest_first_and_the_steps_that_follow() {
+        let shape = Shape { n_u: 1, n_y: 1, past_inputs: 2, past_outputs: 3 };
+        let y: Vec<f64> = (0..7).map(|k| f64::from(k) + 100.0).collect();
+        let episode =
+            Scaled { u: (0..6).map(f64::from).collect(), measured: y.clone(), y, steps: 6 };
+        let episodes = [episode];
+        let windows = Windows::new(shape, 3, &episodes);
+        assert_eq!(windows.len(), 2);
+        let mut x = Vec::new();
+        windows.regressor(1, &mut x);
+        assert_eq!(x, [3.0, 2.0, 103.0, 102.0, 101.0]);
+        assert_eq!(windows.inputs(1), [3.0, 4.0, 5.0]);
+        assert_eq!(windows.targets(1), [104.0, 105.0, 106.0]);
+    }
+}
