@@ -57,6 +57,7 @@ fn row_sum<const N: usize>(a: &[[f32; N]; N]) -> f32 {
 
 /// `A + shift I = L D L'`; unit L below the diagonal of `l`, 1/D on it. False, with `l` unfinished,
 /// at the first pivot that is not above `floor`.
+#[inline(never)]
 fn factor<const N: usize>(
     a: &[[f32; N]; N],
     shift: f32,
