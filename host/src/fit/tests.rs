@@ -140,7 +140,7 @@ fn the_truth_of_a_foreign_recording_is_found_from_anywhere() {
     for [inertia, stiffness, damping] in [[1.0, 40.0, 1.2], [0.2, 300.0, 0.05], [8.0, 5.0, 15.0]] {
         let fit = run(
             &parse(&oscillator(inertia, stiffness, damping, FRICTION)),
-            &[recording.clone()],
+            std::slice::from_ref(&recording),
         );
         for (found, truth) in fit.parameters.iter().zip(truth) {
             let [low, high] = found.ci95.unwrap();
@@ -159,7 +159,7 @@ fn the_truth_of_a_foreign_recording_is_found_from_anywhere() {
             );
         }
         // The noise is 0.48 mm; a perfect model leaves it and no more.
-        let unseen = &score(&fit.rig, &[test.clone()]).unwrap()[0];
+        let unseen = &score(&fit.rig, std::slice::from_ref(&test)).unwrap()[0];
         assert!((4.7e-4..5.0e-4).contains(&unseen.rms), "{}", unseen.rms);
         assert!(fit.sensors[0].as_written_rms > 10.0 * fit.sensors[0].rms);
         assert_eq!(fit.stop, Stop::Converged);
@@ -347,7 +347,7 @@ fn missing_samples_cost_nothing_and_held_inputs_are_told() {
         let hit = |row: usize| match column.name.as_str() {
             // An input that repeats its last value loses nothing when it is missing.
             "u_N" => row % 37 == 5,
-            _ => row % 3 == 0 || (700..760).contains(&row),
+            _ => row.is_multiple_of(3) || (700..760).contains(&row),
         };
         let values = column
             .values
@@ -451,7 +451,7 @@ fn the_same_data_give_the_same_bits() {
             .map(|p| p.value.to_bits())
             .collect::<Vec<_>>()
     };
-    let first = run(&rig, &[recording.clone()]);
+    let first = run(&rig, std::slice::from_ref(&recording));
     assert_eq!(bits(&first), bits(&run(&rig, &[recording])));
 }
 
@@ -512,7 +512,7 @@ fn the_emps_axis() {
         let rig = rig
             .with_values(&[("carriage.inertia", inertia), ("screw.damping", damping)])
             .unwrap();
-        let fit = run(&rig, &[train.clone()]);
+        let fit = run(&rig, std::slice::from_ref(&train));
         let near = |name: &str, value: f64, part: f64| {
             let found = parameter(&fit, name).value;
             assert!(
@@ -525,7 +525,7 @@ fn the_emps_axis() {
         near("screw.damping", 204.8, 0.08);
         near("carriage.coulomb_friction.level", 20.7, 0.08);
         assert!(fit.sensors[0].rms < 3.0e-3, "{:?}", fit.sensors);
-        let unseen = &score(&fit.rig, &[test.clone()]).unwrap()[0];
+        let unseen = &score(&fit.rig, std::slice::from_ref(&test)).unwrap()[0];
         assert!(unseen.rms < 5.5e-3, "{unseen:?}");
     }
 }
