@@ -344,26 +344,21 @@ impl<S: Scalar> Substep<S> {
 
     /// What becomes of the body whose event was reached.
     fn switch(&mut self, topology: &Topology, index: usize, tau: S) {
-        self.other_forces(topology, tau);
         let friction = &topology.frictions[index];
-        match self.modes[index] {
-            Mode::Slide(_) => {
-                self.state.v[friction.body] = S::ZERO;
-                // Velocity has been cut to zero by a rounding error: forces of dampers follow it.
-                self.other_forces(topology, tau);
-                self.settle_at_rest(topology, index);
-            }
-            Mode::Stick => {
-                let [forward, backward] = friction.hold(&self.plain.values);
-                let force = self.first[friction.body].value();
-                let direction = if forward - force <= force + backward {
-                    1.0
-                } else {
-                    -1.0
-                };
-                self.modes[index] = Mode::Slide(direction);
-            }
+        let sliding = matches!(self.modes[index], Mode::Slide(_));
+        if sliding {
+            // What the search left of the speed is rounding; the forces below see none.
+            self.state.v[friction.body] = S::ZERO;
         }
+        self.other_forces(topology, tau);
+        if sliding {
+            self.settle_at_rest(topology, index);
+            return;
+        }
+        let [forward, backward] = friction.hold(&self.plain.values);
+        let force = self.first[friction.body].value();
+        let ahead = forward - force <= force + backward;
+        self.modes[index] = Mode::Slide(if ahead { 1.0 } else { -1.0 });
     }
 
     /// The end of a sub-step with too many events: the state that modes held give, and at rest every
