@@ -1,9 +1,10 @@
 //! Child processes: said before they run, and their failure passed on.
 
 use std::fmt;
-use std::io::{BufRead, BufReader};
+use std::io::{self, BufRead, BufReader, IsTerminal, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::mpsc::{Sender, channel};
 
 use anyhow::{Context, Result};
 
@@ -72,29 +73,58 @@ pub fn run(command: &mut Command) -> Result<()> {
     outcome(command, status.code(), status.success())
 }
 
-/// As [`run`], and hands every line of standard output to `see` after printing it.
+/// As [`run`], and hands every line of output, standard error included, to `see` after printing it.
 ///
 /// # Errors
 /// As [`run`].
 pub fn run_watched(command: &mut Command, mut see: impl FnMut(&str)) -> Result<()> {
     println!("$ {}", line(command));
+    if io::stderr().is_terminal() {
+        // Cargo would drop its colours in front of a pipe.
+        command.env("CARGO_TERM_COLOR", "always");
+    }
     let mut child = command
         .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
         .spawn()
         .with_context(|| format!("cannot start {}", line(command)))?;
+    let (lines, arriving) = channel();
     if let Some(output) = child.stdout.take() {
-        let mut reader = BufReader::new(output);
-        let mut bytes = Vec::new();
-        // Bytes, not lines(): a test may print anything, and what it prints must not end the watch.
-        while reader.read_until(b'\n', &mut bytes)? > 0 {
-            let text = String::from_utf8_lossy(&bytes);
-            print!("{text}");
-            see(text.trim_end());
-            bytes.clear();
-        }
+        forward(output, io::stdout(), lines.clone());
+    }
+    if let Some(errors) = child.stderr.take() {
+        forward(errors, io::stderr(), lines);
+    }
+    // Ends when both ends of the child's output are closed.
+    for line in arriving {
+        see(&line);
     }
     let status = child.wait()?;
     outcome(command, status.code(), status.success())
+}
+
+/// Copies what a child prints, line by line, in a thread of its own.
+fn forward(
+    from: impl Read + Send + 'static,
+    mut to: impl Write + Send + 'static,
+    lines: Sender<String>,
+) {
+    std::thread::spawn(move || {
+        let mut reader = BufReader::new(from);
+        let mut bytes = Vec::new();
+        // Bytes, not lines(): a test may print anything, and that must not end the watch.
+        while matches!(reader.read_until(b'\n', &mut bytes), Ok(1..)) {
+            // A terminal that has gone away is no reason to stop counting.
+            let _ = to.write_all(&bytes).and_then(|()| to.flush());
+            if lines
+                .send(String::from_utf8_lossy(&bytes).trim_end().to_string())
+                .is_err()
+            {
+                break;
+            }
+            bytes.clear();
+        }
+    });
 }
 
 fn outcome(command: &Command, code: Option<i32>, success: bool) -> Result<()> {
