@@ -9,14 +9,20 @@ use sinew_sim::{Drive, Plant, Rig};
 const TOLERANCE: f64 = 1e-6;
 
 fn foreign(name: &str) -> String {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("foreign").join(name);
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+        .join("foreign")
+        .join(name);
     std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
 /// Columns of the recording: t, u, q.
 fn columns() -> [Vec<f64>; 3] {
     let mut columns = [Vec::new(), Vec::new(), Vec::new()];
-    for line in foreign("mass_spring_damper.exact.csv").lines().skip_while(|line| !line.starts_with("t,")).skip(1) {
+    for line in foreign("mass_spring_damper.exact.csv")
+        .lines()
+        .skip_while(|line| !line.starts_with("t,"))
+        .skip(1)
+    {
         for (column, field) in columns.iter_mut().zip(line.split(',')) {
             column.push(field.parse().expect("the recording holds numbers"));
         }
@@ -26,8 +32,8 @@ fn columns() -> [Vec<f64>; 3] {
 
 /// The device with the parameters that the recording was made with, dry friction included.
 fn plant(friction: f64) -> Plant {
-    let truth: serde_json::Value =
-        serde_json::from_str(&foreign("mass_spring_damper.truth.json")).expect("truth.json is JSON");
+    let truth: serde_json::Value = serde_json::from_str(&foreign("mass_spring_damper.truth.json"))
+        .expect("truth.json is JSON");
     let number = |key: &str| truth[key].as_f64().expect("truth.json holds this number");
     let rig = format!(
         r#"
@@ -66,17 +72,28 @@ level = {level:?}
         damping = number("damping_N_s_m"),
         level = friction * number("coulomb_friction_N"),
     );
-    Plant::new(&Rig::parse(&rig, "truth.toml").expect("the rig is sound")).expect("the rig compiles")
+    Plant::new(&Rig::parse(&rig, "truth.toml").expect("the rig is sound"))
+        .expect("the rig compiles")
 }
 
 /// Largest difference from the recording, as a part of the range of the motion.
 fn largest_error(plant: &Plant) -> f64 {
     let [t, u, q] = columns();
     let drive = Drive::new(plant, t.len(), &[&u]).expect("one input");
-    let run = plant.simulate(&plant.values(), &[0.0, 0.0], &drive, &t).expect("it can be simulated");
-    let range = q.iter().copied().fold(f64::MIN, f64::max) - q.iter().copied().fold(f64::MAX, f64::min);
-    assert!(range > 0.1, "the recorded mass hardly moves: this tests nothing");
-    let error = q.iter().zip(run.column(0)).map(|(ours, theirs)| (ours - theirs).abs()).fold(0.0, f64::max);
+    let run = plant
+        .simulate(&plant.values(), &[0.0, 0.0], &drive, &t)
+        .expect("it can be simulated");
+    let range =
+        q.iter().copied().fold(f64::MIN, f64::max) - q.iter().copied().fold(f64::MAX, f64::min);
+    assert!(
+        range > 0.1,
+        "the recorded mass hardly moves: this tests nothing"
+    );
+    let error = q
+        .iter()
+        .zip(run.column(0))
+        .map(|(ours, theirs)| (ours - theirs).abs())
+        .fold(0.0, f64::max);
     error / range
 }
 
@@ -84,7 +101,10 @@ fn largest_error(plant: &Plant) -> f64 {
 fn the_simulator_agrees_with_a_closed_solution_through_every_stop() {
     let [_, _, q] = columns();
     let stuck = q.windows(2).filter(|pair| pair[0] == pair[1]).count();
-    assert!(stuck > 50, "the recording sticks for {stuck} samples only: sticking is not tested");
+    assert!(
+        stuck > 50,
+        "the recording sticks for {stuck} samples only: sticking is not tested"
+    );
     let error = largest_error(&plant(1.0));
     println!("largest error: {error:.2e} of the range");
     assert!(error < TOLERANCE, "{error:.3e} of the range");
@@ -93,5 +113,8 @@ fn the_simulator_agrees_with_a_closed_solution_through_every_stop() {
 #[test]
 fn a_friction_that_is_wrong_by_a_thousandth_would_be_noticed() {
     let error = largest_error(&plant(1.001));
-    assert!(error > 10.0 * TOLERANCE, "{error:.3e} of the range: the comparison is blind");
+    assert!(
+        error > 10.0 * TOLERANCE,
+        "{error:.3e} of the range: the comparison is blind"
+    );
 }
