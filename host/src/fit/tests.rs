@@ -302,20 +302,20 @@ fn what_the_data_do_not_determine_stays_near_the_rig_and_claims_nothing() {
 
 #[test]
 fn a_parameter_that_is_lost_in_noise_claims_nothing() {
-    let text = |damping: f64| {
+    let text = |load: f64| {
+        let effect = "[[effect]]\nkind = \"constant_load\"\ncomponent = \"mass\"\n";
         oscillator(
             1.0,
             40.0,
             1.0,
-            &format!(
-                "[[effect]]\nkind = \"quadratic_drag\"\ncomponent = \"mass\"\ncoefficient = {{ value = {damping:?} }}\n"
-            ),
+            &format!("{effect}level = {{ value = {load:?} }}\n"),
         )
     };
-    let recording = recorded(&parse(&text(1e-3)), 400, 0.02, 10.0, 0.05, 11);
-    let fit = run(&parse(&text(2e-3)), &[recording]);
-    let drag = parameter(&fit, "mass.quadratic_drag.coefficient");
-    assert_eq!(drag.ci95, None, "{:?}", fit.parameters);
+    let recording = recorded(&parse(&text(1e-4)), 400, 0.02, 10.0, 0.05, 11);
+    let fit = run(&parse(&text(2e-4)), &[recording]);
+    let load = parameter(&fit, "mass.constant_load.level");
+    assert_eq!((load.ci95, load.at_bound), (None, false));
+    assert!(load.value.abs() < 1e-2, "{load:?} went far from the rig");
     assert!(
         parameter(&fit, "coil.stiffness").ci95.is_some(),
         "{:?}",
