@@ -6,8 +6,8 @@
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::error::{Error, Result};
 
@@ -23,7 +23,27 @@ static COUNTER: AtomicU32 = AtomicU32::new(0);
 /// # Errors
 /// `Write` where the folder cannot be made, the disk is full, or the name is a folder's.
 pub fn write(path: impl AsRef<Path>, contents: impl AsRef<[u8]>) -> Result<()> {
-    let path = path.as_ref();
+    whole(path.as_ref(), |file| file.write_all(contents.as_ref()))
+}
+
+/// Copies the file `from` to `to`, permissions included; otherwise as [`write`].
+///
+/// # Errors
+/// `Read` where `from` cannot be opened; as [`write`].
+pub fn copy(from: impl AsRef<Path>, to: impl AsRef<Path>) -> Result<()> {
+    let from = from.as_ref();
+    let mut source = fs::File::open(from).map_err(|e| Error::read(from, e))?;
+    let permissions = source
+        .metadata()
+        .map_err(|e| Error::read(from, e))?
+        .permissions();
+    whole(to.as_ref(), |file| {
+        std::io::copy(&mut source, file)?;
+        file.set_permissions(permissions)
+    })
+}
+
+fn whole(path: &Path, fill: impl FnOnce(&mut fs::File) -> std::io::Result<()>) -> Result<()> {
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
@@ -41,43 +61,48 @@ pub fn write(path: impl AsRef<Path>, contents: impl AsRef<[u8]>) -> Result<()> {
     temporary_name.push(format!(".{}-{unique}.tmp", std::process::id()));
     let temporary = folder.join(temporary_name);
 
-    remember(&temporary);
-    let written = fs::File::create(&temporary)
+    let written = create(&temporary)
         .and_then(|mut file| {
-            file.write_all(contents.as_ref())
-                .and_then(|()| file.sync_all())
+            fill(&mut file)?;
+            file.sync_all()
         })
         .and_then(|()| fs::rename(&temporary, path));
     if written.is_err() {
         // Best effort: the first error is the one worth reporting.
         let _ = fs::remove_file(&temporary);
     }
-    forget(&temporary);
+    unfinished().retain(|other| *other != temporary);
     written.map_err(|source| Error::write(path, source))
 }
 
+/// While it lives no temporary file is made.
+#[must_use = "hold it until the process ends"]
+pub struct AllRemoved {
+    _held: MutexGuard<'static, Vec<PathBuf>>,
+}
+
 /// Removes every temporary file that a writer in this process has not finished: for a Ctrl-C handler,
-/// just before it ends the process.
-pub fn remove_unfinished() {
-    for path in unfinished().drain(..) {
+/// which holds the result until it ends the process.
+pub fn remove_unfinished() -> AllRemoved {
+    let mut unfinished = unfinished();
+    for path in unfinished.drain(..) {
         // The writer may have renamed it in the meantime.
         let _ = fs::remove_file(path);
     }
+    AllRemoved { _held: unfinished }
 }
 
-fn unfinished() -> std::sync::MutexGuard<'static, Vec<PathBuf>> {
+/// Under the lock, so that no file exists that [`remove_unfinished`] does not know.
+fn create(temporary: &Path) -> std::io::Result<fs::File> {
+    let mut unfinished = unfinished();
+    let file = fs::File::create(temporary)?;
+    unfinished.push(temporary.to_path_buf());
+    Ok(file)
+}
+
+fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
     // A panicking writer cannot leave the list half-changed: push and retain are the only changes.
-    UNFINISHED
-        .lock()
-        .unwrap_or_else(std::sync::PoisonError::into_inner)
-}
-
-fn remember(path: &Path) {
-    unfinished().push(path.to_path_buf());
-}
-
-fn forget(path: &Path) {
-    unfinished().retain(|other| other != path);
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]
@@ -92,6 +117,24 @@ mod tests {
         write(&path, "two").unwrap();
         assert_eq!(fs::read_to_string(&path).unwrap(), "two");
         assert_eq!(fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_copied_program_can_still_be_run() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let (from, to) = (folder.path().join("from"), folder.path().join("to"));
+        fs::write(&from, "#!/bin/sh\nexit 7\n").unwrap();
+        fs::set_permissions(&from, fs::Permissions::from_mode(0o750)).unwrap();
+        copy(&from, &to).unwrap();
+        assert_eq!(
+            fs::metadata(&to).unwrap().permissions().mode() & 0o777,
+            0o750
+        );
+        assert_eq!(fs::read(&to).unwrap(), fs::read(&from).unwrap());
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
+        let absent = copy(folder.path().join("absent"), &to).unwrap_err();
+        assert_eq!(absent.exit_code(), 2);
     }
 
     #[test]

@@ -20,14 +20,21 @@ impl Stage {
         let bar = (!quiet).then(|| {
             let bar = ProgressBar::new_spinner();
             // The template is a constant that indicatif accepts; a refusal would leave its default.
-            if let Ok(style) = ProgressStyle::with_template("  {spinner} {prefix}  {msg} ({elapsed})") {
+            if let Ok(style) =
+                ProgressStyle::with_template("  {spinner} {prefix}  {msg} ({elapsed})")
+            {
                 bar.set_style(style);
             }
             bar.set_prefix(title.clone());
             bar.enable_steady_tick(Duration::from_millis(120));
             bar
         });
-        Self { bar, title, began: Instant::now(), quiet }
+        Self {
+            bar,
+            title,
+            began: Instant::now(),
+            quiet,
+        }
     }
 
     /// Says how far it is.
@@ -50,7 +57,11 @@ impl Stage {
             bar.finish_and_clear();
         }
         if !self.quiet {
-            eprintln!("  {:<34} {result}  [{:.1} s]", self.title, self.began.elapsed().as_secs_f64());
+            eprintln!(
+                "  {:<34} {result}  [{:.1} s]",
+                self.title,
+                self.began.elapsed().as_secs_f64()
+            );
         }
     }
 }

@@ -107,17 +107,36 @@ pub fn build(request: &Request) -> Result<Outcome> {
     let (rig, recordings, tests) = load(request)?;
     let stage = Stage::begin("fit the rig to the recordings", request.quiet);
     let fitted = fit(&rig, &recordings, &FitOptions::default(), &mut |p| {
-        stage.say(format!("stage {}, step {}, {:.2} % of the signal", p.stage, p.step, 100.0 * p.error));
+        stage.say(format!(
+            "stage {}, step {}, {:.2} % of the signal",
+            p.stage,
+            p.step,
+            100.0 * p.error
+        ));
     })?;
     crate::atomic::write(request.out.join("rig.toml"), fitted.rig.to_toml())?;
     let free_runs = free_runs(&rig, &fitted.rig, &recordings, &tests)?;
     stage.end(fit_sentence(&fitted));
 
     let plant = Plant::new(&fitted.rig)?;
-    let reference = tests.first().or(recordings.last()).ok_or_else(no_recording)?;
+    let reference = tests
+        .first()
+        .or(recordings.last())
+        .ok_or_else(no_recording)?;
     let task = Task::new(&fitted.rig, &plant, &recordings, reference)?;
-    let bench = Bench { plant: &plant, task: &task, seed: request.seed };
-    let (spec, record, reused) = model(request, &fitted.rig, &plant, &recordings, &free_runs, &bench)?;
+    let bench = Bench {
+        plant: &plant,
+        task: &task,
+        seed: request.seed,
+    };
+    let (spec, record, reused) = model(
+        request,
+        &fitted.rig,
+        &plant,
+        &recordings,
+        &free_runs,
+        &bench,
+    )?;
 
     project::write(&request.out, &spec)?;
     let host = compile(request, Board::Host)?;
@@ -176,7 +195,12 @@ pub fn build(request: &Request) -> Result<Outcome> {
 }
 
 fn load(request: &Request) -> Result<(Rig, Vec<Recording>, Vec<Recording>)> {
-    let read = |paths: &[PathBuf]| paths.iter().map(Recording::read).collect::<Result<Vec<_>>>();
+    let read = |paths: &[PathBuf]| {
+        paths
+            .iter()
+            .map(Recording::read)
+            .collect::<Result<Vec<_>>>()
+    };
     let rig = Rig::load(&request.rig)?;
     let (recordings, tests) = (read(&request.fit)?, read(&request.test)?);
     if recordings.is_empty() {
@@ -189,9 +213,18 @@ fn no_recording() -> Error {
     Error::arguments("no recording to fit the rig to").help("name one with --fit")
 }
 
-fn free_runs(before: &Rig, after: &Rig, fit: &[Recording], test: &[Recording]) -> Result<Vec<Fitted>> {
+fn free_runs(
+    before: &Rig,
+    after: &Rig,
+    fit: &[Recording],
+    test: &[Recording],
+) -> Result<Vec<Fitted>> {
     let of = |role: &'static str, recording: &Recording| -> Result<Fitted> {
-        Ok(Fitted { role, before: free_run(before, recording)?, after: free_run(after, recording)? })
+        Ok(Fitted {
+            role,
+            before: free_run(before, recording)?,
+            after: free_run(after, recording)?,
+        })
     };
     let fit = fit.iter().map(|r| of("fit", r));
     fit.chain(test.iter().map(|r| of("test", r))).collect()
@@ -224,19 +257,31 @@ fn model(
     if let Some(found) = earlier(&kept, key)
         && let Ok(spec) = store::load(&folder)
     {
-        Stage::begin("train the network", request.quiet).end("as before: same rig, recordings and seed");
+        Stage::begin("train the network", request.quiet)
+            .end("as before: same rig, recordings and seed");
         return Ok((spec, found.record, true));
     }
     let stage = Stage::begin("train the network", request.quiet);
     let after: Vec<FreeRun> = free_runs.iter().map(|run| run.after.clone()).collect();
     let starts = starts(plant, recordings, &after)?;
-    let learned = learn(rig, plant, &plant.values(), &starts, bench.task, request.seed, |done, of, losses| {
-        stage.share(done, of, &format!("passes, loss {:.4}", losses.validation));
-    })?;
+    let learned = learn(
+        rig,
+        plant,
+        &plant.values(),
+        &starts,
+        bench.task,
+        request.seed,
+        |done, of, losses| {
+            stage.share(done, of, &format!("passes, loss {:.4}", losses.validation));
+        },
+    )?;
     stage.end(format!(
         "{} weights, {} after {} steps",
         learned.record.parameters,
-        crate::report::quantity(learned.record.horizon_rms[0], &plant.sensors()[bench.task.outputs[0]].unit),
+        crate::report::quantity(
+            learned.record.horizon_rms[0],
+            &plant.sensors()[bench.task.outputs[0]].unit
+        ),
         learned.record.horizon
     ));
 
@@ -245,9 +290,8 @@ fn model(
     let host = compile(request, Board::Host)?;
     let stage = Stage::begin("tune the controller", request.quiet);
     let scenarios = bench.tuning_scenarios(&bench.tuning_plants())?;
-    let mut device = Bench::start(&request.out, Board::Host, &host)?;
-    let weights = tune(&mut device, &scenarios, bench.task)?;
-    device.finish()?;
+    let device = || Bench::start(&request.out, Board::Host, &host);
+    let weights = tune(device, fingerprint(&spec), &scenarios, bench.task)?;
     spec.control.move_suppression = weights.move_suppression;
     spec.control.disturbance_gain = weights.disturbance_gain;
     stage.end(format!(
@@ -256,8 +300,11 @@ fn model(
     ));
 
     store::save(&folder, &spec).map_err(|e| Error::failed(e.to_string()))?;
-    let text = serde_json::to_string(&Kept { key, record: learned.record.clone() })
-        .map_err(|e| Error::failed(format!("{}: {e}", kept.display())))?;
+    let text = serde_json::to_string(&Kept {
+        key,
+        record: learned.record.clone(),
+    })
+    .map_err(|e| Error::failed(format!("{}: {e}", kept.display())))?;
     crate::atomic::write(&kept, text)?;
     Ok((spec, learned.record, false))
 }
@@ -292,12 +339,23 @@ pub fn starts(plant: &Plant, recordings: &[Recording], runs: &[FreeRun]) -> Resu
             .iter()
             .map(|input| {
                 let held = recording.held(&input.column, &input.actuator)?;
-                Ok(held.values.iter().map(|v| v * input.column_factor).collect::<Vec<f64>>())
+                Ok(held
+                    .values
+                    .iter()
+                    .map(|v| v * input.column_factor)
+                    .collect::<Vec<f64>>())
             })
             .collect::<Result<Vec<_>>>()?;
         let slices: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
         let count = VISITS / recordings.len().max(1);
-        all.extend(visits(plant, &plant.values(), &run.start, recording.t(), &slices, count)?);
+        all.extend(visits(
+            plant,
+            &plant.values(),
+            &run.start,
+            recording.t(),
+            &slices,
+            count,
+        )?);
     }
     Ok(all)
 }
@@ -317,7 +375,10 @@ pub fn compile_in(folder: &Path, board: Board, cache: Option<&Path>, quiet: bool
         Board::Host => "the same code for this computer".to_string(),
         _ => {
             let sizes = project::image::sizes(&built.lockstep)?;
-            format!("{} B flash, {} B RAM before its stack", sizes.flash_bytes, sizes.ram_bytes)
+            format!(
+                "{} B flash, {} B RAM before its stack",
+                sizes.flash_bytes, sizes.ram_bytes
+            )
         }
     });
     Ok(built)

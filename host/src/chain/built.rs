@@ -32,18 +32,27 @@ impl Loop {
     /// # Errors
     /// A bad file, or a model whose signals are not the rig's.
     pub fn load(rig: &Path, model: &Path, fit: &[PathBuf], test: &[PathBuf]) -> Result<Self> {
-        let read = |paths: &[PathBuf]| paths.iter().map(Recording::read).collect::<Result<Vec<_>>>();
+        let read = |paths: &[PathBuf]| {
+            paths
+                .iter()
+                .map(Recording::read)
+                .collect::<Result<Vec<_>>>()
+        };
         let rig = Rig::load(rig)?;
         let plant = Plant::new(&rig)?;
         let (recordings, tests) = (read(fit)?, read(test)?);
-        let reference = tests.first().or(recordings.last()).ok_or_else(|| {
-            Error::arguments("no recording").help("name one with --fit")
-        })?;
+        let reference = tests
+            .first()
+            .or(recordings.last())
+            .ok_or_else(|| Error::arguments("no recording").help("name one with --fit"))?;
         let task = Task::new(&rig, &plant, &recordings, reference)?;
         let spec = store::load(model)?;
         let inputs: Vec<&str> = plant.inputs().iter().map(|i| i.column.as_str()).collect();
-        let outputs: Vec<&str> =
-            task.outputs.iter().map(|s| plant.sensors()[*s].column.as_str()).collect();
+        let outputs: Vec<&str> = task
+            .outputs
+            .iter()
+            .map(|s| plant.sensors()[*s].column.as_str())
+            .collect();
         fits(model, "input", &spec.inputs, &inputs, &rig)?;
         fits(model, "output", &spec.outputs, &outputs, &rig)?;
         Ok(Self { plant, task, spec })
@@ -51,7 +60,11 @@ impl Loop {
 
     /// What runs of this loop share.
     pub fn bench(&self, seed: u64) -> Bench<'_> {
-        Bench { plant: &self.plant, task: &self.task, seed }
+        Bench {
+            plant: &self.plant,
+            task: &self.task,
+            seed,
+        }
     }
 
     /// Units of the outputs.
@@ -90,11 +103,18 @@ fn fits(model: &Path, role: &str, signals: &[Signal], columns: &[&str], rig: &Ri
     let path = model.join(store::MODEL_FILE);
     let header = format!("[[{role}]]");
     let text = std::fs::read_to_string(&path).unwrap_or_default();
-    let line = text.lines().position(|line| line.trim() == header).map_or(1, |line| line + 1);
+    let line = text
+        .lines()
+        .position(|line| line.trim() == header)
+        .map_or(1, |line| line + 1);
     let list = |names: &[&str]| format!("{} ({})", names.len(), names.join(", "));
     Err(Error::file(
         &path,
-        format!("the network's {role}s do not fit the rig {}: it has {}", rig.file, list(&names)),
+        format!(
+            "the network's {role}s do not fit the rig {}: it has {}",
+            rig.file,
+            list(&names)
+        ),
     )
     .at(line, 1)
     .expected(format!("the rig's {role}s: {}", list(columns)))

@@ -1,9 +1,7 @@
 //! From the fitted rig to a model: episodes, training, and the score on stretches that trained nothing.
 
 use sinew_codegen::evaluate::predict;
-use sinew_codegen::spec::{
-    Activation, ControlSpec, Dense, Layer, ModelSpec, OutputForm, Signal,
-};
+use sinew_codegen::spec::{Activation, ControlSpec, Dense, Layer, ModelSpec, OutputForm, Signal};
 use sinew_sim::{Form, Plant, Rig};
 
 use super::task::Task;
@@ -53,8 +51,18 @@ pub fn options(rig: &Rig, horizon: usize, seed: u64) -> (Shape, Options) {
         past_inputs: table.and_then(|t| t.past_inputs).unwrap_or(2),
         past_outputs: table.and_then(|t| t.past_outputs).unwrap_or(3),
     };
-    let hidden = table.and_then(|t| t.hidden.clone()).unwrap_or_else(|| vec![12]);
-    (shape, Options { hidden, rollout: horizon.clamp(1, 12), seed, ..Options::default() })
+    let hidden = table
+        .and_then(|t| t.hidden.clone())
+        .unwrap_or_else(|| vec![12]);
+    (
+        shape,
+        Options {
+            hidden,
+            rollout: horizon.clamp(1, 12),
+            seed,
+            ..Options::default()
+        },
+    )
 }
 
 /// Trains the model of `rig` on episodes of `plant` with `values`, begun at `visits`.
@@ -71,11 +79,18 @@ pub fn learn(
     progress: impl FnMut(usize, usize, Epoch),
 ) -> Result<Learned> {
     if rig.network.as_ref().and_then(|t| t.form) == Some(Form::Absolute) {
-        return Err(Error::file(&rig.file, "`form = \"absolute\"` is for imported networks")
-            .expected("`form = \"increment\"`, or no `form`: training learns the change of the output"));
+        return Err(
+            Error::file(&rig.file, "`form = \"absolute\"` is for imported networks").expected(
+                "`form = \"increment\"`, or no `form`: training learns the change of the output",
+            ),
+        );
     }
     let (shape, options) = options(rig, task.horizon, seed);
-    let shape = Shape { n_u: plant.inputs().len(), n_y: task.outputs.len(), ..shape };
+    let shape = Shape {
+        n_u: plant.inputs().len(),
+        n_y: task.outputs.len(),
+        ..shape
+    };
     let recipe = Recipe {
         period_s: task.period_s,
         steps: EPISODE_STEPS + shape.history() + options.rollout,
@@ -85,10 +100,16 @@ pub fn learn(
     };
     let drawn = draw(plant, values, visits, &recipe, EPISODES.iter().sum())?;
     let column = |of: fn(&crate::dataset::Episode) -> &[f64], width: usize, i: usize| {
-        drawn.iter().flat_map(move |e| of(e).iter().skip(i).step_by(width).copied())
+        drawn
+            .iter()
+            .flat_map(move |e| of(e).iter().skip(i).step_by(width).copied())
     };
-    let u_scaling: Vec<_> = (0..shape.n_u).map(|i| scaling(column(|e| &e.u, shape.n_u, i))).collect();
-    let y_scaling: Vec<_> = (0..shape.n_y).map(|i| scaling(column(|e| &e.y, shape.n_y, i))).collect();
+    let u_scaling: Vec<_> = (0..shape.n_u)
+        .map(|i| scaling(column(|e| &e.u, shape.n_u, i)))
+        .collect();
+    let y_scaling: Vec<_> = (0..shape.n_y)
+        .map(|i| scaling(column(|e| &e.y, shape.n_y, i)))
+        .collect();
     let scaled = scale(&drawn, &u_scaling, &y_scaling);
     let (training, rest) = scaled.split_at(EPISODES[0]);
     let (validation, test) = rest.split_at(EPISODES[1]);
@@ -101,12 +122,20 @@ pub fn learn(
         offset,
     };
     let inputs = plant.inputs().iter().zip(&u_scaling);
-    let outputs = task.outputs.iter().map(|s| &plant.sensors()[*s]).zip(&y_scaling);
+    let outputs = task
+        .outputs
+        .iter()
+        .map(|s| &plant.sensors()[*s])
+        .zip(&y_scaling);
     let spec = ModelSpec {
         name: crate_name(&rig.name),
         period_s: task.period_s,
-        inputs: inputs.map(|(i, s)| signal(&i.column, unit_of(&i.column), *s)).collect(),
-        outputs: outputs.map(|(o, s)| signal(&o.column, &o.unit, *s)).collect(),
+        inputs: inputs
+            .map(|(i, s)| signal(&i.column, unit_of(&i.column), *s))
+            .collect(),
+        outputs: outputs
+            .map(|(o, s)| signal(&o.column, &o.unit, *s))
+            .collect(),
         channels: vec![],
         past_inputs: shape.past_inputs,
         past_outputs: shape.past_outputs,
@@ -116,7 +145,8 @@ pub fn learn(
         control: control(task),
         golden: vec![],
     };
-    spec.validate().map_err(|e| Error::failed(format!("the trained model: {e}")))?;
+    spec.validate()
+        .map_err(|e| Error::failed(format!("the trained model: {e}")))?;
     let (one_step_rms, horizon_rms) = score(&spec, shape, task, test, &y_scaling);
     let record = Record {
         history: trained.history,
@@ -132,7 +162,11 @@ pub fn learn(
 fn layers(folded: &Folded) -> Result<Vec<Layer>> {
     let last = folded.layers.len() - 1;
     let layers = folded.layers.iter().enumerate().map(|(i, (rows, bias))| {
-        let activation = if i == last { Activation::Linear } else { Activation::Tanh };
+        let activation = if i == last {
+            Activation::Linear
+        } else {
+            Activation::Tanh
+        };
         Dense::from_rows(rows, bias.clone(), activation)
             .map(Layer::Dense)
             .map_err(|e| Error::failed(format!("layer {i} of the trained network: {e}")))
@@ -146,11 +180,18 @@ fn control(task: &Task) -> ControlSpec {
         horizon: task.horizon,
         control_horizon: task.control_horizon,
         tracking_weight: task.tracking_weight.clone(),
-        move_suppression: task.move_suppression.clone().unwrap_or_else(|| vec![0.01; task.limits.len()]),
+        move_suppression: task
+            .move_suppression
+            .clone()
+            .unwrap_or_else(|| vec![0.01; task.limits.len()]),
         lower: task.limits.iter().map(|l| l.0).collect(),
         upper: task.limits.iter().map(|l| l.1).collect(),
         rate_limit: task.limits.iter().map(|l| l.2 / task.period_s).collect(),
-        safe: task.limits.iter().map(|(low, high, _)| 0.0_f64.clamp(*low, *high)).collect(),
+        safe: task
+            .limits
+            .iter()
+            .map(|(low, high, _)| 0.0_f64.clamp(*low, *high))
+            .collect(),
         disturbance_gain: 0.2,
         iterations: 2,
         gap_limit: 10,
@@ -174,7 +215,8 @@ fn score(
         for (j, target) in windows.targets(w).chunks(shape.n_y).enumerate() {
             if j > 0 {
                 x.copy_within(..newest - shape.n_u, shape.n_u);
-                x[..shape.n_u].copy_from_slice(&windows.inputs(w)[j * shape.n_u..(j + 1) * shape.n_u]);
+                x[..shape.n_u]
+                    .copy_from_slice(&windows.inputs(w)[j * shape.n_u..(j + 1) * shape.n_u]);
             }
             let y = predict(spec, &x);
             let last = x.len() - shape.n_y;
@@ -214,7 +256,11 @@ pub fn crate_name(name: &str) -> String {
         }
     }
     let text = text.trim_end_matches('-');
-    if text.is_empty() { "rig".into() } else { text.into() }
+    if text.is_empty() {
+        "rig".into()
+    } else {
+        text.into()
+    }
 }
 
 #[cfg(test)]

@@ -8,7 +8,9 @@ use crate::compare::closed_loop::Run;
 use crate::error::Result;
 use crate::fit::pool;
 use crate::project::Board;
-use crate::report::{Block, Plot, Report, Section, Series, Stroke, Table, TableColumn, Tone, quantity, significant};
+use crate::report::{
+    Block, Plot, Report, Section, Series, Stroke, Table, TableColumn, Tone, quantity, significant,
+};
 
 /// Ticks of QEMU's 25 MHz timer last 40 ns and an instruction 32 ns of virtual time (`-icount shift=5`,
 /// boards/qemu/run.sh), so that a count is good to one or two instructions.
@@ -18,7 +20,11 @@ const INSTRUCTIONS_A_TICK: f64 = 40.0 / 32.0;
 pub fn summary(outcome: &Outcome) -> Summary {
     let of = |values: &[f64]| values.first().copied().unwrap_or(f64::NAN);
     let (pid_rms, pid_max, pid_outside) = match &outcome.pid {
-        Ok(pid) => (of(&pid.score.rms), of(&pid.score.max), pid.score.outside_limits),
+        Ok(pid) => (
+            of(&pid.score.rms),
+            of(&pid.score.max),
+            pid.score.outside_limits,
+        ),
         Err(_) => (f64::NAN, f64::NAN, 0),
     };
     let on_chip = outcome.board != Board::Host;
@@ -55,9 +61,16 @@ pub fn summary(outcome: &Outcome) -> Summary {
 }
 
 fn instructions(outcome: &Outcome) -> Spread {
-    let counts = outcome.mpc.answers.iter().map(|a| f64::from(a.ticks) * INSTRUCTIONS_A_TICK);
+    let counts = outcome
+        .mpc
+        .answers
+        .iter()
+        .map(|a| f64::from(a.ticks) * INSTRUCTIONS_A_TICK);
     let n = outcome.mpc.answers.len().max(1) as f64;
-    Spread { mean: counts.clone().sum::<f64>() / n, max: counts.fold(0.0, f64::max).round() as u64 }
+    Spread {
+        mean: counts.clone().sum::<f64>() / n,
+        max: counts.fold(0.0, f64::max).round() as u64,
+    }
 }
 
 fn fit_errors(runs: &[Fitted]) -> Vec<FitError> {
@@ -88,34 +101,52 @@ pub fn report(outcome: &Outcome, summary: &Summary, command: &str) -> Report {
     };
     let mut page = Report::new(format!("{}: from recording to controller", outcome.name))
         .lead(lead(outcome, summary))
-        .fact("Tracking error (RMS)", quantity(summary.tracking.mpc_rms, unit), pid_note)
+        .fact(
+            "Tracking error (RMS)",
+            quantity(summary.tracking.mpc_rms, unit),
+            pid_note,
+        )
         .fact(
             "Largest error",
             quantity(summary.tracking.mpc_max, unit),
             format!("PID {}", quantity(summary.tracking.pid_max, unit)),
         );
-    if let (Some(instructions), Some(flash), Some(ram), Some(stack)) =
-        (summary.instructions_per_step, summary.flash_bytes, summary.ram_bytes, summary.stack_bytes)
-    {
+    if let (Some(instructions), Some(flash), Some(ram), Some(stack)) = (
+        summary.instructions_per_step,
+        summary.flash_bytes,
+        summary.ram_bytes,
+        summary.stack_bytes,
+    ) {
         page = page
             .fact(
                 "Instructions a step",
                 format!("{:.0}", instructions.mean),
                 format!("largest {}, counted in QEMU", instructions.max),
             )
-            .fact("Flash", format!("{:.1} kB", flash as f64 / 1e3), "whole image")
+            .fact(
+                "Flash",
+                format!("{:.1} kB", flash as f64 / 1e3),
+                "whole image",
+            )
             .fact(
                 "RAM",
                 format!("{:.1} kB", ram as f64 / 1e3),
-                format!("and {:.1} kB of stack at its deepest", f64::from(stack) / 1e3),
+                format!(
+                    "and {:.1} kB of stack at its deepest",
+                    f64::from(stack) / 1e3
+                ),
             );
     }
-    page = page.section(loop_section(outcome)).section(fit_section(outcome, summary));
-    page.section(network_section(outcome)).section(conditions(outcome)).footer(format!(
-        "{command} · sinew {} · {:.1} s",
-        env!("CARGO_PKG_VERSION"),
-        outcome.seconds
-    ))
+    page = page
+        .section(loop_section(outcome))
+        .section(fit_section(outcome, summary));
+    page.section(network_section(outcome))
+        .section(conditions(outcome))
+        .footer(format!(
+            "{command} · sinew {} · {:.1} s",
+            env!("CARGO_PKG_VERSION"),
+            outcome.seconds
+        ))
 }
 
 fn lead(outcome: &Outcome, summary: &Summary) -> String {
@@ -150,17 +181,46 @@ fn loop_section(outcome: &Outcome) -> Section {
     for (i, (name, unit)) in outcome.outputs.iter().zip(&outcome.units).enumerate() {
         let mut tracking = Plot::over_time(format!("{name}: asked and done"))
             .y(name, unit)
-            .with(Series::new("reference", Stroke::Dashed, run.t.clone(), column(run, |r| &r.reference, i)).tone(Tone::Ink))
-            .with(Series::new("MPC", Stroke::Solid, run.t.clone(), column(run, |r| &r.y, i)).tone(Tone::Blue));
-        let errors = |r: &Run| r.y.iter().zip(&r.reference).map(|(y, w)| y[i] - w[i]).collect::<Vec<_>>();
+            .with(
+                Series::new(
+                    "reference",
+                    Stroke::Dashed,
+                    run.t.clone(),
+                    column(run, |r| &r.reference, i),
+                )
+                .tone(Tone::Ink),
+            )
+            .with(
+                Series::new(
+                    "MPC",
+                    Stroke::Solid,
+                    run.t.clone(),
+                    column(run, |r| &r.y, i),
+                )
+                .tone(Tone::Blue),
+            );
+        let errors = |r: &Run| {
+            r.y.iter()
+                .zip(&r.reference)
+                .map(|(y, w)| y[i] - w[i])
+                .collect::<Vec<_>>()
+        };
         let mut error = Plot::over_time(format!("{name}: tracking error"))
             .y("error", unit)
             .with(Series::new("MPC", Stroke::Solid, run.t.clone(), errors(run)).tone(Tone::Blue));
         if let Some(pid) = pid {
             let t = pid.run.t.clone();
-            tracking = tracking
-                .with(Series::new("PID", Stroke::Solid, t.clone(), column(&pid.run, |r| &r.y, i)).tone(Tone::Orange));
-            error = error.with(Series::new("PID", Stroke::Solid, t, errors(&pid.run)).tone(Tone::Orange));
+            tracking = tracking.with(
+                Series::new(
+                    "PID",
+                    Stroke::Solid,
+                    t.clone(),
+                    column(&pid.run, |r| &r.y, i),
+                )
+                .tone(Tone::Orange),
+            );
+            error = error
+                .with(Series::new("PID", Stroke::Solid, t, errors(&pid.run)).tone(Tone::Orange));
         }
         section = section.with(Block::Plot(tracking)).with(Block::Plot(error));
     }
@@ -168,10 +228,24 @@ fn loop_section(outcome: &Outcome) -> Section {
         let unit = name.rsplit_once('_').map_or("", |(_, unit)| unit);
         let mut plot = Plot::over_time(format!("{name}: command"))
             .y(name, unit)
-            .with(Series::new("MPC", Stroke::Steps, run.t.clone(), column(run, |r| &r.u, i)).tone(Tone::Blue));
+            .with(
+                Series::new(
+                    "MPC",
+                    Stroke::Steps,
+                    run.t.clone(),
+                    column(run, |r| &r.u, i),
+                )
+                .tone(Tone::Blue),
+            );
         if let Some(pid) = pid {
             plot = plot.with(
-                Series::new("PID", Stroke::Steps, pid.run.t.clone(), column(&pid.run, |r| &r.u, i)).tone(Tone::Orange),
+                Series::new(
+                    "PID",
+                    Stroke::Steps,
+                    pid.run.t.clone(),
+                    column(&pid.run, |r| &r.u, i),
+                )
+                .tone(Tone::Orange),
             );
         }
         section = section.with(Block::Plot(plot));
@@ -180,7 +254,13 @@ fn loop_section(outcome: &Outcome) -> Section {
 }
 
 fn columns(titles: &[(&str, bool)]) -> Vec<TableColumn> {
-    titles.iter().map(|(title, numeric)| TableColumn { title: (*title).into(), numeric: *numeric }).collect()
+    titles
+        .iter()
+        .map(|(title, numeric)| TableColumn {
+            title: (*title).into(),
+            numeric: *numeric,
+        })
+        .collect()
 }
 
 fn scores(outcome: &Outcome) -> Table {
@@ -202,7 +282,9 @@ fn scores(outcome: &Outcome) -> Table {
         add("PID", &pid.score);
     }
     Table {
-        caption: "Errors over the whole run; change: root mean square change of the command in one step".into(),
+        caption:
+            "Errors over the whole run; change: root mean square change of the command in one step"
+                .into(),
         columns: columns(&[
             ("controller", false),
             ("output", false),
@@ -230,7 +312,12 @@ fn fit_section(outcome: &Outcome, summary: &Summary) -> Section {
     });
     section = section.with(Block::Table(Table {
         caption: "Free-run error (RMS)".into(),
-        columns: columns(&[("recordings", false), ("signal", false), ("rig as written", true), ("refitted", true)]),
+        columns: columns(&[
+            ("recordings", false),
+            ("signal", false),
+            ("rig as written", true),
+            ("refitted", true),
+        ]),
         rows: errors.collect(),
     }));
     let parameters = outcome.fit.parameters.iter().map(|p| {
@@ -239,7 +326,9 @@ fn fit_section(outcome: &Outcome, summary: &Summary) -> Section {
             quantity(p.as_written, &p.unit),
             quantity(p.value, &p.unit),
             match p.ci95 {
-                Some([low, high]) => format!("{} to {}", quantity(low, &p.unit), quantity(high, &p.unit)),
+                Some([low, high]) => {
+                    format!("{} to {}", quantity(low, &p.unit), quantity(high, &p.unit))
+                }
                 None if p.at_bound => "at its bound".into(),
                 None => "not determined".into(),
             },
@@ -247,22 +336,70 @@ fn fit_section(outcome: &Outcome, summary: &Summary) -> Section {
     });
     section = section.with(Block::Table(Table {
         caption: "Parameters".into(),
-        columns: columns(&[("parameter", false), ("as written", true), ("refitted", true), ("95 % interval", true)]),
+        columns: columns(&[
+            ("parameter", false),
+            ("as written", true),
+            ("refitted", true),
+            ("95 % interval", true),
+        ]),
         rows: parameters.collect(),
     }));
     for run in &outcome.free_runs {
         for (before, after) in run.before.sensors.iter().zip(&run.after.sensors) {
             let t = &run.after.t;
-            let plot = Plot::over_time(format!("{} of {} ({})", after.signal, run.after.recording, run.role))
-                .y(&after.signal, &after.unit)
-                .with(Series::new("measured", Stroke::Solid, t.clone(), after.measured.clone()).tone(Tone::Ink))
-                .with(Series::new("as written", Stroke::Solid, t.clone(), before.simulated.clone()).tone(Tone::Orange))
-                .with(Series::new("refitted", Stroke::Dashed, t.clone(), after.simulated.clone()).tone(Tone::Blue));
-            let difference = |s: &[f64]| s.iter().zip(&after.measured).map(|(a, b)| a - b).collect::<Vec<_>>();
+            let plot = Plot::over_time(format!(
+                "{} of {} ({})",
+                after.signal, run.after.recording, run.role
+            ))
+            .y(&after.signal, &after.unit)
+            .with(
+                Series::new("measured", Stroke::Solid, t.clone(), after.measured.clone())
+                    .tone(Tone::Ink),
+            )
+            .with(
+                Series::new(
+                    "as written",
+                    Stroke::Solid,
+                    t.clone(),
+                    before.simulated.clone(),
+                )
+                .tone(Tone::Orange),
+            )
+            .with(
+                Series::new(
+                    "refitted",
+                    Stroke::Dashed,
+                    t.clone(),
+                    after.simulated.clone(),
+                )
+                .tone(Tone::Blue),
+            );
+            let difference = |s: &[f64]| {
+                s.iter()
+                    .zip(&after.measured)
+                    .map(|(a, b)| a - b)
+                    .collect::<Vec<_>>()
+            };
             let error = Plot::over_time(format!("{}: simulated minus measured", after.signal))
                 .y("error", &after.unit)
-                .with(Series::new("as written", Stroke::Solid, t.clone(), difference(&before.simulated)).tone(Tone::Orange))
-                .with(Series::new("refitted", Stroke::Solid, t.clone(), difference(&after.simulated)).tone(Tone::Blue));
+                .with(
+                    Series::new(
+                        "as written",
+                        Stroke::Solid,
+                        t.clone(),
+                        difference(&before.simulated),
+                    )
+                    .tone(Tone::Orange),
+                )
+                .with(
+                    Series::new(
+                        "refitted",
+                        Stroke::Solid,
+                        t.clone(),
+                        difference(&after.simulated),
+                    )
+                    .tone(Tone::Blue),
+                );
             section = section.with(Block::Plot(plot)).with(Block::Plot(error));
         }
     }
@@ -273,13 +410,18 @@ fn network_section(outcome: &Outcome) -> Section {
     let record = &outcome.record;
     let passes: Vec<f64> = (1..=record.history.len()).map(|i| i as f64).collect();
     let of = |f: fn(&crate::train::Epoch) -> f64| record.history.iter().map(f).collect::<Vec<_>>();
-    let rows = outcome.outputs.iter().zip(&outcome.units).enumerate().map(|(i, (name, unit))| {
-        vec![
-            name.clone(),
-            quantity(record.one_step_rms[i], unit),
-            quantity(record.horizon_rms[i], unit),
-        ]
-    });
+    let rows = outcome
+        .outputs
+        .iter()
+        .zip(&outcome.units)
+        .enumerate()
+        .map(|(i, (name, unit))| {
+            vec![
+                name.clone(),
+                quantity(record.one_step_rms[i], unit),
+                quantity(record.horizon_rms[i], unit),
+            ]
+        });
     Section::new("The network")
         .text(format!(
             "{} weights; trained on short stretches of the fitted rig's motion, rolled out through its own \
@@ -315,9 +457,18 @@ fn conditions(outcome: &Outcome) -> Section {
     });
     let control = &outcome.spec.control;
     let mut settings = vec![
-        vec!["horizon, control horizon".into(), format!("{}, {}", control.horizon, control.control_horizon)],
-        vec!["move suppression".into(), format!("{:?}", control.move_suppression)],
-        vec!["disturbance gain".into(), significant(control.disturbance_gain, 3)],
+        vec![
+            "horizon, control horizon".into(),
+            format!("{}, {}", control.horizon, control.control_horizon),
+        ],
+        vec![
+            "move suppression".into(),
+            format!("{:?}", control.move_suppression),
+        ],
+        vec![
+            "disturbance gain".into(),
+            significant(control.disturbance_gain, 3),
+        ],
         vec!["Newton iterations".into(), control.iterations.to_string()],
     ];
     if let Ok(pid) = &outcome.pid {
@@ -387,12 +538,18 @@ fn loop_csv(outcome: &Outcome) -> String {
     let mpc = &outcome.mpc.run;
     let pid = outcome.pid.as_ref().ok();
     let of_pid = |of: fn(&Run) -> &Vec<Vec<f64>>, k: usize, i: usize| {
-        pid.and_then(|p| of(&p.run).get(k)).map_or(String::new(), |row| row[i].to_string())
+        pid.and_then(|p| of(&p.run).get(k))
+            .map_or(String::new(), |row| row[i].to_string())
     };
     for k in 0..mpc.t.len() {
         text += &mpc.t[k].to_string();
         for i in 0..outcome.outputs.len() {
-            text += &format!(",{},{},{}", mpc.reference[k][i], mpc.y[k][i], of_pid(|r| &r.y, k, i));
+            text += &format!(
+                ",{},{},{}",
+                mpc.reference[k][i],
+                mpc.y[k][i],
+                of_pid(|r| &r.y, k, i)
+            );
         }
         for i in 0..outcome.inputs.len() {
             text += &format!(",{},{}", mpc.u[k][i], of_pid(|r| &r.u, k, i));
@@ -409,7 +566,11 @@ pub fn closing_lines(outcome: &Outcome, summary: &Summary, folder: &Path) -> Vec
     let mut line = |label: &str, text: String| lines.push(format!("{label:<14}{text}"));
     for e in &summary.fit {
         line(
-            if e.role == "fit" { "fit" } else { "held-out fit" },
+            if e.role == "fit" {
+                "fit"
+            } else {
+                "held-out fit"
+            },
             format!(
                 "{}: free-run error {} as written, {} refitted",
                 e.signal,
@@ -432,7 +593,11 @@ pub fn closing_lines(outcome: &Outcome, summary: &Summary, folder: &Path) -> Vec
         "loop",
         format!(
             "{} steps at {:.0} Hz on {}, {} late, {} commands outside the limits",
-            summary.steps, summary.rate_hz, summary.board, summary.deadline_misses, summary.commands_outside_limits
+            summary.steps,
+            summary.rate_hz,
+            summary.board,
+            summary.deadline_misses,
+            summary.commands_outside_limits
         ),
     );
     line(
@@ -453,13 +618,27 @@ pub fn closing_lines(outcome: &Outcome, summary: &Summary, folder: &Path) -> Vec
         },
     );
     if let Some(count) = summary.instructions_per_step {
-        line("step", format!("{:.0} instructions, {} at most (counted in QEMU)", count.mean, count.max));
+        line(
+            "step",
+            format!(
+                "{:.0} instructions, {} at most (counted in QEMU)",
+                count.mean, count.max
+            ),
+        );
     }
-    if let (Some(flash), Some(ram), Some(stack)) = (summary.flash_bytes, summary.ram_bytes, summary.stack_bytes) {
-        line("image", format!("{flash} B flash, {ram} B RAM, {stack} B stack, no heap"));
+    if let (Some(flash), Some(ram), Some(stack)) =
+        (summary.flash_bytes, summary.ram_bytes, summary.stack_bytes)
+    {
+        line(
+            "image",
+            format!("{flash} B flash, {ram} B RAM, {stack} B stack, no heap"),
+        );
     }
     match summary.host_equals_device {
-        Some(true) => line("parity", "the same bits on this computer and on the chip".into()),
+        Some(true) => line(
+            "parity",
+            "the same bits on this computer and on the chip".into(),
+        ),
         Some(false) => line("parity", "THIS COMPUTER AND THE CHIP DIFFER".into()),
         None => {}
     }

@@ -20,7 +20,7 @@ pub const LEAST_MOVED: f64 = 0.10;
 /// See [`LEAST_MOVED`].
 pub const MOST_MOVED: f64 = 0.20;
 /// Steps of a reference that only tuning sees.
-const TUNING_STEPS: usize = 600;
+const TUNING_STEPS: usize = 1000;
 
 /// What the comparison needs to know of a plant.
 pub struct Bench<'a> {
@@ -78,7 +78,8 @@ impl Bench<'_> {
         let scenarios = plants.iter().enumerate().map(|(i, values)| {
             let seed = self.seed.wrapping_add(1000 + i as u64);
             let steps = TUNING_STEPS.min(self.task.reference.steps());
-            let reference = Reference::moves(&self.task.workspaces, steps, self.task.period_s, seed);
+            let reference =
+                Reference::moves(&self.task.workspaces, steps, self.task.period_s, seed);
             self.with(values, reference, seed)
         });
         scenarios.collect()
@@ -87,7 +88,15 @@ impl Bench<'_> {
     /// Plants for tuning the predictive controller: the fitted one and two that lie as far from it as
     /// the plant of the comparison does, elsewhere.
     pub fn tuning_plants(&self) -> Vec<Vec<f64>> {
-        let draw = |k: u64| moved(self.plant, LEAST_MOVED, MOST_MOVED, self.seed.wrapping_add(k)).0;
+        let draw = |k: u64| {
+            moved(
+                self.plant,
+                LEAST_MOVED,
+                MOST_MOVED,
+                self.seed.wrapping_add(k),
+            )
+            .0
+        };
         vec![self.plant.values(), draw(77), draw(78)]
     }
 
@@ -135,19 +144,27 @@ impl Bench<'_> {
         scenario: &Scenario,
     ) -> Result<DeviceRun> {
         let mut device = Self::start(folder, board, built)?;
-        device.hello(Some(model))?;
-        let mut controller = MpcController::new(&mut device)?;
+        let mut controller = MpcController::new(&mut device, model)?;
         let run = scenario.run(&mut controller)?;
         let answers = std::mem::take(&mut controller.answers);
         let (summary, end) = device.finish()?;
         if end.status != Some(0) {
-            return Err(Error::failed(format!("the firmware ended with status {:?}", end.status)));
+            return Err(Error::failed(format!(
+                "the firmware ended with status {:?}",
+                end.status
+            )));
         }
         let log = match board {
             Board::Qemu => decode_log(&built.lockstep, &end.log)?,
             Board::Host => String::new(),
         };
-        Ok(DeviceRun { score: run.score(&self.task.limits), run, answers, summary, log })
+        Ok(DeviceRun {
+            score: run.score(&self.task.limits),
+            run,
+            answers,
+            summary,
+            log,
+        })
     }
 
     /// Tunes the PID on the plant of the comparison (`values`), with references it will not be judged
@@ -159,11 +176,20 @@ impl Bench<'_> {
         let plants = vec![values.to_vec(), values.to_vec()];
         let scenarios = self.tuning_scenarios(&plants)?;
         let task = self.task;
-        let tuning =
-            tune(&scenarios, &task.limits, &task.output_range, &task.input_range, task.horizon)?;
+        let tuning = tune(
+            &scenarios,
+            &task.limits,
+            &task.output_range,
+            &task.input_range,
+            task.horizon,
+        )?;
         let mut pid = PidController::new(&tuning, &task.limits, task.period_s);
         let run = scenario.run(&mut pid)?;
-        Ok(PidRun { score: run.score(&task.limits), run, tuning })
+        Ok(PidRun {
+            score: run.score(&task.limits),
+            run,
+            tuning,
+        })
     }
 }
 

@@ -1,6 +1,6 @@
 //! What the controller is asked for: the rig's `[control]` table, filled in from the recordings.
 
-use sinew_sim::{Plant, Rig};
+use sinew_sim::{Plant, Rig, Stepper};
 
 use crate::compare::closed_loop::InputLimits;
 use crate::compare::reference::{Reference, Workspace};
@@ -12,8 +12,13 @@ use crate::recording::Recording;
 const RATE_HZ: f64 = 120.0;
 /// Steps of each level of the staircase (the published experiment).
 const STAIRCASE: usize = 333;
-/// How much of the recorded reach the staircase uses: a plant a fifth stiffer still gets there.
+/// How much of each input's limit a reference may need at rest: a plant a fifth stiffer still gets
+/// there, with something left for moving.
 const REACH: f64 = 0.7;
+/// How fast a designed reference moves, as a part of the speed that was recorded.
+const LED: f64 = 0.25;
+/// Seconds within which a plant that settles has settled.
+const SETTLING_S: f64 = 60.0;
 
 /// The control problem in physical units, before any weight is tuned.
 #[derive(Clone, Debug)]
@@ -54,19 +59,29 @@ impl Task {
     ///
     /// # Errors
     /// No output, an input without a limit that was never moved, a column that is not there.
-    pub fn new(rig: &Rig, plant: &Plant, recordings: &[Recording], reference: &Recording) -> Result<Self> {
+    pub fn new(
+        rig: &Rig,
+        plant: &Plant,
+        recordings: &[Recording],
+        reference: &Recording,
+    ) -> Result<Self> {
         let control = rig.control.as_ref();
         let outputs = match control {
             Some(control) => control.outputs.clone(),
             None => position_sensors(plant),
         };
         if outputs.is_empty() {
-            return Err(Error::file(&rig.file, "nothing to control: no sensor reads a position")
-                .expected("`outputs` in [control], or a sensor that reads BODY.position"));
+            return Err(
+                Error::file(&rig.file, "nothing to control: no sensor reads a position")
+                    .expected("`outputs` in [control], or a sensor that reads BODY.position"),
+            );
         }
         let period_s = 1.0 / control.and_then(|c| c.rate_hz).unwrap_or(RATE_HZ);
         let horizon = control.and_then(|c| c.horizon).unwrap_or(10);
-        let control_horizon = control.and_then(|c| c.control_horizon).unwrap_or(3).min(horizon);
+        let control_horizon = control
+            .and_then(|c| c.control_horizon)
+            .unwrap_or(3)
+            .min(horizon);
 
         let column = |recording: &Recording, sensor: usize| -> Result<Vec<f64>> {
             let sensor = &plant.sensors()[sensor];
@@ -102,24 +117,45 @@ impl Task {
             .collect::<Result<_>>()?;
 
         let limits = limits(plant, recordings, period_s)?;
+        let ends = [
+            rest(plant, &home, &outputs, &limits, |(_, high, _)| REACH * high)?,
+            rest(plant, &home, &outputs, &limits, |(low, _, _)| REACH * low)?,
+        ];
+        for (i, workspace) in workspaces.iter_mut().enumerate() {
+            if let (Some(a), Some(b)) = (ends[0][i], ends[1][i]) {
+                workspace.low = workspace.low.max(a.min(b));
+                workspace.high = workspace.high.min(a.max(b));
+            }
+        }
         let names: &[String] = control.map_or(&[], |c| &c.reference);
+        if names.is_empty() {
+            // A springy plant was recorded swinging; being led somewhere is another matter.
+            workspaces.iter_mut().for_each(|w| w.speed *= LED);
+        }
         let (asked, reference_source) = if names.is_empty() {
             let reach: Vec<Workspace> = workspaces
                 .iter()
                 .zip(&outputs)
-                .map(|(w, sensor)| {
-                    let low = home[*sensor].unwrap_or(w.low);
-                    Workspace { low, high: low + REACH * (w.high - low), speed: w.speed }
+                .map(|(w, sensor)| Workspace {
+                    low: home[*sensor].unwrap_or(w.low),
+                    ..*w
                 })
                 .collect();
-            (Reference::staircase(&reach, STAIRCASE), "a staircase of 20, 40 and 80 % of the reach".into())
+            (
+                Reference::staircase(&reach, STAIRCASE, period_s),
+                "minimum-jerk moves to 20, 40 and 80 % of the reach".into(),
+            )
         } else {
             let columns: Vec<Vec<f64>> = names
                 .iter()
                 .zip(&outputs)
                 .map(|(name, sensor)| {
                     let factor = plant.sensors()[*sensor].column_factor;
-                    Ok(reference.require(name, "[control] reference")?.iter().map(|v| v * factor).collect())
+                    Ok(reference
+                        .require(name, "[control] reference")?
+                        .iter()
+                        .map(|v| v * factor)
+                        .collect())
                 })
                 .collect::<Result<_>>()?;
             let slices: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
@@ -142,7 +178,10 @@ impl Task {
                 .and_then(|c| c.tracking_weight.clone())
                 .unwrap_or_else(|| vec![1.0; outputs.len()]),
             move_suppression: control.and_then(|c| c.move_suppression.clone()),
-            input_range: limits.iter().map(|(low, high, _)| (high - low) / 2.0).collect(),
+            input_range: limits
+                .iter()
+                .map(|(low, high, _)| (high - low) / 2.0)
+                .collect(),
             limits,
             output_range: workspaces.iter().map(|w| (w.high - w.low) / 2.0).collect(),
             workspaces,
@@ -156,13 +195,54 @@ impl Task {
 
     /// Units of the outputs.
     pub fn units<'a>(&'a self, plant: &'a Plant) -> impl Iterator<Item = &'a str> {
-        self.outputs.iter().map(|sensor| plant.sensors()[*sensor].unit.as_str())
+        self.outputs
+            .iter()
+            .map(|sensor| plant.sensors()[*sensor].unit.as_str())
     }
+}
+
+/// Where each output comes to rest under constant inputs; `None` where it does not, such as an axis
+/// that drifts. What was recorded may lie beyond: a springy plant swings further than it can be held.
+fn rest(
+    plant: &Plant,
+    home: &[Option<f64>],
+    outputs: &[usize],
+    limits: &[InputLimits],
+    push: impl Fn(&InputLimits) -> f64,
+) -> Result<Vec<Option<f64>>> {
+    let values = plant.values();
+    let start = plant.initial_state(&values, home)?;
+    let mut stepper = Stepper::new(plant, &values, &start)?;
+    let inputs: Vec<f64> = limits.iter().map(push).collect();
+    if !inputs.iter().all(|u| u.is_finite()) {
+        return Ok(vec![None; outputs.len()]);
+    }
+    const ROWS: usize = 600;
+    let mut seen = vec![(f64::INFINITY, f64::NEG_INFINITY); outputs.len()];
+    for row in 0..ROWS {
+        if stepper.advance(SETTLING_S / ROWS as f64, &inputs).is_err() {
+            return Ok(vec![None; outputs.len()]);
+        }
+        if row >= ROWS * 9 / 10 {
+            for (seen, sensor) in seen.iter_mut().zip(outputs) {
+                let y = stepper.signal(*sensor);
+                *seen = (seen.0.min(y), seen.1.max(y));
+            }
+        }
+    }
+    let settled = seen.iter().zip(outputs).map(|((low, high), sensor)| {
+        let travel = ((low + high) / 2.0 - home[*sensor].unwrap_or(0.0)).abs();
+        (high - low < 0.02 * travel).then_some((low + high) / 2.0)
+    });
+    Ok(settled.collect())
 }
 
 fn position_sensors(plant: &Plant) -> Vec<usize> {
     let sensors = plant.sensors().iter().enumerate();
-    sensors.filter(|(_, s)| s.position_of.is_some()).map(|(i, _)| i).collect()
+    sensors
+        .filter(|(_, s)| s.position_of.is_some())
+        .map(|(i, _)| i)
+        .collect()
 }
 
 /// The rig's limits; an input without one may go a fifth beyond what was recorded.
@@ -189,7 +269,11 @@ fn limits(plant: &Plant, recordings: &[Recording], period: f64) -> Result<Vec<In
             ))
             .help(format!("give the actuator `{}` a `limit`", input.actuator)));
         }
-        Ok((low, high, input.rate_limit.map_or(f64::INFINITY, |rate| rate * period)))
+        Ok((
+            low,
+            high,
+            input.rate_limit.map_or(f64::INFINITY, |rate| rate * period),
+        ))
     };
     plant.inputs().iter().map(of).collect()
 }

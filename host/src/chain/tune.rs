@@ -12,9 +12,16 @@ use super::task::Task;
 /// Tunes move suppression (one factor for all inputs) and the gain of the disturbance estimate on
 /// `scenarios`; a move suppression that the rig fixes is kept.
 ///
+/// `start` gives a device that has run nothing yet: a reset would keep the command applied last.
+///
 /// # Errors
 /// The device does not answer, or no weights give a finite cost.
-pub fn tune(device: &mut Device, scenarios: &[Scenario], task: &Task) -> Result<Weights> {
+pub fn tune(
+    start: impl Fn() -> Result<Device>,
+    model: u32,
+    scenarios: &[Scenario],
+    task: &Task,
+) -> Result<Weights> {
     let weights = |g: &[f64]| Weights {
         tracking_weight: task.tracking_weight.clone(),
         move_suppression: task
@@ -28,10 +35,19 @@ pub fn tune(device: &mut Device, scenarios: &[Scenario], task: &Task) -> Result<
     let judge = std::cell::RefCell::new(|g: &[f64]| -> f64 {
         let mut total = 0.0;
         for scenario in scenarios {
-            let run = MpcController::new(device)
-                .and_then(|mut mpc| mpc.tune(&weights(g)).and_then(|()| scenario.run(&mut mpc)));
+            let run = start().and_then(|mut device| {
+                let mut mpc = MpcController::new(&mut device, model)?;
+                mpc.tune(&weights(g))?;
+                scenario.run(&mut mpc)
+            });
             match run {
-                Ok(run) => total += cost(&run.score(&task.limits), &task.output_range, &task.input_range),
+                Ok(run) => {
+                    total += cost(
+                        &run.score(&task.limits),
+                        &task.output_range,
+                        &task.input_range,
+                    )
+                }
                 Err(error) => {
                     failure = Some(error);
                     return f64::INFINITY;
@@ -40,9 +56,9 @@ pub fn tune(device: &mut Device, scenarios: &[Scenario], task: &Task) -> Result<
         }
         total
     });
-    let ranges = [Range::logarithmic(1e-8, 1e1), Range::linear(0.0, 1.0)];
-    let starts = [vec![1e-3, 0.2], vec![1e-6, 0.5]];
-    let (best, found) = minimise(&ranges, &starts, 40, |g| (judge.borrow_mut())(g));
+    let ranges = [Range::logarithmic(1e-8, 1e2), Range::logarithmic(1e-3, 1.0)];
+    let starts = [vec![1e-3, 0.02], vec![1e-2, 0.1], vec![1e-5, 0.3]];
+    let (best, found) = minimise(&ranges, &starts, 30, |g| (judge.borrow_mut())(g));
     match failure {
         _ if found.is_finite() && found < f64::MAX => Ok(weights(&best)),
         Some(error) => Err(error),

@@ -33,20 +33,40 @@ pub struct Arguments {
 /// # Errors
 /// A bad file, a model that does not fit the rig, inputs and outputs that do not pair off.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let ready = Loop::load(&arguments.rig, &arguments.model, &arguments.recordings.fit, &arguments.recordings.test)?;
+    let ready = Loop::load(
+        &arguments.rig,
+        &arguments.model,
+        &arguments.recordings.fit,
+        &arguments.recordings.test,
+    )?;
     let bench = ready.bench(arguments.common.seed);
     let (values, moved) = bench.moved_plant();
     let scenario = bench.scenario(&values)?;
     let cache = arguments.build_dir.as_deref();
-    let mpc = ready.run(&bench, &arguments.out, Board::Host, cache, arguments.common.quiet, &scenario)?;
+    let mpc = ready.run(
+        &bench,
+        &arguments.out,
+        Board::Host,
+        cache,
+        arguments.common.quiet,
+        &scenario,
+    )?;
     let stage = Stage::begin("tune and run the PID", arguments.common.quiet);
     let pid = bench.pid(&values, &scenario)?;
     stage.end("on the plant that it is judged on");
     println!("reference: {}", ready.task.reference_source);
     for m in &moved {
-        println!("{:<32} {:>14} in the model, {:>14} in the plant", m.name, quantity(m.fitted, &m.unit), quantity(m.plant, &m.unit));
+        println!(
+            "{:<32} {:>14} in the model, {:>14} in the plant",
+            m.name,
+            quantity(m.fitted, &m.unit),
+            quantity(m.plant, &m.unit)
+        );
     }
-    println!("{:<6} {:<12} {:>14} {:>14} {:>16} {:>15}", "", "output", "RMS error", "largest error", "command change", "outside limits");
+    println!(
+        "{:<6} {:<12} {:>14} {:>14} {:>16} {:>15}",
+        "", "output", "RMS error", "largest error", "command change", "outside limits"
+    );
     for (name, score) in [("MPC", &mpc.score), ("PID", &pid.score)] {
         for (i, (unit, sensor)) in ready.units().zip(&ready.task.outputs).enumerate() {
             println!(

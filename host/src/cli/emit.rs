@@ -23,7 +23,13 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let spec = store::load(&arguments.model)?;
     project::write(&arguments.out, &spec)?;
-    println!("{}: the model, as Rust", arguments.out.join("model").display());
-    println!("{}: `cargo build --release` makes its image", arguments.out.join("boards/qemu").display());
+    println!(
+        "{}: the model, as Rust",
+        arguments.out.join("model").display()
+    );
+    println!(
+        "{}: `cargo build --release` makes its image",
+        arguments.out.join("boards/qemu").display()
+    );
     Ok(())
 }

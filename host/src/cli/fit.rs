@@ -30,32 +30,65 @@ pub struct Arguments {
 /// # Errors
 /// A bad file, or a rig that cannot be fitted.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let read = |paths: &[PathBuf]| paths.iter().map(Recording::read).collect::<Result<Vec<_>>>();
+    let read = |paths: &[PathBuf]| {
+        paths
+            .iter()
+            .map(Recording::read)
+            .collect::<Result<Vec<_>>>()
+    };
     let rig = Rig::load(&arguments.rig)?;
-    let (recordings, tests) = (read(&arguments.recordings.fit)?, read(&arguments.recordings.test)?);
+    let (recordings, tests) = (
+        read(&arguments.recordings.fit)?,
+        read(&arguments.recordings.test)?,
+    );
     let stage = Stage::begin("fit the rig to the recordings", arguments.quiet);
     let found = fit(&rig, &recordings, &FitOptions::default(), &mut |p| {
-        stage.say(format!("stage {}, step {}, {:.2} % of the signal", p.stage, p.step, 100.0 * p.error));
+        stage.say(format!(
+            "stage {}, step {}, {:.2} % of the signal",
+            p.stage,
+            p.step,
+            100.0 * p.error
+        ));
     })?;
     stage.end(format!("{} steps", found.steps));
 
     for p in &found.parameters {
         let interval = match p.ci95 {
-            Some([low, high]) => format!("{} to {}", quantity(low, &p.unit), quantity(high, &p.unit)),
+            Some([low, high]) => {
+                format!("{} to {}", quantity(low, &p.unit), quantity(high, &p.unit))
+            }
             None if p.at_bound => "at its bound".into(),
             None => "not determined by these recordings".into(),
         };
-        println!("{:<32} {:>14} → {:>14}   ({interval})", p.name, quantity(p.as_written, &p.unit), quantity(p.value, &p.unit));
+        println!(
+            "{:<32} {:>14} → {:>14}   ({interval})",
+            p.name,
+            quantity(p.as_written, &p.unit),
+            quantity(p.value, &p.unit)
+        );
     }
     for held in &found.held {
-        println!("{}: {} samples of {} are missing and held their last value", held.recording, held.missing, held.column);
+        println!(
+            "{}: {} samples of {} are missing and held their last value",
+            held.recording, held.missing, held.column
+        );
     }
     for s in &found.sensors {
-        println!("fit   {}: free-run error {} as written, {} refitted", s.signal, quantity(s.as_written_rms, &s.unit), quantity(s.rms, &s.unit));
+        println!(
+            "fit   {}: free-run error {} as written, {} refitted",
+            s.signal,
+            quantity(s.as_written_rms, &s.unit),
+            quantity(s.rms, &s.unit)
+        );
     }
     if !tests.is_empty() {
         for (before, after) in score(&rig, &tests)?.iter().zip(score(&found.rig, &tests)?) {
-            println!("test  {}: free-run error {} as written, {} refitted", after.signal, quantity(before.rms, &after.unit), quantity(after.rms, &after.unit));
+            println!(
+                "test  {}: free-run error {} as written, {} refitted",
+                after.signal,
+                quantity(before.rms, &after.unit),
+                quantity(after.rms, &after.unit)
+            );
         }
     }
     match &arguments.out {

@@ -66,13 +66,15 @@ pub struct Common {
     pub quiet: bool,
 }
 
-/// Runs the program: 0 when it did what was asked, 2 for bad arguments or bad files, 1 for anything
-/// else.
+/// Runs the program: 0 when it did what was asked, 2 for bad arguments or bad files, 130 after Ctrl-C, 1
+/// for anything else.
 pub fn main() -> ExitCode {
     // A handler that cannot be installed costs only the tidying up; the system still ends the process.
     let _ = ctrlc::set_handler(|| {
-        crate::device::kill_all();
-        crate::atomic::remove_unfinished();
+        // Held until the process is gone: nothing starts a child, makes a file, or takes a killed
+        // child for a failure of its own any more.
+        let _children = crate::device::kill_all();
+        let _files = crate::atomic::remove_unfinished();
         eprintln!("\nstopped; no file was left half written");
         std::process::exit(130);
     });

@@ -9,8 +9,15 @@ pub fn run(arguments: &NewArgs) -> Result<()> {
     let new = new_rig::run(arguments)?;
     println!("{}", new.path.display());
     if !new.unused.is_empty() {
-        println!("columns that the rig does not use: {}", new.unused.join(", "));
+        println!(
+            "columns that the rig does not use: {}",
+            new.unused.join(", ")
+        );
     }
-    println!("next: sinew fit {} --fit {}", new.path.display(), arguments.recording.display());
+    println!(
+        "next: sinew fit {} --fit {}",
+        new.path.display(),
+        arguments.recording.display()
+    );
     Ok(())
 }

@@ -36,12 +36,24 @@ pub struct Arguments {
 /// # Errors
 /// A bad file, a model that does not fit the rig, firmware that does not build or run.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let ready = Loop::load(&arguments.rig, &arguments.model, &arguments.recordings.fit, &arguments.recordings.test)?;
+    let ready = Loop::load(
+        &arguments.rig,
+        &arguments.model,
+        &arguments.recordings.fit,
+        &arguments.recordings.test,
+    )?;
     let bench = ready.bench(arguments.common.seed);
     let (values, _) = bench.moved_plant();
     let scenario = bench.scenario(&values)?;
     let run = |board: Board| {
-        ready.run(&bench, &arguments.out, board, arguments.build_dir.as_deref(), arguments.common.quiet, &scenario)
+        ready.run(
+            &bench,
+            &arguments.out,
+            board,
+            arguments.build_dir.as_deref(),
+            arguments.common.quiet,
+            &scenario,
+        )
     };
     let device = run(arguments.board)?;
     for (i, (unit, sensor)) in ready.units().zip(&ready.task.outputs).enumerate() {
@@ -62,7 +74,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     );
     if arguments.board != Board::Host {
         if !same_bits(&device.answers, &run(Board::Host)?.answers) {
-            return Err(Error::failed("the board and this computer give different commands"));
+            return Err(Error::failed(
+                "the board and this computer give different commands",
+            ));
         }
         println!("the same bits on this computer");
     }

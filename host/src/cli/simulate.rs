@@ -31,7 +31,11 @@ fn columns<'a>(
 ) -> Result<Vec<Vec<f64>>> {
     wanted
         .map(|(column, by, factor)| {
-            Ok(recording.require(column, by)?.iter().map(|v| v * factor).collect())
+            Ok(recording
+                .require(column, by)?
+                .iter()
+                .map(|v| v * factor)
+                .collect())
         })
         .collect()
 }
@@ -42,7 +46,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let rig = Rig::load(&arguments.rig)?;
     let plant = Plant::new(&rig)?;
     let recording = Recording::read(&arguments.input)?;
-    let inputs = plant.inputs().iter().map(|i| (i.column.as_str(), i.actuator.as_str(), i.column_factor));
+    let inputs = plant
+        .inputs()
+        .iter()
+        .map(|i| (i.column.as_str(), i.actuator.as_str(), i.column_factor));
     let inputs = columns(&recording, inputs)?;
     // A sensor that was not recorded starts from nothing and is simulated all the same.
     let signals: Vec<Vec<f64>> = plant
@@ -53,24 +60,40 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             None => vec![f64::NAN; recording.len()],
         })
         .collect();
-    let slices = |columns: &'_ [Vec<f64>]| -> Vec<Vec<f64>> { columns.to_vec() };
-    let (inputs, signals) = (slices(&inputs), slices(&signals));
     let inputs: Vec<&[f64]> = inputs.iter().map(Vec::as_slice).collect();
     let signals: Vec<&[f64]> = signals.iter().map(Vec::as_slice).collect();
     let run = plant.simulate_recording(recording.t(), &inputs, &signals)?;
 
-    let written = plant.sensors().iter().enumerate().map(|(i, sensor)| Column {
-        name: sensor.column.clone(),
-        values: run.trajectory.column(i).iter().map(|v| v / sensor.column_factor).collect(),
-    });
-    Recording::new(&arguments.out, recording.t().to_vec(), written.collect())?.write(&arguments.out)?;
+    let written = plant
+        .sensors()
+        .iter()
+        .enumerate()
+        .map(|(i, sensor)| Column {
+            name: sensor.column.clone(),
+            values: run
+                .trajectory
+                .column(i)
+                .iter()
+                .map(|v| v / sensor.column_factor)
+                .collect(),
+        });
+    Recording::new(&arguments.out, recording.t().to_vec(), written.collect())?
+        .write(&arguments.out)?;
     if !arguments.quiet {
         for (input, held) in plant.inputs().iter().zip(&run.held) {
             if *held > 0 {
-                eprintln!("{}: {held} samples are missing and held their last value", input.column);
+                eprintln!(
+                    "{}: {held} samples are missing and held their last value",
+                    input.column
+                );
             }
         }
-        println!("{} rows of {} signals in {}", recording.len(), plant.sensors().len(), arguments.out.display());
+        println!(
+            "{} rows of {} signals in {}",
+            recording.len(),
+            plant.sensors().len(),
+            arguments.out.display()
+        );
     }
     Ok(())
 }

@@ -33,18 +33,37 @@ pub struct Arguments {
 /// # Errors
 /// A bad file, or a training that does not converge.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let read = |paths: &[PathBuf]| paths.iter().map(Recording::read).collect::<Result<Vec<_>>>();
+    let read = |paths: &[PathBuf]| {
+        paths
+            .iter()
+            .map(Recording::read)
+            .collect::<Result<Vec<_>>>()
+    };
     let rig = Rig::load(&arguments.rig)?;
     let plant = Plant::new(&rig)?;
-    let (recordings, tests) = (read(&arguments.recordings.fit)?, read(&arguments.recordings.test)?);
+    let (recordings, tests) = (
+        read(&arguments.recordings.fit)?,
+        read(&arguments.recordings.test)?,
+    );
     let reference = tests.first().unwrap_or(&recordings[0]);
     let task = Task::new(&rig, &plant, &recordings, reference)?;
-    let runs = recordings.iter().map(|r| free_run(&rig, r)).collect::<Result<Vec<_>>>()?;
+    let runs = recordings
+        .iter()
+        .map(|r| free_run(&rig, r))
+        .collect::<Result<Vec<_>>>()?;
     let visits = starts(&plant, &recordings, &runs)?;
     let stage = Stage::begin("train the network", arguments.common.quiet);
-    let learned = learn(&rig, &plant, &plant.values(), &visits, &task, arguments.common.seed, |done, of, losses| {
-        stage.share(done, of, &format!("passes, loss {:.4}", losses.validation));
-    })?;
+    let learned = learn(
+        &rig,
+        &plant,
+        &plant.values(),
+        &visits,
+        &task,
+        arguments.common.seed,
+        |done, of, losses| {
+            stage.share(done, of, &format!("passes, loss {:.4}", losses.validation));
+        },
+    )?;
     stage.end(format!("{} weights", learned.record.parameters));
     store::save(&arguments.out, &learned.spec).map_err(|e| Error::failed(e.to_string()))?;
     for (i, unit) in task.units(&plant).enumerate() {

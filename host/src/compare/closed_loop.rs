@@ -64,9 +64,16 @@ impl Scenario {
         let mut stepper = Stepper::new(&self.plant, &self.values, &self.start)?;
         let mut run = Run::default();
         for k in 0..self.reference.steps() {
-            let y: Vec<f64> = self.outputs.iter().map(|sensor| stepper.signal(*sensor)).collect();
-            let measured: Vec<f64> =
-                y.iter().zip(&self.noise).map(|(y, noise)| y + noise * gaussian(&mut random)).collect();
+            let y: Vec<f64> = self
+                .outputs
+                .iter()
+                .map(|sensor| stepper.signal(*sensor))
+                .collect();
+            let measured: Vec<f64> = y
+                .iter()
+                .zip(&self.noise)
+                .map(|(y, noise)| y + noise * gaussian(&mut random))
+                .collect();
             let u = controller.command(k, &measured, &self.reference)?;
             stepper.advance(self.period_s, &u)?;
             run.t.push(k as f64 * self.period_s);
@@ -100,19 +107,32 @@ impl Run {
     pub fn score(&self, limits: &[InputLimits]) -> Score {
         let n = self.t.len().max(1) as f64;
         let outputs = self.y.first().map_or(0, Vec::len);
-        let error = |r: usize| self.y.iter().zip(&self.reference).map(move |(y, w)| y[r] - w[r]);
+        let error = |r: usize| {
+            self.y
+                .iter()
+                .zip(&self.reference)
+                .map(move |(y, w)| y[r] - w[r])
+        };
         let changes = |c: usize| self.u.windows(2).map(move |w| w[1][c] - w[0][c]);
         let outside = self.u.iter().enumerate().map(|(k, u)| {
-            let bad = u.iter().zip(limits).enumerate().any(|(c, (value, (low, high, change)))| {
-                let moved = if k > 0 { value - self.u[k - 1][c] } else { 0.0 };
-                // A command is an f32: the largest change it can make is rounded inwards by it.
-                !(low..=high).contains(&value) || moved.abs() > *change
-            });
+            let bad = u
+                .iter()
+                .zip(limits)
+                .enumerate()
+                .any(|(c, (value, (low, high, change)))| {
+                    let moved = if k > 0 { value - self.u[k - 1][c] } else { 0.0 };
+                    // A command is an f32: the largest change it can make is rounded inwards by it.
+                    !(low..=high).contains(&value) || moved.abs() > *change
+                });
             usize::from(bad)
         });
         Score {
-            rms: (0..outputs).map(|r| (error(r).map(|e| e * e).sum::<f64>() / n).sqrt()).collect(),
-            max: (0..outputs).map(|r| error(r).fold(0.0, |m: f64, e| m.max(e.abs()))).collect(),
+            rms: (0..outputs)
+                .map(|r| (error(r).map(|e| e * e).sum::<f64>() / n).sqrt())
+                .collect(),
+            max: (0..outputs)
+                .map(|r| error(r).fold(0.0, |m: f64, e| m.max(e.abs())))
+                .collect(),
             effort: (0..limits.len())
                 .map(|c| (changes(c).map(|d| d * d).sum::<f64>() / n).sqrt())
                 .collect(),
@@ -124,12 +144,16 @@ impl Run {
 /// What every controller is tuned for: mean square of the tracking error in units of each output's
 /// range, plus `EFFORT` times that of the command's change in units of its range. The second term only
 /// keeps a controller from chattering for nothing.
-pub const EFFORT: f64 = 1e-3;
+pub const EFFORT: f64 = 1e-5;
 
 /// The cost of a run; ranges as for [`EFFORT`].
 pub fn cost(score: &Score, output_range: &[f64], input_range: &[f64]) -> f64 {
     let square = |values: &[f64], ranges: &[f64]| -> f64 {
-        values.iter().zip(ranges).map(|(v, r)| (v / r).powi(2)).sum()
+        values
+            .iter()
+            .zip(ranges)
+            .map(|(v, r)| (v / r).powi(2))
+            .sum()
     };
     square(&score.rms, output_range) + EFFORT * square(&score.effort, input_range)
 }

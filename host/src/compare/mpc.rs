@@ -45,7 +45,10 @@ pub struct Weights {
     pub iterations: u8,
 }
 
-fn fixed<const N: usize>(values: impl IntoIterator<Item = f64>, what: &str) -> Result<FixedVec<f32, N>> {
+fn fixed<const N: usize>(
+    values: impl IntoIterator<Item = f64>,
+    what: &str,
+) -> Result<FixedVec<f32, N>> {
     let mut fixed = FixedVec::new();
     for value in values {
         fixed
@@ -56,14 +59,17 @@ fn fixed<const N: usize>(values: impl IntoIterator<Item = f64>, what: &str) -> R
 }
 
 impl<'a> MpcController<'a> {
-    /// Takes a device over, from a clean slate.
+    /// Takes over a device that has just started; refuses one that does not carry `model`.
     ///
     /// # Errors
-    /// The device does not answer.
-    pub fn new(device: &'a mut Device) -> Result<Self> {
-        let identity = device.hello(None)?;
-        device.ask(&ToDevice::Reset)?;
-        Ok(Self { device, identity, answers: Vec::new() })
+    /// The device does not answer, or is not the one.
+    pub fn new(device: &'a mut Device, model: u32) -> Result<Self> {
+        let identity = device.hello(Some(model))?;
+        Ok(Self {
+            device,
+            identity,
+            answers: Vec::new(),
+        })
     }
 
     /// Replaces the weights.
@@ -91,14 +97,33 @@ impl Controller for MpcController<'_> {
             s: FixedVec::new(),
             reference: fixed(preview, "values of the reference")?,
         };
-        let ToHost::Command { seq, u, status, iterations, cost, ticks, .. } = self.device.ask(&sample)? else {
-            return Err(Error::failed("the device does not answer a sample with a command"));
+        let ToHost::Command {
+            seq,
+            u,
+            status,
+            iterations,
+            cost,
+            ticks,
+            ..
+        } = self.device.ask(&sample)?
+        else {
+            return Err(Error::failed(
+                "the device does not answer a sample with a command",
+            ));
         };
         if seq != k as u32 {
-            return Err(Error::failed(format!("the device answered sample {seq} instead of {k}")));
+            return Err(Error::failed(format!(
+                "the device answered sample {seq} instead of {k}"
+            )));
         }
         let bits = u.iter().map(|v| v.to_bits()).collect();
-        self.answers.push(Answer { bits, status, iterations, cost, ticks });
+        self.answers.push(Answer {
+            bits,
+            status,
+            iterations,
+            cost,
+            ticks,
+        });
         Ok(u.iter().map(|v| f64::from(*v)).collect())
     }
 }

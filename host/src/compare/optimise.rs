@@ -18,12 +18,20 @@ pub struct Range {
 impl Range {
     /// Logarithmic between two positive values.
     pub const fn logarithmic(low: f64, high: f64) -> Self {
-        Self { low, high, logarithmic: true }
+        Self {
+            low,
+            high,
+            logarithmic: true,
+        }
     }
 
     /// Linear between two values.
     pub const fn linear(low: f64, high: f64) -> Self {
-        Self { low, high, logarithmic: false }
+        Self {
+            low,
+            high,
+            logarithmic: false,
+        }
     }
 
     /// The value at `s` in 0..1; outside, the nearer end.
@@ -62,7 +70,11 @@ impl CostFunction for Problem<'_> {
         let outside: f64 = places.iter().map(|s| (s - s.clamp(0.0, 1.0)).abs()).sum();
         let values = values(self.ranges, places);
         let cost = (self.cost)(&values);
-        Ok(if cost.is_finite() { cost * (1.0 + outside) } else { f64::MAX })
+        Ok(if cost.is_finite() {
+            cost * (1.0 + outside)
+        } else {
+            f64::MAX
+        })
     }
 }
 
@@ -89,7 +101,10 @@ pub fn minimise(
             simplex.push(corner);
         }
         let solver = NelderMead::new(simplex);
-        let problem = Problem { ranges, cost: &cost };
+        let problem = Problem {
+            ranges,
+            cost: &cost,
+        };
         let run = Executor::new(problem, solver)
             .configure(|state| state.max_iters(iterations))
             .run();

@@ -29,31 +29,48 @@ const GAP_LIMIT: u16 = 10;
 impl PidController {
     /// A controller at rest at the command nearest to zero.
     pub fn new(tuning: &[Tuning], limits: &[InputLimits], period_s: f64) -> Self {
-        let channels = tuning.iter().zip(limits).map(|(tuning, (low, high, change))| {
-            let limits = Limits {
-                lower: [*low as f32],
-                upper: [*high as f32],
-                rate: [inwards(*change)],
-                safe: [0.0_f64.clamp(*low, *high) as f32],
-            };
-            (Pid::new([tuning.gains], period_s as f32, limits, GAP_LIMIT), tuning.lead)
-        });
-        Self { channels: channels.collect() }
+        let channels = tuning
+            .iter()
+            .zip(limits)
+            .map(|(tuning, (low, high, change))| {
+                let limits = Limits {
+                    lower: [*low as f32],
+                    upper: [*high as f32],
+                    rate: [inwards(*change)],
+                    safe: [0.0_f64.clamp(*low, *high) as f32],
+                };
+                (
+                    Pid::new([tuning.gains], period_s as f32, limits, GAP_LIMIT),
+                    tuning.lead,
+                )
+            });
+        Self {
+            channels: channels.collect(),
+        }
     }
 }
 
 /// The largest f32 that does not exceed `value`.
 fn inwards(value: f64) -> f32 {
     let near = value as f32;
-    if f64::from(near) > value { near.next_down() } else { near }
+    if f64::from(near) > value {
+        near.next_down()
+    } else {
+        near
+    }
 }
 
 impl Controller for PidController {
     fn command(&mut self, k: usize, y: &[f64], reference: &Reference) -> Result<Vec<f64>> {
-        let commands = self.channels.iter_mut().zip(y).enumerate().map(|(i, ((pid, lead), y))| {
-            let asked = reference.row(k + *lead)[i] as f32;
-            f64::from(pid.step(&[*y as f32], &[asked])[0])
-        });
+        let commands = self
+            .channels
+            .iter_mut()
+            .zip(y)
+            .enumerate()
+            .map(|(i, ((pid, lead), y))| {
+                let asked = reference.row(k + *lead)[i] as f32;
+                f64::from(pid.step(&[*y as f32], &[asked])[0])
+            });
         Ok(commands.collect())
     }
 }
@@ -98,19 +115,24 @@ pub fn tune(
             .collect()
     };
     let ranges = [
-        Range::logarithmic(1e-2, 1e4),                 // kp, input ranges an output range
-        Range::logarithmic(1e-3, 1e2),                 // ki / kp, 1/s
-        Range::logarithmic(1e-4, 1e1),                 // kd / kp, s
-        Range::logarithmic(0.1, 30.0),                 // filter, periods
-        Range::linear(0.0, 1.5),                       // reference in P
-        Range::linear(0.0, 1.5),                       // reference in D
-        Range::logarithmic(0.5, 200.0),                // anti-windup, periods
+        Range::logarithmic(1e-2, 1e4),  // kp, input ranges an output range
+        Range::logarithmic(1e-3, 1e2),  // ki / kp, 1/s
+        Range::logarithmic(1e-4, 1e1),  // kd / kp, s
+        Range::logarithmic(0.1, 30.0),  // filter, periods
+        Range::linear(0.0, 1.5),        // reference in P
+        Range::linear(0.0, 1.5),        // reference in D
+        Range::logarithmic(0.5, 200.0), // anti-windup, periods
         Range::linear(0.0, longest_lead.max(1) as f64), // lead, steps
     ];
-    let starts: Vec<Vec<f64>> = [(0.5, 0.5, 0.05), (5.0, 2.0, 0.1), (50.0, 5.0, 0.1), (500.0, 5.0, 0.05)]
-        .iter()
-        .map(|(kp, ki, kd)| vec![*kp, *ki, *kd, 1.0, 1.0, 1.0, 10.0, 1.0])
-        .collect();
+    let starts: Vec<Vec<f64>> = [
+        (0.5, 0.5, 0.05),
+        (5.0, 2.0, 0.1),
+        (50.0, 5.0, 0.1),
+        (500.0, 5.0, 0.05),
+    ]
+    .iter()
+    .map(|(kp, ki, kd)| vec![*kp, *ki, *kd, 1.0, 1.0, 1.0, 10.0, 1.0])
+    .collect();
     let judge = |g: &[f64]| -> f64 {
         let tuning = of(g);
         let costs = scenarios.iter().map(|scenario| {

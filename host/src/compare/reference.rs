@@ -44,53 +44,68 @@ impl Reference {
         let count = ((last - first) / period + 1e-6) as usize + 1;
         let rows = (0..count).map(|k| {
             let at = first + k as f64 * period;
-            columns.iter().map(|column| interpolate(t, column, at)).collect()
+            columns
+                .iter()
+                .map(|column| interpolate(t, column, at))
+                .collect()
         });
-        Self { rows: rows.collect() }
+        Self {
+            rows: rows.collect(),
+        }
     }
 
-    /// The published staircase: 0.2, 0.4 and 0.8 of the way from `low` to `high`, `each` steps a level.
-    pub fn staircase(workspaces: &[Workspace], each: usize) -> Self {
-        let levels = [0.2, 0.4, 0.8];
-        let row = |level: f64| workspaces.iter().map(|w| w.low + level * (w.high - w.low)).collect();
-        let mut rows: Vec<Vec<f64>> =
-            levels.iter().flat_map(|level| std::iter::repeat_n(row(*level), each)).collect();
-        rows.push(row(levels[2]));
-        Self { rows }
+    /// From `low` to 0.2, 0.4 and 0.8 of the way to `high`, the levels of the published staircase,
+    /// `each` steps a level; every move is minimum-jerk at the workspace's speed, since a jump measures
+    /// little but the actuator's limits.
+    pub fn staircase(workspaces: &[Workspace], each: usize, period: f64) -> Self {
+        let columns = workspaces.iter().map(|w| {
+            let mut column = vec![w.low];
+            for level in [0.2, 0.4, 0.8] {
+                let end = column.len() + each;
+                let (from, to) = (column[column.len() - 1], w.low + level * (w.high - w.low));
+                append_move(&mut column, from, to, w.speed, period, each);
+                column.resize(end, to);
+            }
+            column
+        });
+        Self::of_columns(&columns.collect::<Vec<_>>())
     }
 
-    /// Random minimum-jerk moves with rests and, every third, a jump: for tuning, never for a result.
+    /// Random minimum-jerk moves with rests: for tuning, never for a result.
     pub fn moves(workspaces: &[Workspace], steps: usize, period: f64, seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let columns: Vec<Vec<f64>> = workspaces
-            .iter()
-            .map(|w| {
-                let range = w.high - w.low;
-                let mut place = || w.low + range * random.random_range(0.1..0.9);
-                let mut at = place();
-                let mut column = Vec::with_capacity(steps + 1);
-                let mut count = 0;
-                while column.len() <= steps {
-                    let to = place();
-                    count += 1;
-                    // The peak speed of a minimum-jerk move is 15/8 of its mean (Flash and Hogan 1985).
-                    let duration = 1.875 * (to - at).abs() / w.speed.max(1e-12);
-                    let jump = count % 3 == 0;
-                    let length = if jump { 1 } else { (duration / period).clamp(1.0, steps as f64) as usize };
-                    for k in 1..=length {
-                        let s = k as f64 / length as f64;
-                        column.push(at + (to - at) * s * s * s * (10.0 - 15.0 * s + 6.0 * s * s));
-                    }
-                    let rest = if jump { steps / 8 } else { steps / 16 };
-                    column.extend(std::iter::repeat_n(to, rest.max(1)));
-                    at = to;
-                }
-                column.truncate(steps + 1);
-                column
-            })
-            .collect();
-        Self { rows: (0..=steps).map(|k| columns.iter().map(|c| c[k]).collect()).collect() }
+        let columns = workspaces.iter().map(|w| {
+            let mut place = || w.low + (w.high - w.low) * random.random_range(0.1..0.9);
+            let mut column = vec![place()];
+            while column.len() <= steps {
+                let (from, to) = (column[column.len() - 1], place());
+                append_move(&mut column, from, to, w.speed, period, steps);
+                let rested = column.len() + (steps / 16).max(1);
+                column.resize(rested, to);
+            }
+            column.truncate(steps + 1);
+            column
+        });
+        Self::of_columns(&columns.collect::<Vec<_>>())
     }
+
+    fn of_columns(columns: &[Vec<f64>]) -> Self {
+        let rows = columns.first().map_or(0, Vec::len);
+        Self {
+            rows: (0..rows)
+                .map(|k| columns.iter().map(|c| c[k]).collect())
+                .collect(),
+        }
+    }
+}
+
+/// A minimum-jerk move (Flash and Hogan 1985) whose mean speed is `speed`, in at most `most` steps.
+fn append_move(column: &mut Vec<f64>, from: f64, to: f64, speed: f64, period: f64, most: usize) {
+    let steps = ((to - from).abs() / speed.max(1e-12) / period).clamp(1.0, most as f64) as usize;
+    column.extend((1..=steps).map(|k| {
+        let s = k as f64 / steps as f64;
+        from + (to - from) * s * s * s * (10.0 - 15.0 * s + 6.0 * s * s)
+    }));
 }
 
 /// Linear between the samples around `at`; missing samples are bridged, ends are held.
@@ -117,13 +132,22 @@ mod tests {
         let rows: Vec<f64> = reference.rows.iter().map(|r| r[0]).collect();
         let expected = [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0];
         assert_eq!(rows.len(), expected.len());
-        assert!(rows.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{rows:?}");
+        assert!(
+            rows.iter()
+                .zip(expected)
+                .all(|(a, b)| (a - b).abs() < 1e-12),
+            "{rows:?}"
+        );
         assert_eq!(reference.row(100), [4.0]);
     }
 
     #[test]
     fn moves_stay_in_the_workspace_and_differ_by_seed() {
-        let workspace = [Workspace { low: -1.0, high: 3.0, speed: 2.0 }];
+        let workspace = [Workspace {
+            low: -1.0,
+            high: 3.0,
+            speed: 2.0,
+        }];
         let a = Reference::moves(&workspace, 500, 0.01, 1);
         let b = Reference::moves(&workspace, 500, 0.01, 2);
         assert_ne!(a, b);
@@ -132,9 +156,31 @@ mod tests {
     }
 
     #[test]
-    fn the_staircase_has_999_steps() {
-        let reference = Reference::staircase(&[Workspace { low: 0.0, high: 1.0, speed: 1.0 }], 333);
+    fn the_staircase_has_999_steps_and_never_jumps() {
+        let workspace = [Workspace {
+            low: 1.0,
+            high: 2.0,
+            speed: 0.5,
+        }];
+        let reference = Reference::staircase(&workspace, 333, 0.01);
         assert_eq!(reference.steps(), 999);
-        assert_eq!((reference.row(0)[0], reference.row(400)[0], reference.row(998)[0]), (0.2, 0.4, 0.8));
+        let levels = [0, 333, 666, 999].map(|k| reference.row(k)[0]);
+        assert!(
+            levels
+                .iter()
+                .zip([1.0, 1.2, 1.4, 1.8])
+                .all(|(a, b)| (a - b).abs() < 1e-12),
+            "{levels:?}"
+        );
+        // Mean speed 0.5 makes a peak of 15/8 of that.
+        let fastest = reference
+            .rows
+            .windows(2)
+            .map(|w| (w[1][0] - w[0][0]).abs())
+            .fold(0.0, f64::max);
+        assert!(
+            (0.5 * 0.01..=0.5 * 0.01 * 1.9).contains(&fastest),
+            "{fastest}"
+        );
     }
 }

@@ -65,7 +65,10 @@ pub fn visits(
     plant.simulate_with(values, start, &drive, times, |row, stepper| {
         if row % every == 0 {
             let inputs = inputs.iter().map(|column| column[row]).collect();
-            visits.push(Visit { state: stepper.state(), inputs });
+            visits.push(Visit {
+                state: stepper.state(),
+                inputs,
+            });
         }
     })?;
     Ok(visits)
@@ -120,7 +123,9 @@ impl Ranges {
         let spread = |values: &mut dyn Iterator<Item = f64>| {
             let (low, high) = values
                 .filter(|v| v.is_finite())
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
+                    (l.min(v), h.max(v))
+                });
             if high > low { (low, high) } else { (-1.0, 1.0) }
         };
         let state = (0..plant.state_len()).map(|i| {
@@ -139,7 +144,10 @@ impl Ranges {
                 change: input.rate_limit.map_or(f64::INFINITY, |rate| rate * period),
             }
         });
-        Self { state: state.collect(), input: input.collect() }
+        Self {
+            state: state.collect(),
+            input: input.collect(),
+        }
     }
 }
 
@@ -153,27 +161,52 @@ fn episode(
 ) -> Result<Episode> {
     let visit = &visits[random.random_range(0..visits.len())];
     let bodies = plant.state_len() / 2;
-    let speed_factor = if random.random_bool(0.2) { 0.0 } else { random.random_range(0.3..1.5) };
+    // A quarter begins at rest: there friction holds, and a controller has to know how to break free.
+    let at_rest = random.random_bool(0.25);
+    let speed_factor = if at_rest {
+        0.0
+    } else {
+        random.random_range(0.3..1.5)
+    };
     let start: Vec<f64> = visit
         .state
         .iter()
         .zip(&ranges.state)
         .enumerate()
         .map(|(i, (x, range))| {
-            if i < bodies { x + range * random.random_range(-0.1..0.1) } else { x * speed_factor }
+            if i < bodies {
+                x + range * random.random_range(-0.1..0.1)
+            } else {
+                x * speed_factor
+            }
         })
-        .collect();
-    let mut inputs: Vec<f64> = visit
-        .inputs
-        .iter()
-        .zip(&ranges.input)
-        .map(|(u, r)| if u.is_finite() { u.clamp(r.low, r.high) } else { 0.0_f64.clamp(r.low, r.high) })
         .collect();
     // Small and large excitation alike: friction shows in the small, limits in the large.
     let amplitude = 10_f64.powf(random.random_range(-1.3..0.3));
+    let centres: Vec<f64> = visit
+        .inputs
+        .iter()
+        .map(|u| if at_rest || !u.is_finite() { 0.0 } else { *u })
+        .collect();
+    let mut inputs: Vec<f64> = centres
+        .iter()
+        .zip(&ranges.input)
+        .map(|(centre, range)| {
+            let away = if at_rest {
+                amplitude * range.spread * random.random_range(-1.0..1.0)
+            } else {
+                0.0
+            };
+            (centre + away).clamp(range.low, range.high)
+        })
+        .collect();
     let mut targets = inputs.clone();
     let mut stepper = Stepper::new(plant, values, &start)?;
-    let mut episode = Episode { u: Vec::new(), y: Vec::new(), measured: Vec::new() };
+    let mut episode = Episode {
+        u: Vec::new(),
+        y: Vec::new(),
+        measured: Vec::new(),
+    };
     let observe = |episode: &mut Episode, stepper: &Stepper<f64>, random: &mut ChaCha8Rng| {
         for (sensor, noise) in recipe.outputs.iter().zip(&recipe.noise) {
             let y = stepper.signal(*sensor);
@@ -184,10 +217,14 @@ fn episode(
     for _ in 0..recipe.steps {
         for (i, range) in ranges.input.iter().enumerate() {
             if random.random_bool(0.1) {
-                let centre = if random.random_bool(0.5) { visit.inputs[i] } else { inputs[i] };
-                let centre = if centre.is_finite() { centre } else { 0.0 };
+                let centre = if random.random_bool(0.5) {
+                    centres[i]
+                } else {
+                    inputs[i]
+                };
                 let reach = amplitude * range.spread;
-                targets[i] = (centre + reach * random.random_range(-1.0..1.0)).clamp(range.low, range.high);
+                targets[i] =
+                    (centre + reach * random.random_range(-1.0..1.0)).clamp(range.low, range.high);
             }
             let change = (targets[i] - inputs[i]) * random.random_range(0.2..1.0);
             inputs[i] += change.clamp(-range.change, range.change);

@@ -23,7 +23,10 @@ pub fn decode_log(image: &Path, log: &[u8]) -> Result<String> {
         match decoder.decode() {
             Ok(frame) => {
                 let level = frame.level().map_or("     ", |l| l.as_str());
-                let time = frame.display_timestamp().map(|t| t.to_string()).unwrap_or_default();
+                let time = frame
+                    .display_timestamp()
+                    .map(|t| t.to_string())
+                    .unwrap_or_default();
                 // Writing to a String cannot fail.
                 let _ = writeln!(text, "{time:>12} {level:<5} {}", frame.display_message());
             }

@@ -1,13 +1,14 @@
 //! A controller to talk to: an image in QEMU or this computer's build of the same session, each a
-//! child process with frames on its two pipes.
+//! child process with frames on its two pipes, or on QEMU's serial line.
 
 mod children;
 mod log;
+mod serial;
 
 use std::collections::VecDeque;
 use std::io::{Read, Write};
 use std::path::Path;
-use std::process::{ChildStdin, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
@@ -16,7 +17,7 @@ use sinew_firmware::protocol::{
 };
 use tempfile::TempDir;
 
-pub use children::{Guarded, kill_all};
+pub use children::{AllKilled, Guarded, kill_all};
 pub use log::decode_log;
 
 use crate::error::{Error, Result};
@@ -27,11 +28,10 @@ const PATIENCE: Duration = Duration::from_secs(60);
 /// A running controller. Dropping it ends the process.
 pub struct Device {
     child: Guarded,
-    to_device: Option<ChildStdin>,
+    to_device: Option<Box<dyn Write + Send>>,
     from_device: Receiver<Vec<u8>>,
     accumulator: Accumulator,
     waiting: VecDeque<ToHost>,
-    folder: TempDir,
 }
 
 /// How a device ended.
@@ -50,14 +50,9 @@ impl Device {
     /// # Errors
     /// QEMU is not installed or its working folder cannot be made.
     pub fn qemu(runner: &Path, image: &Path) -> Result<Self> {
-        if let Err(error) = Command::new("qemu-system-arm").arg("--version").output() {
-            return Err(Error::failed(format!("qemu-system-arm cannot be run: {error}"))
-                .help("apt-get install --no-install-recommends qemu-system-arm"));
-        }
         let folder = channel_folder().map_err(|e| Error::write(std::env::temp_dir(), e))?;
-        let mut command = Command::new("sh");
-        command.arg(runner).arg(image).env("LOG", folder.path().join("log"));
-        Self::start(command, folder)
+        let command = emulator(runner, image, &folder)?;
+        Self::on_pipes(folder, command)
     }
 
     /// Starts this computer's build of the same session.
@@ -65,35 +60,48 @@ impl Device {
     /// # Errors
     /// It cannot be started.
     pub fn host(program: &Path) -> Result<Self> {
-        let folder = tempfile::tempdir().map_err(|e| Error::write(std::env::temp_dir(), e))?;
-        Self::start(Command::new(program), folder)
+        Self::on_pipes(own_folder()?, Command::new(program))
     }
 
-    fn start(mut command: Command, folder: TempDir) -> Result<Self> {
-        command.current_dir(folder.path()).stdin(Stdio::piped()).stdout(Stdio::piped());
-        let mut child = Guarded::spawn(&mut command)
-            .map_err(|e| Error::failed(format!("{:?} cannot be started: {e}", command.get_program())))?;
-        let to_device = child.stdin();
-        let (chunks, from_device) = channel();
-        if let Some(mut output) = child.stdout() {
-            // A thread of its own, so that a device that has gone silent is noticed.
-            std::thread::spawn(move || {
-                let mut chunk = [0; 4096];
-                while let Ok(n @ 1..) = output.read(&mut chunk) {
-                    if chunks.send(chunk[..n].to_vec()).is_err() {
-                        break;
-                    }
-                }
-            });
+    fn on_pipes(folder: TempDir, mut command: Command) -> Result<Self> {
+        command.stdin(Stdio::piped()).stdout(Stdio::piped());
+        let mut device = Self::start(folder, command)?;
+        if let (Some(to), Some(from)) = (device.child.stdin(), device.child.stdout()) {
+            device.connect(to, from);
         }
+        Ok(device)
+    }
+
+    /// Starts the process; nothing can be said to it yet.
+    fn start(folder: TempDir, mut command: Command) -> Result<Self> {
+        let child = Guarded::spawn_in(folder, &mut command).map_err(|e| {
+            Error::failed(format!(
+                "{:?} cannot be started: {e}",
+                command.get_program()
+            ))
+        })?;
         Ok(Self {
             child,
-            to_device,
-            from_device,
+            to_device: None,
+            from_device: channel().1,
             accumulator: Accumulator::new(),
             waiting: VecDeque::new(),
-            folder,
         })
+    }
+
+    fn connect(&mut self, to: impl Write + Send + 'static, mut from: impl Read + Send + 'static) {
+        let (chunks, from_device) = channel();
+        // A thread of its own, so that a device that has gone silent is noticed.
+        std::thread::spawn(move || {
+            let mut chunk = [0; 4096];
+            while let Ok(n @ 1..) = from.read(&mut chunk) {
+                if chunks.send(chunk[..n].to_vec()).is_err() {
+                    break;
+                }
+            }
+        });
+        self.to_device = Some(Box::new(to));
+        self.from_device = from_device;
     }
 
     /// Process number.
@@ -137,11 +145,16 @@ impl Device {
             match self.from_device.recv_timeout(PATIENCE) {
                 Ok(chunk) => self.take(&chunk)?,
                 Err(RecvTimeoutError::Timeout) => {
-                    return Err(Error::failed(format!("the device was silent for {PATIENCE:?}")));
+                    return Err(Error::failed(format!(
+                        "the device was silent for {PATIENCE:?}"
+                    )));
                 }
                 Err(RecvTimeoutError::Disconnected) => {
-                    let status = self.child.wait();
-                    return Err(Error::failed(format!("the device ended by itself ({status})")));
+                    let how = match self.child.wait() {
+                        Ok(status) => status.to_string(),
+                        Err(error) => error.to_string(),
+                    };
+                    return Err(Error::failed(format!("the device ended by itself ({how})")));
                 }
             }
         }
@@ -152,8 +165,9 @@ impl Device {
             match self.accumulator.feed(*byte) {
                 Fed::Nothing => {}
                 Fed::Frame(frame) => {
-                    let message = decode(frame)
-                        .map_err(|e| Error::failed(format!("a damaged frame from the device ({e:?})")))?;
+                    let message = decode(frame).map_err(|e| {
+                        Error::failed(format!("a damaged frame from the device ({e:?})"))
+                    })?;
                     self.waiting.push_back(message);
                 }
                 Fed::TooLong => return Err(Error::failed("a frame from the device has no end")),
@@ -169,9 +183,9 @@ impl Device {
     pub fn ask(&mut self, message: &ToDevice) -> Result<ToHost> {
         self.send(message)?;
         match self.receive()? {
-            ToHost::Refused { reason } => {
-                Err(Error::failed(format!("the device refused a frame: {reason:?}")))
-            }
+            ToHost::Refused { reason } => Err(Error::failed(format!(
+                "the device refused a frame: {reason:?}"
+            ))),
             answer => Ok(answer),
         }
     }
@@ -219,22 +233,55 @@ impl Device {
         self.to_device = None;
         let deadline = Instant::now() + PATIENCE;
         let status = loop {
-            match self.child.try_wait().map_err(|e| Error::failed(format!("the device: {e}")))? {
+            match self
+                .child
+                .try_wait()
+                .map_err(|e| Error::failed(format!("the device: {e}")))?
+            {
                 Some(status) => break status,
                 None if Instant::now() > deadline => {
-                    return Err(Error::failed("the device does not end although its pipe is closed"));
+                    return Err(Error::failed(
+                        "the device does not end although its pipe is closed",
+                    ));
                 }
                 None => std::thread::sleep(Duration::from_millis(2)),
             }
         };
-        let path = self.folder.path().join("log");
-        let log = if path.exists() {
-            std::fs::read(&path).map_err(|e| Error::read(&path, e))?
-        } else {
-            Vec::new()
+        let path = self.child.folder().map(|folder| folder.join(LOG));
+        let log = match path.filter(|path| path.exists()) {
+            Some(path) => std::fs::read(&path).map_err(|e| Error::read(&path, e))?,
+            None => Vec::new(),
         };
-        Ok(End { status: status.code(), log })
+        Ok(End {
+            status: status.code(),
+            log,
+        })
     }
+}
+
+/// The log's file in a device's working folder.
+const LOG: &str = "log";
+
+/// QEMU by way of the board's `run.sh`, which is to run in `folder`.
+fn emulator(runner: &Path, image: &Path, folder: &TempDir) -> Result<Command> {
+    if let Err(error) = Command::new("qemu-system-arm").arg("--version").output() {
+        return Err(
+            Error::failed(format!("qemu-system-arm cannot be run: {error}"))
+                .help("apt-get install --no-install-recommends qemu-system-arm"),
+        );
+    }
+    // The child has a working folder of its own.
+    let absolute = |path: &Path| std::path::absolute(path).map_err(|e| Error::read(path, e));
+    let mut command = Command::new("sh");
+    command
+        .arg(absolute(runner)?)
+        .arg(absolute(image)?)
+        .env("LOG", folder.path().join(LOG));
+    Ok(command)
+}
+
+fn own_folder() -> Result<TempDir> {
+    tempfile::tempdir().map_err(|e| Error::write(std::env::temp_dir(), e))
 }
 
 /// A folder in which the firmware's two channel files are this process's pipes (boards/qemu/run.sh).

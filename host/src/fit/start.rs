@@ -44,7 +44,7 @@ pub(super) fn states(
     Ok(states)
 }
 
-/// The start of a simulation by CONTRACTS section 5.
+/// The start that `sinew simulate` takes (docs/files.md).
 fn at_rest(plant: &Plant, experiment: &Experiment, values: &[f64]) -> Result<Vec<f64>> {
     let first: Vec<Option<f64>> = experiment
         .signals

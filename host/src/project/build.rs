@@ -1,9 +1,11 @@
 //! Runs cargo on one board of a project.
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Command, ExitStatus, Stdio};
 
 use super::{Board, board_folder};
+use crate::device::Guarded;
 use crate::error::{Error, Result};
 
 /// The target of every Cortex-M4F with its floating-point unit in use.
@@ -23,65 +25,94 @@ pub struct Built {
 /// `folder/target`.
 ///
 /// # Errors
+/// As [`compile`]; a copy that cannot be written.
+pub fn build(folder: &Path, board: Board, cache: Option<&Path>) -> Result<Built> {
+    let own = folder.join("target");
+    let built = compile(folder, board, cache.unwrap_or(&own))?;
+    let images = folder.join("images").join(board.folder());
+    let copy = |from: &Path, name: &str| -> Result<PathBuf> {
+        let to = images.join(name);
+        crate::atomic::copy(from, &to)?;
+        std::path::absolute(&to).map_err(|e| Error::write(&to, e))
+    };
+    match &built.free {
+        Some(free) => Ok(Built {
+            lockstep: copy(&built.lockstep, "lockstep.elf")?,
+            free: Some(copy(free, "free.elf")?),
+        }),
+        None => Ok(Built {
+            lockstep: copy(&built.lockstep, "sinew-board-host")?,
+            free: None,
+        }),
+    }
+}
+
+/// Builds `board` of the project in `folder`, release; the programs are left where cargo puts them, in
+/// `cache`.
+///
+/// # Errors
 /// [`Error`] with the compiler's words when the build fails, and with what to install when the
 /// compiler or its target is missing.
-pub fn build(folder: &Path, board: Board, cache: Option<&Path>) -> Result<Built> {
+pub fn compile(folder: &Path, board: Board, cache: &Path) -> Result<Built> {
     let crate_folder = board_folder(folder, board);
-    let cache = match cache {
-        Some(cache) => std::path::absolute(cache).map_err(|e| Error::write(cache, e))?,
-        None => std::path::absolute(folder.join("target")).map_err(|e| Error::write(folder, e))?,
-    };
+    let cache = std::path::absolute(cache).map_err(|e| Error::write(cache, e))?;
     let mut command = match board {
         Board::Qemu => firmware_cargo(),
         Board::Host => cargo("cargo"),
     };
-    let output = command
+    command
         .args(["build", "--release", "--quiet"])
         .current_dir(&crate_folder)
         .env("CARGO_TARGET_DIR", &cache)
         // Flags meant for the program that calls are not the firmware's.
         .env_remove("RUSTFLAGS")
-        .env_remove("CARGO_ENCODED_RUSTFLAGS")
-        .stdin(Stdio::null())
-        .output()
-        .map_err(|e| {
-            Error::failed(format!("cargo cannot be run: {e}"))
-                .help("install Rust from rustup, or name cargo in SINEW_FIRMWARE_CARGO")
-        })?;
-    if !output.status.success() {
-        let words = String::from_utf8_lossy(&output.stderr);
+        .env_remove("CARGO_ENCODED_RUSTFLAGS");
+    let (status, words) = complaints(&mut command).map_err(|e| {
+        Error::failed(format!("cargo cannot be run: {e}"))
+            .help("install Rust from rustup, or name cargo in SINEW_FIRMWARE_CARGO")
+    })?;
+    if !status.success() {
         let error = Error::failed(format!(
             "building {} failed:\n{}",
             crate_folder.display(),
             words.trim_end()
         ));
         return Err(if words.contains("target may not be installed") {
-            error.help(format!("run `cargo xtask setup`, or `rustup target add {TARGET}`"))
+            error.help(format!(
+                "run `cargo xtask setup`, or `rustup target add {TARGET}`"
+            ))
         } else {
             error
         });
     }
-
-    let images = folder.join("images").join(board.folder());
-    std::fs::create_dir_all(&images).map_err(|e| Error::write(&images, e))?;
-    let copy = |from: PathBuf, name: &str| -> Result<PathBuf> {
-        let to = images.join(name);
-        std::fs::copy(&from, &to).map_err(|e| Error::write(&to, e))?;
-        std::path::absolute(&to).map_err(|e| Error::write(&to, e))
-    };
-    match board {
+    Ok(match board {
         Board::Qemu => {
             let release = cache.join(TARGET).join("release");
-            Ok(Built {
-                lockstep: copy(release.join("lockstep"), "lockstep.elf")?,
-                free: Some(copy(release.join("free"), "free.elf")?),
-            })
+            Built {
+                lockstep: release.join("lockstep"),
+                free: Some(release.join("free")),
+            }
         }
-        Board::Host => {
-            let release = cache.join("release");
-            Ok(Built { lockstep: copy(release.join("sinew-board-host"), "sinew-board-host")?, free: None })
-        }
+        Board::Host => Built {
+            lockstep: cache.join("release/sinew-board-host"),
+            free: None,
+        },
+    })
+}
+
+/// Runs `command` to its end: how it ended, and what it wrote to standard error.
+fn complaints(command: &mut Command) -> std::io::Result<(ExitStatus, String)> {
+    command
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped());
+    // Guarded, because a build of minutes must not go on after Ctrl-C.
+    let mut child = Guarded::spawn(command)?;
+    let mut words = Vec::new();
+    if let Some(mut errors) = child.stderr() {
+        errors.read_to_end(&mut words)?;
     }
+    Ok((child.wait()?, String::from_utf8_lossy(&words).into_owned()))
 }
 
 fn cargo(program: &str) -> Command {
@@ -101,7 +132,9 @@ fn firmware_cargo() -> Command {
         command.env("RUSTC", rustc);
     }
     if std::env::var("SINEW_FIRMWARE_BUILD_STD").is_ok_and(|v| v == "1") {
-        command.env("RUSTC_BOOTSTRAP", "1").env("CARGO_UNSTABLE_BUILD_STD", "core");
+        command
+            .env("RUSTC_BOOTSTRAP", "1")
+            .env("CARGO_UNSTABLE_BUILD_STD", "core");
     }
     command
 }

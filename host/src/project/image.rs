@@ -31,7 +31,9 @@ pub fn sizes(path: &Path) -> Result<Sizes> {
         .map_err(|e| Error::file(path, format!("not an image: {e}")).expected("an ELF file"))?;
     let (mut flash_bytes, mut ram_bytes) = (0, 0);
     for section in file.sections() {
-        let SectionFlags::Elf { sh_flags, .. } = section.flags() else { continue };
+        let SectionFlags::Elf { sh_flags, .. } = section.flags() else {
+            continue;
+        };
         if sh_flags.0 & object::elf::SHF_ALLOC.0 == 0 {
             continue;
         }
@@ -45,7 +47,12 @@ pub fn sizes(path: &Path) -> Result<Sizes> {
         }
     }
     let allocator = file.symbols().filter(|s| {
-        s.name().is_ok_and(|n| n.contains("__rust_alloc") || n == "malloc" || n == "_sbrk")
+        s.name()
+            .is_ok_and(|n| n.contains("__rust_alloc") || n == "malloc" || n == "_sbrk")
     });
-    Ok(Sizes { flash_bytes, ram_bytes, heap_bytes: allocator.count() as u64 })
+    Ok(Sizes {
+        flash_bytes,
+        ram_bytes,
+        heap_bytes: allocator.count() as u64,
+    })
 }

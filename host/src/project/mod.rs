@@ -18,7 +18,7 @@ use sinew_codegen::emit::{EmitOptions, emit};
 use sinew_codegen::spec::ModelSpec;
 use toml_edit::{DocumentMut, Item, Table, value};
 
-pub use build::{Built, build};
+pub use build::{Built, build, compile};
 pub use image::Sizes;
 
 use crate::error::{Error, Result};
@@ -56,7 +56,10 @@ impl Board {
 /// # Errors
 /// [`Error`] when the specification is not valid or a file cannot be written.
 pub fn write(folder: &Path, spec: &ModelSpec) -> Result<()> {
-    let options = EmitOptions { firmware: "../firmware".into(), ..EmitOptions::default() };
+    let options = EmitOptions {
+        firmware: "../firmware".into(),
+        ..EmitOptions::default()
+    };
     let generated = emit(spec, &options).map_err(|e| Error::failed(e.to_string()))?;
     for file in generated {
         update(&folder.join("model").join(file.path), file.text.as_bytes())?;
@@ -82,7 +85,9 @@ fn workspace(contents: &[u8]) -> Result<String> {
     if let Some(workspace) = document["workspace"].as_table_mut() {
         let members = ["firmware"].into_iter().collect::<toml_edit::Array>();
         workspace.insert("members", value(members));
-        let apart = ["boards", "model"].into_iter().collect::<toml_edit::Array>();
+        let apart = ["boards", "model"]
+            .into_iter()
+            .collect::<toml_edit::Array>();
         workspace.insert("exclude", value(apart));
     }
     document.remove("profile");
@@ -92,8 +97,13 @@ fn workspace(contents: &[u8]) -> Result<String> {
 /// The board's manifest with its one `model` line pointed at this project's model.
 fn board_manifest(contents: &[u8], spec: &ModelSpec) -> Result<String> {
     let mut document = parse("boards/*/Cargo.toml", contents)?;
-    let Some(dependencies) = document.get_mut("dependencies").and_then(Item::as_table_mut) else {
-        return Err(Error::failed("the board's Cargo.toml has no [dependencies]"));
+    let Some(dependencies) = document
+        .get_mut("dependencies")
+        .and_then(Item::as_table_mut)
+    else {
+        return Err(Error::failed(
+            "the board's Cargo.toml has no [dependencies]",
+        ));
     };
     let mut model = Table::new();
     model.insert("package", value(format!("sinew-model-{}", spec.name)));
@@ -104,7 +114,8 @@ fn board_manifest(contents: &[u8], spec: &ModelSpec) -> Result<String> {
 
 fn parse(name: &str, contents: &[u8]) -> Result<DocumentMut> {
     let text = String::from_utf8_lossy(contents);
-    text.parse().map_err(|e| Error::failed(format!("the embedded {name}: {e}")))
+    text.parse()
+        .map_err(|e| Error::failed(format!("the embedded {name}: {e}")))
 }
 
 /// Writes `contents` where they differ from what is there.

@@ -1,4 +1,4 @@
-//! Recordings: what a device did, as CSV (CONTRACTS section 1).
+//! Recordings: what a device did, as CSV (docs/files.md).
 //!
 //! ```text
 //! # anything after a # is a comment

@@ -3,7 +3,7 @@
 //! A [`Report`] is data; [`Report::to_html`] is a pure function of it. Style sheet and plots are inside
 //! the file, which loads nothing and runs no script. The plots are drawn here rather than by a plotting
 //! library so that their colours can follow the reader's light or dark setting, which needs classes
-//! instead of fixed colours in the SVG (docs/decisions/plots-without-a-library.md).
+//! instead of fixed colours in the SVG (docs/decisions/0009-plots-without-a-library.md).
 //!
 //! ```
 //! use sinew::report::{Block, Plot, Report, Section, Series, Stroke};

@@ -34,7 +34,11 @@ impl Basis {
                 spread[j] = deviation;
             }
         }
-        Self { differences, mean, spread }
+        Self {
+            differences,
+            mean,
+            spread,
+        }
     }
 
     /// The affine map of the basis as one matrix and one vector: z = A x + a.
@@ -103,8 +107,12 @@ pub fn least_squares(z: &DMatrix<f64>, t: &DMatrix<f64>) -> (DMatrix<f64>, DVect
 mod tests {
     use super::*;
 
-    const SHAPE: Shape =
-        Shape { n_u: 1, n_y: 2, past_inputs: 2, past_outputs: 3 };
+    const SHAPE: Shape = Shape {
+        n_u: 1,
+        n_y: 2,
+        past_inputs: 2,
+        past_outputs: 3,
+    };
 
     #[test]
     fn differences_of_a_parabola_are_its_derivatives() {
@@ -116,7 +124,9 @@ mod tests {
 
     #[test]
     fn least_squares_recovers_a_linear_map() {
-        let z = DMatrix::from_fn(50, 3, |i, j| ((i * (j + 2)) as f64 * 0.7).rem_euclid(3.1) - 1.5);
+        let z = DMatrix::from_fn(50, 3, |i, j| {
+            ((i * (j + 2)) as f64 * 0.7).rem_euclid(3.1) - 1.5
+        });
         let w = DMatrix::from_row_slice(2, 3, &[0.5, -1.0, 2.0, 0.1, 0.0, -0.3]);
         let t = DMatrix::from_fn(50, 2, |i, r| (w.row(r) * z.row(i).transpose())[0] + 0.25);
         let (found, bias) = least_squares(&z, &t);

@@ -17,7 +17,9 @@ pub struct Folded {
 }
 
 fn rows(m: &DMatrix<f64>) -> Vec<Vec<f32>> {
-    m.row_iter().map(|r| r.iter().map(|v| *v as f32).collect()).collect()
+    m.row_iter()
+        .map(|r| r.iter().map(|v| *v as f32).collect())
+        .collect()
 }
 
 impl Folded {
@@ -37,7 +39,11 @@ impl Folded {
         let linear_bias = &by_step * (w * &offset + b);
         let last = weights.len() - 2;
         let layers = weights[1..].iter().enumerate().map(|(i, (w, b))| {
-            let (mut w, mut b) = if i == 0 { (w * &a, w * &offset + b) } else { (w.clone(), b.clone()) };
+            let (mut w, mut b) = if i == 0 {
+                (w * &a, w * &offset + b)
+            } else {
+                (w.clone(), b.clone())
+            };
             if i == last {
                 w = &by_step * w * gain;
                 // The linear path has no bias of its own on the chip: the last layer carries both.
@@ -45,6 +51,10 @@ impl Folded {
             }
             (rows(&w), b.iter().map(|v| *v as f32).collect())
         });
-        Self { shape, linear: rows(&linear), layers: layers.collect() }
+        Self {
+            shape,
+            linear: rows(&linear),
+            layers: layers.collect(),
+        }
     }
 }

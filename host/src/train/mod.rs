@@ -92,7 +92,11 @@ pub fn train(
         return Err(Error::failed(format!(
             "no stretch of {} samples in the {} episodes; shorten the rollout or lengthen the episodes",
             shape.history() + 1 + options.rollout,
-            if windows.is_empty() { "training" } else { "validation" },
+            if windows.is_empty() {
+                "training"
+            } else {
+                "validation"
+            },
         )));
     }
 
@@ -113,15 +117,29 @@ pub fn train(
 
     let mut random = ChaCha8Rng::seed_from_u64(options.seed);
     let sample = |windows: &Windows<'_>, count: usize, random: &mut ChaCha8Rng| -> Vec<usize> {
-        (0..count).map(|_| random.random_range(0..windows.len())).collect()
+        (0..count)
+            .map(|_| random.random_range(0..windows.len()))
+            .collect()
     };
     let rollout = options.rollout.max(1);
-    let reference = frame.batch(&windows, &sample(&windows, 4096, &mut random), rollout, &device);
+    let reference = frame.batch(
+        &windows,
+        &sample(&windows, 4096, &mut random),
+        rollout,
+        &device,
+    );
     let sizes = predictor.step_errors(&frame, &reference);
-    let floored: Vec<Vec<f64>> =
-        sizes.iter().map(|s| s.iter().map(|v| v.max(1e-6)).collect()).collect();
+    let floored: Vec<Vec<f64>> = sizes
+        .iter()
+        .map(|s| s.iter().map(|v| v.max(1e-6)).collect())
+        .collect();
     let weights = loss_weights(&floored, &device);
-    let judge = frame.batch(&judged, &sample(&judged, 4096, &mut random), rollout, &device);
+    let judge = frame.batch(
+        &judged,
+        &sample(&judged, 4096, &mut random),
+        rollout,
+        &device,
+    );
 
     let mut optimizer = AdamConfig::new()
         .with_grad_clipping(Some(GradientClippingConfig::Norm(1.0)))
@@ -133,7 +151,8 @@ pub fn train(
         let mut sum = 0.0;
         for batch in 0..options.batches {
             let done = (epoch * options.batches + batch) as f64 / total;
-            let rate = options.learning_rate * (0.01 + 0.99 * 0.5 * (1.0 + (std::f64::consts::PI * done).cos()));
+            let rate = options.learning_rate
+                * (0.01 + 0.99 * 0.5 * (1.0 + (std::f64::consts::PI * done).cos()));
             let chosen = sample(&windows, options.batch, &mut random);
             let data = frame.batch(&windows, &chosen, rollout, &device);
             let loss = predictor.loss(&frame, &data, &weights);
@@ -141,8 +160,15 @@ pub fn train(
             let gradients = GradientsParams::from_grads(loss.backward(), &predictor);
             predictor = optimizer.step(rate, predictor, gradients);
         }
-        let validation = f64::from(predictor.loss(&frame, &judge, &weights).into_scalar::<f32>());
-        let losses = Epoch { training: sum / options.batches as f64, validation };
+        let validation = f64::from(
+            predictor
+                .loss(&frame, &judge, &weights)
+                .into_scalar::<f32>(),
+        );
+        let losses = Epoch {
+            training: sum / options.batches as f64,
+            validation,
+        };
         history.push(losses);
         if validation < best.0 {
             best = (validation, epoch, predictor.clone());
@@ -152,8 +178,18 @@ pub fn train(
     if !best.0.is_finite() {
         return Err(Error::failed("the loss never became finite").help("lower the learning rate"));
     }
-    let folded = Folded::new(&basis, &step, unexplained.max(1e-4), &best.2.weights(), shape);
-    Ok(Trained { folded, history, kept: best.1 })
+    let folded = Folded::new(
+        &basis,
+        &step,
+        unexplained.max(1e-4),
+        &best.2.weights(),
+        shape,
+    );
+    Ok(Trained {
+        folded,
+        history,
+        kept: best.1,
+    })
 }
 
 /// Root mean square change of each output in one period, and every change divided by it.

@@ -47,7 +47,9 @@ fn tensor(rows: usize, columns: usize, values: Vec<f32>, device: &Device) -> Ten
 }
 
 fn matrix(m: &DMatrix<f64>, device: &Device) -> Tensor<2> {
-    let values = m.row_iter().flat_map(|r| r.iter().map(|v| *v as f32).collect::<Vec<_>>());
+    let values = m
+        .row_iter()
+        .flat_map(|r| r.iter().map(|v| *v as f32).collect::<Vec<_>>());
     tensor(m.nrows(), m.ncols(), values.collect(), device)
 }
 
@@ -59,20 +61,43 @@ fn to_matrix(t: Tensor<2>) -> DMatrix<f64> {
 
 impl Frame {
     /// A frame on `device` for `basis`; `step` and `gain` as in [`Predictor`].
-    pub fn new(shape: Shape, basis: &Basis, step: &DVector<f64>, gain: f64, device: &Device) -> Self {
+    pub fn new(
+        shape: Shape,
+        basis: &Basis,
+        step: &DVector<f64>,
+        gain: f64,
+        device: &Device,
+    ) -> Self {
         let (a, offset) = basis.affine();
         Self {
             shape,
             features: matrix(&a.transpose(), device),
-            offset: matrix(&DMatrix::from_row_slice(1, offset.len(), offset.as_slice()), device),
-            step: matrix(&DMatrix::from_row_slice(1, step.len(), step.as_slice()), device),
+            offset: matrix(
+                &DMatrix::from_row_slice(1, offset.len(), offset.as_slice()),
+                device,
+            ),
+            step: matrix(
+                &DMatrix::from_row_slice(1, step.len(), step.as_slice()),
+                device,
+            ),
             gain: gain as f32,
         }
     }
 
     /// Copies the windows `chosen` to the device.
-    pub fn batch(&self, windows: &Windows<'_>, chosen: &[usize], rollout: usize, device: &Device) -> Batch {
-        let Shape { n_u, n_y, past_inputs, past_outputs } = self.shape;
+    pub fn batch(
+        &self,
+        windows: &Windows<'_>,
+        chosen: &[usize],
+        rollout: usize,
+        device: &Device,
+    ) -> Batch {
+        let Shape {
+            n_u,
+            n_y,
+            past_inputs,
+            past_outputs,
+        } = self.shape;
         let (rows, n) = (chosen.len(), self.shape.regressor_len());
         let (mut x, mut inputs, mut targets) = (Vec::new(), Vec::new(), Vec::new());
         for w in chosen {
@@ -81,15 +106,22 @@ impl Frame {
             targets.extend_from_slice(windows.targets(*w));
         }
         let columns = |of: &[f64], stride: usize, start: usize, width: usize| {
-            let values = (0..rows).flat_map(|r| &of[r * stride + start..r * stride + start + width]);
+            let values =
+                (0..rows).flat_map(|r| &of[r * stride + start..r * stride + start + width]);
             tensor(rows, width, values.map(|v| *v as f32).collect(), device)
         };
         let column = |start: usize, width: usize| columns(&x, n, start, width);
         Batch {
             past_u: (1..past_inputs).map(|lag| column(lag * n_u, n_u)).collect(),
-            past_y: (0..past_outputs).map(|lag| column(past_inputs * n_u + lag * n_y, n_y)).collect(),
-            inputs: (0..rollout).map(|j| columns(&inputs, rollout * n_u, j * n_u, n_u)).collect(),
-            targets: (0..rollout).map(|j| columns(&targets, rollout * n_y, j * n_y, n_y)).collect(),
+            past_y: (0..past_outputs)
+                .map(|lag| column(past_inputs * n_u + lag * n_y, n_y))
+                .collect(),
+            inputs: (0..rollout)
+                .map(|j| columns(&inputs, rollout * n_u, j * n_u, n_u))
+                .collect(),
+            targets: (0..rollout)
+                .map(|j| columns(&targets, rollout * n_y, j * n_y, n_y))
+                .collect(),
         }
     }
 }
@@ -103,7 +135,10 @@ impl Predictor {
         widths.extend_from_slice(hidden);
         let bias = |values: Vec<f32>| {
             let length = values.len();
-            Some(Param::from_tensor(Tensor::<1>::from_data(TensorData::new(values, [length]), device)))
+            Some(Param::from_tensor(Tensor::<1>::from_data(
+                TensorData::new(values, [length]),
+                device,
+            )))
         };
         let linear = Linear {
             weight: Param::from_tensor(matrix(&w.transpose(), device)),
@@ -112,7 +147,10 @@ impl Predictor {
         let last = widths[widths.len() - 1];
         Self {
             linear,
-            hidden: widths.windows(2).map(|p| LinearConfig::new(p[0], p[1]).init(device)).collect(),
+            hidden: widths
+                .windows(2)
+                .map(|p| LinearConfig::new(p[0], p[1]).init(device))
+                .collect(),
             last: Linear {
                 weight: Param::from_tensor(tensor(last, n_y, vec![0.0; last * n_y], device)),
                 bias: bias(vec![0.0; n_y]),
@@ -162,16 +200,24 @@ impl Predictor {
     /// Root mean square error of every step, `[steps][n_y]`, over one batch.
     pub fn step_errors(&self, frame: &Frame, batch: &Batch) -> Vec<Vec<f64>> {
         let predictions = self.roll_out(frame, batch);
-        let squares = predictions.into_iter().zip(&batch.targets).map(|(y, target)| {
-            let e = y - target.clone();
-            to_matrix((e.clone() * e).mean_dim(0)).iter().map(|v| v.sqrt()).collect()
-        });
+        let squares = predictions
+            .into_iter()
+            .zip(&batch.targets)
+            .map(|(y, target)| {
+                let e = y - target.clone();
+                to_matrix((e.clone() * e).mean_dim(0))
+                    .iter()
+                    .map(|v| v.sqrt())
+                    .collect()
+            });
         squares.collect()
     }
 
     /// Weights as matrices: linear (W, w), then each layer of the network (W, w), all in features.
     pub fn weights(&self) -> Vec<(DMatrix<f64>, DVector<f64>)> {
-        let layers = std::iter::once(&self.linear).chain(&self.hidden).chain(std::iter::once(&self.last));
+        let layers = std::iter::once(&self.linear)
+            .chain(&self.hidden)
+            .chain(std::iter::once(&self.last));
         layers
             .map(|layer| {
                 let w = to_matrix(layer.weight.val()).transpose();
@@ -189,6 +235,13 @@ impl Predictor {
 pub fn loss_weights(sizes: &[Vec<f64>], device: &Device) -> Vec<Tensor<2>> {
     sizes
         .iter()
-        .map(|s| tensor(1, s.len(), s.iter().map(|v| (1.0 / v) as f32).collect(), device))
+        .map(|s| {
+            tensor(
+                1,
+                s.len(),
+                s.iter().map(|v| (1.0 / v) as f32).collect(),
+                device,
+            )
+        })
         .collect()
 }

@@ -59,7 +59,12 @@ impl<'a> Windows<'a> {
                 starts.push((e as u32, k as u32));
             }
         }
-        Self { shape, rollout, episodes, starts }
+        Self {
+            shape,
+            rollout,
+            episodes,
+            starts,
+        }
     }
 
     /// Number of windows.
@@ -116,9 +121,15 @@ fn row(values: &[f64], width: usize, k: usize) -> &[f64] {
 pub fn scaling(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let (low, high) = values
         .filter(|v| v.is_finite())
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
+            (l.min(v), h.max(v))
+        });
     let span = (high - low) / 2.0;
-    if span > 0.0 && span.is_finite() { (span, (high + low) / 2.0) } else { (1.0, 0.0) }
+    if span > 0.0 && span.is_finite() {
+        (span, (high + low) / 2.0)
+    } else {
+        (1.0, 0.0)
+    }
 }
 
 /// Episodes to model units, with the noise of each output's sensor added to what is measured.
@@ -151,10 +162,19 @@ mod tests {
 
     #[test]
     fn a_window_holds_newest_first_and_the_steps_that_follow() {
-        let shape = Shape { n_u: 1, n_y: 1, past_inputs: 2, past_outputs: 3 };
+        let shape = Shape {
+            n_u: 1,
+            n_y: 1,
+            past_inputs: 2,
+            past_outputs: 3,
+        };
         let y: Vec<f64> = (0..7).map(|k| f64::from(k) + 100.0).collect();
-        let episode =
-            Scaled { u: (0..6).map(f64::from).collect(), measured: y.clone(), y, steps: 6 };
+        let episode = Scaled {
+            u: (0..6).map(f64::from).collect(),
+            measured: y.clone(),
+            y,
+            steps: 6,
+        };
         let episodes = [episode];
         let windows = Windows::new(shape, 3, &episodes);
         assert_eq!(windows.len(), 2);
