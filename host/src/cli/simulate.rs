@@ -32,7 +32,7 @@ fn columns<'a>(
     wanted
         .map(|(column, by, factor)| {
             Ok(recording
-                .require(column, by)?
+                .require(column, &format!("actuator `{by}` of the rig"))?
                 .iter()
                 .map(|v| v * factor)
                 .collect())

@@ -10,12 +10,46 @@ use nix::sys::signal::{Signal, killpg};
 use nix::unistd::Pid;
 use tempfile::TempDir;
 
-/// Children that run at this moment, for the handler of Ctrl-C.
-static RUNNING: Mutex<Vec<Running>> = Mutex::new(Vec::new());
+/// What this process has to take along when it ends, for the handler of Ctrl-C.
+static LIVE: Mutex<Live> = Mutex::new(Live {
+    children: Vec::new(),
+    folders: Vec::new(),
+});
 
-struct Running {
-    id: u32,
-    folder: Option<PathBuf>,
+struct Live {
+    children: Vec<u32>,
+    folders: Vec<PathBuf>,
+}
+
+/// A temporary folder for a child to work in. It goes when it is dropped, and by [`kill_all`].
+pub struct Workplace(Option<TempDir>);
+
+impl Workplace {
+    /// An empty folder.
+    ///
+    /// # Errors
+    /// What the operating system says.
+    pub fn new() -> io::Result<Self> {
+        // Under the lock: there is no folder that `kill_all` does not know.
+        let mut live = live();
+        let folder = tempfile::tempdir()?;
+        live.folders.push(folder.path().to_path_buf());
+        Ok(Self(Some(folder)))
+    }
+
+    /// Where it lies.
+    pub fn path(&self) -> &Path {
+        // It is taken by `drop` alone.
+        self.0.as_ref().map_or(Path::new(""), TempDir::path)
+    }
+}
+
+impl Drop for Workplace {
+    fn drop(&mut self) {
+        let mut live = live();
+        live.folders.retain(|other| other != self.path());
+        self.0 = None;
+    }
 }
 
 /// A child that is killed, with all that it started, when it is dropped and by [`kill_all`].
@@ -24,7 +58,6 @@ struct Running {
 /// this program alone, which then decides.
 pub struct Guarded {
     child: Child,
-    folder: Option<TempDir>,
     ended: Option<ExitStatus>,
 }
 
@@ -34,42 +67,16 @@ impl Guarded {
     /// # Errors
     /// What the operating system says.
     pub fn spawn(command: &mut Command) -> io::Result<Self> {
-        Self::start(command, None)
-    }
-
-    /// Starts `command` in a working folder of its own, which goes when the child does.
-    ///
-    /// # Errors
-    /// What the operating system says.
-    pub fn spawn_in(folder: TempDir, command: &mut Command) -> io::Result<Self> {
-        command.current_dir(folder.path());
-        Self::start(command, Some(folder))
-    }
-
-    fn start(command: &mut Command, folder: Option<TempDir>) -> io::Result<Self> {
         // Under the lock: no child can come into being that `kill_all` does not know.
-        let mut running = running();
+        let mut live = live();
         let child = command.process_group(0).spawn()?;
-        let path = folder.as_ref().map(|f| f.path().to_path_buf());
-        running.push(Running {
-            id: child.id(),
-            folder: path,
-        });
-        Ok(Self {
-            child,
-            folder,
-            ended: None,
-        })
+        live.children.push(child.id());
+        Ok(Self { child, ended: None })
     }
 
     /// Process number, which is its group's as well.
     pub fn id(&self) -> u32 {
         self.child.id()
-    }
-
-    /// Its working folder, where it has one of its own.
-    pub fn folder(&self) -> Option<&Path> {
-        self.folder.as_ref().map(TempDir::path)
     }
 
     /// The pipe to it, once.
@@ -94,10 +101,10 @@ impl Guarded {
     pub fn try_wait(&mut self) -> io::Result<Option<ExitStatus>> {
         if self.ended.is_none() {
             // Under the lock: once it is reaped its number may become another process's.
-            let mut running = running();
+            let mut live = live();
             self.ended = self.child.try_wait()?;
             if self.ended.is_some() {
-                running.retain(|other| other.id != self.child.id());
+                live.children.retain(|other| *other != self.child.id());
             }
         }
         Ok(self.ended)
@@ -119,9 +126,9 @@ impl Guarded {
 
 impl Drop for Guarded {
     fn drop(&mut self) {
-        let mut running = running();
+        let mut live = live();
         if self.ended.is_none() {
-            running.retain(|other| other.id != self.child.id());
+            live.children.retain(|other| *other != self.child.id());
             kill(self.child.id());
             // Fails only when there is no such child any more.
             let _ = self.child.wait();
@@ -132,21 +139,21 @@ impl Drop for Guarded {
 /// While it lives no child starts, and nobody learns that one was killed.
 #[must_use = "hold it until the process ends"]
 pub struct AllKilled {
-    _held: MutexGuard<'static, Vec<Running>>,
+    _held: MutexGuard<'static, Live>,
 }
 
-/// Kills every child and removes its folder: for the handler of Ctrl-C, which holds the result until it
+/// Kills every child and removes their folders: for the handler of Ctrl-C, which holds the result until it
 /// ends the process, so that the rest of the program does not report the children's death as a failure.
 pub fn kill_all() -> AllKilled {
-    let mut running = running();
-    for child in running.drain(..) {
-        kill(child.id);
-        if let Some(folder) = child.folder {
-            // A temporary folder that cannot be removed is the system's to clear away.
-            let _ = std::fs::remove_dir_all(folder);
-        }
+    let mut live = live();
+    for child in live.children.drain(..) {
+        kill(child);
     }
-    AllKilled { _held: running }
+    for folder in live.folders.drain(..) {
+        // A temporary folder that cannot be removed is the system's to clear away.
+        let _ = std::fs::remove_dir_all(folder);
+    }
+    AllKilled { _held: live }
 }
 
 /// Kills a process group that has not been waited for.
@@ -157,8 +164,9 @@ fn kill(id: u32) {
     }
 }
 
-fn running() -> MutexGuard<'static, Vec<Running>> {
-    RUNNING.lock().unwrap_or_else(PoisonError::into_inner)
+fn live() -> MutexGuard<'static, Live> {
+    // A panic cannot leave it half-changed: push, retain and drain are the only changes.
+    LIVE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]
@@ -166,16 +174,15 @@ mod tests {
     use super::*;
     use std::io::{BufRead, BufReader};
     use std::process::Stdio;
+    use std::time::{Duration, Instant};
 
     #[test]
-    fn a_dropped_child_takes_its_own_children_and_its_folder_with_it() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().to_path_buf();
+    fn a_dropped_child_takes_its_own_children_along() {
         let mut command = Command::new("sh");
         command
             .args(["-c", "sleep 1000 & echo $!; wait"])
             .stdout(Stdio::piped());
-        let mut child = Guarded::spawn_in(folder, &mut command).unwrap();
+        let mut child = Guarded::spawn(&mut command).unwrap();
         let mut line = String::new();
         BufReader::new(child.stdout().unwrap())
             .read_line(&mut line)
@@ -183,13 +190,23 @@ mod tests {
         let grandchild = PathBuf::from(format!("/proc/{}/stat", line.trim()));
         let alive =
             || std::fs::read_to_string(&grandchild).is_ok_and(|stat| !stat.contains(") Z "));
-        assert!(alive() && path.exists(), "nothing to take along");
+        assert!(alive(), "nothing to take along");
         drop(child);
-        let patience = std::time::Instant::now() + std::time::Duration::from_secs(10);
-        while alive() && std::time::Instant::now() < patience {
-            std::thread::sleep(std::time::Duration::from_millis(5));
+        let patience = Instant::now() + Duration::from_secs(10);
+        while alive() && Instant::now() < patience {
+            std::thread::sleep(Duration::from_millis(5));
         }
-        assert!(!alive() && !path.exists());
+        assert!(!alive());
+    }
+
+    #[test]
+    fn a_workplace_goes_with_what_is_in_it() {
+        let workplace = Workplace::new().unwrap();
+        let path = workplace.path().to_path_buf();
+        std::fs::write(path.join("log"), "x").unwrap();
+        drop(workplace);
+        assert!(!path.exists());
+        assert!(!live().folders.contains(&path));
     }
 
     #[test]

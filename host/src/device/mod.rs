@@ -12,13 +12,11 @@ use std::process::{Command, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
+pub use children::{AllKilled, Guarded, Workplace, kill_all};
+pub use log::decode_log;
 use sinew_firmware::protocol::{
     Accumulator, Fed, Identity, MAX_FRAME, PROTOCOL, Summary, ToDevice, ToHost, decode, encode,
 };
-use tempfile::TempDir;
-
-pub use children::{AllKilled, Guarded, kill_all};
-pub use log::decode_log;
 
 use crate::error::{Error, Result};
 
@@ -32,6 +30,8 @@ pub struct Device {
     from_device: Receiver<Vec<u8>>,
     accumulator: Accumulator,
     waiting: VecDeque<ToHost>,
+    // After the child, which works in it.
+    folder: Workplace,
 }
 
 /// How a device ended.
@@ -50,7 +50,8 @@ impl Device {
     /// # Errors
     /// QEMU is not installed or its working folder cannot be made.
     pub fn qemu(runner: &Path, image: &Path) -> Result<Self> {
-        let folder = channel_folder().map_err(|e| Error::write(std::env::temp_dir(), e))?;
+        let folder = own_folder()?;
+        channels(&folder).map_err(|e| Error::write(folder.path(), e))?;
         let command = emulator(runner, image, &folder)?;
         Self::on_pipes(folder, command)
     }
@@ -63,7 +64,7 @@ impl Device {
         Self::on_pipes(own_folder()?, Command::new(program))
     }
 
-    fn on_pipes(folder: TempDir, mut command: Command) -> Result<Self> {
+    fn on_pipes(folder: Workplace, mut command: Command) -> Result<Self> {
         command.stdin(Stdio::piped()).stdout(Stdio::piped());
         let mut device = Self::start(folder, command)?;
         if let (Some(to), Some(from)) = (device.child.stdin(), device.child.stdout()) {
@@ -73,8 +74,9 @@ impl Device {
     }
 
     /// Starts the process; nothing can be said to it yet.
-    fn start(folder: TempDir, mut command: Command) -> Result<Self> {
-        let child = Guarded::spawn_in(folder, &mut command).map_err(|e| {
+    fn start(folder: Workplace, mut command: Command) -> Result<Self> {
+        command.current_dir(folder.path());
+        let child = Guarded::spawn(&mut command).map_err(|e| {
             Error::failed(format!(
                 "{:?} cannot be started: {e}",
                 command.get_program()
@@ -86,6 +88,7 @@ impl Device {
             from_device: channel().1,
             accumulator: Accumulator::new(),
             waiting: VecDeque::new(),
+            folder,
         })
     }
 
@@ -247,10 +250,10 @@ impl Device {
                 None => std::thread::sleep(Duration::from_millis(2)),
             }
         };
-        let path = self.child.folder().map(|folder| folder.join(LOG));
-        let log = match path.filter(|path| path.exists()) {
-            Some(path) => std::fs::read(&path).map_err(|e| Error::read(&path, e))?,
-            None => Vec::new(),
+        let path = self.folder.path().join(LOG);
+        let log = match path.exists() {
+            true => std::fs::read(&path).map_err(|e| Error::read(&path, e))?,
+            false => Vec::new(),
         };
         Ok(End {
             status: status.code(),
@@ -263,7 +266,7 @@ impl Device {
 const LOG: &str = "log";
 
 /// QEMU by way of the board's `run.sh`, which is to run in `folder`.
-fn emulator(runner: &Path, image: &Path, folder: &TempDir) -> Result<Command> {
+fn emulator(runner: &Path, image: &Path, folder: &Workplace) -> Result<Command> {
     if let Err(error) = Command::new("qemu-system-arm").arg("--version").output() {
         return Err(
             Error::failed(format!("qemu-system-arm cannot be run: {error}"))
@@ -280,14 +283,12 @@ fn emulator(runner: &Path, image: &Path, folder: &TempDir) -> Result<Command> {
     Ok(command)
 }
 
-fn own_folder() -> Result<TempDir> {
-    tempfile::tempdir().map_err(|e| Error::write(std::env::temp_dir(), e))
+fn own_folder() -> Result<Workplace> {
+    Workplace::new().map_err(|e| Error::write(std::env::temp_dir(), e))
 }
 
-/// A folder in which the firmware's two channel files are this process's pipes (boards/qemu/run.sh).
-pub fn channel_folder() -> std::io::Result<TempDir> {
-    let folder = tempfile::tempdir()?;
+/// Makes the firmware's two channel files in `folder` the pipes of the process (boards/qemu/run.sh).
+fn channels(folder: &Workplace) -> std::io::Result<()> {
     std::os::unix::fs::symlink("/dev/stdin", folder.path().join("to_device"))?;
-    std::os::unix::fs::symlink("/dev/fd/3", folder.path().join("to_host"))?;
-    Ok(folder)
+    std::os::unix::fs::symlink("/dev/fd/3", folder.path().join("to_host"))
 }

@@ -1,0 +1,6 @@
+//! The `sinew` program as its users meet it. One test program, because linking is the slow part.
+
+mod desk;
+mod interrupt;
+mod refusals;
+mod verbs;

@@ -1,0 +1,145 @@
+//! What the program refuses, word for word: the place, what was expected, what was meant, the exit status.
+
+use crate::desk::Desk;
+
+/// Runs every line and takes down what it says.
+fn refusals(desk: &Desk, lines: &[&str]) -> String {
+    lines.iter().map(|line| desk.refusal(line)).collect()
+}
+
+/// A desk with the demo's rig and one of its recordings, cut to a readable length.
+fn desk() -> Desk {
+    let desk = Desk::new();
+    desk.bring("rigs/mass-spring-damper.toml");
+    desk.write(
+        "good.csv",
+        "t,u_N,q_m\n0,0,0\n0.01,1,0.001\n0.02,1,0.002\n0.03,1,0.004\n",
+    );
+    desk
+}
+
+const RIG: &str = "mass-spring-damper.toml";
+
+#[test]
+fn command_lines() {
+    let desk = desk();
+    insta::assert_snapshot!(refusals(
+        &desk,
+        &[
+            "",
+            "fitt",
+            &format!("fit {RIG}"),
+            &format!("build {RIG} --fit good.csv"),
+            &format!("build {RIG} --fit good.csv --out out --board esp32"),
+            &format!("fit {RIG} --fit good.csv --sed 3"),
+        ]
+    ));
+}
+
+#[test]
+fn rigs() {
+    let desk = desk();
+    let sound = desk.read(RIG);
+    let broken = |name: &str, from: &str, to: &str| {
+        assert!(
+            sound.contains(from),
+            "{from} is not in the rig: nothing would be broken"
+        );
+        desk.write(name, &sound.replace(from, to));
+    };
+    broken("key.toml", "stiffness = ", "stifness = ");
+    broken("sign.toml", "{ value = 1.0, min", "{ value = -1.0, min");
+    broken("name.toml", "to = \"mass\"", "to = \"mas\"");
+    broken("syntax.toml", "gain = 1.0", "gain = 1.0.0");
+    let line = |rig: &str| format!("fit {rig} --fit good.csv");
+    let lines: Vec<String> = [
+        "mass-spring-dampr.toml",
+        "key.toml",
+        "sign.toml",
+        "name.toml",
+        "syntax.toml",
+        "good.csv",
+    ]
+    .map(line)
+    .into();
+    let lines: Vec<&str> = lines.iter().map(String::as_str).collect();
+    insta::assert_snapshot!(refusals(&desk, &lines));
+}
+
+#[test]
+fn recordings() {
+    let desk = desk();
+    desk.write("empty.csv", "");
+    desk.write("header.csv", "t,u_N,q_m\n");
+    desk.write("text.csv", "t,u_N,q_m\n0,0,0\n0.01,abc,0\n");
+    desk.write("comma.csv", "t;u_N;q_m\n0;0;0\n0,01;1;0\n");
+    desk.write("back.csv", "t,u_N,q_m\n0,0,0\n0.02,0,0\n0.01,0,0\n");
+    desk.write("twice.csv", "t,u_N,q_m\n0,0,0\n0.02,0,0\n0.02,0,0\n");
+    desk.write("column.csv", "t,u_N,q_mm\n0,0,0\n0.01,0,0\n0.02,0,0\n");
+    desk.write("short.csv", "t,u_N,q_m\n0,0,0\n0.01,0\n");
+    let lines: Vec<String> = [
+        "absent.csv",
+        "empty.csv",
+        "header.csv",
+        "text.csv",
+        "comma.csv",
+        "back.csv",
+        "twice.csv",
+        "column.csv",
+        "short.csv",
+    ]
+    .map(|recording| format!("fit {RIG} --fit {recording}"))
+    .into();
+    let lines: Vec<&str> = lines.iter().map(String::as_str).collect();
+    insta::assert_snapshot!(refusals(&desk, &lines));
+}
+
+#[test]
+fn the_same_recordings_to_simulate() {
+    let desk = desk();
+    desk.write("input.csv", "t,u_V,q_m\n0,0,0\n0.01,0,0\n");
+    let line = |input: &str| format!("simulate {RIG} --input {input} --out out.csv");
+    let report = refusals(&desk, &[&line("input.csv"), &line("absent.csv")]);
+    assert!(!desk.path("out.csv").exists(), "a refusal writes nothing");
+    insta::assert_snapshot!(report);
+}
+
+#[test]
+fn models() {
+    let desk = desk();
+    desk.bring("models/reference-s/model.toml");
+    let sound = desk.read("model.toml");
+    let weights = crate::desk::checkout().join("models/reference-s/weights.safetensors");
+    for model in ["reference-s", "misspelt", "bare"] {
+        desk.write(&format!("{model}/model.toml"), &sound);
+    }
+    std::fs::copy(&weights, desk.path("reference-s/weights.safetensors"))
+        .expect("it can be copied");
+    std::fs::copy(&weights, desk.path("misspelt/weights.safetensors")).expect("it can be copied");
+    desk.write(
+        "misspelt/model.toml",
+        &sound.replace("past_inputs", "past_input"),
+    );
+    let line = |model: &str| format!("compare {RIG} {model} --fit good.csv --out out");
+    let report = refusals(
+        &desk,
+        &[
+            &line("reference-s"),
+            &line("misspelt"),
+            &line("bare"),
+            &line("absent"),
+            "emit absent --out out",
+            &format!("pil {RIG} reference-s --fit good.csv --out out"),
+        ],
+    );
+    assert!(!desk.path("out").exists(), "a refusal writes nothing");
+    insta::assert_snapshot!(report);
+}
+
+#[test]
+fn results_that_cannot_be_written_are_status_1() {
+    let desk = desk();
+    desk.write("occupied/file", "");
+    let line = format!("simulate {RIG} --input good.csv --out occupied");
+    insta::assert_snapshot!(refusals(&desk, &[&line]));
+}

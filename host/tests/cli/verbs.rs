@@ -1,0 +1,197 @@
+//! What the verbs leave behind.
+
+use std::path::Path;
+use std::process::Command;
+
+use crate::desk::{Desk, checkout, columns};
+use sinew::device::Device;
+use sinew_sim::Rig;
+
+/// Two sensors on one oscillator; the encoder counts double and from 0.1.
+const OSCILLATOR: &str = r#"format = "sinew-rig/1"
+name = "oscillator"
+[[body]]
+name = "mass"
+motion = "slide"
+inertia = 1.0
+[[spring]]
+name = "coil"
+from = "ground"
+to = "mass"
+stiffness = 25.0
+[[actuator]]
+name = "push"
+drives = "mass"
+input = "u_N"
+gain = 1.0
+[[sensor]]
+name = "encoder"
+reads = "mass.position"
+signal = "q_m"
+gain = 2.0
+offset = 0.1
+[[sensor]]
+name = "tacho"
+reads = "mass.velocity"
+signal = "v_m_s"
+"#;
+
+#[test]
+fn simulate_writes_every_sensor_at_the_recordings_times() {
+    let desk = Desk::new();
+    desk.write("rig.toml", OSCILLATOR);
+    // Not uniform; the first position is missing; a column that the rig does not name; no tacho.
+    desk.write(
+        "in.csv",
+        "t,other_V,u_N,q_m\n1,7,0,\n1.1,7,0,0.5\n1.15,7,0,9\n1.4,7,0,9\n2.5,7,0,9\n",
+    );
+    desk.succeed("simulate rig.toml --input in.csv --out out.csv");
+    let out = columns(&desk.read("out.csv"));
+    let names: Vec<&str> = out.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, ["t", "q_m", "v_m_s"]);
+    assert_eq!(out[0].1, [1.0, 1.1, 1.15, 1.4, 2.5]);
+    // It starts at rest, where the first valid sample says: (0.5 - 0.1) / 2. Then q = 0.2 cos(5 t).
+    for (k, t) in out[0].1.iter().enumerate() {
+        let (q, v) = (0.2 * (5.0 * (t - 1.0)).cos(), -(5.0 * (t - 1.0)).sin());
+        assert!(
+            (out[1].1[k] - (2.0 * q + 0.1)).abs() < 1e-5,
+            "q_m at {t}: {}",
+            out[1].1[k]
+        );
+        assert!(
+            (out[2].1[k] - v).abs() < 1e-4,
+            "v_m_s at {t}: {}",
+            out[2].1[k]
+        );
+    }
+}
+
+#[test]
+fn simulate_agrees_with_somebody_elses_recording() {
+    let desk = Desk::new();
+    desk.bring("rigs/mass-spring-damper.toml")
+        .bring("tests/foreign/mass_spring_damper.exact.csv");
+    let truth =
+        std::fs::read_to_string(checkout().join("tests/foreign/mass_spring_damper.truth.json"));
+    let truth: serde_json::Value =
+        serde_json::from_str(&truth.expect("it is committed")).expect("JSON");
+    let number = |key: &str| truth[key].as_f64().expect("it holds this number");
+    let rig = Rig::load(desk.path("mass-spring-damper.toml")).expect("the shipped rig is sound");
+    let rig = rig.with_values(&[
+        ("mass.inertia", number("mass_kg")),
+        ("coil.stiffness", number("stiffness_N_m")),
+        ("dashpot.damping", number("damping_N_s_m")),
+    ]);
+    let friction = format!(
+        "\n[[effect]]\nkind = \"coulomb_friction\"\ncomponent = \"mass\"\nlevel = {:?}\n",
+        number("coulomb_friction_N")
+    );
+    desk.write(
+        "truth.toml",
+        &(rig.expect("the names are right").to_toml().to_string() + &friction),
+    );
+    desk.succeed("simulate truth.toml --input mass_spring_damper.exact.csv --out out.csv --quiet");
+    let (exact, out) = (
+        columns(&desk.read("mass_spring_damper.exact.csv")),
+        columns(&desk.read("out.csv")),
+    );
+    assert_eq!(out.len(), 2);
+    assert_eq!(out[0], exact[0], "the recording's times");
+    let theirs = &exact
+        .iter()
+        .find(|(name, _)| name == "q_m")
+        .expect("it records the position")
+        .1;
+    let range = theirs.iter().copied().fold(0.0, |a: f64, b| a.max(b.abs()));
+    let error = theirs
+        .iter()
+        .zip(&out[1].1)
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f64::max);
+    assert!(range > 0.1, "it hardly moves: this tests nothing");
+    assert!(error < 1e-6 * range, "{error:e} of {range}");
+}
+
+#[test]
+fn fit_writes_a_rig_that_keeps_its_comments() {
+    let desk = Desk::new();
+    desk.bring("rigs/mass-spring-damper.toml")
+        .bring("rigs/mass-spring-damper.fit.csv");
+    let said = desk.succeed(
+        "fit mass-spring-damper.toml --fit mass-spring-damper.fit.csv --out fitted.toml --quiet",
+    );
+    assert!(said.contains("coil.stiffness"), "{said}");
+    let (before, after) = (
+        desk.read("mass-spring-damper.toml"),
+        desk.read("fitted.toml"),
+    );
+    let comments = |text: &str| -> Vec<String> {
+        text.lines()
+            .filter_map(|line| line.split_once('#'))
+            .map(|(_, c)| c.to_string())
+            .collect()
+    };
+    assert_eq!(comments(&before), comments(&after));
+    assert_ne!(before, after, "nothing was fitted");
+    let rig = Rig::load(desk.path("fitted.toml")).expect("what fit writes can be read");
+    // 43.6 is true; without dry friction in the rig the fit leans a little.
+    let plant = sinew_sim::Plant::new(&rig).expect("and simulated");
+    let at = plant
+        .parameters()
+        .iter()
+        .position(|p| p.name == "coil.stiffness");
+    let stiffness = plant.values()[at.expect("the spring is still there")];
+    assert!((stiffness / 43.6 - 1.0).abs() < 0.1, "{stiffness}");
+}
+
+#[test]
+fn new_writes_a_rig_that_fit_accepts() {
+    let desk = Desk::new();
+    desk.bring("rigs/mass-spring-damper.fit.csv");
+    desk.succeed("new mass-spring-damper.fit.csv --yes --spring yes --inertia 1.1 --out rig.toml");
+    let said =
+        desk.succeed("fit rig.toml --fit mass-spring-damper.fit.csv --out fitted.toml --quiet");
+    assert!(said.contains("free-run error"), "{said}");
+    Rig::load(desk.path("fitted.toml")).expect("what fit writes can be read");
+    let again = desk.sinew("new mass-spring-damper.fit.csv --yes --out rig.toml");
+    assert_eq!(
+        again.status.code(),
+        Some(2),
+        "it does not overwrite what somebody may have edited"
+    );
+}
+
+#[test]
+fn emit_writes_a_project_that_builds_and_answers() {
+    let desk = Desk::new();
+    let model = checkout().join("models/reference-s");
+    desk.succeed(&format!("emit {} --out project", model.display()));
+    let board = desk.path("project/boards/host");
+    // Dependencies are built once; the crates of the project lie elsewhere each time.
+    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("emit");
+    let output = Command::new("cargo")
+        .args(["build", "--release", "--quiet"])
+        .current_dir(&board)
+        .env("CARGO_TARGET_DIR", &cache)
+        .output()
+        .expect("cargo starts");
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let mut device = Device::host(&cache.join("release/sinew-board-host")).expect("it starts");
+    let identity = device.hello(None).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!((identity.n_u, identity.n_y, identity.horizon), (2, 3, 10));
+}
+
+#[test]
+fn help_is_no_error() {
+    let desk = Desk::new();
+    for line in ["--help", "build --help", "--version"] {
+        assert!(
+            desk.succeed(line).to_lowercase().contains("sinew"),
+            "{line}"
+        );
+    }
+}
