@@ -29,7 +29,11 @@ fn main() -> io::Result<()> {
     for file in &files {
         let path = root.join(file);
         println!("cargo:rerun-if-changed={}", path.display());
-        let _ = writeln!(list, "    ({:?}, include_bytes!({path:?})),", file.display().to_string());
+        let _ = writeln!(
+            list,
+            "    ({:?}, include_bytes!({path:?})),",
+            file.display().to_string()
+        );
     }
     list.push_str("];\n");
     let out = PathBuf::from(env::var_os("OUT_DIR").ok_or(io::ErrorKind::NotFound)?);

@@ -4,6 +4,7 @@ mod common;
 
 use common::{Linear, Random, Shallow};
 use sinew_firmware::control_loop::{ControlLoop, Settings, Status, Step};
+use sinew_firmware::model::{Jacobian, Model, Regressor};
 use sinew_firmware::safety::Limits;
 use sinew_firmware::scaling::{ModelScaling, Scaling};
 
@@ -447,5 +448,55 @@ fn more_iterations_never_cost_more() {
     assert!(
         better > 100 && most > 3,
         "iterations made no difference: {better}, {most}"
+    );
+}
+
+/// A device that sticks: below 0.3 of a unit a command does next to nothing, backwards.
+#[derive(Clone, Copy)]
+struct Sticking;
+
+impl Sticking {
+    /// Answer to a command and its slope.
+    fn answer(u: f32) -> (f32, f32) {
+        if u > 0.3 {
+            (0.5 * (u - 0.3), 0.5)
+        } else if u < -0.3 {
+            (0.5 * (u + 0.3), 0.5)
+        } else {
+            (-1e-4 * u, -1e-4)
+        }
+    }
+}
+
+impl Model<1, 1, 0, 2, 1> for Sticking {
+    fn predict(&self, x: &Regressor<1, 1, 0, 2, 1>) -> [f32; 1] {
+        [x.y[0][0] + Self::answer(x.u[0][0]).0]
+    }
+
+    fn predict_with_jacobian(
+        &self,
+        x: &Regressor<1, 1, 0, 2, 1>,
+        jacobian: &mut Jacobian<1, 1, 2, 1>,
+    ) -> [f32; 1] {
+        jacobian.u = [[[Self::answer(x.u[0][0]).1]], [[0.0]]];
+        jacobian.y = [[[1.0]]];
+        self.predict(x)
+    }
+}
+
+#[test]
+fn a_sticking_device_is_broken_free_at_once() {
+    let limits = Limits {
+        rate: [f32::INFINITY],
+        ..LIMITS
+    };
+    let mut c: ControlLoop<Sticking, 1, 1, 0, 2, 1, N, 3, 3> =
+        ControlLoop::new(Sticking, ModelScaling::IDENTITY, limits, SETTINGS);
+    let resting = c.step(&[0.0], &[], &[[0.0]; N]);
+    assert!(resting.u[0].abs() < 0.3, "nothing is asked: {resting:?}");
+    let leaving = c.step(&[0.0], &[], &[[1.0]; N]);
+    assert!(
+        leaving.u[0] > 0.3,
+        "held in the place without a slope: {leaving:?}"
     );
 }

@@ -9,6 +9,7 @@
 
 pub mod constraint;
 pub mod cost;
+mod escape;
 pub mod factor;
 pub mod newton;
 pub mod prediction;
@@ -54,6 +55,8 @@ pub struct Plan<const NV: usize> {
     pub u: [f32; NV],
     /// Limits that hold with equality.
     pub active: ActiveSet<NV>,
+    /// J when it was made; 0 before the first.
+    pub cost: f32,
 }
 
 impl<const NV: usize> Plan<NV> {
@@ -62,6 +65,7 @@ impl<const NV: usize> Plan<NV> {
         Self {
             u: [0.0; NV],
             active: ActiveSet::new(),
+            cost: 0.0,
         }
     }
 
@@ -72,6 +76,12 @@ impl<const NV: usize> Plan<NV> {
                 *planned = *u;
             }
         }
+        self.active = ActiveSet::new();
+    }
+
+    /// Another plan, with no limit taken to be active.
+    pub(crate) fn replace(&mut self, u: &[f32; NV]) {
+        self.u = *u;
         self.active = ActiveSet::new();
     }
 

@@ -1,5 +1,6 @@
 //! Safeguarded Newton iterations on the plan (docs/mpc.md, section 5).
 
+use super::escape::escape;
 use super::{Plan, Problem, Quadratic, qp};
 use crate::control_loop::Status;
 use crate::model::Model;
@@ -37,12 +38,34 @@ pub struct Outcome {
 
 /// Improves `plan` and leaves the best feasible plan found in it.
 ///
-/// The plan is moved inside the limits first. Each of at most `iterations` (1 to
-/// [`MAX_ITERATIONS`]) linearisations gives a quadratic subproblem; its solution is taken whole if
-/// J then decreases, else in part; a step too small to matter ends the search. Cost: `iterations` linearisations, one evaluation of J and
-/// at most two more per iteration.
-#[inline(never)]
+/// The plan is moved inside the limits first; where it has become much dearer than the last one, its
+/// surroundings are tried before the search. Each of at most `iterations` (1 to [`MAX_ITERATIONS`])
+/// linearisations gives a quadratic subproblem; its solution is taken whole if J then decreases, else
+/// in part; a step too small to matter ends the search. Cost: `iterations` linearisations, one
+/// evaluation of J and at most two more per iteration; where surroundings are tried `2 NU` evaluations
+/// and one linearisation more.
 pub fn solve<
+    M: Model<NU, NY, NS, ND, DD>,
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const ND: usize,
+    const DD: usize,
+    const N: usize,
+    const NC: usize,
+    const NV: usize,
+>(
+    problem: &Problem<'_, M, NU, NY, NS, ND, DD, N>,
+    plan: &mut Plan<NV>,
+    iterations: u8,
+) -> Outcome {
+    let outcome = search::<M, NU, NY, NS, ND, DD, N, NC, NV>(problem, plan, iterations);
+    plan.cost = outcome.cost;
+    outcome
+}
+
+#[inline(never)]
+fn search<
     M: Model<NU, NY, NS, ND, DD>,
     const NU: usize,
     const NY: usize,
@@ -69,6 +92,10 @@ pub fn solve<
     if !outcome.cost.is_finite() {
         outcome.status = Status::NotFinite;
         return outcome;
+    }
+    if escape(problem, plan, outcome.cost) {
+        problem.linearise::<NC, NV>(&plan.u, &mut quadratic);
+        outcome.cost = quadratic.cost;
     }
     let mut candidate = plan.u;
     // Every pass but the last adds one linearisation.

@@ -78,8 +78,11 @@ impl Bench<'_> {
         let scenarios = plants.iter().enumerate().map(|(i, values)| {
             let seed = self.seed.wrapping_add(1000 + i as u64);
             let steps = TUNING_STEPS.min(self.task.reference.steps());
-            let reference =
-                Reference::moves(&self.task.workspaces, steps, self.task.period_s, seed);
+            let reference = if self.task.recorded {
+                self.task.reference.mirrored(steps, i)
+            } else {
+                Reference::moves(&self.task.workspaces, steps, self.task.period_s, seed)
+            };
             self.with(values, reference, seed)
         });
         scenarios.collect()

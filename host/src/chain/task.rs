@@ -49,6 +49,8 @@ pub struct Task {
     pub home: Vec<Option<f64>>,
     /// What the comparison asks, and where it comes from.
     pub reference: Reference,
+    /// The reference was recorded; tuning uses its mirror image.
+    pub recorded: bool,
     /// One line that says where the reference comes from.
     pub reference_source: String,
 }
@@ -188,6 +190,7 @@ impl Task {
             noise,
             home,
             outputs,
+            recorded: !names.is_empty(),
             reference: asked,
             reference_source,
         })

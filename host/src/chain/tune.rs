@@ -1,6 +1,8 @@
 //! Weights of the predictive controller, found on the fitted plant and plants near it: never on the
 //! plant, the reference or the noise that the comparison uses.
 
+use std::sync::{Mutex, PoisonError};
+
 use crate::compare::closed_loop::{Scenario, cost};
 use crate::compare::mpc::{MpcController, Weights};
 use crate::compare::optimise::{Range, minimise};
@@ -17,7 +19,7 @@ use super::task::Task;
 /// # Errors
 /// The device does not answer, or no weights give a finite cost.
 pub fn tune(
-    start: impl Fn() -> Result<Device>,
+    start: impl Fn() -> Result<Device> + Sync,
     model: u32,
     scenarios: &[Scenario],
     task: &Task,
@@ -31,8 +33,8 @@ pub fn tune(
         disturbance_gain: g[1],
         iterations: 2,
     };
-    let mut failure = None;
-    let judge = std::cell::RefCell::new(|g: &[f64]| -> f64 {
+    let failure = Mutex::new(None);
+    let judge = |g: &[f64]| -> f64 {
         let mut total = 0.0;
         for scenario in scenarios {
             let run = start().and_then(|mut device| {
@@ -49,17 +51,18 @@ pub fn tune(
                     )
                 }
                 Err(error) => {
-                    failure = Some(error);
+                    // A panic elsewhere cannot leave an error half stored.
+                    *failure.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
                     return f64::INFINITY;
                 }
             }
         }
         total
-    });
+    };
     let ranges = [Range::logarithmic(1e-8, 1e2), Range::logarithmic(1e-3, 1.0)];
     let starts = [vec![1e-3, 0.02], vec![1e-2, 0.1], vec![1e-5, 0.3]];
-    let (best, found) = minimise(&ranges, &starts, 30, |g| (judge.borrow_mut())(g));
-    match failure {
+    let (best, found) = minimise(&ranges, &starts, 30, judge);
+    match failure.into_inner().unwrap_or_else(PoisonError::into_inner) {
         _ if found.is_finite() && found < f64::MAX => Ok(weights(&best)),
         Some(error) => Err(error),
         None => Err(Error::failed("no weights give a loop that stays finite")),

@@ -3,6 +3,7 @@
 
 use argmin::core::{CostFunction, Executor, State};
 use argmin::solver::neldermead::NelderMead;
+use rayon::prelude::*;
 
 /// Range of one gain; it is searched on a logarithmic scale, or on a linear one where it may be zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,7 +58,7 @@ impl Range {
 
 struct Problem<'a> {
     ranges: &'a [Range],
-    cost: &'a dyn Fn(&[f64]) -> f64,
+    cost: &'a (dyn Fn(&[f64]) -> f64 + Sync),
 }
 
 impl CostFunction for Problem<'_> {
@@ -89,10 +90,9 @@ pub fn minimise(
     ranges: &[Range],
     starts: &[Vec<f64>],
     iterations: u64,
-    cost: impl Fn(&[f64]) -> f64,
+    cost: impl Fn(&[f64]) -> f64 + Sync,
 ) -> (Vec<f64>, f64) {
-    let mut best = (starts.first().cloned().unwrap_or_default(), f64::INFINITY);
-    for start in starts {
+    let search = |start: &Vec<f64>| -> (Vec<f64>, f64) {
         let origin: Vec<f64> = ranges.iter().zip(start).map(|(r, v)| r.place(*v)).collect();
         let mut simplex = vec![origin.clone()];
         for i in 0..origin.len() {
@@ -100,24 +100,27 @@ pub fn minimise(
             corner[i] += if corner[i] < 0.5 { 0.15 } else { -0.15 };
             simplex.push(corner);
         }
-        let solver = NelderMead::new(simplex);
         let problem = Problem {
             ranges,
             cost: &cost,
         };
-        let run = Executor::new(problem, solver)
+        let run = Executor::new(problem, NelderMead::new(simplex))
             .configure(|state| state.max_iters(iterations))
             .run();
         // The solver fails only on an empty simplex; then the start itself stands.
-        let Ok(result) = run else { continue };
-        let found = result.state().get_best_cost();
-        if let Some(places) = result.state().get_best_param()
-            && found < best.1
-        {
-            best = (values(ranges, places), found);
-        }
-    }
-    best
+        let Ok(result) = run else {
+            return (start.clone(), f64::INFINITY);
+        };
+        let places = result.state().get_best_param().cloned().unwrap_or(origin);
+        (values(ranges, &places), result.state().get_best_cost())
+    };
+    let found: Vec<(Vec<f64>, f64)> = starts.par_iter().map(search).collect();
+    let unknown = (starts.first().cloned().unwrap_or_default(), f64::INFINITY);
+    // In the order of the starts, so that equal costs do not depend on which search ended first.
+    found.into_iter().fold(
+        unknown,
+        |best, next| if next.1 < best.1 { next } else { best },
+    )
 }
 
 #[cfg(test)]

@@ -124,15 +124,13 @@ pub fn tune(
         Range::logarithmic(0.5, 200.0), // anti-windup, periods
         Range::linear(0.0, longest_lead.max(1) as f64), // lead, steps
     ];
-    let starts: Vec<Vec<f64>> = [
-        (0.5, 0.5, 0.05),
-        (5.0, 2.0, 0.1),
-        (50.0, 5.0, 0.1),
-        (500.0, 5.0, 0.05),
-    ]
-    .iter()
-    .map(|(kp, ki, kd)| vec![*kp, *ki, *kd, 1.0, 1.0, 1.0, 10.0, 1.0])
-    .collect();
+    // Gentle to fierce, with the integral slow and fast.
+    let starts: Vec<Vec<f64>> = [0.3, 3.0, 30.0, 300.0, 3000.0]
+        .iter()
+        .flat_map(|kp| {
+            [(1.0, 0.1), (10.0, 0.03)].map(|(ki, kd)| vec![*kp, ki, kd, 1.0, 1.0, 1.0, 10.0, 1.0])
+        })
+        .collect();
     let judge = |g: &[f64]| -> f64 {
         let tuning = of(g);
         let costs = scenarios.iter().map(|scenario| {
@@ -144,8 +142,8 @@ pub fn tune(
         });
         costs.sum()
     };
-    let (best, _) = minimise(&ranges, &starts, 160, judge);
+    let (best, _) = minimise(&ranges, &starts, 200, judge);
     // The simplex shrinks along valleys: a second search from the best of the first.
-    let (best, _) = minimise(&ranges, &[best], 160, judge);
+    let (best, _) = minimise(&ranges, &[best], 250, judge);
     Ok(of(&best))
 }

@@ -89,6 +89,33 @@ impl Reference {
         Self::of_columns(&columns.collect::<Vec<_>>())
     }
 
+    /// As demanding as this one and another: backwards in time and upside down, `steps` of it from the
+    /// `part`-th stretch on. For tuning.
+    pub fn mirrored(&self, steps: usize, part: usize) -> Self {
+        let columns = self.rows.first().map_or(0, Vec::len);
+        let turned: Vec<f64> = (0..columns)
+            .map(|i| {
+                let ends = self
+                    .rows
+                    .iter()
+                    .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), row| {
+                        (low.min(row[i]), high.max(row[i]))
+                    });
+                ends.0 + ends.1
+            })
+            .collect();
+        let mirrored = self.rows.iter().rev().map(|row| {
+            row.iter()
+                .zip(&turned)
+                .map(|(r, sum)| sum - r)
+                .collect::<Vec<f64>>()
+        });
+        let first = (part * steps) % self.rows.len().saturating_sub(steps).max(1);
+        Self {
+            rows: mirrored.skip(first).take(steps + 1).collect(),
+        }
+    }
+
     fn of_columns(columns: &[Vec<f64>]) -> Self {
         let rows = columns.first().map_or(0, Vec::len);
         Self {
@@ -153,6 +180,14 @@ mod tests {
         assert_ne!(a, b);
         assert_eq!(a.rows.len(), 501);
         assert!(a.rows.iter().all(|r| r[0] >= -1.0 && r[0] <= 3.0));
+    }
+
+    #[test]
+    fn a_mirrored_reference_is_another_with_the_same_speeds() {
+        let rows = [0.0, 1.0, 3.0, 3.5, 2.0].map(|r| vec![r]).to_vec();
+        let mirrored = Reference { rows }.mirrored(4, 0);
+        let found: Vec<f64> = mirrored.rows.iter().map(|r| r[0]).collect();
+        assert_eq!(found, [1.5, 0.0, 0.5, 2.5, 3.5]);
     }
 
     #[test]

@@ -1,0 +1,57 @@
+//! A way out of places where the quadratic says nothing (docs/mpc.md, section 5): a device that sticks,
+//! or an input in its dead zone, answers a small change by next to nothing, so that the step points far
+//! and wrong and its shortened parts gain little, while the reference is leaving.
+
+use super::{Plan, Problem};
+use crate::model::Model;
+
+/// A plan whose J has grown by this factor since the last step is distrusted.
+const SUSPICIOUS: f32 = 2.0;
+
+/// How far the plan is moved to look further, as a part of the channel's range.
+const REACH: f32 = 0.125;
+
+/// Looks to both sides of a plan that has become much dearer (`cost`) than the last one was when it was
+/// held; replaces it by what is better and says so. Cost: two evaluations of J a channel, and only
+/// then.
+#[inline(never)]
+pub(super) fn escape<
+    M: Model<NU, NY, NS, ND, DD>,
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const ND: usize,
+    const DD: usize,
+    const N: usize,
+    const NV: usize,
+>(
+    problem: &Problem<'_, M, NU, NY, NS, ND, DD, N>,
+    plan: &mut Plan<NV>,
+    cost: f32,
+) -> bool {
+    let mut least = cost;
+    // A NaN on either side is no reason to look.
+    if cost > SUSPICIOUS * plan.cost {
+        let found = plan.u;
+        let bounds = problem.bounds;
+        for (channel, (lower, upper)) in bounds.lower.iter().zip(&bounds.upper).enumerate() {
+            let range = upper - lower;
+            if !range.is_finite() {
+                continue;
+            }
+            for away in [REACH * range, -REACH * range] {
+                let mut candidate = found;
+                for u in candidate.iter_mut().skip(channel).step_by(NU) {
+                    *u += away;
+                }
+                bounds.project(&mut candidate);
+                let cost = problem.cost(&candidate);
+                if cost < least {
+                    plan.replace(&candidate);
+                    least = cost;
+                }
+            }
+        }
+    }
+    least < cost
+}
