@@ -1,8 +1,9 @@
 //! The reference closed loop: the reference plant, and a device that holds model S.
 
+use sinew::device::Device;
+use sinew::error::{Error, Result};
 use sinew_firmware::protocol::{Identity, Summary, ToDevice, ToHost};
 
-use crate::device::Device;
 use crate::reference::{OUTPUTS, Plant, Reference, STEPS};
 
 /// One control step as the device answered it.
@@ -50,24 +51,13 @@ pub fn sample(seq: usize, y: [f64; OUTPUTS], reference: &Reference, horizon: usi
     }
 }
 
-/// Asks a device who it is.
-///
-/// # Errors
-/// It does not answer, or with something else.
-pub fn hello(device: &mut Device) -> Result<Identity, String> {
-    match device.ask(&ToDevice::Hello)? {
-        ToHost::Hello(identity) => Ok(identity),
-        other => Err(format!("Hello was answered by {other:?}")),
-    }
-}
-
 /// Closes the loop for the whole reference run and stops the device.
 ///
 /// # Errors
 /// The device answers out of turn or not at all.
-pub fn run(device: &mut Device) -> Result<Run, String> {
-    let reference = Reference::load()?;
-    let identity = hello(device)?;
+pub fn run(device: &mut Device) -> Result<Run> {
+    let reference = Reference::load().map_err(Error::failed)?;
+    let identity = device.hello(None)?;
     let mut plant = Plant::default();
     let mut steps = Vec::with_capacity(STEPS);
     let mut squares = 0.0;
@@ -79,10 +69,13 @@ pub fn run(device: &mut Device) -> Result<Run, String> {
         let question = sample(k, y, &reference, usize::from(identity.horizon));
         let (u, ticks) = match device.ask(&question)? {
             ToHost::Command { seq, u, ticks, .. } if seq == k as u32 => (u, ticks),
-            other => return Err(format!("sample {k} was answered by {other:?}")),
+            other => return Err(answered(&format!("sample {k}"), &other)),
         };
         let &[u1, u2] = u.as_slice() else {
-            return Err(format!("step {k}: {} commands instead of 2", u.len()));
+            return Err(Error::failed(format!(
+                "step {k}: {} commands instead of 2",
+                u.len()
+            )));
         };
         plant.advance([f64::from(u1), f64::from(u2)]);
         steps.push(Record {
@@ -92,7 +85,7 @@ pub fn run(device: &mut Device) -> Result<Run, String> {
     }
     let summary = match device.ask(&ToDevice::Stop)? {
         ToHost::Done(summary) => summary,
-        other => return Err(format!("Stop was answered by {other:?}")),
+        other => return Err(answered("Stop", &other)),
     };
     Ok(Run {
         identity,
@@ -100,4 +93,8 @@ pub fn run(device: &mut Device) -> Result<Run, String> {
         summary,
         tracking_rms: (squares / (STEPS * OUTPUTS) as f64).sqrt(),
     })
+}
+
+fn answered(question: &str, answer: &ToHost) -> Error {
+    Error::failed(format!("{question} was answered by {answer:?}"))
 }

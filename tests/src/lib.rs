@@ -1,10 +1,7 @@
-//! What the tests of `tests/tests` share: building images, running them, talking to them, and the reference
-//! problem's plant.
+//! What the tests of `tests/tests` share: the images of this checkout, the reference problem's plant, and the
+//! loop around it. Talking to a device is `sinew::device`.
 
 pub mod closed_loop;
-pub mod device;
-pub mod elf;
-pub mod frames;
 pub mod image;
 pub mod reference;
 pub mod snapshot;

@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::closed_loop;
-use crate::device::Device;
-use crate::elf::{Footprint, footprint};
-use crate::image;
+use sinew::device::Device;
+use sinew::error::{Error, Result};
+use sinew::project::{Board, Sizes, image::sizes};
+
+use crate::{closed_loop, image};
 
 /// One tick of the board's counter is 40 ns, one instruction 32 ns (boards/qemu/run.sh, `shift=5`): counts
 /// are right to about an instruction, and the same in every run.
@@ -60,22 +61,27 @@ pub struct Budget {
 ///
 /// # Errors
 /// The image does not build or the run breaks off.
-pub fn measure() -> Result<Measured, String> {
-    let path = image::build("qemu", "lockstep")?;
-    let Footprint { flash, ram } = footprint(&path)?;
-    let mut device = Device::qemu(&path).map_err(|error| format!("cannot start QEMU: {error}"))?;
+pub fn measure() -> Result<Measured> {
+    let path = image::build(Board::Qemu)?.lockstep;
+    let Sizes {
+        flash_bytes,
+        ram_bytes,
+        ..
+    } = sizes(&path)?;
+    let mut device = Device::qemu(&image::runner(), &path)?;
     let run = closed_loop::run(&mut device)?;
     let ticks = run.steps.iter().map(|step| u64::from(step.ticks));
     let instructions = |ticks: f64| (ticks * INSTRUCTIONS_PER_TICK).round() as u64;
     let count = run.steps.len() as u64;
     Ok(Measured {
-        compiler: image::compiler().ok_or("rustc does not say its version")?,
+        compiler: image::compiler()
+            .ok_or_else(|| Error::failed("rustc does not say its version"))?,
         steps: count,
         instructions_mean: instructions(ticks.clone().sum::<u64>() as f64 / count as f64),
         instructions_max: instructions(ticks.max().unwrap_or(0) as f64),
         deadline_misses: run.summary.deadline_misses.into(),
-        flash_bytes: flash,
-        ram_bytes: ram,
+        flash_bytes,
+        ram_bytes,
         stack_bytes: run.summary.stack_high_water_bytes.into(),
         commands: format!("{:016x}", run.command_hash()),
     })
@@ -86,15 +92,15 @@ impl Measured {
     ///
     /// # Errors
     /// Never for values that [`measure`] gives.
-    pub fn to_text(&self) -> Result<String, String> {
-        toml::to_string(self).map_err(|error| error.to_string())
+    pub fn to_text(&self) -> Result<String> {
+        toml::to_string(self).map_err(|error| Error::failed(error.to_string()))
     }
 
     /// Reads a snapshot; `None` if there is no such file yet.
     ///
     /// # Errors
     /// The file cannot be read or holds something else.
-    pub fn load(path: &Path) -> Result<Option<Self>, String> {
+    pub fn load(path: &Path) -> Result<Option<Self>> {
         if !path.exists() {
             return Ok(None);
         }
@@ -149,15 +155,14 @@ pub fn expected(name: &str) -> PathBuf {
 ///
 /// # Errors
 /// `tests/budgets.toml` cannot be read, holds something else, or has no such table.
-pub fn budget(name: &str) -> Result<Budget, String> {
+pub fn budget(name: &str) -> Result<Budget> {
     let path = image::root().join("tests/budgets.toml");
     let mut tables: std::collections::BTreeMap<String, Budget> = read(&path)?;
-    let missing = || format!("{}: no table [{name}]", path.display());
+    let missing = || Error::file(&path, format!("no table [{name}]"));
     tables.remove(name).ok_or_else(missing)
 }
 
-fn read<T: for<'de> Deserialize<'de>>(path: &Path) -> Result<T, String> {
-    let text =
-        std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
-    toml::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))
+fn read<T: for<'de> Deserialize<'de>>(path: &Path) -> Result<T> {
+    let text = std::fs::read_to_string(path).map_err(|error| Error::read(path, error))?;
+    toml::from_str(&text).map_err(|error| Error::file(path, error.to_string()))
 }

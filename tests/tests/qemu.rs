@@ -1,10 +1,10 @@
 //! The image in QEMU: the same bits as on the host, the same instructions twice, nothing left behind.
 
-use defmt_decoder::Table;
+use sinew::device::{Device, End, decode_log};
+use sinew::project::Board;
 use sinew_firmware::protocol::{Reason, ToDevice, ToHost};
 use sinew_model_reference_s::golden::GOLDEN;
-use sinew_tests::closed_loop::{self, hello, sample};
-use sinew_tests::device::{Device, End};
+use sinew_tests::closed_loop::{self, sample};
 use sinew_tests::reference::{INPUT_LIMIT, INPUTS, OUTPUTS, Plant, RATE_LIMIT, Reference, STEPS};
 use sinew_tests::{image, skip};
 
@@ -14,14 +14,11 @@ fn lockstep() -> Option<Device> {
         skip(reason);
         return None;
     }
-    let image = image::build("qemu", "lockstep").unwrap_or_else(|error| panic!("{error}"));
-    Some(Device::qemu(&image).expect("QEMU starts"))
+    Some(image::start(Board::Qemu).unwrap_or_else(|error| panic!("{error}")))
 }
 
 fn on_the_host() -> Device {
-    let program =
-        image::build("host", "sinew-board-host").unwrap_or_else(|error| panic!("{error}"));
-    Device::host(&program).expect("the host's build starts")
+    image::start(Board::Host).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// More than decoding a sample and encoding its answer take: 62,500 instructions.
@@ -128,33 +125,21 @@ fn golden_vectors_give_the_same_bits_and_are_right() {
 #[test]
 fn the_log_is_readable_on_the_host() {
     let Some(mut device) = lockstep() else { return };
-    let identity = hello(&mut device).unwrap_or_else(|error| panic!("{error}"));
-    device
-        .ask(&ToDevice::Stop)
-        .unwrap_or_else(|error| panic!("{error}"));
-    let log = device
-        .finish()
-        .unwrap_or_else(|error| panic!("{error}"))
-        .log;
+    let identity = device.hello(None).unwrap_or_else(|error| panic!("{error}"));
+    let (_, end) = device.finish().unwrap_or_else(|error| panic!("{error}"));
 
-    let image = image::build("qemu", "lockstep").unwrap_or_else(|error| panic!("{error}"));
-    let image = std::fs::read(image).expect("cargo has just built it");
-    let table = Table::parse(&image)
-        .expect("the image is of this defmt version")
-        .expect("the image has log messages");
-    let mut decoder = table.new_stream_decoder();
-    decoder.received(&log);
-    let mut lines = Vec::new();
-    while let Ok(frame) = decoder.decode() {
-        lines.push(frame.display_message().to_string());
-    }
+    let image = image::build(Board::Qemu)
+        .unwrap_or_else(|error| panic!("{error}"))
+        .lockstep;
+    let log = decode_log(&image, &end.log).unwrap_or_else(|error| panic!("{error}"));
+    let lines: Vec<&str> = log.lines().collect();
     assert_eq!(lines.len(), 2, "{lines:?}");
     assert!(
         lines[0].contains(&format!("model {:08x}", identity.model)),
         "{lines:?}"
     );
     assert!(
-        lines[1].starts_with("stopped: Summary { steps: 0"),
+        lines[1].contains("stopped: Summary { steps: 0"),
         "{lines:?}"
     );
 }
@@ -177,11 +162,8 @@ fn two_runs_take_the_same_instructions() {
 fn the_reference_run_meets_its_deadlines_limits_and_reference() {
     let Some(mut device) = lockstep() else { return };
     let run = closed_loop::run(&mut device).unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!(
-        device.finish().map(|end| end.status),
-        Ok(Some(0)),
-        "Stop ends with status 0"
-    );
+    let end = device.end().unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(end.status, Some(0), "Stop ends with status 0");
 
     assert_eq!(run.summary.steps as usize, STEPS);
     let ticks: Vec<u64> = run.steps.iter().map(|step| step.ticks.into()).collect();
@@ -215,7 +197,7 @@ fn the_reference_run_meets_its_deadlines_limits_and_reference() {
 fn a_missed_deadline_is_counted() {
     let Some(mut device) = lockstep() else { return };
     let reference = Reference::load().unwrap_or_else(|error| panic!("{error}"));
-    hello(&mut device).unwrap_or_else(|error| panic!("{error}"));
+    device.hello(None).unwrap_or_else(|error| panic!("{error}"));
     // Damaged frames are worked on in virtual time: some thousands of them make the next step late.
     let long = [vec![0x55; 1000], vec![0]].concat();
     for _ in 0..100 {
@@ -243,9 +225,9 @@ fn a_missed_deadline_is_counted() {
 #[test]
 fn without_a_host_the_image_ends() {
     let Some(mut device) = lockstep() else { return };
-    hello(&mut device).unwrap_or_else(|error| panic!("{error}"));
+    device.hello(None).unwrap_or_else(|error| panic!("{error}"));
     // What the kernel does for a host that was killed: the pipe is closed and nothing is said.
-    let End { status, log } = device.finish().unwrap_or_else(|error| panic!("{error}"));
+    let End { status, log } = device.end().unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(status, Some(3));
     assert!(!log.is_empty(), "it says why in the log");
 }
@@ -255,9 +237,11 @@ fn without_channel_files_the_image_says_so() {
     if let Some(reason) = image::cannot_run() {
         return skip(reason);
     }
-    let image = image::build("qemu", "lockstep").unwrap_or_else(|error| panic!("{error}"));
+    let image = image::build(Board::Qemu)
+        .unwrap_or_else(|error| panic!("{error}"))
+        .lockstep;
     let empty = tempfile::tempdir().expect("a temporary folder can be made");
-    let status = std::process::Command::new(image::board_folder("qemu").join("run.sh"))
+    let status = std::process::Command::new(image::runner())
         .arg(&image)
         .env("LOG", empty.path().join("log"))
         .current_dir(empty.path())
@@ -271,8 +255,12 @@ fn over_the_serial_line_no_frame_is_lost() {
         return skip(reason);
     }
     const SAMPLES: usize = 200;
-    let image = image::build("qemu", "free").unwrap_or_else(|error| panic!("{error}"));
-    let mut device = Device::serial(&image).expect("QEMU starts");
+    let built = image::build(Board::Qemu).unwrap_or_else(|error| panic!("{error}"));
+    let free = built
+        .free
+        .expect("this board has a program that paces itself");
+    let mut device =
+        Device::serial(&image::runner(), &free).unwrap_or_else(|error| panic!("{error}"));
     let reference = Reference::load().unwrap_or_else(|error| panic!("{error}"));
 
     // It speaks first.
@@ -326,5 +314,6 @@ fn over_the_serial_line_no_frame_is_lost() {
     };
     assert_eq!(summary.frames_rejected, 0);
     assert!(summary.steps as usize >= SAMPLES, "{summary:?}");
-    assert_eq!(device.finish().map(|end| end.status), Ok(Some(0)));
+    let end = device.end().unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(end.status, Some(0));
 }
