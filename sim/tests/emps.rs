@@ -6,6 +6,7 @@
 //! project. Where there is none the test says so and has nothing to hold.
 
 use sinew_sim::{Plant, Rig};
+use std::io::Write;
 use std::path::PathBuf;
 
 fn recording(file: &str) -> Option<[Vec<f64>; 3]> {
@@ -47,8 +48,9 @@ fn free_run(level: f64, [times, input, position]: &[Vec<f64>; 3]) -> f64 {
 fn the_authors_parameters_give_the_published_free_run() {
     for (file, with, without) in [("train.csv", 6.8, 179.0), ("test_pulses.csv", 9.2, 181.0)] {
         let Some(recording) = recording(file) else {
-            println!("no recording {file}: set SINEW_DATA");
-            continue;
+            // Written, not printed: the test harness would swallow the output of a test that "passes".
+            let _ = writeln!(std::io::stderr(), "SKIPPED: no EMPS recordings (set SINEW_DATA)");
+            return;
         };
         let (found, found_without) = (free_run(20.39, &recording), free_run(0.0, &recording));
         println!("{file}: {found:.2} mm with Coulomb friction, {found_without:.1} mm without");

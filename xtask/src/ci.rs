@@ -4,6 +4,7 @@
 //! its own: cargo would build the dependencies (burn: minutes) once more for each.
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
@@ -30,7 +31,7 @@ fn crates_in(folder: &str) -> Result<Vec<PathBuf>> {
 }
 
 /// `cargo clippy` on one generated crate. They share a target folder, hence their dependencies.
-fn model_clippy(model: &Path) -> std::process::Command {
+fn model_clippy(model: &Path) -> Command {
     let mut command = cargo(&["clippy", "--manifest-path"]);
     command.arg(model.join("Cargo.toml"));
     command
@@ -47,6 +48,7 @@ const STAGES: &[Stage] = &[
     ("format", |_| format()),
     ("clippy, boards and models", clippy_boards_and_models),
     ("generated files up to date", |_| generate::check()),
+    ("foreign recordings up to date", |_| foreign()),
     ("clippy, workspace", |_| clippy_workspace()),
     ("tests", test::run),
     ("budgets", |_| snapshots::budget(&[])),
@@ -93,7 +95,7 @@ fn format() -> Result<()> {
 }
 
 /// Without `--all`: cargo fmt would follow the path dependencies and format them too.
-fn format_one(folder: &Path) -> std::process::Command {
+fn format_one(folder: &Path) -> Command {
     let mut command = cargo(&["fmt", "--check", "--manifest-path"]);
     command.arg(folder.join("Cargo.toml"));
     command
@@ -109,6 +111,17 @@ fn clippy_boards_and_models(toolchain: &Toolchain) -> Result<()> {
         process::run(&mut model_clippy(&model))?;
     }
     Ok(())
+}
+
+/// The recordings that judge the simulator are what their own program writes today.
+fn foreign() -> Result<()> {
+    if !process::succeeds(Command::new("python3").arg("--version")) {
+        println!("SKIPPED: no python3: the recordings of tests/foreign are taken as they are");
+        return Ok(());
+    }
+    let mut command = Command::new("python3");
+    command.args(["tests/foreign/mass_spring_damper.py", "--check"]);
+    process::run(command.current_dir(root()))
 }
 
 fn clippy_workspace() -> Result<()> {
