@@ -70,6 +70,10 @@ fn build(case: &Case, flags: &[String]) -> Result<()> {
     command.arg("--fit").arg(file(&case.fit));
     command.arg("--test").arg(file(&case.test));
     command.args(["--board", "qemu", "--out", case.out]);
+    // Shared with the tests' boards: embassy is compiled once.
+    if std::env::var_os("SINEW_BUILD_DIR").is_none() {
+        command.env("SINEW_BUILD_DIR", root().join("target/boards"));
+    }
     command.args(flags);
     process::run(toolchain.equip(&mut command))
 }

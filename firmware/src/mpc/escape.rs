@@ -6,7 +6,7 @@ use super::{Plan, Problem};
 use crate::model::Model;
 
 /// A plan whose J has grown by this factor since the last step is distrusted.
-const SUSPICIOUS: f32 = 2.0;
+const SUSPICIOUS: f32 = 8.0;
 
 /// How far the plan is moved to look further, as a part of the channel's range.
 const REACH: f32 = 0.125;

@@ -319,6 +319,8 @@ fn key(rig: &Rig, recordings: &[Recording], seed: u64) -> u64 {
     let mut hasher = DefaultHasher::new();
     env!("CARGO_PKG_VERSION").hash(&mut hasher);
     format!("{:?}", crate::train::Options::default()).hash(&mut hasher);
+    // Tuning runs the firmware.
+    project::hash_sources(&mut hasher);
     rig.to_toml().hash(&mut hasher);
     seed.hash(&mut hasher);
     for recording in recordings {

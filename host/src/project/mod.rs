@@ -23,6 +23,12 @@ pub use image::Sizes;
 
 use crate::error::{Error, Result};
 
+/// Everything that the firmware is built from, for telling whether a result still holds.
+pub fn hash_sources(hasher: &mut impl std::hash::Hasher) {
+    use std::hash::Hash;
+    sources::SOURCES.hash(hasher);
+}
+
 /// Where a controller runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Board {
