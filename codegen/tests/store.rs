@@ -192,7 +192,11 @@ fn model() -> impl Strategy<Value = ModelSpec> {
                     golden: vec![],
                 };
                 // A linear path needs a linear end.
-                if spec.layers.last().is_some_and(|l| l.activation() == Activation::Linear) {
+                if spec
+                    .layers
+                    .last()
+                    .is_some_and(|l| l.activation() == Activation::Linear)
+                {
                     let weights = (0..spec.regressor_len() * n_y).map(|i| (i as f32).sqrt());
                     spec.shortcut = Some(weights.collect());
                 }
