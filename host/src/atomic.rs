@@ -26,10 +26,10 @@ pub fn write(path: impl AsRef<Path>, contents: impl AsRef<[u8]>) -> Result<()> {
     whole(path.as_ref(), |file| file.write_all(contents.as_ref()))
 }
 
-/// Copies the file `from` to `to`, permissions included; otherwise as [`write`].
+/// Copies the file `from` to `to`, permissions included; otherwise as [`write()`].
 ///
 /// # Errors
-/// `Read` where `from` cannot be opened; as [`write`].
+/// `Read` where `from` cannot be opened; as [`write()`].
 pub fn copy(from: impl AsRef<Path>, to: impl AsRef<Path>) -> Result<()> {
     let from = from.as_ref();
     let mut source = fs::File::open(from).map_err(|e| Error::read(from, e))?;

@@ -176,79 +176,43 @@ fn loop_section(outcome: &Outcome) -> Section {
          preview of {} steps.",
         outcome.task.reference_source, outcome.task.horizon
     ));
-    let run = &outcome.mpc.run;
+    // The last is drawn on top.
     let pid = outcome.pid.as_ref().ok();
+    let runs: Vec<(&str, Tone, &Run)> = pid
+        .map(|pid| ("PID", Tone::Orange, &pid.run))
+        .into_iter()
+        .chain([("MPC", Tone::Blue, &outcome.mpc.run)])
+        .collect();
+    let add = |plot: Plot, stroke: Stroke, of: &dyn Fn(&Run) -> Vec<f64>| {
+        runs.iter().fold(plot, |plot, (name, tone, run)| {
+            plot.with(Series::new(*name, stroke, run.t.clone(), of(run)).tone(*tone))
+        })
+    };
+    let asked = &outcome.mpc.run;
     for (i, (name, unit)) in outcome.outputs.iter().zip(&outcome.units).enumerate() {
-        let mut tracking = Plot::over_time(format!("{name}: asked and done"))
+        let reference = Series::new(
+            "reference",
+            Stroke::Dashed,
+            asked.t.clone(),
+            column(asked, |r| &r.reference, i),
+        );
+        let tracking = Plot::over_time(format!("{name}: asked and done"))
             .y(name, unit)
-            .with(
-                Series::new(
-                    "reference",
-                    Stroke::Dashed,
-                    run.t.clone(),
-                    column(run, |r| &r.reference, i),
-                )
-                .tone(Tone::Ink),
-            )
-            .with(
-                Series::new(
-                    "MPC",
-                    Stroke::Solid,
-                    run.t.clone(),
-                    column(run, |r| &r.y, i),
-                )
-                .tone(Tone::Blue),
-            );
-        let errors = |r: &Run| {
-            r.y.iter()
-                .zip(&r.reference)
-                .map(|(y, w)| y[i] - w[i])
-                .collect::<Vec<_>>()
-        };
-        let mut error = Plot::over_time(format!("{name}: tracking error"))
-            .y("error", unit)
-            .with(Series::new("MPC", Stroke::Solid, run.t.clone(), errors(run)).tone(Tone::Blue));
-        if let Some(pid) = pid {
-            let t = pid.run.t.clone();
-            tracking = tracking.with(
-                Series::new(
-                    "PID",
-                    Stroke::Solid,
-                    t.clone(),
-                    column(&pid.run, |r| &r.y, i),
-                )
-                .tone(Tone::Orange),
-            );
-            error = error
-                .with(Series::new("PID", Stroke::Solid, t, errors(&pid.run)).tone(Tone::Orange));
-        }
+            .with(reference.tone(Tone::Ink));
+        let tracking = add(tracking, Stroke::Solid, &|run| column(run, |r| &r.y, i));
+        let error = Plot::over_time(format!("{name}: tracking error")).y("error", unit);
+        let error = add(error, Stroke::Solid, &|run| {
+            let pairs = run.y.iter().zip(&run.reference);
+            pairs.map(|(y, w)| y[i] - w[i]).collect()
+        });
         section = section.with(Block::Plot(tracking)).with(Block::Plot(error));
     }
     for (i, name) in outcome.inputs.iter().enumerate() {
         let unit = name.rsplit_once('_').map_or("", |(_, unit)| unit);
-        let mut plot = Plot::over_time(format!("{name}: command"))
-            .y(name, unit)
-            .with(
-                Series::new(
-                    "MPC",
-                    Stroke::Steps,
-                    run.t.clone(),
-                    column(run, |r| &r.u, i),
-                )
-                .tone(Tone::Blue),
-            );
-        if let Some(pid) = pid {
-            plot = plot.with(
-                Series::new(
-                    "PID",
-                    Stroke::Steps,
-                    pid.run.t.clone(),
-                    column(&pid.run, |r| &r.u, i),
-                )
-                .tone(Tone::Orange),
-            );
-        }
-        section = section.with(Block::Plot(plot));
+        let plot = Plot::over_time(format!("{name}: command")).y(name, unit);
+        section = section.with(Block::Plot(add(plot, Stroke::Steps, &|run| {
+            column(run, |r| &r.u, i)
+        })));
     }
     section.with(Block::Table(scores(outcome)))
 }
