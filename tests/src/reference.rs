@@ -66,7 +66,7 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// Reads `tes../../models/reference/reference.csv` (columns t, r1, r2, r3), compiled into the test.
+    /// Reads `models/reference/reference.csv` (columns t, r1, r2, r3), compiled into the test.
     ///
     /// # Errors
     /// The line that is not four numbers.

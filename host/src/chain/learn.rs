@@ -240,9 +240,12 @@ fn score(
     (rms(&squares[0]), rms(&squares[1]))
 }
 
-/// The unit at the end of a column's name, as the recordings have it (`u_V`: `V`).
+/// The unit at the end of a column's name; `1` for none, since a model names a unit for every signal.
 fn unit_of(column: &str) -> &str {
-    column.rsplit_once('_').map_or("1", |(_, unit)| unit)
+    match sinew_sim::unit::of_column(column) {
+        "" => "1",
+        unit => unit,
+    }
 }
 
 /// A rig's name as cargo takes it: lower-case letters, digits and `-`.

@@ -1,11 +1,8 @@
 //! `sinew compare`: the predictive controller beside a tuned PID, on this computer.
 
-use std::path::PathBuf;
-
 use clap::Args;
 
-use super::{Common, Recordings};
-use crate::chain::built::Loop;
+use super::LoopArguments;
 use crate::error::Result;
 use crate::progress::Stage;
 use crate::project::Board;
@@ -14,44 +11,20 @@ use crate::report::quantity;
 /// Arguments of `sinew compare`.
 #[derive(Args)]
 pub struct Arguments {
-    /// The rig file (TOML), fitted.
-    rig: PathBuf,
-    /// Folder of the model: model.toml and weights.safetensors.
-    model: PathBuf,
     #[command(flatten)]
-    recordings: Recordings,
-    /// Folder of the firmware's sources and of the program that is built from them.
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
-    /// Folder of cargo's build outputs, if they are to be shared; otherwise DIR/target.
-    #[arg(long, value_name = "DIR", env = "SINEW_BUILD_DIR")]
-    build_dir: Option<PathBuf>,
-    #[command(flatten)]
-    common: Common,
+    of_loop: LoopArguments,
 }
 
 /// # Errors
 /// A bad file, a model that does not fit the rig, inputs and outputs that do not pair off.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let ready = Loop::load(
-        &arguments.rig,
-        &arguments.model,
-        &arguments.recordings.fit,
-        &arguments.recordings.test,
-    )?;
-    let bench = ready.bench(arguments.common.seed);
+    let of_loop = &arguments.of_loop;
+    let ready = of_loop.load()?;
+    let bench = ready.bench(of_loop.common.seed);
     let (values, moved) = bench.moved_plant();
     let scenario = bench.scenario(&values)?;
-    let cache = arguments.build_dir.as_deref();
-    let mpc = ready.run(
-        &bench,
-        &arguments.out,
-        Board::Host,
-        cache,
-        arguments.common.quiet,
-        &scenario,
-    )?;
-    let stage = Stage::begin("tune and run the PID", arguments.common.quiet);
+    let mpc = of_loop.run(&ready, &bench, Board::Host, &scenario)?;
+    let stage = Stage::begin("tune and run the PID", of_loop.common.quiet);
     let pid = bench.pid(&values, &scenario)?;
     stage.end("on the plant that it is judged on");
     println!("reference: {}", ready.task.reference_source);

@@ -14,7 +14,11 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
+use crate::chain::built::Loop;
+use crate::chain::side_by_side::{Bench, DeviceRun};
+use crate::compare::closed_loop::Scenario;
 use crate::error::Result;
+use crate::project::Board;
 
 /// From a recording and a rig to a controlled Cortex-M4F.
 #[derive(Parser)]
@@ -53,6 +57,61 @@ pub struct Recordings {
     /// A recording that is only scored; may be repeated.
     #[arg(long, value_name = "CSV")]
     pub test: Vec<PathBuf>,
+}
+
+/// A rig, its model and where their loop is built: what `compare` and `pil` take.
+#[derive(Args, Clone, Debug)]
+pub struct LoopArguments {
+    /// The rig file (TOML), fitted.
+    rig: PathBuf,
+    /// Folder of the model: model.toml and weights.safetensors.
+    model: PathBuf,
+    #[command(flatten)]
+    recordings: Recordings,
+    /// Folder of the firmware's sources and images.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Folder of cargo's build outputs, if they are to be shared; otherwise DIR/target.
+    #[arg(long, value_name = "DIR", env = "SINEW_BUILD_DIR")]
+    build_dir: Option<PathBuf>,
+    #[command(flatten)]
+    common: Common,
+}
+
+impl LoopArguments {
+    /// Reads the files.
+    ///
+    /// # Errors
+    /// As [`Loop::load`].
+    fn load(&self) -> Result<Loop> {
+        Loop::load(
+            &self.rig,
+            &self.model,
+            &self.recordings.fit,
+            &self.recordings.test,
+        )
+    }
+
+    /// Runs the loop on a board.
+    ///
+    /// # Errors
+    /// As [`Loop::run`].
+    fn run(
+        &self,
+        ready: &Loop,
+        bench: &Bench<'_>,
+        board: Board,
+        scenario: &Scenario,
+    ) -> Result<DeviceRun> {
+        ready.run(
+            bench,
+            &self.out,
+            board,
+            self.build_dir.as_deref(),
+            self.common.quiet,
+            scenario,
+        )
+    }
 }
 
 /// What most verbs take.
