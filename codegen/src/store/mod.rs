@@ -80,14 +80,28 @@ pub fn parse(text: &str, weights: &[u8]) -> Result<ModelSpec, StoreError> {
 /// # Errors
 /// [`StoreError::Spec`] before anything is written, [`StoreError::Io`] if a file cannot be written.
 pub fn save(directory: &Path, spec: &ModelSpec) -> Result<(), StoreError> {
+    for (file, contents) in print(spec).map_err(|error| error.within(directory))? {
+        atomic::write(&directory.join(file), &contents)?;
+    }
+    Ok(())
+}
+
+/// The files of a model by name, for a program that has its own way of writing files; in the order in
+/// which [`save`] writes them.
+///
+/// # Errors
+/// [`StoreError::Spec`] if the specification is not valid.
+pub fn print(spec: &ModelSpec) -> Result<[(&'static str, Vec<u8>); 2], StoreError> {
     spec.validate().map_err(|error| StoreError::Spec {
-        file: directory.join(MODEL_FILE),
+        file: MODEL_FILE.into(),
         line: None,
         error,
     })?;
     let weights = weights::print(spec)?;
-    atomic::write(&directory.join(WEIGHTS_FILE), &weights)?;
-    atomic::write(&directory.join(MODEL_FILE), text::print(spec).as_bytes())
+    Ok([
+        (WEIGHTS_FILE, weights),
+        (MODEL_FILE, text::print(spec).into_bytes()),
+    ])
 }
 
 fn read(path: &Path, max: u64) -> Result<Vec<u8>, StoreError> {

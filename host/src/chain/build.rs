@@ -10,7 +10,7 @@ use sinew_codegen::spec::ModelSpec;
 use sinew_codegen::store;
 use sinew_sim::{Plant, Rig};
 
-use super::learn::{Record, VISITS, learn};
+use super::learn::{Record, VISITS, learn, save};
 use super::moved::Moved;
 use super::side_by_side::{Bench, DeviceRun, PidRun, same_bits};
 use super::task::Task;
@@ -299,7 +299,7 @@ fn model(
         spec.control.move_suppression[0], spec.control.disturbance_gain
     ));
 
-    store::save(&folder, &spec).map_err(|e| Error::failed(e.to_string()))?;
+    save(&folder, &spec)?;
     let text = serde_json::to_string(&Kept {
         key,
         record: learned.record.clone(),

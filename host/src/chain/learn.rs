@@ -1,7 +1,10 @@
 //! From the fitted rig to a model: episodes, training, and the score on stretches that trained nothing.
 
+use std::path::Path;
+
 use sinew_codegen::evaluate::predict;
 use sinew_codegen::spec::{Activation, ControlSpec, Dense, Layer, ModelSpec, OutputForm, Signal};
+use sinew_codegen::store;
 use sinew_sim::{Form, Plant, Rig};
 
 use super::task::Task;
@@ -172,6 +175,17 @@ fn layers(folded: &Folded) -> Result<Vec<Layer>> {
             .map_err(|e| Error::failed(format!("layer {i} of the trained network: {e}")))
     });
     layers.collect()
+}
+
+/// Writes a model's files, each whole or not at all.
+///
+/// # Errors
+/// The specification is not valid, or a file cannot be written.
+pub fn save(folder: &Path, spec: &ModelSpec) -> Result<()> {
+    for (file, contents) in store::print(spec)? {
+        crate::atomic::write(folder.join(file), contents)?;
+    }
+    Ok(())
 }
 
 /// Settings that hold until they are tuned.

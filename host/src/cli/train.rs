@@ -8,9 +8,9 @@ use sinew_sim::{Plant, Rig};
 
 use super::{Common, Recordings};
 use crate::chain::build::starts;
-use crate::chain::learn::learn;
+use crate::chain::learn::{learn, save};
 use crate::chain::task::Task;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::fit::free_run;
 use crate::progress::Stage;
 use crate::recording::Recording;
@@ -65,7 +65,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         },
     )?;
     stage.end(format!("{} weights", learned.record.parameters));
-    store::save(&arguments.out, &learned.spec).map_err(|e| Error::failed(e.to_string()))?;
+    save(&arguments.out, &learned.spec)?;
     for (i, unit) in task.units(&plant).enumerate() {
         println!(
             "{}: {} off after one step, {} after {}, on stretches that trained nothing",

@@ -126,9 +126,12 @@ impl Reference {
     }
 }
 
-/// A minimum-jerk move (Flash and Hogan 1985) whose mean speed is `speed`, in at most `most` steps.
+/// A minimum-jerk move (Flash and Hogan 1985) whose mean speed is at most `speed`, unless `most` steps
+/// do not suffice for that.
 fn append_move(column: &mut Vec<f64>, from: f64, to: f64, speed: f64, period: f64, most: usize) {
-    let steps = ((to - from).abs() / speed.max(1e-12) / period).clamp(1.0, most as f64) as usize;
+    let steps = ((to - from).abs() / speed.max(1e-12) / period)
+        .ceil()
+        .clamp(1.0, most as f64) as usize;
     column.extend((1..=steps).map(|k| {
         let s = k as f64 / steps as f64;
         from + (to - from) * s * s * s * (10.0 - 15.0 * s + 6.0 * s * s)
