@@ -1,5 +1,6 @@
 //! What the controller is asked for: the rig's `[control]` table, filled in from the recordings.
 
+use sinew_firmware::protocol::MAX_PREVIEW;
 use sinew_sim::{Plant, Rig, Stepper};
 
 use crate::compare::closed_loop::InputLimits;
@@ -80,6 +81,7 @@ impl Task {
         }
         let period_s = 1.0 / control.and_then(|c| c.rate_hz).unwrap_or(RATE_HZ);
         let horizon = control.and_then(|c| c.horizon).unwrap_or(10);
+        carried(rig, period_s, horizon * outputs.len())?;
         let control_horizon = control
             .and_then(|c| c.control_horizon)
             .unwrap_or(3)
@@ -238,6 +240,29 @@ fn rest(
         (high - low < 0.02 * travel).then_some((low + high) / 2.0)
     });
     Ok(settled.collect())
+}
+
+/// Refuses, before anything is trained, what no firmware could carry.
+fn carried(rig: &Rig, period_s: f64, preview: usize) -> Result<()> {
+    let refuse = |message: String, expected: &str| {
+        let line = rig.control.as_ref().map_or(1, |control| control.line);
+        Err(Error::file(&rig.file, message)
+            .at(line, 1)
+            .expected(expected))
+    };
+    if !(1e-5..=1000.0).contains(&period_s) {
+        return refuse(
+            format!("[control] asks for {} steps a second", 1.0 / period_s),
+            "`rate_hz` from 0.001 to 100000",
+        );
+    }
+    if preview > MAX_PREVIEW {
+        return refuse(
+            format!("[control] asks for a reference preview of {preview} values"),
+            &format!("`horizon` times the number of outputs at most {MAX_PREVIEW}"),
+        );
+    }
+    Ok(())
 }
 
 fn position_sensors(plant: &Plant) -> Vec<usize> {
