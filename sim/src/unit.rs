@@ -37,6 +37,22 @@ pub enum Quantity {
     WaveNumber,
     /// An angle whatever the motion.
     Phase,
+    /// A plain number.
+    Ratio,
+    /// Seconds.
+    Time,
+    /// Rates of Bouc-Wen hysteresis: per coordinate, to the power of its exponent.
+    Memory,
+    /// Play: a coordinate at a spring or tendon, an input at an actuator.
+    Gap,
+    /// What an actuator takes.
+    Input,
+    /// One over what an actuator takes.
+    PerInput,
+    /// One over what a sensor reads.
+    PerReading,
+    /// One over its square.
+    PerReadingSquared,
 }
 
 impl Quantity {
@@ -65,6 +81,26 @@ impl Quantity {
             (Self::WaveNumber, Slide) => "rad/m",
             (Self::WaveNumber, Hinge) => "1",
             (Self::Phase, _) => "rad",
+            (Self::Ratio | Self::Input | Self::PerInput, _) => "1",
+            (Self::PerReading | Self::PerReadingSquared, _) => "1",
+            (Self::Time, _) => "s",
+            (Self::Memory, Slide) => "m^-exponent",
+            (Self::Memory, Hinge) => "rad^-exponent",
+            (Self::Gap, motion) => Self::Coordinate.unit(motion),
+        }
+    }
+
+    /// The unit at an actuator or a sensor whose input or reading is measured in `base`.
+    #[allow(dead_code, reason = "the plant takes it up next")]
+    pub(crate) fn unit_of(self, base: &str) -> String {
+        let base = if base.is_empty() { "1" } else { base };
+        match self {
+            Self::Input | Self::Gap => base.to_owned(),
+            Self::PerInput | Self::PerReading => ratio("1", base),
+            Self::PerReadingSquared if base == "1" => "1".to_owned(),
+            Self::PerReadingSquared if base.contains(['/', ' ']) => format!("1/({base})^2"),
+            Self::PerReadingSquared => format!("1/{base}^2"),
+            other => other.unit(Motion::Slide).to_owned(),
         }
     }
 }

@@ -1,6 +1,8 @@
 //! Damping that the rig has no component for (docs/plant.md, eq. 10).
 
-use super::{At, Description, Effect, Energy, Family, Port, Quantity, Sign, Slopes, parameter};
+use super::{
+    At, Description, Effect, Energy, Family, Port, Quantity, Scales, Sign, Slopes, parameter,
+};
 use crate::scalar::Scalar;
 
 /// `F = -damping v` (eq. 10a).
@@ -13,8 +15,17 @@ impl Effect for Viscous {
         ports: &[Port::Body, Port::Spring],
         energy: Energy::Dissipates,
         law: "F = -damping v",
+        equation: "10a",
         parameters: &[parameter("damping", Quantity::Damping, Sign::NonNegative)],
+        confusable: &["quadratic_drag", "viscoelastic_creep", "coulomb_friction"],
+        excited_by: "motion at several speeds",
+        sentence: "Viscous damping of {damping} at {component} is missing from the model.",
     };
+
+    fn starts(scales: &Scales) -> Vec<Vec<f64>> {
+        let damping = scales.force / scales.velocity;
+        vec![vec![0.05 * damping], vec![0.5 * damping]]
+    }
 
     #[inline]
     fn force<S: Scalar>(p: &[S], at: &At<S>) -> S {
@@ -39,8 +50,18 @@ impl Effect for QuadraticDrag {
         ports: &[Port::Body],
         energy: Energy::Dissipates,
         law: "F = -coefficient v |v|",
+        equation: "10b",
         parameters: &[parameter("coefficient", Quantity::Drag, Sign::NonNegative)],
+        confusable: &["viscous_damping"],
+        excited_by: "motion at low and at high speed",
+        sentence: "Drag of {coefficient} times the speed squared at {component} is missing from the \
+                   model.",
     };
+
+    fn starts(scales: &Scales) -> Vec<Vec<f64>> {
+        let drag = scales.force / (scales.velocity * scales.velocity);
+        vec![vec![0.05 * drag], vec![0.5 * drag]]
+    }
 
     #[inline]
     fn force<S: Scalar>(p: &[S], at: &At<S>) -> S {

@@ -5,42 +5,50 @@
 //! while the other forces stay within [`Effect::hold`]. Nothing is smoothed.
 
 use super::{
-    At, Description, Effect, Energy, Family, ParameterSpec, Port, Quantity, Sign, Slopes, parameter,
+    At, Description, Effect, Energy, Family, Port, Quantity, Scales, Sign, Slopes, parameter,
 };
 use crate::scalar::Scalar;
 
-const fn friction(
-    kind: &'static str,
-    law: &'static str,
-    parameters: &'static [ParameterSpec],
-) -> Description {
-    Description {
-        kind,
-        family: Family::Friction,
-        ports: &[Port::Body],
-        energy: Energy::Dissipates,
-        law,
-        parameters,
-    }
-}
+const BASE: Description = Description {
+    kind: "",
+    family: Family::Friction,
+    ports: &[Port::Body],
+    energy: Energy::Dissipates,
+    law: "",
+    equation: "6",
+    parameters: &[],
+    confusable: &[],
+    excited_by: "",
+    sentence: "",
+};
 
 /// `F = -level sign(v)`, holding up to `level` (eq. 6).
 pub(super) struct Coulomb;
 
 impl Effect for Coulomb {
-    const DESCRIPTION: Description = friction(
-        "coulomb_friction",
-        "F = -level sign(v)",
-        &[parameter("level", Quantity::Force, Sign::NonNegative)],
-    );
+    const DESCRIPTION: Description = Description {
+        kind: "coulomb_friction",
+        law: "F = -level sign(v)",
+        parameters: &[parameter("level", Quantity::Force, Sign::NonNegative)],
+        confusable: &[
+            "stribeck_friction",
+            "direction_dependent_friction",
+            "load_dependent_friction",
+            "hysteresis",
+            "viscous_damping",
+        ],
+        excited_by: "reversals and rests at forces just above and below the level",
+        sentence: "Dry friction of {level} at {component} is missing from the model.",
+        ..BASE
+    };
+
+    fn starts(scales: &Scales) -> Vec<Vec<f64>> {
+        vec![vec![0.1 * scales.force], vec![0.5 * scales.force]]
+    }
 
     #[inline]
     fn force<S: Scalar>(p: &[S], at: &At<S>) -> S {
         p[0] * -at.direction
-    }
-
-    fn slopes(_p: &[f64], _at: &At<f64>) -> Slopes {
-        Slopes::default()
     }
 
     fn hold<S: Scalar>(p: &[S]) -> [S; 2] {
@@ -53,15 +61,30 @@ impl Effect for Coulomb {
 pub(super) struct Stribeck;
 
 impl Effect for Stribeck {
-    const DESCRIPTION: Description = friction(
-        "stribeck_friction",
-        "F = -(level + (static_level - level) exp(-(v/velocity)^2)) sign(v)",
-        &[
+    const DESCRIPTION: Description = Description {
+        kind: "stribeck_friction",
+        law: "F = -(level + (static_level - level) exp(-(v/velocity)^2)) sign(v)",
+        equation: "7",
+        parameters: &[
             parameter("level", Quantity::Force, Sign::NonNegative),
             parameter("static_level", Quantity::Force, Sign::NonNegative),
             parameter("velocity", Quantity::Velocity, Sign::Positive),
         ],
-    );
+        confusable: &["coulomb_friction", "direction_dependent_friction"],
+        excited_by: "slow motion with rests, and motion well above the Stribeck velocity",
+        sentence: "Friction at {component} falls from {static_level} at rest to {level} above \
+                   {velocity}; the model has none.",
+        ..BASE
+    };
+
+    fn starts(scales: &Scales) -> Vec<Vec<f64>> {
+        let (force, velocity) = (scales.force, scales.velocity);
+        vec![
+            vec![0.1 * force, 0.2 * force, 0.1 * velocity],
+            vec![0.4 * force, 0.6 * force, 0.3 * velocity],
+            vec![0.2 * force, 0.4 * force, 0.03 * velocity],
+        ]
+    }
 
     #[inline]
     fn force<S: Scalar>(p: &[S], at: &At<S>) -> S {
@@ -87,16 +110,30 @@ impl Effect for Stribeck {
 pub(super) struct DirectionDependent;
 
 impl Effect for DirectionDependent {
-    const DESCRIPTION: Description = friction(
-        "direction_dependent_friction",
-        "F = -level_pos - damping_pos v forward, level_neg - damping_neg v backward",
-        &[
+    const DESCRIPTION: Description = Description {
+        kind: "direction_dependent_friction",
+        law: "F = -level_pos - damping_pos v forward, level_neg - damping_neg v backward",
+        equation: "8",
+        parameters: &[
             parameter("level_pos", Quantity::Force, Sign::NonNegative),
             parameter("level_neg", Quantity::Force, Sign::NonNegative),
             parameter("damping_pos", Quantity::Damping, Sign::NonNegative),
             parameter("damping_neg", Quantity::Damping, Sign::NonNegative),
         ],
-    );
+        confusable: &["coulomb_friction", "constant_load", "stribeck_friction"],
+        excited_by: "both directions at several speeds, and rests",
+        sentence: "Friction at {component} differs with direction: {level_pos} and {damping_pos} \
+                   forward, {level_neg} and {damping_neg} backward; the model has none.",
+        ..BASE
+    };
+
+    fn starts(scales: &Scales) -> Vec<Vec<f64>> {
+        let (force, damping) = (scales.force, scales.force / scales.velocity);
+        vec![
+            vec![0.15 * force, 0.1 * force, 0.1 * damping, 0.05 * damping],
+            vec![0.1 * force, 0.3 * force, 0.05 * damping, 0.1 * damping],
+        ]
+    }
 
     #[inline]
     fn force<S: Scalar>(p: &[S], at: &At<S>) -> S {
@@ -116,5 +153,27 @@ impl Effect for DirectionDependent {
 
     fn hold<S: Scalar>(p: &[S]) -> [S; 2] {
         [p[0], p[1]]
+    }
+}
+
+/// `F = -coefficient |load| sign(v)`, holding up to `coefficient |load|` (eq. 9).
+pub(super) struct LoadDependent;
+
+impl Effect for LoadDependent {
+    const DESCRIPTION: Description = Description {
+        kind: "load_dependent_friction",
+        ports: &[Port::Body, Port::Tendon],
+        law: "F = -coefficient |load| sign(v)",
+        equation: "9",
+        parameters: &[parameter("coefficient", Quantity::Ratio, Sign::NonNegative)],
+        confusable: &["coulomb_friction", "viscous_damping", "hysteresis"],
+        excited_by: "reversals at several loads, from none to the largest",
+        sentence: "Friction at {component} that grows with its load, {coefficient} times the load, \
+                   is missing from the model.",
+        ..BASE
+    };
+
+    fn starts(_scales: &Scales) -> Vec<Vec<f64>> {
+        vec![vec![0.05], vec![0.25]]
     }
 }

@@ -1,41 +1,51 @@
 //! Forces from outside (docs/plant.md, eq. 12).
 
 use super::{
-    At, Description, Effect, Energy, Family, Motion, ParameterSpec, Port, Quantity, Sign, Slopes,
-    parameter,
+    At, Description, Effect, Energy, Family, Motion, ParameterSpec, Port, Quantity, Scales, Sign,
+    Slopes, parameter,
 };
 use crate::scalar::Scalar;
 
-const fn load(
-    kind: &'static str,
-    law: &'static str,
-    parameters: &'static [ParameterSpec],
-) -> Description {
-    Description {
-        kind,
-        family: Family::Load,
-        ports: &[Port::Body],
-        energy: Energy::Conserves,
-        law,
-        parameters,
-    }
-}
+const BASE: Description = Description {
+    kind: "",
+    family: Family::Load,
+    ports: &[Port::Body],
+    energy: Energy::Conserves,
+    law: "",
+    equation: "12",
+    parameters: &[],
+    confusable: &[],
+    excited_by: "",
+    sentence: "",
+};
 
 /// Slide: `F = -amplitude`; hinge: `F = -amplitude sin(q - zero)` (eq. 12a).
 pub(super) struct Gravity;
 
 impl Effect for Gravity {
-    const DESCRIPTION: Description = load(
-        "gravity_load",
-        "F = -amplitude on a slide, -amplitude sin(q - zero) on a hinge",
-        &[
+    const DESCRIPTION: Description = Description {
+        kind: "gravity_load",
+        law: "F = -amplitude on a slide, -amplitude sin(q - zero) on a hinge",
+        equation: "12a",
+        parameters: &[
             parameter("amplitude", Quantity::Force, Sign::Any),
             ParameterSpec {
                 default: Some(0.0),
                 ..parameter("zero", Quantity::Coordinate, Sign::Any)
             },
         ],
-    );
+        confusable: &["constant_load", "position_ripple", "cubic_stiffness"],
+        excited_by: "a wide range of angles, on a slide any motion",
+        sentence: "A weight of {amplitude} at {component}, hanging at {zero}, is missing from the \
+                   model.",
+        ..BASE
+    };
+
+    fn starts(scales: &Scales) -> Vec<Vec<f64>> {
+        let force = 0.3 * scales.force;
+        let turn = std::f64::consts::FRAC_PI_2;
+        vec![vec![force, 0.0], vec![force, turn], vec![force, -turn]]
+    }
 
     #[inline]
     fn force<S: Scalar>(p: &[S], at: &At<S>) -> S {
@@ -60,19 +70,24 @@ impl Effect for Gravity {
 pub(super) struct Constant;
 
 impl Effect for Constant {
-    const DESCRIPTION: Description = load(
-        "constant_load",
-        "F = level",
-        &[parameter("level", Quantity::Force, Sign::Any)],
-    );
+    const DESCRIPTION: Description = Description {
+        kind: "constant_load",
+        law: "F = level",
+        equation: "12b",
+        parameters: &[parameter("level", Quantity::Force, Sign::Any)],
+        confusable: &["gravity_load", "direction_dependent_friction"],
+        excited_by: "any motion; rests show it best",
+        sentence: "A constant load of {level} at {component} is missing from the model.",
+        ..BASE
+    };
+
+    fn starts(scales: &Scales) -> Vec<Vec<f64>> {
+        vec![vec![0.2 * scales.force], vec![-0.2 * scales.force]]
+    }
 
     #[inline]
     fn force<S: Scalar>(p: &[S], _at: &At<S>) -> S {
         p[0]
-    }
-
-    fn slopes(_p: &[f64], _at: &At<f64>) -> Slopes {
-        Slopes::default()
     }
 }
 
@@ -80,15 +95,33 @@ impl Effect for Constant {
 pub(super) struct PositionRipple;
 
 impl Effect for PositionRipple {
-    const DESCRIPTION: Description = load(
-        "position_ripple",
-        "F = amplitude sin(wave_number q + phase)",
-        &[
+    const DESCRIPTION: Description = Description {
+        kind: "position_ripple",
+        law: "F = amplitude sin(wave_number q + phase)",
+        equation: "12c",
+        parameters: &[
             parameter("amplitude", Quantity::Force, Sign::Any),
             parameter("wave_number", Quantity::WaveNumber, Sign::Any),
             parameter("phase", Quantity::Phase, Sign::Any),
         ],
-    );
+        confusable: &["gravity_load", "cubic_stiffness"],
+        excited_by: "slow motion over several periods of the ripple",
+        sentence: "A ripple of {amplitude} over the position of {component}, wave number \
+                   {wave_number}, is missing from the model.",
+        ..BASE
+    };
+
+    /// Wave numbers from one period in the range to twelve, at two phases a quarter apart.
+    fn starts(scales: &Scales) -> Vec<Vec<f64>> {
+        let span = (scales.range.1 - scales.range.0).max(scales.position);
+        let turn = std::f64::consts::TAU / span;
+        let periods = [1.0, 1.5, 2.2, 3.2, 4.6, 6.6, 9.0, 12.0];
+        let start = |periods: f64, phase| vec![0.2 * scales.force, periods * turn, phase];
+        periods
+            .iter()
+            .flat_map(|&p| [start(p, 0.0), start(p, std::f64::consts::FRAC_PI_2)])
+            .collect()
+    }
 
     #[inline]
     fn force<S: Scalar>(p: &[S], at: &At<S>) -> S {

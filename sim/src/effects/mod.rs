@@ -4,96 +4,25 @@
 //! body or a spring), sees the port's position and velocity, and answers with a force there.
 //! Adding one is: write its type in its family's file and name it in the list below.
 
+mod actuator;
 mod damping;
+mod description;
 mod friction;
+#[allow(dead_code, reason = "the plant takes them up next")]
+mod gap;
 mod load;
+#[allow(dead_code, reason = "the plant takes them up next")]
+mod memory;
+mod mode;
+#[allow(dead_code, reason = "the plant takes them up next")]
+mod sensor;
+mod sentence;
 mod stiffness;
 
 use crate::scalar::Scalar;
 pub use crate::unit::{Motion, Quantity};
-
-/// Where an effect can sit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Port {
-    /// A body: position and velocity are its coordinate and its rate.
-    Body,
-    /// A spring: position is the extension beyond its rest, the force acts on its `to`.
-    Spring,
-}
-
-/// What kind of physics it is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Family {
-    /// Depends on the direction of motion, and truly sticks.
-    Friction,
-    /// Smooth in velocity.
-    Damping,
-    /// Smooth in the extension of a spring.
-    Stiffness,
-    /// A force from outside.
-    Load,
-}
-
-/// What an effect does to the energy of the rig.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Energy {
-    /// Never adds any.
-    Dissipates,
-    /// Gives back what it took: there is a potential.
-    Conserves,
-}
-
-/// Which values of a parameter make sense in a rig file. A fit may go elsewhere and be judged after.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sign {
-    /// Any finite number.
-    Any,
-    /// Zero or more.
-    NonNegative,
-    /// More than zero.
-    Positive,
-    /// Any finite number but zero.
-    NonZero,
-}
-
-/// One parameter of an effect, as it is written in a rig and reported by a diagnosis.
-#[derive(Clone, Copy, Debug)]
-pub struct ParameterSpec {
-    /// Its key in the rig file.
-    pub name: &'static str,
-    /// What it measures; with the port's motion it becomes a unit.
-    pub quantity: Quantity,
-    /// Which values a rig file may give.
-    pub sign: Sign,
-    /// The value where the rig gives none; no value: it is required.
-    pub default: Option<f64>,
-}
-
-const fn parameter(name: &'static str, quantity: Quantity, sign: Sign) -> ParameterSpec {
-    ParameterSpec {
-        name,
-        quantity,
-        sign,
-        default: None,
-    }
-}
-
-/// What is known about an effect without simulating it.
-#[derive(Clone, Copy, Debug)]
-pub struct Description {
-    /// Its name in a rig file.
-    pub kind: &'static str,
-    /// The kind of physics.
-    pub family: Family,
-    /// Where it can sit.
-    pub ports: &'static [Port],
-    /// What it does to the energy of the rig.
-    pub energy: Energy,
-    /// The law in one line, in the letters of docs/plant.md.
-    pub law: &'static str,
-    /// Its parameters, in the order of the slots.
-    pub parameters: &'static [ParameterSpec],
-}
+use description::parameter;
+pub use description::{Description, Energy, Family, ParameterSpec, Port, Scales, Sign};
 
 /// What an effect sees of its port.
 #[derive(Clone, Copy, Debug)]
@@ -118,16 +47,25 @@ pub struct Slopes {
     pub damping: f64,
 }
 
-/// One effect: a law with parameters `p`, in the order of its description.
+/// One effect: what is known about it, and its law with parameters `p` in the order of its
+/// description where it is a force at a body or in a spring. Effects of other form (another body, a
+/// state, a stage of an input) are put together by the plant from the functions beside them.
 trait Effect {
     /// What is known about it without simulating it.
     const DESCRIPTION: Description;
 
+    /// Start values of a fit, made of typical sizes at the port, most likely first.
+    fn starts(scales: &Scales) -> Vec<Vec<f64>>;
+
     /// The force at the port: on the body, or on `to` of the spring.
-    fn force<S: Scalar>(p: &[S], at: &At<S>) -> S;
+    fn force<S: Scalar>(_p: &[S], _at: &At<S>) -> S {
+        S::ZERO
+    }
 
     /// Bounds on its slopes near the state.
-    fn slopes(p: &[f64], at: &At<f64>) -> Slopes;
+    fn slopes(_p: &[f64], _at: &At<f64>) -> Slopes {
+        Slopes::default()
+    }
 
     /// How much it holds a resting body against forces in the directions (+, -); zero for
     /// everything but friction.
@@ -138,8 +76,8 @@ trait Effect {
 
 /// Makes the enum that stands for an effect at run time out of the list of types.
 macro_rules! effects {
-    ($($file:ident::$name:ident),* $(,)?) => {
-        /// An effect that this version simulates.
+    ($($name:ident = $file:ident::$law:ident),* $(,)?) => {
+        /// An effect of the vocabulary.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub enum Kind { $(
             #[doc = concat!("See `", stringify!($file), ".rs`.")]
@@ -147,68 +85,88 @@ macro_rules! effects {
         ),* }
 
         impl Kind {
-            /// Every effect that this version simulates, in the order of the vocabulary.
+            /// Every effect, in the order of the vocabulary.
             pub const ALL: &[Self] = &[$(Self::$name),*];
 
             /// What is known about it without simulating it.
             pub fn description(self) -> &'static Description {
-                match self { $(Self::$name => &<$file::$name as Effect>::DESCRIPTION),* }
+                match self { $(Self::$name => &<$file::$law as Effect>::DESCRIPTION),* }
+            }
+
+            /// Start values of a fit, most likely first; each in the order of the parameters.
+            pub fn starts(self, scales: &Scales) -> Vec<Vec<f64>> {
+                match self { $(Self::$name => $file::$law::starts(scales)),* }
             }
 
             /// The force at the port.
             #[inline]
             pub(crate) fn force<S: Scalar>(self, p: &[S], at: &At<S>) -> S {
-                match self { $(Self::$name => $file::$name::force(p, at)),* }
+                match self { $(Self::$name => $file::$law::force(p, at)),* }
             }
 
             /// Bounds on the slopes near a state.
             pub(crate) fn slopes(self, p: &[f64], at: &At<f64>) -> Slopes {
-                match self { $(Self::$name => $file::$name::slopes(p, at)),* }
+                match self { $(Self::$name => $file::$law::slopes(p, at)),* }
             }
 
             /// How much a resting body is held in the directions (+, -).
             #[inline]
             pub(crate) fn hold<S: Scalar>(self, p: &[S]) -> [S; 2] {
-                match self { $(Self::$name => $file::$name::hold(p)),* }
+                match self { $(Self::$name => $file::$law::hold(p)),* }
             }
         }
     };
 }
 
 effects! {
-    friction::Coulomb,
-    friction::Stribeck,
-    friction::DirectionDependent,
-    damping::Viscous,
-    damping::QuadraticDrag,
-    stiffness::Cubic,
-    stiffness::Quadratic,
-    load::Gravity,
-    load::Constant,
-    load::PositionRipple,
+    Coulomb = friction::Coulomb,
+    Stribeck = friction::Stribeck,
+    DirectionDependent = friction::DirectionDependent,
+    LoadDependent = friction::LoadDependent,
+    Viscous = damping::Viscous,
+    QuadraticDrag = damping::QuadraticDrag,
+    Cubic = stiffness::Cubic,
+    Quadratic = stiffness::Quadratic,
+    EndStop = gap::EndStop,
+    Backlash = gap::Backlash,
+    TendonSlack = gap::TendonSlack,
+    Hysteresis = memory::Hysteresis,
+    Creep = memory::Creep,
+    Gravity = load::Gravity,
+    Constant = load::Constant,
+    PositionRipple = load::PositionRipple,
+    HiddenMode = mode::HiddenMode,
+    CrossCoupling = stiffness::CrossCoupling,
+    InputDelay = actuator::Delay,
+    ActuatorLag = actuator::Lag,
+    InputDeadZone = actuator::DeadZone,
+    InputSaturation = actuator::Saturation,
+    InputCurvature = actuator::Curvature,
+    SensorLag = sensor::Lag,
+    SensorCurvature = sensor::Curvature,
 }
 
-/// Names of the vocabulary that a rig may not use yet, because this version does not simulate them.
-pub const NOT_SIMULATED: &[&str] = &[
-    "load_dependent_friction",
-    "end_stop",
-    "backlash",
-    "tendon_slack",
-    "hysteresis",
-    "viscoelastic_creep",
-    "hidden_mode",
-    "cross_coupling",
-    "input_delay",
-    "actuator_lag",
-    "input_dead_zone",
-    "input_saturation",
-    "input_curvature",
-    "sensor_lag",
-    "sensor_curvature",
+/// Kinds that a rig may not use yet, because this version does not simulate them.
+pub const NOT_SIMULATED: &[Kind] = &[
+    Kind::LoadDependent,
+    Kind::EndStop,
+    Kind::Backlash,
+    Kind::TendonSlack,
+    Kind::Hysteresis,
+    Kind::Creep,
+    Kind::HiddenMode,
+    Kind::CrossCoupling,
+    Kind::InputDelay,
+    Kind::ActuatorLag,
+    Kind::InputDeadZone,
+    Kind::InputSaturation,
+    Kind::InputCurvature,
+    Kind::SensorLag,
+    Kind::SensorCurvature,
 ];
 
 impl Kind {
-    /// The effect of that name, if this version simulates it.
+    /// The effect of that name.
     pub fn named(kind: &str) -> Option<Self> {
         Self::ALL
             .iter()
@@ -230,21 +188,93 @@ mod tests {
         }
     }
 
+    const SCALES: Scales = Scales {
+        position: 0.2,
+        velocity: 0.5,
+        force: 3.0,
+        inertia: 1.5,
+        time: 0.4,
+        interval: 0.01,
+        input: 5.0,
+        reading: 0.2,
+        range: (-0.1, 0.3),
+    };
+
     #[test]
     fn the_vocabulary_is_complete_and_has_no_name_twice() {
         let mut names: Vec<&str> = Kind::ALL.iter().map(|k| k.description().kind).collect();
-        names.extend(NOT_SIMULATED);
         assert_eq!(names.len(), 25);
         names.sort_unstable();
         names.dedup();
         assert_eq!(names.len(), 25);
     }
 
+    #[test]
+    fn descriptions_are_whole_and_name_each_other() {
+        for &kind in Kind::ALL {
+            let description = kind.description();
+            assert!(!description.ports.is_empty() && !description.excited_by.is_empty());
+            for &other in description.confusable {
+                assert!(
+                    Kind::named(other).is_some_and(|other| other != kind),
+                    "{other}"
+                );
+            }
+            let values = vec![(1.5, "N"); description.parameters.len()];
+            let sentence = kind.sentence("part", &values);
+            assert!(
+                sentence.contains("part") && !sentence.contains('{'),
+                "{sentence}"
+            );
+            let starts = kind.starts(&SCALES);
+            assert!(!starts.is_empty());
+            for start in starts {
+                assert_eq!(start.len(), description.parameters.len());
+                for (value, spec) in start.iter().zip(description.parameters) {
+                    assert!(
+                        spec.sign.admits(*value),
+                        "{}.{}",
+                        description.kind,
+                        spec.name
+                    );
+                }
+            }
+        }
+    }
+
+    /// With all scales ten times as large, start values are what their units make of it: none holds a
+    /// number of its own.
+    #[test]
+    fn starts_scale_with_the_rig() {
+        let lengths = Scales {
+            position: 2.0,
+            velocity: 5.0,
+            range: (-1.0, 3.0),
+            ..SCALES
+        };
+        let cubic = Kind::Cubic.starts(&SCALES)[0][0];
+        assert!((Kind::Cubic.starts(&lengths)[0][0] * 1e3 / cubic - 1.0).abs() < 1e-12);
+        let stop = &Kind::EndStop.starts(&SCALES)[0];
+        assert!((Kind::EndStop.starts(&lengths)[0][0] / stop[0] - 10.0).abs() < 1e-12);
+    }
+
     /// What is declared to dissipate takes power out of every motion; slopes bound what differences
     /// measure.
     #[test]
     fn declared_energy_and_slopes_are_true() {
-        for &kind in Kind::ALL {
+        let forces = [
+            Family::Friction,
+            Family::Damping,
+            Family::Stiffness,
+            Family::Load,
+        ];
+        let at_a_port = |kind: &&Kind| {
+            let description = kind.description();
+            forces.contains(&description.family)
+                && description.ports != [Port::Pair]
+                && **kind != Kind::LoadDependent
+        };
+        for &kind in Kind::ALL.iter().filter(at_a_port) {
             let description = kind.description();
             let p: Vec<f64> = (0..description.parameters.len())
                 .map(|i| 0.7 + 0.3 * i as f64)

@@ -1,7 +1,22 @@
-//! What a spring does beyond Hooke (docs/plant.md, eq. 11).
+//! What a spring does beyond Hooke, and springs that the rig does not have (docs/plant.md, eq. 11).
 
-use super::{At, Description, Effect, Energy, Family, Port, Quantity, Sign, Slopes, parameter};
+use super::{
+    At, Description, Effect, Energy, Family, Port, Quantity, Scales, Sign, Slopes, parameter,
+};
 use crate::scalar::Scalar;
+
+const BASE: Description = Description {
+    kind: "",
+    family: Family::Stiffness,
+    ports: &[Port::Spring],
+    energy: Energy::Conserves,
+    law: "",
+    equation: "11",
+    parameters: &[],
+    confusable: &[],
+    excited_by: "",
+    sentence: "",
+};
 
 /// `F = -coefficient x^3`; a negative coefficient softens (eq. 11a).
 pub(super) struct Cubic;
@@ -9,16 +24,29 @@ pub(super) struct Cubic;
 impl Effect for Cubic {
     const DESCRIPTION: Description = Description {
         kind: "cubic_stiffness",
-        family: Family::Stiffness,
-        ports: &[Port::Spring],
-        energy: Energy::Conserves,
         law: "F = -coefficient x^3",
+        equation: "11a",
         parameters: &[parameter(
             "coefficient",
             Quantity::CubicStiffness,
             Sign::Any,
         )],
+        confusable: &[
+            "quadratic_stiffness",
+            "end_stop",
+            "backlash",
+            "sensor_curvature",
+        ],
+        excited_by: "small and large extensions of the spring, both ways",
+        sentence: "The spring {component} is not linear: a cubic part of {coefficient} is missing \
+                   from the model.",
+        ..BASE
     };
+
+    fn starts(scales: &Scales) -> Vec<Vec<f64>> {
+        let coefficient = scales.force / (scales.position * scales.position * scales.position);
+        vec![vec![0.3 * coefficient], vec![-0.1 * coefficient]]
+    }
 
     #[inline]
     fn force<S: Scalar>(p: &[S], at: &At<S>) -> S {
@@ -39,16 +67,24 @@ pub(super) struct Quadratic;
 impl Effect for Quadratic {
     const DESCRIPTION: Description = Description {
         kind: "quadratic_stiffness",
-        family: Family::Stiffness,
-        ports: &[Port::Spring],
-        energy: Energy::Conserves,
         law: "F = -coefficient x^2",
+        equation: "11b",
         parameters: &[parameter(
             "coefficient",
             Quantity::QuadraticStiffness,
             Sign::Any,
         )],
+        confusable: &["cubic_stiffness", "sensor_curvature", "input_curvature"],
+        excited_by: "large extensions of the spring, both ways",
+        sentence: "The spring {component} is stiffer one way than the other: a quadratic part of \
+                   {coefficient} is missing from the model.",
+        ..BASE
     };
+
+    fn starts(scales: &Scales) -> Vec<Vec<f64>> {
+        let coefficient = scales.force / (scales.position * scales.position);
+        vec![vec![0.2 * coefficient], vec![-0.2 * coefficient]]
+    }
 
     #[inline]
     fn force<S: Scalar>(p: &[S], at: &At<S>) -> S {
@@ -60,5 +96,33 @@ impl Effect for Quadratic {
             stiffness: 2.0 * (p[0] * at.position).abs(),
             damping: 0.0,
         }
+    }
+}
+
+/// A spring between two bodies that the rig does not join: force on b of `a+b` is
+/// `-stiffness (q_b - q_a)` (eq. 11c). The plant makes it a spring of its own.
+pub(super) struct CrossCoupling;
+
+impl Effect for CrossCoupling {
+    const DESCRIPTION: Description = Description {
+        kind: "cross_coupling",
+        ports: &[Port::Pair],
+        law: "F = -stiffness (q_b - q_a)",
+        equation: "11c",
+        parameters: &[parameter(
+            "stiffness",
+            Quantity::Stiffness,
+            Sign::NonNegative,
+        )],
+        confusable: &["hidden_mode"],
+        excited_by: "motion of one body while the other is at another place",
+        sentence: "The bodies {component} are joined by a stiffness of {stiffness} that the model \
+                   does not have.",
+        ..BASE
+    };
+
+    fn starts(scales: &Scales) -> Vec<Vec<f64>> {
+        let stiffness = scales.force / scales.position;
+        vec![vec![0.05 * stiffness], vec![0.5 * stiffness]]
     }
 }

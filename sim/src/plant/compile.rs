@@ -362,6 +362,8 @@ fn add_effects(rig: &Rig, slots: &mut Slots, topology: &mut Topology) {
                 }
             }
             Site::Body(body) => topology.loads.push(Load { body, motion, law }),
+            // Kinds that sit there are not simulated yet, and the reader refuses them.
+            Site::Tendon(_) | Site::Actuator(_) | Site::Sensor(_) | Site::Pair(..) => {}
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The `[[effect]]` tables of a rig.
 
 use super::names::{Component, Names};
-use super::reader::Reader;
+use super::reader::{Reader, Spanned};
 use super::{EffectTable, Rig, Site};
 use crate::effects::{Kind, NOT_SIMULATED, Port};
 use crate::error::Error;
@@ -15,7 +15,7 @@ pub(super) fn read_effects(
 ) -> Result<Vec<EffectTable>, Error> {
     let mut effects: Vec<EffectTable> = Vec::new();
     for table in tables {
-        let effect = read_effect(table, names)?;
+        let effect = read_effect(table, names, rig)?;
         let twice = |other: &EffectTable| other.kind == effect.kind && other.site == effect.site;
         if effects.iter().any(twice) {
             return Err(table.error_at(
@@ -32,31 +32,14 @@ pub(super) fn read_effects(
     Ok(effects)
 }
 
-fn read_effect(table: &Reader, names: &Names) -> Result<EffectTable, Error> {
+fn read_effect(table: &Reader, names: &Names, rig: &Rig) -> Result<EffectTable, Error> {
     let kind = read_kind(table)?;
     let description = kind.description();
     let mut keys = vec!["kind", "component"];
     keys.extend(description.parameters.iter().map(|spec| spec.name));
     let table = &table.called(format!("effect `{}`", description.kind));
     table.allow(&keys)?;
-    let at = |port| description.ports.contains(&port);
-    let list = match (at(Port::Body), at(Port::Spring)) {
-        (true, true) => "it sits at a body or a spring",
-        (true, false) => "it sits at a body",
-        (false, _) => "it sits at a spring",
-    };
-    let role = format!("`component` of {}", table.what);
-    let site = names.resolve(
-        table.source,
-        &table.text("component")?,
-        &role,
-        list,
-        |component| match component {
-            Component::Body(body) if at(Port::Body) => Some(Site::Body(body)),
-            Component::Spring(spring) if at(Port::Spring) => Some(Site::Spring(spring)),
-            _ => None,
-        },
-    )?;
+    let site = read_site(table, names, description.ports, rig)?;
     let parameters: Result<Vec<_>, Error> = description
         .parameters
         .iter()
@@ -72,31 +55,91 @@ fn read_effect(table: &Reader, names: &Names) -> Result<EffectTable, Error> {
     })
 }
 
+/// The component that an effect names, of a sort that it can sit at.
+fn read_site(table: &Reader, names: &Names, ports: &[Port], rig: &Rig) -> Result<Site, Error> {
+    let text = table.text("component")?;
+    let role = format!("`component` of {}", table.what);
+    if ports == [Port::Pair] {
+        return read_pair(table, &text, names, &role, rig);
+    }
+    let at = |port| ports.contains(&port);
+    let nouns: Vec<&str> = ports.iter().map(|port| port.noun()).collect();
+    let list = format!("it sits at {}", nouns.join(" or "));
+    names.resolve(
+        table.source,
+        &text,
+        &role,
+        &list,
+        |component| match component {
+            Component::Body(body) if at(Port::Body) => Some(Site::Body(body)),
+            Component::Spring(spring) if at(Port::Spring) => Some(Site::Spring(spring)),
+            Component::Tendon(tendon) if at(Port::Tendon) => Some(Site::Tendon(tendon)),
+            Component::Actuator(actuator) if at(Port::Actuator) => Some(Site::Actuator(actuator)),
+            Component::Sensor(sensor) if at(Port::Sensor) => Some(Site::Sensor(sensor)),
+            _ => None,
+        },
+    )
+}
+
+/// Two bodies, `a+b`, both of a line or both of an axis.
+fn read_pair(
+    table: &Reader,
+    text: &Spanned<&str>,
+    names: &Names,
+    role: &str,
+    rig: &Rig,
+) -> Result<Site, Error> {
+    let refuse = |message: String| table.source.error(text.span.clone(), message);
+    let Some((a, b)) = text.value.split_once('+') else {
+        return Err(refuse(format!("{role}: `{}` is not a pair", text.value))
+            .helped("expected two bodies, joined by a plus: component = \"a+b\""));
+    };
+    let body = |name: &str| {
+        let name = Spanned {
+            value: name,
+            span: text.span.clone(),
+        };
+        names.resolve(
+            table.source,
+            &name,
+            role,
+            "bodies",
+            |component| match component {
+                Component::Body(body) => Some(body),
+                _ => None,
+            },
+        )
+    };
+    let (a, b) = (body(a.trim())?, body(b.trim())?);
+    if a == b {
+        return Err(refuse(format!("{role}: a body cannot be joined to itself")));
+    }
+    if rig.bodies[a].motion != rig.bodies[b].motion {
+        return Err(refuse(format!("{role}: joins a slide to a hinge"))
+            .helped("metres and radians do not subtract; a [[tendon]] with arms joins them"));
+    }
+    Ok(Site::Pair(a.min(b), a.max(b)))
+}
+
 fn read_kind(table: &Reader) -> Result<Kind, Error> {
     let text = table.text("kind")?;
-    if let Some(kind) = Kind::named(text.value) {
-        return Ok(kind);
-    }
-    let simulated: Vec<&str> = Kind::ALL.iter().map(|k| k.description().kind).collect();
-    if NOT_SIMULATED.contains(&text.value) {
-        return Err(table
+    let simulated = || Kind::ALL.iter().filter(|k| !NOT_SIMULATED.contains(k));
+    let names: Vec<&str> = simulated().map(|k| k.description().kind).collect();
+    match Kind::named(text.value) {
+        Some(kind) if !NOT_SIMULATED.contains(&kind) => Ok(kind),
+        Some(_) => Err(table
             .source
             .error(
                 text.span,
                 format!("this version does not simulate `{}`", text.value),
             )
-            .helped(format!("it simulates: {}", simulated.join(", "))));
+            .helped(format!("it simulates: {}", names.join(", ")))),
+        None => Err(table
+            .source
+            .error(
+                text.span,
+                format!("unknown kind of effect `{}`", text.value),
+            )
+            .helped(suggest::help(text.value, "kinds", &names))),
     }
-    let every: Vec<&str> = simulated.iter().chain(NOT_SIMULATED).copied().collect();
-    let help = match suggest::nearest(text.value, every) {
-        Some(near) => format!("did you mean `{near}`? this version simulates: "),
-        None => "this version simulates: ".to_owned(),
-    };
-    Err(table
-        .source
-        .error(
-            text.span,
-            format!("unknown kind of effect `{}`", text.value),
-        )
-        .helped(help + &simulated.join(", ")))
 }

@@ -3,6 +3,7 @@
 mod components;
 mod control;
 mod effect;
+mod extend;
 mod names;
 mod reader;
 mod write;
@@ -238,6 +239,14 @@ pub enum Site {
     Body(usize),
     /// Index of a spring.
     Spring(usize),
+    /// Index of a tendon.
+    Tendon(usize),
+    /// Index of an actuator.
+    Actuator(usize),
+    /// Index of a sensor.
+    Sensor(usize),
+    /// Indices of two bodies, the lower one first.
+    Pair(usize, usize),
 }
 
 /// Physics beyond the textbook.
@@ -288,21 +297,36 @@ impl Rig {
         }
     }
 
-    /// The name of the component where an effect sits.
-    pub fn site_name(&self, site: Site) -> &str {
+    /// The name of the component where an effect sits; `a+b` of a pair.
+    pub fn site_name(&self, site: Site) -> String {
+        let body = |body: usize| &self.bodies[body].name;
         match site {
-            Site::Body(body) => &self.bodies[body].name,
-            Site::Spring(spring) => &self.springs[spring].name,
+            Site::Body(index) => body(index).clone(),
+            Site::Spring(spring) => self.springs[spring].name.clone(),
+            Site::Tendon(tendon) => self.tendons[tendon].name.clone(),
+            Site::Actuator(actuator) => self.actuators[actuator].name.clone(),
+            Site::Sensor(sensor) => self.sensors[sensor].name.clone(),
+            Site::Pair(a, b) => format!("{}+{}", body(a), body(b)),
         }
     }
 
-    /// Line or axis, of a body or of the bodies that a spring joins.
+    /// Line or axis, of a body or of the bodies that a spring joins; of what an actuator drives and a
+    /// sensor reads.
     pub fn site_motion(&self, site: Site) -> Motion {
         match site {
-            Site::Body(body) => self.bodies[body].motion,
+            Site::Body(body) | Site::Pair(body, _) => self.bodies[body].motion,
             Site::Spring(spring) => {
                 self.ends_motion(self.springs[spring].from, self.springs[spring].to)
             }
+            Site::Tendon(_) => Motion::Slide,
+            Site::Actuator(actuator) => match self.actuators[actuator].drives {
+                Drives::Body(body) => self.bodies[body].motion,
+                Drives::Tendon(_) => Motion::Slide,
+            },
+            Site::Sensor(sensor) => match self.sensors[sensor].reads {
+                Reads::Position(body) | Reads::Velocity(body) => self.bodies[body].motion,
+                Reads::Tension(_) => Motion::Slide,
+            },
         }
     }
 

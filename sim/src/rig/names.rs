@@ -14,7 +14,7 @@ pub(super) enum Component {
     Damper,
     Gravity,
     Tendon(usize),
-    Actuator,
+    Actuator(usize),
     Sensor(usize),
 }
 
@@ -26,7 +26,7 @@ impl Component {
             Self::Damper => "a damper",
             Self::Gravity => "a gravity",
             Self::Tendon(_) => "a tendon",
-            Self::Actuator => "an actuator",
+            Self::Actuator(_) => "an actuator",
             Self::Sensor(_) => "a sensor",
         }
     }
@@ -192,7 +192,7 @@ const SECTIONS: &[Section] = &[
             "rate_limit",
             "unit",
         ],
-        |_| Component::Actuator,
+        Component::Actuator,
     ),
     (
         "sensor",

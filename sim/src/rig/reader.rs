@@ -315,12 +315,8 @@ impl<'a> Reader<'a> {
             // A whole number beyond 2^53 rounds to the nearest f64, as its decimal spelling would.
             .or_else(|| item.as_integer().map(|integer| integer as f64))
             .ok_or_else(|| self.wrong_type(key, item, expected))?;
-        let wanted = match sign {
-            _ if !number.is_finite() => "a finite number",
-            Sign::NonNegative if number < 0.0 => "zero or more",
-            Sign::Positive if number <= 0.0 => "more than zero",
-            Sign::NonZero if number == 0.0 => "a number that is not zero",
-            _ => return Ok(number),
+        let Some(wanted) = sign.wanted(number) else {
+            return Ok(number);
         };
         let span = item.span().or_else(|| self.span.clone());
         Err(self.source.error(

@@ -1,0 +1,122 @@
+//! Between the recorded input and the force (docs/plant.md, eq. 14).
+
+use super::{Description, Effect, Energy, Family, Port, Quantity, Scales, Sign, parameter};
+
+const BASE: Description = Description {
+    kind: "",
+    family: Family::Actuator,
+    ports: &[Port::Actuator],
+    energy: Energy::Outside,
+    law: "",
+    equation: "14",
+    parameters: &[],
+    confusable: &[],
+    excited_by: "",
+    sentence: "",
+};
+
+/// `y = u(t - delay)` (eq. 14a).
+pub(super) struct Delay;
+
+impl Effect for Delay {
+    const DESCRIPTION: Description = Description {
+        kind: "input_delay",
+        law: "y = u(t - delay)",
+        equation: "14a",
+        parameters: &[parameter("delay", Quantity::Time, Sign::NonNegative)],
+        confusable: &["actuator_lag", "sensor_lag"],
+        excited_by: "steps and fast changes of the input",
+        sentence: "The input of {component} acts {delay} later than the model says.",
+        ..BASE
+    };
+
+    fn starts(scales: &Scales) -> Vec<Vec<f64>> {
+        vec![vec![1.5 * scales.interval], vec![0.1 * scales.time]]
+    }
+}
+
+/// `time_constant y' = u - y` (eq. 14e).
+pub(super) struct Lag;
+
+impl Effect for Lag {
+    const DESCRIPTION: Description = Description {
+        kind: "actuator_lag",
+        law: "time_constant y' = u - y",
+        equation: "14e",
+        parameters: &[parameter(
+            "time_constant",
+            Quantity::Time,
+            Sign::NonNegative,
+        )],
+        confusable: &["input_delay", "sensor_lag"],
+        excited_by: "steps and fast changes of the input",
+        sentence: "The actuator {component} follows its input with a lag of {time_constant} that \
+                   the model does not have.",
+        ..BASE
+    };
+
+    fn starts(scales: &Scales) -> Vec<Vec<f64>> {
+        vec![vec![2.0 * scales.interval], vec![0.2 * scales.time]]
+    }
+}
+
+/// `y = sign(u) max(0, |u| - width)` (eq. 14b).
+pub(super) struct DeadZone;
+
+impl Effect for DeadZone {
+    const DESCRIPTION: Description = Description {
+        kind: "input_dead_zone",
+        law: "y = sign(u) max(0, |u| - width)",
+        equation: "14b",
+        parameters: &[parameter("width", Quantity::Input, Sign::NonNegative)],
+        confusable: &["coulomb_friction", "backlash", "input_curvature"],
+        excited_by: "small inputs of both signs as well as large ones",
+        sentence: "The actuator {component} does nothing below {width} of its input.",
+        ..BASE
+    };
+
+    fn starts(scales: &Scales) -> Vec<Vec<f64>> {
+        vec![vec![0.05 * scales.input], vec![0.3 * scales.input]]
+    }
+}
+
+/// `y = u + coefficient u |u|` (eq. 14c).
+pub(super) struct Curvature;
+
+impl Effect for Curvature {
+    const DESCRIPTION: Description = Description {
+        kind: "input_curvature",
+        law: "y = u + coefficient u |u|",
+        equation: "14c",
+        parameters: &[parameter("coefficient", Quantity::PerInput, Sign::Any)],
+        confusable: &["input_saturation", "input_dead_zone"],
+        excited_by: "small and large inputs of both signs",
+        sentence: "The force of {component} is not proportional to its input: a curvature of \
+                   {coefficient} is missing from the model.",
+        ..BASE
+    };
+
+    fn starts(scales: &Scales) -> Vec<Vec<f64>> {
+        vec![vec![0.2 / scales.input], vec![-0.2 / scales.input]]
+    }
+}
+
+/// `y = min(limit, max(-limit, u))` (eq. 14d).
+pub(super) struct Saturation;
+
+impl Effect for Saturation {
+    const DESCRIPTION: Description = Description {
+        kind: "input_saturation",
+        law: "y = min(limit, max(-limit, u))",
+        equation: "14d",
+        parameters: &[parameter("limit", Quantity::Input, Sign::NonNegative)],
+        confusable: &["input_curvature", "end_stop"],
+        excited_by: "inputs up to the largest that is allowed",
+        sentence: "The actuator {component} saturates at {limit} of its input.",
+        ..BASE
+    };
+
+    fn starts(scales: &Scales) -> Vec<Vec<f64>> {
+        vec![vec![0.8 * scales.input], vec![0.4 * scales.input]]
+    }
+}

@@ -1,0 +1,196 @@
+//! What is known about an effect without simulating it: all that a diagnosis is written against.
+
+use crate::unit::Quantity;
+
+/// Where an effect can sit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Port {
+    /// A body: position and velocity are its coordinate and its rate.
+    Body,
+    /// A spring: position is the extension beyond its rest, the force acts on its `to`.
+    Spring,
+    /// A tendon: velocity is the rate of its path's length.
+    Tendon,
+    /// An actuator: its input before the gain.
+    Actuator,
+    /// A sensor: its reading before the gain.
+    Sensor,
+    /// Two bodies, written `a+b`.
+    Pair,
+}
+
+impl Port {
+    /// The component in a sentence, with its article.
+    pub fn noun(self) -> &'static str {
+        match self {
+            Self::Body => "a body",
+            Self::Spring => "a spring",
+            Self::Tendon => "a tendon",
+            Self::Actuator => "an actuator",
+            Self::Sensor => "a sensor",
+            Self::Pair => "a pair of bodies",
+        }
+    }
+}
+
+/// What kind of physics it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Family {
+    /// Depends on the direction of motion, and truly sticks.
+    Friction,
+    /// Smooth in velocity.
+    Damping,
+    /// A potential of an extension.
+    Stiffness,
+    /// A force that is there on one side of a position only.
+    Gap,
+    /// A force that depends on what went before.
+    Memory,
+    /// A force from outside.
+    Load,
+    /// Another coordinate.
+    Mode,
+    /// Between the recorded input and the force.
+    Actuator,
+    /// Between the reading and the recorded signal.
+    Sensor,
+}
+
+impl Family {
+    /// Its name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Friction => "friction",
+            Self::Damping => "damping",
+            Self::Stiffness => "stiffness",
+            Self::Gap => "gap",
+            Self::Memory => "memory",
+            Self::Load => "load",
+            Self::Mode => "mode",
+            Self::Actuator => "actuator",
+            Self::Sensor => "sensor",
+        }
+    }
+}
+
+/// What an effect does to the energy of the rig.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Energy {
+    /// Never adds any: what it stores it gives back at most.
+    Dissipates,
+    /// Gives back what it took: there is a potential.
+    Conserves,
+    /// Changes what is put in or read out, which has no energy of the rig.
+    Outside,
+}
+
+impl Energy {
+    /// It cannot make the rig move by itself.
+    pub fn passive(self) -> bool {
+        self != Self::Outside
+    }
+}
+
+/// Which values of a parameter make sense in a rig file. A fit may go elsewhere and be judged after.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sign {
+    /// Any finite number.
+    Any,
+    /// Zero or more.
+    NonNegative,
+    /// More than zero.
+    Positive,
+    /// Any finite number but zero.
+    NonZero,
+    /// +1 or -1: which side is meant, and not for a fit to change.
+    Side,
+}
+
+impl Sign {
+    /// Whether a rig file may give this number.
+    pub fn admits(self, number: f64) -> bool {
+        self.wanted(number).is_none()
+    }
+
+    /// What is expected instead of a number that a rig file may not give.
+    pub(crate) fn wanted(self, number: f64) -> Option<&'static str> {
+        match self {
+            _ if !number.is_finite() => Some("a finite number"),
+            Self::NonNegative if number < 0.0 => Some("zero or more"),
+            Self::Positive if number <= 0.0 => Some("more than zero"),
+            Self::NonZero if number == 0.0 => Some("a number that is not zero"),
+            Self::Side if number.abs() != 1.0 => Some("1 or -1"),
+            _ => None,
+        }
+    }
+}
+
+/// One parameter of an effect, as it is written in a rig and reported by a diagnosis.
+#[derive(Clone, Copy, Debug)]
+pub struct ParameterSpec {
+    /// Its key in the rig file.
+    pub name: &'static str,
+    /// What it measures; with the port it becomes a unit.
+    pub quantity: Quantity,
+    /// Which values a rig file may give.
+    pub sign: Sign,
+    /// The value where the rig gives none; no value: it is required.
+    pub default: Option<f64>,
+}
+
+pub(super) const fn parameter(name: &'static str, quantity: Quantity, sign: Sign) -> ParameterSpec {
+    ParameterSpec {
+        name,
+        quantity,
+        sign,
+        default: None,
+    }
+}
+
+/// What is known about an effect without simulating it.
+#[derive(Clone, Copy, Debug)]
+pub struct Description {
+    /// Its name in a rig file.
+    pub kind: &'static str,
+    /// The kind of physics.
+    pub family: Family,
+    /// Where it can sit.
+    pub ports: &'static [Port],
+    /// What it does to the energy of the rig.
+    pub energy: Energy,
+    /// The law in one line, in the letters of docs/plant.md and the names of its parameters.
+    pub law: &'static str,
+    /// The equation's number in docs/plant.md.
+    pub equation: &'static str,
+    /// Its parameters, in the order of the slots.
+    pub parameters: &'static [ParameterSpec],
+    /// Kinds that can look like it in a recording that does not excite the difference.
+    pub confusable: &'static [&'static str],
+    /// What a recording needs, so that it shows.
+    pub excited_by: &'static str,
+    /// What a report says about it: `{component}` and `{parameter}` stand for name and value.
+    pub sentence: &'static str,
+}
+
+/// Typical sizes at a port, from a recording: what start values of a fit are made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scales {
+    /// Half the range of the body's coordinate, or of the extension of a spring or tendon; m or rad.
+    pub position: f64,
+    /// RMS of its rate; m/s or rad/s.
+    pub velocity: f64,
+    /// RMS of the other forces there; N or N m.
+    pub force: f64,
+    /// What is moved; kg or kg m^2.
+    pub inertia: f64,
+    /// Time in which the motion changes: position over velocity, say; s.
+    pub time: f64,
+    /// Interval between two samples, s.
+    pub interval: f64,
+    /// Largest magnitude of the input of an actuator, in its unit.
+    pub input: f64,
+    /// Largest magnitude of the reading of a sensor, in its unit.
+    pub reading: f64,
+    /// Smallest and largest coordinate that is met; m or rad.
+    pub range: (f64, f64),
+}

@@ -1,0 +1,111 @@
+//! Forces that depend on what went before (docs/plant.md, eq. 15).
+
+use super::{Description, Effect, Energy, Family, Port, Quantity, Scales, Sign, parameter};
+use crate::scalar::Scalar;
+
+const BASE: Description = Description {
+    kind: "",
+    family: Family::Memory,
+    ports: &[Port::Spring],
+    energy: Energy::Dissipates,
+    law: "",
+    equation: "15",
+    parameters: &[],
+    confusable: &[],
+    excited_by: "",
+    sentence: "",
+};
+
+/// Bouc-Wen: `F = -alpha z, z' = v - beta |v| |z|^(n-1) z - gamma v |z|^n`, `z(0) = 0` (eq. 15a).
+pub(super) struct Hysteresis;
+
+impl Effect for Hysteresis {
+    const DESCRIPTION: Description = Description {
+        kind: "hysteresis",
+        law: "F = -alpha z, z' = v - beta |v| |z|^(exponent - 1) z - gamma v |z|^exponent",
+        equation: "15a",
+        parameters: &[
+            parameter("alpha", Quantity::Stiffness, Sign::NonNegative),
+            parameter("beta", Quantity::Memory, Sign::NonNegative),
+            parameter("gamma", Quantity::Memory, Sign::Any),
+            parameter("exponent", Quantity::Ratio, Sign::Positive),
+        ],
+        confusable: &["coulomb_friction", "viscoelastic_creep", "backlash"],
+        excited_by: "loops of several amplitudes, slow and fast",
+        sentence: "The spring {component} has hysteresis (Bouc-Wen, {alpha}, beta {beta}, gamma \
+                   {gamma}, exponent {exponent}) that the model does not have.",
+        ..BASE
+    };
+
+    fn starts(scales: &Scales) -> Vec<Vec<f64>> {
+        let alpha = 0.5 * scales.force / scales.position;
+        let start = |reach: f64, share: f64| {
+            let rate = 1.0 / (reach * scales.position);
+            vec![alpha, share * rate, (1.0 - share) * rate, 1.0]
+        };
+        vec![start(0.3, 0.5), start(0.1, 0.5), start(1.0, 0.7)]
+    }
+}
+
+/// `|z|^n` and `|z|^(n-1) z` on the side `sign` of zero, continued as an odd function a little way
+/// beyond.
+#[inline]
+fn powers<S: Scalar>(z: S, exponent: S, sign: f64) -> (S, S) {
+    let size = z * sign;
+    let magnitude = size.abs();
+    let power = if exponent.value() == 1.0 {
+        // d/dn |z|^n = |z|^n ln |z| is carried even where n is 1.
+        let slope = exponent - 1.0;
+        if magnitude.value() > 0.0 {
+            magnitude * (slope * magnitude.ln()).exp()
+        } else {
+            magnitude
+        }
+    } else if magnitude.value() > 0.0 {
+        (exponent * magnitude.ln()).exp()
+    } else {
+        S::ZERO
+    };
+    let power = if size.value() < 0.0 { -power } else { power };
+    (power, power * sign)
+}
+
+/// Rate of z (eq. 15a); `direction` stands for sign(v) and `side` for sign(z).
+#[inline]
+pub(crate) fn hysteresis_rate<S: Scalar>(p: &[S], z: S, v: S, direction: f64, side: f64) -> S {
+    let (even, odd) = powers(z, p[3], side);
+    v - p[1] * v * direction * odd - p[2] * v * even
+}
+
+/// A Maxwell branch in parallel: `F = -f, f' = stiffness v - f/time_constant` (eq. 15b).
+pub(super) struct Creep;
+
+impl Effect for Creep {
+    const DESCRIPTION: Description = Description {
+        kind: "viscoelastic_creep",
+        law: "F = -f, f' = stiffness v - f/time_constant",
+        equation: "15b",
+        parameters: &[
+            parameter("stiffness", Quantity::Stiffness, Sign::NonNegative),
+            parameter("time_constant", Quantity::Time, Sign::Positive),
+        ],
+        confusable: &["viscous_damping", "hysteresis", "hidden_mode"],
+        excited_by: "steps that are held for several time constants",
+        sentence: "The spring {component} creeps: a branch of {stiffness} that relaxes in \
+                   {time_constant} is missing from the model.",
+        ..BASE
+    };
+
+    fn starts(scales: &Scales) -> Vec<Vec<f64>> {
+        let stiffness = 0.3 * scales.force / scales.position;
+        [0.3, 3.0]
+            .map(|times| vec![stiffness, times * scales.time])
+            .to_vec()
+    }
+}
+
+/// Rate of the force of the branch (eq. 15b).
+#[inline]
+pub(crate) fn creep_rate<S: Scalar>(p: &[S], force: S, v: S) -> S {
+    p[0] * v - force / p[1]
+}
