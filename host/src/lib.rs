@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | [`recording`] | a CSV file | columns |
 //! | [`fit`] | a rig and recordings | the rig with its parameters refitted |
+//! | [`diagnose`] | a rig and recordings | what physics the rig lacks |
 //! | [`dataset`], [`train`] | the fitted rig | a small network |
 //! | [`project`] | the network | firmware sources and images |
 //! | [`device`], [`compare`] | an image, a plant | a closed loop, beside a PID |
@@ -15,6 +16,7 @@ pub mod cli;
 pub mod compare;
 pub mod dataset;
 pub mod device;
+pub mod diagnose;
 pub mod error;
 pub mod fit;
 pub mod new_rig;

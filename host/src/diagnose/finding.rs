@@ -1,0 +1,223 @@
+//! What a diagnosis says: the types that `sinew-diagnosis/1` is written from (docs/files.md).
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+/// The name of the format and its version.
+pub const FORMAT: &str = "sinew-diagnosis/1";
+
+/// `sinew-diagnosis/1`.
+#[derive(Clone, Debug, Serialize)]
+pub struct Diagnosis {
+    /// Always `sinew-diagnosis/1`.
+    pub format: &'static str,
+    /// What was found, in a word.
+    pub verdict: Verdict,
+    /// What was found, in a sentence.
+    pub sentence: String,
+    /// The missing physics, most important first.
+    pub effects: Vec<FoundEffect>,
+    /// Where and when the mismatch sits; null where there is none.
+    pub location: Option<Location>,
+    /// Free-run errors by signal.
+    pub fit: BTreeMap<String, SignalFit>,
+    /// The rig's own free parameters.
+    pub parameters: BTreeMap<String, Estimate>,
+    /// What to record next.
+    pub next_experiment: String,
+    /// Wall time.
+    pub seconds: f64,
+    /// The rig with its parameters refitted and nothing added.
+    #[serde(skip)]
+    pub refitted: sinew_sim::Rig,
+    /// The same, and mended where something was found.
+    #[serde(skip)]
+    pub mended: sinew_sim::Rig,
+    /// What the text and the plots say beyond the JSON.
+    #[serde(skip)]
+    pub details: super::Details,
+}
+
+/// Which of the four findings it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The rig as written explains the recordings to within their noise.
+    Consistent,
+    /// It does after refitting its free parameters.
+    Parameters,
+    /// It does not; the named effects mend it on recordings that chose nothing.
+    MissingPhysics,
+    /// It does not, and no named effect does either.
+    Unexplained,
+}
+
+/// One effect that the rig lacks.
+#[derive(Clone, Debug, Serialize)]
+pub struct FoundEffect {
+    /// Its name in the vocabulary.
+    pub kind: String,
+    /// Where it sits.
+    pub component: String,
+    /// Its law with numbers.
+    pub equation: String,
+    /// For a person.
+    pub sentence: String,
+    /// Its parameters, SI.
+    pub parameters: BTreeMap<String, Estimate>,
+    /// 0.9 means right nine times in ten.
+    pub confidence: f64,
+    /// What else it might be.
+    pub rivals: Vec<Rival>,
+    /// What these recordings cannot tell from it.
+    pub indistinguishable_from: Vec<Rival>,
+}
+
+/// Another explanation.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Rival {
+    /// Its name in the vocabulary, or `wrong_number` for a bare number of the rig.
+    pub kind: String,
+    /// Where it sits.
+    pub component: String,
+    /// How probable it is.
+    pub confidence: f64,
+}
+
+/// A number with its interval.
+#[derive(Clone, Debug, Serialize)]
+pub struct Estimate {
+    /// SI.
+    pub value: f64,
+    /// Its unit.
+    pub unit: String,
+    /// Where it lies nineteen times in twenty; null where the data do not say.
+    pub ci95: Option<[f64; 2]>,
+}
+
+/// Where and when a mismatch sits.
+#[derive(Clone, Debug, Serialize)]
+pub struct Location {
+    /// The component at which a force explains it best.
+    pub component: String,
+    /// What that force follows.
+    pub follows: String,
+    /// Where it is largest.
+    pub intervals: Vec<Interval>,
+}
+
+/// A stretch of a recording.
+#[derive(Clone, Debug, Serialize)]
+pub struct Interval {
+    /// s.
+    pub t_start_s: f64,
+    /// s.
+    pub t_end_s: f64,
+    /// The file.
+    pub recording: String,
+    /// Root mean square mismatch there, in units of the noise.
+    pub score: f64,
+}
+
+/// Free-run errors of one signal, SI.
+#[derive(Clone, Debug, Serialize)]
+pub struct SignalFit {
+    /// Its unit.
+    pub unit: String,
+    /// Over the recordings that estimated parameters.
+    pub fit: Errors,
+    /// Over those that decided what is believed.
+    pub check: Errors,
+    /// Over those that were only scored; null without any.
+    pub test: Option<Errors>,
+    /// Standard deviation of the measurement itself.
+    pub noise_rms: f64,
+}
+
+/// Free-run errors over the recordings of one role, SI.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Errors {
+    /// Of the rig as it came.
+    pub as_written_rms: f64,
+    /// Of the rig with its parameters refitted.
+    pub before_rms: f64,
+    /// Of the rig with what was found in it.
+    pub after_rms: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The example of docs/files.md, letter for letter; what others read their answers by.
+    const EXAMPLE: &str = r#"{ "format": "sinew-diagnosis/1",
+  "verdict": "missing_physics",
+  "sentence": "Dry friction of 20.1 N at carriage is missing from the model.",
+  "effects": [ { "kind": "coulomb_friction", "component": "carriage",
+      "equation": "F = -20.1 N sign(v)", "sentence": "...",
+      "parameters": { "level": { "value": 20.1, "unit": "N", "ci95": [19.8, 20.4] } },
+      "confidence": 0.99,
+      "rivals": [ { "kind": "stribeck_friction", "component": "carriage", "confidence": 0.01 } ],
+      "indistinguishable_from": [ ] } ],
+  "location": { "component": "carriage", "follows": "sign of velocity",
+      "intervals": [ { "t_start_s": 1.2, "t_end_s": 1.5, "recording": "A.csv", "score": 9.1 } ] },
+  "fit": { "q_m": { "unit": "m",
+      "fit":   { "as_written_rms": 4.0e-3, "before_rms": 1.2e-3, "after_rms": 9.0e-5 },
+      "check": { "as_written_rms": 4.0e-3, "before_rms": 1.3e-3, "after_rms": 9.6e-5 },
+      "test":  { "as_written_rms": 4.0e-3, "before_rms": 1.3e-3, "after_rms": 9.5e-5 },
+      "noise_rms": 8.8e-5 } },
+  "parameters": { "carriage.inertia": { "value": 95.2, "unit": "kg", "ci95": [94.0, 96.1] } },
+  "next_experiment": "..." , "seconds": 1.9 }"#;
+
+    fn json(diagnosis: &Diagnosis) -> serde_json::Value {
+        serde_json::to_value(diagnosis).expect("it can be written")
+    }
+
+    #[test]
+    fn the_json_is_the_contracts_example_key_for_key() {
+        let expected: serde_json::Value = serde_json::from_str(EXAMPLE).expect("it is JSON");
+        let written = json(&super::super::example::carriage());
+        assert_eq!(plain(written), plain(expected));
+    }
+
+    /// Numbers by value: a JSON library may keep the digits that a number was written with.
+    fn plain(value: serde_json::Value) -> serde_json::Value {
+        use serde_json::Value;
+        match value {
+            Value::Number(number) => Value::String(format!("{:?}", number.as_f64())),
+            Value::Array(list) => list.into_iter().map(plain).collect(),
+            Value::Object(map) => map.into_iter().map(|(k, v)| (k, plain(v))).collect(),
+            other => other,
+        }
+    }
+
+    #[test]
+    fn keys_without_anything_to_say_are_null_and_not_absent() {
+        let mut nothing = super::super::example::carriage();
+        nothing.verdict = Verdict::Consistent;
+        nothing.effects.clear();
+        nothing.location = None;
+        for fit in nothing.fit.values_mut() {
+            fit.test = None;
+        }
+        for estimate in nothing.parameters.values_mut() {
+            estimate.ci95 = None;
+        }
+        let json = json(&nothing);
+        assert_eq!(json["verdict"], "consistent");
+        let null = Some(&serde_json::Value::Null);
+        assert_eq!(json.get("location"), null);
+        assert_eq!(json["fit"]["q_m"].get("test"), null);
+        assert_eq!(json["parameters"]["carriage.inertia"].get("ci95"), null);
+        assert_eq!(json["effects"], serde_json::json!([]));
+    }
+
+    #[test]
+    fn verdicts_are_written_as_the_contract_has_them() {
+        let written = |verdict: Verdict| serde_json::to_value(verdict).expect("it can be written");
+        assert_eq!(written(Verdict::Parameters), "parameters");
+        assert_eq!(written(Verdict::MissingPhysics), "missing_physics");
+        assert_eq!(written(Verdict::Unexplained), "unexplained");
+    }
+}
