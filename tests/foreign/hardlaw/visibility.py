@@ -1,0 +1,77 @@
+"""What the believed model cannot follow even after a refit of its free parameters: is the effect visible?
+
+Levenberg-Marquardt with one-sided differences on noise-free recordings from the true start. Only used to
+choose and label strengths; the program under test never sees it.
+"""
+
+import numpy as np
+
+from . import motion
+from .system import build, relaxed, scales
+
+
+def replay(rig, values, recordings, tolerance=1e-6, effects=()):
+    """Signals of a model driven by the inputs of recordings from their start states, one array each; None if it fails."""
+    runs = []
+    for r in recordings:
+        s, states = build(rig, values, effects)
+        n = len(rig.bodies())
+        y = relaxed(s, states, r["q0"][:n], r["v0"][:n])
+        samples = len(r["t"])
+        idle = motion.Control(0.0, 0.0, np.zeros(1), 0, np.inf, 1.0)
+        w = motion.work(s, states, scales(s, states, r["typical"], rig))
+        nothing = np.zeros((samples, max(s.n, len(s.sensors))))
+        _, clean, _ = motion.record(s, y, r["t"], r["u"].copy(), nothing, nothing, np.zeros(len(s.sensors)), idle, False, tolerance, w)
+        if not np.isfinite(clean).all():
+            return None
+        runs.append(clean)
+    return runs
+
+
+def residual(rig, values, recordings, sigma, effects):
+    present = [{**e, "parameters": {k: values["%d %s" % (i, k)] for k in e["parameters"]}} for i, e in enumerate(effects)]
+    runs = replay(rig, values, recordings, effects=present)
+    if runs is None:
+        return None
+    return np.concatenate([((run - r["clean"]) / sigma).ravel() for run, r in zip(runs, recordings)])
+
+
+def after_refit(rig, values, recordings, sigma, effects=(), rounds=4):
+    """RMS of what a refit leaves, over the noise `sigma` of each sensor; `values`: where it starts.
+
+    `effects` are in the model and refitted too, from the parameters that they have."""
+    values = dict(values)
+    free = list(rig.free)
+    for i, e in enumerate(effects):
+        for name, value in e["parameters"].items():
+            values["%d %s" % (i, name)] = value
+            if value != 0.0 and name not in ("side", "exponent"):
+                free.append("%d %s" % (i, name))
+    at = residual(rig, values, recordings, sigma, effects)
+    if at is None:
+        return np.inf
+    cost, damp = at @ at, 1e-3
+    for _ in range(rounds):
+        jac = np.empty((len(at), len(free)))
+        for i, name in enumerate(free):
+            moved = dict(values)
+            moved[name] *= 1.0 + 1e-4
+            there = residual(rig, moved, recordings, sigma, effects)
+            if there is None:
+                return np.sqrt(cost / len(at))
+            jac[:, i] = (there - at) / 1e-4  # by the logarithm: parameters keep their sign
+        before = cost
+        for _ in range(5):
+            a = jac.T @ jac
+            step = np.linalg.solve(a + damp * np.diag(np.diag(a) + 1e-12 * np.trace(a) + 1e-300), -jac.T @ at)
+            tried = {n: values[n] * np.exp(np.clip(d, -0.7, 0.7)) for n, d in zip(free, step)}
+            trial = residual(rig, {**values, **tried}, recordings, sigma, effects)
+            if trial is not None and trial @ trial < cost:
+                values.update(tried)
+                at, cost = trial, trial @ trial
+                damp = max(1e-9, 0.2 * damp)
+                break
+            damp *= 6.0
+        if cost > 0.98 * before:
+            break
+    return float(np.sqrt(cost / len(at)))
