@@ -52,6 +52,7 @@ mod drive;
 mod dual;
 pub mod effects;
 mod error;
+mod geometry;
 mod integrator;
 mod math;
 mod plant;

@@ -149,6 +149,9 @@ const KNOWN: &[Known] = &[
     known("mV", "mV", 1e-3),
     known("A", "A", 1.0),
     known("mA", "mA", 1e-3),
+    known("T", "T", 1.0),
+    known("mT", "mT", 1e-3),
+    known("uT", "uT", 1e-6),
     known("percent", "%", 1e-2),
     known("1", "1", 1.0),
 ];

@@ -61,14 +61,16 @@ impl<S: Scalar> Dynamics<S> {
         let inertias = topology.bodies.iter().map(|body| values[body.inertia]);
         Self {
             inverse_inertia: inertias.map(|m| S::constant(1.0) / m).collect(),
-            values: values.to_vec(),
+            values: topology.shapes.complete(values),
         }
     }
 
     /// The same numbers without their derivatives.
     pub(super) fn plain(&self, topology: &Topology) -> Dynamics<f64> {
-        let values: Vec<f64> = self.values.iter().map(|value| value.value()).collect();
-        Dynamics::new(topology, &values)
+        // What is derived comes out of the parameters again.
+        let parameters = self.values.len() - topology.shapes.derived.len();
+        let values = self.values[..parameters].iter().map(|value| value.value());
+        Dynamics::new(topology, &values.collect::<Vec<f64>>())
     }
 
     /// Turns the other forces into accelerations: adds friction by mode, divides by inertia, holds

@@ -1,5 +1,6 @@
 //! From a rig to a plant: names become indices, numbers become slots.
 
+use super::shapes::{self, Shapes};
 use super::topology::{
     BodySlots, Damper, Friction, Law, Line, Load, Motor, Sensor, Spring, Tendon, Topology,
 };
@@ -12,12 +13,64 @@ use std::sync::Arc;
 
 /// The slots as they are handed out.
 #[derive(Default)]
-struct Slots {
+pub(super) struct Slots<'a> {
     entries: Vec<(Parameter, Place)>,
+    /// Names of the chains and of the plates, whose numbers their bodies share.
+    owners: [Vec<&'a str>; 2],
 }
 
-impl Slots {
+impl<'a> Slots<'a> {
+    fn new(rig: &'a Rig) -> Self {
+        let chains = rig.geometry.chains.iter().map(|chain| chain.name.as_str());
+        let plates = rig.geometry.plates.iter().map(|plate| plate.name.as_str());
+        Self {
+            entries: Vec::new(),
+            owners: [chains.collect(), plates.collect()],
+        }
+    }
+
+    /// Slots so far.
+    pub(super) fn len(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// A parameter of any sign, its name in parts.
+    pub(super) fn add_as(&mut self, name: &[&str], unit: &str, value: &Value) -> usize {
+        self.add(name.join("."), unit, Sign::Any, value)
+    }
+
+    /// A parameter, its name in parts.
+    pub(super) fn add_signed(
+        &mut self,
+        name: &[&str],
+        unit: &str,
+        sign: Sign,
+        value: &Value,
+    ) -> usize {
+        self.add(name.join("."), unit, sign, value)
+    }
+
+    /// The name of a number that stands at a chain or a plate: theirs, whichever body or spring of
+    /// theirs takes it (`spine.inertia`, `spine.inertia.2`).
+    fn shared(&self, place: &Place) -> Option<String> {
+        let owner = match place.table {
+            "chain" => self.owners[0][place.index],
+            "plate" => self.owners[1][place.index],
+            _ => return None,
+        };
+        Some(match place.within {
+            Some((_, segment)) => format!("{owner}.{}.{}", place.key, segment + 1),
+            None => format!("{owner}.{}", place.key),
+        })
+    }
+
+    /// A slot for a number of the file; one number has one slot, however many take it.
     fn add(&mut self, name: String, unit: impl Into<String>, sign: Sign, value: &Value) -> usize {
+        let same = |(_, place): &(Parameter, Place)| *place == value.place;
+        if let Some(slot) = self.entries.iter().position(same) {
+            return slot;
+        }
+        let name = self.shared(&value.place).unwrap_or(name);
         self.entries.push((
             Parameter {
                 name,
@@ -63,7 +116,7 @@ pub(super) fn compile(rig: &Rig) -> Result<Plant, Error> {
         column_factor: sensor.column_factor,
         position_of: match sensor.reads {
             Reads::Position(body) => Some(body),
-            Reads::Velocity(_) | Reads::Tension(_) => None,
+            Reads::Velocity(_) | Reads::Tension(_) | Reads::Shape(_) => None,
         },
         line: sensor.line,
     });
@@ -130,6 +183,7 @@ fn reading_unit(rig: &Rig, reads: Reads) -> &'static str {
         Reads::Position(body) => Quantity::Coordinate.unit(rig.bodies[body].motion),
         Reads::Velocity(body) => Quantity::Velocity.unit(rig.bodies[body].motion),
         Reads::Tension(_) => "N",
+        Reads::Shape(shape) => shape.unit(),
     }
 }
 
@@ -143,8 +197,8 @@ fn signal_unit(rig: &Rig, sensor: &crate::rig::Sensor) -> String {
 }
 
 /// Slots and topology; `columns` are the distinct inputs in order (added to where they are new).
-fn build<'a>(rig: &'a Rig, columns: &mut Vec<&'a str>) -> (Slots, Topology) {
-    let mut slots = Slots::default();
+fn build<'a>(rig: &'a Rig, columns: &mut Vec<&'a str>) -> (Slots<'a>, Topology) {
+    let mut slots = Slots::new(rig);
     let ground = rig.bodies.len();
     let index = |end: End| match end {
         End::Ground => ground,
@@ -267,6 +321,7 @@ fn build<'a>(rig: &'a Rig, columns: &mut Vec<&'a str>) -> (Slots, Topology) {
             .filter(|&tendon| rig.tendons[tendon].unilateral)
             .collect(),
         rates_vary: false,
+        shapes: Shapes::default(),
         bodies,
         springs,
         dampers,
@@ -294,6 +349,7 @@ fn build<'a>(rig: &'a Rig, columns: &mut Vec<&'a str>) -> (Slots, Topology) {
         });
     }
     add_effects(rig, &mut slots, &mut topology);
+    shapes::add(rig, &mut slots, &mut topology);
     (slots, topology)
 }
 

@@ -3,6 +3,7 @@
 mod compile;
 mod initial;
 mod run;
+mod shapes;
 pub(crate) mod topology;
 
 use crate::error::Error;

@@ -1,5 +1,6 @@
 //! The rig as indices, and the forces on its bodies (docs/plant.md, eq. 1 to 5).
 
+use super::shapes::Shapes;
 use crate::effects::{At, Kind};
 use crate::rig::Reads;
 use crate::scalar::Scalar;
@@ -26,6 +27,8 @@ pub(crate) struct Topology {
     pub(crate) unilateral: Vec<usize>,
     /// Some slope depends on the state, so that the fastest rate must be watched along the way.
     pub(crate) rates_vary: bool,
+    /// What has a shape.
+    pub(crate) shapes: Shapes,
 }
 
 #[derive(Debug)]
@@ -249,6 +252,7 @@ impl Topology {
             Reads::Position(body) => state.q[body],
             Reads::Velocity(body) => state.v[body],
             Reads::Tension(tendon) => self.tendons[tendon].tension(values, state, inputs, tau),
+            Reads::Shape(shape) => self.shapes.read(shape, values, state),
         };
         values[sensor.gain] * reading + values[sensor.offset]
     }

@@ -2,6 +2,10 @@
 
 use super::control;
 use super::effect::read_effects;
+use super::geometry::{
+    self, Geometry, Reading, read_magnet, read_magnetometer, read_route, read_waveguide,
+    same_place, split,
+};
 use super::names::{Component, Names};
 use super::reader::{Reader, Source, Spanned};
 use super::{
@@ -14,8 +18,23 @@ use crate::unit::{self, Motion};
 use toml_edit::TableLike;
 
 const TOP: &[&str] = &[
-    "format", "name", "body", "spring", "damper", "gravity", "tendon", "actuator", "sensor",
-    "effect", "control", "network",
+    "format",
+    "name",
+    "body",
+    "spring",
+    "damper",
+    "gravity",
+    "tendon",
+    "actuator",
+    "sensor",
+    "effect",
+    "chain",
+    "plate",
+    "waveguide",
+    "magnet",
+    "magnetometer",
+    "control",
+    "network",
 ];
 
 /// The whole rig.
@@ -38,11 +57,6 @@ pub(super) fn read_rig<'a>(source: &'a Source<'a>, table: &'a dyn TableLike) -> 
 
     let names = Names::read(&root)?;
     let bodies: Vec<Body> = each(&root, "body", read_body)?;
-    if bodies.is_empty() {
-        return Err(source
-            .error(None, "the rig has no body: nothing could move")
-            .helped("add a [[body]] with name, motion and inertia"));
-    }
     let mut rig = Rig {
         text: source.text().to_owned(),
         file: source.file().to_owned(),
@@ -55,13 +69,33 @@ pub(super) fn read_rig<'a>(source: &'a Source<'a>, table: &'a dyn TableLike) -> 
         actuators: Vec::new(),
         sensors: Vec::new(),
         effects: Vec::new(),
+        geometry: Geometry::default(),
         control: None,
         network: None,
     };
-    rig.springs = each(&root, "spring", |table| read_spring(table, &names, &rig))?;
-    rig.dampers = each(&root, "damper", |table| read_damper(table, &names, &rig))?;
+    // Springs and dampers of the file come before those of the chains, and the bodies of chains and
+    // plates before all that may name them.
+    let own = [root.tables("chain")?, root.tables("plate")?];
+    for table in &own[0] {
+        geometry::expand_chain(table, &mut rig)?;
+    }
+    for table in &own[1] {
+        geometry::expand_plate(table, &mut rig)?;
+    }
+    if rig.bodies.is_empty() {
+        return Err(source
+            .error(None, "the rig has no body: nothing could move")
+            .helped("add a [[body]] with name, motion and inertia"));
+    }
+    let springs = each(&root, "spring", |table| read_spring(table, &names, &rig))?;
+    rig.springs.splice(0..0, springs);
+    let dampers = each(&root, "damper", |table| read_damper(table, &names, &rig))?;
+    rig.dampers.splice(0..0, dampers);
     rig.gravities = each(&root, "gravity", |table| read_gravity(table, &names))?;
-    rig.tendons = each(&root, "tendon", |table| read_tendon(table, &names))?;
+    rig.tendons = each(&root, "tendon", |table| read_tendon(table, &names, &rig))?;
+    rig.geometry.waveguides = each(&root, "waveguide", |table| read_waveguide(table, &names))?;
+    rig.geometry.magnets = each(&root, "magnet", |table| read_magnet(table, &names))?;
+    rig.geometry.magnetometers = each(&root, "magnetometer", read_magnetometer)?;
     rig.actuators = each(&root, "actuator", |table| read_actuator(table, &names))?;
     rig.sensors = each(&root, "sensor", |table| read_sensor(table, &names))?;
     rig.effects = read_effects(&root.tables("effect")?, &names, &rig)?;
@@ -154,11 +188,20 @@ fn read_gravity(table: &Reader, names: &Names) -> Result<Gravity, Error> {
     })
 }
 
-fn read_tendon(table: &Reader, names: &Names) -> Result<Tendon, Error> {
+fn read_tendon(table: &Reader, names: &Names, rig: &Rig) -> Result<Tendon, Error> {
     let name = own_name(table)?;
     let mut path: Vec<(usize, super::Value)> = Vec::new();
+    let mut routes = Vec::new();
     for part in table.tables("path")? {
         let part = part.called(format!("the path of {}", table.what));
+        if let Some(route) = read_route(&part, names, rig)? {
+            if routes.iter().any(|other| same_place(other, &route)) {
+                let message = format!("{} has a chain or a plate twice", part.what);
+                return Err(part.error_at("", message));
+            }
+            routes.push(route);
+            continue;
+        }
         part.allow(&["body", "arm"])?;
         let body = names.body(&part, "body")?;
         if path.iter().any(|&(other, _)| other == body) {
@@ -166,7 +209,7 @@ fn read_tendon(table: &Reader, names: &Names) -> Result<Tendon, Error> {
         }
         path.push((body, part.parameter("arm", Sign::NonZero)?));
     }
-    if path.is_empty() {
+    if path.is_empty() && routes.is_empty() {
         return Err(table
             .error_at("path", format!("{} has no path", table.what))
             .helped("path = [{ body = \"...\", arm = 0.01 }, ...]"));
@@ -174,6 +217,7 @@ fn read_tendon(table: &Reader, names: &Names) -> Result<Tendon, Error> {
     Ok(Tendon {
         name,
         path,
+        routes,
         stiffness: table.parameter("stiffness", Sign::NonNegative)?,
         damping: table.parameter_or("damping", Sign::NonNegative, 0.0)?,
         pretension: table.parameter_or("pretension", Sign::Any, 0.0)?,
@@ -251,42 +295,33 @@ fn read_sensor(table: &Reader, names: &Names) -> Result<Sensor, Error> {
     })
 }
 
-/// `BODY.position`, `BODY.velocity` or `TENDON.tension`.
+/// `BODY.position`, `TENDON.tension`, `CHAIN.tip.x`: a component and one of its readings.
 fn read_reads(table: &Reader, names: &Names) -> Result<Reads, Error> {
     let text = table.text("reads")?;
-    let forms = "expected BODY.position, BODY.velocity or TENDON.tension";
-    let Some((name, quantity)) = text.value.split_once('.') else {
-        return Err(table.source.error(
-            text.span,
-            format!("`reads` of {}: {forms}, found `{}`", table.what, text.value),
-        ));
+    let role = format!("`reads` of {}", table.what);
+    let Some((name, quantity)) = split(text.value, names) else {
+        let forms = "expected BODY.position, BODY.velocity, TENDON.tension or CHAIN.tip.x";
+        let message = format!("{role}: {forms}, found `{}`", text.value);
+        return Err(table.source.error(text.span, message));
     };
-    let quantities = ["position", "velocity", "tension"];
-    if !quantities.contains(&quantity) {
+    let fitting: Vec<&Reading> = Reading::all().filter(|r| r.name == quantity).collect();
+    let Some(&first) = fitting.first() else {
+        // Of the component that was named, or of anything where the name is not known either.
+        let mut known: Vec<&str> = Reading::all()
+            .filter(|reading| names.get(name).is_none_or(|c| (reading.of)(c).is_some()))
+            .map(|reading| reading.name)
+            .collect();
+        known.dedup();
         return Err(table
             .source
-            .error(
-                text.span,
-                format!("`reads` of {}: unknown reading `{quantity}`", table.what),
-            )
-            .helped(suggest::help(quantity, "readings", &quantities)));
-    }
+            .error(text.span, format!("{role}: unknown reading `{quantity}`"))
+            .helped(suggest::help(quantity, "readings", &known)));
+    };
     let name = Spanned {
         value: name,
         span: text.span,
     };
-    let role = format!("`reads` of {}", table.what);
-    let list = if quantity == "tension" {
-        "tendons"
-    } else {
-        "bodies"
-    };
-    names.resolve(table.source, &name, &role, list, |component| {
-        match (component, quantity) {
-            (Component::Body(body), "position") => Some(Reads::Position(body)),
-            (Component::Body(body), "velocity") => Some(Reads::Velocity(body)),
-            (Component::Tendon(tendon), "tension") => Some(Reads::Tension(tendon)),
-            _ => None,
-        }
+    names.resolve(table.source, &name, &role, first.list, |component| {
+        fitting.iter().find_map(|reading| (reading.of)(component))
     })
 }

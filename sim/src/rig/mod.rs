@@ -4,6 +4,7 @@ mod components;
 mod control;
 mod effect;
 mod extend;
+mod geometry;
 mod names;
 mod reader;
 mod write;
@@ -12,6 +13,7 @@ use crate::effects::Kind;
 use crate::error::Error;
 use crate::unit::Motion;
 pub use control::{ControlTable, Form, NetworkTable};
+pub use geometry::{Axis, Chain, Geometry, Magnet, Magnetometer, Plate, Route, Shape, Waveguide};
 use reader::Source;
 use std::path::Path;
 
@@ -29,7 +31,8 @@ pub struct Rig {
     pub file: String,
     /// The device's name.
     pub name: String,
-    /// Coordinates with inertia, in file order, as all that follows.
+    /// Coordinates with inertia, in file order, as all that follows; those that chains and plates become
+    /// come last.
     pub bodies: Vec<Body>,
     /// Springs between bodies, or a body and the ground.
     pub springs: Vec<Spring>,
@@ -45,6 +48,8 @@ pub struct Rig {
     pub sensors: Vec<Sensor>,
     /// Physics beyond the textbook.
     pub effects: Vec<EffectTable>,
+    /// What has a shape: chains, plates and what reads them.
+    pub geometry: Geometry,
     /// What the controller should look like, if the rig says.
     pub control: Option<ControlTable>,
     /// What the network should look like, if the rig says.
@@ -151,6 +156,8 @@ pub struct Tendon {
     pub name: String,
     /// (index of the body, arm in m or +-1).
     pub path: Vec<(usize, Value)>,
+    /// Chains that it follows and plates that it holds.
+    pub routes: Vec<Route>,
     /// N/m.
     pub stiffness: Value,
     /// N s/m.
@@ -211,6 +218,8 @@ pub enum Reads {
     Velocity(usize),
     /// Tension of the tendon of that index.
     Tension(usize),
+    /// Something that follows from where things are.
+    Shape(Shape),
 }
 
 /// Signal = gain * reading + offset, a column of the recording.

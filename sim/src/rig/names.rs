@@ -1,9 +1,10 @@
 //! The names of a rig file and what they stand for.
 
-use super::End;
 use super::reader::{Reader, Source, Spanned};
+use super::{End, geometry};
 use crate::error::Error;
 use crate::suggest;
+use std::borrow::Cow;
 use std::collections::HashMap;
 
 /// What a name in the file belongs to.
@@ -16,6 +17,11 @@ pub(super) enum Component {
     Tendon(usize),
     Actuator(usize),
     Sensor(usize),
+    Chain(usize),
+    Plate(usize),
+    Waveguide(usize),
+    Magnet,
+    Magnetometer(usize),
 }
 
 impl Component {
@@ -28,6 +34,11 @@ impl Component {
             Self::Tendon(_) => "a tendon",
             Self::Actuator(_) => "an actuator",
             Self::Sensor(_) => "a sensor",
+            Self::Chain(_) => "a chain",
+            Self::Plate(_) => "a plate",
+            Self::Waveguide(_) => "a waveguide",
+            Self::Magnet => "a magnet",
+            Self::Magnetometer(_) => "a magnetometer",
         }
     }
 }
@@ -35,21 +46,49 @@ impl Component {
 /// Every name of the file, with its line: names are unique in the whole file.
 #[derive(Default)]
 pub(super) struct Names<'a> {
-    known: HashMap<&'a str, (Component, usize)>,
-    order: Vec<&'a str>,
+    known: HashMap<Cow<'a, str>, (Component, usize)>,
+    order: Vec<Cow<'a, str>>,
 }
 
 impl<'a> Names<'a> {
     /// All names of a file, first of all: a component may name one that stands further down.
     pub(super) fn read(root: &Reader<'a>) -> Result<Self, Error> {
         let mut names = Self::default();
-        for (section, keys, component) in SECTIONS {
+        for (section, keys, component) in SECTIONS.iter().chain(geometry::SECTIONS) {
             for (index, table) in root.tables(section)?.iter().enumerate() {
                 table.allow(keys)?;
                 names.enter(table, component(index))?;
             }
         }
+        names.enter_generated(root)?;
         Ok(names)
+    }
+
+    /// The bodies and springs that chains and plates become; they come after those of the file. Their
+    /// names hold a dot, which no name in a file may, so that none is taken.
+    fn enter_generated(&mut self, root: &Reader<'a>) -> Result<(), Error> {
+        let mut bodies = root.tables("body")?.len();
+        let mut springs = root.tables("spring")?.len();
+        let mut add = |name: String, line: usize, count: &mut usize, of: fn(usize) -> Component| {
+            self.known.insert(name.clone().into(), (of(*count), line));
+            self.order.push(name.into());
+            *count += 1;
+        };
+        for table in &root.tables("chain")? {
+            let [own_bodies, own_springs] = geometry::chain_names(table)?;
+            for name in own_bodies {
+                add(name, table.own_line(), &mut bodies, Component::Body);
+            }
+            for name in own_springs {
+                add(name, table.own_line(), &mut springs, Component::Spring);
+            }
+        }
+        for table in &root.tables("plate")? {
+            for name in geometry::plate_names(table)? {
+                add(name, table.own_line(), &mut bodies, Component::Body);
+            }
+        }
+        Ok(())
     }
 
     fn enter(&mut self, table: &Reader<'a>, component: Component) -> Result<(), Error> {
@@ -70,8 +109,8 @@ impl<'a> Names<'a> {
                 )));
         }
         self.known
-            .insert(name.value, (component, table.line("name")));
-        self.order.push(name.value);
+            .insert(name.value.into(), (component, table.line("name")));
+        self.order.push(name.value.into());
         Ok(())
     }
 
@@ -80,9 +119,9 @@ impl<'a> Names<'a> {
     }
 
     /// The names of the components that pass the filter, in file order.
-    pub(super) fn of(&self, wanted: impl Fn(Component) -> bool) -> Vec<&'a str> {
-        let pass = |name: &&&'a str| self.get(name).is_some_and(&wanted);
-        self.order.iter().filter(pass).copied().collect()
+    pub(super) fn of(&self, wanted: impl Fn(Component) -> bool) -> Vec<&str> {
+        let pass = |name: &&str| self.get(name).is_some_and(&wanted);
+        self.order.iter().map(Cow::as_ref).filter(pass).collect()
     }
 
     /// The component that a key names, where `pick` accepts it.
@@ -130,6 +169,34 @@ impl<'a> Names<'a> {
         )
     }
 
+    /// The chain that a key names.
+    pub(super) fn chain(&self, table: &Reader, key: &str) -> Result<usize, Error> {
+        self.resolve(
+            table.source,
+            &table.text(key)?,
+            &format!("`{key}` of {}", table.what),
+            "chains",
+            |component| match component {
+                Component::Chain(chain) => Some(chain),
+                _ => None,
+            },
+        )
+    }
+
+    /// The plate that a key names.
+    pub(super) fn plate(&self, table: &Reader, key: &str) -> Result<usize, Error> {
+        self.resolve(
+            table.source,
+            &table.text(key)?,
+            &format!("`{key}` of {}", table.what),
+            "plates",
+            |component| match component {
+                Component::Plate(plate) => Some(plate),
+                _ => None,
+            },
+        )
+    }
+
     /// The body, or the ground, that a key names.
     pub(super) fn end(&self, table: &Reader, key: &str) -> Result<End, Error> {
         if table.text(key)?.value == "ground" {
@@ -145,7 +212,7 @@ impl<'a> Names<'a> {
 }
 
 /// The named components: their table, its keys, and what a name of theirs stands for.
-type Section = (
+pub(super) type Section = (
     &'static str,
     &'static [&'static str],
     fn(usize) -> Component,

@@ -152,7 +152,7 @@ impl<'a> Reader<'a> {
         self.item(key).is_some()
     }
 
-    fn missing(&self, key: &str, expected: &str) -> Error {
+    pub(super) fn missing(&self, key: &str, expected: &str) -> Error {
         self.source.error(
             self.span.clone(),
             format!("{} lacks `{key}` ({expected})", self.what),

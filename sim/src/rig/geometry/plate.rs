@@ -1,0 +1,48 @@
+//! `[[plate]]`: a plate that rises, rolls and pitches.
+
+use super::Plate;
+use crate::effects::Sign;
+use crate::error::Error;
+use crate::rig::names::{Component, Section};
+use crate::rig::reader::Reader;
+use crate::rig::{Body, Rig};
+use crate::unit::Motion;
+
+pub(super) const SECTION: Section = (
+    "plate",
+    &["name", "mass", "inertia", "height", "tip"],
+    Component::Plate,
+);
+
+/// Names of the bodies that a plate becomes.
+pub(in crate::rig) fn generated(table: &Reader) -> Result<[String; 3], Error> {
+    let name = table.text("name")?.value;
+    Ok(["z", "roll", "pitch"].map(|own| format!("{name}.{own}")))
+}
+
+/// Reads a plate and adds its bodies to the rig.
+pub(in crate::rig) fn expand(table: &Reader, rig: &mut Rig) -> Result<(), Error> {
+    let mass = table.parameter("mass", Sign::Positive)?;
+    let inertia = table.parameter("inertia", Sign::Positive)?;
+    let first_body = rig.bodies.len();
+    for (index, name) in generated(table)?.into_iter().enumerate() {
+        let (motion, inertia) = match index {
+            0 => (Motion::Slide, &mass),
+            _ => (Motion::Hinge, &inertia),
+        };
+        rig.bodies.push(Body {
+            name,
+            motion,
+            inertia: inertia.clone(),
+            start: None,
+            start_velocity: None,
+        });
+    }
+    rig.geometry.plates.push(Plate {
+        name: table.text("name")?.value.to_owned(),
+        height: table.parameter_or("height", Sign::Any, 0.0)?,
+        tip: table.parameter_or("tip", Sign::Any, 0.0)?,
+        first_body,
+    });
+    Ok(())
+}
