@@ -148,7 +148,7 @@ fn a_chain_let_go_never_gains_energy() {
         .expect("it runs");
     let mut last = f64::INFINITY;
     let mut first = None;
-    for row in 0..times.len() {
+    for (row, time) in times.iter().enumerate() {
         let (mut energy, mut bend) = (0.0, 0.0);
         for k in 0..6 {
             let (q, v) = (run.signal(row, 3 + 2 * k), run.signal(row, 4 + 2 * k));
@@ -161,8 +161,7 @@ fn a_chain_let_go_never_gains_energy() {
         }
         assert!(
             energy <= last * (1.0 + 1e-7),
-            "at {}: {energy} > {last}",
-            times[row]
+            "at {time}: {energy} > {last}"
         );
         first.get_or_insert(energy);
         last = energy;

@@ -334,7 +334,7 @@ impl Rig {
             },
             Site::Sensor(sensor) => match self.sensors[sensor].reads {
                 Reads::Position(body) | Reads::Velocity(body) => self.bodies[body].motion,
-                Reads::Tension(_) => Motion::Slide,
+                Reads::Tension(_) | Reads::Shape(_) => Motion::Slide,
             },
         }
     }
