@@ -4,6 +4,7 @@ mod details;
 #[cfg(test)]
 mod example;
 mod finding;
+pub mod output;
 
 pub use self::details::{Details, Finalist, ForceTrace, Recovered};
 pub use self::finding::{

@@ -1,0 +1,271 @@
+//! A finding as a page that stands alone.
+
+use sinew_sim::Rig;
+
+use super::{mended, percent, placed, plots, tables};
+use crate::diagnose::{Diagnosis, Verdict};
+use crate::error::Result;
+use crate::fit::free_run;
+use crate::recording::Recording;
+use crate::report::{Block, Report, Section, quantity};
+
+/// Recordings drawn at most; the table of errors counts all.
+const DRAWN: usize = 8;
+
+/// A recording of the page and what it was for: `fit`, `check` or `test`.
+#[derive(Clone, Copy, Debug)]
+pub struct Shown<'a> {
+    /// Its role.
+    pub role: &'a str,
+    /// The recording, whole.
+    pub recording: &'a Recording,
+}
+
+/// The page. `written` is the rig as it came; `command` is what made the page.
+///
+/// # Errors
+/// As [`free_run`].
+pub fn report(
+    diagnosis: &Diagnosis,
+    written: &Rig,
+    shown: &[Shown<'_>],
+    command: &str,
+) -> Result<Report> {
+    let mut page = Report::new(format!("{}: {}", written.name, heading(diagnosis.verdict)))
+        .lead(diagnosis.sentence.clone())
+        .section(when(diagnosis, written, shown)?);
+    for (signal, fit) in &diagnosis.fit {
+        let (role, errors) = match fit.test {
+            Some(test) => ("test", test),
+            None => ("check", fit.check),
+        };
+        page = page.fact(
+            format!("{signal}, {role}"),
+            quantity(errors.after_rms, &fit.unit),
+            format!(
+                "before {}; noise {}",
+                quantity(errors.before_rms, &fit.unit),
+                quantity(fit.noise_rms, &fit.unit)
+            ),
+        );
+    }
+    for effect in &diagnosis.effects {
+        page = page.fact(
+            placed(&effect.kind, &effect.component),
+            percent(effect.confidence),
+            "how sure; 90 % is right nine times in ten",
+        );
+    }
+    if diagnosis.details.recovered.is_some() {
+        page = page.section(follows(diagnosis));
+    }
+    Ok(page
+        .section(what(diagnosis))
+        .section(how_well(diagnosis))
+        .section(what_else(diagnosis))
+        .section(what_next(diagnosis))
+        .footer(format!(
+            "{command} · sinew {} · {:.1} s",
+            env!("CARGO_PKG_VERSION"),
+            diagnosis.seconds
+        )))
+}
+
+fn heading(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Consistent => "nothing is missing",
+        Verdict::Parameters => "other numbers, no missing physics",
+        Verdict::MissingPhysics => "missing physics",
+        Verdict::Unexplained => "something unnamed is missing",
+    }
+}
+
+fn when(diagnosis: &Diagnosis, written: &Rig, shown: &[Shown<'_>]) -> Result<Section> {
+    let mut section = Section::new("Where and when").text(match &diagnosis.location {
+        Some(location) if location.intervals.is_empty() => format!(
+            "The mismatch sits at {}, all along the recordings.",
+            location.component
+        ),
+        Some(location) => format!(
+            "The mismatch sits at {}. The shaded stretches are those where it is largest.",
+            location.component
+        ),
+        None => "No stretch of the recordings stands out.".into(),
+    });
+    if let Some(aside) = &diagnosis.details.set_aside {
+        section = section.with(Block::Notice(format!(
+            "No recording was given to check by, so part was set aside: {aside}."
+        )));
+    }
+    for note in &diagnosis.details.notes {
+        section = section.with(Block::Notice(note.clone()));
+    }
+    let mut order: Vec<&Shown<'_>> = shown.iter().collect();
+    // What judges comes first: these recordings chose nothing.
+    order.sort_by_key(|shown| {
+        ["test", "check", "fit"]
+            .iter()
+            .position(|r| *r == shown.role)
+    });
+    for shown in order.iter().take(DRAWN) {
+        let of = |rig: &Rig| free_run(rig, shown.recording);
+        let runs = plots::Runs {
+            role: shown.role,
+            written: of(written)?,
+            before: of(&diagnosis.refitted)?,
+            after: of(&diagnosis.mended)?,
+        };
+        for plot in plots::runs(diagnosis, &runs) {
+            section = section.with(Block::Plot(plot));
+        }
+    }
+    if order.len() > DRAWN {
+        let rest: Vec<String> = order[DRAWN..].iter().map(|s| s.recording.name()).collect();
+        section = section.text(format!("Not drawn: {}.", rest.join(", ")));
+    }
+    Ok(section)
+}
+
+fn follows(diagnosis: &Diagnosis) -> Section {
+    let mut section = Section::new("What it follows").text(match &diagnosis.location {
+        Some(location) if !location.follows.is_empty() => format!(
+            "The force that the refitted rig lacks at {}, recovered from the recordings, follows the {}.",
+            location.component,
+            location.follows.trim_start_matches("the ")
+        ),
+        _ => "The force that the refitted rig lacks, recovered from the recordings.".into(),
+    });
+    if let Some(recovered) = &diagnosis.details.recovered {
+        for plot in plots::recovered(recovered) {
+            section = section.with(Block::Plot(plot));
+        }
+    }
+    section
+}
+
+fn what(diagnosis: &Diagnosis) -> Section {
+    let mut section = Section::new("What was found");
+    for effect in &diagnosis.effects {
+        section = section
+            .text(effect.sentence.clone())
+            .with(Block::Code(effect.equation.clone()))
+            .with(Block::Table(tables::estimates(
+                &placed(&effect.kind, &effect.component),
+                &effect.parameters,
+            )));
+    }
+    if diagnosis.effects.is_empty() {
+        section = section.text(diagnosis.sentence.clone());
+    }
+    if !diagnosis.parameters.is_empty() {
+        section = section.with(Block::Table(tables::estimates(
+            "The rig's own free parameters, refitted",
+            &diagnosis.parameters,
+        )));
+    }
+    section
+}
+
+fn how_well(diagnosis: &Diagnosis) -> Section {
+    Section::new("Before and after")
+        .text(
+            "Free runs: the simulator sees only the inputs. Its start state comes from the first 5 % of each \
+             recording; the error is taken over the rest. Fit recordings gave the numbers, check recordings \
+             decided what is believed, test recordings chose nothing.",
+        )
+        .with(Block::Table(tables::errors(diagnosis)))
+}
+
+fn what_else(diagnosis: &Diagnosis) -> Section {
+    let mut section = Section::new("What else it could be");
+    if !diagnosis.details.finalists.is_empty() {
+        section = section.with(Block::Table(tables::finalists(diagnosis)));
+    }
+    let rivals = tables::rivals(diagnosis);
+    if rivals.rows.is_empty() {
+        section = section.text("No rival has any share of the evidence.");
+    } else {
+        section = section.with(Block::Table(rivals));
+    }
+    section
+}
+
+fn what_next(diagnosis: &Diagnosis) -> Section {
+    let mut section = Section::new("What next");
+    if !diagnosis.next_experiment.is_empty() {
+        section = section.text(diagnosis.next_experiment.clone());
+    }
+    section
+        .text("The mended rig, which every other verb simulates and trains on (--rig-out):")
+        .with(Block::Code(mended(diagnosis)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::{Finalist, ForceTrace, Recovered, example};
+    use crate::recording::Column;
+
+    /// A carriage that was pushed, and stuck for a while.
+    fn recording() -> Recording {
+        let t: Vec<f64> = (0..200).map(|k| 0.01 * f64::from(k)).collect();
+        let column = |name: &str, of: fn(f64) -> f64| Column {
+            name: name.into(),
+            values: t.iter().map(|&t| of(t)).collect(),
+        };
+        let columns = vec![
+            column("u_V", |t| t.sin()),
+            column("q_m", |t| 0.05 * (1.0 - t.cos())),
+        ];
+        Recording::new("A.csv", t, columns).expect("it is sound")
+    }
+
+    #[test]
+    fn the_page_shows_where_what_how_well_what_else_and_what_next() {
+        let mut diagnosis = example::carriage();
+        let t: Vec<f64> = (0..50).map(|k| 0.1 * f64::from(k)).collect();
+        let velocity: Vec<f64> = t.iter().map(|t| t.cos()).collect();
+        diagnosis.details.recovered = Some(Recovered {
+            component: "carriage".into(),
+            unit: "N".into(),
+            position_unit: "m".into(),
+            traces: vec![ForceTrace {
+                recording: "A.csv".into(),
+                position: t.iter().map(|t| t.sin()).collect(),
+                force: velocity.iter().map(|v| -20.0 * v.signum()).collect(),
+                law: velocity.iter().map(|v| -20.1 * v.signum()).collect(),
+                velocity,
+                t,
+            }],
+        });
+        diagnosis.details.finalists = vec![Finalist {
+            name: "stribeck_friction at carriage".into(),
+            parameters: 5,
+            check_error: 0.08,
+            probability: 0.01,
+            lost: "two parameters more for the same error".into(),
+        }];
+        let recording = recording();
+        let shown = [Shown {
+            role: "test",
+            recording: &recording,
+        }];
+        let written = diagnosis.refitted.clone();
+        let page = report(&diagnosis, &written, &shown, "sinew diagnose").expect("it is drawn");
+        let html = page.to_html();
+        for expected in [
+            "Dry friction of 20.1 N at carriage is missing from the model.",
+            "class=\"band\"",
+            "against velocity",
+            "against position",
+            "over time",
+            "two parameters more for the same error",
+            "19.8 N to 20.4 N",
+            "[[effect]]",
+            "1.30 mm",
+        ] {
+            assert!(html.contains(expected), "{expected} is not on the page");
+        }
+        assert!(!html.contains("http"), "it must load nothing");
+    }
+}

@@ -1,0 +1,94 @@
+//! The tables of the page.
+
+use std::collections::BTreeMap;
+
+use super::text::roles;
+use super::{interval, percent, placed};
+use crate::diagnose::{Diagnosis, Estimate};
+use crate::report::{Table, quantity, significant};
+
+/// Numbers with their intervals.
+pub(super) fn estimates(caption: &str, of: &BTreeMap<String, Estimate>) -> Table {
+    of.iter().fold(
+        Table::new(caption, ["parameter", "#value", "#95 % interval"]),
+        |table, (name, estimate)| {
+            let value = quantity(estimate.value, &estimate.unit);
+            table.row([name.clone(), value, interval(estimate)])
+        },
+    )
+}
+
+/// Free-run errors before and after.
+pub(super) fn errors(diagnosis: &Diagnosis) -> Table {
+    let titles = [
+        "signal",
+        "recordings",
+        "#rig as written",
+        "#refitted",
+        "#mended",
+        "#noise",
+    ];
+    let mut table = Table::new("Free-run error (RMS)", titles);
+    for (signal, fit) in &diagnosis.fit {
+        for (role, errors) in roles(fit) {
+            let cell = |value: f64| quantity(value, &fit.unit);
+            table = table.row([
+                signal.clone(),
+                role.to_owned(),
+                cell(errors.as_written_rms),
+                cell(errors.before_rms),
+                cell(errors.after_rms),
+                cell(fit.noise_rms),
+            ]);
+        }
+    }
+    table
+}
+
+/// Explanations that reached the final.
+pub(super) fn finalists(diagnosis: &Diagnosis) -> Table {
+    let titles = [
+        "explanation",
+        "#parameters",
+        "#error on check recordings, refitted rig = 1",
+        "#share of the evidence",
+        "why it is not believed",
+    ];
+    let table = Table::new("Explanations that were fitted to all recordings", titles);
+    diagnosis
+        .details
+        .finalists
+        .iter()
+        .fold(table, |table, finalist| {
+            table.row([
+                finalist.name.clone(),
+                finalist.parameters.to_string(),
+                significant(finalist.check_error, 3),
+                percent(finalist.probability),
+                finalist.lost.clone(),
+            ])
+        })
+}
+
+/// Rivals, and what the recordings cannot tell apart.
+pub(super) fn rivals(diagnosis: &Diagnosis) -> Table {
+    let titles = ["instead of", "it may be", "#confidence", "told apart"];
+    let mut table = Table::new("Rivals", titles);
+    for effect in &diagnosis.effects {
+        let of = placed(&effect.kind, &effect.component);
+        let rivals = effect
+            .rivals
+            .iter()
+            .map(|rival| (rival, "by these recordings, more or less"));
+        let twins = effect.indistinguishable_from.iter();
+        for (other, told) in rivals.chain(twins.map(|twin| (twin, "not by these recordings"))) {
+            table = table.row([
+                of.clone(),
+                placed(&other.kind, &other.component),
+                percent(other.confidence),
+                told.to_owned(),
+            ]);
+        }
+    }
+    table
+}

@@ -1,0 +1,202 @@
+//! A finding for a terminal: the sentence first, then where, what, how well, what else, what next.
+
+use std::fmt::Write;
+
+use super::{interval, percent, placed};
+use crate::diagnose::{Diagnosis, Errors, FoundEffect, Rival, SignalFit};
+use crate::report::quantity;
+
+/// Stretches that are named; the report marks all of them.
+const STRETCHES: usize = 4;
+
+/// The finding as lines, the last one ended.
+pub fn text(diagnosis: &Diagnosis) -> String {
+    let mut text = format!("{}\n", diagnosis.sentence);
+    place(&mut text, diagnosis);
+    for effect in &diagnosis.effects {
+        law(&mut text, effect);
+    }
+    fit(&mut text, diagnosis);
+    parameters(&mut text, diagnosis);
+    others(&mut text, diagnosis);
+    let details = &diagnosis.details;
+    if let Some(aside) = &details.set_aside {
+        line(
+            &mut text,
+            "set aside",
+            &format!("{aside}, to check by; --check names other recordings"),
+        );
+    }
+    for note in &details.notes {
+        line(&mut text, "note", note);
+    }
+    if !diagnosis.next_experiment.is_empty() {
+        line(&mut text, "next", &diagnosis.next_experiment);
+    }
+    text
+}
+
+/// A title in the left column, text beside it.
+fn line(text: &mut String, title: &str, what: &str) {
+    // Writing to a String cannot fail, here and below.
+    let _ = writeln!(text, "  {title:<12}{what}");
+}
+
+fn place(text: &mut String, diagnosis: &Diagnosis) {
+    let Some(location) = &diagnosis.location else {
+        return;
+    };
+    let follows = match location.follows.as_str() {
+        "" => String::new(),
+        what => format!(", following the {}", what.trim_start_matches("the ")),
+    };
+    line(text, "where", &format!("{}{follows}", location.component));
+    for (index, stretch) in location.intervals.iter().take(STRETCHES).enumerate() {
+        let what = format!(
+            "{:.2} s to {:.2} s of {}: {:.1} times the noise",
+            stretch.t_start_s, stretch.t_end_s, stretch.recording, stretch.score
+        );
+        line(text, if index == 0 { "when" } else { "" }, &what);
+    }
+    let more = location.intervals.len().saturating_sub(STRETCHES);
+    if more > 0 {
+        line(
+            text,
+            "",
+            &format!("and {more} more stretches; --report marks them"),
+        );
+    }
+}
+
+fn law(text: &mut String, effect: &FoundEffect) {
+    let kind = placed(&effect.kind, &effect.component);
+    line(
+        text,
+        "found",
+        &format!("{kind}, {} sure", percent(effect.confidence)),
+    );
+    line(text, "law", &effect.equation);
+    for (name, estimate) in &effect.parameters {
+        let value = quantity(estimate.value, &estimate.unit);
+        line(
+            text,
+            "",
+            &format!("{name:<14}{value:>14}   ({})", interval(estimate)),
+        );
+    }
+}
+
+fn fit(text: &mut String, diagnosis: &Diagnosis) {
+    let title = format!(
+        "{:<14}{:>14}{:>14}{:>14}",
+        "free-run RMS", "as written", "refitted", "mended"
+    );
+    line(text, "fit", &title);
+    for (signal, fit) in &diagnosis.fit {
+        for (role, errors) in roles(fit) {
+            line(
+                text,
+                "",
+                &row(&format!("{signal} {role}"), errors, &fit.unit),
+            );
+        }
+        let noise = quantity(fit.noise_rms, &fit.unit);
+        line(
+            text,
+            "",
+            &format!("{:<14}{noise:>14}", format!("{signal} noise")),
+        );
+    }
+}
+
+/// The roles of a signal that have recordings.
+pub(super) fn roles(fit: &SignalFit) -> impl Iterator<Item = (&'static str, Errors)> {
+    [
+        ("fit", Some(fit.fit)),
+        ("check", Some(fit.check)),
+        ("test", fit.test),
+    ]
+    .into_iter()
+    .filter_map(|(role, errors)| errors.map(|errors| (role, errors)))
+}
+
+fn row(title: &str, errors: Errors, unit: &str) -> String {
+    format!(
+        "{title:<14}{:>14}{:>14}{:>14}",
+        quantity(errors.as_written_rms, unit),
+        quantity(errors.before_rms, unit),
+        quantity(errors.after_rms, unit)
+    )
+}
+
+fn parameters(text: &mut String, diagnosis: &Diagnosis) {
+    for (index, (name, estimate)) in diagnosis.parameters.iter().enumerate() {
+        let value = quantity(estimate.value, &estimate.unit);
+        let what = format!("{name:<26}{value:>14}   ({})", interval(estimate));
+        line(text, if index == 0 { "parameters" } else { "" }, &what);
+    }
+}
+
+/// Rivals with why they lost, and what these data cannot tell apart.
+fn others(text: &mut String, diagnosis: &Diagnosis) {
+    for effect in &diagnosis.effects {
+        for rival in &effect.rivals {
+            line(text, "rival", &rivalry(diagnosis, rival));
+        }
+        for twin in &effect.indistinguishable_from {
+            let name = placed(&twin.kind, &twin.component);
+            let of = placed(&effect.kind, &effect.component);
+            line(
+                text,
+                "the same",
+                &format!("{name} with these recordings looks like {of}"),
+            );
+        }
+    }
+}
+
+fn rivalry(diagnosis: &Diagnosis, rival: &Rival) -> String {
+    let name = placed(&rival.kind, &rival.component);
+    let lost = diagnosis
+        .details
+        .finalists
+        .iter()
+        .find(|finalist| finalist.name == name && !finalist.lost.is_empty())
+        .map_or(String::new(), |finalist| format!(": {}", finalist.lost));
+    format!("{name}, {}{lost}", percent(rival.confidence))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::{Details, Finalist, Verdict, example};
+
+    #[test]
+    fn a_finding_in_words() {
+        let mut diagnosis = example::carriage();
+        diagnosis.details = Details {
+            set_aside: Some("the last 4 s of A.csv".into()),
+            notes: vec!["u_V: 3 samples are missing and held their last value".into()],
+            finalists: vec![Finalist {
+                name: "stribeck_friction at carriage".into(),
+                parameters: 5,
+                check_error: 0.08,
+                probability: 0.01,
+                lost: "two parameters more for the same error".into(),
+            }],
+            recovered: None,
+        };
+        insta::assert_snapshot!(text(&diagnosis));
+    }
+
+    #[test]
+    fn nothing_missing_in_words() {
+        let mut diagnosis = example::carriage();
+        diagnosis.verdict = Verdict::Consistent;
+        diagnosis.sentence = "The rig explains the recordings as it is written.".into();
+        diagnosis.effects.clear();
+        diagnosis.location = None;
+        diagnosis.next_experiment.clear();
+        insta::assert_snapshot!(text(&diagnosis));
+    }
+}
