@@ -65,6 +65,6 @@ pub use drive::Drive;
 pub use dual::Dual;
 pub use error::{Error, SimulationError};
 pub use integrator::{Report, Stepper};
-pub use plant::{Input, Parameter, Plant, RecordingRun, SensorChannel, Trajectory};
+pub use plant::{Input, Outline, Parameter, Plant, RecordingRun, Role, SensorChannel, Trajectory};
 pub use rig::{ControlTable, Form, NetworkTable, Rig};
 pub use scalar::Scalar;

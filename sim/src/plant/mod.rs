@@ -10,6 +10,7 @@ use crate::error::Error;
 use crate::rig::{Hold, Rig};
 pub(crate) use compile::parameters;
 pub use run::{RecordingRun, Trajectory};
+pub use shapes::{Outline, Role};
 use std::sync::Arc;
 use topology::Topology;
 

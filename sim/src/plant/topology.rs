@@ -252,7 +252,7 @@ impl Topology {
             Reads::Position(body) => state.q[body],
             Reads::Velocity(body) => state.v[body],
             Reads::Tension(tendon) => self.tendons[tendon].tension(values, state, inputs, tau),
-            Reads::Shape(shape) => self.shapes.read(shape, values, state),
+            Reads::Shape(shape) => self.shapes.read(shape, values, &state.q),
         };
         values[sensor.gain] * reading + values[sensor.offset]
     }
