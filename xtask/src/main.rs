@@ -3,9 +3,11 @@
 
 mod ci;
 mod demo;
+mod foreign;
 mod generate;
 mod help;
 mod process;
+mod proof;
 mod setup;
 mod snapshots;
 mod tally;
@@ -78,6 +80,18 @@ const VERBS: &[Verb] = &[
         arguments: "",
         line: "Hold what is measured against tests/budgets.toml, which only a person writes",
         run: snapshots::budget,
+    },
+    Verb {
+        name: "foreign",
+        arguments: "",
+        line: "Write again what other people's physics wrote (Python with MuJoCo; not needed by tests)",
+        run: foreign::run,
+    },
+    Verb {
+        name: "proof",
+        arguments: "[--seed S] [--cases N] [--fresh] [--score] [--publish]",
+        line: "Recordings with concealed physics put to `sinew diagnose`, and the table of what it found",
+        run: proof::run,
     },
     Verb {
         name: "ci",
