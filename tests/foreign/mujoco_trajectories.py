@@ -156,6 +156,13 @@ def end_stop(step):
 DEVICES = [mass_spring_damper, pendulum, two_mass_drive, tendon_finger, joint_friction, end_stop]
 
 
+def inputs_of(number):
+    """Inputs of a device of DEVICES, (samples, actuators)."""
+    source = np.random.Generator(np.random.PCG64([SEED, number]))
+    motors = DEVICES[number](1e-4)[3]
+    return np.stack([command(source, peak) for _, _, peak in motors], axis=1)
+
+
 def run(model_, inputs, qpos):
     """Positions at the samples; inputs held between them, (samples, actuators)."""
     data = mujoco.MjData(model_)
@@ -201,10 +208,9 @@ def main():
     for number, device in enumerate(DEVICES):
         if sys.argv[1:] and device.__name__ not in sys.argv[1:]:
             continue
-        source = np.random.Generator(np.random.PCG64([SEED, number]))
         rig, built, seen, motors, options = device(1e-4)
         step = options.get("step", 2e-5)
-        u = np.stack([command(source, peak) for _, _, peak in motors], axis=1)
+        u = inputs_of(number)
         qpos = [mujoco.mj_name2id(built, mujoco.mjtObj.mjOBJ_JOINT, name) for name in seen]
         fine = run(device(step)[1], u, qpos)
         coarse = run(device(2.0 * step)[1], u, qpos)

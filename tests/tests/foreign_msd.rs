@@ -1,39 +1,17 @@
 //! Somebody else's physics judges ours: `tests/foreign/mass_spring_damper.py` solves the same device in closed
 //! form between its stops, shares no code with the simulator, and wrote the recording that is compared here.
 
-use std::path::PathBuf;
-
 use sinew_sim::{Drive, Plant, Rig};
+use sinew_tests::foreign::{self, Columns};
 
 /// Error that is allowed, as a part of the range of the motion. The recording is exact to rounding.
 const TOLERANCE: f64 = 1e-6;
 
-fn foreign(name: &str) -> String {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-        .join("foreign")
-        .join(name);
-    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
-}
-
-/// Columns of the recording: t, u, q.
-fn columns() -> [Vec<f64>; 3] {
-    let mut columns = [Vec::new(), Vec::new(), Vec::new()];
-    for line in foreign("mass_spring_damper.exact.csv")
-        .lines()
-        .skip_while(|line| !line.starts_with("t,"))
-        .skip(1)
-    {
-        for (column, field) in columns.iter_mut().zip(line.split(',')) {
-            column.push(field.parse().expect("the recording holds numbers"));
-        }
-    }
-    columns
-}
-
 /// The device with the parameters that the recording was made with, dry friction included.
 fn plant(friction: f64) -> Plant {
-    let truth: serde_json::Value = serde_json::from_str(&foreign("mass_spring_damper.truth.json"))
-        .expect("truth.json is JSON");
+    let truth: serde_json::Value =
+        serde_json::from_str(&foreign::text("mass_spring_damper.truth.json"))
+            .expect("truth.json is JSON");
     let number = |key: &str| truth[key].as_f64().expect("truth.json holds this number");
     let rig = format!(
         r#"
@@ -78,13 +56,13 @@ level = {level:?}
 
 /// Largest difference from the recording, as a part of the range of the motion.
 fn largest_error(plant: &Plant) -> f64 {
-    let [t, u, q] = columns();
-    let drive = Drive::new(plant, t.len(), &[&u]).expect("one input");
+    let recording = Columns::read("mass_spring_damper.exact.csv");
+    let [t, u, q] = ["t", "u_N", "q_m"].map(|name| recording.get(name));
+    let drive = Drive::new(plant, t.len(), &[u]).expect("one input");
     let run = plant
-        .simulate(&plant.values(), &[0.0, 0.0], &drive, &t)
+        .simulate(&plant.values(), &[0.0, 0.0], &drive, t)
         .expect("it can be simulated");
-    let range =
-        q.iter().copied().fold(f64::MIN, f64::max) - q.iter().copied().fold(f64::MAX, f64::min);
+    let range = foreign::range(q);
     assert!(
         range > 0.1,
         "the recorded mass hardly moves: this tests nothing"
@@ -99,7 +77,8 @@ fn largest_error(plant: &Plant) -> f64 {
 
 #[test]
 fn the_simulator_agrees_with_a_closed_solution_through_every_stop() {
-    let [_, _, q] = columns();
+    let recording = Columns::read("mass_spring_damper.exact.csv");
+    let q = recording.get("q_m");
     let stuck = q.windows(2).filter(|pair| pair[0] == pair[1]).count();
     assert!(
         stuck > 50,

@@ -1,6 +1,7 @@
 //! One door: every task of this repository is `cargo xtask VERB`, and continuous integration calls the same
 //! verbs as a person does.
 
+mod bench;
 mod ci;
 mod demo;
 mod foreign;
@@ -80,6 +81,12 @@ const VERBS: &[Verb] = &[
         arguments: "",
         line: "Hold what is measured against tests/budgets.toml, which only a person writes",
         run: snapshots::budget,
+    },
+    Verb {
+        name: "bench",
+        arguments: "[SECTION...]",
+        line: "Speeds and costs, as tables and in target/bench/summary.json",
+        run: bench::run,
     },
     Verb {
         name: "foreign",

@@ -1,0 +1,84 @@
+"""How fast MuJoCo is on devices of mujoco_trajectories.py, on one core, for `cargo xtask bench plant`.
+
+    python mujoco_speed.py NAME=ERROR...
+
+For each device: every integrator at every step that divides a sample, its error against itself at a tenth of
+the step, and, of those at least as accurate as ERROR (a part of the range), the fastest. Driven by MuJoCo's own batched
+rollout, one thread, 16 runs a call, best of several calls. Prints one JSON object.
+"""
+
+import json
+import sys
+import time
+
+import mujoco
+import mujoco.rollout
+import numpy as np
+
+import mujoco_trajectories as trajectories
+
+BATCH, ROUNDS = 16, 4
+STEPS_PER_SAMPLE = (1, 2, 3, 4, 5, 8, 10, 16, 20, 40, 80, 160)
+INTEGRATORS = ("Euler", "implicitfast", "implicit", "RK4")
+
+
+def configured(device, integrator, steps):
+    _, model, seen, motors, _ = device(1.0 / trajectories.RATE_HZ / steps)
+    model.opt.integrator = getattr(mujoco.mjtIntegrator, "mjINT_" + integrator.upper())
+    return model, [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, name) for name in seen], motors
+
+
+def error(device, integrator, steps, u):
+    """Largest difference from a tenth of the step, over the range of the motion."""
+    runs = []
+    for finer in (1, 10):
+        model, qpos, _ = configured(device, integrator, steps * finer)
+        runs.append(trajectories.run(model, u, qpos))
+    if not all(np.isfinite(r).all() for r in runs):
+        return float("inf")
+    return float((np.abs(runs[0] - runs[1]).max(axis=0) / np.ptp(runs[1], axis=0)).max())
+
+
+def speed(device, integrator, steps, u):
+    """Simulated seconds a second."""
+    model, _, _ = configured(device, integrator, steps)
+    data = mujoco.MjData(model)
+    size = mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    start = np.zeros(size)
+    mujoco.mj_getState(model, data, start, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    control = np.repeat(u[:-1], steps, axis=0)
+    control = np.broadcast_to(control, (BATCH, *control.shape)).copy()
+    starts = np.tile(start, (BATCH, 1))
+    state = np.zeros((BATCH, control.shape[1], size))
+    best = float("inf")
+    with mujoco.rollout.Rollout(nthread=0) as rollout:
+        for _ in range(ROUNDS):
+            begun = time.perf_counter()
+            rollout.rollout([model] * BATCH, data, starts, control, state=state)
+            best = min(best, time.perf_counter() - begun)
+    return BATCH * (len(u) - 1) / trajectories.RATE_HZ / best
+
+
+def main():
+    found = {}
+    for argument in sys.argv[1:]:
+        name, wanted = argument.split("=")
+        device = getattr(trajectories, name)
+        number = trajectories.DEVICES.index(device)
+        u = trajectories.inputs_of(number)
+        best = None
+        for integrator in INTEGRATORS:
+            for steps in STEPS_PER_SAMPLE:
+                size = error(device, integrator, steps, u)
+                if size <= float(wanted):
+                    # Longer steps are faster: this is the integrator's best.
+                    fast = speed(device, integrator, steps, u)
+                    if best is None or fast > best["seconds_per_second"]:
+                        best = {"error": size, "seconds_per_second": fast, "integrator": integrator, "step_s": 1.0 / trajectories.RATE_HZ / steps}
+                    break
+        found[name] = best
+    print(json.dumps({"version": mujoco.__version__, "devices": found}))
+
+
+if __name__ == "__main__":
+    main()

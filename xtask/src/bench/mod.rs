@@ -1,0 +1,52 @@
+//! `cargo xtask bench [SECTION...]`: what is measured, as tables and in `target/bench/summary.json`.
+
+pub mod plant;
+
+use std::fs;
+
+use anyhow::{Context, Result, bail};
+use serde_json::{Map, Value};
+
+use crate::process::target_folder;
+
+/// A section: its name and what measures it. Adding one is a line here.
+const SECTIONS: &[(&str, fn() -> Result<Value>)] = &[("plant", plant::run)];
+
+/// # Errors
+/// There is no such section, or one failed; what was measured before is written all the same.
+pub fn run(arguments: &[String]) -> Result<()> {
+    let known = |name: &String| SECTIONS.iter().any(|(section, _)| section == name);
+    if let Some(unknown) = arguments.iter().find(|name| !known(name)) {
+        let names: Vec<&str> = SECTIONS.iter().map(|(name, _)| *name).collect();
+        bail!(
+            "there is no section '{unknown}'; there are {}",
+            names.join(", ")
+        );
+    }
+    for (name, measure) in SECTIONS {
+        if arguments.is_empty() || arguments.iter().any(|wanted| wanted == name) {
+            keep(
+                name,
+                measure().with_context(|| format!("bench section '{name}'"))?,
+            )?;
+        }
+    }
+    Ok(())
+}
+
+/// Writes one section into the summary and leaves the others as they are.
+fn keep(name: &str, section: Value) -> Result<()> {
+    let path = target_folder().join("bench/summary.json");
+    let mut summary: Map<String, Value> = match fs::read_to_string(&path) {
+        Ok(text) => serde_json::from_str(&text)
+            .with_context(|| format!("{} is no JSON object: delete it", path.display()))?,
+        Err(_) => Map::new(),
+    };
+    summary.insert("format".into(), "sinew-bench/1".into());
+    summary.insert(name.into(), section);
+    fs::create_dir_all(path.parent().context("the summary has a folder")?)?;
+    fs::write(&path, serde_json::to_string_pretty(&summary)? + "\n")
+        .with_context(|| format!("cannot write {}", path.display()))?;
+    println!("wrote {}", path.display());
+    Ok(())
+}
