@@ -19,6 +19,7 @@ pub mod device;
 pub mod diagnose;
 pub mod error;
 pub mod fit;
+pub mod mjcf;
 pub mod new_rig;
 pub mod progress;
 pub mod project;

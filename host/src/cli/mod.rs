@@ -4,6 +4,7 @@ mod build;
 mod compare;
 mod emit;
 mod fit;
+mod mjcf;
 mod new;
 mod pil;
 mod simulate;
@@ -38,6 +39,8 @@ enum Verb {
     Simulate(simulate::Arguments),
     /// Refit a rig's parameters to recordings.
     Fit(fit::Arguments),
+    /// Write a rig, its effects included, for MuJoCo.
+    Mjcf(mjcf::Arguments),
     /// Train a network on a rig and write the model.
     Train(train::Arguments),
     /// Write the firmware of a model: sources that build anywhere.
@@ -160,6 +163,7 @@ fn run(verb: Verb) -> Result<()> {
         Verb::New(arguments) => new::run(&arguments),
         Verb::Simulate(arguments) => simulate::run(&arguments),
         Verb::Fit(arguments) => fit::run(&arguments),
+        Verb::Mjcf(arguments) => mjcf::run(&arguments),
         Verb::Train(arguments) => train::run(&arguments),
         Verb::Emit(arguments) => emit::run(&arguments),
         Verb::Compare(arguments) => compare::run(&arguments),
