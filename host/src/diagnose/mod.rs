@@ -1,12 +1,150 @@
 //! Diagnosis: where a simulation and a recording differ, and which physics was left out (docs/diagnosis.md).
 
+mod data;
 mod details;
+mod evidence;
 #[cfg(test)]
 mod example;
 mod finding;
+mod gauge;
+mod judge;
+mod model;
+mod noise;
 pub mod output;
+mod race;
+mod report;
+mod roles;
+mod sane;
+mod scales;
+mod search;
+mod suspect;
 
+use std::collections::BTreeMap;
+
+use sinew_sim::{Plant, Rig};
+
+use self::data::Data;
 pub use self::details::{Details, Finalist, ForceTrace, Recovered};
 pub use self::finding::{
     Diagnosis, Errors, Estimate, FORMAT, FoundEffect, Interval, Location, Rival, SignalFit, Verdict,
 };
+use self::roles::Roles;
+use self::search::Bench;
+use crate::error::Result;
+use crate::fit::{FitOptions, fit, score};
+use crate::recording::Recording;
+
+/// Recordings by role.
+#[derive(Clone, Debug, Default)]
+pub struct Recordings {
+    /// These estimate parameters.
+    pub fit: Vec<Recording>,
+    /// These decide what is believed; where there are none, part of `fit` is set aside.
+    pub check: Vec<Recording>,
+    /// These are only scored, once, at the end.
+    pub test: Vec<Recording>,
+}
+
+/// How to diagnose.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Seed of the resampling.
+    pub seed: u64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { seed: 1 }
+    }
+}
+
+/// Finds out what a rig lacks.
+///
+/// # Errors
+/// As [`fit`].
+pub fn diagnose(
+    rig: &Rig,
+    recordings: &Recordings,
+    options: &Options,
+    told: &(dyn Fn(&str, usize, usize) + Sync),
+) -> Result<Diagnosis> {
+    let begun = std::time::Instant::now();
+    let roles = Roles::new(&recordings.fit, &recordings.check, &recordings.test)?;
+    let plant = Plant::new(rig)?;
+    let fit_data = Data::new(rig, &plant, &roles.fit)?;
+    let check_data = Data::new(rig, &plant, &roles.check)?;
+    told("refitting the rig", 0, 1);
+    let refitted = fit(rig, &roles.fit, &FitOptions::default(), &mut |_| {})?;
+    let parts = if integrates(rig) { 8 } else { 1 };
+    let values = Plant::new(&refitted.rig)?.values();
+    let budget = search::final_budget(&Plant::new(&refitted.rig)?, &values, &fit_data);
+    let bench = Bench {
+        written: rig,
+        fit_stretches: fit_data.select(parts, budget),
+        check_stretches: check_data.select(parts, budget),
+        fit: &fit_data,
+        check: &check_data,
+        seed: options.seed,
+        told,
+    };
+    let found = bench.search(&refitted.rig, &values)?;
+    let mut diagnosis = report::conclude(rig, &refitted, &bench, found, &roles)?;
+    diagnosis.seconds = begun.elapsed().as_secs_f64();
+    Ok(diagnosis)
+}
+
+/// Some body is held in place by nothing: it integrates what pushes it, and a whole recording's error is
+/// mostly drift.
+fn integrates(rig: &Rig) -> bool {
+    use sinew_sim::effects::Motion;
+    use sinew_sim::rig::End;
+    let mut held = vec![false; rig.bodies.len()];
+    for gravity in &rig.gravities {
+        held[gravity.body] |= rig.bodies[gravity.body].motion == Motion::Hinge;
+    }
+    for tendon in &rig.tendons {
+        for (body, _) in &tendon.path {
+            held[*body] = true;
+        }
+    }
+    for _ in 0..=rig.bodies.len() {
+        for spring in &rig.springs {
+            let is = |end: End, held: &[bool]| match end {
+                End::Ground => true,
+                End::Body(body) => held[body],
+            };
+            if is(spring.from, &held) || is(spring.to, &held) {
+                for end in [spring.from, spring.to] {
+                    if let End::Body(body) = end {
+                        held[body] = true;
+                    }
+                }
+            }
+        }
+    }
+    held.contains(&false)
+}
+
+/// Free-run errors of three rigs over the recordings of one role.
+fn errors(rigs: [&Rig; 3], recordings: &[Recording]) -> Result<BTreeMap<String, Errors>> {
+    let [written, before, after] = [
+        score(rigs[0], recordings)?,
+        score(rigs[1], recordings)?,
+        score(rigs[2], recordings)?,
+    ];
+    Ok(written
+        .iter()
+        .zip(&before)
+        .zip(&after)
+        .map(|((written, before), after)| {
+            (
+                written.signal.clone(),
+                Errors {
+                    as_written_rms: written.rms,
+                    before_rms: before.rms,
+                    after_rms: after.rms,
+                },
+            )
+        })
+        .collect())
+}

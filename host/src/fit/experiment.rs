@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 use crate::recording::Recording;
 
 /// What a fit needs of a recording.
-pub(super) struct Experiment {
+pub(crate) struct Experiment {
     /// Name of the file, for reports.
     pub name: String,
     /// Times of the rows, s.
@@ -22,10 +22,10 @@ pub(super) struct Experiment {
 
 /// How a body is seen: by which sensor, with which gain and offset.
 #[derive(Clone, Copy)]
-pub(super) struct View {
+pub(crate) struct View {
     pub sensor: usize,
-    gain: Option<usize>,
-    offset: Option<usize>,
+    pub(crate) gain: Option<usize>,
+    pub(crate) offset: Option<usize>,
 }
 
 impl View {
@@ -40,7 +40,7 @@ impl View {
 }
 
 /// Which sensors show the positions and the velocities of the bodies.
-pub(super) struct Views {
+pub(crate) struct Views {
     pub position: Vec<Option<View>>,
     pub velocity: Vec<Option<View>>,
 }

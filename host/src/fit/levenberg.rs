@@ -6,7 +6,7 @@ use super::segment::{Normal, Problem, Segment};
 
 /// Where the search stands. `z` is derived from `values`: `values[slot] = scale * z`.
 #[derive(Clone)]
-pub(super) struct Unknowns {
+pub(crate) struct Unknowns {
     /// Every parameter of the plant, fitted or not, SI.
     pub values: Vec<f64>,
     /// One start state a segment, SI.
@@ -14,13 +14,13 @@ pub(super) struct Unknowns {
 }
 
 /// What the parameters may be, and what the rig says they are.
-pub(super) struct Belief {
+pub(crate) struct Belief {
     /// Bounds of each fitted parameter, SI; infinite where there are none.
     pub bounds: Vec<[f64; 2]>,
     /// What the rig says, SI.
     pub written: Vec<f64>,
-    /// Standard deviation of the prior around it, in units of `Problem::scale`: wide.
-    pub width: f64,
+    /// Standard deviation of the prior around each, in units of `Problem::scale`: wide, or infinite.
+    pub widths: Vec<f64>,
 }
 
 /// How a search ended.
@@ -35,7 +35,7 @@ pub enum Stop {
 }
 
 /// How far to search.
-pub(super) struct Effort {
+pub(crate) struct Effort {
     pub iterations: usize,
     /// Stop when the promised decrease falls below this part of the cost.
     pub relative: f64,
@@ -49,7 +49,7 @@ const LARGEST_DAMPING: f64 = 1e9;
 
 /// Lowers the cost from `unknowns` on; `progress` hears of each accepted step. `None` where not even the
 /// starting point can be simulated.
-pub(super) fn minimise(
+pub(crate) fn minimise(
     problem: &Problem,
     belief: &Belief,
     segments: &[Segment],
@@ -111,7 +111,7 @@ fn adaptation(ratio: f64) -> f64 {
 }
 
 /// Half the weighted squares plus the prior.
-pub(super) fn total_cost(
+pub(crate) fn total_cost(
     problem: &Problem,
     belief: &Belief,
     segments: &[Segment],
@@ -129,7 +129,9 @@ impl Belief {
     /// Distance of each fitted parameter from the rig, in standard deviations of the prior.
     fn pull(&self, problem: &Problem, values: &[f64]) -> Vec<f64> {
         (0..problem.parameters())
-            .map(|j| (values[problem.slots[j]] - self.written[j]) / (self.width * problem.scale[j]))
+            .map(|j| {
+                (values[problem.slots[j]] - self.written[j]) / (self.widths[j] * problem.scale[j])
+            })
             .collect()
     }
 }
@@ -165,8 +167,8 @@ impl Step {
         }
         let pull = belief.pull(problem, &unknowns.values);
         for j in 0..parameters {
-            reduced[(j, j)] += belief.width.powi(-2);
-            gradient[j] -= pull[j] / belief.width;
+            reduced[(j, j)] += belief.widths[j].powi(-2);
+            gradient[j] -= pull[j] / belief.widths[j];
         }
 
         let free = unblocked(problem, belief, unknowns, &gradient);
@@ -260,8 +262,8 @@ fn promised(
             + dz.dot(&(&normal.zx * dx))
             + 0.5 * dx.dot(&(&normal.xx * dx));
     }
-    for (pull, dz) in pull.iter().zip(dz.iter()) {
-        let change = dz / belief.width;
+    for ((pull, dz), width) in pull.iter().zip(dz.iter()).zip(&belief.widths) {
+        let change = dz / width;
         decrease -= pull * change + 0.5 * change * change;
     }
     decrease

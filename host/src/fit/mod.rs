@@ -5,13 +5,13 @@
 //! derivatives does the work, first over short stretches with start states of their own, then over whole
 //! recordings, so that a device that drifts and a poor first guess do no harm.
 
-mod experiment;
-mod levenberg;
-mod score;
-mod segment;
-mod stages;
-mod start;
-mod uncertainty;
+pub(crate) mod experiment;
+pub(crate) mod levenberg;
+pub(crate) mod score;
+pub(crate) mod segment;
+pub(crate) mod stages;
+pub(crate) mod start;
+pub(crate) mod uncertainty;
 
 use sinew_sim::{Plant, Rig};
 
@@ -222,7 +222,7 @@ pub fn fit(
 }
 
 /// Size of each sensor's variations over all recordings, never zero.
-fn spreads(experiments: &[Experiment]) -> Vec<f64> {
+pub(crate) fn spreads(experiments: &[Experiment]) -> Vec<f64> {
     let sensors = experiments
         .first()
         .map_or(0, |experiment| experiment.signals.len());

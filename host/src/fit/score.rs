@@ -13,7 +13,7 @@ const START_PART: f64 = 0.05;
 const START_ROWS: usize = 20;
 
 /// How many of a recording's rows its start state is estimated from.
-pub(super) fn start_rows(rows: usize) -> usize {
+pub(crate) fn start_rows(rows: usize) -> usize {
     START_ROWS.max((START_PART * rows as f64).ceil() as usize)
 }
 

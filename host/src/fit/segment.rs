@@ -19,7 +19,7 @@ use super::experiment::Experiment;
 use crate::error::Result;
 
 /// A stretch of one recording, simulated from a start state of its own.
-pub(super) struct Segment {
+pub(crate) struct Segment {
     /// Which recording.
     pub experiment: usize,
     /// Which of its rows.
@@ -31,7 +31,7 @@ pub(super) struct Segment {
 
 /// What is the same for all segments while the unknowns change.
 #[derive(Clone)]
-pub(super) struct Problem<'a> {
+pub(crate) struct Problem<'a> {
     pub plant: &'a Plant,
     pub experiments: &'a [Experiment],
     /// Slots of the parameters that are fitted.
@@ -47,7 +47,7 @@ pub(super) struct Problem<'a> {
 /// What is known of a segment's start state before the segment is looked at: `(x - mean)' weight (x - mean)`
 /// is added to the squares (docs/identification.md, eq. 3).
 #[derive(Clone)]
-pub(super) struct Anchor {
+pub(crate) struct Anchor {
     /// In units of `Problem::state_scale`.
     pub mean: DVector<f64>,
     pub weight: DMatrix<f64>,
@@ -78,7 +78,7 @@ impl Anchor {
 }
 
 /// Normal equations of one segment, residuals in units of `sigma`.
-pub(super) struct Normal {
+pub(crate) struct Normal {
     pub zz: DMatrix<f64>,
     pub zx: DMatrix<f64>,
     pub xx: DMatrix<f64>,
@@ -90,7 +90,7 @@ pub(super) struct Normal {
 }
 
 /// Residuals and their derivatives row by row: what uncertainty is made of.
-pub(super) struct Rows {
+pub(crate) struct Rows {
     /// Derivatives of the residual in `z` then `x`, one row a valid sample, flattened.
     pub jacobian: Vec<f64>,
     /// Residuals in units of `sigma`, one a valid sample.
@@ -177,6 +177,18 @@ impl Problem<'_> {
             .iter()
             .all(|x| x.is_finite())
             .then_some(run.final_state)
+    }
+
+    /// Every sensor's signal at every row of a segment, SI, row-major; `None` where the simulation fails.
+    pub fn signals(&self, segment: &Segment, values: &[f64], state: &[f64]) -> Option<Vec<f64>> {
+        let run = self
+            .plant
+            .simulate(values, state, &segment.drive, self.times(segment))
+            .ok()?;
+        run.signals
+            .iter()
+            .all(|signal| signal.is_finite())
+            .then_some(run.signals)
     }
 
     /// Residuals and derivatives of one segment; `None` where the simulation fails.

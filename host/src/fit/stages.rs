@@ -18,7 +18,7 @@ const SHORTEST: usize = 25;
 const FINEST: f64 = 1e-7;
 
 /// What the stages found.
-pub(super) struct Found {
+pub(crate) struct Found {
     pub slots: Vec<usize>,
     pub values: Vec<f64>,
     pub half_widths: Vec<Option<f64>>,
@@ -27,7 +27,7 @@ pub(super) struct Found {
 }
 
 /// The bounds of a parameter: its owner's, and zero where the sign is fixed.
-pub(super) fn bounds(parameter: &Parameter) -> [f64; 2] {
+pub(crate) fn bounds(parameter: &Parameter) -> [f64; 2] {
     let least = if parameter.non_negative {
         0.0
     } else {
@@ -40,7 +40,7 @@ pub(super) fn bounds(parameter: &Parameter) -> [f64; 2] {
 }
 
 /// Fits; `progress` hears of every step.
-pub(super) fn run(
+pub(crate) fn run(
     rig: &Rig,
     plant: &Plant,
     experiments: &[Experiment],
@@ -66,7 +66,7 @@ pub(super) fn run(
             .map(|&slot| bounds(&plant.parameters()[slot]))
             .collect(),
         written: problem.slots.iter().map(|&slot| written[slot]).collect(),
-        width: options.prior_width,
+        widths: vec![options.prior_width; problem.slots.len()],
     };
 
     let (mut segments, mut unknowns) = first_stretches(&problem, &views, &written)?;
@@ -152,7 +152,7 @@ pub(super) fn run(
 }
 
 /// Free parameters but those that only say where a simulation starts: a fit has start states of its own.
-fn fitted_slots(plant: &Plant) -> Vec<usize> {
+pub(crate) fn fitted_slots(plant: &Plant) -> Vec<usize> {
     let starts = |slot: &usize| {
         let name = &plant.parameters()[*slot].name;
         name.ends_with(".start") || name.ends_with(".start_velocity")

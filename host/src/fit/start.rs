@@ -17,7 +17,7 @@ const REACH: usize = 8;
 ///
 /// # Errors
 /// None that checking the recording has not excluded.
-pub(super) fn states(
+pub(crate) fn states(
     problem: &Problem,
     views: &Views,
     segments: &[Segment],
@@ -79,7 +79,7 @@ fn show(experiment: &Experiment, views: &Views, row: usize, values: &[f64], stat
 
 /// Natural sizes of the states: the largest position and velocity that sensors show of a body; for a body
 /// that none shows, the largest of the others.
-pub(super) fn scales(experiments: &[Experiment], views: &Views, values: &[f64]) -> Vec<f64> {
+pub(crate) fn scales(experiments: &[Experiment], views: &Views, values: &[f64]) -> Vec<f64> {
     let bodies = views.position.len();
     let mut scale = vec![0.0_f64; 2 * bodies];
     for experiment in experiments {
@@ -105,7 +105,7 @@ pub(super) fn scales(experiments: &[Experiment], views: &Views, values: &[f64]) 
 
 /// The start states that explain segments best while the parameters stay. Where one cannot be simulated, the
 /// states stay too: the run itself then shows what is wrong.
-pub(super) fn settle(
+pub(crate) fn settle(
     problem: &Problem,
     segments: &[Segment],
     values: &[f64],
@@ -119,7 +119,7 @@ pub(super) fn settle(
     let belief = Belief {
         bounds: Vec::new(),
         written: Vec::new(),
-        width: 1.0,
+        widths: Vec::new(),
     };
     let mut unknowns = Unknowns {
         values: values.to_vec(),
@@ -145,7 +145,7 @@ pub(super) fn settle(
 ///
 /// # Errors
 /// None that checking the recording has not excluded.
-pub(super) fn estimate(
+pub(crate) fn estimate(
     problem: &Problem,
     experiment: usize,
     values: &[f64],
@@ -198,7 +198,7 @@ fn scaled(state: &[f64], scale: &[f64]) -> DVector<f64> {
 ///
 /// # Errors
 /// None that checking the recording has not excluded.
-pub(super) fn anchor(
+pub(crate) fn anchor(
     problem: &Problem,
     segments: &mut [Segment],
     values: &[f64],

@@ -17,7 +17,7 @@ const SHARE: f64 = 0.01;
 
 /// Half the width of each fitted parameter's 95 % interval, SI; `None` where the data do not determine it or
 /// where it rests at a bound.
-pub(super) fn half_widths(
+pub(crate) fn half_widths(
     problem: &Problem,
     belief: &Belief,
     segments: &[Segment],
@@ -48,7 +48,10 @@ pub(super) fn half_widths(
     }
     let determined = determined(&information, memory);
     let Some(inverse) = (information
-        + DMatrix::identity(parameters, parameters) * belief.width.powi(-2))
+        + DMatrix::from_diagonal(&DVector::from_iterator(
+            parameters,
+            belief.widths.iter().map(|width| width.powi(-2)),
+        )))
     .cholesky() else {
         return nothing;
     };
@@ -128,7 +131,7 @@ fn memory_of(rows: &Rows, sensors: usize) -> f64 {
 }
 
 /// `1 + 2 sum rho_k` up to the first correlation below 0.05, lags taken ever more sparsely.
-fn integrated_autocorrelation(series: &[f64]) -> f64 {
+pub(crate) fn integrated_autocorrelation(series: &[f64]) -> f64 {
     let power: f64 = series.iter().map(|value| value * value).sum();
     if power <= 0.0 {
         return 1.0;

@@ -1,0 +1,188 @@
+//! Recordings of one role, laid against the rig: SI, with what is known of their noise.
+
+use std::ops::Range;
+
+use sinew_sim::{Plant, Rig};
+
+use super::noise;
+use crate::error::Result;
+use crate::fit::experiment::{Experiment, Views};
+use crate::fit::segment::Segment;
+use crate::fit::{spreads, start};
+use crate::recording::Recording;
+
+/// Weights are never finer than this part of a signal's spread: below it lies arithmetic.
+const FINEST: f64 = 1e-6;
+
+/// Recordings as every candidate is held against them.
+pub(super) struct Data {
+    /// One entry a recording.
+    pub experiments: Vec<Experiment>,
+    /// Standard deviation of each sensor's measurement, SI; 0 where it has no noise.
+    pub noise: Vec<f64>,
+    /// Step of each sensor's scale where its samples lie on one (an encoder), SI; else 0.
+    pub step: Vec<f64>,
+    /// Standard deviation of each signal, SI.
+    pub spread: Vec<f64>,
+    /// One unit of residual, SI: the noise.
+    pub sigma: Vec<f64>,
+    /// Natural sizes of positions and velocities.
+    pub state_scale: Vec<f64>,
+}
+
+impl Data {
+    /// # Errors
+    /// As [`Experiment::new`].
+    pub fn new(rig: &Rig, plant: &Plant, recordings: &[Recording]) -> Result<Self> {
+        let experiments = recordings
+            .iter()
+            .map(|recording| Experiment::new(plant, recording))
+            .collect::<Result<Vec<_>>>()?;
+        Ok(Self::of(rig, plant, experiments))
+    }
+
+    fn of(rig: &Rig, plant: &Plant, experiments: Vec<Experiment>) -> Self {
+        let views = Views::new(rig, plant);
+        let sensors = plant.sensors().len();
+        let spread = spreads(&experiments);
+        let of_sensor = |sensor: usize, f: fn(&[f64]) -> f64| {
+            let levels = experiments
+                .iter()
+                .map(|experiment| f(&experiment.signals[sensor]))
+                .filter(|level| level.is_finite());
+            noise::median(levels.collect())
+        };
+        let step: Vec<f64> = (0..sensors).map(|s| of_sensor(s, noise::lattice)).collect();
+        let noise: Vec<f64> = (0..sensors)
+            .map(|s| {
+                let rounding = step[s] / 12.0_f64.sqrt();
+                of_sensor(s, noise::level).max(rounding)
+            })
+            .collect();
+        Self {
+            sigma: noise
+                .iter()
+                .zip(&spread)
+                .map(|(noise, spread)| noise.max(FINEST * spread))
+                .collect(),
+            state_scale: start::scales(&experiments, &views, &plant.values()),
+            noise,
+            step,
+            spread,
+            experiments,
+        }
+    }
+
+    /// Rows of all recordings.
+    pub fn rows(&self) -> usize {
+        self.experiments.iter().map(Experiment::rows).sum()
+    }
+
+    /// Each recording cut into at most `parts` equal stretches of at least 100 rows.
+    pub fn cut(&self, parts: usize) -> Vec<(usize, Range<usize>)> {
+        let mut stretches = Vec::new();
+        for (index, experiment) in self.experiments.iter().enumerate() {
+            let rows = experiment.rows();
+            let count = parts.min(rows / 100).max(1);
+            for k in 0..count {
+                stretches.push((index, k * rows / count..(k + 1) * rows / count));
+            }
+        }
+        stretches
+    }
+
+    /// As [`Data::cut`], but of no more than about `budget` rows in all: stretches evenly spread over the
+    /// recordings, as long as they may be.
+    pub fn select(&self, parts: usize, budget: usize) -> Vec<(usize, Range<usize>)> {
+        let rows = self.rows();
+        if rows <= budget {
+            return self.cut(parts);
+        }
+        let wanted = parts.max(8);
+        let length = (budget / wanted).max(100);
+        let mut stretches = Vec::new();
+        for (index, experiment) in self.experiments.iter().enumerate() {
+            let own = experiment.rows();
+            let count = ((wanted * own) as f64 / rows as f64).round().max(1.0) as usize;
+            let length = length.min(own / count).max(1);
+            for k in 0..count {
+                // The first begins where the recording does, the last ends where it ends.
+                let begin = (k * (own - length)).checked_div(count - 1).unwrap_or(0);
+                stretches.push((index, begin..begin + length));
+            }
+        }
+        stretches
+    }
+
+    /// Stretches as a plant is driven over them.
+    ///
+    /// # Errors
+    /// None that reading the recordings has not excluded.
+    pub fn segments(
+        &self,
+        plant: &Plant,
+        stretches: &[(usize, Range<usize>)],
+    ) -> Result<Vec<Segment>> {
+        stretches
+            .iter()
+            .map(|(index, rows)| Segment::new(plant, &self.experiments, *index, rows.clone()))
+            .collect()
+    }
+
+    /// Start states for stretches as the recordings show them.
+    ///
+    /// # Errors
+    /// None that reading the recordings has not excluded.
+    pub fn starts(
+        &self,
+        rig: &Rig,
+        plant: &Plant,
+        segments: &[Segment],
+        values: &[f64],
+    ) -> Result<Vec<Vec<f64>>> {
+        let mut state_scale = self.state_scale.clone();
+        let largest = state_scale.iter().copied().fold(0.0, f64::max);
+        state_scale.resize(plant.state_len(), largest);
+        let problem = crate::fit::segment::Problem {
+            plant,
+            experiments: &self.experiments,
+            slots: Vec::new(),
+            scale: Vec::new(),
+            sigma: self.sigma.clone(),
+            state_scale,
+        };
+        start::states(&problem, &Views::new(rig, plant), segments, values)
+    }
+
+    /// The same recordings with every `k`-th row: inputs averaged over what is left out, so that the plant
+    /// gets the same impulse.
+    pub fn thinned(&self, rig: &Rig, plant: &Plant, k: usize) -> Self {
+        let experiments = self.experiments.iter().map(|full| {
+            let rows: Vec<usize> = (0..full.rows()).step_by(k).collect();
+            let mean = |column: &[f64], row: usize| {
+                let part = &column[row..(row + k).min(column.len())];
+                part.iter().sum::<f64>() / part.len() as f64
+            };
+            Experiment {
+                name: full.name.clone(),
+                t: rows.iter().map(|&row| full.t[row]).collect(),
+                inputs: full
+                    .inputs
+                    .iter()
+                    .map(|column| rows.iter().map(|&row| mean(column, row)).collect())
+                    .collect(),
+                signals: full
+                    .signals
+                    .iter()
+                    .map(|column| rows.iter().map(|&row| column[row]).collect())
+                    .collect(),
+                held: Vec::new(),
+            }
+        });
+        let mut thin = Self::of(rig, plant, experiments.collect());
+        thin.noise.clone_from(&self.noise);
+        thin.sigma.clone_from(&self.sigma);
+        thin.step.clone_from(&self.step);
+        thin
+    }
+}

@@ -1,0 +1,201 @@
+//! What speaks for one explanation against another, and how surely (docs/diagnosis.md, eq. 5 to 9).
+
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::judge::Remains;
+use super::race::Tried;
+
+/// Resamplings of the blocks of time.
+const RESAMPLINGS: usize = 200;
+
+/// Residuals this much below a signal's spread are arithmetic: they speak for nobody.
+const ARITHMETIC: f64 = 1e-5;
+
+/// An explanation fitted to all of the fit recordings, and what it leaves.
+#[derive(Clone)]
+pub(super) struct Contender {
+    pub tried: Tried,
+    pub fit: Remains,
+    pub check: Remains,
+}
+
+impl Contender {
+    /// Number of fitted parameters.
+    pub fn parameters(&self) -> usize {
+        self.tried.model.slots.len()
+    }
+}
+
+/// Sums of squares of one explanation, block by block, for both roles.
+struct Book {
+    fit: Vec<Vec<[f64; 2]>>,
+    check: Vec<Vec<[f64; 2]>>,
+    parameters: f64,
+}
+
+/// Everything that is needed to compare explanations of the same recordings.
+pub(super) struct Court {
+    books: Vec<Book>,
+    /// Variance of each sensor that arithmetic alone explains.
+    floor: Vec<f64>,
+    /// Independent samples a sample.
+    share: f64,
+    seed: u64,
+}
+
+impl Court {
+    /// `spread` has one entry a sensor; memory is taken from the best explanation.
+    pub fn new(contenders: &[Contender], spread: &[f64], seed: u64) -> Self {
+        let floor: Vec<f64> = spread.iter().map(|s| (ARITHMETIC * s).powi(2)).collect();
+        let least = contenders.iter().min_by(|a, b| {
+            let of = |c: &Contender| -> f64 {
+                (0..floor.len())
+                    .map(|s| (c.check.rms(s).powi(2) + floor[s]).ln())
+                    .sum()
+            };
+            of(a).total_cmp(&of(b))
+        });
+        let memory = least.map_or(1.0, |best| best.check.memory().max(best.fit.memory()));
+        let samples = |remains: &Remains| -> usize {
+            remains
+                .series
+                .first()
+                .map_or(0, |series| series.iter().map(Vec::len).sum::<usize>())
+        };
+        let books = contenders
+            .iter()
+            .map(|contender| Book {
+                fit: contender
+                    .fit
+                    .blocks(block_length(samples(&contender.fit), memory)),
+                check: contender
+                    .check
+                    .blocks(block_length(samples(&contender.check), memory)),
+                parameters: contender.parameters() as f64,
+            })
+            .collect();
+        Self {
+            books,
+            floor,
+            share: 1.0 / memory,
+            seed,
+        }
+    }
+
+    /// Log evidence of each explanation (eq. 6): likelihood on both roles, a fine for parameters.
+    pub fn evidence(&self) -> Vec<f64> {
+        (0..self.books.len())
+            .map(|index| self.evidence_of(index, None))
+            .collect()
+    }
+
+    /// Gain of each explanation over `reference` on the check recordings: log ratio of root mean squares
+    /// summed over sensors, its mean and its first percentile under resampling (eq. 7).
+    pub fn gain(&self, index: usize, reference: usize) -> Gain {
+        let mut gains: Vec<f64> = self
+            .resamplings()
+            .map(|weights| {
+                self.deviance(&self.books[reference].check, Some(&weights.check), false)
+                    - self.deviance(&self.books[index].check, Some(&weights.check), false)
+            })
+            .collect();
+        gains.sort_unstable_by(f64::total_cmp);
+        Gain {
+            low: gains.get(gains.len() / 100).copied().unwrap_or(0.0),
+        }
+    }
+
+    /// How probable each explanation is: mean over resamplings of their shares of the evidence (eq. 8).
+    pub fn probabilities(&self) -> Vec<f64> {
+        let mut sums = vec![0.0; self.books.len()];
+        let mut count = 0.0;
+        for weights in self.resamplings() {
+            let evidence: Vec<f64> = (0..self.books.len())
+                .map(|index| self.evidence_of(index, Some(&weights)))
+                .collect();
+            let best = evidence.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let shares: Vec<f64> = evidence.iter().map(|e| (e - best).exp()).collect();
+            let total: f64 = shares.iter().sum();
+            for (sum, share) in sums.iter_mut().zip(shares) {
+                *sum += share / total;
+            }
+            count += 1.0;
+        }
+        sums.iter().map(|sum| sum / count).collect()
+    }
+
+    fn evidence_of(&self, index: usize, weights: Option<&Weights>) -> f64 {
+        let book = &self.books[index];
+        let samples: f64 = [&book.fit, &book.check]
+            .into_iter()
+            .flatten()
+            .flatten()
+            .map(|block| block[1])
+            .sum();
+        let fine = 0.5 * book.parameters * (samples * self.share).max(2.0).ln();
+        -self.deviance(&book.fit, weights.map(|w| &w.fit), true)
+            - self.deviance(&book.check, weights.map(|w| &w.check), true)
+            - fine
+    }
+
+    /// Half the log variance of the residuals, summed over sensors; times the independent samples if `total`.
+    fn deviance(&self, blocks: &[Vec<[f64; 2]>], weights: Option<&Vec<f64>>, total: bool) -> f64 {
+        blocks
+            .iter()
+            .zip(&self.floor)
+            .map(|(blocks, floor)| {
+                let (mut squares, mut count) = (0.0, 0.0);
+                for (index, block) in blocks.iter().enumerate() {
+                    let weight = weights.map_or(1.0, |weights| weights[index]);
+                    squares += weight * block[0];
+                    count += weight * block[1];
+                }
+                if count == 0.0 {
+                    return 0.0;
+                }
+                let times = if total { count * self.share } else { 1.0 };
+                0.5 * times * (squares / count + floor).max(f64::MIN_POSITIVE).ln()
+            })
+            .sum()
+    }
+
+    fn resamplings(&self) -> impl Iterator<Item = Weights> + '_ {
+        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
+        let blocks = |role: &Vec<Vec<[f64; 2]>>| role.iter().map(Vec::len).max().unwrap_or(0);
+        let counts = self
+            .books
+            .first()
+            .map_or((0, 0), |book| (blocks(&book.fit), blocks(&book.check)));
+        (0..RESAMPLINGS).map(move |_| Weights {
+            fit: draw(&mut random, counts.0),
+            check: draw(&mut random, counts.1),
+        })
+    }
+}
+
+/// How often each block was drawn.
+struct Weights {
+    fit: Vec<f64>,
+    check: Vec<f64>,
+}
+
+/// What an explanation gains on the check recordings.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Gain {
+    /// First percentile, under resampling, of the log ratio of root mean squares.
+    pub low: f64,
+}
+
+fn draw(random: &mut ChaCha8Rng, count: usize) -> Vec<f64> {
+    let mut weights = vec![0.0; count];
+    for _ in 0..count {
+        weights[random.random_range(0..count)] += 1.0;
+    }
+    weights
+}
+
+/// Rows a block: five times the residuals' memory, but no fewer than 12 blocks and no more than 100.
+fn block_length(samples: usize, memory: f64) -> usize {
+    ((5.0 * memory) as usize).clamp((samples / 100).max(1), (samples / 12).max(1))
+}

@@ -1,0 +1,232 @@
+//! A rig that is being tried: its plant, which of its numbers may move, and how far.
+
+use sinew_sim::effects::Sign;
+use sinew_sim::{Plant, Rig};
+
+use super::data::Data;
+use crate::error::Result;
+use crate::fit::levenberg::{Belief, Effort, Unknowns, minimise};
+use crate::fit::segment::{Problem, Segment};
+use crate::fit::stages::{bounds, fitted_slots};
+
+/// Standard deviation of the prior around what the rig says, as a multiple of each value (as in a fit).
+const PRIOR_WIDTH: f64 = 3.0;
+
+/// A rig under trial.
+#[derive(Clone)]
+pub(super) struct Model {
+    /// The rig, effects under trial included.
+    pub rig: Rig,
+    /// Compiled.
+    pub plant: Plant,
+    /// Slots of the parameters that are fitted: those of the rig, then those of the effects.
+    pub slots: Vec<usize>,
+    /// How many of `slots` belong to the rig itself; the others are under trial.
+    pub believed: usize,
+    /// What the rig says, for the prior, one entry a slot of `slots`.
+    written: Vec<f64>,
+    bounds: Vec<[f64; 2]>,
+}
+
+/// Where a search ended.
+#[derive(Clone)]
+pub(super) struct Point {
+    /// Every parameter of the plant, SI.
+    pub values: Vec<f64>,
+    /// One start state a stretch, SI.
+    pub states: Vec<Vec<f64>>,
+    /// Half the squared residuals in units of the weights, prior included.
+    pub cost: f64,
+}
+
+impl Model {
+    /// A model whose parameters named in `trial` are under trial: free, without prior or bounds but those of
+    /// their law.
+    ///
+    /// # Errors
+    /// A rig that cannot be compiled.
+    pub fn new(rig: &Rig, written: &Rig, trial: &[(String, Sign)]) -> Result<Self> {
+        let plant = Plant::new(rig)?;
+        let as_written = Plant::new(written)?;
+        let mut slots: Vec<usize> = fitted_slots(&plant)
+            .into_iter()
+            .filter(|&slot| {
+                let name = &plant.parameters()[slot].name;
+                !trial.iter().any(|(tried, _)| tried == name)
+            })
+            .collect();
+        let believed = slots.len();
+        slots.extend(trial.iter().filter_map(|(name, _)| plant.slot(name)));
+        let known = plant.parameters();
+        let said = as_written.values();
+        let written = slots
+            .iter()
+            .map(|&slot| {
+                as_written
+                    .slot(&known[slot].name)
+                    .map_or(known[slot].value, |at| said[at])
+            })
+            .collect();
+        let limits = slots
+            .iter()
+            .enumerate()
+            .map(|(index, &slot)| {
+                if index < believed {
+                    bounds(&known[slot])
+                } else {
+                    free_bounds(trial[index - believed].1)
+                }
+            })
+            .collect();
+        Ok(Self {
+            rig: rig.clone(),
+            slots,
+            believed,
+            written,
+            bounds: limits,
+            plant,
+        })
+    }
+
+    /// The problem of fitting this model to data, its scales taken at `values`.
+    pub fn problem<'a>(
+        &'a self,
+        data: &'a Data,
+        segments: &[Segment],
+        point: &Unknowns,
+    ) -> Problem<'a> {
+        let mut state_scale = data.state_scale.clone();
+        let largest = state_scale.iter().copied().fold(0.0, f64::max);
+        state_scale.resize(self.plant.state_len(), largest);
+        let mut problem = Problem {
+            plant: &self.plant,
+            experiments: &data.experiments,
+            scale: self
+                .slots
+                .iter()
+                .zip(&self.written)
+                .map(|(&slot, written)| point.values[slot].abs().max(written.abs()))
+                .collect(),
+            slots: self.slots.clone(),
+            sigma: data.sigma.clone(),
+            state_scale,
+        };
+        if problem.scale.contains(&0.0) {
+            give_scales(&mut problem, segments, point);
+        }
+        problem
+    }
+
+    fn belief(&self, problem: &Problem) -> Belief {
+        Belief {
+            bounds: self.bounds.clone(),
+            written: self.written.clone(),
+            widths: (0..problem.parameters())
+                .map(|index| {
+                    if index < self.believed {
+                        PRIOR_WIDTH
+                    } else {
+                        f64::INFINITY
+                    }
+                })
+                .collect(),
+        }
+    }
+
+    /// Improves a point by at most `steps` steps. `None` where it cannot be simulated.
+    pub fn improve(
+        &self,
+        data: &Data,
+        segments: &[Segment],
+        from: Unknowns,
+        steps: usize,
+        relative: f64,
+    ) -> Option<Point> {
+        let problem = self.problem(data, segments, &from);
+        let belief = self.belief(&problem);
+        let mut unknowns = from;
+        let effort = Effort {
+            iterations: steps,
+            relative,
+        };
+        let mut cost = f64::INFINITY;
+        minimise(
+            &problem,
+            &belief,
+            segments,
+            &mut unknowns,
+            &effort,
+            &mut |_, _| {},
+        )?;
+        cost = cost.min(problem.cost(segments, &unknowns.values, &unknowns.states));
+        cost.is_finite().then_some(Point {
+            values: unknowns.values,
+            states: unknowns.states,
+            cost,
+        })
+    }
+
+    /// The plant's parameters with those of another plant where the names agree.
+    pub fn inherit(&self, other: &Plant, values: &[f64]) -> Vec<f64> {
+        self.plant
+            .parameters()
+            .iter()
+            .map(|parameter| {
+                other
+                    .slot(&parameter.name)
+                    .map_or(parameter.value, |slot| values[slot])
+            })
+            .collect()
+    }
+
+    /// The rig with these values in it.
+    ///
+    /// # Errors
+    /// A value that a rig file cannot hold.
+    pub fn with(&self, values: &[f64]) -> Result<Rig> {
+        let known = self.plant.parameters();
+        let named: Vec<(&str, f64)> = self
+            .slots
+            .iter()
+            .map(|&slot| (known[slot].name.as_str(), values[slot]))
+            .collect();
+        Ok(self.rig.with_values(&named)?)
+    }
+}
+
+/// Parameters under trial are signed, so that a wrong sign shows instead of hiding behind a bound; only what
+/// has no meaning at zero (a time constant) stays above it.
+fn free_bounds(sign: Sign) -> [f64; 2] {
+    [
+        if sign == Sign::Positive {
+            f64::MIN_POSITIVE
+        } else {
+            f64::NEG_INFINITY
+        },
+        f64::INFINITY,
+    ]
+}
+
+/// A parameter that is zero takes the size that would move the signals by their weight.
+fn give_scales(problem: &mut Problem, segments: &[Segment], point: &Unknowns) {
+    let silent: Vec<usize> = (0..problem.parameters())
+        .filter(|&j| problem.scale[j] == 0.0)
+        .collect();
+    for &j in &silent {
+        problem.scale[j] = 1.0;
+    }
+    let Some(normals) = problem.linearise(segments, &point.values, &point.states) else {
+        return;
+    };
+    let samples: usize = normals
+        .iter()
+        .map(|normal| normal.counts.iter().sum::<usize>())
+        .sum();
+    for &j in &silent {
+        let squares: f64 = normals.iter().map(|normal| normal.zz[(j, j)]).sum();
+        let scale = (samples.max(1) as f64 / squares).sqrt();
+        if scale.is_finite() && scale > 0.0 {
+            problem.scale[j] = scale;
+        }
+    }
+}

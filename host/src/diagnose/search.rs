@@ -1,0 +1,340 @@
+//! The search for what is missing: races, finals, pairs (docs/diagnosis.md).
+
+use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use sinew_sim::Rig;
+
+use super::data::Data;
+use super::evidence::{Contender, Court, Gain};
+use super::judge::Remains;
+use super::race::{Track, Tried};
+use super::suspect::{Suspect, suspects};
+use crate::error::Result;
+use crate::fit::levenberg::Unknowns;
+
+/// How many of a race are fitted to everything.
+const FINALISTS: usize = 6;
+
+/// How many explanations a second effect is looked for on top of.
+const BEAM: usize = 2;
+
+/// Sub-steps of the integrator that one simulation of a race takes, about; and one of a final.
+const RACE_WORK: usize = 4000;
+const FINAL_WORK: usize = 12_000;
+
+/// Thinned recordings are still at least this dense, in steps per unit of the fastest rate.
+const THIN_RATE: f64 = 0.1;
+
+/// Stretches that a race is cut into.
+const RACE_PARTS: usize = 8;
+
+/// Steps of a final fit.
+const FINAL_STEPS: usize = 15;
+
+/// Recordings and how they are cut for judging.
+pub(super) struct Bench<'a> {
+    pub written: &'a Rig,
+    pub fit: &'a Data,
+    pub check: &'a Data,
+    pub fit_stretches: Vec<(usize, Range<usize>)>,
+    pub check_stretches: Vec<(usize, Range<usize>)>,
+    pub seed: u64,
+    pub told: &'a (dyn Fn(&str, usize, usize) + Sync),
+}
+
+/// What the search found: contenders, best first; the believed rig itself is `base`.
+pub(super) struct Found {
+    pub base: Contender,
+    pub finalists: Vec<Contender>,
+    /// Index into `finalists` of what is believed.
+    pub chosen: Option<usize>,
+    /// What was believed on the way: the chosen one's effects in the order in which they were found.
+    pub probabilities: Vec<f64>,
+}
+
+impl Bench<'_> {
+    /// Fits what a race found to all of the fit recordings and looks at what it leaves of both roles.
+    pub fn contender(&self, tried: &Tried, steps: usize) -> Result<Option<Contender>> {
+        let model = &tried.model;
+        let segments = self.fit.segments(&model.plant, &self.fit_stretches)?;
+        let states = self
+            .fit
+            .starts(&model.rig, &model.plant, &segments, &tried.point.values)?;
+        let from = Unknowns {
+            values: tried.point.values.clone(),
+            states,
+        };
+        let Some(mut point) = model.improve(self.fit, &segments, from, steps, 1e-5) else {
+            return Ok(None);
+        };
+        super::gauge::settle(model, &tried.suspects, &mut point);
+        let fit = Remains::of(
+            model,
+            &point.values,
+            self.fit,
+            &self.fit_stretches,
+            Some(&point.states),
+        )?;
+        let check = Remains::of(
+            model,
+            &point.values,
+            self.check,
+            &self.check_stretches,
+            None,
+        )?;
+        Ok(match (fit, check) {
+            (Some(fit), Some(check)) => Some(Contender {
+                tried: Tried {
+                    point,
+                    ..tried.clone()
+                },
+                fit,
+                check,
+            }),
+            _ => None,
+        })
+    }
+
+    /// Whether an explanation leaves something that noise does not explain and that matters.
+    pub fn leaves_something(&self, contender: &Contender) -> bool {
+        let of = |remains: &Remains, data: &Data| {
+            remains.excess(data).iter().enumerate().any(|(sensor, e)| {
+                let matters = 0.1 * data.noise[sensor] + 1e-3 * data.spread[sensor];
+                e.significance > 5.0 && e.rms > matters
+            })
+        };
+        of(&contender.fit, self.fit) || of(&contender.check, self.check)
+    }
+
+    /// The part of what `before` left beside noise that `after` still leaves: 0 is all explained.
+    pub fn share_left(&self, after: &Contender, before: &Contender) -> f64 {
+        let sum = |contender: &Contender| -> f64 {
+            let of = |remains: &Remains, data: &Data| -> f64 {
+                remains
+                    .excess(data)
+                    .iter()
+                    .enumerate()
+                    .map(|(s, e)| (e.rms / data.spread[s]).powi(2))
+                    .sum()
+            };
+            of(&contender.check, self.check)
+        };
+        let before = sum(before);
+        if before > 0.0 {
+            (sum(after) / before).min(1.0)
+        } else {
+            0.0
+        }
+    }
+
+    /// A gain that counts: sure under resampling, and large enough to matter.
+    pub fn believable(&self, gain: Gain, after: &Contender, before: &Contender) -> bool {
+        let matters = (0..self.check.noise.len()).any(|sensor| {
+            let removed = before.check.rms(sensor).powi(2) - after.check.rms(sensor).powi(2);
+            removed.max(0.0).sqrt()
+                > 0.1 * self.check.noise[sensor] + 1e-3 * self.check.spread[sensor]
+        });
+        gain.low > 0.0 && matters
+    }
+
+    /// The whole search.
+    pub fn search(&self, rig: &Rig, values: &[f64]) -> Result<Option<Found>> {
+        let plant = sinew_sim::Plant::new(rig)?;
+        let pace = pace(&plant, values, self.fit);
+        let thin = self.thinning(pace);
+        let thinned;
+        let data = if thin > 1 {
+            thinned = self.fit.thinned(rig, &plant, thin);
+            &thinned
+        } else {
+            self.fit
+        };
+        let budget = RACE_WORK / substeps(pace * thin as f64);
+        let track = Track {
+            written: self.written,
+            data,
+            stretches: data.select(RACE_PARTS, budget.max(1000)),
+        };
+        let Some(start) = track.first(rig, values, 15)? else {
+            return Ok(None);
+        };
+        let Some(base) = self.contender(&start, FINAL_STEPS)? else {
+            return Ok(None);
+        };
+        if !self.leaves_something(&base) {
+            return Ok(Some(Found {
+                base,
+                finalists: Vec::new(),
+                chosen: None,
+                probabilities: Vec::new(),
+            }));
+        }
+        let all = suspects(rig, &plant);
+        let mut finalists = self.round(&track, &start, &all, "one effect")?;
+        let mut chosen = self.best(&base, &finalists);
+        let done = chosen.is_some_and(|index| !self.leaves_something(&finalists[index]));
+        if !done && !finalists.is_empty() {
+            let order = self.order(&base, &finalists);
+            let beam: Vec<Tried> = order
+                .iter()
+                .map(|&index| &finalists[index].tried)
+                .filter(|tried| matches!(tried.suspects[..], [Suspect::Effect { .. }]))
+                .take(BEAM)
+                .cloned()
+                .collect();
+            let mut pairs = Vec::new();
+            for parent in &beam {
+                let Some(parent) = self.on_track(&track, parent)? else {
+                    continue;
+                };
+                let rest: Vec<Suspect> = all
+                    .iter()
+                    .filter(|suspect| {
+                        !parent.suspects.contains(suspect)
+                            && matches!(suspect, Suspect::Effect { .. })
+                    })
+                    .cloned()
+                    .collect();
+                pairs.extend(self.round(&track, &parent, &rest, "two effects")?);
+            }
+            finalists.extend(pairs);
+            chosen = self.best_of_sizes(&base, &finalists);
+        }
+        let probabilities = self.probabilities(&base, &finalists);
+        Ok(Some(Found {
+            base,
+            finalists,
+            chosen,
+            probabilities,
+        }))
+    }
+
+    /// How many rows one may stand for in a race: the plant hardly moves between them.
+    fn thinning(&self, pace: f64) -> usize {
+        let most = if pace > 0.0 {
+            (THIN_RATE / pace) as usize
+        } else {
+            1
+        };
+        (self.fit.rows() / RACE_WORK).min(most).max(1)
+    }
+
+    /// The final's values, taken back to the track.
+    fn on_track(&self, track: &Track, tried: &Tried) -> Result<Option<Tried>> {
+        let segments = track.data.segments(&tried.model.plant, &track.stretches)?;
+        let states = track.data.starts(
+            &tried.model.rig,
+            &tried.model.plant,
+            &segments,
+            &tried.point.values,
+        )?;
+        let from = Unknowns {
+            values: tried.point.values.clone(),
+            states,
+        };
+        let point = tried.model.improve(track.data, &segments, from, 6, 1e-4);
+        Ok(point.map(|point| Tried {
+            point,
+            ..tried.clone()
+        }))
+    }
+
+    /// One race and its final.
+    fn round(
+        &self,
+        track: &Track,
+        parent: &Tried,
+        all: &[Suspect],
+        what: &str,
+    ) -> Result<Vec<Contender>> {
+        use rayon::prelude::*;
+        let done = AtomicUsize::new(0);
+        let tried = track.race(parent, all, &|| {
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            (self.told)(what, done, all.len());
+        })?;
+        let finals: Vec<Option<Contender>> = tried
+            .par_iter()
+            .take(FINALISTS)
+            .map(|tried| self.contender(tried, FINAL_STEPS).ok().flatten())
+            .collect();
+        Ok(finals.into_iter().flatten().collect())
+    }
+
+    /// Indices of finalists by evidence, best first.
+    fn order(&self, base: &Contender, finalists: &[Contender]) -> Vec<usize> {
+        let evidence = self.court(base, finalists).evidence();
+        let mut order: Vec<usize> = (0..finalists.len()).collect();
+        order.sort_by(|&a, &b| evidence[b + 1].total_cmp(&evidence[a + 1]));
+        order
+    }
+
+    /// The base is number 0, finalists follow.
+    pub fn court(&self, base: &Contender, finalists: &[Contender]) -> Court {
+        let all: Vec<Contender> = std::iter::once(base).chain(finalists).cloned().collect();
+        Court::new(&all, &self.check.spread, self.seed)
+    }
+
+    /// The best finalist that is believable against the base.
+    fn best(&self, base: &Contender, finalists: &[Contender]) -> Option<usize> {
+        let court = self.court(base, finalists);
+        self.order(base, finalists).into_iter().find(|&index| {
+            self.believable(court.gain(index + 1, 0), &finalists[index], base)
+                && super::sane::sane(&finalists[index], self.fit)
+        })
+    }
+
+    /// As [`Bench::best`], but two effects only where they are believable against the best single one.
+    fn best_of_sizes(&self, base: &Contender, finalists: &[Contender]) -> Option<usize> {
+        let court = self.court(base, finalists);
+        let order = self.order(base, finalists);
+        let sane: Vec<usize> = order
+            .into_iter()
+            .filter(|&index| {
+                super::sane::sane(&finalists[index], self.fit)
+                    && self.believable(court.gain(index + 1, 0), &finalists[index], base)
+            })
+            .collect();
+        let size = |index: usize| finalists[index].tried.suspects.len();
+        let single = sane.iter().copied().find(|&index| size(index) == 1);
+        let pair = sane.iter().copied().find(|&index| size(index) == 2);
+        match (single, pair) {
+            (Some(single), Some(pair)) => {
+                let gain = court.gain(pair + 1, single + 1);
+                if self.believable(gain, &finalists[pair], &finalists[single]) {
+                    Some(pair)
+                } else {
+                    Some(single)
+                }
+            }
+            (single, pair) => single.or(pair),
+        }
+    }
+
+    fn probabilities(&self, base: &Contender, finalists: &[Contender]) -> Vec<f64> {
+        self.court(base, finalists).probabilities().split_off(1)
+    }
+}
+
+/// Rows of a final: what a whole simulation may cost.
+pub(super) fn final_budget(plant: &sinew_sim::Plant, values: &[f64], data: &Data) -> usize {
+    (FINAL_WORK / substeps(pace(plant, values, data))).max(2000)
+}
+
+/// Sub-steps that the integrator takes for a row, about (docs/plant.md, eq. 14).
+fn substeps(pace: f64) -> usize {
+    ((pace / 0.1).ceil() as usize).next_power_of_two().max(1)
+}
+
+/// The plant's fastest rate at rest times the usual interval of the recordings.
+fn pace(plant: &sinew_sim::Plant, values: &[f64], data: &Data) -> f64 {
+    let rest = vec![0.0; plant.state_len()];
+    let rate =
+        sinew_sim::Stepper::new(plant, values, &rest).map_or(0.0, |stepper| stepper.report().rate);
+    let interval = data.experiments.first().map_or(0.0, |experiment| {
+        let t = &experiment.t;
+        (t[t.len() - 1] - t[0]) / (t.len() - 1).max(1) as f64
+    });
+    rate * interval
+}

@@ -1,0 +1,99 @@
+//! What may be wrong with a rig: an effect that it lacks, or a bare number in it.
+
+use sinew_sim::effects::{Kind, Sign};
+use sinew_sim::{Plant, Rig};
+
+use crate::error::Result;
+
+/// One thing that may be wrong.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Suspect {
+    /// An effect of the vocabulary, at a component.
+    Effect { kind: Kind, component: String },
+    /// A parameter that the rig holds as known.
+    Number { name: String },
+}
+
+impl Suspect {
+    /// Its kind as a report names it.
+    pub fn kind(&self) -> &str {
+        match self {
+            Self::Effect { kind, .. } => kind.description().kind,
+            Self::Number { .. } => "wrong_number",
+        }
+    }
+
+    /// Where it sits: a component, or the parameter's full name.
+    pub fn component(&self) -> &str {
+        match self {
+            Self::Effect { component, .. } => component,
+            Self::Number { name } => name,
+        }
+    }
+
+    /// The rig with it, at some values; and the parameters that it puts under trial.
+    ///
+    /// # Errors
+    /// A place or a value that the rig cannot take.
+    pub fn apply(&self, rig: &Rig, values: &[f64]) -> Result<(Rig, Vec<(String, Sign)>)> {
+        match self {
+            Self::Effect { kind, component } => {
+                let site = rig.site(*kind, component)?;
+                let rig = rig.with_effect(*kind, site, values)?;
+                Ok((rig, self.trial()))
+            }
+            Self::Number { .. } => Ok((rig.clone(), self.trial())),
+        }
+    }
+
+    /// The parameters that it puts under trial.
+    pub fn trial(&self) -> Vec<(String, Sign)> {
+        match self {
+            Self::Effect { kind, component } => {
+                let description = kind.description();
+                let of = description.parameters.iter();
+                of.filter(|spec| spec.sign != Sign::Side)
+                    .map(|spec| {
+                        let name = format!("{component}.{}.{}", description.kind, spec.name);
+                        (name, spec.sign)
+                    })
+                    .collect()
+            }
+            Self::Number { name } => vec![(name.clone(), Sign::Any)],
+        }
+    }
+}
+
+/// Everything that may be wrong with a rig.
+pub(super) fn suspects(rig: &Rig, plant: &Plant) -> Vec<Suspect> {
+    let mut all = Vec::new();
+    for &kind in Kind::ALL {
+        for site in kind.sites(rig) {
+            let component = rig.site_name(site);
+            all.push(Suspect::Effect { kind, component });
+        }
+    }
+    // A number that is not zero has a size to be wrong by; a zero (an offset, a rest) is left to the loads.
+    for parameter in plant.parameters() {
+        let starts =
+            parameter.name.ends_with(".start") || parameter.name.ends_with(".start_velocity");
+        if !parameter.free && !starts && parameter.value != 0.0 && !of_effect(rig, &parameter.name)
+        {
+            all.push(Suspect::Number {
+                name: parameter.name.clone(),
+            });
+        }
+    }
+    all
+}
+
+fn of_effect(rig: &Rig, name: &str) -> bool {
+    rig.effects.iter().any(|effect| {
+        let prefix = format!(
+            "{}.{}.",
+            rig.site_name(effect.site),
+            effect.kind.description().kind
+        );
+        name.starts_with(&prefix)
+    })
+}
