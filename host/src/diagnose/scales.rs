@@ -211,6 +211,8 @@ impl Run {
                 Reads::Position(body) => of(body),
                 Reads::Velocity(body) => (self.v[body].clone(), self.v[body].clone(), body),
                 Reads::Tension(tendon) => self.motion(rig, Site::Tendon(tendon), value),
+                // Any body will do: it only has to be of the right order of size.
+                Reads::Shape(_) => of(0),
             },
         }
     }
