@@ -91,13 +91,14 @@ def pendulum(step):
 
 
 def two_mass_drive(step):
-    motor, load, k, loss, bearing = 0.02, 0.06, 30.0, 0.02, 0.05
+    motor, load, k, loss, bearing, centring = 0.02, 0.06, 30.0, 0.02, 0.05, 3.0
     rig = [("body", dict(name="motor", motion="hinge", inertia=motor)),
            ("body", dict(name="load", motion="hinge", inertia=load)),
            ("spring", dict(name="shaft", **{"from": "motor"}, to="load", stiffness=k)),
+           ("spring", dict(name="centring", **{"from": "ground"}, to="motor", stiffness=centring)),
            ("damper", dict(name="shaft_loss", **{"from": "motor"}, to="load", damping=loss)),
            ("damper", dict(name="bearing", **{"from": "ground"}, to="load", damping=bearing))]
-    bodies = [joint("motor", "hinge", motor), joint("load", "hinge", load, 'damping="%r"' % bearing)]
+    bodies = [joint("motor", "hinge", motor, 'stiffness="%r"' % centring), joint("load", "hinge", load, 'damping="%r"' % bearing)]
     shaft = fixed("shaft", [("load", 1.0), ("motor", -1.0)], k, loss)
     return rig, model(bodies, [shaft], [("motor", 0.4)], step, "RK4"), ["motor", "load"], [("motor", 0.4, 5.0)], {}
 

@@ -20,6 +20,7 @@ from .system import build, relaxed, scales
 
 ROLES = ("fit-a", "fit-b", "check", "test")
 ROUND = 85
+LENGTHS = {"fit": (1200, 1900), "other": (900, 1300)}  # samples
 CONTROLS = ("exact", "wrong parameters", "disturbance", "noise")
 # Visible above this part of the noise after a refit: strong. Weak ones lie between the other two.
 STRONG, WEAK = 1.0, (0.15, 0.7)
@@ -101,12 +102,12 @@ def times(rng, setting, samples, jitter):
 class Bench:
     """One rig with its true values, on which recordings are taken."""
 
-    def __init__(self, rng, rig, setting, jitter, closed):
+    def __init__(self, rng, rig, setting, jitter, closed, lengths):
         self.rig, self.setting, self.values = rig, setting, rig.values()
         self.closed = closed
         self.drives = []
         for role in ROLES:
-            samples = int(rng.integers(1200, 1900) if role.startswith("fit") else rng.integers(900, 1300))
+            samples = int(rng.integers(*lengths["fit" if role.startswith("fit") else "other"]))
             t = times(rng, setting, samples, jitter)
             u = np.zeros((samples, len(setting.low)))
             for a, (low, high) in enumerate(zip(setting.low, setting.high)):
@@ -201,25 +202,25 @@ def rival_place(rig, place):
     return tendons.get(place, place)
 
 
-def make(seed, k):
-    """Case k: files {name: text} and truth."""
-    category, kinds, strength = plan(seed, k)
+def make(seed, k, entry=None, lengths=LENGTHS):
+    """Case k: files {name: text} and truth. entry: what it hides, where that is not by plan."""
+    category, kinds, strength = entry or plan(seed, k)
     for retry in range(40):
         rng = np.random.default_rng([seed, 2, k, retry])
-        made = attempt(rng, category, kinds, strength)
+        made = attempt(rng, category, kinds, strength, lengths)
         if made is not None:
             files, truth = made
             return files, {"case": k, "seed": seed, "retries": retry, **truth}
     raise RuntimeError("case %d of seed %d (%s %s) cannot be made" % (k, seed, category, kinds))
 
 
-def attempt(rng, category, kinds, strength):
+def attempt(rng, category, kinds, strength, lengths):
     family, rig, setting, places = mechanism(rng, kinds)
     sensors = len(rig.all("sensor"))
     bodies = len(rig.bodies())
     jitter = bool(rng.uniform() < 0.08)
     closed = setting.kp != 0.0
-    bench = Bench(rng, rig, setting, jitter, closed)
+    bench = Bench(rng, rig, setting, jitter, closed, lengths)
     typ, first = baseline(bench, sensors)
     if typ is None or not bounded(first, typ, rig):
         return None
@@ -312,8 +313,8 @@ def written(rng, rig, setting, bench, recordings, category, kinds, strength, pre
             lost[begin:begin + int(rng.integers(5, 40)), :] = True
         text = [",".join(["t", *columns])]
         for i in range(len(r["t"])):
-            row = ["%.9g" % r["t"][i], *("%.9g" % v for v in r["u"][i])]
-            row += ["" if lost[i, m] else "%.7g" % r["measured"][i, m] for m in range(lost.shape[1])]
+            row = ["%.9g" % r["t"][i], *("%.7g" % v for v in r["u"][i])]
+            row += ["" if lost[i, m] else "%.6g" % r["measured"][i, m] for m in range(lost.shape[1])]
             text.append(",".join(row))
         files[role + ".csv"] = "\n".join(text) + "\n"
         if role == "test":

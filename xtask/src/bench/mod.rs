@@ -9,8 +9,11 @@ use serde_json::{Map, Value};
 
 use crate::process::target_folder;
 
-/// A section: its name and what measures it. Adding one is a line here.
-const SECTIONS: &[(&str, fn() -> Result<Value>)] = &[("plant", plant::run)];
+/// A section: its name and what measures it.
+type Section = (&'static str, fn() -> Result<Value>);
+
+/// Adding one is a line here.
+const SECTIONS: &[Section] = &[("plant", plant::run)];
 
 /// # Errors
 /// There is no such section, or one failed; what was measured before is written all the same.

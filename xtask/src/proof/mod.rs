@@ -3,24 +3,16 @@
 //! The cases are written by `tests/foreign/hardlaw`, which shares nothing with the simulator; what they hide lies in
 //! another folder, which is opened only after the last answer is in. Everything resumes where it was stopped.
 
-mod answer;
-mod calibration;
 mod run;
-mod score;
-mod table;
-#[cfg(test)]
-mod tests;
-mod truth;
 
 use std::fs;
 
 use anyhow::{Context, Result, bail};
 
+use sinew_scorer::{Answer, Scored, Truth, calibration, outcome, table};
+
 use crate::process::root;
-use answer::Answer;
 use run::Folder;
-use table::Scored;
-use truth::Truth;
 
 /// The seed of the published table. The method was tuned on other seeds.
 const SEED: u64 = 2026;
@@ -135,7 +127,7 @@ fn score(folder: &Folder, cases: usize) -> Result<Vec<Scored>> {
             .with_context(|| format!("{} is not a truth", path.display()))?;
         scored.push(Scored {
             case: run::name(number),
-            outcome: score::outcome(answer.as_ref(), &truth),
+            outcome: outcome(answer.as_ref(), &truth),
             truth,
             answer,
         });

@@ -1,7 +1,7 @@
 //! One answer against its truth.
 
-use super::answer::{Answer, Named};
-use super::truth::{Category, Concealed, Truth};
+use crate::answer::{Answer, Named};
+use crate::truth::{Category, Concealed, Truth};
 
 /// Named with at least this confidence what is outside the vocabulary: wrong.
 const SURE: f64 = 0.9;

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use super::answer::Answer;
-use super::score::{self, Outcome};
-use super::truth::{Category, Strength, Truth};
+use crate::answer::Answer;
+use crate::score::{self, Outcome};
+use crate::truth::{Category, Strength, Truth};
 
 /// A case with its answer and how it did.
 pub struct Scored {

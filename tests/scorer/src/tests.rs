@@ -1,9 +1,6 @@
 //! The scorer, on answers and truths written by hand.
 
-use super::answer::Answer;
-use super::score::{self, Outcome};
-use super::truth::Truth;
-use super::{calibration, table};
+use crate::{Answer, Outcome, Truth, calibration, score, table};
 
 fn truth(category: &str, effects: &str) -> Truth {
     let strength = if effects.is_empty() {

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use super::score;
-use super::table::Scored;
+use crate::score;
+use crate::table::Scored;
 
 /// Edges of the bins of confidence.
 const EDGES: &[f64] = &[0.0, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0];

@@ -1,0 +1,69 @@
+"""Small cases that are committed, so that tests need no Python: tests/foreign/cases and tests/foreign/truth.
+
+    python -m hardlaw.committed
+
+Thirty, stratified; `cargo xtask test` takes the first twelve, `cargo xtask ci` all. A seed of their own.
+"""
+
+import json
+import shutil
+import sys
+from pathlib import Path
+
+from . import cases
+
+SEED = 7
+LENGTHS = {"fit": (560, 760), "other": (420, 560)}
+FOLDER = Path(__file__).resolve().parents[1]
+ENTRIES = [
+    # The twelve.
+    ("one", ["coulomb_friction"], "strong"),
+    ("one", ["backlash"], "strong"),
+    ("one", ["cubic_stiffness"], "strong"),
+    ("one", ["hysteresis"], "strong"),
+    ("one", ["input_delay"], "strong"),
+    ("one", ["end_stop"], "strong"),
+    ("two", ["coulomb_friction", "input_saturation"], "strong"),
+    ("exact", [], None),
+    ("wrong parameters", [], None),
+    ("disturbance", [], None),
+    ("noise", [], None),
+    ("outside", ["one_sided_gain"], "strong"),
+    # And eighteen more.
+    ("one", ["stribeck_friction"], "strong"),
+    ("one", ["direction_dependent_friction"], "strong"),
+    ("one", ["load_dependent_friction"], "strong"),
+    ("one", ["quadratic_drag"], "strong"),
+    ("one", ["tendon_slack"], "strong"),
+    ("one", ["viscoelastic_creep"], "strong"),
+    ("one", ["position_ripple"], "strong"),
+    ("one", ["hidden_mode"], "strong"),
+    ("one", ["cross_coupling"], "strong"),
+    ("one", ["input_dead_zone"], "strong"),
+    ("one", ["sensor_curvature"], "strong"),
+    ("one", ["viscous_damping"], "weak"),
+    ("two", ["quadratic_stiffness", "input_curvature"], "strong"),
+    ("exact", [], None),
+    ("wrong parameters", [], None),
+    ("disturbance", [], None),
+    ("noise", [], None),
+    ("outside", ["position_dependent_friction"], "strong"),
+]
+
+
+def main():
+    for name in ("cases", "truth"):
+        shutil.rmtree(FOLDER / name, ignore_errors=True)
+    (FOLDER / "truth").mkdir()
+    for k, entry in enumerate(ENTRIES):
+        files, truth = cases.make(SEED, k, entry, LENGTHS)
+        folder = FOLDER / "cases" / ("case-%02d" % k)
+        folder.mkdir(parents=True)
+        for file, text in files.items():
+            (folder / file).write_text(text)
+        (FOLDER / "truth" / ("case-%02d.json" % k)).write_text(json.dumps(truth, indent=1) + "\n")
+        print("case-%02d: %d bytes" % (k, sum(len(text) for text in files.values())), file=sys.stderr)
+
+
+if __name__ == "__main__":
+    main()
