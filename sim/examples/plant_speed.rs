@@ -107,19 +107,14 @@ impl Device {
         let values = self.plant.values();
         let mut dual: Vec<Dual<N>> = values.iter().map(|&v| Dual::constant(v)).collect();
         let mut start: Vec<Dual<N>> = self.start.iter().map(|&x| Dual::constant(x)).collect();
-        // Physical parameters first, then the start.
-        let sensors = self
-            .plant
-            .parameters()
-            .iter()
-            .filter(|p| p.name.starts_with("sensor"))
-            .count();
-        let physical = values.len() - sensors;
+        // Parameters first, then the start.
         for seed in 0..N {
-            if seed < physical {
-                dual[seed] = Dual::variable(values[seed], seed);
-            } else {
-                start[seed - physical] = Dual::variable(self.start[seed - physical], seed);
+            match dual.get_mut(seed) {
+                Some(slot) => *slot = Dual::variable(values[seed], seed),
+                None => {
+                    let state = seed - values.len();
+                    start[state] = Dual::variable(self.start[state], seed);
+                }
             }
         }
         // Both in turn, so that what else the machine does falls on both.
