@@ -43,6 +43,11 @@ pub fn fingerprint(spec: &ModelSpec) -> u32 {
     let control = &spec.control;
     hash.count(control.horizon);
     hash.count(control.control_horizon);
+    hash.count(control.move_blocks.len());
+    for length in &control.move_blocks {
+        hash.count(*length);
+    }
+    hash.count(control.first_step);
     hash.doubles(&control.tracking_weight);
     hash.doubles(&control.move_suppression);
     hash.doubles(&control.lower);

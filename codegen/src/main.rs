@@ -12,11 +12,13 @@ usage: sinew-codegen emit MODEL --out DIR [--firmware PATH]
        sinew-codegen write MODELS
        sinew-codegen check MODELS
        sinew-codegen import-reference NETWORK.json PROBLEM.json --out DIR
+                       [--horizon N] [--blocks L,L,...]
 
 emit    prints the crate of the model directory MODEL into DIR
 write   prints the crate of every model in the directory MODELS in its place
 check   names the files in MODELS that differ from what their model prints, and fails if there are any
-import-reference   writes the model of a reference network, horizon 10, into DIR";
+import-reference   writes the model of a reference network into DIR: horizon 10 unless said, its commands
+        in blocks of equal moves of these lengths, one step each unless said";
 
 /// Horizon of imported reference models: the longer of the problem's two.
 const REFERENCE_HORIZON: usize = 10;
@@ -49,6 +51,8 @@ fn main() -> ExitCode {
 fn run(mut arguments: Vec<String>) -> Result<String, Failure> {
     let out = option(&mut arguments, "--out")?;
     let firmware = option(&mut arguments, "--firmware")?;
+    let horizon = option(&mut arguments, "--horizon")?;
+    let blocks = option(&mut arguments, "--blocks")?;
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match (words.as_slice(), out, firmware) {
         (["emit", model], Some(out), firmware) => {
@@ -71,7 +75,15 @@ fn run(mut arguments: Vec<String>) -> Result<String, Failure> {
         }
         (["import-reference", network, problem], Some(out), None) => {
             let (network, problem) = (read(network)?, read(problem)?);
-            let spec = reference::import(&network, &problem, REFERENCE_HORIZON).map_err(failed)?;
+            let horizon = match horizon {
+                Some(text) => count("--horizon", &text)?,
+                None => REFERENCE_HORIZON,
+            };
+            let blocks = blocks.iter().flat_map(|text| text.split(','));
+            let blocks: Vec<usize> = blocks
+                .map(|text| count("--blocks", text))
+                .collect::<Result<_, _>>()?;
+            let spec = reference::import(&network, &problem, horizon, &blocks).map_err(failed)?;
             store::save(Path::new(&out), &spec).map_err(failed)?;
             Ok(format!("wrote {out}\n"))
         }
@@ -90,6 +102,11 @@ fn option(arguments: &mut Vec<String>, name: &str) -> Result<Option<String>, Fai
         return Err(Failure::Usage(format!("{name} needs a value")));
     }
     Ok(Some(arguments.remove(place)))
+}
+
+fn count(option: &str, text: &str) -> Result<usize, Failure> {
+    let number = text.trim().parse();
+    number.map_err(|_| Failure::Usage(format!("{option}: '{text}' is not a count")))
 }
 
 fn read(path: &str) -> Result<String, Failure> {

@@ -120,20 +120,26 @@ struct Problem {
     newton_iterations: u8,
 }
 
-/// The model of a network file and the problem file, with the horizon that is wanted of those the
-/// problem offers. Every command of the horizon is decided. Signals are scaled already: spans are 1.
+/// The model of a network file and the problem file, with a horizon that the problem offers, or 1, and the
+/// whole of it decided in blocks of equal moves (`blocks` empty: one step each). Signals are scaled
+/// already: spans are 1. Its name is that of the network, and the horizon unless that is the longest.
 ///
 /// The problem names no disturbance estimate, so the gain is 0; a gap of missing samples may be as
 /// long as the horizon that predicts across it.
 ///
 /// # Errors
 /// [`ReferenceError`], whichever of its kinds comes first.
-pub fn import(network: &str, problem: &str, horizon: usize) -> Result<ModelSpec, ReferenceError> {
+pub fn import(
+    network: &str,
+    problem: &str,
+    horizon: usize,
+    blocks: &[usize],
+) -> Result<ModelSpec, ReferenceError> {
     let network: Network = read("network", network)?;
     let problem: Problem = read("problem", problem)?;
     expect_format("network", &network.format)?;
     expect_format("problem", &problem.format)?;
-    if !problem.horizons.contains(&horizon) {
+    if horizon != 1 && !problem.horizons.contains(&horizon) {
         return Err(ReferenceError::Horizon {
             asked: horizon,
             offered: problem.horizons,
@@ -150,7 +156,11 @@ pub fn import(network: &str, problem: &str, horizon: usize) -> Result<ModelSpec,
         network.channels,
     )?;
     let spec = ModelSpec {
-        name: format!("reference-{}", network.name.to_lowercase()),
+        name: if problem.horizons.iter().any(|longer| *longer > horizon) {
+            format!("reference-{}-n{horizon}", network.name.to_lowercase())
+        } else {
+            format!("reference-{}", network.name.to_lowercase())
+        },
         period_s: problem.period_s,
         inputs: signals("u", n_u),
         outputs: signals("y", n_y),
@@ -162,7 +172,13 @@ pub fn import(network: &str, problem: &str, horizon: usize) -> Result<ModelSpec,
         layers,
         control: ControlSpec {
             horizon,
-            control_horizon: horizon,
+            control_horizon: if blocks.is_empty() {
+                horizon
+            } else {
+                blocks.iter().sum()
+            },
+            move_blocks: blocks.to_vec(),
+            first_step: 1,
             tracking_weight: problem.tracking_weight,
             move_suppression: problem.move_suppression,
             lower: problem.u_min,

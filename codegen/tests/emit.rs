@@ -116,10 +116,10 @@ fn the_same_model_gives_the_same_bytes() {
 #[test]
 fn a_fingerprint_stays_and_notices_every_change() {
     let spec = support::reference("S");
-    assert_eq!(fingerprint(&spec), 0xe5bb_1021);
+    assert_eq!(fingerprint(&spec), 0xb2e6_216c);
 
     let mut seen = vec![fingerprint(&spec)];
-    let changes: [fn(&mut ModelSpec); 8] = [
+    let changes: [fn(&mut ModelSpec); 10] = [
         |spec| spec.name.push('x'),
         |spec| spec.period_s *= 2.0,
         |spec| spec.inputs[1].offset = 1.0,
@@ -131,6 +131,8 @@ fn a_fingerprint_stays_and_notices_every_change() {
         },
         |spec| spec.control.tracking_weight.swap(0, 2),
         |spec| spec.control.gap_limit += 1,
+        |spec| spec.control.move_blocks.swap(1, 2),
+        |spec| spec.control.first_step += 1,
     ];
     for change in changes {
         let mut changed = spec.clone();
@@ -139,7 +141,7 @@ fn a_fingerprint_stays_and_notices_every_change() {
     }
     seen.sort_unstable();
     seen.dedup();
-    assert_eq!(seen.len(), 9, "two of the models share a fingerprint");
+    assert_eq!(seen.len(), 11, "two of the models share a fingerprint");
 
     let without_golden = ModelSpec {
         golden: vec![],

@@ -224,10 +224,11 @@ fn references() {
         ("0.19783379", "1.9783379"),
     ] {
         assert!(network.contains(from), "{from}");
-        let error = reference::import(&network.replacen(from, to, 1), &problem, 10).expect_err(to);
+        let error =
+            reference::import(&network.replacen(from, to, 1), &problem, 10, &[]).expect_err(to);
         messages += &format!("{from:?} -> {to:?}\n    {error}\n");
     }
-    let error = reference::import(&network, &problem, 7).unwrap_err();
+    let error = reference::import(&network, &problem, 7, &[]).unwrap_err();
     messages += &format!("horizon 7\n    {error}\n");
     insta::assert_snapshot!(messages);
 }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::estimator::{Estimator, Sample};
 use crate::model::Model;
-use crate::mpc::{self, Bounds, MAX_ITERATIONS, Plan, Problem, Weights};
+use crate::mpc::{self, Bounds, Horizons, MAX_ITERATIONS, Plan, Problem, Weights};
 use crate::protocol::{Identity, PROTOCOL};
 use crate::safety::{Limiter, Limits};
 use crate::scaling::ModelScaling;
@@ -83,7 +83,7 @@ pub struct Step<const NU: usize> {
     pub bridged: bool,
 }
 
-/// The controller of one rig. `NV = NC NU` decision variables; horizon `N >= NC`.
+/// The controller of one rig. `NB` blocks of moves, `NV = NB NU` decision variables, `N` steps predicted.
 #[derive(Clone, Debug)]
 pub struct ControlLoop<
     M,
@@ -93,13 +93,14 @@ pub struct ControlLoop<
     const ND: usize,
     const DD: usize,
     const N: usize,
-    const NC: usize,
+    const NB: usize,
     const NV: usize,
 > {
     model: M,
     scaling: ModelScaling<NU, NY, NS>,
     /// Limits in model units; `previous` is rewritten at every step.
-    bounds: Bounds<NU>,
+    bounds: Bounds<NU, NV>,
+    horizons: Horizons<N, NB>,
     limiter: Limiter<NU>,
     settings: Settings<NU, NY>,
     estimator: Estimator<NU, NY, NS, ND, DD>,
@@ -116,9 +117,9 @@ impl<
     const ND: usize,
     const DD: usize,
     const N: usize,
-    const NC: usize,
+    const NB: usize,
     const NV: usize,
-> ControlLoop<M, NU, NY, NS, ND, DD, N, NC, NV>
+> ControlLoop<M, NU, NY, NS, ND, DD, N, NB, NV>
 {
     /// A loop at rest at the safe command. Contradictory limits are
     /// [sanitised](Limits::sanitised); settings are checked at every step.
@@ -127,20 +128,22 @@ impl<
         scaling: ModelScaling<NU, NY, NS>,
         limits: Limits<NU>,
         settings: Settings<NU, NY>,
+        horizons: Horizons<N, NB>,
     ) -> Self {
         const {
             assert!(
-                NV == NC * NU,
-                "NV is the number of decision variables, NC NU"
+                NV == NB * NU,
+                "NV is the number of decision variables, NB NU"
             );
-            assert!(NC >= 1 && N >= NC, "the control horizon fits the horizon");
+            assert!(NB >= 1 && N >= NB, "the blocks fit the horizon");
         }
         let limiter = Limiter::new(limits);
-        let bounds = scaled_bounds(limiter.limits(), &scaling);
+        let bounds = scaled_bounds(limiter.limits(), &scaling, &horizons);
         Self {
             model,
             scaling,
             bounds,
+            horizons,
             limiter,
             settings,
             estimator: Estimator::new(bounds.previous),
@@ -150,8 +153,8 @@ impl<
     }
 
     /// Who this controller is: the shapes are its own. `model`: hash of the model and its control
-    /// problem; `rate_mhz`: steps per 1000 seconds.
-    pub const fn identity(model: u32, rate_mhz: u32) -> Identity {
+    /// problem; `rate_mhz`: steps per 1000 seconds; `control_horizon`: steps that are decided.
+    pub const fn identity(model: u32, rate_mhz: u32, control_horizon: u8) -> Identity {
         const {
             assert!(NU < 256 && NY < 256 && NS < 256 && ND < 256 && DD < 256 && N < 256);
         }
@@ -164,7 +167,7 @@ impl<
             past_inputs: ND as u8,
             past_outputs: DD as u8,
             horizon: N as u8,
-            control_horizon: NC as u8,
+            control_horizon,
             rate_mhz,
         }
     }
@@ -200,7 +203,10 @@ impl<
             self.warm = false;
         } else {
             self.optimise(reference, &mut step);
-            let wish = self.scaling.u.to_physical(&self.plan.first());
+            let wish = self
+                .scaling
+                .u
+                .to_physical(&self.plan.first(&self.horizons, &self.bounds.previous));
             step.u = self.limiter.limit(&wish);
         }
         self.estimator.apply(&self.scaling.u.to_model(&step.u));
@@ -210,7 +216,7 @@ impl<
     /// Continues the plan of the last step and improves it, if the request makes sense.
     fn optimise(&mut self, reference: &[[f32; NY]; N], step: &mut Step<NU>) {
         if self.warm {
-            self.plan.shift::<NU>();
+            self.plan.shift::<NU, N, NB>(&self.horizons);
         } else {
             self.plan.hold(&self.bounds.previous);
             self.warm = true;
@@ -238,13 +244,10 @@ impl<
                 tracking: self.settings.tracking_weight,
                 moves: self.settings.move_suppression,
             },
-            bounds: self.bounds,
+            bounds: &self.bounds,
+            horizons: &self.horizons,
         };
-        let outcome = mpc::solve::<M, NU, NY, NS, ND, DD, N, NC, NV>(
-            &problem,
-            &mut self.plan,
-            self.settings.iterations,
-        );
+        let outcome = mpc::solve(&problem, &mut self.plan, self.settings.iterations);
         step.status = outcome.status;
         step.iterations = outcome.iterations;
         step.cost = outcome.cost;
@@ -276,7 +279,7 @@ impl<
         &mut self.settings
     }
 
-    /// Planned commands u(k) .. u(k+NC-1) of the last step, model units, time-major.
+    /// Planned commands of the last step at the ends of the blocks, model units, time-major.
     pub const fn plan(&self) -> &[f32; NV] {
         &self.plan.u
     }
@@ -303,14 +306,22 @@ impl<
 }
 
 /// Limits in model units: near enough for planning, the limiter has the exact ones.
-const fn scaled_bounds<const NU: usize, const NY: usize, const NS: usize>(
+const fn scaled_bounds<
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const N: usize,
+    const NB: usize,
+    const NV: usize,
+>(
     limits: &Limits<NU>,
     scaling: &ModelScaling<NU, NY, NS>,
-) -> Bounds<NU> {
+    horizons: &Horizons<N, NB>,
+) -> Bounds<NU, NV> {
     let mut bounds = Bounds {
         lower: [0.0; NU],
         upper: [0.0; NU],
-        rate: [0.0; NU],
+        rate: [0.0; NV],
         previous: [0.0; NU],
     };
     let mut i = 0;
@@ -323,8 +334,12 @@ const fn scaled_bounds<const NU: usize, const NY: usize, const NS: usize>(
         let turned = span < 0.0;
         bounds.lower[i] = if turned { upper } else { lower };
         bounds.upper[i] = if turned { lower } else { upper };
-        let rate = limits.rate[i] / span;
-        bounds.rate[i] = if turned { -rate } else { rate };
+        let rate = limits.rate[i] / if turned { -span } else { span };
+        let mut b = 0;
+        while b < NB {
+            bounds.rate[b * NU + i] = rate * horizons.length[b] as f32;
+            b += 1;
+        }
         bounds.previous[i] = (limits.safe[i] - offset) / span;
         i += 1;
     }

@@ -94,7 +94,8 @@ impl<const NU: usize, const NY: usize, const NS: usize, const ND: usize, const D
         let lost = !self.started || self.missing_run > gap_limit;
         let mut predicted = self.regressor.y.first().copied().unwrap_or([0.0; NY]);
         if self.started {
-            let next = model.predict(&self.regressor);
+            let mut trace = M::TRACE;
+            let next = model.predict(&self.regressor, &mut trace);
             for ((place, next), d) in predicted.iter_mut().zip(&next).zip(&self.disturbance) {
                 let value = next + d;
                 // A prediction that has run away leaves the last value in place.

@@ -30,17 +30,28 @@ pub struct Jacobian<const NU: usize, const NY: usize, const ND: usize, const DD:
 
 /// A one-step predictor y(k+1) = f(u(k)..u(k-ND+1), y(k)..y(k-DD+1), s(k)) (docs/mpc.md, eq. 1).
 ///
-/// Both functions are pure, allocate nothing, do a fixed amount of work and never panic; a NaN in
+/// Every function is pure, allocates nothing, does a fixed amount of work and never panics; a NaN in
 /// the regressor reaches every output.
 pub trait Model<const NU: usize, const NY: usize, const NS: usize, const ND: usize, const DD: usize>
 {
-    /// The next output.
-    fn predict(&self, x: &Regressor<NU, NY, NS, ND, DD>) -> [f32; NY];
+    /// What a prediction leaves for its derivatives, so that nothing is computed twice: the
+    /// activations of the layers.
+    type Trace: Copy;
 
-    /// The next output, to the same bits as [`Model::predict`], and its exact derivatives.
-    fn predict_with_jacobian(
-        &self,
-        x: &Regressor<NU, NY, NS, ND, DD>,
-        jacobian: &mut Jacobian<NU, NY, ND, DD>,
-    ) -> [f32; NY];
+    /// A trace before any prediction.
+    const TRACE: Self::Trace;
+
+    /// The next output; `trace` is overwritten.
+    fn predict(&self, x: &Regressor<NU, NY, NS, ND, DD>, trace: &mut Self::Trace) -> [f32; NY];
+
+    /// The exact derivatives of the prediction that left `trace`; `jacobian` is overwritten.
+    fn jacobian(&self, trace: &Self::Trace, jacobian: &mut Jacobian<NU, NY, ND, DD>);
+}
+
+impl<const NU: usize, const NY: usize, const ND: usize, const DD: usize> Jacobian<NU, NY, ND, DD> {
+    /// All zero.
+    pub const ZERO: Self = Self {
+        u: [[[0.0; NU]; NY]; ND],
+        y: [[[0.0; NY]; NY]; DD],
+    };
 }

@@ -25,10 +25,10 @@ pub struct Session<
     const ND: usize,
     const DD: usize,
     const N: usize,
-    const NC: usize,
+    const NB: usize,
     const NV: usize,
 > {
-    controller: ControlLoop<M, NU, NY, NS, ND, DD, N, NC, NV>,
+    controller: ControlLoop<M, NU, NY, NS, ND, DD, N, NB, NV>,
     identity: Identity,
     accumulator: Accumulator,
     summary: Summary,
@@ -43,13 +43,13 @@ impl<
     const ND: usize,
     const DD: usize,
     const N: usize,
-    const NC: usize,
+    const NB: usize,
     const NV: usize,
-> Session<M, NU, NY, NS, ND, DD, N, NC, NV>
+> Session<M, NU, NY, NS, ND, DD, N, NB, NV>
 {
     /// A session that has heard nothing yet.
     pub const fn new(
-        controller: ControlLoop<M, NU, NY, NS, ND, DD, N, NC, NV>,
+        controller: ControlLoop<M, NU, NY, NS, ND, DD, N, NB, NV>,
         identity: Identity,
     ) -> Self {
         const {
@@ -201,14 +201,10 @@ impl<
         let Some(regressor) = unflatten::<NU, NY, NS, ND, DD>(x) else {
             return refused(Reason::Shape);
         };
-        let mut jacobian = Jacobian {
-            u: [[[0.0; NU]; NY]; ND],
-            y: [[[0.0; NY]; NY]; DD],
-        };
-        let y = self
-            .controller
-            .model()
-            .predict_with_jacobian(&regressor, &mut jacobian);
+        let (mut trace, mut jacobian) = (M::TRACE, Jacobian::ZERO);
+        let model = self.controller.model();
+        let y = model.predict(&regressor, &mut trace);
+        model.jacobian(&trace, &mut jacobian);
         let mut flat = Vec::new();
         if NY * (NU * ND + NY * DD) <= MAX_JACOBIAN {
             for r in 0..NY {
@@ -254,12 +250,12 @@ impl<
     }
 
     /// The controller.
-    pub const fn controller(&self) -> &ControlLoop<M, NU, NY, NS, ND, DD, N, NC, NV> {
+    pub const fn controller(&self) -> &ControlLoop<M, NU, NY, NS, ND, DD, N, NB, NV> {
         &self.controller
     }
 
     /// The controller, to be changed.
-    pub const fn controller_mut(&mut self) -> &mut ControlLoop<M, NU, NY, NS, ND, DD, N, NC, NV> {
+    pub const fn controller_mut(&mut self) -> &mut ControlLoop<M, NU, NY, NS, ND, DD, N, NB, NV> {
         &mut self.controller
     }
 }

@@ -5,6 +5,7 @@ mod common;
 use common::{Linear, Random, Shallow};
 use sinew_firmware::control_loop::{ControlLoop, Settings, Status, Step};
 use sinew_firmware::model::{Jacobian, Model, Regressor};
+use sinew_firmware::mpc::Horizons;
 use sinew_firmware::safety::Limits;
 use sinew_firmware::scaling::{ModelScaling, Scaling};
 
@@ -32,7 +33,13 @@ fn controller(a: f32, limits: Limits<1>) -> Loop {
         b: 0.2,
         b1: 0.05,
     };
-    ControlLoop::new(model, ModelScaling::IDENTITY, limits, SETTINGS)
+    ControlLoop::new(
+        model,
+        ModelScaling::IDENTITY,
+        limits,
+        SETTINGS,
+        Horizons::every_step(),
+    )
 }
 
 /// The plant in f64: other gain, other pole, a constant load the model knows nothing of.
@@ -332,7 +339,8 @@ fn scaling_changes_the_units_and_nothing_else() {
         b: 0.2,
         b1: 0.05,
     };
-    let mut scaled: Loop = ControlLoop::new(model, scaling, limits, SETTINGS);
+    let mut scaled: Loop =
+        ControlLoop::new(model, scaling, limits, SETTINGS, Horizons::every_step());
     let mut plain = controller(0.9, LIMITS);
     for k in 0..50 {
         let y = 0.125 * (k % 7) as f32;
@@ -351,7 +359,8 @@ fn scaling_changes_the_units_and_nothing_else() {
         },
         ..ModelScaling::IDENTITY
     };
-    let mut turned: Loop = ControlLoop::new(model, turned, LIMITS, SETTINGS);
+    let mut turned: Loop =
+        ControlLoop::new(model, turned, LIMITS, SETTINGS, Horizons::every_step());
     let mut plain = controller(0.9, LIMITS);
     for _ in 0..20 {
         let (a, b) = (
@@ -431,8 +440,13 @@ fn more_iterations_never_cost_more() {
                 rate: [0.5; 2],
                 safe: [0.0; 2],
             };
-            let mut c: ControlLoop<_, 2, 3, 0, 3, 2, 10, 3, 6> =
-                ControlLoop::new(net.clone(), ModelScaling::IDENTITY, limits, settings);
+            let mut c: ControlLoop<_, 2, 3, 0, 3, 2, 10, 3, 6> = ControlLoop::new(
+                net.clone(),
+                ModelScaling::IDENTITY,
+                limits,
+                settings,
+                Horizons::every_step(),
+            );
             let step = c.step(&y, &[], &reference);
             assert!(step.status.is_controlled() && step.iterations <= iterations);
             assert!(
@@ -469,18 +483,18 @@ impl Sticking {
 }
 
 impl Model<1, 1, 0, 2, 1> for Sticking {
-    fn predict(&self, x: &Regressor<1, 1, 0, 2, 1>) -> [f32; 1] {
-        [x.y[0][0] + Self::answer(x.u[0][0]).0]
+    /// The command, at which the slope is taken.
+    type Trace = f32;
+    const TRACE: f32 = 0.0;
+
+    fn predict(&self, x: &Regressor<1, 1, 0, 2, 1>, u: &mut f32) -> [f32; 1] {
+        *u = x.u[0][0];
+        [x.y[0][0] + Self::answer(*u).0]
     }
 
-    fn predict_with_jacobian(
-        &self,
-        x: &Regressor<1, 1, 0, 2, 1>,
-        jacobian: &mut Jacobian<1, 1, 2, 1>,
-    ) -> [f32; 1] {
-        jacobian.u = [[[Self::answer(x.u[0][0]).1]], [[0.0]]];
+    fn jacobian(&self, u: &f32, jacobian: &mut Jacobian<1, 1, 2, 1>) {
+        jacobian.u = [[[Self::answer(*u).1]], [[0.0]]];
         jacobian.y = [[[1.0]]];
-        self.predict(x)
     }
 }
 
@@ -490,8 +504,13 @@ fn a_sticking_device_is_broken_free_at_once() {
         rate: [f32::INFINITY],
         ..LIMITS
     };
-    let mut c: ControlLoop<Sticking, 1, 1, 0, 2, 1, N, 3, 3> =
-        ControlLoop::new(Sticking, ModelScaling::IDENTITY, limits, SETTINGS);
+    let mut c: ControlLoop<Sticking, 1, 1, 0, 2, 1, N, 3, 3> = ControlLoop::new(
+        Sticking,
+        ModelScaling::IDENTITY,
+        limits,
+        SETTINGS,
+        Horizons::every_step(),
+    );
     let resting = c.step(&[0.0], &[], &[[0.0]; N]);
     assert!(resting.u[0].abs() < 0.3, "nothing is asked: {resting:?}");
     let leaving = c.step(&[0.0], &[], &[[1.0]; N]);

@@ -51,7 +51,7 @@ fn solve(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Option<Vec<f64>> {
 
 /// Rows `a w = b` of every limit: 0 box low, 1 box high, 2 edge low, 3 edge high of each variable.
 fn limit<const NU: usize, const NV: usize>(
-    bounds: &Bounds<NU>,
+    bounds: &Bounds<NU, NV>,
     v: usize,
     kind: usize,
 ) -> (Vec<f64>, f64) {
@@ -62,7 +62,7 @@ fn limit<const NU: usize, const NV: usize>(
         0 => f64::from(bounds.lower[c]),
         1 => f64::from(bounds.upper[c]),
         _ => {
-            let rate = f64::from(bounds.rate[c]) * if kind == 2 { -1.0 } else { 1.0 };
+            let rate = f64::from(bounds.rate[v]) * if kind == 2 { -1.0 } else { 1.0 };
             if v < NU {
                 rate + f64::from(bounds.previous[c])
             } else {
@@ -74,7 +74,7 @@ fn limit<const NU: usize, const NV: usize>(
     (row, value)
 }
 
-fn violation<const NU: usize, const NV: usize>(bounds: &Bounds<NU>, w: &[f64]) -> f64 {
+fn violation<const NU: usize, const NV: usize>(bounds: &Bounds<NU, NV>, w: &[f64]) -> f64 {
     let mut worst = 0.0_f64;
     for v in 0..NV {
         for kind in 0..4 {
@@ -93,7 +93,7 @@ fn violation<const NU: usize, const NV: usize>(bounds: &Bounds<NU>, w: &[f64]) -
 /// The optimum over all subsets of limits: each variable's box and edge free, low or high.
 fn enumerate<const NU: usize, const NV: usize>(
     q: &Quadratic<NV>,
-    bounds: &Bounds<NU>,
+    bounds: &Bounds<NU, NV>,
     u: &[f32; NV],
 ) -> f64 {
     let mut best = f64::INFINITY;
@@ -139,7 +139,7 @@ fn enumerate<const NU: usize, const NV: usize>(
 
 fn problem<const NU: usize, const NV: usize>(
     random: &mut Random,
-) -> (Quadratic<NV>, Bounds<NU>, [f32; NV]) {
+) -> (Quadratic<NV>, Bounds<NU, NV>, [f32; NV]) {
     let mut q = Quadratic::new();
     let factor: [[f32; NV]; NV] = random.matrix(1.0);
     for a in 0..NV {

@@ -10,6 +10,7 @@ mod common;
 use common::{Linear, Random, Shallow, cases};
 use proptest::prelude::*;
 use sinew_firmware::control_loop::{ControlLoop, Settings, Status};
+use sinew_firmware::mpc::Horizons;
 use sinew_firmware::pid::{Pid, PidGains};
 use sinew_firmware::safety::{Limiter, Limits};
 use sinew_firmware::scaling::ModelScaling;
@@ -113,7 +114,7 @@ proptest! {
             gap_limit: 3,
         };
         let mut c: ControlLoop<_, 2, 3, 1, 3, 2, 5, 3, 6> =
-            ControlLoop::new(net, ModelScaling::IDENTITY, limits, settings);
+            ControlLoop::new(net, ModelScaling::IDENTITY, limits, settings, Horizons::every_step());
         // Half of the cases with settings that make sense, so that the optimiser sees the rest.
         if seed % 4 < 2 {
             c.settings_mut().tracking_weight = [1.0; 3];
@@ -210,8 +211,13 @@ fn the_safe_command_is_reached_within_the_rate() {
         iterations: 2,
         gap_limit: 0,
     };
-    let mut c: ControlLoop<_, 1, 1, 0, 2, 1, 4, 2, 2> =
-        ControlLoop::new(model, ModelScaling::IDENTITY, limits, settings);
+    let mut c: ControlLoop<_, 1, 1, 0, 2, 1, 4, 2, 2> = ControlLoop::new(
+        model,
+        ModelScaling::IDENTITY,
+        limits,
+        settings,
+        Horizons::every_step(),
+    );
     for _ in 0..10 {
         let _ = c.step(&[0.0], &[], &[[5.0]; 4]);
     }

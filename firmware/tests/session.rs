@@ -8,6 +8,7 @@ use common::{Linear, cases};
 use heapless::Vec as Fixed;
 use proptest::prelude::*;
 use sinew_firmware::control_loop::{ControlLoop, Settings};
+use sinew_firmware::mpc::Horizons;
 use sinew_firmware::protocol::{
     Accumulator, Fed, FrameError, MAX_FRAME, PROTOCOL, Reason, ToDevice, ToHost, decode, encode,
 };
@@ -46,8 +47,14 @@ fn session() -> Session<Linear, 2, 2, 1, 2, 1, N, 2, 4> {
         b: 0.2,
         b1: 0.1,
     };
-    let controller: Loop = ControlLoop::new(model, ModelScaling::IDENTITY, limits, settings);
-    Session::new(controller, Loop::identity(0xdead_beef, 120_000))
+    let controller: Loop = ControlLoop::new(
+        model,
+        ModelScaling::IDENTITY,
+        limits,
+        settings,
+        Horizons::every_step(),
+    );
+    Session::new(controller, Loop::identity(0xdead_beef, 120_000, 2))
 }
 
 fn frame<T: serde::Serialize>(message: &T) -> Vec<u8> {

@@ -9,7 +9,10 @@ pub(super) fn print(spec: &ModelSpec) -> String {
     let (n_u, n_y, n_s) = (spec.inputs.len(), spec.outputs.len(), spec.channels.len());
     let (past_inputs, past_outputs) = (spec.past_inputs, spec.past_outputs);
     let (horizon, control_horizon) = (control.horizon, control.control_horizon);
-    let decisions = control_horizon * n_u;
+    let blocks = control.blocks();
+    let (n_blocks, decisions) = (blocks.len(), blocks.len() * n_u);
+    let lengths = rust::list(blocks.iter().map(ToString::to_string));
+    let first_step = control.first_step;
     let period_s = spec.period_s;
     let rate_mhz = rate_mhz(period_s);
     let model = fingerprint(spec);
@@ -26,6 +29,7 @@ pub(super) fn print(spec: &ModelSpec) -> String {
 //! {HEADER}
 
 use sinew_firmware::control_loop::{{ControlLoop, Settings}};
+use sinew_firmware::mpc::Horizons;
 use sinew_firmware::protocol::{{Identity, PROTOCOL}};
 use sinew_firmware::safety::Limits;
 use sinew_firmware::scaling::{{ModelScaling, Scaling}};
@@ -47,7 +51,9 @@ pub const PAST_OUTPUTS: usize = {past_outputs};
 pub const HORIZON: usize = {horizon};
 /// Steps that are decided; the last command is held after them.
 pub const CONTROL_HORIZON: usize = {control_horizon};
-/// Decision variables: `CONTROL_HORIZON * NU`.
+/// Blocks of equal moves that these steps have.
+pub const MOVE_BLOCKS: usize = {n_blocks};
+/// Decision variables: `MOVE_BLOCKS * NU`.
 pub const DECISIONS: usize = {decisions};
 /// The period, seconds.
 pub const PERIOD_S: f32 = {period};
@@ -75,6 +81,10 @@ pub const SETTINGS: Settings<NU, NY> = Settings {{
     gap_limit: {gap_limit},
 }};
 
+/// The first step that counts, and the lengths of the blocks of equal moves.
+#[rustfmt::skip]
+pub const HORIZONS: Horizons<HORIZON, MOVE_BLOCKS> = Horizons::new({first_step}, {lengths});
+
 /// What the device says it is.
 pub const IDENTITY: Identity = Identity {{
     protocol: PROTOCOL,
@@ -90,17 +100,8 @@ pub const IDENTITY: Identity = Identity {{
 }};
 
 /// The controller of this model.
-pub type Controller = ControlLoop<
-    Network,
-    NU,
-    NY,
-    NS,
-    PAST_INPUTS,
-    PAST_OUTPUTS,
-    HORIZON,
-    CONTROL_HORIZON,
-    DECISIONS,
->;
+pub type Controller =
+    ControlLoop<Network, NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS, HORIZON, MOVE_BLOCKS, DECISIONS>;
 
 /// The controller with frames around it.
 pub type Session = session::Session<
@@ -111,13 +112,13 @@ pub type Session = session::Session<
     PAST_INPUTS,
     PAST_OUTPUTS,
     HORIZON,
-    CONTROL_HORIZON,
+    MOVE_BLOCKS,
     DECISIONS,
 >;
 
 /// A controller at rest.
 pub const fn controller() -> Controller {{
-    ControlLoop::new(Network, SCALING, LIMITS, SETTINGS)
+    ControlLoop::new(Network, SCALING, LIMITS, SETTINGS, HORIZONS)
 }}
 
 /// A session at rest: what a board feeds with bytes.

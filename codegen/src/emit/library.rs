@@ -13,6 +13,7 @@ pub(super) fn print(spec: &ModelSpec) -> String {
     let layers = layers(spec);
     let horizon = spec.control.horizon;
     let control_horizon = spec.control.control_horizon;
+    let blocks = rust::count(spec.control.blocks().len(), "block");
     let period_ms = spec.period_s * 1e3;
     format!(
         "//! The model `{name}`: {inputs}, {outputs}, {channels}, a step every {period_ms:.3} ms.
@@ -23,7 +24,7 @@ pub(super) fn print(spec: &ModelSpec) -> String {
 //! |---|---|---|---|
 {signals}//!
 //! Network, {parameters}: {layers}.
-//! Controller: {horizon} steps predicted, {control_horizon} decided.
+//! Controller: {horizon} steps predicted, {control_horizon} decided in {blocks}.
 #![no_std]
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]

@@ -53,7 +53,7 @@ pub struct GeneratedFile {
 ///
 /// let json = std::fs::read_to_string("../models/reference/S.json").unwrap();
 /// let problem = std::fs::read_to_string("../models/reference/problem.json").unwrap();
-/// let spec = reference::import(&json, &problem, 10).unwrap();
+/// let spec = reference::import(&json, &problem, 10, &[]).unwrap();
 ///
 /// let files = emit::emit(&spec, &emit::EmitOptions::default()).unwrap();
 /// assert_eq!(files[0].path, "Cargo.toml");

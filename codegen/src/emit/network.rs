@@ -33,6 +33,8 @@ pub(super) fn print(spec: &ModelSpec) -> String {
         kernels = "{linear_path, network}";
     }
     let last = format!("a.a{}", layers.len());
+    // A linear network has the same derivative everywhere.
+    let trace = if jacobian.contains("a.a") { "a" } else { "_" };
     let (meaning, result, identity, next) = match spec.form {
         OutputForm::Absolute => ("the next output", last, "", ""),
         OutputForm::Increment => (
@@ -60,29 +62,28 @@ type Jacobian = model::Jacobian<NU, NY, PAST_INPUTS, PAST_OUTPUTS>;
 pub struct Network;
 
 impl Model<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS> for Network {{
-    fn predict(&self, x: &Regressor) -> [f32; NY] {{
-        let mut a = Activations::ZERO;
-        forward(x, &mut a);
+    type Trace = Activations;
+    const TRACE: Activations = Activations::ZERO;
+
+    fn predict(&self, x: &Regressor, a: &mut Activations) -> [f32; NY] {{
+        forward(x, a);
         {result}
     }}
 
-    fn predict_with_jacobian(&self, x: &Regressor, jacobian: &mut Jacobian) -> [f32; NY] {{
-        let mut a = Activations::ZERO;
-        forward(x, &mut a);
-{jacobian}{identity}        {result}
-    }}
+    fn jacobian(&self, {trace}: &Activations, jacobian: &mut Jacobian) {{
+{jacobian}{identity}    }}
 }}
 
 /// What the layers give; the last is {meaning}.
-struct Activations {{
+#[derive(Clone, Copy, Debug)]
+pub struct Activations {{
 {fields}}}
 
 impl Activations {{
     const ZERO: Self = {zeros};
 }}
 
-/// The layers in turn. Both predictions go through this one copy: their bits are the same, and flash
-/// holds it once.
+/// The layers in turn. Every prediction goes through this one copy: flash holds it once.
 #[inline(never)]
 fn forward(x: &Regressor, a: &mut Activations) {{
     let x = network::flatten(x);

@@ -11,6 +11,11 @@ pub struct ControlSpec {
     pub horizon: usize,
     /// Steps that are decided, the last one held after that, Nc.
     pub control_horizon: usize,
+    /// Move blocking: lengths of blocks of equal moves that make up the control horizon. Empty: every
+    /// step is decided by itself.
+    pub move_blocks: Vec<usize>,
+    /// The first predicted step whose error counts, N1, from 1.
+    pub first_step: usize,
     /// Diagonal of Q, per output, model units.
     pub tracking_weight: Vec<f64>,
     /// Diagonal of Lambda, per input, model units.
@@ -94,16 +99,57 @@ impl ControlSpec {
             format!("1 to {MAX_HORIZON}"),
             |n| (1..=MAX_HORIZON).contains(&n),
         )?;
-        let longest = self.horizon.min(MAX_DECISION_VARIABLES / inputs);
+        let horizon = self.horizon;
+        check(
+            "control.first_step",
+            self.first_step,
+            format!("1 to {horizon}, the horizon"),
+            |n| (1..=horizon).contains(&n),
+        )?;
+        let most = MAX_DECISION_VARIABLES / inputs;
+        if self.move_blocks.is_empty() {
+            let longest = self.horizon.min(most);
+            return check(
+                "control.control_horizon",
+                self.control_horizon,
+                format!(
+                    "1 to {longest}: no longer than the horizon, \
+                     and at most {MAX_DECISION_VARIABLES} decision variables"
+                ),
+                |n| (1..=longest).contains(&n),
+            );
+        }
         check(
             "control.control_horizon",
             self.control_horizon,
-            format!(
-                "1 to {longest}: no longer than the horizon, \
-                 and at most {MAX_DECISION_VARIABLES} decision variables"
-            ),
-            |n| (1..=longest).contains(&n),
-        )
+            format!("1 to {horizon}, the horizon"),
+            |n| (1..=horizon).contains(&n),
+        )?;
+        let steps = self.control_horizon;
+        let blocks = &self.move_blocks;
+        let sum = blocks
+            .iter()
+            .try_fold(0_usize, |sum, n| sum.checked_add(*n));
+        if sum != Some(steps) || blocks.contains(&0) || blocks.len() > most {
+            return Err(SpecError::Value {
+                key: "control.move_blocks".into(),
+                value: format!("{blocks:?}"),
+                expected: format!(
+                    "at most {most} lengths, each 1 or more, that add up to \
+                     control_horizon = {steps}"
+                ),
+            });
+        }
+        Ok(())
+    }
+
+    /// Lengths of the blocks of equal moves, in steps: [`ControlSpec::move_blocks`], or ones.
+    pub fn blocks(&self) -> Vec<usize> {
+        if self.move_blocks.is_empty() {
+            vec![1; self.control_horizon]
+        } else {
+            self.move_blocks.clone()
+        }
     }
 
     /// The range of one command, and the safe command within it.

@@ -66,6 +66,8 @@ impl OutputForm {
 ///     control: ControlSpec {
 ///         horizon: 10,
 ///         control_horizon: 3,
+///         move_blocks: vec![],
+///         first_step: 1,
 ///         tracking_weight: vec![1.0],
 ///         move_suppression: vec![0.1],
 ///         lower: vec![-1.0],

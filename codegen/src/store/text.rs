@@ -78,6 +78,10 @@ enum ActivationKey {
 struct ControlTable {
     horizon: usize,
     control_horizon: usize,
+    #[serde(default)]
+    move_blocks: Vec<usize>,
+    #[serde(default = "one")]
+    first_step: usize,
     tracking_weight: Vec<f64>,
     move_suppression: Vec<f64>,
     lower: Vec<f64>,
@@ -87,6 +91,11 @@ struct ControlTable {
     disturbance_gain: f64,
     iterations: u8,
     gap_limit: u16,
+}
+
+/// N1 where the file does not say it: the first predicted step counts.
+const fn one() -> usize {
+    1
 }
 
 /// The model that `text` describes, its layers still without weights.
@@ -254,6 +263,12 @@ fn write_model(text: &mut String, spec: &ModelSpec) -> std::fmt::Result {
     writeln!(text, "\n[control]")?;
     writeln!(text, "horizon = {}", control.horizon)?;
     writeln!(text, "control_horizon = {}", control.control_horizon)?;
+    if !control.move_blocks.is_empty() {
+        writeln!(text, "move_blocks = {:?}", control.move_blocks)?;
+    }
+    if control.first_step != 1 {
+        writeln!(text, "first_step = {}", control.first_step)?;
+    }
     writeln!(text, "tracking_weight = {:?}", control.tracking_weight)?;
     writeln!(text, "move_suppression = {:?}", control.move_suppression)?;
     writeln!(text, "lower = {:?}", control.lower)?;
@@ -286,6 +301,8 @@ impl From<ControlTable> for ControlSpec {
         Self {
             horizon: table.horizon,
             control_horizon: table.control_horizon,
+            move_blocks: table.move_blocks,
+            first_step: table.first_step,
             tracking_weight: table.tracking_weight,
             move_suppression: table.move_suppression,
             lower: table.lower,

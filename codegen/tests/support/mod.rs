@@ -17,7 +17,7 @@ pub fn models() -> PathBuf {
 pub fn reference(name: &str) -> ModelSpec {
     let read = |file: &str| std::fs::read_to_string(models().join("reference").join(file)).unwrap();
     let network = read(&format!("{name}.json"));
-    reference::import(&network, &read("problem.json"), 10).unwrap()
+    reference::import(&network, &read("problem.json"), 10, &[2, 2, 3, 3]).unwrap()
 }
 
 /// A model small enough to be read whole: one input, one output, one channel, 3 -> 2 -> 1.
@@ -116,6 +116,8 @@ pub fn control(inputs: usize, outputs: usize) -> ControlSpec {
     ControlSpec {
         horizon: 10,
         control_horizon: 3,
+        move_blocks: vec![],
+        first_step: 1,
         tracking_weight: vec![1.0; outputs],
         move_suppression: vec![0.1; inputs],
         lower: vec![-10.0; inputs],

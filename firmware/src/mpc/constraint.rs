@@ -1,5 +1,6 @@
-//! Limits of a plan. Per channel they form a chain: a box on every command and an edge, the rate,
-//! between neighbours; edge 0 ties the first command to the one applied last (docs/mpc.md, section 4).
+//! Limits of a plan. Per channel they form a chain: a box on the command at the end of every block and
+//! an edge, the rate over the block, between neighbours; edge 0 ties the first one to the command applied
+//! last (docs/mpc.md, section 4). What holds at the ends of the blocks holds between them.
 #![allow(
     clippy::needless_range_loop,
     reason = "one index runs through several arrays and their neighbours, as in the equations"
@@ -9,32 +10,33 @@ use crate::math::clamp;
 
 /// Limits in model units.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds<const NU: usize> {
+pub struct Bounds<const NU: usize, const NV: usize> {
     /// Smallest command.
     pub lower: [f32; NU],
     /// Largest command.
     pub upper: [f32; NU],
-    /// Largest change between neighbours.
-    pub rate: [f32; NU],
+    /// Largest change over the block that ends at each decision variable.
+    pub rate: [f32; NV],
     /// u(k-1), the command applied last.
     pub previous: [f32; NU],
 }
 
-impl<const NU: usize> Bounds<NU> {
+impl<const NU: usize, const NV: usize> Bounds<NU, NV> {
     /// The command before `u[v]` in its channel.
     #[inline(always)]
-    fn before<const NV: usize>(&self, u: &[f32; NV], v: usize) -> f32 {
+    fn before(&self, u: &[f32; NV], v: usize) -> f32 {
         if v < NU { self.previous[v] } else { u[v - NU] }
     }
 
     /// Moves `u` into the limits, first command first: each is held to its box, then to the rate
     /// around its (already moved) neighbour. A plan that is inside stays as it is.
-    pub fn project<const NV: usize>(&self, u: &mut [f32; NV]) {
+    pub fn project(&self, u: &mut [f32; NV]) {
         let mut before = self.previous;
-        for step in u.chunks_exact_mut(NU) {
-            for (c, (u, before)) in step.iter_mut().zip(&mut before).enumerate() {
+        for (ends, rates) in u.chunks_exact_mut(NU).zip(self.rate.chunks_exact(NU)) {
+            for (c, ((u, rate), before)) in ends.iter_mut().zip(rates).zip(&mut before).enumerate()
+            {
                 let boxed = clamp(*u, self.lower[c], self.upper[c]);
-                *u = clamp(boxed, *before - self.rate[c], *before + self.rate[c]);
+                *u = clamp(boxed, *before - rate, *before + rate);
                 *before = *u;
             }
         }
@@ -88,12 +90,27 @@ impl<const NV: usize> ActiveSet<NV> {
             .all(|s| *s == Side::Free)
     }
 
-    /// One step later; the repeated last command has its box but no edge.
-    pub fn shift<const NU: usize>(&mut self) {
-        self.bound.copy_within(NU.., 0);
-        self.edge.copy_within(NU.., 0);
-        for side in self.edge.iter_mut().rev().take(NU) {
-            *side = Side::Free;
+    /// One step later: block b then starts a step into itself and ends a step into the next. Its end is
+    /// tight where both ends were (one suffices where the next block is one step long), its edge
+    /// where both blocks moved alike. After the last block nothing moves.
+    pub fn shift<const NU: usize, const NB: usize>(&mut self, length: &[u8; NB]) {
+        for v in 0..NV {
+            let long = |block: usize| length.get(block).is_some_and(|l| *l > 1);
+            let block = v / NU;
+            let (bound, edge) = match (self.bound.get(v + NU), self.edge.get(v + NU)) {
+                (Some(bound), Some(edge)) => (*bound, *edge),
+                _ => (self.bound[v], Side::Free),
+            };
+            if !long(block + 1) || self.bound[v] == bound {
+                self.bound[v] = bound;
+            } else {
+                self.bound[v] = Side::Free;
+            }
+            if !long(block) || self.edge[v] == edge {
+                self.edge[v] = edge;
+            } else {
+                self.edge[v] = Side::Free;
+            }
         }
     }
 
@@ -110,7 +127,7 @@ impl<const NV: usize> ActiveSet<NV> {
 
     /// Drops what is not tight at `u`, and what would make the set linearly dependent: a group of
     /// commands joined by active edges keeps one anchor (a box, or the edge to the last command).
-    pub fn keep_tight<const NU: usize>(&mut self, bounds: &Bounds<NU>, u: &[f32; NV]) {
+    pub fn keep_tight<const NU: usize>(&mut self, bounds: &Bounds<NU, NV>, u: &[f32; NV]) {
         // A few roundings of the sums that put `u` there.
         const TIGHT: f32 = 1e-6;
         for v in 0..NV {
@@ -125,12 +142,11 @@ impl<const NV: usize> ActiveSet<NV> {
             }
         }
         for v in 0..NV {
-            let c = v % NU;
             let change = u[v] - bounds.before(u, v);
             let slack = match self.edge[v] {
                 Side::Free => continue,
-                Side::Lower => change + bounds.rate[c],
-                Side::Upper => bounds.rate[c] - change,
+                Side::Lower => change + bounds.rate[v],
+                Side::Upper => bounds.rate[v] - change,
             };
             if !(slack <= TIGHT) {
                 self.edge[v] = Side::Free;
@@ -175,7 +191,7 @@ impl<const NV: usize> ActiveSet<NV> {
     /// The first limit that a move from `u` by `p` runs into, and the fraction of `p` up to there.
     pub fn first_hit<const NU: usize>(
         &self,
-        bounds: &Bounds<NU>,
+        bounds: &Bounds<NU, NV>,
         u: &[f32; NV],
         p: &[f32; NV],
     ) -> Option<Hit> {
@@ -211,7 +227,7 @@ impl<const NV: usize> ActiveSet<NV> {
             if self.edge[v] == Side::Free {
                 let p_before = if v < NU { 0.0 } else { p[v - NU] };
                 let change = u[v] - bounds.before(u, v);
-                let rate = bounds.rate[c];
+                let rate = bounds.rate[v];
                 if p[v] != p_before {
                     consider(
                         Place::Edge(v),

@@ -2,18 +2,19 @@
 //! or an input in its dead zone, answers a small change by next to nothing, so that the step points far
 //! and wrong and its shortened parts gain little, while the reference is leaving.
 
+use super::prediction::Trajectory;
 use super::{Plan, Problem};
 use crate::model::Model;
 
-/// A plan whose J has grown by this factor since the last step is distrusted.
-const SUSPICIOUS: f32 = 8.0;
+/// A plan whose J has grown by this factor since the last step, and whose quadratic could not be trusted,
+/// is distrusted.
+pub(super) const SUSPICIOUS: f32 = 8.0;
 
 /// How far the plan is moved to look further, as a part of the channel's range.
 const REACH: f32 = 0.125;
 
-/// Looks to both sides of a plan that has become much dearer (`cost`) than the last one was when it was
-/// held; replaces it by what is better and says so. Cost: two evaluations of J a channel, and only
-/// then.
+/// Looks to both sides of a plan of this cost and replaces it by what is better. Cost: two evaluations of J
+/// a channel.
 #[inline(never)]
 pub(super) fn escape<
     M: Model<NU, NY, NS, ND, DD>,
@@ -23,35 +24,33 @@ pub(super) fn escape<
     const ND: usize,
     const DD: usize,
     const N: usize,
+    const NB: usize,
     const NV: usize,
 >(
-    problem: &Problem<'_, M, NU, NY, NS, ND, DD, N>,
+    problem: &Problem<'_, M, NU, NY, NS, ND, DD, N, NB, NV>,
     plan: &mut Plan<NV>,
+    trajectory: &mut Trajectory<M::Trace, NY, N>,
     cost: f32,
-) -> bool {
+) {
     let mut least = cost;
-    // A NaN on either side is no reason to look.
-    if cost > SUSPICIOUS * plan.cost {
-        let found = plan.u;
-        let bounds = problem.bounds;
-        for (channel, (lower, upper)) in bounds.lower.iter().zip(&bounds.upper).enumerate() {
-            let range = upper - lower;
-            if !range.is_finite() {
-                continue;
+    let found = plan.u;
+    let bounds = problem.bounds;
+    for (channel, (lower, upper)) in bounds.lower.iter().zip(&bounds.upper).enumerate() {
+        let range = upper - lower;
+        if !range.is_finite() {
+            continue;
+        }
+        for away in [REACH * range, -REACH * range] {
+            let mut candidate = found;
+            for u in candidate.iter_mut().skip(channel).step_by(NU) {
+                *u += away;
             }
-            for away in [REACH * range, -REACH * range] {
-                let mut candidate = found;
-                for u in candidate.iter_mut().skip(channel).step_by(NU) {
-                    *u += away;
-                }
-                bounds.project(&mut candidate);
-                let cost = problem.cost(&candidate);
-                if cost < least {
-                    plan.replace(&candidate);
-                    least = cost;
-                }
+            bounds.project(&mut candidate);
+            let cost = problem.roll(&candidate, trajectory);
+            if cost < least {
+                plan.replace(&candidate);
+                least = cost;
             }
         }
     }
-    least < cost
 }

@@ -1,22 +1,25 @@
 //! Newton-Raphson model predictive control (docs/mpc.md).
 //!
-//! minimise over U = (u(k) .. u(k+NC-1)), held after NC,
-//! J = sum_{j=1..N} e_j' Q e_j + sum_{i=0..NC-1} du_i' Lambda du_i, e_j = y(k+j) - r(k+j),
+//! minimise over the commands u(k) .. u(k+Nc-1), held after that,
+//! J = sum_{j=N1..N} e_j' Q e_j + sum_{i=0..Nc-1} du_i' Lambda du_i, e_j = y(k+j) - r(k+j),
 //! subject to lower <= u_i <= upper and |du_i| <= rate (eq. 4).
 //!
-//! [`prediction`] rolls the model out, [`cost`] adds J up and its derivatives, [`qp`] finds the best
-//! step inside the limits, [`newton`] decides how much of it to take. Everything is in model units.
+//! [`horizons`] describes the commands by few numbers, [`prediction`] rolls the model out, [`cost`]
+//! adds J up and its derivatives, [`qp`] finds the best step inside the limits, [`newton`] decides how
+//! much of it to take. Everything is in model units.
 
 pub mod constraint;
 pub mod cost;
 mod escape;
 pub mod factor;
+pub mod horizons;
 pub mod newton;
 pub mod prediction;
 pub mod qp;
 
 pub use constraint::{ActiveSet, Bounds};
 pub use cost::{Quadratic, Weights};
+pub use horizons::Horizons;
 pub use newton::{MAX_ITERATIONS, Outcome, solve};
 
 use crate::model::Regressor;
@@ -32,6 +35,8 @@ pub struct Problem<
     const ND: usize,
     const DD: usize,
     const N: usize,
+    const NB: usize,
+    const NV: usize,
 > {
     /// The predictor.
     pub model: &'a M,
@@ -44,18 +49,20 @@ pub struct Problem<
     /// Q and Lambda.
     pub weights: Weights<NU, NY>,
     /// Limits and the last applied command.
-    pub bounds: Bounds<NU>,
+    pub bounds: &'a Bounds<NU, NV>,
+    /// Which steps count, and the blocks of the plan.
+    pub horizons: &'a Horizons<N, NB>,
 }
 
-/// The decision variables, time-major (`u[i * NU + c]` is channel c at k+i), and which limits were
-/// active there: what one step hands to the next.
+/// The decision variables, time-major (`u[b * NU + c]` is channel c at the end of block b), and which
+/// limits were active there: what one step hands to the next.
 #[derive(Clone, Debug)]
 pub struct Plan<const NV: usize> {
     /// Planned commands, model units.
     pub u: [f32; NV],
     /// Limits that hold with equality.
     pub active: ActiveSet<NV>,
-    /// J when it was made; 0 before the first.
+    /// J when it was made; infinite before the first.
     pub cost: f32,
 }
 
@@ -65,14 +72,14 @@ impl<const NV: usize> Plan<NV> {
         Self {
             u: [0.0; NV],
             active: ActiveSet::new(),
-            cost: 0.0,
+            cost: f32::INFINITY,
         }
     }
 
     /// Every planned command is `u`.
     pub fn hold<const NU: usize>(&mut self, u: &[f32; NU]) {
-        for step in self.u.chunks_exact_mut(NU) {
-            for (planned, u) in step.iter_mut().zip(u) {
+        for end in self.u.chunks_exact_mut(NU) {
+            for (planned, u) in end.iter_mut().zip(u) {
                 *planned = *u;
             }
         }
@@ -85,19 +92,36 @@ impl<const NV: usize> Plan<NV> {
         self.active = ActiveSet::new();
     }
 
-    /// Warm start: the plan one step later, its last command repeated.
-    pub fn shift<const NU: usize>(&mut self) {
-        self.u.copy_within(NU.., 0);
-        self.active.shift::<NU>();
+    /// Warm start: the plan one step later, held at its end. A part of a feasible plan is feasible.
+    pub fn shift<const NU: usize, const N: usize, const NB: usize>(
+        &mut self,
+        horizons: &Horizons<N, NB>,
+    ) {
+        for b in 0..NB.saturating_sub(1) {
+            // The end of block b, one step later: the first step of the next block.
+            let share = match horizons.length.get(b + 1) {
+                Some(length) if *length > 1 => 1.0 / f32::from(*length),
+                _ => 1.0,
+            };
+            for v in b * NU..(b + 1) * NU {
+                if let (Some(end), Some(next)) =
+                    (self.u.get(v).copied(), self.u.get(v + NU).copied())
+                    && let Some(place) = self.u.get_mut(v)
+                {
+                    *place = next - (1.0 - share) * (next - end);
+                }
+            }
+        }
+        self.active.shift::<NU, NB>(&horizons.length);
     }
 
-    /// The first command.
-    pub fn first<const NU: usize>(&self) -> [f32; NU] {
-        let mut u = [0.0; NU];
-        for (u, planned) in u.iter_mut().zip(&self.u) {
-            *u = *planned;
-        }
-        u
+    /// u(k), where the command before it was `previous`.
+    pub fn first<const NU: usize, const N: usize, const NB: usize>(
+        &self,
+        horizons: &Horizons<N, NB>,
+        previous: &[f32; NU],
+    ) -> [f32; NU] {
+        horizons.command(&self.u, previous, 0)
     }
 }
 

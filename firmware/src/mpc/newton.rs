@@ -1,6 +1,7 @@
 //! Safeguarded Newton iterations on the plan (docs/mpc.md, section 5).
 
-use super::escape::escape;
+use super::escape::{SUSPICIOUS, escape};
+use super::prediction::Trajectory;
 use super::{Plan, Problem, Quadratic, qp};
 use crate::control_loop::Status;
 use crate::model::Model;
@@ -18,6 +19,10 @@ const SUFFICIENT: f32 = 1e-4;
 /// A step that promises less than this fraction of J is taken without evaluating J once more: the
 /// plan is optimal to within that, whatever the promise is worth.
 const CONVERGED: f32 = 1e-4;
+
+/// A quadratic that has foretold J to within this fraction is right about the rest too: another iteration
+/// gains less.
+const FORETOLD: f32 = 5e-3;
 
 /// A step that promises less than this fraction of J, or less than this much at all, is rounding and
 /// is not taken: on a flat cost it could be long and gain nothing.
@@ -41,9 +46,11 @@ pub struct Outcome {
 /// The plan is moved inside the limits first; where it has become much dearer than the last one, its
 /// surroundings are tried before the search. Each of at most `iterations` (1 to [`MAX_ITERATIONS`])
 /// linearisations gives a quadratic subproblem; its solution is taken whole if J then decreases, else
-/// in part; a step too small to matter ends the search. Cost: `iterations` linearisations, one
-/// evaluation of J and at most two more per iteration; where surroundings are tried `2 NU` evaluations
-/// and one linearisation more.
+/// in part. Where the quadratic has foretold J well, or the step is too small to matter, another
+/// iteration would gain next to nothing and is left out. Cost: one evaluation of J and, an iteration, one
+/// set of derivatives, one subproblem and at most three evaluations of J; the surroundings cost
+/// `2 NU + 1` evaluations and count as an iteration.
+#[inline(never)]
 pub fn solve<
     M: Model<NU, NY, NS, ND, DD>,
     const NU: usize,
@@ -52,58 +59,36 @@ pub fn solve<
     const ND: usize,
     const DD: usize,
     const N: usize,
-    const NC: usize,
+    const NB: usize,
     const NV: usize,
 >(
-    problem: &Problem<'_, M, NU, NY, NS, ND, DD, N>,
-    plan: &mut Plan<NV>,
-    iterations: u8,
-) -> Outcome {
-    let outcome = search::<M, NU, NY, NS, ND, DD, N, NC, NV>(problem, plan, iterations);
-    plan.cost = outcome.cost;
-    outcome
-}
-
-#[inline(never)]
-fn search<
-    M: Model<NU, NY, NS, ND, DD>,
-    const NU: usize,
-    const NY: usize,
-    const NS: usize,
-    const ND: usize,
-    const DD: usize,
-    const N: usize,
-    const NC: usize,
-    const NV: usize,
->(
-    problem: &Problem<'_, M, NU, NY, NS, ND, DD, N>,
+    problem: &Problem<'_, M, NU, NY, NS, ND, DD, N, NB, NV>,
     plan: &mut Plan<NV>,
     iterations: u8,
 ) -> Outcome {
     let allowed = iterations.clamp(1, MAX_ITERATIONS);
     problem.bounds.project(&mut plan.u);
-    let mut quadratic = Quadratic::new();
-    problem.linearise::<NC, NV>(&plan.u, &mut quadratic);
+    let mut trajectory = Trajectory::new(M::TRACE);
     let mut outcome = Outcome {
         status: Status::IterationLimit,
-        iterations: 1,
-        cost: quadratic.cost,
+        iterations: 0,
+        cost: problem.roll(&plan.u, &mut trajectory),
     };
     if !outcome.cost.is_finite() {
         outcome.status = Status::NotFinite;
         return outcome;
     }
-    if escape(problem, plan, outcome.cost) {
-        problem.linearise::<NC, NV>(&plan.u, &mut quadratic);
-        outcome.cost = quadratic.cost;
-    }
+    let before = plan.cost;
+    let mut escaped = false;
+    let mut quadratic = Quadratic::new();
     let mut candidate = plan.u;
-    // Every pass but the last adds one linearisation.
-    for _ in 0..MAX_ITERATIONS {
+    while outcome.iterations < allowed {
+        problem.derive(&plan.u, &trajectory, &mut quadratic);
+        outcome.iterations += 1;
         let mut active = plan.active.clone();
         qp::solve(
             &quadratic,
-            &problem.bounds,
+            problem.bounds,
             &plan.u,
             &mut active,
             &mut candidate,
@@ -114,44 +99,58 @@ fn search<
         let promised = -(slope + curvature);
         if !promised.is_finite() {
             outcome.status = Status::NoDecrease;
-            return outcome;
+            break;
         }
+        let trusted;
         if promised <= CONVERGED * outcome.cost + NOISE_ABSOLUTE {
+            // Nothing to gain; where no limit is the reason, it may be that nothing has a slope here.
+            trusted = !active.is_empty();
             if promised > NOISE * outcome.cost + NOISE_ABSOLUTE {
                 plan.u = candidate;
                 plan.active = active;
                 outcome.cost -= promised;
             }
             outcome.status = Status::Converged;
-            return outcome;
-        }
-        let last = outcome.iterations >= allowed;
-        let cost = if last {
-            problem.cost(&candidate)
         } else {
-            problem.linearise::<NC, NV>(&candidate, &mut quadratic);
-            outcome.iterations += 1;
-            quadratic.cost
-        };
-        if cost <= outcome.cost + SUFFICIENT * slope {
-            plan.u = candidate;
-            plan.active = active;
-            outcome.cost = cost;
-            if last {
-                return outcome;
+            let cost = problem.roll(&candidate, &mut trajectory);
+            if cost <= outcome.cost + SUFFICIENT * slope {
+                let foretold = outcome.cost - promised;
+                plan.u = candidate;
+                plan.active = active;
+                outcome.cost = cost;
+                trusted = (cost - foretold).abs() <= FORETOLD * cost;
+                outcome.status = if trusted {
+                    Status::Converged
+                } else {
+                    Status::IterationLimit
+                };
+            } else {
+                trusted = false;
+                outcome.status = if backtrack(
+                    problem,
+                    plan,
+                    &mut trajectory,
+                    &step,
+                    slope,
+                    cost,
+                    &mut outcome,
+                ) {
+                    Status::IterationLimit
+                } else {
+                    Status::NoDecrease
+                };
             }
-            continue;
         }
-        if !backtrack(problem, plan, &step, slope, cost, &mut outcome) {
-            outcome.status = Status::NoDecrease;
-            return outcome;
+        if !trusted && !escaped && outcome.cost > SUSPICIOUS * before {
+            escaped = true;
+            escape(problem, plan, &mut trajectory, outcome.cost);
+            outcome.cost = problem.roll(&plan.u, &mut trajectory);
+            outcome.status = Status::IterationLimit;
+        } else if outcome.status != Status::IterationLimit {
+            break;
         }
-        if outcome.iterations >= allowed {
-            return outcome;
-        }
-        problem.linearise::<NC, NV>(&plan.u, &mut quadratic);
-        outcome.iterations += 1;
     }
+    plan.cost = outcome.cost;
     outcome
 }
 
@@ -165,10 +164,12 @@ fn backtrack<
     const ND: usize,
     const DD: usize,
     const N: usize,
+    const NB: usize,
     const NV: usize,
 >(
-    problem: &Problem<'_, M, NU, NY, NS, ND, DD, N>,
+    problem: &Problem<'_, M, NU, NY, NS, ND, DD, N, NB, NV>,
     plan: &mut Plan<NV>,
+    trajectory: &mut Trajectory<M::Trace, NY, N>,
     step: &[f32; NV],
     slope: f32,
     cost_of_step: f32,
@@ -191,7 +192,7 @@ fn backtrack<
         };
         let mut shorter: [f32; NV] = core::array::from_fn(|v| plan.u[v] + part * step[v]);
         problem.bounds.project(&mut shorter);
-        cost = problem.cost(&shorter);
+        cost = problem.roll(&shorter, trajectory);
         if cost <= outcome.cost + SUFFICIENT * part * slope {
             plan.u = shorter;
             outcome.cost = cost;

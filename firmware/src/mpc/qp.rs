@@ -39,7 +39,7 @@ pub const fn iteration_limit(nv: usize) -> u16 {
 #[inline(never)]
 pub fn solve<const NU: usize, const NV: usize>(
     quadratic: &Quadratic<NV>,
-    bounds: &Bounds<NU>,
+    bounds: &Bounds<NU, NV>,
     u: &[f32; NV],
     active: &mut ActiveSet<NV>,
     w: &mut [f32; NV],

@@ -94,13 +94,15 @@ impl<
     const DD: usize,
 > Model<NU, NY, NS, ND, DD> for Shallow<NX, H, NY>
 {
-    fn predict(&self, x: &Regressor<NU, NY, NS, ND, DD>) -> [f32; NY] {
+    type Trace = [f32; H];
+    const TRACE: [f32; H] = [0.0; H];
+
+    fn predict(&self, x: &Regressor<NU, NY, NS, ND, DD>, a: &mut [f32; H]) -> [f32; NY] {
         let flat: [f32; NX] = network::flatten(x);
-        let mut a = [0.0; H];
-        network::dense(&self.w1, &self.b1, &flat, &mut a);
-        network::tanh(&mut a);
+        network::dense(&self.w1, &self.b1, &flat, a);
+        network::tanh(a);
         let mut y = [0.0; NY];
-        network::dense(&self.w2, &self.b2, &a, &mut y);
+        network::dense(&self.w2, &self.b2, a, &mut y);
         if self.increment {
             for (y, before) in y.iter_mut().zip(&x.y[0]) {
                 *y += before;
@@ -109,27 +111,13 @@ impl<
         y
     }
 
-    fn predict_with_jacobian(
-        &self,
-        x: &Regressor<NU, NY, NS, ND, DD>,
-        jacobian: &mut Jacobian<NU, NY, ND, DD>,
-    ) -> [f32; NY] {
-        let flat: [f32; NX] = network::flatten(x);
-        let mut a = [0.0; H];
-        network::dense(&self.w1, &self.b1, &flat, &mut a);
-        network::tanh(&mut a);
+    fn jacobian(&self, a: &[f32; H], jacobian: &mut Jacobian<NU, NY, ND, DD>) {
         let mut t = [[0.0; NY]; H];
-        network::seed_linear(&self.w2, &network::tanh_slope(&a), &mut t);
+        network::seed_linear(&self.w2, &network::tanh_slope(a), &mut t);
         network::input_jacobian(&t, &self.w1, jacobian);
-        let mut y = [0.0; NY];
-        network::dense(&self.w2, &self.b2, &a, &mut y);
         if self.increment {
             network::add_identity(jacobian);
-            for (y, before) in y.iter_mut().zip(&x.y[0]) {
-                *y += before;
-            }
         }
-        y
     }
 }
 
@@ -142,15 +130,14 @@ pub struct Linear {
 }
 
 impl<const NU: usize, const NS: usize> Model<NU, NU, NS, 2, 1> for Linear {
-    fn predict(&self, x: &Regressor<NU, NU, NS, 2, 1>) -> [f32; NU] {
+    type Trace = ();
+    const TRACE: () = ();
+
+    fn predict(&self, x: &Regressor<NU, NU, NS, 2, 1>, (): &mut ()) -> [f32; NU] {
         core::array::from_fn(|i| self.a * x.y[0][i] + self.b * x.u[0][i] + self.b1 * x.u[1][i])
     }
 
-    fn predict_with_jacobian(
-        &self,
-        x: &Regressor<NU, NU, NS, 2, 1>,
-        jacobian: &mut Jacobian<NU, NU, 2, 1>,
-    ) -> [f32; NU] {
+    fn jacobian(&self, (): &(), jacobian: &mut Jacobian<NU, NU, 2, 1>) {
         for r in 0..NU {
             for c in 0..NU {
                 let here = if r == c { 1.0 } else { 0.0 };
@@ -159,6 +146,5 @@ impl<const NU: usize, const NS: usize> Model<NU, NU, NS, 2, 1> for Linear {
                 jacobian.y[0][r][c] = self.a * here;
             }
         }
-        self.predict(x)
     }
 }

@@ -193,6 +193,8 @@ fn control(task: &Task) -> ControlSpec {
     ControlSpec {
         horizon: task.horizon,
         control_horizon: task.control_horizon,
+        move_blocks: vec![],
+        first_step: 1,
         tracking_weight: task.tracking_weight.clone(),
         move_suppression: task
             .move_suppression

@@ -15,25 +15,25 @@ type Jacobian = model::Jacobian<NU, NY, PAST_INPUTS, PAST_OUTPUTS>;
 pub struct Network;
 
 impl Model<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS> for Network {
-    fn predict(&self, x: &Regressor) -> [f32; NY] {
-        let mut a = Activations::ZERO;
-        forward(x, &mut a);
+    type Trace = Activations;
+    const TRACE: Activations = Activations::ZERO;
+
+    fn predict(&self, x: &Regressor, a: &mut Activations) -> [f32; NY] {
+        forward(x, a);
         a.a2
     }
 
-    fn predict_with_jacobian(&self, x: &Regressor, jacobian: &mut Jacobian) -> [f32; NY] {
-        let mut a = Activations::ZERO;
-        forward(x, &mut a);
+    fn jacobian(&self, a: &Activations, jacobian: &mut Jacobian) {
         let d1 = network::tanh_slope(&a.a1);
         let mut t1 = [[0.0; NY]; 10];
         network::seed_linear(&W2, &d1, &mut t1);
         network::input_jacobian(&t1, &W1, jacobian);
-        a.a2
     }
 }
 
 /// What the layers give; the last is the next output.
-struct Activations {
+#[derive(Clone, Copy, Debug)]
+pub struct Activations {
     a1: [f32; 10],
     a2: [f32; 3],
 }
@@ -45,8 +45,7 @@ impl Activations {
     };
 }
 
-/// The layers in turn. Both predictions go through this one copy: their bits are the same, and flash
-/// holds it once.
+/// The layers in turn. Every prediction goes through this one copy: flash holds it once.
 #[inline(never)]
 fn forward(x: &Regressor, a: &mut Activations) {
     let x = network::flatten(x);

@@ -1,0 +1,96 @@
+//! N1, N2, Nc and move blocking: which steps count, and how few numbers describe the commands
+//! (docs/mpc.md, section 2).
+//!
+//! The plan is piecewise linear: within a block every step makes the same move, so that a command at
+//! its rate limit over a whole block is one number, and holding commands is a block whose move is zero.
+//! The decision variables are the commands at the ends of the blocks; after the last block the
+//! command is held. Blocks of one step each are the classical control horizon.
+
+/// The horizons of a problem: `N` steps are predicted (N2), the commands have `NB` blocks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Horizons<const N: usize, const NB: usize> {
+    /// N1: the first predicted step that counts, from 1.
+    pub first: usize,
+    /// Steps in each block.
+    pub length: [u8; NB],
+    /// Per step, the block it lies in; after the last block, the last.
+    pub block: [u8; N],
+    /// Per step, how much of its block's move has been made; 1 after the last block.
+    pub share: [f32; N],
+}
+
+impl<const N: usize, const NB: usize> Horizons<N, NB> {
+    /// Every output from `first` (N1, from 1) to `N` counts; `length[b]` steps make the move of block b.
+    ///
+    /// A block is at least one step long, and what reaches beyond the horizon is cut off. Never
+    /// fails: codegen refuses such lengths before they come here.
+    pub const fn new(first: usize, length: [u8; NB]) -> Self {
+        let mut horizons = Self {
+            first,
+            length,
+            block: [0; N],
+            share: [1.0; N],
+        };
+        let mut step = 0;
+        let mut block = 0;
+        while block < NB {
+            if horizons.length[block] == 0 {
+                horizons.length[block] = 1;
+            }
+            let length = horizons.length[block];
+            let mut done = 0;
+            while done < length && step < N {
+                done += 1;
+                horizons.block[step] = block as u8;
+                horizons.share[step] = done as f32 / length as f32;
+                step += 1;
+            }
+            block += 1;
+        }
+        while step < N && NB > 0 {
+            horizons.block[step] = (NB - 1) as u8;
+            step += 1;
+        }
+        horizons
+    }
+
+    /// Everything counts and `NB` commands are decided one by one, the last held: N1 = 1, Nc = `NB`.
+    pub const fn every_step() -> Self {
+        Self::new(1, [1; NB])
+    }
+
+    /// Nc: steps up to the end of the last block.
+    pub const fn control_horizon(&self) -> usize {
+        let mut steps = 0;
+        let mut block = 0;
+        while block < NB {
+            steps += self.length[block] as usize;
+            block += 1;
+        }
+        steps
+    }
+
+    /// The command of step `j` in a plan, each channel between the ends of the step's block.
+    #[inline(always)]
+    pub fn command<const NU: usize, const NV: usize>(
+        &self,
+        plan: &[f32; NV],
+        previous: &[f32; NU],
+        j: usize,
+    ) -> [f32; NU] {
+        let (Some(block), Some(share)) = (self.block.get(j), self.share.get(j)) else {
+            return *previous;
+        };
+        let end = usize::from(*block) * NU;
+        let (before, ends) = plan.split_at_checked(end).unwrap_or((plan, &[]));
+        let mut u = *previous;
+        if let Some(before) = before.last_chunk() {
+            u = *before;
+        }
+        for (u, end) in u.iter_mut().zip(ends) {
+            // Exactly the end of the block at its last step.
+            *u = end - (1.0 - share) * (end - *u);
+        }
+        u
+    }
+}
