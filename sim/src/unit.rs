@@ -91,7 +91,6 @@ impl Quantity {
     }
 
     /// The unit at an actuator or a sensor whose input or reading is measured in `base`.
-    #[allow(dead_code, reason = "the plant takes it up next")]
     pub(crate) fn unit_of(self, base: &str) -> String {
         let base = if base.is_empty() { "1" } else { base };
         match self {

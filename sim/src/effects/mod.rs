@@ -8,13 +8,10 @@ mod actuator;
 mod damping;
 mod description;
 mod friction;
-#[allow(dead_code, reason = "the plant takes them up next")]
 mod gap;
 mod load;
-#[allow(dead_code, reason = "the plant takes them up next")]
 mod memory;
 mod mode;
-#[allow(dead_code, reason = "the plant takes them up next")]
 mod sensor;
 mod sentence;
 mod stiffness;
@@ -23,6 +20,9 @@ use crate::scalar::Scalar;
 pub use crate::unit::{Motion, Quantity};
 use description::parameter;
 pub use description::{Description, Energy, Family, ParameterSpec, Port, Scales, Sign};
+pub(crate) use gap::{dead_band, press};
+pub(crate) use memory::{creep_rate, hysteresis_rate};
+pub(crate) use sensor::curve;
 
 /// What an effect sees of its port.
 #[derive(Clone, Copy, Debug)]
@@ -145,25 +145,6 @@ effects! {
     SensorLag = sensor::Lag,
     SensorCurvature = sensor::Curvature,
 }
-
-/// Kinds that a rig may not use yet, because this version does not simulate them.
-pub const NOT_SIMULATED: &[Kind] = &[
-    Kind::LoadDependent,
-    Kind::EndStop,
-    Kind::Backlash,
-    Kind::TendonSlack,
-    Kind::Hysteresis,
-    Kind::Creep,
-    Kind::HiddenMode,
-    Kind::CrossCoupling,
-    Kind::InputDelay,
-    Kind::ActuatorLag,
-    Kind::InputDeadZone,
-    Kind::InputSaturation,
-    Kind::InputCurvature,
-    Kind::SensorLag,
-    Kind::SensorCurvature,
-];
 
 impl Kind {
     /// The effect of that name.

@@ -1,88 +1,104 @@
-//! Where on a step a body stops or breaks away: found on the plain numbers, by stepping there.
+//! Where on a step a mode ends (a body stops or breaks away, a law changes its branch): found on the
+//! plain numbers, by stepping there.
 
-use super::dynamics::{Dynamics, Mode, Scratch};
-use crate::plant::topology::{Inputs, State, Topology};
+use super::dynamics::{Dynamics, Mode, Scratch, Start};
+use crate::plant::forces::Forces;
+use crate::plant::topology::{Switch, Topology};
+use crate::scalar::Scalar;
+
+/// What ends a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Event {
+    /// A friction stops, turns or breaks away.
+    Friction(usize),
+    /// A law changes its branch.
+    Switch(usize),
+}
+
+/// How far the end of the step that was just taken is from leaving a mode: the speed in its direction
+/// while something slides, the force to spare while it rests, the distance from the branch's border.
+#[inline]
+pub(super) fn margin<S: Scalar>(
+    dynamics: &Dynamics<S>,
+    topology: &Topology,
+    event: Event,
+    start: &Start<S>,
+    tau: S,
+    scratch: &mut Scratch<S>,
+    forces: &mut Forces<S>,
+) -> S {
+    let at = dynamics.point(start, &scratch.end, tau);
+    match event {
+        Event::Friction(index) => match start.modes.friction[index] {
+            Mode::Slide(direction) => {
+                topology.frictions[index].speed(&dynamics.values, &scratch.end) * direction
+            }
+            Mode::Stick => {
+                topology.forces(&at, forces);
+                let modes = &start.modes.friction;
+                dynamics.accelerate(topology, &at, modes, forces, &mut scratch.last);
+                scratch.last[index].margin()
+            }
+        },
+        Event::Switch(index) => {
+            if matches!(topology.switches[index], Switch::Load(..)) {
+                topology.forces(&at, forces);
+            }
+            topology.margin(index, &at, &forces.load)
+        }
+    }
+}
 
 /// A step of plain numbers that can be taken to any length, to look for an event on it.
 pub(super) struct Probe<'a> {
     pub(super) topology: &'a Topology,
     pub(super) dynamics: &'a Dynamics<f64>,
-    pub(super) inputs: &'a Inputs<f64>,
-    pub(super) modes: &'a [Mode],
-    pub(super) from: &'a State<f64>,
-    pub(super) first: &'a [f64],
-    pub(super) tau: f64,
+    pub(super) start: Start<'a, f64>,
     pub(super) scratch: &'a mut Scratch<f64>,
-    pub(super) force: &'a mut [f64],
+    pub(super) forces: &'a mut Forces<f64>,
 }
 
 impl Probe<'_> {
-    /// How far the body of `friction` is from changing its mode after a step of length `t`: the
-    /// speed in its direction while it slides, the force to spare while it rests.
-    pub(super) fn margin(&mut self, friction: usize, t: f64) -> f64 {
-        self.go(t);
-        let body = self.topology.frictions[friction].body;
-        match self.modes[friction] {
-            Mode::Slide(direction) => direction * self.scratch.end.v[body],
-            Mode::Stick => {
-                self.other_forces(t);
-                self.to_spare(friction, self.force[body])
-            }
-        }
+    /// The margin after a step of length `t`.
+    pub(super) fn margin(&mut self, event: Event, t: f64) -> f64 {
+        self.dynamics
+            .step(self.topology, &self.start, t, self.scratch);
+        let tau = self.start.tau + t;
+        margin(
+            self.dynamics,
+            self.topology,
+            event,
+            &self.start,
+            tau,
+            self.scratch,
+            self.forces,
+        )
     }
 
     /// Rate of change of the margin at `t`, by a five-point difference (error about 1e-13).
     ///
     /// Of the margin as it is computed: the acceleration there would be the rate of the exact margin,
     /// which differs by the truncation error of the step, and so would the derivatives.
-    pub(super) fn slope(&mut self, friction: usize, t: f64, step: f64) -> f64 {
+    pub(super) fn slope(&mut self, event: Event, t: f64, step: f64) -> f64 {
         let d = 0.01 * step;
-        let mut difference = |d: f64| self.margin(friction, t + d) - self.margin(friction, t - d);
+        let mut difference = |d: f64| self.margin(event, t + d) - self.margin(event, t - d);
         (8.0 * difference(d) - difference(2.0 * d)) / (12.0 * d)
-    }
-
-    fn go(&mut self, t: f64) {
-        self.dynamics.step(
-            self.topology,
-            self.inputs,
-            self.modes,
-            self.from,
-            self.first,
-            self.tau,
-            t,
-            self.scratch,
-        );
-    }
-
-    fn other_forces(&mut self, t: f64) {
-        self.topology.forces(
-            &self.dynamics.values,
-            &self.scratch.end,
-            self.inputs,
-            self.tau + t,
-            self.force,
-        );
-    }
-
-    fn to_spare(&self, friction: usize, force: f64) -> f64 {
-        let [forward, backward] = self.topology.frictions[friction].hold(&self.dynamics.values);
-        (forward - force).min(force + backward)
     }
 
     /// The time on (0, `within`] at which the margin turns negative, if it does: `within` is where
     /// it was seen negative. A margin that is negative from the start gives 0.
-    pub(super) fn locate(&mut self, friction: usize, within: f64) -> Option<f64> {
-        let after = self.margin(friction, within);
+    pub(super) fn locate(&mut self, event: Event, within: f64) -> Option<f64> {
+        let after = self.margin(event, within);
         if after >= 0.0 {
             return None;
         }
-        let mut low = (0.0, self.margin(friction, 0.0));
+        let mut low = (0.0, self.margin(event, 0.0));
         if low.1 <= 0.0 {
             // A body that has just begun to slide begins with no margin: look for where it has some.
             let mut t = within;
             for _ in 0..30 {
                 t *= 0.5;
-                let margin = self.margin(friction, t);
+                let margin = self.margin(event, t);
                 if margin > 0.0 {
                     low = (t, margin);
                     break;
@@ -92,12 +108,12 @@ impl Probe<'_> {
                 return Some(0.0);
             }
         }
-        Some(self.bisect(friction, low, (within, after), within))
+        Some(self.bisect(event, low, (within, after), within))
     }
 
     /// The Illinois method: false position that halves the weight of an end which stays, with a
     /// bisection every third time as the guarantee. Returns the end at which the event has happened.
-    fn bisect(&mut self, friction: usize, low: (f64, f64), high: (f64, f64), scale: f64) -> f64 {
+    fn bisect(&mut self, event: Event, low: (f64, f64), high: (f64, f64), scale: f64) -> f64 {
         let ((mut a, mut fa), (mut b, mut fb)) = (low, high);
         let mut side = 0;
         for round in 1..=120 {
@@ -107,7 +123,7 @@ impl Probe<'_> {
             let chord = b - fb * (b - a) / (fb - fa);
             let inside = a < chord && chord < b && round % 3 != 0;
             let t = if inside { chord } else { 0.5 * (a + b) };
-            let margin = self.margin(friction, t);
+            let margin = self.margin(event, t);
             if margin == 0.0 {
                 return t;
             }

@@ -5,7 +5,9 @@ mod dynamics;
 mod event;
 mod rate;
 mod stepper;
+mod sticking;
 mod substep;
+pub(crate) mod supply;
 
 pub use stepper::Stepper;
 
@@ -28,7 +30,8 @@ pub struct Report {
     pub substeps: usize,
     /// Stops, reversals and breakaways that a step was cut at.
     pub events: usize,
-    /// Sub-steps on which a tendon went slack or taut, which were taken in smaller parts.
+    /// Kinks and jumps of laws that a step was cut at: contact made and lost, slack and taut, the ends
+    /// of play, reversals of a drag or a hysteresis.
     pub kinks: usize,
     /// Sub-steps with more events than are followed, which were ended with the body at rest.
     pub fallbacks: usize,

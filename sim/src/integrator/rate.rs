@@ -1,9 +1,10 @@
-//! How fast the rig can move, and how many sub-steps that takes (docs/plant.md, eq. 14).
+//! How fast the rig can move, and how many sub-steps that takes (docs/plant.md, eq. 19).
 
 use super::{MAX_SUBSTEPS, RATE_STEP};
 use crate::effects::{At, Slopes};
 use crate::error::SimulationError;
-use crate::plant::topology::{State, Topology};
+use crate::plant::forces::State;
+use crate::plant::topology::{Followed, Memory, Topology};
 
 /// Row sums of |M^-1/2 K M^-1/2| and |M^-1/2 C M^-1/2|, an upper bound on their eigenvalues.
 struct RowSums<'a> {
@@ -34,12 +35,14 @@ impl RowSums<'_> {
 ///
 /// With omega^2 and gamma the row sums of stiffness and damping scaled by inertia, an eigenvalue
 /// obeys |lambda|^2 <= gamma |lambda| + omega^2, hence
-/// |lambda| <= gamma/2 + sqrt(gamma^2/4 + omega^2).
+/// |lambda| <= gamma/2 + sqrt(gamma^2/4 + omega^2). Rates of internal states add to it. Stops count
+/// where `stops` asks for them and the body may meet them in that time.
 pub(super) fn bound(
     topology: &Topology,
     values: &[f64],
     state: &State<f64>,
     ahead: f64,
+    stops: bool,
 ) -> (f64, usize) {
     let inertias = topology.bodies.iter().map(|body| values[body.inertia]);
     let root_inertia: Vec<f64> = inertias.map(crate::math::sqrt).collect();
@@ -49,9 +52,10 @@ pub(super) fn bound(
         stiffness: vec![0.0; bodies],
         damping: vec![0.0; bodies],
     };
+    let mut internal = 0.0;
     for spring in &topology.springs {
-        let extension = state.q[spring.to] - state.q[spring.from] - values[spring.rest];
-        let velocity = state.v[spring.to] - state.v[spring.from];
+        let extension = spring.extension(values, state);
+        let velocity = spring.speed(state);
         let at = At {
             position: extension.abs() + velocity.abs() * ahead,
             velocity,
@@ -67,6 +71,26 @@ pub(super) fn bound(
             slopes.stiffness += more.stiffness;
             slopes.damping += more.damping;
         }
+        for memory in &spring.memory {
+            match *memory {
+                Memory::Hysteresis { slot, state: z, .. } => {
+                    let p = &values[slot..];
+                    // z' = v (1 - ...) is at most twice the speed inside the loop, and z settles over
+                    // the distance that the strain hardens in.
+                    let hardening = p[1].abs() + p[2].abs();
+                    let size = crate::math::exp(
+                        (p[3] - 1.0) * crate::math::ln(state.z[z].abs().max(1e-300)),
+                    );
+                    let size = if p[3] == 1.0 { 1.0 } else { size };
+                    slopes.stiffness += 2.0 * p[0].abs();
+                    internal += velocity.abs() * p[3].abs() * hardening * size;
+                }
+                Memory::Creep { slot, .. } => {
+                    slopes.stiffness += values[slot].abs();
+                    internal += 1.0 / values[slot + 1].abs();
+                }
+            }
+        }
         rows.add(&[(spring.from, 1.0), (spring.to, 1.0)], slopes);
     }
     for damper in &topology.dampers {
@@ -76,17 +100,23 @@ pub(super) fn bound(
         };
         rows.add(&[(damper.from, 1.0), (damper.to, 1.0)], slopes);
     }
-    for tendon in &topology.tendons {
+    let followed = |load: Followed| {
+        let follows = topology.frictions.iter().flat_map(|f| &f.follows);
+        let here = follows.filter(|follow| follow.load == load);
+        1.0 + here.map(|f| values[f.coefficient].abs()).sum::<f64>()
+    };
+    for (index, tendon) in topology.tendons.iter().enumerate() {
         let arms = tendon.path.iter().map(|&(body, arm)| (body, values[arm]));
+        let factor = followed(Followed::Tension(index));
         let slopes = Slopes {
-            stiffness: values[tendon.stiffness].abs(),
-            damping: values[tendon.damping].abs(),
+            stiffness: factor * values[tendon.stiffness].abs(),
+            damping: factor * values[tendon.damping].abs(),
         };
         rows.add(&arms.collect::<Vec<_>>(), slopes);
     }
     let loads = topology.loads.iter().map(|l| (l.body, l.motion, l.law));
-    let frictions =
-        (topology.frictions.iter()).flat_map(|f| f.laws.iter().map(|law| (f.body, f.motion, *law)));
+    let frictions = (topology.frictions.iter())
+        .flat_map(|f| f.laws.iter().map(|law| (f.body(), f.motion, *law)));
     for (body, motion, law) in loads.chain(frictions) {
         let at = At {
             position: state.q[body],
@@ -96,6 +126,24 @@ pub(super) fn bound(
         };
         rows.add(&[(body, 1.0)], law.kind.slopes(&values[law.slot..], &at));
     }
+    if topology.follows > 0 {
+        for body in 0..bodies {
+            let factor = followed(Followed::Pulls(body));
+            rows.stiffness[body] *= factor;
+            rows.damping[body] *= factor;
+        }
+    }
+    for stop in topology.stops.iter().filter(|_| stops) {
+        let p = &values[stop.slot..];
+        let depth = p[3] * (state.q[stop.body] - p[0]);
+        if depth + 2.0 * state.v[stop.body].abs() * ahead > 0.0 {
+            let slopes = Slopes {
+                stiffness: p[1].abs(),
+                damping: p[2].abs(),
+            };
+            rows.add(&[(stop.body, 1.0)], slopes);
+        }
+    }
     // The two maxima may sit at different bodies; the bound needs both, the name only the larger.
     let largest = |rows: &[f64]| rows.iter().copied().fold(0.0, f64::max);
     let (omega2, gamma) = (largest(&rows.stiffness), largest(&rows.damping));
@@ -103,7 +151,7 @@ pub(super) fn bound(
         |omega2: f64, gamma: f64| 0.5 * gamma + crate::math::sqrt(0.25 * gamma * gamma + omega2);
     let own = |body: usize| of(rows.stiffness[body], rows.damping[body]);
     let fastest = (0..bodies).max_by(|&a, &b| own(a).total_cmp(&own(b)));
-    (of(omega2, gamma), fastest.unwrap_or(0))
+    (of(omega2, gamma) + internal, fastest.unwrap_or(0))
 }
 
 /// Sub-steps for an interval: the smallest power of two that keeps a sub-step within the rate. A
@@ -117,10 +165,19 @@ pub(super) fn substeps(
     if wanted <= MAX_SUBSTEPS as f64 {
         Ok((wanted.ceil() as usize).max(1).next_power_of_two())
     } else {
-        Err(SimulationError::TooStiff {
-            body: topology.names[body].clone(),
-            rate,
-            interval,
-        })
+        Err(too_stiff(topology, (rate, body), interval))
+    }
+}
+
+/// The refusal of a rig that moves too fast for its samples.
+pub(super) fn too_stiff(
+    topology: &Topology,
+    (rate, body): (f64, usize),
+    interval: f64,
+) -> SimulationError {
+    SimulationError::TooStiff {
+        body: topology.names[body].clone(),
+        rate,
+        interval,
     }
 }

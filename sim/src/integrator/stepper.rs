@@ -1,11 +1,13 @@
 //! A plant in time: state, inputs, and the step from one sample to the next.
 
 use super::substep::Substep;
+use super::supply::Supply;
 use super::{Report, rate};
 use crate::drive::Drive;
 use crate::error::SimulationError;
 use crate::plant::Plant;
 use crate::plant::topology::Topology;
+use crate::plant::wave::{Shape, Wave};
 use crate::scalar::Scalar;
 use std::sync::Arc;
 
@@ -29,6 +31,7 @@ use std::sync::Arc;
 pub struct Stepper<S> {
     topology: Arc<Topology>,
     work: Substep<S>,
+    supply: Supply<S>,
     report: Report,
     rate: (f64, usize),
     time: f64,
@@ -71,6 +74,7 @@ impl<S: Scalar> Stepper<S> {
         }
         let mut stepper = Self {
             work: Substep::new(&topology, values),
+            supply: Supply::new(&topology),
             topology,
             report: Report::default(),
             rate: (0.0, 0),
@@ -88,15 +92,18 @@ impl<S: Scalar> Stepper<S> {
     /// `Shape`.
     pub fn set_state(&mut self, state: &[S]) -> Result<(), SimulationError> {
         let bodies = self.topology.bodies.len();
-        if state.len() != 2 * bodies {
+        let expected = 2 * bodies + self.topology.internal.len();
+        if state.len() != expected {
             return Err(SimulationError::Shape {
                 what: "state".to_owned(),
-                expected: 2 * bodies,
+                expected,
                 found: state.len(),
             });
         }
         self.work.state.q[..bodies].copy_from_slice(&state[..bodies]);
-        self.work.state.v[..bodies].copy_from_slice(&state[bodies..]);
+        self.work.state.v[..bodies].copy_from_slice(&state[bodies..2 * bodies]);
+        self.work.state.z.copy_from_slice(&state[2 * bodies..]);
+        self.refresh();
         Ok(())
     }
 
@@ -139,8 +146,7 @@ impl<S: Scalar> Stepper<S> {
             });
         }
         for (index, (&from, &to)) in from.iter().zip(to).enumerate() {
-            self.work.inputs.held[index] = from;
-            self.work.inputs.slope[index] = (to - from) / dt;
+            self.take(index, from, (to - from) / dt);
         }
         self.step(dt)
     }
@@ -151,13 +157,8 @@ impl<S: Scalar> Stepper<S> {
     /// When the plant has no such sensor.
     #[inline]
     pub fn signal(&self, sensor: usize) -> S {
-        self.topology.signal(
-            sensor,
-            &self.work.dynamics.values,
-            &self.work.state,
-            &self.work.inputs,
-            S::constant(self.tau),
-        )
+        let at = self.work.point(S::constant(self.tau));
+        self.topology.signal(sensor, &at)
     }
 
     /// Every sensor's signal now, SI.
@@ -167,11 +168,11 @@ impl<S: Scalar> Stepper<S> {
             .collect()
     }
 
-    /// Positions, then velocities.
+    /// Positions, velocities, internal states: the order of [`Plant::state_names`].
     pub fn state(&self) -> Vec<S> {
         let bodies = self.topology.bodies.len();
         let state = &self.work.state;
-        [&state.q[..bodies], &state.v[..bodies]].concat()
+        [&state.q[..bodies], &state.v[..bodies], &state.z].concat()
     }
 
     /// Seconds since the start.
@@ -189,10 +190,50 @@ impl<S: Scalar> Stepper<S> {
         for input in 0..self.topology.inputs {
             let now = drive.at(row, input);
             let slope = ahead.map_or(0.0, |dt| (drive.at(row + 1, input) - now) / dt);
-            self.work.inputs.held[input] = S::constant(now);
-            self.work.inputs.slope[input] = S::constant(slope);
+            self.take(input, S::constant(now), S::constant(slope));
         }
+        self.present();
+    }
+
+    /// Takes a column's value and slope from now on.
+    pub(crate) fn take(&mut self, input: usize, value: S, slope: S) {
+        if self.topology.shaped {
+            self.supply.take(input, self.time, value, slope);
+            return;
+        }
+        for (wave, line) in self.work.waves.iter_mut().zip(&self.topology.lines) {
+            if line.input == input {
+                *wave = Wave {
+                    shape: if line.linear {
+                        Shape::Ramp
+                    } else {
+                        Shape::Held
+                    },
+                    c: [value, slope, S::ZERO],
+                    ..Wave::ZERO
+                };
+            }
+        }
+    }
+
+    /// The inputs that were taken act from now on: what sensors see of them.
+    pub(crate) fn present(&mut self) {
         self.tau = 0.0;
+        if self.topology.shaped {
+            let work = &mut self.work;
+            let values = &work.dynamics.values;
+            self.supply.begin(&self.topology, values, self.time);
+            let waves = &mut work.waves;
+            let _ = self
+                .supply
+                .stretch(&self.topology, values, self.time, S::ZERO, 1.0, waves);
+        }
+        self.refresh();
+    }
+
+    /// Branches of laws where the state is, for sensors.
+    fn refresh(&mut self) {
+        self.work.refresh(&self.topology, S::constant(self.tau));
     }
 
     /// Advances by `dt` with the inputs that were taken.
@@ -200,33 +241,113 @@ impl<S: Scalar> Stepper<S> {
         if self.topology.rates_vary {
             self.watch_rate(dt);
         }
-        let count = rate::substeps(&self.topology, self.rate, dt)?;
-        let h = dt / count as f64;
-        for substep in 0..count {
-            let tau = substep as f64 * h;
-            self.work.advance(&self.topology, tau, h, &mut self.report);
+        let mut rate = self.rate;
+        if !self.topology.stops.is_empty() {
+            let near = self.work.rate(&self.topology, dt, true);
+            if near.0 > rate.0 {
+                rate = near;
+            }
+            self.report.rate = self.report.rate.max(rate.0);
         }
+        let count = if self.topology.shaped {
+            self.stretches(rate, dt)?
+        } else {
+            let count = rate::substeps(&self.topology, rate, dt)?;
+            let h = dt / count as f64;
+            for substep in 0..count {
+                let tau = S::constant(substep as f64 * h);
+                self.work
+                    .advance(&self.topology, tau, h, h, &mut self.report);
+            }
+            count
+        };
         self.report.substeps += count;
         self.report.most_substeps = self.report.most_substeps.max(count);
         self.time += dt;
         self.tau = dt;
+        self.refresh();
         let bodies = self.topology.bodies.len();
         let state = &self.work.state;
-        let finite = |x: &[S]| x[..bodies].iter().all(|x| x.value().is_finite());
-        if finite(&state.q) && finite(&state.v) {
+        let finite = |x: &[S]| x.iter().all(|x| x.value().is_finite());
+        if finite(&state.q[..bodies]) && finite(&state.v[..bodies]) && finite(&state.z) {
             Ok(())
         } else {
             Err(SimulationError::Diverged { time: self.time })
         }
     }
 
+    /// A sample interval on which the inputs change their formulas: cut where they do. Returns how
+    /// many sub-steps it took.
+    fn stretches(&mut self, rate: (f64, usize), dt: f64) -> Result<usize, SimulationError> {
+        let (mut cursor, mut count) = (S::ZERO, 0);
+        self.supply
+            .begin(&self.topology, &self.work.dynamics.values, self.time);
+        loop {
+            let work = &mut self.work;
+            let values = &work.dynamics.values;
+            let waves = &mut work.waves;
+            let cut = self
+                .supply
+                .stretch(&self.topology, values, self.time, cursor, dt, waves);
+            let end = cut.unwrap_or(S::constant(dt));
+            let length = end - cursor;
+            count += self.stretch(rate, cursor, length)?;
+            let work = &self.work;
+            let values = &work.dynamics.values;
+            self.supply
+                .arrive(&self.topology, values, self.time, end, &work.waves);
+            if cut.is_none() {
+                return Ok(count);
+            }
+            cursor = end;
+            if count > super::MAX_SUBSTEPS {
+                return Err(rate::too_stiff(&self.topology, rate, dt));
+            }
+        }
+    }
+
+    /// A part of a sample interval on which every input is one formula. Where a lag decays faster than
+    /// the rig moves, sub-steps grow from its time constant on.
+    fn stretch(
+        &mut self,
+        rate: (f64, usize),
+        cursor: S,
+        length: S,
+    ) -> Result<usize, SimulationError> {
+        let whole = length.value();
+        let count = rate::substeps(&self.topology, rate, whole.max(0.0))?;
+        let step = whole / count as f64;
+        let mut cuts = vec![0.0];
+        if let Some(time) = Supply::unsettled(&self.work.waves) {
+            let mut at = 0.0;
+            loop {
+                let next = 0.5 * time * crate::math::exp(at / (5.0 * time));
+                at += next;
+                if next >= step || at >= whole {
+                    break;
+                }
+                cuts.push(at / whole);
+            }
+        }
+        let graded = cuts.last().copied().unwrap_or(0.0);
+        let rest = ((1.0 - graded) * count as f64).ceil().max(1.0) as usize;
+        cuts.extend((1..=rest).map(|k| graded + (1.0 - graded) * k as f64 / rest as f64));
+        for pair in cuts.windows(2) {
+            let h = length * (pair[1] - pair[0]);
+            let tau = cursor + length * pair[0];
+            self.work
+                .advance(&self.topology, tau, h, h.value(), &mut self.report);
+        }
+        Ok(cuts.len() - 1)
+    }
+
     /// Looks at the rate here and keeps the largest so far, so that a stiffening spring is not taken
     /// for soft each time it passes its rest.
     fn watch_rate(&mut self, ahead: f64) {
-        let here = self.work.rate(&self.topology, ahead);
+        let here = self.work.rate(&self.topology, ahead, false);
         if here.0 > self.rate.0 || here.0.is_nan() {
             self.rate = here;
         }
-        self.report.rate = self.rate.0;
+        self.report.rate = self.report.rate.max(self.rate.0);
     }
 }

@@ -1,39 +1,42 @@
-//! One sub-step, cut at every event on it (docs/plant.md, eq. 16).
+//! One sub-step, with whatever stops, breaks away, turns or touches on it.
 
-use super::dynamics::{Dynamics, Mode, Scratch};
-use super::event::{self, Probe};
-use super::{Report, rate};
-use crate::plant::topology::{Inputs, State, Topology};
+use super::dynamics::{Dynamics, Mode, Modes, Scratch, Start};
+use super::event::{self, Event, Probe};
+use super::{Report, rate, sticking};
+use crate::plant::forces::{Forces, Point, State};
+use crate::plant::topology::Topology;
+use crate::plant::wave::Wave;
 use crate::scalar::Scalar;
+use std::ops::{Add, Mul};
 
 /// Everything that a sub-step works in; allocated once a simulation.
 #[derive(Clone, Debug)]
 pub(super) struct Substep<S> {
     pub(super) dynamics: Dynamics<S>,
-    pub(super) plain: Dynamics<f64>,
     pub(super) state: State<S>,
-    pub(super) inputs: Inputs<S>,
-    /// Where the sub-step began, to begin it again.
-    begun: State<S>,
-    /// Whether each unilateral tendon was slack there.
-    slack: Vec<bool>,
-    modes: Vec<Mode>,
-    first: Vec<S>,
-    last: Vec<S>,
+    /// What the actuators take: one entry a line.
+    pub(super) waves: Vec<Wave<S>>,
+    modes: Modes,
+    first: Forces<S>,
+    last: Forces<S>,
     scratch: Scratch<S>,
-    plain_state: State<f64>,
-    plain_inputs: Inputs<f64>,
-    plain_first: Vec<f64>,
-    plain_force: Vec<f64>,
-    plain_scratch: Scratch<f64>,
+    plain: Plain,
 }
 
-/// Parts of a sub-step on which a tendon goes slack or taut.
-const KINK_PARTS: usize = 16;
+/// The same without derivatives, for the search of events.
+#[derive(Clone, Debug)]
+struct Plain {
+    dynamics: Dynamics<f64>,
+    state: State<f64>,
+    waves: Vec<Wave<f64>>,
+    first: Forces<f64>,
+    last: Forces<f64>,
+    scratch: Scratch<f64>,
+}
 
 /// Whether a resting body is held, or which way it starts (eq. 6): held while the other force stays
 /// within what friction can oppose.
-fn decide(force: f64, [forward, backward]: [f64; 2]) -> Mode {
+pub(super) fn decide(force: f64, [forward, backward]: [f64; 2]) -> Mode {
     match (force > forward, force < -backward) {
         (false, false) => Mode::Stick,
         (true, false) => Mode::Slide(1.0),
@@ -50,174 +53,273 @@ fn plain_into<S: Scalar>(to: &mut [f64], from: &[S]) {
     }
 }
 
+impl Plain {
+    fn take_state<S: Scalar>(&mut self, state: &State<S>) {
+        plain_into(&mut self.state.q, &state.q);
+        plain_into(&mut self.state.v, &state.v);
+        plain_into(&mut self.state.z, &state.z);
+    }
+
+    fn take<S: Scalar>(&mut self, state: &State<S>, waves: &[Wave<S>], first: &Forces<S>) {
+        self.take_state(state);
+        for (to, from) in self.waves.iter_mut().zip(waves) {
+            *to = from.plain();
+        }
+        plain_into(&mut self.first.force, &first.force);
+        plain_into(&mut self.first.rate, &first.rate);
+        plain_into(&mut self.first.load, &first.load);
+    }
+}
+
 impl<S: Scalar> Substep<S> {
     pub(super) fn new(topology: &Topology, values: &[S]) -> Self {
-        let (bodies, frictions) = (topology.bodies.len(), topology.frictions.len());
         let dynamics = Dynamics::new(topology, values);
         Self {
-            plain: dynamics.plain(topology),
+            plain: Plain {
+                dynamics: dynamics.plain(topology),
+                state: State::rest(topology),
+                waves: vec![Wave::ZERO; topology.lines.len()],
+                first: Forces::new(topology),
+                last: Forces::new(topology),
+                scratch: Scratch::new(topology),
+            },
             dynamics,
-            state: State::rest(bodies),
-            inputs: Inputs::zero(topology.inputs),
-            begun: State::rest(bodies),
-            slack: vec![false; topology.unilateral.len()],
-            modes: vec![Mode::Stick; frictions],
-            first: vec![S::ZERO; bodies + 1],
-            last: vec![S::ZERO; bodies + 1],
-            scratch: Scratch::new(bodies, frictions),
-            plain_state: State::rest(bodies),
-            plain_inputs: Inputs::zero(topology.inputs),
-            plain_first: vec![0.0; bodies + 1],
-            plain_force: vec![0.0; bodies + 1],
-            plain_scratch: Scratch::new(bodies, frictions),
+            state: State::rest(topology),
+            waves: vec![Wave::ZERO; topology.lines.len()],
+            modes: Modes {
+                friction: vec![Mode::Stick; topology.frictions.len()],
+                branches: vec![0; topology.switches.len()],
+            },
+            first: Forces::new(topology),
+            last: Forces::new(topology),
+            scratch: Scratch::new(topology),
         }
     }
 
-    /// A bound on the fastest rate within the next `ahead` seconds, 1/s, and the body where it sits.
-    pub(super) fn rate(&mut self, topology: &Topology, ahead: f64) -> (f64, usize) {
-        plain_into(&mut self.plain_state.q, &self.state.q);
-        plain_into(&mut self.plain_state.v, &self.state.v);
-        rate::bound(topology, &self.plain.values, &self.plain_state, ahead)
+    /// A bound on the fastest rate within the next `ahead` seconds, 1/s, and the body where it sits; with
+    /// the stops that may be met in that time, or without stops.
+    pub(super) fn rate(&mut self, topology: &Topology, ahead: f64, stops: bool) -> (f64, usize) {
+        self.plain.take_state(&self.state);
+        let values = &self.plain.dynamics.values;
+        rate::bound(topology, values, &self.plain.state, ahead, stops)
     }
 
-    /// Advances the state by `h`, beginning `tau` into the sample interval.
-    pub(super) fn advance(&mut self, topology: &Topology, tau: f64, h: f64, report: &mut Report) {
-        if topology.unilateral.is_empty() {
-            return self.part(topology, tau, h, report);
-        }
-        self.begun.q.copy_from_slice(&self.state.q);
-        self.begun.v.copy_from_slice(&self.state.v);
-        let before = *report;
-        self.watch_tendons(topology, tau, true);
-        self.part(topology, tau, h, report);
-        if !self.watch_tendons(topology, tau + h, false) {
-            return;
-        }
-        // A tendon went slack or taut on the way: its tension has a kink there, across which a step
-        // is only of third order. Taken again in small parts, all but one of them are smooth.
-        std::mem::swap(&mut self.state, &mut self.begun);
-        *report = before;
-        report.kinks += 1;
-        let part = h / KINK_PARTS as f64;
-        for index in 0..KINK_PARTS {
-            self.part(topology, tau + index as f64 * part, part, report);
+    /// Where the state stands, for sensors: branches are those of the state.
+    pub(super) fn refresh(&mut self, topology: &Topology, tau: S) {
+        if !topology.switches.is_empty() {
+            self.settle_branches(topology, tau);
         }
     }
 
-    /// Notes which tendons are slack (`note`), or says whether one has changed since.
-    fn watch_tendons(&mut self, topology: &Topology, tau: f64, note: bool) -> bool {
-        let mut changed = false;
-        for (slack, &index) in self.slack.iter_mut().zip(&topology.unilateral) {
-            let tendon = &topology.tendons[index];
-            let values = &self.dynamics.values;
-            let tau = S::constant(tau);
-            let tension = tendon.tension(values, &self.state, &self.inputs, tau);
-            let now = tension.value() <= 0.0;
-            changed |= now != *slack;
-            if note {
-                *slack = now;
-            }
-        }
-        changed
-    }
-
-    /// A sub-step, or a part of one.
-    fn part(&mut self, topology: &Topology, tau: f64, h: f64, report: &mut Report) {
-        let tau = S::constant(tau);
-        self.other_forces(topology, tau);
-        self.settle(topology);
-        self.dynamics.step(
-            topology,
-            &self.inputs,
-            &self.modes,
-            &self.state,
-            &self.first,
+    /// Everything that forces depend on, now.
+    pub(super) fn point(&self, tau: S) -> Point<'_, S> {
+        Point {
+            values: &self.dynamics.values,
+            state: &self.state,
+            waves: &self.waves,
             tau,
-            h,
-            &mut self.scratch,
-        );
-        if topology.frictions.is_empty() {
+            branches: &self.modes.branches,
+        }
+    }
+
+    /// Advances the state by `h`, of the value `length`, beginning `tau` into the sample interval.
+    pub(super) fn advance<T>(
+        &mut self,
+        topology: &Topology,
+        tau: S,
+        h: T,
+        length: f64,
+        report: &mut Report,
+    ) where
+        T: Copy + Mul<f64, Output = T>,
+        S: Mul<T, Output = S> + Add<T, Output = S>,
+    {
+        self.settle(topology, tau);
+        let start = Start {
+            state: &self.state,
+            forces: &self.first,
+            waves: &self.waves,
+            tau,
+            modes: &self.modes,
+        };
+        self.dynamics.step(topology, &start, h, &mut self.scratch);
+        if topology.frictions.is_empty() && topology.switches.is_empty() {
             std::mem::swap(&mut self.state, &mut self.scratch.end);
             return;
         }
-        match self.earliest(topology, tau, h) {
+        match self.earliest(topology, tau, tau + h, length) {
             None => std::mem::swap(&mut self.state, &mut self.scratch.end),
-            Some(event) => self.through(topology, event, tau, h, report),
+            Some(event) => self.through(topology, event, tau, S::ZERO + h, report),
         }
-    }
-
-    fn other_forces(&mut self, topology: &Topology, tau: S) {
-        topology.forces(
-            &self.dynamics.values,
-            &self.state,
-            &self.inputs,
-            tau,
-            &mut self.first,
-        );
     }
 
     /// The modes at the beginning of a sub-step follow from the state: what moves slides its way, what
-    /// rests is held or starts.
-    fn settle(&mut self, topology: &Topology) {
-        for index in 0..topology.frictions.len() {
-            let speed = self.state.v[topology.frictions[index].body].value();
-            if speed == 0.0 {
-                self.settle_at_rest(topology, index);
+    /// rests is held or starts, each law is on the branch where the state is.
+    fn settle(&mut self, topology: &Topology, tau: S) {
+        if !topology.switches.is_empty() {
+            self.settle_branches(topology, tau);
+        }
+        self.other_forces(topology, tau);
+        if !topology.frictions.is_empty() {
+            self.settle_frictions(topology, tau, None);
+        }
+    }
+
+    fn settle_branches(&mut self, topology: &Topology, tau: S) {
+        let at = Point {
+            values: &self.dynamics.values,
+            state: &self.state,
+            waves: &self.waves,
+            tau,
+            branches: &[],
+        };
+        topology.settle_branches(at, &mut self.modes.branches, &mut self.first);
+    }
+
+    fn other_forces(&mut self, topology: &Topology, tau: S) {
+        let at = Point {
+            values: &self.dynamics.values,
+            state: &self.state,
+            waves: &self.waves,
+            tau,
+            branches: &self.modes.branches,
+        };
+        topology.forces(&at, &mut self.first);
+    }
+
+    /// Who slides and who rests, from the state and the other forces there; `stopped` is at rest
+    /// whatever rounding says.
+    fn settle_frictions(&mut self, topology: &Topology, tau: S, stopped: Option<usize>) {
+        if topology.coupled {
+            return self.settle_together(topology, tau, stopped);
+        }
+        for (index, friction) in topology.frictions.iter().enumerate() {
+            let body = friction.body();
+            let speed = self.state.v[body].value();
+            if speed != 0.0 {
+                self.modes.friction[index] = Mode::Slide(speed.signum());
+                continue;
+            }
+            let values = &self.dynamics.values;
+            let hold = friction.hold(values, &self.first.load, &self.modes.branches);
+            let mode = decide(self.first.force[body].value(), hold.map(S::value));
+            if mode == Mode::Stick {
+                // A body that is held rests whatever its parameters: not even its derivatives move.
+                self.state.v[body] = S::ZERO;
+            }
+            self.modes.friction[index] = mode;
+        }
+    }
+
+    /// As `settle_frictions`, where what one path holds changes what another has to.
+    fn settle_together(&mut self, topology: &Topology, tau: S, stopped: Option<usize>) {
+        let values = &self.dynamics.values;
+        let mut resting = Vec::new();
+        for (index, friction) in topology.frictions.iter().enumerate() {
+            if stopped == Some(index) || sticking::at_rest(friction, values, &self.state) {
+                resting.push(index);
             } else {
-                self.modes[index] = Mode::Slide(speed.signum());
+                let speed = friction.speed(values, &self.state).value();
+                self.modes.friction[index] = Mode::Slide(speed.signum());
             }
         }
+        if resting.is_empty() {
+            return;
+        }
+        self.plain.take(&self.state, &self.waves, &self.first);
+        let plain = &self.plain;
+        let at = Point {
+            values: &plain.dynamics.values,
+            state: &plain.state,
+            waves: &plain.waves,
+            tau: tau.value(),
+            branches: &self.modes.branches,
+        };
+        sticking::choose(
+            &plain.dynamics,
+            topology,
+            &at,
+            &resting,
+            &mut self.modes.friction,
+            &plain.first.force,
+            &plain.first.load,
+        );
+        let modes = &self.modes.friction;
+        sticking::project(&self.dynamics, topology, modes, &mut self.state);
     }
 
-    fn settle_at_rest(&mut self, topology: &Topology, index: usize) {
-        let friction = &topology.frictions[index];
-        let hold = friction.hold(&self.plain.values);
-        let mode = decide(self.first[friction.body].value(), hold);
-        if mode == Mode::Stick {
-            // A body that is held rests whatever its parameters: not even its derivatives move.
-            self.state.v[friction.body] = S::ZERO;
+    /// The first event on the step that was just tried, if there is one: which, and when.
+    fn earliest(&mut self, topology: &Topology, tau: S, end: S, h: f64) -> Option<(Event, f64)> {
+        let rests = self.modes.friction.contains(&Mode::Stick);
+        if rests || topology.follows > 0 {
+            let at = Point {
+                values: &self.dynamics.values,
+                state: &self.scratch.end,
+                waves: &self.waves,
+                tau: end,
+                branches: &self.modes.branches,
+            };
+            topology.forces(&at, &mut self.last);
         }
-        self.modes[index] = mode;
-    }
-
-    /// The first event on the step that was just tried, if there is one: which friction, and when.
-    fn earliest(&mut self, topology: &Topology, tau: S, h: f64) -> Option<(usize, f64)> {
-        if self.modes.contains(&Mode::Stick) {
-            topology.forces(
-                &self.dynamics.values,
-                &self.scratch.end,
-                &self.inputs,
-                tau + h,
-                &mut self.last,
-            );
+        let mut earliest: Option<(Event, f64)> = None;
+        let frictions = (0..topology.frictions.len()).map(Event::Friction);
+        let switches = (0..topology.switches.len()).map(Event::Switch);
+        if rests {
+            let at = Point {
+                values: &self.dynamics.values,
+                state: &self.scratch.end,
+                waves: &self.waves,
+                tau: end,
+                branches: &self.modes.branches,
+            };
+            let modes = &self.modes.friction;
+            let held = &mut self.scratch.last;
+            self.dynamics
+                .accelerate(topology, &at, modes, &mut self.last, held);
         }
-        let mut earliest: Option<(usize, f64)> = None;
-        for index in 0..topology.frictions.len() {
-            let Some(within) = self.suspect(topology, index, h) else {
+        for event in frictions.chain(switches) {
+            let suspect = match event {
+                Event::Friction(index) => self.suspect_friction(topology, index, h),
+                Event::Switch(index) => {
+                    let at = Point {
+                        values: &self.dynamics.values,
+                        state: &self.scratch.end,
+                        waves: &self.waves,
+                        tau: end,
+                        branches: &self.modes.branches,
+                    };
+                    let margin = topology.margin(index, &at, &self.last.load);
+                    (margin.value() < 0.0).then_some(h)
+                }
+            };
+            let Some(within) = suspect else {
                 continue;
             };
             // A later event than one already found needs no locating; it will be met again.
-            let event = self.probe(topology, tau).locate(index, within);
-            if let Some(t) = event
+            let at = self.probe(topology, tau).locate(event, within);
+            if let Some(t) = at
                 && earliest.is_none_or(|(_, other)| t < other)
             {
-                earliest = Some((index, t));
+                earliest = Some((event, t));
             }
         }
         earliest
     }
 
-    /// Whether the tried step left a mode, and by when at the latest.
-    fn suspect(&self, topology: &Topology, index: usize, h: f64) -> Option<f64> {
+    /// Whether the tried step left a mode of friction, and by when at the latest.
+    fn suspect_friction(&self, topology: &Topology, index: usize, h: f64) -> Option<f64> {
         let friction = &topology.frictions[index];
-        let body = friction.body;
-        match self.modes[index] {
+        match self.modes.friction[index] {
             Mode::Slide(direction) => {
-                let start = direction * self.state.v[body].value();
-                let end = direction * self.scratch.end.v[body].value();
+                let values = &self.dynamics.values;
+                let speed = |state: &State<S>| direction * friction.speed(values, state).value();
+                let (start, end) = (speed(&self.state), speed(&self.scratch.end));
                 if end < 0.0 {
                     return Some(h);
                 }
+                let [(body, None)] = friction.path[..] else {
+                    return None;
+                };
                 if start == 0.0 {
                     // It has just been let go: a dip now would be a rounding error of the decision.
                     return None;
@@ -227,33 +329,37 @@ impl<S: Scalar> Substep<S> {
                 event::dip(start, end, slope(slope_start), slope(slope_end)).map(|s| s * h)
             }
             Mode::Stick => {
-                let hold = friction.hold(&self.plain.values);
-                let left = |force: S| decide(force.value(), hold) != Mode::Stick;
-                if left(self.scratch.middle[index]) {
+                if self.scratch.middle[index].margin().value() < 0.0 {
                     Some(0.5 * h)
                 } else {
-                    left(self.last[body]).then_some(h)
+                    (self.scratch.last[index].margin().value() < 0.0).then_some(h)
                 }
             }
         }
     }
 
     fn probe<'a>(&'a mut self, topology: &'a Topology, tau: S) -> Probe<'a> {
-        plain_into(&mut self.plain_state.q, &self.state.q);
-        plain_into(&mut self.plain_state.v, &self.state.v);
-        plain_into(&mut self.plain_inputs.held, &self.inputs.held);
-        plain_into(&mut self.plain_inputs.slope, &self.inputs.slope);
-        plain_into(&mut self.plain_first, &self.first);
+        self.plain.take(&self.state, &self.waves, &self.first);
+        let Plain {
+            dynamics,
+            state,
+            waves,
+            first,
+            last,
+            scratch,
+        } = &mut self.plain;
         Probe {
             topology,
-            dynamics: &self.plain,
-            inputs: &self.plain_inputs,
-            modes: &self.modes,
-            from: &self.plain_state,
-            first: &self.plain_first,
-            tau: tau.value(),
-            scratch: &mut self.plain_scratch,
-            force: &mut self.plain_force,
+            dynamics,
+            start: Start {
+                state,
+                forces: first,
+                waves,
+                tau: tau.value(),
+                modes: &self.modes,
+            },
+            scratch,
+            forces: last,
         }
     }
 
@@ -262,32 +368,35 @@ impl<S: Scalar> Substep<S> {
     fn through(
         &mut self,
         topology: &Topology,
-        first: (usize, f64),
+        first: (Event, f64),
         mut tau: S,
-        h: f64,
+        h: S,
         report: &mut Report,
     ) {
         // More events than this on a sub-step means chatter below its resolution.
-        let most = 8 + 4 * topology.frictions.len();
-        let mut left = S::constant(h);
-        let mut event = first;
+        let most = 8 + 4 * (topology.frictions.len() + topology.switches.len());
+        let mut left = h;
+        let mut next = first;
         for _ in 0..most {
-            report.events += 1;
-            let (index, at) = event;
-            let t = self.reach(topology, index, at, tau, left.value());
+            let (event, at) = next;
+            match event {
+                Event::Friction(_) => report.events += 1,
+                Event::Switch(_) => report.kinks += 1,
+            }
+            let t = self.reach(topology, event, at, tau, left.value());
             tau += t;
             left -= t;
-            self.switch(topology, index, tau);
+            self.switch(topology, event, tau);
             if left.value() <= 0.0 {
                 return;
             }
             self.step(topology, tau, left);
-            match self.earliest(topology, tau, left.value()) {
+            match self.earliest(topology, tau, tau + left, left.value()) {
                 None => {
                     std::mem::swap(&mut self.state, &mut self.scratch.end);
                     return;
                 }
-                Some(next) => event = next,
+                Some(event) => next = event,
             }
         }
         self.fall_back(topology);
@@ -295,43 +404,41 @@ impl<S: Scalar> Substep<S> {
     }
 
     fn step(&mut self, topology: &Topology, tau: S, h: S) {
-        self.dynamics.step(
-            topology,
-            &self.inputs,
-            &self.modes,
-            &self.state,
-            &self.first,
+        let start = Start {
+            state: &self.state,
+            forces: &self.first,
+            waves: &self.waves,
             tau,
-            h,
-            &mut self.scratch,
-        );
+            modes: &self.modes,
+        };
+        self.dynamics.step(topology, &start, h, &mut self.scratch);
     }
 
     /// Steps to an event and returns how long that took, derivatives included: with margin g(t) the
     /// time that solves g = 0 moves by -dg/g' (one Newton step in the scalar's own arithmetic).
-    fn reach(&mut self, topology: &Topology, index: usize, at: f64, tau: S, step: f64) -> S {
+    fn reach(&mut self, topology: &Topology, event: Event, at: f64, tau: S, step: f64) -> S {
         if at <= 0.0 {
             return S::ZERO;
         }
         let mut t = S::constant(at);
         self.step(topology, tau, t);
-        let friction = &topology.frictions[index];
-        let margin = match self.modes[index] {
-            Mode::Slide(direction) => self.scratch.end.v[friction.body] * direction,
-            Mode::Stick => {
-                topology.forces(
-                    &self.dynamics.values,
-                    &self.scratch.end,
-                    &self.inputs,
-                    tau + t,
-                    &mut self.last,
-                );
-                let [forward, backward] = friction.hold(&self.dynamics.values);
-                let force = self.last[friction.body];
-                (forward - force).min(force + backward)
-            }
+        let start = Start {
+            state: &self.state,
+            forces: &self.first,
+            waves: &self.waves,
+            tau,
+            modes: &self.modes,
         };
-        let slope = self.probe(topology, tau).slope(index, at, step);
+        let margin = event::margin(
+            &self.dynamics,
+            topology,
+            event,
+            &start,
+            tau + t,
+            &mut self.scratch,
+            &mut self.last,
+        );
+        let slope = self.probe(topology, tau).slope(event, at, step);
         let correction = margin * (1.0 / slope);
         // The value is found already; a grazing event (slope near zero) has no derivative to give.
         if correction.value().abs() <= 1e-6 * step {
@@ -342,33 +449,62 @@ impl<S: Scalar> Substep<S> {
         t
     }
 
-    /// What becomes of the body whose event was reached.
-    fn switch(&mut self, topology: &Topology, index: usize, tau: S) {
-        let friction = &topology.frictions[index];
-        let sliding = matches!(self.modes[index], Mode::Slide(_));
-        if sliding {
-            // What the search left of the speed is rounding; the forces below see none.
-            self.state.v[friction.body] = S::ZERO;
+    /// What becomes of the mode whose end was reached.
+    fn switch(&mut self, topology: &Topology, event: Event, tau: S) {
+        match event {
+            Event::Switch(index) => {
+                let at = self.point(tau);
+                let branch = topology.next_branch(index, &at);
+                self.modes.branches[index] = branch;
+                self.other_forces(topology, tau);
+                // A jump may let go of what rests; what slides goes on.
+                if self.modes.friction.contains(&Mode::Stick) {
+                    self.settle_frictions(topology, tau, None);
+                }
+            }
+            Event::Friction(index) => {
+                let friction = &topology.frictions[index];
+                if let Mode::Slide(_) = self.modes.friction[index] {
+                    if let [(body, None)] = friction.path[..] {
+                        // What the search left of the speed is rounding; the forces below see none.
+                        self.state.v[body] = S::ZERO;
+                    }
+                    self.other_forces(topology, tau);
+                    self.settle_frictions(topology, tau, Some(index));
+                    return;
+                }
+                self.other_forces(topology, tau);
+                let at = Point {
+                    values: &self.dynamics.values,
+                    state: &self.state,
+                    waves: &self.waves,
+                    tau,
+                    branches: &self.modes.branches,
+                };
+                self.last.copy_from(&self.first);
+                let modes = &self.modes.friction;
+                let held = &mut self.scratch.last;
+                self.dynamics
+                    .accelerate(topology, &at, modes, &mut self.last, held);
+                let held = held[index];
+                let ahead =
+                    (held.hold[0] - held.force).value() <= (held.force + held.hold[1]).value();
+                self.modes.friction[index] = Mode::Slide(if ahead { 1.0 } else { -1.0 });
+            }
         }
-        self.other_forces(topology, tau);
-        if sliding {
-            self.settle_at_rest(topology, index);
-            return;
-        }
-        let [forward, backward] = friction.hold(&self.plain.values);
-        let force = self.first[friction.body].value();
-        let ahead = forward - force <= force + backward;
-        self.modes[index] = Mode::Slide(if ahead { 1.0 } else { -1.0 });
     }
 
     /// The end of a sub-step with too many events: the state that modes held give, and at rest every
     /// body that would have turned round. It takes energy out, never adds any.
     fn fall_back(&mut self, topology: &Topology) {
         std::mem::swap(&mut self.state, &mut self.scratch.end);
-        for (friction, mode) in topology.frictions.iter().zip(&self.modes) {
-            let speed = self.state.v[friction.body].value();
+        for (friction, mode) in topology.frictions.iter().zip(&self.modes.friction) {
+            let [(body, None)] = friction.path[..] else {
+                continue;
+            };
+            let speed = self.state.v[body].value();
             if matches!(mode, Mode::Slide(direction) if direction * speed < 0.0) {
-                self.state.v[friction.body] = S::ZERO;
+                self.state.v[body] = S::ZERO;
             }
         }
     }

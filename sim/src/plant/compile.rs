@@ -1,13 +1,14 @@
 //! From a rig to a plant: names become indices, numbers become slots.
 
-use super::shapes::{self, Shapes};
+use super::attach;
+use super::shapes;
 use super::topology::{
-    BodySlots, Damper, Friction, Law, Line, Load, Motor, Sensor, Spring, Tendon, Topology,
+    BodySlots, Damper, Law, Line, Load, Motor, Sensor, Spring, Stages, Switch, Tendon, Topology,
 };
 use super::{Input, Parameter, Plant, SensorChannel};
-use crate::effects::{Family, Kind, Sign};
+use crate::effects::{Kind, Sign};
 use crate::error::Error;
-use crate::rig::{Actuator, Drives, End, Hold, Place, Reads, Rig, Site, Value};
+use crate::rig::{Actuator, Drives, End, Hold, Place, Reads, Rig, Value};
 use crate::unit::{self, Motion, Quantity};
 use std::sync::Arc;
 
@@ -65,7 +66,13 @@ impl<'a> Slots<'a> {
     }
 
     /// A slot for a number of the file; one number has one slot, however many take it.
-    fn add(&mut self, name: String, unit: impl Into<String>, sign: Sign, value: &Value) -> usize {
+    pub(super) fn add(
+        &mut self,
+        name: String,
+        unit: impl Into<String>,
+        sign: Sign,
+        value: &Value,
+    ) -> usize {
         let same = |(_, place): &(Parameter, Place)| *place == value.place;
         if let Some(slot) = self.entries.iter().position(same) {
             return slot;
@@ -170,7 +177,7 @@ fn inputs(rig: &Rig) -> Result<Vec<Input>, Error> {
 }
 
 /// Unit of what an actuator's gain multiplies: SI where a `unit` key converts the column.
-fn input_unit(actuator: &Actuator) -> &str {
+pub(super) fn input_unit(actuator: &Actuator) -> &str {
     if actuator.column_factor == 1.0 {
         unit::of_column(&actuator.input)
     } else {
@@ -178,7 +185,7 @@ fn input_unit(actuator: &Actuator) -> &str {
     }
 }
 
-fn reading_unit(rig: &Rig, reads: Reads) -> &'static str {
+pub(super) fn reading_unit(rig: &Rig, reads: Reads) -> &'static str {
     match reads {
         Reads::Position(body) => Quantity::Coordinate.unit(rig.bodies[body].motion),
         Reads::Velocity(body) => Quantity::Velocity.unit(rig.bodies[body].motion),
@@ -199,7 +206,9 @@ fn signal_unit(rig: &Rig, sensor: &crate::rig::Sensor) -> String {
 /// Slots and topology; `columns` are the distinct inputs in order (added to where they are new).
 fn build<'a>(rig: &'a Rig, columns: &mut Vec<&'a str>) -> (Slots<'a>, Topology) {
     let mut slots = Slots::new(rig);
-    let ground = rig.bodies.len();
+    // Hidden modes are bodies too, after those of the rig.
+    let hidden = (rig.effects.iter()).filter(|effect| effect.kind == Kind::HiddenMode);
+    let ground = rig.bodies.len() + hidden.count();
     let index = |end: End| match end {
         End::Ground => ground,
         End::Body(body) => body,
@@ -215,6 +224,7 @@ fn build<'a>(rig: &'a Rig, columns: &mut Vec<&'a str>) -> (Slots<'a>, Topology) 
                 .map(|start| of("start", Quantity::Coordinate, Sign::Any, start)),
             start_velocity: (body.start_velocity.as_ref())
                 .map(|start| of("start_velocity", Quantity::Velocity, Sign::Any, start)),
+            host: None,
         }
     });
     let bodies: Vec<_> = bodies.collect();
@@ -233,9 +243,11 @@ fn build<'a>(rig: &'a Rig, columns: &mut Vec<&'a str>) -> (Slots<'a>, Topology) 
                 Sign::NonNegative,
                 &spring.stiffness,
             ),
-            rest: of("rest", Quantity::Coordinate, Sign::Any, &spring.rest),
+            rest: Some(of("rest", Quantity::Coordinate, Sign::Any, &spring.rest)),
             motion,
             laws: Vec::new(),
+            gap: None,
+            memory: Vec::new(),
         }
     });
     let springs: Vec<_> = springs.collect();
@@ -275,7 +287,8 @@ fn build<'a>(rig: &'a Rig, columns: &mut Vec<&'a str>) -> (Slots<'a>, Topology) 
     });
     let loads: Vec<_> = loads.collect();
 
-    let tendons = rig.tendons.iter().map(|tendon| {
+    let mut switches = Vec::new();
+    let tendons = rig.tendons.iter().enumerate().map(|(index, tendon)| {
         let path = tendon.path.iter().map(|(body, arm)| {
             let body_name = &rig.bodies[*body].name;
             let unit = match rig.bodies[*body].motion {
@@ -305,27 +318,26 @@ fn build<'a>(rig: &'a Rig, columns: &mut Vec<&'a str>) -> (Slots<'a>, Topology) 
                 &tendon.damping,
             ),
             pretension: of("pretension", Quantity::Force, Sign::Any, &tendon.pretension),
-            unilateral: tendon.unilateral,
+            unilateral: tendon.unilateral.then(|| {
+                switches.push(Switch::Slack(index));
+                switches.len() - 1
+            }),
+            slack: None,
+            gap: None,
             lines: Vec::new(),
         }
     });
 
+    let tendons = tendons.collect();
     let mut topology = Topology {
         names: rig.bodies.iter().map(|body| body.name.clone()).collect(),
-        tendons: tendons.collect(),
-        motors: Vec::new(),
-        frictions: Vec::new(),
-        sensors: Vec::new(),
-        inputs: 0,
-        unilateral: (0..rig.tendons.len())
-            .filter(|&tendon| rig.tendons[tendon].unilateral)
-            .collect(),
-        rates_vary: false,
-        shapes: Shapes::default(),
         bodies,
         springs,
         dampers,
+        tendons,
         loads,
+        switches,
+        ..Topology::default()
     };
     add_actuators(rig, columns, &mut slots, &mut topology);
     for sensor in &rig.sensors {
@@ -346,10 +358,13 @@ fn build<'a>(rig: &'a Rig, columns: &mut Vec<&'a str>) -> (Slots<'a>, Topology) 
                 Sign::Any,
                 &sensor.offset,
             ),
+            curvature: None,
+            lag: None,
         });
     }
-    add_effects(rig, &mut slots, &mut topology);
+    attach::add_effects(rig, &mut slots, &mut topology);
     shapes::add(rig, &mut slots, &mut topology);
+    attach::finish(&mut topology);
     (slots, topology)
 }
 
@@ -370,7 +385,8 @@ fn add_actuators<'a>(
                 columns.push(&actuator.input);
                 columns.len() - 1
             });
-        let line = Line {
+        let line = topology.lines.len();
+        topology.lines.push(Line {
             input,
             gain: slots.add(
                 format!("{}.gain", actuator.name),
@@ -379,47 +395,12 @@ fn add_actuators<'a>(
                 &actuator.gain,
             ),
             linear: actuator.hold == Hold::Linear,
-        };
+            stages: Stages::default(),
+        });
         match actuator.drives {
             Drives::Body(body) => topology.motors.push(Motor { body, line }),
             Drives::Tendon(tendon) => topology.tendons[tendon].lines.push(line),
         }
     }
     topology.inputs = columns.len();
-}
-
-fn add_effects(rig: &Rig, slots: &mut Slots, topology: &mut Topology) {
-    for effect in &rig.effects {
-        let motion = rig.site_motion(effect.site);
-        let component = rig.site_name(effect.site);
-        let description = effect.kind.description();
-        // The law reads its parameters from neighbouring slots, in the order of the description.
-        let slot = slots.entries.len();
-        for (spec, value) in description.parameters.iter().zip(&effect.parameters) {
-            let name = format!("{component}.{}.{}", description.kind, spec.name);
-            slots.add(name, spec.quantity.unit(motion), spec.sign, value);
-        }
-        let law = Law {
-            kind: effect.kind,
-            slot,
-        };
-        let varies = [Kind::QuadraticDrag, Kind::Cubic, Kind::Quadratic];
-        topology.rates_vary |= varies.contains(&effect.kind);
-        match effect.site {
-            Site::Spring(spring) => topology.springs[spring].laws.push(law),
-            Site::Body(body) if description.family == Family::Friction => {
-                match topology.frictions.iter_mut().find(|f| f.body == body) {
-                    Some(friction) => friction.laws.push(law),
-                    None => topology.frictions.push(Friction {
-                        body,
-                        motion,
-                        laws: vec![law],
-                    }),
-                }
-            }
-            Site::Body(body) => topology.loads.push(Load { body, motion, law }),
-            // Kinds that sit there are not simulated yet, and the reader refuses them.
-            Site::Tendon(_) | Site::Actuator(_) | Site::Sensor(_) | Site::Pair(..) => {}
-        }
-    }
 }

@@ -1,6 +1,8 @@
 //! Where a simulation starts.
 
 use super::Plant;
+use super::forces::{Point, State};
+use super::wave::Wave;
 use crate::error::SimulationError;
 use crate::rig::Reads;
 use crate::scalar::Scalar;
@@ -8,7 +10,8 @@ use crate::scalar::Scalar;
 impl Plant {
     /// The state that a simulation starts from: a body with a position sensor starts at (its first
     /// valid sample - offset) / gain, others at 0, velocities 0; a body's `start` and
-    /// `start_velocity` in the rig come first. `first` has one entry a sensor, SI.
+    /// `start_velocity` in the rig come first. A hidden mode starts with its host, a lagged reading at
+    /// the reading, other internal states relaxed at 0. `first` has one entry a sensor, SI.
     ///
     /// # Errors
     /// [`SimulationError::Shape`].
@@ -19,27 +22,51 @@ impl Plant {
     ) -> Result<Vec<S>, SimulationError> {
         self.expect("parameter values", self.parameters().len(), values.len())?;
         self.expect("first samples", self.sensors().len(), first.len())?;
-        let bodies = &self.topology.bodies;
-        let mut state = vec![S::ZERO; 2 * bodies.len()];
-        for (body, slots) in bodies.iter().enumerate() {
-            let seen =
-                (self.topology.sensors.iter().zip(first)).find_map(|(sensor, sample)| {
-                    match (sensor.reads, sample) {
-                        (Reads::Position(read), Some(sample)) if read == body => Some(
-                            (S::constant(*sample) - values[sensor.offset]) / values[sensor.gain],
-                        ),
-                        _ => None,
+        let topology = &*self.topology;
+        let bodies = topology.bodies.len();
+        let mut state = State::rest(topology);
+        for (body, slots) in topology.bodies.iter().enumerate() {
+            if let Some(host) = slots.host {
+                state.q[body] = state.q[host];
+                state.v[body] = state.v[host];
+                continue;
+            }
+            let seen = (topology.sensors.iter().zip(first)).find_map(|(sensor, sample)| {
+                match (sensor.reads, sample) {
+                    (Reads::Position(read), Some(sample)) if read == body => {
+                        Some((S::constant(*sample) - values[sensor.offset]) / values[sensor.gain])
                     }
-                });
-            state[body] = match slots.start {
+                    _ => None,
+                }
+            });
+            state.q[body] = match slots.start {
                 Some(slot) => values[slot],
                 None => seen.unwrap_or(S::ZERO),
             };
             if let Some(slot) = slots.start_velocity {
-                state[bodies.len() + body] = values[slot];
+                state.v[body] = values[slot];
             }
         }
-        Ok(state)
+        let complete = match topology.lagging[..] {
+            [] => Vec::new(),
+            _ => topology.shapes.complete(values),
+        };
+        for &sensor in &topology.lagging {
+            let branches = vec![1; topology.switches.len()];
+            let waves = vec![Wave::ZERO; topology.lines.len()];
+            let at = Point {
+                values: &complete,
+                state: &state,
+                waves: &waves,
+                tau: S::ZERO,
+                branches: &branches,
+            };
+            let reading = topology.reading(sensor, &at);
+            if let Some((_, lag)) = topology.sensors[sensor].lag {
+                state.z[lag] = reading;
+            }
+        }
+        Ok([&state.q[..bodies], &state.v[..bodies], &state.z].concat())
     }
 
     pub(crate) fn expect(

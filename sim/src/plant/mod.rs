@@ -1,10 +1,14 @@
 //! The plant: a rig compiled to indices, with every number in a parameter slot.
 
+mod attach;
 mod compile;
+pub(crate) mod forces;
 mod initial;
 mod run;
 mod shapes;
+mod switch;
 pub(crate) mod topology;
+pub(crate) mod wave;
 
 use crate::error::Error;
 use crate::rig::{Hold, Rig};
@@ -122,17 +126,29 @@ impl Plant {
         &self.sensors
     }
 
-    /// Number of states: a position and a velocity a body.
+    /// Number of states: a position and a velocity a body, those of hidden modes included, and the
+    /// internal states of effects.
     pub fn state_len(&self) -> usize {
-        2 * self.topology.names.len()
+        2 * self.topology.names.len() + self.topology.internal.len()
     }
 
-    /// Names of the states, in order: every body's position, then every body's velocity.
+    /// Number of bodies, those of hidden modes included, which come last: the first so many states are
+    /// positions, the next so many velocities, what follows is internal.
+    pub fn bodies(&self) -> usize {
+        self.topology.names.len()
+    }
+
+    /// Names of the states, in order: every body's position, then every body's velocity, then internal
+    /// states (`coil.hysteresis.z`, `encoder.sensor_lag.reading`).
     pub fn state_names(&self) -> Vec<String> {
         let of = |quantity: &'static str| {
             let names = self.topology.names.iter();
             names.map(move |body| format!("{body}.{quantity}"))
         };
-        of("position").chain(of("velocity")).collect()
+        let internal = self.topology.internal.iter().cloned();
+        of("position")
+            .chain(of("velocity"))
+            .chain(internal)
+            .collect()
     }
 }

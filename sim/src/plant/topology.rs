@@ -1,16 +1,16 @@
-//! The rig as indices, and the forces on its bodies (docs/plant.md, eq. 1 to 5).
+//! The rig as indices: everything about a plant but its numbers, which are slots of a parameter
+//! vector.
 
 use super::shapes::Shapes;
-use crate::effects::{At, Kind};
+use crate::effects::Kind;
 use crate::rig::Reads;
-use crate::scalar::Scalar;
 use crate::unit::Motion;
 
-/// Everything about a plant but its numbers, which are slots of a parameter vector. The ground is the
-/// body after the last one: it has position and velocity zero, and what pushes it is forgotten.
-#[derive(Debug)]
+/// The ground is the body after the last one: it has position and velocity zero, and what pushes it
+/// is forgotten.
+#[derive(Debug, Default)]
 pub(crate) struct Topology {
-    /// Names of the bodies.
+    /// Names of the bodies, those of hidden modes last.
     pub(crate) names: Vec<String>,
     pub(crate) bodies: Vec<BodySlots>,
     pub(crate) springs: Vec<Spring>,
@@ -19,12 +19,27 @@ pub(crate) struct Topology {
     pub(crate) motors: Vec<Motor>,
     /// Effects on bodies that are smooth, gravity components among them.
     pub(crate) loads: Vec<Load>,
-    /// One entry a body that has dry friction.
+    pub(crate) stops: Vec<Stop>,
+    /// One entry a direction in which something rubs.
     pub(crate) frictions: Vec<Friction>,
+    /// Some friction acts on several bodies, so that what rests is held together.
+    pub(crate) coupled: bool,
+    /// How many loads friction follows.
+    pub(crate) follows: usize,
+    /// One entry an actuator.
+    pub(crate) lines: Vec<Line>,
+    /// Some line is more than its column.
+    pub(crate) shaped: bool,
     pub(crate) sensors: Vec<Sensor>,
     pub(crate) inputs: usize,
-    /// Which tendons cannot push.
-    pub(crate) unilateral: Vec<usize>,
+    /// Names of the internal states: those with a rate, then the lags of sensors.
+    pub(crate) internal: Vec<String>,
+    /// How many of them have a rate.
+    pub(crate) rated: usize,
+    /// Sensors with a lag, in the order of their states.
+    pub(crate) lagging: Vec<usize>,
+    /// Laws with branches.
+    pub(crate) switches: Vec<Switch>,
     /// Some slope depends on the state, so that the fastest rate must be watched along the way.
     pub(crate) rates_vary: bool,
     /// What has a shape.
@@ -36,6 +51,8 @@ pub(crate) struct BodySlots {
     pub(crate) inertia: usize,
     pub(crate) start: Option<usize>,
     pub(crate) start_velocity: Option<usize>,
+    /// The body that it starts with, of a hidden mode.
+    pub(crate) host: Option<usize>,
 }
 
 #[derive(Debug)]
@@ -43,9 +60,33 @@ pub(crate) struct Spring {
     pub(crate) from: usize,
     pub(crate) to: usize,
     pub(crate) stiffness: usize,
-    pub(crate) rest: usize,
+    /// None: at zero.
+    pub(crate) rest: Option<usize>,
     pub(crate) motion: Motion,
     pub(crate) laws: Vec<Law>,
+    pub(crate) gap: Option<Gap>,
+    pub(crate) memory: Vec<Memory>,
+}
+
+/// A dead band and which switch says where in it the force is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Gap {
+    pub(crate) slot: usize,
+    pub(crate) switch: usize,
+}
+
+/// A force in a spring that has a state of its own.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Memory {
+    /// Bouc-Wen; switches for the signs of velocity and state.
+    Hysteresis {
+        slot: usize,
+        state: usize,
+        direction: usize,
+        side: usize,
+    },
+    /// A Maxwell branch.
+    Creep { slot: usize, state: usize },
 }
 
 /// An effect and the slot of its first parameter.
@@ -69,23 +110,39 @@ pub(crate) struct Tendon {
     pub(crate) stiffness: usize,
     pub(crate) damping: usize,
     pub(crate) pretension: usize,
-    pub(crate) unilateral: bool,
-    /// What lets it out.
-    pub(crate) lines: Vec<Line>,
+    /// It cannot push: taut or slack by this switch.
+    pub(crate) unilateral: Option<usize>,
+    pub(crate) slack: Option<usize>,
+    pub(crate) gap: Option<Gap>,
+    /// What lets it out: indices of lines.
+    pub(crate) lines: Vec<usize>,
 }
 
-/// An input with its gain.
-#[derive(Clone, Copy, Debug)]
+/// An actuator: an input column, what happens to it, its gain.
+#[derive(Debug)]
 pub(crate) struct Line {
     pub(crate) input: usize,
     pub(crate) gain: usize,
     pub(crate) linear: bool,
+    pub(crate) stages: Stages,
+}
+
+/// Slots of what happens to an input before its gain, in this order.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Stages {
+    pub(crate) delay: Option<usize>,
+    pub(crate) play: Option<usize>,
+    pub(crate) dead_zone: Option<usize>,
+    pub(crate) curvature: Option<usize>,
+    pub(crate) saturation: Option<usize>,
+    pub(crate) lag: Option<usize>,
 }
 
 #[derive(Debug)]
 pub(crate) struct Motor {
     pub(crate) body: usize,
-    pub(crate) line: Line,
+    /// Index of a line.
+    pub(crate) line: usize,
 }
 
 #[derive(Debug)]
@@ -95,11 +152,55 @@ pub(crate) struct Load {
     pub(crate) law: Law,
 }
 
+/// An end stop; its parameters from `slot` on are position, stiffness, damping, side.
+#[derive(Debug)]
+pub(crate) struct Stop {
+    pub(crate) body: usize,
+    pub(crate) slot: usize,
+    pub(crate) switch: usize,
+}
+
+/// Dry friction along one direction: a body's coordinate, or a tendon's path.
 #[derive(Debug)]
 pub(crate) struct Friction {
-    pub(crate) body: usize,
+    /// (body, slot of its arm; none: 1).
+    pub(crate) path: Vec<(usize, Option<usize>)>,
+    /// The tendon whose path it is.
+    pub(crate) along: Option<usize>,
     pub(crate) motion: Motion,
     pub(crate) laws: Vec<Law>,
+    pub(crate) follows: Vec<Follow>,
+}
+
+impl Friction {
+    /// The body, where it is one whole.
+    pub(crate) fn body(&self) -> usize {
+        self.path[0].0
+    }
+}
+
+/// Friction that follows a load.
+#[derive(Debug)]
+pub(crate) struct Follow {
+    pub(crate) coefficient: usize,
+    /// Arm of the one body of a tendon: the level acts over it.
+    pub(crate) arm: Option<usize>,
+    pub(crate) load: Followed,
+    /// Where the load is kept.
+    pub(crate) index: usize,
+    /// Sign of the load.
+    pub(crate) switch: usize,
+}
+
+/// What load friction follows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Followed {
+    /// The tension of a tendon.
+    Tension(usize),
+    /// The force of the actuators at a body.
+    Motors(usize),
+    /// The sum of the spring and tendon forces at a body.
+    Pulls(usize),
 }
 
 #[derive(Debug)]
@@ -107,183 +208,29 @@ pub(crate) struct Sensor {
     pub(crate) reads: Reads,
     pub(crate) gain: usize,
     pub(crate) offset: usize,
+    pub(crate) curvature: Option<usize>,
+    /// Slot of its time constant and its internal state.
+    pub(crate) lag: Option<(usize, usize)>,
 }
 
-/// What the inputs do within one sample interval: `held + slope * tau` where an actuator holds
-/// linearly, `held` where it holds.
-#[derive(Clone, Debug)]
-pub(crate) struct Inputs<S> {
-    pub(crate) held: Vec<S>,
-    pub(crate) slope: Vec<S>,
-}
-
-impl<S: Scalar> Inputs<S> {
-    pub(crate) fn zero(count: usize) -> Self {
-        Self {
-            held: vec![S::ZERO; count],
-            slope: vec![S::ZERO; count],
-        }
-    }
-
-    /// Gain times input, `tau` seconds into the interval.
-    #[inline]
-    fn through(&self, line: &Line, values: &[S], tau: S) -> S {
-        let input = if line.linear {
-            self.held[line.input] + self.slope[line.input] * tau
-        } else {
-            self.held[line.input]
-        };
-        values[line.gain] * input
-    }
-}
-
-/// Positions and velocities, the ground's zeros last.
-#[derive(Clone, Debug)]
-pub(crate) struct State<S> {
-    pub(crate) q: Vec<S>,
-    pub(crate) v: Vec<S>,
-}
-
-impl<S: Scalar> State<S> {
-    pub(crate) fn rest(bodies: usize) -> Self {
-        Self {
-            q: vec![S::ZERO; bodies + 1],
-            v: vec![S::ZERO; bodies + 1],
-        }
-    }
-}
-
-impl Tendon {
-    /// Tension, N (eq. 4).
-    #[inline]
-    pub(crate) fn tension<S: Scalar>(
-        &self,
-        values: &[S],
-        state: &State<S>,
-        inputs: &Inputs<S>,
-        tau: S,
-    ) -> S {
-        let mut stretch = S::ZERO;
-        let mut rate = S::ZERO;
-        for &(body, arm) in &self.path {
-            stretch += values[arm] * state.q[body];
-            rate += values[arm] * state.v[body];
-        }
-        for line in &self.lines {
-            stretch -= inputs.through(line, values, tau);
-        }
-        let tension = values[self.pretension]
-            + values[self.stiffness] * stretch
-            + values[self.damping] * rate;
-        if self.unilateral && tension.value() < 0.0 {
-            S::ZERO
-        } else {
-            tension
-        }
-    }
-}
-
-impl Topology {
-    /// Every force on every body but dry friction (eq. 1 to 5, 10 to 12), `tau` seconds into the
-    /// sample interval. `force` has one entry a body and one for the ground.
-    #[inline]
-    pub(crate) fn forces<S: Scalar>(
-        &self,
-        values: &[S],
-        state: &State<S>,
-        inputs: &Inputs<S>,
-        tau: S,
-        force: &mut [S],
-    ) {
-        force.fill(S::ZERO);
-        for spring in &self.springs {
-            let extension = state.q[spring.to] - state.q[spring.from] - values[spring.rest];
-            let mut pull = -(values[spring.stiffness] * extension);
-            if !spring.laws.is_empty() {
-                let at = At {
-                    position: extension,
-                    velocity: state.v[spring.to] - state.v[spring.from],
-                    direction: 0.0,
-                    motion: spring.motion,
-                };
-                for law in &spring.laws {
-                    pull += law.kind.force(&values[law.slot..], &at);
-                }
-            }
-            force[spring.to] += pull;
-            force[spring.from] -= pull;
-        }
-        for damper in &self.dampers {
-            let pull = values[damper.damping] * (state.v[damper.to] - state.v[damper.from]);
-            force[damper.to] -= pull;
-            force[damper.from] += pull;
-        }
-        for tendon in &self.tendons {
-            let tension = tendon.tension(values, state, inputs, tau);
-            for &(body, arm) in &tendon.path {
-                force[body] -= values[arm] * tension;
-            }
-        }
-        for motor in &self.motors {
-            force[motor.body] += inputs.through(&motor.line, values, tau);
-        }
-        for load in &self.loads {
-            let at = At {
-                position: state.q[load.body],
-                velocity: state.v[load.body],
-                direction: 0.0,
-                motion: load.motion,
-            };
-            force[load.body] += load.law.kind.force(&values[load.law.slot..], &at);
-        }
-    }
-
-    /// The signal of one sensor, SI.
-    pub(crate) fn signal<S: Scalar>(
-        &self,
-        sensor: usize,
-        values: &[S],
-        state: &State<S>,
-        inputs: &Inputs<S>,
-        tau: S,
-    ) -> S {
-        let sensor = &self.sensors[sensor];
-        let reading = match sensor.reads {
-            Reads::Position(body) => state.q[body],
-            Reads::Velocity(body) => state.v[body],
-            Reads::Tension(tendon) => self.tendons[tendon].tension(values, state, inputs, tau),
-            Reads::Shape(shape) => self.shapes.read(shape, values, &state.q),
-        };
-        values[sensor.gain] * reading + values[sensor.offset]
-    }
-}
-
-impl Friction {
-    /// Friction on a body that slides in `direction` (+1 or -1).
-    #[inline]
-    pub(crate) fn force<S: Scalar>(&self, values: &[S], state: &State<S>, direction: f64) -> S {
-        let at = At {
-            position: state.q[self.body],
-            velocity: state.v[self.body],
-            direction,
-            motion: self.motion,
-        };
-        let mut force = S::ZERO;
-        for law in &self.laws {
-            force += law.kind.force(&values[law.slot..], &at);
-        }
-        force
-    }
-
-    /// What a resting body is held against in the directions (+, -).
-    #[inline]
-    pub(crate) fn hold<S: Scalar>(&self, values: &[S]) -> [S; 2] {
-        let mut hold = [S::ZERO; 2];
-        for law in &self.laws {
-            let [forward, backward] = law.kind.hold(&values[law.slot..]);
-            hold[0] += forward;
-            hold[1] += backward;
-        }
-        hold
-    }
+/// A quantity whose sign or range selects the branch of a law. The branch stays put within a step,
+/// which ends where the quantity leaves it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Switch {
+    /// Tendon: 1 taut, 0 slack.
+    Slack(usize),
+    /// Spring: which side of its dead band, -1, 0, 1.
+    SpringGap(usize),
+    /// Tendon: which side of its dead band.
+    TendonGap(usize),
+    /// Stop: 0 away, 1 pressing, 2 inside and let go.
+    Stop(usize),
+    /// Body: sign of its velocity.
+    Velocity(usize),
+    /// Spring: sign of its rate.
+    SpringRate(usize),
+    /// Internal state: its sign.
+    Internal(usize),
+    /// Friction and which of its loads: the sign of the load.
+    Load(usize, usize),
 }

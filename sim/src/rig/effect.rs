@@ -3,7 +3,7 @@
 use super::names::{Component, Names};
 use super::reader::{Reader, Spanned};
 use super::{EffectTable, Rig, Site};
-use crate::effects::{Kind, NOT_SIMULATED, Port};
+use crate::effects::{Kind, Port};
 use crate::error::Error;
 use crate::suggest;
 
@@ -123,23 +123,14 @@ fn read_pair(
 
 fn read_kind(table: &Reader) -> Result<Kind, Error> {
     let text = table.text("kind")?;
-    let simulated = || Kind::ALL.iter().filter(|k| !NOT_SIMULATED.contains(k));
-    let names: Vec<&str> = simulated().map(|k| k.description().kind).collect();
-    match Kind::named(text.value) {
-        Some(kind) if !NOT_SIMULATED.contains(&kind) => Ok(kind),
-        Some(_) => Err(table
-            .source
-            .error(
-                text.span,
-                format!("this version does not simulate `{}`", text.value),
-            )
-            .helped(format!("it simulates: {}", names.join(", ")))),
-        None => Err(table
+    Kind::named(text.value).ok_or_else(|| {
+        let names: Vec<&str> = Kind::ALL.iter().map(|k| k.description().kind).collect();
+        table
             .source
             .error(
                 text.span,
                 format!("unknown kind of effect `{}`", text.value),
             )
-            .helped(suggest::help(text.value, "kinds", &names))),
-    }
+            .helped(suggest::help(text.value, "kinds", &names))
+    })
 }

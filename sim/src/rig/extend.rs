@@ -1,7 +1,7 @@
 //! Effects put into a rig: where each can sit, and the rig as if it had been written with one more.
 
 use super::{Drives, End, Rig, Site};
-use crate::effects::{Kind, NOT_SIMULATED, Port};
+use crate::effects::{Kind, Port};
 use crate::error::Error;
 use crate::suggest;
 use toml_edit::{ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value};
@@ -11,9 +11,6 @@ impl Kind {
     /// friction that would follow a load which is always zero.
     pub fn sites(self, rig: &Rig) -> Vec<Site> {
         let mut sites = Vec::new();
-        if NOT_SIMULATED.contains(&self) {
-            return sites;
-        }
         for port in self.description().ports {
             match port {
                 Port::Body => sites.extend((0..rig.bodies.len()).map(Site::Body)),

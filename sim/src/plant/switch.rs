@@ -1,0 +1,172 @@
+//! The branches of laws that have kinks and jumps, and how far a state is from leaving one.
+
+use super::forces::{Forces, Point, not_below_zero};
+use super::topology::{Switch, Topology};
+use crate::effects::press;
+use crate::scalar::Scalar;
+
+impl Topology {
+    /// How far the state is from leaving the branch: zero or more while it is right. `forces` are
+    /// those at the point, for switches that follow a load.
+    #[inline]
+    pub(crate) fn margin<S: Scalar>(&self, index: usize, at: &Point<S>, load: &[S]) -> S {
+        let branch = at.branches[index];
+        let one_sided = |x: S| if branch > 0 { x } else { -x };
+        let banded = |x: S, width: S| match branch {
+            0 => (width * 0.5 - x).min(width * 0.5 + x),
+            1 => x - width * 0.5,
+            _ => -x - width * 0.5,
+        };
+        match self.switches[index] {
+            Switch::Slack(tendon) => one_sided(self.tendons[tendon].free_tension(self, at)),
+            Switch::SpringGap(spring) => {
+                let spring = &self.springs[spring];
+                let width = spring.gap.map_or(S::ZERO, |gap| at.values[gap.slot]);
+                banded(spring.extension(at.values, at.state), not_below_zero(width))
+            }
+            Switch::TendonGap(tendon) => {
+                let tendon = &self.tendons[tendon];
+                banded(tendon.elastic(self, at), tendon.band(at.values))
+            }
+            Switch::Stop(stop) => {
+                let (depth, force) = self.contact(stop, at);
+                match branch {
+                    0 => -depth,
+                    1 => force.min(depth),
+                    _ => (-force).min(depth),
+                }
+            }
+            Switch::Velocity(body) => one_sided(at.state.v[body]),
+            Switch::SpringRate(spring) => one_sided(self.springs[spring].speed(at.state)),
+            Switch::Internal(state) => one_sided(at.state.z[state]),
+            Switch::Load(friction, follow) => {
+                one_sided(load[self.frictions[friction].follows[follow].index])
+            }
+        }
+    }
+
+    /// Depth in a stop, and the force that it would answer with if it could pull.
+    fn contact<S: Scalar>(&self, stop: usize, at: &Point<S>) -> (S, S) {
+        let stop = &self.stops[stop];
+        let (depth, rate) = self.depth(stop.body, stop.slot, at);
+        let p = &at.values[stop.slot..];
+        (depth, press(p[1], p[2], depth, rate))
+    }
+
+    /// The branch that a state belongs to, whatever it was in. At a border it is the one that the
+    /// rates lead to where that is known, else the positive one.
+    pub(crate) fn branch<S: Scalar>(&self, index: usize, at: &Point<S>, load: &[S]) -> i8 {
+        let sign = |x: S| if x.value() < 0.0 { -1 } else { 1 };
+        let band = |x: S, width: S| {
+            let half = 0.5 * not_below_zero(width).value();
+            match x.value() {
+                x if x > half => 1,
+                x if x < -half => -1,
+                _ => 0,
+            }
+        };
+        match self.switches[index] {
+            Switch::Slack(tendon) => {
+                i8::from(self.tendons[tendon].free_tension(self, at).value() > 0.0)
+            }
+            Switch::SpringGap(spring) => {
+                let spring = &self.springs[spring];
+                let width = spring.gap.map_or(S::ZERO, |gap| at.values[gap.slot]);
+                band(spring.extension(at.values, at.state), width)
+            }
+            Switch::TendonGap(tendon) => {
+                let tendon = &self.tendons[tendon];
+                band(tendon.elastic(self, at), tendon.band(at.values))
+            }
+            Switch::Stop(stop) => {
+                let (depth, force) = self.contact(stop, at);
+                match (depth.value() > 0.0, force.value() > 0.0) {
+                    (false, _) => 0,
+                    (true, true) => 1,
+                    (true, false) => 2,
+                }
+            }
+            Switch::Velocity(body) => sign(at.state.v[body]),
+            Switch::SpringRate(spring) => sign(self.springs[spring].speed(at.state)),
+            Switch::Internal(state) => sign(at.state.z[state]),
+            Switch::Load(friction, follow) => {
+                sign(load[self.frictions[friction].follows[follow].index])
+            }
+        }
+    }
+
+    /// The branch that follows where the present one was left.
+    pub(crate) fn next_branch<S: Scalar>(&self, index: usize, at: &Point<S>) -> i8 {
+        let branch = at.branches[index];
+        let side = |x: S| if x.value() < 0.0 { -1 } else { 1 };
+        match self.switches[index] {
+            Switch::Slack(_) => 1 - branch,
+            Switch::SpringGap(spring) if branch == 0 => {
+                side(self.springs[spring].extension(at.values, at.state))
+            }
+            Switch::TendonGap(tendon) if branch == 0 => {
+                side(self.tendons[tendon].elastic(self, at))
+            }
+            // Without a gap there is nothing between the sides.
+            Switch::SpringGap(spring) => {
+                let width = self.springs[spring].gap.map(|gap| at.values[gap.slot]);
+                if width.is_some_and(|w| w.value() <= 0.0) {
+                    -branch
+                } else {
+                    0
+                }
+            }
+            Switch::TendonGap(tendon) => {
+                let width = self.tendons[tendon].gap.map(|gap| at.values[gap.slot]);
+                if width.is_some_and(|w| w.value() <= 0.0) {
+                    -branch
+                } else {
+                    0
+                }
+            }
+            Switch::Stop(stop) => {
+                let (depth, force) = self.contact(stop, at);
+                let (depth, force) = (depth.value(), force.value());
+                match branch {
+                    0 if force >= 0.0 => 1,
+                    0 => 2,
+                    // Which of the two it was that fell to zero: the force does first, or with it.
+                    1 if force < depth * at.values[self.stops[stop].slot + 1].value() => 2,
+                    1 => 0,
+                    _ if depth <= -force => 0,
+                    _ => 1,
+                }
+            }
+            Switch::Velocity(_)
+            | Switch::SpringRate(_)
+            | Switch::Internal(_)
+            | Switch::Load(..) => -branch,
+        }
+    }
+
+    /// Every branch anew, from the state. Loads come from forces, and forces from branches: those
+    /// that follow loads are set last.
+    pub(crate) fn settle_branches<S: Scalar>(
+        &self,
+        at: Point<S>,
+        branches: &mut [i8],
+        forces: &mut Forces<S>,
+    ) {
+        let follows = |index: usize| matches!(self.switches[index], Switch::Load(..));
+        for index in (0..self.switches.len()).filter(|&index| !follows(index)) {
+            branches[index] = self.branch(index, &at, &forces.load);
+        }
+        if self.follows > 0 {
+            self.forces(
+                &Point {
+                    branches: &*branches,
+                    ..at
+                },
+                forces,
+            );
+            for index in (0..self.switches.len()).filter(|&index| follows(index)) {
+                branches[index] = self.branch(index, &at, &forces.load);
+            }
+        }
+    }
+}
