@@ -160,7 +160,7 @@ fn episode(
     random: &mut ChaCha8Rng,
 ) -> Result<Episode> {
     let visit = &visits[random.random_range(0..visits.len())];
-    let bodies = plant.state_len() / 2;
+    let bodies = plant.bodies();
     // A quarter begins at rest: there friction holds, and a controller has to know how to break free.
     let at_rest = random.random_bool(0.25);
     let speed_factor = if at_rest {

@@ -43,14 +43,18 @@ impl View {
 pub(crate) struct Views {
     pub position: Vec<Option<View>>,
     pub velocity: Vec<Option<View>>,
+    /// States of effects, which no sensor shows either.
+    pub internal: usize,
 }
 
 impl Views {
     pub fn new(rig: &Rig, plant: &Plant) -> Self {
-        let bodies = rig.bodies.len();
+        // Those of hidden modes included: no sensor shows them.
+        let bodies = plant.bodies();
         let mut views = Self {
             position: vec![None; bodies],
             velocity: vec![None; bodies],
+            internal: plant.state_len() - 2 * bodies,
         };
         for (sensor, described) in rig.sensors.iter().enumerate() {
             let view = View {

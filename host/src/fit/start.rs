@@ -78,7 +78,7 @@ fn show(experiment: &Experiment, views: &Views, row: usize, values: &[f64], stat
 }
 
 /// Natural sizes of the states: the largest position and velocity that sensors show of a body; for a body
-/// that none shows, the largest of the others.
+/// that none shows, the largest of the others, and so for internal states.
 pub(crate) fn scales(experiments: &[Experiment], views: &Views, values: &[f64]) -> Vec<f64> {
     let bodies = views.position.len();
     let mut scale = vec![0.0_f64; 2 * bodies];
@@ -100,6 +100,9 @@ pub(crate) fn scales(experiments: &[Experiment], views: &Views, values: &[f64]) 
             .filter(|value| **value <= 0.0)
             .for_each(|value| *value = fallback);
     }
+    // Internal states are mostly extensions and readings; a first guess at their size.
+    let internal = scale[..bodies].iter().copied().fold(0.0, f64::max);
+    scale.resize(2 * bodies + views.internal, internal);
     scale
 }
 

@@ -317,26 +317,32 @@ impl<S: Scalar> Stepper<S> {
         let whole = length.value();
         let count = rate::substeps(&self.topology, rate, whole.max(0.0))?;
         let step = whole / count as f64;
-        let mut cuts = vec![0.0];
+        let mut cuts = vec![S::ZERO];
         if let Some(time) = Supply::unsettled(&self.work.waves) {
+            // In units of the time constant, so that the cuts move with it.
             let mut at = 0.0;
             loop {
-                let next = 0.5 * time * crate::math::exp(at / (5.0 * time));
+                let next = 0.5 * crate::math::exp(0.2 * at);
                 at += next;
-                if next >= step || at >= whole {
+                if next * time.value() >= step || at * time.value() >= whole {
                     break;
                 }
-                cuts.push(at / whole);
+                cuts.push(time * at);
             }
         }
-        let graded = cuts.last().copied().unwrap_or(0.0);
-        let rest = ((1.0 - graded) * count as f64).ceil().max(1.0) as usize;
-        cuts.extend((1..=rest).map(|k| graded + (1.0 - graded) * k as f64 / rest as f64));
+        let graded = cuts[cuts.len() - 1];
+        let left = length - graded;
+        let rest = (left.value() / step).ceil().max(1.0) as usize;
+        cuts.extend((1..=rest).map(|k| graded + left * (k as f64 / rest as f64)));
         for pair in cuts.windows(2) {
-            let h = length * (pair[1] - pair[0]);
-            let tau = cursor + length * pair[0];
-            self.work
-                .advance(&self.topology, tau, h, h.value(), &mut self.report);
+            let h = pair[1] - pair[0];
+            self.work.advance(
+                &self.topology,
+                cursor + pair[0],
+                h,
+                h.value(),
+                &mut self.report,
+            );
         }
         Ok(cuts.len() - 1)
     }

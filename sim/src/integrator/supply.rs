@@ -225,11 +225,11 @@ impl<S: Scalar> Supply<S> {
     }
 
     /// The shortest time constant of a lag that has not settled, s.
-    pub(crate) fn unsettled(waves: &[Wave<S>]) -> Option<f64> {
+    pub(crate) fn unsettled(waves: &[Wave<S>]) -> Option<S> {
         (waves.iter())
             .filter(|wave| wave.shape == Shape::Lagged && wave.decay.value() != 0.0)
-            .map(|wave| 1.0 / wave.rate.value())
-            .reduce(f64::min)
+            .map(|wave| S::constant(1.0) / wave.rate)
+            .reduce(S::min)
     }
 }
 

@@ -32,6 +32,8 @@ impl Topology {
                 let (depth, force) = self.contact(stop, at);
                 match branch {
                     0 => -depth,
+                    // With a damper the force falls to zero before the depth does, without one with it.
+                    1 if at.values[self.stops[stop].slot + 2].value() >= 0.0 => force,
                     1 => force.min(depth),
                     _ => (-force).min(depth),
                 }
@@ -126,14 +128,16 @@ impl Topology {
             }
             Switch::Stop(stop) => {
                 let (depth, force) = self.contact(stop, at);
-                let (depth, force) = (depth.value(), force.value());
+                let damping = at.values[self.stops[stop].slot + 2].value();
                 match branch {
-                    0 if force >= 0.0 => 1,
+                    // At a border the numbers are rounding: what is met pushes, unless a damper below
+                    // zero, which a fit may try, would pull.
+                    0 if damping >= 0.0 => 1,
                     0 => 2,
-                    // Which of the two it was that fell to zero: the force does first, or with it.
-                    1 if force < depth * at.values[self.stops[stop].slot + 1].value() => 2,
+                    // The force falls to zero before the depth does, without a damper with it.
+                    1 if damping > 0.0 => 2,
                     1 => 0,
-                    _ if depth <= -force => 0,
+                    _ if depth.value() <= -force.value() => 0,
                     _ => 1,
                 }
             }
