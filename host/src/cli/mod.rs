@@ -2,6 +2,7 @@
 
 mod build;
 mod compare;
+mod diagnose;
 mod emit;
 mod fit;
 mod mjcf;
@@ -39,6 +40,8 @@ enum Verb {
     Simulate(simulate::Arguments),
     /// Refit a rig's parameters to recordings.
     Fit(fit::Arguments),
+    /// Say where a rig and recordings differ, and which physics the rig lacks.
+    Diagnose(diagnose::Arguments),
     /// Write a rig, its effects included, for MuJoCo.
     Mjcf(mjcf::Arguments),
     /// Train a network on a rig and write the model.
@@ -163,6 +166,7 @@ fn run(verb: Verb) -> Result<()> {
         Verb::New(arguments) => new::run(&arguments),
         Verb::Simulate(arguments) => simulate::run(&arguments),
         Verb::Fit(arguments) => fit::run(&arguments),
+        Verb::Diagnose(arguments) => diagnose::run(&arguments),
         Verb::Mjcf(arguments) => mjcf::run(&arguments),
         Verb::Train(arguments) => train::run(&arguments),
         Verb::Emit(arguments) => emit::run(&arguments),

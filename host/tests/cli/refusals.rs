@@ -143,3 +143,29 @@ fn results_that_cannot_be_written_are_status_1() {
     let line = format!("simulate {RIG} --input good.csv --out occupied");
     insta::assert_snapshot!(refusals(&desk, &[&line]));
 }
+
+#[test]
+fn diagnoses() {
+    let desk = desk();
+    desk.write("other.csv", "t,u_N,q_m\n0,0,0\n0.01,1,\n");
+    desk.write("column.csv", "t,u_N,q_mm\n0,0,0\n0.01,0,0\n0.02,0,0\n");
+    desk.write("text.csv", "t,u_N,q_m\n0,0,0\n0.01,abc,0\n");
+    let report = refusals(
+        &desk,
+        &[
+            &format!("diagnose {RIG}"),
+            &format!("diagnose {RIG} --fit good.csv --tst other.csv"),
+            &format!("diagnose {RIG} --fit good.csv --seed minus"),
+            &format!("diagnose {RIG} --fit good.csv --test ./good.csv"),
+            &format!("diagnose {RIG} --fit good.csv --fit good.csv"),
+            &format!("diagnose {RIG} --fit good.csv --rig-out {RIG}"),
+            &format!("diagnose {RIG} --fit good.csv --json a.json --report a.json"),
+            &format!("diagnose {RIG} --fit good.csv"),
+            &format!("diagnose {RIG} --fit good.csv --check column.csv"),
+            &format!("diagnose {RIG} --fit good.csv --test text.csv"),
+            "diagnose absent.toml --fit good.csv",
+        ],
+    );
+    assert!(!desk.path("a.json").exists(), "a refusal writes nothing");
+    insta::assert_snapshot!(report);
+}

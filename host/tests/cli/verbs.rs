@@ -145,6 +145,59 @@ fn fit_writes_a_rig_that_keeps_its_comments() {
 }
 
 #[test]
+fn diagnose_names_the_friction_that_the_demos_recording_hides() {
+    let desk = Desk::new();
+    desk.bring("rigs/mass-spring-damper.toml")
+        .bring("rigs/mass-spring-damper.fit.csv")
+        .bring("rigs/mass-spring-damper.test.csv");
+    let line = "diagnose mass-spring-damper.toml --fit mass-spring-damper.fit.csv \
+                --test mass-spring-damper.test.csv --quiet";
+    let silent = desk.succeed(&format!(
+        "{line} --json a.json --report a.html --rig-out mended.toml --mjcf mended.xml"
+    ));
+    assert_eq!(silent, "", "--quiet with --json says nothing");
+    let found: serde_json::Value = serde_json::from_str(&desk.read("a.json")).expect("it is JSON");
+    assert_eq!(found["verdict"], "missing_physics");
+    let effect = &found["effects"][0];
+    assert_eq!(effect["kind"], "coulomb_friction");
+    assert_eq!(effect["component"], "mass");
+    let truth =
+        std::fs::read_to_string(checkout().join("tests/foreign/mass_spring_damper.truth.json"));
+    let truth: serde_json::Value =
+        serde_json::from_str(&truth.expect("it is committed")).expect("JSON");
+    let number = |value: &serde_json::Value| value.as_f64().expect("it is a number");
+    let (level, hidden) = (
+        number(&effect["parameters"]["level"]["value"]),
+        number(&truth["coulomb_friction_N"]),
+    );
+    assert!(
+        (level / hidden - 1.0).abs() < 0.02,
+        "{level} N of {hidden} N"
+    );
+    let test = &found["fit"]["q_m"]["test"];
+    assert!(
+        number(&test["after_rms"]) < 0.1 * number(&test["before_rms"]),
+        "{test}"
+    );
+
+    // What it leaves is what other verbs take.
+    let rig = Rig::load(desk.path("mended.toml")).expect("every verb reads it");
+    assert_eq!(rig.effects.len(), 1);
+    assert!(desk.read("mended.xml").contains("frictionloss="));
+    assert!(desk.read("a.html").contains("coulomb_friction at mass"));
+
+    // The same input and seed: the same bytes, seconds aside; and a person gets words.
+    desk.succeed(&format!("{line} --json b.json"));
+    let without_seconds = |name: &str| -> String {
+        let text = desk.read(name);
+        text.lines()
+            .filter(|line| !line.contains("\"seconds\""))
+            .collect()
+    };
+    assert_eq!(without_seconds("a.json"), without_seconds("b.json"));
+}
+
+#[test]
 fn new_writes_a_rig_that_fit_accepts() {
     let desk = Desk::new();
     desk.bring("rigs/mass-spring-damper.fit.csv");
