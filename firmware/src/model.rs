@@ -1,5 +1,8 @@
 //! What the controller asks of a predictor: the one trait that generated code implements.
 
+use crate::mpc::prediction;
+use crate::mpc::tangent::{self, Stage, Tangent};
+
 /// What a predictor looks at: the last `ND` inputs, the last `DD` outputs and `NS` sensor channels,
 /// all in model units (scaled). Index 0 is the newest: `u[0]` is u(k), `y[1]` is y(k-1).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,6 +49,32 @@ pub trait Model<const NU: usize, const NY: usize, const NS: usize, const ND: usi
 
     /// The exact derivatives of the prediction that left `trace`; `jacobian` is overwritten.
     fn jacobian(&self, trace: &Self::Trace, jacobian: &mut Jacobian<NU, NY, ND, DD>);
+
+    /// A step of the horizon: enters u(k+j) into `x`, predicts, adds the disturbance, and enters the result.
+    ///
+    /// Generated models repeat this body, and that of [`Model::carry`], as code of their own crate: these
+    /// two are most of a control step, and are compiled for speed where the rest is compiled for size.
+    fn advance(
+        &self,
+        x: &mut Regressor<NU, NY, NS, ND, DD>,
+        u: &[f32; NU],
+        disturbance: &[f32; NY],
+        trace: &mut Self::Trace,
+    ) -> [f32; NY] {
+        prediction::advance(self, x, u, disturbance, trace)
+    }
+
+    /// A step of the derivatives: those of the prediction that left `trace`, and what follows from them.
+    fn carry(
+        &self,
+        trace: &Self::Trace,
+        stage: &Stage<'_, NY, ND>,
+        tangent: &mut Tangent<'_, NU, NY, DD>,
+    ) {
+        let mut jacobian = Jacobian::ZERO;
+        self.jacobian(trace, &mut jacobian);
+        tangent::carry(&jacobian, stage, tangent);
+    }
 }
 
 impl<const NU: usize, const NY: usize, const ND: usize, const DD: usize> Jacobian<NU, NY, ND, DD> {

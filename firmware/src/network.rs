@@ -219,12 +219,40 @@ pub fn input_jacobian<
             "the regressor fits the first layer"
         )
     };
-    for (lag, block) in jacobian.u.iter_mut().enumerate() {
-        columns(t, w, lag * NU, block);
+    sums(t, w, 0, &mut jacobian.u);
+    sums(t, w, NU * ND, &mut jacobian.y);
+}
+
+/// Sums that fit the floating-point registers beside their operands.
+const REGISTERS: usize = 24;
+
+/// All lags at once where their sums fit the registers, so that each element of `t` is read once.
+#[inline(always)]
+fn sums<const NX: usize, const H: usize, const OUT: usize, const B: usize, const LAGS: usize>(
+    t: &[[f32; OUT]; H],
+    w: &[[f32; NX]; H],
+    start: usize,
+    blocks: &mut [[[f32; B]; OUT]; LAGS],
+) {
+    if LAGS * OUT * B > REGISTERS {
+        for (lag, block) in blocks.iter_mut().enumerate() {
+            columns(t, w, start + lag * B, block);
+        }
+        return;
     }
-    for (lag, block) in jacobian.y.iter_mut().enumerate() {
-        columns(t, w, NU * ND + lag * NY, block);
+    let mut sum = [[[0.0; B]; OUT]; LAGS];
+    for (t, row) in t.iter().zip(w) {
+        if let Some(row) = row.get(start..start + LAGS * B) {
+            for (sum, row) in sum.iter_mut().zip(row.chunks_exact(B)) {
+                for (sum, t) in sum.iter_mut().zip(t) {
+                    for (sum, w) in sum.iter_mut().zip(row) {
+                        *sum += t * w;
+                    }
+                }
+            }
+        }
     }
+    *blocks = sum;
 }
 
 /// `block[r][c] = sum_h t[h][r] w[h][start + c]`; the sums of a block stay in registers.

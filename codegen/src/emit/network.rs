@@ -50,12 +50,15 @@ pub(super) fn print(spec: &ModelSpec) -> String {
 //! {HEADER}
 
 use sinew_firmware::model::{{self, Model}};
+use sinew_firmware::mpc::{{prediction, tangent}};
 use sinew_firmware::{kernels};
 
 use crate::control::{{NS, NU, NY, PAST_INPUTS, PAST_OUTPUTS}};
 
 type Regressor = model::Regressor<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS>;
 type Jacobian = model::Jacobian<NU, NY, PAST_INPUTS, PAST_OUTPUTS>;
+type Stage<'a> = tangent::Stage<'a, NY, PAST_INPUTS>;
+type Tangent<'a> = tangent::Tangent<'a, NU, NY, PAST_OUTPUTS>;
 
 /// The network of this model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -72,6 +75,24 @@ impl Model<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS> for Network {{
 
     fn jacobian(&self, {trace}: &Activations, jacobian: &mut Jacobian) {{
 {jacobian}{identity}    }}
+
+    #[inline(never)]
+    fn advance(
+        &self,
+        x: &mut Regressor,
+        u: &[f32; NU],
+        d: &[f32; NY],
+        a: &mut Activations,
+    ) -> [f32; NY] {{
+        prediction::advance(self, x, u, d, a)
+    }}
+
+    #[inline(never)]
+    fn carry(&self, a: &Activations, stage: &Stage, tangent: &mut Tangent) {{
+        let mut jacobian = Jacobian::ZERO;
+        self.jacobian(a, &mut jacobian);
+        tangent::carry(&jacobian, stage, tangent);
+    }}
 }}
 
 /// What the layers give; the last is {meaning}.

@@ -1,8 +1,9 @@
 //! The cost J and its derivatives with respect to the plan (docs/mpc.md, eq. 4 to 7).
 
 use super::Problem;
-use super::prediction::{Sensitivity, Trajectory, shift};
-use crate::model::{Jacobian, Model};
+use super::prediction::{Trajectory, shift};
+use super::tangent::{Stage, Tangent};
+use crate::model::Model;
 
 /// Diagonals of Q and Lambda.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,7 +35,11 @@ impl<const NV: usize> Quadratic<NV> {
 
     /// `H p`.
     pub fn hessian_times(&self, p: &[f32; NV]) -> [f32; NV] {
-        core::array::from_fn(|i| dot(&self.hessian[i], p))
+        let mut hp = [0.0; NV];
+        for (hp, row) in hp.iter_mut().zip(&self.hessian) {
+            *hp = dot(row, p);
+        }
+        hp
     }
 
     /// Slope of J along `p`: `2 g'p`.
@@ -75,32 +80,28 @@ impl<
     #[inline(never)]
     pub fn roll(&self, plan: &[f32; NV], trajectory: &mut Trajectory<M::Trace, NY, N>) -> f32 {
         let mut regressor = *self.start;
+        // The place that waits for u(k) goes: every step brings its own.
+        for lag in 1..ND {
+            regressor.u[lag - 1] = regressor.u[lag];
+        }
         let mut cost = self.cost_of_moves(plan);
         let rows = self.reference.iter().zip(&mut trajectory.weighted);
         for (j, (trace, (reference, weighted))) in
             trajectory.traces.iter_mut().zip(rows).enumerate()
         {
             let u = self.horizons.command(plan, &self.bounds.previous, j);
-            if j > 0 {
-                shift(&mut regressor.u, u);
-            } else if let Some(newest) = regressor.u.first_mut() {
-                // That place is already waiting for it.
-                *newest = u;
+            let y = self
+                .model
+                .advance(&mut regressor, &u, self.disturbance, trace);
+            if j + 1 < self.horizons.first {
+                continue;
             }
-            let mut y = self.model.predict(&regressor, trace);
-            let counts = j + 1 >= self.horizons.first;
-            for (c, y) in y.iter_mut().enumerate() {
-                *y += self.disturbance[c];
-                let error = *y - reference[c];
-                let q = if counts {
-                    self.weights.tracking[c]
-                } else {
-                    0.0
-                };
-                weighted[c] = q * error;
-                cost += weighted[c] * error;
+            let rows = y.iter().zip(reference).zip(&self.weights.tracking);
+            for (weighted, ((y, r), q)) in weighted.iter_mut().zip(rows) {
+                let error = y - r;
+                *weighted = q * error;
+                cost += *weighted * error;
             }
-            shift(&mut regressor.y, y);
         }
         cost
     }
@@ -114,66 +115,51 @@ impl<
         trajectory: &Trajectory<M::Trace, NY, N>,
         quadratic: &mut Quadratic<NV>,
     ) {
-        *quadratic = Quadratic::new();
-        let mut jacobian = Jacobian::ZERO;
-        let mut sensitivity = Sensitivity::<NU, NY, DD, NB>::new();
+        let mut blocks = [[[[0.0; NU]; NY]; DD]; NB];
+        let mut gradient = [[0.0; NU]; NB];
+        let mut pairs = [[[[0.0; NU]; NU]; NB]; NB];
+        let mut carried = 0;
+        let mut inputs = [None; ND];
         for (j, (trace, weighted)) in trajectory
             .traces
             .iter()
             .zip(&trajectory.weighted)
             .enumerate()
         {
-            self.model.jacobian(trace, &mut jacobian);
-            let blocks = sensitivity.advance(&jacobian, self.horizons, j);
-            if j + 1 >= self.horizons.first {
-                self.accumulate(&sensitivity, blocks, weighted, quadratic);
-            }
+            let place = self.horizons.place(j);
+            shift(&mut inputs, place);
+            let reached = place.map_or(0, |place| place.block + 1);
+            let stage = Stage {
+                carried,
+                reached,
+                inputs,
+                weighted: (j + 1 >= self.horizons.first).then_some(weighted),
+                tracking: &self.weights.tracking,
+            };
+            let mut tangent = Tangent {
+                blocks: &mut blocks,
+                gradient: &mut gradient,
+                pairs: pairs.as_flattened_mut(),
+            };
+            self.model.carry(trace, &stage, &mut tangent);
+            carried = reached;
         }
-        self.add_moves(plan, quadratic);
-        for i in 0..NV {
-            for j in 0..i {
-                quadratic.hessian[j][i] = quadratic.hessian[i][j];
-            }
+        let gradients = gradient.as_flattened().iter();
+        for (place, value) in quadratic.gradient.iter_mut().zip(gradients) {
+            *place = *value;
         }
-    }
-
-    /// `g += S' (Q e)` and the lower triangle of `H += S' Q S` for the blocks that have an effect.
-    #[inline(always)]
-    fn accumulate(
-        &self,
-        sensitivity: &Sensitivity<NU, NY, DD, NB>,
-        blocks: usize,
-        weighted: &[f32; NY],
-        quadratic: &mut Quadratic<NV>,
-    ) {
-        let rows = quadratic.hessian.chunks_exact_mut(NU);
-        let gradients = quadratic.gradient.chunks_exact_mut(NU);
-        let newest = || sensitivity.newest().take(blocks);
-        for (b, ((s, rows), gradient)) in newest().zip(rows).zip(gradients).enumerate() {
-            let mut qs = *s;
-            for (qs, q) in qs.iter_mut().zip(&self.weights.tracking) {
-                for qs in qs {
-                    *qs *= q;
-                }
-            }
-            for (s, weighted) in s.iter().zip(weighted) {
-                for (g, s) in gradient.iter_mut().zip(s) {
-                    *g += s * weighted;
-                }
-            }
-            for (m, s) in newest().take(b + 1).enumerate() {
-                for (a, row) in rows.iter_mut().enumerate() {
-                    let Some(entries) = row.get_mut(m * NU..(m + 1) * NU) else {
-                        continue;
-                    };
-                    for (c, h) in entries.iter_mut().enumerate() {
-                        for (qs, s) in qs.iter().zip(s) {
-                            *h += qs[a] * s[c];
-                        }
+        let mut pairs = pairs.as_flattened().iter();
+        for b in 0..NB {
+            for (m, pair) in (0..=b).zip(&mut pairs) {
+                for (a, row) in pair.iter().enumerate() {
+                    for (c, value) in row.iter().enumerate() {
+                        quadratic.hessian[b * NU + a][m * NU + c] = *value;
+                        quadratic.hessian[m * NU + c][b * NU + a] = *value;
                     }
                 }
             }
         }
+        self.add_moves(plan, quadratic);
     }
 
     /// Change over the block that ends at `v`, and Lambda for the whole of it: `L` equal moves.
@@ -201,7 +187,7 @@ impl<
         cost
     }
 
-    /// Adds the moves to the gradient and to the Hessian's lower triangle.
+    /// Adds the moves to gradient and Hessian.
     fn add_moves(&self, plan: &[f32; NV], quadratic: &mut Quadratic<NV>) {
         for v in 0..NV {
             let (change, lambda) = self.change(plan, v);
@@ -212,6 +198,7 @@ impl<
                 quadratic.gradient[v - NU] -= force;
                 quadratic.hessian[v - NU][v - NU] += lambda;
                 quadratic.hessian[v][v - NU] -= lambda;
+                quadratic.hessian[v - NU][v] -= lambda;
             }
         }
     }

@@ -6,6 +6,8 @@
 //! The decision variables are the commands at the ends of the blocks; after the last block the
 //! command is held. Blocks of one step each are the classical control horizon.
 
+use super::tangent::Place;
+
 /// The horizons of a problem: `N` steps are predicted (N2), the commands have `NB` blocks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Horizons<const N: usize, const NB: usize> {
@@ -70,6 +72,18 @@ impl<const N: usize, const NB: usize> Horizons<N, NB> {
         steps
     }
 
+    /// Where the command of step `j` stands; `None` beyond the horizon.
+    #[inline(always)]
+    pub fn place(&self, j: usize) -> Option<Place> {
+        match (self.block.get(j), self.share.get(j)) {
+            (Some(block), Some(share)) => Some(Place {
+                block: usize::from(*block),
+                share: *share,
+            }),
+            _ => None,
+        }
+    }
+
     /// The command of step `j` in a plan, each channel between the ends of the step's block.
     #[inline(always)]
     pub fn command<const NU: usize, const NV: usize>(
@@ -78,10 +92,10 @@ impl<const N: usize, const NB: usize> Horizons<N, NB> {
         previous: &[f32; NU],
         j: usize,
     ) -> [f32; NU] {
-        let (Some(block), Some(share)) = (self.block.get(j), self.share.get(j)) else {
+        let Some(Place { block, share }) = self.place(j) else {
             return *previous;
         };
-        let end = usize::from(*block) * NU;
+        let end = block * NU;
         let (before, ends) = plan.split_at_checked(end).unwrap_or((plan, &[]));
         let mut u = *previous;
         if let Some(before) = before.last_chunk() {

@@ -4,9 +4,9 @@
 //! J = sum_{j=N1..N} e_j' Q e_j + sum_{i=0..Nc-1} du_i' Lambda du_i, e_j = y(k+j) - r(k+j),
 //! subject to lower <= u_i <= upper and |du_i| <= rate (eq. 4).
 //!
-//! [`horizons`] describes the commands by few numbers, [`prediction`] rolls the model out, [`cost`]
-//! adds J up and its derivatives, [`qp`] finds the best step inside the limits, [`newton`] decides how
-//! much of it to take. Everything is in model units.
+//! [`horizons`] describes the commands by few numbers, [`cost`] rolls the model out and adds J up and
+//! its derivatives ([`tangent`], a step at a time), [`qp`] finds the best step inside the limits,
+//! [`newton`] decides how much of it to take. Everything is in model units.
 
 pub mod constraint;
 pub mod cost;
@@ -16,6 +16,7 @@ pub mod horizons;
 pub mod newton;
 pub mod prediction;
 pub mod qp;
+pub mod tangent;
 
 pub use constraint::{ActiveSet, Bounds};
 pub use cost::{Quadratic, Weights};

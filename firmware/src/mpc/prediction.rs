@@ -1,8 +1,6 @@
-//! Rolls the predictor out over the horizon on its own predictions, and carries the sensitivity of
-//! every prediction to every decision variable through the whole recursion (docs/mpc.md, eq. 5).
+//! The predictions over the horizon, each made from the ones before it.
 
-use super::Horizons;
-use crate::model::Jacobian;
+use crate::model::{Model, Regressor};
 
 /// What a rollout leaves for the derivatives: the network is not evaluated again.
 #[derive(Clone, Debug)]
@@ -23,85 +21,29 @@ impl<T: Copy, const NY: usize, const N: usize> Trajectory<T, NY, N> {
     }
 }
 
-/// dy/dv of the last DD predictions, one entry per block of the plan: `[b][lag][r][c]` is the
-/// derivative of y_r(k+j-lag) by the command of channel c at the end of block b.
-pub struct Sensitivity<const NU: usize, const NY: usize, const DD: usize, const NB: usize> {
-    blocks: [[[[f32; NU]; NY]; DD]; NB],
-}
-
-impl<const NU: usize, const NY: usize, const DD: usize, const NB: usize>
-    Sensitivity<NU, NY, DD, NB>
-{
-    /// What was measured does not depend on the plan: zero.
-    pub const fn new() -> Self {
-        Self {
-            blocks: [[[[0.0; NU]; NY]; DD]; NB],
-        }
+/// One step on: `u` becomes the newest command of `x`, y(k+j+1) = f(x) + d its newest output.
+#[inline(always)]
+pub fn advance<
+    M: Model<NU, NY, NS, ND, DD> + ?Sized,
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const ND: usize,
+    const DD: usize,
+>(
+    model: &M,
+    x: &mut Regressor<NU, NY, NS, ND, DD>,
+    u: &[f32; NU],
+    disturbance: &[f32; NY],
+    trace: &mut M::Trace,
+) -> [f32; NY] {
+    shift(&mut x.u, *u);
+    let mut y = model.predict(x, trace);
+    for (y, d) in y.iter_mut().zip(disturbance) {
+        *y += d;
     }
-
-    /// The entries of the newest prediction, one per block.
-    #[inline(always)]
-    pub fn newest(&self) -> impl Iterator<Item = &[[f32; NU]; NY]> + Clone {
-        self.blocks.iter().filter_map(|lags| lags.first())
-    }
-
-    /// One step further, to y(k+j+1); returns how many blocks have an effect on it.
-    #[inline(always)]
-    pub fn advance<const ND: usize, const N: usize>(
-        &mut self,
-        jacobian: &Jacobian<NU, NY, ND, DD>,
-        horizons: &Horizons<N, NB>,
-        j: usize,
-    ) -> usize {
-        let reached = |step: usize| horizons.block.get(step).map_or(0, |b| usize::from(*b) + 1);
-        let before = if j > 0 { reached(j - 1) } else { 0 };
-        for lags in self.blocks.iter_mut().take(before) {
-            let mut next = [[0.0; NU]; NY];
-            for (jac, past) in jacobian.y.iter().zip(lags.iter()) {
-                for (next, jac) in next.iter_mut().zip(jac) {
-                    for (jac, past) in jac.iter().zip(past) {
-                        for (next, past) in next.iter_mut().zip(past) {
-                            *next += jac * past;
-                        }
-                    }
-                }
-            }
-            shift(lags, next);
-        }
-        // u(k+j-lag) lies between the ends of two blocks.
-        for (lag, direct) in jacobian.u.iter().enumerate().take(j + 1) {
-            let (Some(block), Some(share)) =
-                (horizons.block.get(j - lag), horizons.share.get(j - lag))
-            else {
-                continue;
-            };
-            let block = usize::from(*block);
-            self.add(block, *share, direct);
-            if *share < 1.0 && block > 0 {
-                self.add(block - 1, 1.0 - *share, direct);
-            }
-        }
-        reached(j)
-    }
-
-    #[inline(always)]
-    fn add(&mut self, block: usize, share: f32, direct: &[[f32; NU]; NY]) {
-        if let Some(newest) = self.blocks.get_mut(block).and_then(|lags| lags.first_mut()) {
-            for (newest, direct) in newest.iter_mut().zip(direct) {
-                for (newest, direct) in newest.iter_mut().zip(direct) {
-                    *newest += share * direct;
-                }
-            }
-        }
-    }
-}
-
-impl<const NU: usize, const NY: usize, const DD: usize, const NB: usize> Default
-    for Sensitivity<NU, NY, DD, NB>
-{
-    fn default() -> Self {
-        Self::new()
-    }
+    shift(&mut x.y, y);
+    y
 }
 
 /// Makes room at the newest place; the oldest value is lost.
