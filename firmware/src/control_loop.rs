@@ -54,6 +54,10 @@ pub enum Status {
     NotFinite,
     /// No sample yet, or too many missing in a row; going to the safe command.
     Lost,
+    /// Nothing is armed; going to the safe command.
+    Disarmed,
+    /// The command is one that was asked for, inside the limits; nothing was optimised.
+    OpenLoop,
 }
 
 impl Status {
@@ -178,18 +182,7 @@ impl<
     /// The command is inside the limits exactly, for any input and whatever the status.
     #[inline(never)]
     pub fn step(&mut self, y: &[f32; NY], s: &[f32; NS], reference: &[[f32; NY]; N]) -> Step<NU> {
-        let gain = if self.settings.is_valid() {
-            self.settings.disturbance_gain
-        } else {
-            0.0
-        };
-        let sample = self.estimator.observe(
-            &self.model,
-            &self.scaling.y.to_model(y),
-            &self.scaling.s.to_model(s),
-            gain,
-            self.settings.gap_limit,
-        );
+        let sample = self.observe(y, s);
         let mut step = Step {
             u: [0.0; NU],
             status: Status::Lost,
@@ -211,6 +204,46 @@ impl<
         }
         self.estimator.apply(&self.scaling.u.to_model(&step.u));
         step
+    }
+
+    /// A step without an optimisation: the past is kept up, and the command goes where it is asked to
+    /// (`None`: to the safe command), inside the limits. A plan starts anew afterwards, from there.
+    #[inline(never)]
+    pub fn open_loop(
+        &mut self,
+        y: &[f32; NY],
+        s: &[f32; NS],
+        wish: Option<&[f32; NU]>,
+    ) -> Step<NU> {
+        let sample = self.observe(y, s);
+        self.warm = false;
+        let (u, status) = match wish {
+            Some(wish) => (self.limiter.limit(wish), Status::OpenLoop),
+            None => (self.limiter.retreat(), Status::Disarmed),
+        };
+        self.estimator.apply(&self.scaling.u.to_model(&u));
+        Step {
+            u,
+            status,
+            iterations: 0,
+            cost: 0.0,
+            bridged: sample == Sample::Bridged,
+        }
+    }
+
+    fn observe(&mut self, y: &[f32; NY], s: &[f32; NS]) -> Sample {
+        let gain = if self.settings.is_valid() {
+            self.settings.disturbance_gain
+        } else {
+            0.0
+        };
+        self.estimator.observe(
+            &self.model,
+            &self.scaling.y.to_model(y),
+            &self.scaling.s.to_model(s),
+            gain,
+            self.settings.gap_limit,
+        )
     }
 
     /// Continues the plan of the last step and improves it, if the request makes sense.
@@ -267,6 +300,28 @@ impl<
         let u = self.limiter.retreat();
         self.reset();
         u
+    }
+
+    /// The safe command at once, without regard to the rate: an emergency stop. The past is forgotten.
+    pub fn trip(&mut self) {
+        self.limiter.trip();
+        self.reset();
+    }
+
+    /// Replaces the limits; `false`, and nothing is changed, unless they are finite where the old ones
+    /// are, lie within `widest`, and hold both the safe command and the one applied last.
+    pub fn set_limits(&mut self, limits: Limits<NU>, widest: &Limits<NU>) -> bool {
+        if !limits.is_within(widest) || !limits.hold(self.limiter.applied()) {
+            return false;
+        }
+        self.limiter.set_limits(limits);
+        self.bounds = scaled_bounds(self.limiter.limits(), &self.scaling, &self.horizons);
+        true
+    }
+
+    /// The command applied last, physical units.
+    pub const fn applied(&self) -> &[f32; NU] {
+        self.limiter.applied()
     }
 
     /// The settings in force.

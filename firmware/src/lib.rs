@@ -11,10 +11,13 @@
 //! around it. Generated code implements [`model::Model`] from the kernels of [`network`] and fills
 //! the const parameters. Equations: `docs/mpc.md`; frames: `docs/protocol.md`.
 
+pub mod blend;
 pub mod control_loop;
+pub mod converter;
 pub mod estimator;
 pub mod linear_path;
 pub mod math;
+pub mod mode;
 pub mod model;
 pub mod mpc;
 pub mod network;
@@ -23,3 +26,4 @@ pub mod protocol;
 pub mod safety;
 pub mod scaling;
 pub mod session;
+pub mod watch;

@@ -7,9 +7,10 @@ use postcard::ser_flavors::Flavor;
 use serde::{Deserialize, Serialize};
 
 use crate::control_loop::Status;
+use crate::mode::{Drive, State};
 
 /// Version of this protocol; a host refuses a device that says another.
-pub const PROTOCOL: u16 = 1;
+pub const PROTOCOL: u16 = 2;
 
 /// Most inputs, most outputs.
 pub const MAX_SIGNALS: usize = 8;
@@ -68,6 +69,46 @@ pub enum ToDevice {
     Reset,
     /// The run is over. Answer: [`ToHost::Done`].
     Stop,
+    /// Lets commands be given; from disarmed only. Answer: [`ToHost::State`].
+    Arm {
+        /// Who drives.
+        drive: Drive,
+        /// Steps over which the reference moves from where the rig is to what is asked; 0: at once.
+        blend_steps: u16,
+    },
+    /// Ends control: to the safe command within the rate. Acknowledges an emergency stop. Answer:
+    /// [`ToHost::State`].
+    Disarm,
+    /// The safe command at once and outputs off, until Disarm. Answer: [`ToHost::State`].
+    EmergencyStop,
+    /// Narrows the limits, physical units; never beyond those of the model. Answer: [`ToHost::Tuned`].
+    Limit {
+        /// Smallest commands.
+        lower: Vec<f32, MAX_SIGNALS>,
+        /// Largest commands.
+        upper: Vec<f32, MAX_SIGNALS>,
+        /// Largest changes in one step.
+        rate: Vec<f32, MAX_SIGNALS>,
+    },
+    /// What the board's own rig is to follow, physical units: rows from the next tick on, the last one holds.
+    /// Answer: [`ToHost::Tuned`].
+    Follow {
+        /// As in [`ToDevice::Sample`].
+        reference: Vec<f32, MAX_PREVIEW>,
+    },
+    /// One row of an excitation, for [`Drive::Excitation`]: one a tick. May be sent before arming. Answer:
+    /// [`ToHost::Queued`], also for a row that was taken before.
+    Excite {
+        /// From 0 at each disarming, in order; comes back when the row is applied.
+        row: u32,
+        /// Command, physical units; held inside the limits.
+        u: Vec<f32, MAX_SIGNALS>,
+    },
+    /// How often to send [`ToHost::Telemetry`]: every so many ticks; 0: never. Answer: [`ToHost::State`].
+    Stream {
+        /// Ticks.
+        every: u16,
+    },
 }
 
 /// What the firmware answers.
@@ -113,6 +154,52 @@ pub enum ToHost {
     },
     /// The run in numbers.
     Done(Summary),
+    /// What may be done, and why.
+    State(State),
+    /// A row was taken.
+    Queued {
+        /// Its number.
+        row: u32,
+        /// Rows for which there is room.
+        room: u16,
+    },
+    /// One tick of the board's own rig. Unasked, as often as [`ToDevice::Stream`] said.
+    Telemetry(Telemetry),
+}
+
+/// One tick of the board's own rig, physical units.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Telemetry {
+    /// Ticks since start, modulo 2^32: a gap is a frame that was lost.
+    pub tick: u32,
+    /// The board's clock when the sensors were read, microseconds since start.
+    pub at_us: u64,
+    /// What may be done.
+    pub state: State,
+    /// Row of the excitation that `u` came from; `None`: none did, the last command was held.
+    pub row: Option<u32>,
+    /// Measured outputs; NaN: missing.
+    pub y: Vec<f32, MAX_SIGNALS>,
+    /// Sensor channels.
+    pub s: Vec<f32, MAX_CHANNELS>,
+    /// Command as applied.
+    pub u: Vec<f32, MAX_SIGNALS>,
+    /// r(k+1).
+    pub reference: Vec<f32, MAX_SIGNALS>,
+    /// The estimator's newest output: the measurement, or its prediction where that was missing.
+    pub estimate: Vec<f32, MAX_SIGNALS>,
+    /// The estimator's disturbance, model units.
+    pub disturbance: Vec<f32, MAX_SIGNALS>,
+    /// What the step says about itself.
+    pub status: Status,
+    /// Newton iterations.
+    pub iterations: u8,
+    /// Ticks of the board's [`crate::session::Clock`] spent in the step.
+    pub ticks: u32,
+    /// Steps that ended after their period, since start.
+    pub deadline_misses: u32,
+    /// Telemetry frames that the link had no room for, since start.
+    pub dropped: u32,
 }
 
 /// Why a frame was refused.
@@ -127,6 +214,14 @@ pub enum Reason {
     Settings,
     /// The session was stopped.
     Stopped,
+    /// Not in this mode: arm, disarm or acknowledge first.
+    Mode,
+    /// No room for another row; send it again.
+    Full,
+    /// A row before it is missing.
+    Order,
+    /// Limits that are wider than the model's, or outside which the last command lies.
+    Limits,
 }
 
 /// Who a device is. The host compares `protocol` and `model` before it sends a sample.

@@ -51,6 +51,28 @@ impl<const NU: usize> Limits<NU> {
         }
         self
     }
+
+    /// No wider than `widest` in any limit, nothing NaN, and the safe command the same.
+    pub fn is_within(&self, widest: &Self) -> bool {
+        let boxes = self.lower.iter().zip(&self.upper);
+        let widest_boxes = widest.lower.iter().zip(&widest.upper);
+        let boxed = boxes
+            .zip(widest_boxes)
+            .all(|((low, high), (least, most))| *least <= *low && *low <= *high && *high <= *most);
+        let rates = self.rate.iter().zip(&widest.rate);
+        let slower = rates
+            .into_iter()
+            .all(|(rate, most)| (0.0..=*most).contains(rate));
+        boxed && slower && self.safe == widest.safe && self.hold(&widest.safe)
+    }
+
+    /// Whether a command is inside the box.
+    pub fn hold(&self, u: &[f32; NU]) -> bool {
+        let boxes = self.lower.iter().zip(&self.upper);
+        boxes
+            .zip(u)
+            .all(|((low, high), u)| (*low..=*high).contains(u))
+    }
 }
 
 /// Holds the limits and the command that was applied last.
@@ -99,6 +121,16 @@ impl<const NU: usize> Limiter<NU> {
             *applied = clamp(boxed, lowest, highest);
         }
         self.applied
+    }
+
+    /// The safe command counts as applied, whatever the rate.
+    pub const fn trip(&mut self) {
+        self.applied = self.limits.safe;
+    }
+
+    /// Other limits; the command applied last stays what it is and should be inside.
+    pub const fn set_limits(&mut self, limits: Limits<NU>) {
+        self.limits = limits.sanitised();
     }
 
     /// One step towards the safe command.

@@ -1,20 +1,31 @@
 //! Frame in, frame out: a pure state machine around the control loop. Boards move bytes, this answers.
 
+mod rig;
+
 use heapless::Vec;
 
-use crate::control_loop::{ControlLoop, Settings};
+pub use rig::Outputs;
+
+use crate::blend::Blend;
+use crate::control_loop::{ControlLoop, Settings, Step};
+use crate::mode::{Cause, Drive, Mode, State};
 use crate::model::{Jacobian, Model};
 use crate::network::unflatten;
 use crate::protocol::{
     Accumulator, Fed, Identity, MAX_JACOBIAN, MAX_REGRESSOR, Reason, Summary, ToDevice, ToHost,
     decode, encode,
 };
+use crate::safety::Limits;
+use crate::watch::Watch;
 
 /// A free-running counter of the board, cycles or ticks, that wraps at 32 bits.
 pub trait Clock {
     /// The count now.
     fn ticks(&self) -> u32;
 }
+
+/// Rows of an excitation that wait for their tick: a quarter of a second at 120 Hz.
+pub const EXCITATION_ROWS: usize = 32;
 
 /// One controller at one link. Counts since it was made; a [`ToDevice::Reset`] does not clear counts.
 pub struct Session<
@@ -33,6 +44,12 @@ pub struct Session<
     accumulator: Accumulator,
     summary: Summary,
     stopped: bool,
+    state: State,
+    watch: Watch<NU, NY>,
+    blend: Blend<NY>,
+    /// The model's own limits: those in force may be narrower.
+    widest: Limits<NU>,
+    own: rig::Own<NU, NY, N>,
 }
 
 impl<
@@ -58,6 +75,7 @@ impl<
             assert!(NY <= MAX_PREVIEW && NU * ND + NY * DD + NS <= MAX_REGRESSOR);
         }
         Self {
+            widest: *controller.limits(),
             controller,
             identity,
             accumulator: Accumulator::new(),
@@ -69,6 +87,10 @@ impl<
                 frames_rejected: 0,
             },
             stopped: false,
+            state: State::disarmed(Cause::Start),
+            watch: Watch::new(),
+            blend: Blend::NONE,
+            own: rig::Own::new(),
         }
     }
 
@@ -122,12 +144,27 @@ impl<
             ToDevice::Probe { x } => self.probe(x),
             ToDevice::Reset => {
                 self.controller.reset();
+                self.watch = Watch::new();
                 ToHost::Tuned
             }
             ToDevice::Stop => {
+                self.disarm(Cause::Asked);
                 self.stopped = true;
                 ToHost::Done(self.summary())
             }
+            ToDevice::Arm { drive, blend_steps } => self.arm(*drive, *blend_steps),
+            ToDevice::Disarm => {
+                self.disarm(Cause::Asked);
+                ToHost::State(self.state)
+            }
+            ToDevice::EmergencyStop => {
+                self.trip();
+                ToHost::State(self.state)
+            }
+            ToDevice::Limit { lower, upper, rate } => self.limit(lower, upper, rate),
+            ToDevice::Follow { reference } => self.follow(reference),
+            ToDevice::Excite { row, u } => self.excite(*row, u),
+            ToDevice::Stream { every } => self.stream(*every),
         }
     }
 
@@ -142,24 +179,25 @@ impl<
         let (Ok(y), Ok(s)) = (y.try_into(), s.try_into()) else {
             return refused(Reason::Shape);
         };
-        let (rows, rest) = rows.as_chunks::<NY>();
-        let Some(last) = rows.last() else {
+        let Some(mut reference) = preview(rows) else {
             return refused(Reason::Shape);
         };
-        if !rest.is_empty() || rows.len() > N {
-            return refused(Reason::Shape);
-        }
-        let mut reference = [*last; N];
-        for (place, row) in reference.iter_mut().zip(rows) {
-            *place = *row;
+        if self.state.drive().is_some_and(Drive::is_on_board) {
+            return refused(Reason::Mode);
         }
         let missed = self.controller.estimator().missed();
-        let start = clock.ticks();
-        let step = self.controller.step(y, s, &reference);
-        let ticks = clock.ticks().wrapping_sub(start);
-        self.summary.steps = self.summary.steps.wrapping_add(1);
-        let missed = self.controller.estimator().missed().wrapping_sub(missed);
-        self.summary.missed_samples = self.summary.missed_samples.wrapping_add(missed);
+        let (step, ticks) = match self.state.mode {
+            Mode::Armed(_) => {
+                self.blend.apply(y, &mut reference);
+                let start = clock.ticks();
+                let step = self.controller.step(y, s, &reference);
+                let ticks = clock.ticks().wrapping_sub(start);
+                self.judge(y, &step);
+                (step, ticks)
+            }
+            Mode::Disarmed | Mode::Tripped => (self.controller.open_loop(y, s, None), 0),
+        };
+        self.count(missed);
         ToHost::Command {
             seq,
             u: Vec::from_slice(&step.u).unwrap_or_default(),
@@ -168,6 +206,81 @@ impl<
             cost: step.cost,
             ticks,
             bridged: step.bridged,
+        }
+    }
+
+    /// Counts a step and the samples that were missed in it; `missed` before it.
+    fn count(&mut self, missed: u32) {
+        self.summary.steps = self.summary.steps.wrapping_add(1);
+        let missed = self.controller.estimator().missed().wrapping_sub(missed);
+        self.summary.missed_samples = self.summary.missed_samples.wrapping_add(missed);
+    }
+
+    /// Ends control where an armed step shows that it should.
+    fn judge(&mut self, y: &[f32; NY], step: &Step<NU>) {
+        let scaling = self.controller.scaling();
+        let (y, u) = (scaling.y.to_model(y), scaling.u.to_model(&step.u));
+        let gap_limit = self.controller.settings().gap_limit;
+        let Some(cause) = self.watch.judge(&y, &u, step.status, gap_limit) else {
+            return;
+        };
+        // A host that is late moves nothing: the command retreats while its samples are missing, and goes on
+        // with them.
+        let is_of_host = self.state.drive() == Some(Drive::Host);
+        if !(is_of_host && matches!(cause, Cause::SamplesLost | Cause::Late)) {
+            self.disarm(cause);
+        }
+    }
+
+    fn arm(&mut self, drive: Drive, blend_steps: u16) -> ToHost {
+        if self.state.mode != Mode::Disarmed {
+            return refused(Reason::Mode);
+        }
+        self.watch = Watch::new();
+        self.blend = Blend::over(blend_steps);
+        self.state = State {
+            mode: Mode::Armed(drive),
+            cause: Cause::Asked,
+        };
+        self.own.arm(drive);
+        if drive == Drive::Host {
+            // Until now the board's own sensors were looked at.
+            self.controller.reset();
+        }
+        ToHost::State(self.state)
+    }
+
+    /// To the safe command within the rate. A trip that is acknowledged ends here too.
+    pub fn disarm(&mut self, cause: Cause) {
+        self.state = State::disarmed(cause);
+        self.own.disarm();
+    }
+
+    fn trip(&mut self) {
+        self.controller.trip();
+        self.own.trip();
+        self.state = State {
+            mode: Mode::Tripped,
+            cause: Cause::EmergencyStop,
+        };
+    }
+
+    fn limit(&mut self, lower: &[f32], upper: &[f32], rate: &[f32]) -> ToHost {
+        let (Ok(lower), Ok(upper), Ok(rate)) =
+            (lower.try_into(), upper.try_into(), rate.try_into())
+        else {
+            return refused(Reason::Shape);
+        };
+        let limits = Limits {
+            lower,
+            upper,
+            rate,
+            safe: self.widest.safe,
+        };
+        if self.controller.set_limits(limits, &self.widest) {
+            ToHost::Tuned
+        } else {
+            refused(Reason::Limits)
         }
     }
 
@@ -225,6 +338,22 @@ impl<
     /// The board saw a step end after its period.
     pub fn note_deadline_miss(&mut self) {
         self.summary.deadline_misses = self.summary.deadline_misses.wrapping_add(1);
+        self.watch.note_late();
+    }
+
+    /// The board knows why it starts anew. Before anything is armed.
+    pub const fn note_restart(&mut self, cause: Cause) {
+        self.state = State::disarmed(cause);
+    }
+
+    /// The mode and why.
+    pub const fn state(&self) -> State {
+        self.state
+    }
+
+    /// After [`ToDevice::Stop`]: ready for another run, disarmed. For boards that go on; a program ends.
+    pub const fn reopen(&mut self) {
+        self.stopped = false;
     }
 
     /// The board measured its stack; the deepest value is kept and reported at [`ToDevice::Stop`].
@@ -258,6 +387,20 @@ impl<
     pub const fn controller_mut(&mut self) -> &mut ControlLoop<M, NU, NY, NS, ND, DD, N, NB, NV> {
         &mut self.controller
     }
+}
+
+/// Rows r(k+1) .. of a frame, the last one held to the horizon; `None` where they are not whole or too many.
+fn preview<const NY: usize, const N: usize>(rows: &[f32]) -> Option<[[f32; NY]; N]> {
+    let (rows, rest) = rows.as_chunks::<NY>();
+    let last = rows.last()?;
+    if !rest.is_empty() || rows.len() > N {
+        return None;
+    }
+    let mut reference = [*last; N];
+    for (place, row) in reference.iter_mut().zip(rows) {
+        *place = *row;
+    }
+    Some(reference)
 }
 
 const fn refused(reason: Reason) -> ToHost {

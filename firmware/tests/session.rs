@@ -8,6 +8,7 @@ use common::{Linear, cases};
 use heapless::Vec as Fixed;
 use proptest::prelude::*;
 use sinew_firmware::control_loop::{ControlLoop, Settings};
+use sinew_firmware::mode::Drive;
 use sinew_firmware::mpc::Horizons;
 use sinew_firmware::protocol::{
     Accumulator, Fed, FrameError, MAX_FRAME, PROTOCOL, Reason, ToDevice, ToHost, decode, encode,
@@ -28,6 +29,7 @@ impl Clock for Counter {
     }
 }
 
+/// Armed for a host.
 fn session() -> Session<Linear, 2, 2, 1, 2, 1, N, 2, 4> {
     let settings = Settings {
         tracking_weight: [1.0; 2],
@@ -54,7 +56,15 @@ fn session() -> Session<Linear, 2, 2, 1, 2, 1, N, 2, 4> {
         settings,
         Horizons::every_step(),
     );
-    Session::new(controller, Loop::identity(0xdead_beef, 120_000, 2))
+    let mut session = Session::new(controller, Loop::identity(0xdead_beef, 120_000, 2));
+    let drive = Drive::Host;
+    let blend_steps = 0;
+    let answer = session.answer(
+        &ToDevice::Arm { drive, blend_steps },
+        &Counter(Cell::new(0)),
+    );
+    assert!(matches!(answer, ToHost::State(_)), "{answer:?}");
+    session
 }
 
 fn frame<T: serde::Serialize>(message: &T) -> Vec<u8> {
