@@ -47,6 +47,7 @@ type Stage = (&'static str, fn(&Toolchain) -> Result<()>);
 const STAGES: &[Stage] = &[
     ("format", |_| format()),
     ("clippy, boards and models", clippy_boards_and_models),
+    ("boards link", link_boards),
     ("generated files up to date", |_| generate::check()),
     ("foreign recordings up to date", |_| foreign()),
     ("clippy, workspace", |_| clippy_workspace()),
@@ -109,6 +110,14 @@ fn clippy_boards_and_models(toolchain: &Toolchain) -> Result<()> {
     }
     for model in crates_in("models")? {
         process::run(&mut model_clippy(&model))?;
+    }
+    Ok(())
+}
+
+/// Boards that nothing here can run: their images fit the chips' memories, or do not link.
+fn link_boards(toolchain: &Toolchain) -> Result<()> {
+    for board in ["stm32f446", "nrf52840"] {
+        test::build_board(toolchain, board)?;
     }
     Ok(())
 }

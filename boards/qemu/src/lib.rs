@@ -1,6 +1,8 @@
-//! QEMU's mps2-an386 as a board: clocks, a serial line, a time base, two host files. No mathematics.
+//! QEMU's mps2-an386 as a board: clocks, a serial line, a time base, host files for a link and for a rig. No
+//! mathematics.
 //!
-//! A program of `src/bin` is a transport and a pace; what a frame means, `sinew_firmware::session` knows.
+//! A program of `src/bin` is a transport and a pace; what boards share is `sinew_board_runtime`, what a frame
+//! means, `sinew_firmware::session` knows.
 
 #![no_std]
 
@@ -8,16 +10,18 @@ use defmt_semihosting as _;
 use panic_probe as _;
 
 pub mod executor;
-pub mod link;
-pub mod newest;
+pub mod inject;
+pub mod machine;
 pub mod pac;
 pub mod program;
+pub mod rig;
 pub mod semihosting;
-pub mod stack;
 pub mod time;
 pub mod uart;
 
 use semihosting::ExitCode;
+use sinew_board_runtime::restart;
+use sinew_firmware::mode::Cause;
 
 // Log times in microseconds of virtual time.
 defmt::timestamp!("{=u64:us}", embassy_time::Instant::now().as_micros());
@@ -25,7 +29,18 @@ defmt::timestamp!("{=u64:us}", embassy_time::Instant::now().as_micros());
 /// panic-probe ends in an undefined instruction, hence here.
 #[cortex_m_rt::exception]
 unsafe fn HardFault(_frame: &cortex_m_rt::ExceptionFrame) -> ! {
+    if machine::restarts() {
+        machine::restart(Cause::Fault)
+    }
     semihosting::exit(ExitCode::HardFault)
+}
+
+/// First bite of the watchdog; the second, after as long again, resets the machine.
+#[cortex_m_rt::exception]
+unsafe fn NonMaskableInt() {
+    rig::off();
+    restart::leave(Cause::Watchdog);
+    // It stays pending until the reset, and this handler with it.
 }
 
 #[cortex_m_rt::exception]

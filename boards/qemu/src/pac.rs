@@ -55,6 +55,19 @@ pub struct DualTimer {
     pub clear: Register,
 }
 
+/// CMSDK APB watchdog: the first time-out raises the NMI, the second resets the machine.
+#[repr(C)]
+pub struct Watchdog {
+    /// Start value; a write restarts the count.
+    pub load: Register,
+    /// Current count.
+    pub value: Register,
+    /// Bit 0 counts and raises the NMI, bit 1 lets the second time-out reset.
+    pub control: Register,
+    /// Any write clears the NMI and restarts the count.
+    pub clear: Register,
+}
+
 /// CMSDK APB UART.
 #[repr(C)]
 pub struct Uart {
@@ -74,6 +87,18 @@ pub struct Uart {
 pub fn timer0() -> &'static Timer {
     // SAFETY: the block stands at this address on this machine, for ever.
     unsafe { &*(0x4000_0000 as *const Timer) }
+}
+
+/// Pace of the control task.
+pub fn timer1() -> &'static Timer {
+    // SAFETY: as above.
+    unsafe { &*(0x4000_1000 as *const Timer) }
+}
+
+/// The watchdog.
+pub fn watchdog() -> &'static Watchdog {
+    // SAFETY: as above.
+    unsafe { &*(0x4000_8000 as *const Watchdog) }
 }
 
 /// Alarm of the time driver.
@@ -98,6 +123,8 @@ pub enum Interrupt {
     Uart0Transmit = 1,
     /// The 32-bit time base has wrapped.
     Timer0 = 8,
+    /// A control period has passed.
+    Timer1 = 9,
     /// The alarm is due.
     DualTimer = 10,
 }
@@ -125,6 +152,7 @@ unsafe extern "C" {
     fn UART0_RX();
     fn UART0_TX();
     fn TIMER0();
+    fn TIMER1();
     fn DUALTIMER();
 }
 
@@ -136,6 +164,7 @@ pub static __INTERRUPTS: [Vector; 32] = {
     table[Interrupt::Uart0Receive as usize] = Vector { handler: UART0_RX };
     table[Interrupt::Uart0Transmit as usize] = Vector { handler: UART0_TX };
     table[Interrupt::Timer0 as usize] = Vector { handler: TIMER0 };
+    table[Interrupt::Timer1 as usize] = Vector { handler: TIMER1 };
     table[Interrupt::DualTimer as usize] = Vector { handler: DUALTIMER };
     table
 };

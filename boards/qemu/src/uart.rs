@@ -3,11 +3,13 @@
 //! The handlers move single bytes between the device and two pipes; tasks only see the pipes. A program
 //! binds them with [`crate::bind_uart!`], so that one without a serial line does not carry the pipes.
 
+use core::convert::Infallible;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m::peripheral::NVIC;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::pipe::Pipe;
+use embedded_io_async::{ErrorType, Read, Write};
 
 use crate::pac::{self, Interrupt};
 
@@ -23,7 +25,7 @@ const INTERRUPT_RECEIVE: u32 = 1 << 1;
 
 /// Two frames of the longest kind: the reader may be one control step late.
 static RECEIVED: Pipe<CriticalSectionRawMutex, 2048> = Pipe::new();
-static TO_SEND: Pipe<CriticalSectionRawMutex, 1024> = Pipe::new();
+static TO_SEND: Pipe<CriticalSectionRawMutex, 64> = Pipe::new();
 static LOST: AtomicU32 = AtomicU32::new(0);
 
 /// Points the two interrupt vectors at this driver. Once, at the top of a program.
@@ -58,11 +60,6 @@ pub fn init() -> (Receiver, Transmitter) {
 }
 
 impl Receiver {
-    /// Waits for bytes and returns how many came, at least one.
-    pub async fn read(&mut self, buffer: &mut [u8]) -> usize {
-        RECEIVED.read(buffer).await
-    }
-
     /// Bytes dropped since start because nobody had read the earlier ones. The frames they belonged to
     /// fail their checksum.
     pub fn lost(&self) -> u32 {
@@ -70,24 +67,39 @@ impl Receiver {
     }
 }
 
-impl Transmitter {
-    /// Hands over all bytes, waiting for room; returns before the last of them has left.
-    pub async fn write(&mut self, bytes: &[u8]) {
-        let mut rest = bytes;
-        while !rest.is_empty() {
-            let taken = TO_SEND.write(rest).await;
-            rest = rest.get(taken..).unwrap_or_default();
-            // The handler sends the first byte too, so that only one place writes the data register.
-            NVIC::pend(Interrupt::Uart0Transmit);
-        }
+impl ErrorType for Receiver {
+    type Error = Infallible;
+}
+
+impl Read for Receiver {
+    async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
+        Ok(RECEIVED.read(buffer).await)
+    }
+}
+
+impl ErrorType for Transmitter {
+    type Error = Infallible;
+}
+
+impl Write for Transmitter {
+    async fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
+        let taken = TO_SEND.write(bytes).await;
+        // The handler sends the first byte too, so that only one place writes the data register.
+        NVIC::pend(Interrupt::Uart0Transmit);
+        Ok(taken)
     }
 
-    /// Waits until everything has left.
-    pub async fn flush(&mut self) {
-        while !TO_SEND.is_empty() || pac::uart0().state.read() & STATE_TRANSMIT_FULL != 0 {
+    async fn flush(&mut self) -> Result<(), Infallible> {
+        while is_sending() {
             embassy_futures::yield_now().await;
         }
+        Ok(())
     }
+}
+
+/// Not everything has left yet.
+pub fn is_sending() -> bool {
+    !TO_SEND.is_empty() || pac::uart0().state.read() & STATE_TRANSMIT_FULL != 0
 }
 
 /// Body of the receive interrupt's handler.

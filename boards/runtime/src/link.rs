@@ -86,7 +86,11 @@ impl Link {
                 summary.stack_high_water_bytes = stack::high_water_bytes();
                 info!("stopped: {}", *summary);
             }
-            ToHost::Prediction { .. } | ToHost::Tuned => {}
+            ToHost::State(state) => info!("{}", *state),
+            ToHost::Prediction { .. }
+            | ToHost::Tuned
+            | ToHost::Queued { .. }
+            | ToHost::Telemetry(_) => {}
         }
         // MAX_FRAME holds every answer.
         encode(answer, &mut self.outgoing).unwrap_or_default()

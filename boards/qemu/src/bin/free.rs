@@ -1,94 +1,52 @@
-//! The controller running free: frames over the serial line, steps paced by a ticker in real time.
+//! The controller running free: frames over the serial line, ticks from a timer, in real time.
 //!
-//! At every tick the newest sample that has arrived is answered; where none has, the controller predicts
-//! it. Says Hello first: bytes sent before the line is up would wait for QEMU's next wake-up.
+//! Armed for a host, every tick answers the newest sample that has arrived; where none has, the controller
+//! predicts it. Otherwise every tick reads and drives the rig that the host simulates (`src/rig.rs`).
 //!
 //! Ends with status 0 after Stop, and with 3 when the line has been silent for long: a host that was killed
-//! leaves no QEMU behind. A real board would go to its safe command and wait.
+//! leaves no QEMU behind. A real board goes to its safe command and waits.
 
 #![no_std]
 #![no_main]
 
-use embassy_futures::select::{Either, select};
-use embassy_time::{Duration, Instant, Ticker};
-use model::control::Session;
-use sinew_board_qemu::link::{Heard, Link};
-use sinew_board_qemu::newest::Newest;
-use sinew_board_qemu::semihosting::{ExitCode, exit};
-use sinew_board_qemu::time::{self, Counter};
-use sinew_board_qemu::{program, uart};
-use sinew_firmware::protocol::{ToDevice, ToHost};
+use sinew_board_qemu::machine::{Machine, OUTBOX, PACER};
+use sinew_board_qemu::uart::{self, Receiver, Transmitter};
+use sinew_board_qemu::{bind_uart, program};
+use sinew_board_runtime::serve::Desk;
+use sinew_board_runtime::{Parts, serve};
 
-/// Longest silence on the line before the host is taken for gone.
-const SILENCE: Duration = Duration::from_secs(30);
-
-sinew_board_qemu::bind_uart!();
+bind_uart!();
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    let parts = program::start();
-    parts.executor.run(|spawner| {
-        // Fails only when the task's one slot is taken, and nothing has run yet.
-        if let Ok(task) = control(parts.session, parts.link) {
-            spawner.spawn(task);
+    let (executor, parts) = program::start();
+    executor.run(|spawner| {
+        let (receiver, transmitter) = uart::init();
+        // Fails only when a task's one slot is taken, and nothing has run yet.
+        if let (Ok(control), Ok(transmit)) = (control(parts, receiver), transmit(transmitter)) {
+            spawner.spawn(control);
+            spawner.spawn(transmit);
         }
     })
 }
 
 #[embassy_executor::task]
-async fn control(session: &'static mut Session, link: &'static mut Link) {
-    let (mut receiver, mut transmitter) = uart::init();
-    let mut newest = Newest::new();
-    let mut chunk = [0; 64];
-
-    let mut hello = ToHost::Hello(*session.identity());
-    transmitter.write(link.frame(&mut hello)).await;
-
-    let period = time::period(session.identity().rate_mhz);
-    let mut ticker = Ticker::every(period);
-    let mut due = Instant::now() + period;
-    let mut heard = Instant::now();
-    loop {
-        match select(ticker.next(), receiver.read(&mut chunk)).await {
-            Either::First(()) => {
-                due += period;
-                if heard.elapsed() > SILENCE {
-                    defmt::warn!("the line is silent");
-                    exit(ExitCode::HostGone)
-                }
-                let Some(sample) = newest.take() else {
-                    continue;
-                };
-                let mut answer = session.answer(sample, &Counter);
-                if Instant::now() > due {
-                    session.note_deadline_miss();
-                }
-                transmitter.write(link.frame(&mut answer)).await;
-            }
-            Either::Second(n) => {
-                heard = Instant::now();
-                for byte in chunk.get(..n).unwrap_or_default() {
-                    let mut answer = match link.hear(*byte) {
-                        Heard::Nothing => continue,
-                        Heard::Message(sample @ ToDevice::Sample { .. }) => {
-                            newest.put(sample);
-                            continue;
-                        }
-                        Heard::Message(message) => {
-                            if message == ToDevice::Reset {
-                                newest = Newest::new();
-                            }
-                            session.answer(&message, &Counter)
-                        }
-                        Heard::Damaged => link.refusal(),
-                    };
-                    transmitter.write(link.frame(&mut answer)).await;
-                    if session.is_stopped() {
-                        transmitter.flush().await;
-                        exit(ExitCode::Stopped)
-                    }
-                }
-            }
-        }
+async fn control(parts: Parts, line: Receiver) {
+    let (board, cause) = Machine::start();
+    if let Some(cause) = cause {
+        parts.session.note_restart(cause);
     }
+    let desk = Desk {
+        board,
+        pacer: &PACER,
+        session: parts.session,
+        link: parts.link,
+        outbox: &OUTBOX,
+    };
+    serve(desk, line).await
+}
+
+#[embassy_executor::task]
+async fn transmit(line: Transmitter) {
+    OUTBOX.drain(line).await
 }

@@ -7,16 +7,16 @@
 #![no_main]
 
 use embassy_time::{Instant, Ticker};
-use model::control::Session;
-use sinew_board_qemu::link::{Heard, Link};
 use sinew_board_qemu::program;
-use sinew_board_qemu::semihosting::{Channel, ExitCode, exit};
+use sinew_board_qemu::semihosting::{Channel, ExitCode, LINK, exit};
 use sinew_board_qemu::time::{self, Counter};
+use sinew_board_runtime::link::{Heard, Link};
+use sinew_board_runtime::model::control::Session;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    let parts = program::start();
-    parts.executor.run(|spawner| {
+    let (executor, parts) = program::start();
+    executor.run(|spawner| {
         // Fails only when the task's one slot is taken, and nothing has run yet.
         if let Ok(task) = control(parts.session, parts.link) {
             spawner.spawn(task);
@@ -26,7 +26,7 @@ fn main() -> ! {
 
 #[embassy_executor::task]
 async fn control(session: &'static mut Session, link: &'static mut Link) {
-    let Ok(mut channel) = Channel::open() else {
+    let Ok(mut channel) = Channel::open(LINK) else {
         defmt::error!("to_device or to_host cannot be opened");
         exit(ExitCode::Channel)
     };

@@ -1,0 +1,61 @@
+//! When something breaks: outputs off first, then a restart that knows why.
+
+use embassy_stm32::interrupt;
+use embassy_stm32::pac;
+use sinew_board_runtime::restart;
+use sinew_firmware::mode::Cause;
+
+use crate::nucleo::ENABLE_PIN;
+
+/// Power stages off. From any context; two registers, nothing that could fail.
+pub fn outputs_off() {
+    pac::GPIOB.bsrr().write(|w| w.set_br(ENABLE_PIN, true));
+    // Main output enable of the PWM timer: its pins go to their idle level (RM0390, 17.3.11).
+    pac::TIM1.bdtr().modify(|w| w.set_moe(false));
+}
+
+/// Why the chip has started, for the session.
+pub fn cause() -> Cause {
+    let flags = pac::RCC.csr().read();
+    pac::RCC.csr().modify(|w| w.set_rmvf(true));
+    let left = restart::take();
+    if flags.wdgrstf() {
+        return Cause::Watchdog;
+    }
+    left.unwrap_or(Cause::Start)
+}
+
+/// Lets the supply's supervisor warn below 2.9 V (RM0390, 5.2.2): line 16 of the EXTI.
+pub fn watch_supply() {
+    pac::RCC.apb1enr().modify(|w| w.set_pwren(true));
+    pac::PWR.cr1().modify(|w| {
+        w.set_pls(0b111);
+        w.set_pvde(true);
+    });
+    pac::EXTI.rtsr(0).modify(|w| w.set_line(16, true));
+    pac::EXTI.imr(0).modify(|w| w.set_line(16, true));
+    // SAFETY: no critical section relies on this interrupt being masked.
+    unsafe { cortex_m::peripheral::NVIC::unmask(interrupt::PVD) };
+}
+
+#[interrupt]
+fn PVD() {
+    restart_with(Cause::BrownOut)
+}
+
+fn restart_with(cause: Cause) -> ! {
+    outputs_off();
+    restart::leave(cause);
+    cortex_m::peripheral::SCB::sys_reset()
+}
+
+/// Panics end here as well: panic-probe logs and executes an undefined instruction.
+#[cortex_m_rt::exception]
+unsafe fn HardFault(_frame: &cortex_m_rt::ExceptionFrame) -> ! {
+    restart_with(Cause::Fault)
+}
+
+#[cortex_m_rt::exception]
+unsafe fn DefaultHandler(_number: i16) -> ! {
+    restart_with(Cause::Fault)
+}

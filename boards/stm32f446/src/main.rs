@@ -1,0 +1,54 @@
+//! The controller on a Nucleo-F446RE: frames over the ST-Link's virtual serial port, log over RTT.
+//!
+//! Pins and drivers are in [`nucleo`], what happens when something breaks in [`fault`]; the rest is
+//! `sinew_board_runtime`.
+
+#![no_std]
+#![no_main]
+
+mod clocks;
+mod fault;
+mod nucleo;
+
+use defmt_rtt as _;
+use panic_probe as _;
+
+use embassy_executor::Spawner;
+use embassy_stm32::usart::BufferedUartTx;
+use sinew_board_runtime::outbox::Outbox;
+use sinew_board_runtime::serve::Desk;
+use sinew_board_runtime::{serve, start};
+
+use nucleo::{Nucleo, PACER};
+
+static OUTBOX: Outbox = Outbox::new();
+
+defmt::timestamp!("{=u64:us}", embassy_time::Instant::now().as_micros());
+
+#[embassy_executor::main]
+async fn main(spawner: Spawner) {
+    let parts = start();
+    let peripherals = embassy_stm32::init(clocks::config());
+    parts.session.note_restart(fault::cause());
+    let Some((board, transmitter, receiver)) = Nucleo::start(peripherals) else {
+        defmt::error!("the serial line refuses its rate");
+        return;
+    };
+    // Fails only when the task's one slot is taken, and nothing has run yet.
+    if let Ok(task) = transmit(transmitter) {
+        spawner.spawn(task);
+    }
+    let desk = Desk {
+        board,
+        pacer: &PACER,
+        session: parts.session,
+        link: parts.link,
+        outbox: &OUTBOX,
+    };
+    serve(desk, receiver).await
+}
+
+#[embassy_executor::task]
+async fn transmit(line: BufferedUartTx<'static>) {
+    OUTBOX.drain(line).await
+}
