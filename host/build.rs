@@ -6,7 +6,14 @@ use std::path::{Path, PathBuf};
 use std::{env, fs, io};
 
 /// What travels, relative to the project's root.
-const TREES: [&str; 3] = ["firmware", "boards/qemu", "boards/host"];
+const TREES: [&str; 6] = [
+    "firmware",
+    "boards/runtime",
+    "boards/host",
+    "boards/qemu",
+    "boards/stm32f446",
+    "boards/nrf52840",
+];
 const FILES: [&str; 1] = ["Cargo.toml"];
 /// Build outputs and snapshots of tests are not sources.
 const SKIPPED: [&str; 4] = ["target", "tests", "proptest-regressions", "README.md"];

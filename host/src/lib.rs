@@ -8,6 +8,7 @@
 //! | [`dataset`], [`train`] | the fitted rig | a small network |
 //! | [`project`] | the network | firmware sources and images |
 //! | [`device`], [`compare`] | an image, a plant | a closed loop, beside a PID |
+//! | [`live`] | a board with a rig | a recording, a watched run |
 //! | [`report`] | all of it | a page |
 
 pub mod atomic;
@@ -19,6 +20,7 @@ pub mod device;
 pub mod diagnose;
 pub mod error;
 pub mod fit;
+pub mod live;
 pub mod mjcf;
 pub mod new_rig;
 pub mod progress;

@@ -58,6 +58,7 @@ pub fn sample(seq: usize, y: [f64; OUTPUTS], reference: &Reference, horizon: usi
 pub fn run(device: &mut Device) -> Result<Run> {
     let reference = Reference::load().map_err(Error::failed)?;
     let identity = device.hello(None)?;
+    device.arm()?;
     let mut plant = Plant::default();
     let mut steps = Vec::with_capacity(STEPS);
     let mut squares = 0.0;

@@ -197,7 +197,7 @@ fn the_reference_run_meets_its_deadlines_limits_and_reference() {
 fn a_missed_deadline_is_counted() {
     let Some(mut device) = lockstep() else { return };
     let reference = Reference::load().unwrap_or_else(|error| panic!("{error}"));
-    device.hello(None).unwrap_or_else(|error| panic!("{error}"));
+    device.arm().unwrap_or_else(|error| panic!("{error}"));
     // Damaged frames are worked on in virtual time: some thousands of them make the next step late.
     let long = [vec![0x55; 1000], vec![0]].concat();
     for _ in 0..100 {
@@ -267,6 +267,7 @@ fn over_the_serial_line_no_frame_is_lost() {
     let ToHost::Hello(identity) = device.receive().unwrap_or_else(|error| panic!("{error}")) else {
         panic!("the first frame is not Hello");
     };
+    device.arm().unwrap_or_else(|error| panic!("{error}"));
     let mut plant = Plant::default();
     let mut previous = [0.0; INPUTS];
     let mut moved = 0;

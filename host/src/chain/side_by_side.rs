@@ -11,7 +11,7 @@ use crate::compare::closed_loop::{Run, Scenario, Score};
 use crate::compare::mpc::{Answer, MpcController};
 use crate::compare::pid::{PidController, Tuning, tune};
 use crate::compare::reference::Reference;
-use crate::device::{Device, decode_log};
+use crate::device::{Device, End, decode_log};
 use crate::error::{Error, Result};
 use crate::project::{Board, Built};
 
@@ -40,6 +40,8 @@ pub struct DeviceRun {
     pub score: Score,
     /// What the device said of every step.
     pub answers: Vec<Answer>,
+    /// Ticks for which a sample came too late, of a board that paces itself.
+    pub late: usize,
     /// The device's own counts.
     pub summary: Summary,
     /// Its decoded log.
@@ -131,6 +133,11 @@ impl Bench<'_> {
         match board {
             Board::Qemu => Device::qemu(&folder.join("boards/qemu/run.sh"), &built.lockstep),
             Board::Host => Device::host(&built.lockstep),
+            Board::Stm32f446 | Board::Nrf52840 => Err(Error::arguments(format!(
+                "a {} is no program of this computer",
+                board.name()
+            ))
+            .help("flash it (sinew flash), then name its port: --port /dev/ttyACM0")),
         }
     }
 
@@ -146,28 +153,44 @@ impl Bench<'_> {
         model: u32,
         scenario: &Scenario,
     ) -> Result<DeviceRun> {
-        let mut device = Self::start(folder, board, built)?;
-        let mut controller = MpcController::new(&mut device, model)?;
-        let run = scenario.run(&mut controller)?;
-        let answers = std::mem::take(&mut controller.answers);
-        let (summary, end) = device.finish()?;
+        let device = Self::start(folder, board, built)?;
+        let (mut run, end) = self.loop_with(device, model, scenario)?;
         if end.status != Some(0) {
             return Err(Error::failed(format!(
                 "the firmware ended with status {:?}",
                 end.status
             )));
         }
-        let log = match board {
-            Board::Qemu => decode_log(&built.lockstep, &end.log)?,
-            Board::Host => String::new(),
-        };
-        Ok(DeviceRun {
+        if board == Board::Qemu {
+            run.log = decode_log(&built.lockstep, &end.log)?;
+        }
+        Ok(run)
+    }
+
+    /// Runs `scenario` on a device that is there already, to its end; its log is left to the caller.
+    ///
+    /// # Errors
+    /// The device cannot be reached or refuses.
+    pub fn loop_with(
+        &self,
+        mut device: Device,
+        model: u32,
+        scenario: &Scenario,
+    ) -> Result<(DeviceRun, End)> {
+        let mut controller = MpcController::new(&mut device, model)?;
+        let run = scenario.run(&mut controller)?;
+        let answers = std::mem::take(&mut controller.answers);
+        let late = controller.late;
+        let (summary, end) = device.finish()?;
+        let run = DeviceRun {
             score: run.score(&self.task.limits),
             run,
             answers,
+            late,
             summary,
-            log,
-        })
+            log: String::new(),
+        };
+        Ok((run, end))
     }
 
     /// Tunes the PID on the plant of the comparison (`values`), with references it will not be judged

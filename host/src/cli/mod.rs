@@ -6,8 +6,10 @@ mod diagnose;
 mod emit;
 mod fit;
 mod mjcf;
+mod monitor;
 mod new;
 mod pil;
+mod record;
 mod simulate;
 mod train;
 
@@ -19,8 +21,11 @@ use clap::{Args, Parser, Subcommand};
 use crate::chain::built::Loop;
 use crate::chain::side_by_side::{Bench, DeviceRun};
 use crate::compare::closed_loop::Scenario;
+use crate::device::Device;
 use crate::error::Result;
+use crate::live::Names;
 use crate::project::Board;
+use sinew_firmware::protocol::Identity;
 
 /// From a recording and a rig to a controlled Cortex-M4F.
 #[derive(Parser)]
@@ -52,6 +57,10 @@ enum Verb {
     Compare(compare::Arguments),
     /// Run the firmware on a board against the simulated plant, frame by frame.
     Pil(pil::Arguments),
+    /// Play an excitation on a board's own rig and write a recording.
+    Record(record::Arguments),
+    /// Watch and steer a board's own rig, live.
+    Monitor(monitor::Arguments),
 }
 
 /// Recordings, for verbs that fit or learn.
@@ -120,6 +129,30 @@ impl LoopArguments {
     }
 }
 
+/// A board that runs, and the model that it carries: what `record` and `monitor` take.
+#[derive(Args, Clone, Debug)]
+pub struct LiveArguments {
+    /// The board's serial port, or the socket of one in QEMU.
+    #[arg(long, value_name = "PORT")]
+    port: PathBuf,
+    /// Folder of the model that the board carries: model.toml and weights.safetensors.
+    #[arg(long, value_name = "DIR")]
+    model: PathBuf,
+}
+
+impl LiveArguments {
+    /// Opens the port and makes sure of who is there.
+    ///
+    /// # Errors
+    /// A bad model, no port, the wrong board.
+    fn connect(&self) -> Result<(Device, Names, Identity)> {
+        let names = Names::load(&self.model)?;
+        let mut device = Device::port(&self.port)?;
+        let identity = names.greet(&mut device)?;
+        Ok((device, names, identity))
+    }
+}
+
 /// What most verbs take.
 #[derive(Args, Clone, Debug)]
 pub struct Common {
@@ -172,5 +205,7 @@ fn run(verb: Verb) -> Result<()> {
         Verb::Emit(arguments) => emit::run(&arguments),
         Verb::Compare(arguments) => compare::run(&arguments),
         Verb::Pil(arguments) => pil::run(&arguments),
+        Verb::Record(arguments) => record::run(&arguments),
+        Verb::Monitor(arguments) => monitor::run(&arguments),
     }
 }

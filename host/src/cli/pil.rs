@@ -1,9 +1,12 @@
 //! `sinew pil`: processor in the loop.
 
+use std::path::PathBuf;
+
 use clap::Args;
 
 use super::LoopArguments;
 use crate::chain::side_by_side::same_bits;
+use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::project::Board;
 use crate::report::quantity;
@@ -16,6 +19,9 @@ pub struct Arguments {
     /// Where the controller runs.
     #[arg(long, value_enum, default_value = "qemu")]
     board: Board,
+    /// A board that is flashed already and paces itself: its serial port, or the socket of one in QEMU.
+    #[arg(long, value_name = "PORT", conflicts_with = "board")]
+    port: Option<PathBuf>,
 }
 
 /// # Errors
@@ -27,7 +33,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let (values, _) = bench.moved_plant();
     let scenario = bench.scenario(&values)?;
     let run = |board: Board| of_loop.run(&ready, &bench, board, &scenario);
-    let device = run(arguments.board)?;
+    let device = match &arguments.port {
+        None => run(arguments.board)?,
+        Some(port) => {
+            let model = sinew_codegen::fingerprint(&ready.spec);
+            bench.loop_with(Device::port(port)?, model, &scenario)?.0
+        }
+    };
     for (i, (unit, sensor)) in ready.units().zip(&ready.task.outputs).enumerate() {
         println!(
             "{}: {} RMS, {} at most, over {} steps",
@@ -44,7 +56,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         device.summary.frames_rejected,
         device.summary.stack_high_water_bytes
     );
-    if arguments.board != Board::Host {
+    if arguments.port.is_some() {
+        // In real time some samples come too late, and what stands in for them is no other run's.
+        println!("{} ticks without a sample in time", device.late);
+    } else if arguments.board != Board::Host {
         if !same_bits(&device.answers, &run(Board::Host)?.answers) {
             return Err(Error::failed(
                 "the board and this computer give different commands",

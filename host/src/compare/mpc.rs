@@ -30,6 +30,8 @@ pub struct MpcController<'a> {
     identity: Identity,
     /// One entry a step.
     pub answers: Vec<Answer>,
+    /// Ticks of a board that paces itself for which the sample came too late.
+    pub late: usize,
 }
 
 /// Weights that a session may change while it runs.
@@ -65,10 +67,12 @@ impl<'a> MpcController<'a> {
     /// The device does not answer, or is not the one.
     pub fn new(device: &'a mut Device, model: u32) -> Result<Self> {
         let identity = device.hello(Some(model))?;
+        device.arm()?;
         Ok(Self {
             device,
             identity,
             answers: Vec::new(),
+            late: 0,
         })
     }
 
@@ -97,25 +101,27 @@ impl Controller for MpcController<'_> {
             s: FixedVec::new(),
             reference: fixed(preview, "values of the reference")?,
         };
-        let ToHost::Command {
-            seq,
-            u,
-            status,
-            iterations,
-            cost,
-            ticks,
-            ..
-        } = self.device.ask(&sample)?
-        else {
-            return Err(Error::failed(
-                "the device does not answer a sample with a command",
-            ));
+        self.device.send(&sample)?;
+        let (u, status, iterations, cost, ticks) = loop {
+            match self.device.receive()? {
+                ToHost::Command {
+                    seq,
+                    u,
+                    status,
+                    iterations,
+                    cost,
+                    ticks,
+                    ..
+                } if seq == k as u32 => break (u, status, iterations, cost, ticks),
+                // A board that paces itself: a tick for which this sample came too late.
+                ToHost::Command { seq, .. } if seq.wrapping_add(1) == k as u32 => self.late += 1,
+                other => {
+                    return Err(Error::failed(format!(
+                        "sample {k} was answered by {other:?}"
+                    )));
+                }
+            }
         };
-        if seq != k as u32 {
-            return Err(Error::failed(format!(
-                "the device answered sample {seq} instead of {k}"
-            )));
-        }
         let bits = u.iter().map(|v| v.to_bits()).collect();
         self.answers.push(Answer {
             bits,

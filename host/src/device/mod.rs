@@ -1,8 +1,9 @@
 //! A controller to talk to: an image in QEMU or this computer's build of the same session, each a
-//! child process with frames on its two pipes, or on QEMU's serial line.
+//! child process with frames on its two pipes or on QEMU's serial line; or a board behind a serial port.
 
 mod children;
 mod log;
+mod port;
 mod serial;
 
 use std::collections::VecDeque;
@@ -14,8 +15,10 @@ use std::time::{Duration, Instant};
 
 pub use children::{AllKilled, Guarded, Workplace, kill_all};
 pub use log::decode_log;
+use sinew_firmware::mode::Drive;
 use sinew_firmware::protocol::{
-    Accumulator, Fed, Identity, MAX_FRAME, PROTOCOL, Summary, ToDevice, ToHost, decode, encode,
+    Accumulator, Fed, Identity, MAX_FRAME, PROTOCOL, Summary, Telemetry, ToDevice, ToHost, decode,
+    encode,
 };
 
 use crate::error::{Error, Result};
@@ -23,15 +26,18 @@ use crate::error::{Error, Result};
 /// Longest wait for one frame. A step takes milliseconds, and a busy machine is given its time.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// A running controller. Dropping it ends the process.
+/// A running controller. Dropping it ends the process, where it is one.
 pub struct Device {
-    child: Guarded,
+    child: Option<Guarded>,
     to_device: Option<Box<dyn Write + Send>>,
     from_device: Receiver<Vec<u8>>,
     accumulator: Accumulator,
     waiting: VecDeque<ToHost>,
+    telemetry: VecDeque<Telemetry>,
+    /// A real line damages frames now and then: counted, and whoever waits for them asks again.
+    damaged: Option<u32>,
     // After the child, which works in it.
-    folder: Workplace,
+    folder: Option<Workplace>,
 }
 
 /// How a device ended.
@@ -67,7 +73,9 @@ impl Device {
     fn on_pipes(folder: Workplace, mut command: Command) -> Result<Self> {
         command.stdin(Stdio::piped()).stdout(Stdio::piped());
         let mut device = Self::start(folder, command)?;
-        if let (Some(to), Some(from)) = (device.child.stdin(), device.child.stdout()) {
+        if let Some(child) = &mut device.child
+            && let (Some(to), Some(from)) = (child.stdin(), child.stdout())
+        {
             device.connect(to, from);
         }
         Ok(device)
@@ -82,14 +90,20 @@ impl Device {
                 command.get_program()
             ))
         })?;
-        Ok(Self {
+        Ok(Self::new(Some(child), Some(folder)))
+    }
+
+    fn new(child: Option<Guarded>, folder: Option<Workplace>) -> Self {
+        Self {
             child,
             to_device: None,
             from_device: channel().1,
             accumulator: Accumulator::new(),
             waiting: VecDeque::new(),
+            telemetry: VecDeque::new(),
+            damaged: None,
             folder,
-        })
+        }
     }
 
     fn connect(&mut self, to: impl Write + Send + 'static, mut from: impl Read + Send + 'static) {
@@ -107,9 +121,9 @@ impl Device {
         self.from_device = from_device;
     }
 
-    /// Process number.
+    /// Process number; 0 for a board, which is none.
     pub fn process(&self) -> u32 {
-        self.child.id()
+        self.child.as_ref().map_or(0, Guarded::id)
     }
 
     /// Sends one frame.
@@ -153,9 +167,10 @@ impl Device {
                     )));
                 }
                 Err(RecvTimeoutError::Disconnected) => {
-                    let how = match self.child.wait() {
-                        Ok(status) => status.to_string(),
-                        Err(error) => error.to_string(),
+                    let how = match self.child.as_mut().map(Guarded::wait) {
+                        Some(Ok(status)) => status.to_string(),
+                        Some(Err(error)) => error.to_string(),
+                        None => return Err(Error::failed("the port was closed at the other end")),
                     };
                     return Err(Error::failed(format!("the device ended by itself ({how})")));
                 }
@@ -167,13 +182,19 @@ impl Device {
         for byte in chunk {
             match self.accumulator.feed(*byte) {
                 Fed::Nothing => {}
-                Fed::Frame(frame) => {
-                    let message = decode(frame).map_err(|e| {
-                        Error::failed(format!("a damaged frame from the device ({e:?})"))
-                    })?;
-                    self.waiting.push_back(message);
-                }
-                Fed::TooLong => return Err(Error::failed("a frame from the device has no end")),
+                Fed::Frame(frame) => match (decode(frame), &mut self.damaged) {
+                    (Ok(ToHost::Telemetry(telemetry)), _) => self.telemetry.push_back(telemetry),
+                    (Ok(message), _) => self.waiting.push_back(message),
+                    (Err(_), Some(damaged)) => *damaged += 1,
+                    (Err(e), None) => {
+                        let what = format!("a damaged frame from the device ({e:?})");
+                        return Err(Error::failed(what));
+                    }
+                },
+                Fed::TooLong => match &mut self.damaged {
+                    Some(damaged) => *damaged += 1,
+                    None => return Err(Error::failed("a frame from the device has no end")),
+                },
             }
         }
         Ok(())
@@ -217,15 +238,32 @@ impl Device {
         }
     }
 
+    /// Lets commands be given to samples of this end: the plant is here, the board's own outputs stay off.
+    ///
+    /// # Errors
+    /// The device refuses: it is armed already, or an emergency stop waits to be acknowledged.
+    pub fn arm(&mut self) -> Result<()> {
+        let (drive, blend_steps) = (Drive::Host, 0);
+        match self.ask(&ToDevice::Arm { drive, blend_steps })? {
+            ToHost::State(_) => Ok(()),
+            other => Err(Error::failed(format!("Arm was answered by {other:?}"))),
+        }
+    }
+
     /// Ends the run: its figures, and how the process ended.
     ///
     /// # Errors
     /// The device does not answer or does not end.
     pub fn finish(mut self) -> Result<(Summary, End)> {
-        let ToHost::Done(summary) = self.ask(&ToDevice::Stop)? else {
-            return Err(Error::failed("the device does not answer to Stop"));
-        };
-        Ok((summary, self.end()?))
+        self.send(&ToDevice::Stop)?;
+        loop {
+            match self.receive()? {
+                ToHost::Done(summary) => return Ok((summary, self.end()?)),
+                // Ticks of a board that paces itself go on until it has heard.
+                ToHost::Command { .. } => {}
+                _ => return Err(Error::failed("the device does not answer to Stop")),
+            }
+        }
     }
 
     /// Closes the pipe to the device and waits for its end. A device that does not end is killed.
@@ -235,9 +273,12 @@ impl Device {
     pub fn end(mut self) -> Result<End> {
         self.to_device = None;
         let deadline = Instant::now() + PATIENCE;
+        let Some(child) = &mut self.child else {
+            let (status, log) = (None, Vec::new());
+            return Ok(End { status, log });
+        };
         let status = loop {
-            match self
-                .child
+            match child
                 .try_wait()
                 .map_err(|e| Error::failed(format!("the device: {e}")))?
             {
@@ -250,10 +291,10 @@ impl Device {
                 None => std::thread::sleep(Duration::from_millis(2)),
             }
         };
-        let path = self.folder.path().join(LOG);
-        let log = match path.exists() {
-            true => std::fs::read(&path).map_err(|e| Error::read(&path, e))?,
-            false => Vec::new(),
+        let path = self.folder.as_ref().map(|folder| folder.path().join(LOG));
+        let log = match path.filter(|path| path.exists()) {
+            Some(path) => std::fs::read(&path).map_err(|e| Error::read(&path, e))?,
+            None => Vec::new(),
         };
         Ok(End {
             status: status.code(),

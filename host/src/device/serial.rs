@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-use super::{Device, PATIENCE, emulator, own_folder};
+use super::{Device, Guarded, PATIENCE, Workplace, emulator, own_folder};
 use crate::error::{Error, Result};
 
 /// An instruction takes 32 ns of virtual time, and virtual time waits for real time (boards/qemu/README.md).
@@ -18,7 +18,15 @@ impl Device {
     /// # Errors
     /// QEMU cannot be started or does not connect its serial line.
     pub fn serial(runner: &Path, image: &Path) -> Result<Self> {
-        let folder = own_folder()?;
+        Self::serial_in(own_folder()?, runner, image)
+    }
+
+    /// As [`Device::serial`], with files that the firmware is to find in its working folder: a simulated
+    /// rig's, a fault on order (boards/qemu/README.md).
+    ///
+    /// # Errors
+    /// As [`Device::serial`].
+    pub fn serial_in(folder: Workplace, runner: &Path, image: &Path) -> Result<Self> {
         let socket = folder.path().join("uart");
         // This end listens before QEMU starts, so neither can miss the other.
         let listener = UnixListener::bind(&socket).map_err(|e| Error::write(&socket, e))?;
@@ -50,7 +58,8 @@ impl Device {
                 Err(error) if error.kind() != ErrorKind::WouldBlock => return Err(failed(error)),
                 Err(_) => {}
             }
-            if let Some(status) = self.child.try_wait().map_err(failed)? {
+            let ended = self.child.as_mut().map(Guarded::try_wait).transpose();
+            if let Some(status) = ended.map_err(failed)?.flatten() {
                 return Err(Error::failed(format!(
                     "QEMU ended before its serial line opened ({status})"
                 )));

@@ -14,9 +14,9 @@ const TARGET: &str = "thumbv7em-none-eabihf";
 /// Binaries of one board, ready to run.
 #[derive(Clone, Debug)]
 pub struct Built {
-    /// Frames in lockstep: for the host, the only program.
+    /// Frames in lockstep; where there is one program only, that.
     pub lockstep: PathBuf,
-    /// Paced by its own clock, frames over the serial line; none on the host.
+    /// Beside it, paced by its own clock, frames over the serial line: in QEMU.
     pub free: Option<PathBuf>,
 }
 
@@ -35,16 +35,18 @@ pub fn build(folder: &Path, board: Board, cache: Option<&Path>) -> Result<Built>
         crate::atomic::copy(from, &to)?;
         std::path::absolute(&to).map_err(|e| Error::write(&to, e))
     };
-    match &built.free {
-        Some(free) => Ok(Built {
-            lockstep: copy(&built.lockstep, "lockstep.elf")?,
-            free: Some(copy(free, "free.elf")?),
-        }),
-        None => Ok(Built {
-            lockstep: copy(&built.lockstep, "sinew-board-host")?,
-            free: None,
-        }),
-    }
+    let name = match board {
+        Board::Host => board.program().to_string(),
+        _ => format!("{}.elf", board.program()),
+    };
+    Ok(Built {
+        lockstep: copy(&built.lockstep, &name)?,
+        free: built
+            .free
+            .as_ref()
+            .map(|free| copy(free, "free.elf"))
+            .transpose()?,
+    })
 }
 
 /// Builds `board` of the project in `folder`, release; the programs are left where cargo puts them, in
@@ -57,8 +59,8 @@ pub fn compile(folder: &Path, board: Board, cache: &Path) -> Result<Built> {
     let crate_folder = board_folder(folder, board);
     let cache = std::path::absolute(cache).map_err(|e| Error::write(cache, e))?;
     let mut command = match board {
-        Board::Qemu => firmware_cargo(),
         Board::Host => cargo("cargo"),
+        Board::Qemu | Board::Stm32f446 | Board::Nrf52840 => firmware_cargo(),
     };
     command
         .args(["build", "--release", "--quiet"])
@@ -85,18 +87,13 @@ pub fn compile(folder: &Path, board: Board, cache: &Path) -> Result<Built> {
             error
         });
     }
-    Ok(match board {
-        Board::Qemu => {
-            let release = cache.join(TARGET).join("release");
-            Built {
-                lockstep: release.join("lockstep"),
-                free: Some(release.join("free")),
-            }
-        }
-        Board::Host => Built {
-            lockstep: cache.join("release/sinew-board-host"),
-            free: None,
-        },
+    let release = match board {
+        Board::Host => cache.join("release"),
+        _ => cache.join(TARGET).join("release"),
+    };
+    Ok(Built {
+        lockstep: release.join(board.program()),
+        free: (board == Board::Qemu).then(|| release.join("free")),
     })
 }
 

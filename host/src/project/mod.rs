@@ -8,6 +8,7 @@
 //! DIR/boards/NAME/     one board, a workspace of its own
 //! ```
 
+mod board;
 mod build;
 pub mod image;
 mod sources;
@@ -18,6 +19,7 @@ use sinew_codegen::emit::{EmitOptions, emit};
 use sinew_codegen::spec::ModelSpec;
 use toml_edit::{DocumentMut, Item, Table, value};
 
+pub use board::Chip;
 pub use build::{Built, build, compile};
 pub use image::Sizes;
 
@@ -36,24 +38,10 @@ pub enum Board {
     Qemu,
     /// This computer, the same code over a pipe.
     Host,
-}
-
-impl Board {
-    /// Folder under `boards/`.
-    pub fn folder(self) -> &'static str {
-        match self {
-            Self::Qemu => "qemu",
-            Self::Host => "host",
-        }
-    }
-
-    /// The name that stands in summaries.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Qemu => "qemu-mps2-an386",
-            Self::Host => "host",
-        }
-    }
+    /// A Nucleo-F446RE.
+    Stm32f446,
+    /// An nRF52840 DK.
+    Nrf52840,
 }
 
 /// Writes the project of `spec` to `folder`; files that would not change are left alone, so that a
@@ -100,7 +88,7 @@ fn workspace(contents: &[u8]) -> Result<String> {
     Ok(document.to_string())
 }
 
-/// The board's manifest with its one `model` line pointed at this project's model.
+/// A manifest under `boards/`; its `model` line, where it has one, points at this project's model.
 fn board_manifest(contents: &[u8], spec: &ModelSpec) -> Result<String> {
     let mut document = parse("boards/*/Cargo.toml", contents)?;
     let Some(dependencies) = document
@@ -111,6 +99,9 @@ fn board_manifest(contents: &[u8], spec: &ModelSpec) -> Result<String> {
             "the board's Cargo.toml has no [dependencies]",
         ));
     };
+    if !dependencies.contains_key("model") {
+        return Ok(document.to_string());
+    }
     let mut model = Table::new();
     model.insert("package", value(format!("sinew-model-{}", spec.name)));
     model.insert("path", value("../../model"));
