@@ -7,7 +7,7 @@ use clap::Args;
 use super::{Common, Recordings};
 use crate::chain::build::{Request, build};
 use crate::chain::page;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::project::Board;
 
 /// Arguments of `sinew build`.
@@ -33,6 +33,13 @@ pub struct Arguments {
 /// # Errors
 /// Any link of the chain.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    if arguments.board.chip().is_some() {
+        return Err(Error::arguments(format!(
+            "a {} does not run here: its loop cannot be closed by this command",
+            arguments.board.name()
+        ))
+        .help("build for qemu, the same controller to the bit; then sinew flash"));
+    }
     let request = Request {
         rig: arguments.rig.clone(),
         fit: arguments.recordings.fit.clone(),

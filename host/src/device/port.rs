@@ -1,19 +1,18 @@
 //! A board behind a serial port of this computer, or behind a Unix socket, which is how QEMU shows its own.
 
-use std::io::{Read, Write};
-use std::os::unix::fs::FileTypeExt;
+use std::fs::{File, OpenOptions};
+use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
 use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use serialport::TTYPort;
+use nix::fcntl::OFlag;
+use nix::sys::termios::{self, BaudRate, ControlFlags, FlushArg, SetArg, SpecialCharacterIndices};
 use sinew_firmware::protocol::{Telemetry, ToDevice, ToHost};
 
 use super::Device;
 use crate::error::{Error, Result};
 
-/// What every board sets its line to.
-const BAUD: u32 = 921_600;
 /// How long a board may take for an answer: a few periods of the slowest rate, and the way there and back.
 const ANSWER: Duration = Duration::from_secs(1);
 /// How often a question is asked: a real line loses one now and then.
@@ -33,14 +32,9 @@ impl Device {
             let other = line.try_clone().map_err(|e| no_port(path, &e))?;
             device.connect(other, line);
         } else {
-            let line = serialport::new(path.to_string_lossy(), BAUD)
-                .timeout(Duration::from_millis(100))
-                .open_native()
-                .map_err(|e| no_port(path, &e.into()))?;
-            let other = line
-                .try_clone_native()
-                .map_err(|e| no_port(path, &e.into()))?;
-            device.connect(other, Patient(line));
+            let line = open_serial(path).map_err(|e| no_port(path, &e))?;
+            let other = line.try_clone().map_err(|e| no_port(path, &e))?;
+            device.connect(other, line);
         }
         device.drain(Duration::from_millis(100))?;
         Ok(device)
@@ -135,36 +129,47 @@ impl Device {
     }
 }
 
-/// A serial port whose silence is no error.
-struct Patient(TTYPort);
-
-impl Read for Patient {
-    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
-        loop {
-            match self.0.read(buffer) {
-                Err(error) if error.kind() == std::io::ErrorKind::TimedOut => {}
-                other => return other,
-            }
-        }
-    }
+/// Opens a serial port: 921,600 bits a second, 8 data bits, no parity, 1 stop bit, no flow control, and no byte
+/// that the terminal driver touches.
+fn open_serial(path: &Path) -> std::io::Result<File> {
+    // Not this process's terminal: a Ctrl-C is the user's alone.
+    let flags = OFlag::O_NOCTTY.bits();
+    let line = OpenOptions::new()
+        .read(true)
+        .write(true)
+        .custom_flags(flags)
+        .open(path)?;
+    let mut settings = termios::tcgetattr(&line)?;
+    termios::cfmakeraw(&mut settings);
+    termios::cfsetspeed(&mut settings, BaudRate::B921600)?;
+    settings.control_flags |= ControlFlags::CREAD | ControlFlags::CLOCAL;
+    settings.control_flags &= !(ControlFlags::CSTOPB | ControlFlags::CRTSCTS);
+    // A read waits for a byte, however long.
+    settings.control_chars[SpecialCharacterIndices::VMIN as usize] = 1;
+    settings.control_chars[SpecialCharacterIndices::VTIME as usize] = 0;
+    termios::tcsetattr(&line, SetArg::TCSANOW, &settings)?;
+    termios::tcflush(&line, FlushArg::TCIOFLUSH)?;
+    Ok(line)
 }
 
-impl Write for Patient {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        self.0.write(bytes)
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        self.0.flush()
-    }
+/// Serial ports that a board's debugger or adapter may have made.
+fn serial_ports() -> Vec<String> {
+    let entries = std::fs::read_dir("/dev").into_iter().flatten().flatten();
+    let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
+    let mut ports: Vec<String> = names
+        .filter(|name| {
+            ["ttyACM", "ttyUSB", "cu.usb"]
+                .iter()
+                .any(|start| name.starts_with(start))
+        })
+        .map(|name| format!("/dev/{name}"))
+        .collect();
+    ports.sort();
+    ports
 }
 
 fn no_port(path: &Path, error: &std::io::Error) -> Error {
-    let found: Vec<String> = serialport::available_ports()
-        .unwrap_or_default()
-        .into_iter()
-        .map(|port| port.port_name)
-        .collect();
+    let found = serial_ports();
     let help = match error.kind() {
         std::io::ErrorKind::PermissionDenied => {
             "add yourself to the group that owns it (sudo usermod -aG dialout $USER) and log in again"
