@@ -232,6 +232,8 @@ impl<
         }
     }
 
+    // These are not inlined into `answer`: their locals would lie on the stack under a control step.
+    #[inline(never)]
     fn arm(&mut self, drive: Drive, blend_steps: u16) -> ToHost {
         if self.state.mode != Mode::Disarmed {
             return refused(Reason::Mode);
@@ -256,6 +258,7 @@ impl<
         self.own.disarm();
     }
 
+    #[inline(never)]
     fn trip(&mut self) {
         self.controller.trip();
         self.own.trip();
@@ -265,6 +268,7 @@ impl<
         };
     }
 
+    #[inline(never)]
     fn limit(&mut self, lower: &[f32], upper: &[f32], rate: &[f32]) -> ToHost {
         let (Ok(lower), Ok(upper), Ok(rate)) =
             (lower.try_into(), upper.try_into(), rate.try_into())
@@ -284,6 +288,7 @@ impl<
         }
     }
 
+    #[inline(never)]
     fn tune(
         &mut self,
         tracking_weight: &[f32],
@@ -310,6 +315,7 @@ impl<
         ToHost::Tuned
     }
 
+    #[inline(never)]
     fn probe(&self, x: &[f32]) -> ToHost {
         let Some(regressor) = unflatten::<NU, NY, NS, ND, DD>(x) else {
             return refused(Reason::Shape);

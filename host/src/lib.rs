@@ -8,6 +8,7 @@
 //! | [`dataset`], [`train`] | the fitted rig | a small network |
 //! | [`project`] | the network | firmware sources and images |
 //! | [`device`], [`compare`] | an image, a plant | a closed loop, beside a PID |
+//! | [`flash`] | an image | a board that runs it |
 //! | [`live`] | a board with a rig | a recording, a watched run |
 //! | [`report`] | all of it | a page |
 
@@ -20,6 +21,7 @@ pub mod device;
 pub mod diagnose;
 pub mod error;
 pub mod fit;
+pub mod flash;
 pub mod live;
 pub mod mjcf;
 pub mod new_rig;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use sinew::device::Device;
-use sinew::error::Result;
+use sinew::error::{Error, Result};
 use sinew::project::{Board, Built, board_folder, compile};
 
 /// Top folder of the repository.
@@ -38,6 +38,7 @@ pub fn start(board: Board) -> Result<Device> {
     match board {
         Board::Qemu => Device::qemu(&runner(), &built.lockstep),
         Board::Host => Device::host(&built.lockstep),
+        Board::Stm32f446 | Board::Nrf52840 => Err(Error::failed("it does not run here")),
     }
 }
 

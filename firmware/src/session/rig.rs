@@ -195,6 +195,7 @@ impl<
         self.own.dropped = self.own.dropped.wrapping_add(1);
     }
 
+    #[inline(never)]
     pub(super) fn follow(&mut self, rows: &[f32]) -> ToHost {
         let Some(reference) = preview(rows) else {
             return refused(Reason::Shape);
@@ -209,6 +210,7 @@ impl<
         ToHost::Tuned
     }
 
+    #[inline(never)]
     pub(super) fn excite(&mut self, row: u32, u: &[f32]) -> ToHost {
         let Ok(u) = u.try_into() else {
             return refused(Reason::Shape);

@@ -5,6 +5,7 @@ mod compare;
 mod diagnose;
 mod emit;
 mod fit;
+mod flash;
 mod mjcf;
 mod monitor;
 mod new;
@@ -57,6 +58,8 @@ enum Verb {
     Compare(compare::Arguments),
     /// Run the firmware on a board against the simulated plant, frame by frame.
     Pil(pil::Arguments),
+    /// Build the firmware for a board and write it into its flash.
+    Flash(flash::Arguments),
     /// Play an excitation on a board's own rig and write a recording.
     Record(record::Arguments),
     /// Watch and steer a board's own rig, live.
@@ -205,6 +208,7 @@ fn run(verb: Verb) -> Result<()> {
         Verb::Emit(arguments) => emit::run(&arguments),
         Verb::Compare(arguments) => compare::run(&arguments),
         Verb::Pil(arguments) => pil::run(&arguments),
+        Verb::Flash(arguments) => flash::run(&arguments),
         Verb::Record(arguments) => record::run(&arguments),
         Verb::Monitor(arguments) => monitor::run(&arguments),
     }

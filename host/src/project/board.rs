@@ -7,6 +7,8 @@ use super::Board;
 pub struct Chip {
     /// Its name in probe-rs, which flashes it.
     pub name: &'static str,
+    /// What it says of itself.
+    pub identification: Identification,
     /// Core clock as the board sets it.
     pub clock_hz: u32,
     /// Start of the flash that code runs from.
@@ -27,8 +29,25 @@ pub struct Chip {
     pub source: &'static str,
 }
 
+/// A register that tells chips apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Identification {
+    /// Its address.
+    pub address: u64,
+    /// The bits that count.
+    pub mask: u32,
+    /// What they are.
+    pub value: u32,
+}
+
 const STM32F446: Chip = Chip {
     name: "STM32F446RETx",
+    // DBGMCU_IDCODE, DEV_ID (RM0390, 33.6.1).
+    identification: Identification {
+        address: 0xE004_2000,
+        mask: 0xFFF,
+        value: 0x421,
+    },
     clock_hz: 180_000_000,
     flash_origin: 0x0800_0000,
     flash_bytes: 512 * 1024,
@@ -42,6 +61,12 @@ const STM32F446: Chip = Chip {
 
 const NRF52840: Chip = Chip {
     name: "nRF52840_xxAA",
+    // FICR, INFO.PART (PS v1.7, 4.4.1.16).
+    identification: Identification {
+        address: 0x1000_0100,
+        mask: 0xFFFF_FFFF,
+        value: 0x0005_2840,
+    },
     clock_hz: 64_000_000,
     flash_origin: 0,
     flash_bytes: 1024 * 1024,
