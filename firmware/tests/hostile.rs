@@ -9,6 +9,7 @@ use common::{Linear, Random};
 use heapless::Vec as Fixed;
 use sinew_firmware::control_loop::{ControlLoop, Settings};
 use sinew_firmware::mode::Drive;
+use sinew_firmware::mpc::Horizons;
 use sinew_firmware::protocol::{MAX_FRAME, Reason, ToDevice, ToHost, decode, encode};
 use sinew_firmware::safety::Limits;
 use sinew_firmware::scaling::ModelScaling;
@@ -44,8 +45,14 @@ fn victim() -> Victim {
         b: 0.2,
         b1: 0.1,
     };
-    let controller: Loop = ControlLoop::new(model, ModelScaling::IDENTITY, limits, settings);
-    Session::new(controller, Loop::identity(1, 120_000))
+    let controller: Loop = ControlLoop::new(
+        model,
+        ModelScaling::IDENTITY,
+        limits,
+        settings,
+        Horizons::every_step(),
+    );
+    Session::new(controller, Loop::identity(1, 120_000, 2))
 }
 
 fn frame(message: &ToDevice) -> Vec<u8> {

@@ -6,6 +6,7 @@ use common::Linear;
 use heapless::Vec as Fixed;
 use sinew_firmware::control_loop::{ControlLoop, Settings, Status};
 use sinew_firmware::mode::{Cause, Drive, Mode};
+use sinew_firmware::mpc::Horizons;
 use sinew_firmware::protocol::{Reason, ToDevice, ToHost};
 use sinew_firmware::safety::Limits;
 use sinew_firmware::scaling::ModelScaling;
@@ -53,9 +54,15 @@ impl Bench {
             iterations: 2,
             gap_limit: GAP,
         };
-        let controller: Loop = ControlLoop::new(model, ModelScaling::IDENTITY, limits, settings);
+        let controller: Loop = ControlLoop::new(
+            model,
+            ModelScaling::IDENTITY,
+            limits,
+            settings,
+            Horizons::every_step(),
+        );
         Self {
-            session: Session::new(controller, Loop::identity(1, 120_000)),
+            session: Session::new(controller, Loop::identity(1, 120_000, 2)),
             y: 0.0,
             at_us: 0,
         }

@@ -2,6 +2,7 @@
 //! loop around it, and what foreign physics wrote. Talking to a device is `sinew::device`.
 
 pub mod board;
+pub mod callgraph;
 pub mod closed_loop;
 pub mod foreign;
 pub mod image;

@@ -11,6 +11,7 @@ mod process;
 mod proof;
 mod setup;
 mod snapshots;
+mod survive;
 mod tally;
 mod test;
 
@@ -99,6 +100,12 @@ const VERBS: &[Verb] = &[
         arguments: "[--seed S] [--cases N] [--fresh] [--score] [--publish]",
         line: "Recordings with concealed physics put to `sinew diagnose`, and the table of what it found",
         run: proof::run,
+    },
+    Verb {
+        name: "survive",
+        arguments: "",
+        line: "Long runs: 10 million hostile frames, 100,000 random states, an hour of control in QEMU",
+        run: survive::run,
     },
     Verb {
         name: "ci",

@@ -99,6 +99,10 @@ impl Board for Machine {
     const DUTY_FULL: u16 = rig::FULL_SCALE;
 
     async fn sample(&mut self) -> [u16; SENSORS] {
+        self.tick = self.tick.wrapping_add(1);
+        if let Some(inject) = &self.inject {
+            inject.tick(self.tick);
+        }
         self.rig.sample()
     }
 
@@ -107,10 +111,6 @@ impl Board for Machine {
     }
 
     fn feed(&mut self) {
-        self.tick = self.tick.wrapping_add(1);
-        if let Some(inject) = &self.inject {
-            inject.tick(self.tick);
-        }
         pac::watchdog().clear.write(1);
         if !self.stack_said && self.tick.is_multiple_of(128) {
             let left = stack::never_used_bytes();

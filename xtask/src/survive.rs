@@ -1,0 +1,42 @@
+//! `cargo xtask survive`: the long versions of tests that continuous integration runs short.
+
+use std::process::Command;
+
+use anyhow::Result;
+
+use crate::none;
+use crate::process::{self, cargo};
+use crate::setup::{self, Extent};
+
+/// Ten million frames from a hostile peer, a hundred thousand random states, an hour of control at 120 Hz.
+const LONG: &[(&str, &str)] = &[
+    ("SINEW_HOSTILE_FRAMES", "10000000"),
+    ("SINEW_WORST_STATES", "100000"),
+    ("SINEW_SOAK_STEPS", "432000"),
+];
+
+/// # Errors
+/// Setup, or a test failed.
+pub fn run(arguments: &[String]) -> Result<()> {
+    none(arguments)?;
+    let toolchain = setup::run(Extent::Build)?;
+    for (package, test) in [("sinew-firmware", "hostile"), ("sinew-tests", "endurance")] {
+        let mut command = long(package, test);
+        process::run(toolchain.equip(&mut command))?;
+    }
+    Ok(())
+}
+
+fn long(package: &str, test: &str) -> Command {
+    let mut command = cargo(&[
+        "test",
+        "--package",
+        package,
+        "--test",
+        test,
+        "--",
+        "--nocapture",
+    ]);
+    command.envs(LONG.iter().copied());
+    command
+}
