@@ -1,0 +1,13 @@
+//! One kind of layer a file.
+
+pub mod activation;
+pub mod arithmetic;
+pub mod convolution;
+pub mod dense;
+pub mod elementwise;
+pub mod gru;
+pub mod lstm;
+pub mod pooling;
+pub mod rnn;
+pub mod softmax;
+pub mod window;

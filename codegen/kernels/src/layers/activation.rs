@@ -1,0 +1,27 @@
+//! Activations, element by element.
+
+mod elu;
+mod exponential;
+mod gelu;
+mod hard_sigmoid;
+mod leaky_relu;
+mod linear;
+mod relu;
+mod sigmoid;
+mod softplus;
+mod softsign;
+mod swish;
+mod tanh;
+
+pub use elu::Elu;
+pub use exponential::Exponential;
+pub use gelu::{Gelu, GeluTanh};
+pub use hard_sigmoid::HardSigmoid;
+pub use leaky_relu::LeakyRelu;
+pub use linear::Linear;
+pub use relu::Relu;
+pub use sigmoid::Sigmoid;
+pub use softplus::Softplus;
+pub use softsign::Softsign;
+pub use swish::Swish;
+pub use tanh::Tanh;

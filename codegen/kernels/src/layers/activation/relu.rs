@@ -1,0 +1,20 @@
+//! Rectifier `max(0, z)`; NaN stays NaN.
+
+use crate::layers::elementwise::Elementwise;
+use crate::number::Number;
+
+/// Rectifier `max(0, z)`; NaN stays NaN.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Relu;
+
+impl Elementwise for Relu {
+    #[inline(always)]
+    fn value<N: Number>(self, z: N) -> N {
+        if z.value() <= 0.0 { N::ZERO } else { z }
+    }
+
+    #[inline(always)]
+    fn slope<N: Number>(self, _z: N, a: N) -> N {
+        N::constant(if a.value() > 0.0 { 1.0 } else { 0.0 })
+    }
+}

@@ -1,0 +1,90 @@
+//! Convolution over one or two dimensions, channels last.
+
+use crate::layers::dense::weighted_sum;
+use crate::layers::window::Window;
+use crate::number::Number;
+
+/// `y(p, q, f) = b(f) + sum of w(f, i, j, c) x(p s + i d - before, q s + j d - before, c)`, nothing beyond
+/// the edges.
+///
+/// Shapes: `x` is an image of cells of `C` channels, `y` one of cells of `F` filters; `w` is
+/// `[F][KH][KW][C]`. Cost: `C F KH KW` multiply-adds for each cell of `y`.
+#[inline(always)]
+pub fn convolve<
+    N: Number,
+    const LEN: usize,
+    const OUT: usize,
+    const C: usize,
+    const F: usize,
+    const KH: usize,
+    const KW: usize,
+>(
+    window: &Window,
+    w: &[[[[f32; C]; KW]; KH]; F],
+    b: &[f32; F],
+    x: &[N; LEN],
+    y: &mut [N; OUT],
+) {
+    let image = x.as_chunks::<C>().0;
+    let mut outputs = y.as_chunks_mut::<F>().0.iter_mut();
+    for p in 0..window.output[0] {
+        for q in 0..window.output[1] {
+            let Some(y) = outputs.next() else { return };
+            for (y, b) in y.iter_mut().zip(b) {
+                *y = N::constant(*b);
+            }
+            for i in 0..KH {
+                for j in 0..KW {
+                    let Some(cell) = window.place(p, q, i, j).and_then(|at| image.get(at)) else {
+                        continue;
+                    };
+                    for (y, w) in y.iter_mut().zip(w) {
+                        *y = weighted_sum(*y, &w[i][j], cell);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Adjoints of `y` to adjoints of `x`.
+#[inline(always)]
+pub fn convolve_back<
+    N: Number,
+    const LEN: usize,
+    const OUT: usize,
+    const C: usize,
+    const F: usize,
+    const KH: usize,
+    const KW: usize,
+    const R: usize,
+>(
+    window: &Window,
+    w: &[[[[f32; C]; KW]; KH]; F],
+    t_y: &[[N; R]; OUT],
+    t_x: &mut [[N; R]; LEN],
+) {
+    *t_x = [[N::ZERO; R]; LEN];
+    let image = t_x.as_chunks_mut::<C>().0;
+    let mut outputs = t_y.as_chunks::<F>().0.iter();
+    for p in 0..window.output[0] {
+        for q in 0..window.output[1] {
+            let Some(t_y) = outputs.next() else { return };
+            for i in 0..KH {
+                for j in 0..KW {
+                    let place = window.place(p, q, i, j);
+                    let Some(cell) = place.and_then(|at| image.get_mut(at)) else {
+                        continue;
+                    };
+                    for (t_y, w) in t_y.iter().zip(w) {
+                        for (t_x, w) in cell.iter_mut().zip(&w[i][j]) {
+                            for (t_x, t_y) in t_x.iter_mut().zip(t_y) {
+                                *t_x = *t_x + t_y.weigh(*w);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,167 @@
+//! The gated recurrent unit, with the reset gate before or after the recurrent product.
+
+use crate::layers::dense::{add_dense_back, weighted_sum};
+use crate::layers::elementwise::Elementwise;
+use crate::number::Number;
+
+/// Weights of the gates `z` (update), `r` (reset) and of the candidate `n`, in this order.
+pub struct Gru<const IN: usize, const H: usize> {
+    /// `W`, for the input.
+    pub kernel: [[[f32; IN]; H]; 3],
+    /// `U`, for the state.
+    pub recurrent: [[[f32; H]; H]; 3],
+    /// `b`; for the gates, that of the input and that of the state together.
+    pub bias: [[f32; H]; 3],
+    /// `c`, the candidate's bias inside the reset; nought where the reset comes before the product.
+    pub inner_bias: [f32; H],
+    /// Whether the reset comes after the recurrent product (Keras: `reset_after`, ONNX:
+    /// `linear_before_reset`).
+    pub reset_after: bool,
+}
+
+/// What one step leaves for its derivative.
+#[derive(Clone, Copy)]
+pub struct Step<N, const H: usize> {
+    /// The new state.
+    pub state: [N; H],
+    /// The state before.
+    before: [N; H],
+    z: [N; H],
+    r: [N; H],
+    n: [N; H],
+    /// `U_n h + c`, where the reset comes after the product.
+    inner: [N; H],
+}
+
+impl<N: Number, const H: usize> Step<N, H> {
+    /// Before the step.
+    pub const ZERO: Self = Self {
+        state: [N::ZERO; H],
+        before: [N::ZERO; H],
+        z: [N::ZERO; H],
+        r: [N::ZERO; H],
+        n: [N::ZERO; H],
+        inner: [N::ZERO; H],
+    };
+}
+
+/// One step, with `s` the gates' activation and `g` the candidate's:
+///
+/// `z = s(W_z x + U_z h + b_z)`, `r = s(W_r x + U_r h + b_r)`, `h' = z h + (1 - z) n` with
+/// `n = g(W_n x + b_n + r (U_n h + c))` (reset after) or `n = g(W_n x + b_n + U_n (r h))` (before).
+///
+/// Cost: `3 H (IN + H)` multiply-adds.
+#[inline(always)]
+pub fn step<N: Number, const IN: usize, const H: usize>(
+    layer: &Gru<IN, H>,
+    s: impl Elementwise,
+    g: impl Elementwise,
+    x: &[N; IN],
+    h: &[N; H],
+    step: &mut Step<N, H>,
+) {
+    let [kernel_z, kernel_r, kernel_n] = &layer.kernel;
+    let [recurrent_z, recurrent_r, recurrent_n] = &layer.recurrent;
+    let [bias_z, bias_r, bias_n] = &layer.bias;
+    step.before = *h;
+    gate(kernel_z, recurrent_z, bias_z, s, x, h, &mut step.z);
+    gate(kernel_r, recurrent_r, bias_r, s, x, h, &mut step.r);
+    if layer.reset_after {
+        for ((inner, u), c) in step
+            .inner
+            .iter_mut()
+            .zip(recurrent_n)
+            .zip(&layer.inner_bias)
+        {
+            *inner = weighted_sum(N::constant(*c), u, h);
+        }
+        let inputs = kernel_n
+            .iter()
+            .zip(bias_n)
+            .zip(step.r.iter().zip(&step.inner));
+        for (n, ((w, b), (r, inner))) in step.n.iter_mut().zip(inputs) {
+            *n = g.value(weighted_sum(N::constant(*b), w, x) + *r * *inner);
+        }
+    } else {
+        let mut kept = *h;
+        for (kept, r) in kept.iter_mut().zip(&step.r) {
+            *kept = *kept * *r;
+        }
+        gate(kernel_n, recurrent_n, bias_n, g, x, &kept, &mut step.n);
+    }
+    let gates = step.z.iter().zip(&step.n).zip(h);
+    for (new, ((z, n), h)) in step.state.iter_mut().zip(gates) {
+        *new = *n + *z * (*h - *n);
+    }
+}
+
+/// `y = s(W x + U h + b)`.
+#[inline(always)]
+fn gate<N: Number, const IN: usize, const H: usize>(
+    kernel: &[[f32; IN]; H],
+    recurrent: &[[f32; H]; H],
+    bias: &[f32; H],
+    s: impl Elementwise,
+    x: &[N; IN],
+    h: &[N; H],
+    y: &mut [N; H],
+) {
+    for (((y, w), u), b) in y.iter_mut().zip(kernel).zip(recurrent).zip(bias) {
+        *y = s.value(weighted_sum(weighted_sum(N::constant(*b), w, x), u, h));
+    }
+}
+
+/// Adjoints of the new state to adjoints of the input, which are overwritten, and of the state before.
+#[inline(always)]
+pub fn step_back<N: Number, const IN: usize, const H: usize, const R: usize>(
+    layer: &Gru<IN, H>,
+    s: impl Elementwise,
+    g: impl Elementwise,
+    step: &Step<N, H>,
+    t_h: &mut [[N; R]; H],
+    t_x: &mut [[N; R]; IN],
+) {
+    let [kernel_z, kernel_r, kernel_n] = &layer.kernel;
+    let [recurrent_z, recurrent_r, recurrent_n] = &layer.recurrent;
+    let (mut t_z, mut t_r, mut t_n) = (*t_h, *t_h, *t_h);
+    for i in 0..H {
+        let (z, n) = (step.z[i], step.n[i]);
+        let by_z = s.slope(z, z) * (step.before[i] - n);
+        let by_n = g.slope(n, n) * (N::constant(1.0) - z);
+        for k in 0..R {
+            let t = t_h[i][k];
+            t_z[i][k] = by_z * t;
+            t_n[i][k] = by_n * t;
+            t_h[i][k] = z * t;
+        }
+    }
+    *t_x = [[N::ZERO; R]; IN];
+    add_dense_back(kernel_n, &t_n, t_x);
+    if layer.reset_after {
+        let mut t_inner = t_n;
+        for i in 0..H {
+            let r = step.r[i];
+            let by_r = s.slope(r, r) * step.inner[i];
+            for k in 0..R {
+                t_r[i][k] = by_r * t_n[i][k];
+                t_inner[i][k] = r * t_n[i][k];
+            }
+        }
+        add_dense_back(recurrent_n, &t_inner, t_h);
+    } else {
+        let mut t_kept = [[N::ZERO; R]; H];
+        add_dense_back(recurrent_n, &t_n, &mut t_kept);
+        for i in 0..H {
+            let r = step.r[i];
+            let by_r = s.slope(r, r) * step.before[i];
+            for k in 0..R {
+                t_r[i][k] = by_r * t_kept[i][k];
+                t_h[i][k] = t_h[i][k] + r * t_kept[i][k];
+            }
+        }
+    }
+    add_dense_back(kernel_z, &t_z, t_x);
+    add_dense_back(kernel_r, &t_r, t_x);
+    add_dense_back(recurrent_z, &t_z, t_h);
+    add_dense_back(recurrent_r, &t_r, t_h);
+}

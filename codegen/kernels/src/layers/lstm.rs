@@ -1,0 +1,128 @@
+//! The long short-term memory layer.
+
+use crate::layers::dense::{add_dense_back, weighted_sum};
+use crate::layers::elementwise::Elementwise;
+use crate::number::Number;
+
+/// Weights of the gates `i` (input), `f` (forget), of the candidate `g` and of the gate `o` (output), in
+/// this order.
+pub struct Lstm<const IN: usize, const H: usize> {
+    /// `W`, for the input.
+    pub kernel: [[[f32; IN]; H]; 4],
+    /// `U`, for the state.
+    pub recurrent: [[[f32; H]; H]; 4],
+    /// `b`.
+    pub bias: [[f32; H]; 4],
+}
+
+/// What one step leaves for its derivative.
+#[derive(Clone, Copy)]
+pub struct Step<N, const H: usize> {
+    /// The new state.
+    pub state: [N; H],
+    /// The new cell.
+    pub cell: [N; H],
+    /// The cell before.
+    before: [N; H],
+    i: [N; H],
+    f: [N; H],
+    g: [N; H],
+    o: [N; H],
+    /// The new cell through its activation.
+    squashed: [N; H],
+}
+
+impl<N: Number, const H: usize> Step<N, H> {
+    /// Before the step.
+    pub const ZERO: Self = Self {
+        state: [N::ZERO; H],
+        cell: [N::ZERO; H],
+        before: [N::ZERO; H],
+        i: [N::ZERO; H],
+        f: [N::ZERO; H],
+        g: [N::ZERO; H],
+        o: [N::ZERO; H],
+        squashed: [N::ZERO; H],
+    };
+}
+
+/// One step, with `s` the gates' activation and `a` the candidate's and the cell's: each of `i, f, o` is
+/// `s(W x + U h + b)`, `g = a(W x + U h + b)`, `c' = f c + i g`, `h' = o a(c')`.
+///
+/// Cost: `4 H (IN + H)` multiply-adds.
+#[inline(always)]
+pub fn step<N: Number, const IN: usize, const H: usize>(
+    layer: &Lstm<IN, H>,
+    s: impl Elementwise,
+    a: impl Elementwise,
+    x: &[N; IN],
+    (h, c): (&[N; H], &[N; H]),
+    step: &mut Step<N, H>,
+) {
+    step.before = *c;
+    gate(layer, 0, s, x, h, &mut step.i);
+    gate(layer, 1, s, x, h, &mut step.f);
+    gate(layer, 2, a, x, h, &mut step.g);
+    gate(layer, 3, s, x, h, &mut step.o);
+    for (k, c) in c.iter().enumerate() {
+        let cell = step.f[k] * *c + step.i[k] * step.g[k];
+        let squashed = a.value(cell);
+        step.cell[k] = cell;
+        step.squashed[k] = squashed;
+        step.state[k] = step.o[k] * squashed;
+    }
+}
+
+/// `y = s(W x + U h + b)` with the weights of one gate.
+#[inline(always)]
+fn gate<N: Number, const IN: usize, const H: usize>(
+    layer: &Lstm<IN, H>,
+    gate: usize,
+    s: impl Elementwise,
+    x: &[N; IN],
+    h: &[N; H],
+    y: &mut [N; H],
+) {
+    let rows = layer.kernel[gate]
+        .iter()
+        .zip(&layer.recurrent[gate])
+        .zip(&layer.bias[gate]);
+    for (y, ((w, u), b)) in y.iter_mut().zip(rows) {
+        *y = s.value(weighted_sum(weighted_sum(N::constant(*b), w, x), u, h));
+    }
+}
+
+/// Adjoints of the new state and cell to adjoints of the input, which are overwritten, and of the state and
+/// cell before.
+#[inline(always)]
+pub fn step_back<N: Number, const IN: usize, const H: usize, const R: usize>(
+    layer: &Lstm<IN, H>,
+    s: impl Elementwise,
+    a: impl Elementwise,
+    step: &Step<N, H>,
+    (t_h, t_c): (&mut [[N; R]; H], &mut [[N; R]; H]),
+    t_x: &mut [[N; R]; IN],
+) {
+    let mut t = [*t_h; 4];
+    for k in 0..H {
+        let (i, f, g, o) = (step.i[k], step.f[k], step.g[k], step.o[k]);
+        let squashed = step.squashed[k];
+        let by_cell = o * a.slope(squashed, squashed);
+        let by_o = s.slope(o, o) * squashed;
+        for r in 0..R {
+            let t_new = t_h[k][r];
+            let t_cell = t_c[k][r] + by_cell * t_new;
+            t[0][k][r] = s.slope(i, i) * g * t_cell;
+            t[1][k][r] = s.slope(f, f) * step.before[k] * t_cell;
+            t[2][k][r] = a.slope(g, g) * i * t_cell;
+            t[3][k][r] = by_o * t_new;
+            t_c[k][r] = f * t_cell;
+        }
+    }
+    *t_x = [[N::ZERO; R]; IN];
+    *t_h = [[N::ZERO; R]; H];
+    for ((kernel, recurrent), t) in layer.kernel.iter().zip(&layer.recurrent).zip(&t) {
+        add_dense_back(kernel, t, t_x);
+        add_dense_back(recurrent, t, t_h);
+    }
+}

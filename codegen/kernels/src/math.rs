@@ -1,0 +1,11 @@
+//! The only home of transcendental functions. They use `+ - * /`, comparisons and shifts of an exponent,
+//! each rounded once, so that every machine gives the same bits.
+
+#[path = "../../../firmware/src/math/activation.rs"]
+mod activation;
+mod exponential;
+#[path = "math/precise.rs"]
+pub mod precise;
+
+pub use activation::*;
+pub use exponential::{erf, exp, ln_1p};
