@@ -13,6 +13,7 @@ pub mod emit;
 pub mod evaluate;
 mod fingerprint;
 mod math;
+pub mod network;
 pub mod reference;
 pub mod regenerate;
 pub mod spec;

@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use sinew_codegen::emit::EmitOptions;
+use sinew_codegen::network::commands;
+use sinew_codegen::network::emit::{Accuracy, Options};
 use sinew_codegen::{reference, regenerate, store};
 
 const USAGE: &str = "\
@@ -13,12 +15,18 @@ usage: sinew-codegen emit MODEL --out DIR [--firmware PATH]
        sinew-codegen check MODELS
        sinew-codegen import-reference NETWORK.json PROBLEM.json --out DIR
                        [--horizon N] [--blocks L,L,...]
+       sinew-codegen import NETWORK [--out DIR]
+       sinew-codegen network NETWORK --out DIR [--tanh precise] [--c-abi]
+       sinew-codegen size NETWORK --board BOARD --build-dir DIR [--tanh precise]
 
 emit    prints the crate of the model directory MODEL into DIR
 write   prints the crate of every model in the directory MODELS in its place
 check   names the files in MODELS that differ from what their model prints, and fails if there are any
 import-reference   writes the model of a reference network into DIR: horizon 10 unless said, its commands
-        in blocks of equal moves of these lengths, one step each unless said";
+        in blocks of equal moves of these lengths, one step each unless said
+import  reads .onnx, .keras, .h5, .tflite or a folder, shows its layers, and writes it as a folder
+network prints a network as a crate that depends on nothing; --c-abi builds a library for C
+size    prints flash, RAM, stack and time on stm32f446, nrf52840 or qemu";
 
 /// Horizon of imported reference models: the longer of the problem's two.
 const REFERENCE_HORIZON: usize = 10;
@@ -53,6 +61,37 @@ fn run(mut arguments: Vec<String>) -> Result<String, Failure> {
     let firmware = option(&mut arguments, "--firmware")?;
     let horizon = option(&mut arguments, "--horizon")?;
     let blocks = option(&mut arguments, "--blocks")?;
+    let board = option(&mut arguments, "--board")?;
+    let build = option(&mut arguments, "--build-dir")?;
+    let accuracy = match option(&mut arguments, "--tanh")?.as_deref() {
+        None | Some("quick") => Accuracy::Quick,
+        Some("precise") => Accuracy::Precise,
+        Some(other) => {
+            return Err(Failure::Usage(format!(
+                "--tanh is quick or precise, not {other}"
+            )));
+        }
+    };
+    let flags = arguments.len();
+    arguments.retain(|argument| argument != "--c-abi");
+    let options = Options {
+        accuracy,
+        c_abi: arguments.len() < flags,
+    };
+    if let [verb, network] = arguments.as_slice() {
+        let (network, out) = (Path::new(network), out.as_deref().map(Path::new));
+        match (verb.as_str(), out, board, build) {
+            ("import", out, None, None) => return commands::import(network, out).map_err(failed),
+            ("network", Some(out), None, None) => {
+                return commands::emit(network, out, &options).map_err(failed);
+            }
+            ("size", None, Some(board), Some(build)) => {
+                let size = commands::size(network, &board, &options, Path::new(&build));
+                return size.map_err(failed);
+            }
+            _ => {}
+        }
+    }
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match (words.as_slice(), out, firmware) {
         (["emit", model], Some(out), firmware) => {

@@ -7,3 +7,18 @@
 pub(crate) fn tanh(x: f64) -> f64 {
     libm::tanh(x)
 }
+
+/// Exponential function.
+pub(crate) fn exp(x: f64) -> f64 {
+    libm::exp(x)
+}
+
+/// Natural logarithm.
+pub(crate) fn ln(x: f64) -> f64 {
+    libm::log(x)
+}
+
+/// Error function.
+pub(crate) fn erf(x: f64) -> f64 {
+    libm::erf(x)
+}

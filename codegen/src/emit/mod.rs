@@ -8,7 +8,7 @@ mod golden;
 mod library;
 mod manifest;
 mod network;
-mod rust;
+pub(crate) mod rust;
 
 use crate::spec::{ModelSpec, SpecError};
 

@@ -4,7 +4,7 @@
 const WIDTH: usize = 100;
 
 /// A literal that the compiler reads back to the same bits; the shortest one there is.
-pub(super) fn float(value: f32) -> String {
+pub(crate) fn float(value: f32) -> String {
     if value == f32::INFINITY {
         return "f32::INFINITY".into();
     }
@@ -15,19 +15,19 @@ pub(super) fn float(value: f32) -> String {
 }
 
 /// As [`float`], in double precision.
-pub(super) fn double(value: f64) -> String {
+pub(crate) fn double(value: f64) -> String {
     format!("{value:?}")
 }
 
 /// `[a, b, c]` on one line.
-pub(super) fn list(items: impl IntoIterator<Item = String>) -> String {
+pub(crate) fn list(items: impl IntoIterator<Item = String>) -> String {
     let items: Vec<String> = items.into_iter().collect();
     format!("[{}]", items.join(", "))
 }
 
 /// `[a, b, c]` at `indent` spaces, after and before `beside` characters on the same line; broken at
 /// the line's width with the items one level further in.
-pub(super) fn block(
+pub(crate) fn block(
     items: impl IntoIterator<Item = String>,
     indent: usize,
     beside: usize,
@@ -57,7 +57,7 @@ pub(super) fn block(
 }
 
 /// Rows of numbers, one under another, at `indent` spaces.
-pub(super) fn matrix(rows: impl IntoIterator<Item = Vec<String>>, indent: usize) -> String {
+pub(crate) fn matrix(rows: impl IntoIterator<Item = Vec<String>>, indent: usize) -> String {
     let mut text = String::from("[\n");
     for row in rows {
         text.push_str(&" ".repeat(indent + 4));
@@ -70,7 +70,7 @@ pub(super) fn matrix(rows: impl IntoIterator<Item = Vec<String>>, indent: usize)
 }
 
 /// `Name { a, b }` at `indent` spaces, one field a line where rustfmt would not leave it on one.
-pub(super) fn structure(name: &str, fields: &[String], indent: usize) -> String {
+pub(crate) fn structure(name: &str, fields: &[String], indent: usize) -> String {
     const STRUCT_LIT_WIDTH: usize = 18;
     let line = fields.join(", ");
     let margin = " ".repeat(indent);
@@ -85,7 +85,7 @@ pub(super) fn structure(name: &str, fields: &[String], indent: usize) -> String 
 }
 
 /// `1 input`, `2 inputs`.
-pub(super) fn count(n: usize, noun: &str) -> String {
+pub(crate) fn count(n: usize, noun: &str) -> String {
     format!("{n} {noun}{}", if n == 1 { "" } else { "s" })
 }
 

@@ -12,6 +12,8 @@ pub mod limits;
 mod signal;
 mod validate;
 
+pub(crate) use validate::is_package_name;
+
 pub use control::ControlSpec;
 pub use error::SpecError;
 pub use golden::Golden;

@@ -254,7 +254,7 @@ pub(super) fn check<T: Copy + Display>(
     })
 }
 
-fn is_package_name(name: &str) -> bool {
+pub(crate) fn is_package_name(name: &str) -> bool {
     let allowed = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
     name.len() <= MAX_NAME
         && name.starts_with(|c: char| c.is_ascii_lowercase())

@@ -104,7 +104,18 @@ pub fn print(spec: &ModelSpec) -> Result<[(&'static str, Vec<u8>); 2], StoreErro
     ])
 }
 
-fn read(path: &Path, max: u64) -> Result<Vec<u8>, StoreError> {
+/// Writes a file unless it has these contents already: what is built from it is then up to date too.
+///
+/// # Errors
+/// [`StoreError::Io`].
+pub(crate) fn write_changed(path: &Path, contents: &[u8]) -> Result<(), StoreError> {
+    if std::fs::read(path).is_ok_and(|old| old == contents) {
+        return Ok(());
+    }
+    atomic::write(path, contents)
+}
+
+pub(crate) fn read(path: &Path, max: u64) -> Result<Vec<u8>, StoreError> {
     let mut bytes = Vec::new();
     // The limit holds for what is read, not for what the file system claims: it may be a device.
     File::open(path)
