@@ -1,0 +1,312 @@
+//! Builds printed networks into one program for the host and one image for QEMU, runs both, and reads what
+//! they say.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use sinew_codegen::network::emit::{Options, emit};
+use sinew_codegen::network::{Network, probe};
+
+/// One network, and the inputs that it is tried with.
+pub struct Case {
+    /// As printed.
+    pub network: Network,
+    /// How.
+    pub options: Options,
+    /// Calls in turn from rest, flattened.
+    pub inputs: Vec<Vec<f32>>,
+    /// Whether second derivatives are taken too.
+    pub curvature: bool,
+}
+
+/// What a program said about one network.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Said {
+    /// For each input: the output after the last call.
+    pub y: Vec<Vec<f32>>,
+    /// For each input: derivatives of the last call, variable by variable.
+    pub jacobian: Vec<Vec<f32>>,
+    /// For the first input: second derivatives of the results, weighed with [`weight`].
+    pub curvature: Vec<f32>,
+    /// Instructions and bytes of stack of a call, by its name.
+    pub cost: BTreeMap<String, (u64, u64)>,
+}
+
+/// The weight of result `r` in what is differentiated twice.
+pub fn weight(r: usize) -> f32 {
+    1.0 - 0.5 * (r % 4) as f32
+}
+
+/// The workspace: stays between runs, so that the second run compiles only what changed.
+pub struct Workspace {
+    pub folder: PathBuf,
+}
+
+impl Workspace {
+    pub fn new(name: &str, cases: &[Case]) -> Self {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+        let _ = fs::remove_dir_all(folder.join("networks"));
+        let mut dependencies = String::new();
+        let mut calls = String::new();
+        for case in cases {
+            let name = &case.network.name;
+            for file in emit(&case.network, &case.options).unwrap_or_else(|e| panic!("{name}: {e}"))
+            {
+                write(
+                    &folder.join("networks").join(name).join(file.path),
+                    &file.text,
+                );
+            }
+            writeln!(dependencies, "{name} = {{ path = \"../networks/{name}\" }}").unwrap();
+            calls.push_str(&call(case));
+        }
+        probe::write(&folder).unwrap_or_else(|error| panic!("{error}"));
+        let package = "[package]\nedition = \"2024\"\nversion = \"0.0.0\"\n";
+        write(
+            &folder.join("cases/Cargo.toml"),
+            &format!("{package}name = \"cases\"\n\n[dependencies]\n{dependencies}"),
+        );
+        write(
+            &folder.join("cases/src/lib.rs"),
+            &CASES
+                .replace("{calls}", &calls)
+                .replace("{bench}", probe::BENCH),
+        );
+        write(
+            &folder.join("host/Cargo.toml"),
+            &format!(
+                "{package}name = \"host\"\n\n[dependencies]\ncases = {{ path = \"../cases\" }}\n"
+            ),
+        );
+        write(&folder.join("host/src/main.rs"), HOST);
+        write(
+            &folder.join("Cargo.toml"),
+            "[workspace]\nresolver = \"3\"\nmembers = [\"host\", \"image\", \"cases\", \"networks/*\"]\n\n\
+             [profile.release]\ncodegen-units = 1\npanic = \"abort\"\ndebug = false\n",
+        );
+        let lock = Path::new(env!("CARGO_MANIFEST_DIR")).join("../boards/qemu/Cargo.lock");
+        if !folder.join("Cargo.lock").exists() {
+            // The versions that the project is tested with.
+            write(
+                &folder.join("Cargo.lock"),
+                &fs::read_to_string(lock).unwrap(),
+            );
+        }
+        Self { folder }
+    }
+
+    pub fn cargo(&self, program: &str) -> Command {
+        let mut cargo = Command::new(program);
+        cargo
+            .current_dir(&self.folder)
+            .env("CARGO_TARGET_DIR", self.folder.join("target"));
+        cargo
+    }
+
+    /// What the host says.
+    pub fn host(&self) -> BTreeMap<String, Said> {
+        let mut cargo = self.cargo(env!("CARGO"));
+        read(&finished(cargo.args([
+            "run",
+            "--quiet",
+            "--release",
+            "--package",
+            "host",
+        ])))
+    }
+
+    /// What QEMU says; the image is built first.
+    pub fn qemu(&self) -> BTreeMap<String, Said> {
+        let said = probe::build(&self.folder).and_then(|image| probe::run(&image));
+        read(&said.unwrap_or_else(|error| panic!("{error}")))
+    }
+}
+
+/// Standard output of a command that succeeds and complains of nothing.
+pub fn finished(command: &mut Command) -> String {
+    let output = command
+        .output()
+        .unwrap_or_else(|error| panic!("{command:?}: {error}"));
+    let complaints = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        output.status.success(),
+        "{command:?}: {}\n{complaints}",
+        output.status
+    );
+    // Warnings of path dependencies are shown, and printed code has none.
+    assert_eq!(complaints, "", "printed code compiles without a warning");
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+fn read(text: &str) -> BTreeMap<String, Said> {
+    let mut found: BTreeMap<String, Said> = BTreeMap::new();
+    let mut current = String::new();
+    for line in text.lines() {
+        let mut words = line.split(' ');
+        let what = words.next().unwrap_or("");
+        let said = found.entry(current.clone()).or_default();
+        match what {
+            "network" => current = words.next().unwrap_or("").into(),
+            "cost" => {
+                let name = words.next().unwrap_or("").into();
+                let mut number = || {
+                    words
+                        .next()
+                        .and_then(|word| word.parse().ok())
+                        .unwrap_or(u64::MAX)
+                };
+                said.cost.insert(name, (number(), number()));
+            }
+            _ => {
+                let bits = words
+                    .map(|word| u32::from_str_radix(word, 16).unwrap_or_else(|_| panic!("{line}")));
+                let values: Vec<f32> = bits.map(f32::from_bits).collect();
+                match what {
+                    "y" => said.y.push(values),
+                    "jacobian" => said.jacobian.push(values),
+                    "curvature" => said.curvature = values,
+                    other => panic!("{other}"),
+                }
+            }
+        }
+    }
+    found.remove("");
+    found
+}
+
+pub fn write(path: &Path, text: &str) {
+    if fs::read_to_string(path).is_ok_and(|old| old == text) {
+        return; // the same file again would make cargo compile again
+    }
+    fs::create_dir_all(path.parent().unwrap()).unwrap();
+    fs::write(path, text).unwrap();
+}
+
+/// The lines that try one network.
+fn call(case: &Case) -> String {
+    let network = &case.network;
+    let library = network.name.replace('-', "_");
+    let inputs: String = case
+        .inputs
+        .iter()
+        .map(|input| {
+            let calls: String = input
+                .chunks(network.inputs())
+                .map(|x| {
+                    format!(
+                        "[{}], ",
+                        x.iter()
+                            .map(|v| format!("{v:?}"))
+                            .collect::<Vec<_>>()
+                            .join(", ")
+                    )
+                })
+                .collect();
+            format!("        &[{calls}],\n")
+        })
+        .collect();
+    let kind = if network.state() > 0 {
+        "stateful"
+    } else {
+        "stateless"
+    };
+    let curvature = case.curvature;
+    format!(
+        "    static {}: &[&[[f32; {}]]] = &[\n{inputs}    ];\n    bench.numbers(\"network {}\", &mut [].into_iter());\n    {kind}!(bench, {library}, {}, {curvature});\n",
+        library.to_uppercase(),
+        network.inputs(),
+        network.name,
+        library.to_uppercase()
+    )
+}
+
+/// Compiled for both.
+const CASES: &str = r#"//! Every network under test, tried.
+#![no_std]
+
+use core::hint::black_box;
+
+{bench}
+fn weight(r: usize) -> f32 {
+    1.0 - 0.5 * (r % 4) as f32
+}
+
+macro_rules! stateless {
+    ($bench:ident, $network:ident, $inputs:ident, $curvature:literal) => {{
+        use $network::{INPUTS, OUTPUTS, curvature, predict, predict_with_jacobian};
+        let mut jacobian = [[f32::NAN; OUTPUTS]; INPUTS];
+        for calls in $inputs {
+            let y: [f32; OUTPUTS] = predict(&calls[0]);
+            $bench.numbers("y", &mut y.into_iter());
+            let again = predict_with_jacobian(&calls[0], &mut jacobian);
+            assert_eq!(y.map(f32::to_bits), again.map(f32::to_bits));
+            $bench.numbers("jacobian", &mut jacobian.iter().flatten().copied());
+        }
+        let x = &$inputs[0][0];
+        if $curvature {
+            let weights = core::array::from_fn(weight);
+            let mut h = [[f32::NAN; INPUTS]; INPUTS];
+            curvature(x, &weights, &mut h);
+            $bench.numbers("curvature", &mut h.iter().flatten().copied());
+        }
+        $bench.measure("predict", &mut || { let _ = black_box(predict(black_box(x))); });
+        $bench.measure("jacobian", &mut || { let _ = black_box(predict_with_jacobian(black_box(x), black_box(&mut jacobian))); });
+    }};
+}
+
+macro_rules! stateful {
+    ($bench:ident, $network:ident, $inputs:ident, $curvature:literal) => {{
+        use $network::{OUTPUTS, RESULTS, State, VARIABLES, curvature, predict, predict_with_jacobian};
+        let mut jacobian = [[f32::NAN; RESULTS]; VARIABLES];
+        let mut state = State::new();
+        for calls in $inputs {
+            state = State::new();
+            let mut before = state;
+            let mut y = [f32::NAN; OUTPUTS];
+            for x in *calls {
+                before = state;
+                y = predict(&mut state, x);
+            }
+            $bench.numbers("y", &mut y.into_iter());
+            let last = &calls[calls.len() - 1];
+            let again = predict_with_jacobian(&mut before, last, &mut jacobian);
+            assert_eq!(y.map(f32::to_bits), again.map(f32::to_bits));
+            assert_eq!(before, state);
+            $bench.numbers("jacobian", &mut jacobian.iter().flatten().copied());
+        }
+        let x = &$inputs[0][0];
+        if $curvature {
+            let weights = core::array::from_fn(weight);
+            let mut h = [[f32::NAN; VARIABLES]; VARIABLES];
+            curvature(&State::new(), x, &weights, &mut h);
+            $bench.numbers("curvature", &mut h.iter().flatten().copied());
+        }
+        $bench.measure("predict", &mut || { let _ = black_box(predict(black_box(&mut state), black_box(x))); });
+        $bench.measure("jacobian", &mut || { let _ = black_box(predict_with_jacobian(black_box(&mut state), black_box(x), black_box(&mut jacobian))); });
+    }};
+}
+
+pub fn run(bench: &mut dyn Bench) {
+{calls}}
+"#;
+
+const HOST: &str = r#"//! Every network under test on this computer.
+
+struct Lines;
+
+impl cases::Bench for Lines {
+    fn numbers(&mut self, name: &str, values: &mut dyn Iterator<Item = f32>) {
+        let words: Vec<String> = values.map(|value| format!(" {:08x}", value.to_bits())).collect();
+        println!("{name}{}", words.concat());
+    }
+
+    fn measure(&mut self, _name: &str, _work: &mut dyn FnMut()) {}
+}
+
+fn main() {
+    cases::run(&mut Lines);
+}
+"#;

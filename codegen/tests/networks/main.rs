@@ -1,0 +1,49 @@
+//! Printed networks, compiled and run on the host and in QEMU.
+
+mod bench;
+mod budgets;
+mod frameworks;
+mod judge;
+mod random;
+
+use bench::Workspace;
+
+/// Networks of random weights with every layer, and those of the frameworks: one build for all.
+#[test]
+fn networks_compute_what_double_precision_and_their_frameworks_do() {
+    let mut cases = frameworks::cases();
+    let foreign = cases.len();
+    cases.extend(random::cases());
+    cases.extend(budgets::cases());
+    let workspace = Workspace::new("networks", &cases);
+    let errors = judge::judge(&workspace, &cases);
+    assert_eq!(errors.len(), cases.len());
+    for one in &errors {
+        println!(
+            "{:<24} {:8.1e} {:8.1e} {:8.1e} {:?}",
+            one.name, one.output, one.jacobian, one.curvature, one.said.cost
+        );
+    }
+    for one in &errors {
+        assert!(
+            one.output < 1e-5,
+            "{}: an output is off by {:e}",
+            one.name,
+            one.output
+        );
+        assert!(
+            one.jacobian < 1e-5,
+            "{}: a derivative is off by {:e}",
+            one.name,
+            one.jacobian
+        );
+        assert!(
+            one.curvature < 1e-4,
+            "{}: a second derivative is off by {:e}",
+            one.name,
+            one.curvature
+        );
+    }
+    budgets::judge(&errors);
+    frameworks::judge(&cases[..foreign], &errors[..foreign]);
+}
