@@ -1,26 +1,47 @@
-//! `sinew emit`: the firmware of a model.
+//! `sinew emit`: the firmware of a model, or a network as a crate and as a library for C.
 
 use std::path::PathBuf;
 
 use clap::Args;
+use sinew_codegen::network::commands;
+use sinew_codegen::network::emit::Options;
 use sinew_codegen::store;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::project;
 
 /// Arguments of `sinew emit`.
 #[derive(Args)]
 pub struct Arguments {
-    /// Folder of the model: model.toml and weights.safetensors.
+    /// A model of `sinew train` (model.toml and weights.safetensors), or a network that `sinew import` reads.
     model: PathBuf,
-    /// Folder of the firmware's sources.
+    /// Folder of the sources.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    /// The network alone, with a static library and a header for C; a model's scaling is inside.
+    #[arg(long)]
+    c_abi: bool,
+    /// Tanh within 2e-7 instead of 2e-6, in a network alone.
+    #[arg(long)]
+    precise: bool,
 }
 
 /// # Errors
-/// A bad model, or a file that cannot be written.
+/// A bad model, a file that cannot be written, or a library that does not build.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    let is_model = arguments.model.join(store::MODEL_FILE).is_file();
+    if !is_model || arguments.c_abi {
+        let mut options = Options::with_precise(arguments.precise);
+        options.c_abi = arguments.c_abi;
+        let text = commands::emit(&arguments.model, &arguments.out, &options);
+        print!("{}", text.map_err(Error::arguments)?);
+        return Ok(());
+    }
+    if arguments.precise {
+        return Err(Error::arguments(
+            "--precise is for a network alone, not for a controller",
+        ));
+    }
     let spec = store::load(&arguments.model)?;
     project::write(&arguments.out, &spec)?;
     println!(

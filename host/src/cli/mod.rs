@@ -6,12 +6,14 @@ mod diagnose;
 mod emit;
 mod fit;
 mod flash;
+mod import;
 mod mjcf;
 mod monitor;
 mod new;
 mod pil;
 mod record;
 mod simulate;
+mod size;
 mod train;
 
 use std::path::PathBuf;
@@ -52,8 +54,12 @@ enum Verb {
     Mjcf(mjcf::Arguments),
     /// Train a network on a rig and write the model.
     Train(train::Arguments),
-    /// Write the firmware of a model: sources that build anywhere.
+    /// Write the firmware of a model, or a network alone: sources that build anywhere.
     Emit(emit::Arguments),
+    /// Read a network of another tool and show its layers.
+    Import(import::Arguments),
+    /// Show what a network takes on a board: flash, RAM, stack and time.
+    Size(size::Arguments),
     /// Run the predictive controller and a tuned PID on the same plant, on this computer.
     Compare(compare::Arguments),
     /// Run the firmware on a board against the simulated plant, frame by frame.
@@ -206,6 +212,8 @@ fn run(verb: Verb) -> Result<()> {
         Verb::Mjcf(arguments) => mjcf::run(&arguments),
         Verb::Train(arguments) => train::run(&arguments),
         Verb::Emit(arguments) => emit::run(&arguments),
+        Verb::Import(arguments) => import::run(&arguments),
+        Verb::Size(arguments) => size::run(&arguments),
         Verb::Compare(arguments) => compare::run(&arguments),
         Verb::Pil(arguments) => pil::run(&arguments),
         Verb::Flash(arguments) => flash::run(&arguments),
