@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use sinew_codegen::network::commands;
 use sinew_codegen::network::emit::Options;
+use sinew_codegen::network::store::NETWORK_FILE;
 use sinew_codegen::store;
 
 use crate::error::{Error, Result};
@@ -29,8 +30,9 @@ pub struct Arguments {
 /// # Errors
 /// A bad model, a file that cannot be written, or a library that does not build.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let is_model = arguments.model.join(store::MODEL_FILE).is_file();
-    if !is_model || arguments.c_abi {
+    let folder = arguments.model.join(NETWORK_FILE);
+    let is_network = arguments.model.is_file() || folder.is_file();
+    if is_network || arguments.c_abi {
         let mut options = Options::with_precise(arguments.precise);
         options.c_abi = arguments.c_abi;
         let text = commands::emit(&arguments.model, &arguments.out, &options);
