@@ -28,7 +28,7 @@ pub(super) fn print(network: &Network) -> String {
     } else {
         (
             "INPUTS, OUTPUTS, predict",
-            "        let x: &[f32; INPUTS] = x.try_into().expect(\"as many numbers as inputs\");
+            "        let x: &[f32; INPUTS] = (*x).try_into().expect(\"as many numbers as inputs\");
         let found: [f32; OUTPUTS] = predict(x);
 ",
         )
