@@ -1,6 +1,6 @@
 //! A run on a board, watched and steered from a terminal, and saved.
 //!
-//! A line typed is an order ([`Order`]); what the board thinks of it is shown. Everything that is shown is a row
+//! A line typed is an order ([`order`]); what the board thinks of it is shown. Everything that is shown is a row
 //! of the file, with the board's own time.
 
 use std::fmt::Write as _;
@@ -23,20 +23,11 @@ const ALIVE: Duration = Duration::from_millis(500);
 /// Longest silence of a board.
 const SILENCE: Duration = Duration::from_secs(3);
 
-/// What can be typed.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Order {
-    /// To the board.
-    Say(ToDevice),
-    /// Disarm, save, end.
-    Quit,
-}
-
-/// What a typed line asks for. `rate_hz` gives the blend of `arm` its length of a second.
+/// What a typed line says to the board; `None`: disarm, save, end. `arm` reaches the reference in a second.
 ///
 /// # Errors
 /// What is wrong with it, in one line.
-pub fn order(line: &str, identity: &Identity) -> std::result::Result<Order, String> {
+pub fn order(line: &str, identity: &Identity) -> std::result::Result<Option<ToDevice>, String> {
     let mut words = line.split_whitespace();
     let verb = words.next().unwrap_or_default();
     let numbers = words
@@ -77,14 +68,14 @@ pub fn order(line: &str, identity: &Identity) -> std::result::Result<Order, Stri
                 rate: part(2),
             }
         }
-        "quit" => return Ok(Order::Quit),
+        "quit" => return Ok(None),
         other => {
             return Err(format!(
                 "there is no `{other}`; arm, disarm, stop (or an empty line), r, limit, quit"
             ));
         }
     };
-    Ok(Order::Say(said))
+    Ok(Some(said))
 }
 
 /// What was seen, in numbers.
@@ -142,8 +133,8 @@ fn watch(
     loop {
         match typed.try_recv() {
             Ok(line) => match order(&line, identity) {
-                Ok(Order::Quit) => return Ok(watched),
-                Ok(Order::Say(message)) => device.send(&message)?,
+                Ok(None) => return Ok(watched),
+                Ok(Some(message)) => device.send(&message)?,
                 Err(what) => println!("{what}"),
             },
             // A terminal that was closed, or a script that has ended: with a time to end, go on until then.
@@ -357,25 +348,27 @@ mod tests {
     #[test]
     fn orders_are_understood_or_refused_with_the_reason() {
         let say = |line: &str| order(line, &identity());
-        let fixed = |values: &[f32]| values.iter().copied().collect();
+        fn fixed<const L: usize>(values: &[f32]) -> heapless::Vec<f32, L> {
+            values.iter().copied().collect()
+        }
         assert_eq!(
             say("arm"),
-            Ok(Order::Say(ToDevice::Arm {
+            Ok(Some(ToDevice::Arm {
                 drive: Drive::Rig,
                 blend_steps: 120
             }))
         );
         // Whoever hits Return in a hurry means it.
-        assert_eq!(say(""), Ok(Order::Say(ToDevice::EmergencyStop)));
+        assert_eq!(say(""), Ok(Some(ToDevice::EmergencyStop)));
         assert_eq!(
             say(" r 0.1 -2e-3  0"),
-            Ok(Order::Say(ToDevice::Follow {
+            Ok(Some(ToDevice::Follow {
                 reference: fixed(&[0.1, -2e-3, 0.0])
             }))
         );
         assert_eq!(
             say("limit -1 1 0.1 -2 2 0.2"),
-            Ok(Order::Say(ToDevice::Limit {
+            Ok(Some(ToDevice::Limit {
                 lower: fixed(&[-1.0, -2.0]),
                 upper: fixed(&[1.0, 2.0]),
                 rate: fixed(&[0.1, 0.2]),

@@ -117,13 +117,11 @@ fn play(
             Some(ToHost::Refused {
                 reason: Reason::Damaged | Reason::Order,
             }) => {}
-            Some(ToHost::Refused { reason }) => {
-                // It has disarmed itself: the telemetry below says why.
-                if !armed {
-                    return Err(Error::failed(format!(
-                        "the board refused a row: {reason:?}"
-                    )));
-                }
+            // Armed, it has disarmed itself: the telemetry below says why.
+            Some(ToHost::Refused { reason }) if !armed => {
+                return Err(Error::failed(format!(
+                    "the board refused a row: {reason:?}"
+                )));
             }
             _ => {}
         }
