@@ -1,6 +1,9 @@
 //! The control task: ticks on one side, the link on the other.
 
+use core::task::Poll;
+
 use embassy_futures::select::{Either, select};
+use embassy_futures::{poll_once, yield_now};
 use embedded_io_async::Read;
 use model::control::{NU, Session};
 use sinew_firmware::mode::{Cause, Drive, Mode};
@@ -76,15 +79,18 @@ pub async fn serve<B: Board>(mut desk: Desk<'_, B>, mut line: impl Read) -> ! {
                     desk.session.note_deadline_miss();
                 }
                 desk.board.feed();
-            }
-            Either::Second(Ok(n)) => {
-                quiet = 0;
-                for byte in chunk.get(..n).unwrap_or_default() {
-                    desk.hear(*byte, &mut newest).await;
+                // Steps that take longer than their period must not shut the host out: the next tick is due
+                // already, and would always win, over the line here and over the task that empties the outbox.
+                yield_now().await;
+                if let Poll::Ready(heard) = poll_once(line.read(&mut chunk)) {
+                    quiet = 0;
+                    desk.listen(heard, &chunk, &mut newest).await;
                 }
             }
-            // Overrun, noise: the frame it belonged to fails its checksum.
-            Either::Second(Err(_)) => defmt::debug!("the line lost bytes"),
+            Either::Second(heard) => {
+                quiet = 0;
+                desk.listen(heard, &chunk, &mut newest).await;
+            }
         }
     }
 }
@@ -107,6 +113,14 @@ impl<B: Board> Desk<'_, B> {
             && !self.send(&mut telemetry)
         {
             self.session.note_dropped();
+        }
+    }
+
+    async fn listen<E>(&mut self, heard: Result<usize, E>, chunk: &[u8], newest: &mut Newest) {
+        // Overrun, noise: the frame it belonged to fails its checksum.
+        let Ok(n) = heard else { return };
+        for byte in chunk.get(..n).unwrap_or_default() {
+            self.hear(*byte, newest).await;
         }
     }
 
