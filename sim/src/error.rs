@@ -73,6 +73,8 @@ pub enum SimulationError {
         rate: f64,
         /// The interval between two samples, s.
         interval: f64,
+        /// Most sub-steps that are taken in it.
+        most: usize,
     },
     /// An input column without one valid sample.
     NoInput {
@@ -109,12 +111,12 @@ impl fmt::Display for SimulationError {
                 body,
                 rate,
                 interval,
+                most,
             } => write!(
                 f,
                 "too stiff to simulate: the fastest motion, at body `{body}`, has a rate of up to \
-                 {rate:.3e} 1/s, which needs more than {} steps in a sample interval of \
-                 {interval} s; is its inertia too small or a stiffness too large?",
-                crate::integrator::MAX_SUBSTEPS
+                 {rate:.3e} 1/s, which needs more than {most} steps in a sample interval of \
+                 {interval} s; is its inertia too small or a stiffness too large?"
             ),
             Self::NoInput { column } => {
                 write!(f, "input column `{column}` has no valid sample to hold")

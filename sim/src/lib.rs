@@ -56,6 +56,7 @@ mod geometry;
 mod integrator;
 mod math;
 mod plant;
+mod reverse;
 pub mod rig;
 mod scalar;
 mod suggest;
@@ -64,7 +65,9 @@ pub mod unit;
 pub use drive::Drive;
 pub use dual::Dual;
 pub use error::{Error, SimulationError};
-pub use integrator::{Report, Stepper};
-pub use plant::{Input, Outline, Parameter, Plant, RecordingRun, Role, SensorChannel, Trajectory};
+pub use integrator::{Report, Settings, Stepper};
+pub use plant::{
+    Gradient, Input, Outline, Parameter, Plant, RecordingRun, Role, SensorChannel, Trajectory,
+};
 pub use rig::{ControlTable, Form, NetworkTable, Rig};
 pub use scalar::Scalar;

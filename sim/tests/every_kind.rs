@@ -7,7 +7,7 @@ mod mechanisms;
 use complex::Complex;
 use mechanisms::{effect, plant, times};
 use sinew_sim::effects::Kind;
-use sinew_sim::{Drive, Dual, Plant, Scalar, Trajectory};
+use sinew_sim::{Drive, Dual, Plant, Scalar, Settings, Trajectory};
 
 const SEEDS: usize = 24;
 
@@ -347,4 +347,141 @@ fn derivatives_of_every_kind_agree_with_the_complex_step_and_with_differences() 
         }
     }
     assert!(failed.is_empty(), "{failed:#?}");
+}
+
+/// Weights of a loss that is a sum over all signals.
+fn weights(count: usize) -> Vec<f64> {
+    (0..count).map(|k| (0.37 * k as f64).sin()).collect()
+}
+
+#[test]
+fn the_gradient_backwards_is_the_one_forwards_for_every_kind() {
+    let times = times(161, 0.01);
+    let input = force(&times);
+    for &(kind, component, parameters, _) in CASES {
+        let label = format!("{kind} at {component}");
+        let plant = bench("linear", (kind, component, parameters));
+        let (slots, values) = seeded(&plant);
+        let dual = simulate(&plant, &values, &times);
+        let weights = weights(dual.signals.len());
+        let plain = plant.values();
+        let start = plant.initial_state(&plain, &[None, None, None]).unwrap();
+        let drive = Drive::new(&plant, times.len(), &[&input]).unwrap();
+        let loss = |run: &Trajectory<f64>| -> f64 {
+            run.signals.iter().zip(&weights).map(|(s, w)| s * w).sum()
+        };
+        let gradient = plant
+            .gradient(&plain, &start, &drive, &times, |run| {
+                (loss(run), weights.clone())
+            })
+            .unwrap();
+        // The start depends on parameters too; backwards it stands for itself.
+        let moved = plant.initial_state(&values, &[None, None, None]).unwrap();
+        let forward = |seed: usize| -> f64 {
+            let parts = dual.signals.iter().zip(&weights);
+            parts.map(|(s, w)| s.derivative[seed] * w).sum()
+        };
+        let largest = (0..slots.len())
+            .map(|seed| forward(seed).abs())
+            .fold(0.0, f64::max);
+        for (seed, &slot) in slots.iter().enumerate() {
+            let by_start = moved.iter().zip(&gradient.start);
+            let through: f64 = by_start.map(|(x, g)| x.derivative[seed] * g).sum();
+            let (ours, exact) = (gradient.parameters[slot] + through, forward(seed));
+            let name = &plant.parameters()[slot].name;
+            assert!(
+                (ours - exact).abs() < 1e-9 * largest,
+                "{label}: {name}: {ours} {exact}"
+            );
+        }
+        // Inputs: differences at three samples.
+        for row in [0, 70, 128] {
+            let beside = |step: f64| {
+                let mut input = input.clone();
+                input[row] += step;
+                let drive = Drive::new(&plant, times.len(), &[&input]).unwrap();
+                loss(&plant.simulate(&plain, &start, &drive, &times).unwrap())
+            };
+            let exact = (beside(1e-5) - beside(-1e-5)) / 2e-5;
+            let ours = gradient.inputs[0][row];
+            let scale = gradient.inputs[0]
+                .iter()
+                .fold(0.0f64, |m, g| m.max(g.abs()));
+            assert!(scale > 1e-4, "{label}: nothing depends on the input");
+            assert!(
+                (ours - exact).abs() < 1e-5 * scale,
+                "{label}: row {row}: {ours} {exact}"
+            );
+        }
+    }
+}
+
+/// On the central path the motion goes to that of the hard law as its parameter goes to zero.
+#[test]
+fn the_smoothed_law_has_the_hard_one_as_its_limit() {
+    let times = times(101, 0.01);
+    let stop = [("position", 0.08), ("stiffness", 900.0), ("damping", 6.0)];
+    let stop = effect("end_stop", "cart", &stop) + "side = 1.0\n";
+    let text = BENCH.replace("HOLD", "zero").replace("false", "true")
+        + &effect("coulomb_friction", "cart", &[("level", 0.8)])
+        + &stop;
+    let hard = plant(&text);
+    let exact = simulate(&hard, &hard.values(), &times);
+    assert!(
+        exact.report.events > 2 && exact.report.kinks > 4,
+        "{:?}",
+        exact.report
+    );
+    let errors: Vec<f64> = [1e-2, 1e-3, 1e-4, 1e-5]
+        .iter()
+        .map(|&smoothing| {
+            let smooth = hard.with_settings(Settings {
+                smoothing,
+                ..Settings::default()
+            });
+            let run = simulate(&smooth, &smooth.values(), &times);
+            assert_eq!(run.report.events, 0);
+            let pairs = run.column(0).into_iter().zip(exact.column(0));
+            pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+        })
+        .collect();
+    println!("smoothing: errors {errors:?} m");
+    for pair in errors.windows(2) {
+        // The root of it: a contact acts over a distance of sqrt(smoothing / stiffness).
+        assert!(pair[1] < 0.4 * pair[0], "{errors:?}");
+    }
+    assert!(errors[3] < 1e-2 * 0.6, "{errors:?}");
+}
+
+/// A tolerance refines until it is met, and reports what that took.
+#[test]
+fn a_tolerance_refines_the_steps() {
+    let times = times(101, 0.02);
+    let case = ("position_ripple", "cart", &CASES[23].2[..]);
+    let plant = bench("linear", case);
+    let with = |tolerance| {
+        let settings = Settings {
+            tolerance,
+            ..Settings::default()
+        };
+        simulate(&plant.with_settings(settings), &plant.values(), &times)
+    };
+    let fine = with(Some(1e-14));
+    let error = |run: &Trajectory<f64>| {
+        let pairs = run.column(0).into_iter().zip(fine.column(0));
+        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    };
+    let (plain, loose, tight) = (with(None), with(Some(1e-8)), with(Some(1e-11)));
+    println!(
+        "errors {:e} {:e} {:e}, sub-steps {} {} {}",
+        error(&plain),
+        error(&loose),
+        error(&tight),
+        plain.report.substeps,
+        loose.report.substeps,
+        tight.report.substeps
+    );
+    assert!(tight.report.substeps > loose.report.substeps);
+    assert!(error(&tight) < 0.05 * error(&loose).max(error(&plain)));
+    assert!(error(&tight) < 1e-9);
 }

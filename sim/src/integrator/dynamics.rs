@@ -2,7 +2,7 @@
 
 use super::sticking;
 use crate::plant::forces::{Forces, Point, State};
-use crate::plant::topology::Topology;
+use crate::plant::topology::{Friction, Topology};
 use crate::plant::wave::Wave;
 use crate::scalar::Scalar;
 use std::ops::{Add, Mul};
@@ -30,6 +30,8 @@ pub(super) struct Modes {
 pub(super) struct Dynamics<S> {
     pub(super) values: Vec<S>,
     pub(super) inverse_inertia: Vec<S>,
+    /// Parameter of the central path; 0: hard laws.
+    pub(super) smoothing: f64,
 }
 
 /// What a step starts from.
@@ -99,11 +101,12 @@ impl<S: Scalar> Scratch<S> {
 }
 
 impl<S: Scalar> Dynamics<S> {
-    pub(super) fn new(topology: &Topology, values: &[S]) -> Self {
+    pub(super) fn new(topology: &Topology, values: &[S], smoothing: f64) -> Self {
         let inertias = topology.bodies.iter().map(|body| values[body.inertia]);
         Self {
             inverse_inertia: inertias.map(|m| S::constant(1.0) / m).collect(),
             values: topology.shapes.complete(values),
+            smoothing,
         }
     }
 
@@ -112,7 +115,7 @@ impl<S: Scalar> Dynamics<S> {
         // What is derived comes out of the parameters again.
         let parameters = self.values.len() - topology.shapes.derived.len();
         let values = self.values[..parameters].iter().map(|value| value.value());
-        Dynamics::new(topology, &values.collect::<Vec<f64>>())
+        Dynamics::new(topology, &values.collect::<Vec<f64>>(), self.smoothing)
     }
 
     /// Everything that forces depend on, in a state.
@@ -129,6 +132,7 @@ impl<S: Scalar> Dynamics<S> {
             waves: start.waves,
             tau,
             branches: &start.modes.branches,
+            smoothing: self.smoothing,
         }
     }
 
@@ -144,7 +148,14 @@ impl<S: Scalar> Dynamics<S> {
         held: &mut [Held<S>],
     ) {
         let Forces { force, load, .. } = forces;
-        if topology.coupled {
+        if self.smoothing > 0.0 {
+            for friction in &topology.frictions {
+                let along = friction.smoothed(at, load);
+                for &(body, arm) in &friction.path {
+                    force[body] += Friction::arm(at.values, arm) * along;
+                }
+            }
+        } else if topology.coupled {
             sticking::accelerate(self, topology, at, modes, force, load, held);
         } else {
             for (index, friction) in topology.frictions.iter().enumerate() {

@@ -1,5 +1,5 @@
 //! The integrator: fixed sub-steps of classical Runge-Kutta, cut exactly where a body stops, sticks,
-//! breaks away or turns round (docs/plant.md, eq. 13 to 16).
+//! breaks away or turns round (docs/plant.md, eq. 18 to 21).
 
 mod dynamics;
 mod event;
@@ -18,6 +18,30 @@ const RATE_STEP: f64 = 0.1;
 
 /// Most sub-steps in one sample interval; a rig that needs more is refused as too stiff.
 pub(crate) const MAX_SUBSTEPS: usize = 1 << 14;
+
+/// How a plant is integrated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Refines the sub-steps that follow from the rates until halving them changes no state by more than
+    /// this share of the largest that it has had; none: as the rates say.
+    pub tolerance: Option<f64>,
+    /// Parameter of the central path, W for friction and J for contact: friction and contact as smooth
+    /// functions, for gradients that see through them. 0: the hard laws, which are its limit.
+    pub smoothing: f64,
+    /// Most sub-steps in one sample interval; a rig that needs more is refused as too stiff. A fit that
+    /// tries many parameters may want fewer.
+    pub max_substeps: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            tolerance: None,
+            smoothing: 0.0,
+            max_substeps: MAX_SUBSTEPS,
+        }
+    }
+}
 
 /// How an integration fared.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

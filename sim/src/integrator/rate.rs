@@ -1,6 +1,6 @@
 //! How fast the rig can move, and how many sub-steps that takes (docs/plant.md, eq. 19).
 
-use super::{MAX_SUBSTEPS, RATE_STEP};
+use super::RATE_STEP;
 use crate::effects::{At, Slopes};
 use crate::error::SimulationError;
 use crate::plant::forces::State;
@@ -43,6 +43,7 @@ pub(super) fn bound(
     state: &State<f64>,
     ahead: f64,
     stops: bool,
+    smoothing: f64,
 ) -> (f64, usize) {
     let inertias = topology.bodies.iter().map(|body| values[body.inertia]);
     let root_inertia: Vec<f64> = inertias.map(crate::math::sqrt).collect();
@@ -126,6 +127,22 @@ pub(super) fn bound(
         };
         rows.add(&[(body, 1.0)], law.kind.slopes(&values[law.slot..], &at));
     }
+    if smoothing > 0.0 {
+        // Steepest at rest: level^2 / (2 smoothing).
+        for friction in &topology.frictions {
+            let load = vec![0.0; topology.follows];
+            let branches = vec![1; topology.switches.len()];
+            let [forward, backward] = friction.hold(values, &load, &branches);
+            let level = forward.abs().max(backward.abs());
+            let path = (friction.path.iter())
+                .map(|&(body, arm)| (body, crate::plant::topology::Friction::arm(values, arm)));
+            let slopes = Slopes {
+                stiffness: 0.0,
+                damping: 0.5 * level * level / smoothing,
+            };
+            rows.add(&path.collect::<Vec<_>>(), slopes);
+        }
+    }
     if topology.follows > 0 {
         for body in 0..bodies {
             let factor = followed(Followed::Pulls(body));
@@ -160,12 +177,13 @@ pub(super) fn substeps(
     topology: &Topology,
     (rate, body): (f64, usize),
     interval: f64,
+    most: usize,
 ) -> Result<usize, SimulationError> {
     let wanted = rate * interval / RATE_STEP;
-    if wanted <= MAX_SUBSTEPS as f64 {
+    if wanted <= most as f64 {
         Ok((wanted.ceil() as usize).max(1).next_power_of_two())
     } else {
-        Err(too_stiff(topology, (rate, body), interval))
+        Err(too_stiff(topology, (rate, body), interval, most))
     }
 }
 
@@ -174,10 +192,12 @@ pub(super) fn too_stiff(
     topology: &Topology,
     (rate, body): (f64, usize),
     interval: f64,
+    most: usize,
 ) -> SimulationError {
     SimulationError::TooStiff {
         body: topology.names[body].clone(),
         rate,
         interval,
+        most,
     }
 }

@@ -2,7 +2,7 @@
 
 use super::substep::Substep;
 use super::supply::Supply;
-use super::{Report, rate};
+use super::{Report, Settings, rate};
 use crate::drive::Drive;
 use crate::error::SimulationError;
 use crate::plant::Plant;
@@ -37,6 +37,11 @@ pub struct Stepper<S> {
     time: f64,
     /// Where in the sample interval the inputs are being read.
     tau: f64,
+    settings: Settings,
+    /// By how much more than the rates say the last interval was refined, for a tolerance.
+    refinement: usize,
+    /// The largest magnitude that each state has had.
+    largest: Vec<f64>,
 }
 
 impl<S: Scalar> Stepper<S> {
@@ -73,13 +78,16 @@ impl<S: Scalar> Stepper<S> {
             }
         }
         let mut stepper = Self {
-            work: Substep::new(&topology, values),
+            work: Substep::new(&topology, values, plant.settings().smoothing),
             supply: Supply::new(&topology),
             topology,
             report: Report::default(),
             rate: (0.0, 0),
             time: 0.0,
             tau: 0.0,
+            settings: plant.settings(),
+            refinement: 1,
+            largest: Vec::new(),
         };
         stepper.set_state(start)?;
         stepper.watch_rate(0.0);
@@ -249,17 +257,9 @@ impl<S: Scalar> Stepper<S> {
             }
             self.report.rate = self.report.rate.max(rate.0);
         }
-        let count = if self.topology.shaped {
-            self.stretches(rate, dt)?
-        } else {
-            let count = rate::substeps(&self.topology, rate, dt)?;
-            let h = dt / count as f64;
-            for substep in 0..count {
-                let tau = S::constant(substep as f64 * h);
-                self.work
-                    .advance(&self.topology, tau, h, h, &mut self.report);
-            }
-            count
+        let count = match self.settings.tolerance {
+            None => self.integrate(rate, dt, 1)?,
+            Some(tolerance) => self.refine(rate, dt, tolerance)?,
         };
         self.report.substeps += count;
         self.report.most_substeps = self.report.most_substeps.max(count);
@@ -276,9 +276,105 @@ impl<S: Scalar> Stepper<S> {
         }
     }
 
+    /// A sample interval in `factor` times as many sub-steps as the rates ask for.
+    fn integrate(
+        &mut self,
+        rate: (f64, usize),
+        dt: f64,
+        factor: usize,
+    ) -> Result<usize, SimulationError> {
+        if self.topology.shaped {
+            return self.stretches(rate, dt, factor);
+        }
+        let most = self.settings.max_substeps;
+        let count = factor * rate::substeps(&self.topology, rate, dt, most)?;
+        let h = dt / count as f64;
+        for substep in 0..count {
+            let tau = S::constant(substep as f64 * h);
+            self.work
+                .advance(&self.topology, tau, h, h, &mut self.report);
+        }
+        Ok(count)
+    }
+
+    /// A sample interval, taken again in half the sub-steps until that changes little: by Richardson a
+    /// fourth-order step errs by a fifteenth of the change.
+    fn refine(
+        &mut self,
+        rate: (f64, usize),
+        dt: f64,
+        tolerance: f64,
+    ) -> Result<usize, SimulationError> {
+        let (state, supply, report) = (self.state(), self.supply.clone(), self.report);
+        let values = |state: &[S]| state.iter().map(|x| x.value()).collect::<Vec<f64>>();
+        self.largest.resize(state.len(), 0.0);
+        let mut factor = self.refinement;
+        self.integrate(rate, dt, factor)?;
+        let mut coarse = values(&self.state());
+        loop {
+            self.set_state(&state)?;
+            self.supply = supply.clone();
+            self.report = report;
+            factor *= 2;
+            let count = self.integrate(rate, dt, factor)?;
+            let fine = values(&self.state());
+            let mut error = 0.0f64;
+            for ((fine, coarse), largest) in fine.iter().zip(&coarse).zip(&mut self.largest) {
+                *largest = largest.max(fine.abs());
+                if *largest > 0.0 {
+                    error = error.max((fine - coarse).abs() / (15.0 * *largest));
+                }
+            }
+            if error <= tolerance || 2 * count > self.settings.max_substeps {
+                // Begin the next interval as fine as this one had to be, or coarser.
+                self.refinement = if error * 64.0 < tolerance {
+                    factor / 4
+                } else {
+                    factor / 2
+                };
+                self.refinement = self.refinement.max(1);
+                return Ok(count);
+            }
+            coarse = fine;
+        }
+    }
+
+    /// What one row hands to the next: the state, and what stages of inputs remember.
+    pub(crate) fn carried(&self) -> Vec<S> {
+        let mut carried = self.state();
+        carried.extend(self.supply.kept());
+        carried
+    }
+
+    /// The same stepper in other numbers: `carried` as [`Stepper::carried`] gives it, past samples by
+    /// their column and time.
+    pub(crate) fn lifted<T: Scalar>(
+        &self,
+        plant: &Plant,
+        values: &[T],
+        carried: &[T],
+        sample: impl FnMut(usize, f64) -> (T, T),
+    ) -> Result<Stepper<T>, SimulationError> {
+        let (state, kept) = carried.split_at(plant.state_len());
+        let mut lifted = Stepper::new(plant, values, state)?;
+        lifted.supply = self.supply.lifted(kept, sample);
+        lifted.report = self.report;
+        lifted.rate = self.rate;
+        lifted.time = self.time;
+        lifted.tau = self.tau;
+        lifted.refinement = self.refinement;
+        lifted.largest.clone_from(&self.largest);
+        Ok(lifted)
+    }
+
     /// A sample interval on which the inputs change their formulas: cut where they do. Returns how
     /// many sub-steps it took.
-    fn stretches(&mut self, rate: (f64, usize), dt: f64) -> Result<usize, SimulationError> {
+    fn stretches(
+        &mut self,
+        rate: (f64, usize),
+        dt: f64,
+        factor: usize,
+    ) -> Result<usize, SimulationError> {
         let (mut cursor, mut count) = (S::ZERO, 0);
         self.supply
             .begin(&self.topology, &self.work.dynamics.values, self.time);
@@ -291,7 +387,7 @@ impl<S: Scalar> Stepper<S> {
                 .stretch(&self.topology, values, self.time, cursor, dt, waves);
             let end = cut.unwrap_or(S::constant(dt));
             let length = end - cursor;
-            count += self.stretch(rate, cursor, length)?;
+            count += self.stretch(rate, cursor, length, factor)?;
             let work = &self.work;
             let values = &work.dynamics.values;
             self.supply
@@ -300,8 +396,9 @@ impl<S: Scalar> Stepper<S> {
                 return Ok(count);
             }
             cursor = end;
-            if count > super::MAX_SUBSTEPS {
-                return Err(rate::too_stiff(&self.topology, rate, dt));
+            let most = self.settings.max_substeps;
+            if count > most * factor {
+                return Err(rate::too_stiff(&self.topology, rate, dt, most));
             }
         }
     }
@@ -313,16 +410,18 @@ impl<S: Scalar> Stepper<S> {
         rate: (f64, usize),
         cursor: S,
         length: S,
+        factor: usize,
     ) -> Result<usize, SimulationError> {
         let whole = length.value();
-        let count = rate::substeps(&self.topology, rate, whole.max(0.0))?;
+        let most = self.settings.max_substeps;
+        let count = factor * rate::substeps(&self.topology, rate, whole.max(0.0), most)?;
         let step = whole / count as f64;
         let mut cuts = vec![S::ZERO];
         if let Some(time) = Supply::unsettled(&self.work.waves) {
             // In units of the time constant, so that the cuts move with it.
             let mut at = 0.0;
             loop {
-                let next = 0.5 * crate::math::exp(0.2 * at);
+                let next = 0.2 * crate::math::exp(0.2 * at) / factor as f64;
                 at += next;
                 if next * time.value() >= step || at * time.value() >= whole {
                     break;

@@ -72,8 +72,8 @@ impl Plain {
 }
 
 impl<S: Scalar> Substep<S> {
-    pub(super) fn new(topology: &Topology, values: &[S]) -> Self {
-        let dynamics = Dynamics::new(topology, values);
+    pub(super) fn new(topology: &Topology, values: &[S], smoothing: f64) -> Self {
+        let dynamics = Dynamics::new(topology, values, smoothing);
         Self {
             plain: Plain {
                 dynamics: dynamics.plain(topology),
@@ -101,7 +101,8 @@ impl<S: Scalar> Substep<S> {
     pub(super) fn rate(&mut self, topology: &Topology, ahead: f64, stops: bool) -> (f64, usize) {
         self.plain.take_state(&self.state);
         let values = &self.plain.dynamics.values;
-        rate::bound(topology, values, &self.plain.state, ahead, stops)
+        let smoothing = self.dynamics.smoothing;
+        rate::bound(topology, values, &self.plain.state, ahead, stops, smoothing)
     }
 
     /// Where the state stands, for sensors: branches are those of the state.
@@ -119,6 +120,7 @@ impl<S: Scalar> Substep<S> {
             waves: &self.waves,
             tau,
             branches: &self.modes.branches,
+            smoothing: self.dynamics.smoothing,
         }
     }
 
@@ -160,7 +162,7 @@ impl<S: Scalar> Substep<S> {
             self.settle_branches(topology, tau);
         }
         self.other_forces(topology, tau);
-        if !topology.frictions.is_empty() {
+        if !topology.frictions.is_empty() && self.dynamics.smoothing == 0.0 {
             self.settle_frictions(topology, tau, None);
         }
     }
@@ -172,6 +174,7 @@ impl<S: Scalar> Substep<S> {
             waves: &self.waves,
             tau,
             branches: &[],
+            smoothing: self.dynamics.smoothing,
         };
         topology.settle_branches(at, &mut self.modes.branches, &mut self.first);
     }
@@ -183,6 +186,7 @@ impl<S: Scalar> Substep<S> {
             waves: &self.waves,
             tau,
             branches: &self.modes.branches,
+            smoothing: self.dynamics.smoothing,
         };
         topology.forces(&at, &mut self.first);
     }
@@ -234,6 +238,7 @@ impl<S: Scalar> Substep<S> {
             waves: &plain.waves,
             tau: tau.value(),
             branches: &self.modes.branches,
+            smoothing: self.dynamics.smoothing,
         };
         sticking::choose(
             &plain.dynamics,
@@ -250,7 +255,8 @@ impl<S: Scalar> Substep<S> {
 
     /// The first event on the step that was just tried, if there is one: which, and when.
     fn earliest(&mut self, topology: &Topology, tau: S, end: S, h: f64) -> Option<(Event, f64)> {
-        let rests = self.modes.friction.contains(&Mode::Stick);
+        let smooth = self.dynamics.smoothing > 0.0;
+        let rests = !smooth && self.modes.friction.contains(&Mode::Stick);
         if rests || topology.follows > 0 {
             let at = Point {
                 values: &self.dynamics.values,
@@ -258,11 +264,13 @@ impl<S: Scalar> Substep<S> {
                 waves: &self.waves,
                 tau: end,
                 branches: &self.modes.branches,
+                smoothing: self.dynamics.smoothing,
             };
             topology.forces(&at, &mut self.last);
         }
         let mut earliest: Option<(Event, f64)> = None;
-        let frictions = (0..topology.frictions.len()).map(Event::Friction);
+        let rubbing = if smooth { 0 } else { topology.frictions.len() };
+        let frictions = (0..rubbing).map(Event::Friction);
         let switches = (0..topology.switches.len()).map(Event::Switch);
         if rests {
             let at = Point {
@@ -271,6 +279,7 @@ impl<S: Scalar> Substep<S> {
                 waves: &self.waves,
                 tau: end,
                 branches: &self.modes.branches,
+                smoothing: self.dynamics.smoothing,
             };
             let modes = &self.modes.friction;
             let held = &mut self.scratch.last;
@@ -280,6 +289,7 @@ impl<S: Scalar> Substep<S> {
         for event in frictions.chain(switches) {
             let suspect = match event {
                 Event::Friction(index) => self.suspect_friction(topology, index, h),
+                Event::Switch(index) if smooth && topology.switches[index].smoothed() => None,
                 Event::Switch(index) => {
                     let at = Point {
                         values: &self.dynamics.values,
@@ -287,6 +297,7 @@ impl<S: Scalar> Substep<S> {
                         waves: &self.waves,
                         tau: end,
                         branches: &self.modes.branches,
+                        smoothing: self.dynamics.smoothing,
                     };
                     let margin = topology.margin(index, &at, &self.last.load);
                     (margin.value() < 0.0).then_some(h)
@@ -458,7 +469,8 @@ impl<S: Scalar> Substep<S> {
                 self.modes.branches[index] = branch;
                 self.other_forces(topology, tau);
                 // A jump may let go of what rests; what slides goes on.
-                if self.modes.friction.contains(&Mode::Stick) {
+                let smooth = self.dynamics.smoothing > 0.0;
+                if !smooth && self.modes.friction.contains(&Mode::Stick) {
                     self.settle_frictions(topology, tau, None);
                 }
             }
@@ -480,6 +492,7 @@ impl<S: Scalar> Substep<S> {
                     waves: &self.waves,
                     tau,
                     branches: &self.modes.branches,
+                    smoothing: self.dynamics.smoothing,
                 };
                 self.last.copy_from(&self.first);
                 let modes = &self.modes.friction;

@@ -76,6 +76,45 @@ impl<S: Scalar> Supply<S> {
         }
     }
 
+    /// The same in other numbers: `kept` as [`Supply::kept`] gives it, samples by their column and time.
+    pub(crate) fn lifted<T: Scalar>(
+        &self,
+        kept: &[T],
+        mut sample: impl FnMut(usize, f64) -> (T, T),
+    ) -> Supply<T> {
+        let mut kept = kept.iter().copied();
+        let columns = self.columns.iter().enumerate().map(|(index, column)| {
+            let lift = |old: &Sample<S>| {
+                let (value, slope) = sample(index, old.time);
+                Sample {
+                    time: old.time,
+                    value,
+                    slope: if old.time == f64::NEG_INFINITY {
+                        T::ZERO
+                    } else {
+                        slope
+                    },
+                }
+            };
+            column.iter().map(lift).collect()
+        });
+        Supply {
+            columns: columns.collect(),
+            lines: (self.lines.iter())
+                .map(|line| Kept {
+                    play: line.play.and_then(|_| kept.next()),
+                    lag: line.lag.and_then(|_| kept.next()),
+                    sample: line.sample,
+                })
+                .collect(),
+        }
+    }
+
+    /// What the stages remember: plays and lags in the order of the lines.
+    pub(crate) fn kept(&self) -> impl Iterator<Item = S> {
+        (self.lines.iter()).flat_map(|kept| [kept.play, kept.lag].into_iter().flatten())
+    }
+
     /// Notes a column's value from `time` on.
     pub(crate) fn take(&mut self, input: usize, time: f64, value: S, slope: S) {
         let column = &mut self.columns[input];
@@ -244,7 +283,7 @@ fn delay<S: Scalar>(line: &Line, values: &[S]) -> Option<S> {
     }
 }
 
-/// The play operator: the output is dragged along half a gap behind (eq. 14b).
+/// The play operator: the output is dragged along half a gap behind (eq. 14f).
 fn played<S: Scalar>(output: S, input: S, gap: S) -> S {
     let half = not_below_zero(gap) * 0.5;
     output.max(input - half).min(input + half)

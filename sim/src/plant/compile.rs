@@ -8,6 +8,7 @@ use super::topology::{
 use super::{Input, Parameter, Plant, SensorChannel};
 use crate::effects::{Kind, Sign};
 use crate::error::Error;
+use crate::integrator::Settings;
 use crate::rig::{Actuator, Drives, End, Hold, Place, Reads, Rig, Value};
 use crate::unit::{self, Motion, Quantity};
 use std::sync::Arc;
@@ -133,6 +134,7 @@ pub(super) fn compile(rig: &Rig) -> Result<Plant, Error> {
         parameters: parameters.collect(),
         sensors: sensors.collect(),
         inputs: inputs.into(),
+        settings: Settings::default(),
     })
 }
 

@@ -36,6 +36,8 @@ pub(crate) struct Point<'a, S> {
     pub(crate) tau: S,
     /// One entry a switch.
     pub(crate) branches: &'a [i8],
+    /// Parameter of the central path; 0: hard laws.
+    pub(crate) smoothing: f64,
 }
 
 /// What comes of it.
@@ -63,6 +65,13 @@ impl<S: Scalar> Forces<S> {
         self.rate.copy_from_slice(&other.rate);
         self.load.copy_from_slice(&other.load);
     }
+}
+
+/// The central path of `force (force - x) = gap`: what a contact that cannot pull answers with where
+/// it would with `x`; max(0, x) for a gap of 0 (eq. 23b).
+#[inline]
+fn smoothed<S: Scalar>(x: S, gap: S) -> S {
+    (x + (x * x + gap * 4.0).sqrt()) * 0.5
 }
 
 /// A size that makes no sense below zero, clipped there; its derivative goes on.
@@ -184,10 +193,14 @@ impl Tendon {
     /// Tension, N (eq. 4, 13).
     #[inline]
     pub(crate) fn tension<S: Scalar>(&self, topology: &Topology, at: &Point<S>) -> S {
-        if let Some(switch) = self.unilateral
-            && at.branches[switch] == 0
-        {
-            return S::ZERO;
+        if let Some(switch) = self.unilateral {
+            if at.smoothing > 0.0 {
+                let gap = at.values[self.stiffness].abs() * at.smoothing;
+                return smoothed(self.free_tension(topology, at), gap);
+            }
+            if at.branches[switch] == 0 {
+                return S::ZERO;
+            }
         }
         match self.gap.map(|gap| at.branches[gap.switch]) {
             None | Some(1) => self.free_tension(topology, at),
@@ -245,7 +258,9 @@ impl Topology {
             force[load.body] += load.law.kind.force(&values[load.law.slot..], &here);
         }
         for stop in &self.stops {
-            if at.branches[stop.switch] == 1 {
+            if at.smoothing > 0.0 {
+                force[stop.body] += self.smoothed_stop(stop.body, stop.slot, at);
+            } else if at.branches[stop.switch] == 1 {
                 let (depth, rate) = self.depth(stop.body, stop.slot, at);
                 let p = &values[stop.slot..];
                 force[stop.body] -= p[3] * press(p[1], p[2], depth, rate);
@@ -258,6 +273,17 @@ impl Topology {
     pub(crate) fn depth<S: Scalar>(&self, body: usize, slot: usize, at: &Point<S>) -> (S, S) {
         let p = &at.values[slot..];
         (p[3] * (at.state.q[body] - p[0]), p[3] * at.state.v[body])
+    }
+
+    /// A stop on the central path: its depth is that of eq. 23b, and its damper fades in with it.
+    fn smoothed_stop<S: Scalar>(&self, body: usize, slot: usize, at: &Point<S>) -> S {
+        let (depth, rate) = self.depth(body, slot, at);
+        let p = &at.values[slot..];
+        let gap = S::constant(at.smoothing) / (p[1].abs() + f64::MIN_POSITIVE);
+        let soft = smoothed(depth, gap);
+        let share = soft / (soft * 2.0 - depth);
+        let free = press(p[1], p[2] * share, soft, rate);
+        -(p[3] * smoothed(free, p[1].abs() * at.smoothing))
     }
 
     /// Loads of friction; `pulls` are the forces of springs and tendons.
@@ -354,6 +380,16 @@ impl Friction {
             force -= self.following(at.values, load, at.branches) * direction;
         }
         force
+    }
+
+    /// Friction along its path on the central path of its limits (eq. 23a).
+    pub(crate) fn smoothed<S: Scalar>(&self, at: &Point<S>, load: &[S]) -> S {
+        let speed = self.speed(at.values, at.state);
+        let direction = if speed.value() < 0.0 { -1.0 } else { 1.0 };
+        let level = self.force(at, load, direction) * -direction;
+        let power = speed * level;
+        let size = (power * power + at.smoothing * at.smoothing).sqrt() + at.smoothing;
+        -(power * level.abs() / size)
     }
 
     /// What it is held against at rest in the directions (+, -).

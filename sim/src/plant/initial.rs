@@ -60,6 +60,7 @@ impl Plant {
                 waves: &waves,
                 tau: S::ZERO,
                 branches: &branches,
+                smoothing: 0.0,
             };
             let reading = topology.reading(sensor, &at);
             if let Some((_, lag)) = topology.sensors[sensor].lag {

@@ -3,6 +3,7 @@
 mod attach;
 mod compile;
 pub(crate) mod forces;
+mod gradient;
 mod initial;
 mod run;
 mod shapes;
@@ -11,8 +12,10 @@ pub(crate) mod topology;
 pub(crate) mod wave;
 
 use crate::error::Error;
+use crate::integrator::Settings;
 use crate::rig::{Hold, Rig};
 pub(crate) use compile::parameters;
+pub use gradient::Gradient;
 pub use run::{RecordingRun, Trajectory};
 pub use shapes::{Outline, Role};
 use std::sync::Arc;
@@ -83,6 +86,7 @@ pub struct Plant {
     parameters: Arc<[Parameter]>,
     inputs: Arc<[Input]>,
     sensors: Arc<[SensorChannel]>,
+    settings: Settings,
 }
 
 impl Plant {
@@ -92,6 +96,19 @@ impl Plant {
     /// None beyond what [`Rig::parse`] refuses: two columns that share a name but not their unit.
     pub fn new(rig: &Rig) -> Result<Self, Error> {
         compile::compile(rig)
+    }
+
+    /// The same plant, integrated in another way.
+    pub fn with_settings(&self, settings: Settings) -> Self {
+        Self {
+            settings,
+            ..self.clone()
+        }
+    }
+
+    /// How it is integrated.
+    pub fn settings(&self) -> Settings {
+        self.settings
     }
 
     /// Every number of the rig, in slot order: component by component in file order.

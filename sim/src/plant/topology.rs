@@ -234,3 +234,10 @@ pub(crate) enum Switch {
     /// Friction and which of its loads: the sign of the load.
     Load(usize, usize),
 }
+
+impl Switch {
+    /// The central path has no branches there.
+    pub(crate) fn smoothed(self) -> bool {
+        matches!(self, Self::Slack(_) | Self::Stop(_))
+    }
+}
