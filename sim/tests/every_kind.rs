@@ -457,7 +457,7 @@ fn the_smoothed_law_has_the_hard_one_as_its_limit() {
 #[test]
 fn a_tolerance_refines_the_steps() {
     let times = times(101, 0.02);
-    let case = ("position_ripple", "cart", &CASES[23].2[..]);
+    let case = ("position_ripple", "cart", CASES[23].2);
     let plant = bench("linear", case);
     let with = |tolerance| {
         let settings = Settings {
