@@ -154,7 +154,7 @@ fn write(network: &Network, options: &Options, folder: &Path) -> Result<(), Stri
     put("bare/Cargo.toml", &package("bare", &dependency))?;
     put(
         "bare/build.rs",
-        "fn main() {\n    for option in [\"-nostartfiles\", \"--gc-sections\", \"-e_start\"] {\n        println!(\"cargo:rustc-link-arg-bins={option}\");\n    }\n}\n",
+        "fn main() {\n    for option in [\"--gc-sections\", \"-e_start\"] {\n        println!(\"cargo:rustc-link-arg-bins={option}\");\n    }\n}\n",
     )?;
     put(
         "Cargo.toml",
