@@ -1,5 +1,6 @@
 //! Recordings of one role, laid against the rig: SI, with what is known of their noise.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use sinew_sim::{Plant, Rig};
@@ -7,7 +8,7 @@ use sinew_sim::{Plant, Rig};
 use super::noise;
 use crate::error::Result;
 use crate::fit::experiment::{Experiment, Views};
-use crate::fit::segment::Segment;
+use crate::fit::segment::{Problem, Segment};
 use crate::fit::{spreads, start};
 use crate::recording::Recording;
 
@@ -26,8 +27,8 @@ pub(super) struct Data {
     pub spread: Vec<f64>,
     /// One unit of residual, SI: the noise.
     pub sigma: Vec<f64>,
-    /// Natural sizes of positions and velocities.
-    pub state_scale: Vec<f64>,
+    /// Natural sizes of the believed rig's states, by name.
+    state_scale: BTreeMap<String, f64>,
 }
 
 impl Data {
@@ -65,7 +66,11 @@ impl Data {
                 .zip(&spread)
                 .map(|(noise, spread)| noise.max(FINEST * spread))
                 .collect(),
-            state_scale: start::scales(&experiments, &views, &plant.values()),
+            state_scale: plant
+                .state_names()
+                .into_iter()
+                .zip(start::scales(&experiments, &views, &plant.values()))
+                .collect(),
             noise,
             step,
             spread,
@@ -140,18 +145,45 @@ impl Data {
         segments: &[Segment],
         values: &[f64],
     ) -> Result<Vec<Vec<f64>>> {
-        let mut state_scale = self.state_scale.clone();
-        let largest = state_scale.iter().copied().fold(0.0, f64::max);
-        state_scale.resize(plant.state_len(), largest);
-        let problem = crate::fit::segment::Problem {
+        let problem = self.judging(plant);
+        start::states(&problem, &Views::new(rig, plant), segments, values)
+    }
+
+    /// The problem of simulating a plant over these recordings with its parameters held.
+    pub fn judging<'a>(&'a self, plant: &'a Plant) -> Problem<'a> {
+        Problem {
             plant,
             experiments: &self.experiments,
             slots: Vec::new(),
             scale: Vec::new(),
             sigma: self.sigma.clone(),
-            state_scale,
+            state_scale: self.state_scale(plant),
+        }
+    }
+
+    /// Natural sizes of a body's position and velocity.
+    pub fn size_of(&self, body: &str) -> Option<(f64, f64)> {
+        let of = |what: &str| self.state_scale.get(&format!("{body}.{what}")).copied();
+        of("position").zip(of("velocity"))
+    }
+
+    /// Natural sizes of a plant's states: of those that an effect adds, the largest of their sort.
+    fn state_scale(&self, plant: &Plant) -> Vec<f64> {
+        let largest = |velocity: bool| {
+            self.state_scale
+                .iter()
+                .filter(|(name, _)| name.ends_with(".velocity") == velocity)
+                .map(|(_, scale)| *scale)
+                .fold(0.0, f64::max)
         };
-        start::states(&problem, &Views::new(rig, plant), segments, values)
+        let names = plant.state_names();
+        names
+            .iter()
+            .map(|name| match self.state_scale.get(name) {
+                Some(scale) => *scale,
+                None => largest(name.ends_with(".velocity")),
+            })
+            .collect()
     }
 
     /// The same recordings with every `k`-th row: inputs averaged over what is left out, so that the plant

@@ -8,7 +8,6 @@ use super::noise::{Excess, beyond_rounding, excess};
 use crate::error::Result;
 use crate::fit::experiment::Views;
 use crate::fit::levenberg::Unknowns;
-use crate::fit::segment::Problem;
 use crate::fit::start;
 
 /// What a rig leaves of the recordings of one role, start states fitted to each stretch.
@@ -33,17 +32,7 @@ impl Remains {
         known: Option<&[Vec<f64>]>,
     ) -> Result<Option<Self>> {
         let segments = data.segments(&model.plant, stretches)?;
-        let mut state_scale = data.state_scale.clone();
-        let largest = state_scale.iter().copied().fold(0.0, f64::max);
-        state_scale.resize(model.plant.state_len(), largest);
-        let problem = Problem {
-            plant: &model.plant,
-            experiments: &data.experiments,
-            slots: Vec::new(),
-            scale: Vec::new(),
-            sigma: data.sigma.clone(),
-            state_scale,
-        };
+        let problem = data.judging(&model.plant);
         let states = match known {
             Some(states) => states.to_vec(),
             None => {

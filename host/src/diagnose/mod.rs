@@ -1,25 +1,27 @@
 //! Diagnosis: where a simulation and a recording differ, and which physics was left out (docs/diagnosis.md).
 
+mod conclude;
 mod data;
 mod details;
 mod evidence;
 #[cfg(test)]
 mod example;
 mod finding;
+mod follows;
 mod gauge;
 mod judge;
+mod latent;
+mod locate;
 mod model;
+mod name;
+mod next;
 mod noise;
 pub mod output;
 mod race;
-mod report;
 mod roles;
-mod sane;
 mod scales;
 mod search;
 mod suspect;
-
-use std::collections::BTreeMap;
 
 use sinew_sim::{Plant, Rig};
 
@@ -31,7 +33,7 @@ pub use self::finding::{
 use self::roles::Roles;
 use self::search::Bench;
 use crate::error::Result;
-use crate::fit::{FitOptions, fit, score};
+use crate::fit::{FitOptions, fit};
 use crate::recording::Recording;
 
 /// Recordings by role.
@@ -88,7 +90,7 @@ pub fn diagnose(
         told,
     };
     let found = bench.search(&refitted.rig, &values)?;
-    let mut diagnosis = report::conclude(rig, &refitted, &bench, found, &roles)?;
+    let mut diagnosis = conclude::conclude(rig, &refitted, &bench, found.as_ref(), &roles)?;
     diagnosis.seconds = begun.elapsed().as_secs_f64();
     Ok(diagnosis)
 }
@@ -123,28 +125,4 @@ fn integrates(rig: &Rig) -> bool {
         }
     }
     held.contains(&false)
-}
-
-/// Free-run errors of three rigs over the recordings of one role.
-fn errors(rigs: [&Rig; 3], recordings: &[Recording]) -> Result<BTreeMap<String, Errors>> {
-    let [written, before, after] = [
-        score(rigs[0], recordings)?,
-        score(rigs[1], recordings)?,
-        score(rigs[2], recordings)?,
-    ];
-    Ok(written
-        .iter()
-        .zip(&before)
-        .zip(&after)
-        .map(|((written, before), after)| {
-            (
-                written.signal.clone(),
-                Errors {
-                    as_written_rms: written.rms,
-                    before_rms: before.rms,
-                    after_rms: after.rms,
-                },
-            )
-        })
-        .collect())
 }

@@ -1,6 +1,5 @@
 //! A rig that is being tried: its plant, which of its numbers may move, and how far.
 
-use sinew_sim::effects::Sign;
 use sinew_sim::{Plant, Rig};
 
 use super::data::Data;
@@ -45,7 +44,7 @@ impl Model {
     ///
     /// # Errors
     /// A rig that cannot be compiled.
-    pub fn new(rig: &Rig, written: &Rig, trial: &[(String, Sign)]) -> Result<Self> {
+    pub fn new(rig: &Rig, written: &Rig, trial: &[(String, f64)]) -> Result<Self> {
         let plant = Plant::new(rig)?;
         let as_written = Plant::new(written)?;
         let mut slots: Vec<usize> = fitted_slots(&plant)
@@ -74,7 +73,7 @@ impl Model {
                 if index < believed {
                     bounds(&known[slot])
                 } else {
-                    free_bounds(trial[index - believed].1)
+                    [trial[index - believed].1, f64::INFINITY]
                 }
             })
             .collect();
@@ -95,12 +94,7 @@ impl Model {
         segments: &[Segment],
         point: &Unknowns,
     ) -> Problem<'a> {
-        let mut state_scale = data.state_scale.clone();
-        let largest = state_scale.iter().copied().fold(0.0, f64::max);
-        state_scale.resize(self.plant.state_len(), largest);
         let mut problem = Problem {
-            plant: &self.plant,
-            experiments: &data.experiments,
             scale: self
                 .slots
                 .iter()
@@ -108,8 +102,7 @@ impl Model {
                 .map(|(&slot, written)| point.values[slot].abs().max(written.abs()))
                 .collect(),
             slots: self.slots.clone(),
-            sigma: data.sigma.clone(),
-            state_scale,
+            ..data.judging(&self.plant)
         };
         if problem.scale.contains(&0.0) {
             give_scales(&mut problem, segments, point);
@@ -149,7 +142,6 @@ impl Model {
             iterations: steps,
             relative,
         };
-        let mut cost = f64::INFINITY;
         minimise(
             &problem,
             &belief,
@@ -158,7 +150,7 @@ impl Model {
             &effort,
             &mut |_, _| {},
         )?;
-        cost = cost.min(problem.cost(segments, &unknowns.values, &unknowns.states));
+        let cost = problem.cost(segments, &unknowns.values, &unknowns.states);
         cost.is_finite().then_some(Point {
             values: unknowns.values,
             states: unknowns.states,
@@ -192,19 +184,6 @@ impl Model {
             .collect();
         Ok(self.rig.with_values(&named)?)
     }
-}
-
-/// Parameters under trial are signed, so that a wrong sign shows instead of hiding behind a bound; only what
-/// has no meaning at zero (a time constant) stays above it.
-fn free_bounds(sign: Sign) -> [f64; 2] {
-    [
-        if sign == Sign::Positive {
-            f64::MIN_POSITIVE
-        } else {
-            f64::NEG_INFINITY
-        },
-        f64::INFINITY,
-    ]
 }
 
 /// A parameter that is zero takes the size that would move the signals by their weight.

@@ -19,9 +19,12 @@ pub(super) struct Tried {
     pub point: Point,
 }
 
-/// Steps from each start, and from the best of them.
-const FIRST_STEPS: usize = 3;
+/// Steps from each start, and of the best of them further.
+const FIRST_STEPS: usize = 2;
 const MORE_STEPS: usize = 6;
+
+/// How many of a race go further.
+const HEAT: usize = 12;
 
 /// Part of the data that is small enough to try everything on, cut into stretches.
 pub(super) struct Track<'a> {
@@ -63,41 +66,50 @@ impl Track<'_> {
         let mut tried: Vec<Tried> = suspects
             .par_iter()
             .filter_map(|suspect| {
-                let one = self.run(parent, &run, suspect).ok().flatten();
+                let one = self.heat(parent, &run, suspect).ok().flatten();
                 told();
                 one
             })
             .collect();
         tried.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
-        Ok(tried)
+        tried.truncate(HEAT);
+        let mut further: Vec<Tried> = tried
+            .into_par_iter()
+            .map(|tried| self.further(tried))
+            .collect();
+        further.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
+        Ok(further)
     }
 
-    fn run(&self, parent: &Tried, run: &Run, suspect: &Suspect) -> Result<Option<Tried>> {
-        let mut ahead: Vec<Tried> = Vec::new();
+    /// The best of a suspect's starts after a few steps.
+    fn heat(&self, parent: &Tried, run: &Run, suspect: &Suspect) -> Result<Option<Tried>> {
+        let mut best: Option<Tried> = None;
         for start in self.starts(parent, run, suspect)? {
-            if let Some(tried) = self.begin(parent, suspect, &start)? {
-                ahead.push(tried);
+            if let Some(tried) = self.begin(parent, suspect, &start)?
+                && best
+                    .as_ref()
+                    .is_none_or(|best| tried.point.cost < best.point.cost)
+            {
+                best = Some(tried);
             }
         }
-        ahead.sort_by(|a, b| a.point.cost.total_cmp(&b.point.cost));
-        let Some(best) = ahead.into_iter().next() else {
-            return Ok(None);
+        Ok(best)
+    }
+
+    /// More steps from where it stands.
+    fn further(&self, tried: Tried) -> Tried {
+        let Ok(segments) = self.data.segments(&tried.model.plant, &self.stretches) else {
+            return tried;
         };
-        let segments = self.data.segments(&best.model.plant, &self.stretches)?;
-        let further = best.model.improve(
-            self.data,
-            &segments,
-            Unknowns {
-                values: best.point.values.clone(),
-                states: best.point.states.clone(),
-            },
-            MORE_STEPS,
-            1e-3,
-        );
-        Ok(Some(match further {
-            Some(point) if point.cost < best.point.cost => Tried { point, ..best },
-            _ => best,
-        }))
+        let from = Unknowns {
+            values: tried.point.values.clone(),
+            states: tried.point.states.clone(),
+        };
+        let steps = MORE_STEPS;
+        match tried.model.improve(self.data, &segments, from, steps, 1e-3) {
+            Some(point) if point.cost < tried.point.cost => Tried { point, ..tried },
+            _ => tried,
+        }
     }
 
     /// A few steps from one start.
@@ -113,9 +125,13 @@ impl Track<'_> {
         let values = model.inherit(&parent.model.plant, &parent.point.values);
         let segments = self.data.segments(&model.plant, &self.stretches)?;
         let mut states = self.data.starts(&rig, &model.plant, &segments, &values)?;
-        for (state, known) in states.iter_mut().zip(&parent.point.states) {
-            let common = known.len().min(state.len());
-            state[..common].copy_from_slice(&known[..common]);
+        let known = parent.model.plant.state_names();
+        for (index, name) in model.plant.state_names().iter().enumerate() {
+            if let Some(at) = known.iter().position(|known| known == name) {
+                for (state, known) in states.iter_mut().zip(&parent.point.states) {
+                    state[index] = known[at];
+                }
+            }
         }
         let from = Unknowns { values, states };
         let point = model.improve(self.data, &segments, from, FIRST_STEPS, 1e-3);

@@ -40,6 +40,13 @@ impl Run {
             input: Vec::new(),
             interval: 0.0,
         };
+        let names = model.plant.state_names();
+        let state_of = |body: usize, what: &str| {
+            let name = format!("{}.{what}", model.rig.bodies[body].name);
+            names.iter().position(|known| *known == name).unwrap_or(0)
+        };
+        let at_q: Vec<usize> = (0..bodies).map(|b| state_of(b, "position")).collect();
+        let at_v: Vec<usize> = (0..bodies).map(|b| state_of(b, "velocity")).collect();
         let mut count = 0.0_f64;
         for ((index, rows), start) in stretches.iter().zip(&point.states) {
             let experiment = &data.experiments[*index];
@@ -51,11 +58,11 @@ impl Run {
                 .simulate_with(&point.values, start, &drive, times, |row, at| {
                     let state = at.state();
                     for body in 0..bodies {
-                        run.q[body].push(state[body]);
-                        run.v[body].push(state[bodies + body]);
+                        run.q[body].push(state[at_q[body]]);
+                        run.v[body].push(state[at_v[body]]);
                         if let Some(before) = &before {
                             let dt = times[row] - times[row - 1];
-                            let a = (state[bodies + body] - before[bodies + body]) / dt;
+                            let a = (state[at_v[body]] - before[at_v[body]]) / dt;
                             run.thrust[body] += a * a;
                         }
                     }

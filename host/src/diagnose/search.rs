@@ -14,14 +14,14 @@ use crate::error::Result;
 use crate::fit::levenberg::Unknowns;
 
 /// How many of a race are fitted to everything.
-const FINALISTS: usize = 6;
+const FINALISTS: usize = 5;
 
 /// How many explanations a second effect is looked for on top of.
 const BEAM: usize = 2;
 
 /// Sub-steps of the integrator that one simulation of a race takes, about; and one of a final.
-const RACE_WORK: usize = 4000;
-const FINAL_WORK: usize = 12_000;
+const RACE_WORK: usize = 2500;
+const FINAL_WORK: usize = 8000;
 
 /// Thinned recordings are still at least this dense, in steps per unit of the fastest rate.
 const THIN_RATE: f64 = 0.1;
@@ -30,7 +30,7 @@ const THIN_RATE: f64 = 0.1;
 const RACE_PARTS: usize = 8;
 
 /// Steps of a final fit.
-const FINAL_STEPS: usize = 15;
+const FINAL_STEPS: usize = 10;
 
 /// Recordings and how they are cut for judging.
 pub(super) struct Bench<'a> {
@@ -65,7 +65,7 @@ impl Bench<'_> {
             values: tried.point.values.clone(),
             states,
         };
-        let Some(mut point) = model.improve(self.fit, &segments, from, steps, 1e-5) else {
+        let Some(mut point) = model.improve(self.fit, &segments, from, steps, 1e-4) else {
             return Ok(None);
         };
         super::gauge::settle(model, &tried.suspects, &mut point);
@@ -98,13 +98,26 @@ impl Bench<'_> {
 
     /// Whether an explanation leaves something that noise does not explain and that matters.
     pub fn leaves_something(&self, contender: &Contender) -> bool {
-        let of = |remains: &Remains, data: &Data| {
-            remains.excess(data).iter().enumerate().any(|(sensor, e)| {
-                let matters = 0.1 * data.noise[sensor] + 1e-3 * data.spread[sensor];
-                e.significance > 5.0 && e.rms > matters
-            })
-        };
-        of(&contender.fit, self.fit) || of(&contender.check, self.check)
+        stands_out(&contender.fit, self.fit) || stands_out(&contender.check, self.check)
+    }
+
+    /// Whether the rig as it came leaves nothing but noise.
+    ///
+    /// # Errors
+    /// A rig that cannot be compiled.
+    pub fn explains_as_written(&self, rig: &Rig) -> Result<bool> {
+        let model = super::model::Model::new(rig, rig, &[])?;
+        let values = model.plant.values();
+        for (data, stretches) in [
+            (self.fit, &self.fit_stretches),
+            (self.check, &self.check_stretches),
+        ] {
+            match Remains::of(&model, &values, data, stretches, None)? {
+                Some(remains) if !stands_out(&remains, data) => {}
+                _ => return Ok(false),
+            }
+        }
+        Ok(true)
     }
 
     /// The part of what `before` left beside noise that `after` still leaves: 0 is all explained.
@@ -281,7 +294,7 @@ impl Bench<'_> {
         let court = self.court(base, finalists);
         self.order(base, finalists).into_iter().find(|&index| {
             self.believable(court.gain(index + 1, 0), &finalists[index], base)
-                && super::sane::sane(&finalists[index], self.fit)
+                && sane(&finalists[index])
         })
     }
 
@@ -292,7 +305,7 @@ impl Bench<'_> {
         let sane: Vec<usize> = order
             .into_iter()
             .filter(|&index| {
-                super::sane::sane(&finalists[index], self.fit)
+                sane(&finalists[index])
                     && self.believable(court.gain(index + 1, 0), &finalists[index], base)
             })
             .collect();
@@ -337,4 +350,20 @@ fn pace(plant: &sinew_sim::Plant, values: &[f64], data: &Data) -> f64 {
         (t[t.len() - 1] - t[0]) / (t.len() - 1).max(1) as f64
     });
     rate * interval
+}
+
+/// Whether residuals hold something that noise does not explain and that matters.
+fn stands_out(remains: &Remains, data: &Data) -> bool {
+    let mut sensors = remains.excess(data).into_iter().enumerate();
+    sensors.any(|(sensor, e)| {
+        let matters = 0.1 * data.noise[sensor] + 1e-3 * data.spread[sensor];
+        e.significance > 5.0 && e.rms > matters
+    })
+}
+
+/// Whether every parameter has the sign that the vocabulary gives it.
+fn sane(contender: &Contender) -> bool {
+    let (model, values) = (&contender.tried.model, &contender.tried.point.values);
+    let mut all = contender.tried.suspects.iter();
+    all.all(|suspect| suspect.sane(&model.plant, values))
 }

@@ -1,6 +1,6 @@
 //! What may be wrong with a rig: an effect that it lacks, or a bare number in it.
 
-use sinew_sim::effects::{Kind, Sign};
+use sinew_sim::effects::{Family, Kind, Sign};
 use sinew_sim::{Plant, Rig};
 
 use crate::error::Result;
@@ -35,7 +35,7 @@ impl Suspect {
     ///
     /// # Errors
     /// A place or a value that the rig cannot take.
-    pub fn apply(&self, rig: &Rig, values: &[f64]) -> Result<(Rig, Vec<(String, Sign)>)> {
+    pub fn apply(&self, rig: &Rig, values: &[f64]) -> Result<(Rig, Vec<(String, f64)>)> {
         match self {
             Self::Effect { kind, component } => {
                 let site = rig.site(*kind, component)?;
@@ -46,21 +46,49 @@ impl Suspect {
         }
     }
 
-    /// The parameters that it puts under trial.
-    pub fn trial(&self) -> Vec<(String, Sign)> {
+    /// The parameters that it puts under trial, each with its lowest value. Forces are signed, so that a
+    /// wrong sign shows instead of hiding behind a bound; what has no meaning below zero (a time, a gap, a
+    /// mass) stays above it.
+    pub fn trial(&self) -> Vec<(String, f64)> {
         match self {
             Self::Effect { kind, component } => {
                 let description = kind.description();
+                let signed = [
+                    Family::Friction,
+                    Family::Damping,
+                    Family::Stiffness,
+                    Family::Load,
+                ]
+                .contains(&description.family);
                 let of = description.parameters.iter();
                 of.filter(|spec| spec.sign != Sign::Side)
                     .map(|spec| {
+                        let low = match spec.sign {
+                            Sign::Positive => f64::MIN_POSITIVE,
+                            Sign::NonNegative if !signed => 0.0,
+                            _ => f64::NEG_INFINITY,
+                        };
                         let name = format!("{component}.{}.{}", description.kind, spec.name);
-                        (name, spec.sign)
+                        (name, low)
                     })
                     .collect()
             }
-            Self::Number { name } => vec![(name.clone(), Sign::Any)],
+            Self::Number { name } => vec![(name.clone(), f64::NEG_INFINITY)],
         }
+    }
+
+    /// Whether fitted parameters have the signs that the vocabulary gives them.
+    pub fn sane(&self, plant: &Plant, values: &[f64]) -> bool {
+        let Self::Effect { kind, component } = self else {
+            return true;
+        };
+        let description = kind.description();
+        description.parameters.iter().all(|spec| {
+            let name = format!("{component}.{}.{}", description.kind, spec.name);
+            plant
+                .slot(&name)
+                .is_some_and(|slot| spec.sign.admits(values[slot]))
+        })
     }
 }
 

@@ -1,0 +1,262 @@
+//! From what the search found to what is said.
+
+use std::collections::BTreeMap;
+
+use sinew_sim::{Plant, Rig};
+
+use super::details::Details;
+use super::finding::{Diagnosis, Errors, Estimate, FORMAT, FoundEffect, Location, SignalFit, Verdict};
+use super::locate::{intervals, locate};
+use super::name::{Known, effects, finalists};
+use super::next::next_experiment;
+use super::roles::Roles;
+use super::search::{Bench, Found};
+use super::suspect::Suspect;
+use crate::error::Result;
+use crate::fit::{Fit, FitOptions, fit, score};
+use crate::recording::Recording;
+
+/// Steps a stage of the last fit, which begins where the search ended.
+const LAST_STEPS: usize = 15;
+
+/// Decides on the verdict and writes everything down.
+///
+/// # Errors
+/// As [`fit`].
+pub(super) fn conclude(
+    rig: &Rig,
+    refitted: &Fit,
+    bench: &Bench,
+    found: Option<&Found>,
+    roles: &Roles,
+) -> Result<Diagnosis> {
+    let chosen = found.and_then(|found| Some((found, found.chosen?)));
+    let suspected = chosen.and_then(|(found, index)| number(found, index));
+    let named = chosen.filter(|_| suspected.is_none());
+    let (mended, known) = match named {
+        Some((found, index)) => mend(found, index, roles)?,
+        None => (refitted.rig.clone(), estimates(refitted)),
+    };
+    let effects = named.map_or_else(Vec::new, |(found, index)| {
+        effects(found, index, bench, &known)
+    });
+    let verdict = match found {
+        _ if named.is_some() => Verdict::MissingPhysics,
+        Some(found) if chosen.is_none() && !bench.leaves_something(&found.base) => {
+            if bench.explains_as_written(rig)? {
+                Verdict::Consistent
+            } else {
+                Verdict::Parameters
+            }
+        }
+        _ => Verdict::Unexplained,
+    };
+    let wrong = matches!(verdict, Verdict::MissingPhysics | Verdict::Unexplained);
+    let wanted = effects.first().map(|effect| effect.component.as_str());
+    let (location, recovered) = match found {
+        Some(found) if wrong => {
+            let body = wanted.filter(|at| rig.bodies.iter().any(|body| body.name == *at));
+            let located = locate(&refitted.rig, bench.fit, body)?;
+            let component = wanted
+                .map(ToOwned::to_owned)
+                .or(located.as_ref().map(|located| located.component.clone()))
+                .or(rig.bodies.first().map(|body| body.name.clone()));
+            let location = Location {
+                component: component.unwrap_or_default(),
+                follows: located.as_ref().map_or_else(
+                    || "no quantity that was recorded".into(),
+                    |located| located.follows.clone(),
+                ),
+                intervals: intervals(&found.base.fit, bench.fit),
+            };
+            (Some(location), located.map(|located| located.recovered))
+        }
+        _ => (None, None),
+    };
+    let place = location.as_ref().map_or("it", |at| at.component.as_str());
+    Ok(Diagnosis {
+        format: FORMAT,
+        verdict,
+        sentence: sentence(verdict, &effects, suspected, location.as_ref()),
+        fit: signals(rig, [rig, &refitted.rig, &mended], bench, roles)?,
+        parameters: known
+            .iter()
+            .filter(|(name, _)| refitted.parameters.iter().any(|p| p.name == **name))
+            .map(|(name, estimate)| (name.clone(), estimate.clone()))
+            .collect(),
+        next_experiment: next_experiment(verdict, &effects, place),
+        location,
+        effects,
+        seconds: 0.0,
+        refitted: refitted.rig.clone(),
+        mended,
+        details: Details {
+            set_aside: roles.set_aside.clone(),
+            notes: notes(refitted),
+            finalists: found.map_or_else(Vec::new, |found| {
+                finalists(found, named.map(|(_, index)| index))
+            }),
+            recovered,
+        },
+    })
+}
+
+/// The bare number that explains the recordings better than any effect, if one does.
+fn number(found: &Found, index: usize) -> Option<&str> {
+    match &found.finalists[index].tried.suspects[..] {
+        [Suspect::Number { name }] => Some(name),
+        _ => None,
+    }
+}
+
+/// The rig with what was found, refitted once more to whole recordings where that helps; its parameters with
+/// intervals.
+fn mend(found: &Found, index: usize, roles: &Roles) -> Result<(Rig, Known)> {
+    let best = &found.finalists[index].tried;
+    let rig = best.model.with(&best.point.values)?;
+    let options = FitOptions {
+        iterations: LAST_STEPS,
+        ..FitOptions::default()
+    };
+    let Ok(last) = fit(&rig, &roles.fit, &options, &mut |_| {}) else {
+        return Ok((rig.clone(), values(&rig, None)?));
+    };
+    let error = |rig: &Rig| -> Result<f64> {
+        let all = score(rig, &roles.fit)?;
+        Ok(all.iter().map(|s| s.rms.max(f64::MIN_POSITIVE).ln()).sum())
+    };
+    if error(&last.rig)? <= error(&rig)? {
+        let known = values(&last.rig, Some(&last))?;
+        Ok((last.rig, known))
+    } else {
+        let known = values(&rig, Some(&last))?;
+        Ok((rig, known))
+    }
+}
+
+/// Values of a rig's parameters, with intervals as wide as a fit gave them.
+fn values(rig: &Rig, fitted: Option<&Fit>) -> Result<Known> {
+    let plant = Plant::new(rig)?;
+    let known = plant.parameters().iter().map(|parameter| {
+        let ci95 = fitted
+            .and_then(|fit| fit.parameters.iter().find(|p| p.name == parameter.name))
+            .and_then(|p| p.ci95)
+            .map(|[low, high]| 0.5 * (high - low))
+            .map(|half| [parameter.value - half, parameter.value + half]);
+        let estimate = Estimate {
+            value: parameter.value,
+            unit: parameter.unit.clone(),
+            ci95,
+        };
+        (parameter.name.clone(), estimate)
+    });
+    Ok(known.collect())
+}
+
+fn estimates(fitted: &Fit) -> Known {
+    let of = |p: &crate::fit::FittedParameter| Estimate {
+        value: p.value,
+        unit: p.unit.clone(),
+        ci95: p.ci95,
+    };
+    let parameters = fitted.parameters.iter();
+    parameters.map(|p| (p.name.clone(), of(p))).collect()
+}
+
+fn sentence(
+    verdict: Verdict,
+    effects: &[FoundEffect],
+    suspected: Option<&str>,
+    location: Option<&Location>,
+) -> String {
+    match verdict {
+        Verdict::Consistent => "The rig explains the recordings as it is written, to within their noise.".into(),
+        Verdict::Parameters => "With its parameters refitted the rig explains the recordings to within their \
+                                noise; no physics is missing."
+            .into(),
+        Verdict::MissingPhysics => {
+            let all: Vec<&str> = effects.iter().map(|e| e.sentence.as_str()).collect();
+            all.join(" ")
+        }
+        Verdict::Unexplained => {
+            let place = location.map_or_else(String::new, |at| {
+                format!(" It sits at {} and follows {}.", at.component, at.follows)
+            });
+            match suspected {
+                Some(number) => format!(
+                    "The number `{number}` of the rig is suspected: with another value it explains the \
+                     recordings better than any missing physics. Write it as {{ value = ... }} and fit again."
+                ),
+                None => format!(
+                    "Something is missing from the model that no effect of the vocabulary explains.{place}"
+                ),
+            }
+        }
+    }
+}
+
+fn notes(refitted: &Fit) -> Vec<String> {
+    let held = refitted.held.iter().map(|held| {
+        format!(
+            "{}: {} samples of {} are missing and held their last value",
+            held.recording, held.missing, held.column
+        )
+    });
+    let open: Vec<&str> = refitted
+        .parameters
+        .iter()
+        .filter(|p| p.ci95.is_none() && !p.at_bound)
+        .map(|p| p.name.as_str())
+        .collect();
+    let open = (!open.is_empty()).then(|| {
+        format!(
+            "not determined by these recordings, and left near what the rig says: {}",
+            open.join(", ")
+        )
+    });
+    held.chain(open).collect()
+}
+
+/// Free-run errors by signal and role, of the rig as written, refitted and mended.
+fn signals(
+    rig: &Rig,
+    rigs: [&Rig; 3],
+    bench: &Bench,
+    roles: &Roles,
+) -> Result<BTreeMap<String, SignalFit>> {
+    let fit = errors(rigs, &roles.fit)?;
+    let check = errors(rigs, &roles.check)?;
+    let test = match roles.test.is_empty() {
+        true => None,
+        false => Some(errors(rigs, &roles.test)?),
+    };
+    let plant = Plant::new(rig)?;
+    let all = plant.sensors().iter().enumerate().map(|(sensor, known)| {
+        let signal = SignalFit {
+            unit: known.unit.clone(),
+            fit: fit[sensor],
+            check: check[sensor],
+            test: test.as_ref().map(|test| test[sensor]),
+            noise_rms: bench.check.noise[sensor],
+        };
+        (known.column.clone(), signal)
+    });
+    Ok(all.collect())
+}
+
+/// One entry a sensor.
+fn errors(rigs: [&Rig; 3], recordings: &[Recording]) -> Result<Vec<Errors>> {
+    let [written, before, after] = [
+        score(rigs[0], recordings)?,
+        score(rigs[1], recordings)?,
+        score(rigs[2], recordings)?,
+    ];
+    let all = written.iter().zip(&before).zip(&after);
+    Ok(all
+        .map(|((written, before), after)| Errors {
+            as_written_rms: written.rms,
+            before_rms: before.rms,
+            after_rms: after.rms,
+        })
+        .collect())
+}

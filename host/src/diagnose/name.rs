@@ -1,0 +1,197 @@
+//! The effects that are named, with how sure that is (docs/diagnosis.md, eq. 8 to 11).
+
+use std::collections::BTreeMap;
+
+use sinew_sim::effects::Kind;
+
+use super::details::Finalist;
+use super::evidence::Contender;
+use super::finding::{Estimate, FoundEffect, Rival};
+use super::search::{Bench, Found};
+use super::suspect::Suspect;
+
+/// Predictions that differ by less than this part of the noise are the same.
+const SAME: f64 = 0.02;
+
+/// Predictions that differ by less than this part of the noise cannot be told apart by these recordings.
+const ALIKE: f64 = 0.25;
+
+/// Doubt that remains however well everything fits: nobody has tried what is not in the vocabulary.
+const MOST: f64 = 0.99;
+
+/// Values and intervals of the mended rig's parameters, by name.
+pub(super) type Known = BTreeMap<String, Estimate>;
+
+/// What is named, most important first.
+pub(super) fn effects(found: &Found, chosen: usize, bench: &Bench, known: &Known) -> Vec<FoundEffect> {
+    let best = &found.finalists[chosen];
+    let surety = MOST * (1.0 - bench.share_left(best, &found.base).sqrt().min(0.6));
+    let mut effects: Vec<FoundEffect> = best
+        .tried
+        .suspects
+        .iter()
+        .filter_map(|suspect| match suspect {
+            Suspect::Effect { kind, component } => {
+                let about = Rivalry::of(found, chosen, suspect, bench, surety);
+                Some(one(*kind, component, about, known))
+            }
+            Suspect::Number { .. } => None,
+        })
+        .collect();
+    effects.sort_by(|a, b| b.confidence.total_cmp(&a.confidence));
+    effects
+}
+
+fn one(kind: Kind, component: &str, about: Rivalry, known: &Known) -> FoundEffect {
+    let description = kind.description();
+    let parameters: BTreeMap<String, Estimate> = description
+        .parameters
+        .iter()
+        .filter_map(|spec| {
+            let name = format!("{component}.{}.{}", description.kind, spec.name);
+            let estimate = known.get(&name)?;
+            Some((spec.name.to_owned(), estimate.clone()))
+        })
+        .collect();
+    let values: Vec<(f64, &str)> = description
+        .parameters
+        .iter()
+        .filter_map(|spec| parameters.get(spec.name))
+        .map(|estimate| (estimate.value, estimate.unit.as_str()))
+        .collect();
+    FoundEffect {
+        kind: description.kind.into(),
+        component: component.into(),
+        equation: kind.equation(&values),
+        sentence: kind.sentence(component, &values),
+        confidence: about.confidence,
+        rivals: about.rivals,
+        indistinguishable_from: about.indistinguishable,
+        parameters,
+    }
+}
+
+/// How one named effect stands among the finalists.
+struct Rivalry {
+    confidence: f64,
+    rivals: Vec<Rival>,
+    indistinguishable: Vec<Rival>,
+}
+
+impl Rivalry {
+    fn of(found: &Found, chosen: usize, suspect: &Suspect, bench: &Bench, surety: f64) -> Self {
+        let best = &found.finalists[chosen];
+        let mut about = Self {
+            confidence: 0.0,
+            rivals: Vec::new(),
+            indistinguishable: Vec::new(),
+        };
+        for (finalist, p) in found.finalists.iter().zip(&found.probabilities) {
+            let share = p * surety;
+            if finalist.tried.suspects.contains(suspect) {
+                about.confidence += share;
+                continue;
+            }
+            let others: Vec<&Suspect> = finalist
+                .tried
+                .suspects
+                .iter()
+                .filter(|other| !best.tried.suspects.contains(other))
+                .collect();
+            let Some(other) = others.first() else {
+                continue;
+            };
+            let apart = apart(best, finalist, bench);
+            let rival = Rival {
+                kind: other.kind().into(),
+                component: other.component().into(),
+                confidence: share,
+            };
+            if others.len() == 1 && apart < SAME {
+                // The same motion by another name: whoever names one has named the other.
+                about.confidence += share;
+                about.indistinguishable.push(Rival {
+                    confidence: 0.0,
+                    ..rival
+                });
+            } else {
+                if others.len() == 1 && apart < ALIKE {
+                    about.indistinguishable.push(rival.clone());
+                }
+                about.rivals.push(rival);
+            }
+        }
+        join(&mut about.rivals);
+        join(&mut about.indistinguishable);
+        about
+    }
+}
+
+/// One entry a rival, the most probable first.
+fn join(rivals: &mut Vec<Rival>) {
+    let mut joined: Vec<Rival> = Vec::new();
+    for rival in rivals.drain(..) {
+        match joined
+            .iter_mut()
+            .find(|known| known.kind == rival.kind && known.component == rival.component)
+        {
+            Some(known) => known.confidence += rival.confidence,
+            None => joined.push(rival),
+        }
+    }
+    joined.sort_by(|a, b| b.confidence.total_cmp(&a.confidence));
+    *rivals = joined;
+}
+
+/// How far two explanations' predictions of the check recordings lie apart, in units of the noise: the
+/// largest of the sensors (eq. 10).
+fn apart(a: &Contender, b: &Contender, bench: &Bench) -> f64 {
+    let of_sensor = |sensor: usize| {
+        let (mut squares, mut count) = (0.0, 0.0);
+        let pairs = a.check.series[sensor].iter().zip(&b.check.series[sensor]);
+        for (a, b) in pairs.flat_map(|(a, b)| a.iter().zip(b)) {
+            squares += (a - b).powi(2);
+            count += 1.0;
+        }
+        let scale = bench.check.noise[sensor] + 1e-4 * bench.check.spread[sensor];
+        (squares / f64::max(count, 1.0)).sqrt() / scale
+    };
+    (0..a.check.series.len()).map(of_sensor).fold(0.0, f64::max)
+}
+
+/// Every explanation that was fitted to everything, the best first.
+pub(super) fn finalists(found: &Found, chosen: Option<usize>) -> Vec<Finalist> {
+    let gain = |contender: &Contender| {
+        let sensors = found.base.check.series.len();
+        let logs = (0..sensors).map(|s| (contender.check.rms(s) / found.base.check.rms(s)).ln());
+        (logs.sum::<f64>() / sensors.max(1) as f64).exp()
+    };
+    let mut order: Vec<usize> = (0..found.finalists.len()).collect();
+    order.sort_by(|&a, &b| found.probabilities[b].total_cmp(&found.probabilities[a]));
+    let size = |index: usize| found.finalists[index].tried.suspects.len();
+    order
+        .into_iter()
+        .map(|index| Finalist {
+            name: name(&found.finalists[index]),
+            parameters: found.finalists[index].parameters(),
+            check_error: gain(&found.finalists[index]),
+            probability: found.probabilities[index],
+            lost: match chosen {
+                Some(chosen) if chosen == index => String::new(),
+                Some(chosen) if size(chosen) < size(index) => {
+                    "gains nothing that matters over fewer effects".into()
+                }
+                Some(_) => "explains the recordings less well".into(),
+                None => "does not hold on the check recordings".into(),
+            },
+        })
+        .collect()
+}
+
+fn name(contender: &Contender) -> String {
+    let suspects = contender.tried.suspects.iter();
+    let parts: Vec<String> = suspects
+        .map(|suspect| format!("{} at {}", suspect.kind(), suspect.component()))
+        .collect();
+    parts.join(" + ")
+}
