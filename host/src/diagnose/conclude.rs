@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use sinew_sim::{Plant, Rig};
 
 use super::details::Details;
-use super::finding::{Diagnosis, Errors, Estimate, FORMAT, FoundEffect, Location, SignalFit, Verdict};
+use super::finding::{
+    Diagnosis, Errors, Estimate, FORMAT, FoundEffect, Location, SignalFit, Verdict,
+};
 use super::locate::{intervals, locate};
 use super::name::{Known, effects, finalists};
 use super::next::next_experiment;
@@ -34,7 +36,7 @@ pub(super) fn conclude(
     let suspected = chosen.and_then(|(found, index)| number(found, index));
     let named = chosen.filter(|_| suspected.is_none());
     let (mended, known) = match named {
-        Some((found, index)) => mend(found, index, roles)?,
+        Some((found, index)) => mend(found, index, bench, roles)?,
         None => (refitted.rig.clone(), estimates(refitted)),
     };
     let effects = named.map_or_else(Vec::new, |(found, index)| {
@@ -109,44 +111,49 @@ fn number(found: &Found, index: usize) -> Option<&str> {
     }
 }
 
-/// The rig with what was found, refitted once more to whole recordings where that helps; its parameters with
-/// intervals.
-fn mend(found: &Found, index: usize, roles: &Roles) -> Result<(Rig, Known)> {
+/// The rig with what was found; its parameters with intervals. Where the search saw the recordings in pieces,
+/// the rig is refitted once more to the whole of them if that helps there.
+fn mend(found: &Found, index: usize, bench: &Bench, roles: &Roles) -> Result<(Rig, Known)> {
     let best = &found.finalists[index].tried;
     let rig = best.model.with(&best.point.values)?;
+    if bench.sees_whole_recordings() {
+        let segments = bench
+            .fit
+            .segments(&best.model.plant, &bench.fit_stretches)?;
+        let widths = best.model.half_widths(bench.fit, &segments, &best.point);
+        let known = values(&rig, |name| widths.get(name).copied())?;
+        return Ok((rig, known));
+    }
     let options = FitOptions {
         iterations: LAST_STEPS,
         ..FitOptions::default()
     };
     let Ok(last) = fit(&rig, &roles.fit, &options, &mut |_| {}) else {
-        return Ok((rig.clone(), values(&rig, None)?));
+        return Ok((rig.clone(), values(&rig, |_| None)?));
     };
     let error = |rig: &Rig| -> Result<f64> {
         let all = score(rig, &roles.fit)?;
         Ok(all.iter().map(|s| s.rms.max(f64::MIN_POSITIVE).ln()).sum())
     };
-    if error(&last.rig)? <= error(&rig)? {
-        let known = values(&last.rig, Some(&last))?;
-        Ok((last.rig, known))
-    } else {
-        let known = values(&rig, Some(&last))?;
-        Ok((rig, known))
-    }
+    let width = |name: &str| {
+        let [low, high] = last.parameters.iter().find(|p| p.name == name)?.ci95?;
+        Some(0.5 * (high - low))
+    };
+    let better = error(&last.rig)? <= error(&rig)?;
+    let rig = if better { last.rig.clone() } else { rig };
+    let known = values(&rig, width)?;
+    Ok((rig, known))
 }
 
-/// Values of a rig's parameters, with intervals as wide as a fit gave them.
-fn values(rig: &Rig, fitted: Option<&Fit>) -> Result<Known> {
+/// Values of a rig's parameters, with intervals of these half widths.
+fn values(rig: &Rig, width: impl Fn(&str) -> Option<f64>) -> Result<Known> {
     let plant = Plant::new(rig)?;
     let known = plant.parameters().iter().map(|parameter| {
-        let ci95 = fitted
-            .and_then(|fit| fit.parameters.iter().find(|p| p.name == parameter.name))
-            .and_then(|p| p.ci95)
-            .map(|[low, high]| 0.5 * (high - low))
-            .map(|half| [parameter.value - half, parameter.value + half]);
+        let value = parameter.value;
         let estimate = Estimate {
-            value: parameter.value,
+            value,
             unit: parameter.unit.clone(),
-            ci95,
+            ci95: width(&parameter.name).map(|half| [value - half, value + half]),
         };
         (parameter.name.clone(), estimate)
     });
@@ -170,10 +177,14 @@ fn sentence(
     location: Option<&Location>,
 ) -> String {
     match verdict {
-        Verdict::Consistent => "The rig explains the recordings as it is written, to within their noise.".into(),
-        Verdict::Parameters => "With its parameters refitted the rig explains the recordings to within their \
+        Verdict::Consistent => {
+            "The rig explains the recordings as it is written, to within their noise.".into()
+        }
+        Verdict::Parameters => {
+            "With its parameters refitted the rig explains the recordings to within their \
                                 noise; no physics is missing."
-            .into(),
+                .into()
+        }
         Verdict::MissingPhysics => {
             let all: Vec<&str> = effects.iter().map(|e| e.sentence.as_str()).collect();
             all.join(" ")

@@ -42,10 +42,14 @@ pub(super) fn follows(company: &Company) -> (&'static str, f64) {
         let largest = most(u).max(1e-300);
         laws.push(("input", over(&|k| u[k])));
         laws.push(("curve of the input", over(&|k| u[k] * u[k].abs())));
-        laws.push(("load times sign of velocity", over(&|k| u[k].abs() * sign(v[k]))));
-        laws.push(("change of the input", over(&|k| {
-            (u[k] - u[k.saturating_sub(1)]) / largest
-        })));
+        laws.push((
+            "load times sign of velocity",
+            over(&|k| u[k].abs() * sign(v[k])),
+        ));
+        laws.push((
+            "change of the input",
+            over(&|k| (u[k] - u[k.saturating_sub(1)]) / largest),
+        ));
     }
     let mut best = ("no quantity that was recorded", 0.0);
     for (name, column) in &laws {
@@ -61,12 +65,20 @@ pub(super) fn follows(company: &Company) -> (&'static str, f64) {
 /// rows weighted by how well the force is known there.
 fn explained(company: &Company, column: &[f64]) -> f64 {
     let rows = company.force.len();
-    let floor = company.deviation.iter().copied().fold(f64::INFINITY, f64::min).max(1e-300);
+    let floor = company
+        .deviation
+        .iter()
+        .copied()
+        .fold(f64::INFINITY, f64::min)
+        .max(1e-300);
     let weight = |row: usize| (floor / company.deviation[row].max(floor)).powi(2);
     let mut normal = DMatrix::<f64>::zeros(2, 2);
     let mut right = DVector::<f64>::zeros(2);
     let (mut total, mut sum, mut count) = (0.0, 0.0, 0.0);
-    let scale = column.iter().fold(0.0_f64, |most, x| most.max(x.abs())).max(1e-300);
+    let scale = column
+        .iter()
+        .fold(0.0_f64, |most, x| most.max(x.abs()))
+        .max(1e-300);
     for row in 0..rows {
         let x = DVector::from_vec(vec![1.0, column[row] / scale]);
         let w = weight(row);

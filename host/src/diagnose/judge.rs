@@ -1,4 +1,4 @@
-//! How well a fitted rig explains recordings, block by block of time (docs/diagnosis.md, eq. 5 to 8).
+//! How well a fitted rig explains recordings, block by block of time (docs/diagnosis.md).
 
 use std::ops::Range;
 

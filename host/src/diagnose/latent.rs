@@ -248,7 +248,8 @@ impl Pushed {
                 if let Some(factor) = step.ahead_spread.clone().cholesky() {
                     let gain = factor.solve(&(&step.transition * &step.spread)).transpose();
                     mean = &step.mean + &gain * (&mean - &step.ahead);
-                    spread = &step.spread + &gain * (&spread - &step.ahead_spread) * gain.transpose();
+                    spread =
+                        &step.spread + &gain * (&spread - &step.ahead_spread) * gain.transpose();
                 } else {
                     mean = step.mean.clone();
                     spread = step.spread.clone();

@@ -15,7 +15,7 @@ use super::latent::{Place, Pushed, Trace, Wander, places};
 use crate::error::Result;
 
 /// Rows of one recording that a force is recovered from, about.
-const ROWS: usize = 1500;
+const ROWS: usize = 800;
 
 /// A place with the force that it lacks.
 pub(super) struct Located {
@@ -67,11 +67,24 @@ pub(super) fn locate(rig: &Rig, data: &Data, at: Option<&str>) -> Result<Option<
     let joined = |f: fn(&Trace) -> &Vec<f64>| -> Vec<f64> {
         traces.iter().flat_map(|trace| f(trace).clone()).collect()
     };
-    let t: Vec<f64> = thinned.experiments.iter().take(traces.len()).flat_map(|e| e.t.clone()).collect();
-    let driven = rig.actuators.iter().find(|actuator| actuator.drives == Drives::Body(place.to));
+    let t: Vec<f64> = thinned
+        .experiments
+        .iter()
+        .take(traces.len())
+        .flat_map(|e| e.t.clone())
+        .collect();
+    let driven = rig
+        .actuators
+        .iter()
+        .find(|actuator| actuator.drives == Drives::Body(place.to));
     let input: Option<Vec<f64>> = driven
         .or(rig.actuators.first())
-        .and_then(|actuator| plant.inputs().iter().position(|i| i.column == actuator.input))
+        .and_then(|actuator| {
+            plant
+                .inputs()
+                .iter()
+                .position(|i| i.column == actuator.input)
+        })
         .map(|column| {
             let of = thinned.experiments.iter().take(traces.len());
             of.flat_map(|e| e.inputs[column].clone()).collect()

@@ -20,6 +20,7 @@ pub mod output;
 mod race;
 mod roles;
 mod scales;
+mod screen;
 mod search;
 mod suspect;
 
@@ -60,10 +61,27 @@ impl Default for Options {
     }
 }
 
-/// Finds out what a rig lacks.
+/// Finds out what a rig lacks. `told` hears what is being done, how much of it, and of how much.
+///
+/// ```
+/// use sinew::diagnose::{Options, Recordings, Verdict, diagnose};
+/// use sinew::recording::Recording;
+/// let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../rigs/");
+/// let rig = sinew_sim::Rig::load(format!("{folder}mass-spring-damper.toml"))?;
+/// let recordings = Recordings {
+///     fit: vec![Recording::read(format!("{folder}mass-spring-damper.fit.csv"))?],
+///     check: vec![Recording::read(format!("{folder}mass-spring-damper.test.csv"))?],
+///     test: vec![],
+/// };
+/// let found = diagnose(&rig, &recordings, &Options::default(), &|_, _, _| {})?;
+/// assert_eq!(found.verdict, Verdict::MissingPhysics);
+/// assert_eq!(found.effects[0].kind, "coulomb_friction");
+/// assert!(diagnose(&rig, &Recordings::default(), &Options::default(), &|_, _, _| {}).is_err());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 ///
 /// # Errors
-/// As [`fit`].
+/// As [`fit`]; `Arguments` without a recording to fit.
 pub fn diagnose(
     rig: &Rig,
     recordings: &Recordings,
@@ -126,3 +144,6 @@ fn integrates(rig: &Rig) -> bool {
     }
     held.contains(&false)
 }
+
+#[cfg(test)]
+mod tests;

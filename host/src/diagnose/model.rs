@@ -1,5 +1,7 @@
 //! A rig that is being tried: its plant, which of its numbers may move, and how far.
 
+use std::collections::BTreeMap;
+
 use sinew_sim::{Plant, Rig};
 
 use super::data::Data;
@@ -7,6 +9,7 @@ use crate::error::Result;
 use crate::fit::levenberg::{Belief, Effort, Unknowns, minimise};
 use crate::fit::segment::{Problem, Segment};
 use crate::fit::stages::{bounds, fitted_slots};
+use crate::fit::uncertainty;
 
 /// Standard deviation of the prior around what the rig says, as a multiple of each value (as in a fit).
 const PRIOR_WIDTH: f64 = 3.0;
@@ -156,6 +159,28 @@ impl Model {
             states: unknowns.states,
             cost,
         })
+    }
+
+    /// Half widths of the 95 % intervals of the fitted parameters, by name (docs/identification.md, eq. 12).
+    pub fn half_widths(
+        &self,
+        data: &Data,
+        segments: &[Segment],
+        point: &Point,
+    ) -> BTreeMap<String, f64> {
+        let unknowns = Unknowns {
+            values: point.values.clone(),
+            states: point.states.clone(),
+        };
+        let problem = self.problem(data, segments, &unknowns);
+        let belief = self.belief(&problem);
+        let widths = uncertainty::half_widths(&problem, &belief, segments, &unknowns);
+        let known = self.plant.parameters();
+        self.slots
+            .iter()
+            .zip(widths)
+            .filter_map(|(&slot, width)| Some((known[slot].name.clone(), width?)))
+            .collect()
     }
 
     /// The plant's parameters with those of another plant where the names agree.

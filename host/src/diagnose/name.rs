@@ -23,7 +23,12 @@ const MOST: f64 = 0.99;
 pub(super) type Known = BTreeMap<String, Estimate>;
 
 /// What is named, most important first.
-pub(super) fn effects(found: &Found, chosen: usize, bench: &Bench, known: &Known) -> Vec<FoundEffect> {
+pub(super) fn effects(
+    found: &Found,
+    chosen: usize,
+    bench: &Bench,
+    known: &Known,
+) -> Vec<FoundEffect> {
     let best = &found.finalists[chosen];
     let surety = MOST * (1.0 - bench.share_left(best, &found.base).sqrt().min(0.6));
     let mut effects: Vec<FoundEffect> = best

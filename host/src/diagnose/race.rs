@@ -6,6 +6,7 @@ use sinew_sim::Rig;
 use super::data::Data;
 use super::model::{Model, Point};
 use super::scales::Run;
+use super::screen::Screen;
 use super::suspect::Suspect;
 use crate::error::Result;
 use crate::fit::levenberg::Unknowns;
@@ -19,12 +20,13 @@ pub(super) struct Tried {
     pub point: Point,
 }
 
-/// Steps from each start, and of the best of them further.
-const FIRST_STEPS: usize = 2;
-const MORE_STEPS: usize = 6;
+/// Steps of those that are refitted, and of the best of them further.
+const FIRST_STEPS: usize = 3;
+const MORE_STEPS: usize = 5;
 
-/// How many of a race go further.
-const HEAT: usize = 12;
+/// How many of the best promises are refitted, beside the best of each family; and how many go further.
+const REFITTED: usize = 12;
+const HEAT: usize = 8;
 
 /// Part of the data that is small enough to try everything on, cut into stretches.
 pub(super) struct Track<'a> {
@@ -63,12 +65,22 @@ impl Track<'_> {
         told: &(dyn Fn() + Sync),
     ) -> Result<Vec<Tried>> {
         let run = Run::new(parent, self.data, &self.stretches)?;
-        let mut tried: Vec<Tried> = suspects
+        let Some(screen) = Screen::new(self, parent)? else {
+            return Ok(Vec::new());
+        };
+        let looked: Vec<Option<Begun>> = suspects
             .par_iter()
-            .filter_map(|suspect| {
-                let one = self.heat(parent, &run, suspect).ok().flatten();
+            .map(|suspect| {
+                let look = self.look(parent, &run, &screen, suspect).ok().flatten();
                 told();
-                one
+                look
+            })
+            .collect();
+        let mut tried: Vec<Tried> = promising(looked.into_iter().flatten().collect())
+            .into_par_iter()
+            .filter_map(|begun| {
+                let steps = FIRST_STEPS;
+                self.improved(begun.suspects, begun.model, begun.from, steps)
             })
             .collect();
         tried.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
@@ -81,19 +93,43 @@ impl Track<'_> {
         Ok(further)
     }
 
-    /// The best of a suspect's starts after a few steps.
-    fn heat(&self, parent: &Tried, run: &Run, suspect: &Suspect) -> Result<Option<Tried>> {
-        let mut best: Option<Tried> = None;
+    /// The start of a suspect that promises most.
+    fn look(
+        &self,
+        parent: &Tried,
+        run: &Run,
+        screen: &Screen,
+        suspect: &Suspect,
+    ) -> Result<Option<Begun>> {
+        let mut best: Option<Begun> = None;
         for start in self.starts(parent, run, suspect)? {
-            if let Some(tried) = self.begin(parent, suspect, &start)?
+            let mut begun = self.begin(parent, suspect, &start)?;
+            begun.promise = screen.promise(self, &begun.model, &begun.from)?;
+            if begun.promise.is_finite()
                 && best
                     .as_ref()
-                    .is_none_or(|best| tried.point.cost < best.point.cost)
+                    .is_none_or(|best| begun.promise < best.promise)
             {
-                best = Some(tried);
+                best = Some(begun);
             }
         }
         Ok(best)
+    }
+
+    fn improved(
+        &self,
+        suspects: Vec<Suspect>,
+        model: Model,
+        from: Unknowns,
+        steps: usize,
+    ) -> Option<Tried> {
+        let segments = self.data.segments(&model.plant, &self.stretches).ok()?;
+        let point = model.improve(self.data, &segments, from, steps, 1e-3)?;
+        Some(Tried {
+            suspects,
+            model,
+            point,
+        })
     }
 
     /// More steps from where it stands.
@@ -112,8 +148,8 @@ impl Track<'_> {
         }
     }
 
-    /// A few steps from one start.
-    fn begin(&self, parent: &Tried, suspect: &Suspect, start: &[f64]) -> Result<Option<Tried>> {
+    /// The parent with a suspect at one start.
+    fn begin(&self, parent: &Tried, suspect: &Suspect, start: &[f64]) -> Result<Begun> {
         let (rig, new) = suspect.apply(&parent.model.rig, start)?;
         let mut trial: Vec<_> = parent
             .suspects
@@ -133,15 +169,14 @@ impl Track<'_> {
                 }
             }
         }
-        let from = Unknowns { values, states };
-        let point = model.improve(self.data, &segments, from, FIRST_STEPS, 1e-3);
         let mut suspects = parent.suspects.clone();
         suspects.push(suspect.clone());
-        Ok(point.map(|point| Tried {
+        Ok(Begun {
             suspects,
             model,
-            point,
-        }))
+            from: Unknowns { values, states },
+            promise: f64::INFINITY,
+        })
     }
 
     /// Where a suspect starts from: nowhere in particular for a number, scale-free places for an effect.
@@ -154,6 +189,29 @@ impl Track<'_> {
             }
         }
     }
+}
+
+/// A suspect before its first step.
+struct Begun {
+    suspects: Vec<Suspect>,
+    model: Model,
+    from: Unknowns,
+    promise: f64,
+}
+
+/// The best promises, and the best of each family: a promise is no verdict.
+fn promising(mut looked: Vec<Begun>) -> Vec<Begun> {
+    looked.sort_by(|a, b| a.promise.total_cmp(&b.promise));
+    let mut families = Vec::new();
+    let mut kept = Vec::new();
+    for begun in looked {
+        let family = begun.suspects.last().and_then(Suspect::family);
+        if kept.len() < REFITTED || !families.contains(&family) {
+            families.push(family);
+            kept.push(begun);
+        }
+    }
+    kept
 }
 
 /// Cost with a fine for every parameter: what the race is decided by.

@@ -14,7 +14,7 @@ use crate::error::Result;
 use crate::fit::levenberg::Unknowns;
 
 /// How many of a race are fitted to everything.
-const FINALISTS: usize = 5;
+const FINALISTS: usize = 4;
 
 /// How many explanations a second effect is looked for on top of.
 const BEAM: usize = 2;
@@ -30,7 +30,7 @@ const THIN_RATE: f64 = 0.1;
 const RACE_PARTS: usize = 8;
 
 /// Steps of a final fit.
-const FINAL_STEPS: usize = 10;
+const FINAL_STEPS: usize = 7;
 
 /// Recordings and how they are cut for judging.
 pub(super) struct Bench<'a> {
@@ -99,6 +99,11 @@ impl Bench<'_> {
     /// Whether an explanation leaves something that noise does not explain and that matters.
     pub fn leaves_something(&self, contender: &Contender) -> bool {
         stands_out(&contender.fit, self.fit) || stands_out(&contender.check, self.check)
+    }
+
+    /// Whether the stretches of the fit recordings are these recordings whole.
+    pub fn sees_whole_recordings(&self) -> bool {
+        self.fit_stretches == self.fit.cut(1)
     }
 
     /// Whether the rig as it came leaves nothing but noise.

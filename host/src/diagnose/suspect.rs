@@ -23,6 +23,14 @@ impl Suspect {
         }
     }
 
+    /// The family of an effect.
+    pub fn family(&self) -> Option<Family> {
+        match self {
+            Self::Effect { kind, .. } => Some(kind.description().family),
+            Self::Number { .. } => None,
+        }
+    }
+
     /// Where it sits: a component, or the parameter's full name.
     pub fn component(&self) -> &str {
         match self {

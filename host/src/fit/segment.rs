@@ -199,23 +199,29 @@ impl Problem<'_> {
         state: &[f64],
         wide: bool,
     ) -> Option<Rows> {
+        let width = self.parameters() + state.len();
         if wide {
-            self.rows_by::<8>(segment, values, state)
+            self.rows_by::<8>(segment, values, state, width)
         } else {
-            self.rows_by::<4>(segment, values, state)
+            self.rows_by::<4>(segment, values, state, width)
         }
     }
 
-    /// As [`Problem::rows`], `D` derivatives a simulation, the simulations in parallel.
+    /// As [`Problem::rows`], with derivatives in the parameters only.
+    pub fn sensitivities(&self, segment: &Segment, values: &[f64], state: &[f64]) -> Option<Rows> {
+        self.rows_by::<4>(segment, values, state, self.parameters())
+    }
+
+    /// The first `width` directions, `D` derivatives a simulation, the simulations in parallel.
     fn rows_by<const D: usize>(
         &self,
         segment: &Segment,
         values: &[f64],
         state: &[f64],
+        width: usize,
     ) -> Option<Rows> {
         let signals = &self.experiments[segment.experiment].signals;
         let (sensors, parameters) = (signals.len(), self.parameters());
-        let width = parameters + state.len();
         let origin: Vec<(usize, usize)> = segment
             .rows
             .clone()
