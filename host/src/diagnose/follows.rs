@@ -52,8 +52,15 @@ pub(super) fn follows(company: &Company) -> (&'static str, f64) {
         ));
     }
     let mut best = ("no quantity that was recorded", 0.0);
+    let ones = vec![1.0; q.len()];
     for (name, column) in &laws {
-        let explained = explained(company, column);
+        // What a refitted stiffness and damping have taken from a law is given back to it.
+        let beside: Vec<&[f64]> = if ["position", "velocity"].contains(name) {
+            vec![&ones]
+        } else {
+            vec![&ones, q, v]
+        };
+        let explained = explained(company, &beside, column);
         if explained > best.1 + PLAINER && explained > LITTLE {
             best = (name, explained);
         }
@@ -61,42 +68,41 @@ pub(super) fn follows(company: &Company) -> (&'static str, f64) {
     best
 }
 
-/// Part of the force's variance that a straight line in position, velocity and one more column explains,
-/// rows weighted by how well the force is known there.
-fn explained(company: &Company, column: &[f64]) -> f64 {
+/// Part of the squares that other columns leave which one more column explains, rows weighted by how well
+/// the force is known there.
+fn explained(company: &Company, beside: &[&[f64]], column: &[f64]) -> f64 {
+    let without = left(company, beside);
+    let with = left(company, &[beside, &[column]].concat());
+    if without > 0.0 {
+        (1.0 - with / without).clamp(0.0, 1.0)
+    } else {
+        0.0
+    }
+}
+
+/// Weighted squares that a linear combination of columns leaves.
+fn left(company: &Company, columns: &[&[f64]]) -> f64 {
     let rows = company.force.len();
-    let floor = company
-        .deviation
+    let least = company.deviation.iter().copied();
+    let floor = least.fold(f64::INFINITY, f64::min).max(1e-300);
+    let scales: Vec<f64> = columns
         .iter()
-        .copied()
-        .fold(f64::INFINITY, f64::min)
-        .max(1e-300);
-    let weight = |row: usize| (floor / company.deviation[row].max(floor)).powi(2);
-    let mut normal = DMatrix::<f64>::zeros(2, 2);
-    let mut right = DVector::<f64>::zeros(2);
-    let (mut total, mut sum, mut count) = (0.0, 0.0, 0.0);
-    let scale = column
-        .iter()
-        .fold(0.0_f64, |most, x| most.max(x.abs()))
-        .max(1e-300);
+        .map(|column| column.iter().fold(1e-300, |most: f64, x| most.max(x.abs())))
+        .collect();
+    let mut normal = DMatrix::<f64>::identity(columns.len(), columns.len()) * 1e-12;
+    let mut right = DVector::<f64>::zeros(columns.len());
+    let mut total = 0.0;
     for row in 0..rows {
-        let x = DVector::from_vec(vec![1.0, column[row] / scale]);
-        let w = weight(row);
+        let scaled = columns.iter().zip(&scales).map(|(c, scale)| c[row] / scale);
+        let x = DVector::from_iterator(columns.len(), scaled);
+        let w = (floor / company.deviation[row].max(floor)).powi(2);
         normal += &x * x.transpose() * w;
         right += &x * (w * company.force[row]);
         total += w * company.force[row].powi(2);
-        sum += w * company.force[row];
-        count += w;
     }
-    let variance = total - sum * sum / count;
-    let Some(factor) = normal.cholesky() else {
-        return 0.0;
-    };
-    let left = total - right.dot(&factor.solve(&right));
-    if variance > 0.0 {
-        (1.0 - left / variance).clamp(0.0, 1.0)
-    } else {
-        0.0
+    match normal.cholesky() {
+        Some(factor) => (total - right.dot(&factor.solve(&right))).max(0.0),
+        None => total,
     }
 }
 

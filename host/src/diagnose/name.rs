@@ -120,7 +120,10 @@ impl Rivalry {
                     ..rival
                 });
             } else {
-                if others.len() == 1 && apart < ALIKE {
+                // A law that holds the named one as a special case always comes as close; it is an
+                // alternative only where it is as simple or about as probable.
+                let simple = finalist.parameters() <= best.parameters();
+                if others.len() == 1 && apart < ALIKE && (simple || share > 0.1 * surety) {
                     about.indistinguishable.push(rival.clone());
                 }
                 about.rivals.push(rival);

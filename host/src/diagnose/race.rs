@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 use sinew_sim::Rig;
+use sinew_sim::effects::Kind;
 
 use super::data::Data;
 use super::model::{Model, Point};
@@ -68,19 +69,21 @@ impl Track<'_> {
         let Some(screen) = Screen::new(self, parent)? else {
             return Ok(Vec::new());
         };
-        let looked: Vec<Option<Begun>> = suspects
+        let looked: Vec<Vec<Begun>> = suspects
             .par_iter()
             .map(|suspect| {
-                let look = self.look(parent, &run, &screen, suspect).ok().flatten();
+                let look = self.look(parent, &run, &screen, suspect);
                 told();
-                look
+                look.unwrap_or_default()
             })
             .collect();
-        let mut tried: Vec<Tried> = promising(looked.into_iter().flatten().collect())
+        let mut tried: Vec<Tried> = promising(looked)
             .into_par_iter()
-            .filter_map(|begun| {
-                let steps = FIRST_STEPS;
-                self.improved(begun.suspects, begun.model, begun.from, steps)
+            .filter_map(|starts| {
+                let ends = starts
+                    .into_iter()
+                    .filter_map(|b| self.improved(b.suspects, b.model, b.from, FIRST_STEPS));
+                ends.min_by(|a, b| a.point.cost.total_cmp(&b.point.cost))
             })
             .collect();
         tried.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
@@ -93,27 +96,25 @@ impl Track<'_> {
         Ok(further)
     }
 
-    /// The start of a suspect that promises most.
+    /// The two starts of a suspect that promise most, the better one first.
     fn look(
         &self,
         parent: &Tried,
         run: &Run,
         screen: &Screen,
         suspect: &Suspect,
-    ) -> Result<Option<Begun>> {
-        let mut best: Option<Begun> = None;
+    ) -> Result<Vec<Begun>> {
+        let mut begun = Vec::new();
         for start in self.starts(parent, run, suspect)? {
-            let mut begun = self.begin(parent, suspect, &start)?;
-            begun.promise = screen.promise(self, &begun.model, &begun.from)?;
-            if begun.promise.is_finite()
-                && best
-                    .as_ref()
-                    .is_none_or(|best| begun.promise < best.promise)
-            {
-                best = Some(begun);
+            let mut one = self.begin(parent, suspect, &start)?;
+            one.promise = screen.promise(self, &one.model, &one.from)?;
+            if one.promise.is_finite() {
+                begun.push(one);
             }
         }
-        Ok(best)
+        begun.sort_by(|a, b| a.promise.total_cmp(&b.promise));
+        begun.truncate(2);
+        Ok(begun)
     }
 
     fn improved(
@@ -185,7 +186,7 @@ impl Track<'_> {
             Suspect::Number { .. } => Ok(vec![Vec::new()]),
             Suspect::Effect { kind, component } => {
                 let site = parent.model.rig.site(*kind, component)?;
-                Ok(kind.starts(&run.at(parent, site)))
+                Ok(with_weak(*kind, kind.starts(&run.at(parent, site))))
             }
         }
     }
@@ -200,12 +201,13 @@ struct Begun {
 }
 
 /// The best promises, and the best of each family: a promise is no verdict.
-fn promising(mut looked: Vec<Begun>) -> Vec<Begun> {
-    looked.sort_by(|a, b| a.promise.total_cmp(&b.promise));
+fn promising(looked: Vec<Vec<Begun>>) -> Vec<Vec<Begun>> {
+    let mut looked: Vec<Vec<Begun>> = looked.into_iter().filter(|l| !l.is_empty()).collect();
+    looked.sort_by(|a, b| a[0].promise.total_cmp(&b[0].promise));
     let mut families = Vec::new();
     let mut kept = Vec::new();
     for begun in looked {
-        let family = begun.suspects.last().and_then(Suspect::family);
+        let family = begun[0].suspects.last().and_then(Suspect::family);
         if kept.len() < REFITTED || !families.contains(&family) {
             families.push(family);
             kept.push(begun);
@@ -213,6 +215,55 @@ fn promising(mut looked: Vec<Begun>) -> Vec<Begun> {
     }
     kept
 }
+
+/// A start and the same one so weak that the linear theory holds for it: a start that changes the motion a
+/// lot promises nothing, whatever the truth.
+fn with_weak(kind: Kind, starts: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    let weak = |start: &Vec<f64>| -> Vec<f64> {
+        let specs = kind.description().parameters.iter();
+        specs
+            .zip(start)
+            .map(|(spec, value)| {
+                if STRENGTHS.contains(&spec.name) {
+                    WEAK * value
+                } else {
+                    *value
+                }
+            })
+            .collect()
+    };
+    let mut all: Vec<Vec<f64>> = Vec::new();
+    for start in starts.iter().map(weak).chain(starts.iter().cloned()) {
+        // Starts that differ in nothing but strength are one once they are weak.
+        if !all.contains(&start) {
+            all.push(start);
+        }
+    }
+    all
+}
+
+/// How much weaker.
+const WEAK: f64 = 0.02;
+
+/// Parameters that make an effect strong; the others say where, how fast or how far it works.
+const STRENGTHS: &[&str] = &[
+    "level",
+    "static_level",
+    "level_pos",
+    "level_neg",
+    "damping_pos",
+    "damping_neg",
+    "damping",
+    "coefficient",
+    "stiffness",
+    "alpha",
+    "amplitude",
+    "inertia",
+    "gap",
+    "width",
+    "quadratic",
+    "cubic",
+];
 
 /// Cost with a fine for every parameter: what the race is decided by.
 fn merit(tried: &Tried) -> f64 {

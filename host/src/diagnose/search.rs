@@ -23,6 +23,9 @@ const BEAM: usize = 2;
 const RACE_WORK: usize = 2500;
 const FINAL_WORK: usize = 8000;
 
+/// What is believed leaves no more than this part of the squares that the base leaves beside noise.
+const MOST_LEFT: f64 = 0.4;
+
 /// Thinned recordings are still at least this dense, in steps per unit of the fastest rate.
 const THIN_RATE: f64 = 0.1;
 
@@ -154,6 +157,12 @@ impl Bench<'_> {
                 > 0.1 * self.check.noise[sensor] + 1e-3 * self.check.spread[sensor]
         });
         gain.low > 0.0 && matters
+    }
+
+    /// Parameters of the right sign, and most of what the base left explained: a disturbance can be followed a
+    /// little by many an effect, and none of them is its name.
+    fn holds(&self, contender: &Contender, base: &Contender) -> bool {
+        sane(contender) && self.share_left(contender, base) < MOST_LEFT
     }
 
     /// The whole search.
@@ -299,7 +308,7 @@ impl Bench<'_> {
         let court = self.court(base, finalists);
         self.order(base, finalists).into_iter().find(|&index| {
             self.believable(court.gain(index + 1, 0), &finalists[index], base)
-                && sane(&finalists[index])
+                && self.holds(&finalists[index], base)
         })
     }
 
@@ -310,7 +319,7 @@ impl Bench<'_> {
         let sane: Vec<usize> = order
             .into_iter()
             .filter(|&index| {
-                sane(&finalists[index])
+                self.holds(&finalists[index], base)
                     && self.believable(court.gain(index + 1, 0), &finalists[index], base)
             })
             .collect();
