@@ -105,6 +105,7 @@ pub fn diagnose(
         fit: &fit_data,
         check: &check_data,
         seed: options.seed,
+        trust: if roles.by_itself { 0.7 } else { 1.0 },
         told,
     };
     let found = bench.search(&refitted.rig, &values)?;

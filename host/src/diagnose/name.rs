@@ -30,7 +30,7 @@ pub(super) fn effects(
     known: &Known,
 ) -> Vec<FoundEffect> {
     let best = &found.finalists[chosen];
-    let surety = MOST * (1.0 - bench.share_left(best, &found.base).sqrt().min(0.6));
+    let surety = bench.trust * MOST * (1.0 - bench.share_left(best, &found.base).sqrt().min(0.6));
     let mut effects: Vec<FoundEffect> = best
         .tried
         .suspects

@@ -13,6 +13,8 @@ pub(super) struct Roles {
     pub test: Vec<Recording>,
     /// What was set aside where no check recording was given.
     pub set_aside: Option<String>,
+    /// Some recording was too short to be cut and checks itself.
+    pub by_itself: bool,
 }
 
 /// The part of a single recording that is set aside, at its end.
@@ -35,6 +37,7 @@ impl Roles {
             check: check.to_vec(),
             test: test.to_vec(),
             set_aside: None,
+            by_itself: false,
         };
         if !check.is_empty() {
             return Ok(roles);
@@ -54,6 +57,7 @@ impl Roles {
                 // Cut in two it would determine nothing: it checks itself, and that is said.
                 roles.fit.push(recording.clone());
                 roles.check.push(recording.clone());
+                roles.by_itself = true;
                 said.push(format!(
                     "{} itself, which is too short to be cut",
                     recording.name()

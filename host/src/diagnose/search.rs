@@ -43,6 +43,8 @@ pub(super) struct Bench<'a> {
     pub fit_stretches: Vec<(usize, Range<usize>)>,
     pub check_stretches: Vec<(usize, Range<usize>)>,
     pub seed: u64,
+    /// Less than 1 where recordings are too short to be checked by others.
+    pub trust: f64,
     pub told: &'a (dyn Fn(&str, usize, usize) + Sync),
 }
 
@@ -159,10 +161,23 @@ impl Bench<'_> {
         gain.low > 0.0 && matters
     }
 
+    /// Whether every effect has parameters that make sense here.
+    fn sane(&self, contender: &Contender) -> bool {
+        let (model, values) = (&contender.tried.model, &contender.tried.point.values);
+        let longest = self
+            .fit
+            .experiments
+            .iter()
+            .map(|e| e.t[e.rows() - 1] - e.t[0])
+            .fold(0.0, f64::max);
+        let mut all = contender.tried.suspects.iter();
+        all.all(|suspect| suspect.sane(&model.plant, values, longest))
+    }
+
     /// Parameters of the right sign, and most of what the base left explained: a disturbance can be followed a
     /// little by many an effect, and none of them is its name.
     fn holds(&self, contender: &Contender, base: &Contender) -> bool {
-        sane(contender) && self.share_left(contender, base) < MOST_LEFT
+        self.sane(contender) && self.share_left(contender, base) < MOST_LEFT
     }
 
     /// The whole search.
@@ -373,11 +388,4 @@ fn stands_out(remains: &Remains, data: &Data) -> bool {
         let matters = 0.1 * data.noise[sensor] + 1e-3 * data.spread[sensor];
         e.significance > 5.0 && e.rms > matters
     })
-}
-
-/// Whether every parameter has the sign that the vocabulary gives it.
-fn sane(contender: &Contender) -> bool {
-    let (model, values) = (&contender.tried.model, &contender.tried.point.values);
-    let mut all = contender.tried.suspects.iter();
-    all.all(|suspect| suspect.sane(&model.plant, values))
 }

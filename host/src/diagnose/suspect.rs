@@ -1,5 +1,7 @@
 //! What may be wrong with a rig: an effect that it lacks, or a bare number in it.
 
+use std::f64::consts::TAU;
+
 use sinew_sim::effects::{Family, Kind, Sign};
 use sinew_sim::{Plant, Rig};
 
@@ -85,18 +87,28 @@ impl Suspect {
         }
     }
 
-    /// Whether fitted parameters have the signs that the vocabulary gives them.
-    pub fn sane(&self, plant: &Plant, values: &[f64]) -> bool {
+    /// Whether fitted parameters have the signs that the vocabulary gives them, and what they describe happens
+    /// within a recording of `duration` seconds.
+    pub fn sane(&self, plant: &Plant, values: &[f64], duration: f64) -> bool {
         let Self::Effect { kind, component } = self else {
             return true;
         };
         let description = kind.description();
-        description.parameters.iter().all(|spec| {
-            let name = format!("{component}.{}.{}", description.kind, spec.name);
-            plant
-                .slot(&name)
-                .is_some_and(|slot| spec.sign.admits(values[slot]))
-        })
+        let value = |name: &str| {
+            let slot = plant.slot(&format!("{component}.{}.{name}", description.kind));
+            slot.map(|slot| values[slot])
+        };
+        let signs = description
+            .parameters
+            .iter()
+            .all(|spec| value(spec.name).is_some_and(|value| spec.sign.admits(value)));
+        // A mode that does not swing once, or a lag that does not end, is a slow drift under another name.
+        let within = match (value("inertia"), value("stiffness"), value("time_constant")) {
+            (Some(inertia), Some(stiffness), _) => TAU * (inertia / stiffness).sqrt() < duration,
+            (_, _, Some(time)) => time < duration,
+            _ => true,
+        };
+        signs && within
     }
 }
 
