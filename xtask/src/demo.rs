@@ -53,10 +53,9 @@ pub fn emps(flags: &[String]) -> Result<()> {
     )
 }
 
-/// Where recordings that do not ship with the project lie: $SINEW_DATA, or beside the checkout.
+/// The folder of the recordings, if those of EMPS are there.
 fn data_folder() -> Option<PathBuf> {
-    let named = std::env::var_os("SINEW_DATA").map(PathBuf::from);
-    let folder = named.unwrap_or_else(|| root().join("../shared/data"));
+    let folder = crate::recorded::data_folder();
     let complete = ["emps/train.csv", "emps/test_pulses.csv"]
         .iter()
         .all(|file| folder.join(file).is_file());

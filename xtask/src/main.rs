@@ -9,6 +9,7 @@ mod generate;
 mod help;
 mod process;
 mod proof;
+mod recorded;
 mod setup;
 mod snapshots;
 mod survive;
@@ -49,6 +50,12 @@ const VERBS: &[Verb] = &[
         arguments: "[FLAGS]",
         line: "The same on a real positioning axis (the EMPS recordings, $SINEW_DATA/emps)",
         run: demo::emps,
+    },
+    Verb {
+        name: "recorded",
+        arguments: "[NAMES] [--publish]",
+        line: "Real devices ($SINEW_DATA) put to sinew diagnose, beside what the literature knows of them",
+        run: recorded::run,
     },
     Verb {
         name: "test",

@@ -1,0 +1,228 @@
+//! The recordings, the rigs that are believed of their devices, and what is known.
+//!
+//! Splits are those of the data's own descriptions: what is held out there is held out here.
+
+use super::prepare::Part;
+
+/// A recording, relative to the data folder, and what is taken of it.
+pub struct Source {
+    pub file: &'static str,
+    pub part: Part,
+}
+
+impl Source {
+    const fn new(file: &'static str, part: Part) -> Self {
+        Self { file, part }
+    }
+}
+
+/// One device.
+pub struct Case {
+    /// Names its files.
+    pub name: &'static str,
+    /// Believed of it.
+    pub rig: &'static str,
+    /// For people.
+    pub device: &'static str,
+    /// The signal that the table shows.
+    pub signal: &'static str,
+    pub fit: &'static [Source],
+    /// Without any, part of `fit` is set aside.
+    pub check: &'static [Source],
+    pub test: &'static [Source],
+    /// Kinds that the literature has for it, any of which is right; none: nothing is missing.
+    pub known: &'static [&'static str],
+    /// Error on the held-out recordings, as published or as the data's description has it.
+    pub published: &'static str,
+}
+
+/// All of them, in the order of the table.
+pub const CASES: &[Case] = &[
+    Case {
+        name: "emps",
+        rig: "rigs/recorded/emps.toml",
+        device: "EMPS positioning axis",
+        signal: "q_m",
+        fit: &[Source::new("emps/train.csv", Part::Whole)],
+        check: &[],
+        test: &[Source::new("emps/test_pulses.csv", Part::Whole)],
+        known: &["coulomb_friction", "direction_dependent_friction"],
+        published: "4.6 mm with Coulomb friction; 2.64 mm, the best",
+    },
+    Case {
+        name: "silverbox",
+        rig: "rigs/recorded/silverbox.toml",
+        device: "Silverbox, an electronic Duffing oscillator",
+        signal: "y_V",
+        fit: &[Source::new("silverbox/train_multisine.csv", Part::Whole)],
+        check: &[Source::new("silverbox/val_multisine.csv", Part::Whole)],
+        test: &[Source::new("silverbox/test_arrow.csv", Part::Whole)],
+        known: &["cubic_stiffness"],
+        published: "0.26 mV, the best; 0.97 mV with a cubic spring",
+    },
+    Case {
+        name: "servo",
+        rig: "rigs/recorded/servo.toml",
+        device: "XL330 servo on a pendulum",
+        signal: "q_rad",
+        fit: &[
+            Source::new("bam_xl330/kp100_lift_and_drop.csv", Part::Powered),
+            Source::new("bam_xl330/kp100_sin_sin.csv", Part::Powered),
+            Source::new("bam_xl330/kp100_sin_time_square.csv", Part::Powered),
+            Source::new("bam_xl330/kp100_up_and_down.csv", Part::Powered),
+            Source::new("bam_xl330/kp200_lift_and_drop.csv", Part::Powered),
+            Source::new("bam_xl330/kp200_sin_sin.csv", Part::Powered),
+            Source::new("bam_xl330/kp200_sin_time_square.csv", Part::Powered),
+            Source::new("bam_xl330/kp200_up_and_down.csv", Part::Powered),
+        ],
+        check: &[
+            Source::new("bam_xl330/kp800_lift_and_drop.csv", Part::Powered),
+            Source::new("bam_xl330/kp800_sin_sin.csv", Part::Powered),
+            Source::new("bam_xl330/kp800_sin_time_square.csv", Part::Powered),
+            Source::new("bam_xl330/kp800_up_and_down.csv", Part::Powered),
+        ],
+        test: &[
+            Source::new("bam_xl330/kp400_lift_and_drop.csv", Part::Powered),
+            Source::new("bam_xl330/kp400_sin_sin.csv", Part::Powered),
+            Source::new("bam_xl330/kp400_sin_time_square.csv", Part::Powered),
+            Source::new("bam_xl330/kp400_up_and_down.csv", Part::Powered),
+        ],
+        known: &["load_dependent_friction"],
+        published: "0.0575 rad with friction by load, 0.0897 rad with Coulomb",
+    },
+    Case {
+        name: "pendulum",
+        rig: "rigs/recorded/pendulum.toml",
+        device: "pendulum",
+        signal: "theta_rad",
+        fit: &[Source::new("schmidt_lipson/pendulum.csv", Part::Early)],
+        check: &[],
+        test: &[Source::new("schmidt_lipson/pendulum.csv", Part::Late)],
+        known: &["gravity_load"],
+        published: "0.031 rad with sin, 0.022 rad with drag as well",
+    },
+    Case {
+        name: "air-track",
+        rig: "rigs/recorded/air-track.toml",
+        device: "cart on an air track: a control",
+        signal: "x_px",
+        fit: &[Source::new(
+            "schmidt_lipson/air_track_trial0.csv",
+            Part::Early,
+        )],
+        check: &[],
+        test: &[Source::new(
+            "schmidt_lipson/air_track_trial0.csv",
+            Part::Late,
+        )],
+        known: &[],
+        published: "0.443 px, and worse with anything more",
+    },
+    Case {
+        name: "air-track-double",
+        rig: "rigs/recorded/air-track-double.toml",
+        device: "two carts on an air track",
+        signal: "x1_px",
+        fit: &[Source::new(
+            "schmidt_lipson/air_track_double_trial0.csv",
+            Part::Early,
+        )],
+        check: &[],
+        test: &[Source::new(
+            "schmidt_lipson/air_track_double_trial0.csv",
+            Part::Late,
+        )],
+        known: &[],
+        published: "",
+    },
+    Case {
+        name: "ball-whiffle",
+        rig: "rigs/recorded/ball.toml",
+        device: "whiffle ball, falling 47 m",
+        signal: "height_m",
+        fit: &[Source::new(
+            "ball_drops/whiffle_ball_1_drop1.csv",
+            Part::Whole,
+        )],
+        check: &[Source::new(
+            "ball_drops/whiffle_ball_1_drop2.csv",
+            Part::Whole,
+        )],
+        test: &[],
+        known: &["quadratic_drag", "viscous_damping"],
+        published: "0.320 m linear, 0.506 m quadratic drag",
+    },
+    Case {
+        name: "ball-yellow-whiffle",
+        rig: "rigs/recorded/ball.toml",
+        device: "yellow whiffle ball, falling 47 m",
+        signal: "height_m",
+        fit: &[Source::new(
+            "ball_drops/yellow_whiffle_ball_drop1.csv",
+            Part::Whole,
+        )],
+        check: &[Source::new(
+            "ball_drops/yellow_whiffle_ball_drop2.csv",
+            Part::Whole,
+        )],
+        test: &[],
+        known: &["quadratic_drag", "viscous_damping"],
+        published: "1.05 m linear, 0.651 m quadratic drag",
+    },
+    Case {
+        name: "ball-orange-whiffle",
+        rig: "rigs/recorded/ball.toml",
+        device: "orange whiffle ball, falling 47 m",
+        signal: "height_m",
+        fit: &[Source::new(
+            "ball_drops/orange_whiffle_ball_drop1.csv",
+            Part::Whole,
+        )],
+        check: &[Source::new(
+            "ball_drops/orange_whiffle_ball_drop2.csv",
+            Part::Whole,
+        )],
+        test: &[],
+        known: &["quadratic_drag", "viscous_damping"],
+        published: "0.517 m linear, 1.28 m quadratic drag",
+    },
+    Case {
+        name: "ball-tennis",
+        rig: "rigs/recorded/ball.toml",
+        device: "tennis ball, falling 47 m",
+        signal: "height_m",
+        fit: &[Source::new("ball_drops/tennis_ball_drop1.csv", Part::Whole)],
+        check: &[Source::new("ball_drops/tennis_ball_drop2.csv", Part::Whole)],
+        test: &[],
+        known: &["quadratic_drag", "viscous_damping"],
+        published: "0.837 m linear, 1.24 m quadratic drag",
+    },
+    Case {
+        name: "ball-volleyball",
+        rig: "rigs/recorded/ball.toml",
+        device: "volleyball, falling 47 m",
+        signal: "height_m",
+        fit: &[Source::new("ball_drops/volleyball_drop1.csv", Part::Whole)],
+        check: &[Source::new("ball_drops/volleyball_drop2.csv", Part::Whole)],
+        test: &[],
+        known: &["quadratic_drag", "viscous_damping"],
+        published: "0.394 m linear, 0.849 m quadratic drag",
+    },
+    Case {
+        name: "ball-bowling",
+        rig: "rigs/recorded/ball.toml",
+        device: "bowling ball: nearly a control, falling 47 m",
+        signal: "height_m",
+        fit: &[Source::new(
+            "ball_drops/bowling_ball_drop1.csv",
+            Part::Whole,
+        )],
+        check: &[Source::new(
+            "ball_drops/bowling_ball_drop2.csv",
+            Part::Whole,
+        )],
+        test: &[],
+        known: &[],
+        published: "0.454 m in free fall, worse with drag",
+    },
+];

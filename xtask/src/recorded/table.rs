@@ -1,0 +1,113 @@
+//! The page of docs/recorded.md, from the answers.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use serde_json::Value;
+
+use super::case::Case;
+
+const HEAD: &str = "# Real recordings\n\n\
+Written by `cargo xtask recorded --publish`; a machine without the recordings cannot run it, and says so. Each rig is \
+what a textbook believes of the device (`rigs/recorded`), its parameters free. The error is of free runs on recordings \
+that estimated nothing: the test recordings, or, where there are only two, the check recordings (marked \u{2020}: they \
+decided what is believed). *Before* is the rig with its parameters refitted, *after* with what was found. Where \
+recordings were split, the first 60 % of the rows were fitted; an angle of the servo counts as missing while its torque \
+was off.\n\n\
+| device | literature | found | sure | before | after | published | as the literature |\n|---|---|---|--:|--:|--:|---|---|\n";
+
+/// The whole page; cases without an answer say so.
+pub fn page(cases: &[Case], out: &Path) -> Result<String> {
+    let mut text = HEAD.to_owned();
+    let mut sentences = String::new();
+    for case in cases {
+        let path = out.join(format!("{}.json", case.name));
+        if !path.is_file() {
+            // Writing to a String cannot fail, here and below.
+            let _ = writeln!(
+                text,
+                "| {} | {} | no answer | | | | {} | **no** |",
+                case.device,
+                literature(case),
+                case.published
+            );
+            continue;
+        }
+        let answer = std::fs::read_to_string(&path)
+            .with_context(|| format!("cannot read {}", path.display()))?;
+        let answer: Value = serde_json::from_str(&answer)
+            .with_context(|| format!("{} is no diagnosis", path.display()))?;
+        row(&mut text, case, &answer);
+        let sentence = answer["sentence"].as_str().unwrap_or_default();
+        let seconds = answer["seconds"].as_f64().unwrap_or(f64::NAN);
+        let _ = writeln!(sentences, "- {}: {sentence} ({seconds:.0} s)", case.device);
+    }
+    let _ = writeln!(text, "\nWhat was said:\n\n{sentences}");
+    Ok(text)
+}
+
+fn literature(case: &Case) -> String {
+    if case.known.is_empty() {
+        "nothing is missing".into()
+    } else {
+        case.known.join(" or ")
+    }
+}
+
+fn row(text: &mut String, case: &Case, answer: &Value) {
+    let effects: Vec<&Value> = answer["effects"].as_array().into_iter().flatten().collect();
+    let kinds: Vec<&str> = effects.iter().filter_map(|e| e["kind"].as_str()).collect();
+    let verdict = answer["verdict"].as_str().unwrap_or("?");
+    let found = if kinds.is_empty() {
+        verdict.to_owned()
+    } else {
+        kinds.join(" and ")
+    };
+    let sure: Vec<String> = effects
+        .iter()
+        .filter_map(|e| e["confidence"].as_f64())
+        .map(|c| format!("{c:.2}"))
+        .collect();
+    let fit = &answer["fit"][case.signal];
+    let (errors, mark) = match &fit["test"] {
+        Value::Null => (&fit["check"], "\u{2020}"),
+        test => (test, ""),
+    };
+    let unit = case.signal.rsplit('_').next().unwrap_or_default();
+    let error = |key: &str| {
+        errors[key]
+            .as_f64()
+            .map_or("?".into(), |e| quantity(e, unit))
+    };
+    let right = match case.known {
+        [] => kinds.is_empty(),
+        known => kinds.first().is_some_and(|kind| known.contains(kind)),
+    };
+    let _ = writeln!(
+        text,
+        "| {} | {} | {found} | {} | {}{mark} | {}{mark} | {} | {} |",
+        case.device,
+        literature(case),
+        sure.join(", "),
+        error("before_rms"),
+        error("after_rms"),
+        case.published,
+        if right { "yes" } else { "**no**" }
+    );
+}
+
+/// Three digits, in thousandths where that reads better.
+fn quantity(value: f64, unit: &str) -> String {
+    let (value, unit) = if value.abs() < 0.1 && ["m", "V"].contains(&unit) {
+        (1e3 * value, format!("m{unit}"))
+    } else {
+        (value, unit.to_owned())
+    };
+    let digits = if value == 0.0 {
+        0
+    } else {
+        (2 - value.abs().log10().floor() as i32).clamp(0, 6)
+    };
+    format!("{value:.*} {unit}", digits as usize)
+}
