@@ -30,6 +30,20 @@ impl Plant {
         [th1, th2, 0.6 * (th1 + 0.7 * th2).sin() + 0.25 * th1 * th2]
     }
 
+    /// Stretch channels of network P: g = linspace(0.2, 1, n), s = g th1 + (1.2 - g) th2, each
+    /// s / (1 + 0.3 |s|) + 0.05 s^2.
+    pub fn channels(&self, n: usize) -> Vec<f64> {
+        let [th1, th2, ..] = self.x;
+        let last = n.saturating_sub(1).max(1) as f64;
+        let stretch = (0..n).map(|i| {
+            let g = 0.2 + 0.8 * i as f64 / last;
+            g * th1 + (1.2 - g) * th2
+        });
+        stretch
+            .map(|s| s / (1.0 + 0.3 * s.abs()) + 0.05 * s * s)
+            .collect()
+    }
+
     /// One control period with the input held, by the classical fourth-order Runge-Kutta method.
     pub fn advance(&mut self, u: [f64; INPUTS]) {
         let h = 1.0 / (RATE_HZ * SUBSTEPS as f64);

@@ -1,6 +1,13 @@
 //! `cargo xtask bench [SECTION...]`: what is measured, as tables and in `target/bench/summary.json`.
 
+mod control;
+mod forward;
+mod image;
 pub mod plant;
+/// The reference problem's plant and reference, as the tests have them.
+#[path = "../../../tests/src/reference.rs"]
+#[allow(dead_code, reason = "the tests use what is not used here")]
+mod reference;
 
 use std::fs;
 
@@ -13,7 +20,12 @@ use crate::process::target_folder;
 type Section = (&'static str, fn() -> Result<Value>);
 
 /// Adding one is a line here.
-const SECTIONS: &[Section] = &[("plant", plant::run)];
+const SECTIONS: &[Section] = &[
+    ("forward_instructions", forward::run),
+    ("mpc_instructions", control::run),
+    ("image", control::image),
+    ("plant", plant::run),
+];
 
 /// # Errors
 /// There is no such section, or one failed; what was measured before is written all the same.

@@ -10,35 +10,22 @@
 
 #[path = "../../../qemu/src/stack.rs"]
 mod stack;
+#[path = "../timer.rs"]
+mod timer;
 
 use model::control::{DECISIONS, HORIZON, HORIZONS, NS, NU, NY};
 use semihosting::fs::File;
 use semihosting::io::{Read, Write};
 use semihosting::process;
-
-/// Free-running 25 MHz down counter of mps2-an386 (CMSDK timer 0): control and value.
-const TIMER: *mut u32 = 0x4000_0000 as *mut u32;
-
-/// Counts up, wraps at 32 bits.
-#[inline(always)]
-fn ticks() -> u32 {
-    // SAFETY: a register that may be read at any time.
-    !unsafe { TIMER.add(1).read_volatile() }
-}
+use timer::ticks;
 
 const QUESTION: usize = NY + NS + HORIZON * NY;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
     stack::paint();
-    // SAFETY: registers of a timer that nobody else uses.
-    unsafe {
-        TIMER.add(2).write_volatile(u32::MAX);
-        TIMER.add(1).write_volatile(u32::MAX);
-        TIMER.write_volatile(1);
-    }
-    let (Ok(mut from_host), Ok(mut to_host)) =
-        (File::open(c"to_device"), File::create(c"to_host"))
+    timer::start();
+    let (Ok(mut from_host), Ok(mut to_host)) = (File::open(c"to_device"), File::create(c"to_host"))
     else {
         process::exit(2)
     };

@@ -1,0 +1,56 @@
+//! Counts the instructions of one prediction of the network in QEMU: its golden vectors in turn.
+//!
+//! Writes to the file `to_host`, as little-endian words: how many there are, then the ticks of each call, then
+//! the ticks of two reads of the counter with nothing between.
+
+#![no_std]
+#![no_main]
+
+#[path = "../timer.rs"]
+mod timer;
+
+use core::hint::black_box;
+
+use model::control::{NS, NU, NY, PAST_INPUTS, PAST_OUTPUTS};
+use model::golden::GOLDEN;
+use semihosting::fs::File;
+use semihosting::io::Write;
+use semihosting::process;
+use sinew_firmware::model::{Model, Regressor};
+use sinew_firmware::network::unflatten;
+use timer::ticks;
+
+type Input = Regressor<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS>;
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    timer::start();
+    let Ok(mut to_host) = File::create(c"to_host") else {
+        process::exit(2)
+    };
+    let mut say = |word: u32| {
+        if to_host.write_all(&word.to_le_bytes()).is_err() {
+            process::exit(2)
+        }
+    };
+    say(GOLDEN.len() as u32);
+    for golden in &GOLDEN {
+        let Some(x): Option<Input> = unflatten(&golden.x) else {
+            process::exit(3)
+        };
+        let mut trace = model::Network::TRACE;
+        let start = ticks();
+        black_box(model::Network.predict(black_box(&x), &mut trace));
+        let spent = ticks().wrapping_sub(start);
+        black_box(&trace);
+        say(spent);
+    }
+    let start = ticks();
+    say(ticks().wrapping_sub(start));
+    process::exit(0)
+}
+
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
+    process::exit(101)
+}
