@@ -24,14 +24,16 @@ pub fn flatten<
 ) -> [f32; NX] {
     const { assert!(NX == NU * ND + NY * DD + NS, "NX is NU ND + NY DD + NS") };
     let mut x = [0.0; NX];
-    let values = regressor
-        .u
-        .as_flattened()
-        .iter()
-        .chain(regressor.y.as_flattened())
-        .chain(&regressor.s);
-    for (x, value) in x.iter_mut().zip(values) {
-        *x = *value;
+    let mut places = x.iter_mut();
+    // Three copies of known length: one loop over a chain of them takes 20 instructions a value.
+    for part in [
+        regressor.u.as_flattened(),
+        regressor.y.as_flattened(),
+        &regressor.s,
+    ] {
+        for (value, place) in part.iter().zip(&mut places) {
+            *place = *value;
+        }
     }
     x
 }
