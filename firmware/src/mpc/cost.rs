@@ -33,6 +33,18 @@ impl<const NV: usize> Quadratic<NV> {
         }
     }
 
+    /// Adds to an element of H; one outside is nowhere.
+    #[inline(always)]
+    fn add(&mut self, row: usize, column: usize, value: f32) {
+        if let Some(place) = self
+            .hessian
+            .get_mut(row)
+            .and_then(|row| row.get_mut(column))
+        {
+            *place += value;
+        }
+    }
+
     /// `H p`.
     pub fn hessian_times(&self, p: &[f32; NV]) -> [f32; NV] {
         let mut hp = [0.0; NV];
@@ -115,6 +127,7 @@ impl<
         trajectory: &Trajectory<M::Trace, NY, N>,
         quadratic: &mut Quadratic<NV>,
     ) {
+        *quadratic = Quadratic::new();
         let mut blocks = [[[[0.0; NU]; NY]; DD]; NB];
         let mut gradient = [[0.0; NU]; NB];
         let mut pairs = [[[[0.0; NU]; NU]; NB]; NB];
@@ -153,8 +166,11 @@ impl<
             for (m, pair) in (0..=b).zip(&mut pairs) {
                 for (a, row) in pair.iter().enumerate() {
                     for (c, value) in row.iter().enumerate() {
-                        quadratic.hessian[b * NU + a][m * NU + c] = *value;
-                        quadratic.hessian[m * NU + c][b * NU + a] = *value;
+                        let (row, column) = (b * NU + a, m * NU + c);
+                        quadratic.add(row, column, *value);
+                        if m < b {
+                            quadratic.add(column, row, *value);
+                        }
                     }
                 }
             }
@@ -193,12 +209,14 @@ impl<
             let (change, lambda) = self.change(plan, v);
             let force = lambda * change;
             quadratic.gradient[v] += force;
-            quadratic.hessian[v][v] += lambda;
-            if v >= NU {
-                quadratic.gradient[v - NU] -= force;
-                quadratic.hessian[v - NU][v - NU] += lambda;
-                quadratic.hessian[v][v - NU] -= lambda;
-                quadratic.hessian[v - NU][v] -= lambda;
+            quadratic.add(v, v, lambda);
+            if let Some(before) = v.checked_sub(NU)
+                && let Some(gradient) = quadratic.gradient.get_mut(before)
+            {
+                *gradient -= force;
+                quadratic.add(before, before, lambda);
+                quadratic.add(v, before, -lambda);
+                quadratic.add(before, v, -lambda);
             }
         }
     }
