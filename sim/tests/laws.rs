@@ -201,3 +201,26 @@ fn a_tendon_holds_along_its_path_up_to_its_share_of_the_tension() {
     assert!((slid[0] - 0.5 * 0.5).abs() < 1e-9, "{slid:?}");
     assert!((slid[1] + 0.5 * 0.5 / 3.0).abs() < 1e-9, "{slid:?}");
 }
+
+/// A lagged tension starts at the tension, inputs and all.
+#[test]
+fn a_lagged_tension_starts_at_its_first_value() {
+    let text = "[[body]]\nname = \"a\"\nmotion = \"slide\"\ninertia = 1e9\n\
+                [[tendon]]\nname = \"line\"\npath = [{ body = \"a\", arm = 1.0 }]\n\
+                stiffness = 100.0\npretension = 5.0\n\
+                [[actuator]]\nname = \"winch\"\ndrives = \"line\"\ninput = \"u_V\"\ngain = -0.01\n\
+                [[sensor]]\nname = \"cell\"\nreads = \"line.tension\"\nsignal = \"t_N\"\n";
+    let lag = effect("sensor_lag", "cell", &[("time_constant", 0.1)]);
+    let out = run(
+        &plant(&(text.to_owned() + &lag)),
+        &times(11, 0.01),
+        &[&[3.0; 11]],
+    );
+    for row in 0..11 {
+        assert!(
+            (out.signal(row, 0) - 8.0).abs() < 1e-6,
+            "{}",
+            out.signal(row, 0)
+        );
+    }
+}

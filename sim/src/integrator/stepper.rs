@@ -8,6 +8,7 @@ use crate::error::SimulationError;
 use crate::plant::Plant;
 use crate::plant::topology::Topology;
 use crate::plant::wave::{Shape, Wave};
+use crate::rig::Reads;
 use crate::scalar::Scalar;
 use std::sync::Arc;
 
@@ -38,6 +39,8 @@ pub struct Stepper<S> {
     /// Where in the sample interval the inputs are being read.
     tau: f64,
     settings: Settings,
+    /// Inputs have been seen: lagged tensions have their first value.
+    filled: bool,
     /// By how much more than the rates say the last interval was refined, for a tolerance.
     refinement: usize,
     /// The largest magnitude that each state has had.
@@ -86,6 +89,7 @@ impl<S: Scalar> Stepper<S> {
             time: 0.0,
             tau: 0.0,
             settings: plant.settings(),
+            filled: false,
             refinement: 1,
             largest: Vec::new(),
         };
@@ -237,6 +241,9 @@ impl<S: Scalar> Stepper<S> {
                 .stretch(&self.topology, values, self.time, S::ZERO, 1.0, waves);
         }
         self.refresh();
+        if !self.filled {
+            self.fill();
+        }
     }
 
     /// Branches of laws where the state is, for sensors.
@@ -244,8 +251,24 @@ impl<S: Scalar> Stepper<S> {
         self.work.refresh(&self.topology, S::constant(self.tau));
     }
 
+    /// A lagged tension starts at the tension, which is known once the inputs are.
+    fn fill(&mut self) {
+        for &sensor in &self.topology.lagging {
+            let described = &self.topology.sensors[sensor];
+            if let (Reads::Tension(_), Some((_, state))) = (described.reads, described.lag) {
+                let at = self.work.point(S::constant(self.tau));
+                let reading = self.topology.reading(sensor, &at);
+                self.work.state.z[state] = reading;
+            }
+        }
+        self.filled = true;
+    }
+
     /// Advances by `dt` with the inputs that were taken.
     pub(crate) fn step(&mut self, dt: f64) -> Result<(), SimulationError> {
+        if !self.filled {
+            self.present();
+        }
         if self.topology.rates_vary {
             self.watch_rate(dt);
         }
@@ -362,6 +385,7 @@ impl<S: Scalar> Stepper<S> {
         lifted.rate = self.rate;
         lifted.time = self.time;
         lifted.tau = self.tau;
+        lifted.filled = true;
         lifted.refinement = self.refinement;
         lifted.largest.clone_from(&self.largest);
         Ok(lifted)
