@@ -104,7 +104,7 @@ const VERBS: &[Verb] = &[
     },
     Verb {
         name: "proof",
-        arguments: "[--seed S] [--cases N] [--fresh] [--score] [--publish]",
+        arguments: "[--seed S] [--cases N] [--fresh] [--score] [--publish] | --committed | --bouc-wen",
         line: "Recordings with concealed physics put to `sinew diagnose`, and the table of what it found",
         run: proof::run,
     },

@@ -3,13 +3,13 @@
 //! The cases are written by `tests/foreign/hardlaw`, which shares nothing with the simulator; what they hide lies in
 //! another folder, which is opened only after the last answer is in. Everything resumes where it was stopped.
 
+mod bouc_wen;
 mod run;
 
 use std::fs;
 
-use anyhow::{Context, Result, bail};
-
-use sinew_scorer::{Answer, Scored, Truth, calibration, outcome, table};
+use anyhow::{Context, Result, bail, ensure};
+use sinew_scorer::{Answer, Outcome, Scored, Truth, calibration, outcome, table};
 
 use crate::process::root;
 use run::Folder;
@@ -18,8 +18,19 @@ use run::Folder;
 const SEED: u64 = 2026;
 /// Eight rounds of 85: 304 cases with effects, 320 controls, 56 outside the vocabulary.
 const CASES: usize = 680;
+/// Cases in `tests/foreign/cases`.
+const COMMITTED: usize = 30;
+
+/// What to put to the program.
+#[derive(PartialEq)]
+enum Set {
+    Drawn,
+    Committed,
+    BoucWen,
+}
 
 struct Options {
+    set: Set,
     seed: u64,
     cases: usize,
     fresh: bool,
@@ -29,6 +40,7 @@ struct Options {
 
 fn options(arguments: &[String]) -> Result<Options> {
     let mut options = Options {
+        set: Set::Drawn,
         seed: SEED,
         cases: CASES,
         fresh: false,
@@ -38,9 +50,7 @@ fn options(arguments: &[String]) -> Result<Options> {
     let mut rest = arguments.iter();
     while let Some(argument) = rest.next() {
         let mut number = || -> Result<u64> {
-            let text = rest
-                .next()
-                .with_context(|| format!("{argument} wants a number"))?;
+            let text = (rest.next()).with_context(|| format!("{argument} wants a number"))?;
             text.parse()
                 .with_context(|| format!("{argument} wants a whole number, not '{text}'"))
         };
@@ -50,8 +60,11 @@ fn options(arguments: &[String]) -> Result<Options> {
             "--fresh" => options.fresh = true,
             "--publish" => options.publish = true,
             "--score" => options.score_only = true,
+            "--committed" => options.set = Set::Committed,
+            "--bouc-wen" => options.set = Set::BoucWen,
             other => bail!(
-                "unexpected argument '{other}'; there are --seed S, --cases N, --fresh, --score and --publish"
+                "unexpected argument '{other}'; there are --seed S, --cases N, --fresh, --score, --publish, \
+                 --committed and --bouc-wen"
             ),
         }
     }
@@ -59,9 +72,37 @@ fn options(arguments: &[String]) -> Result<Options> {
 }
 
 /// # Errors
-/// No Python, the program does not build, or a file cannot be read or written.
+/// No Python, the program does not build, a file cannot be read or written; of the committed cases, a name where
+/// there is nothing to be named.
 pub fn run(arguments: &[String]) -> Result<()> {
     let options = options(arguments)?;
+    match options.set {
+        Set::BoucWen => bouc_wen::run(),
+        Set::Committed => committed(),
+        Set::Drawn => drawn(&options),
+    }
+}
+
+/// The thirty committed cases, asked anew: what continuous integration does.
+///
+/// # Errors
+/// A case without an answer, or a false alarm.
+pub fn committed() -> Result<()> {
+    let folder = Folder::committed();
+    folder.forget_answers()?;
+    run::ask(&folder, COMMITTED)?;
+    let cases = score(&folder, COMMITTED)?;
+    println!("{}", table::page(&cases));
+    let of = |wanted: Outcome| cases.iter().filter(|case| case.outcome == wanted).count();
+    ensure!(of(Outcome::Failed) == 0, "a case without an answer");
+    ensure!(
+        of(Outcome::FalseAlarm) == 0,
+        "a name where there is nothing"
+    );
+    Ok(())
+}
+
+fn drawn(options: &Options) -> Result<()> {
     let folder = Folder::of(options.seed);
     if options.fresh {
         folder.forget_answers()?;
@@ -79,15 +120,15 @@ pub fn run(arguments: &[String]) -> Result<()> {
     );
     println!("{body}");
     let head = format!(
-        "# The proof\n\nWritten by `cargo xtask proof --seed {} --cases {} --publish`; the cases are those of \
-         `tests/foreign/hardlaw`, [how they are made](proof-cases.md).\n\n",
+        "# The proof\n\nWritten by `cargo xtask proof --seed {} --cases {} --publish`. The cases are those of \
+         `tests/foreign/hardlaw`: [how they are made and scored](proof-cases.md).\n\n",
         options.seed,
         cases.len()
     );
     let here = if options.publish {
         root().join("docs")
     } else {
-        folder.file("")
+        folder.page().to_path_buf()
     };
     for (name, text) in [
         ("proof.md", head + &body),
@@ -106,10 +147,10 @@ fn score(folder: &Folder, cases: usize) -> Result<Vec<Scored>> {
     for number in 0..cases {
         let path = folder.answer(number);
         if path.exists() {
-            let text = fs::read_to_string(&path)?;
-            let answer = serde_json::from_str(&text).with_context(|| {
-                format!("{} is not an answer of the contract's form", path.display())
-            })?;
+            let text = fs::read_to_string(&path)
+                .with_context(|| format!("cannot read {}", path.display()))?;
+            let answer = serde_json::from_str(&text)
+                .with_context(|| format!("{} is no answer", path.display()))?;
             answers.push((number, Some(answer)));
         } else if folder.refusal(number).exists() {
             answers.push((number, None));
@@ -124,9 +165,9 @@ fn score(folder: &Folder, cases: usize) -> Result<Vec<Scored>> {
         let text =
             fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
         let truth: Truth = serde_json::from_str(&text)
-            .with_context(|| format!("{} is not a truth", path.display()))?;
+            .with_context(|| format!("{} is no truth", path.display()))?;
         scored.push(Scored {
-            case: run::name(number),
+            case: folder.name(number),
             outcome: outcome(answer.as_ref(), &truth),
             truth,
             answer,

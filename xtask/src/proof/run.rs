@@ -8,34 +8,51 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 
 use crate::foreign::python;
-use crate::process::{self, cargo, target_folder};
+use crate::process::{self, cargo, root, target_folder};
 
-/// Where a proof keeps its files.
+/// Where the cases of a proof, their truths and the answers to them lie.
 pub struct Folder {
-    top: PathBuf,
+    cases: PathBuf,
+    truths: PathBuf,
+    answers: PathBuf,
+    digits: usize,
 }
 
 impl Folder {
-    /// The folder of a seed.
+    /// Everything under `target/proof/SEED`.
     pub fn of(seed: u64) -> Self {
+        let top = target_folder().join("proof").join(seed.to_string());
         Self {
-            top: target_folder().join("proof").join(seed.to_string()),
+            cases: top.join("cases"),
+            truths: top.join("truth"),
+            answers: top.join("answers"),
+            digits: 4,
         }
     }
 
-    /// One case: the rig and its recordings.
-    pub fn case(&self, number: usize) -> PathBuf {
-        self.top.join("cases").join(name(number))
+    /// The committed cases; only the answers are under `target`.
+    pub fn committed() -> Self {
+        Self {
+            cases: root().join("tests/foreign/cases"),
+            truths: root().join("tests/foreign/truth"),
+            answers: target_folder().join("proof/committed/answers"),
+            digits: 2,
+        }
+    }
+
+    /// A case's name: says nothing about what it hides.
+    pub fn name(&self, number: usize) -> String {
+        format!("case-{number:0digits$}", digits = self.digits)
     }
 
     /// What one case hides.
     pub fn truth(&self, number: usize) -> PathBuf {
-        self.top.join("truth").join(name(number) + ".json")
+        self.truths.join(self.name(number) + ".json")
     }
 
     /// What was said about one case.
     pub fn answer(&self, number: usize) -> PathBuf {
-        self.top.join("answers").join(name(number) + ".json")
+        self.answers.join(self.name(number) + ".json")
     }
 
     /// What stood on standard error where nothing was said.
@@ -43,9 +60,9 @@ impl Folder {
         self.answer(number).with_extension("error")
     }
 
-    /// A file beside these folders.
-    pub fn file(&self, name: &str) -> PathBuf {
-        self.top.join(name)
+    /// Where the page goes that is not published.
+    pub fn page(&self) -> &Path {
+        self.answers.parent().unwrap_or(&self.answers)
     }
 
     /// Forgets every answer.
@@ -53,18 +70,12 @@ impl Folder {
     /// # Errors
     /// The folder cannot be removed.
     pub fn forget_answers(&self) -> Result<()> {
-        let answers = self.top.join("answers");
-        if answers.exists() {
-            fs::remove_dir_all(&answers)
-                .with_context(|| format!("cannot remove {}", answers.display()))?;
+        if self.answers.exists() {
+            fs::remove_dir_all(&self.answers)
+                .with_context(|| format!("cannot remove {}", self.answers.display()))?;
         }
         Ok(())
     }
-}
-
-/// A case's name: says nothing about what it hides.
-pub fn name(number: usize) -> String {
-    format!("case-{number:04}")
 }
 
 /// Writes the cases that are not there yet.
@@ -78,17 +89,16 @@ pub fn make(folder: &Folder, seed: u64, cases: usize) -> Result<()> {
     let python = python::environment()?;
     let (seed, cases) = (seed.to_string(), cases.to_string());
     let mut command = python.command(&["-m", "hardlaw.cases", "--seed", &seed, "--cases", &cases]);
-    command.arg("--out").arg(folder.file("cases"));
-    command.arg("--truth").arg(folder.file("truth"));
+    command.arg("--out").arg(&folder.cases);
+    command.arg("--truth").arg(&folder.truths);
     process::run(&mut command)
 }
 
-/// Puts every case without an answer to the program.
+/// The program under test, built.
 ///
 /// # Errors
-/// The program does not build or cannot be started; an answer cannot be written. A case on which it fails is no
-/// error: it is counted.
-pub fn ask(folder: &Folder, cases: usize) -> Result<()> {
+/// It does not build.
+pub fn program() -> Result<PathBuf> {
     process::run(&mut cargo(&[
         "build",
         "--quiet",
@@ -97,25 +107,33 @@ pub fn ask(folder: &Folder, cases: usize) -> Result<()> {
         "--bin",
         "sinew",
     ]))?;
-    let sinew = target_folder().join("debug/sinew");
+    Ok(target_folder().join("debug/sinew"))
+}
+
+/// Puts every case without an answer to the program.
+///
+/// # Errors
+/// The program does not build or cannot be started; an answer cannot be written. A case on which it fails is no
+/// error: it is counted.
+pub fn ask(folder: &Folder, cases: usize) -> Result<()> {
+    let sinew = program()?;
     let asked = |number: usize| folder.answer(number).exists() || folder.refusal(number).exists();
     let left: Vec<usize> = (0..cases).filter(|&number| !asked(number)).collect();
     if left.len() < cases {
-        println!(
-            "{} of {cases} cases have their answer; --fresh asks again",
-            cases - left.len()
-        );
+        let done = cases - left.len();
+        println!("{done} of {cases} cases have their answer; --fresh asks again");
     }
-    fs::create_dir_all(folder.file("answers"))?;
+    fs::create_dir_all(&folder.answers)
+        .with_context(|| format!("cannot make {}", folder.answers.display()))?;
     let begun = Instant::now();
     for (done, &number) in left.iter().enumerate() {
         ask_one(&sinew, folder, number)?;
         let each = begun.elapsed().as_secs_f64() / (done + 1) as f64;
+        let rest = left.len() - done - 1;
         println!(
-            "{}: {} left, about {:.0} s",
-            name(number),
-            left.len() - done - 1,
-            each * (left.len() - done - 1) as f64
+            "{}: {rest} left, about {:.0} s",
+            folder.name(number),
+            each * rest as f64
         );
     }
     Ok(())
@@ -126,24 +144,12 @@ fn ask_one(sinew: &Path, folder: &Folder, number: usize) -> Result<()> {
     let answer = folder.answer(number);
     let part = answer.with_extension("part");
     let output = Command::new(sinew)
-        .args([
-            "diagnose",
-            "rig.toml",
-            "--fit",
-            "fit-a.csv",
-            "--fit",
-            "fit-b.csv",
-        ])
-        .args([
-            "--check",
-            "check.csv",
-            "--test",
-            "test.csv",
-            "--quiet",
-            "--json",
-        ])
+        .args(["diagnose", "rig.toml"])
+        .args(["--fit", "fit-a.csv", "--fit", "fit-b.csv"])
+        .args(["--check", "check.csv", "--test", "test.csv"])
+        .args(["--quiet", "--json"])
         .arg(&part)
-        .current_dir(folder.case(number))
+        .current_dir(folder.cases.join(folder.name(number)))
         .stdin(Stdio::null())
         .output()
         .with_context(|| format!("cannot start {}", sinew.display()))?;
@@ -154,7 +160,7 @@ fn ask_one(sinew: &Path, folder: &Folder, number: usize) -> Result<()> {
             fs::write(folder.refusal(number), format!("status {code}\n{said}"))?;
         }
         // A signal: somebody wants this to end, or the machine does. Not the case's fault.
-        None => bail!("sinew diagnose was ended on {}", name(number)),
+        None => bail!("sinew diagnose was ended on {}", folder.name(number)),
     }
     Ok(())
 }
