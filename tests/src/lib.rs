@@ -1,10 +1,9 @@
 //! What the tests of `tests/tests` share: the images of this checkout, the reference problem's plant, and the
-//! loop around it, and what foreign physics wrote. Talking to a device is `sinew::device`.
+//! loop around it. Talking to a device is `sinew::device`.
 
 pub mod board;
 pub mod callgraph;
 pub mod closed_loop;
-pub mod foreign;
 pub mod image;
 pub mod reference;
 pub mod snapshot;

@@ -199,6 +199,23 @@ def fill_lags(s, y, u, modes, w, act_state, t):
 
 
 @njit(cache=True)
+def inputs_at(s, t, k, now, inputs, held, u):
+    """Inputs behind delay and play at the time `now` of interval k; returns when the next delayed one arrives."""
+    until = np.inf
+    for a in range(s.actuators.shape[0]):
+        delay = s.actuators[a, AC_DELAY]
+        j = k
+        while j > 0 and t[j] + delay > now + 1e-12 * (t[k] - t[k - 1]):
+            j -= 1
+        if delay > 0.0 and j + 1 <= k:
+            until = min(until, t[j + 1] + delay)
+        half = 0.5 * s.actuators[a, AC_PLAY]
+        held[a] = min(max(held[a], inputs[j, a] - half), inputs[j, a] + half)
+        u[a] = held[a]
+    return until
+
+
+@njit(cache=True)
 def record(s, y, t, inputs, disturbance, noise, quantum, control, linear, tolerance, w):
     """Signals (samples, sensors) with noise, the same without, and states (samples, states).
 
@@ -227,6 +244,9 @@ def record(s, y, t, inputs, disturbance, noise, quantum, control, linear, tolera
                 u[a] = inputs[0, a]
                 held[a] = u[a]
             fill_lags(s, y, u, modes, w, held, t[0])
+        if control.kp == 0.0:
+            # An input holds from its own sample on: a tension follows it at once. A controller measures first.
+            inputs_at(s, t, k, t[k], inputs, held, u)
         measure(s, y, t[k], u, modes, w, clean[k])
         for m in range(sensors):
             if s.sensors[m, SE_PLAY] > 0.0:
@@ -253,17 +273,8 @@ def record(s, y, t, inputs, disturbance, noise, quantum, control, linear, tolera
         begin = t[k]
         while begin < t[k + 1]:
             end = t[k + 1]
+            end = min(end, inputs_at(s, t, k, begin, inputs, held, u))
             for a in range(actuators):
-                delay = s.actuators[a, AC_DELAY]
-                j = k
-                while j > 0 and t[j] + delay > begin + 1e-12 * (t[k + 1] - t[k]):
-                    j -= 1
-                value = inputs[j, a]
-                if delay > 0.0 and j + 1 <= k and t[j + 1] + delay < end:
-                    end = t[j + 1] + delay
-                half = 0.5 * s.actuators[a, AC_PLAY]
-                held[a] = min(max(held[a], value - half), value + half)
-                u[a] = held[a]
                 slope[a] = (inputs[k + 1, a] - inputs[k, a]) / (t[k + 1] - t[k]) if linear else 0.0
             h = advance(s, y, begin, end, u, slope, modes, h, tolerance, w)
             begin = end

@@ -11,6 +11,8 @@ use anyhow::{Result, bail};
 const PROGRAMS: &[&[&str]] = &[
     &["mass_spring_damper.py"],
     &["mujoco_trajectories.py"],
+    &["-m", "hardlaw.check"],
+    &["-m", "hardlaw.exact"],
     &["-m", "hardlaw.committed"],
 ];
 

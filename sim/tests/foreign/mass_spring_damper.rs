@@ -2,7 +2,8 @@
 //! form between its stops, shares no code with the simulator, and wrote the recording that is compared here.
 
 use sinew_sim::{Drive, Plant, Rig};
-use sinew_tests::foreign::{self, Columns};
+
+use crate::recording::{Columns, range, text};
 
 /// Error that is allowed, as a part of the range of the motion. The recording is exact to rounding.
 const TOLERANCE: f64 = 1e-6;
@@ -10,8 +11,7 @@ const TOLERANCE: f64 = 1e-6;
 /// The device with the parameters that the recording was made with, dry friction included.
 fn plant(friction: f64) -> Plant {
     let truth: serde_json::Value =
-        serde_json::from_str(&foreign::text("mass_spring_damper.truth.json"))
-            .expect("truth.json is JSON");
+        serde_json::from_str(&text("mass_spring_damper.truth.json")).expect("truth.json is JSON");
     let number = |key: &str| truth[key].as_f64().expect("truth.json holds this number");
     let rig = format!(
         r#"
@@ -62,7 +62,7 @@ fn largest_error(plant: &Plant) -> f64 {
     let run = plant
         .simulate(&plant.values(), &[0.0, 0.0], &drive, t)
         .expect("it can be simulated");
-    let range = foreign::range(q);
+    let range = range(q);
     assert!(
         range > 0.1,
         "the recorded mass hardly moves: this tests nothing"
