@@ -18,7 +18,7 @@ import numpy as np
 import mujoco_trajectories as trajectories
 
 BATCH, ROUNDS = 16, 4
-STEPS_PER_SAMPLE = (1, 2, 3, 4, 5, 6, 8, 10, 16, 20, 40)
+STEPS_PER_SAMPLE = (1, 2, 3, 4, 5, 6, 8, 10, 16, 20, 40, 80, 160)
 INTEGRATORS = ("Euler", "implicitfast", "implicit", "RK4")
 
 
