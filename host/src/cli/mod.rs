@@ -4,6 +4,7 @@ mod build;
 mod compare;
 mod diagnose;
 mod emit;
+mod excite;
 mod fit;
 mod flash;
 mod import;
@@ -46,6 +47,8 @@ enum Verb {
     New(crate::new_rig::NewArgs),
     /// Drive a rig with a recording's inputs and write what its sensors would have shown.
     Simulate(simulate::Arguments),
+    /// Design an experiment inside a rig's limits, and say which effects it would reveal.
+    Excite(excite::Arguments),
     /// Refit a rig's parameters to recordings.
     Fit(fit::Arguments),
     /// Say where a rig and recordings differ, and which physics the rig lacks.
@@ -207,6 +210,7 @@ fn run(verb: Verb) -> Result<()> {
         Verb::Build(arguments) => build::run(&arguments),
         Verb::New(arguments) => new::run(&arguments),
         Verb::Simulate(arguments) => simulate::run(&arguments),
+        Verb::Excite(arguments) => excite::run(&arguments),
         Verb::Fit(arguments) => fit::run(&arguments),
         Verb::Diagnose(arguments) => diagnose::run(&arguments),
         Verb::Mjcf(arguments) => mjcf::run(&arguments),

@@ -3,10 +3,14 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use sinew_sim::{Plant, Rig};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use sinew_sim::{Drive, Plant, RecordingRun, Rig};
 
-use crate::error::Result;
+use crate::dataset::gaussian;
+use crate::error::{Error, Result};
 use crate::recording::{Column, Recording};
+use crate::view::{self, Animation};
 
 /// Arguments of `sinew simulate`.
 #[derive(Args)]
@@ -19,6 +23,21 @@ pub struct Arguments {
     /// Where the signals of all sensors are written.
     #[arg(long, value_name = "CSV")]
     out: PathBuf,
+    /// Write the input columns as well, so that the file is a recording to fit to.
+    #[arg(long)]
+    with_inputs: bool,
+    /// Standard deviation of white noise on every signal, as a fraction of what the signal ranges over.
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.0)]
+    noise: f64,
+    /// Seed of the noise.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Draw signals and inputs over time.
+    #[arg(long, value_name = "SVG")]
+    plot: Option<PathBuf>,
+    /// Write a page with the plots and, where the rig has a shape, its animation.
+    #[arg(long, value_name = "HTML")]
+    html: Option<PathBuf>,
     /// No remarks.
     #[arg(long)]
     quiet: bool,
@@ -40,9 +59,25 @@ fn columns<'a>(
         .collect()
 }
 
+/// White noise on a signal, its deviation a fraction of the signal's range.
+fn disturb(signal: &mut [f64], fraction: f64, random: &mut ChaCha8Rng) {
+    let low = signal.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = signal.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    for value in signal {
+        *value += fraction * (high - low) * gaussian(random);
+    }
+}
+
 /// # Errors
 /// A bad file, or a rig that diverges.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    if !(0.0..=1.0).contains(&arguments.noise) {
+        return Err(Error::arguments(format!(
+            "`--noise {}` is no fraction of a signal's range",
+            arguments.noise
+        ))
+        .help("0.005 is half a percent"));
+    }
     let rig = Rig::load(&arguments.rig)?;
     let plant = Plant::new(&rig)?;
     let recording = Recording::read(&arguments.input)?;
@@ -60,25 +95,36 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             None => vec![f64::NAN; recording.len()],
         })
         .collect();
-    let inputs: Vec<&[f64]> = inputs.iter().map(Vec::as_slice).collect();
+    let driven: Vec<&[f64]> = inputs.iter().map(Vec::as_slice).collect();
     let signals: Vec<&[f64]> = signals.iter().map(Vec::as_slice).collect();
-    let run = plant.simulate_recording(recording.t(), &inputs, &signals)?;
+    let run = plant.simulate_recording(recording.t(), &driven, &signals)?;
+    draw(arguments, &rig, &plant, &recording, &inputs, &run)?;
 
-    let written = plant
-        .sensors()
+    let mut random = ChaCha8Rng::seed_from_u64(arguments.seed);
+    let mut written = Vec::new();
+    for (input, held) in plant
+        .inputs()
         .iter()
-        .enumerate()
-        .map(|(i, sensor)| Column {
-            name: sensor.column.clone(),
-            values: run
-                .trajectory
-                .column(i)
-                .iter()
-                .map(|v| v / sensor.column_factor)
-                .collect(),
+        .zip(&inputs)
+        .filter(|_| arguments.with_inputs)
+    {
+        written.push(Column {
+            name: input.column.clone(),
+            values: held.iter().map(|v| v / input.column_factor).collect(),
         });
-    Recording::new(&arguments.out, recording.t().to_vec(), written.collect())?
-        .write(&arguments.out)?;
+    }
+    for (i, sensor) in plant.sensors().iter().enumerate() {
+        let mut values = run.trajectory.column(i);
+        if arguments.noise > 0.0 {
+            disturb(&mut values, arguments.noise, &mut random);
+        }
+        values.iter_mut().for_each(|v| *v /= sensor.column_factor);
+        written.push(Column {
+            name: sensor.column.clone(),
+            values,
+        });
+    }
+    Recording::new(&arguments.out, recording.t().to_vec(), written)?.write(&arguments.out)?;
     if !arguments.quiet {
         for (input, held) in plant.inputs().iter().zip(&run.held) {
             if *held > 0 {
@@ -94,6 +140,54 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             plant.sensors().len(),
             arguments.out.display()
         );
+        for path in [&arguments.plot, &arguments.html].into_iter().flatten() {
+            println!("{}", path.display());
+        }
     }
     Ok(())
+}
+
+/// Writes the plot and the page, where they were asked for.
+fn draw(
+    arguments: &Arguments,
+    rig: &Rig,
+    plant: &Plant,
+    recording: &Recording,
+    inputs: &[Vec<f64>],
+    run: &RecordingRun,
+) -> Result<()> {
+    let plots = || view::simulation(plant, recording.t(), inputs, &run.trajectory);
+    if let Some(path) = &arguments.plot {
+        crate::atomic::write(path, crate::report::sheet(&plots()))?;
+    }
+    let Some(path) = &arguments.html else {
+        return Ok(());
+    };
+    let mut animation = Animation::new(recording.len());
+    let driven: Vec<&[f64]> = inputs.iter().map(Vec::as_slice).collect();
+    let drive = Drive::new(plant, recording.len(), &driven)?;
+    let values = plant.values();
+    let mut looked = Ok(());
+    plant.simulate_with(
+        &values,
+        &run.start,
+        &drive,
+        recording.t(),
+        |row, stepper| {
+            let (time, state) = (recording.t()[row], stepper.state());
+            if looked.is_ok() {
+                looked = animation.take(row, time, plant, &values, &state);
+            }
+        },
+    )?;
+    looked?;
+    let lead = format!(
+        "{} rows from {} s to {} s, driven by {}.",
+        recording.len(),
+        recording.t()[0],
+        recording.t()[recording.len() - 1],
+        recording.name(),
+    );
+    let shape = (!animation.is_empty()).then_some(&animation);
+    view::page(&rig.name, lead, shape, plots()).write(path)
 }

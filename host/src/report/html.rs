@@ -6,7 +6,7 @@ use super::plot::{classes, stroke_class};
 use super::{Block, Fact, Plot, Report, Section, Table};
 
 /// The style sheet, light and dark.
-const STYLE: &str = include_str!("style.css");
+pub(super) const STYLE: &str = include_str!("style.css");
 
 pub(super) fn page(report: &Report) -> String {
     let title = escape(&report.title);
@@ -69,6 +69,7 @@ fn push_section(text: &mut String, section: &Section) {
             Block::Table(table) => push_table(text, table),
             Block::Plot(plot) => push_plot(text, plot),
             Block::Facts(facts) => push_facts(text, facts),
+            Block::Html(html) => text.push_str(html),
         }
     }
     text.push_str("</section>\n");

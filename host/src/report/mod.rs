@@ -1,7 +1,7 @@
 //! Reports: one self-contained HTML file with plots, readable offline, in light and in dark.
 //!
 //! A [`Report`] is data; [`Report::to_html`] is a pure function of it. Style sheet and plots are inside
-//! the file, which loads nothing and runs no script. The plots are drawn here rather than by a plotting
+//! the file, which loads nothing and runs no script but an animation's. The plots are drawn here rather than by a plotting
 //! library so that their colours can follow the reader's light or dark setting, which needs classes
 //! instead of fixed colours in the SVG (docs/decisions/0009-plots-without-a-library.md).
 //!
@@ -19,10 +19,12 @@ mod decimate;
 mod html;
 mod plot;
 mod quantity;
+mod sheet;
 
 use std::path::Path;
 
 pub use quantity::{quantity, significant};
+pub use sheet::sheet;
 
 use crate::error::Result;
 
@@ -76,6 +78,8 @@ pub enum Block {
     Plot(Plot),
     /// Numbers as cards.
     Facts(Vec<Fact>),
+    /// HTML as it stands, of this program's own making: an animation.
+    Html(String),
 }
 
 /// A table of text; numbers are formatted by [`significant`] or [`quantity`].

@@ -9,7 +9,7 @@ use super::quantity::multiple;
 use super::{Axis, Plot, Series, Stroke, Tone};
 
 /// Width of the drawing; the page scales it.
-const WIDTH: f64 = 960.0;
+pub(super) const WIDTH: f64 = 960.0;
 /// Room for the labels of the left axis: the same in all plots, so that their time axes align.
 const LEFT: f64 = 62.0;
 const RIGHT: f64 = 14.0;
