@@ -52,7 +52,7 @@ fn part_of(
     match kind {
         Kind::Multisine => multisine(seconds, [low, high], (index, count), random),
         Kind::Steps => steps(seconds, [low, high], random),
-        Kind::Triangle => triangle(seconds, (index, count)),
+        Kind::Triangle => triangle(seconds, index),
         Kind::Chirp => chirp(seconds, [low, high], (index, count)),
         // A mixture of mixtures: `shape` has cut it up already.
         Kind::Mixed => Box::new(|_| 0.0),
@@ -120,15 +120,14 @@ fn steps(seconds: f64, [_, high]: [f64; 2], random: &mut ChaCha8Rng) -> Wave {
     })
 }
 
-/// Triangles of 1/4, 1/2 and 1 of the range, one period each; input `index` begins a share of a period
-/// later than the first, so that two inputs do not move as one (eq. 3).
-fn triangle(seconds: f64, (index, count): (usize, usize)) -> Wave {
-    let period = seconds / 3.0;
-    let late = index as f64 / count as f64;
+/// Triangles of 1/4, 1/2 and 1 of the range for a third of the part each; a pair of inputs a quarter
+/// period apart, the next pair with one period more, so that no two move as one (eq. 3).
+fn triangle(seconds: f64, index: usize) -> Wave {
+    let stage = seconds / 3.0;
+    let (periods, late) = ((index / 2 + 1) as f64, 0.25 * (index % 2) as f64);
     Box::new(move |t| {
-        let phase = t / period;
-        let size = [0.25, 0.5, 1.0][(phase as usize).min(2)];
-        let turn = (phase - late).rem_euclid(1.0);
+        let size = [0.25, 0.5, 1.0][((t / stage) as usize).min(2)];
+        let turn = (periods * t / stage - late).rem_euclid(1.0);
         // 0 at 0, 1 at a quarter, -1 at three quarters.
         let wave = 1.0 - 4.0 * ((turn + 0.25).rem_euclid(1.0) - 0.5).abs();
         size * wave
