@@ -1,6 +1,7 @@
 //! The `sinew` program as its users meet it. One test program, because linking is the slow part.
 
 mod desk;
+mod excite;
 mod interrupt;
 mod refusals;
 mod verbs;

@@ -169,3 +169,24 @@ fn diagnoses() {
     assert!(!desk.path("a.json").exists(), "a refusal writes nothing");
     insta::assert_snapshot!(report);
 }
+
+#[test]
+fn experiments() {
+    let desk = desk();
+    let free = desk.read(RIG).replace("limit = [-20.0, 20.0]", "# no limit");
+    desk.write("free.toml", &free);
+    let excite = |rig: &str, more: &str| format!("excite {rig} --out exc.csv --quiet {more}");
+    let lines = [
+        excite("free.toml", ""),
+        excite(RIG, "--kind noise"),
+        excite(RIG, "--seconds 0"),
+        excite(RIG, "--seconds 0.01"),
+        excite(RIG, "--amplitude 1.5"),
+        excite(RIG, "--band 1"),
+        excite(RIG, "--band 5,70"),
+        excite(RIG, "--noise 0"),
+        format!("simulate {RIG} --input good.csv --out out.csv --noise 2"),
+    ];
+    let lines: Vec<&str> = lines.iter().map(String::as_str).collect();
+    insta::assert_snapshot!(refusals(&desk, &lines));
+}

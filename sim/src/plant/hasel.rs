@@ -1,0 +1,101 @@
+//! HASEL actuators as slots: contraction, charge, pull (docs/geometry.md, eq. 9).
+
+use super::forces::Point;
+use super::topology::Topology;
+use crate::geometry::zip::{EPSILON_0, Zip};
+use crate::scalar::Scalar;
+
+/// A row of zipping pouches.
+#[derive(Debug)]
+pub(crate) struct Hasel {
+    /// (body, slot of its arm).
+    pub(crate) path: Vec<(usize, usize)>,
+    /// What charges it: indices of lines.
+    pub(crate) lines: Vec<usize>,
+    /// Index of the internal state that is its charge, C.
+    pub(crate) charge: usize,
+    pub(crate) pouches: f64,
+    pub(crate) slack: usize,
+    pub(crate) pouch_length: usize,
+    pub(crate) width: usize,
+    pub(crate) film_thickness: usize,
+    pub(crate) permittivity: usize,
+    pub(crate) fill_angle: usize,
+    pub(crate) capacitance: usize,
+    pub(crate) resistance: usize,
+    pub(crate) film_stiffness: usize,
+}
+
+/// What an actuator does in a state.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pull<S> {
+    /// Shortening since it was stretched out, m.
+    pub(crate) stroke: S,
+    /// V.
+    pub(crate) voltage: S,
+    /// Along its path, N.
+    pub(crate) force: S,
+    /// Slope of the capacitance over the stroke, F/m.
+    pub(crate) slope: S,
+    /// Slope of that, F/m^2.
+    pub(crate) bend: S,
+    /// F.
+    pub(crate) capacitance: S,
+}
+
+impl Hasel {
+    /// Contraction, voltage and force (eq. 9).
+    pub(crate) fn pull<S: Scalar>(&self, values: &[S], q: &[S], charge: S) -> Pull<S> {
+        let mut stroke = values[self.slack];
+        for &(body, arm) in &self.path {
+            stroke -= values[arm] * q[body];
+        }
+        let length = values[self.pouch_length];
+        let share = stroke / (length * self.pouches);
+        let zip = Zip::contracted(values[self.fill_angle], share);
+        // Farad per metre of zipped film, of one pouch: two films between the electrodes.
+        let density = values[self.permittivity] * values[self.width] * EPSILON_0
+            / (values[self.film_thickness] * 2.0);
+        let electrodes = density * length * zip.zipped * self.pouches;
+        // Stretched film would take the capacitance below zero in the end; a part of the rest stays.
+        let capacitance = (values[self.capacitance] + electrodes).max(values[self.capacitance] * 0.1);
+        let voltage = charge / capacitance;
+        let slope = density * zip.slope;
+        let mut force = voltage * voltage * slope * 0.5;
+        if stroke.value() < 0.0 {
+            force -= values[self.film_stiffness] * stroke;
+        }
+        Pull {
+            stroke,
+            voltage,
+            force,
+            slope,
+            bend: density * zip.bend / (length * self.pouches),
+            capacitance,
+        }
+    }
+
+    /// Adds its pull to the bodies and gives the rate of its charge, A.
+    pub(crate) fn act<S: Scalar>(&self, topology: &Topology, at: &Point<S>, force: &mut [S]) -> S {
+        let pull = self.pull(at.values, &at.state.q, at.state.z[self.charge]);
+        for &(body, arm) in &self.path {
+            force[body] -= at.values[arm] * pull.force;
+        }
+        let mut supply = S::ZERO;
+        for &line in &self.lines {
+            supply += topology.through(line, at);
+        }
+        (supply - pull.voltage) / at.values[self.resistance]
+    }
+
+    /// Bounds on what it adds to a rig near a state: stiffness along its path, N/m, and the rate of its
+    /// charge, 1/s.
+    pub(crate) fn rates(&self, values: &[f64], q: &[f64], charge: f64) -> (f64, f64) {
+        let pull = self.pull(values, q, charge);
+        let square = pull.voltage * pull.voltage;
+        // At held charge the voltage falls as the capacitance rises, which is stiffer than held voltage.
+        let electric = 0.5 * square * pull.bend.abs() + square * pull.slope * pull.slope / pull.capacitance;
+        let stretched = if pull.stroke < 1e-3 { values[self.film_stiffness] } else { 0.0 };
+        (electric + stretched, 1.0 / (values[self.resistance] * pull.capacitance))
+    }
+}
