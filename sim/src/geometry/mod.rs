@@ -4,6 +4,7 @@
 pub(crate) mod chain;
 pub(crate) mod dipole;
 pub(crate) mod plate;
+pub(crate) mod zip;
 
 use crate::scalar::Scalar;
 

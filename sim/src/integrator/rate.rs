@@ -115,6 +115,16 @@ pub(super) fn bound(
         };
         rows.add(&arms.collect::<Vec<_>>(), slopes);
     }
+    for hasel in &topology.hasels {
+        let (stiffness, charging) = hasel.rates(values, &state.q, state.z[hasel.charge]);
+        let arms = hasel.path.iter().map(|&(body, arm)| (body, values[arm]));
+        let slopes = Slopes {
+            stiffness,
+            damping: 0.0,
+        };
+        rows.add(&arms.collect::<Vec<_>>(), slopes);
+        internal = f64::max(internal, charging);
+    }
     let loads = topology.loads.iter().map(|l| (l.body, l.motion, l.law));
     let frictions = (topology.frictions.iter())
         .flat_map(|f| f.laws.iter().map(|law| (f.body(), f.motion, *law)));

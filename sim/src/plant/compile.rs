@@ -1,6 +1,7 @@
 //! From a rig to a plant: names become indices, numbers become slots.
 
 use super::attach;
+use super::hasel;
 use super::shapes;
 use super::topology::{
     BodySlots, Damper, Law, Line, Load, Motor, Sensor, Spring, Stages, Switch, Tendon, Topology,
@@ -9,7 +10,7 @@ use super::{Input, Parameter, Plant, SensorChannel};
 use crate::effects::{Kind, Sign};
 use crate::error::Error;
 use crate::integrator::Settings;
-use crate::rig::{Actuator, Drives, End, Hold, Place, Reads, Rig, Value};
+use crate::rig::{Actuator, Drives, End, HaselReading, Hold, Place, Reads, Rig, Value};
 use crate::unit::{self, Motion, Quantity};
 use std::sync::Arc;
 
@@ -124,7 +125,7 @@ pub(super) fn compile(rig: &Rig) -> Result<Plant, Error> {
         column_factor: sensor.column_factor,
         position_of: match sensor.reads {
             Reads::Position(body) => Some(body),
-            Reads::Velocity(_) | Reads::Tension(_) | Reads::Shape(_) => None,
+            _ => None,
         },
         line: sensor.line,
     });
@@ -193,6 +194,8 @@ pub(super) fn reading_unit(rig: &Rig, reads: Reads) -> &'static str {
         Reads::Velocity(body) => Quantity::Velocity.unit(rig.bodies[body].motion),
         Reads::Tension(_) => "N",
         Reads::Shape(shape) => shape.unit(),
+        Reads::Hasel(_, HaselReading::Voltage) => "V",
+        Reads::Hasel(_, HaselReading::Stroke) => "m",
     }
 }
 
@@ -341,6 +344,7 @@ fn build<'a>(rig: &'a Rig, columns: &mut Vec<&'a str>) -> (Slots<'a>, Topology) 
         switches,
         ..Topology::default()
     };
+    hasel::add(rig, &mut slots, &mut topology);
     add_actuators(rig, columns, &mut slots, &mut topology);
     for sensor in &rig.sensors {
         let reading = reading_unit(rig, sensor.reads);
@@ -380,6 +384,7 @@ fn add_actuators<'a>(
         let over = match actuator.drives {
             Drives::Body(body) => Quantity::Force.unit(rig.bodies[body].motion),
             Drives::Tendon(_) => "m",
+            Drives::Hasel(_) => "V",
         };
         let unit = unit::ratio(over, input_unit(actuator));
         let input =
@@ -402,6 +407,7 @@ fn add_actuators<'a>(
         match actuator.drives {
             Drives::Body(body) => topology.motors.push(Motor { body, line }),
             Drives::Tendon(tendon) => topology.tendons[tendon].lines.push(line),
+            Drives::Hasel(hasel) => topology.hasels[hasel].lines.push(line),
         }
     }
     topology.inputs = columns.len();

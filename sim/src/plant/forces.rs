@@ -237,6 +237,9 @@ impl Topology {
                 force[body] -= values[arm] * tension;
             }
         }
+        for hasel in &self.hasels {
+            rate[hasel.charge] = hasel.act(self, at, force);
+        }
         if self.follows > 0 {
             self.loads(at, force, load);
         }
@@ -308,6 +311,7 @@ impl Topology {
             Reads::Velocity(body) => at.state.v[body],
             Reads::Tension(tendon) => self.tendons[tendon].tension(self, at),
             Reads::Shape(shape) => self.shapes.read(shape, at.values, &at.state.q),
+            Reads::Hasel(hasel, reading) => self.hasels[hasel].read(reading, at),
         };
         match sensor.curvature {
             Some(slot) => curve(&at.values[slot..], reading),

@@ -1,8 +1,11 @@
 //! HASEL actuators as slots: contraction, charge, pull (docs/geometry.md, eq. 9).
 
+use super::compile::Slots;
 use super::forces::Point;
 use super::topology::Topology;
+use crate::effects::Sign;
 use crate::geometry::zip::{EPSILON_0, Zip};
+use crate::rig::{HaselReading, Rig, Value};
 use crate::scalar::Scalar;
 
 /// A row of zipping pouches.
@@ -43,7 +46,49 @@ pub(crate) struct Pull<S> {
     pub(crate) capacitance: S,
 }
 
+/// Every HASEL actuator of the rig, its path still to be found (`shapes::add`). Their charges come before
+/// all states of effects.
+pub(super) fn add(rig: &Rig, slots: &mut Slots, topology: &mut Topology) {
+    for hasel in &rig.geometry.hasels {
+        let name = hasel.name.as_str();
+        let mut add =
+            |key, unit, sign, value: &Value| slots.add_signed(&[name, key], unit, sign, value);
+        let built = Hasel {
+            path: Vec::new(),
+            lines: Vec::new(),
+            charge: topology.internal.len(),
+            pouches: hasel.pouches as f64,
+            slack: add("slack", "m", Sign::Any, &hasel.slack),
+            pouch_length: add("pouch_length", "m", Sign::Positive, &hasel.pouch_length),
+            width: add("width", "m", Sign::Positive, &hasel.width),
+            film_thickness: add("film_thickness", "m", Sign::Positive, &hasel.film_thickness),
+            permittivity: add("permittivity", "1", Sign::Positive, &hasel.permittivity),
+            fill_angle: add("fill_angle", "rad", Sign::Positive, &hasel.fill_angle),
+            capacitance: add("capacitance", "F", Sign::Positive, &hasel.capacitance),
+            resistance: add("resistance", "ohm", Sign::Positive, &hasel.resistance),
+            film_stiffness: add(
+                "film_stiffness",
+                "N/m",
+                Sign::NonNegative,
+                &hasel.film_stiffness,
+            ),
+        };
+        topology.internal.push(format!("{name}.charge"));
+        topology.hasels.push(built);
+        topology.rates_vary = true;
+    }
+}
+
 impl Hasel {
+    /// What a sensor reads of it.
+    pub(crate) fn read<S: Scalar>(&self, reading: HaselReading, at: &Point<S>) -> S {
+        let pull = self.pull(at.values, &at.state.q, at.state.z[self.charge]);
+        match reading {
+            HaselReading::Voltage => pull.voltage,
+            HaselReading::Stroke => pull.stroke,
+        }
+    }
+
     /// Contraction, voltage and force (eq. 9).
     pub(crate) fn pull<S: Scalar>(&self, values: &[S], q: &[S], charge: S) -> Pull<S> {
         let mut stroke = values[self.slack];
@@ -58,7 +103,8 @@ impl Hasel {
             / (values[self.film_thickness] * 2.0);
         let electrodes = density * length * zip.zipped * self.pouches;
         // Stretched film would take the capacitance below zero in the end; a part of the rest stays.
-        let capacitance = (values[self.capacitance] + electrodes).max(values[self.capacitance] * 0.1);
+        let capacitance =
+            (values[self.capacitance] + electrodes).max(values[self.capacitance] * 0.1);
         let voltage = charge / capacitance;
         let slope = density * zip.slope;
         let mut force = voltage * voltage * slope * 0.5;
@@ -94,8 +140,16 @@ impl Hasel {
         let pull = self.pull(values, q, charge);
         let square = pull.voltage * pull.voltage;
         // At held charge the voltage falls as the capacitance rises, which is stiffer than held voltage.
-        let electric = 0.5 * square * pull.bend.abs() + square * pull.slope * pull.slope / pull.capacitance;
-        let stretched = if pull.stroke < 1e-3 { values[self.film_stiffness] } else { 0.0 };
-        (electric + stretched, 1.0 / (values[self.resistance] * pull.capacitance))
+        let electric =
+            0.5 * square * pull.bend.abs() + square * pull.slope * pull.slope / pull.capacitance;
+        let stretched = if pull.stroke < 1e-3 {
+            values[self.film_stiffness]
+        } else {
+            0.0
+        };
+        (
+            electric + stretched,
+            1.0 / (values[self.resistance] * pull.capacitance),
+        )
     }
 }

@@ -4,6 +4,7 @@ mod attach;
 mod compile;
 pub(crate) mod forces;
 mod gradient;
+pub(crate) mod hasel;
 mod initial;
 mod run;
 mod shapes;

@@ -1,6 +1,7 @@
 //! The rig as indices: everything about a plant but its numbers, which are slots of a parameter
 //! vector.
 
+use super::hasel::Hasel;
 use super::shapes::Shapes;
 use crate::effects::Kind;
 use crate::rig::Reads;
@@ -42,6 +43,7 @@ pub(crate) struct Topology {
     pub(crate) switches: Vec<Switch>,
     /// Some slope depends on the state, so that the fastest rate must be watched along the way.
     pub(crate) rates_vary: bool,
+    pub(crate) hasels: Vec<Hasel>,
     /// What has a shape.
     pub(crate) shapes: Shapes,
 }

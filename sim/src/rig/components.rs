@@ -3,8 +3,8 @@
 use super::control;
 use super::effect::read_effects;
 use super::geometry::{
-    self, Geometry, Reading, read_magnet, read_magnetometer, read_route, read_waveguide,
-    same_place, split,
+    self, Geometry, Reading, read_hasel, read_magnet, read_magnetometer, read_path, read_waveguide,
+    split,
 };
 use super::names::{Component, Names};
 use super::reader::{Reader, Source, Spanned};
@@ -33,6 +33,7 @@ const TOP: &[&str] = &[
     "waveguide",
     "magnet",
     "magnetometer",
+    "hasel",
     "control",
     "network",
 ];
@@ -96,6 +97,7 @@ pub(super) fn read_rig<'a>(source: &'a Source<'a>, table: &'a dyn TableLike) -> 
     rig.geometry.waveguides = each(&root, "waveguide", |table| read_waveguide(table, &names))?;
     rig.geometry.magnets = each(&root, "magnet", |table| read_magnet(table, &names))?;
     rig.geometry.magnetometers = each(&root, "magnetometer", read_magnetometer)?;
+    rig.geometry.hasels = each(&root, "hasel", |table| read_hasel(table, &names, &rig))?;
     rig.actuators = each(&root, "actuator", |table| read_actuator(table, &names))?;
     rig.sensors = each(&root, "sensor", |table| read_sensor(table, &names))?;
     rig.effects = read_effects(&root.tables("effect")?, &names, &rig)?;
@@ -190,30 +192,7 @@ fn read_gravity(table: &Reader, names: &Names) -> Result<Gravity, Error> {
 
 fn read_tendon(table: &Reader, names: &Names, rig: &Rig) -> Result<Tendon, Error> {
     let name = own_name(table)?;
-    let mut path: Vec<(usize, super::Value)> = Vec::new();
-    let mut routes = Vec::new();
-    for part in table.tables("path")? {
-        let part = part.called(format!("the path of {}", table.what));
-        if let Some(route) = read_route(&part, names, rig)? {
-            if routes.iter().any(|other| same_place(other, &route)) {
-                let message = format!("{} has a chain or a plate twice", part.what);
-                return Err(part.error_at("", message));
-            }
-            routes.push(route);
-            continue;
-        }
-        part.allow(&["body", "arm"])?;
-        let body = names.body(&part, "body")?;
-        if path.iter().any(|&(other, _)| other == body) {
-            return Err(part.error_at("body", format!("{} has a body twice", part.what)));
-        }
-        path.push((body, part.parameter("arm", Sign::NonZero)?));
-    }
-    if path.is_empty() && routes.is_empty() {
-        return Err(table
-            .error_at("path", format!("{} has no path", table.what))
-            .helped("path = [{ body = \"...\", arm = 0.01 }, ...]"));
-    }
+    let (path, routes) = read_path(table, names, rig)?;
     Ok(Tendon {
         name,
         path,
@@ -232,10 +211,11 @@ fn read_actuator(table: &Reader, names: &Names) -> Result<Actuator, Error> {
         table.source,
         &table.text("drives")?,
         &role,
-        "bodies and tendons",
+        "bodies, tendons and HASEL actuators",
         |component| match component {
             Component::Body(body) => Some(Drives::Body(body)),
             Component::Tendon(tendon) => Some(Drives::Tendon(tendon)),
+            Component::Hasel(hasel) => Some(Drives::Hasel(hasel)),
             _ => None,
         },
     )?;

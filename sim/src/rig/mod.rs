@@ -13,7 +13,10 @@ use crate::effects::Kind;
 use crate::error::Error;
 use crate::unit::Motion;
 pub use control::{ControlTable, Form, NetworkTable};
-pub use geometry::{Axis, Chain, Geometry, Magnet, Magnetometer, Plate, Route, Shape, Waveguide};
+pub use geometry::{
+    Axis, Chain, Geometry, Hasel, HaselReading, Magnet, Magnetometer, Plate, Route, Shape,
+    Waveguide,
+};
 use reader::Source;
 use std::path::Path;
 
@@ -175,6 +178,8 @@ pub enum Drives {
     Body(usize),
     /// Index of a tendon: the length let out is gain times input.
     Tendon(usize),
+    /// Index of a HASEL actuator: the voltage that charges it is gain times input.
+    Hasel(usize),
 }
 
 /// What an input does between two samples.
@@ -220,6 +225,8 @@ pub enum Reads {
     Tension(usize),
     /// Something that follows from where things are.
     Shape(Shape),
+    /// Voltage or stroke of the HASEL actuator of that index.
+    Hasel(usize, HaselReading),
 }
 
 /// Signal = gain * reading + offset, a column of the recording.
@@ -330,11 +337,11 @@ impl Rig {
             Site::Tendon(_) => Motion::Slide,
             Site::Actuator(actuator) => match self.actuators[actuator].drives {
                 Drives::Body(body) => self.bodies[body].motion,
-                Drives::Tendon(_) => Motion::Slide,
+                Drives::Tendon(_) | Drives::Hasel(_) => Motion::Slide,
             },
             Site::Sensor(sensor) => match self.sensors[sensor].reads {
                 Reads::Position(body) | Reads::Velocity(body) => self.bodies[body].motion,
-                Reads::Tension(_) | Reads::Shape(_) => Motion::Slide,
+                Reads::Tension(_) | Reads::Shape(_) | Reads::Hasel(..) => Motion::Slide,
             },
         }
     }

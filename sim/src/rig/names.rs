@@ -22,6 +22,7 @@ pub(super) enum Component {
     Waveguide(usize),
     Magnet,
     Magnetometer(usize),
+    Hasel(usize),
 }
 
 impl Component {
@@ -39,6 +40,7 @@ impl Component {
             Self::Waveguide(_) => "a waveguide",
             Self::Magnet => "a magnet",
             Self::Magnetometer(_) => "a magnetometer",
+            Self::Hasel(_) => "a HASEL actuator",
         }
     }
 }

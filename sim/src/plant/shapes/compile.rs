@@ -6,7 +6,8 @@ use super::{
 use crate::effects::Sign;
 use crate::plant::compile::Slots;
 use crate::plant::topology::Topology;
-use crate::rig::{Rig, Route};
+use crate::rig::{Rig, Route, Value};
+use crate::unit::Motion;
 
 /// The coordinates of a path whose arms are still to be found: body and arm.
 type Arms = Vec<(usize, Derived)>;
@@ -59,6 +60,24 @@ fn arms(
         }
     }
     arms
+}
+
+/// Slots of the arms at bodies that a path names itself.
+fn own_arms(
+    rig: &Rig,
+    slots: &mut Slots,
+    line: &str,
+    path: &[(usize, Value)],
+) -> Vec<(usize, usize)> {
+    let slot = |(body, arm): &(usize, Value)| {
+        let at = &rig.bodies[*body];
+        let unit = match at.motion {
+            Motion::Slide => "1",
+            Motion::Hinge => "m",
+        };
+        (*body, slots.add_as(&[line, "arm", &at.name], unit, arm))
+    };
+    path.iter().map(slot).collect()
 }
 
 /// What part of segment `k` of `segments` the span covers.
@@ -117,17 +136,30 @@ pub(in crate::plant) fn add(rig: &Rig, slots: &mut Slots, topology: &mut Topolog
     }
     shapes.magnetometers = geometry.magnetometers.iter().map(|m| m.at).collect();
 
-    let lines: Vec<Arms> = (rig.tendons.iter())
+    let tendons: Vec<Arms> = (rig.tendons.iter())
         .map(|tendon| {
             let line = (tendon.name.as_str(), Role::Tendon);
             arms(rig, slots, line, &tendon.routes, &mut shapes.lines)
         })
         .collect();
-    for (tendon, arms) in topology.tendons.iter_mut().zip(lines) {
+    let mut own = Vec::new();
+    let hasels: Vec<Arms> = (geometry.hasels.iter())
+        .map(|hasel| {
+            own.push(own_arms(rig, slots, &hasel.name, &hasel.path));
+            let line = (hasel.name.as_str(), Role::Hasel);
+            arms(rig, slots, line, &hasel.routes, &mut shapes.lines)
+        })
+        .collect();
+    for (hasel, own) in topology.hasels.iter_mut().zip(own) {
+        hasel.path = own;
+    }
+    let tendon_paths = topology.tendons.iter_mut().map(|tendon| &mut tendon.path);
+    let hasel_paths = topology.hasels.iter_mut().map(|hasel| &mut hasel.path);
+    let paths = tendon_paths.zip(tendons).chain(hasel_paths.zip(hasels));
+    for (path, arms) in paths {
         for (body, derived) in arms {
-            let slot = slots.len() + shapes.derived.len();
+            path.push((body, slots.len() + shapes.derived.len()));
             shapes.derived.push(derived);
-            tendon.path.push((body, slot));
         }
     }
     topology.shapes = shapes;

@@ -30,6 +30,8 @@ pub enum Role {
     Tip,
     /// A tendon along a chain or up to a plate.
     Tendon,
+    /// A HASEL actuator.
+    Hasel,
     /// A magnet.
     Magnet,
     /// A field sensor.

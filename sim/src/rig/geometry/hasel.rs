@@ -61,11 +61,7 @@ pub(in crate::rig) fn read_path(table: &Reader, names: &Names, rig: &Rig) -> Res
     Ok((path, routes))
 }
 
-pub(in crate::rig) fn read_hasel(
-    table: &Reader,
-    names: &Names,
-    rig: &Rig,
-) -> Result<Hasel, Error> {
+pub(in crate::rig) fn read_hasel(table: &Reader, names: &Names, rig: &Rig) -> Result<Hasel, Error> {
     let (path, routes) = read_path(table, names, rig)?;
     let fill_angle = table.parameter("fill_angle", Sign::Positive)?;
     // At a right angle the pouch is full at rest and never pulls; the bounds of a fit have to keep off too.

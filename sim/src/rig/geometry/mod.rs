@@ -3,6 +3,7 @@
 //! can sit at a segment too.
 
 mod chain;
+mod hasel;
 mod magnet;
 mod plate;
 mod reads;
@@ -12,10 +13,11 @@ mod waveguide;
 use super::Value;
 use super::names::Section;
 pub(super) use chain::{expand as expand_chain, generated as chain_names};
+pub(super) use hasel::{read_hasel, read_path};
 pub(super) use magnet::{read_magnet, read_magnetometer};
 pub(super) use plate::{expand as expand_plate, generated as plate_names};
 pub(super) use reads::{Reading, split};
-pub(super) use route::{read_route, same_place};
+use route::{read_route, same_place};
 pub(super) use waveguide::read_waveguide;
 
 /// The named tables of geometry.
@@ -25,6 +27,7 @@ pub(super) const SECTIONS: &[Section] = &[
     waveguide::SECTION,
     magnet::MAGNET,
     magnet::MAGNETOMETER,
+    hasel::SECTION,
 ];
 
 /// Everything of a rig that has a shape.
@@ -40,6 +43,8 @@ pub struct Geometry {
     pub magnets: Vec<Magnet>,
     /// Three-axis field sensors that do not move.
     pub magnetometers: Vec<Magnetometer>,
+    /// Rows of zipping pouches.
+    pub hasels: Vec<Hasel>,
 }
 
 /// Segments of constant curvature end to end, each bending about two axes (docs/geometry.md, eq. 1).
@@ -107,6 +112,46 @@ pub struct Magnetometer {
     pub name: String,
     /// Where, m.
     pub at: [f64; 3],
+}
+
+/// A row of zipping pouches that pulls along its path (docs/geometry.md, eq. 9).
+#[derive(Clone, Debug)]
+pub struct Hasel {
+    /// Unique in the file.
+    pub name: String,
+    /// (index of the body, arm in m or +-1).
+    pub path: Vec<(usize, Value)>,
+    /// Chains that it follows and plates that it holds.
+    pub routes: Vec<Route>,
+    /// How far it is from stretched out where its bodies are at 0, m.
+    pub slack: Value,
+    /// How many in the row.
+    pub pouches: usize,
+    /// Film of one pouch from end to end, m.
+    pub pouch_length: Value,
+    /// Of the electrodes, m.
+    pub width: Value,
+    /// Of one film, m.
+    pub film_thickness: Value,
+    /// Relative, of the film.
+    pub permittivity: Value,
+    /// Half the angle of the oil's arcs at rest, rad.
+    pub fill_angle: Value,
+    /// Beside the film that has zipped, F.
+    pub capacitance: Value,
+    /// Between the command and the electrodes, ohm.
+    pub resistance: Value,
+    /// Once stretched out, N/m.
+    pub film_stiffness: Value,
+}
+
+/// What a sensor can read of a HASEL actuator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HaselReading {
+    /// Between its electrodes, V.
+    Voltage,
+    /// How far it has shortened since it was stretched out, m.
+    Stroke,
 }
 
 /// A tendon (or another line) that follows a chain or holds a plate, as one entry of its path; it

@@ -1,6 +1,6 @@
 //! What a sensor can read of each kind of component, by name.
 
-use super::{Axis, Shape};
+use super::{Axis, HaselReading, Shape};
 use crate::rig::Reads;
 use crate::rig::names::{Component, Names};
 
@@ -51,10 +51,17 @@ const Z: [Reading; 2] = along!("tip.z", "z", Axis::Z);
 const LIGHT: [Reading; 1] =
     [reading!("light", "waveguides", Component::Waveguide(w) => Reads::Shape(Shape::Light(w)))];
 
+const HASELS: [Reading; 2] = [
+    reading!("voltage", "HASEL actuators",
+        Component::Hasel(h) => Reads::Hasel(h, HaselReading::Voltage)),
+    reading!("stroke", "HASEL actuators",
+        Component::Hasel(h) => Reads::Hasel(h, HaselReading::Stroke)),
+];
+
 impl Reading {
     /// Every reading there is.
     pub(in crate::rig) fn all() -> impl Iterator<Item = &'static Self> {
-        [&BODIES[..], &TENDONS, &X, &Y, &Z, &LIGHT]
+        [&BODIES[..], &TENDONS, &X, &Y, &Z, &LIGHT, &HASELS]
             .into_iter()
             .flatten()
     }
