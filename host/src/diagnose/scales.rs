@@ -213,13 +213,14 @@ impl Run {
             Site::Actuator(actuator) => match rig.actuators[actuator].drives {
                 Drives::Body(body) => of(body),
                 Drives::Tendon(tendon) => self.motion(rig, Site::Tendon(tendon), value),
+                Drives::Hasel(_) => of(0),
             },
             Site::Sensor(sensor) => match rig.sensors[sensor].reads {
                 Reads::Position(body) => of(body),
                 Reads::Velocity(body) => (self.v[body].clone(), self.v[body].clone(), body),
                 Reads::Tension(tendon) => self.motion(rig, Site::Tendon(tendon), value),
                 // Any body will do: it only has to be of the right order of size.
-                Reads::Shape(_) => of(0),
+                Reads::Shape(_) | Reads::Hasel(..) => of(0),
             },
         }
     }

@@ -2,7 +2,7 @@
 //! made of (`Kind::starts`).
 
 use sinew_sim::effects::Scales;
-use sinew_sim::rig::{Drives, End, Reads, Route, Site, Tendon};
+use sinew_sim::rig::{Drives, End, Reads, Site};
 use sinew_sim::{Rig, Trajectory};
 
 use super::Experiment;
@@ -119,15 +119,17 @@ impl Run<'_> {
                     .collect();
                 self.combined(&parts, spring.rest.value)
             }
-            Site::Tendon(tendon) => self.combined(&arms(rig, &rig.tendons[tendon]), 0.0),
+            Site::Tendon(tendon) => self.combined(&rig.tendons[tendon].arms(rig), 0.0),
             Site::Actuator(actuator) => match rig.actuators[actuator].drives {
                 Drives::Body(body) => self.body(body),
                 Drives::Tendon(tendon) => self.moved(Site::Tendon(tendon)),
+                // What it moves is as good as what it is: only the order of size counts.
+                Drives::Hasel(_) => self.body(0),
             },
             Site::Sensor(sensor) => match rig.sensors[sensor].reads {
                 Reads::Position(body) | Reads::Velocity(body) => self.body(body),
                 Reads::Tension(tendon) => self.moved(Site::Tendon(tendon)),
-                Reads::Shape(_) => self.body(0),
+                Reads::Shape(_) | Reads::Hasel(..) => self.body(0),
             },
         }
     }
@@ -158,36 +160,6 @@ impl Run<'_> {
         }
         squares.sqrt()
     }
-}
-
-/// The arms of a tendon at the bodies of its path, those that follow from its routes included
-/// (docs/geometry.md, eq. 2a and 5).
-fn arms(rig: &Rig, tendon: &Tendon) -> Vec<(usize, f64)> {
-    let mut arms: Vec<(usize, f64)> = (tendon.path.iter())
-        .map(|(body, arm)| (*body, arm.value))
-        .collect();
-    for route in &tendon.routes {
-        match route {
-            Route::Chain {
-                chain,
-                radius,
-                angle,
-                segments,
-            } => {
-                let first = rig.geometry.chains[*chain].first_body;
-                let (sin, cos) = angle.value.sin_cos();
-                for k in 0..*segments {
-                    arms.push((first + 2 * k, radius.value * sin));
-                    arms.push((first + 2 * k + 1, -radius.value * cos));
-                }
-            }
-            Route::Plate { plate, x, y } => {
-                let first = rig.geometry.plates[*plate].first_body;
-                arms.extend([(first, 1.0), (first + 1, y.value), (first + 2, -x.value)]);
-            }
-        }
-    }
-    arms
 }
 
 fn rms(values: &[f64]) -> f64 {

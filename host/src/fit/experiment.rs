@@ -65,7 +65,7 @@ impl Views {
             match described.reads {
                 Reads::Position(body) => _ = views.position[body].get_or_insert(view),
                 Reads::Velocity(body) => _ = views.velocity[body].get_or_insert(view),
-                Reads::Tension(_) | Reads::Shape(_) => {}
+                Reads::Tension(_) | Reads::Shape(_) | Reads::Hasel(..) => {}
             }
         }
         views

@@ -25,6 +25,15 @@ pub(super) fn add(rig: &Rig, model: &mut Model) {
                 driven[tendon] = true;
                 tension(rig, tendon, Some(index))
             }
+            // It keeps its place among the controls; what it does has no counterpart.
+            Drives::Hasel(hasel) => {
+                let name = &rig.geometry.hasels[hasel].name;
+                model.left_out.push(format!("HASEL actuator `{name}`"));
+                Element::new("general")
+                    .with("name", &actuator.name)
+                    .with("joint", &rig.bodies[0].name)
+                    .number("gainprm", 0.0)
+            }
             Drives::Tendon(tendon) => Element::new("general")
                 .with("name", &actuator.name)
                 .with("tendon", &rig.tendons[tendon].name)

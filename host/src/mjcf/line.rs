@@ -1,7 +1,7 @@
 //! What joins coordinates: springs, dampers and tendons, as MuJoCo's fixed tendons.
 
 use sinew_sim::effects::Kind;
-use sinew_sim::rig::{Drives, End, Rig, Route, Site};
+use sinew_sim::rig::{Drives, End, Rig, Site};
 
 use super::body::{ends_at_ground, ground_spring, trimmed};
 use super::xml::Element;
@@ -106,36 +106,6 @@ fn spring(rig: &Rig, index: usize, model: &mut Model) {
     model.tendons.push(between(rig, element, from, to));
 }
 
-/// The arms of a tendon, those of its way along chains and plates included (docs/geometry.md, eq. 2a, 5).
-pub(super) fn arms(rig: &Rig, index: usize) -> Vec<(usize, f64)> {
-    let tendon = &rig.tendons[index];
-    let mut arms: Vec<(usize, f64)> = (tendon.path.iter())
-        .map(|(body, arm)| (*body, arm.value))
-        .collect();
-    for route in &tendon.routes {
-        match route {
-            Route::Chain {
-                chain,
-                radius,
-                angle,
-                segments,
-            } => {
-                let first = rig.geometry.chains[*chain].first_body;
-                let (sine, cosine) = angle.value.sin_cos();
-                for segment in 0..*segments {
-                    arms.push((first + 2 * segment, radius.value * sine));
-                    arms.push((first + 2 * segment + 1, -radius.value * cosine));
-                }
-            }
-            Route::Plate { plate, x, y } => {
-                let first = rig.geometry.plates[*plate].first_body;
-                arms.extend([(first, 1.0), (first + 1, y.value), (first + 2, -x.value)]);
-            }
-        }
-    }
-    arms
-}
-
 /// Actuators that pull at a tendon.
 fn pulling(rig: &Rig, tendon: usize) -> Vec<usize> {
     (0..rig.actuators.len())
@@ -149,7 +119,7 @@ fn tendon(rig: &Rig, index: usize, model: &mut Model) {
     let tendon = &rig.tendons[index];
     let site = Site::Tendon(index);
     let element = Element::new("fixed").with("name", &tendon.name);
-    let element = (arms(rig, index).into_iter()).fold(element, |element, (body, coefficient)| {
+    let element = (tendon.arms(rig).into_iter()).fold(element, |element, (body, coefficient)| {
         element.holding(arm(&rig.bodies[body].name, coefficient))
     });
     model.tendons.push(element);

@@ -27,8 +27,8 @@ pub(super) fn timestep(rig: &Rig) -> f64 {
             damping[body] += damper.damping.value;
         }
     }
-    for (index, tendon) in rig.tendons.iter().enumerate() {
-        let arms = super::line::arms(rig, index);
+    for tendon in &rig.tendons {
+        let arms = tendon.arms(rig);
         let reach: f64 = arms.iter().map(|(_, arm)| arm.abs()).sum();
         for (body, arm) in arms {
             stiffness[body] += arm.abs() * reach * tendon.stiffness.value;

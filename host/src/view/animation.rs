@@ -95,6 +95,7 @@ fn role(role: Role) -> &'static str {
         Role::Plate => "plate",
         Role::Tip => "tip",
         Role::Tendon => "tendon",
+        Role::Hasel => "hasel",
         Role::Magnet => "magnet",
         Role::Magnetometer => "magnetometer",
     }

@@ -21,13 +21,19 @@ fn every_shipped_rig_runs_its_own_experiment() {
         desk.succeed(&format!(
             "simulate {rig}.toml --input exc.csv --out rec.csv --with-inputs --quiet"
         ));
-        let (driven, out) = (columns(&desk.read("exc.csv")), columns(&desk.read("rec.csv")));
+        let (driven, out) = (
+            columns(&desk.read("exc.csv")),
+            columns(&desk.read("rec.csv")),
+        );
         // Times and inputs go through as they were; every signal moves.
         assert_eq!(out[..driven.len()], driven[..], "{rig}");
         assert!(out.len() > driven.len(), "{rig} has no signals");
         for (name, values) in &out[driven.len()..] {
             let moves = values.iter().any(|v| (v - values[0]).abs() > 1e-6);
-            assert!(moves && values.iter().all(|v| v.is_finite()), "{rig}: {name}");
+            assert!(
+                moves && values.iter().all(|v| v.is_finite()),
+                "{rig}: {name}"
+            );
         }
     }
 }
@@ -65,7 +71,11 @@ fn the_table_says_what_shows_and_what_is_confused() {
     // The rig fits a damper of its own: a second one cannot be told from it.
     let damping = line("viscous_damping").expect("every kind has its line");
     assert!(damping.contains("not revealed"), "{damping}");
-    assert!(said.contains("constant_load at mass, gravity_load at mass") || said.contains("gravity_load at mass, constant_load at mass"), "{said}");
+    assert!(
+        said.contains("constant_load at mass, gravity_load at mass")
+            || said.contains("gravity_load at mass, constant_load at mass"),
+        "{said}"
+    );
 }
 
 #[test]
@@ -73,7 +83,9 @@ fn drawings_are_written_beside_the_simulation() {
     let desk = Desk::new();
     desk.bring("rigs/tendon.toml");
     desk.succeed("excite tendon.toml --out exc.csv --seconds 2 --no-table --quiet");
-    desk.succeed("simulate tendon.toml --input exc.csv --out rec.csv --plot rec.svg --html rec.html");
+    desk.succeed(
+        "simulate tendon.toml --input exc.csv --out rec.csv --plot rec.svg --html rec.html",
+    );
     let (svg, html) = (desk.read("rec.svg"), desk.read("rec.html"));
     assert!(svg.starts_with("<svg xmlns=") && svg.contains("<title>u_x_rad</title>"));
     assert!(html.contains("Shape over time") && html.contains("\"waveguide\""));

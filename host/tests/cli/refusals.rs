@@ -173,7 +173,9 @@ fn diagnoses() {
 #[test]
 fn experiments() {
     let desk = desk();
-    let free = desk.read(RIG).replace("limit = [-20.0, 20.0]", "# no limit");
+    let free = desk
+        .read(RIG)
+        .replace("limit = [-20.0, 20.0]", "# no limit");
     desk.write("free.toml", &free);
     let excite = |rig: &str, more: &str| format!("excite {rig} --out exc.csv --quiet {more}");
     let lines = [
