@@ -171,7 +171,7 @@ pub(super) fn intervals(remains: &Remains, data: &Data) -> Vec<Interval> {
                     t_start_s: experiment.t[window * length],
                     t_end_s: experiment.t[last],
                     recording: experiment.name.clone(),
-                    score: (squares[window] / counts[window] as f64).sqrt(),
+                    score: (squares[window] / counts[window]).sqrt(),
                 });
             }
         }

@@ -110,7 +110,7 @@ mod tests {
     #[test]
     fn white_noise_leaves_no_excess_and_a_slow_wave_under_it_does() {
         let white = noise(1, 4000);
-        let nothing = excess(&[white.clone()], 1.0);
+        let nothing = excess(std::slice::from_ref(&white), 1.0);
         assert!(nothing.significance < 4.0, "{nothing:?}");
         let wave: Vec<f64> = white
             .iter()
