@@ -16,6 +16,7 @@ use super::side_by_side::{Bench, DeviceRun, PidRun, same_bits};
 use super::task::Task;
 use super::tune::tune;
 use crate::dataset::{Visit, visits};
+use crate::diagnose::{Diagnosis, Options, Recordings, diagnose};
 use crate::error::{Error, Result};
 use crate::fit::{Fit, FitOptions, FreeRun, fit, free_run};
 use crate::progress::Stage;
@@ -39,6 +40,10 @@ pub struct Request {
     pub seed: u64,
     /// Folder of cargo's build outputs; `out/target` without one.
     pub cache: Option<PathBuf>,
+    /// Also say what physics the rig lacks.
+    pub diagnose: bool,
+    /// The kind of effect that is known to be missing, where somebody concealed one.
+    pub hidden: Option<String>,
     /// No progress.
     pub quiet: bool,
 }
@@ -59,6 +64,10 @@ pub struct Outcome {
     pub name: String,
     /// The fit.
     pub fit: Fit,
+    /// What physics the rig lacks, if that was asked.
+    pub diagnosis: Option<Diagnosis>,
+    /// The kind of effect that is known to be missing.
+    pub hidden: Option<String>,
     /// Free runs on every recording.
     pub free_runs: Vec<Fitted>,
     /// The task.
@@ -118,6 +127,11 @@ pub fn build(request: &Request) -> Result<Outcome> {
     let free_runs = free_runs(&rig, &fitted.rig, &recordings, &tests)?;
     stage.end(fit_sentence(&fitted));
 
+    let diagnosis = match request.diagnose {
+        true => Some(find(request, &rig, &recordings, &tests)?),
+        false => None,
+    };
+
     let plant = Plant::new(&fitted.rig)?;
     let reference = tests
         .first()
@@ -176,6 +190,8 @@ pub fn build(request: &Request) -> Result<Outcome> {
     Ok(Outcome {
         name: rig.name.clone(),
         fit: fitted,
+        diagnosis,
+        hidden: request.hidden.clone(),
         free_runs,
         units: sensors().map(|s| s.unit.clone()).collect(),
         outputs: sensors().map(|s| s.column.clone()).collect(),
@@ -192,6 +208,28 @@ pub fn build(request: &Request) -> Result<Outcome> {
         sizes,
         seconds: begun.elapsed().as_secs_f64(),
     })
+}
+
+/// What the rig lacks; leaves `out/mended.toml`.
+fn find(
+    request: &Request,
+    rig: &Rig,
+    recordings: &[Recording],
+    tests: &[Recording],
+) -> Result<Diagnosis> {
+    let stage = Stage::begin("diagnose what the rig lacks", request.quiet);
+    let recordings = Recordings {
+        fit: recordings.to_vec(),
+        check: Vec::new(),
+        test: tests.to_vec(),
+    };
+    let options = Options { seed: request.seed };
+    let told = |what: &str, done: usize, of: usize| stage.share(done, of.max(1), what);
+    let found = diagnose(rig, &recordings, &options, &told)?;
+    let mended = crate::diagnose::output::mended(&found);
+    crate::atomic::write(request.out.join("mended.toml"), mended)?;
+    stage.end(&found.sentence);
+    Ok(found)
 }
 
 fn load(request: &Request) -> Result<(Rig, Vec<Recording>, Vec<Recording>)> {

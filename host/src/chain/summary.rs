@@ -41,10 +41,25 @@ pub struct Summary {
     pub fit: Vec<FitError>,
     /// Root mean square error of the network, one step ahead and at the horizon.
     pub network: NetworkError,
-    /// What `sinew diagnose` found; null: this chain does not diagnose.
-    pub diagnosis: Option<serde_json::Value>,
+    /// What was found missing from the rig; null where nobody asked (`--diagnose`).
+    pub diagnosis: Option<Found>,
     /// Wall time of the whole chain.
     pub seconds: f64,
+}
+
+/// What is missing from the rig.
+#[derive(Clone, Debug, Serialize)]
+pub struct Found {
+    /// The kind that was concealed; null where nobody knows.
+    pub hidden: Option<String>,
+    /// Kinds that were found, joined by a plus; the verdict where none was.
+    pub found: String,
+    /// SI unit of the first output.
+    pub unit: String,
+    /// Free-run error of the first output with the parameters refitted, on recordings that fitted nothing.
+    pub before_rms: f64,
+    /// The same with what was found in the rig.
+    pub after_rms: f64,
 }
 
 /// Tracking errors.

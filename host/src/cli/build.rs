@@ -26,6 +26,12 @@ pub struct Arguments {
     /// Folder of cargo's build outputs, if they are to be shared; otherwise DIR/target.
     #[arg(long, value_name = "DIR", env = "SINEW_BUILD_DIR")]
     build_dir: Option<PathBuf>,
+    /// Also say what physics the rig lacks (as `sinew diagnose`), in the report and in mended.toml.
+    #[arg(long)]
+    diagnose: bool,
+    /// The kind of effect that was concealed in the recordings, to stand beside what was found.
+    #[arg(long, value_name = "KIND", requires = "diagnose")]
+    hidden: Option<String>,
     #[command(flatten)]
     common: Common,
 }
@@ -48,6 +54,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         out: arguments.out.clone(),
         seed: arguments.common.seed,
         cache: arguments.build_dir.clone(),
+        diagnose: arguments.diagnose,
+        hidden: arguments.hidden.clone(),
         quiet: arguments.common.quiet,
     };
     let outcome = build(&request)?;

@@ -74,7 +74,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 fn verdict(found: &Diagnosis) -> String {
     let names: Vec<&str> = found.effects.iter().map(|e| e.kind.as_str()).collect();
     match names[..] {
-        [] => format!("{:?}", found.verdict).to_lowercase(),
+        [] => found.verdict.name().to_owned(),
         _ => names.join(", "),
     }
 }

@@ -53,6 +53,18 @@ pub enum Verdict {
     Unexplained,
 }
 
+impl Verdict {
+    /// Its name in the JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Consistent => "consistent",
+            Self::Parameters => "parameters",
+            Self::MissingPhysics => "missing_physics",
+            Self::Unexplained => "unexplained",
+        }
+    }
+}
+
 /// One effect that the rig lacks.
 #[derive(Clone, Debug, Serialize)]
 pub struct FoundEffect {
@@ -215,7 +227,12 @@ mod tests {
 
     #[test]
     fn verdicts_are_written_as_the_contract_has_them() {
-        let written = |verdict: Verdict| serde_json::to_value(verdict).expect("it can be written");
+        let written = |verdict: Verdict| {
+            let json = serde_json::to_value(verdict).expect("it can be written");
+            assert_eq!(json, verdict.name());
+            json
+        };
+        assert_eq!(written(Verdict::Consistent), "consistent");
         assert_eq!(written(Verdict::Parameters), "parameters");
         assert_eq!(written(Verdict::MissingPhysics), "missing_physics");
         assert_eq!(written(Verdict::Unexplained), "unexplained");

@@ -26,6 +26,17 @@ pub fn closing_lines(outcome: &Outcome, summary: &Summary, folder: &Path) -> Vec
             ),
         );
     }
+    if let Some(found) = &summary.diagnosis {
+        line(
+            "diagnosis",
+            format!(
+                "{}: free-run error {} refitted, {} mended",
+                found.found,
+                quantity(found.before_rms, &found.unit),
+                quantity(found.after_rms, &found.unit)
+            ),
+        );
+    }
     line(
         "network",
         format!(

@@ -1,7 +1,7 @@
 //! `summary.json` of an outcome.
 
 use crate::chain::build::{Fitted, Outcome};
-use crate::chain::summary::{FitError, NetworkError, Spread, Summary, Tracking};
+use crate::chain::summary::{FitError, Found, NetworkError, Spread, Summary, Tracking};
 use crate::fit::pool;
 use crate::project::Board;
 
@@ -48,9 +48,28 @@ pub fn summary(outcome: &Outcome) -> Summary {
             one_step_rms: of(&outcome.record.one_step_rms),
             horizon_rms: of(&outcome.record.horizon_rms),
         },
-        diagnosis: None,
+        diagnosis: found(outcome),
         seconds: outcome.seconds,
     }
+}
+
+fn found(outcome: &Outcome) -> Option<Found> {
+    let diagnosis = outcome.diagnosis.as_ref()?;
+    let fit = diagnosis.fit.get(outcome.outputs.first()?)?;
+    let errors = fit.test.unwrap_or(fit.check);
+    let kinds: Vec<&str> = (diagnosis.effects.iter())
+        .map(|effect| effect.kind.as_str())
+        .collect();
+    Some(Found {
+        hidden: outcome.hidden.clone(),
+        found: match kinds[..] {
+            [] => diagnosis.verdict.name().to_owned(),
+            _ => kinds.join("+"),
+        },
+        unit: fit.unit.clone(),
+        before_rms: errors.before_rms,
+        after_rms: errors.after_rms,
+    })
 }
 
 fn instructions(outcome: &Outcome) -> Spread {

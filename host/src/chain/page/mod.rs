@@ -65,6 +65,9 @@ pub fn report(outcome: &Outcome, summary: &Summary, command: &str) -> Report {
     page = page
         .section(loop_section(outcome))
         .section(fit_section(outcome, summary));
+    if let Some(diagnosis) = &outcome.diagnosis {
+        page = page.section(crate::diagnose::output::chapter(diagnosis));
+    }
     page.section(network_section(outcome))
         .section(conditions(outcome))
         .footer(format!(

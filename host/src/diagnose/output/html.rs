@@ -176,6 +176,15 @@ fn how_well(diagnosis: &Diagnosis) -> Section {
         .with(Block::Table(tables::errors(diagnosis)))
 }
 
+/// The finding in short, as a chapter of another page.
+pub fn chapter(diagnosis: &Diagnosis) -> Section {
+    let laws = (diagnosis.effects.iter()).map(|effect| Block::Code(effect.equation.clone()));
+    let section = Section::new("What the rig lacks").text(diagnosis.sentence.clone());
+    laws.fold(section, Section::with)
+        .with(Block::Table(tables::errors(diagnosis)))
+        .text("The mended rig is mended.toml, beside this page.")
+}
+
 fn what_else(diagnosis: &Diagnosis) -> Section {
     let mut section = Section::new("What else it could be");
     if !diagnosis.details.finalists.is_empty() {

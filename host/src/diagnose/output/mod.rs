@@ -14,7 +14,7 @@ mod plots;
 mod tables;
 mod text;
 
-pub use html::{Shown, report};
+pub use html::{Shown, chapter, report};
 pub use json::json;
 pub use mended::mended;
 pub use text::text;
