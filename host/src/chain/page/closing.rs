@@ -6,7 +6,7 @@ use crate::chain::build::Outcome;
 use crate::chain::summary::Summary;
 use crate::report::quantity;
 
-/// The ten lines that a person reads at the end.
+/// The lines that a person reads at the end.
 pub fn closing_lines(outcome: &Outcome, summary: &Summary, folder: &Path) -> Vec<String> {
     let unit = &summary.tracking.unit;
     let mut lines = Vec::new();
