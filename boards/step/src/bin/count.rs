@@ -8,7 +8,8 @@
 #![no_std]
 #![no_main]
 
-#[path = "../../../qemu/src/stack.rs"]
+#[allow(dead_code, reason = "shared with the boards, which watch it while they run")]
+#[path = "../../../runtime/src/stack.rs"]
 mod stack;
 #[path = "../timer.rs"]
 mod timer;
