@@ -8,7 +8,10 @@
 #![no_std]
 #![no_main]
 
-#[allow(dead_code, reason = "shared with the boards, which watch it while they run")]
+#[allow(
+    dead_code,
+    reason = "shared with the boards, which watch it while they run"
+)]
 #[path = "../../../runtime/src/stack.rs"]
 mod stack;
 #[path = "../timer.rs"]
