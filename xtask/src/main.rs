@@ -7,6 +7,7 @@ mod demo;
 mod foreign;
 mod generate;
 mod help;
+mod links;
 mod process;
 mod proof;
 mod recorded;

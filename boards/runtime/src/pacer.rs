@@ -1,6 +1,7 @@
 //! The tick that paces control: a hardware timer's interrupt tells it, the control task waits for it.
 
 use core::cell::Cell;
+use core::num::NonZeroU64;
 
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
@@ -10,14 +11,15 @@ use embassy_sync::signal::Signal;
 pub struct Pacer {
     signal: Signal<CriticalSectionRawMutex, u64>,
     counts: Mutex<CriticalSectionRawMutex, Cell<u64>>,
-    /// Counts of the timer in one period, and in one second.
+    /// Counts of the timer in one period, and in one second. Not zero by its type: a division that could
+    /// panic would bring its message and the checkout's path into the image.
     per_period: u32,
-    per_second: u32,
+    per_second: NonZeroU64,
 }
 
 impl Pacer {
     /// A pace of `rate_mhz` steps per 1000 seconds on a timer that counts `per_second`; the period is
-    /// rounded to the nearest count.
+    /// rounded to the nearest count. A zero of either is taken as one.
     pub const fn new(rate_mhz: u32, per_second: u32) -> Self {
         let rate = if rate_mhz == 0 { 1 } else { rate_mhz as u64 };
         let counts = (per_second as u64 * 1000 + rate / 2) / rate;
@@ -29,7 +31,10 @@ impl Pacer {
             } else {
                 counts as u32
             },
-            per_second,
+            per_second: match NonZeroU64::new(per_second as u64) {
+                Some(per_second) => per_second,
+                None => NonZeroU64::MIN,
+            },
         }
     }
 
@@ -44,10 +49,10 @@ impl Pacer {
             counts.set(counts.get() + u64::from(self.per_period));
             counts.get()
         });
-        let seconds = counts / u64::from(self.per_second);
-        let rest = counts % u64::from(self.per_second);
+        let seconds = counts / self.per_second;
+        let rest = counts % self.per_second;
         self.signal
-            .signal(seconds * 1_000_000 + rest * 1_000_000 / u64::from(self.per_second));
+            .signal(seconds * 1_000_000 + rest * 1_000_000 / self.per_second);
     }
 
     /// Waits for a tick: microseconds since the timer's start, rounded down. A tick that nobody waited for
