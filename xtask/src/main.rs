@@ -116,6 +116,15 @@ const VERBS: &[Verb] = &[
         run: survive::run,
     },
     Verb {
+        name: "references",
+        arguments: "",
+        line: "Links between pages, and the equations that code cites, lead somewhere",
+        run: |arguments| {
+            none(arguments)?;
+            links::check()
+        },
+    },
+    Verb {
         name: "ci",
         arguments: "",
         line: "All that guards the main branch, stage by stage with its time; .ci/run calls this",

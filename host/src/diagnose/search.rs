@@ -364,7 +364,7 @@ pub(super) fn final_budget(plant: &sinew_sim::Plant, values: &[f64], data: &Data
     (FINAL_WORK / substeps(pace(plant, values, data))).max(2000)
 }
 
-/// Sub-steps that the integrator takes for a row, about (docs/plant.md, eq. 14).
+/// Sub-steps that the integrator takes for a row, about (docs/plant.md, eq. 19).
 fn substeps(pace: f64) -> usize {
     ((pace / 0.1).ceil() as usize).next_power_of_two().max(1)
 }
