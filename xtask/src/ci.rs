@@ -11,7 +11,7 @@ use anyhow::{Context, Result};
 
 use crate::process::{self, cargo, root, target_folder};
 use crate::setup::{self, Extent, Toolchain};
-use crate::{demo, generate, links, none, snapshots, test};
+use crate::{demo, links, none, snapshots, test};
 
 /// Folders of `boards/` and `models/` that are crates. Each is a workspace of its own.
 fn crates_in(folder: &str) -> Result<Vec<PathBuf>> {
@@ -49,7 +49,6 @@ const STAGES: &[Stage] = &[
     ("references", |_| links::check()),
     ("clippy, boards and models", clippy_boards_and_models),
     ("boards link", link_boards),
-    ("generated files up to date", |_| generate::check()),
     ("foreign recordings up to date", |_| foreign()),
     ("clippy, workspace", |_| clippy_workspace()),
     ("tests", test::run),
