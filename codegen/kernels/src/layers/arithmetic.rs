@@ -22,6 +22,15 @@ pub fn scale<N: Number, const LEN: usize, const C: usize>(
     }
 }
 
+/// `gain t`, element by element.
+#[inline(always)]
+pub fn weighed<const LEN: usize>(gain: &[f32; LEN], mut t: [f32; LEN]) -> [f32; LEN] {
+    for (t, gain) in t.iter_mut().zip(gain) {
+        *t *= gain;
+    }
+    t
+}
+
 /// Adjoints of `y` to adjoints of `x`: `t_x = gain t_y`.
 #[inline(always)]
 pub fn scale_back<N: Number, const LEN: usize, const C: usize, const R: usize>(

@@ -26,6 +26,9 @@ pub(crate) fn weighted_sum<N: Number>(start: N, w: &[f32], x: &[N]) -> N {
     sum
 }
 
+/// Bytes of the registers that sums and adjoints may fill: of 32, some are left for weights.
+const REGISTERS: usize = 24 * 4;
+
 /// Adjoints of `y` to adjoints of `x`: `t_x = W' t_y`, for `R` results at once. Cost: `IN OUT R`
 /// multiply-adds.
 #[inline(always)]
@@ -34,8 +37,99 @@ pub fn dense_back<N: Number, const IN: usize, const OUT: usize, const R: usize>(
     t_y: &[[N; R]; OUT],
     t_x: &mut [[N; R]; IN],
 ) {
-    *t_x = [[N::ZERO; R]; IN];
-    add_dense_back(w, t_y, t_x);
+    back_through(w, t_y, |_, t| t, t_x);
+}
+
+/// As [`dense_back`], and on through activation `g` of the layer before, whose values are `a`:
+/// `t_x = diag(g') W' t_y`. The slopes meet the sums while these are in registers.
+#[inline(always)]
+pub fn dense_back_activated<N: Number, const IN: usize, const OUT: usize, const R: usize>(
+    w: &[[f32; IN]; OUT],
+    t_y: &[[N; R]; OUT],
+    g: impl Elementwise,
+    a: &[N; IN],
+    t_x: &mut [[N; R]; IN],
+) {
+    let slope = |i: usize, t: [N; R]| a.get(i).map_or(t, |a| g.back(*a, *a, t));
+    back_through(w, t_y, slope, t_x);
+}
+
+/// `t_x[i] = end(i, sum over rows of w[row][i] t_y[row])`: either all of `t_y` stays in registers, or the
+/// sums of as many inputs as there is room for.
+#[inline(always)]
+fn back_through<N: Number, const IN: usize, const OUT: usize, const R: usize>(
+    w: &[[f32; IN]; OUT],
+    t_y: &[[N; R]; OUT],
+    end: impl Fn(usize, [N; R]) -> [N; R],
+    t_x: &mut [[N; R]; IN],
+) {
+    if size_of::<[[N; R]; OUT]>() <= REGISTERS {
+        let t_y = *t_y;
+        for (i, t_x) in t_x.iter_mut().enumerate() {
+            let [sum] = columns(w, &t_y, i);
+            *t_x = end(i, sum);
+        }
+    } else if size_of::<[[N; R]; 8]>() <= REGISTERS {
+        back_by::<8, _, _, _, _>(w, t_y, end, t_x);
+    } else {
+        back_by::<4, _, _, _, _>(w, t_y, end, t_x);
+    }
+}
+
+/// As [`back_through`], `B` inputs at a time. Not inlined: what is known of `t_y` there would be kept in
+/// registers that the sums need.
+#[inline(never)]
+fn back_by<const B: usize, N: Number, const IN: usize, const OUT: usize, const R: usize>(
+    w: &[[f32; IN]; OUT],
+    t_y: &[[N; R]; OUT],
+    end: impl Fn(usize, [N; R]) -> [N; R],
+    t_x: &mut [[N; R]; IN],
+) {
+    let (blocks, rest) = t_x.as_chunks_mut::<B>();
+    let done = B * blocks.len();
+    for (block, t_x) in blocks.iter_mut().enumerate() {
+        let sums = columns::<N, IN, OUT, R, B>(w, t_y, B * block);
+        for (c, (t_x, sum)) in t_x.iter_mut().zip(sums).enumerate() {
+            *t_x = end(B * block + c, sum);
+        }
+    }
+    let (fours, ones) = rest.as_chunks_mut::<4>();
+    let last = done + 4 * fours.len();
+    for (block, t_x) in fours.iter_mut().enumerate() {
+        let start = done + 4 * block;
+        let sums = columns::<N, IN, OUT, R, 4>(w, t_y, start);
+        for (c, (t_x, sum)) in t_x.iter_mut().zip(sums).enumerate() {
+            *t_x = end(start + c, sum);
+        }
+    }
+    for (c, t_x) in ones.iter_mut().enumerate() {
+        let [sum] = columns(w, t_y, last + c);
+        *t_x = end(last + c, sum);
+    }
+}
+
+/// For `B` inputs from `start` on: `sum over rows of w[row][start + c] t_y[row]`. The first product begins
+/// the sum; nought is not added.
+#[inline(always)]
+fn columns<N: Number, const IN: usize, const OUT: usize, const R: usize, const B: usize>(
+    w: &[[f32; IN]; OUT],
+    t_y: &[[N; R]; OUT],
+    start: usize,
+) -> [[N; R]; B] {
+    let mut sum = [[N::ZERO; R]; B];
+    let mut first = true;
+    for (row, t) in w.iter().zip(t_y) {
+        if let Some((row, _)) = row.get(start..).and_then(<[f32]>::split_first_chunk::<B>) {
+            for (sum, w) in sum.iter_mut().zip(row) {
+                for (sum, t) in sum.iter_mut().zip(t) {
+                    let product = t.weigh(*w);
+                    *sum = if first { product } else { *sum + product };
+                }
+            }
+        }
+        first = false;
+    }
+    sum
 }
 
 /// As [`dense_back`], added to what `t_x` holds.
@@ -50,16 +144,16 @@ pub fn add_dense_back<N: Number, const IN: usize, const OUT: usize, const R: usi
     let (fours, rest) = t_x.as_chunks_mut::<4>();
     let done = 4 * fours.len();
     for (i, t_x) in fours.iter_mut().enumerate() {
-        columns(w, t_y, 4 * i, t_x);
+        add_columns(w, t_y, 4 * i, t_x);
     }
     for (i, t_x) in rest.iter_mut().enumerate() {
-        columns(w, t_y, done + i, core::array::from_mut(t_x));
+        add_columns(w, t_y, done + i, core::array::from_mut(t_x));
     }
 }
 
 /// `t_x[c] += sum over rows of w[row][start + c] t_y[row]`.
 #[inline(always)]
-fn columns<N: Number, const IN: usize, const OUT: usize, const R: usize, const B: usize>(
+fn add_columns<N: Number, const IN: usize, const OUT: usize, const R: usize, const B: usize>(
     w: &[[f32; IN]; OUT],
     t_y: &[[N; R]; OUT],
     start: usize,
@@ -78,31 +172,32 @@ fn columns<N: Number, const IN: usize, const OUT: usize, const R: usize, const B
     *t_x = sum;
 }
 
-/// Adjoints of the inputs of a last layer, one result for each output: `t_x = W'`.
+/// Adjoints of the inputs of a last layer, one result for each output: `t_x = W' diag(outer)`, where
+/// `outer` are the slopes of what follows the layer.
 #[inline(always)]
 pub fn dense_seed<const IN: usize, const OUT: usize>(
     w: &[[f32; IN]; OUT],
+    outer: &[f32; OUT],
     t_x: &mut [[f32; OUT]; IN],
 ) {
-    for (r, row) in w.iter().enumerate() {
+    for (r, (row, outer)) in w.iter().zip(outer).enumerate() {
         for (t, w) in t_x.iter_mut().zip(row) {
-            t[r] = *w;
+            t[r] = outer * w;
         }
     }
 }
 
-/// As [`dense_seed`], with activation `g` after the layer: `t_x = W' diag(g')`.
+/// As [`dense_seed`], and on through activation `g` of the layer before, whose values are `a`:
+/// `diag(g') W' diag(outer)`.
 #[inline(always)]
 pub fn dense_seed_activated<const IN: usize, const OUT: usize>(
     w: &[[f32; IN]; OUT],
+    outer: &[f32; OUT],
     g: impl Elementwise,
-    y: &[f32; OUT],
-    t_x: &mut [[f32; OUT]; IN],
-) {
-    for (r, (row, y)) in w.iter().zip(y).enumerate() {
-        let slope = g.slope(*y, *y);
-        for (t, w) in t_x.iter_mut().zip(row) {
-            t[r] = slope * w;
-        }
-    }
+    a: &[f32; IN],
+) -> [[f32; OUT]; IN] {
+    core::array::from_fn(|i| {
+        let t = core::array::from_fn(|r| outer[r] * w[r][i]);
+        g.back(a[i], a[i], t)
+    })
 }

@@ -9,6 +9,13 @@ pub trait Elementwise: Copy {
 
     /// `g'(z)`, from `z` or from `a = g(z)`, whichever is cheaper.
     fn slope<N: Number>(self, z: N, a: N) -> N;
+
+    /// Adjoints of `a` to adjoints of `z`: `g' t`.
+    #[inline(always)]
+    fn back<N: Number, const R: usize>(self, z: N, a: N, t: [N; R]) -> [N; R] {
+        let slope = self.slope(z, a);
+        t.map(|t| slope * t)
+    }
 }
 
 /// `a = g(a)`, in place.
@@ -40,9 +47,12 @@ pub fn activate_back<N: Number, const LEN: usize, const R: usize>(
     t: &mut [[N; R]; LEN],
 ) {
     for ((t, z), a) in t.iter_mut().zip(z).zip(a) {
-        let slope = g.slope(*z, *a);
-        for t in t {
-            *t = slope * *t;
-        }
+        *t = g.back(*z, *a, *t);
     }
+}
+
+/// The slopes of `g` from its values `a`.
+#[inline(always)]
+pub fn slopes<const LEN: usize>(g: impl Elementwise, a: &[f32; LEN]) -> [f32; LEN] {
+    a.map(|a| g.slope(a, a))
 }

@@ -11,6 +11,8 @@ struct Printer<'a> {
     text: String,
     /// Whether the adjoints of a buffer have been begun.
     begun: Vec<bool>,
+    /// The activation that the layer after it has taken care of.
+    done: Option<usize>,
 }
 
 /// The statements from node `last`, whose adjoints are there, to the input.
@@ -19,6 +21,7 @@ pub(super) fn print(plan: &Plan<'_>, last: usize) -> String {
         plan,
         text: String::new(),
         begun: vec![false; plan.network.nodes.len()],
+        done: None,
     };
     printer.begun[plan.buffer[last]] = true;
     for place in (1..=last).rev() {
@@ -115,7 +118,7 @@ impl Printer<'_> {
     fn layer(&mut self, place: usize) {
         let plan = self.plan;
         let node = &plan.network.nodes[place];
-        if !self.begun[plan.buffer[place]] {
+        if !self.begun[plan.buffer[place]] || self.done == Some(place) {
             return; // beside the way from the seed to the input
         }
         let from = node.from[0];
@@ -126,7 +129,14 @@ impl Printer<'_> {
         let channels = plan.network.nodes[from].shape.last().copied().unwrap_or(1);
         match &node.op {
             Op::Input => {}
-            Op::Dense(_) => self.reach(from, "dense_back", vec![weights("_W"), t_y]),
+            Op::Dense(_) => match &plan.network.nodes[from].op {
+                Op::Activation(g) if plan.fused(from) => {
+                    let arguments = [weights("_W"), t_y, activation(*g), plan.borrowed(from)];
+                    self.reach(from, "dense_back_activated", arguments.into());
+                    self.done = Some(from);
+                }
+                _ => self.reach(from, "dense_back", vec![weights("_W"), t_y]),
+            },
             Op::Convolution(_) => {
                 self.reach(from, "convolve_back", vec![window(), weights("_W"), t_y]);
             }

@@ -75,16 +75,23 @@ pub(super) const ITEMS: &[(&str, &[&str])] = &[
             "permute",
             "scale",
             "scale_back",
+            "weighed",
         ],
     ),
     ("layers::convolution", &["convolve", "convolve_back"]),
     (
         "layers::dense",
-        &["dense", "dense_back", "dense_seed", "dense_seed_activated"],
+        &[
+            "dense",
+            "dense_back",
+            "dense_back_activated",
+            "dense_seed",
+            "dense_seed_activated",
+        ],
     ),
     (
         "layers::elementwise",
-        &["activate", "activate_back", "activate_from"],
+        &["activate", "activate_back", "activate_from", "slopes"],
     ),
     (
         "layers::pooling",

@@ -100,6 +100,29 @@ impl<'a> Plan<'a> {
         }
     }
 
+    /// How many layers read a node.
+    pub(super) fn readers(&self, node: usize) -> usize {
+        let read = self.network.nodes.iter().flat_map(|node| &node.from);
+        read.filter(|&&from| from == node).count()
+    }
+
+    /// Whether the values of a node's buffer are read, at their end, by one layer only.
+    pub(super) fn is_read_once(&self, node: usize) -> bool {
+        let buffer = self.buffer[node];
+        let nodes = self.network.nodes.iter().enumerate();
+        let outside = nodes.filter(|(place, _)| self.buffer[*place] != buffer);
+        let read = outside.flat_map(|(_, node)| &node.from);
+        read.filter(|&&from| self.buffer[from] == buffer).count() == 1
+    }
+
+    /// Whether the slopes of a node meet the adjoints in the layer that reads it: an activation, in place,
+    /// that one layer reads.
+    pub(super) fn fused(&self, node: usize) -> bool {
+        matches!(self.network.nodes[node].op, Op::Activation(_))
+            && self.is_in_place(node)
+            && self.readers(node) == 1
+    }
+
     /// Whether a node's work is done in the buffer of what it reads.
     pub(super) fn is_in_place(&self, node: usize) -> bool {
         self.buffer[node] != node

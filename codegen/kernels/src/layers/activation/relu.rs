@@ -17,4 +17,9 @@ impl Elementwise for Relu {
     fn slope<N: Number>(self, _z: N, a: N) -> N {
         N::constant(if a.value() > 0.0 { 1.0 } else { 0.0 })
     }
+
+    #[inline(always)]
+    fn back<N: Number, const R: usize>(self, _z: N, a: N, t: [N; R]) -> [N; R] {
+        if a.value() > 0.0 { t } else { [N::ZERO; R] }
+    }
 }

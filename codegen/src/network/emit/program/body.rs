@@ -1,14 +1,14 @@
 //! The passes forward and backward, and what every printed network has.
 
-use crate::network::Op;
+use super::seeded::Seed;
 use crate::network::emit::plan::{BLOCK, Plan};
 use crate::network::emit::{backward, forward};
 
 /// The functions.
 pub(super) struct Body<'a> {
     pub(super) plan: &'a Plan<'a>,
-    /// The dense layer at the end and its activation in place, whose adjoints are had from its weights.
-    pub(super) seed: Option<usize>,
+    /// The end, where derivatives begin at weights.
+    pub(super) seed: Option<Seed>,
     pub(super) forward: String,
     pub(super) backward: String,
     /// Arguments of `backward` between activations and adjoints.
@@ -26,8 +26,8 @@ impl<'a> Body<'a> {
         let network = plan.network;
         let last = network.nodes.len() - 1;
         let stateful = plan.is_stateful();
-        let seed = seed(plan).filter(|_| !stateful && network.outputs() <= BLOCK);
-        let begin = seed.map_or(last, |dense| network.nodes[dense].from[0]);
+        let seed = Seed::of(plan).filter(|_| !stateful && network.outputs() <= BLOCK);
+        let begin = seed.map_or(last, |seed| seed.begin);
         let statements = forward::print(plan);
         let state = if stateful { "state: &State<N>, " } else { "" };
         let forward = format!(
@@ -118,40 +118,4 @@ pub fn predict(x: &[f32; INPUTS]) -> [f32; OUTPUTS] {{
             self.result()
         )
     }
-}
-
-/// The dense layer at the end of a network, perhaps with an activation in its place.
-fn seed(plan: &Plan<'_>) -> Option<usize> {
-    let last = plan.network.nodes.len() - 1;
-    let node = &plan.network.nodes[last];
-    let dense = match node.op {
-        Op::Dense(_) => last,
-        Op::Activation(_) if plan.is_in_place(last) => node.from[0],
-        _ => return None,
-    };
-    let from = plan.network.nodes[dense].from.first()?;
-    // Read by others too, its adjoints would have more than one source.
-    let readers = plan.network.nodes.iter().flat_map(|node| &node.from);
-    let alone = readers
-        .filter(|&&read| plan.buffer[read] == plan.buffer[*from])
-        .count()
-        == 1
-        || plan.buffer[*from] != *from;
-    let alone = alone && single(plan, *from);
-    (matches!(plan.network.nodes[dense].op, Op::Dense(_)) && alone).then_some(dense)
-}
-
-/// Whether the values of a node's buffer are read, at their end, by one layer only.
-fn single(plan: &Plan<'_>, node: usize) -> bool {
-    let buffer = plan.buffer[node];
-    let outside = plan
-        .network
-        .nodes
-        .iter()
-        .enumerate()
-        .filter(|(place, reader)| {
-            plan.buffer[*place] != buffer
-                && reader.from.iter().any(|&from| plan.buffer[from] == buffer)
-        });
-    outside.count() == 1
 }

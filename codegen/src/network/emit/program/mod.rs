@@ -40,8 +40,8 @@ pub const OUTPUTS: usize = {outputs};
     let body = Body::new(plan);
     let derivatives = if state > 0 {
         body.stateful()
-    } else if body.seed.is_some() {
-        body.seeded()
+    } else if let Some(seed) = &body.seed {
+        body.seeded(seed)
     } else {
         body.stateless()
     };

@@ -1,66 +1,28 @@
-//! A network that ends in a dense layer: its weights are the adjoints to begin with.
+//! A network that ends in a dense layer with few outputs: its weights are the adjoints to begin with.
 
 use super::body::Body;
 use super::{ALONG, CURVATURE, JACOBIAN};
 use crate::network::Op;
-use crate::network::emit::forward;
+use crate::network::emit::backward::adjoint;
+use crate::network::emit::forward::{activation, call, constant};
+
+/// The end of a network whose derivatives begin at weights.
+#[derive(Clone, Copy)]
+pub(super) struct Seed {
+    /// The dense layer.
+    pub(super) dense: usize,
+    /// An activation of the layer before it, in its place, whose slopes go into the seed.
+    pub(super) inner: Option<usize>,
+    /// An activation of the dense layer, in its place.
+    pub(super) outer: Option<usize>,
+    /// A scale at the very end.
+    pub(super) scale: Option<usize>,
+    /// The node whose adjoints the seed gives.
+    pub(super) begin: usize,
+}
 
 impl Body<'_> {
-    /// A network that ends in a dense layer with few outputs: its weights are the adjoints to begin with.
-    pub(super) fn seeded(&self) -> String {
-        let plan = self.plan;
-        let dense = self.seed.unwrap_or(0);
-        let begin = plan.network.nodes[dense].from[0];
-        let weights = format!("&weights::{}", forward::constant(plan, dense, "_W"));
-        let length = plan.network.nodes[begin].len();
-        let given = self.given;
-        let last = plan.network.nodes.len() - 1;
-        let slopes = match plan.network.nodes[last].op {
-            Op::Activation(g) if last != dense => {
-                let y = plan.borrowed(last);
-                let g = forward::activation(g);
-                Some((g, y))
-            }
-            _ => None,
-        };
-        let direct = plan.buffer[begin] == 0;
-        let (declare, target, go) = if direct {
-            (String::new(), "jacobian".to_string(), String::new())
-        } else {
-            (
-                format!("    let mut t = [[0.0; OUTPUTS]; {length}];\n"),
-                "&mut t".to_string(),
-                format!("    backward(&a, {given}t, jacobian);\n"),
-            )
-        };
-        let seed = match &slopes {
-            Some((g, y)) => forward::call(
-                4,
-                "dense_seed_activated",
-                &[weights.clone(), g.clone(), y.clone(), target.clone()],
-            ),
-            None => forward::call(4, "dense_seed", &[weights.clone(), target.clone()]),
-        };
-        let scaled = match &slopes {
-            Some((g, y)) => {
-                let y = y.trim_start_matches('&');
-                format!("        activate_back({g}, &{y}, &{y}, &mut t_y);\n")
-            }
-            None => String::new(),
-        };
-        let mutable = if slopes.is_some() { "mut " } else { "" };
-        let (declare_dual, target_dual, go_dual) = if direct {
-            (String::new(), "&mut t_x", String::new())
-        } else {
-            (
-                format!("        let mut t = [[Dual::ZERO; 1]; {length}];\n"),
-                "&mut t",
-                format!(
-                    "        backward(&a, {}t, &mut t_x);\n",
-                    if given.is_empty() { "" } else { "&x, " }
-                ),
-            )
-        };
+    pub(super) fn seeded(&self, seed: &Seed) -> String {
         format!(
             "{}{JACOBIAN}pub fn predict_with_jacobian(
     x: &[f32; INPUTS],
@@ -68,7 +30,7 @@ impl Body<'_> {
 ) -> [f32; OUTPUTS] {{
     let mut a = Activations::ZERO;
     forward(x, &mut a);
-{declare}{seed}{go}    {}
+{}    {}
 }}
 
 {CURVATURE}pub fn curvature(x: &[f32; INPUTS], weights: &[f32; OUTPUTS], h: &mut [[f32; INPUTS]; INPUTS]) {{
@@ -76,35 +38,157 @@ impl Body<'_> {
         let x = along(x, i);
         let mut a = Activations::ZERO;
         forward(&x, &mut a);
-        let {mutable}t_y = weights.map(|weight| [Dual::constant(weight)]);
-{scaled}{declare_dual}{}        let mut t_x = [[Dual::ZERO; 1]; INPUTS];
-{go_dual}        *row = t_x.map(|[t]| t.tangent);
+{}        *row = t_x.map(|[t]| t.tangent);
     }}
 }}
 
 {ALONG}",
             self.predict(),
+            self.first_order(seed),
             self.result(),
-            if direct {
-                String::new()
-            } else {
-                forward::call(
-                    8,
-                    "dense_back",
-                    &[weights.clone(), "&t_y".into(), target_dual.into()],
-                )
-            },
+            self.second_order(seed),
         )
-        .replace(
-            "        let mut t_x = [[Dual::ZERO; 1]; INPUTS];\n        *row",
-            &format!(
-                "        let mut t_x = [[Dual::ZERO; 1]; INPUTS];\n{}        *row",
-                forward::call(
-                    8,
-                    "dense_back",
-                    &[weights, "&t_y".into(), "&mut t_x".into()]
+    }
+
+    fn weights(&self, node: usize, suffix: &str) -> String {
+        format!("&weights::{}", constant(self.plan, node, suffix))
+    }
+
+    /// An activation's node as its function and its values.
+    fn activation(&self, node: usize) -> [String; 2] {
+        let g = match self.plan.network.nodes[node].op {
+            Op::Activation(g) => activation(g),
+            _ => String::new(),
+        };
+        [g, self.plan.borrowed(node)]
+    }
+
+    /// The statements that fill `jacobian`.
+    fn first_order(&self, seed: &Seed) -> String {
+        let gain = seed.scale.map(|node| self.weights(node, "_GAIN"));
+        let outer = match (seed.outer, gain) {
+            (None, None) => "&[1.0; OUTPUTS]".to_string(),
+            (None, Some(gain)) => gain,
+            (Some(node), None) => format!("&slopes({})", self.activation(node).join(", ")),
+            (Some(node), Some(gain)) => {
+                format!(
+                    "&weighed({gain}, slopes({}))",
+                    self.activation(node).join(", ")
                 )
-            ),
-        )
+            }
+        };
+        let weights = self.weights(seed.dense, "_W");
+        if self.plan.buffer[seed.begin] == 0 {
+            return call(4, "dense_seed", &[weights, outer, "jacobian".into()]);
+        }
+        let go = format!("    backward(&a, {}t, jacobian);\n", self.given);
+        if let Some(node) = seed.inner {
+            let [g, a] = self.activation(node);
+            let of = call(4, "dense_seed_activated", &[weights, outer, g, a]);
+            return format!("    let t = {}{go}", of.trim_start());
+        }
+        let length = self.plan.network.nodes[seed.begin].len();
+        format!("    let mut t = [[0.0; OUTPUTS]; {length}];\n")
+            + &call(4, "dense_seed", &[weights, outer, "&mut t".into()])
+            + &go
+    }
+
+    /// The statements from `weights` to `t_x`, both with their derivatives along one input.
+    fn second_order(&self, seed: &Seed) -> String {
+        let plan = self.plan;
+        let mutable = if seed.outer.is_some() && seed.scale.is_none() {
+            "mut "
+        } else {
+            ""
+        };
+        let mut text =
+            format!("        let {mutable}t_y = weights.map(|weight| [Dual::constant(weight)]);\n");
+        let mut own = "t_y".to_string();
+        if let Some(node) = seed.scale {
+            own = adjoint(plan, seed.dense);
+            let gain = self.weights(node, "_GAIN");
+            text += &format!("        let mut {own} = [[Dual::ZERO; 1]; OUTPUTS];\n");
+            text += &call(
+                8,
+                "scale_back",
+                &[gain, "&t_y".into(), format!("&mut {own}")],
+            );
+        }
+        if let Some(node) = seed.outer {
+            let [g, a] = self.activation(node);
+            text += &call(
+                8,
+                "activate_back",
+                &[g, a.clone(), a, format!("&mut {own}")],
+            );
+        }
+        let zero = "        let mut t_x = [[Dual::ZERO; 1]; INPUTS];\n";
+        let direct = plan.buffer[seed.begin] == 0;
+        let target = if direct { "t_x" } else { "t" };
+        if !direct {
+            let length = plan.network.nodes[seed.begin].len();
+            text += &format!("        let mut t = [[Dual::ZERO; 1]; {length}];\n");
+        } else {
+            text += zero;
+        }
+        let mut arguments = vec![self.weights(seed.dense, "_W"), format!("&{own}")];
+        let function = match seed.inner {
+            Some(node) => {
+                arguments.extend(self.activation(node));
+                "dense_back_activated"
+            }
+            None => "dense_back",
+        };
+        arguments.push(format!("&mut {target}"));
+        text += &call(8, function, &arguments);
+        if !direct {
+            let given = if self.given.is_empty() { "" } else { "&x, " };
+            text += zero;
+            text += &format!("        backward(&a, {given}t, &mut t_x);\n");
+        }
+        text
+    }
+}
+
+impl Seed {
+    /// The end of a network, if it is a dense layer, perhaps with an activation in its place, perhaps with a
+    /// scale after it.
+    pub(super) fn of(plan: &super::Plan<'_>) -> Option<Self> {
+        let nodes = &plan.network.nodes;
+        let mut end = nodes.len() - 1;
+        let mut scale = None;
+        // Gains by channel are gains by output where there is one axis.
+        if matches!(nodes[end].op, Op::Scale { .. }) && nodes[end].shape.len() == 1 {
+            scale = Some(end);
+            end = nodes[end].from[0];
+            if plan.readers(end) != 1 {
+                return None;
+            }
+        }
+        let (dense, outer) = match nodes[end].op {
+            Op::Activation(_) if plan.is_in_place(end) => (nodes[end].from[0], Some(end)),
+            _ => (end, None),
+        };
+        if !matches!(nodes[dense].op, Op::Dense(_)) {
+            return None;
+        }
+        let from = nodes[dense].from[0];
+        // Read by others too, its adjoints would have more than one source.
+        if !plan.is_read_once(from) {
+            return None;
+        }
+        let inner = plan.fused(from).then_some(from);
+        let begin = if inner.is_some() {
+            nodes[from].from[0]
+        } else {
+            from
+        };
+        Some(Self {
+            dense,
+            inner,
+            outer,
+            scale,
+            begin,
+        })
     }
 }

@@ -14,6 +14,7 @@ pub(super) fn print(plan: &Plan<'_>, text: &str) -> String {
             format!(" {item}("),
             format!(" {item}::<"),
             format!("({item}("),
+            format!("&{item}("),
         ];
         item.starts_with(char::is_uppercase) && words.contains(item)
             || called.iter().any(|call| text.contains(call.as_str()))
