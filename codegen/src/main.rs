@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use sinew_codegen::emit::EmitOptions;
 use sinew_codegen::network::commands;
-use sinew_codegen::network::emit::{Accuracy, Options};
+use sinew_codegen::network::emit::{Accuracy, Options, Weights};
 use sinew_codegen::{reference, regenerate, store};
 
 const USAGE: &str = "\
@@ -16,8 +16,8 @@ usage: sinew-codegen emit MODEL --out DIR [--firmware PATH]
        sinew-codegen import-reference NETWORK.json PROBLEM.json --out DIR
                        [--horizon N] [--blocks L,L,...]
        sinew-codegen import NETWORK [--out DIR]
-       sinew-codegen network NETWORK --out DIR [--tanh precise] [--c-abi]
-       sinew-codegen size NETWORK --board BOARD --build-dir DIR [--tanh precise]
+       sinew-codegen network NETWORK --out DIR [--tanh precise] [--weights int8] [--c-abi]
+       sinew-codegen size NETWORK --board BOARD --build-dir DIR [--tanh precise] [--weights int8]
 
 emit    prints the crate of the model directory MODEL into DIR
 write   prints the crate of every model in the directory MODELS in its place
@@ -72,10 +72,15 @@ fn run(mut arguments: Vec<String>) -> Result<String, Failure> {
             )));
         }
     };
+    let weights = match option(&mut arguments, "--weights")? {
+        None => Weights::default(),
+        Some(text) => text.parse().map_err(Failure::Usage)?,
+    };
     let flags = arguments.len();
     arguments.retain(|argument| argument != "--c-abi");
     let options = Options {
         accuracy,
+        weights,
         c_abi: arguments.len() < flags,
     };
     if let [verb, network] = arguments.as_slice() {

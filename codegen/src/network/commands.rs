@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use super::emit::{self, LIBRARY, Options};
+use super::emit::{self, LIBRARY, Options, Weights};
 use super::size::{self, BOARDS, Board};
-use super::{Network, import, store, summary, target};
+use super::{Network, import, quantise, store, summary, target};
 use crate::store as files;
 
 /// Reads a file of another tool and writes it as a folder of ours, if `out` is given; the answer is its table.
@@ -35,7 +35,7 @@ pub fn emit(model: &Path, out: &Path, options: &Options) -> Result<String, Strin
         files::write_changed(&out.join(file.path), file.text.as_bytes())
             .map_err(|error| error.to_string())?;
     }
-    let mut text = format!("wrote {}\n", out.display());
+    let mut text = format!("wrote {}\n{}", out.display(), loss(&network, options));
     if options.c_abi {
         let folder = absolute(&out.join("c"))?;
         target::build(&folder, &format!("{}-c", network.name))?;
@@ -55,7 +55,15 @@ pub fn size(model: &Path, board: &str, options: &Options, folder: &Path) -> Resu
     let network = read(model)?;
     let folder = absolute(folder)?;
     let size = size::measure(&network, options, &folder)?;
-    Ok(size::table(&network, &size, board))
+    Ok(size::table(&network, &size, board) + &loss(&network, options))
+}
+
+/// The line that says what integers cost; nothing where weights stay as they are.
+fn loss(network: &Network, options: &Options) -> String {
+    match options.weights {
+        Weights::Float32 => String::new(),
+        Weights::Int8 => format!("{}\n", quantise::loss(network)),
+    }
 }
 
 fn read(model: &Path) -> Result<Network, String> {

@@ -14,6 +14,7 @@ pub mod import;
 pub mod layer;
 pub mod limits;
 pub mod probe;
+pub mod quantise;
 mod shape;
 pub mod size;
 pub mod store;

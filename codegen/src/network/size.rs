@@ -5,7 +5,7 @@ use std::path::Path;
 
 use object::{Object, ObjectSection, SectionFlags, SectionKind};
 
-use super::emit::{Options, emit};
+use super::emit::{Options, Weights, emit};
 use super::summary::thousands;
 use super::{Network, probe, target};
 use crate::store;
@@ -69,6 +69,8 @@ pub struct Size {
     pub predict: Cost,
     /// `predict` and `predict_with_jacobian` in one image; instructions and stack are those of the latter.
     pub jacobian: Cost,
+    /// What of the flash are weights.
+    pub weight_bytes: u64,
 }
 
 /// Compiles the network in `folder`, which is kept for the next time, and runs it.
@@ -76,13 +78,10 @@ pub struct Size {
 /// # Errors
 /// The network cannot be emitted, or what cargo says. Without QEMU there are no instructions and no stack.
 pub fn measure(network: &Network, options: &Options, folder: &Path) -> Result<Size, String> {
-    write(network, options, folder)?;
-    target::build(folder, "bare")?;
-    let release = folder.join("target").join(target::TARGET).join("release");
+    let [predict, jacobian] = memory(network, options, folder)?;
     let image = probe::build(folder)?;
     let said = probe::run(&image).ok();
-    let cost = |name: &str| -> Result<Cost, String> {
-        let (flash_bytes, ram_bytes) = sections(&release.join(name))?;
+    let cost = |name: &str, (flash_bytes, ram_bytes)| {
         let line = said.as_ref().and_then(|said| {
             said.lines().find_map(|line| {
                 line.strip_prefix("cost ")?
@@ -91,17 +90,39 @@ pub fn measure(network: &Network, options: &Options, folder: &Path) -> Result<Si
             })
         });
         let mut numbers = line.unwrap_or("").split(' ').map(|word| word.parse().ok());
-        Ok(Cost {
+        Cost {
             flash_bytes,
             ram_bytes,
             instructions: numbers.next().flatten(),
             stack_bytes: numbers.next().flatten(),
-        })
+        }
     };
     Ok(Size {
-        predict: cost("predict")?,
-        jacobian: cost("jacobian")?,
+        predict: cost("predict", predict),
+        jacobian: cost("jacobian", jacobian),
+        weight_bytes: network
+            .folded()
+            .weight_bytes(options.weights == Weights::Int8) as u64,
     })
+}
+
+/// Flash and RAM of `predict` alone, and of `predict` and `predict_with_jacobian`: compiled and linked in
+/// `folder`, with nothing else in the image.
+///
+/// # Errors
+/// The network cannot be emitted, or what cargo says.
+pub fn memory(
+    network: &Network,
+    options: &Options,
+    folder: &Path,
+) -> Result<[(u64, u64); 2], String> {
+    write(network, options, folder)?;
+    target::build(folder, "bare")?;
+    let release = folder.join("target").join(target::TARGET).join("release");
+    Ok([
+        sections(&release.join("predict"))?,
+        sections(&release.join("jacobian"))?,
+    ])
 }
 
 /// Bytes of an image in flash and in RAM.
@@ -234,7 +255,6 @@ fn write(network: &Network, options: &Options, folder: &Path) -> Result<(), Stri
 /// The figures for one board, as a table.
 #[must_use]
 pub fn table(network: &Network, size: &Size, board: &Board) -> String {
-    let weights = 4 * network.parameters();
     let mut text = format!(
         "{} on {}\n\n{:<24} {:>10} {:>10} {:>10} {:>14} {:>12}\n",
         network.name, board.name, "", "flash, B", "RAM, B", "stack, B", "instructions", "time, us"
@@ -261,7 +281,7 @@ pub fn table(network: &Network, size: &Size, board: &Board) -> String {
     let share = |part: u64, whole: u64| 100.0 * part as f64 / whole as f64;
     text += &format!(
         "\nOf the flash, {} B are weights. `predict` takes {:.2} % of the board's flash and, with its stack,\n{:.2} % of its RAM.",
-        thousands(weights),
+        thousands(size.weight_bytes as usize),
         share(size.predict.flash_bytes, board.flash_bytes),
         share(
             size.predict.ram_bytes + size.predict.stack_bytes.unwrap_or(0),

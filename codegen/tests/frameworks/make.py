@@ -311,11 +311,11 @@ class Graph:
         self.nodes.append(helper.make_node(op, list(inputs), names, name=f"{op}_{len(self.nodes)}", **attributes))
         return names[0] if outputs == 1 else names
 
-    def save(self, name, shape, y, out):
+    def save(self, name, shape, y, out, opset=17, ir=8):
         x = helper.make_tensor_value_info("x", TensorProto.FLOAT, shape)
         out = helper.make_tensor_value_info(y, TensorProto.FLOAT, out)
         graph = helper.make_graph(self.nodes, name, [x], [out], self.values)
-        net = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=8)
+        net = helper.make_model(graph, opset_imports=[helper.make_opsetid("", opset)], ir_version=ir)
         onnx.checker.check_model(net)
         onnx.save(net, HERE / f"{name}.onnx")
         session = onnxruntime.InferenceSession(net.SerializeToString())
@@ -516,6 +516,15 @@ def tflite_int8(name, rng):
     int8(name, tf_keras.Sequential([
         k.Input((8, 8, 2)), k.Conv2D(4, 3, activation="relu"), k.MaxPooling2D(2), k.Flatten(), k.Dense(6, "relu"), k.Dense(3)]),
         rng, True)
+
+
+# Last: what is drawn depends on the place.
+@model
+def onnx_gelu_tanh(name, rng):
+    g = Graph(rng)
+    y = g.node("Gelu", g.node("Gemm", "x", g.weight(6, 5), g.weight(6), transB=1), approximate="tanh")
+    y = g.node("Add", g.node("MatMul", y, g.weight(6, 2)), g.weight(2))
+    g.save(name, ["N", 5], y, ["N", 2], opset=20, ir=9)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,9 @@
 //! Builds printed networks into one program for the host and one image for QEMU, runs both, and reads what
 //! they say.
+//!
+//! A compiler a network, twice over, took minutes. So every printed crate is checked as it stands, but what
+//! runs are their `network.rs` and `weights.rs` in one crate over the kernels that they are copies of;
+//! networks whose kernels differ run as the crates that they are.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -7,7 +11,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use sinew_codegen::network::emit::{Options, emit};
+use sinew_codegen::network::emit::{Accuracy, File, Options, emit};
 use sinew_codegen::network::{Network, probe};
 
 /// One network, and the inputs that it is tried with.
@@ -45,48 +49,73 @@ pub struct Workspace {
     pub folder: PathBuf,
 }
 
+const PACKAGE: &str = "[package]\nedition = \"2024\"\nversion = \"0.0.0\"\n";
+
 impl Workspace {
     pub fn new(name: &str, cases: &[Case]) -> Self {
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-        let _ = fs::remove_dir_all(folder.join("networks"));
-        let mut dependencies = String::new();
-        let mut calls = String::new();
+        forget_others(&folder.join("networks"), cases);
+        let (mut all, mut own) = (String::new(), String::new());
+        let (mut modules, mut uses, mut calls) = (String::new(), String::new(), String::new());
         for case in cases {
             let name = &case.network.name;
-            for file in emit(&case.network, &case.options).unwrap_or_else(|e| panic!("{name}: {e}"))
-            {
+            let files =
+                emit(&case.network, &case.options).unwrap_or_else(|e| panic!("{name}: {e}"));
+            let dependency = format!("{name} = {{ path = \"../networks/{name}\" }}\n");
+            if case.options.accuracy == Accuracy::Quick {
+                let library = name.replace('-', "_");
+                writeln!(modules, "pub mod {library};").unwrap();
+                writeln!(uses, "use joined::{library};").unwrap();
+                join(&folder.join("joined/src").join(library), &files);
+            } else {
+                own.push_str(&dependency);
+            }
+            all.push_str(&dependency);
+            for file in files {
                 write(
                     &folder.join("networks").join(name).join(file.path),
                     &file.text,
                 );
             }
-            writeln!(dependencies, "{name} = {{ path = \"../networks/{name}\" }}").unwrap();
             calls.push_str(&call(case));
         }
         probe::write(&folder).unwrap_or_else(|error| panic!("{error}"));
-        let package = "[package]\nedition = \"2024\"\nversion = \"0.0.0\"\n";
+        let package = |name: &str, dependencies: &str, path: &str, text: &str| {
+            let manifest = format!("{PACKAGE}name = \"{name}\"\n\n[dependencies]\n{dependencies}");
+            write(&folder.join(name).join("Cargo.toml"), &manifest);
+            write(&folder.join(name).join(path), text);
+        };
+        let checked = "//! Every network under test, as printed.\n#![no_std]\n";
+        package("checked", &all, "src/lib.rs", checked);
+        let kernels = concat!(env!("CARGO_MANIFEST_DIR"), "/kernels/src/lib.rs");
         write(
-            &folder.join("cases/Cargo.toml"),
-            &format!("{package}name = \"cases\"\n\n[dependencies]\n{dependencies}"),
+            &folder.join("kernels/Cargo.toml"),
+            &format!("{PACKAGE}name = \"kernels\"\n\n[lib]\npath = {kernels:?}\n"),
         );
-        write(
-            &folder.join("cases/src/lib.rs"),
+        package(
+            "joined",
+            "kernels = { path = \"../kernels\" }\n",
+            "src/lib.rs",
+            &format!(
+                "//! Networks under test.\n#![no_std]\n#![allow(clippy::approx_constant)]\n\n{modules}"
+            ),
+        );
+        package(
+            "cases",
+            &format!("joined = {{ path = \"../joined\" }}\n{own}"),
+            "src/lib.rs",
             &CASES
+                .replace("{uses}", &uses)
                 .replace("{calls}", &calls)
                 .replace("{bench}", probe::BENCH),
         );
-        write(
-            &folder.join("host/Cargo.toml"),
-            &format!(
-                "{package}name = \"host\"\n\n[dependencies]\ncases = {{ path = \"../cases\" }}\n"
-            ),
+        package(
+            "host",
+            "cases = { path = \"../cases\" }\n",
+            "src/main.rs",
+            HOST,
         );
-        write(&folder.join("host/src/main.rs"), HOST);
-        write(
-            &folder.join("Cargo.toml"),
-            "[workspace]\nresolver = \"3\"\nmembers = [\"host\", \"image\", \"cases\", \"networks/*\"]\n\n\
-             [profile.release]\ncodegen-units = 1\npanic = \"abort\"\ndebug = false\n",
-        );
+        write(&folder.join("Cargo.toml"), WORKSPACE);
         let lock = Path::new(env!("CARGO_MANIFEST_DIR")).join("../boards/qemu/Cargo.lock");
         if !folder.join("Cargo.lock").exists() {
             // The versions that the project is tested with.
@@ -106,16 +135,14 @@ impl Workspace {
         cargo
     }
 
-    /// What the host says.
+    /// Every printed crate compiles, by itself and without a warning; and what the host says.
     pub fn host(&self) -> BTreeMap<String, Said> {
-        let mut cargo = self.cargo(env!("CARGO"));
-        read(&finished(cargo.args([
-            "run",
-            "--quiet",
-            "--release",
-            "--package",
-            "host",
-        ])))
+        let quick = |verb: &str, package: &str| {
+            let mut cargo = self.cargo(env!("CARGO"));
+            finished(cargo.args([verb, "--quiet", "--profile", "quick", "--package", package]))
+        };
+        quick("check", "checked");
+        read(&quick("run", "host"))
     }
 
     /// What QEMU says; the image is built first.
@@ -123,6 +150,37 @@ impl Workspace {
         let said = probe::build(&self.folder).and_then(|image| probe::run(&image));
         read(&said.unwrap_or_else(|error| panic!("{error}")))
     }
+}
+
+/// Removes crates of networks that are no longer among the cases.
+fn forget_others(networks: &Path, cases: &[Case]) {
+    for entry in fs::read_dir(networks).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        if !cases.iter().any(|case| name == case.network.name.as_str()) {
+            fs::remove_dir_all(entry.path()).expect("it is this test's own folder");
+        }
+    }
+}
+
+/// The network of a printed crate as a module over the common kernels.
+fn join(folder: &Path, files: &[File]) {
+    let text = |path: &str| files.iter().find(|file| file.path == path);
+    let joined = |text: &str| {
+        text.replace("crate::weights", "super::weights")
+            .replace("use crate::", "use kernels::")
+    };
+    let library = &text("src/lib.rs").expect("every crate has one").text;
+    let start = library.find("pub use network::").expect("it has a network");
+    let mut module = format!("//! One network.\n\nmod network;\n{}", &library[start..]);
+    for name in ["network", "weights"] {
+        if let Some(file) = text(&format!("src/{name}.rs")) {
+            write(&folder.join(format!("{name}.rs")), &joined(&file.text));
+            if name == "weights" {
+                module.push_str("mod weights;\n");
+            }
+        }
+    }
+    write(&folder.join("mod.rs"), &module);
 }
 
 /// Standard output of a command that succeeds and complains of nothing.
@@ -223,12 +281,30 @@ fn call(case: &Case) -> String {
     )
 }
 
+/// The host's build is the quick one: not so well optimised, and with arithmetic checked.
+const WORKSPACE: &str = r#"[workspace]
+resolver = "3"
+members = ["host", "image", "cases", "checked", "joined", "kernels", "networks/*"]
+
+[profile.release]
+codegen-units = 1
+panic = "abort"
+debug = false
+
+[profile.quick]
+inherits = "release"
+opt-level = 1
+overflow-checks = true
+debug-assertions = true
+"#;
+
 /// Compiled for both.
 const CASES: &str = r#"//! Every network under test, tried.
 #![no_std]
 
 use core::hint::black_box;
 
+{uses}
 {bench}
 fn weight(r: usize) -> f32 {
     1.0 - 0.5 * (r % 4) as f32

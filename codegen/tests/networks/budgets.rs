@@ -10,11 +10,11 @@ use super::judge::Errors;
 use super::random;
 
 /// Name, instructions of `predict`, and of `predict_with_jacobian` relative to these. The goal of the latter is
-/// 2.5; they take 2.62, 2.70 and 3.48, and here is what keeps it from growing.
+/// 2.5, which P misses by 0.18: its derivatives are 624 multiply-adds where the prediction is 232.
 const BUDGETS: [(&str, u64, f64); 3] = [
-    ("reference-s", 700, 2.65),
-    ("reference-l", 6_500, 2.75),
-    ("reference-p", 750, 3.5),
+    ("reference-s", 700, 2.5),
+    ("reference-l", 6_500, 2.5),
+    ("reference-p", 750, 2.7),
 ];
 
 /// The networks of models/reference.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use safetensors::SafeTensors;
 use sinew_codegen::network::emit::Options;
-use sinew_codegen::network::{Golden, Network, import};
+use sinew_codegen::network::{Activation, Cell, Golden, Network, Op, import};
 
 use super::bench::Case;
 use super::judge::{Errors, range, worst};
@@ -129,3 +129,68 @@ const HEAD: &str = "# Networks of the frameworks, measured\n\n\
     framework's own outputs, of their range; of derivatives: from double precision, of the largest. Instructions of one\n\
     call on a Cortex-M4F in QEMU.\n\n\
     | network | parameters | error | of derivatives | predict | with Jacobian |\n|---|---|---|---|---|---|\n";
+
+/// Every kind of layer and of activation that is promised, as an importer or an activation is called here.
+const PROMISED: &[&str] = &[
+    "dense",
+    "conv1d",
+    "conv2d",
+    "max_pool",
+    "average_pool",
+    "reshape",
+    "simple_rnn",
+    "gru reset after",
+    "gru reset before",
+    "lstm",
+    "scale",
+    "add",
+    "concatenate",
+    "softmax",
+    "Relu",
+    "LeakyRelu",
+    "Elu",
+    "Selu",
+    "Gelu",
+    "GeluTanh",
+    "Softplus",
+    "Softsign",
+    "Swish",
+    "HardSigmoid",
+    "Sigmoid",
+    "Tanh",
+    "Exponential",
+];
+
+/// What is promised and in no file of a framework.
+pub fn missing() -> Vec<&'static str> {
+    let mut found = std::collections::HashSet::new();
+    for path in files() {
+        for node in network(&path).nodes {
+            found.insert(node.op.kind().to_string());
+            match &node.op {
+                Op::Activation(g) => drop(found.insert(activation(*g))),
+                Op::Recurrent(layer) => {
+                    found.extend(layer.cell.activations().into_iter().map(activation));
+                    if let Cell::Gru { reset_after, .. } = layer.cell {
+                        let when = if reset_after { "after" } else { "before" };
+                        found.insert(format!("gru reset {when}"));
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+    let promised = PROMISED.iter().copied();
+    promised.filter(|name| !found.contains(*name)).collect()
+}
+
+/// The variant's name; an elu with a scale is a selu.
+fn activation(g: Activation) -> String {
+    match g {
+        Activation::Elu { scale, .. } if scale != 1.0 => "Selu".into(),
+        g => {
+            let text = format!("{g:?}");
+            text.split(' ').next().unwrap_or_default().into()
+        }
+    }
+}

@@ -19,13 +19,23 @@ pub struct Errors {
 
 /// Runs the cases on the host and, where this machine can, in QEMU, where the bits are to be the same.
 pub fn judge(workspace: &Workspace, cases: &[Case]) -> Vec<Errors> {
-    let mut said = workspace.host();
     let qemu = Command::new("qemu-system-arm")
         .arg("--version")
         .output()
         .is_ok();
-    if qemu && target::is_installed() {
-        let mut qemu = workspace.qemu();
+    let qemu = qemu && target::is_installed();
+    // Each is one compiler for most of its time.
+    let (mut said, qemu) = std::thread::scope(|scope| {
+        let qemu = qemu.then(|| scope.spawn(|| workspace.qemu()));
+        let said = workspace.host();
+        let join = |thread: std::thread::ScopedJoinHandle<'_, _>| {
+            thread
+                .join()
+                .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        };
+        (said, qemu.map(join))
+    });
+    if let Some(mut qemu) = qemu {
         for case in cases {
             let name = &case.network.name;
             let (host, qemu) = (

@@ -1,7 +1,7 @@
 //! Networks of random weights that have every layer, every way of reading one another, and every kind of
 //! derivative between them.
 
-use sinew_codegen::network::emit::{Accuracy, Options};
+use sinew_codegen::network::emit::{Accuracy, Options, Weights};
 use sinew_codegen::network::{
     Activation, Cell, Convolution, Dense, Network, Op, Pool, PoolKind, Recurrent, Window,
 };
@@ -358,7 +358,45 @@ pub fn cases() -> Vec<Case> {
             ..Options::default()
         },
     ));
+    cases.extend(int8());
     cases
+}
+
+/// One network of each kind of matrix, with its weights as integers: it is held against the network that
+/// these integers make.
+fn int8() -> Vec<Case> {
+    let networks = [
+        Builder::new("int8-mlp", &[12])
+            .dense(10)
+            .activation(Activation::Tanh)
+            .dense(3)
+            .done(),
+        Builder::new("int8-gru", &[15])
+            .recurrent(gru(true), 5, false, true)
+            .dense(3)
+            .done(),
+        Builder::new("int8-gru-before", &[4, 3])
+            .recurrent(gru(false), 5, false, false)
+            .dense(6)
+            .done(),
+        Builder::new("int8-lstm", &[4, 3])
+            .recurrent(LSTM, 5, true, false)
+            .recurrent(RNN, 3, false, false)
+            .dense(2)
+            .done(),
+        Builder::new("int8-conv", &[6, 5, 2])
+            .convolution(4, window([3, 2]))
+            .activation(Activation::Relu)
+            .dense(3)
+            .done(),
+    ];
+    let options = Options {
+        weights: Weights::Int8,
+        ..Options::default()
+    };
+    networks
+        .map(|network| case(network.quantised(), options))
+        .into()
 }
 
 /// Three inputs of a few calls.

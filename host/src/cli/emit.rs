@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use sinew_codegen::network::commands;
-use sinew_codegen::network::emit::Options;
+use sinew_codegen::network::emit::{Options, Weights};
 use sinew_codegen::network::store::NETWORK_FILE;
 use sinew_codegen::store;
 
@@ -25,6 +25,9 @@ pub struct Arguments {
     /// Tanh within 2e-7 instead of 2e-6, in a network alone.
     #[arg(long)]
     precise: bool,
+    /// float32, or int8: a quarter of the flash for weights; the loss of accuracy is printed.
+    #[arg(long, value_name = "KIND", default_value = "float32")]
+    weights: Weights,
 }
 
 /// # Errors
@@ -35,13 +38,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if is_network || arguments.c_abi {
         let mut options = Options::with_precise(arguments.precise);
         options.c_abi = arguments.c_abi;
+        options.weights = arguments.weights;
         let text = commands::emit(&arguments.model, &arguments.out, &options);
         print!("{}", text.map_err(Error::arguments)?);
         return Ok(());
     }
-    if arguments.precise {
+    if arguments.precise || arguments.weights != Weights::default() {
         return Err(Error::arguments(
-            "--precise is for a network alone, not for a controller",
+            "--precise and --weights are for a network alone, not for a controller",
         ));
     }
     let spec = store::load(&arguments.model)?;

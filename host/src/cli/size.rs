@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use sinew_codegen::network::commands;
-use sinew_codegen::network::emit::Options;
+use sinew_codegen::network::emit::{Options, Weights};
 
 use crate::error::{Error, Result};
 
@@ -19,6 +19,9 @@ pub struct Arguments {
     /// Tanh within 2e-7 instead of 2e-6.
     #[arg(long)]
     precise: bool,
+    /// float32, or int8: a quarter of the flash for weights; the loss of accuracy is printed.
+    #[arg(long, value_name = "KIND", default_value = "float32")]
+    weights: Weights,
     /// Folder that keeps what is compiled, for the next time.
     #[arg(
         long,
@@ -33,7 +36,8 @@ pub struct Arguments {
 /// A network that cannot be emitted, a board that is not there, or no compiler for the target.
 pub fn run(arguments: &Arguments) -> Result<()> {
     commands::board(&arguments.board).map_err(Error::arguments)?;
-    let options = Options::with_precise(arguments.precise);
+    let mut options = Options::with_precise(arguments.precise);
+    options.weights = arguments.weights;
     let (network, folder) = (&arguments.network, &arguments.build_dir);
     let text = commands::size(network, &arguments.board, &options, folder);
     print!("{}", text.map_err(Error::failed)?);

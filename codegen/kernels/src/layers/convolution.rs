@@ -1,6 +1,7 @@
 //! Convolution over one or two dimensions, channels last.
 
 use crate::layers::dense::weighted_sum;
+use crate::layers::rows::{Rows, Weight};
 use crate::layers::window::Window;
 use crate::number::Number;
 
@@ -12,6 +13,7 @@ use crate::number::Number;
 #[inline(always)]
 pub fn convolve<
     N: Number,
+    W: Weight,
     const LEN: usize,
     const OUT: usize,
     const C: usize,
@@ -20,7 +22,7 @@ pub fn convolve<
     const KW: usize,
 >(
     window: &Window,
-    w: &[[[[f32; C]; KW]; KH]; F],
+    w: &impl Rows<F, Row = [[[W; C]; KW]; KH]>,
     b: &[f32; F],
     x: &[N; LEN],
     y: &mut [N; OUT],
@@ -31,17 +33,20 @@ pub fn convolve<
         for q in 0..window.output[1] {
             let Some(y) = outputs.next() else { return };
             for (y, b) in y.iter_mut().zip(b) {
-                *y = N::constant(*b);
+                *y = w.start(N::constant(*b));
             }
             for i in 0..KH {
                 for j in 0..KW {
                     let Some(cell) = window.place(p, q, i, j).and_then(|at| image.get(at)) else {
                         continue;
                     };
-                    for (y, w) in y.iter_mut().zip(w) {
+                    for (y, w) in y.iter_mut().zip(w.rows()) {
                         *y = weighted_sum(*y, &w[i][j], cell);
                     }
                 }
+            }
+            for (f, (y, b)) in y.iter_mut().zip(b).enumerate() {
+                *y = w.end(f, *y, N::constant(*b));
             }
         }
     }
@@ -51,6 +56,7 @@ pub fn convolve<
 #[inline(always)]
 pub fn convolve_back<
     N: Number,
+    W: Weight,
     const LEN: usize,
     const OUT: usize,
     const C: usize,
@@ -60,7 +66,7 @@ pub fn convolve_back<
     const R: usize,
 >(
     window: &Window,
-    w: &[[[[f32; C]; KW]; KH]; F],
+    w: &impl Rows<F, Row = [[[W; C]; KW]; KH]>,
     t_y: &[[N; R]; OUT],
     t_x: &mut [[N; R]; LEN],
 ) {
@@ -76,10 +82,11 @@ pub fn convolve_back<
                     let Some(cell) = place.and_then(|at| image.get_mut(at)) else {
                         continue;
                     };
-                    for (t_y, w) in t_y.iter().zip(w) {
-                        for (t_x, w) in cell.iter_mut().zip(&w[i][j]) {
-                            for (t_x, t_y) in t_x.iter_mut().zip(t_y) {
-                                *t_x = *t_x + t_y.weigh(*w);
+                    for (f, (t_y, row)) in t_y.iter().zip(w.rows()).enumerate() {
+                        let t_y = t_y.map(|t| w.scaled(f, t));
+                        for (t_x, w) in cell.iter_mut().zip(&row[i][j]) {
+                            for (t_x, t_y) in t_x.iter_mut().zip(&t_y) {
+                                *t_x = *t_x + t_y.weigh(w.value());
                             }
                         }
                     }

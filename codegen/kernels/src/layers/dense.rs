@@ -1,27 +1,32 @@
 //! A dense layer: every output is a weighted sum of all inputs.
 
 use crate::layers::elementwise::Elementwise;
+use crate::layers::rows::{Rows, Weight};
 use crate::number::Number;
 
 /// `y = W x + b`. Shapes: `w` is `[OUT][IN]`. Cost: `IN OUT` multiply-adds.
 #[inline(always)]
-pub fn dense<N: Number, const IN: usize, const OUT: usize>(
-    w: &[[f32; IN]; OUT],
+pub fn dense<N: Number, W: Weight, const IN: usize, const OUT: usize>(
+    w: &impl Rows<OUT, Row = [W; IN]>,
     b: &[f32; OUT],
     x: &[N; IN],
     y: &mut [N; OUT],
 ) {
-    for ((row, b), y) in w.iter().zip(b).zip(y) {
-        *y = weighted_sum(N::constant(*b), row, x);
+    for (r, ((row, b), y)) in w.rows().iter().zip(b).zip(y).enumerate() {
+        *y = w.end(
+            r,
+            weighted_sum(w.start(N::constant(*b)), row, x),
+            N::constant(*b),
+        );
     }
 }
 
 /// `start + w . x`.
 #[inline(always)]
-pub(crate) fn weighted_sum<N: Number>(start: N, w: &[f32], x: &[N]) -> N {
+pub(crate) fn weighted_sum<N: Number, W: Weight>(start: N, w: &[W], x: &[N]) -> N {
     let mut sum = start;
     for (w, x) in w.iter().zip(x) {
-        sum = sum + x.weigh(*w);
+        sum = sum + x.weigh(w.value());
     }
     sum
 }
@@ -32,8 +37,8 @@ const REGISTERS: usize = 24 * 4;
 /// Adjoints of `y` to adjoints of `x`: `t_x = W' t_y`, for `R` results at once. Cost: `IN OUT R`
 /// multiply-adds.
 #[inline(always)]
-pub fn dense_back<N: Number, const IN: usize, const OUT: usize, const R: usize>(
-    w: &[[f32; IN]; OUT],
+pub fn dense_back<N: Number, W: Weight, const IN: usize, const OUT: usize, const R: usize>(
+    w: &impl Rows<OUT, Row = [W; IN]>,
     t_y: &[[N; R]; OUT],
     t_x: &mut [[N; R]; IN],
 ) {
@@ -43,8 +48,14 @@ pub fn dense_back<N: Number, const IN: usize, const OUT: usize, const R: usize>(
 /// As [`dense_back`], and on through activation `g` of the layer before, whose values are `a`:
 /// `t_x = diag(g') W' t_y`. The slopes meet the sums while these are in registers.
 #[inline(always)]
-pub fn dense_back_activated<N: Number, const IN: usize, const OUT: usize, const R: usize>(
-    w: &[[f32; IN]; OUT],
+pub fn dense_back_activated<
+    N: Number,
+    W: Weight,
+    const IN: usize,
+    const OUT: usize,
+    const R: usize,
+>(
+    w: &impl Rows<OUT, Row = [W; IN]>,
     t_y: &[[N; R]; OUT],
     g: impl Elementwise,
     a: &[N; IN],
@@ -57,8 +68,8 @@ pub fn dense_back_activated<N: Number, const IN: usize, const OUT: usize, const 
 /// `t_x[i] = end(i, sum over rows of w[row][i] t_y[row])`: either all of `t_y` stays in registers, or the
 /// sums of as many inputs as there is room for.
 #[inline(always)]
-fn back_through<N: Number, const IN: usize, const OUT: usize, const R: usize>(
-    w: &[[f32; IN]; OUT],
+fn back_through<N: Number, W: Weight, const IN: usize, const OUT: usize, const R: usize>(
+    w: &impl Rows<OUT, Row = [W; IN]>,
     t_y: &[[N; R]; OUT],
     end: impl Fn(usize, [N; R]) -> [N; R],
     t_x: &mut [[N; R]; IN],
@@ -70,17 +81,24 @@ fn back_through<N: Number, const IN: usize, const OUT: usize, const R: usize>(
             *t_x = end(i, sum);
         }
     } else if size_of::<[[N; R]; 8]>() <= REGISTERS {
-        back_by::<8, _, _, _, _>(w, t_y, end, t_x);
+        back_by::<8, _, _, _, _, _>(w, t_y, end, t_x);
     } else {
-        back_by::<4, _, _, _, _>(w, t_y, end, t_x);
+        back_by::<4, _, _, _, _, _>(w, t_y, end, t_x);
     }
 }
 
 /// As [`back_through`], `B` inputs at a time. Not inlined: what is known of `t_y` there would be kept in
 /// registers that the sums need.
 #[inline(never)]
-fn back_by<const B: usize, N: Number, const IN: usize, const OUT: usize, const R: usize>(
-    w: &[[f32; IN]; OUT],
+fn back_by<
+    const B: usize,
+    N: Number,
+    W: Weight,
+    const IN: usize,
+    const OUT: usize,
+    const R: usize,
+>(
+    w: &impl Rows<OUT, Row = [W; IN]>,
     t_y: &[[N; R]; OUT],
     end: impl Fn(usize, [N; R]) -> [N; R],
     t_x: &mut [[N; R]; IN],
@@ -88,7 +106,7 @@ fn back_by<const B: usize, N: Number, const IN: usize, const OUT: usize, const R
     let (blocks, rest) = t_x.as_chunks_mut::<B>();
     let done = B * blocks.len();
     for (block, t_x) in blocks.iter_mut().enumerate() {
-        let sums = columns::<N, IN, OUT, R, B>(w, t_y, B * block);
+        let sums = columns::<N, W, IN, OUT, R, B>(w, t_y, B * block);
         for (c, (t_x, sum)) in t_x.iter_mut().zip(sums).enumerate() {
             *t_x = end(B * block + c, sum);
         }
@@ -97,7 +115,7 @@ fn back_by<const B: usize, N: Number, const IN: usize, const OUT: usize, const R
     let last = done + 4 * fours.len();
     for (block, t_x) in fours.iter_mut().enumerate() {
         let start = done + 4 * block;
-        let sums = columns::<N, IN, OUT, R, 4>(w, t_y, start);
+        let sums = columns::<N, W, IN, OUT, R, 4>(w, t_y, start);
         for (c, (t_x, sum)) in t_x.iter_mut().zip(sums).enumerate() {
             *t_x = end(start + c, sum);
         }
@@ -111,18 +129,26 @@ fn back_by<const B: usize, N: Number, const IN: usize, const OUT: usize, const R
 /// For `B` inputs from `start` on: `sum over rows of w[row][start + c] t_y[row]`. The first product begins
 /// the sum; nought is not added.
 #[inline(always)]
-fn columns<N: Number, const IN: usize, const OUT: usize, const R: usize, const B: usize>(
-    w: &[[f32; IN]; OUT],
+fn columns<
+    N: Number,
+    W: Weight,
+    const IN: usize,
+    const OUT: usize,
+    const R: usize,
+    const B: usize,
+>(
+    w: &impl Rows<OUT, Row = [W; IN]>,
     t_y: &[[N; R]; OUT],
     start: usize,
 ) -> [[N; R]; B] {
     let mut sum = [[N::ZERO; R]; B];
     let mut first = true;
-    for (row, t) in w.iter().zip(t_y) {
-        if let Some((row, _)) = row.get(start..).and_then(<[f32]>::split_first_chunk::<B>) {
+    for (r, (row, t)) in w.rows().iter().zip(t_y).enumerate() {
+        let t = t.map(|t| w.scaled(r, t));
+        if let Some((row, _)) = row.get(start..).and_then(<[W]>::split_first_chunk::<B>) {
             for (sum, w) in sum.iter_mut().zip(row) {
-                for (sum, t) in sum.iter_mut().zip(t) {
-                    let product = t.weigh(*w);
+                for (sum, t) in sum.iter_mut().zip(&t) {
+                    let product = t.weigh(w.value());
                     *sum = if first { product } else { *sum + product };
                 }
             }
@@ -136,8 +162,8 @@ fn columns<N: Number, const IN: usize, const OUT: usize, const R: usize, const B
 ///
 /// Four inputs at a time: their sums stay in registers while the outputs pass.
 #[inline(always)]
-pub fn add_dense_back<N: Number, const IN: usize, const OUT: usize, const R: usize>(
-    w: &[[f32; IN]; OUT],
+pub fn add_dense_back<N: Number, W: Weight, const IN: usize, const OUT: usize, const R: usize>(
+    w: &impl Rows<OUT, Row = [W; IN]>,
     t_y: &[[N; R]; OUT],
     t_x: &mut [[N; R]; IN],
 ) {
@@ -153,18 +179,26 @@ pub fn add_dense_back<N: Number, const IN: usize, const OUT: usize, const R: usi
 
 /// `t_x[c] += sum over rows of w[row][start + c] t_y[row]`.
 #[inline(always)]
-fn add_columns<N: Number, const IN: usize, const OUT: usize, const R: usize, const B: usize>(
-    w: &[[f32; IN]; OUT],
+fn add_columns<
+    N: Number,
+    W: Weight,
+    const IN: usize,
+    const OUT: usize,
+    const R: usize,
+    const B: usize,
+>(
+    w: &impl Rows<OUT, Row = [W; IN]>,
     t_y: &[[N; R]; OUT],
     start: usize,
     t_x: &mut [[N; R]; B],
 ) {
     let mut sum = *t_x;
-    for (row, t) in w.iter().zip(t_y) {
-        if let Some((row, _)) = row.get(start..).and_then(<[f32]>::split_first_chunk::<B>) {
+    for (r, (row, t)) in w.rows().iter().zip(t_y).enumerate() {
+        let t = t.map(|t| w.scaled(r, t));
+        if let Some((row, _)) = row.get(start..).and_then(<[W]>::split_first_chunk::<B>) {
             for (sum, w) in sum.iter_mut().zip(row) {
-                for (sum, t) in sum.iter_mut().zip(t) {
-                    *sum = *sum + t.weigh(*w);
+                for (sum, t) in sum.iter_mut().zip(&t) {
+                    *sum = *sum + t.weigh(w.value());
                 }
             }
         }
@@ -175,14 +209,15 @@ fn add_columns<N: Number, const IN: usize, const OUT: usize, const R: usize, con
 /// Adjoints of the inputs of a last layer, one result for each output: `t_x = W' diag(outer)`, where
 /// `outer` are the slopes of what follows the layer.
 #[inline(always)]
-pub fn dense_seed<const IN: usize, const OUT: usize>(
-    w: &[[f32; IN]; OUT],
+pub fn dense_seed<W: Weight, const IN: usize, const OUT: usize>(
+    w: &impl Rows<OUT, Row = [W; IN]>,
     outer: &[f32; OUT],
     t_x: &mut [[f32; OUT]; IN],
 ) {
-    for (r, (row, outer)) in w.iter().zip(outer).enumerate() {
+    for (r, (row, outer)) in w.rows().iter().zip(outer).enumerate() {
+        let outer = outer * w.gain(r);
         for (t, w) in t_x.iter_mut().zip(row) {
-            t[r] = outer * w;
+            t[r] = outer * w.value();
         }
     }
 }
@@ -190,14 +225,14 @@ pub fn dense_seed<const IN: usize, const OUT: usize>(
 /// As [`dense_seed`], and on through activation `g` of the layer before, whose values are `a`:
 /// `diag(g') W' diag(outer)`.
 #[inline(always)]
-pub fn dense_seed_activated<const IN: usize, const OUT: usize>(
-    w: &[[f32; IN]; OUT],
+pub fn dense_seed_activated<W: Weight, const IN: usize, const OUT: usize>(
+    w: &impl Rows<OUT, Row = [W; IN]>,
     outer: &[f32; OUT],
     g: impl Elementwise,
     a: &[f32; IN],
 ) -> [[f32; OUT]; IN] {
     core::array::from_fn(|i| {
-        let t = core::array::from_fn(|r| outer[r] * w[r][i]);
+        let t = core::array::from_fn(|r| outer[r] * w.gain(r) * w.rows()[r][i].value());
         g.back(a[i], a[i], t)
     })
 }

@@ -1,15 +1,17 @@
 //! The gated recurrent unit, with the reset gate before or after the recurrent product.
 
-use crate::layers::dense::{add_dense_back, weighted_sum};
+use crate::layers::dense::{add_dense_back, dense, weighted_sum};
 use crate::layers::elementwise::Elementwise;
+use crate::layers::gate::gate;
+use crate::layers::rows::{Rows, Weight};
 use crate::number::Number;
 
 /// Weights of the gates `z` (update), `r` (reset) and of the candidate `n`, in this order.
-pub struct Gru<const IN: usize, const H: usize> {
+pub struct Gru<K, U, const H: usize> {
     /// `W`, for the input.
-    pub kernel: [[[f32; IN]; H]; 3],
+    pub kernel: [K; 3],
     /// `U`, for the state.
-    pub recurrent: [[[f32; H]; H]; 3],
+    pub recurrent: [U; 3],
     /// `b`; for the gates, that of the input and that of the state together.
     pub bias: [[f32; H]; 3],
     /// `c`, the candidate's bias inside the reset; nought where the reset comes before the product.
@@ -52,8 +54,8 @@ impl<N: Number, const H: usize> Step<N, H> {
 ///
 /// Cost: `3 H (IN + H)` multiply-adds.
 #[inline(always)]
-pub fn step<N: Number, const IN: usize, const H: usize>(
-    layer: &Gru<IN, H>,
+pub fn step<N: Number, W: Weight, const IN: usize, const H: usize>(
+    layer: &Gru<impl Rows<H, Row = [W; IN]>, impl Rows<H, Row = [W; H]>, H>,
     s: impl Elementwise,
     g: impl Elementwise,
     x: &[N; IN],
@@ -67,20 +69,13 @@ pub fn step<N: Number, const IN: usize, const H: usize>(
     gate(kernel_z, recurrent_z, bias_z, s, x, h, &mut step.z);
     gate(kernel_r, recurrent_r, bias_r, s, x, h, &mut step.r);
     if layer.reset_after {
-        for ((inner, u), c) in step
-            .inner
-            .iter_mut()
-            .zip(recurrent_n)
-            .zip(&layer.inner_bias)
-        {
-            *inner = weighted_sum(N::constant(*c), u, h);
-        }
-        let inputs = kernel_n
-            .iter()
-            .zip(bias_n)
-            .zip(step.r.iter().zip(&step.inner));
-        for (n, ((w, b), (r, inner))) in step.n.iter_mut().zip(inputs) {
-            *n = g.value(weighted_sum(N::constant(*b), w, x) + *r * *inner);
+        dense(recurrent_n, &layer.inner_bias, h, &mut step.inner);
+        let rows = kernel_n.rows().iter().zip(bias_n);
+        let gates = step.r.iter().zip(&step.inner);
+        for (i, (n, ((w, b), (r, inner)))) in step.n.iter_mut().zip(rows.zip(gates)).enumerate() {
+            let bias = N::constant(*b);
+            let by_input = kernel_n.end(i, weighted_sum(kernel_n.start(bias), w, x), bias);
+            *n = g.value(by_input + *r * *inner);
         }
     } else {
         let mut kept = *h;
@@ -95,26 +90,10 @@ pub fn step<N: Number, const IN: usize, const H: usize>(
     }
 }
 
-/// `y = s(W x + U h + b)`.
-#[inline(always)]
-fn gate<N: Number, const IN: usize, const H: usize>(
-    kernel: &[[f32; IN]; H],
-    recurrent: &[[f32; H]; H],
-    bias: &[f32; H],
-    s: impl Elementwise,
-    x: &[N; IN],
-    h: &[N; H],
-    y: &mut [N; H],
-) {
-    for (((y, w), u), b) in y.iter_mut().zip(kernel).zip(recurrent).zip(bias) {
-        *y = s.value(weighted_sum(weighted_sum(N::constant(*b), w, x), u, h));
-    }
-}
-
 /// Adjoints of the new state to adjoints of the input, which are overwritten, and of the state before.
 #[inline(always)]
-pub fn step_back<N: Number, const IN: usize, const H: usize, const R: usize>(
-    layer: &Gru<IN, H>,
+pub fn step_back<N: Number, W: Weight, const IN: usize, const H: usize, const R: usize>(
+    layer: &Gru<impl Rows<H, Row = [W; IN]>, impl Rows<H, Row = [W; H]>, H>,
     s: impl Elementwise,
     g: impl Elementwise,
     step: &Step<N, H>,

@@ -1,16 +1,18 @@
 //! The long short-term memory layer.
 
-use crate::layers::dense::{add_dense_back, weighted_sum};
+use crate::layers::dense::add_dense_back;
 use crate::layers::elementwise::Elementwise;
+use crate::layers::gate::gate;
+use crate::layers::rows::{Rows, Weight};
 use crate::number::Number;
 
 /// Weights of the gates `i` (input), `f` (forget), of the candidate `g` and of the gate `o` (output), in
 /// this order.
-pub struct Lstm<const IN: usize, const H: usize> {
+pub struct Lstm<K, U, const H: usize> {
     /// `W`, for the input.
-    pub kernel: [[[f32; IN]; H]; 4],
+    pub kernel: [K; 4],
     /// `U`, for the state.
-    pub recurrent: [[[f32; H]; H]; 4],
+    pub recurrent: [U; 4],
     /// `b`.
     pub bias: [[f32; H]; 4],
 }
@@ -51,8 +53,8 @@ impl<N: Number, const H: usize> Step<N, H> {
 ///
 /// Cost: `4 H (IN + H)` multiply-adds.
 #[inline(always)]
-pub fn step<N: Number, const IN: usize, const H: usize>(
-    layer: &Lstm<IN, H>,
+pub fn step<N: Number, W: Weight, const IN: usize, const H: usize>(
+    layer: &Lstm<impl Rows<H, Row = [W; IN]>, impl Rows<H, Row = [W; H]>, H>,
     s: impl Elementwise,
     a: impl Elementwise,
     x: &[N; IN],
@@ -60,10 +62,13 @@ pub fn step<N: Number, const IN: usize, const H: usize>(
     step: &mut Step<N, H>,
 ) {
     step.before = *c;
-    gate(layer, 0, s, x, h, &mut step.i);
-    gate(layer, 1, s, x, h, &mut step.f);
-    gate(layer, 2, a, x, h, &mut step.g);
-    gate(layer, 3, s, x, h, &mut step.o);
+    let [kernel_i, kernel_f, kernel_g, kernel_o] = &layer.kernel;
+    let [recurrent_i, recurrent_f, recurrent_g, recurrent_o] = &layer.recurrent;
+    let [bias_i, bias_f, bias_g, bias_o] = &layer.bias;
+    gate(kernel_i, recurrent_i, bias_i, s, x, h, &mut step.i);
+    gate(kernel_f, recurrent_f, bias_f, s, x, h, &mut step.f);
+    gate(kernel_g, recurrent_g, bias_g, a, x, h, &mut step.g);
+    gate(kernel_o, recurrent_o, bias_o, s, x, h, &mut step.o);
     for (k, c) in c.iter().enumerate() {
         let cell = step.f[k] * *c + step.i[k] * step.g[k];
         let squashed = a.value(cell);
@@ -73,30 +78,11 @@ pub fn step<N: Number, const IN: usize, const H: usize>(
     }
 }
 
-/// `y = s(W x + U h + b)` with the weights of one gate.
-#[inline(always)]
-fn gate<N: Number, const IN: usize, const H: usize>(
-    layer: &Lstm<IN, H>,
-    gate: usize,
-    s: impl Elementwise,
-    x: &[N; IN],
-    h: &[N; H],
-    y: &mut [N; H],
-) {
-    let rows = layer.kernel[gate]
-        .iter()
-        .zip(&layer.recurrent[gate])
-        .zip(&layer.bias[gate]);
-    for (y, ((w, u), b)) in y.iter_mut().zip(rows) {
-        *y = s.value(weighted_sum(weighted_sum(N::constant(*b), w, x), u, h));
-    }
-}
-
 /// Adjoints of the new state and cell to adjoints of the input, which are overwritten, and of the state and
 /// cell before.
 #[inline(always)]
-pub fn step_back<N: Number, const IN: usize, const H: usize, const R: usize>(
-    layer: &Lstm<IN, H>,
+pub fn step_back<N: Number, W: Weight, const IN: usize, const H: usize, const R: usize>(
+    layer: &Lstm<impl Rows<H, Row = [W; IN]>, impl Rows<H, Row = [W; H]>, H>,
     s: impl Elementwise,
     a: impl Elementwise,
     step: &Step<N, H>,

@@ -1,15 +1,17 @@
 //! The simple recurrent layer.
 
-use crate::layers::dense::{add_dense_back, weighted_sum};
+use crate::layers::dense::add_dense_back;
 use crate::layers::elementwise::Elementwise;
+use crate::layers::gate::gate;
+use crate::layers::rows::{Rows, Weight};
 use crate::number::Number;
 
 /// Weights: of the input, of the state, and bias.
-pub struct Rnn<const IN: usize, const H: usize> {
+pub struct Rnn<K, U, const H: usize> {
     /// `W`.
-    pub kernel: [[f32; IN]; H],
+    pub kernel: K,
     /// `U`.
-    pub recurrent: [[f32; H]; H],
+    pub recurrent: U,
     /// `b`.
     pub bias: [f32; H],
 }
@@ -30,24 +32,28 @@ impl<N: Number, const H: usize> Step<N, H> {
 
 /// One step: `h' = g(W x + U h + b)`.
 #[inline(always)]
-pub fn step<N: Number, const IN: usize, const H: usize>(
-    layer: &Rnn<IN, H>,
+pub fn step<N: Number, W: Weight, const IN: usize, const H: usize>(
+    layer: &Rnn<impl Rows<H, Row = [W; IN]>, impl Rows<H, Row = [W; H]>, H>,
     g: impl Elementwise,
     x: &[N; IN],
     h: &[N; H],
     step: &mut Step<N, H>,
 ) {
-    let rows = layer.kernel.iter().zip(&layer.recurrent).zip(&layer.bias);
-    for (new, ((w, u), b)) in step.state.iter_mut().zip(rows) {
-        let z = weighted_sum(weighted_sum(N::constant(*b), w, x), u, h);
-        *new = g.value(z);
-    }
+    gate(
+        &layer.kernel,
+        &layer.recurrent,
+        &layer.bias,
+        g,
+        x,
+        h,
+        &mut step.state,
+    );
 }
 
 /// Adjoints of the new state to adjoints of the input, which are overwritten, and of the state before.
 #[inline(always)]
-pub fn step_back<N: Number, const IN: usize, const H: usize, const R: usize>(
-    layer: &Rnn<IN, H>,
+pub fn step_back<N: Number, W: Weight, const IN: usize, const H: usize, const R: usize>(
+    layer: &Rnn<impl Rows<H, Row = [W; IN]>, impl Rows<H, Row = [W; H]>, H>,
     g: impl Elementwise,
     step: &Step<N, H>,
     t_h: &mut [[N; R]; H],

@@ -33,10 +33,12 @@ const FILES: &[(&str, &str)] = &[
     kernel!("layers/convolution.rs"),
     kernel!("layers/dense.rs"),
     kernel!("layers/elementwise.rs"),
+    kernel!("layers/gate.rs"),
     kernel!("layers/gru.rs"),
     kernel!("layers/lstm.rs"),
     kernel!("layers/pooling.rs"),
     kernel!("layers/rnn.rs"),
+    kernel!("layers/rows.rs"),
     kernel!("layers/softmax.rs"),
     kernel!("layers/window.rs"),
     (
@@ -252,16 +254,16 @@ fn activation_list(activations: &BTreeSet<(&str, &str)>) -> String {
 fn modules(op: &Op) -> &'static [&'static str] {
     match op {
         Op::Input | Op::Reshape(_) => &[],
-        Op::Dense(_) => &["dense"],
-        Op::Convolution(_) => &["convolution", "dense", "window"],
+        Op::Dense(_) => &["dense", "rows"],
+        Op::Convolution(_) => &["convolution", "dense", "rows", "window"],
         Op::Pool(_) => &["pooling", "window"],
         Op::Permute(_) | Op::Scale { .. } | Op::Add | Op::Concatenate(_) => &["arithmetic"],
         Op::Activation(_) => &["elementwise"],
         Op::Softmax => &["softmax"],
         Op::Recurrent(layer) => match layer.cell {
-            Cell::Simple { .. } => &["arithmetic", "dense", "elementwise", "rnn"],
-            Cell::Gru { .. } => &["arithmetic", "dense", "elementwise", "gru"],
-            Cell::Lstm { .. } => &["arithmetic", "dense", "elementwise", "lstm"],
+            Cell::Simple { .. } => &["arithmetic", "dense", "elementwise", "gate", "rnn", "rows"],
+            Cell::Gru { .. } => &["arithmetic", "dense", "elementwise", "gate", "gru", "rows"],
+            Cell::Lstm { .. } => &["arithmetic", "dense", "elementwise", "gate", "lstm", "rows"],
         },
     }
 }

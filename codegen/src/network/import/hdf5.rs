@@ -34,10 +34,29 @@ fn guarded<T>(
     }
 }
 
+/// The length that an HDF5 file says it has: the end-of-file address of its superblock (HDF5 File Format
+/// Specification 3.0, II.A), where addresses have eight bytes.
+fn said_length(bytes: &[u8]) -> Option<u64> {
+    let (width, place) = match bytes.get(8)? {
+        0 => (13, 40),
+        1 => (13, 44),
+        _ => (9, 28),
+    };
+    let address = bytes.get(place..)?.first_chunk()?;
+    (*bytes.get(width)? == 8).then(|| u64::from_le_bytes(*address))
+}
+
 impl Hdf5 {
     /// # Errors
     /// It is no HDF5 file.
     pub(super) fn new(bytes: &[u8]) -> Result<Self, NetworkError> {
+        if let Some(said) = said_length(bytes).filter(|said| *said > bytes.len() as u64) {
+            let message = format!(
+                "the file is cut off: {} of {said} bytes are here",
+                bytes.len()
+            );
+            return Err(NetworkError::malformed("HDF5", message));
+        }
         let file = guarded("HDF5", || File::from_bytes(bytes.to_vec()))?;
         Ok(Self {
             file,

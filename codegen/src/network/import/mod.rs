@@ -72,6 +72,14 @@ fn read_folder(path: &Path) -> Result<Network, NetworkError> {
     if path.join(store::NETWORK_FILE).is_file() {
         return store::load(path);
     }
+    if !path.join(model_store::MODEL_FILE).is_file() {
+        let message = format!(
+            "{} and {} are both missing: expected a folder of `sinew import` or `sinew train`",
+            store::NETWORK_FILE,
+            model_store::MODEL_FILE
+        );
+        return Err(NetworkError::malformed(path.display().to_string(), message));
+    }
     let spec = model_store::load(path)
         .map_err(|error| NetworkError::malformed("model", error.to_string()))?;
     from_model::network(&spec)

@@ -35,8 +35,10 @@ pub(super) fn import_h5(name: &str, bytes: &[u8]) -> Result<Network, NetworkErro
 /// # Errors
 /// [`NetworkError`].
 pub(super) fn import_archive(name: &str, bytes: &[u8]) -> Result<Network, NetworkError> {
-    let mut archive = zip::ZipArchive::new(Cursor::new(bytes))
-        .map_err(|error| NetworkError::malformed("archive", error.to_string()))?;
+    let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|error| {
+        let message = format!("no whole .keras file, perhaps cut off: {error}");
+        NetworkError::malformed("archive", message)
+    })?;
     let mut entry = |name: &str| {
         let broken = |error: String| NetworkError::malformed(name, error);
         let entry = archive

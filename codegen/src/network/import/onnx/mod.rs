@@ -61,8 +61,12 @@ struct Import<'a> {
 /// # Errors
 /// [`NetworkError`].
 pub(super) fn import(name: &str, bytes: &[u8]) -> Result<Network, NetworkError> {
-    let model = ModelProto::decode(bytes)
-        .map_err(|error| NetworkError::malformed("ONNX", format!("no ONNX file: {error}")))?;
+    let model = ModelProto::decode(bytes).map_err(|error| {
+        NetworkError::malformed(
+            "ONNX",
+            format!("no whole ONNX file, perhaps cut off: {error}"),
+        )
+    })?;
     let graph = model
         .graph
         .as_ref()
