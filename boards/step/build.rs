@@ -1,4 +1,4 @@
-//! Puts the linker script where the linker looks.
+//! Puts the linker script, and a peer to count, where the linker looks.
 
 use std::{env, fs, io, path::PathBuf};
 
@@ -8,5 +8,10 @@ fn main() -> io::Result<()> {
     fs::copy("memory.x", out.join("memory.x"))?;
     println!("cargo:rerun-if-changed=memory.x");
     println!("cargo:rustc-link-search={}", out.display());
+    // Feature `peer`: the archive with other people's step or prediction.
+    println!("cargo:rerun-if-env-changed=SINEW_PEER");
+    if let Ok(archive) = env::var("SINEW_PEER") {
+        println!("cargo:rustc-link-arg-bins={archive}");
+    }
     Ok(())
 }

@@ -78,7 +78,8 @@ impl<const NU: usize, const NY: usize, const NS: usize, const ND: usize, const D
         self.missed
     }
 
-    /// Takes the sample y(k) (NaN: missing) and the channels s(k) (NaN: the last reading is kept).
+    /// Takes the sample y(k) (NaN: missing) and the channels s(k) (NaN: the last reading is kept, or the
+    /// prediction where the model predicts channels).
     ///
     /// `d <- d + gain (y - (f + d))` (eq. 10) while every value in the regressor was measured.
     /// The first sample, and the first one after a loss, fills the whole history: at rest there.
@@ -96,6 +97,10 @@ impl<const NU: usize, const NY: usize, const NS: usize, const ND: usize, const D
         if self.started {
             let mut trace = M::TRACE;
             let next = model.predict(&self.regressor, &mut trace);
+            if M::PREDICTS_CHANNELS {
+                let channels = model.channels(&self.regressor, &trace);
+                keep_plausible(&mut self.regressor.s, &channels);
+            }
             for ((place, next), d) in predicted.iter_mut().zip(&next).zip(&self.disturbance) {
                 let value = next + d;
                 // A prediction that has run away leaves the last value in place.
@@ -135,11 +140,7 @@ impl<const NU: usize, const NY: usize, const NS: usize, const ND: usize, const D
                 Sample::Bridged
             }
         };
-        for (place, s) in self.regressor.s.iter_mut().zip(s) {
-            if plausible(*s) {
-                *place = *s;
-            }
-        }
+        keep_plausible(&mut self.regressor.s, s);
         // Room for u(k); the last command stands in until it is known.
         if let Some(last) = self.regressor.u.first().copied() {
             shift(&mut self.regressor.u, last);
@@ -165,6 +166,16 @@ impl<const NU: usize, const NY: usize, const NS: usize, const ND: usize, const D
             if plausible(corrected) {
                 *d = corrected;
             }
+        }
+    }
+}
+
+/// Takes what is plausible of `new`, element by element.
+#[inline(always)]
+fn keep_plausible<const N: usize>(kept: &mut [f32; N], new: &[f32; N]) {
+    for (kept, new) in kept.iter_mut().zip(new) {
+        if plausible(*new) {
+            *kept = *new;
         }
     }
 }

@@ -6,6 +6,12 @@ mod activation;
 
 pub use activation::{clamp, relu, relu_slope, sigmoid, sigmoid_slope, tanh, tanh_slope};
 
+/// Second derivative of [`tanh`] from its value: `-2 y (1 - y^2)`.
+#[inline(always)]
+pub fn tanh_bend(y: f32) -> f32 {
+    -2.0 * y * (1.0 - y * y)
+}
+
 /// Largest f32 that is not above `a + b` in real arithmetic.
 ///
 /// Two-sum gives the rounding error of the sum exactly; where the sum was rounded up, the next

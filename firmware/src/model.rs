@@ -1,7 +1,8 @@
 //! What the controller asks of a predictor: the one trait that generated code implements.
 
-use crate::mpc::prediction;
+use crate::mpc::prediction::{self, Trajectory};
 use crate::mpc::tangent::{self, Stage, Tangent};
+use crate::mpc::{Problem, Quadratic};
 
 /// What a predictor looks at: the last `ND` inputs, the last `DD` outputs and `NS` sensor channels,
 /// all in model units (scaled). Index 0 is the newest: `u[0]` is u(k), `y[1]` is y(k-1).
@@ -17,7 +18,8 @@ pub struct Regressor<
     pub u: [[f32; NU]; ND],
     /// Outputs y(k), y(k-1), ... y(k-DD+1).
     pub y: [[f32; NY]; DD],
-    /// Sensor channels s(k); over the horizon they hold their last reading.
+    /// Channels s(k): sensors, or what a recurrent network remembers. Over the horizon they hold their last
+    /// value, or are predicted ([`Model::PREDICTS_CHANNELS`]).
     pub s: [f32; NS],
 }
 
@@ -29,6 +31,26 @@ pub struct Jacobian<const NU: usize, const NY: usize, const ND: usize, const DD:
     pub u: [[[f32; NU]; NY]; ND],
     /// With respect to the outputs, newest first.
     pub y: [[[f32; NY]; NY]; DD],
+}
+
+/// Derivatives that only predicted channels have: of the next output by the channels, and of the next
+/// channels by everything.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChannelJacobian<
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const ND: usize,
+    const DD: usize,
+> {
+    /// `[r][c]` is dy_r(k+1)/ds_c(k).
+    pub y_by_s: [[f32; NS]; NY],
+    /// `[i][r][c]` is ds_r(k+1)/du_c(k-i).
+    pub u: [[[f32; NU]; NS]; ND],
+    /// `[i][r][c]` is ds_r(k+1)/dy_c(k-i).
+    pub y: [[[f32; NY]; NS]; DD],
+    /// `[r][c]` is ds_r(k+1)/ds_c(k).
+    pub s: [[f32; NS]; NS],
 }
 
 /// A one-step predictor y(k+1) = f(u(k)..u(k-ND+1), y(k)..y(k-DD+1), s(k)) (docs/mpc.md, eq. 1).
@@ -44,11 +66,40 @@ pub trait Model<const NU: usize, const NY: usize, const NS: usize, const ND: usi
     /// A trace before any prediction.
     const TRACE: Self::Trace;
 
+    /// Whether the channels follow [`Model::channels`] over the horizon, with derivatives (docs/mpc.md,
+    /// eq. 5a). What a recurrent network remembers is such a channel, one that nobody measures. Costs
+    /// nothing where it is off.
+    const PREDICTS_CHANNELS: bool = false;
+
     /// The next output; `trace` is overwritten.
     fn predict(&self, x: &Regressor<NU, NY, NS, ND, DD>, trace: &mut Self::Trace) -> [f32; NY];
 
     /// The exact derivatives of the prediction that left `trace`; `jacobian` is overwritten.
     fn jacobian(&self, trace: &Self::Trace, jacobian: &mut Jacobian<NU, NY, ND, DD>);
+
+    /// The next channels s(k+1), from the prediction at `x` that left `trace`; `x.s` where they are held.
+    fn channels(&self, x: &Regressor<NU, NY, NS, ND, DD>, _trace: &Self::Trace) -> [f32; NS] {
+        x.s
+    }
+
+    /// Their derivatives, and those of the output by them; `jacobian` comes in all zero.
+    fn channel_jacobian(
+        &self,
+        _trace: &Self::Trace,
+        _jacobian: &mut ChannelJacobian<NU, NY, NS, ND, DD>,
+    ) {
+    }
+
+    /// Adds to H what Gauss-Newton leaves out: nothing, or, for an [`Exact`](crate::mpc::exact::Exact)
+    /// model, the second derivatives of the predictions (docs/mpc.md, eq. 7a).
+    fn curve<const N: usize, const NB: usize, const NV: usize>(
+        _problem: &Problem<'_, Self, NU, NY, NS, ND, DD, N, NB, NV>,
+        _trajectory: &Trajectory<Self::Trace, NY, N>,
+        _quadratic: &mut Quadratic<NV>,
+    ) where
+        Self: Sized,
+    {
+    }
 
     /// A step of the horizon: enters u(k+j) into `x`, predicts, adds the disturbance, and enters the result.
     ///
@@ -83,4 +134,35 @@ impl<const NU: usize, const NY: usize, const ND: usize, const DD: usize> Jacobia
         u: [[[0.0; NU]; NY]; ND],
         y: [[[0.0; NY]; NY]; DD],
     };
+}
+
+impl<const NU: usize, const NY: usize, const NS: usize, const ND: usize, const DD: usize>
+    ChannelJacobian<NU, NY, NS, ND, DD>
+{
+    /// All zero.
+    pub const ZERO: Self = Self {
+        y_by_s: [[0.0; NS]; NY],
+        u: [[[0.0; NU]; NS]; ND],
+        y: [[[0.0; NY]; NS]; DD],
+        s: [[0.0; NS]; NS],
+    };
+}
+
+/// A predictor with second derivatives: what [`Exact`](crate::mpc::exact::Exact) asks for.
+pub trait SecondOrder<
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const ND: usize,
+    const DD: usize,
+>: Model<NU, NY, NS, ND, DD>
+{
+    /// `(sum_r weights_r d2 y_r(k+1) / dx dx) direction` at the prediction that left `trace`: a vector over
+    /// what the predictor looks at, as `direction` is.
+    fn curvature(
+        &self,
+        trace: &Self::Trace,
+        weights: &[f32; NY],
+        direction: &Regressor<NU, NY, NS, ND, DD>,
+    ) -> Regressor<NU, NY, NS, ND, DD>;
 }

@@ -6,6 +6,8 @@
 //! further, [`input_jacobian`] the first layer, written where the controller wants it. The chain is
 //! held transposed, `[hidden][OUT]`, so that each product reads its operands in memory order.
 
+pub mod curvature;
+
 use crate::math;
 use crate::model::{Jacobian, Regressor};
 
@@ -117,6 +119,12 @@ pub fn relu<const N: usize>(y: &mut [f32; N]) {
 #[inline(always)]
 pub fn tanh_slope<const N: usize>(y: &[f32; N]) -> [f32; N] {
     core::array::from_fn(|i| math::tanh_slope(y[i]))
+}
+
+/// Second derivatives of [`tanh`] from its values: `-2 y (1 - y^2)`.
+#[inline(always)]
+pub fn tanh_bend<const N: usize>(y: &[f32; N]) -> [f32; N] {
+    core::array::from_fn(|i| math::tanh_bend(y[i]))
 }
 
 /// Slopes of [`sigmoid`] from its values: `y (1 - y)`.

@@ -93,7 +93,7 @@ const VERBS: &[Verb] = &[
     },
     Verb {
         name: "bench",
-        arguments: "[SECTION...]",
+        arguments: "[SECTION...] [--publish]",
         line: "Speeds and costs, as tables and in target/bench/summary.json",
         run: bench::run,
     },

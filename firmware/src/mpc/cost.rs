@@ -1,9 +1,9 @@
 //! The cost J and its derivatives with respect to the plan (docs/mpc.md, eq. 4 to 7).
 
-use super::Problem;
 use super::prediction::{Trajectory, shift};
-use super::tangent::{Stage, Tangent};
-use crate::model::Model;
+use super::tangent::{self, Stage, Tangent};
+use super::{Problem, barrier};
+use crate::model::{ChannelJacobian, Jacobian, Model};
 
 /// Diagonals of Q and Lambda.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,6 +12,8 @@ pub struct Weights<const NU: usize, const NY: usize> {
     pub tracking: [f32; NY],
     /// Lambda: on the squared change of each command.
     pub moves: [f32; NU],
+    /// s of the [`barrier`](super::barrier) on every command; 0: there is none.
+    pub barrier: f32,
 }
 
 /// The model of J around a plan. Gradient and Hessian are halved: `J(U + p) ~ J + 2 g'p + p'Hp`; the
@@ -35,7 +37,7 @@ impl<const NV: usize> Quadratic<NV> {
 
     /// Adds to an element of H; one outside is nowhere.
     #[inline(always)]
-    fn add(&mut self, row: usize, column: usize, value: f32) {
+    pub(super) fn add(&mut self, row: usize, column: usize, value: f32) {
         if let Some(place) = self
             .hessian
             .get_mut(row)
@@ -97,6 +99,9 @@ impl<
             regressor.u[lag - 1] = regressor.u[lag];
         }
         let mut cost = self.cost_of_moves(plan);
+        if self.weights.barrier > 0.0 {
+            cost += barrier::cost(self.weights.barrier, self.bounds, plan);
+        }
         let rows = self.reference.iter().zip(&mut trajectory.weighted);
         for (j, (trace, (reference, weighted))) in
             trajectory.traces.iter_mut().zip(rows).enumerate()
@@ -131,6 +136,7 @@ impl<
         let mut blocks = [[[[0.0; NU]; NY]; DD]; NB];
         let mut gradient = [[0.0; NU]; NB];
         let mut pairs = [[[[0.0; NU]; NU]; NB]; NB];
+        let mut channels = [[[0.0; NU]; NS]; NB];
         let mut carried = 0;
         let mut inputs = [None; ND];
         for (j, (trace, weighted)) in trajectory
@@ -154,7 +160,20 @@ impl<
                 gradient: &mut gradient,
                 pairs: pairs.as_flattened_mut(),
             };
-            self.model.carry(trace, &stage, &mut tangent);
+            if M::PREDICTS_CHANNELS {
+                let (mut jacobian, mut of_channels) = (Jacobian::ZERO, ChannelJacobian::ZERO);
+                self.model.jacobian(trace, &mut jacobian);
+                self.model.channel_jacobian(trace, &mut of_channels);
+                tangent::carry_channels(
+                    &jacobian,
+                    &of_channels,
+                    &stage,
+                    &mut tangent,
+                    &mut channels,
+                );
+            } else {
+                self.model.carry(trace, &stage, &mut tangent);
+            }
             carried = reached;
         }
         let gradients = gradient.as_flattened().iter();
@@ -176,6 +195,10 @@ impl<
             }
         }
         self.add_moves(plan, quadratic);
+        M::curve(self, trajectory, quadratic);
+        if self.weights.barrier > 0.0 {
+            barrier::derive(self.weights.barrier, self.bounds, plan, quadratic);
+        }
     }
 
     /// Change over the block that ends at `v`, and Lambda for the whole of it: `L` equal moves.

@@ -6,11 +6,13 @@
 //!
 //! [`horizons`] describes the commands by few numbers, [`cost`] rolls the model out and adds J up and
 //! its derivatives ([`tangent`], a step at a time), [`qp`] finds the best step inside the limits,
-//! [`newton`] decides how much of it to take. Everything is in model units.
+//! [`newton`] decides how much of it to take. [`exact`] and [`barrier`] are options. Everything is in model units.
 
+pub mod barrier;
 pub mod constraint;
 pub mod cost;
 mod escape;
+pub mod exact;
 pub mod factor;
 pub mod horizons;
 pub mod newton;

@@ -39,6 +39,9 @@ pub fn advance<
 ) -> [f32; NY] {
     shift(&mut x.u, *u);
     let mut y = model.predict(x, trace);
+    if M::PREDICTS_CHANNELS {
+        x.s = model.channels(x, trace);
+    }
     for (y, d) in y.iter_mut().zip(disturbance) {
         *y += d;
     }

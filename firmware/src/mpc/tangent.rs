@@ -2,7 +2,7 @@
 //! Hessian (docs/mpc.md, eq. 5 to 7). Most of a control step's work; slices over the blocks keep it small.
 
 use super::prediction::shift;
-use crate::model::Jacobian;
+use crate::model::{ChannelJacobian, Jacobian};
 
 /// Where a command stands among the decision variables: between the ends of two blocks.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,16 +53,66 @@ pub fn carry<const NU: usize, const NY: usize, const ND: usize, const DD: usize>
     for lags in tangent.blocks.iter_mut().take(stage.carried) {
         let mut next = [[0.0; NU]; NY];
         for (jac, past) in jacobian.y.iter().zip(lags.iter()) {
-            for (next, jac) in next.iter_mut().zip(jac) {
-                for (jac, past) in jac.iter().zip(past) {
-                    for (next, past) in next.iter_mut().zip(past) {
-                        *next += jac * past;
-                    }
-                }
-            }
+            add_product(&mut next, jac, past);
         }
         shift(lags, next);
     }
+    enter_inputs(jacobian, stage, tangent);
+    add_up(stage, tangent);
+}
+
+/// [`carry`] where the channels are predicted too: `channels[b][r][c]` is the derivative of s_r(k+j) by the
+/// command of channel c at the end of block b.
+///
+/// ds(k+j+1)/dv_b is the sum of ds/dx dx/dv_b over all of x, and dy(k+j+1)/dv_b has dy/ds ds/dv_b more.
+/// Cost: per block with an effect `NS NU (NY + NY DD + NS)` multiply-adds more.
+pub fn carry_channels<
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const ND: usize,
+    const DD: usize,
+>(
+    jacobian: &Jacobian<NU, NY, ND, DD>,
+    of_channels: &ChannelJacobian<NU, NY, NS, ND, DD>,
+    stage: &Stage<'_, NY, ND>,
+    tangent: &mut Tangent<'_, NU, NY, DD>,
+    channels: &mut [[[f32; NU]; NS]],
+) {
+    let blocks = tangent.blocks.iter_mut().zip(channels.iter_mut());
+    for (lags, channel) in blocks.take(stage.carried) {
+        let (mut next, mut next_channel) = ([[0.0; NU]; NY], [[0.0; NU]; NS]);
+        for ((by_y, of_s), past) in jacobian.y.iter().zip(&of_channels.y).zip(lags.iter()) {
+            add_product(&mut next, by_y, past);
+            add_product(&mut next_channel, of_s, past);
+        }
+        add_product(&mut next, &of_channels.y_by_s, channel);
+        add_product(&mut next_channel, &of_channels.s, channel);
+        shift(lags, next);
+        *channel = next_channel;
+    }
+    enter_inputs(jacobian, stage, tangent);
+    for (place, direct) in stage.inputs.iter().zip(&of_channels.u) {
+        let Some(Place { block, share }) = *place else {
+            continue;
+        };
+        if let Some(channel) = channels.get_mut(block) {
+            add_scaled(channel, share, direct);
+        }
+        if let Some(channel) = channels.get_mut(block.wrapping_sub(1)) {
+            add_scaled(channel, 1.0 - share, direct);
+        }
+    }
+    add_up(stage, tangent);
+}
+
+/// What the commands do at once: `df/du(k+j-lag) du(k+j-lag)/dv_b`.
+#[inline(always)]
+fn enter_inputs<const NU: usize, const NY: usize, const ND: usize, const DD: usize>(
+    jacobian: &Jacobian<NU, NY, ND, DD>,
+    stage: &Stage<'_, NY, ND>,
+    tangent: &mut Tangent<'_, NU, NY, DD>,
+) {
     for (place, direct) in stage.inputs.iter().zip(&jacobian.u) {
         let Some(Place { block, share }) = *place else {
             continue;
@@ -76,6 +126,14 @@ pub fn carry<const NU: usize, const NY: usize, const ND: usize, const DD: usize>
             add(lags, 1.0 - share, direct);
         }
     }
+}
+
+/// The step's part of gradient and Hessian.
+#[inline(always)]
+fn add_up<const NU: usize, const NY: usize, const ND: usize, const DD: usize>(
+    stage: &Stage<'_, NY, ND>,
+    tangent: &mut Tangent<'_, NU, NY, DD>,
+) {
     let Some(weighted) = stage.weighted else {
         return;
     };
@@ -115,9 +173,35 @@ fn add<const NU: usize, const NY: usize, const DD: usize>(
     direct: &[[f32; NU]; NY],
 ) {
     if let Some(newest) = lags.first_mut() {
-        for (newest, direct) in newest.iter_mut().zip(direct) {
-            for (newest, direct) in newest.iter_mut().zip(direct) {
-                *newest += share * direct;
+        add_scaled(newest, share, direct);
+    }
+}
+
+/// `sum += share a`.
+#[inline(always)]
+fn add_scaled<const R: usize, const C: usize>(
+    sum: &mut [[f32; C]; R],
+    share: f32,
+    a: &[[f32; C]; R],
+) {
+    for (sum, a) in sum.iter_mut().zip(a) {
+        for (sum, a) in sum.iter_mut().zip(a) {
+            *sum += share * a;
+        }
+    }
+}
+
+/// `sum += a b`.
+#[inline(always)]
+fn add_product<const R: usize, const K: usize, const C: usize>(
+    sum: &mut [[f32; C]; R],
+    a: &[[f32; K]; R],
+    b: &[[f32; C]; K],
+) {
+    for (sum, a) in sum.iter_mut().zip(a) {
+        for (a, b) in a.iter().zip(b) {
+            for (sum, b) in sum.iter_mut().zip(b) {
+                *sum += a * b;
             }
         }
     }

@@ -1,9 +1,11 @@
 //! Random networks as predictors, in f32 by the kernels under test and in f64 by plain loops.
 #![allow(dead_code, reason = "every test binary uses its own part")]
 
+pub mod rollout;
+
 use proptest::test_runner::{Config as ProptestConfig, RngSeed};
-use sinew_firmware::model::{Jacobian, Model, Regressor};
-use sinew_firmware::network;
+use sinew_firmware::model::{Jacobian, Model, Regressor, SecondOrder};
+use sinew_firmware::network::{self, curvature};
 
 /// The same cases in every run, and no file left behind.
 pub fn cases(cases: u32) -> ProptestConfig {
@@ -118,6 +120,38 @@ impl<
         if self.increment {
             network::add_identity(jacobian);
         }
+    }
+}
+
+impl<
+    const NX: usize,
+    const H: usize,
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const ND: usize,
+    const DD: usize,
+> SecondOrder<NU, NY, NS, ND, DD> for Shallow<NX, H, NY>
+{
+    fn curvature(
+        &self,
+        a: &[f32; H],
+        weights: &[f32; NY],
+        direction: &Regressor<NU, NY, NS, ND, DD>,
+    ) -> Regressor<NU, NY, NS, ND, DD> {
+        let flat: [f32; NX] = network::flatten(direction);
+        let slope = network::tanh_slope(a);
+        let z = curvature::along(&self.w1, &flat);
+        let after: [f32; H] = core::array::from_fn(|h| slope[h] * z[h]);
+        let linear = ([1.0; NY], [0.0; NY], curvature::along(&self.w2, &after));
+        let top = curvature::Adjoint {
+            weights: *weights,
+            change: [0.0; NY],
+        };
+        let hidden = curvature::back(&self.w2, &linear.0, &linear.1, &linear.2, &top);
+        let bend = network::tanh_bend(a);
+        let first = curvature::back(&self.w1, &slope, &bend, &z, &hidden);
+        network::unflatten(&first.change).expect("NX fits the regressor")
     }
 }
 

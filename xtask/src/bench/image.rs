@@ -18,12 +18,28 @@ pub fn instructions(ticks: u32) -> u64 {
     (u64::from(ticks) * 40 + 512) / 1024
 }
 
+/// What a program of `boards/step` counts.
+#[derive(Clone, Copy)]
+pub enum Content<'a> {
+    /// Our control step, our network.
+    Ours,
+    /// Nothing: what the counting takes.
+    Empty,
+    /// `peer_step` or `peer_predict` of an archive.
+    Peer(&'a Path),
+}
+
 /// Builds program `bin` of `boards/step` around the model in `models/MODEL`, and copies it to
-/// `target/bench/NAME.elf`. `empty`: without the control step.
+/// `target/bench/MODEL.NAME.elf`.
 ///
 /// # Errors
 /// It does not build or link.
-pub fn build(toolchain: &Toolchain, model: &str, bin: &str, empty: bool) -> Result<PathBuf> {
+pub fn build(
+    toolchain: &Toolchain,
+    model: &str,
+    bin: &str,
+    content: Content<'_>,
+) -> Result<PathBuf> {
     let step = root().join("boards/step");
     let folder = target_folder().join("bench/step").join(model);
     fs::create_dir_all(folder.join(".cargo"))?;
@@ -65,11 +81,20 @@ pub fn build(toolchain: &Toolchain, model: &str, bin: &str, empty: bool) -> Resu
         write(&folder.join(file), &read(file)?)?;
     }
     let mut arguments = vec!["--quiet", "--bin", bin];
-    if empty {
-        arguments.push("--no-default-features");
+    let (features, name): (&[&str], _) = match content {
+        Content::Ours => (&[], bin.to_string()),
+        Content::Empty => (&["--no-default-features"], "empty".into()),
+        Content::Peer(_) => (
+            &["--no-default-features", "--features", "peer"],
+            format!("peer-{bin}"),
+        ),
+    };
+    arguments.extend(features);
+    let mut command = toolchain.board_cargo(&folder, "build", &arguments);
+    if let Content::Peer(archive) = content {
+        command.env("SINEW_PEER", archive);
     }
-    process::run(&mut toolchain.board_cargo(&folder, "build", &arguments))?;
-    let name = if empty { "empty" } else { bin };
+    process::run(&mut command)?;
     let image = target_folder().join(format!("bench/{model}.{name}.elf"));
     fs::copy(
         target_folder()

@@ -1,20 +1,24 @@
-//! `cargo xtask bench [SECTION...]`: what is measured, as tables and in `target/bench/summary.json`.
+//! `cargo xtask bench [SECTION...]`: what is measured, as tables and in `target/bench/summary.json`. `--publish` also
+//! writes the controller's table into `docs/benchmarks.md`.
 
 mod control;
 mod forward;
 mod image;
+mod lockstep;
+mod peers;
 pub mod plant;
 /// The reference problem's plant and reference, as the tests have them.
 #[path = "../../../tests/src/reference.rs"]
 #[allow(dead_code, reason = "the tests use what is not used here")]
 mod reference;
+mod table;
 
 use std::fs;
 
 use anyhow::{Context, Result, bail};
 use serde_json::{Map, Value};
 
-use crate::process::target_folder;
+use crate::process::{root, target_folder};
 
 /// A section: its name and what measures it.
 type Section = (&'static str, fn() -> Result<Value>);
@@ -24,33 +28,45 @@ const SECTIONS: &[Section] = &[
     ("forward_instructions", forward::run),
     ("mpc_instructions", control::run),
     ("image", control::image),
+    ("peers", peers::run),
     ("plant", plant::run),
 ];
 
 /// # Errors
 /// There is no such section, or one failed; what was measured before is written all the same.
 pub fn run(arguments: &[String]) -> Result<()> {
-    let known = |name: &String| SECTIONS.iter().any(|(section, _)| section == name);
-    if let Some(unknown) = arguments.iter().find(|name| !known(name)) {
+    let (publish, wanted): (Vec<&String>, Vec<&String>) = arguments
+        .iter()
+        .partition(|argument| *argument == "--publish");
+    let known = |name: &str| SECTIONS.iter().any(|(section, _)| *section == name);
+    if let Some(unknown) = wanted.iter().find(|name| !known(name)) {
         let names: Vec<&str> = SECTIONS.iter().map(|(name, _)| *name).collect();
         bail!(
             "there is no section '{unknown}'; there are {}",
             names.join(", ")
         );
     }
+    let mut summary = Map::new();
     for (name, measure) in SECTIONS {
-        if arguments.is_empty() || arguments.iter().any(|wanted| wanted == name) {
-            keep(
-                name,
-                measure().with_context(|| format!("bench section '{name}'"))?,
-            )?;
+        if wanted.is_empty() || wanted.iter().any(|wanted| wanted == name) {
+            let section = measure().with_context(|| format!("bench section '{name}'"))?;
+            summary = keep(name, section)?;
         }
+    }
+    let Some(table) = table::of_the_controller(&summary) else {
+        return Ok(());
+    };
+    println!("\n{table}");
+    if !publish.is_empty() {
+        let path = root().join("docs/benchmarks.md");
+        fs::write(&path, table).with_context(|| format!("cannot write {}", path.display()))?;
+        println!("wrote {}", path.display());
     }
     Ok(())
 }
 
-/// Writes one section into the summary and leaves the others as they are.
-fn keep(name: &str, section: Value) -> Result<()> {
+/// Writes one section into the summary and leaves the others as they are; the whole of it.
+fn keep(name: &str, section: Value) -> Result<Map<String, Value>> {
     let path = target_folder().join("bench/summary.json");
     let mut summary: Map<String, Value> = match fs::read_to_string(&path) {
         Ok(text) => serde_json::from_str(&text)
@@ -60,8 +76,8 @@ fn keep(name: &str, section: Value) -> Result<()> {
     summary.insert("format".into(), "sinew-bench/1".into());
     summary.insert(name.into(), section);
     fs::create_dir_all(path.parent().context("the summary has a folder")?)?;
-    fs::write(&path, serde_json::to_string_pretty(&summary)? + "\n")
-        .with_context(|| format!("cannot write {}", path.display()))?;
+    let text = serde_json::to_string_pretty(&summary)? + "\n";
+    fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
     println!("wrote {}", path.display());
-    Ok(())
+    Ok(summary)
 }

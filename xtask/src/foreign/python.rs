@@ -1,4 +1,4 @@
-//! A Python environment of its own under `target/`, with the packages of `tests/foreign/requirements.txt`.
+//! Python environments of their own under `target/`, with the packages that a file of `tests/foreign` lists.
 
 use std::fs;
 use std::path::PathBuf;
@@ -32,24 +32,37 @@ impl Python {
     }
 }
 
-/// Makes the environment where it is missing or its packages have changed; costs nothing otherwise.
+/// The environment of other people's physics; costs nothing where it is there.
 ///
 /// # Errors
 /// There is no Python 3 with `venv`; a package cannot be installed.
 pub fn environment() -> Result<Python> {
-    let wanted = root().join("tests/foreign/requirements.txt");
+    with_packages("venv", "requirements.txt")
+}
+
+/// The environment of what the controller is measured against: solvers, code generators, a C compiler.
+///
+/// # Errors
+/// As [`environment`].
+pub fn of_the_bench() -> Result<Python> {
+    with_packages("venv-bench", "bench.txt")
+}
+
+/// Makes the environment where it is missing or its packages have changed.
+fn with_packages(name: &str, list: &str) -> Result<Python> {
+    let wanted = root().join("tests/foreign").join(list);
     let wanted_text =
         fs::read_to_string(&wanted).with_context(|| format!("cannot read {}", wanted.display()))?;
-    let folder = target_folder().join("foreign/venv");
+    let folder = target_folder().join("foreign").join(name);
     let program = folder.join("bin/python");
-    let stamp = folder.join("requirements.txt");
+    let stamp = folder.join(list);
     if fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted_text) {
         return Ok(Python { program });
     }
     if !process::succeeds(Command::new("python3").args(["-m", "venv", "--help"])) {
         bail!("this needs Python 3 with its module venv (on Debian: apt-get install python3-venv)");
     }
-    println!("installing the packages of tests/foreign/requirements.txt");
+    println!("installing the packages of tests/foreign/{list}");
     process::run(Command::new("python3").args(["-m", "venv"]).arg(&folder))?;
     process::run(
         Command::new(&program)

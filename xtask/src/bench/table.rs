@@ -1,0 +1,229 @@
+//! The controller's part of the summary as a page of tables, each figure beside its goal and other people's.
+
+use serde_json::{Map, Value};
+
+/// The page `docs/benchmarks.md`; `None` where no section of the controller has been measured.
+pub fn of_the_controller(summary: &Map<String, Value>) -> Option<String> {
+    summary.get("mpc_instructions").or(summary.get("image"))?;
+    let at = |path: &str| summary_at(summary, path);
+    let count = |path: &str| at(path).and_then(Value::as_u64).map_or(absent(), grouped);
+    let percent = |path: &str| {
+        let value = at(path).and_then(Value::as_f64);
+        value.map_or(absent(), |part| format!("{:.2} %", 100.0 * part))
+    };
+    let rms = |path: &str| {
+        let value = at(path).and_then(Value::as_f64);
+        value.map_or(absent(), |rms| format!("{rms:.4}"))
+    };
+    let name = |path: &str| at(path).and_then(Value::as_str).unwrap_or("not measured");
+
+    let mut page = format!(
+        "{HEAD}{}",
+        row(&[
+            "network",
+            "sinew",
+            "goal",
+            &format!("{}, this run", name("peers/forward/S/peer")),
+            "onnx2c, quoted",
+        ])
+    );
+    page.push_str(&rule(5));
+    for (network, shape, goal, quoted) in FORWARD {
+        page.push_str(&row(&[
+            shape,
+            &count(&format!("forward_instructions/{network}")),
+            goal,
+            &count(&format!("peers/forward/{network}/instructions")),
+            quoted,
+        ]));
+    }
+
+    page.push_str(STEP);
+    page.push_str(&row(&[
+        "problem",
+        "mean",
+        "largest",
+        "goal",
+        "stack, B",
+        "J over IPOPT's",
+        "worst step",
+        "tracking",
+        "IPOPT's",
+        "another's, quoted: largest",
+    ]));
+    page.push_str(&rule(10));
+    for (case, problem, goal, quoted) in PROBLEMS {
+        let of = |key: &str| format!("mpc_instructions/{case}/{key}");
+        page.push_str(&row(&[
+            problem,
+            &count(&of("mean")),
+            &count(&of("max")),
+            goal,
+            &count(&of("stack_bytes")),
+            &percent(&of("cost_over_optimum")),
+            &percent(&of("largest_step_over_optimum")),
+            &rms(&of("tracking_rms")),
+            &rms(&of("tracking_rms_of_ipopt")),
+            quoted,
+        ]));
+    }
+
+    page.push_str(&format!(
+        "\n{}, a linear MPC on the network linearised at rest, counted in the same run:\n\n",
+        name("peers/mpc/S_N10/peer")
+    ));
+    page.push_str(&row(&[
+        "problem", "mean", "largest", "tracking", "flash, B", "RAM, B",
+    ]));
+    page.push_str(&rule(6));
+    for (case, problem, ..) in PROBLEMS.iter().filter(|p| matches!(p.0, "S_N5" | "S_N10")) {
+        let of = |key: &str| format!("peers/mpc/{case}/{key}");
+        page.push_str(&row(&[
+            problem,
+            &count(&of("mean")),
+            &count(&of("max")),
+            &rms(&of("tracking_rms")),
+            &count(&of("flash_bytes")),
+            &count(&of("ram_bytes")),
+        ]));
+    }
+
+    page.push_str(MEMORY);
+    for (what, flash, ram, goal) in [
+        (
+            "control step",
+            "image/flash_bytes",
+            "image/ram_bytes",
+            "16,000 and 8,000",
+        ),
+        (
+            "whole counting image",
+            "image/whole_flash_bytes",
+            "image/whole_ram_bytes",
+            "",
+        ),
+    ] {
+        page.push_str(&row(&[what, &count(flash), &count(ram), goal]));
+    }
+    let flash = at("image/flash_bytes").and_then(Value::as_u64);
+    if let Some(over) = flash.and_then(|flash| flash.checked_sub(16_000))
+        && over > 0
+    {
+        page.push_str(&format!(
+            "\nFlash misses its goal by {} bytes ([0018](decisions/0018-size-of-the-step.md)).\n",
+            grouped(over)
+        ));
+    }
+
+    page.push_str(TIME);
+    for (case, problem, ..) in PROBLEMS {
+        let of = |mhz: &str| {
+            let path = format!("mpc_instructions/{case}/step_us_estimated/{mhz} MHz");
+            let us = at(&path).and_then(Value::as_f64);
+            us.map_or(absent(), |us| grouped(us as u64))
+        };
+        page.push_str(&row(&[problem, &of("84"), &of("100"), &of("168")]));
+    }
+    Some(page)
+}
+
+/// Network, its shape, goal, and what onnx2c took.
+const FORWARD: &[(&str, &str, &str, &str)] = &[
+    ("S", "S: 12-10(tanh)-3", "700", "1,343"),
+    ("L", "L: 20-32-32-3, tanh", "6,500", "15,351"),
+    ("P", "P: 26-8(relu)-3(tanh)", "750", "1,494"),
+];
+
+/// Name in the summary, problem, goal, and what another controller took on the same shapes.
+const PROBLEMS: &[(&str, &str, &str, &str)] = &[
+    (
+        "S_N1",
+        "S, N = 1",
+        "6,000",
+        "the published code: 169,874 and 109 mallocs",
+    ),
+    ("S_N5", "S, N = 5", "28,000", "GRAMPC 2.3: 70,336"),
+    (
+        "S_N10",
+        "S, N = 10",
+        "60,000",
+        "GRAMPC 2.3: 138,139, 65 kB flash",
+    ),
+    ("P_N10", "P, N = 10", "", ""),
+    ("L_N10", "L, N = 10", "", ""),
+];
+
+const HEAD: &str = "# Speed, size and quality of the control step
+
+`cargo xtask bench forward_instructions mpc_instructions image peers --publish` wrote this page, and takes minutes, most of them
+IPOPT's. Every figure is of that run but those headed *quoted*, which were measured elsewhere on the same shapes, and *goal*. Instructions are
+counted on QEMU's Cortex-M4F (mps2-an386), exactly, and are the same in every run of the same compiler. What is compared: the
+reference problem of `models/reference`, 590 control steps of its closed loop.
+
+## One prediction: instructions, largest over the golden vectors
+
+The peer is compiled by clang (`ziglang`, from PyPI) at -O2, its expm1f is musl's.
+
+";
+
+const STEP: &str = "
+## One control step: instructions
+
+Estimator, optimisation and limits together, at most 2 iterations. *J over IPOPT's*: the plan that the controller holds, summed over the
+run, against the optimum by IPOPT (CasADi) in double precision from the same states, without blocking and from several starts; goal 1 %.
+*Tracking*: RMS of the plant's outputs, beside a loop closed with IPOPT's own commands. P and L run the problem of S with other networks: P
+holds its eleven channels over the horizon, so its tracking says nothing about a controller that one would build.
+
+";
+
+const MEMORY: &str = "
+## Flash and RAM, S at N = 10, bytes
+
+The step is the counting image less the same image without it; RAM is statics and stack.
+
+| | flash | RAM | goal |
+|---|---|---|---|
+";
+
+const TIME: &str = "
+## Time of the largest step: an estimate, in microseconds
+
+No board has run this: instructions times 1.7 cycles, over the clock. The Cortex-M4's reference manual has 2 cycles for a load or store, 1 for a
+multiplication or addition in single precision, 14 for a division and 2 to 4 for a taken branch; `vldr, vldr, vmul, vadd`, the step's
+commonest sequence, takes 6 cycles for 4 instructions, branches and divisions the rest. Flash without wait states is assumed, which at
+100 and 168 MHz asks for the part's accelerator. The same step counts its own cycles on a board ([boards/step](../boards/step/README.md)).
+
+| | 84 MHz | 100 MHz | 168 MHz |
+|---|---|---|---|
+";
+
+fn summary_at<'a>(summary: &'a Map<String, Value>, path: &str) -> Option<&'a Value> {
+    let mut keys = path.split('/');
+    let first = summary.get(keys.next()?)?;
+    keys.try_fold(first, |value, key| value.get(key))
+}
+
+fn absent() -> String {
+    "-".into()
+}
+
+fn row(cells: &[&str]) -> String {
+    format!("| {} |\n", cells.join(" | "))
+}
+
+fn rule(columns: usize) -> String {
+    format!("|{}\n", "---|".repeat(columns))
+}
+
+/// 12345 as 12,345.
+fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
