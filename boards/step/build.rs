@@ -5,8 +5,13 @@ use std::{env, fs, io, path::PathBuf};
 fn main() -> io::Result<()> {
     let out = env::var_os("OUT_DIR").ok_or_else(|| io::Error::other("cargo sets OUT_DIR"))?;
     let out = PathBuf::from(out);
-    fs::copy("memory.x", out.join("memory.x"))?;
-    println!("cargo:rerun-if-changed=memory.x");
+    // Feature `cycles` is for a real part.
+    let memory = match env::var_os("CARGO_FEATURE_CYCLES") {
+        Some(_) => "../stm32f446/memory.x",
+        None => "memory.x",
+    };
+    fs::copy(memory, out.join("memory.x"))?;
+    println!("cargo:rerun-if-changed={memory}");
     println!("cargo:rustc-link-search={}", out.display());
     // Feature `peer`: the archive with other people's step or prediction.
     println!("cargo:rerun-if-env-changed=SINEW_PEER");
