@@ -109,8 +109,6 @@ pub struct ControlLoop<
     settings: Settings<NU, NY>,
     estimator: Estimator<NU, NY, NS, ND, DD>,
     plan: Plan<NV>,
-    /// s of the barrier, 0: none.
-    barrier: f32,
     /// The plan continues the last command; otherwise it has to be started from there.
     warm: bool,
 }
@@ -154,7 +152,6 @@ impl<
             settings,
             estimator: Estimator::new(bounds.previous),
             plan: Plan::new(),
-            barrier: 0.0,
             warm: false,
         }
     }
@@ -279,7 +276,6 @@ impl<
             weights: Weights {
                 tracking: self.settings.tracking_weight,
                 moves: self.settings.move_suppression,
-                barrier: self.barrier,
             },
             bounds: &self.bounds,
             horizons: &self.horizons,
@@ -336,18 +332,6 @@ impl<
     /// The settings, to be changed; checked at the next step.
     pub const fn settings_mut(&mut self) -> &mut Settings<NU, NY> {
         &mut self.settings
-    }
-
-    /// The published barrier on every command, with s = `sharpness` (docs/mpc.md, eq. 4b); 0, a negative
-    /// number and NaN take it away. It acts before a limit does; the limits are exact with and without it.
-    #[must_use]
-    pub const fn with_barrier(mut self, sharpness: f32) -> Self {
-        self.barrier = if sharpness < f32::INFINITY {
-            sharpness
-        } else {
-            0.0
-        };
-        self
     }
 
     /// Planned commands of the last step at the ends of the blocks, model units, time-major.

@@ -90,10 +90,23 @@ pub trait Model<const NU: usize, const NY: usize, const NS: usize, const ND: usi
     ) {
     }
 
-    /// Adds to H what Gauss-Newton leaves out: nothing, or, for an [`Exact`](crate::mpc::exact::Exact)
-    /// model, the second derivatives of the predictions (docs/mpc.md, eq. 7a).
+    /// What a plan costs beside J: nothing, or the barrier of a [`Barred`](crate::mpc::barrier::Barred)
+    /// model (docs/mpc.md, eq. 4b).
+    fn penalty<const N: usize, const NB: usize, const NV: usize>(
+        _problem: &Problem<'_, Self, NU, NY, NS, ND, DD, N, NB, NV>,
+        _plan: &[f32; NV],
+    ) -> f32
+    where
+        Self: Sized,
+    {
+        0.0
+    }
+
+    /// Adds the penalty's halved derivatives, and to H what Gauss-Newton leaves out: nothing, or, for an
+    /// [`Exact`](crate::mpc::exact::Exact) model, the second derivatives of the predictions (eq. 7a).
     fn curve<const N: usize, const NB: usize, const NV: usize>(
         _problem: &Problem<'_, Self, NU, NY, NS, ND, DD, N, NB, NV>,
+        _plan: &[f32; NV],
         _trajectory: &Trajectory<Self::Trace, NY, N>,
         _quadratic: &mut Quadratic<NV>,
     ) where

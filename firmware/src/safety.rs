@@ -107,18 +107,14 @@ impl<const NU: usize> Limiter<NU> {
     ///
     /// A wish that is not finite holds the last command of its channel.
     pub fn limit(&mut self, wish: &[f32; NU]) -> [f32; NU] {
-        for (i, applied) in self.applied.iter_mut().enumerate() {
-            let wish = if wish[i].is_finite() {
-                wish[i]
-            } else {
-                *applied
-            };
-            let boxed = clamp(wish, self.limits.lower[i], self.limits.upper[i]);
-            // The last command is inside the box, so the interval below holds it, and clamping to
-            // the rate never leaves the box again. Rounding is inwards.
-            let lowest = add_up(*applied, -self.limits.rate[i]);
-            let highest = add_down(*applied, self.limits.rate[i]);
-            *applied = clamp(boxed, lowest, highest);
+        let Limits {
+            lower, upper, rate, ..
+        } = &self.limits;
+        let boxes = lower.iter().zip(upper).zip(rate);
+        for ((applied, wish), ((lower, upper), rate)) in
+            self.applied.iter_mut().zip(wish).zip(boxes)
+        {
+            *applied = limit(*wish, *applied, *lower, *upper, *rate);
         }
         self.applied
     }
@@ -138,4 +134,14 @@ impl<const NU: usize> Limiter<NU> {
         let safe = self.limits.safe;
         self.limit(&safe)
     }
+}
+
+/// The nearest command of one channel; never inlined, so that flash holds it once.
+#[inline(never)]
+fn limit(wish: f32, applied: f32, lower: f32, upper: f32, rate: f32) -> f32 {
+    let wish = if wish.is_finite() { wish } else { applied };
+    let boxed = clamp(wish, lower, upper);
+    // The last command is inside the box, so the interval below holds it, and clamping to the rate never
+    // leaves the box again. Rounding is inwards.
+    clamp(boxed, add_up(applied, -rate), add_down(applied, rate))
 }

@@ -5,6 +5,7 @@ mod common;
 use common::{Linear, Random};
 use sinew_firmware::control_loop::{ControlLoop, Settings};
 use sinew_firmware::model::Regressor;
+use sinew_firmware::mpc::barrier::Barred;
 use sinew_firmware::mpc::prediction::Trajectory;
 use sinew_firmware::mpc::{Bounds, Horizons, Problem, Quadratic, Weights};
 use sinew_firmware::safety::Limits;
@@ -20,7 +21,7 @@ const MODEL: Linear = Linear {
 /// Cost, half gradient and half Hessian of a plan of two channels in two blocks.
 fn around(plan: &[f32; 4], barrier: f32) -> (f32, Quadratic<4>) {
     let problem = Problem {
-        model: &MODEL,
+        model: &Barred(MODEL, barrier),
         start: &Regressor {
             u: [[0.1, 0.2]; 2],
             y: [[0.3, -0.1]],
@@ -31,7 +32,6 @@ fn around(plan: &[f32; 4], barrier: f32) -> (f32, Quadratic<4>) {
         weights: Weights {
             tracking: [1.0; 2],
             moves: [0.1; 2],
-            barrier,
         },
         bounds: &Bounds {
             lower: [-1.0, -2.0],
@@ -88,7 +88,7 @@ fn cost_gradient_and_hessian_are_the_published_formula() {
     }
 }
 
-type Loop = ControlLoop<Linear, 1, 1, 0, 2, 1, 6, 3, 3>;
+type Loop = ControlLoop<Barred<Linear>, 1, 1, 0, 2, 1, 6, 3, 3>;
 
 fn controller(sharpness: f32, safe: f32) -> Loop {
     let settings = Settings {
@@ -105,13 +105,12 @@ fn controller(sharpness: f32, safe: f32) -> Loop {
         safe: [safe],
     };
     ControlLoop::new(
-        MODEL,
+        Barred(MODEL, sharpness),
         ModelScaling::IDENTITY,
         limits,
         settings,
         Horizons::every_step(),
     )
-    .with_barrier(sharpness)
 }
 
 /// Largest command on the way to a reference beyond reach.

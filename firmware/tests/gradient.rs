@@ -50,7 +50,6 @@ fn check<
             weights: Weights {
                 tracking: core::array::from_fn(|_| 0.2 + random.unit()),
                 moves: core::array::from_fn(|_| 0.2 * random.unit()),
-                barrier: 0.0,
             },
             bounds: &Bounds {
                 lower: [-1.0; NU],

@@ -81,7 +81,6 @@ fn check<
         let weights = Weights {
             tracking: core::array::from_fn(|_| 0.2 + random.unit()),
             moves: core::array::from_fn(|_| 0.2 * random.unit()),
-            barrier: 0.0,
         };
         let problem = Problem {
             model: &net,
@@ -178,7 +177,6 @@ fn descend<M: Model<2, 3, 0, 3, 2>>(
         weights: Weights {
             tracking: [1.0; 3],
             moves: [0.02; 2],
-            barrier: 0.0,
         },
         bounds: &Bounds {
             lower: [-50.0; 2],

@@ -8,6 +8,80 @@
 
 use super::constraint::Bounds;
 use super::cost::Quadratic;
+use super::prediction::Trajectory;
+use super::tangent::{Stage, Tangent};
+use super::{Problem, hand_on};
+use crate::model::{ChannelJacobian, Jacobian, Model, Regressor};
+
+/// A model whose controller has the barrier, with the sharpness s. 0, a negative number and NaN: none. Goes
+/// around [`Exact`](super::exact::Exact) where both are wanted.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Barred<M>(pub M, pub f32);
+
+impl<M> Barred<M> {
+    /// The problem of the model inside.
+    fn inside<
+        'a,
+        const NU: usize,
+        const NY: usize,
+        const NS: usize,
+        const ND: usize,
+        const DD: usize,
+        const N: usize,
+        const NB: usize,
+        const NV: usize,
+    >(
+        problem: &Problem<'a, Self, NU, NY, NS, ND, DD, N, NB, NV>,
+    ) -> Problem<'a, M, NU, NY, NS, ND, DD, N, NB, NV> {
+        Problem {
+            model: &problem.model.0,
+            start: problem.start,
+            disturbance: problem.disturbance,
+            reference: problem.reference,
+            weights: problem.weights,
+            bounds: problem.bounds,
+            horizons: problem.horizons,
+        }
+    }
+}
+
+impl<
+    M: Model<NU, NY, NS, ND, DD>,
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const ND: usize,
+    const DD: usize,
+> Model<NU, NY, NS, ND, DD> for Barred<M>
+{
+    hand_on!();
+
+    fn penalty<const N: usize, const NB: usize, const NV: usize>(
+        problem: &Problem<'_, Self, NU, NY, NS, ND, DD, N, NB, NV>,
+        plan: &[f32; NV],
+    ) -> f32 {
+        let other = M::penalty(&Self::inside(problem), plan);
+        let s = problem.model.1;
+        if s > 0.0 && s.is_finite() {
+            other + cost(s, problem.bounds, plan)
+        } else {
+            other
+        }
+    }
+
+    fn curve<const N: usize, const NB: usize, const NV: usize>(
+        problem: &Problem<'_, Self, NU, NY, NS, ND, DD, N, NB, NV>,
+        plan: &[f32; NV],
+        trajectory: &Trajectory<Self::Trace, NY, N>,
+        quadratic: &mut Quadratic<NV>,
+    ) {
+        M::curve(&Self::inside(problem), plan, trajectory, quadratic);
+        let s = problem.model.1;
+        if s > 0.0 && s.is_finite() {
+            derive(s, problem.bounds, plan, quadratic);
+        }
+    }
+}
 
 /// Where the parabola takes over, as a part of the range.
 const NEAREST: f32 = 1.0 / 256.0;
@@ -46,8 +120,7 @@ fn of_command(u: f32, lower: f32, upper: f32) -> (f32, f32, f32) {
 }
 
 /// `s sum (1 / (u - lower) + 1 / (upper - u) - 4 / r)` over the ends of the blocks.
-#[inline(never)]
-pub(super) fn cost<const NU: usize, const NV: usize>(
+fn cost<const NU: usize, const NV: usize>(
     s: f32,
     bounds: &Bounds<NU, NV>,
     plan: &[f32; NV],
@@ -62,8 +135,7 @@ pub(super) fn cost<const NU: usize, const NV: usize>(
 }
 
 /// Adds the halves of its gradient and of its Hessian, which is diagonal.
-#[inline(never)]
-pub(super) fn derive<const NU: usize, const NV: usize>(
+fn derive<const NU: usize, const NV: usize>(
     s: f32,
     bounds: &Bounds<NU, NV>,
     plan: &[f32; NV],

@@ -1,8 +1,8 @@
 //! The cost J and its derivatives with respect to the plan (docs/mpc.md, eq. 4 to 7).
 
+use super::Problem;
 use super::prediction::{Trajectory, shift};
 use super::tangent::{self, Stage, Tangent};
-use super::{Problem, barrier};
 use crate::model::{ChannelJacobian, Jacobian, Model};
 
 /// Diagonals of Q and Lambda.
@@ -12,8 +12,6 @@ pub struct Weights<const NU: usize, const NY: usize> {
     pub tracking: [f32; NY],
     /// Lambda: on the squared change of each command.
     pub moves: [f32; NU],
-    /// s of the [`barrier`](super::barrier) on every command; 0: there is none.
-    pub barrier: f32,
 }
 
 /// The model of J around a plan. Gradient and Hessian are halved: `J(U + p) ~ J + 2 g'p + p'Hp`; the
@@ -98,10 +96,7 @@ impl<
         for lag in 1..ND {
             regressor.u[lag - 1] = regressor.u[lag];
         }
-        let mut cost = self.cost_of_moves(plan);
-        if self.weights.barrier > 0.0 {
-            cost += barrier::cost(self.weights.barrier, self.bounds, plan);
-        }
+        let mut cost = self.cost_of_moves(plan) + M::penalty(self, plan);
         let rows = self.reference.iter().zip(&mut trajectory.weighted);
         for (j, (trace, (reference, weighted))) in
             trajectory.traces.iter_mut().zip(rows).enumerate()
@@ -195,10 +190,7 @@ impl<
             }
         }
         self.add_moves(plan, quadratic);
-        M::curve(self, trajectory, quadratic);
-        if self.weights.barrier > 0.0 {
-            barrier::derive(self.weights.barrier, self.bounds, plan, quadratic);
-        }
+        M::curve(self, plan, trajectory, quadratic);
     }
 
     /// Change over the block that ends at `v`, and Lambda for the whole of it: `L` equal moves.

@@ -8,8 +8,8 @@
 
 use super::prediction::Trajectory;
 use super::tangent::{Place, Stage, Tangent};
-use super::{Problem, Quadratic};
-use crate::model::{Jacobian, Model, Regressor, SecondOrder};
+use super::{Problem, Quadratic, hand_on};
+use crate::model::{ChannelJacobian, Jacobian, Model, Regressor, SecondOrder};
 
 /// A model whose controller uses the exact Hessian.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -24,40 +24,13 @@ impl<
     const DD: usize,
 > Model<NU, NY, NS, ND, DD> for Exact<M>
 {
-    type Trace = M::Trace;
-    const TRACE: Self::Trace = M::TRACE;
-
-    fn predict(&self, x: &Regressor<NU, NY, NS, ND, DD>, trace: &mut Self::Trace) -> [f32; NY] {
-        self.0.predict(x, trace)
-    }
-
-    fn jacobian(&self, trace: &Self::Trace, jacobian: &mut Jacobian<NU, NY, ND, DD>) {
-        self.0.jacobian(trace, jacobian);
-    }
-
-    fn advance(
-        &self,
-        x: &mut Regressor<NU, NY, NS, ND, DD>,
-        u: &[f32; NU],
-        disturbance: &[f32; NY],
-        trace: &mut Self::Trace,
-    ) -> [f32; NY] {
-        self.0.advance(x, u, disturbance, trace)
-    }
-
-    fn carry(
-        &self,
-        trace: &Self::Trace,
-        stage: &Stage<'_, NY, ND>,
-        tangent: &mut Tangent<'_, NU, NY, DD>,
-    ) {
-        self.0.carry(trace, stage, tangent);
-    }
+    hand_on!();
 
     /// Cost: per step of the horizon two Jacobians, `NV` products with the curvature of the model, and
     /// `NV^2 (NU ND + NY DD) / 2` multiply-adds.
     fn curve<const N: usize, const NB: usize, const NV: usize>(
         problem: &Problem<'_, Self, NU, NY, NS, ND, DD, N, NB, NV>,
+        _: &[f32; NV],
         trajectory: &Trajectory<Self::Trace, NY, N>,
         quadratic: &mut Quadratic<NV>,
     ) {

@@ -27,6 +27,55 @@ pub use newton::{MAX_ITERATIONS, Outcome, solve};
 
 use crate::model::Regressor;
 
+/// What an option around a model hands on to the model, `self.0`.
+macro_rules! hand_on {
+    () => {
+        type Trace = M::Trace;
+        const TRACE: Self::Trace = M::TRACE;
+        const PREDICTS_CHANNELS: bool = M::PREDICTS_CHANNELS;
+
+        fn predict(&self, x: &Regressor<NU, NY, NS, ND, DD>, trace: &mut Self::Trace) -> [f32; NY] {
+            self.0.predict(x, trace)
+        }
+
+        fn jacobian(&self, trace: &Self::Trace, jacobian: &mut Jacobian<NU, NY, ND, DD>) {
+            self.0.jacobian(trace, jacobian);
+        }
+
+        fn channels(&self, x: &Regressor<NU, NY, NS, ND, DD>, trace: &Self::Trace) -> [f32; NS] {
+            self.0.channels(x, trace)
+        }
+
+        fn channel_jacobian(
+            &self,
+            trace: &Self::Trace,
+            jacobian: &mut ChannelJacobian<NU, NY, NS, ND, DD>,
+        ) {
+            self.0.channel_jacobian(trace, jacobian);
+        }
+
+        fn advance(
+            &self,
+            x: &mut Regressor<NU, NY, NS, ND, DD>,
+            u: &[f32; NU],
+            disturbance: &[f32; NY],
+            trace: &mut Self::Trace,
+        ) -> [f32; NY] {
+            self.0.advance(x, u, disturbance, trace)
+        }
+
+        fn carry(
+            &self,
+            trace: &Self::Trace,
+            stage: &Stage<'_, NY, ND>,
+            tangent: &mut Tangent<'_, NU, NY, DD>,
+        ) {
+            self.0.carry(trace, stage, tangent);
+        }
+    };
+}
+use hand_on;
+
 /// One optimisation: everything that stays the same while a step is computed.
 #[derive(Clone, Copy)]
 pub struct Problem<

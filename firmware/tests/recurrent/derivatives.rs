@@ -58,7 +58,6 @@ fn check_in_blocks<
             tracking: core::array::from_fn(|_| 0.2 + random.unit()),
             // The moves have their own tests; here they would hide what comes through the memory.
             moves: [0.0; NU],
-            barrier: 0.0,
         };
         let problem = Problem {
             model: &model,
