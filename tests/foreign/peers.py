@@ -124,11 +124,41 @@ def osqp(network, problem, n, folder):
                           np.tile(-np.array(problem["du_max_per_step"]), n)])
     high = np.concatenate([np.zeros(size_y), np.tile(problem["u_max"], n),
                            np.tile(problem["du_max_per_step"], n)])
-    solver = package.OSQP()
     settings = {"eps_abs": 1e-3, "eps_rel": 1e-3, "max_iter": 400, "check_termination": 5, "polishing": False,
                 "warm_starting": True, "adaptive_rho": False, "verbose": False}
-    solver.setup(sp.triu(cost).tocsc(), np.zeros(size_y + size_u), rows, low, high, **settings)
-    solver.codegen(str(folder), parameters="vectors", use_float=True, force_rewrite=True)
+    references = np.loadtxt(pathlib.Path(problem["reference"]), delimiter=",", skiprows=1)[:, 1:]
+
+    def made(rho):
+        solver = package.OSQP()
+        solver.setup(sp.triu(cost).tocsc(), np.zeros(size_y + size_u), rows, low, high, rho=rho, **settings)
+        return solver
+
+    def iterations(rho):
+        """Over the references with the linear model as the plant: the printed solver cannot adapt its rho."""
+        solver, total = made(rho), 0
+        us, ys = [np.zeros(n_u)] * len(by_u), [np.zeros(n_y)] * len(by_y)
+        for k in range(0, len(references) - n - 1):
+            lower, upper = low.copy(), high.copy()
+            for j in range(n):
+                free = constant + sum(by_y[l] @ ys[l - j] for l in range(j, len(by_y)))
+                free = free + sum(by_u[l] @ us[l - j - 1] for l in range(j + 1, len(by_u)))
+                lower[j * n_y:(j + 1) * n_y] = upper[j * n_y:(j + 1) * n_y] = free
+            lower[size_y + size_u:size_y + size_u + n_u] += us[0]
+            upper[size_y + size_u:size_y + size_u + n_u] += us[0]
+            linear = np.concatenate([-2 * (q * references[k + 1:k + n + 1]).ravel(), -2 * lam * us[0],
+                                     np.zeros(size_u - n_u)])
+            solver.update(q=linear, l=lower, u=upper)
+            found = solver.solve()
+            total += found.info.iter
+            us = [np.clip(found.x[size_y:size_y + n_u], us[0] - problem["du_max_per_step"],
+                          us[0] + problem["du_max_per_step"])] + us[:-1]
+            y = constant + sum(a @ v for a, v in zip(by_y, ys)) + sum(b @ v for b, v in zip(by_u, us))
+            ys = [y] + ys[:-1]
+        return total
+
+    tried = {rho: iterations(rho) for rho in (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)}
+    rho = min(tried, key=tried.get)
+    made(rho).codegen(str(folder), parameters="vectors", use_float=True, force_rewrite=True)
     past_u, past_y = len(by_u), len(by_y)
     (folder / "glue.c").write_text(f"""/* The linear MPC's history and vectors around OSQP's printed solver. */
 #include "osqp.h"
@@ -185,7 +215,7 @@ void peer_step(const float *y, const float *reference, float *u)
     sources = [folder / "glue.c", folder / "workspace.c", *sorted((folder / "src").glob("*.c"))]
     includes = [folder, folder / "inc/public", folder / "inc/private"]
     compile_archive(folder, dict.fromkeys(sources, includes))
-    return {"peer": "OSQP " + package.__version__, "variables": size_y + size_u, "rows": rows.shape[0]}
+    return {"peer": "OSQP " + package.__version__, "rho": rho, "variables": size_y + size_u, "rows": rows.shape[0]}
 
 
 def main():
@@ -195,7 +225,9 @@ def main():
     if kind == "emlearn":
         print(json.dumps(emlearn(network, folder)))
     else:
-        print(json.dumps(osqp(network, json.load(open(sys.argv[3])), int(sys.argv[4]), folder)))
+        problem = json.load(open(sys.argv[3]))
+        problem["reference"] = pathlib.Path(sys.argv[3]).with_name("reference.csv")
+        print(json.dumps(osqp(network, problem, int(sys.argv[4]), folder)))
 
 
 if __name__ == "__main__":

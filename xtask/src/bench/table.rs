@@ -69,7 +69,8 @@ pub fn of_the_controller(summary: &Map<String, Value>) -> Option<String> {
     }
 
     page.push_str(&format!(
-        "\n{}, a linear MPC on the network linearised at rest, counted in the same run:\n\n",
+        "\n{}, a linear MPC on the network linearised at rest, every command free, printed by its code generator and counted \
+         in the same way (tolerance 1e-3, at most 400 iterations, the best of six rho):\n\n",
         name("peers/mpc/S_N10/peer")
     ));
     page.push_str(&row(&[
