@@ -4,6 +4,7 @@ mod bench;
 mod budgets;
 mod frameworks;
 mod judge;
+mod program;
 mod random;
 
 use bench::Workspace;
