@@ -77,7 +77,12 @@ pub fn build(
         manifest.push('\n');
     }
     write(&folder.join("Cargo.toml"), &manifest)?;
-    for file in ["build.rs", "memory-qemu.x", "Cargo.lock", ".cargo/config.toml"] {
+    for file in [
+        "build.rs",
+        "memory-qemu.x",
+        "Cargo.lock",
+        ".cargo/config.toml",
+    ] {
         write(&folder.join(file), &read(file)?)?;
     }
     let mut arguments = vec!["--quiet", "--bin", bin];

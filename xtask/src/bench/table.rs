@@ -23,7 +23,7 @@ pub fn of_the_controller(summary: &Map<String, Value>) -> Option<String> {
             "network",
             "sinew",
             "goal",
-            &format!("{}, this run", name("peers/forward/S/peer")),
+            name("peers/forward/S/peer"),
             "onnx2c, quoted",
         ])
     );
@@ -157,7 +157,7 @@ const PROBLEMS: &[(&str, &str, &str, &str)] = &[
 const HEAD: &str = "# Speed, size and quality of the control step
 
 `cargo xtask bench forward_instructions mpc_instructions image peers --publish` wrote this page, and takes minutes, most of them
-IPOPT's. Every figure is of that run but those headed *quoted*, which were measured elsewhere on the same shapes, and *goal*. Instructions are
+IPOPT's. Every figure is measured by it, section by section, but those headed *quoted*, which were measured elsewhere on the same shapes, and *goal*. Instructions are
 counted on QEMU's Cortex-M4F (mps2-an386), exactly, and are the same in every run of the same compiler. What is compared: the
 reference problem of `models/reference`, 590 control steps of its closed loop.
 
