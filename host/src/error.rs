@@ -12,6 +12,8 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use sinew_sim::SimulationError;
+
 /// What every fallible function of this crate returns.
 pub type Result<T> = std::result::Result<T, Error>;
 
@@ -63,7 +65,7 @@ pub enum Kind {
     Rig(sinew_sim::Error),
     /// A simulation that was refused or stopped.
     #[error("{0}")]
-    Simulation(sinew_sim::SimulationError),
+    Simulation(SimulationError),
     /// Everything asked was sound, and still it did not work out.
     #[error("{0}")]
     Failed(Complaint),
@@ -217,6 +219,12 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match *self.0 {
             Kind::Arguments(_) | Kind::File(_) | Kind::Read { .. } | Kind::Rig(_) => 2,
+            // The rig's file says something that cannot be simulated.
+            Kind::Simulation(
+                SimulationError::Inertia { .. }
+                | SimulationError::TooStiff { .. }
+                | SimulationError::Diverged { .. },
+            ) => 2,
             Kind::Write { .. } | Kind::Simulation(_) | Kind::Failed(_) | Kind::Interrupted => 1,
         }
     }
@@ -257,8 +265,8 @@ impl From<sinew_codegen::store::StoreError> for Error {
     }
 }
 
-impl From<sinew_sim::SimulationError> for Error {
-    fn from(error: sinew_sim::SimulationError) -> Self {
+impl From<SimulationError> for Error {
+    fn from(error: SimulationError) -> Self {
         Self::from(Kind::Simulation(error))
     }
 }

@@ -30,5 +30,6 @@ pub mod progress;
 pub mod project;
 pub mod recording;
 pub mod report;
+mod scales;
 pub mod train;
 pub mod view;

@@ -77,6 +77,11 @@ impl<const N: usize> Scalar for Dual<N> {
         self.chain(math::cos(self.value), -math::sin(self.value))
     }
 
+    fn sin_cos(self) -> (Self, Self) {
+        let (sin, cos) = math::sin_cos(self.value);
+        (self.chain(sin, cos), self.chain(cos, -sin))
+    }
+
     fn exp(self) -> Self {
         let value = math::exp(self.value);
         self.chain(value, value)

@@ -36,6 +36,18 @@ impl fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
+/// A body of a rig and where its inertia stands in the rig's file: what to look at when it cannot be
+/// simulated.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BodyPlace {
+    /// The file as the user named it.
+    pub file: String,
+    /// Line, from 1.
+    pub line: usize,
+    /// The body's name.
+    pub body: String,
+}
+
 /// A simulation that was refused or stopped.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SimulationError {
@@ -55,8 +67,8 @@ pub enum SimulationError {
     },
     /// A body whose inertia is zero or negative: its acceleration is not determined.
     Inertia {
-        /// The body's name.
-        body: String,
+        /// The body.
+        at: BodyPlace,
         /// Its inertia, kg or kg m^2.
         value: f64,
     },
@@ -68,7 +80,7 @@ pub enum SimulationError {
     /// The fastest motion of the rig needs more sub-steps per sample than are allowed.
     TooStiff {
         /// The body where the fastest motion sits.
-        body: String,
+        at: BodyPlace,
         /// Bound on the largest rate, 1/s.
         rate: f64,
         /// The interval between two samples, s.
@@ -83,6 +95,8 @@ pub enum SimulationError {
     },
     /// The state became infinite or NaN.
     Diverged {
+        /// The first body that did.
+        at: BodyPlace,
         /// When, s.
         time: f64,
     },
@@ -97,10 +111,11 @@ impl fmt::Display for SimulationError {
                 found,
             } => write!(f, "{what}: expected {expected} numbers, found {found}"),
             Self::NotFinite { what } => write!(f, "{what} is not a finite number"),
-            Self::Inertia { body, value } => write!(
+            Self::Inertia { at, value } => write!(
                 f,
-                "body `{body}` cannot be simulated: its inertia is {value}, and a force on it would \
-                 have no finite acceleration"
+                "{}:{}: body `{}` cannot be simulated: its inertia is {value}, and a force on it would \
+                 have no finite acceleration",
+                at.file, at.line, at.body
             ),
             Self::Time { row } => write!(
                 f,
@@ -108,23 +123,27 @@ impl fmt::Display for SimulationError {
                 row + 1
             ),
             Self::TooStiff {
-                body,
+                at,
                 rate,
                 interval,
                 most,
             } => write!(
                 f,
-                "too stiff to simulate: the fastest motion, at body `{body}`, has a rate of up to \
+                "{}:{}: too stiff to simulate: the fastest motion, at body `{}`, has a rate of up to \
                  {rate:.3e} 1/s, which needs more than {most} steps in a sample interval of \
-                 {interval} s; is its inertia too small or a stiffness too large?"
+                 {interval} s\n  help: is this inertia too small, or the stiffness or damping at `{}` \
+                 too large?",
+                at.file, at.line, at.body, at.body
             ),
             Self::NoInput { column } => {
                 write!(f, "input column `{column}` has no valid sample to hold")
             }
-            Self::Diverged { time } => write!(
+            Self::Diverged { at, time } => write!(
                 f,
-                "the simulation left the finite numbers at t = {time} s: with these parameter values \
-                 the rig is unstable"
+                "{}:{}: the simulation left the finite numbers at t = {time} s, at body `{}`: with these \
+                 parameter values the rig is unstable\n  help: is something at `{}` soft below zero, or \
+                 driven without limit?",
+                at.file, at.line, at.body, at.body
             ),
         }
     }

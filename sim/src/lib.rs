@@ -64,7 +64,7 @@ pub mod unit;
 
 pub use drive::Drive;
 pub use dual::Dual;
-pub use error::{Error, SimulationError};
+pub use error::{BodyPlace, Error, SimulationError};
 pub use integrator::{Report, Settings, Stepper};
 pub use plant::{
     Gradient, Input, Outline, Parameter, Plant, RecordingRun, Role, SensorChannel, Trajectory,

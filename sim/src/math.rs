@@ -12,6 +12,11 @@ pub(crate) fn cos(x: f64) -> f64 {
     libm::cos(x)
 }
 
+/// Both, to the bit as one by one, for little more than one.
+pub(crate) fn sin_cos(x: f64) -> (f64, f64) {
+    libm::sincos(x)
+}
+
 pub(crate) fn exp(x: f64) -> f64 {
     libm::exp(x)
 }

@@ -8,7 +8,7 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 ///
 /// Contract: every branch of the simulator is taken on [`Scalar::value`], and the value of each
 /// operation is the `f64` operation on the values. A simulation that carries derivatives therefore
-/// takes the same path, to the bit, as the plain one (`tests/derivatives.rs` holds it to that).
+/// takes the same path, to the bit, as the plain one (`tests/simulator/derivatives.rs` holds it to that).
 pub trait Scalar:
     Copy
     + Debug
@@ -41,6 +41,11 @@ pub trait Scalar:
 
     /// Cosine of an angle in radians.
     fn cos(self) -> Self;
+
+    /// Sine and cosine of an angle in radians.
+    fn sin_cos(self) -> (Self, Self) {
+        (self.sin(), self.cos())
+    }
 
     /// Natural exponential.
     fn exp(self) -> Self;
@@ -95,6 +100,10 @@ impl Scalar for f64 {
 
     fn cos(self) -> Self {
         math::cos(self)
+    }
+
+    fn sin_cos(self) -> (Self, Self) {
+        math::sin_cos(self)
     }
 
     fn exp(self) -> Self {

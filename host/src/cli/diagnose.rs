@@ -6,6 +6,7 @@ use clap::Args;
 use sinew_sim::Rig;
 
 use super::Common;
+use super::overwrite::{self, identity};
 use crate::diagnose::output::{self, Shown};
 use crate::diagnose::{Diagnosis, Options, Recordings, diagnose};
 use crate::error::{Error, Result};
@@ -153,11 +154,6 @@ fn roles(arguments: &Arguments) -> [(&'static str, &Vec<PathBuf>); 3] {
     ]
 }
 
-/// The same file, however it is written; a file that does not exist is only itself.
-fn identity(path: &Path) -> PathBuf {
-    path.canonicalize().unwrap_or_else(|_| path.to_path_buf())
-}
-
 /// A recording that estimates or chooses cannot judge as well.
 fn refuse_two_roles(arguments: &Arguments) -> Result<()> {
     let mut seen: Vec<(PathBuf, &str)> = Vec::new();
@@ -183,26 +179,16 @@ fn refuse_two_roles(arguments: &Arguments) -> Result<()> {
 
 /// No result may replace what it was made from, or another result.
 fn refuse_overwriting(arguments: &Arguments) -> Result<()> {
-    let mut taken: Vec<(PathBuf, &str)> = vec![(identity(&arguments.rig), "the rig")];
-    for (flag, paths) in roles(arguments) {
-        taken.extend(paths.iter().map(|path| (identity(path), flag)));
-    }
-    for (flag, path) in [
-        ("--json", &arguments.json),
-        ("--report", &arguments.report),
-        ("--rig-out", &arguments.rig_out),
-        ("--mjcf", &arguments.mjcf),
-    ] {
-        let Some(path) = path else { continue };
-        let file = identity(path);
-        if let Some((_, before)) = taken.iter().find(|(other, _)| *other == file) {
-            let path = path.display();
-            return Err(Error::arguments(format!(
-                "{flag} {path} would overwrite what {before} names"
-            ))
-            .help("give it another name"));
-        }
-        taken.push((file, flag));
-    }
-    Ok(())
+    let recordings = roles(arguments).into_iter();
+    let recordings = recordings.flat_map(|(flag, paths)| paths.iter().map(move |p| (flag, p)));
+    let recordings = recordings.map(|(flag, path)| (flag, path.as_path()));
+    overwrite::refuse(
+        std::iter::once(("the rig", arguments.rig.as_path())).chain(recordings),
+        [
+            ("--json", arguments.json.as_deref()),
+            ("--report", arguments.report.as_deref()),
+            ("--rig-out", arguments.rig_out.as_deref()),
+            ("--mjcf", arguments.mjcf.as_deref()),
+        ],
+    )
 }

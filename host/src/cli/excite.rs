@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use sinew_sim::{Plant, Rig};
 
+use super::overwrite;
 use crate::error::{Error, Result};
 use crate::excite::{Kind, Options, design, reveal, table};
 use crate::progress::Stage;
@@ -49,6 +50,10 @@ pub struct Arguments {
 /// # Errors
 /// Bad arguments, a bad rig, one without limits or one that cannot be simulated.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    overwrite::refuse(
+        [("the rig", arguments.rig.as_path())],
+        [("--out", Some(arguments.out.as_path()))],
+    )?;
     let rig = Rig::load(&arguments.rig)?;
     let plant = Plant::new(&rig)?;
     let of_rig = rig.control.as_ref().and_then(|control| control.rate_hz);

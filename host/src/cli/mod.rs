@@ -11,6 +11,7 @@ mod import;
 mod mjcf;
 mod monitor;
 mod new;
+mod overwrite;
 mod pil;
 mod record;
 mod simulate;

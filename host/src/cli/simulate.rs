@@ -7,6 +7,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sinew_sim::{Drive, Plant, RecordingRun, Rig};
 
+use super::overwrite;
 use crate::dataset::gaussian;
 use crate::error::{Error, Result};
 use crate::recording::{Column, Recording};
@@ -78,6 +79,17 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         ))
         .help("0.005 is half a percent"));
     }
+    overwrite::refuse(
+        [
+            ("the rig", arguments.rig.as_path()),
+            ("--input", arguments.input.as_path()),
+        ],
+        [
+            ("--out", Some(arguments.out.as_path())),
+            ("--plot", arguments.plot.as_deref()),
+            ("--html", arguments.html.as_deref()),
+        ],
+    )?;
     let rig = Rig::load(&arguments.rig)?;
     let plant = Plant::new(&rig)?;
     let recording = Recording::read(&arguments.input)?;

@@ -19,7 +19,6 @@ mod noise;
 pub mod output;
 mod race;
 mod roles;
-mod scales;
 mod screen;
 mod search;
 mod suspect;

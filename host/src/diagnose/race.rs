@@ -6,11 +6,11 @@ use sinew_sim::effects::Kind;
 
 use super::data::Data;
 use super::model::{Model, Point};
-use super::scales::Run;
 use super::screen::Screen;
 use super::suspect::Suspect;
 use crate::error::Result;
 use crate::fit::levenberg::Unknowns;
+use crate::scales::Run;
 
 /// A rig with some suspects in it, as far as it was fitted.
 #[derive(Clone)]
@@ -65,7 +65,7 @@ impl Track<'_> {
         suspects: &[Suspect],
         told: &(dyn Fn() + Sync),
     ) -> Result<Vec<Tried>> {
-        let run = Run::new(parent, self.data, &self.stretches)?;
+        let run = self.run(parent)?;
         let Some(screen) = Screen::new(self, parent)? else {
             return Ok(Vec::new());
         };
@@ -94,6 +94,20 @@ impl Track<'_> {
             .collect();
         further.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
         Ok(further)
+    }
+
+    /// A fitted rig run over the stretches that it was fitted to, for the sizes of things.
+    fn run<'a>(&self, tried: &'a Tried) -> Result<Run<'a>> {
+        let (model, point) = (&tried.model, &tried.point);
+        let inputs = self.data.experiments.iter().map(|e| e.inputs.as_slice());
+        let inputs: Vec<&[Vec<f64>]> = inputs.collect();
+        let mut run = Run::new(&model.rig, &model.plant, &point.values, &inputs);
+        for ((index, rows), start) in self.stretches.iter().zip(&point.states) {
+            let experiment = &self.data.experiments[*index];
+            let drive = experiment.drive(&model.plant, rows.clone())?;
+            run.take(start, &drive, &experiment.t[rows.clone()])?;
+        }
+        Ok(run)
     }
 
     /// The two starts of a suspect that promise most, the better one first.
@@ -186,7 +200,7 @@ impl Track<'_> {
             Suspect::Number { .. } => Ok(vec![Vec::new()]),
             Suspect::Effect { kind, component } => {
                 let site = parent.model.rig.site(*kind, component)?;
-                Ok(with_weak(*kind, kind.starts(&run.at(parent, site))))
+                Ok(with_weak(*kind, kind.starts(&run.at(site))))
             }
         }
     }

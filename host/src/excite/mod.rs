@@ -18,7 +18,6 @@
 
 mod limits;
 pub mod reveal;
-mod scales;
 mod signal;
 mod table;
 

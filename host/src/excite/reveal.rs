@@ -2,16 +2,19 @@
 //! measured against noise and against what the rig's own parameters could imitate (docs/experiments.md,
 //! eq. 5 to 7).
 
+mod imitation;
+
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 use sinew_sim::effects::Kind;
 use sinew_sim::rig::Site;
-use sinew_sim::{Drive, Dual, Plant, Rig, Scalar};
+use sinew_sim::{Drive, Plant, Rig, Settings};
 
 use super::Experiment;
-use super::scales::{Run, range};
 use crate::error::{Error, Result};
+use crate::scales::{Run, range};
+use imitation::{Imitation, norm};
 
 /// At this distance from everything else, in standard deviations, an effect is revealed.
 pub const REVEALED: f64 = 10.0;
@@ -19,8 +22,11 @@ pub const REVEALED: f64 = 10.0;
 pub const WEAKLY: f64 = 3.0;
 /// From this cosine on two effects look the same.
 pub const PARALLEL: f64 = 0.95;
-/// Derivatives carried by one simulation.
-const CHUNK: usize = 8;
+/// Longest sub-step of the runs that are compared, in units of one over the fastest rate. Both of a pair
+/// err alike by some thousandths of the motion, and what is left of that in their difference is far less.
+const RATE_STEP: f64 = 0.5;
+/// By how much an effect, or other numbers, may make a run dearer before it is given up.
+const DEARER: usize = 16;
 
 /// How an effect would show.
 #[derive(Clone, Debug)]
@@ -75,35 +81,23 @@ pub fn reveal(
             Error::arguments(message).help("0.005 is half a percent; without noise all shows")
         );
     }
-    let plant = Plant::new(rig)?;
+    let mut settings = Settings {
+        rate_step: RATE_STEP,
+        ..Settings::default()
+    };
+    let plant = Plant::new(rig)?.with_settings(settings);
     let columns: Vec<&[f64]> = experiment.inputs.iter().map(Vec::as_slice).collect();
     let drive = Drive::new(&plant, experiment.t.len(), &columns)?;
     let start = plant.initial_state(&plant.values(), &vec![None; plant.sensors().len()])?;
     let plain = plant.simulate(&plant.values(), &start, &drive, &experiment.t)?;
-    let mut states = Vec::with_capacity(experiment.t.len());
-    plant.simulate_with(
-        &plant.values(),
-        &start,
-        &drive,
-        &experiment.t,
-        |_, stepper| {
-            states.push(stepper.state());
-        },
-    )?;
+    settings.max_substeps = (DEARER * plain.report.most_substeps).min(settings.max_substeps);
+    let plant = plant.with_settings(settings);
     let deviations = deviations(&plant, noise, |sensor| range(&plain.column(sensor)));
-    let basis = Basis::of(&plant, &start, &drive, &experiment.t, &deviations)?;
+    let imitation = Imitation::of(&plant, &start, (&drive, &experiment.t), &deviations)?;
 
-    let inputs = rig.actuators.iter().map(|actuator| {
-        let same = |input: &sinew_sim::Input| input.column == actuator.input;
-        plant.inputs().iter().position(same).unwrap_or(0)
-    });
-    let run = Run {
-        rig,
-        states,
-        trajectory: &plain,
-        experiment,
-        inputs: inputs.collect(),
-    };
+    let values = plant.values();
+    let mut run = Run::new(rig, &plant, &values, &[&experiment.inputs]);
+    run.take(&start, &drive, &experiment.t)?;
     let places: Vec<(Kind, Site)> = (Kind::ALL.iter())
         .flat_map(|&kind| kind.sites(rig).into_iter().map(move |site| (kind, site)))
         .collect();
@@ -115,14 +109,8 @@ pub fn reveal(
                 .into_iter()
                 .next()
                 .unwrap_or_default();
-            let left = with_effect(rig, experiment, (kind, site, &values)).map(|signals| {
-                let mut difference: Vec<f64> = (signals.iter().zip(&plain.signals))
-                    .zip(deviations.iter().cycle())
-                    .map(|((with, without), deviation)| (with - without) / deviation)
-                    .collect();
-                basis.remove(&mut difference);
-                difference
-            });
+            let left = with_effect(rig, experiment, (kind, site, &values), settings)
+                .map(|signals| imitation.left(&signals, WEAKLY));
             progress(done.fetch_add(1, Ordering::Relaxed) + 1, places.len());
             let distance = left.as_deref().map(norm);
             let seen = Seen {
@@ -143,7 +131,7 @@ pub fn reveal(
     Ok(Revelation {
         confusions: confusions(&tried),
         effects: tried.into_iter().map(|(seen, _)| seen).collect(),
-        directions: basis.columns.len(),
+        directions: imitation.directions(),
         noise: deviations,
     })
 }
@@ -153,8 +141,10 @@ fn with_effect(
     rig: &Rig,
     experiment: &Experiment,
     (kind, site, values): (Kind, Site, &[f64]),
+    settings: Settings,
 ) -> Option<Vec<f64>> {
     let plant = Plant::new(&rig.with_effect(kind, site, values).ok()?).ok()?;
+    let plant = plant.with_settings(settings);
     let columns: Vec<&[f64]> = experiment.inputs.iter().map(Vec::as_slice).collect();
     let drive = Drive::new(&plant, experiment.t.len(), &columns).ok()?;
     let values = plant.values();
@@ -186,90 +176,6 @@ fn deviations(plant: &Plant, noise: f64, range: impl Fn(usize) -> (f64, f64)) ->
         }
     };
     units.zip(&spans).map(of).collect()
-}
-
-fn norm(vector: &[f64]) -> f64 {
-    vector.iter().map(|x| x * x).sum::<f64>().sqrt()
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// Orthonormal directions in which the rig's free parameters and its start move the signals.
-struct Basis {
-    columns: Vec<Vec<f64>>,
-}
-
-impl Basis {
-    fn of(
-        plant: &Plant,
-        start: &[f64],
-        drive: &Drive,
-        times: &[f64],
-        deviations: &[f64],
-    ) -> Result<Self> {
-        let slots = plant.free_slots();
-        let unknowns = slots.len() + start.len();
-        let mut basis = Self {
-            columns: Vec::new(),
-        };
-        let chunks: Vec<usize> = (0..unknowns).step_by(CHUNK).collect();
-        let derived: Vec<Vec<Vec<f64>>> = (chunks.par_iter())
-            .map(|&from| {
-                let here = from..(from + CHUNK).min(unknowns);
-                let mut values: Vec<Dual<CHUNK>> =
-                    plant.values().into_iter().map(Dual::constant).collect();
-                let mut first: Vec<Dual<CHUNK>> =
-                    start.iter().copied().map(Dual::constant).collect();
-                for (seed, unknown) in here.clone().enumerate() {
-                    let target = match slots.get(unknown) {
-                        Some(&slot) => &mut values[slot],
-                        None => &mut first[unknown - slots.len()],
-                    };
-                    *target = Dual::variable(target.value, seed);
-                }
-                let run = plant.simulate(&values, &first, drive, times)?;
-                let column = |seed: usize| {
-                    (run.signals.iter().zip(deviations.iter().cycle()))
-                        .map(|(signal, deviation)| signal.derivative[seed] / deviation)
-                        .collect()
-                };
-                Ok((0..here.len()).map(column).collect())
-            })
-            .collect::<Result<_>>()?;
-        for column in derived.into_iter().flatten() {
-            basis.add(column);
-        }
-        Ok(basis)
-    }
-
-    /// Adds what is new in a direction (Gram and Schmidt, twice for the digits); one that is not new by a
-    /// millionth, or that does nothing, is left out.
-    fn add(&mut self, mut column: Vec<f64>) {
-        let before = norm(&column);
-        if !(before.is_finite() && before > 0.0) {
-            return;
-        }
-        self.remove(&mut column);
-        self.remove(&mut column);
-        let after = norm(&column);
-        if after > 1e-6 * before {
-            column.iter_mut().for_each(|x| *x /= after);
-            self.columns.push(column);
-        }
-    }
-
-    /// Takes out of a vector what the basis can imitate.
-    fn remove(&self, vector: &mut [f64]) {
-        for column in &self.columns {
-            let share = dot(column, vector);
-            vector
-                .iter_mut()
-                .zip(column)
-                .for_each(|(x, c)| *x -= share * c);
-        }
-    }
 }
 
 /// Pairs of effects that show at all and look alike.

@@ -25,7 +25,7 @@ fn plant(actuators: &[&str]) -> Plant {
 }
 
 fn spread(u: &[f64]) -> f64 {
-    let (low, high) = super::scales::range(u);
+    let (low, high) = crate::scales::range(u);
     high - low
 }
 

@@ -68,21 +68,9 @@ fn the_table_says_what_shows_and_what_is_confused() {
     let line = |kind: &str| said.lines().find(|line| line.trim().starts_with(kind));
     let friction = line("coulomb_friction").expect("every kind has its line");
     assert!(friction.contains("revealed      mass "), "{friction}");
-    // What the rig fits already shows by its second order only: far less than what it does not know.
+    // What the rig fits already is not missing, however strong.
     let damping = line("viscous_damping").expect("every kind has its line");
-    let distance = |line: &str| -> f64 {
-        let number = line
-            .split("mass ")
-            .nth(1)
-            .and_then(|rest| rest.split([',', ' ']).next());
-        number
-            .and_then(|number| number.parse().ok())
-            .expect("a distance")
-    };
-    assert!(
-        distance(damping) < 0.3 * distance(friction),
-        "{damping}\n{friction}"
-    );
+    assert!(damping.contains("not revealed"), "{damping}");
     assert!(
         said.contains("constant_load at mass, gravity_load at mass")
             || said.contains("gravity_load at mass, constant_load at mass"),

@@ -170,6 +170,59 @@ fn diagnoses() {
     insta::assert_snapshot!(report);
 }
 
+/// Sound to read and impossible to simulate, and results that cannot be where they are wanted.
+#[test]
+fn simulations() {
+    let desk = desk();
+    let sound = desk.read(RIG);
+    let with = |name: &str, from: &str, to: &str| {
+        assert!(sound.contains(from), "{from} is not in the rig");
+        desk.write(name, &sound.replacen(from, to, 1));
+    };
+    with(
+        "stiff.toml",
+        "[[damper]]",
+        "[[spring]]\nname = \"rod\"\nfrom = \"ground\"\nto = \"mass\"\nstiffness = 1e18\n[[damper]]",
+    );
+    let softening =
+        "[[effect]]\nkind = \"cubic_stiffness\"\ncomponent = \"coil\"\ncoefficient = -1e9\n";
+    desk.write("unstable.toml", &format!("{sound}\n{softening}"));
+    with("misnamed.toml", "[[damper]]", "[[dampr]]");
+    desk.write("far.csv", "t,u_N,q_m\n0,0,0.3\n0.01,1,\n0.02,1,\n");
+    desk.write("header.csv", "t,u_N,q_m\n");
+    desk.write("hollow.csv", "t,u_N,q_m\n0,,0\n0.01,,0\n");
+    let simulate = |rig: &str, input: &str, more: &str| {
+        format!("simulate {rig} --input {input} --out out.csv {more}")
+    };
+    let excite = |rig: &str| format!("excite {rig} --out exc.csv --quiet --seconds 1");
+    let report = refusals(
+        &desk,
+        &[
+            &simulate("stiff.toml", "good.csv", ""),
+            &simulate("unstable.toml", "far.csv", ""),
+            &simulate("misnamed.toml", "good.csv", ""),
+            &simulate("absent.toml", "good.csv", ""),
+            &simulate(RIG, "header.csv", ""),
+            &simulate(RIG, "hollow.csv", ""),
+            &simulate(RIG, "good.csv", "--plot absent/plot.svg"),
+            &simulate(RIG, "good.csv", "--html absent/page.html"),
+            &simulate(RIG, "good.csv", "--plot out.csv"),
+            &simulate(RIG, "good.csv", "--plot"),
+            &simulate(RIG, "good.csv", "--noise nan"),
+            &format!("simulate {RIG} --input good.csv --out good.csv"),
+            &excite("stiff.toml"),
+            &excite("absent.toml"),
+            &excite("misnamed.toml"),
+            &format!("excite {RIG} --out absent/exc.csv --no-table"),
+            &format!("excite {RIG} --out {RIG} --no-table"),
+            &format!("excite {RIG} --out exc.csv --amplitude nan"),
+        ],
+    );
+    assert!(!desk.path("out.csv").exists(), "a refusal writes nothing");
+    assert!(!desk.path("exc.csv").exists(), "a refusal writes nothing");
+    insta::assert_snapshot!(report);
+}
+
 #[test]
 fn experiments() {
     let desk = desk();

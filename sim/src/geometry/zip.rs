@@ -11,8 +11,17 @@ pub(crate) const EPSILON_0: f64 = 8.854_187_818_8e-12;
 /// A pouch is a full circle beyond the zipped part here: it contracts no further.
 const FULL: f64 = std::f64::consts::FRAC_PI_2;
 
-/// Newton steps towards the angle of a contraction; from the start below, five leave rounding only.
-const STEPS: usize = 6;
+/// Most Newton steps towards the angle of a contraction; from the start below one does.
+const STEPS: usize = 12;
+
+/// A step this small leaves an error of about its square.
+const CLOSE: f64 = 1e-6;
+
+/// Chebyshev coefficients of the angle over the contraction, for where to begin.
+const TERMS: usize = 12;
+
+/// How many numbers a pouch fixes.
+pub(crate) const NUMBERS: usize = 4 + TERMS;
 
 /// Shape of a pouch, all lengths in units of its film length.
 #[derive(Clone, Copy, Debug)]
@@ -27,34 +36,85 @@ pub(crate) struct Zip<S> {
     pub(crate) bend: S,
 }
 
-/// `2 a - sin 2a`: four times the oil's area over the squared radius of the arcs.
-fn lens<S: Scalar>(angle: S) -> S {
-    angle * 2.0 - (angle * 2.0).sin()
+/// What the rest angle of a pouch fixes once and for all.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pouch<S> {
+    /// Half the angle of its arcs where nothing is zipped, rad.
+    rest: S,
+    /// Radius of the arcs times the root of [`lens`]: the oil keeps its area.
+    oil: S,
+    /// How much of the film the arcs take up at rest.
+    bottom: S,
+    /// The largest contraction, and what is zipped there.
+    most: S,
+    zipped: S,
+    /// The angle over the contraction, nearly; values without derivatives.
+    search: [S; TERMS],
 }
 
-/// Radius of the arcs at an angle, for a pouch that rests at `rest` with nothing zipped: the oil keeps
-/// its area.
-fn radius<S: Scalar>(rest: S, angle: S) -> S {
-    (lens(rest) / lens(angle)).sqrt() / (rest * 2.0)
+/// `2 a - sin 2a`: four times the oil's area over the squared radius of the arcs.
+fn lens<S: Scalar>(angle: S, (sin, cos): (S, S)) -> S {
+    (angle - sin * cos) * 2.0
 }
 
 /// How much of the film's length the arcs take up beyond their chords.
-fn taken<S: Scalar>(radius: S, angle: S) -> S {
-    radius * (angle - angle.sin()) * 2.0
+fn taken<S: Scalar>(radius: S, angle: S, sin: S) -> S {
+    radius * (angle - sin) * 2.0
 }
 
-impl<S: Scalar> Zip<S> {
-    /// A pouch at an angle between `rest` and a right one (eq. 7), and the slope of its contraction over
-    /// the angle.
-    fn at(rest: S, angle: S) -> (Self, S) {
+impl<S: Scalar> Pouch<S> {
+    /// A pouch that rests at this angle, more than zero.
+    pub(crate) fn new(rest: S) -> Self {
+        let (sin, cos) = rest.sin_cos();
+        let lens = lens(rest, (sin, cos)).sqrt();
+        let oil = lens / (rest * 2.0);
+        let mut pouch = Self {
+            rest,
+            oil,
+            bottom: taken(oil / lens, rest, sin),
+            most: S::ZERO,
+            zipped: S::ZERO,
+            search: [S::ZERO; TERMS],
+        };
+        let (full, _) = pouch.at(S::constant(FULL));
+        pouch.most = full.contraction;
+        pouch.zipped = full.zipped;
+        pouch.search = pouch.plain().chebyshev().map(S::constant);
+        pouch
+    }
+
+    /// What it fixes, for slots behind the parameters.
+    pub(crate) fn numbers(&self) -> [S; NUMBERS] {
+        let mut numbers = [S::ZERO; NUMBERS];
+        numbers[..4].copy_from_slice(&[self.oil, self.bottom, self.most, self.zipped]);
+        numbers[4..].copy_from_slice(&self.search);
+        numbers
+    }
+
+    /// From its rest angle and [`Pouch::numbers`].
+    pub(crate) fn kept(rest: S, numbers: &[S]) -> Self {
+        Self {
+            rest,
+            oil: numbers[0],
+            bottom: numbers[1],
+            most: numbers[2],
+            zipped: numbers[3],
+            search: std::array::from_fn(|term| numbers[4 + term]),
+        }
+    }
+
+    /// At an angle between its rest and a right one (eq. 7), and the slope of its contraction over the
+    /// angle.
+    fn at(&self, angle: S) -> (Zip<S>, S) {
         let one = S::constant(1.0);
-        let r = radius(rest, angle);
-        let (sin, cos) = (angle.sin(), angle.cos());
+        let (sin, cos) = angle.sin_cos();
+        let lens = lens(angle, (sin, cos));
+        let r = self.oil / lens.sqrt();
         let open = one - cos;
         // Its root at a = 0 is out of reach, since `rest` is more than zero.
-        let growth = r * open * (sin - angle * cos) / (angle - sin * cos) * 2.0;
-        let zip = Self {
-            contraction: taken(r, angle) - taken(radius(rest, rest), rest),
+        let growth = r * open * (sin - angle * cos) / lens * 4.0;
+        let zip = Zip {
+            contraction: taken(r, angle, sin) - self.bottom,
             zipped: one - angle * r * 2.0,
             slope: cos / open,
             bend: -(sin / (open * open)) / growth,
@@ -62,54 +122,92 @@ impl<S: Scalar> Zip<S> {
         (zip, growth)
     }
 
-    /// The pouch that has contracted so far. Beyond either end it goes on straight: stretched, with the
-    /// slope of its rest; full, with none.
-    pub(crate) fn contracted(rest: S, contraction: S) -> Self {
-        let (from, _) = Self::at(rest, rest);
-        let (to, _) = Self::at(rest, S::constant(FULL));
+    /// Having contracted so far. Beyond either end it goes on straight: stretched, with the slope of its
+    /// rest; full, with none.
+    pub(crate) fn contracted(&self, contraction: S) -> Zip<S> {
         if contraction.value() <= 0.0 {
-            return Self {
+            let cos = self.rest.cos();
+            let slope = cos / (S::constant(1.0) - cos);
+            return Zip {
                 contraction,
-                zipped: from.slope * contraction,
-                slope: from.slope,
+                zipped: slope * contraction,
+                slope,
                 bend: S::ZERO,
             };
         }
-        if contraction.value() >= to.contraction.value() {
-            return Self {
+        if contraction.value() >= self.most.value() {
+            return Zip {
                 contraction,
-                zipped: to.zipped,
+                zipped: self.zipped,
                 slope: S::ZERO,
                 bend: S::ZERO,
             };
         }
-        let angle = angle(rest.value(), contraction.value(), to.contraction.value());
-        // The value is found; one more step in the scalar's own arithmetic finds its derivatives.
-        let (there, growth) = Self::at(rest, S::constant(angle));
+        let angle = self.plain().angle(contraction.value());
+        // The value is all but found; one more step in the scalar's own arithmetic finds its derivatives.
+        let (there, growth) = self.at(S::constant(angle));
         let angle = S::constant(angle) + (contraction - there.contraction) / growth;
-        Self {
+        Zip {
             contraction,
-            ..Self::at(rest, angle).0
+            ..self.at(angle).0
+        }
+    }
+
+    /// The same without derivatives.
+    fn plain(&self) -> Pouch<f64> {
+        Pouch {
+            rest: self.rest.value(),
+            oil: self.oil.value(),
+            bottom: self.bottom.value(),
+            most: self.most.value(),
+            zipped: self.zipped.value(),
+            search: self.search.map(S::value),
         }
     }
 }
 
-/// The angle at which a pouch has contracted so far, of at most `most`.
-fn angle(rest: f64, contraction: f64, most: f64) -> f64 {
-    // Contraction goes nearly as the angle to the power 3/2.
-    let bottom = taken(radius(rest, rest), rest);
-    let root = |x: f64| math::exp(math::ln(x) * (2.0 / 3.0));
-    let (low, high) = (root(bottom), root(bottom + most));
-    let mut angle = rest + (FULL - rest) * (root(bottom + contraction) - low) / (high - low);
-    for _ in 0..STEPS {
-        let (here, growth) = Zip::at(rest, angle);
-        let step = (contraction - here.contraction) / growth;
-        angle = (angle + step).clamp(rest, FULL);
-        if step.abs() < 1e-15 {
-            break;
-        }
+impl Pouch<f64> {
+    /// The angle at which it has contracted so far, to about the square of [`CLOSE`].
+    fn angle(&self, contraction: f64) -> f64 {
+        self.improved(contraction, self.begin(contraction))
     }
-    angle
+
+    /// Coefficients of the angle over the contraction, from the angles at the roots of the next term.
+    fn chebyshev(&self) -> [f64; TERMS] {
+        let place = |k: usize| std::f64::consts::PI * (k as f64 + 0.5) / TERMS as f64;
+        let angles: [f64; TERMS] = std::array::from_fn(|k| {
+            let share = 0.5 * (1.0 + math::cos(place(k)));
+            self.improved(share * self.most, self.rest + share * (FULL - self.rest))
+        });
+        std::array::from_fn(|term| {
+            let part = |(k, angle): (usize, &f64)| angle * math::cos(term as f64 * place(k));
+            let sum: f64 = angles.iter().enumerate().map(part).sum();
+            sum * if term == 0 { 1.0 } else { 2.0 } / TERMS as f64
+        })
+    }
+
+    /// The angle of a contraction, nearly (Clenshaw's sum).
+    fn begin(&self, contraction: f64) -> f64 {
+        let x = 2.0 * contraction / self.most - 1.0;
+        let (mut b1, mut b2) = (0.0, 0.0);
+        for &term in self.search[1..].iter().rev() {
+            (b1, b2) = (term + 2.0 * x * b1 - b2, b1);
+        }
+        self.search[0] + x * b1 - b2
+    }
+
+    fn improved(&self, contraction: f64, from: f64) -> f64 {
+        let mut angle = from;
+        for _ in 0..STEPS {
+            let (here, growth) = self.at(angle);
+            let step = (contraction - here.contraction) / growth;
+            angle = (angle + step).clamp(self.rest, FULL);
+            if step.abs() < CLOSE {
+                break;
+            }
+        }
+        angle
+    }
 }
 
 #[cfg(test)]
@@ -120,7 +218,7 @@ mod tests {
     /// Rest angles and shares of the whole contraction.
     fn places() -> impl Iterator<Item = (f64, f64)> {
         [0.35, 0.7, 1.1].into_iter().flat_map(|rest| {
-            let most = Zip::at(rest, FULL).0.contraction;
+            let most = Pouch::new(rest).most;
             [0.02, 0.2, 0.5, 0.8, 0.99].map(|share| (rest, share * most))
         })
     }
@@ -147,7 +245,7 @@ mod tests {
                 }
             }
             let (zipped, _) = shape(low);
-            let found = Zip::contracted(rest, contraction);
+            let found = Pouch::new(rest).contracted(contraction);
             assert!(
                 (found.zipped - zipped).abs() < 1e-13,
                 "{rest} {contraction}: {found:?}"
@@ -160,7 +258,7 @@ mod tests {
     fn the_published_force_is_the_slope_of_the_zipped_length() {
         for (rest, contraction) in places() {
             let h = 1e-6;
-            let at = |x: f64| Zip::contracted(rest, x);
+            let at = |x: f64| Pouch::new(rest).contracted(x);
             let difference = |f: fn(&Zip<f64>) -> f64| {
                 (f(&at(contraction + h)) - f(&at(contraction - h))) / (2.0 * h)
             };
@@ -175,11 +273,11 @@ mod tests {
 
     #[test]
     fn it_goes_on_straight_beyond_its_ends() {
-        let most = Zip::at(0.7, FULL).0.contraction;
+        let most = Pouch::new(0.7).most;
         for end in [0.0, most] {
             let (before, after) = (
-                Zip::contracted(0.7, end - 1e-9),
-                Zip::contracted(0.7, end + 1e-9),
+                Pouch::new(0.7).contracted(end - 1e-9),
+                Pouch::new(0.7).contracted(end + 1e-9),
             );
             assert!((before.zipped - after.zipped).abs() < 1e-7);
             assert!(
@@ -187,18 +285,18 @@ mod tests {
                 "{before:?} {after:?}"
             );
         }
-        assert_eq!(Zip::contracted(0.7, 2.0 * most).slope, 0.0);
+        assert_eq!(Pouch::new(0.7).contracted(2.0 * most).slope, 0.0);
     }
 
     #[test]
     fn derivatives_are_exact() {
         for (rest, contraction) in places() {
             let seeded = [Dual::<2>::variable(rest, 0), Dual::variable(contraction, 1)];
-            let exact = Zip::contracted(seeded[0], seeded[1]).slope.derivative;
+            let exact = Pouch::new(seeded[0]).contracted(seeded[1]).slope.derivative;
             let h = 1e-6;
-            let at = |dr: f64, dx: f64| Zip::contracted(rest + dr, contraction + dx).slope;
+            let at = |dr: f64, dx: f64| Pouch::new(rest + dr).contracted(contraction + dx).slope;
             let of_rest = (at(h, 0.0) - at(-h, 0.0)) / (2.0 * h);
-            let plain = Zip::contracted(rest, contraction);
+            let plain = Pouch::new(rest).contracted(contraction);
             assert!(
                 (exact[0] / of_rest - 1.0).abs() < 1e-5,
                 "{exact:?} {of_rest}"

@@ -46,6 +46,24 @@ pub(super) struct Start<'a, S> {
     pub(super) modes: &'a Modes,
 }
 
+impl<'a, S> Start<'a, S> {
+    pub(super) fn new(
+        state: &'a State<S>,
+        forces: &'a Forces<S>,
+        waves: &'a [Wave<S>],
+        tau: S,
+        modes: &'a Modes,
+    ) -> Self {
+        Self {
+            state,
+            forces,
+            waves,
+            tau,
+            modes,
+        }
+    }
+}
+
 /// Room for one step.
 #[derive(Clone, Debug)]
 pub(super) struct Scratch<S> {
@@ -126,12 +144,24 @@ impl<S: Scalar> Dynamics<S> {
         state: &'a State<S>,
         tau: S,
     ) -> Point<'a, S> {
+        self.at(state, start.waves, tau, &start.modes.branches)
+    }
+
+    /// The same of any state, inputs and branches.
+    #[inline]
+    pub(super) fn at<'a>(
+        &'a self,
+        state: &'a State<S>,
+        waves: &'a [Wave<S>],
+        tau: S,
+        branches: &'a [i8],
+    ) -> Point<'a, S> {
         Point {
             values: &self.values,
             state,
-            waves: start.waves,
+            waves,
             tau,
-            branches: &start.modes.branches,
+            branches,
             smoothing: self.smoothing,
         }
     }

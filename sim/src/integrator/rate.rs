@@ -1,6 +1,6 @@
 //! How fast the rig can move, and how many sub-steps that takes (docs/plant.md, eq. 19).
 
-use super::RATE_STEP;
+use super::{MOST_RATE_STEP, Settings};
 use crate::effects::{At, Slopes};
 use crate::error::SimulationError;
 use crate::plant::forces::State;
@@ -116,14 +116,18 @@ pub(super) fn bound(
         rows.add(&arms.collect::<Vec<_>>(), slopes);
     }
     for hasel in &topology.hasels {
-        let (stiffness, charging) = hasel.rates(values, &state.q, state.z[hasel.charge]);
+        let (mut stiffness, charging) = hasel.rates(values, &state.q, state.z[hasel.charge]);
+        if stops && hasel.stretches(values, state, ahead) {
+            stiffness += values[hasel.film_stiffness].abs();
+        }
         let arms = hasel.path.iter().map(|&(body, arm)| (body, values[arm]));
         let slopes = Slopes {
             stiffness,
             damping: 0.0,
         };
         rows.add(&arms.collect::<Vec<_>>(), slopes);
-        internal = f64::max(internal, charging);
+        // A decay has no phase to keep: at twice the step it is as exact as a mode.
+        internal = f64::max(internal, 0.5 * charging);
     }
     let loads = topology.loads.iter().map(|l| (l.body, l.motion, l.law));
     let frictions = (topology.frictions.iter())
@@ -187,9 +191,10 @@ pub(super) fn substeps(
     topology: &Topology,
     (rate, body): (f64, usize),
     interval: f64,
-    most: usize,
+    settings: &Settings,
 ) -> Result<usize, SimulationError> {
-    let wanted = rate * interval / RATE_STEP;
+    let most = settings.max_substeps;
+    let wanted = rate * interval / settings.rate_step.min(MOST_RATE_STEP);
     if wanted <= most as f64 {
         Ok((wanted.ceil() as usize).max(1).next_power_of_two())
     } else {
@@ -205,7 +210,7 @@ pub(super) fn too_stiff(
     most: usize,
 ) -> SimulationError {
     SimulationError::TooStiff {
-        body: topology.names[body].clone(),
+        at: topology.place(body),
         rate,
         interval,
         most,

@@ -202,7 +202,7 @@ pub(super) fn choose(
             .filter(|&index| modes[index] == Mode::Stick && excess(&index) > 0.0)
             .max_by(|a, b| excess(a).total_cmp(&excess(b)));
         if let Some(index) = worst {
-            modes[index] = super::substep::decide(held[index].force, held[index].hold);
+            modes[index] = super::settle::decide(held[index].force, held[index].hold);
             continue;
         }
         let accelerations: Vec<f64> = (trial.iter().zip(&dynamics.inverse_inertia))

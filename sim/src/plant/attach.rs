@@ -159,8 +159,12 @@ fn at_body(rig: &Rig, kind: Kind, body: usize, slot: usize, topology: &mut Topol
 fn add_hidden(rig: &Rig, host: usize, slot: usize, topology: &mut Topology) {
     let body = topology.bodies.len();
     let name = &rig.bodies[host].name;
+    let own =
+        |effect: &&EffectTable| effect.kind == Kind::HiddenMode && effect.site == Site::Body(host);
+    let line = (rig.effects.iter().find(own)).map_or(1, |e| e.parameters[0].place.line);
     topology.names.push(format!("{name}.hidden_mode"));
     topology.bodies.push(BodySlots {
+        line,
         inertia: slot,
         start: None,
         start_velocity: None,

@@ -224,6 +224,7 @@ fn build<'a>(rig: &'a Rig, columns: &mut Vec<&'a str>) -> (Slots<'a>, Topology) 
             slots.of(&body.name, key, (quantity, body.motion), sign, value)
         };
         BodySlots {
+            line: body.inertia.place.line,
             inertia: of("inertia", Quantity::Inertia, Sign::Positive, &body.inertia),
             start: (body.start.as_ref())
                 .map(|start| of("start", Quantity::Coordinate, Sign::Any, start)),
@@ -335,6 +336,7 @@ fn build<'a>(rig: &'a Rig, columns: &mut Vec<&'a str>) -> (Slots<'a>, Topology) 
 
     let tendons = tendons.collect();
     let mut topology = Topology {
+        file: rig.file.clone(),
         names: rig.bodies.iter().map(|body| body.name.clone()).collect(),
         bodies,
         springs,

@@ -1,10 +1,10 @@
 //! HASEL actuators as slots: contraction, charge, pull (docs/geometry.md, eq. 9).
 
 use super::compile::Slots;
-use super::forces::Point;
+use super::forces::{Point, State};
 use super::topology::Topology;
 use crate::effects::Sign;
-use crate::geometry::zip::{EPSILON_0, Zip};
+use crate::geometry::zip::{self, EPSILON_0, Pouch};
 use crate::rig::{HaselReading, Rig, Value};
 use crate::scalar::Scalar;
 
@@ -24,6 +24,8 @@ pub(crate) struct Hasel {
     pub(crate) film_thickness: usize,
     pub(crate) permittivity: usize,
     pub(crate) fill_angle: usize,
+    /// The first of the numbers that follow from it, behind all parameters.
+    pub(crate) pouch: usize,
     pub(crate) capacitance: usize,
     pub(crate) resistance: usize,
     pub(crate) film_stiffness: usize,
@@ -64,6 +66,7 @@ pub(super) fn add(rig: &Rig, slots: &mut Slots, topology: &mut Topology) {
             film_thickness: add("film_thickness", "m", Sign::Positive, &hasel.film_thickness),
             permittivity: add("permittivity", "1", Sign::Positive, &hasel.permittivity),
             fill_angle: add("fill_angle", "rad", Sign::Positive, &hasel.fill_angle),
+            pouch: 0,
             capacitance: add("capacitance", "F", Sign::Positive, &hasel.capacitance),
             resistance: add("resistance", "ohm", Sign::Positive, &hasel.resistance),
             film_stiffness: add(
@@ -97,7 +100,8 @@ impl Hasel {
         }
         let length = values[self.pouch_length];
         let share = stroke / (length * self.pouches);
-        let zip = Zip::contracted(values[self.fill_angle], share);
+        let kept = &values[self.pouch..self.pouch + zip::NUMBERS];
+        let zip = Pouch::kept(values[self.fill_angle], kept).contracted(share);
         // Farad per metre of zipped film, of one pouch: two films between the electrodes.
         let density = values[self.permittivity] * values[self.width] * EPSILON_0
             / (values[self.film_thickness] * 2.0);
@@ -142,14 +146,16 @@ impl Hasel {
         // At held charge the voltage falls as the capacitance rises, which is stiffer than held voltage.
         let electric =
             0.5 * square * pull.bend.abs() + square * pull.slope * pull.slope / pull.capacitance;
-        let stretched = if pull.stroke < 1e-3 {
-            values[self.film_stiffness]
-        } else {
-            0.0
-        };
-        (
-            electric + stretched,
-            1.0 / (values[self.resistance] * pull.capacitance),
-        )
+        (electric, 1.0 / (values[self.resistance] * pull.capacitance))
+    }
+
+    /// Whether its film may be stretched within the next `ahead` seconds.
+    pub(crate) fn stretches(&self, values: &[f64], state: &State<f64>, ahead: f64) -> bool {
+        let (mut stroke, mut speed) = (values[self.slack], 0.0);
+        for &(body, arm) in &self.path {
+            stroke -= values[arm] * state.q[body];
+            speed += (values[arm] * state.v[body]).abs();
+        }
+        stroke < 2.0 * speed * ahead
     }
 }

@@ -156,6 +156,16 @@ impl Plant {
         self.topology.names.len()
     }
 
+    /// Inertia of every body with these parameter values, kg or kg m^2: what a chain or a plate gives to
+    /// its bodies, too.
+    ///
+    /// # Panics
+    /// When there are fewer values than parameter slots.
+    pub fn inertias(&self, values: &[f64]) -> Vec<f64> {
+        let bodies = self.topology.bodies.iter();
+        bodies.map(|body| values[body.inertia]).collect()
+    }
+
     /// Names of the states, in order: every body's position, then every body's velocity, then internal
     /// states (`coil.hysteresis.z`, `encoder.sensor_lag.reading`).
     pub fn state_names(&self) -> Vec<String> {

@@ -108,7 +108,8 @@ impl Plant {
                 stepper
                     .step(times[row] - times[row - 1])
                     .map_err(|error| match error {
-                        SimulationError::Diverged { time } => SimulationError::Diverged {
+                        SimulationError::Diverged { at, time } => SimulationError::Diverged {
+                            at,
                             time: origin + time,
                         },
                         other => other,

@@ -4,6 +4,7 @@
 use super::hasel::Hasel;
 use super::shapes::Shapes;
 use crate::effects::Kind;
+use crate::error::BodyPlace;
 use crate::rig::Reads;
 use crate::unit::Motion;
 
@@ -11,6 +12,8 @@ use crate::unit::Motion;
 /// is forgotten.
 #[derive(Debug, Default)]
 pub(crate) struct Topology {
+    /// The rig's file, for refusals.
+    pub(crate) file: String,
     /// Names of the bodies, those of hidden modes last.
     pub(crate) names: Vec<String>,
     pub(crate) bodies: Vec<BodySlots>,
@@ -50,6 +53,8 @@ pub(crate) struct Topology {
 
 #[derive(Debug)]
 pub(crate) struct BodySlots {
+    /// Line of the rig where its inertia stands.
+    pub(crate) line: usize,
     pub(crate) inertia: usize,
     pub(crate) start: Option<usize>,
     pub(crate) start_velocity: Option<usize>,
@@ -235,6 +240,17 @@ pub(crate) enum Switch {
     Internal(usize),
     /// Friction and which of its loads: the sign of the load.
     Load(usize, usize),
+}
+
+impl Topology {
+    /// Where to look in the rig's file when a body cannot be simulated.
+    pub(crate) fn place(&self, body: usize) -> BodyPlace {
+        BodyPlace {
+            file: self.file.clone(),
+            line: self.bodies[body].line,
+            body: self.names[body].clone(),
+        }
+    }
 }
 
 impl Switch {

@@ -84,6 +84,8 @@ pub(crate) struct Place {
     pub(crate) within: Option<(&'static str, usize)>,
     /// The key.
     pub(crate) key: String,
+    /// Its line, from 1; that of the table where it is not written.
+    pub(crate) line: usize,
 }
 
 /// One coordinate with inertia.

@@ -408,6 +408,7 @@ impl<'a> Reader<'a> {
             index: self.index,
             within: self.within,
             key: key.to_owned(),
+            line: self.line(key),
         }
     }
 

@@ -42,33 +42,30 @@ pub fn run() -> Result<Value> {
     );
     println!("|---|--:|--:|--:|--:|---|--:|");
     let mut rows = serde_json::Map::new();
+    let mut all_reached = true;
     for device in DEVICES {
         let (mine, its) = (&ours["devices"][device], &theirs["devices"][device]);
         let speed = number(&mine["seconds_per_second"])?;
-        if its.is_null() {
-            println!(
-                "| {device} | {:.1e} | {speed:.0} | at no step that accurate | | | |",
-                number(&mine["error"])?
-            );
-            rows.insert(
-                (*device).into(),
-                json!({"sinew_sim": mine, "mujoco": its, "ratio": null}),
-            );
-            continue;
-        }
+        // At no step as accurate as the simulator: its most accurate one then, which is a lower bound.
+        let reached = its["reached"] == true;
         let ratio = speed / number(&its["seconds_per_second"])?;
         println!(
-            "| {device} | {:.1e} | {speed:.0} | {:.0} | {:.1e} | {}, {} s | {ratio:.1} |",
+            "| {device} | {:.1e} | {speed:.0} | {:.0} | {:.1e} | {}, {} s | {}{ratio:.1} |",
             number(&mine["error"])?,
             number(&its["seconds_per_second"])?,
             number(&its["error"])?,
             its["integrator"].as_str().unwrap_or(""),
             its["step_s"],
+            if reached { "" } else { "more than " },
         );
+        all_reached &= reached;
         rows.insert(
             (*device).into(),
             json!({"sinew_sim": mine, "mujoco": its, "ratio": ratio, "goal": GOAL}),
         );
+    }
+    if !all_reached {
+        println!("\nmore than: MuJoCo is at no step that accurate; this is its most accurate one");
     }
     let milliseconds = number(&ours["two_mass_drive_4000_samples_ms"])?;
     println!("\n4,000 samples of the two-mass drive: {milliseconds:.3} ms (goal {GOAL_MS} ms)");

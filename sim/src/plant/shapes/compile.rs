@@ -4,6 +4,7 @@ use super::{
     ChainSlots, Course, Derived, LineSlots, MagnetSlots, PlateSlots, Role, Shapes, WaveguideSlots,
 };
 use crate::effects::Sign;
+use crate::geometry::zip;
 use crate::plant::compile::Slots;
 use crate::plant::topology::Topology;
 use crate::rig::{Rig, Route, Value};
@@ -161,6 +162,12 @@ pub(in crate::plant) fn add(rig: &Rig, slots: &mut Slots, topology: &mut Topolog
             path.push((body, slots.len() + shapes.derived.len()));
             shapes.derived.push(derived);
         }
+    }
+    for hasel in &mut topology.hasels {
+        hasel.pouch = slots.len() + shapes.derived.len();
+        let rest = hasel.fill_angle;
+        let numbers = (0..zip::NUMBERS).map(|number| Derived::Pouch { rest, number });
+        shapes.derived.extend(numbers);
     }
     topology.shapes = shapes;
 }

@@ -7,6 +7,7 @@ mod outline;
 pub(super) use compile::add;
 pub use outline::{Outline, Role};
 
+use crate::geometry::zip::Pouch;
 use crate::geometry::{Pose, Vector, chain, dipole, plate, sum};
 use crate::rig::{Axis, Shape};
 use crate::scalar::Scalar;
@@ -24,6 +25,8 @@ pub(crate) enum Derived {
     Same(usize),
     /// A slot with its sign turned: the arm about a plate's pitch.
     Minus(usize),
+    /// One of the numbers that the rest angle of a pouch fixes.
+    Pouch { rest: usize, number: usize },
 }
 
 impl Derived {
@@ -34,6 +37,7 @@ impl Derived {
             Self::One => S::constant(1.0),
             Self::Same(slot) => values[slot],
             Self::Minus(slot) => -values[slot],
+            Self::Pouch { rest, number } => Pouch::new(values[rest]).numbers()[number],
         }
     }
 }

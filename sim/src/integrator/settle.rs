@@ -1,0 +1,122 @@
+//! The modes at the beginning of a sub-step: who slides, who rests, which branch each law is on.
+
+use super::dynamics::Mode;
+use super::sticking;
+use super::substep::Substep;
+use crate::plant::topology::Topology;
+use crate::scalar::Scalar;
+
+/// Whether a resting body is held, or which way it starts (eq. 6): held while the other force stays
+/// within what friction can oppose.
+pub(super) fn decide(force: f64, [forward, backward]: [f64; 2]) -> Mode {
+    match (force > forward, force < -backward) {
+        (false, false) => Mode::Stick,
+        (true, false) => Mode::Slide(1.0),
+        (false, true) => Mode::Slide(-1.0),
+        // Only a negative friction, which a fit may try, pushes out of rest both ways.
+        (true, true) if 2.0 * force >= forward - backward => Mode::Slide(1.0),
+        (true, true) => Mode::Slide(-1.0),
+    }
+}
+
+impl<S: Scalar> Substep<S> {
+    /// The modes at the beginning of a sub-step follow from the state: what moves slides its way, what
+    /// rests is held or starts, each law is on the branch where the state is.
+    pub(super) fn settle(&mut self, topology: &Topology, tau: S) {
+        if !topology.switches.is_empty() {
+            self.settle_branches(topology, tau);
+        }
+        self.other_forces(topology, tau);
+        if !topology.frictions.is_empty() && self.dynamics.smoothing == 0.0 {
+            self.settle_frictions(topology, tau, None);
+        }
+    }
+
+    pub(super) fn settle_branches(&mut self, topology: &Topology, tau: S) {
+        let at = self.dynamics.at(&self.state, &self.waves, tau, &[]);
+        topology.settle_branches(at, &mut self.modes.branches, &mut self.first);
+    }
+
+    pub(super) fn other_forces(&mut self, topology: &Topology, tau: S) {
+        let at = self
+            .dynamics
+            .at(&self.state, &self.waves, tau, &self.modes.branches);
+        topology.forces(&at, &mut self.first);
+    }
+
+    /// Who slides and who rests, from the state and the other forces there; `stopped` is at rest
+    /// whatever rounding says.
+    pub(super) fn settle_frictions(&mut self, topology: &Topology, tau: S, stopped: Option<usize>) {
+        if topology.coupled {
+            return self.settle_together(topology, tau, stopped);
+        }
+        for (index, friction) in topology.frictions.iter().enumerate() {
+            let body = friction.body();
+            let speed = self.state.v[body].value();
+            if speed != 0.0 {
+                self.modes.friction[index] = Mode::Slide(speed.signum());
+                continue;
+            }
+            let values = &self.dynamics.values;
+            let hold = friction.hold(values, &self.first.load, &self.modes.branches);
+            let mode = decide(self.first.force[body].value(), hold.map(S::value));
+            if mode == Mode::Stick {
+                // A body that is held rests whatever its parameters: not even its derivatives move.
+                self.state.v[body] = S::ZERO;
+            }
+            self.modes.friction[index] = mode;
+        }
+    }
+
+    /// As `settle_frictions`, where what one path holds changes what another has to.
+    fn settle_together(&mut self, topology: &Topology, tau: S, stopped: Option<usize>) {
+        let values = &self.dynamics.values;
+        let mut resting = Vec::new();
+        for (index, friction) in topology.frictions.iter().enumerate() {
+            if stopped == Some(index) || sticking::at_rest(friction, values, &self.state) {
+                resting.push(index);
+            } else {
+                let speed = friction.speed(values, &self.state).value();
+                self.modes.friction[index] = Mode::Slide(speed.signum());
+            }
+        }
+        if resting.is_empty() {
+            return;
+        }
+        self.plain.take(&self.state, &self.waves, &self.first);
+        let plain = &self.plain;
+        let branches = &self.modes.branches;
+        let at = (plain.dynamics).at(&plain.state, &plain.waves, tau.value(), branches);
+        sticking::choose(
+            &plain.dynamics,
+            topology,
+            &at,
+            &resting,
+            &mut self.modes.friction,
+            &plain.first.force,
+            &plain.first.load,
+        );
+        let modes = &self.modes.friction;
+        sticking::project(&self.dynamics, topology, modes, &mut self.state);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Mode, decide};
+
+    #[test]
+    fn rest_is_kept_up_to_the_level_and_left_beyond_it() {
+        let hold = [2.0, 3.0];
+        assert_eq!(decide(2.0, hold), Mode::Stick);
+        assert_eq!(decide(-3.0, hold), Mode::Stick);
+        assert_eq!(decide(2.0 + 1e-15, hold), Mode::Slide(1.0));
+        assert_eq!(decide(-3.0 - 1e-15, hold), Mode::Slide(-1.0));
+    }
+
+    #[test]
+    fn a_negative_level_leaves_rest_with_the_force() {
+        assert_eq!(decide(0.5, [-1.0, -1.0]), Mode::Slide(1.0));
+        assert_eq!(decide(-0.5, [-1.0, -1.0]), Mode::Slide(-1.0));
+    }
+}

@@ -1,0 +1,224 @@
+//! Laws with memory, gaps and delays against closed solutions.
+
+use crate::mechanisms::{SPRING, distance, effect, plant, run, slide, times};
+
+/// A body too heavy to be slowed, so that a spring is drawn out at a constant rate.
+fn drawn(rate: f64, more: &str) -> Vec<f64> {
+    let spring = "[[spring]]\nname = \"coil\"\nfrom = \"ground\"\nto = \"mass\"\nstiffness = 1.0\n";
+    let heavy = format!(
+        "[[body]]\nname = \"mass\"\nmotion = \"slide\"\ninertia = 1e14\nstart_velocity = {rate:?}\n\
+         {spring}{more}"
+    );
+    run(&plant(&heavy), &times(301, 0.01), &[]).final_state
+}
+
+#[test]
+fn a_maxwell_branch_relaxes_with_its_time_constant() {
+    let creep = effect(
+        "viscoelastic_creep",
+        "coil",
+        &[("stiffness", 30.0), ("time_constant", 0.8)],
+    );
+    let exact = 30.0 * 0.8 * 0.2 * (1.0 - (-3.0f64 / 0.8).exp());
+    let force = drawn(0.2, &creep)[2];
+    assert!((force - exact).abs() < 1e-8 * exact, "{force} {exact}");
+}
+
+/// z goes to (beta + gamma)^(-1/n): the strength of the loop is alpha times that.
+#[test]
+fn hysteresis_reaches_its_limit_strength() {
+    let law = |exponent: f64| {
+        [
+            ("alpha", 30.0),
+            ("beta", 6.0),
+            ("gamma", 2.0),
+            ("exponent", exponent),
+        ]
+    };
+    let z = drawn(0.2, &effect("hysteresis", "coil", &law(1.0)))[2];
+    let exact = (1.0 - (-8.0f64 * 0.2 * 3.0).exp()) / 8.0;
+    assert!((z - exact).abs() < 1e-8 * exact, "{z} {exact}");
+    let z = drawn(2.0, &effect("hysteresis", "coil", &law(2.0)))[2];
+    let exact = 0.125f64.sqrt();
+    assert!((z - exact).abs() < 1e-6 * exact, "{z} {exact}");
+    let z = drawn(-2.0, &effect("hysteresis", "coil", &law(2.0)))[2];
+    assert!((z + exact).abs() < 1e-6 * exact, "{z} {exact}");
+}
+
+const PUSH: &str = "[[actuator]]\nname = \"push\"\ndrives = \"mass\"\ninput = \"u_N\"\n\
+                    gain = { value = 1.0 }\n";
+
+#[test]
+fn a_lag_answers_a_step_by_its_exponential() {
+    for constant in [0.3, 0.02, 0.0005] {
+        let lag = effect("actuator_lag", "push", &[("time_constant", constant)]);
+        let plant = slide(0.0, 0.0, &format!("{PUSH}{lag}"));
+        let times = times(101, 0.01);
+        let step: Vec<f64> = times
+            .iter()
+            .map(|&t| if t < 0.005 { 0.0 } else { 1.0 })
+            .collect();
+        let velocity = run(&plant, &times, &[&step]).column(1);
+        let exact = times.iter().map(|&t| {
+            let t = (t - 0.01).max(0.0);
+            t - constant * (1.0 - (-t / constant).exp())
+        });
+        let error = distance(&velocity, exact);
+        println!("lag of {constant} s: error {error:e} m/s");
+        assert!(error < 1e-6 * constant.max(0.01), "{constant}: {error:e}");
+    }
+}
+
+/// A delay of two and a half samples is a shift of five half samples.
+#[test]
+fn a_delay_shifts_the_input_by_exactly_that_much() {
+    for delay in [0.025, 0.0, 0.05, 0.0137] {
+        let parts = 1000;
+        let shift = (delay / 0.01 * parts as f64).round() as usize;
+        let law = effect("input_delay", "push", &[("delay", delay)]);
+        let delayed = slide(0.0, 0.0, &format!("{SPRING}{PUSH}{law}"));
+        let coarse = times(41, 0.01);
+        let input: Vec<f64> = coarse.iter().map(|t| (30.0 * t).sin() + 1.0).collect();
+        let ours = run(&delayed, &coarse, &[&input]).column(0);
+        let plain = slide(0.0, 0.0, &format!("{SPRING}{PUSH}"));
+        let fine = times(40 * parts + 1, 0.01 / parts as f64);
+        let shifted: Vec<f64> = (0..fine.len())
+            .map(|k| input[k.saturating_sub(shift) / parts])
+            .collect();
+        let exact = run(&plain, &fine, &[&shifted]).column(0);
+        let error = distance(&ours, exact.into_iter().step_by(parts));
+        assert!(error < 1e-8, "delay {delay}: {error:e}");
+    }
+}
+
+/// Below zero a delay, a lag or a gap is none: a fit may try it.
+#[test]
+fn sizes_below_zero_are_simulated_as_none() {
+    let times = times(101, 0.01);
+    let input: Vec<f64> = times.iter().map(|t| 2.0 * (9.0 * t).sin()).collect();
+    let bare = slide(0.1, 0.0, &format!("{SPRING}{PUSH}"));
+    let bare = run(&bare, &times, &[&input]).column(0);
+    let cases = [
+        ("input_delay", "push", "delay"),
+        ("actuator_lag", "push", "time_constant"),
+        ("input_dead_zone", "push", "width"),
+        ("backlash", "push", "gap"),
+        ("backlash", "coil", "gap"),
+    ];
+    for (kind, component, name) in cases {
+        let plant = slide(
+            0.1,
+            0.0,
+            &(format!("{SPRING}{PUSH}") + &effect(kind, component, &[(name, 0.01)])),
+        );
+        let mut values = plant.values();
+        values[plant.slot(&format!("{component}.{kind}.{name}")).unwrap()] = -0.01;
+        let ours = crate::mechanisms::run_with(&plant, &values, &times, &[&input]).column(0);
+        let error = distance(&ours, bare.iter().copied());
+        assert!(error < 1e-8, "{kind}: {error:e}");
+    }
+}
+
+/// Into a spring and damper and out where their force falls to zero: d'' = 0 of the damped oscillation.
+#[test]
+fn a_stop_throws_back_with_the_speed_of_its_closed_form() {
+    let (k, c, speed) = (2000.0f64, 20.0f64, 0.7);
+    let more = [("position", 0.05), ("stiffness", k), ("damping", c)];
+    let plant = slide(
+        0.0,
+        speed,
+        &(effect("end_stop", "mass", &more) + "side = 1.0\n"),
+    );
+    let out = run(&plant, &times(61, 0.01), &[]);
+    let delta = 0.5 * c;
+    let omega = (k - delta * delta).sqrt();
+    let angle =
+        std::f64::consts::PI - (2.0 * delta * omega / (omega * omega - delta * delta)).atan();
+    let time = angle / omega;
+    let back = speed * (-delta * time).exp() * (angle.cos() - delta / omega * angle.sin());
+    let depth = speed / omega * (-delta * time).exp() * angle.sin();
+    let exact = 0.05 + depth + back * (0.6 - 0.05 / speed - time);
+    assert!(
+        (out.signal(60, 1) - back).abs() < 1e-6,
+        "{} {back}",
+        out.signal(60, 1)
+    );
+    assert!(
+        (out.signal(60, 0) - exact).abs() < 1e-6,
+        "{} {exact}",
+        out.signal(60, 0)
+    );
+    assert_eq!(out.report.fallbacks, 0);
+}
+
+/// Across the play at constant speed, a half swing of the spring each side.
+#[test]
+fn a_spring_with_play_has_the_period_of_its_parts() {
+    let (gap, start, omega) = (0.04f64, 0.1, 40f64.sqrt());
+    let plant = slide(
+        start,
+        0.0,
+        &(SPRING.to_owned() + &effect("backlash", "coil", &[("gap", gap)])),
+    );
+    let crossing = gap / (omega * (start - 0.5 * gap));
+    let period = std::f64::consts::TAU / omega + 2.0 * crossing;
+    let out = run(&plant, &times(201, period / 100.0), &[]);
+    assert!(
+        (out.signal(100, 0) - start).abs() < 1e-7,
+        "{}",
+        out.signal(100, 0)
+    );
+    assert!(
+        (out.signal(200, 0) - start).abs() < 2e-7,
+        "{}",
+        out.signal(200, 0)
+    );
+    assert_eq!(out.report.kinks, 8);
+}
+
+/// Friction of a tendon along its path holds two bodies together in the tendon's direction, and lets
+/// them go beyond its share of the tension.
+#[test]
+fn a_tendon_holds_along_its_path_up_to_its_share_of_the_tension() {
+    let rig = |force: f64| {
+        let body = |name: &str, inertia: f64| {
+            format!("[[body]]\nname = \"{name}\"\nmotion = \"slide\"\ninertia = {inertia:?}\n")
+        };
+        let tendon = "[[tendon]]\nname = \"line\"\npath = [{ body = \"a\", arm = 1.0 }, \
+                      { body = \"b\", arm = -1.0 }]\nstiffness = 0.0\npretension = 10.0\n";
+        let hold = effect("constant_load", "a", &[("level", 10.0 + force)])
+            + &effect("constant_load", "b", &[("level", -10.0 - force)]);
+        let friction = effect("load_dependent_friction", "line", &[("coefficient", 0.2)]);
+        let text = body("a", 1.0) + &body("b", 3.0) + tendon + &hold + &friction;
+        run(&plant(&text), &times(101, 0.01), &[]).final_state
+    };
+    // Along the path b = (1, -1) the loads push with their force, reduced by nothing: it holds to 2 N.
+    let held = rig(1.9);
+    assert!(held.iter().all(|x| x.abs() < 1e-12), "{held:?}");
+    let slid = rig(2.5);
+    assert!((slid[0] - 0.5 * 0.5).abs() < 1e-9, "{slid:?}");
+    assert!((slid[1] + 0.5 * 0.5 / 3.0).abs() < 1e-9, "{slid:?}");
+}
+
+/// A lagged tension starts at the tension, inputs and all.
+#[test]
+fn a_lagged_tension_starts_at_its_first_value() {
+    let text = "[[body]]\nname = \"a\"\nmotion = \"slide\"\ninertia = 1e9\n\
+                [[tendon]]\nname = \"line\"\npath = [{ body = \"a\", arm = 1.0 }]\n\
+                stiffness = 100.0\npretension = 5.0\n\
+                [[actuator]]\nname = \"winch\"\ndrives = \"line\"\ninput = \"u_V\"\ngain = -0.01\n\
+                [[sensor]]\nname = \"cell\"\nreads = \"line.tension\"\nsignal = \"t_N\"\n";
+    let lag = effect("sensor_lag", "cell", &[("time_constant", 0.1)]);
+    let out = run(
+        &plant(&(text.to_owned() + &lag)),
+        &times(11, 0.01),
+        &[&[3.0; 11]],
+    );
+    for row in 0..11 {
+        assert!(
+            (out.signal(row, 0) - 8.0).abs() < 1e-6,
+            "{}",
+            out.signal(row, 0)
+        );
+    }
+}

@@ -1,0 +1,20 @@
+//! The simulator, put to the test: one program, so that what they share is compiled and linked once.
+
+mod closed_forms;
+mod complex;
+mod derivatives;
+mod dual;
+mod emps;
+mod energy;
+mod every_kind;
+mod foreign;
+mod geometry;
+mod geometry_refusals;
+mod hasel;
+mod inputs;
+mod laws;
+mod mechanisms;
+mod order;
+mod passive;
+mod refusals;
+mod rig_text;

@@ -1,0 +1,277 @@
+//! Every refusal of a rig file, word for word: file, line, column, what was expected, what was meant.
+
+use sinew_sim::Rig;
+use sinew_sim::effects::{Kind, Sign};
+
+/// A rig that is sound; each case breaks one thing in it.
+const SOUND: &str = r#"format = "sinew-rig/1"
+name = "two-mass drive"
+
+[[body]]
+name = "motor"
+motion = "hinge"
+inertia = { value = 0.02 }
+
+[[body]]
+name = "load"
+motion = "hinge"
+inertia = { value = 0.10, min = 0.01, max = 1.0 }
+
+[[body]]
+name = "carriage"
+motion = "slide"
+inertia = 2.0
+
+[[spring]]
+name = "shaft"
+from = "motor"
+to = "load"
+stiffness = { value = 30.0 }
+
+[[damper]]
+name = "bearing"
+from = "ground"
+to = "load"
+damping = { value = 0.05 }
+
+[[gravity]]
+name = "weight"
+body = "load"
+amplitude = { value = 0.8 }
+
+[[tendon]]
+name = "flexor"
+path = [{ body = "motor", arm = 0.010 }, { body = "load", arm = 0.008 }]
+stiffness = { value = 2000.0 }
+
+[[actuator]]
+name = "drive"
+drives = "motor"
+input = "u_V"
+gain = { value = 0.4 }
+limit = [-10.0, 10.0]
+
+[[sensor]]
+name = "encoder"
+reads = "load.position"
+signal = "q_rad"
+
+[[effect]]
+kind = "coulomb_friction"
+component = "load"
+level = { value = 0.1 }
+
+[control]
+rate_hz = 120.0
+outputs = ["encoder"]
+horizon = 10
+control_horizon = 3
+
+[network]
+hidden = [16]
+form = "increment"
+"#;
+
+/// (what is replaced, by what): the first place only.
+const CASES: &[(&str, &str)] = &[
+    ("format = \"sinew-rig/1\"", ""),
+    ("sinew-rig/1", "sinew-rig/2"),
+    ("format = \"sinew-rig/1\"", "format = 1"),
+    ("name = \"two-mass drive\"", ""),
+    ("[[body]]", "[[bodi]]"),
+    ("[[body]]", "[[body]"),
+    ("name = \"motor\"", "name = \"motor\"\nname = \"again\""),
+    ("motion = \"hinge\"", "motion = \"hing\""),
+    ("motion = \"hinge\"", "motion = 3"),
+    ("motion = \"hinge\"\n", ""),
+    ("inertia = { value = 0.02 }", "inertia = { value = 0.0 }"),
+    ("inertia = { value = 0.02 }", "inertia = -0.02"),
+    ("inertia = { value = 0.02 }", "inertia = inf"),
+    ("inertia = { value = 0.02 }", "inertia = { value = nan }"),
+    ("inertia = { value = 0.02 }", "inertia = \"heavy\""),
+    ("inertia = { value = 0.02 }", "inertia = { valeu = 0.02 }"),
+    ("inertia = { value = 0.02 }", "inertia = {}"),
+    ("inertia = { value = 0.02 }", "inertia = 0.02\nstart = true"),
+    ("min = 0.01", "min = 0.5"),
+    ("min = 0.01", "min = 2.0"),
+    ("name = \"load\"", "name = \"motor\""),
+    ("name = \"load\"", "name = \"ground\""),
+    ("name = \"load\"", "name = \"lo.ad\""),
+    ("name = \"shaft\"", "name = \"motor\""),
+    ("from = \"motor\"", "from = \"moter\""),
+    ("from = \"motor\"", "from = \"load\""),
+    ("from = \"motor\"", "from = \"carriage\""),
+    (
+        "stiffness = { value = 30.0 }",
+        "stifness = { value = 30.0 }",
+    ),
+    (
+        "stiffness = { value = 30.0 }",
+        "stiffness = { value = -30.0 }",
+    ),
+    ("body = \"load\"", "body = \"weight\""),
+    (
+        "{ body = \"motor\", arm = 0.010 }, ",
+        "{ body = \"load\", arm = 0.010 }, ",
+    ),
+    ("arm = 0.010", "arm = 0.0"),
+    ("arm = 0.010", "amr = 0.010"),
+    (
+        "path = [{ body = \"motor\", arm = 0.010 }, { body = \"load\", arm = 0.008 }]",
+        "path = []",
+    ),
+    (
+        "path = [{ body = \"motor\", arm = 0.010 }, { body = \"load\", arm = 0.008 }]",
+        "path = \"motor\"",
+    ),
+    ("drives = \"motor\"", "drives = \"encoder\""),
+    ("drives = \"motor\"", "drives = \"motr\""),
+    ("input = \"u_V\"", "input = \"\""),
+    ("limit = [-10.0, 10.0]", "limit = [10.0, -10.0]"),
+    ("limit = [-10.0, 10.0]", "limit = 10.0"),
+    ("limit = [-10.0, 10.0]", "hold = \"lineal\""),
+    ("limit = [-10.0, 10.0]", "rate_limit = 0.0"),
+    ("limit = [-10.0, 10.0]", "unit = \"milivolt\""),
+    ("reads = \"load.position\"", "reads = \"load\""),
+    ("reads = \"load.position\"", "reads = \"load.postion\""),
+    ("reads = \"load.position\"", "reads = \"lod.position\""),
+    ("reads = \"load.position\"", "reads = \"load.tension\""),
+    ("signal = \"q_rad\"", "signal = \"q_rad\"\ngain = 0.0"),
+    ("kind = \"coulomb_friction\"", "kind = \"coulomb_fricton\""),
+    ("kind = \"coulomb_friction\"", "kind = \"backlash\""),
+    ("kind = \"coulomb_friction\"", "kind = \"magic\""),
+    (
+        "kind = \"coulomb_friction\"",
+        "kind = \"stribeck_friction\"",
+    ),
+    ("component = \"load\"", "component = \"shaft\""),
+    ("component = \"load\"", "component = \"laod\""),
+    ("level = { value = 0.1 }", "level = { value = -0.1 }"),
+    (
+        "[control]",
+        "[[effect]]\nkind = \"coulomb_friction\"\ncomponent = \"load\"\nlevel = 0.2\n[control]",
+    ),
+    ("rate_hz = 120.0", "rate_hz = 0.0"),
+    ("rate_hz = 120.0", "rate = 120.0"),
+    ("rate_hz = 120.0", "reference = [\"a\", \"b\"]"),
+    ("rate_hz = 120.0", "move_suppression = [0.1, 0.1]"),
+    ("outputs = [\"encoder\"]", "outputs = [\"encodr\"]"),
+    (
+        "outputs = [\"encoder\"]",
+        "outputs = [\"encoder\", \"encoder\"]",
+    ),
+    ("horizon = 10", "horizon = 2"),
+    ("horizon = 10", "horizon = 1.5"),
+    ("hidden = [16]", "hidden = [16.5]"),
+    ("form = \"increment\"", "form = \"incremental\""),
+    ("[network]", "[[network]]"),
+    ("[network]", "µ = 1\n[network]"),
+];
+
+#[test]
+fn every_refusal_names_its_place() {
+    assert!(Rig::parse(SOUND, "rig.toml").is_ok());
+    let mut report = String::new();
+    for (from, to) in CASES {
+        assert!(SOUND.contains(from), "nothing to break: {from}");
+        let text = SOUND.replacen(from, to, 1);
+        let refused = match Rig::parse(&text, "rig.toml") {
+            Ok(_) => "ACCEPTED".to_owned(),
+            Err(error) => error.to_string(),
+        };
+        assert!(
+            refused.starts_with("rig.toml:"),
+            "{from} -> {to}: {refused}"
+        );
+        report += &format!(
+            "--- {} -> {}\n{refused}\n",
+            from.escape_debug(),
+            to.escape_debug()
+        );
+    }
+    insta::assert_snapshot!(report);
+}
+
+#[test]
+fn files_that_are_no_rig_are_refused() {
+    let mut report = String::new();
+    let only_head = "format = \"sinew-rig/1\"\nname = \"nothing\"\n";
+    for text in [
+        "",
+        "  \n\t\n",
+        "# a comment\n",
+        "just words",
+        only_head,
+        "body = 3\nformat = \"sinew-rig/1\"\nname = \"x\"",
+    ] {
+        let refused = Rig::parse(text, "rig.toml").unwrap_err();
+        report += &format!("--- {}\n{refused}\n", text.escape_debug());
+    }
+    let absent = Rig::load("no/such/rig.toml").unwrap_err();
+    report += &format!("--- a file that is not there\n{absent}\n");
+    insta::assert_snapshot!(report);
+}
+
+/// One sound instance of every kind at one place; every number of every kind is then spoilt.
+#[test]
+fn every_number_of_every_effect_is_checked() {
+    let head = SOUND.split("[[effect]]").next().expect("a head");
+    // A pair of bodies of one motion that no spring joins.
+    let sound = Rig::parse(&head.replace("slide", "hinge"), "rig.toml");
+    let sound = sound.unwrap_or_else(|error| panic!("{error}"));
+    let mut tried = 0;
+    for kind in Kind::ALL {
+        let Some(&site) = kind.sites(&sound).first() else {
+            panic!("{kind:?} has no place in this rig");
+        };
+        let description = kind.description();
+        let values: Vec<f64> = (description.parameters.iter())
+            .map(|spec| if spec.sign == Sign::Side { -1.0 } else { 1.5 })
+            .collect();
+        let with = sound.with_effect(*kind, site, &values);
+        let text = with
+            .unwrap_or_else(|error| panic!("{error}"))
+            .to_toml()
+            .to_owned();
+        let table = text
+            .lines()
+            .position(|line| line == "[[effect]]")
+            .expect("it was added");
+        for (index, spec) in description.parameters.iter().enumerate() {
+            let line = table + 3 + index;
+            for (wrong, allowed) in [
+                ("nan", false),
+                ("{ value = inf }", false),
+                ("\"much\"", false),
+                ("-2.0", spec.sign == Sign::Any),
+            ] {
+                let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+                assert!(
+                    lines[line].starts_with(spec.name),
+                    "{}: {}",
+                    description.kind,
+                    lines[line]
+                );
+                lines[line] = format!("{} = {wrong}", spec.name);
+                let place = format!("rig.toml:{}:", line + 1);
+                match Rig::parse(&lines.join("\n"), "rig.toml") {
+                    Ok(_) => assert!(allowed, "{} = {wrong} of {}", spec.name, description.kind),
+                    Err(error) => {
+                        let said = error.to_string();
+                        assert!(!allowed && said.starts_with(&place), "{said}");
+                    }
+                }
+                tried += 1;
+            }
+            let mut lines: Vec<&str> = text.lines().collect();
+            lines.remove(line);
+            if spec.default.is_some() {
+                continue;
+            }
+            let lacking = Rig::parse(&lines.join("\n"), "rig.toml");
+            let said = lacking.expect_err("it lacks a number").to_string();
+            assert!(said.contains(&format!("lacks `{}`", spec.name)), "{said}");
+        }
+    }
+    assert!(tried > 100, "{tried}");
+}
