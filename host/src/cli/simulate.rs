@@ -51,11 +51,14 @@ fn columns<'a>(
 ) -> Result<Vec<Vec<f64>>> {
     wanted
         .map(|(column, by, factor)| {
-            Ok(recording
-                .require(column, &format!("actuator `{by}` of the rig"))?
-                .iter()
-                .map(|v| v * factor)
-                .collect())
+            let values = recording.require(column, &format!("actuator `{by}` of the rig"))?;
+            if !values.iter().any(|value| value.is_finite()) {
+                let message = format!("input column `{column}` has no valid sample to hold");
+                return Err(Error::file(recording.path(), message)
+                    .at(1, 1)
+                    .expected("a number in at least one row"));
+            }
+            Ok(values.iter().map(|v| v * factor).collect())
         })
         .collect()
 }

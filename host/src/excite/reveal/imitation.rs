@@ -184,17 +184,23 @@ impl<'a> Imitation<'a> {
     }
 
     /// What no unknowns can imitate of a run with an effect: the projection of the difference, and where more
-    /// than `enough` of it is left, that of steps of Gauss and Newton, each a run of the rig with other
-    /// numbers inside their bounds.
+    /// than `enough` of it is left but less than is imitated, that of steps of Gauss and Newton, each a run of
+    /// the rig with other numbers inside their bounds. Where more is left than is imitated, the higher orders of
+    /// the imitation could not make it up.
     pub(super) fn left(&self, with: &[f64], enough: f64) -> Vec<f64> {
         let with = self.in_deviations(with);
-        let off = |signals: &[f64]| -> (Vec<f64>, Vec<f64>) {
+        let off = |signals: &[f64]| -> (Vec<f64>, Vec<f64>, f64) {
             let mut left: Vec<f64> = with.iter().zip(signals).map(|(a, b)| a - b).collect();
+            let whole = dot(&left, &left);
             let step = self.remove(&mut left);
-            (left, step)
+            let imitated = (whole - dot(&left, &left)).max(0.0).sqrt();
+            (left, step, imitated)
         };
         let mut at = self.unknowns.clone();
-        let (mut left, mut step) = off(&self.plain);
+        let (mut left, mut step, imitated) = off(&self.plain);
+        if imitated < norm(&left) {
+            return left;
+        }
         for _ in 0..STEPS {
             let before = norm(&left);
             if before <= enough || step.iter().all(|x| *x == 0.0) {
@@ -203,7 +209,7 @@ impl<'a> Imitation<'a> {
             let better = (0..=HALVINGS).find_map(|halved| {
                 let part = 0.5f64.powi(halved as i32);
                 let tried = self.moved(&at, part, &step);
-                let (left, step) = off(&self.signals(&tried).ok()?);
+                let (left, step, _) = off(&self.signals(&tried).ok()?);
                 (norm(&left) < before).then_some((tried, left, step))
             });
             let Some((tried, less, next)) = better else {
