@@ -15,6 +15,9 @@ use crate::recording::Recording;
 /// Weights are never finer than this part of a signal's spread: below it lies arithmetic.
 const FINEST: f64 = 1e-6;
 
+/// How far an added state may start from where it is thought to, as a multiple of the noise.
+const HELD: f64 = 3.0;
+
 /// Recordings as every candidate is held against them.
 pub(super) struct Data {
     /// One entry a recording.
@@ -53,7 +56,13 @@ impl Data {
                 .filter(|level| level.is_finite());
             noise::median(levels.collect())
         };
-        let step: Vec<f64> = (0..sensors).map(|s| of_sensor(s, noise::lattice)).collect();
+        // Of all recordings together: a short one lands on few of its encoder's marks twice.
+        let step: Vec<f64> = (0..sensors)
+            .map(|sensor| {
+                let columns = experiments.iter().map(|e| &e.signals[sensor][..]);
+                noise::lattice(&columns.collect::<Vec<_>>().concat())
+            })
+            .collect();
         let noise: Vec<f64> = (0..sensors)
             .map(|s| {
                 let rounding = step[s] / 12.0_f64.sqrt();
@@ -75,6 +84,18 @@ impl Data {
             step,
             spread,
             experiments,
+        }
+    }
+
+    /// Takes over the steps of scales that other recordings of the same sensors show.
+    pub fn learn_steps(&mut self, other: &Self) {
+        for (step, known) in self.step.iter_mut().zip(&other.step) {
+            *step = step.max(*known);
+        }
+        let rounding = self.step.iter().map(|step| step / 12.0_f64.sqrt());
+        for ((noise, sigma), rounding) in self.noise.iter_mut().zip(&mut self.sigma).zip(rounding) {
+            *noise = noise.max(rounding);
+            *sigma = sigma.max(rounding);
         }
     }
 
@@ -132,6 +153,33 @@ impl Data {
             .iter()
             .map(|(index, rows)| Segment::new(plant, &self.experiments, *index, rows.clone()))
             .collect()
+    }
+
+    /// States that a plant has beyond those of the believed rig: memories, lags and masses that effects bring.
+    pub fn added(&self, plant: &Plant) -> Vec<usize> {
+        let names = plant.state_names();
+        let added = names.iter().enumerate();
+        added
+            .filter(|(_, name)| !self.state_scale.contains_key(*name))
+            .map(|(index, _)| index)
+            .collect()
+    }
+
+    /// Holds what effects have added to a start state where it is, to within the noise. A recording begins
+    /// relaxed, as far as anybody knows; a state that no sensor shows and that is free at every start
+    /// follows whatever the rig misses.
+    pub fn hold(&self, plant: &Plant, segment: &mut Segment, state: &[f64]) {
+        let scale = self.state_scale(plant);
+        let shares = self.noise.iter().zip(&self.spread);
+        let share = shares
+            .map(|(noise, spread)| noise / spread)
+            .filter(|share| share.is_finite())
+            .fold(f64::INFINITY, f64::min)
+            .clamp(FINEST, 1.0);
+        for index in self.added(plant) {
+            segment.anchor.mean[index] = state[index] / scale[index];
+            segment.anchor.weight[(index, index)] = (HELD * share).powi(-2);
+        }
     }
 
     /// Start states for stretches as the recordings show them.

@@ -83,7 +83,8 @@ impl Court {
         }
     }
 
-    /// Log evidence of each explanation (eq. 6): likelihood on both roles, a fine for parameters.
+    /// Log evidence of each explanation (eq. 6): likelihood on both roles with one noise, a fine for parameters.
+    /// A noise of its own for each role would reward whoever follows what it was fitted to.
     pub fn evidence(&self) -> Vec<f64> {
         (0..self.books.len())
             .map(|index| self.evidence_of(index, None))
@@ -96,8 +97,8 @@ impl Court {
         let mut gains: Vec<f64> = self
             .resamplings()
             .map(|weights| {
-                self.deviance(&self.books[reference].check, Some(&weights.check), false)
-                    - self.deviance(&self.books[index].check, Some(&weights.check), false)
+                self.deviance(&self.books[reference].check, &weights.check)
+                    - self.deviance(&self.books[index].check, &weights.check)
             })
             .collect();
         gains.sort_unstable_by(f64::total_cmp);
@@ -134,28 +135,25 @@ impl Court {
             .map(|block| block[1])
             .sum();
         let fine = 0.5 * book.parameters * (samples * self.share).max(2.0).ln();
-        -self.deviance(&book.fit, weights.map(|w| &w.fit), true)
-            - self.deviance(&book.check, weights.map(|w| &w.check), true)
-            - fine
+        let sensors = book.fit.iter().zip(&book.check).zip(&self.floor);
+        let deviance: f64 = sensors
+            .map(|((fit, check), floor)| {
+                let fit = sums(fit, weights.map(|w| &w.fit));
+                let check = sums(check, weights.map(|w| &w.check));
+                let (squares, count) = (fit[0] + check[0], fit[1] + check[1]);
+                0.5 * count * self.share * log_mean(squares, count, *floor)
+            })
+            .sum();
+        -deviance - fine
     }
 
-    /// Half the log variance of the residuals, summed over sensors; times the independent samples if `total`.
-    fn deviance(&self, blocks: &[Vec<[f64; 2]>], weights: Option<&Vec<f64>>, total: bool) -> f64 {
-        blocks
-            .iter()
-            .zip(&self.floor)
+    /// Half the log variance of the residuals of one role, summed over sensors.
+    fn deviance(&self, blocks: &[Vec<[f64; 2]>], weights: &Vec<f64>) -> f64 {
+        let sensors = blocks.iter().zip(&self.floor);
+        sensors
             .map(|(blocks, floor)| {
-                let (mut squares, mut count) = (0.0, 0.0);
-                for (index, block) in blocks.iter().enumerate() {
-                    let weight = weights.map_or(1.0, |weights| weights[index]);
-                    squares += weight * block[0];
-                    count += weight * block[1];
-                }
-                if count == 0.0 {
-                    return 0.0;
-                }
-                let times = if total { count * self.share } else { 1.0 };
-                0.5 * times * (squares / count + floor).max(f64::MIN_POSITIVE).ln()
+                let [squares, count] = sums(blocks, Some(weights));
+                0.5 * log_mean(squares, count, *floor)
             })
             .sum()
     }
@@ -172,6 +170,25 @@ impl Court {
             check: draw(&mut random, counts.1),
         })
     }
+}
+
+/// Squares and counts of weighted blocks.
+fn sums(blocks: &[[f64; 2]], weights: Option<&Vec<f64>>) -> [f64; 2] {
+    let mut sums = [0.0; 2];
+    for (index, block) in blocks.iter().enumerate() {
+        let weight = weights.map_or(1.0, |weights| weights[index]);
+        sums[0] += weight * block[0];
+        sums[1] += weight * block[1];
+    }
+    sums
+}
+
+/// Logarithm of a mean square; nothing where nothing was counted.
+fn log_mean(squares: f64, count: f64, floor: f64) -> f64 {
+    if count == 0.0 {
+        return 0.0;
+    }
+    (squares / count + floor).max(f64::MIN_POSITIVE).ln()
 }
 
 /// How often each block was drawn.

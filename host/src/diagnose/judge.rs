@@ -8,6 +8,7 @@ use super::noise::{Excess, beyond_rounding, excess};
 use crate::error::Result;
 use crate::fit::experiment::Views;
 use crate::fit::levenberg::Unknowns;
+use crate::fit::segment::Segment;
 use crate::fit::start;
 
 /// What a rig leaves of the recordings of one role, start states fitted to each stretch.
@@ -31,15 +32,12 @@ impl Remains {
         stretches: &[(usize, Range<usize>)],
         known: Option<&[Vec<f64>]>,
     ) -> Result<Option<Self>> {
-        let segments = data.segments(&model.plant, stretches)?;
+        let mut segments = data.segments(&model.plant, stretches)?;
         let problem = data.judging(&model.plant);
+        let whole = segments.iter().all(|segment| segment.rows.start == 0);
         let states = match known {
-            Some(states) => states.to_vec(),
-            None => {
-                let views = Views::new(&model.rig, &model.plant);
-                let guess = start::states(&problem, &views, &segments, values)?;
-                start::settle(&problem, &segments, values, guess)
-            }
+            Some(states) if whole || data.added(&model.plant).is_empty() => states.to_vec(),
+            _ => settled(model, values, data, &mut segments)?,
         };
         let point = Unknowns {
             values: values.to_vec(),
@@ -122,4 +120,37 @@ impl Remains {
         };
         self.series.iter().map(of_sensor).fold(1.0, f64::max)
     }
+}
+
+/// The start state that explains each stretch best; what effects have added goes on from where the stretch
+/// before ended, so that no memory begins anew with every stretch.
+fn settled(
+    model: &Model,
+    values: &[f64],
+    data: &Data,
+    segments: &mut [Segment],
+) -> Result<Vec<Vec<f64>>> {
+    let problem = data.judging(&model.plant);
+    let views = Views::new(&model.rig, &model.plant);
+    let guess = start::states(&problem, &views, segments, values)?;
+    let added = data.added(&model.plant);
+    if added.is_empty() {
+        return Ok(start::settle(&problem, segments, values, guess));
+    }
+    let mut states: Vec<Vec<f64>> = Vec::with_capacity(segments.len());
+    for (index, mut state) in guess.into_iter().enumerate() {
+        if let (Some(before), Some(from)) = (index.checked_sub(1), states.last())
+            && segments[before].experiment == segments[index].experiment
+            && segments[before].rows.end == segments[index].rows.start
+            && let Some(ended) = problem.final_state(&segments[before], values, from)
+        {
+            for &at in &added {
+                state[at] = ended[at];
+            }
+        }
+        let segment = &mut segments[index..=index];
+        data.hold(&model.plant, &mut segment[0], &state);
+        states.extend(start::settle(&problem, segment, values, vec![state]));
+    }
+    Ok(states)
 }

@@ -90,8 +90,12 @@ pub fn diagnose(
     let begun = std::time::Instant::now();
     let roles = Roles::new(&recordings.fit, &recordings.check, &recordings.test)?;
     let plant = Plant::new(rig)?;
-    let fit_data = Data::new(rig, &plant, &roles.fit)?;
-    let check_data = Data::new(rig, &plant, &roles.check)?;
+    let mut fit_data = Data::new(rig, &plant, &roles.fit)?;
+    let mut check_data = Data::new(rig, &plant, &roles.check)?;
+    let all: Vec<Recording> = roles.fit.iter().chain(&roles.check).cloned().collect();
+    let both_data = Data::new(rig, &plant, &all)?;
+    fit_data.learn_steps(&both_data);
+    check_data.learn_steps(&both_data);
     told("refitting the rig", 0, 1);
     let refitted = fit(rig, &roles.fit, &FitOptions::default(), &mut |_| {})?;
     let parts = if integrates(rig) { 8 } else { 1 };
@@ -103,6 +107,7 @@ pub fn diagnose(
         check_stretches: check_data.select(parts, budget),
         fit: &fit_data,
         check: &check_data,
+        both: &both_data,
         seed: options.seed,
         trust: if roles.by_itself { 0.7 } else { 1.0 },
         told,

@@ -14,6 +14,10 @@ use crate::fit::uncertainty;
 /// Standard deviation of the prior around what the rig says, as a multiple of each value (as in a fit).
 const PRIOR_WIDTH: f64 = 3.0;
 
+/// Multiple of its start that the sharpness of a loop of hysteresis may grow to; and the exponents that it may have.
+const SHARPEST: f64 = 8.0;
+const EXPONENTS: [f64; 2] = [0.7, 5.0];
+
 /// A rig under trial.
 #[derive(Clone)]
 pub(super) struct Model {
@@ -76,7 +80,9 @@ impl Model {
                 if index < believed {
                     bounds(&known[slot])
                 } else {
-                    [trial[index - believed].1, f64::INFINITY]
+                    let (name, low) = &trial[index - believed];
+                    let [least, most] = reach(&plant, name);
+                    [low.max(least), most]
                 }
             })
             .collect();
@@ -133,11 +139,17 @@ impl Model {
     pub fn improve(
         &self,
         data: &Data,
-        segments: &[Segment],
+        segments: &mut [Segment],
         from: Unknowns,
         steps: usize,
         relative: f64,
     ) -> Option<Point> {
+        for (segment, state) in segments.iter_mut().zip(&from.states) {
+            if segment.rows.start == 0 {
+                data.hold(&self.plant, segment, state);
+            }
+        }
+        let segments = &*segments;
         let problem = self.problem(data, segments, &from);
         let belief = self.belief(&problem);
         let mut unknowns = from;
@@ -208,6 +220,30 @@ impl Model {
             .map(|&slot| (known[slot].name.as_str(), values[slot]))
             .collect();
         Ok(self.rig.with_values(&named)?)
+    }
+}
+
+/// How far a parameter under trial may go from its start. Only a loop of hysteresis has a limit: as sharp as
+/// this multiple of its start (`SHARPEST`) it is dry friction by now and costs thousands of sub-steps a row.
+fn reach(plant: &Plant, name: &str) -> [f64; 2] {
+    let unlimited = [f64::NEG_INFINITY, f64::INFINITY];
+    let Some((effect, parameter)) = name.rsplit_once('.') else {
+        return unlimited;
+    };
+    if !effect.ends_with(".hysteresis") {
+        return unlimited;
+    }
+    let value = |parameter: &str| {
+        let slot = plant.slot(&format!("{effect}.{parameter}"));
+        slot.map_or(0.0, |slot| plant.parameters()[slot].value.abs())
+    };
+    match parameter {
+        "beta" | "gamma" => {
+            let most = SHARPEST * value("beta").max(value("gamma"));
+            [-most, most]
+        }
+        "exponent" => EXPONENTS,
+        _ => unlimited,
     }
 }
 

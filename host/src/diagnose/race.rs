@@ -29,6 +29,12 @@ const MORE_STEPS: usize = 5;
 const REFITTED: usize = 12;
 const HEAT: usize = 8;
 
+/// How many are refitted before asking whether the mismatch is explained already.
+const AT_ONCE: usize = 8;
+
+/// Explained: no more than this part of the noise, and of what there was, is left beside the noise.
+const EXPLAINED: f64 = 0.1;
+
 /// Part of the data that is small enough to try everything on, cut into stretches.
 pub(super) struct Track<'a> {
     pub written: &'a Rig,
@@ -43,13 +49,13 @@ impl Track<'_> {
     /// A rig that cannot be compiled.
     pub fn first(&self, rig: &Rig, values: &[f64], steps: usize) -> Result<Option<Tried>> {
         let model = Model::new(rig, self.written, &[])?;
-        let segments = self.data.segments(&model.plant, &self.stretches)?;
+        let mut segments = self.data.segments(&model.plant, &self.stretches)?;
         let states = self.data.starts(rig, &model.plant, &segments, values)?;
         let from = Unknowns {
             values: values.to_vec(),
             states,
         };
-        let point = model.improve(self.data, &segments, from, steps, 1e-5);
+        let point = model.improve(self.data, &mut segments, from, steps, 1e-5);
         Ok(point.map(|point| Tried {
             suspects: Vec::new(),
             model,
@@ -77,7 +83,24 @@ impl Track<'_> {
                 look.unwrap_or_default()
             })
             .collect();
-        let mut tried: Vec<Tried> = promising(looked)
+        let mut first = promising(looked);
+        let rest = first.split_off(AT_ONCE.min(first.len()));
+        let mut tried = self.refitted(first);
+        if !self.explained(parent, &tried) {
+            tried.extend(self.refitted(rest));
+        }
+        self.thin_out(parent, &mut tried);
+        let mut further: Vec<Tried> = tried
+            .into_par_iter()
+            .map(|tried| self.further(tried))
+            .collect();
+        self.thin_out(parent, &mut further);
+        Ok(further)
+    }
+
+    /// The better end of each suspect's starts after a few steps.
+    fn refitted(&self, begun: Vec<Vec<Begun>>) -> Vec<Tried> {
+        begun
             .into_par_iter()
             .filter_map(|starts| {
                 let ends = starts
@@ -85,15 +108,41 @@ impl Track<'_> {
                     .filter_map(|b| self.improved(b.suspects, b.model, b.from, FIRST_STEPS));
                 ends.min_by(|a, b| a.point.cost.total_cmp(&b.point.cost))
             })
-            .collect();
+            .collect()
+    }
+
+    /// Whether the best of them leaves noise and little else: then those that are far behind are spared.
+    fn explained(&self, parent: &Tried, tried: &[Tried]) -> bool {
+        let noise = 0.5 * self.samples();
+        let left = tried
+            .iter()
+            .map(|tried| tried.point.cost - noise)
+            .fold(f64::INFINITY, f64::min);
+        left < EXPLAINED * noise && left < EXPLAINED * (parent.point.cost - noise)
+    }
+
+    /// The best first, the hopeless left out.
+    fn thin_out(&self, parent: &Tried, tried: &mut Vec<Tried>) {
         tried.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
         tried.truncate(HEAT);
-        let mut further: Vec<Tried> = tried
-            .into_par_iter()
-            .map(|tried| self.further(tried))
-            .collect();
-        further.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
-        Ok(further)
+        if self.explained(parent, tried) {
+            let best = tried[0].point.cost;
+            tried.retain(|tried| tried.point.cost <= 0.5 * (parent.point.cost + best));
+        }
+    }
+
+    /// Valid samples of all sensors.
+    fn samples(&self) -> f64 {
+        let stretches = self.stretches.iter();
+        let counts = stretches.map(|(index, rows)| {
+            let signals = self.data.experiments[*index].signals.iter();
+            let of = |column: &Vec<f64>| {
+                let valid = column[rows.clone()].iter().filter(|y| y.is_finite());
+                valid.count()
+            };
+            signals.map(of).sum::<usize>()
+        });
+        counts.sum::<usize>() as f64
     }
 
     /// A fitted rig run over the stretches that it was fitted to, for the sizes of things.
@@ -138,8 +187,8 @@ impl Track<'_> {
         from: Unknowns,
         steps: usize,
     ) -> Option<Tried> {
-        let segments = self.data.segments(&model.plant, &self.stretches).ok()?;
-        let point = model.improve(self.data, &segments, from, steps, 1e-3)?;
+        let mut segments = self.data.segments(&model.plant, &self.stretches).ok()?;
+        let point = model.improve(self.data, &mut segments, from, steps, 1e-3)?;
         Some(Tried {
             suspects,
             model,
@@ -149,7 +198,7 @@ impl Track<'_> {
 
     /// More steps from where it stands.
     fn further(&self, tried: Tried) -> Tried {
-        let Ok(segments) = self.data.segments(&tried.model.plant, &self.stretches) else {
+        let Ok(mut segments) = self.data.segments(&tried.model.plant, &self.stretches) else {
             return tried;
         };
         let from = Unknowns {
@@ -157,7 +206,10 @@ impl Track<'_> {
             states: tried.point.states.clone(),
         };
         let steps = MORE_STEPS;
-        match tried.model.improve(self.data, &segments, from, steps, 1e-3) {
+        match tried
+            .model
+            .improve(self.data, &mut segments, from, steps, 1e-3)
+        {
             Some(point) if point.cost < tried.point.cost => Tried { point, ..tried },
             _ => tried,
         }

@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use sinew_sim::Rig;
+use sinew_sim::effects::Family;
 
 use super::data::Data;
 use super::evidence::{Contender, Court, Gain};
@@ -19,12 +20,18 @@ const FINALISTS: usize = 4;
 /// How many explanations a second effect is looked for on top of.
 const BEAM: usize = 2;
 
+/// What leaves more than this part of the squares is no half of a pair.
+const HOPELESS: f64 = 0.9;
+
 /// Sub-steps of the integrator that one simulation of a race takes, about; and one of a final.
 const RACE_WORK: usize = 2500;
 const FINAL_WORK: usize = 8000;
 
 /// What is believed leaves no more than this part of the squares that the base leaves beside noise.
 const MOST_LEFT: f64 = 0.4;
+
+/// What an effect removes, in units of the noise, from where on nobody asks for a second witness.
+const LARGE: f64 = 1.0;
 
 /// Thinned recordings are still at least this dense, in steps per unit of the fastest rate.
 const THIN_RATE: f64 = 0.1;
@@ -40,6 +47,8 @@ pub(super) struct Bench<'a> {
     pub written: &'a Rig,
     pub fit: &'a Data,
     pub check: &'a Data,
+    /// The recordings of both.
+    pub both: &'a Data,
     pub fit_stretches: Vec<(usize, Range<usize>)>,
     pub check_stretches: Vec<(usize, Range<usize>)>,
     pub seed: u64,
@@ -62,7 +71,7 @@ impl Bench<'_> {
     /// Fits what a race found to all of the fit recordings and looks at what it leaves of both roles.
     pub fn contender(&self, tried: &Tried, steps: usize) -> Result<Option<Contender>> {
         let model = &tried.model;
-        let segments = self.fit.segments(&model.plant, &self.fit_stretches)?;
+        let mut segments = self.fit.segments(&model.plant, &self.fit_stretches)?;
         let states = self
             .fit
             .starts(&model.rig, &model.plant, &segments, &tried.point.values)?;
@@ -70,7 +79,7 @@ impl Bench<'_> {
             values: tried.point.values.clone(),
             states,
         };
-        let Some(mut point) = model.improve(self.fit, &segments, from, steps, 1e-4) else {
+        let Some(mut point) = model.improve(self.fit, &mut segments, from, steps, 1e-4) else {
             return Ok(None);
         };
         super::gauge::settle(model, &tried.suspects, &mut point);
@@ -99,6 +108,41 @@ impl Bench<'_> {
             }),
             _ => None,
         })
+    }
+
+    /// The believed rig with the benefit of the doubt: fitted to the check recordings too, so that nothing is
+    /// called missing because a parameter was not known well enough.
+    fn base(&self, start: &Tried) -> Result<Option<Contender>> {
+        let model = &start.model;
+        let mut stretches = self.fit_stretches.clone();
+        let own = self.fit.experiments.len();
+        let of_check = self.check_stretches.iter();
+        stretches.extend(of_check.map(|(index, rows)| (own + index, rows.clone())));
+        let mut segments = self.both.segments(&model.plant, &stretches)?;
+        let values = &start.point.values;
+        let states = self
+            .both
+            .starts(&model.rig, &model.plant, &segments, values)?;
+        let from = Unknowns {
+            values: values.clone(),
+            states,
+        };
+        let Some(point) = model.improve(self.both, &mut segments, from, FINAL_STEPS, 1e-4) else {
+            return Ok(None);
+        };
+        let left = |data: &Data, stretches: &[(usize, Range<usize>)]| {
+            Remains::of(model, &point.values, data, stretches, None)
+        };
+        let fit = left(self.fit, &self.fit_stretches)?;
+        let check = left(self.check, &self.check_stretches)?;
+        Ok(fit.zip(check).map(|(fit, check)| Contender {
+            tried: Tried {
+                point,
+                ..start.clone()
+            },
+            fit,
+            check,
+        }))
     }
 
     /// Whether an explanation leaves something that noise does not explain and that matters.
@@ -174,10 +218,50 @@ impl Bench<'_> {
         all.all(|suspect| suspect.sane(&model.plant, values, longest))
     }
 
+    /// Whether a small gain holds the other way round too: fitted to the check recordings alone, judged by the
+    /// fit recordings, against a rig that was fitted to both. Large gains need no second witness.
+    fn holds_both_ways(&self, contender: &Contender, base: &Contender) -> Result<bool> {
+        let sensors = 0..self.check.noise.len();
+        let removed = |sensor: usize| {
+            let squares = base.check.rms(sensor).powi(2) - contender.check.rms(sensor).powi(2);
+            squares.max(0.0).sqrt() / self.check.sigma[sensor]
+        };
+        if sensors.clone().map(removed).fold(0.0, f64::max) > LARGE {
+            return Ok(true);
+        }
+        let (model, values) = (&contender.tried.model, &contender.tried.point.values);
+        let mut segments = self.check.segments(&model.plant, &self.check_stretches)?;
+        let states = (self.check).starts(&model.rig, &model.plant, &segments, values)?;
+        let from = Unknowns {
+            values: values.clone(),
+            states,
+        };
+        let Some(point) = model.improve(self.check, &mut segments, from, FINAL_STEPS, 1e-4) else {
+            return Ok(false);
+        };
+        let swapped = Remains::of(model, &point.values, self.fit, &self.fit_stretches, None)?;
+        Ok(swapped.is_some_and(|swapped| {
+            let gains = sensors.map(|s| (base.fit.rms(s) / swapped.rms(s)).ln());
+            gains.sum::<f64>() > 0.0
+        }))
+    }
+
     /// Parameters of the right sign, and most of what the base left explained: a disturbance can be followed a
     /// little by many an effect, and none of them is its name.
     fn holds(&self, contender: &Contender, base: &Contender) -> bool {
-        self.sane(contender) && self.share_left(contender, base) < MOST_LEFT
+        self.sane(contender)
+            && self.share_left(contender, base) < MOST_LEFT
+            && !self.within_a_step(contender, base)
+    }
+
+    /// A sensor that is bent by less than half a step of its own scale is as straight as that scale.
+    fn within_a_step(&self, contender: &Contender, base: &Contender) -> bool {
+        let mut suspects = contender.tried.suspects.iter();
+        suspects.any(|suspect| suspect.family() == Some(Family::Sensor))
+            && (0..self.check.step.len()).all(|sensor| {
+                let squares = base.check.rms(sensor).powi(2) - contender.check.rms(sensor).powi(2);
+                squares.max(0.0).sqrt() < 0.5 * self.check.step[sensor]
+            })
     }
 
     /// The whole search.
@@ -201,7 +285,7 @@ impl Bench<'_> {
         let Some(start) = track.first(rig, values, 15)? else {
             return Ok(None);
         };
-        let Some(base) = self.contender(&start, FINAL_STEPS)? else {
+        let Some(base) = self.base(&start)? else {
             return Ok(None);
         };
         if !self.leaves_something(&base) {
@@ -220,7 +304,9 @@ impl Bench<'_> {
             let order = self.order(&base, &finalists);
             let beam: Vec<Tried> = order
                 .iter()
-                .map(|&index| &finalists[index].tried)
+                .map(|&index| &finalists[index])
+                .filter(|parent| self.share_left(parent, &base) < HOPELESS)
+                .map(|parent| &parent.tried)
                 .filter(|tried| matches!(tried.suspects[..], [Suspect::Effect { .. }]))
                 .take(BEAM)
                 .cloned()
@@ -243,7 +329,7 @@ impl Bench<'_> {
             finalists.extend(pairs);
             chosen = self.best_of_sizes(&base, &finalists);
         }
-        let probabilities = self.probabilities(&base, &finalists);
+        let probabilities = self.probabilities(&base, &finalists, chosen);
         Ok(Some(Found {
             base,
             finalists,
@@ -264,7 +350,7 @@ impl Bench<'_> {
 
     /// The final's values, taken back to the track.
     fn on_track(&self, track: &Track, tried: &Tried) -> Result<Option<Tried>> {
-        let segments = track.data.segments(&tried.model.plant, &track.stretches)?;
+        let mut segments = track.data.segments(&tried.model.plant, &track.stretches)?;
         let states = track.data.starts(
             &tried.model.rig,
             &tried.model.plant,
@@ -275,7 +361,9 @@ impl Bench<'_> {
             values: tried.point.values.clone(),
             states,
         };
-        let point = tried.model.improve(track.data, &segments, from, 6, 1e-4);
+        let point = tried
+            .model
+            .improve(track.data, &mut segments, from, 6, 1e-4);
         Ok(point.map(|point| Tried {
             point,
             ..tried.clone()
@@ -324,6 +412,9 @@ impl Bench<'_> {
         self.order(base, finalists).into_iter().find(|&index| {
             self.believable(court.gain(index + 1, 0), &finalists[index], base)
                 && self.holds(&finalists[index], base)
+                && self
+                    .holds_both_ways(&finalists[index], base)
+                    .unwrap_or(false)
         })
     }
 
@@ -340,22 +431,44 @@ impl Bench<'_> {
             .collect();
         let size = |index: usize| finalists[index].tried.suspects.len();
         let single = sane.iter().copied().find(|&index| size(index) == 1);
-        let pair = sane.iter().copied().find(|&index| size(index) == 2);
-        match (single, pair) {
-            (Some(single), Some(pair)) => {
-                let gain = court.gain(pair + 1, single + 1);
-                if self.believable(gain, &finalists[pair], &finalists[single]) {
-                    Some(pair)
-                } else {
-                    Some(single)
-                }
-            }
-            (single, pair) => single.or(pair),
-        }
+        let single = single.filter(|&index| {
+            self.holds_both_ways(&finalists[index], base)
+                .unwrap_or(false)
+        });
+        let mut pairs = sane.iter().copied().filter(|&index| size(index) == 2);
+        let Some(single) = single else {
+            return pairs.next();
+        };
+        let over = |pair: usize| {
+            let (pair_of, single_of) = (&finalists[pair], &finalists[single]);
+            self.believable(court.gain(pair + 1, single + 1), pair_of, single_of)
+                && self.share_left(pair_of, single_of) < MOST_LEFT
+                && self.holds_both_ways(pair_of, single_of).unwrap_or(false)
+        };
+        pairs.next().filter(|&pair| over(pair)).or(Some(single))
     }
 
-    fn probabilities(&self, base: &Contender, finalists: &[Contender]) -> Vec<f64> {
-        self.court(base, finalists).probabilities().split_off(1)
+    /// Shares of the evidence among what is possible here: of the right signs, and of no more effects than
+    /// were found to matter.
+    fn probabilities(
+        &self,
+        base: &Contender,
+        finalists: &[Contender],
+        chosen: Option<usize>,
+    ) -> Vec<f64> {
+        let most = chosen.map_or(2, |index| finalists[index].tried.suspects.len());
+        let possible =
+            |contender: &Contender| self.sane(contender) && contender.tried.suspects.len() <= most;
+        let able: Vec<usize> = (0..finalists.len())
+            .filter(|&index| possible(&finalists[index]))
+            .collect();
+        let rivals: Vec<Contender> = able.iter().map(|&index| finalists[index].clone()).collect();
+        let shares = self.court(base, &rivals).probabilities().split_off(1);
+        let mut all = vec![0.0; finalists.len()];
+        for (index, share) in able.into_iter().zip(shares) {
+            all[index] = share;
+        }
+        all
     }
 }
 

@@ -1,0 +1,67 @@
+//! `sinew diagnose` on recordings with concealed physics that foreign physics wrote: twelve of the thirty committed cases
+//! (`tests/foreign/cases`, made by `tests/foreign/hardlaw/committed.py`). The thirty are `cargo xtask proof --committed`,
+//! the hundreds `cargo xtask proof`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use sinew::diagnose::{self, Options, Recordings, output};
+use sinew::recording::Recording;
+use sinew_scorer::{Answer, Outcome, Scored, Truth, outcome, table, truth::Category};
+use sinew_sim::Rig;
+
+const CASES: usize = 12;
+
+fn foreign() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("foreign")
+}
+
+/// What the program says about a case, by way of the JSON that a user gets.
+fn answer(folder: &Path) -> Answer {
+    let path = folder.join("rig.toml");
+    let text = fs::read_to_string(&path).expect("the case has a rig");
+    let rig = Rig::parse(&text, "rig.toml").unwrap_or_else(|error| panic!("{error}"));
+    let read =
+        |name: &str| Recording::read(folder.join(name)).unwrap_or_else(|error| panic!("{error}"));
+    let recordings = Recordings {
+        fit: vec![read("fit-a.csv"), read("fit-b.csv")],
+        check: vec![read("check.csv")],
+        test: vec![read("test.csv")],
+    };
+    let found = diagnose::diagnose(&rig, &recordings, &Options::default(), &|_, _, _| {})
+        .unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
+    let json = output::json(&found).expect("a finding can be written");
+    serde_json::from_str(&json).expect("its JSON has the contract's form")
+}
+
+#[test]
+fn concealed_physics_is_named_and_nothing_else_is() {
+    // Every answer first, then every truth.
+    let answers: Vec<Answer> = (0..CASES)
+        .map(|case| answer(&foreign().join(format!("cases/case-{case:02}"))))
+        .collect();
+    let scored: Vec<Scored> = (answers.into_iter().enumerate())
+        .map(|(case, answer)| {
+            let path = foreign().join(format!("truth/case-{case:02}.json"));
+            let text = fs::read_to_string(path).expect("the case has a truth");
+            let truth: Truth = serde_json::from_str(&text).expect("a truth");
+            Scored {
+                case: format!("case-{case:02}"),
+                outcome: outcome(Some(&answer), &truth),
+                truth,
+                answer: Some(answer),
+            }
+        })
+        .collect();
+    println!("{}", table::page(&scored));
+    let hidden = |case: &&Scored| matches!(case.truth.category, Category::One | Category::Two);
+    let right = (scored.iter().filter(hidden))
+        .filter(|case| case.outcome == Outcome::Right)
+        .count();
+    let wrong: Vec<&str> = (scored.iter())
+        .filter(|case| !hidden(case) && case.outcome != Outcome::Right)
+        .map(|case| case.case.as_str())
+        .collect();
+    assert!(wrong.is_empty(), "named where nothing may be: {wrong:?}");
+    assert!(right >= 6, "{right} of 7 with an effect are right");
+}
