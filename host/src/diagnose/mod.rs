@@ -1,11 +1,13 @@
 //! Diagnosis: where a simulation and a recording differ, and which physics was left out (docs/diagnosis.md).
 
+mod belief;
 mod conclude;
 mod data;
 mod details;
 mod evidence;
 #[cfg(test)]
 mod example;
+mod finals;
 mod finding;
 mod follows;
 mod gauge;

@@ -4,11 +4,9 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use sinew_sim::Rig;
-use sinew_sim::effects::Family;
 
 use super::data::Data;
-use super::evidence::{Contender, Court, Gain};
-use super::judge::Remains;
+use super::evidence::Contender;
 use super::race::{Track, Tried};
 use super::suspect::{Suspect, suspects};
 use crate::error::Result;
@@ -27,12 +25,6 @@ const HOPELESS: f64 = 0.9;
 const RACE_WORK: usize = 2500;
 const FINAL_WORK: usize = 8000;
 
-/// What is believed leaves no more than this part of the squares that the base leaves beside noise.
-const MOST_LEFT: f64 = 0.4;
-
-/// What an effect removes, in units of the noise, from where on nobody asks for a second witness.
-const LARGE: f64 = 1.0;
-
 /// Thinned recordings are still at least this dense, in steps per unit of the fastest rate.
 const THIN_RATE: f64 = 0.1;
 
@@ -40,7 +32,7 @@ const THIN_RATE: f64 = 0.1;
 const RACE_PARTS: usize = 8;
 
 /// Steps of a final fit.
-const FINAL_STEPS: usize = 7;
+pub(super) const FINAL_STEPS: usize = 7;
 
 /// Recordings and how they are cut for judging.
 pub(super) struct Bench<'a> {
@@ -68,200 +60,9 @@ pub(super) struct Found {
 }
 
 impl Bench<'_> {
-    /// Fits what a race found to all of the fit recordings and looks at what it leaves of both roles.
-    pub fn contender(&self, tried: &Tried, steps: usize) -> Result<Option<Contender>> {
-        let model = &tried.model;
-        let mut segments = self.fit.segments(&model.plant, &self.fit_stretches)?;
-        let states = self
-            .fit
-            .starts(&model.rig, &model.plant, &segments, &tried.point.values)?;
-        let from = Unknowns {
-            values: tried.point.values.clone(),
-            states,
-        };
-        let Some(mut point) = model.improve(self.fit, &mut segments, from, steps, 1e-4) else {
-            return Ok(None);
-        };
-        super::gauge::settle(model, &tried.suspects, &mut point);
-        let fit = Remains::of(
-            model,
-            &point.values,
-            self.fit,
-            &self.fit_stretches,
-            Some(&point.states),
-        )?;
-        let check = Remains::of(
-            model,
-            &point.values,
-            self.check,
-            &self.check_stretches,
-            None,
-        )?;
-        Ok(match (fit, check) {
-            (Some(fit), Some(check)) => Some(Contender {
-                tried: Tried {
-                    point,
-                    ..tried.clone()
-                },
-                fit,
-                check,
-            }),
-            _ => None,
-        })
-    }
-
-    /// The believed rig with the benefit of the doubt: fitted to the check recordings too, so that nothing is
-    /// called missing because a parameter was not known well enough.
-    fn base(&self, start: &Tried) -> Result<Option<Contender>> {
-        let model = &start.model;
-        let mut stretches = self.fit_stretches.clone();
-        let own = self.fit.experiments.len();
-        let of_check = self.check_stretches.iter();
-        stretches.extend(of_check.map(|(index, rows)| (own + index, rows.clone())));
-        let mut segments = self.both.segments(&model.plant, &stretches)?;
-        let values = &start.point.values;
-        let states = self
-            .both
-            .starts(&model.rig, &model.plant, &segments, values)?;
-        let from = Unknowns {
-            values: values.clone(),
-            states,
-        };
-        let Some(point) = model.improve(self.both, &mut segments, from, FINAL_STEPS, 1e-4) else {
-            return Ok(None);
-        };
-        let left = |data: &Data, stretches: &[(usize, Range<usize>)]| {
-            Remains::of(model, &point.values, data, stretches, None)
-        };
-        let fit = left(self.fit, &self.fit_stretches)?;
-        let check = left(self.check, &self.check_stretches)?;
-        Ok(fit.zip(check).map(|(fit, check)| Contender {
-            tried: Tried {
-                point,
-                ..start.clone()
-            },
-            fit,
-            check,
-        }))
-    }
-
-    /// Whether an explanation leaves something that noise does not explain and that matters.
-    pub fn leaves_something(&self, contender: &Contender) -> bool {
-        stands_out(&contender.fit, self.fit) || stands_out(&contender.check, self.check)
-    }
-
     /// Whether the stretches of the fit recordings are these recordings whole.
     pub fn sees_whole_recordings(&self) -> bool {
         self.fit_stretches == self.fit.cut(1)
-    }
-
-    /// Whether the rig as it came leaves nothing but noise.
-    ///
-    /// # Errors
-    /// A rig that cannot be compiled.
-    pub fn explains_as_written(&self, rig: &Rig) -> Result<bool> {
-        let model = super::model::Model::new(rig, rig, &[])?;
-        let values = model.plant.values();
-        for (data, stretches) in [
-            (self.fit, &self.fit_stretches),
-            (self.check, &self.check_stretches),
-        ] {
-            match Remains::of(&model, &values, data, stretches, None)? {
-                Some(remains) if !stands_out(&remains, data) => {}
-                _ => return Ok(false),
-            }
-        }
-        Ok(true)
-    }
-
-    /// The part of what `before` left beside noise that `after` still leaves: 0 is all explained.
-    pub fn share_left(&self, after: &Contender, before: &Contender) -> f64 {
-        let sum = |contender: &Contender| -> f64 {
-            let of = |remains: &Remains, data: &Data| -> f64 {
-                remains
-                    .excess(data)
-                    .iter()
-                    .enumerate()
-                    .map(|(s, e)| (e.rms / data.spread[s]).powi(2))
-                    .sum()
-            };
-            of(&contender.check, self.check)
-        };
-        let before = sum(before);
-        if before > 0.0 {
-            (sum(after) / before).min(1.0)
-        } else {
-            0.0
-        }
-    }
-
-    /// A gain that counts: sure under resampling, and large enough to matter.
-    pub fn believable(&self, gain: Gain, after: &Contender, before: &Contender) -> bool {
-        let matters = (0..self.check.noise.len()).any(|sensor| {
-            let removed = before.check.rms(sensor).powi(2) - after.check.rms(sensor).powi(2);
-            removed.max(0.0).sqrt()
-                > 0.1 * self.check.noise[sensor] + 1e-3 * self.check.spread[sensor]
-        });
-        gain.low > 0.0 && matters
-    }
-
-    /// Whether every effect has parameters that make sense here.
-    fn sane(&self, contender: &Contender) -> bool {
-        let (model, values) = (&contender.tried.model, &contender.tried.point.values);
-        let longest = self
-            .fit
-            .experiments
-            .iter()
-            .map(|e| e.t[e.rows() - 1] - e.t[0])
-            .fold(0.0, f64::max);
-        let mut all = contender.tried.suspects.iter();
-        all.all(|suspect| suspect.sane(&model.plant, values, longest))
-    }
-
-    /// Whether a small gain holds the other way round too: fitted to the check recordings alone, judged by the
-    /// fit recordings, against a rig that was fitted to both. Large gains need no second witness.
-    fn holds_both_ways(&self, contender: &Contender, base: &Contender) -> Result<bool> {
-        let sensors = 0..self.check.noise.len();
-        let removed = |sensor: usize| {
-            let squares = base.check.rms(sensor).powi(2) - contender.check.rms(sensor).powi(2);
-            squares.max(0.0).sqrt() / self.check.sigma[sensor]
-        };
-        if sensors.clone().map(removed).fold(0.0, f64::max) > LARGE {
-            return Ok(true);
-        }
-        let (model, values) = (&contender.tried.model, &contender.tried.point.values);
-        let mut segments = self.check.segments(&model.plant, &self.check_stretches)?;
-        let states = (self.check).starts(&model.rig, &model.plant, &segments, values)?;
-        let from = Unknowns {
-            values: values.clone(),
-            states,
-        };
-        let Some(point) = model.improve(self.check, &mut segments, from, FINAL_STEPS, 1e-4) else {
-            return Ok(false);
-        };
-        let swapped = Remains::of(model, &point.values, self.fit, &self.fit_stretches, None)?;
-        Ok(swapped.is_some_and(|swapped| {
-            let gains = sensors.map(|s| (base.fit.rms(s) / swapped.rms(s)).ln());
-            gains.sum::<f64>() > 0.0
-        }))
-    }
-
-    /// Parameters of the right sign, and most of what the base left explained: a disturbance can be followed a
-    /// little by many an effect, and none of them is its name.
-    fn holds(&self, contender: &Contender, base: &Contender) -> bool {
-        self.sane(contender)
-            && self.share_left(contender, base) < MOST_LEFT
-            && !self.within_a_step(contender, base)
-    }
-
-    /// A sensor that is bent by less than half a step of its own scale is as straight as that scale.
-    fn within_a_step(&self, contender: &Contender, base: &Contender) -> bool {
-        let mut suspects = contender.tried.suspects.iter();
-        suspects.any(|suspect| suspect.family() == Some(Family::Sensor))
-            && (0..self.check.step.len()).all(|sensor| {
-                let squares = base.check.rms(sensor).powi(2) - contender.check.rms(sensor).powi(2);
-                squares.max(0.0).sqrt() < 0.5 * self.check.step[sensor]
-            })
     }
 
     /// The whole search.
@@ -391,85 +192,6 @@ impl Bench<'_> {
             .collect();
         Ok(finals.into_iter().flatten().collect())
     }
-
-    /// Indices of finalists by evidence, best first.
-    fn order(&self, base: &Contender, finalists: &[Contender]) -> Vec<usize> {
-        let evidence = self.court(base, finalists).evidence();
-        let mut order: Vec<usize> = (0..finalists.len()).collect();
-        order.sort_by(|&a, &b| evidence[b + 1].total_cmp(&evidence[a + 1]));
-        order
-    }
-
-    /// The base is number 0, finalists follow.
-    pub fn court(&self, base: &Contender, finalists: &[Contender]) -> Court {
-        let all: Vec<Contender> = std::iter::once(base).chain(finalists).cloned().collect();
-        Court::new(&all, &self.check.spread, self.seed)
-    }
-
-    /// The best finalist that is believable against the base.
-    fn best(&self, base: &Contender, finalists: &[Contender]) -> Option<usize> {
-        let court = self.court(base, finalists);
-        self.order(base, finalists).into_iter().find(|&index| {
-            self.believable(court.gain(index + 1, 0), &finalists[index], base)
-                && self.holds(&finalists[index], base)
-                && self
-                    .holds_both_ways(&finalists[index], base)
-                    .unwrap_or(false)
-        })
-    }
-
-    /// As [`Bench::best`], but two effects only where they are believable against the best single one.
-    fn best_of_sizes(&self, base: &Contender, finalists: &[Contender]) -> Option<usize> {
-        let court = self.court(base, finalists);
-        let order = self.order(base, finalists);
-        let sane: Vec<usize> = order
-            .into_iter()
-            .filter(|&index| {
-                self.holds(&finalists[index], base)
-                    && self.believable(court.gain(index + 1, 0), &finalists[index], base)
-            })
-            .collect();
-        let size = |index: usize| finalists[index].tried.suspects.len();
-        let single = sane.iter().copied().find(|&index| size(index) == 1);
-        let single = single.filter(|&index| {
-            self.holds_both_ways(&finalists[index], base)
-                .unwrap_or(false)
-        });
-        let mut pairs = sane.iter().copied().filter(|&index| size(index) == 2);
-        let Some(single) = single else {
-            return pairs.next();
-        };
-        let over = |pair: usize| {
-            let (pair_of, single_of) = (&finalists[pair], &finalists[single]);
-            self.believable(court.gain(pair + 1, single + 1), pair_of, single_of)
-                && self.share_left(pair_of, single_of) < MOST_LEFT
-                && self.holds_both_ways(pair_of, single_of).unwrap_or(false)
-        };
-        pairs.next().filter(|&pair| over(pair)).or(Some(single))
-    }
-
-    /// Shares of the evidence among what is possible here: of the right signs, and of no more effects than
-    /// were found to matter.
-    fn probabilities(
-        &self,
-        base: &Contender,
-        finalists: &[Contender],
-        chosen: Option<usize>,
-    ) -> Vec<f64> {
-        let most = chosen.map_or(2, |index| finalists[index].tried.suspects.len());
-        let possible =
-            |contender: &Contender| self.sane(contender) && contender.tried.suspects.len() <= most;
-        let able: Vec<usize> = (0..finalists.len())
-            .filter(|&index| possible(&finalists[index]))
-            .collect();
-        let rivals: Vec<Contender> = able.iter().map(|&index| finalists[index].clone()).collect();
-        let shares = self.court(base, &rivals).probabilities().split_off(1);
-        let mut all = vec![0.0; finalists.len()];
-        for (index, share) in able.into_iter().zip(shares) {
-            all[index] = share;
-        }
-        all
-    }
 }
 
 /// Rows of a final: what a whole simulation may cost.
@@ -492,13 +214,4 @@ fn pace(plant: &sinew_sim::Plant, values: &[f64], data: &Data) -> f64 {
         (t[t.len() - 1] - t[0]) / (t.len() - 1).max(1) as f64
     });
     rate * interval
-}
-
-/// Whether residuals hold something that noise does not explain and that matters.
-fn stands_out(remains: &Remains, data: &Data) -> bool {
-    let mut sensors = remains.excess(data).into_iter().enumerate();
-    sensors.any(|(sensor, e)| {
-        let matters = 0.1 * data.noise[sensor] + 1e-3 * data.spread[sensor];
-        e.significance > 5.0 && e.rms > matters
-    })
 }

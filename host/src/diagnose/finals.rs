@@ -1,0 +1,90 @@
+//! Finals: what a race found, fitted to everything (docs/diagnosis.md, "The race").
+
+use std::ops::Range;
+
+use super::data::Data;
+use super::evidence::Contender;
+use super::judge::Remains;
+use super::race::Tried;
+use super::search::{Bench, FINAL_STEPS};
+use crate::error::Result;
+use crate::fit::levenberg::Unknowns;
+
+impl Bench<'_> {
+    /// Fits what a race found to all of the fit recordings and looks at what it leaves of both roles.
+    pub fn contender(&self, tried: &Tried, steps: usize) -> Result<Option<Contender>> {
+        let model = &tried.model;
+        let mut segments = self.fit.segments(&model.plant, &self.fit_stretches)?;
+        let states = self
+            .fit
+            .starts(&model.rig, &model.plant, &segments, &tried.point.values)?;
+        let from = Unknowns {
+            values: tried.point.values.clone(),
+            states,
+        };
+        let Some(mut point) = model.improve(self.fit, &mut segments, from, steps, 1e-4) else {
+            return Ok(None);
+        };
+        super::gauge::settle(model, &tried.suspects, &mut point);
+        let fit = Remains::of(
+            model,
+            &point.values,
+            self.fit,
+            &self.fit_stretches,
+            Some(&point.states),
+        )?;
+        let check = Remains::of(
+            model,
+            &point.values,
+            self.check,
+            &self.check_stretches,
+            None,
+        )?;
+        Ok(match (fit, check) {
+            (Some(fit), Some(check)) => Some(Contender {
+                tried: Tried {
+                    point,
+                    ..tried.clone()
+                },
+                fit,
+                check,
+            }),
+            _ => None,
+        })
+    }
+
+    /// The believed rig with the benefit of the doubt: fitted to the check recordings too, so that nothing is
+    /// called missing because a parameter was not known well enough.
+    pub fn base(&self, start: &Tried) -> Result<Option<Contender>> {
+        let model = &start.model;
+        let mut stretches = self.fit_stretches.clone();
+        let own = self.fit.experiments.len();
+        let of_check = self.check_stretches.iter();
+        stretches.extend(of_check.map(|(index, rows)| (own + index, rows.clone())));
+        let mut segments = self.both.segments(&model.plant, &stretches)?;
+        let values = &start.point.values;
+        let states = self
+            .both
+            .starts(&model.rig, &model.plant, &segments, values)?;
+        let from = Unknowns {
+            values: values.clone(),
+            states,
+        };
+        let Some(point) = model.improve(self.both, &mut segments, from, FINAL_STEPS, 1e-4) else {
+            return Ok(None);
+        };
+        let left = |data: &Data, stretches: &[(usize, Range<usize>)]| {
+            Remains::of(model, &point.values, data, stretches, None)
+        };
+        let fit = left(self.fit, &self.fit_stretches)?;
+        let check = left(self.check, &self.check_stretches)?;
+        Ok(fit.zip(check).map(|(fit, check)| Contender {
+            tried: Tried {
+                point,
+                ..start.clone()
+            },
+            fit,
+            check,
+        }))
+    }
+}
