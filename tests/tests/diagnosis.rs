@@ -1,4 +1,4 @@
-//! `sinew diagnose` on recordings with concealed physics that foreign physics wrote: twelve of the thirty committed cases
+//! `sinew diagnose` on recordings with concealed physics that foreign physics wrote: eight of the thirty committed cases
 //! (`tests/foreign/cases`, made by `tests/foreign/hardlaw/committed.py`). The thirty are `cargo xtask proof --committed`,
 //! the hundreds `cargo xtask proof`.
 
@@ -10,7 +10,9 @@ use sinew::recording::Recording;
 use sinew_scorer::{Answer, Outcome, Scored, Truth, outcome, table, truth::Category};
 use sinew_sim::Rig;
 
-const CASES: usize = 12;
+/// Dry friction, backlash, a cubic spring, a dead zone; a rig that is exact, one with wrong parameters, a
+/// disturbance and heavy noise. Those that take more than ten seconds are left to `cargo xtask proof --committed`.
+const CASES: [usize; 8] = [0, 1, 2, 21, 7, 8, 9, 10];
 
 fn foreign() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("foreign")
@@ -37,11 +39,12 @@ fn answer(folder: &Path) -> Answer {
 #[test]
 fn concealed_physics_is_named_and_nothing_else_is() {
     // Every answer first, then every truth.
-    let answers: Vec<Answer> = (0..CASES)
+    let answers: Vec<Answer> = CASES
+        .iter()
         .map(|case| answer(&foreign().join(format!("cases/case-{case:02}"))))
         .collect();
-    let scored: Vec<Scored> = (answers.into_iter().enumerate())
-        .map(|(case, answer)| {
+    let scored: Vec<Scored> = (answers.into_iter().zip(CASES))
+        .map(|(answer, case)| {
             let path = foreign().join(format!("truth/case-{case:02}.json"));
             let text = fs::read_to_string(path).expect("the case has a truth");
             let truth: Truth = serde_json::from_str(&text).expect("a truth");
@@ -54,14 +57,11 @@ fn concealed_physics_is_named_and_nothing_else_is() {
         })
         .collect();
     println!("{}", table::page(&scored));
-    let hidden = |case: &&Scored| matches!(case.truth.category, Category::One | Category::Two);
-    let right = (scored.iter().filter(hidden))
-        .filter(|case| case.outcome == Outcome::Right)
-        .count();
-    let wrong: Vec<&str> = (scored.iter())
-        .filter(|case| !hidden(case) && case.outcome != Outcome::Right)
-        .map(|case| case.case.as_str())
-        .collect();
-    assert!(wrong.is_empty(), "named where nothing may be: {wrong:?}");
-    assert!(right >= 6, "{right} of 7 with an effect are right");
+    for case in &scored {
+        let fine = match case.truth.category {
+            Category::One | Category::Two => case.outcome == Outcome::Right,
+            _ => case.outcome != Outcome::FalseAlarm,
+        };
+        assert!(fine, "{}: {:?}", case.case, case.outcome);
+    }
 }

@@ -9,7 +9,7 @@ use super::finding::{
     Diagnosis, Errors, Estimate, FORMAT, FoundEffect, Location, SignalFit, Verdict,
 };
 use super::locate::{intervals, locate};
-use super::name::{Known, effects, finalists};
+use super::name::{Known, effects, finalists, least_sure};
 use super::next::next_experiment;
 use super::roles::Roles;
 use super::search::{Bench, Found};
@@ -20,6 +20,9 @@ use crate::recording::Recording;
 
 /// Steps a stage of the last fit, which begins where the search ended.
 const LAST_STEPS: usize = 15;
+
+/// What would be named with less confidence than this is not named.
+const UNSURE: f64 = 0.3;
 
 /// Decides on the verdict and writes everything down.
 ///
@@ -34,7 +37,9 @@ pub(super) fn conclude(
 ) -> Result<Diagnosis> {
     let chosen = found.and_then(|found| Some((found, found.chosen?)));
     let suspected = chosen.and_then(|(found, index)| number(found, index));
-    let named = chosen.filter(|_| suspected.is_none());
+    let named = chosen
+        .filter(|_| suspected.is_none())
+        .filter(|&(found, index)| least_sure(found, index, bench) >= UNSURE);
     let (mended, known) = match named {
         Some((found, index)) => mend(found, index, bench, roles)?,
         None => (refitted.rig.clone(), estimates(refitted)),

@@ -30,7 +30,7 @@ pub(super) fn effects(
     known: &Known,
 ) -> Vec<FoundEffect> {
     let best = &found.finalists[chosen];
-    let surety = bench.trust * MOST * (1.0 - bench.share_left(best, &found.base).sqrt().min(0.6));
+    let surety = surety(found, chosen, bench);
     let mut effects: Vec<FoundEffect> = best
         .tried
         .suspects
@@ -45,6 +45,21 @@ pub(super) fn effects(
         .collect();
     effects.sort_by(|a, b| b.confidence.total_cmp(&a.confidence));
     effects
+}
+
+/// The confidence of the least sure of what would be named.
+pub(super) fn least_sure(found: &Found, chosen: usize, bench: &Bench) -> f64 {
+    let surety = surety(found, chosen, bench);
+    let suspects = found.finalists[chosen].tried.suspects.iter();
+    suspects
+        .map(|suspect| Rivalry::of(found, chosen, suspect, bench, surety).confidence)
+        .fold(1.0, f64::min)
+}
+
+/// How sure the finalists are together (eq. 9).
+fn surety(found: &Found, chosen: usize, bench: &Bench) -> f64 {
+    let left = bench.share_left(&found.finalists[chosen], &found.base);
+    bench.trust * MOST * (1.0 - left.sqrt().min(0.6))
 }
 
 fn one(kind: Kind, component: &str, about: Rivalry, known: &Known) -> FoundEffect {

@@ -20,8 +20,8 @@ pub(super) struct Roles {
 /// The part of a single recording that is set aside, at its end.
 const ASIDE: f64 = 0.35;
 
-/// A recording with fewer rows than this is not cut.
-const SHORTEST: usize = 100;
+/// A recording with fewer rows than this is not cut, and shows no second effect.
+pub(super) const SHORTEST: usize = 100;
 
 impl Roles {
     /// Splits the fit recordings where there are none to check by.

@@ -101,7 +101,9 @@ impl Bench<'_> {
         let mut finalists = self.round(&track, &start, &all, "one effect")?;
         let mut chosen = self.best(&base, &finalists);
         let done = chosen.is_some_and(|index| !self.leaves_something(&finalists[index]));
-        if !done && !finalists.is_empty() {
+        // A second effect in a few dozen rows is whatever the first one got wrong.
+        let enough = self.fit.rows().min(self.check.rows()) >= super::roles::SHORTEST;
+        if !done && enough && !finalists.is_empty() {
             let order = self.order(&base, &finalists);
             let beam: Vec<Tried> = order
                 .iter()

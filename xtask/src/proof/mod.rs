@@ -119,8 +119,14 @@ fn drawn(options: &Options) -> Result<()> {
         calibration::table(&bins)
     );
     println!("{body}");
+    let part = if cases.len() < CASES {
+        let asked = cases.len();
+        format!("**{asked} of {CASES} cases: a look, and no proof yet.** ")
+    } else {
+        String::new()
+    };
     let head = format!(
-        "# The proof\n\nWritten by `cargo xtask proof --seed {} --cases {} --publish`. The cases are those of \
+        "# The proof\n\n{part}Written by `cargo xtask proof --seed {} --cases {} --publish`. The cases are those of \
          `tests/foreign/hardlaw`: [how they are made and scored](proof-cases.md).\n\n",
         options.seed,
         cases.len()

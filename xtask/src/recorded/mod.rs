@@ -17,7 +17,8 @@ pub fn data_folder() -> PathBuf {
     std::env::var_os("SINEW_DATA").map_or_else(|| root().join("../shared/data"), PathBuf::from)
 }
 
-/// With names, only those cases; with `--publish`, the table goes to docs/recorded.md.
+/// With names, only those cases; with `--publish`, the table goes to docs/recorded.md; with `--score`, nothing is asked
+/// anew and the page is made of the answers that are there.
 ///
 /// # Errors
 /// `sinew` does not build, or a file cannot be read or written. A case that is refused stands in the table.
@@ -25,9 +26,11 @@ pub fn run(arguments: &[String]) -> Result<()> {
     let (flags, names): (Vec<&String>, Vec<&String>) = arguments
         .iter()
         .partition(|argument| argument.starts_with('-'));
-    if let Some(flag) = flags.iter().find(|flag| **flag != "--publish") {
-        bail!("unexpected argument '{flag}'; there are names of cases and --publish");
+    let known = ["--publish", "--score"];
+    if let Some(flag) = flags.iter().find(|flag| !known.contains(&flag.as_str())) {
+        bail!("unexpected argument '{flag}'; there are names of cases, --publish and --score");
     }
+    let has = |wanted: &str| flags.iter().any(|flag| *flag == wanted);
     if let Some(name) = names
         .iter()
         .find(|name| CASES.iter().all(|case| case.name != **name))
@@ -37,12 +40,14 @@ pub fn run(arguments: &[String]) -> Result<()> {
     }
     let out = root().join("target/recorded");
     fs::create_dir_all(&out).with_context(|| format!("cannot make {}", out.display()))?;
-    process::run(&mut cargo(&["build", "--package", "sinew"]))?;
     let mut skipped = 0;
-    for case in CASES {
-        let asked = names.is_empty() || names.iter().any(|name| *name == case.name);
-        if asked && !ask(case, &data_folder(), &out)? {
-            skipped += 1;
+    if !has("--score") {
+        process::run(&mut cargo(&["build", "--package", "sinew"]))?;
+        for case in CASES {
+            let asked = names.is_empty() || names.iter().any(|name| *name == case.name);
+            if asked && !ask(case, &data_folder(), &out)? {
+                skipped += 1;
+            }
         }
     }
     if skipped > 0 {
@@ -54,7 +59,7 @@ pub fn run(arguments: &[String]) -> Result<()> {
     }
     let text = table::page(CASES, &out)?;
     println!("{text}");
-    if flags.is_empty() {
+    if !has("--publish") {
         return Ok(());
     }
     if skipped > 0 {
