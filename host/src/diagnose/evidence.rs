@@ -138,8 +138,8 @@ impl Court {
         let sensors = book.fit.iter().zip(&book.check).zip(&self.floor);
         let deviance: f64 = sensors
             .map(|((fit, check), floor)| {
-                let fit = sums(fit, weights.map(|w| &w.fit));
-                let check = sums(check, weights.map(|w| &w.check));
+                let fit = sums(fit, weights.map(|w| &w.fit[..]));
+                let check = sums(check, weights.map(|w| &w.check[..]));
                 let (squares, count) = (fit[0] + check[0], fit[1] + check[1]);
                 0.5 * count * self.share * log_mean(squares, count, *floor)
             })
@@ -148,7 +148,7 @@ impl Court {
     }
 
     /// Half the log variance of the residuals of one role, summed over sensors.
-    fn deviance(&self, blocks: &[Vec<[f64; 2]>], weights: &Vec<f64>) -> f64 {
+    fn deviance(&self, blocks: &[Vec<[f64; 2]>], weights: &[f64]) -> f64 {
         let sensors = blocks.iter().zip(&self.floor);
         sensors
             .map(|(blocks, floor)| {
@@ -173,7 +173,7 @@ impl Court {
 }
 
 /// Squares and counts of weighted blocks.
-fn sums(blocks: &[[f64; 2]], weights: Option<&Vec<f64>>) -> [f64; 2] {
+fn sums(blocks: &[[f64; 2]], weights: Option<&[f64]>) -> [f64; 2] {
     let mut sums = [0.0; 2];
     for (index, block) in blocks.iter().enumerate() {
         let weight = weights.map_or(1.0, |weights| weights[index]);
