@@ -23,8 +23,10 @@ pub trait Exact<const NY: usize, const NS: usize> {
     fn exact(&self, x: &[f64], s: &[f64]) -> ([f64; NY], [f64; NS]);
 }
 
-pub type GruNet<const NX: usize, const H: usize, const NY: usize> = Readout<Gru<NX, H>, H, NY>;
-pub type LstmNet<const NX: usize, const H: usize, const NY: usize> = Readout<Lstm<NX, H>, H, NY>;
+pub type GruNet<const NX: usize, const H: usize, const NY: usize> =
+    Readout<Gru<[[f32; NX]; H], [[f32; H]; H], H>, H, NY>;
+pub type LstmNet<const NX: usize, const H: usize, const NY: usize> =
+    Readout<Lstm<[[f32; NX]; H], [[f32; H]; H], H>, H, NY>;
 
 impl<C, const H: usize, const NY: usize> Readout<C, H, NY> {
     fn around(cell: C, random: &mut Random) -> Self {

@@ -8,10 +8,14 @@
 pub mod dense;
 #[path = "../../../codegen/kernels/src/layers/elementwise.rs"]
 pub mod elementwise;
+#[path = "../../../codegen/kernels/src/layers/gate.rs"]
+pub mod gate;
 #[path = "../../../codegen/kernels/src/layers/gru.rs"]
 pub mod gru;
 #[path = "../../../codegen/kernels/src/layers/lstm.rs"]
 pub mod lstm;
+#[path = "../../../codegen/kernels/src/layers/rows.rs"]
+pub mod rows;
 #[path = "../../../codegen/kernels/src/layers/activation/sigmoid.rs"]
 pub mod sigmoid;
 #[path = "../../../codegen/kernels/src/layers/activation/tanh.rs"]
