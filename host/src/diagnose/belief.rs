@@ -1,17 +1,23 @@
 //! What is believed, of what finals found (docs/diagnosis.md, eq. 4 and 7).
 
-use sinew_sim::Rig;
 use sinew_sim::effects::Family;
+use sinew_sim::{Rig, Settings};
 
 use super::data::Data;
 use super::evidence::{Contender, Court, Gain};
 use super::judge::Remains;
+use super::name::{SAME, apart};
 use super::search::{Bench, FINAL_STEPS};
+use super::suspect::Suspect;
 use crate::error::Result;
 use crate::fit::levenberg::Unknowns;
 
 /// What is believed leaves no more than this part of the squares that the base leaves beside noise.
 const MOST_LEFT: f64 = 0.4;
+
+/// The same of a coordinate that nobody sees: behind a controller, a resonance follows any disturbance of
+/// one frequency through the command.
+const MOST_LEFT_OF_MODE: f64 = 0.02;
 
 /// What an effect removes, in units of the noise, from where on nobody asks for a second witness.
 const LARGE: f64 = 1.0;
@@ -27,7 +33,7 @@ impl Bench<'_> {
     /// # Errors
     /// A rig that cannot be compiled.
     pub fn explains_as_written(&self, rig: &Rig) -> Result<bool> {
-        let model = super::model::Model::new(rig, rig, &[])?;
+        let model = super::model::Model::new(rig, rig, &[], Settings::default())?;
         let values = model.plant.values();
         for (data, stretches) in [
             (self.fit, &self.fit_stretches),
@@ -88,8 +94,14 @@ impl Bench<'_> {
     /// Parameters of the right sign, and most of what the base left explained: a disturbance can be followed a
     /// little by many an effect, and none of them is its name.
     fn holds(&self, contender: &Contender, base: &Contender) -> bool {
+        let mut families = contender.tried.suspects.iter().map(Suspect::family);
+        let most = if families.any(|family| family == Some(Family::Mode)) {
+            MOST_LEFT_OF_MODE
+        } else {
+            MOST_LEFT
+        };
         self.sane(contender)
-            && self.share_left(contender, base) < MOST_LEFT
+            && self.share_left(contender, base) < most
             && !self.within_a_step(contender, base)
     }
 
@@ -185,6 +197,28 @@ impl Bench<'_> {
                 && self.holds_both_ways(pair_of, single_of).unwrap_or(false)
         };
         pairs.next().filter(|&pair| over(pair)).or(Some(single))
+    }
+
+    /// Of what is the same motion by two names, the simpler: an effect at a body rather than in a spring that
+    /// holds it (contract of the vocabulary).
+    pub fn simplest(&self, chosen: usize, finalists: &[Contender]) -> usize {
+        let best = &finalists[chosen];
+        let at_body = |suspect: &Suspect| {
+            let mut bodies = best.tried.model.rig.bodies.iter();
+            bodies.any(|body| body.name == suspect.component())
+        };
+        let only = |a: &Contender, b: &Contender| -> Option<Suspect> {
+            let mut of_a = (a.tried.suspects.iter()).filter(|s| !b.tried.suspects.contains(s));
+            of_a.next().filter(|_| of_a.next().is_none()).cloned()
+        };
+        let simpler = |other: &Contender| {
+            let differ = only(best, other).zip(only(other, best));
+            differ.is_some_and(|(mine, its)| {
+                mine.kind() == its.kind() && !at_body(&mine) && at_body(&its)
+            }) && apart(best, other, self) < SAME
+        };
+        let other = (0..finalists.len()).find(|&index| simpler(&finalists[index]));
+        other.unwrap_or(chosen)
     }
 
     /// Shares of the evidence among what is possible here: of the right signs, and of no more effects than

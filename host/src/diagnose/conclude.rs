@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use sinew_sim::{Plant, Rig};
+use sinew_sim::{Plant, Rig, Settings};
 
 use super::details::Details;
 use super::finding::{
@@ -11,10 +11,12 @@ use super::finding::{
 use super::locate::{intervals, locate};
 use super::name::{Known, effects, finalists, least_sure};
 use super::next::next_experiment;
+use super::race::Tried;
 use super::roles::Roles;
 use super::search::{Bench, Found};
 use super::suspect::Suspect;
 use crate::error::Result;
+use crate::fit::levenberg::Unknowns;
 use crate::fit::{Fit, FitOptions, fit, score};
 use crate::recording::Recording;
 
@@ -121,13 +123,8 @@ fn number(found: &Found, index: usize) -> Option<&str> {
 fn mend(found: &Found, index: usize, bench: &Bench, roles: &Roles) -> Result<(Rig, Known)> {
     let best = &found.finalists[index].tried;
     let rig = best.model.with(&best.point.values)?;
-    if bench.sees_whole_recordings() {
-        let segments = bench
-            .fit
-            .segments(&best.model.plant, &bench.fit_stretches)?;
-        let widths = best.model.half_widths(bench.fit, &segments, &best.point);
-        let known = values(&rig, |name| widths.get(name).copied())?;
-        return Ok((rig, known));
+    if !bench.in_parts {
+        return whole(best, bench);
     }
     let options = FitOptions {
         iterations: LAST_STEPS,
@@ -147,6 +144,26 @@ fn mend(found: &Found, index: usize, bench: &Bench, roles: &Roles) -> Result<(Ri
     let better = error(&last.rig)? <= error(&rig)?;
     let rig = if better { last.rig.clone() } else { rig };
     let known = values(&rig, width)?;
+    Ok((rig, known))
+}
+
+/// The rig fitted to the whole of the recordings, integrated as a simulation is, from where the search ended.
+fn whole(best: &Tried, bench: &Bench) -> Result<(Rig, Known)> {
+    let model = &best.model.integrated(Settings::default());
+    let data = bench.fit;
+    let mut segments = data.segments(&model.plant, &data.cut(1))?;
+    let found = &best.point.values;
+    let from = Unknowns {
+        states: data.starts(&model.rig, &model.plant, &segments, found)?,
+        values: found.clone(),
+    };
+    let mut point = model
+        .improve(data, &mut segments, from, LAST_STEPS, 1e-5)
+        .unwrap_or_else(|| best.point.clone());
+    super::gauge::settle(model, &best.suspects, &mut point);
+    let widths = model.half_widths(data, &segments, &point);
+    let rig = model.with(&point.values)?;
+    let known = values(&rig, |name| widths.get(name).copied())?;
     Ok((rig, known))
 }
 

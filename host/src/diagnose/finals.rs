@@ -13,7 +13,7 @@ use crate::fit::levenberg::Unknowns;
 impl Bench<'_> {
     /// Fits what a race found to all of the fit recordings and looks at what it leaves of both roles.
     pub fn contender(&self, tried: &Tried, steps: usize) -> Result<Option<Contender>> {
-        let model = &tried.model;
+        let model = &tried.model.integrated(self.settings);
         let mut segments = self.fit.segments(&model.plant, &self.fit_stretches)?;
         let states = self
             .fit
@@ -43,6 +43,7 @@ impl Bench<'_> {
         Ok(match (fit, check) {
             (Some(fit), Some(check)) => Some(Contender {
                 tried: Tried {
+                    model: model.clone(),
                     point,
                     ..tried.clone()
                 },
@@ -56,7 +57,7 @@ impl Bench<'_> {
     /// The believed rig with the benefit of the doubt: fitted to the check recordings too, so that nothing is
     /// called missing because a parameter was not known well enough.
     pub fn base(&self, start: &Tried) -> Result<Option<Contender>> {
-        let model = &start.model;
+        let model = &start.model.integrated(self.settings);
         let mut stretches = self.fit_stretches.clone();
         let own = self.fit.experiments.len();
         let of_check = self.check_stretches.iter();
@@ -80,6 +81,7 @@ impl Bench<'_> {
         let check = left(self.check, &self.check_stretches)?;
         Ok(fit.zip(check).map(|(fit, check)| Contender {
             tried: Tried {
+                model: model.clone(),
                 point,
                 ..start.clone()
             },

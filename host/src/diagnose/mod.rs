@@ -100,11 +100,15 @@ pub fn diagnose(
     check_data.learn_steps(&both_data);
     told("refitting the rig", 0, 1);
     let refitted = fit(rig, &roles.fit, &FitOptions::default(), &mut |_| {})?;
-    let parts = if integrates(rig) { 8 } else { 1 };
+    let in_parts = integrates(rig);
+    let parts = if in_parts { 8 } else { 1 };
     let values = Plant::new(&refitted.rig)?.values();
-    let budget = search::final_budget(&Plant::new(&refitted.rig)?, &values, &fit_data);
+    let (settings, budget) =
+        search::finals(&Plant::new(&refitted.rig)?, &values, &fit_data, &both_data);
     let bench = Bench {
         written: rig,
+        in_parts,
+        settings,
         fit_stretches: fit_data.select(parts, budget),
         check_stretches: check_data.select(parts, budget),
         fit: &fit_data,

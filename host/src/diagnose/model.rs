@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use sinew_sim::{Plant, Rig};
+use sinew_sim::{Plant, Rig, Settings};
 
 use super::data::Data;
 use crate::error::Result;
@@ -51,8 +51,13 @@ impl Model {
     ///
     /// # Errors
     /// A rig that cannot be compiled.
-    pub fn new(rig: &Rig, written: &Rig, trial: &[(String, f64)]) -> Result<Self> {
-        let plant = Plant::new(rig)?;
+    pub fn new(
+        rig: &Rig,
+        written: &Rig,
+        trial: &[(String, f64)],
+        settings: Settings,
+    ) -> Result<Self> {
+        let plant = Plant::new(rig)?.with_settings(settings);
         let as_written = Plant::new(written)?;
         let mut slots: Vec<usize> = fitted_slots(&plant)
             .into_iter()
@@ -94,6 +99,14 @@ impl Model {
             bounds: limits,
             plant,
         })
+    }
+
+    /// The same, integrated as `settings` say.
+    pub fn integrated(&self, settings: Settings) -> Self {
+        Self {
+            plant: self.plant.clone().with_settings(settings),
+            ..self.clone()
+        }
     }
 
     /// The problem of fitting this model to data, its scales taken at `values`.

@@ -11,13 +11,16 @@ use super::search::{Bench, Found};
 use super::suspect::Suspect;
 
 /// Predictions that differ by less than this part of the noise are the same.
-const SAME: f64 = 0.02;
+pub(super) const SAME: f64 = 0.02;
 
 /// Predictions that differ by less than this part of the noise cannot be told apart by these recordings.
 const ALIKE: f64 = 0.25;
 
 /// Doubt that remains however well everything fits: nobody has tried what is not in the vocabulary.
 const MOST: f64 = 0.99;
+
+/// The same where something is left: what is named is not all, and may be the nearest name of something else.
+const PART: f64 = 0.9;
 
 /// Values and intervals of the mended rig's parameters, by name.
 pub(super) type Known = BTreeMap<String, Estimate>;
@@ -58,8 +61,14 @@ pub(super) fn least_sure(found: &Found, chosen: usize, bench: &Bench) -> f64 {
 
 /// How sure the finalists are together (eq. 9).
 fn surety(found: &Found, chosen: usize, bench: &Bench) -> f64 {
-    let left = bench.share_left(&found.finalists[chosen], &found.base);
-    bench.trust * MOST * (1.0 - left.sqrt().min(0.6))
+    let best = &found.finalists[chosen];
+    let left = bench.share_left(best, &found.base);
+    let whole = if bench.leaves_something(best) {
+        PART
+    } else {
+        1.0
+    };
+    bench.trust * whole * MOST * (1.0 - left.sqrt().min(0.6))
 }
 
 fn one(kind: Kind, component: &str, about: Rivalry, known: &Known) -> FoundEffect {
@@ -168,7 +177,7 @@ fn join(rivals: &mut Vec<Rival>) {
 
 /// How far two explanations' predictions of the check recordings lie apart, in units of the noise: the
 /// largest of the sensors (eq. 10).
-fn apart(a: &Contender, b: &Contender, bench: &Bench) -> f64 {
+pub(super) fn apart(a: &Contender, b: &Contender, bench: &Bench) -> f64 {
     let of_sensor = |sensor: usize| {
         let (mut squares, mut count) = (0.0, 0.0);
         let pairs = a.check.series[sensor].iter().zip(&b.check.series[sensor]);

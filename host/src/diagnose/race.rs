@@ -1,8 +1,8 @@
 //! The race: every suspect refitted inside the simulator, on part of the data, a few steps from several starts.
 
 use rayon::prelude::*;
-use sinew_sim::Rig;
 use sinew_sim::effects::Kind;
+use sinew_sim::{Rig, Settings};
 
 use super::data::Data;
 use super::model::{Model, Point};
@@ -22,8 +22,8 @@ pub(super) struct Tried {
 }
 
 /// Steps of those that are refitted, and of the best of them further.
-const FIRST_STEPS: usize = 3;
-const MORE_STEPS: usize = 5;
+const FIRST_STEPS: usize = 6;
+const MORE_STEPS: usize = 8;
 
 /// How many of the best promises are refitted, beside the best of each family; and how many go further.
 const REFITTED: usize = 12;
@@ -40,6 +40,8 @@ pub(super) struct Track<'a> {
     pub written: &'a Rig,
     pub data: &'a Data,
     pub stretches: Vec<(usize, std::ops::Range<usize>)>,
+    /// How trials are integrated: coarsely, and not at all where they would be too dear.
+    pub settings: Settings,
 }
 
 impl Track<'_> {
@@ -48,7 +50,7 @@ impl Track<'_> {
     /// # Errors
     /// A rig that cannot be compiled.
     pub fn first(&self, rig: &Rig, values: &[f64], steps: usize) -> Result<Option<Tried>> {
-        let model = Model::new(rig, self.written, &[])?;
+        let model = Model::new(rig, self.written, &[], self.settings)?;
         let mut segments = self.data.segments(&model.plant, &self.stretches)?;
         let states = self.data.starts(rig, &model.plant, &segments, values)?;
         let from = Unknowns {
@@ -159,7 +161,8 @@ impl Track<'_> {
         Ok(run)
     }
 
-    /// The two starts of a suspect that promise most, the better one first.
+    /// The starts of a suspect that promise most, the best one first: two, and a weak and a strong one among them.
+    /// From a weak start the way to a strong effect is long, and a strong start promises less than it holds.
     fn look(
         &self,
         parent: &Tried,
@@ -168,16 +171,19 @@ impl Track<'_> {
         suspect: &Suspect,
     ) -> Result<Vec<Begun>> {
         let mut begun = Vec::new();
-        for start in self.starts(parent, run, suspect)? {
+        for (start, weak) in self.starts(parent, run, suspect)? {
             let mut one = self.begin(parent, suspect, &start)?;
             one.promise = screen.promise(self, &one.model, &one.from)?;
             if one.promise.is_finite() {
-                begun.push(one);
+                begun.push((one, weak));
             }
         }
-        begun.sort_by(|a, b| a.promise.total_cmp(&b.promise));
-        begun.truncate(2);
-        Ok(begun)
+        begun.sort_by(|(a, _), (b, _)| a.promise.total_cmp(&b.promise));
+        let first = |wanted: bool| begun.iter().position(|(_, weak)| *weak == wanted);
+        let (weak, strong) = (first(true), first(false));
+        let kept = |&(at, _): &(usize, Begun)| at < 2 || Some(at) == weak || Some(at) == strong;
+        let begun = begun.into_iter().map(|(begun, _)| begun).enumerate();
+        Ok(begun.filter(kept).map(|(_, begun)| begun).collect())
     }
 
     fn improved(
@@ -224,7 +230,7 @@ impl Track<'_> {
             .flat_map(|suspect| suspect.trial())
             .collect();
         trial.extend(new);
-        let model = Model::new(&rig, self.written, &trial)?;
+        let model = Model::new(&rig, self.written, &trial, self.settings)?;
         let values = model.inherit(&parent.model.plant, &parent.point.values);
         let segments = self.data.segments(&model.plant, &self.stretches)?;
         let mut states = self.data.starts(&rig, &model.plant, &segments, &values)?;
@@ -246,10 +252,37 @@ impl Track<'_> {
         })
     }
 
-    /// Where a suspect starts from: nowhere in particular for a number, scale-free places for an effect.
-    fn starts(&self, parent: &Tried, run: &Run, suspect: &Suspect) -> Result<Vec<Vec<f64>>> {
+    /// One of a pair without the other, from where the pair ended.
+    pub fn alone(&self, base: &Tried, pair: &Tried, kept: &Suspect) -> Result<Option<Tried>> {
+        let Suspect::Effect { kind, component } = kept else {
+            return Ok(None);
+        };
+        let description = kind.description();
+        let plant = &pair.model.plant;
+        let specs = description.parameters.iter();
+        let found = specs.map(|spec| {
+            plant
+                .slot(&format!("{component}.{}.{}", description.kind, spec.name))
+                .map_or(0.0, |slot| pair.point.values[slot])
+        });
+        let found: Vec<f64> = found.collect();
+        // A force of the wrong sign is no effect that a rig can hold.
+        let Ok(begun) = self.begin(base, kept, &found) else {
+            return Ok(None);
+        };
+        Ok(self.improved(begun.suspects, begun.model, begun.from, FIRST_STEPS))
+    }
+
+    /// Where a suspect starts from: nowhere in particular for a number, scale-free places for an effect, weak
+    /// (`true`) and as strong as the port.
+    fn starts(
+        &self,
+        parent: &Tried,
+        run: &Run,
+        suspect: &Suspect,
+    ) -> Result<Vec<(Vec<f64>, bool)>> {
         match suspect {
-            Suspect::Number { .. } => Ok(vec![Vec::new()]),
+            Suspect::Number { .. } => Ok(vec![(Vec::new(), false)]),
             Suspect::Effect { kind, component } => {
                 let site = parent.model.rig.site(*kind, component)?;
                 Ok(with_weak(*kind, kind.starts(&run.at(site))))
@@ -282,9 +315,9 @@ fn promising(looked: Vec<Vec<Begun>>) -> Vec<Vec<Begun>> {
     kept
 }
 
-/// A start and the same one so weak that the linear theory holds for it: a start that changes the motion a
-/// lot promises nothing, whatever the truth.
-fn with_weak(kind: Kind, starts: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+/// A start and the same one so weak that the linear theory holds for it (`true`): a start that changes the
+/// motion a lot promises nothing, whatever the truth.
+fn with_weak(kind: Kind, starts: Vec<Vec<f64>>) -> Vec<(Vec<f64>, bool)> {
     let weak = |start: &Vec<f64>| -> Vec<f64> {
         let specs = kind.description().parameters.iter();
         specs
@@ -298,11 +331,12 @@ fn with_weak(kind: Kind, starts: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
             })
             .collect()
     };
-    let mut all: Vec<Vec<f64>> = Vec::new();
-    for start in starts.iter().map(weak).chain(starts.iter().cloned()) {
+    let mut all: Vec<(Vec<f64>, bool)> = Vec::new();
+    let weak = starts.iter().map(|start| (weak(start), true));
+    for (start, weak) in weak.chain(starts.iter().cloned().map(|start| (start, false))) {
         // Starts that differ in nothing but strength are one once they are weak.
-        if !all.contains(&start) {
-            all.push(start);
+        if !all.iter().any(|(known, _)| *known == start) {
+            all.push((start, weak));
         }
     }
     all

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use sinew_sim::Rig;
+use sinew_sim::{Plant, Rig, Settings};
 
 use super::data::Data;
 use super::evidence::Contender;
@@ -11,6 +11,7 @@ use super::race::{Track, Tried};
 use super::suspect::{Suspect, suspects};
 use crate::error::Result;
 use crate::fit::levenberg::Unknowns;
+use crate::fit::pace::{pace, settings, substeps};
 
 /// How many of a race are fitted to everything.
 const FINALISTS: usize = 4;
@@ -21,9 +22,23 @@ const BEAM: usize = 2;
 /// What leaves more than this part of the squares is no half of a pair.
 const HOPELESS: f64 = 0.9;
 
+/// Nor what leaves this many times as much as another does; and this many times once a pair explains all.
+const BEHIND: f64 = 8.0;
+const CLOSE: f64 = 2.0;
+
+/// How often the first of a pair is exchanged: alone, it had to explain what the second does as well.
+const EXCHANGES: usize = 2;
+
 /// Sub-steps of the integrator that one simulation of a race takes, about; and one of a final.
 const RACE_WORK: usize = 2500;
 const FINAL_WORK: usize = 8000;
+
+/// Longest sub-step of a race, in units of one over the fastest rate: three times a simulation's. An undamped
+/// mode is off by a ten-thousandth of its phase then, alike in all who race.
+const RACE_STEP: f64 = 0.3;
+
+/// The same of a final, and of everything that is judged.
+const FINAL_STEP: f64 = 0.2;
 
 /// Thinned recordings are still at least this dense, in steps per unit of the fastest rate.
 const THIN_RATE: f64 = 0.1;
@@ -32,7 +47,7 @@ const THIN_RATE: f64 = 0.1;
 const RACE_PARTS: usize = 8;
 
 /// Steps of a final fit.
-pub(super) const FINAL_STEPS: usize = 7;
+pub(super) const FINAL_STEPS: usize = 10;
 
 /// Recordings and how they are cut for judging.
 pub(super) struct Bench<'a> {
@@ -41,6 +56,10 @@ pub(super) struct Bench<'a> {
     pub check: &'a Data,
     /// The recordings of both.
     pub both: &'a Data,
+    /// Recordings are judged in stretches with start states of their own: something integrates.
+    pub in_parts: bool,
+    /// How finals are integrated.
+    pub settings: Settings,
     pub fit_stretches: Vec<(usize, Range<usize>)>,
     pub check_stretches: Vec<(usize, Range<usize>)>,
     pub seed: u64,
@@ -60,15 +79,10 @@ pub(super) struct Found {
 }
 
 impl Bench<'_> {
-    /// Whether the stretches of the fit recordings are these recordings whole.
-    pub fn sees_whole_recordings(&self) -> bool {
-        self.fit_stretches == self.fit.cut(1)
-    }
-
     /// The whole search.
     pub fn search(&self, rig: &Rig, values: &[f64]) -> Result<Option<Found>> {
-        let plant = sinew_sim::Plant::new(rig)?;
-        let pace = pace(&plant, values, self.fit);
+        let plant = Plant::new(rig)?;
+        let pace = pace(&plant, values, &self.fit.experiments);
         let thin = self.thinning(pace);
         let thinned;
         let data = if thin > 1 {
@@ -77,11 +91,13 @@ impl Bench<'_> {
         } else {
             self.fit
         };
-        let budget = RACE_WORK / substeps(pace * thin as f64);
+        let settings = settings(&plant, values, &data.experiments, RACE_STEP);
+        let budget = RACE_WORK / substeps(pace * thin as f64, RACE_STEP);
         let track = Track {
             written: self.written,
             data,
             stretches: data.select(RACE_PARTS, budget.max(1000)),
+            settings,
         };
         let Some(start) = track.first(rig, values, 15)? else {
             return Ok(None);
@@ -104,34 +120,11 @@ impl Bench<'_> {
         // A second effect in a few dozen rows is whatever the first one got wrong.
         let enough = self.fit.rows().min(self.check.rows()) >= super::roles::SHORTEST;
         if !done && enough && !finalists.is_empty() {
-            let order = self.order(&base, &finalists);
-            let beam: Vec<Tried> = order
-                .iter()
-                .map(|&index| &finalists[index])
-                .filter(|parent| self.share_left(parent, &base) < HOPELESS)
-                .map(|parent| &parent.tried)
-                .filter(|tried| matches!(tried.suspects[..], [Suspect::Effect { .. }]))
-                .take(BEAM)
-                .cloned()
-                .collect();
-            let mut pairs = Vec::new();
-            for parent in &beam {
-                let Some(parent) = self.on_track(&track, parent)? else {
-                    continue;
-                };
-                let rest: Vec<Suspect> = all
-                    .iter()
-                    .filter(|suspect| {
-                        !parent.suspects.contains(suspect)
-                            && matches!(suspect, Suspect::Effect { .. })
-                    })
-                    .cloned()
-                    .collect();
-                pairs.extend(self.round(&track, &parent, &rest, "two effects")?);
-            }
+            let pairs = self.pairs(&track, &start, &base, &finalists, &all)?;
             finalists.extend(pairs);
             chosen = self.best_of_sizes(&base, &finalists);
         }
+        let chosen = chosen.map(|chosen| self.simplest(chosen, &finalists));
         let probabilities = self.probabilities(&base, &finalists, chosen);
         Ok(Some(Found {
             base,
@@ -139,6 +132,67 @@ impl Bench<'_> {
             chosen,
             probabilities,
         }))
+    }
+
+    /// A second effect on top of the best single ones. Once something leaves no more than noise, only what came
+    /// close to the best is tried as well. Then the best pair's newcomer is kept and its parent exchanged: once in
+    /// any case, for something simpler may do beside it, and again as long as nothing explains all.
+    fn pairs(
+        &self,
+        track: &Track,
+        start: &Tried,
+        base: &Contender,
+        singles: &[Contender],
+        all: &[Suspect],
+    ) -> Result<Vec<Contender>> {
+        let left = |index: usize| self.share_left(&singles[index], base);
+        let order = self.order(base, singles);
+        let least = order.iter().map(|&index| left(index)).fold(1.0, f64::min);
+        let effects = |tried: &Tried| matches!(tried.suspects[..], [Suspect::Effect { .. }]);
+        let beam = order
+            .into_iter()
+            .filter(|&index| left(index) < HOPELESS.min(BEHIND * least))
+            .filter(|&index| effects(&singles[index].tried))
+            .take(BEAM);
+        let mut pairs: Vec<Contender> = Vec::new();
+        let mut parents: Vec<Suspect> = Vec::new();
+        for index in beam {
+            let done = pairs.iter().any(|pair| !self.leaves_something(pair));
+            if done && left(index) > CLOSE * least {
+                continue;
+            }
+            if let Some(parent) = self.on_track(track, &singles[index].tried)? {
+                parents.extend(parent.suspects.clone());
+                pairs.extend(self.seconds(track, &parent, all)?);
+            }
+        }
+        for exchange in 0..EXCHANGES {
+            if exchange > 0 && pairs.iter().any(|pair| !self.leaves_something(pair)) {
+                break;
+            }
+            let Some(&best) = self.order(base, &pairs).first() else {
+                break;
+            };
+            let pair = &pairs[best].tried;
+            let fresh = |suspect: &&Suspect| !parents.contains(suspect);
+            let Some(kept) = pair.suspects.iter().find(fresh).cloned() else {
+                break;
+            };
+            parents.push(kept.clone());
+            if let Some(parent) = track.alone(start, pair, &kept)? {
+                pairs.extend(self.seconds(track, &parent, all)?);
+            }
+        }
+        Ok(pairs)
+    }
+
+    /// Every other effect on top of one.
+    fn seconds(&self, track: &Track, parent: &Tried, all: &[Suspect]) -> Result<Vec<Contender>> {
+        let second = |suspect: &&Suspect| {
+            !parent.suspects.contains(suspect) && matches!(suspect, Suspect::Effect { .. })
+        };
+        let rest: Vec<Suspect> = all.iter().filter(second).cloned().collect();
+        self.round(track, parent, &rest, "two effects")
     }
 
     /// How many rows one may stand for in a race: the plant hardly moves between them.
@@ -153,21 +207,17 @@ impl Bench<'_> {
 
     /// The final's values, taken back to the track.
     fn on_track(&self, track: &Track, tried: &Tried) -> Result<Option<Tried>> {
-        let mut segments = track.data.segments(&tried.model.plant, &track.stretches)?;
-        let states = track.data.starts(
-            &tried.model.rig,
-            &tried.model.plant,
-            &segments,
-            &tried.point.values,
-        )?;
+        let model = tried.model.integrated(track.settings);
+        let mut segments = track.data.segments(&model.plant, &track.stretches)?;
+        let values = &tried.point.values;
+        let states = (track.data).starts(&model.rig, &model.plant, &segments, values)?;
         let from = Unknowns {
-            values: tried.point.values.clone(),
+            values: values.clone(),
             states,
         };
-        let point = tried
-            .model
-            .improve(track.data, &mut segments, from, 6, 1e-4);
+        let point = model.improve(track.data, &mut segments, from, 6, 1e-4);
         Ok(point.map(|point| Tried {
+            model,
             point,
             ..tried.clone()
         }))
@@ -196,24 +246,10 @@ impl Bench<'_> {
     }
 }
 
-/// Rows of a final: what a whole simulation may cost.
-pub(super) fn final_budget(plant: &sinew_sim::Plant, values: &[f64], data: &Data) -> usize {
-    (FINAL_WORK / substeps(pace(plant, values, data))).max(2000)
-}
-
-/// Sub-steps that the integrator takes for a row, about (docs/plant.md, eq. 19).
-fn substeps(pace: f64) -> usize {
-    ((pace / 0.1).ceil() as usize).next_power_of_two().max(1)
-}
-
-/// The plant's fastest rate at rest times the usual interval of the recordings.
-fn pace(plant: &sinew_sim::Plant, values: &[f64], data: &Data) -> f64 {
-    let rest = vec![0.0; plant.state_len()];
-    let rate =
-        sinew_sim::Stepper::new(plant, values, &rest).map_or(0.0, |stepper| stepper.report().rate);
-    let interval = data.experiments.first().map_or(0.0, |experiment| {
-        let t = &experiment.t;
-        (t[t.len() - 1] - t[0]) / (t.len() - 1).max(1) as f64
-    });
-    rate * interval
+/// How finals are integrated, and how many rows one may take: what a whole simulation may cost.
+pub(super) fn finals(plant: &Plant, values: &[f64], fit: &Data, both: &Data) -> (Settings, usize) {
+    let pace = pace(plant, values, &fit.experiments);
+    let rows = FINAL_WORK / substeps(pace, FINAL_STEP);
+    let settings = settings(plant, values, &both.experiments, FINAL_STEP);
+    (settings, rows.max(2000))
 }

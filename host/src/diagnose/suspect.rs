@@ -108,7 +108,12 @@ impl Suspect {
             (_, _, Some(time)) => time < duration,
             _ => true,
         };
-        signs && within
+        // Friction that is larger in motion than at rest is some damping under another name.
+        let falls = match (value("level"), value("static_level")) {
+            (Some(moving), Some(at_rest)) => at_rest >= moving,
+            _ => true,
+        };
+        signs && within && falls
     }
 }
 

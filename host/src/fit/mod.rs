@@ -7,6 +7,7 @@
 
 pub(crate) mod experiment;
 pub(crate) mod levenberg;
+pub(crate) mod pace;
 pub(crate) mod score;
 pub(crate) mod segment;
 pub(crate) mod stages;
@@ -169,6 +170,9 @@ pub fn fit(
         .iter()
         .map(|recording| Experiment::new(&plant, recording))
         .collect::<Result<Vec<_>>>()?;
+    let step = plant.settings().rate_step;
+    let settings = pace::settings(&plant, &plant.values(), &experiments, step);
+    let plant = plant.with_settings(settings);
     let found = stages::run(rig, &plant, &experiments, options, progress)?;
 
     let known = plant.parameters();
