@@ -42,10 +42,17 @@ pub(super) fn conclude(
     let named = chosen
         .filter(|_| suspected.is_none())
         .filter(|&(found, index)| least_sure(found, index, bench) >= UNSURE);
-    let (mended, known) = match named {
-        Some((found, index)) => mend(found, index, bench, roles)?,
-        None => (refitted.rig.clone(), estimates(refitted)),
+    let mended = match named {
+        Some((found, index)) => Some(mend(found, index, bench, roles)?),
+        None => None,
     };
+    // Judged in stretches, believed only if the whole of a recording that chose nothing gains too.
+    let mended = match mended {
+        Some((rig, known)) if gains(&refitted.rig, &rig, roles)? => Some((rig, known)),
+        _ => None,
+    };
+    let named = named.filter(|_| mended.is_some());
+    let (mended, known) = mended.unwrap_or_else(|| (refitted.rig.clone(), estimates(refitted)));
     let effects = named.map_or_else(Vec::new, |(found, index)| {
         effects(found, index, bench, &known)
     });
@@ -108,6 +115,15 @@ pub(super) fn conclude(
             recovered,
         },
     })
+}
+
+/// Whether the free-run error on the check recordings falls, all sensors together.
+fn gains(before: &Rig, after: &Rig, roles: &Roles) -> Result<bool> {
+    let of = |rig: &Rig| -> Result<f64> {
+        let all = score(rig, &roles.check)?;
+        Ok(all.iter().map(|s| s.rms.max(f64::MIN_POSITIVE).ln()).sum())
+    };
+    Ok(of(after)? < of(before)?)
 }
 
 /// The bare number that explains the recordings better than any effect, if one does.

@@ -252,7 +252,7 @@ impl Track<'_> {
         })
     }
 
-    /// One of a pair without the other, from where the pair ended.
+    /// One of a pair without the other, from where the pair ended; `base` is the rig without either.
     pub fn alone(&self, base: &Tried, pair: &Tried, kept: &Suspect) -> Result<Option<Tried>> {
         let Suspect::Effect { kind, component } = kept else {
             return Ok(None);
@@ -261,16 +261,19 @@ impl Track<'_> {
         let plant = &pair.model.plant;
         let specs = description.parameters.iter();
         let found = specs.map(|spec| {
-            plant
-                .slot(&format!("{component}.{}.{}", description.kind, spec.name))
-                .map_or(0.0, |slot| pair.point.values[slot])
+            let slot = plant.slot(&format!("{component}.{}.{}", description.kind, spec.name));
+            slot.map_or(0.0, |slot| pair.point.values[slot])
         });
-        let found: Vec<f64> = found.collect();
         // A force of the wrong sign is no effect that a rig can hold.
-        let Ok(begun) = self.begin(base, kept, &found) else {
+        let Ok((rig, trial)) = kept.apply(&base.model.rig, &found.collect::<Vec<_>>()) else {
             return Ok(None);
         };
-        Ok(self.improved(begun.suspects, begun.model, begun.from, FIRST_STEPS))
+        let model = Model::new(&rig, self.written, &trial, self.settings)?;
+        let values = model.inherit(plant, &pair.point.values);
+        let segments = self.data.segments(&model.plant, &self.stretches)?;
+        let states = (self.data).starts(&rig, &model.plant, &segments, &values)?;
+        let from = Unknowns { values, states };
+        Ok(self.improved(vec![kept.clone()], model, from, MORE_STEPS))
     }
 
     /// Where a suspect starts from: nowhere in particular for a number, scale-free places for an effect, weak

@@ -121,7 +121,13 @@ impl Bench<'_> {
         let enough = self.fit.rows().min(self.check.rows()) >= super::roles::SHORTEST;
         if !done && enough && !finalists.is_empty() {
             let pairs = self.pairs(&track, &start, &base, &finalists, &all)?;
+            let halves = match self.order(&base, &pairs).first() {
+                Some(&best) => self.halves(&track, &start, &pairs[best].tried)?,
+                None => Vec::new(),
+            };
             finalists.extend(pairs);
+            finalists.extend(halves);
+            finalists = once(finalists);
             chosen = self.best_of_sizes(&base, &finalists);
         }
         let chosen = chosen.map(|chosen| self.simplest(chosen, &finalists));
@@ -186,6 +192,18 @@ impl Bench<'_> {
         Ok(pairs)
     }
 
+    /// Each half of the best pair, from where the pair ended: where a single effect was not found because the
+    /// way to it was too long, another has paved it.
+    fn halves(&self, track: &Track, start: &Tried, pair: &Tried) -> Result<Vec<Contender>> {
+        let mut halves = Vec::new();
+        for suspect in &pair.suspects {
+            if let Some(half) = track.alone(start, pair, suspect)? {
+                halves.extend(self.contender(&half, FINAL_STEPS)?);
+            }
+        }
+        Ok(halves)
+    }
+
     /// Every other effect on top of one.
     fn seconds(&self, track: &Track, parent: &Tried, all: &[Suspect]) -> Result<Vec<Contender>> {
         let second = |suspect: &&Suspect| {
@@ -246,10 +264,29 @@ impl Bench<'_> {
     }
 }
 
+/// Of those who hold the same effects, the one that was fitted best.
+fn once(finalists: Vec<Contender>) -> Vec<Contender> {
+    let mut kept: Vec<Contender> = Vec::new();
+    for contender in finalists {
+        let same = |known: &Contender| {
+            let (ours, theirs) = (&contender.tried.suspects, &known.tried.suspects);
+            ours.len() == theirs.len() && ours.iter().all(|suspect| theirs.contains(suspect))
+        };
+        match kept.iter_mut().find(|known| same(known)) {
+            Some(known) if known.tried.point.cost <= contender.tried.point.cost => {}
+            Some(known) => *known = contender,
+            None => kept.push(contender),
+        }
+    }
+    kept
+}
+
 /// How finals are integrated, and how many rows one may take: what a whole simulation may cost.
 pub(super) fn finals(plant: &Plant, values: &[f64], fit: &Data, both: &Data) -> (Settings, usize) {
     let pace = pace(plant, values, &fit.experiments);
     let rows = FINAL_WORK / substeps(pace, FINAL_STEP);
-    let settings = settings(plant, values, &both.experiments, FINAL_STEP);
+    let mut settings = settings(plant, values, &both.experiments, FINAL_STEP);
+    // What ran along the bound of a race is judged too.
+    settings.max_substeps *= 2;
     (settings, rows.max(2000))
 }

@@ -7,7 +7,7 @@ use super::experiment::Experiment;
 /// By how much a trial may be faster than the rig that the search begins with; and how fast it may be in any
 /// case, in units of one over the usual interval. A search that runs off towards a stiff rig would otherwise
 /// take minutes to find that it does no good.
-const FASTER: f64 = 8.0;
+const FASTER: f64 = 4.0;
 const FAST: f64 = 3.2;
 
 /// The plant's fastest rate at rest times the usual interval of the recordings.
