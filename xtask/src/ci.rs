@@ -3,11 +3,12 @@
 //! Cheap stages come first, so that a stray blank fails in seconds. No stage sets RUSTFLAGS or a profile of
 //! its own: cargo would build the dependencies (burn: minutes) once more for each.
 
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 
 use crate::process::{self, cargo, root, target_folder};
 use crate::setup::{self, Extent, Toolchain};
@@ -44,13 +45,20 @@ fn model_clippy(model: &Path) -> Command {
 /// One stage: a name to print and the work.
 type Stage = (&'static str, fn(&Toolchain) -> Result<()>);
 
-const STAGES: &[Stage] = &[
+/// Before anything is compiled.
+const FIRST: &[Stage] = &[
     ("format", |_| format()),
     ("references", |_| links::check()),
-    ("clippy, boards and models", clippy_boards_and_models),
-    ("boards link", link_boards),
     ("foreign recordings up to date", |_| foreign()),
+];
+
+/// Beside the boards, which have target folders of their own: each alone leaves a core idle for a while.
+const BESIDE: &[Stage] = &[
     ("clippy, workspace", |_| clippy_workspace()),
+    ("tests compile", test::compile),
+];
+
+const LAST: &[Stage] = &[
     ("tests", test::run),
     ("budgets", |_| snapshots::budget(&[])),
     ("documentation", |_| documentation()),
@@ -68,16 +76,14 @@ pub fn run(arguments: &[String]) -> Result<()> {
     let toolchain = setup::run(Extent::Everything)?;
     times.push(("setup", start.elapsed()));
 
-    let mut outcome = Ok(());
-    for (name, work) in STAGES {
-        println!("\n=== {name}");
-        let begin = Instant::now();
-        outcome = work(&toolchain).with_context(|| format!("stage '{name}'"));
-        times.push((name, begin.elapsed()));
-        if outcome.is_err() {
-            break;
-        }
-    }
+    let outcome = stages(FIRST, &toolchain, &mut times)
+        .and_then(|()| {
+            let boards = Boards::begin()?;
+            let beside = stages(BESIDE, &toolchain, &mut times);
+            // Whatever came of the others: half an hour later nobody wants to hear of the next failure.
+            boards.end(&mut times).and(beside)
+        })
+        .and_then(|()| stages(LAST, &toolchain, &mut times));
 
     println!("\n=== times");
     for (name, time) in &times {
@@ -85,6 +91,67 @@ pub fn run(arguments: &[String]) -> Result<()> {
     }
     println!("{:>7.1} s  together", start.elapsed().as_secs_f64());
     outcome
+}
+
+/// Runs stages up to the first that fails.
+fn stages(
+    stages: &[Stage],
+    toolchain: &Toolchain,
+    times: &mut Vec<(&'static str, Duration)>,
+) -> Result<()> {
+    for (name, work) in stages {
+        println!("\n=== {name}");
+        let begin = Instant::now();
+        let outcome = work(toolchain).with_context(|| format!("stage '{name}'"));
+        times.push((name, begin.elapsed()));
+        outcome?;
+    }
+    Ok(())
+}
+
+/// `cargo xtask boards` as a process of its own, what it prints kept until it has ended.
+struct Boards {
+    child: std::process::Child,
+    log: PathBuf,
+    begun: Instant,
+}
+
+const BOARDS: &str = "boards and models, beside the others";
+
+impl Boards {
+    fn begin() -> Result<Self> {
+        let log = target_folder().join("ci-boards.log");
+        let file = File::create(&log).with_context(|| format!("cannot write {}", log.display()))?;
+        let mut command = Command::new(std::env::current_exe()?);
+        command.arg("boards").current_dir(root());
+        command.stdout(file.try_clone()?).stderr(file);
+        let child = command.spawn().context("cannot start xtask again")?;
+        Ok(Self {
+            child,
+            log,
+            begun: Instant::now(),
+        })
+    }
+
+    fn end(mut self, times: &mut Vec<(&'static str, Duration)>) -> Result<()> {
+        let status = self.child.wait()?;
+        times.push((BOARDS, self.begun.elapsed()));
+        println!("\n=== {BOARDS}");
+        print!("{}", std::fs::read_to_string(&self.log)?);
+        ensure!(status.success(), "stage '{BOARDS}'");
+        Ok(())
+    }
+}
+
+/// `cargo xtask boards`: lints boards and models, and links the images that no test builds.
+///
+/// # Errors
+/// The first crate that does not pass.
+pub fn boards(arguments: &[String]) -> Result<()> {
+    none(arguments)?;
+    let toolchain = setup::run(Extent::Build)?;
+    clippy_boards_and_models(&toolchain)?;
+    link_boards(&toolchain)
 }
 
 fn format() -> Result<()> {

@@ -125,6 +125,12 @@ const VERBS: &[Verb] = &[
         },
     },
     Verb {
+        name: "boards",
+        arguments: "",
+        line: "Lint boards and models, and link the images that no test builds",
+        run: ci::boards,
+    },
+    Verb {
         name: "ci",
         arguments: "",
         line: "All that guards the main branch, stage by stage with its time; .ci/run calls this",

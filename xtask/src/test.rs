@@ -40,6 +40,15 @@ pub fn run(toolchain: &Toolchain) -> Result<()> {
     Ok(())
 }
 
+/// Compiles every test of the workspace and runs none.
+///
+/// # Errors
+/// One does not compile.
+pub fn compile(toolchain: &Toolchain) -> Result<()> {
+    let mut command = cargo(&["test", "--workspace", "--no-run", "--quiet"]);
+    process::run(toolchain.equip(&mut command))
+}
+
 /// Links every image of a board.
 ///
 /// # Errors

@@ -109,6 +109,14 @@ impl Model {
         }
     }
 
+    /// The fitted parameters of the rig itself: slots, and what the rig says.
+    pub fn believed(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let slots = self.slots.iter().zip(&self.written);
+        slots
+            .take(self.believed)
+            .map(|(slot, written)| (*slot, *written))
+    }
+
     /// The problem of fitting this model to data, its scales taken at `values`.
     pub fn problem<'a>(
         &'a self,

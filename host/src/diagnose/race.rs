@@ -96,6 +96,12 @@ impl Track<'_> {
             .into_par_iter()
             .map(|tried| self.further(tried))
             .collect();
+        if !self.explained(parent, &further) {
+            further = further
+                .into_par_iter()
+                .map(|tried| self.afresh(tried))
+                .collect();
+        }
         self.thin_out(parent, &mut further);
         Ok(further)
     }
@@ -217,6 +223,29 @@ impl Track<'_> {
             .improve(self.data, &mut segments, from, steps, 1e-3)
         {
             Some(point) if point.cost < tried.point.cost => Tried { point, ..tried },
+            _ => tried,
+        }
+    }
+
+    /// From what the rig says of itself instead: without the effect its parameters were bent to make up for it,
+    /// and the way back may be longer than the way from the beginning.
+    fn afresh(&self, tried: Tried) -> Tried {
+        let model = &tried.model;
+        let mut values = tried.point.values.clone();
+        for (slot, written) in model.believed() {
+            values[slot] = written;
+        }
+        let from = self.data.segments(&model.plant, &self.stretches);
+        let from = from.and_then(|segments| {
+            let states = (self.data).starts(&model.rig, &model.plant, &segments, &values)?;
+            Ok(Unknowns { values, states })
+        });
+        let again = from.ok().and_then(|from| {
+            let steps = FIRST_STEPS + MORE_STEPS;
+            self.improved(tried.suspects.clone(), model.clone(), from, steps)
+        });
+        match again {
+            Some(again) if again.point.cost < tried.point.cost => again,
             _ => tried,
         }
     }

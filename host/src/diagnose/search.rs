@@ -29,6 +29,9 @@ const CLOSE: f64 = 2.0;
 /// How often the first of a pair is exchanged: alone, it had to explain what the second does as well.
 const EXCHANGES: usize = 2;
 
+/// How many pairs are taken apart, to see whether one effect does it after all.
+const HALVED: usize = 3;
+
 /// Sub-steps of the integrator that one simulation of a race takes, about; and one of a final.
 const RACE_WORK: usize = 2500;
 const FINAL_WORK: usize = 8000;
@@ -47,7 +50,7 @@ const THIN_RATE: f64 = 0.1;
 const RACE_PARTS: usize = 8;
 
 /// Steps of a final fit.
-pub(super) const FINAL_STEPS: usize = 10;
+pub(super) const FINAL_STEPS: usize = 12;
 
 /// Recordings and how they are cut for judging.
 pub(super) struct Bench<'a> {
@@ -93,7 +96,7 @@ impl Bench<'_> {
         };
         let settings = settings(&plant, values, &data.experiments, RACE_STEP);
         let budget = RACE_WORK / substeps(pace * thin as f64, RACE_STEP);
-        let track = Track {
+        let mut track = Track {
             written: self.written,
             data,
             stretches: data.select(RACE_PARTS, budget.max(1000)),
@@ -102,6 +105,8 @@ impl Bench<'_> {
         let Some(start) = track.first(rig, values, 15)? else {
             return Ok(None);
         };
+        // The believed rig may have run along the bound, and nothing may be added to it there.
+        track.settings.max_substeps *= 2;
         let Some(base) = self.base(&start)? else {
             return Ok(None);
         };
@@ -121,10 +126,7 @@ impl Bench<'_> {
         let enough = self.fit.rows().min(self.check.rows()) >= super::roles::SHORTEST;
         if !done && enough && !finalists.is_empty() {
             let pairs = self.pairs(&track, &start, &base, &finalists, &all)?;
-            let halves = match self.order(&base, &pairs).first() {
-                Some(&best) => self.halves(&track, &start, &pairs[best].tried)?,
-                None => Vec::new(),
-            };
+            let halves = self.halves(&track, &start, &base, &pairs)?;
             finalists.extend(pairs);
             finalists.extend(halves);
             finalists = once(finalists);
@@ -192,13 +194,22 @@ impl Bench<'_> {
         Ok(pairs)
     }
 
-    /// Each half of the best pair, from where the pair ended: where a single effect was not found because the
-    /// way to it was too long, another has paved it.
-    fn halves(&self, track: &Track, start: &Tried, pair: &Tried) -> Result<Vec<Contender>> {
+    /// The halves of the best pairs, each from where its pair ended: where a single effect was not found because
+    /// the way to it was too long, another has paved it.
+    fn halves(
+        &self,
+        track: &Track,
+        start: &Tried,
+        base: &Contender,
+        pairs: &[Contender],
+    ) -> Result<Vec<Contender>> {
         let mut halves = Vec::new();
-        for suspect in &pair.suspects {
-            if let Some(half) = track.alone(start, pair, suspect)? {
-                halves.extend(self.contender(&half, FINAL_STEPS)?);
+        for index in self.order(base, pairs).into_iter().take(HALVED) {
+            let pair = &pairs[index].tried;
+            for suspect in &pair.suspects {
+                if let Some(half) = track.alone(start, pair, suspect)? {
+                    halves.extend(self.contender(&half, FINAL_STEPS)?);
+                }
             }
         }
         Ok(halves)
