@@ -12,7 +12,7 @@ use anyhow::{Context, Result, ensure};
 
 use crate::process::{self, cargo, root, target_folder};
 use crate::setup::{self, Extent, Toolchain};
-use crate::{demo, links, none, snapshots, test};
+use crate::{demo, links, none, proof, snapshots, test};
 
 /// Folders of `boards/` and `models/` that are crates. Each is a workspace of its own.
 fn crates_in(folder: &str) -> Result<Vec<PathBuf>> {
@@ -60,6 +60,7 @@ const BESIDE: &[Stage] = &[
 
 const LAST: &[Stage] = &[
     ("tests", test::run),
+    ("thirty concealed cases", |_| proof::committed()),
     ("budgets", |_| snapshots::budget(&[])),
     ("documentation", |_| documentation()),
     ("demo", |_| demo::demo(&[])),

@@ -1,5 +1,6 @@
 //! Diagnosis: where a simulation and a recording differ, and which physics was left out (docs/diagnosis.md).
 
+mod begin;
 mod belief;
 mod conclude;
 mod data;
@@ -14,11 +15,13 @@ mod gauge;
 mod judge;
 mod latent;
 mod locate;
+mod mend;
 mod model;
 mod name;
 mod next;
 mod noise;
 pub mod output;
+mod pairs;
 mod race;
 mod roles;
 mod screen;

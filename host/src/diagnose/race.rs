@@ -1,9 +1,9 @@
 //! The race: every suspect refitted inside the simulator, on part of the data, a few steps from several starts.
 
 use rayon::prelude::*;
-use sinew_sim::effects::Kind;
 use sinew_sim::{Rig, Settings};
 
+use super::begin::{Begun, promising};
 use super::data::Data;
 use super::model::{Model, Point};
 use super::screen::Screen;
@@ -25,8 +25,7 @@ pub(super) struct Tried {
 const FIRST_STEPS: usize = 6;
 const MORE_STEPS: usize = 8;
 
-/// How many of the best promises are refitted, beside the best of each family; and how many go further.
-const REFITTED: usize = 12;
+/// How many of them go further.
 const HEAT: usize = 8;
 
 /// How many are refitted before asking whether the mismatch is explained already.
@@ -167,31 +166,6 @@ impl Track<'_> {
         Ok(run)
     }
 
-    /// The starts of a suspect that promise most, the best one first: two, and a weak and a strong one among them.
-    /// From a weak start the way to a strong effect is long, and a strong start promises less than it holds.
-    fn look(
-        &self,
-        parent: &Tried,
-        run: &Run,
-        screen: &Screen,
-        suspect: &Suspect,
-    ) -> Result<Vec<Begun>> {
-        let mut begun = Vec::new();
-        for (start, weak) in self.starts(parent, run, suspect)? {
-            let mut one = self.begin(parent, suspect, &start)?;
-            one.promise = screen.promise(self, &one.model, &one.from)?;
-            if one.promise.is_finite() {
-                begun.push((one, weak));
-            }
-        }
-        begun.sort_by(|(a, _), (b, _)| a.promise.total_cmp(&b.promise));
-        let first = |wanted: bool| begun.iter().position(|(_, weak)| *weak == wanted);
-        let (weak, strong) = (first(true), first(false));
-        let kept = |&(at, _): &(usize, Begun)| at < 2 || Some(at) == weak || Some(at) == strong;
-        let begun = begun.into_iter().map(|(begun, _)| begun).enumerate();
-        Ok(begun.filter(kept).map(|(_, begun)| begun).collect())
-    }
-
     fn improved(
         &self,
         suspects: Vec<Suspect>,
@@ -250,37 +224,6 @@ impl Track<'_> {
         }
     }
 
-    /// The parent with a suspect at one start.
-    fn begin(&self, parent: &Tried, suspect: &Suspect, start: &[f64]) -> Result<Begun> {
-        let (rig, new) = suspect.apply(&parent.model.rig, start)?;
-        let mut trial: Vec<_> = parent
-            .suspects
-            .iter()
-            .flat_map(|suspect| suspect.trial())
-            .collect();
-        trial.extend(new);
-        let model = Model::new(&rig, self.written, &trial, self.settings)?;
-        let values = model.inherit(&parent.model.plant, &parent.point.values);
-        let segments = self.data.segments(&model.plant, &self.stretches)?;
-        let mut states = self.data.starts(&rig, &model.plant, &segments, &values)?;
-        let known = parent.model.plant.state_names();
-        for (index, name) in model.plant.state_names().iter().enumerate() {
-            if let Some(at) = known.iter().position(|known| known == name) {
-                for (state, known) in states.iter_mut().zip(&parent.point.states) {
-                    state[index] = known[at];
-                }
-            }
-        }
-        let mut suspects = parent.suspects.clone();
-        suspects.push(suspect.clone());
-        Ok(Begun {
-            suspects,
-            model,
-            from: Unknowns { values, states },
-            promise: f64::INFINITY,
-        })
-    }
-
     /// One of a pair without the other, from where the pair ended; `base` is the rig without either.
     pub fn alone(&self, base: &Tried, pair: &Tried, kept: &Suspect) -> Result<Option<Tried>> {
         let Suspect::Effect { kind, component } = kept else {
@@ -304,98 +247,7 @@ impl Track<'_> {
         let from = Unknowns { values, states };
         Ok(self.improved(vec![kept.clone()], model, from, MORE_STEPS))
     }
-
-    /// Where a suspect starts from: nowhere in particular for a number, scale-free places for an effect, weak
-    /// (`true`) and as strong as the port.
-    fn starts(
-        &self,
-        parent: &Tried,
-        run: &Run,
-        suspect: &Suspect,
-    ) -> Result<Vec<(Vec<f64>, bool)>> {
-        match suspect {
-            Suspect::Number { .. } => Ok(vec![(Vec::new(), false)]),
-            Suspect::Effect { kind, component } => {
-                let site = parent.model.rig.site(*kind, component)?;
-                Ok(with_weak(*kind, kind.starts(&run.at(site))))
-            }
-        }
-    }
 }
-
-/// A suspect before its first step.
-struct Begun {
-    suspects: Vec<Suspect>,
-    model: Model,
-    from: Unknowns,
-    promise: f64,
-}
-
-/// The best promises, and the best of each family: a promise is no verdict.
-fn promising(looked: Vec<Vec<Begun>>) -> Vec<Vec<Begun>> {
-    let mut looked: Vec<Vec<Begun>> = looked.into_iter().filter(|l| !l.is_empty()).collect();
-    looked.sort_by(|a, b| a[0].promise.total_cmp(&b[0].promise));
-    let mut families = Vec::new();
-    let mut kept = Vec::new();
-    for begun in looked {
-        let family = begun[0].suspects.last().and_then(Suspect::family);
-        if kept.len() < REFITTED || !families.contains(&family) {
-            families.push(family);
-            kept.push(begun);
-        }
-    }
-    kept
-}
-
-/// A start and the same one so weak that the linear theory holds for it (`true`): a start that changes the
-/// motion a lot promises nothing, whatever the truth.
-fn with_weak(kind: Kind, starts: Vec<Vec<f64>>) -> Vec<(Vec<f64>, bool)> {
-    let weak = |start: &Vec<f64>| -> Vec<f64> {
-        let specs = kind.description().parameters.iter();
-        specs
-            .zip(start)
-            .map(|(spec, value)| {
-                if STRENGTHS.contains(&spec.name) {
-                    WEAK * value
-                } else {
-                    *value
-                }
-            })
-            .collect()
-    };
-    let mut all: Vec<(Vec<f64>, bool)> = Vec::new();
-    let weak = starts.iter().map(|start| (weak(start), true));
-    for (start, weak) in weak.chain(starts.iter().cloned().map(|start| (start, false))) {
-        // Starts that differ in nothing but strength are one once they are weak.
-        if !all.iter().any(|(known, _)| *known == start) {
-            all.push((start, weak));
-        }
-    }
-    all
-}
-
-/// How much weaker.
-const WEAK: f64 = 0.02;
-
-/// Parameters that make an effect strong; the others say where, how fast or how far it works.
-const STRENGTHS: &[&str] = &[
-    "level",
-    "static_level",
-    "level_pos",
-    "level_neg",
-    "damping_pos",
-    "damping_neg",
-    "damping",
-    "coefficient",
-    "stiffness",
-    "alpha",
-    "amplitude",
-    "inertia",
-    "gap",
-    "width",
-    "quadratic",
-    "cubic",
-];
 
 /// Cost with a fine for every parameter: what the race is decided by.
 fn merit(tried: &Tried) -> f64 {

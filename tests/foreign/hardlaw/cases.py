@@ -207,6 +207,8 @@ def make(seed, k, entry=None, lengths=LENGTHS):
     category, kinds, strength = entry or plan(seed, k)
     for retry in range(40):
         rng = np.random.default_rng([seed, 2, k, retry])
+        if retry == 10 and strength == "weak":
+            strength = "strong"  # A tendon's slack, for one, is seldom seen a little.
         made = attempt(rng, category, kinds, strength, lengths)
         if made is not None:
             files, truth = made

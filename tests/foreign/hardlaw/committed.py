@@ -2,7 +2,7 @@
 
     python -m hardlaw.committed
 
-Thirty, stratified; `cargo xtask test` takes the first twelve, `cargo xtask ci` all. A seed of their own.
+Thirty, stratified; `cargo xtask test` takes twelve, `cargo xtask ci` all. A seed of their own.
 """
 
 import json

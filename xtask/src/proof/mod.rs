@@ -14,10 +14,12 @@ use sinew_scorer::{Answer, Outcome, Scored, Truth, calibration, outcome, table};
 use crate::process::root;
 use run::Folder;
 
-/// The seed of the published table. The method was tuned on others; of 2026 and 2027 somebody has seen failures.
-const SEED: u64 = 2028;
+/// The seed of the published table. The method was tuned on others; of 2026 to 2028 somebody has seen failures.
+const SEED: u64 = 2029;
 /// Eight rounds of 85: 304 cases with effects, 320 controls, 56 outside the vocabulary.
 const CASES: usize = 680;
+/// Of the twenty committed cases with effects, those that have to be right; all were when this was written.
+const NAMED: usize = 19;
 /// Cases in `tests/foreign/cases`.
 const COMMITTED: usize = 30;
 
@@ -86,7 +88,7 @@ pub fn run(arguments: &[String]) -> Result<()> {
 /// The thirty committed cases, asked anew: what continuous integration does.
 ///
 /// # Errors
-/// A case without an answer, or a false alarm.
+/// A case without an answer, a false alarm, or too many that are not named.
 pub fn committed() -> Result<()> {
     let folder = Folder::committed();
     folder.forget_answers()?;
@@ -98,6 +100,11 @@ pub fn committed() -> Result<()> {
     ensure!(
         of(Outcome::FalseAlarm) == 0,
         "a name where there is nothing"
+    );
+    ensure!(
+        of(Outcome::Right) >= NAMED,
+        "{} of twenty effects and pairs named rightly, where {NAMED} are guarded",
+        of(Outcome::Right)
     );
     Ok(())
 }

@@ -1,0 +1,95 @@
+//! The rig with what was found, fitted to whole recordings.
+
+use sinew_sim::{Plant, Rig, Settings};
+
+use super::finding::Estimate;
+use super::name::Known;
+use super::race::Tried;
+use super::roles::Roles;
+use super::search::{Bench, Found};
+use crate::error::Result;
+use crate::fit::levenberg::Unknowns;
+use crate::fit::{FitOptions, fit, score};
+
+/// Steps a stage of the last fit, which begins where the search ended.
+const LAST_STEPS: usize = 15;
+
+/// The rig with what was found; its parameters with intervals. Where the search saw the recordings in pieces,
+/// the rig is refitted once more to the whole of them if that helps there.
+pub(super) fn mend(
+    found: &Found,
+    index: usize,
+    bench: &Bench,
+    roles: &Roles,
+) -> Result<(Rig, Known)> {
+    let best = &found.finalists[index].tried;
+    let rig = best.model.with(&best.point.values)?;
+    if !bench.in_parts {
+        return whole(best, bench);
+    }
+    let options = FitOptions {
+        iterations: LAST_STEPS,
+        ..FitOptions::default()
+    };
+    let Ok(last) = fit(&rig, &roles.fit, &options, &mut |_| {}) else {
+        return Ok((rig.clone(), values(&rig, |_| None)?));
+    };
+    let error = |rig: &Rig| -> Result<f64> {
+        let all = score(rig, &roles.fit)?;
+        Ok(all.iter().map(|s| s.rms.max(f64::MIN_POSITIVE).ln()).sum())
+    };
+    let width = |name: &str| {
+        let [low, high] = last.parameters.iter().find(|p| p.name == name)?.ci95?;
+        Some(0.5 * (high - low))
+    };
+    let better = error(&last.rig)? <= error(&rig)?;
+    let rig = if better { last.rig.clone() } else { rig };
+    let known = values(&rig, width)?;
+    Ok((rig, known))
+}
+
+/// The rig fitted to the whole of the recordings, integrated as a simulation is, from where the search ended.
+fn whole(best: &Tried, bench: &Bench) -> Result<(Rig, Known)> {
+    let model = &best.model.integrated(Settings::default());
+    let data = bench.fit;
+    let mut segments = data.segments(&model.plant, &data.cut(1))?;
+    let found = &best.point.values;
+    let from = Unknowns {
+        states: data.starts(&model.rig, &model.plant, &segments, found)?,
+        values: found.clone(),
+    };
+    let mut point = model
+        .improve(data, &mut segments, from, LAST_STEPS, 1e-5)
+        .unwrap_or_else(|| best.point.clone());
+    super::gauge::settle(model, &best.suspects, &mut point);
+    let widths = model.half_widths(data, &segments, &point);
+    let rig = model.with(&point.values)?;
+    let known = values(&rig, |name| widths.get(name).copied())?;
+    Ok((rig, known))
+}
+
+/// Values of a rig's parameters, with intervals of these half widths.
+fn values(rig: &Rig, width: impl Fn(&str) -> Option<f64>) -> Result<Known> {
+    let plant = Plant::new(rig)?;
+    let known = plant.parameters().iter().map(|parameter| {
+        let value = parameter.value;
+        let estimate = Estimate {
+            value,
+            unit: parameter.unit.clone(),
+            ci95: width(&parameter.name).map(|half| [value - half, value + half]),
+        };
+        (parameter.name.clone(), estimate)
+    });
+    Ok(known.collect())
+}
+
+/// Whether the free-run error on the check recordings falls, all sensors together; it does not where the mended
+/// rig cannot be simulated.
+pub(super) fn gains(before: &Rig, after: &Rig, roles: &Roles) -> bool {
+    let of = |rig: &Rig| -> Option<f64> {
+        let all = score(rig, &roles.check).ok()?;
+        Some(all.iter().map(|s| s.rms.max(f64::MIN_POSITIVE).ln()).sum())
+    };
+    let both = of(after).zip(of(before));
+    both.is_some_and(|(after, before)| after < before)
+}

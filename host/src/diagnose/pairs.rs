@@ -1,0 +1,144 @@
+//! Two effects: which firsts a second one is looked for on, what is exchanged, and what does without
+//! (docs/decisions/0037-pairs-are-exchanged-and-taken-apart.md).
+
+use super::evidence::Contender;
+use super::race::{Track, Tried};
+use super::search::{Bench, FINAL_STEPS};
+use super::suspect::Suspect;
+use crate::error::Result;
+use crate::fit::levenberg::Unknowns;
+
+/// How many explanations a second effect is looked for on top of.
+const BEAM: usize = 2;
+
+/// What leaves more than this part of the squares is no half of a pair.
+const HOPELESS: f64 = 0.9;
+
+/// Nor what leaves this many times as much as another does; and this many times once a pair explains all.
+const BEHIND: f64 = 8.0;
+const CLOSE: f64 = 2.0;
+
+/// How often the first of a pair is exchanged: alone, it had to explain what the second does as well.
+const EXCHANGES: usize = 2;
+
+/// How many pairs are taken apart, to see whether one effect does it after all.
+const HALVED: usize = 3;
+
+impl Bench<'_> {
+    /// A second effect on top of the best single ones. Once something leaves no more than noise, only what came
+    /// close to the best is tried as well. Then the best pair's newcomer is kept and its parent exchanged: once in
+    /// any case, for something simpler may do beside it, and again as long as nothing explains all.
+    pub fn pairs(
+        &self,
+        track: &Track,
+        start: &Tried,
+        base: &Contender,
+        singles: &[Contender],
+        all: &[Suspect],
+    ) -> Result<Vec<Contender>> {
+        let left = |index: usize| self.share_left(&singles[index], base);
+        let order = self.order(base, singles);
+        let least = order.iter().map(|&index| left(index)).fold(1.0, f64::min);
+        let effects = |tried: &Tried| matches!(tried.suspects[..], [Suspect::Effect { .. }]);
+        let beam = order
+            .into_iter()
+            .filter(|&index| left(index) < HOPELESS.min(BEHIND * least))
+            .filter(|&index| effects(&singles[index].tried))
+            .take(BEAM);
+        let mut pairs: Vec<Contender> = Vec::new();
+        let mut parents: Vec<Suspect> = Vec::new();
+        for index in beam {
+            let done = pairs.iter().any(|pair| !self.leaves_something(pair));
+            if done && left(index) > CLOSE * least {
+                continue;
+            }
+            if let Some(parent) = self.on_track(track, &singles[index].tried)? {
+                parents.extend(parent.suspects.clone());
+                pairs.extend(self.seconds(track, &parent, all)?);
+            }
+        }
+        for exchange in 0..EXCHANGES {
+            if exchange > 0 && pairs.iter().any(|pair| !self.leaves_something(pair)) {
+                break;
+            }
+            let Some(&best) = self.order(base, &pairs).first() else {
+                break;
+            };
+            let pair = &pairs[best].tried;
+            let fresh = |suspect: &&Suspect| !parents.contains(suspect);
+            let Some(kept) = pair.suspects.iter().find(fresh).cloned() else {
+                break;
+            };
+            parents.push(kept.clone());
+            if let Some(parent) = track.alone(start, pair, &kept)? {
+                pairs.extend(self.seconds(track, &parent, all)?);
+            }
+        }
+        Ok(pairs)
+    }
+
+    /// The halves of the best pairs, each from where its pair ended: where a single effect was not found because
+    /// the way to it was too long, another has paved it.
+    pub fn halves(
+        &self,
+        track: &Track,
+        start: &Tried,
+        base: &Contender,
+        pairs: &[Contender],
+    ) -> Result<Vec<Contender>> {
+        let mut halves = Vec::new();
+        for index in self.order(base, pairs).into_iter().take(HALVED) {
+            let pair = &pairs[index].tried;
+            for suspect in &pair.suspects {
+                if let Some(half) = track.alone(start, pair, suspect)? {
+                    halves.extend(self.contender(&half, FINAL_STEPS)?);
+                }
+            }
+        }
+        Ok(halves)
+    }
+
+    /// Every other effect on top of one.
+    fn seconds(&self, track: &Track, parent: &Tried, all: &[Suspect]) -> Result<Vec<Contender>> {
+        let second = |suspect: &&Suspect| {
+            !parent.suspects.contains(suspect) && matches!(suspect, Suspect::Effect { .. })
+        };
+        let rest: Vec<Suspect> = all.iter().filter(second).cloned().collect();
+        self.round(track, parent, &rest, "two effects")
+    }
+
+    /// The final's values, taken back to the track.
+    fn on_track(&self, track: &Track, tried: &Tried) -> Result<Option<Tried>> {
+        let model = tried.model.integrated(track.settings);
+        let mut segments = track.data.segments(&model.plant, &track.stretches)?;
+        let values = &tried.point.values;
+        let states = (track.data).starts(&model.rig, &model.plant, &segments, values)?;
+        let from = Unknowns {
+            values: values.clone(),
+            states,
+        };
+        let point = model.improve(track.data, &mut segments, from, 6, 1e-4);
+        Ok(point.map(|point| Tried {
+            model,
+            point,
+            ..tried.clone()
+        }))
+    }
+}
+
+/// Of those who hold the same effects, the one that was fitted best.
+pub(super) fn once(finalists: Vec<Contender>) -> Vec<Contender> {
+    let mut kept: Vec<Contender> = Vec::new();
+    for contender in finalists {
+        let same = |known: &Contender| {
+            let (ours, theirs) = (&contender.tried.suspects, &known.tried.suspects);
+            ours.len() == theirs.len() && ours.iter().all(|suspect| theirs.contains(suspect))
+        };
+        match kept.iter_mut().find(|known| same(known)) {
+            Some(known) if known.tried.point.cost <= contender.tried.point.cost => {}
+            Some(known) => *known = contender,
+            None => kept.push(contender),
+        }
+    }
+    kept
+}
