@@ -18,6 +18,10 @@ const PRIOR_WIDTH: f64 = 3.0;
 const SHARPEST: f64 = 8.0;
 const EXPONENTS: [f64; 2] = [0.7, 5.0];
 
+/// Part of its start that the wave number of a ripple may fall to. The longest start is a wave over all of the
+/// motion; of a longer one nobody has seen that it is one.
+const LONGEST_WAVE: f64 = 0.7;
+
 /// A rig under trial.
 #[derive(Clone)]
 pub(super) struct Model {
@@ -244,20 +248,24 @@ impl Model {
     }
 }
 
-/// How far a parameter under trial may go from its start. Only a loop of hysteresis has a limit: as sharp as
-/// this multiple of its start (`SHARPEST`) it is dry friction by now and costs thousands of sub-steps a row.
+/// How far a parameter under trial may go from its start. A loop of hysteresis has a limit: as sharp as
+/// this multiple of its start (`SHARPEST`) it is dry friction by now and costs thousands of sub-steps a row. A ripple
+/// has one too (`LONGEST_WAVE`); nothing else has.
 fn reach(plant: &Plant, name: &str) -> [f64; 2] {
     let unlimited = [f64::NEG_INFINITY, f64::INFINITY];
     let Some((effect, parameter)) = name.rsplit_once('.') else {
         return unlimited;
     };
-    if !effect.ends_with(".hysteresis") {
-        return unlimited;
-    }
     let value = |parameter: &str| {
         let slot = plant.slot(&format!("{effect}.{parameter}"));
         slot.map_or(0.0, |slot| plant.parameters()[slot].value.abs())
     };
+    if effect.ends_with(".position_ripple") && parameter == "wave_number" {
+        return [LONGEST_WAVE * value(parameter), f64::INFINITY];
+    }
+    if !effect.ends_with(".hysteresis") {
+        return unlimited;
+    }
     match parameter {
         "beta" | "gamma" => {
             let most = SHARPEST * value("beta").max(value("gamma"));
