@@ -299,3 +299,38 @@ fn give_scales(problem: &mut Problem, segments: &[Segment], point: &Unknowns) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::suspect::Suspect;
+
+    /// A ripple of 400 m over a fall of 47 m was once named where a ball only met the air.
+    #[test]
+    fn a_ripple_under_trial_gets_no_longer_than_the_motion_it_began_with() {
+        let file = concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../rigs/mass-spring-damper.toml"
+        );
+        let rig = Rig::load(file).expect("the demo's rig ships with the project");
+        let ripple = Suspect::Effect {
+            kind: sinew_sim::effects::Kind::named("position_ripple").expect("it is one"),
+            component: "mass".into(),
+        };
+        let (with, trial) = ripple
+            .apply(&rig, &[1.0, 20.0, 0.0])
+            .expect("it can sit there");
+        let model = Model::new(&with, &rig, &trial, Settings::default()).expect("it is sound");
+        let named = |slot: &usize| {
+            model.plant.parameters()[*slot]
+                .name
+                .ends_with("wave_number")
+        };
+        let at = model
+            .slots
+            .iter()
+            .position(named)
+            .expect("it is under trial");
+        assert_eq!(model.bounds[at], [LONGEST_WAVE * 20.0, f64::INFINITY]);
+    }
+}

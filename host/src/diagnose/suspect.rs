@@ -150,3 +150,34 @@ fn of_effect(rig: &Rig, name: &str) -> bool {
         name.starts_with(&prefix)
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shipped() -> Rig {
+        let file = concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../rigs/mass-spring-damper.toml"
+        );
+        Rig::load(file).expect("the demo's rig ships with the project")
+    }
+
+    /// A damping by the root of speed was once named as friction that "falls" from 0.06 to 0.15 N m.
+    #[test]
+    fn friction_that_is_larger_in_motion_than_at_rest_makes_no_sense() {
+        let stribeck = Suspect::Effect {
+            kind: Kind::named("stribeck_friction").expect("it is in the vocabulary"),
+            component: "mass".into(),
+        };
+        let sane = |level: f64, at_rest: f64| {
+            let (rig, _) = stribeck
+                .apply(&shipped(), &[level, at_rest, 0.1])
+                .expect("it can sit there");
+            let plant = Plant::new(&rig).expect("it is sound");
+            stribeck.sane(&plant, &plant.values(), 10.0)
+        };
+        assert!(sane(1.0, 1.5));
+        assert!(!sane(1.5, 1.0));
+    }
+}

@@ -21,8 +21,8 @@ pub(crate) fn substeps(pace: f64, step: f64) -> usize {
     ((pace / step).ceil() as usize).next_power_of_two().max(1)
 }
 
-/// Sub-steps of this length; what moves many times as fast as the rig does over the first recording is refused
-/// as too stiff.
+/// Sub-steps of this length; what moves many times as fast as the rig does over the recordings is refused as
+/// too stiff.
 pub(crate) fn settings(
     plant: &Plant,
     values: &[f64],
@@ -57,22 +57,57 @@ fn at_rest(plant: &Plant, values: &[f64]) -> f64 {
     Stepper::new(plant, values, &rest).map_or(0.0, |stepper| stepper.report().rate)
 }
 
-/// The fastest rate over the first recording, 1/s: stops and stiffening springs included. None where it cannot
-/// be simulated.
+/// The fastest rate over the recordings, 1/s: stops and stiffening springs included. None where the rig cannot be
+/// simulated over any of them.
 fn met(plant: &Plant, values: &[f64], experiments: &[Experiment]) -> Option<f64> {
-    let first = experiments.first()?;
-    let drive = first.drive(plant, 0..first.rows()).ok()?;
-    let unseen = vec![None; plant.sensors().len()];
-    let start = plant.initial_state(values, &unseen).ok()?;
-    let run = plant.simulate(values, &start, &drive, &first.t).ok()?;
-    Some(run.report.rate)
+    let of = |experiment: &Experiment| -> Option<f64> {
+        let drive = experiment.drive(plant, 0..experiment.rows()).ok()?;
+        let first = |column: &Vec<f64>| column.iter().copied().find(|sample| sample.is_finite());
+        let seen: Vec<Option<f64>> = experiment.signals.iter().map(first).collect();
+        let start = plant.initial_state(values, &seen).ok()?;
+        let run = plant.simulate(values, &start, &drive, &experiment.t).ok()?;
+        Some(run.report.rate)
+    };
+    experiments.iter().filter_map(of).max_by(f64::total_cmp)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::Recording;
+    use crate::recording::{Column, Recording};
     use sinew_sim::{Rig, SimulationError};
+
+    /// A stop that only the second recording meets is no reason to refuse the rig there.
+    #[test]
+    fn a_stop_that_one_recording_meets_is_allowed_for() {
+        let text = "format = \"sinew-rig/1\"\nname = \"x\"\n[[body]]\nname = \"m\"\nmotion = \"slide\"\n\
+                    inertia = 1.0\n[[spring]]\nname = \"s\"\nfrom = \"ground\"\nto = \"m\"\nstiffness = 40.0\n\
+                    [[actuator]]\nname = \"a\"\ndrives = \"m\"\ninput = \"u_N\"\ngain = 1.0\n\
+                    [[sensor]]\nname = \"e\"\nreads = \"m.position\"\nsignal = \"q_m\"\n\
+                    [[effect]]\nkind = \"end_stop\"\ncomponent = \"m\"\nposition = 0.5\nstiffness = 1e8\n\
+                    damping = 10.0\nside = 1.0\n";
+        let rig = Rig::parse(text, "x.toml").unwrap_or_else(|error| panic!("{error}"));
+        let plant = Plant::new(&rig).expect("it is sound");
+        let experiment = |force: f64| {
+            let t: Vec<f64> = (0..200).map(|k| 0.01 * f64::from(k)).collect();
+            let columns = [("u_N", force), ("q_m", 0.0)].map(|(name, value)| Column {
+                name: name.into(),
+                values: vec![value; t.len()],
+            });
+            let recording = Recording::new("x.csv", t.clone(), columns.into()).expect("it is one");
+            Experiment::new(&plant, &recording).expect("it fits")
+        };
+        let most = |experiments: &[Experiment]| {
+            settings(&plant, &plant.values(), experiments, 0.1).max_substeps
+        };
+        let (without, with) = (
+            most(&[experiment(1.0)]),
+            most(&[experiment(1.0), experiment(40.0)]),
+        );
+        assert!(without < 100, "{without}");
+        // sqrt(1e8) 1/s over 10 ms at 0.1 are 1,000 sub-steps.
+        assert!(with >= 1000, "{with}");
+    }
 
     #[test]
     fn a_search_is_kept_from_rigs_that_cost_many_times_what_it_began_with() {
