@@ -130,7 +130,7 @@ mod tests {
         };
         assert!(runs(1.0).is_ok());
         assert!(runs(30.0).is_ok(), "a wrong rig still has to be found");
-        let stiff = runs(1e6).expect_err("a thousand times as fast");
-        assert!(matches!(stiff, SimulationError::TooStiff { .. }), "{stiff}");
+        let refused = matches!(runs(1e6), Err(SimulationError::TooStiff { .. }));
+        assert!(refused, "a thousand times as fast");
     }
 }
