@@ -3,7 +3,7 @@
 //!
 //! `cargo run --release -p sinew-sim --example plant_speed -- FOLDER NAME...`
 
-use sinew_sim::{Drive, Dual, Plant, Rig, Scalar};
+use sinew_sim::{Drive, Dual, Plant, Rig, Scalar, Simulated};
 use std::error::Error;
 use std::time::Instant;
 
@@ -97,7 +97,10 @@ impl Device {
     }
 
     /// Seconds of `samples` samples, plain and with `N` derivatives of every output.
-    fn derivatives<const N: usize>(&self, samples: usize) -> Result<[f64; 2], Box<dyn Error>> {
+    fn derivatives<const N: usize>(&self, samples: usize) -> Result<[f64; 2], Box<dyn Error>>
+    where
+        Dual<N>: Simulated,
+    {
         let step = self.times[1] - self.times[0];
         let times: Vec<f64> = (0..samples).map(|k| step * k as f64).collect();
         let input: Vec<f64> = (0..samples)

@@ -4,7 +4,7 @@
 //!
 //! `cargo run --release -p sinew-sim --example speed -- [RECORDING.csv]`
 
-use sinew_sim::{Drive, Dual, Plant, Rig, Scalar};
+use sinew_sim::{Drive, Dual, Plant, Rig, Scalar, Simulated};
 use std::error::Error;
 use std::time::Instant;
 
@@ -96,7 +96,10 @@ fn jacobian<const P: usize>(
     start: &[f64],
     drive: &Drive,
     times: &[f64],
-) -> Result<f64, Box<dyn Error>> {
+) -> Result<f64, Box<dyn Error>>
+where
+    Dual<P>: Simulated,
+{
     let mut values: Vec<Dual<P>> = plant.values().into_iter().map(Dual::constant).collect();
     for (seed, &slot) in plant.free_slots().iter().take(P).enumerate() {
         values[slot] = Dual::variable(values[slot].value, seed);

@@ -59,6 +59,7 @@ mod plant;
 mod reverse;
 pub mod rig;
 mod scalar;
+mod simulated;
 mod suggest;
 pub mod unit;
 
@@ -71,3 +72,4 @@ pub use plant::{
 };
 pub use rig::{ControlTable, Form, NetworkTable, Rig};
 pub use scalar::Scalar;
+pub use simulated::Simulated;

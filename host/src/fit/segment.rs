@@ -13,7 +13,7 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use sinew_sim::{Drive, Dual, Plant, Scalar};
+use sinew_sim::{Drive, Dual, Plant, Scalar, Simulated};
 
 use super::experiment::Experiment;
 use crate::error::Result;
@@ -219,7 +219,10 @@ impl Problem<'_> {
         values: &[f64],
         state: &[f64],
         width: usize,
-    ) -> Option<Rows> {
+    ) -> Option<Rows>
+    where
+        Dual<D>: Simulated,
+    {
         let signals = &self.experiments[segment.experiment].signals;
         let (sensors, parameters) = (signals.len(), self.parameters());
         let origin: Vec<(usize, usize)> = segment

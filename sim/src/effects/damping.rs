@@ -1,7 +1,8 @@
 //! Damping that the rig has no component for (docs/plant.md, eq. 10).
 
 use super::{
-    At, Description, Effect, Energy, Family, Port, Quantity, Scales, Sign, Slopes, parameter,
+    At, Description, Effect, Energy, Family, Motion, Port, Quantity, Scales, Sign, Slopes,
+    parameter,
 };
 use crate::scalar::Scalar;
 
@@ -30,6 +31,10 @@ impl Effect for Viscous {
     #[inline]
     fn force<S: Scalar>(p: &[S], at: &At<S>) -> S {
         -(p[0] * at.velocity)
+    }
+
+    fn straight(_motion: Motion) -> bool {
+        true
     }
 
     fn slopes(p: &[f64], _at: &At<f64>) -> Slopes {

@@ -55,6 +55,10 @@ impl Effect for Gravity {
         }
     }
 
+    fn straight(motion: Motion) -> bool {
+        motion == Motion::Slide
+    }
+
     fn slopes(p: &[f64], at: &At<f64>) -> Slopes {
         Slopes {
             stiffness: match at.motion {
@@ -83,6 +87,10 @@ impl Effect for Constant {
 
     fn starts(scales: &Scales) -> Vec<Vec<f64>> {
         vec![vec![0.2 * scales.force], vec![-0.2 * scales.force]]
+    }
+
+    fn straight(_motion: Motion) -> bool {
+        true
     }
 
     #[inline]

@@ -67,6 +67,11 @@ trait Effect {
         Slopes::default()
     }
 
+    /// Its force is affine in position and velocity.
+    fn straight(_motion: Motion) -> bool {
+        false
+    }
+
     /// How much it holds a resting body against forces in the directions (+, -); zero for
     /// everything but friction.
     fn hold<S: Scalar>(_p: &[S]) -> [S; 2] {
@@ -107,6 +112,11 @@ macro_rules! effects {
             /// Bounds on the slopes near a state.
             pub(crate) fn slopes(self, p: &[f64], at: &At<f64>) -> Slopes {
                 match self { $(Self::$name => $file::$law::slopes(p, at)),* }
+            }
+
+            /// Whether the force at the port is affine in position and velocity.
+            pub(crate) fn straight(self, motion: Motion) -> bool {
+                match self { $(Self::$name => $file::$law::straight(motion)),* }
             }
 
             /// How much a resting body is held in the directions (+, -).

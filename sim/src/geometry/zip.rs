@@ -32,7 +32,7 @@ pub(crate) struct Zip<S> {
     pub(crate) zipped: S,
     /// Slope of `zipped` over `contraction`: `cos a / (1 - cos a)` (eq. 8).
     pub(crate) slope: S,
-    /// Slope of `slope` over `contraction`.
+    /// Slope of `slope` over `contraction`; its own derivatives are not those of the contraction.
     pub(crate) bend: S,
 }
 
@@ -143,14 +143,32 @@ impl<S: Scalar> Pouch<S> {
                 bend: S::ZERO,
             };
         }
-        let angle = self.plain().angle(contraction.value());
-        // The value is all but found; one more step in the scalar's own arithmetic finds its derivatives.
-        let (there, growth) = self.at(S::constant(angle));
-        let angle = S::constant(angle) + (contraction - there.contraction) / growth;
+        let begun = self.begin(contraction.value());
+        let (mut there, growth) = self.at(S::constant(begun));
+        let mut beyond = contraction - there.contraction;
+        if beyond.value().abs() > CLOSE * growth.value() {
+            let angle = self.plain().improved(contraction.value(), begun);
+            there = self.at(S::constant(angle)).0;
+            beyond = contraction - there.contraction;
+        }
+        // The value is all but found: along the curve's tangents for the rest, and for the derivatives.
         Zip {
             contraction,
-            ..self.at(angle).0
+            zipped: there.zipped + beyond * (there.slope + beyond * there.bend * 0.5),
+            slope: there.slope + beyond * there.bend,
+            bend: there.bend,
         }
+    }
+
+    /// The angle of a contraction, nearly (Clenshaw's sum).
+    fn begin(&self, contraction: f64) -> f64 {
+        let x = 2.0 * contraction / self.most.value() - 1.0;
+        let (mut b1, mut b2) = (0.0, 0.0);
+        for term in self.search[1..].iter().rev() {
+            (b1, b2) = (term.value() + 2.0 * x * b1 - b2, b1);
+        }
+        let angle = self.search[0].value() + x * b1 - b2;
+        angle.clamp(self.rest.value(), FULL)
     }
 
     /// The same without derivatives.
@@ -167,11 +185,6 @@ impl<S: Scalar> Pouch<S> {
 }
 
 impl Pouch<f64> {
-    /// The angle at which it has contracted so far, to about the square of [`CLOSE`].
-    fn angle(&self, contraction: f64) -> f64 {
-        self.improved(contraction, self.begin(contraction))
-    }
-
     /// Coefficients of the angle over the contraction, from the angles at the roots of the next term.
     fn chebyshev(&self) -> [f64; TERMS] {
         let place = |k: usize| std::f64::consts::PI * (k as f64 + 0.5) / TERMS as f64;
@@ -186,16 +199,7 @@ impl Pouch<f64> {
         })
     }
 
-    /// The angle of a contraction, nearly (Clenshaw's sum).
-    fn begin(&self, contraction: f64) -> f64 {
-        let x = 2.0 * contraction / self.most - 1.0;
-        let (mut b1, mut b2) = (0.0, 0.0);
-        for &term in self.search[1..].iter().rev() {
-            (b1, b2) = (term + 2.0 * x * b1 - b2, b1);
-        }
-        self.search[0] + x * b1 - b2
-    }
-
+    /// The angle at which it has contracted so far, to about the square of [`CLOSE`].
     fn improved(&self, contraction: f64, from: f64) -> f64 {
         let mut angle = from;
         for _ in 0..STEPS {

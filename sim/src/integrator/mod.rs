@@ -3,6 +3,7 @@
 
 mod dynamics;
 mod event;
+pub(crate) mod exact;
 mod interval;
 mod passage;
 mod rate;

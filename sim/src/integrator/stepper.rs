@@ -1,5 +1,6 @@
 //! A plant in time: state, inputs, and the step from one sample to the next.
 
+use super::exact::Exact;
 use super::substep::Substep;
 use super::supply::Supply;
 use super::{Report, Settings};
@@ -10,6 +11,7 @@ use crate::plant::topology::Topology;
 use crate::plant::wave::{Shape, Wave};
 use crate::rig::Reads;
 use crate::scalar::Scalar;
+use crate::simulated::Simulated;
 use std::sync::Arc;
 
 /// A plant that is stepped sample by sample: what a controller is tested against.
@@ -45,15 +47,68 @@ pub struct Stepper<S> {
     pub(super) refinement: usize,
     /// The largest magnitude that each state has had.
     pub(super) largest: Vec<f64>,
+    pub(super) exact: Exact<S>,
 }
 
-impl<S: Scalar> Stepper<S> {
+impl<S: Simulated> Stepper<S> {
     /// A plant at its start, inputs zero. `values` has one entry a parameter slot, `start` one a state
     /// ([`Plant::state_names`]).
     ///
     /// # Errors
     /// `Shape`, `NotFinite`, or `Inertia` for a body whose inertia is not positive.
     pub fn new(plant: &Plant, values: &[S], start: &[S]) -> Result<Self, SimulationError> {
+        S::begin(plant, values, start)
+    }
+
+    /// Moves the plant to another state; time and inputs stay.
+    ///
+    /// # Errors
+    /// `Shape`.
+    pub fn set_state(&mut self, state: &[S]) -> Result<(), SimulationError> {
+        S::place(self, state)
+    }
+
+    /// Advances by `dt` seconds with these inputs, one a column ([`Plant::inputs`]), SI, held.
+    ///
+    /// # Errors
+    /// `Shape`, `NotFinite` for an input or `dt`, `TooStiff`, `Diverged`.
+    pub fn advance(&mut self, dt: f64, input: &[S]) -> Result<(), SimulationError> {
+        S::pass(self, dt, [input, input])
+    }
+
+    /// Advances by `dt` seconds; an actuator that holds linearly goes from the first inputs to the
+    /// second, others hold the first.
+    ///
+    /// # Errors
+    /// As [`Stepper::advance`].
+    pub fn advance_between(
+        &mut self,
+        dt: f64,
+        from: &[S],
+        to: &[S],
+    ) -> Result<(), SimulationError> {
+        S::pass(self, dt, [from, to])
+    }
+
+    /// The signal of a sensor now, SI.
+    ///
+    /// # Panics
+    /// When the plant has no such sensor.
+    pub fn signal(&self, sensor: usize) -> S {
+        S::signal(self, sensor)
+    }
+
+    /// Every sensor's signal now, SI.
+    pub fn signals(&self) -> Vec<S> {
+        (0..self.topology.sensors.len())
+            .map(|sensor| self.signal(sensor))
+            .collect()
+    }
+}
+
+/// What [`Simulated`] compiles, once a type.
+impl<S: Scalar> Stepper<S> {
+    pub(crate) fn begin(plant: &Plant, values: &[S], start: &[S]) -> Result<Self, SimulationError> {
         plant.expect("parameter values", plant.parameters().len(), values.len())?;
         plant.expect("start", plant.state_len(), start.len())?;
         for (value, parameter) in values.iter().zip(plant.parameters()) {
@@ -92,17 +147,14 @@ impl<S: Scalar> Stepper<S> {
             filled: false,
             refinement: 1,
             largest: Vec::new(),
+            exact: Exact::new(),
         };
-        stepper.set_state(start)?;
+        stepper.place(start)?;
         stepper.watch_rate(0.0);
         Ok(stepper)
     }
 
-    /// Moves the plant to another state; time and inputs stay.
-    ///
-    /// # Errors
-    /// `Shape`.
-    pub fn set_state(&mut self, state: &[S]) -> Result<(), SimulationError> {
+    pub(crate) fn place(&mut self, state: &[S]) -> Result<(), SimulationError> {
         let bodies = self.topology.bodies.len();
         let expected = 2 * bodies + self.topology.internal.len();
         if state.len() != expected {
@@ -119,25 +171,7 @@ impl<S: Scalar> Stepper<S> {
         Ok(())
     }
 
-    /// Advances by `dt` seconds with these inputs, one a column ([`Plant::inputs`]), SI, held.
-    ///
-    /// # Errors
-    /// `Shape`, `NotFinite` for an input or `dt`, `TooStiff`, `Diverged`.
-    pub fn advance(&mut self, dt: f64, input: &[S]) -> Result<(), SimulationError> {
-        self.advance_between(dt, input, input)
-    }
-
-    /// Advances by `dt` seconds; an actuator that holds linearly goes from the first inputs to the
-    /// second, others hold the first.
-    ///
-    /// # Errors
-    /// As [`Stepper::advance`].
-    pub fn advance_between(
-        &mut self,
-        dt: f64,
-        from: &[S],
-        to: &[S],
-    ) -> Result<(), SimulationError> {
+    pub(crate) fn pass(&mut self, dt: f64, [from, to]: [&[S]; 2]) -> Result<(), SimulationError> {
         for input in [from, to] {
             if input.len() != self.topology.inputs {
                 return Err(SimulationError::Shape {
@@ -163,21 +197,9 @@ impl<S: Scalar> Stepper<S> {
         self.step(dt)
     }
 
-    /// The signal of a sensor now, SI.
-    ///
-    /// # Panics
-    /// When the plant has no such sensor.
-    #[inline]
-    pub fn signal(&self, sensor: usize) -> S {
+    pub(crate) fn sense(&self, sensor: usize) -> S {
         let at = self.work.point(S::constant(self.tau));
         self.topology.signal(sensor, &at)
-    }
-
-    /// Every sensor's signal now, SI.
-    pub fn signals(&self) -> Vec<S> {
-        (0..self.topology.sensors.len())
-            .map(|sensor| self.signal(sensor))
-            .collect()
     }
 
     /// Positions, velocities, internal states: the order of [`Plant::state_names`].
@@ -281,7 +303,7 @@ impl<S: Scalar> Stepper<S> {
         sample: impl FnMut(usize, f64) -> (T, T),
     ) -> Result<Stepper<T>, SimulationError> {
         let (state, kept) = carried.split_at(plant.state_len());
-        let mut lifted = Stepper::new(plant, values, state)?;
+        let mut lifted = Stepper::begin(plant, values, state)?;
         lifted.supply = self.supply.lifted(kept, sample);
         lifted.report = self.report;
         lifted.rate = self.rate;
@@ -290,6 +312,7 @@ impl<S: Scalar> Stepper<S> {
         lifted.filled = true;
         lifted.refinement = self.refinement;
         lifted.largest.clone_from(&self.largest);
+        lifted.exact = self.exact.lifted();
         Ok(lifted)
     }
 }

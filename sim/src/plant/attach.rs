@@ -52,6 +52,7 @@ pub(super) fn finish(topology: &mut Topology) {
             topology.coupled = true;
         }
     }
+    topology.linear = topology.is_linear();
 }
 
 /// The slots of an effect, in the order of its description; the law reads its parameters from

@@ -173,7 +173,7 @@ impl Backward<'_> {
                 }
                 stepper
             }
-            None => Stepper::new(self.plant, &values, &carried)?,
+            None => Stepper::begin(self.plant, &values, &carried)?,
         };
         let mut seeds: Vec<(Reverse, f64)> = Vec::new();
         let sensors = self.plant.sensors().len();
@@ -189,7 +189,7 @@ impl Backward<'_> {
             for sensor in 0..sensors {
                 let seed = self.cotangent[row * sensors + sensor];
                 if seed != 0.0 {
-                    seeds.push((stepper.signal(sensor), seed));
+                    seeds.push((stepper.sense(sensor), seed));
                 }
             }
         }

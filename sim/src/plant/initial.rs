@@ -6,6 +6,7 @@ use super::wave::Wave;
 use crate::error::SimulationError;
 use crate::rig::Reads;
 use crate::scalar::Scalar;
+use crate::simulated::Simulated;
 
 impl Plant {
     /// The state that a simulation starts from: a body with a position sensor starts at (its first
@@ -15,7 +16,15 @@ impl Plant {
     ///
     /// # Errors
     /// [`SimulationError::Shape`].
-    pub fn initial_state<S: Scalar>(
+    pub fn initial_state<S: Simulated>(
+        &self,
+        values: &[S],
+        first: &[Option<f64>],
+    ) -> Result<Vec<S>, SimulationError> {
+        S::start(self, values, first)
+    }
+
+    pub(crate) fn start<S: Scalar>(
         &self,
         values: &[S],
         first: &[Option<f64>],

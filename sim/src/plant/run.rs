@@ -5,6 +5,7 @@ use crate::drive::Drive;
 use crate::error::SimulationError;
 use crate::integrator::{Report, Stepper};
 use crate::scalar::Scalar;
+use crate::simulated::Simulated;
 
 /// What a simulation gives.
 #[derive(Clone, Debug)]
@@ -62,7 +63,7 @@ impl Plant {
     ///
     /// # Errors
     /// Any [`SimulationError`] but `NoInput`.
-    pub fn simulate<S: Scalar>(
+    pub fn simulate<S: Simulated>(
         &self,
         values: &[S],
         start: &[S],
@@ -88,7 +89,7 @@ impl Plant {
     ///
     /// # Errors
     /// As [`Plant::simulate`].
-    pub fn simulate_with<S: Scalar>(
+    pub fn simulate_with<S: Simulated>(
         &self,
         values: &[S],
         start: &[S],
@@ -96,12 +97,22 @@ impl Plant {
         times: &[f64],
         mut visit: impl FnMut(usize, &Stepper<S>),
     ) -> Result<Stepper<S>, SimulationError> {
+        S::run(self, [values, start], drive, times, &mut visit)
+    }
+
+    pub(crate) fn run<S: Scalar>(
+        &self,
+        [values, start]: [&[S]; 2],
+        drive: &Drive,
+        times: &[f64],
+        visit: &mut dyn FnMut(usize, &Stepper<S>),
+    ) -> Result<Stepper<S>, SimulationError> {
         self.expect("rows of the drive", times.len(), drive.rows())?;
         let increases = |pair: &[f64]| pair[0] < pair[1] && (pair[1] - pair[0]).is_finite();
         if let Some(row) = times.windows(2).position(|pair| !increases(pair)) {
             return Err(SimulationError::Time { row: row + 1 });
         }
-        let mut stepper = Stepper::new(self, values, start)?;
+        let mut stepper = Stepper::begin(self, values, start)?;
         let origin = times.first().copied().unwrap_or(0.0);
         for row in 0..times.len() {
             if row > 0 {

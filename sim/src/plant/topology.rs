@@ -5,6 +5,7 @@ use super::hasel::Hasel;
 use super::shapes::Shapes;
 use crate::effects::Kind;
 use crate::error::BodyPlace;
+use crate::integrator::exact::MOST_STATES;
 use crate::rig::Reads;
 use crate::unit::Motion;
 
@@ -46,6 +47,8 @@ pub(crate) struct Topology {
     pub(crate) switches: Vec<Switch>,
     /// Some slope depends on the state, so that the fastest rate must be watched along the way.
     pub(crate) rates_vary: bool,
+    /// Nothing but straight lines: the rates are affine in state and inputs.
+    pub(crate) linear: bool,
     pub(crate) hasels: Vec<Hasel>,
     /// What has a shape.
     pub(crate) shapes: Shapes,
@@ -243,6 +246,24 @@ pub(crate) enum Switch {
 }
 
 impl Topology {
+    /// Whether the rates are affine in the state and the inputs, and few enough.
+    pub(crate) fn is_linear(&self) -> bool {
+        let straight = |law: &Law, motion: Motion| law.kind.straight(motion);
+        let remembers = |memory: &Memory| matches!(memory, Memory::Creep { .. });
+        self.frictions.is_empty()
+            && self.switches.is_empty()
+            && self.hasels.is_empty()
+            && self.lagging.is_empty()
+            && !self.shaped
+            && !self.rates_vary
+            && (self.loads.iter()).all(|load| straight(&load.law, load.motion))
+            && (self.springs.iter()).all(|spring| {
+                spring.laws.iter().all(|law| straight(law, spring.motion))
+                    && spring.memory.iter().all(remembers)
+            })
+            && 2 * self.bodies.len() + self.internal.len() <= MOST_STATES
+    }
+
     /// Where to look in the rig's file when a body cannot be simulated.
     pub(crate) fn place(&self, body: usize) -> BodyPlace {
         BodyPlace {

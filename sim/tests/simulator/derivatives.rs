@@ -3,7 +3,7 @@
 
 use crate::complex::Complex;
 use crate::mechanisms::{RAMP, effect, plant, times};
-use sinew_sim::{Drive, Dual, Plant, Scalar, Stepper, Trajectory};
+use sinew_sim::{Drive, Dual, Plant, Scalar, Simulated, Stepper, Trajectory};
 
 const SEEDS: usize = 20;
 
@@ -30,7 +30,7 @@ fn torque(times: &[f64]) -> Vec<f64> {
     times.iter().map(|t| 1.5 * (3.0 * t).sin()).collect()
 }
 
-fn simulate<S: Scalar>(plant: &Plant, values: &[S], times: &[f64]) -> Trajectory<S> {
+fn simulate<S: Simulated>(plant: &Plant, values: &[S], times: &[f64]) -> Trajectory<S> {
     let drive = Drive::new(plant, times.len(), &[&torque(times)]).unwrap();
     let start = plant.initial_state(values, &[None, None]).unwrap();
     plant.simulate(values, &start, &drive, times).unwrap()

@@ -4,7 +4,7 @@
 use crate::complex::Complex;
 use crate::mechanisms::{effect, plant, times};
 use sinew_sim::effects::Kind;
-use sinew_sim::{Drive, Dual, Plant, Scalar, Settings, Trajectory};
+use sinew_sim::{Drive, Dual, Plant, Scalar, Settings, Simulated, Trajectory};
 
 const SEEDS: usize = 24;
 
@@ -237,7 +237,7 @@ fn force(times: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-fn simulate<S: Scalar>(plant: &Plant, values: &[S], times: &[f64]) -> Trajectory<S> {
+fn simulate<S: Simulated>(plant: &Plant, values: &[S], times: &[f64]) -> Trajectory<S> {
     let drive = Drive::new(plant, times.len(), &[&force(times)]).unwrap();
     let start = plant.initial_state(values, &[None, None, None]).unwrap();
     plant.simulate(values, &start, &drive, times).unwrap()

@@ -96,6 +96,7 @@ fn a_delay_shifts_the_input_by_exactly_that_much() {
 fn sizes_below_zero_are_simulated_as_none() {
     let times = times(101, 0.01);
     let input: Vec<f64> = times.iter().map(|t| 2.0 * (9.0 * t).sin()).collect();
+    // Exactly, where the others take sub-steps of an error of some 1e-8.
     let bare = slide(0.1, 0.0, &format!("{SPRING}{PUSH}"));
     let bare = run(&bare, &times, &[&input]).column(0);
     let cases = [
@@ -115,7 +116,7 @@ fn sizes_below_zero_are_simulated_as_none() {
         values[plant.slot(&format!("{component}.{kind}.{name}")).unwrap()] = -0.01;
         let ours = crate::mechanisms::run_with(&plant, &values, &times, &[&input]).column(0);
         let error = distance(&ours, bare.iter().copied());
-        assert!(error < 1e-8, "{kind}: {error:e}");
+        assert!(error < 1e-7, "{kind}: {error:e}");
     }
 }
 

@@ -7,6 +7,7 @@ mod dual;
 mod emps;
 mod energy;
 mod every_kind;
+mod exact;
 mod foreign;
 mod geometry;
 mod geometry_refusals;

@@ -1,7 +1,7 @@
 //! The complex step as a scalar: an imaginary part of 1e-30 comes out as the derivative, exact to
 //! rounding and by another road than dual numbers.
 
-use sinew_sim::Scalar;
+use sinew_sim::{Scalar, Simulated};
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 #[derive(Clone, Copy, Debug)]
@@ -13,6 +13,8 @@ pub struct Complex {
 fn complex(re: f64, im: f64) -> Complex {
     Complex { re, im }
 }
+
+impl Simulated for Complex {}
 
 impl Scalar for Complex {
     const ZERO: Self = Complex { re: 0.0, im: 0.0 };
