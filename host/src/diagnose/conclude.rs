@@ -9,9 +9,10 @@ use super::finding::{
     Diagnosis, Errors, Estimate, FORMAT, FoundEffect, Location, SignalFit, Verdict,
 };
 use super::locate::{intervals, locate};
-use super::mend::{gains, mend};
+use super::mend::{falls, mend};
 use super::name::{Known, effects, finalists, least_sure};
 use super::next::next_experiment;
+use super::residual::learn;
 use super::roles::Roles;
 use super::search::{Bench, Found};
 use super::suspect::Suspect;
@@ -44,7 +45,7 @@ pub(super) fn conclude(
     };
     // Judged in stretches, believed only if the whole of a recording that chose nothing gains too.
     let mended = match mended {
-        Some((rig, known)) if gains(&refitted.rig, &rig, roles) => Some((rig, known)),
+        Some((rig, known)) if falls(&refitted.rig, &rig, roles, 1.0) => Some((rig, known)),
         _ => None,
     };
     let named = named.filter(|_| mended.is_some());
@@ -85,11 +86,19 @@ pub(super) fn conclude(
         }
         _ => (None, None),
     };
+    let learned = match (verdict, &location, &recovered) {
+        (Verdict::Unexplained, Some(location), Some(recovered)) => {
+            learn(&refitted.rig, &location.component, recovered, bench, roles)?
+        }
+        _ => None,
+    };
+    let stands_in = learned.is_some();
+    let mended = learned.unwrap_or(mended);
     let place = location.as_ref().map_or("it", |at| at.component.as_str());
     Ok(Diagnosis {
         format: FORMAT,
         verdict,
-        sentence: sentence(verdict, &effects, suspected, location.as_ref()),
+        sentence: sentence(verdict, &effects, suspected, location.as_ref(), stands_in),
         fit: signals(rig, [rig, &refitted.rig, &mended], bench, roles)?,
         parameters: known
             .iter()
@@ -136,6 +145,7 @@ fn sentence(
     effects: &[FoundEffect],
     suspected: Option<&str>,
     location: Option<&Location>,
+    stands_in: bool,
 ) -> String {
     match verdict {
         Verdict::Consistent => {
@@ -154,7 +164,15 @@ fn sentence(
             let place = location.map_or_else(String::new, |at| {
                 format!(" It sits at {} and follows {}.", at.component, at.follows)
             });
-            match suspected {
+            let learned = match (stands_in, location) {
+                (true, Some(at)) => format!(
+                    " In the mended rig a learned force at {} stands in for it: a spring and a damping without a name, which \
+                     cannot drive the rig.",
+                    at.component
+                ),
+                _ => String::new(),
+            };
+            let what = match suspected {
                 Some(number) => format!(
                     "The number `{number}` of the rig is suspected: with another value it explains the \
                      recordings better than any missing physics. Write it as {{ value = ... }} and fit again."
@@ -162,7 +180,8 @@ fn sentence(
                 None => format!(
                     "Something is missing from the model that no effect of the vocabulary explains.{place}"
                 ),
-            }
+            };
+            what + &learned
         }
     }
 }

@@ -83,13 +83,14 @@ fn values(rig: &Rig, width: impl Fn(&str) -> Option<f64>) -> Result<Known> {
     Ok(known.collect())
 }
 
-/// Whether the free-run error on the check recordings falls, all sensors together; it does not where the mended
-/// rig cannot be simulated.
-pub(super) fn gains(before: &Rig, after: &Rig, roles: &Roles) -> bool {
+/// Whether the free-run error on the check recordings falls to this part, all sensors together; it does not where
+/// the mended rig cannot be simulated.
+pub(super) fn falls(before: &Rig, after: &Rig, roles: &Roles, part: f64) -> bool {
     let of = |rig: &Rig| -> Option<f64> {
         let all = score(rig, &roles.check).ok()?;
-        Some(all.iter().map(|s| s.rms.max(f64::MIN_POSITIVE).ln()).sum())
+        let logs = all.iter().map(|s| s.rms.max(f64::MIN_POSITIVE).ln());
+        Some(logs.sum::<f64>() / all.len() as f64)
     };
     let both = of(after).zip(of(before));
-    both.is_some_and(|(after, before)| after < before)
+    both.is_some_and(|(after, before)| after < before + part.ln())
 }

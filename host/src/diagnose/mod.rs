@@ -23,6 +23,7 @@ mod noise;
 pub mod output;
 mod pairs;
 mod race;
+mod residual;
 mod roles;
 mod screen;
 mod search;

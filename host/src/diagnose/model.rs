@@ -36,6 +36,8 @@ pub(super) struct Model {
     /// What the rig says, for the prior, one entry a slot of `slots`.
     written: Vec<f64>,
     bounds: Vec<[f64; 2]>,
+    /// Standard deviation of the prior of what is under trial, in units of its scale.
+    trial_width: f64,
 }
 
 /// Where a search ended.
@@ -101,8 +103,19 @@ impl Model {
             believed,
             written,
             bounds: limits,
+            trial_width: f64::INFINITY,
             plant,
         })
+    }
+
+    /// The same with nothing fitted but what is under trial, and a prior of that width about what the rig says.
+    pub fn alone(mut self, width: f64) -> Self {
+        self.slots.drain(..self.believed);
+        self.written.drain(..self.believed);
+        self.bounds.drain(..self.believed);
+        self.believed = 0;
+        self.trial_width = width;
+        self
     }
 
     /// The same, integrated as `settings` say.
@@ -153,7 +166,7 @@ impl Model {
                     if index < self.believed {
                         PRIOR_WIDTH
                     } else {
-                        f64::INFINITY
+                        self.trial_width
                     }
                 })
                 .collect(),

@@ -61,6 +61,6 @@ fn shape(kind: Kind) -> &'static str {
         Family::Friction | Family::Memory | Family::Gap => "triangle",
         Family::Actuator | Family::Sensor => "steps",
         Family::Mode => "chirp",
-        Family::Stiffness | Family::Damping | Family::Load => "mixed",
+        Family::Stiffness | Family::Damping | Family::Load | Family::Learned => "mixed",
     }
 }

@@ -71,7 +71,7 @@ impl Suspect {
                 ]
                 .contains(&description.family);
                 let of = description.parameters.iter();
-                of.filter(|spec| spec.sign != Sign::Side)
+                of.filter(|spec| !spec.held)
                     .map(|spec| {
                         let low = match spec.sign {
                             Sign::Positive => f64::MIN_POSITIVE,

@@ -66,6 +66,10 @@ pub fn mjcf(rig: &Rig) -> Mjcf {
         let what = format!("the shape of {shape}: its bends are there, where its tip is is not");
         model.left_out.push(what);
     }
+    for effect in (rig.effects.iter()).filter(|effect| effect.kind == Kind::Learned) {
+        let left_out = unnamed(rig, effect, "apply it as a force of the position and the velocity");
+        model.left_out.push(left_out);
+    }
     let text = write(rig, step, &model);
     Mjcf {
         text,

@@ -54,6 +54,8 @@ pub enum Family {
     Actuator,
     /// Between the reading and the recorded signal.
     Sensor,
+    /// Without a name: outside the vocabulary.
+    Learned,
 }
 
 impl Family {
@@ -69,6 +71,7 @@ impl Family {
             Self::Mode => "mode",
             Self::Actuator => "actuator",
             Self::Sensor => "sensor",
+            Self::Learned => "learned",
         }
     }
 }
@@ -102,7 +105,7 @@ pub enum Sign {
     Positive,
     /// Any finite number but zero.
     NonZero,
-    /// +1 or -1: which side is meant, and not for a fit to change.
+    /// +1 or -1: which side is meant.
     Side,
 }
 
@@ -136,6 +139,8 @@ pub struct ParameterSpec {
     pub sign: Sign,
     /// The value where the rig gives none; no value: it is required.
     pub default: Option<f64>,
+    /// Says what is meant, and is not for a fit to change.
+    pub held: bool,
 }
 
 pub(super) const fn parameter(name: &'static str, quantity: Quantity, sign: Sign) -> ParameterSpec {
@@ -144,6 +149,7 @@ pub(super) const fn parameter(name: &'static str, quantity: Quantity, sign: Sign
         quantity,
         sign,
         default: None,
+        held: matches!(sign, Sign::Side),
     }
 }
 

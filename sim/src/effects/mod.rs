@@ -9,6 +9,7 @@ mod damping;
 mod description;
 mod friction;
 mod gap;
+mod learned;
 mod load;
 mod memory;
 mod mode;
@@ -21,6 +22,7 @@ pub use crate::unit::{Motion, Quantity};
 use description::parameter;
 pub use description::{Description, Energy, Family, ParameterSpec, Port, Scales, Sign};
 pub(crate) use gap::{dead_band, press};
+pub use learned::learned_force;
 pub(crate) use memory::{creep_rate, hysteresis_rate};
 pub(crate) use sensor::curve;
 
@@ -81,8 +83,20 @@ trait Effect {
 
 /// Makes the enum that stands for an effect at run time out of the list of types.
 macro_rules! effects {
-    ($($name:ident = $file:ident::$law:ident),* $(,)?) => {
-        /// An effect of the vocabulary.
+    (
+        vocabulary { $($known:ident = $home:ident::$its:ident),* $(,)? }
+        beside { $($other:ident = $place:ident::$own:ident),* $(,)? }
+    ) => {
+        effects! {
+            [$($known),*] [$($other),*]
+            $($known = $home::$its,)* $($other = $place::$own,)*
+        }
+    };
+    (
+        [$($known:ident),*] [$($other:ident),*]
+        $($name:ident = $file:ident::$law:ident,)*
+    ) => {
+        /// An effect: one of the vocabulary, or [`Kind::Learned`].
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub enum Kind { $(
             #[doc = concat!("See `", stringify!($file), ".rs`.")]
@@ -90,8 +104,10 @@ macro_rules! effects {
         ),* }
 
         impl Kind {
-            /// Every effect, in the order of the vocabulary.
-            pub const ALL: &[Self] = &[$(Self::$name),*];
+            /// The vocabulary, in its order.
+            pub const ALL: &[Self] = &[$(Self::$known),*];
+            /// What a rig may hold besides, and no diagnosis names.
+            const BESIDE: &[Self] = &[$(Self::$other),*];
 
             /// What is known about it without simulating it.
             pub fn description(self) -> &'static Description {
@@ -129,6 +145,7 @@ macro_rules! effects {
 }
 
 effects! {
+    vocabulary {
     Coulomb = friction::Coulomb,
     Stribeck = friction::Stribeck,
     DirectionDependent = friction::DirectionDependent,
@@ -154,13 +171,14 @@ effects! {
     InputCurvature = actuator::Curvature,
     SensorLag = sensor::Lag,
     SensorCurvature = sensor::Curvature,
+    }
+    beside { Learned = learned::Learned }
 }
 
 impl Kind {
     /// The effect of that name.
     pub fn named(kind: &str) -> Option<Self> {
-        Self::ALL
-            .iter()
+        (Self::ALL.iter().chain(Self::BESIDE))
             .copied()
             .find(|candidate| candidate.description().kind == kind)
     }

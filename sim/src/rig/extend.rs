@@ -131,7 +131,7 @@ impl Rig {
         table.insert("component", toml_edit::value(self.site_name(site)));
         for (spec, &number) in description.parameters.iter().zip(values) {
             let mut value = Value::from(number);
-            if spec.sign != crate::effects::Sign::Side {
+            if !spec.held {
                 let mut free = InlineTable::new();
                 free.insert("value", value);
                 value = Value::from(free);
