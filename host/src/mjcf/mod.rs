@@ -67,7 +67,11 @@ pub fn mjcf(rig: &Rig) -> Mjcf {
         model.left_out.push(what);
     }
     for effect in (rig.effects.iter()).filter(|effect| effect.kind == Kind::Learned) {
-        let left_out = unnamed(rig, effect, "apply it as a force of the position and the velocity");
+        let left_out = unnamed(
+            rig,
+            effect,
+            "apply it as a force of the position and the velocity",
+        );
         model.left_out.push(left_out);
     }
     let text = write(rig, step, &model);

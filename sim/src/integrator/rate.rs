@@ -29,6 +29,18 @@ impl RowSums<'_> {
     }
 }
 
+/// `|z|^(n-1)` of a hysteresis. Below n = 1 it has no bound where z goes through zero, and no influence there either:
+/// z passes in no time. From this part of its limit, `hardening^(-1/n)`, on it counts as it is.
+fn strain_power(z: f64, hardening: f64, exponent: f64) -> f64 {
+    const PASSING: f64 = 0.05;
+    if exponent == 1.0 {
+        return 1.0;
+    }
+    let limit = crate::math::exp(-crate::math::ln(hardening.max(1e-300)) / exponent);
+    let least = if exponent < 1.0 { PASSING * limit } else { 0.0 };
+    crate::math::exp((exponent - 1.0) * crate::math::ln(z.max(least).max(1e-300)))
+}
+
 /// A bound on the largest rate of the rig linearised near a state, 1/s, and the body where it sits.
 /// Where a slope grows with position, the position is as far as the velocity takes it in `ahead`
 /// seconds.
@@ -79,10 +91,7 @@ pub(super) fn bound(
                     // z' = v (1 - ...) is at most twice the speed inside the loop, and z settles over
                     // the distance that the strain hardens in.
                     let hardening = p[1].abs() + p[2].abs();
-                    let size = crate::math::exp(
-                        (p[3] - 1.0) * crate::math::ln(state.z[z].abs().max(1e-300)),
-                    );
-                    let size = if p[3] == 1.0 { 1.0 } else { size };
+                    let size = strain_power(state.z[z].abs(), hardening, p[3]);
                     slopes.stiffness += 2.0 * p[0].abs();
                     internal += velocity.abs() * p[3].abs() * hardening * size;
                 }

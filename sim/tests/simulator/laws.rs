@@ -1,6 +1,7 @@
 //! Laws with memory, gaps and delays against closed solutions.
 
 use crate::mechanisms::{SPRING, distance, effect, plant, run, slide, times};
+use sinew_sim::Settings;
 
 /// A body too heavy to be slowed, so that a spring is drawn out at a constant rate.
 fn drawn(rate: f64, more: &str) -> Vec<f64> {
@@ -221,5 +222,34 @@ fn a_lagged_tension_starts_at_its_first_value() {
             "{}",
             out.signal(row, 0)
         );
+    }
+}
+
+/// Below an exponent of one the law is steep where its state goes through zero, for no time: a fit that passes there
+/// must not find the rig too stiff, nor wrong.
+#[test]
+fn a_blunt_hysteresis_is_simulated_as_fast_as_a_sharp_one() {
+    let times = times(400, 0.01);
+    let input: Vec<f64> = times.iter().map(|t| 3.0 * (2.0 * t).sin()).collect();
+    let of = |exponent: f64, settings: Settings| {
+        let more = [
+            ("alpha", 30.0),
+            ("beta", 6.0),
+            ("gamma", -1.0),
+            ("exponent", exponent),
+        ];
+        let law = effect("hysteresis", "coil", &more);
+        let plant = slide(0.0, 0.3, &format!("{SPRING}{PUSH}{law}"));
+        run(&plant.with_settings(settings), &times, &[&input])
+    };
+    for exponent in [0.98, 0.7] {
+        let ours = of(exponent, Settings::default());
+        assert!(ours.report.most_substeps <= 16, "{:?}", ours.report);
+        let fine = Settings {
+            rate_step: 0.002,
+            ..Settings::default()
+        };
+        let error = distance(&ours.column(0), of(exponent, fine).column(0));
+        assert!(error < 1e-5, "{exponent}: {error:e}");
     }
 }
