@@ -108,14 +108,12 @@ impl Model {
         })
     }
 
-    /// The same with nothing fitted but what is under trial, and a prior of that width about what the rig says.
-    pub fn alone(mut self, width: f64) -> Self {
-        self.slots.drain(..self.believed);
-        self.written.drain(..self.believed);
-        self.bounds.drain(..self.believed);
-        self.believed = 0;
-        self.trial_width = width;
-        self
+    /// The same with a prior of that width, in units of their scale, about what the rig says of what is under trial.
+    pub fn doubting(self, width: f64) -> Self {
+        Self {
+            trial_width: width,
+            ..self
+        }
     }
 
     /// The same, integrated as `settings` say.

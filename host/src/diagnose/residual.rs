@@ -17,7 +17,7 @@ use crate::error::Result;
 use crate::fit::levenberg::Unknowns;
 
 /// Steps of its fit.
-const STEPS: usize = 12;
+const STEPS: usize = 20;
 /// Standard deviation of the prior of each knot about no force, in sizes that move the signals by the noise.
 const WIDTH: f64 = 30.0;
 /// Part of the knots that is farther out than this of the motion is seldom met.
@@ -47,13 +47,13 @@ pub(super) fn learn(
     let Some(frame) = frame(rest(refitted, site), recovered) else {
         return Ok(None);
     };
-    let values = from_recovered(frame, rest(refitted, site), recovered);
+    let (values, _) = from_recovered(frame, rest(refitted, site), recovered);
     let suspect = Suspect::Effect {
         kind,
         component: component.to_owned(),
     };
     let (rig, trial) = suspect.apply(refitted, &values)?;
-    let model = Model::new(&rig, refitted, &trial, bench.settings)?.alone(WIDTH);
+    let model = Model::new(&rig, refitted, &trial, bench.settings)?.doubting(WIDTH);
     let data = bench.fit;
     let mut segments = data.segments(&model.plant, &bench.fit_stretches)?;
     let values = model.plant.values();
@@ -125,44 +125,51 @@ fn rest(rig: &Rig, site: Site) -> f64 {
     }
 }
 
-/// The knots that follow the recovered force best, dampings not below zero: where the fit begins. Coordinate by
+/// The knots that follow the recovered force best, dampings not below zero, where the fit begins; and the slopes over
+/// position and velocity by which the refitted rig is bent. Coordinate by
 /// coordinate on the normal equations, each knot held a little to none.
-fn from_recovered(frame: [f64; 3], rest: f64, recovered: &Recovered) -> Vec<f64> {
+fn from_recovered(frame: [f64; 3], rest: f64, recovered: &Recovered) -> (Vec<f64>, [f64; 2]) {
     let parameters = Kind::Learned.description().parameters;
+    // A refitted stiffness and damping are bent to make up for what is missing, and two more columns give that back: a
+    // damping that was fitted too large would else leave nothing for one that takes energy out.
     let knots = parameters.len() - frame.len();
-    let mut normal = DMatrix::<f64>::zeros(knots, knots);
-    let mut right = DVector::<f64>::zeros(knots);
+    let columns = knots + 2;
+    let mut normal = DMatrix::<f64>::zeros(columns, columns);
+    let mut right = DVector::<f64>::zeros(columns);
     let mut unit = vec![0.0; parameters.len()];
     unit[..frame.len()].copy_from_slice(&frame);
     for trace in &recovered.traces {
         let rows = trace.force.iter().zip(&trace.position).zip(&trace.velocity);
         for ((force, position), velocity) in rows {
-            let column = |knot: usize| {
+            let x = position - rest;
+            let mut row = DVector::zeros(columns);
+            for knot in 0..knots {
                 unit[frame.len() + knot] = 1.0;
-                let column = learned_force(&unit, position - rest, *velocity);
+                row[knot] = learned_force(&unit, x, *velocity);
                 unit[frame.len() + knot] = 0.0;
-                column
-            };
-            let row = DVector::from_iterator(knots, (0..knots).map(column));
+            }
+            row[knots] = (x - frame[0]) / frame[1];
+            row[knots + 1] = velocity / frame[2];
             right += &row * *force;
             normal += &row * row.transpose();
         }
     }
-    let mut found = vec![0.0; knots];
+    let mut found = vec![0.0; columns];
     for _ in 0..SWEEPS {
-        for knot in 0..knots {
-            let others: f64 = (0..knots).map(|k| normal[(knot, k)] * found[k]).sum();
+        for knot in 0..columns {
+            let others: f64 = (0..columns).map(|k| normal[(knot, k)] * found[k]).sum();
             let own = normal[(knot, knot)];
             let best = (right[knot] - others + own * found[knot]) / (own * (1.0 + HELD));
-            let low = match parameters[frame.len() + knot].sign {
-                Sign::NonNegative => 0.0,
+            let low = match parameters.get(frame.len() + knot).map(|spec| spec.sign) {
+                Some(Sign::NonNegative) => 0.0,
                 _ => f64::NEG_INFINITY,
             };
             found[knot] = if own > 0.0 { best.max(low) } else { 0.0 };
         }
     }
-    unit[frame.len()..].copy_from_slice(&found);
-    unit
+    unit[frame.len()..].copy_from_slice(&found[..knots]);
+    let bent = [found[knots] / frame[1], found[knots + 1] / frame[2]];
+    (unit, bent)
 }
 
 #[cfg(test)]
@@ -195,16 +202,19 @@ mod tests {
             }],
         };
         let frame = frame(0.0, &recovered).expect("it moves");
-        let found = from_recovered(frame, 0.0, &recovered);
+        let (found, bent) = from_recovered(frame, 0.0, &recovered);
         assert!(found[12..].iter().all(|damping| *damping >= 0.0));
         let squares =
             |of: &dyn Fn(f64, f64) -> f64| pairs().map(|(x, v)| of(*x, *v).powi(2)).sum::<f64>();
-        let left = squares(&|x, v| learned_force(&found, x, v) - law(x, v)) / squares(&law);
+        let left = squares(&|x, v| {
+            let straight = bent[0] * (x - frame[0]) + bent[1] * v;
+            learned_force(&found, x, v) + straight - law(x, v)
+        }) / squares(&law);
         assert!(left < 0.01, "{left}");
         // A law that would drive: nothing of it can be learned as a damping.
         let mut driving = recovered;
         driving.traces[0].force = driving.traces[0].velocity.clone();
-        let found = from_recovered(frame, 0.0, &driving);
+        let (found, _) = from_recovered(frame, 0.0, &driving);
         assert!(found[12..].iter().all(|damping| *damping == 0.0));
     }
 }
