@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::built::Loop;
-use super::side_by_side::{DeviceRun, PidRun};
+use super::side_by_side::{DeviceRun, same_bits};
 use super::summary::{Spread, instructions};
 use crate::compare::closed_loop::{Run, Score};
 use crate::error::{Error, Result};
@@ -18,9 +18,9 @@ pub struct Contestant {
     pub name: String,
     /// Its score in each loop.
     pub loops: Vec<Score>,
-    /// Instructions of a control step in the first loop; null where the board does not count them.
+    /// Instructions of a control step over all loops; null where the board does not count them.
     pub instructions_per_step: Option<Spread>,
-    /// In the first loop every command of the board had the bits of the host's; null where the host is the board.
+    /// Every command of the board had the bits of the host's; null where the host is the board.
     pub host_equals_device: Option<bool>,
     /// Its first loop, for plots.
     #[serde(skip)]
@@ -28,28 +28,32 @@ pub struct Contestant {
 }
 
 impl Contestant {
-    /// A predictive controller: its loops, and its first one on the board where that is not the host.
+    /// A predictive controller: its loops on this computer, and on the board where that is another.
     ///
     /// # Errors
     /// No loop, or other bits on the board.
-    pub fn mpc(name: String, loops: Vec<DeviceRun>, on_board: Option<&DeviceRun>) -> Result<Self> {
+    pub fn mpc(name: String, loops: Vec<DeviceRun>, board: Option<&[DeviceRun]>) -> Result<Self> {
+        let equal = board.map(|board| {
+            let pairs = board.iter().zip(&loops);
+            let mut same = pairs.map(|(a, b)| same_bits(&a.answers, &b.answers));
+            board.len() == loops.len() && same.all(|same| same)
+        });
+        if equal == Some(false) {
+            return Err(Error::failed(format!(
+                "{name}: the board and this computer give different commands"
+            )));
+        }
+        let answers = board.map(|board| board.iter().flat_map(|run| run.answers.clone()));
         let scores = loops.iter().map(|run| run.score.clone()).collect();
         let first = loops
             .into_iter()
             .next()
             .ok_or_else(|| Error::failed("no loop was run"))?;
-        if let Some(board) = on_board
-            && !super::side_by_side::same_bits(&board.answers, &first.answers)
-        {
-            return Err(Error::failed(format!(
-                "{name}: the board and this computer give different commands"
-            )));
-        }
         Ok(Self {
             name,
             loops: scores,
-            instructions_per_step: on_board.map(|run| instructions(&run.answers)),
-            host_equals_device: on_board.map(|_| true),
+            instructions_per_step: answers.map(|all| instructions(&all.collect::<Vec<_>>())),
+            host_equals_device: equal,
             first: first.run,
         })
     }
@@ -58,15 +62,15 @@ impl Contestant {
     ///
     /// # Errors
     /// No loop.
-    pub fn pid(loops: Vec<PidRun>) -> Result<Self> {
-        let scores = loops.iter().map(|run| run.score.clone()).collect();
+    pub fn pid(loops: Vec<(Score, Run)>) -> Result<Self> {
+        let scores = loops.iter().map(|(score, _)| score.clone()).collect();
         let first = loops.into_iter().next();
         Ok(Self {
             name: "PID".into(),
             loops: scores,
             instructions_per_step: None,
             host_equals_device: None,
-            first: first.ok_or_else(|| Error::failed("no loop was run"))?.run,
+            first: first.ok_or_else(|| Error::failed("no loop was run"))?.1,
         })
     }
 
@@ -109,7 +113,7 @@ pub struct Contest {
     rig: String,
     /// The real rig; null where the rig was moved.
     plant: Option<String>,
-    /// Where the first loop of each predictive controller ran.
+    /// Where the predictive controllers ran.
     board: &'static str,
     rate_hz: f64,
     steps: usize,
@@ -168,10 +172,8 @@ impl Contest {
     pub fn table(&self) -> Table {
         let loops = self.controllers.first().map_or(0, |c| c.loops.len());
         let ran = match self.board {
-            "host" => "all on this computer".into(),
-            board => format!(
-                "the first of each MPC on {board} and, with the same bits, on this computer as the others"
-            ),
+            "host" => "on this computer".into(),
+            board => format!("of each MPC on {board} and, with the same bits, on this computer"),
         };
         let caption = format!("{loops} loops of {} steps, {ran}", self.steps);
         let titles = [

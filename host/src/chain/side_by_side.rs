@@ -84,11 +84,7 @@ impl Bench<'_> {
             match (k, task.recorded) {
                 (0, _) => self.scenario(values),
                 (_, true) => self.with(values, asked.clone(), seed),
-                (_, false) => {
-                    let (steps, period) = (asked.steps(), task.period_s);
-                    let moves = Reference::moves(&task.workspaces, steps, period, seed);
-                    self.with(values, moves, seed)
-                }
+                (_, false) => self.with(values, self.moves(asked.steps(), seed), seed),
             }
         };
         (0..count).map(of).collect()
@@ -105,7 +101,7 @@ impl Bench<'_> {
             let reference = if self.task.recorded {
                 self.task.reference.mirrored(steps, i)
             } else {
-                Reference::moves(&self.task.workspaces, steps, self.task.period_s, seed)
+                self.moves(steps, seed)
             };
             self.with(values, reference, seed)
         });
@@ -125,6 +121,14 @@ impl Bench<'_> {
             .0
         };
         vec![self.plant.values(), draw(77), draw(78)]
+    }
+
+    /// Random moves from rest where the recording starts: elsewhere a spring would throw the plant off before any
+    /// controller can act, and weights and gains would be tuned to that.
+    fn moves(&self, steps: usize, seed: u64) -> Reference {
+        let home = self.task.outputs.iter().map(|s| self.task.home[*s]);
+        let (workspaces, period) = (&self.task.workspaces, self.task.period_s);
+        Reference::moves(workspaces, &home.collect::<Vec<_>>(), steps, period, seed)
     }
 
     fn with(&self, values: &[f64], reference: Reference, seed: u64) -> Result<Scenario> {

@@ -7,7 +7,6 @@ use clap::builder::RangedU64ValueParser;
 
 use super::{LoopArguments, overwrite};
 use crate::chain::contest::{Contest, Contestant};
-use crate::chain::side_by_side::PidRun;
 use crate::error::{Error, Result};
 use crate::progress::Stage;
 use crate::project::Board;
@@ -27,7 +26,7 @@ pub struct Arguments {
     /// Loops a controller; all but the first have other noise and other moves.
     #[arg(long, value_name = "N", default_value = "1", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1000))]
     loops: usize,
-    /// Where the first loop of each model runs; its commands must have the bits of this computer's.
+    /// Where the models run; commands of another board must have the bits of this computer's.
     #[arg(long, value_enum, default_value = "host")]
     board: Board,
     /// Where the scores are written for programs (sinew-comparison/1).
@@ -42,7 +41,7 @@ pub struct Arguments {
 }
 
 /// # Errors
-/// A bad file, a model that does not fit the rig, inputs and outputs that do not pair off.
+/// A bad file, or a model that does not fit the rig.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let of_loop = &arguments.of_loop;
     let names = names(&arguments.models)?;
@@ -76,23 +75,24 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         let run = |board, scenarios| of_loop.run(&ready, spec, &folder, board, scenarios);
         let on_board = match arguments.board {
             Board::Host => None,
-            board => run(board, &scenarios[..1])?.pop(),
+            board => Some(run(board, &scenarios)?),
         };
         let loops = run(Board::Host, &scenarios)?;
-        controllers.push(Contestant::mpc(name, loops, on_board.as_ref())?);
+        controllers.push(Contestant::mpc(name, loops, on_board.as_deref())?);
     }
     let stage = Stage::begin("tune and run the PID", of_loop.common.quiet);
-    let tuning = bench.tuned_pid(&ready.values)?;
-    let loops = scenarios.iter().map(|scenario| {
-        let run = scenario.run(&mut bench.pid_with(&tuning))?;
-        Ok(PidRun {
-            score: run.score(&ready.task.limits),
-            run,
-            tuning: tuning.clone(),
-        })
-    });
-    controllers.push(Contestant::pid(loops.collect::<Result<_>>()?)?);
-    stage.end("on the plant that it is judged on");
+    match bench.tuned_pid(&ready.values) {
+        Ok(tuning) => {
+            let loops = scenarios.iter().map(|scenario| {
+                let run = scenario.run(&mut bench.pid_with(&tuning))?;
+                Ok((run.score(&ready.task.limits), run))
+            });
+            controllers.push(Contestant::pid(loops.collect::<Result<_>>()?)?);
+            stage.end("on the plant that it is judged on");
+        }
+        // Inputs and outputs that do not pair off are no reason to withhold the others.
+        Err(reason) => stage.end(format!("none: {reason}")),
+    }
 
     println!("reference: {}", ready.task.reference_source);
     for m in &ready.moved {

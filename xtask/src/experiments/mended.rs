@@ -30,11 +30,12 @@ pub fn run(seed: u64) -> Result<()> {
     let begun = Instant::now();
     let bench = Bench {
         toolchain: setup::run(Extent::Build)?,
-        out: root().join("target/experiments/mended"),
+        out: "target/experiments/mended".into(),
         seed,
     };
     process::run(&mut cargo(&["build", "--package", "sinew"]))?;
-    fs::create_dir_all(&bench.out)
+    // Paths are relative to the checkout: what is printed can be typed again.
+    fs::create_dir_all(root().join(&bench.out))
         .with_context(|| format!("cannot make {}", bench.out.display()))?;
     for (k, role) in (0..).zip(["fit", "check", "test"]) {
         bench.record(role, 3 * seed + k)?;
@@ -95,7 +96,7 @@ impl Bench {
     fn rigs(&self) -> Result<()> {
         let believed = Path::new(BELIEVED);
         let copy = self.path("MPC-believed.toml");
-        fs::copy(root().join(believed), &copy)
+        fs::copy(root().join(believed), root().join(&copy))
             .with_context(|| format!("cannot write {}", copy.display()))?;
         let mut fit = self.sinew("fit", believed);
         self.recordings(&mut fit);
@@ -157,7 +158,7 @@ impl Bench {
     /// summary.json: what was found, and the comparison.
     fn summary(&self, begun: Instant) -> Result<()> {
         let read = |name: &str| -> Result<Value> {
-            let path = self.path(name);
+            let path = root().join(self.path(name));
             let text = fs::read_to_string(&path);
             let text = text.with_context(|| format!("cannot read {}", path.display()))?;
             serde_json::from_str(&text).with_context(|| format!("{} is no JSON", path.display()))
@@ -170,7 +171,8 @@ impl Bench {
         });
         let path = self.path("summary.json");
         let text = serde_json::to_string_pretty(&summary)? + "\n";
-        fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
+        fs::write(root().join(&path), text)
+            .with_context(|| format!("cannot write {}", path.display()))?;
         println!("{}: {:.0} s", path.display(), begun.elapsed().as_secs_f64());
         Ok(())
     }
