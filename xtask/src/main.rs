@@ -4,6 +4,7 @@
 mod bench;
 mod ci;
 mod demo;
+mod experiments;
 mod foreign;
 mod generate;
 mod help;
@@ -108,6 +109,12 @@ const VERBS: &[Verb] = &[
         arguments: "[--seed S] [--cases N] [--fresh] [--score] [--publish] | --committed | --bouc-wen",
         line: "Recordings with concealed physics put to `sinew diagnose`, and the table of what it found",
         run: proof::run,
+    },
+    Verb {
+        name: "experiments",
+        arguments: "[NAMES] [--seed S]",
+        line: "Questions whose answer is measured: what a controller gains from a mended model (mended)",
+        run: experiments::run,
     },
     Verb {
         name: "survive",

@@ -14,7 +14,7 @@ use super::learn::{Record, VISITS, learn, save};
 use super::moved::Moved;
 use super::side_by_side::{Bench, DeviceRun, PidRun, same_bits};
 use super::task::Task;
-use super::tune::tune;
+use super::tune::tuned;
 use crate::dataset::{Visit, visits};
 use crate::diagnose::{Diagnosis, Options, Recordings, diagnose};
 use crate::error::{Error, Result};
@@ -324,18 +324,13 @@ fn model(
     ));
 
     let mut spec = learned.spec;
-    project::write(&request.out, &spec)?;
-    let host = compile(request, Board::Host)?;
-    let stage = Stage::begin("tune the controller", request.quiet);
-    let scenarios = bench.tuning_scenarios(&bench.tuning_plants())?;
-    let device = || Bench::start(&request.out, Board::Host, &host);
-    let weights = tune(device, fingerprint(&spec), &scenarios, bench.task)?;
-    spec.control.move_suppression = weights.move_suppression;
-    spec.control.disturbance_gain = weights.disturbance_gain;
-    stage.end(format!(
-        "move suppression {:.1e}, disturbance gain {:.2}",
-        spec.control.move_suppression[0], spec.control.disturbance_gain
-    ));
+    tuned(
+        &mut spec,
+        bench,
+        &request.out,
+        request.cache.as_deref(),
+        request.quiet,
+    )?;
 
     save(&folder, &spec)?;
     let text = serde_json::to_string(&Kept {

@@ -1,4 +1,4 @@
-//! A model that is there already, put into its loop: what `compare` and `pil` share.
+//! Models that are there already, put into their loop: what `tune`, `compare` and `pil` share.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,8 @@ use sinew_codegen::store;
 use sinew_sim::{Plant, Rig};
 
 use super::build::compile_in;
-use super::side_by_side::{Bench, DeviceRun};
+use super::moved::{Moved, moved};
+use super::side_by_side::{Bench, DeviceRun, LEAST_MOVED, MOST_MOVED};
 use super::task::Task;
 use crate::compare::closed_loop::Scenario;
 use crate::error::{Error, Result};
@@ -16,22 +17,35 @@ use crate::progress::Stage;
 use crate::project::{self, Board};
 use crate::recording::Recording;
 
-/// A rig, its task and its model.
+/// A rig's task and the plant of its loop.
 pub struct Loop {
-    /// The rig, compiled.
+    /// The rig's file, for errors.
+    rig: String,
+    /// The plant of the loop.
     pub plant: Plant,
+    /// Its parameters.
+    pub values: Vec<f64>,
+    /// Those that were moved.
+    pub moved: Vec<Moved>,
     /// What the controller is asked for.
     pub task: Task,
-    /// The model.
-    pub spec: ModelSpec,
+    /// Seed of everything drawn.
+    pub seed: u64,
 }
 
 impl Loop {
-    /// Reads all files and checks that they belong together.
+    /// Reads the files and checks that they belong together. The plant of the loop is that of `real` as it is written,
+    /// or else the rig's with every free parameter moved; the task is the rig's either way.
     ///
     /// # Errors
-    /// A bad file, or a model whose signals are not the rig's.
-    pub fn load(rig: &Path, model: &Path, fit: &[PathBuf], test: &[PathBuf]) -> Result<Self> {
+    /// A bad file, or a real rig with other inputs or sensors.
+    pub fn load(
+        rig: &Path,
+        real: Option<&Path>,
+        fit: &[PathBuf],
+        test: &[PathBuf],
+        seed: u64,
+    ) -> Result<Self> {
         let read = |paths: &[PathBuf]| {
             paths
                 .iter()
@@ -46,24 +60,49 @@ impl Loop {
             .or(recordings.last())
             .ok_or_else(|| Error::arguments("no recording").help("name one with --fit"))?;
         let task = Task::new(&rig, &plant, &recordings, reference)?;
+        let (plant, values, moved) = match real {
+            None => {
+                let (values, moved) = moved(&plant, LEAST_MOVED, MOST_MOVED, seed);
+                (plant, values, moved)
+            }
+            Some(path) => {
+                let real = Plant::new(&Rig::load(path)?)?;
+                same_signals(path, &real, &rig, &plant)?;
+                let values = real.values();
+                (real, values, Vec::new())
+            }
+        };
+        Ok(Self {
+            rig: rig.file,
+            plant,
+            values,
+            moved,
+            task,
+            seed,
+        })
+    }
+
+    /// Reads a model.
+    ///
+    /// # Errors
+    /// A bad file, or signals that are not the rig's.
+    pub fn model(&self, model: &Path) -> Result<ModelSpec> {
         let spec = store::load(model)?;
-        let inputs: Vec<&str> = plant.inputs().iter().map(|i| i.column.as_str()).collect();
-        let outputs: Vec<&str> = task
-            .outputs
-            .iter()
-            .map(|s| plant.sensors()[*s].column.as_str())
-            .collect();
-        fits(model, "input", &spec.inputs, &inputs, &rig)?;
-        fits(model, "output", &spec.outputs, &outputs, &rig)?;
-        Ok(Self { plant, task, spec })
+        let inputs = self.plant.inputs().iter().map(|i| i.column.as_str());
+        let sensors = self.plant.sensors();
+        let outputs = self.task.outputs.iter();
+        let outputs = outputs.map(|s| sensors[*s].column.as_str());
+        self.fits(model, "input", &spec.inputs, &inputs.collect::<Vec<_>>())?;
+        self.fits(model, "output", &spec.outputs, &outputs.collect::<Vec<_>>())?;
+        Ok(spec)
     }
 
     /// What runs of this loop share.
-    pub fn bench(&self, seed: u64) -> Bench<'_> {
+    pub fn bench(&self) -> Bench<'_> {
         Bench {
             plant: &self.plant,
             task: &self.task,
-            seed,
+            seed: self.seed,
         }
     }
 
@@ -72,51 +111,80 @@ impl Loop {
         self.task.units(&self.plant)
     }
 
-    /// Writes, builds and runs the firmware.
+    /// Writes, builds and runs the firmware of a model, once a scenario.
     ///
     /// # Errors
     /// It does not build or run.
     pub fn run(
         &self,
-        bench: &Bench<'_>,
+        spec: &ModelSpec,
         folder: &Path,
         board: Board,
         cache: Option<&Path>,
         quiet: bool,
-        scenario: &Scenario,
-    ) -> Result<DeviceRun> {
-        project::write(folder, &self.spec)?;
+        scenarios: &[Scenario],
+    ) -> Result<Vec<DeviceRun>> {
+        project::write(folder, spec)?;
         let built = compile_in(folder, board, cache, quiet)?;
         let stage = Stage::begin(format!("run it on {}", board.name()), quiet);
-        let run = bench.on_device(folder, board, &built, fingerprint(&self.spec), scenario)?;
-        stage.end(format!("{} steps", run.summary.steps));
-        Ok(run)
+        let (bench, hash) = (self.bench(), fingerprint(spec));
+        let runs: Vec<DeviceRun> = scenarios
+            .iter()
+            .map(|scenario| bench.on_device(folder, board, &built, hash, scenario))
+            .collect::<Result<_>>()?;
+        let steps: u32 = runs.iter().map(|run| run.summary.steps).sum();
+        stage.end(format!("{steps} steps"));
+        Ok(runs)
+    }
+
+    /// The model's signals of one role are the rig's, in number, name and order.
+    fn fits(&self, model: &Path, role: &str, signals: &[Signal], columns: &[&str]) -> Result<()> {
+        let names: Vec<&str> = signals.iter().map(|s| s.name.as_str()).collect();
+        if names == columns {
+            return Ok(());
+        }
+        let path = model.join(store::MODEL_FILE);
+        let header = format!("[[{role}]]");
+        let text = std::fs::read_to_string(&path).unwrap_or_default();
+        let line = text
+            .lines()
+            .position(|line| line.trim() == header)
+            .map_or(1, |line| line + 1);
+        Err(Error::file(
+            &path,
+            format!(
+                "the network's {role}s do not fit the rig {}: it has {}",
+                self.rig,
+                list(&names)
+            ),
+        )
+        .at(line, 1)
+        .expected(format!("the rig's {role}s: {}", list(columns)))
+        .help("train a model for this rig: sinew train"))
     }
 }
 
-/// The model's signals of one role are the rig's, in number, name and order.
-fn fits(model: &Path, role: &str, signals: &[Signal], columns: &[&str], rig: &Rig) -> Result<()> {
-    let names: Vec<&str> = signals.iter().map(|s| s.name.as_str()).collect();
-    if names == columns {
+fn list(names: &[&str]) -> String {
+    format!("{} ({})", names.len(), names.join(", "))
+}
+
+/// The real rig is driven and read through the same columns, in the same order: a controller takes them by place.
+fn same_signals(path: &Path, real: &Plant, rig: &Rig, believed: &Plant) -> Result<()> {
+    let columns = |plant: &Plant| {
+        let inputs = plant.inputs().iter().map(|i| i.column.clone());
+        let sensors = plant.sensors().iter().map(|s| s.column.clone());
+        inputs.chain(sensors).collect::<Vec<String>>()
+    };
+    let (has, wants) = (columns(real), columns(believed));
+    if has == wants {
         return Ok(());
     }
-    let path = model.join(store::MODEL_FILE);
-    let header = format!("[[{role}]]");
-    let text = std::fs::read_to_string(&path).unwrap_or_default();
-    let line = text
-        .lines()
-        .position(|line| line.trim() == header)
-        .map_or(1, |line| line + 1);
-    let list = |names: &[&str]| format!("{} ({})", names.len(), names.join(", "));
-    Err(Error::file(
-        &path,
-        format!(
-            "the network's {role}s do not fit the rig {}: it has {}",
+    let list = |columns: &[String]| list(&columns.iter().map(String::as_str).collect::<Vec<_>>());
+    Err(
+        Error::file(path, format!("its inputs and sensors are {}", list(&has))).expected(format!(
+            "those of {}: {}",
             rig.file,
-            list(&names)
-        ),
+            list(&wants)
+        )),
     )
-    .at(line, 1)
-    .expected(format!("the rig's {role}s: {}", list(columns)))
-    .help("train a model for this rig: sinew train"))
 }

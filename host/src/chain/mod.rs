@@ -3,6 +3,7 @@
 
 pub mod build;
 pub mod built;
+pub mod contest;
 pub mod learn;
 pub mod moved;
 pub mod page;

@@ -72,6 +72,24 @@ impl Bench<'_> {
         self.with(values, self.task.reference.clone(), self.seed)
     }
 
+    /// The loop that is reported, and `count` - 1 more: with other noise and, unless the reference was recorded, other
+    /// moves over the same workspace. Tuning sees none of them.
+    ///
+    /// # Errors
+    /// As [`Bench::scenario`].
+    pub fn scenarios(&self, values: &[f64], count: usize) -> Result<Vec<Scenario>> {
+        let of = |k: usize| {
+            let (asked, task) = (&self.task.reference, self.task);
+            let seed = self.seed.wrapping_add(2000 + k as u64);
+            match (k, task.recorded) {
+                (0, _) => self.scenario(values),
+                (_, true) => self.with(values, asked.clone(), seed),
+                (_, false) => self.with(values, self.moves(asked.steps(), seed), seed),
+            }
+        };
+        (0..count).map(of).collect()
+    }
+
     /// Loops for tuning: other references and other noise.
     ///
     /// # Errors
@@ -83,7 +101,10 @@ impl Bench<'_> {
             let reference = if self.task.recorded {
                 self.task.reference.mirrored(steps, i)
             } else {
-                Reference::moves(&self.task.workspaces, steps, self.task.period_s, seed)
+                // From anywhere, in balance or not: tuned on balanced starts alone, the demo's PID had twice the error.
+                let anywhere = vec![None; self.task.outputs.len()];
+                let (workspaces, period) = (&self.task.workspaces, self.task.period_s);
+                Reference::moves(workspaces, &anywhere, steps, period, seed)
             };
             self.with(values, reference, seed)
         });
@@ -103,6 +124,14 @@ impl Bench<'_> {
             .0
         };
         vec![self.plant.values(), draw(77), draw(78)]
+    }
+
+    /// Random moves from rest where the recording starts: elsewhere a spring throws the plant off before any controller
+    /// can act, and the largest error would be that.
+    fn moves(&self, steps: usize, seed: u64) -> Reference {
+        let home = self.task.outputs.iter().map(|s| self.task.home[*s]);
+        let (workspaces, period) = (&self.task.workspaces, self.task.period_s);
+        Reference::moves(workspaces, &home.collect::<Vec<_>>(), steps, period, seed)
     }
 
     fn with(&self, values: &[f64], reference: Reference, seed: u64) -> Result<Scenario> {
@@ -199,23 +228,35 @@ impl Bench<'_> {
     /// # Errors
     /// Inputs and outputs do not pair off, or the plant diverges under the best PID found.
     pub fn pid(&self, values: &[f64], scenario: &Scenario) -> Result<PidRun> {
+        let tuning = self.tuned_pid(values)?;
+        let run = scenario.run(&mut self.pid_with(&tuning))?;
+        Ok(PidRun {
+            score: run.score(&self.task.limits),
+            run,
+            tuning,
+        })
+    }
+
+    /// A PID at rest.
+    pub fn pid_with(&self, tuning: &[Tuning]) -> PidController {
+        PidController::new(tuning, &self.task.limits, self.task.period_s)
+    }
+
+    /// The tuning of [`Bench::pid`].
+    ///
+    /// # Errors
+    /// Inputs and outputs do not pair off.
+    pub fn tuned_pid(&self, values: &[f64]) -> Result<Vec<Tuning>> {
         let plants = vec![values.to_vec(), values.to_vec()];
         let scenarios = self.tuning_scenarios(&plants)?;
         let task = self.task;
-        let tuning = tune(
+        tune(
             &scenarios,
             &task.limits,
             &task.output_range,
             &task.input_range,
             task.horizon,
-        )?;
-        let mut pid = PidController::new(&tuning, &task.limits, task.period_s);
-        let run = scenario.run(&mut pid)?;
-        Ok(PidRun {
-            score: run.score(&task.limits),
-            run,
-            tuning,
-        })
+        )
     }
 }
 

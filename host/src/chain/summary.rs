@@ -4,7 +4,12 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use crate::compare::mpc::Answer;
 use crate::error::{Error, Result};
+
+/// Ticks of QEMU's 25 MHz timer last 40 ns and an instruction 32 ns of virtual time (`-icount shift=5`,
+/// boards/qemu/run.sh), so that a count is good to one or two instructions.
+const INSTRUCTIONS_A_TICK: f64 = 40.0 / 32.0;
 
 /// `sinew-demo/1`.
 #[derive(Clone, Debug, Serialize)]
@@ -84,6 +89,17 @@ pub struct Spread {
     pub mean: f64,
     /// Largest of the run.
     pub max: u64,
+}
+
+/// Instructions of a control step, by the ticks that came with `answers`.
+pub fn instructions(answers: &[Answer]) -> Spread {
+    let counts = answers
+        .iter()
+        .map(|a| f64::from(a.ticks) * INSTRUCTIONS_A_TICK);
+    Spread {
+        mean: counts.clone().sum::<f64>() / answers.len().max(1) as f64,
+        max: counts.fold(0.0, f64::max).round() as u64,
+    }
 }
 
 /// Free-run errors of one signal, SI.

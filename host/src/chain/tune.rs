@@ -1,7 +1,11 @@
 //! Weights of the predictive controller, found on the fitted plant and plants near it: never on the
 //! plant, the reference or the noise that the comparison uses.
 
+use std::path::Path;
 use std::sync::{Mutex, PoisonError};
+
+use sinew_codegen::fingerprint;
+use sinew_codegen::spec::ModelSpec;
 
 use crate::compare::closed_loop::{Scenario, cost};
 use crate::compare::mpc::{MpcController, Weights};
@@ -9,7 +13,39 @@ use crate::compare::optimise::{Range, minimise};
 use crate::device::Device;
 use crate::error::{Error, Result};
 
+use crate::progress::Stage;
+use crate::project::{self, Board};
+
+use super::build::compile_in;
+use super::side_by_side::Bench;
 use super::task::Task;
+
+/// Builds the controller of `spec` in `folder` for this computer, tunes it on the bench's plant and plants near it, and
+/// leaves the weights in `spec`.
+///
+/// # Errors
+/// The firmware does not build, or as [`tune`].
+pub fn tuned(
+    spec: &mut ModelSpec,
+    bench: &Bench<'_>,
+    folder: &Path,
+    cache: Option<&Path>,
+    quiet: bool,
+) -> Result<()> {
+    project::write(folder, spec)?;
+    let host = compile_in(folder, Board::Host, cache, quiet)?;
+    let stage = Stage::begin("tune the controller", quiet);
+    let scenarios = bench.tuning_scenarios(&bench.tuning_plants())?;
+    let device = || Bench::start(folder, Board::Host, &host);
+    let weights = tune(device, fingerprint(spec), &scenarios, bench.task)?;
+    spec.control.move_suppression = weights.move_suppression;
+    spec.control.disturbance_gain = weights.disturbance_gain;
+    stage.end(format!(
+        "move suppression {:.1e}, disturbance gain {:.2}",
+        spec.control.move_suppression[0], spec.control.disturbance_gain
+    ));
+    Ok(())
+}
 
 /// Tunes move suppression (one factor for all inputs) and the gain of the disturbance estimate on
 /// `scenarios`; a move suppression that the rig fixes is kept.

@@ -17,19 +17,21 @@ mod record;
 mod simulate;
 mod size;
 mod train;
+mod tune;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
 use crate::chain::built::Loop;
-use crate::chain::side_by_side::{Bench, DeviceRun};
+use crate::chain::side_by_side::DeviceRun;
 use crate::compare::closed_loop::Scenario;
 use crate::device::Device;
 use crate::error::Result;
 use crate::live::Names;
 use crate::project::Board;
+use sinew_codegen::spec::ModelSpec;
 use sinew_firmware::protocol::Identity;
 
 /// From a recording and a rig to a controlled Cortex-M4F.
@@ -64,7 +66,9 @@ enum Verb {
     Import(import::Arguments),
     /// Show what a network takes on a board: flash, RAM, stack and time.
     Size(size::Arguments),
-    /// Run the predictive controller and a tuned PID on the same plant, on this computer.
+    /// Tune the weights of a model's controller.
+    Tune(tune::Arguments),
+    /// Run predictive controllers and a tuned PID on the same plant, on this computer.
     Compare(compare::Arguments),
     /// Run the firmware on a board against the simulated plant, frame by frame.
     Pil(pil::Arguments),
@@ -87,13 +91,11 @@ pub struct Recordings {
     pub test: Vec<PathBuf>,
 }
 
-/// A rig, its model and where their loop is built: what `compare` and `pil` take.
+/// A rig, its recordings and where its loop is built: what `tune`, `compare` and `pil` take.
 #[derive(Args, Clone, Debug)]
 pub struct LoopArguments {
     /// The rig file (TOML), fitted.
     rig: PathBuf,
-    /// Folder of the model: model.toml and weights.safetensors.
-    model: PathBuf,
     #[command(flatten)]
     recordings: Recordings,
     /// Folder of the firmware's sources and images.
@@ -111,33 +113,35 @@ impl LoopArguments {
     ///
     /// # Errors
     /// As [`Loop::load`].
-    fn load(&self) -> Result<Loop> {
+    fn load(&self, plant: Option<&Path>) -> Result<Loop> {
         Loop::load(
             &self.rig,
-            &self.model,
+            plant,
             &self.recordings.fit,
             &self.recordings.test,
+            self.common.seed,
         )
     }
 
-    /// Runs the loop on a board.
+    /// Runs loops of a model on a board.
     ///
     /// # Errors
     /// As [`Loop::run`].
     fn run(
         &self,
         ready: &Loop,
-        bench: &Bench<'_>,
+        spec: &ModelSpec,
+        folder: &Path,
         board: Board,
-        scenario: &Scenario,
-    ) -> Result<DeviceRun> {
+        scenarios: &[Scenario],
+    ) -> Result<Vec<DeviceRun>> {
         ready.run(
-            bench,
-            &self.out,
+            spec,
+            folder,
             board,
             self.build_dir.as_deref(),
             self.common.quiet,
-            scenario,
+            scenarios,
         )
     }
 }
@@ -216,6 +220,7 @@ fn run(verb: Verb) -> Result<()> {
         Verb::Diagnose(arguments) => diagnose::run(&arguments),
         Verb::Mjcf(arguments) => mjcf::run(&arguments),
         Verb::Train(arguments) => train::run(&arguments),
+        Verb::Tune(arguments) => tune::run(&arguments),
         Verb::Emit(arguments) => emit::run(&arguments),
         Verb::Import(arguments) => import::run(&arguments),
         Verb::Size(arguments) => size::run(&arguments),

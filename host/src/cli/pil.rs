@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::LoopArguments;
-use crate::chain::side_by_side::same_bits;
+use crate::chain::side_by_side::{DeviceRun, same_bits};
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::project::Board;
@@ -16,6 +16,11 @@ use crate::report::quantity;
 pub struct Arguments {
     #[command(flatten)]
     of_loop: LoopArguments,
+    /// Folder of the model: model.toml and weights.safetensors.
+    model: PathBuf,
+    /// The rig file of the plant in the loop, taken as written; without it, RIG with every free parameter moved.
+    #[arg(long, value_name = "RIG")]
+    plant: Option<PathBuf>,
     /// Where the controller runs.
     #[arg(long, value_enum, default_value = "qemu")]
     board: Board,
@@ -28,16 +33,20 @@ pub struct Arguments {
 /// A bad file, a model that does not fit the rig, firmware that does not build or run.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let of_loop = &arguments.of_loop;
-    let ready = of_loop.load()?;
-    let bench = ready.bench(of_loop.common.seed);
-    let (values, _) = bench.moved_plant();
-    let scenario = bench.scenario(&values)?;
-    let run = |board: Board| of_loop.run(&ready, &bench, board, &scenario);
+    let ready = of_loop.load(arguments.plant.as_deref())?;
+    let spec = ready.model(&arguments.model)?;
+    let bench = ready.bench();
+    let scenario = [bench.scenario(&ready.values)?];
+    let run = |board: Board| -> Result<DeviceRun> {
+        let runs = of_loop.run(&ready, &spec, &of_loop.out, board, &scenario)?;
+        let run = runs.into_iter().next();
+        run.ok_or_else(|| Error::failed("no loop was run"))
+    };
     let device = match &arguments.port {
         None => run(arguments.board)?,
         Some(port) => {
-            let model = sinew_codegen::fingerprint(&ready.spec);
-            bench.loop_with(Device::port(port)?, model, &scenario)?.0
+            let model = sinew_codegen::fingerprint(&spec);
+            bench.loop_with(Device::port(port)?, model, &scenario[0])?.0
         }
     };
     for (i, (unit, sensor)) in ready.units().zip(&ready.task.outputs).enumerate() {

@@ -71,12 +71,20 @@ impl Reference {
         Self::of_columns(&columns.collect::<Vec<_>>())
     }
 
-    /// Random minimum-jerk moves with rests: for tuning, never for a result.
-    pub fn moves(workspaces: &[Workspace], steps: usize, period: f64, seed: u64) -> Self {
+    /// Random minimum-jerk moves with rests, from `home` where an output has one: for tuning and for loops beside the
+    /// reported one.
+    pub fn moves(
+        workspaces: &[Workspace],
+        home: &[Option<f64>],
+        steps: usize,
+        period: f64,
+        seed: u64,
+    ) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let columns = workspaces.iter().map(|w| {
+        let columns = workspaces.iter().zip(home).map(|(w, home)| {
             let mut place = || w.low + (w.high - w.low) * random.random_range(0.1..0.9);
-            let mut column = vec![place()];
+            let somewhere = place();
+            let mut column = vec![home.unwrap_or(somewhere)];
             while column.len() <= steps {
                 let (from, to) = (column[column.len() - 1], place());
                 append_move(&mut column, from, to, w.speed, period, steps);
@@ -178,9 +186,10 @@ mod tests {
             high: 3.0,
             speed: 2.0,
         }];
-        let a = Reference::moves(&workspace, 500, 0.01, 1);
-        let b = Reference::moves(&workspace, 500, 0.01, 2);
+        let a = Reference::moves(&workspace, &[None], 500, 0.01, 1);
+        let b = Reference::moves(&workspace, &[Some(0.5)], 500, 0.01, 2);
         assert_ne!(a, b);
+        assert_eq!(b.row(0), [0.5]);
         assert_eq!(a.rows.len(), 501);
         assert!(a.rows.iter().all(|r| r[0] >= -1.0 && r[0] <= 3.0));
     }

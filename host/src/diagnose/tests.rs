@@ -1,9 +1,14 @@
 //! Whole diagnoses of the shipped recordings, which a program that shares no code with the simulator wrote.
 
-use sinew_sim::Rig;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use sinew_sim::{Plant, Rig, Stepper};
 
 use super::{Diagnosis, Options, Recordings, Verdict, diagnose};
-use crate::recording::Recording;
+use crate::dataset::gaussian;
+use crate::excite;
+use crate::fit::{FitOptions, fit};
+use crate::recording::{Column, Recording};
 
 fn shipped(name: &str) -> String {
     format!(
@@ -70,4 +75,88 @@ fn the_same_seed_gives_the_same_bytes() {
         serde_json::to_string(&diagnosis).expect("it can be written")
     };
     assert_eq!(text(found(&rig())), text(found(&rig())));
+}
+
+/// A rig of `cargo xtask experiments mended`.
+fn stage(name: &str) -> Rig {
+    let folder = env!("CARGO_MANIFEST_DIR");
+    Rig::load(format!(
+        "{folder}/../rigs/experiments/flexure-stage{name}.toml"
+    ))
+    .expect("it ships with the project")
+}
+
+fn compiled(rig: &Rig) -> Plant {
+    Plant::new(rig).expect("it can be simulated")
+}
+
+/// What the real stage answers to an experiment designed for the believed one, with 28 um of noise.
+fn recorded(seed: u64) -> Recording {
+    let (believed, real) = (compiled(&stage("")), compiled(&stage(".real")));
+    let options = excite::Options {
+        seconds: 6.0,
+        rate_hz: 200.0,
+        seed,
+        ..excite::Options::default()
+    };
+    let asked = excite::design(&believed, "stage", &options).expect("it has limits");
+    let nothing = vec![f64::NAN; asked.t.len()];
+    let run = real
+        .simulate_recording(&asked.t, &[&asked.inputs[0]], &[&nothing])
+        .expect("it stays finite");
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let q = run.trajectory.column(0).into_iter();
+    let column = |name: &str, values: Vec<f64>| Column {
+        name: name.into(),
+        values,
+    };
+    let columns = vec![
+        column("u_A", asked.inputs[0].clone()),
+        column(
+            "q_m",
+            q.map(|q| q + 28e-6 * gaussian(&mut random)).collect(),
+        ),
+    ];
+    Recording::new(format!("{seed}.csv"), asked.t, columns).expect("it is one")
+}
+
+/// Positions at the end of the controller's horizon, from rest anywhere under constant commands.
+fn horizons(rig: &Rig) -> Vec<f64> {
+    let (plant, mut ends) = (compiled(rig), Vec::new());
+    let values = plant.values();
+    for q in [-6e-3, -3e-3, 0.0, 3e-3, 6e-3] {
+        for u in [-1.5, -0.7, 0.0, 0.7, 1.5] {
+            let start = plant.initial_state(&values, &[Some(q)]).expect("a start");
+            let mut stepper = Stepper::new(&plant, &values, &start).expect("a start");
+            stepper.advance(12.0 / 200.0, &[u]).expect("it is finite");
+            ends.push(stepper.signal(0));
+        }
+    }
+    ends
+}
+
+/// What a controller gains (docs/mended.md) begins with what its model foresees.
+#[test]
+fn the_mended_stage_foresees_what_no_refit_of_the_believed_one_does() {
+    let recordings = Recordings {
+        fit: vec![recorded(1)],
+        check: vec![recorded(2)],
+        test: Vec::new(),
+    };
+    let both = [recordings.fit.clone(), recordings.check.clone()].concat();
+    let refitted = fit(&stage(""), &both, &FitOptions::default(), &mut |_| {}).expect("a fit");
+    let found = diagnose(&stage(""), &recordings, &Options::default(), &|_, _, _| {});
+    let found = found.expect("it can be diagnosed");
+    let mut kinds: Vec<&str> = found.effects.iter().map(|e| e.kind.as_str()).collect();
+    kinds.sort_unstable();
+    assert_eq!(kinds, ["coulomb_friction", "cubic_stiffness"]);
+    let real = horizons(&stage(".real"));
+    let rms = |rig: &Rig| {
+        let ends = horizons(rig);
+        let squares = ends.iter().zip(&real).map(|(a, b)| (a - b).powi(2));
+        (squares.sum::<f64>() / real.len() as f64).sqrt()
+    };
+    let (before, after) = (rms(&refitted.rig), rms(&found.mended));
+    assert!(before > 100e-6, "{before}: there is little to gain");
+    assert!(after < before / 10.0, "{before} before, {after} after");
 }

@@ -150,7 +150,7 @@ fn skip(reason: &str) {
 }
 
 /// Three coupled hinges with the signals of the stored reference model: a loop that needs no training.
-fn reference_desk() -> Desk {
+pub fn reference_desk() -> Desk {
     let desk = Desk::new();
     let mut rig = String::from("format = \"sinew-rig/1\"\nname = \"three hinges\"\n");
     for body in ["1", "2", "3"] {

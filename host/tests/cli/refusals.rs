@@ -120,6 +120,8 @@ fn models() {
         "misspelt/model.toml",
         &sound.replace("past_inputs", "past_input"),
     );
+    let other = desk.read(RIG).replace("q_m", "x_m");
+    desk.write("other.toml", &other);
     let line = |model: &str| format!("compare {RIG} {model} --fit good.csv --out out");
     let report = refusals(
         &desk,
@@ -128,6 +130,9 @@ fn models() {
             &line("misspelt"),
             &line("bare"),
             &line("absent"),
+            &line("reference-s --plant other.toml"),
+            &line("reference-s/ reference-s"),
+            &line("reference-s --loops 0"),
             "emit absent --out out",
             &format!("pil {RIG} reference-s --fit good.csv --out out"),
         ],

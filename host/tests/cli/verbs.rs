@@ -239,6 +239,49 @@ fn emit_writes_a_project_that_builds_and_answers() {
 }
 
 #[test]
+fn compare_puts_several_models_to_the_same_loops_of_the_plant_it_is_given() {
+    let desk = crate::interrupt::reference_desk();
+    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pil");
+    for copy in ["a", "b"] {
+        for file in ["model.toml", "weights.safetensors"] {
+            let path = desk.path(copy).join(file);
+            std::fs::create_dir_all(desk.path(copy)).expect("it can be made");
+            std::fs::copy(checkout().join("models/reference-s").join(file), path)
+                .expect("it can be copied");
+        }
+    }
+    let damped = desk
+        .read("rig.toml")
+        .replace("damping = 20.0", "damping = 26.0");
+    desk.write("real.toml", &damped);
+    let loops = |plant: &str| -> Vec<serde_json::Value> {
+        desk.succeed(&format!(
+            "compare rig.toml a b --fit recording.csv {plant} --loops 2 --out out --build-dir {} --quiet \
+             --json scores.json --report page.html --plot error.svg",
+            cache.display()
+        ));
+        let scores: serde_json::Value =
+            serde_json::from_str(&desk.read("scores.json")).expect("it is JSON");
+        let controllers = scores["controllers"].as_array().expect("a list");
+        controllers.iter().map(|c| c["loops"].clone()).collect()
+    };
+    let real = loops("--plant real.toml");
+    // Two inputs and three outputs: no PID.
+    assert_eq!(real.len(), 2);
+    assert_eq!(real[0], real[1], "one model twice has one score");
+    assert_ne!(real[0][0], real[0][1], "the second loop is another");
+    let believed = loops("--plant rig.toml");
+    assert_ne!(
+        real[0][0], believed[0][0],
+        "the plant of the loop is the one given"
+    );
+    assert_ne!(believed[0][0], loops("")[0][0], "without one it is moved");
+    for file in ["page.html", "error.svg"] {
+        assert!(desk.read(file).contains("<svg"), "{file}");
+    }
+}
+
+#[test]
 fn help_is_no_error() {
     let desk = Desk::new();
     for line in ["--help", "build --help", "--version"] {

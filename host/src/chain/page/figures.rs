@@ -1,13 +1,9 @@
 //! `summary.json` of an outcome.
 
 use crate::chain::build::{Fitted, Outcome};
-use crate::chain::summary::{FitError, Found, NetworkError, Spread, Summary, Tracking};
+use crate::chain::summary::{FitError, Found, NetworkError, Summary, Tracking, instructions};
 use crate::fit::pool;
 use crate::project::Board;
-
-/// Ticks of QEMU's 25 MHz timer last 40 ns and an instruction 32 ns of virtual time (`-icount shift=5`,
-/// boards/qemu/run.sh), so that a count is good to one or two instructions.
-const INSTRUCTIONS_A_TICK: f64 = 40.0 / 32.0;
 
 /// `summary.json` of an outcome.
 pub fn summary(outcome: &Outcome) -> Summary {
@@ -35,7 +31,7 @@ pub fn summary(outcome: &Outcome) -> Summary {
             mpc_max: of(&outcome.mpc.score.max),
             pid_max,
         },
-        instructions_per_step: on_chip.then(|| instructions(outcome)),
+        instructions_per_step: on_chip.then(|| instructions(&outcome.mpc.answers)),
         flash_bytes: outcome.sizes.map(|s| s.flash_bytes),
         ram_bytes: outcome.sizes.map(|s| s.ram_bytes),
         stack_bytes: on_chip.then_some(outcome.mpc.summary.stack_high_water_bytes),
@@ -70,19 +66,6 @@ fn found(outcome: &Outcome) -> Option<Found> {
         before_rms: errors.before_rms,
         after_rms: errors.after_rms,
     })
-}
-
-fn instructions(outcome: &Outcome) -> Spread {
-    let counts = outcome
-        .mpc
-        .answers
-        .iter()
-        .map(|a| f64::from(a.ticks) * INSTRUCTIONS_A_TICK);
-    let n = outcome.mpc.answers.len().max(1) as f64;
-    Spread {
-        mean: counts.clone().sum::<f64>() / n,
-        max: counts.fold(0.0, f64::max).round() as u64,
-    }
 }
 
 fn fit_errors(runs: &[Fitted]) -> Vec<FitError> {

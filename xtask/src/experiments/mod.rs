@@ -1,0 +1,54 @@
+//! `cargo xtask experiments`: questions whose answer is measured; each is one file.
+
+mod mended;
+
+use anyhow::{Result, bail};
+
+/// One experiment: its name, its question, and the answering with a seed.
+struct Experiment {
+    name: &'static str,
+    question: &'static str,
+    run: fn(u64) -> Result<()>,
+}
+
+const EXPERIMENTS: &[Experiment] = &[Experiment {
+    name: "mended",
+    question: "what a controller gains once `sinew diagnose` has mended its model",
+    run: mended::run,
+}];
+
+/// Runs the named experiments, or all.
+///
+/// # Errors
+/// A name or a seed that there is not, or an experiment that fails.
+pub fn run(arguments: &[String]) -> Result<()> {
+    let mut seed = 1;
+    let mut asked: Vec<&Experiment> = Vec::new();
+    let mut rest = arguments.iter();
+    while let Some(argument) = rest.next() {
+        if argument == "--seed" {
+            seed = match rest.next().map(|text| text.parse()) {
+                Some(Ok(seed)) => seed,
+                _ => bail!("--seed needs a whole number"),
+            };
+            continue;
+        }
+        match EXPERIMENTS.iter().find(|e| e.name == argument) {
+            Some(experiment) => asked.push(experiment),
+            None => {
+                let known: Vec<String> = EXPERIMENTS
+                    .iter()
+                    .map(|e| format!("{} ({})", e.name, e.question))
+                    .collect();
+                bail!(
+                    "there is no experiment '{argument}'; there are --seed S and {}",
+                    known.join(", ")
+                );
+            }
+        }
+    }
+    if asked.is_empty() {
+        asked.extend(EXPERIMENTS);
+    }
+    asked.iter().try_for_each(|e| (e.run)(seed))
+}
