@@ -129,9 +129,9 @@ fn when(diagnosis: &Diagnosis, written: &Rig, shown: &[Shown<'_>]) -> Result<Sec
 fn follows(diagnosis: &Diagnosis) -> Section {
     let mut section = Section::new("What it follows").text(match &diagnosis.location {
         Some(location) if !location.follows.is_empty() => format!(
-            "The force that the refitted rig lacks at {}, recovered from the recordings, follows the {}.",
+            "The force that the refitted rig lacks at {}, recovered from the recordings, follows {}.",
             location.component,
-            location.follows.trim_start_matches("the ")
+            super::with_article(&location.follows)
         ),
         _ => "The force that the refitted rig lacks, recovered from the recordings.".into(),
     });

@@ -48,7 +48,7 @@ fn place(text: &mut String, diagnosis: &Diagnosis) {
     };
     let follows = match location.follows.as_str() {
         "" => String::new(),
-        what => format!(", following the {}", what.trim_start_matches("the ")),
+        what => format!(", following {}", super::with_article(what)),
     };
     line(text, "where", &format!("{}{follows}", location.component));
     for (index, stretch) in location.intervals.iter().take(STRETCHES).enumerate() {
