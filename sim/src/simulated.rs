@@ -1,7 +1,7 @@
 //! Where the simulator is compiled: once a type, here, and not again in every crate that calls it.
 //!
-//! The simulator is generic, and a generic function is compiled where it is called. At some 3,000 lines
-//! and five types that was most of the time it took to build the host, its tests and its programs.
+//! The simulator is generic, and a generic function is compiled where it is called: for three types in the host,
+//! for three again in its tests, whenever a line of theirs changed (docs/decisions/0040-compiled-once.md).
 
 use crate::drive::Drive;
 use crate::dual::Dual;
@@ -10,108 +10,71 @@ use crate::integrator::Stepper;
 use crate::plant::Plant;
 use crate::scalar::Scalar;
 
+/// What is compiled. In the trait these are generic bodies; in an `impl` that names its type nothing generic is left,
+/// and that makes them this crate's.
+macro_rules! bodies {
+    () => {
+        /// [`Stepper::new`].
+        fn begin(
+            plant: &Plant,
+            values: &[Self],
+            start: &[Self],
+        ) -> Result<Stepper<Self>, SimulationError> {
+            Stepper::begin(plant, values, start)
+        }
+
+        /// [`Stepper::set_state`].
+        fn place(stepper: &mut Stepper<Self>, state: &[Self]) -> Result<(), SimulationError> {
+            stepper.place(state)
+        }
+
+        /// [`Stepper::advance_between`].
+        fn pass(
+            stepper: &mut Stepper<Self>,
+            dt: f64,
+            inputs: [&[Self]; 2],
+        ) -> Result<(), SimulationError> {
+            stepper.pass(dt, inputs)
+        }
+
+        /// [`Stepper::signal`].
+        fn signal(stepper: &Stepper<Self>, sensor: usize) -> Self {
+            stepper.sense(sensor)
+        }
+
+        /// [`Plant::initial_state`].
+        fn start(
+            plant: &Plant,
+            values: &[Self],
+            first: &[Option<f64>],
+        ) -> Result<Vec<Self>, SimulationError> {
+            plant.start(values, first)
+        }
+
+        /// [`Plant::simulate_with`].
+        fn run(
+            plant: &Plant,
+            values_and_start: [&[Self]; 2],
+            drive: &Drive,
+            times: &[f64],
+            visit: &mut dyn FnMut(usize, &Stepper<Self>),
+        ) -> Result<Stepper<Self>, SimulationError> {
+            plant.run(values_and_start, drive, times, visit)
+        }
+    };
+}
+
 /// A [`Scalar`] that a plant can be simulated in: `f64`, and [`Dual`] of 1 to 24 seeds.
 ///
 /// Every method has a body; a scalar of one's own needs `impl Simulated for Mine {}`, and the simulator is
 /// then compiled for it where it is used.
 #[doc(hidden)]
 pub trait Simulated: Scalar {
-    /// [`Stepper::new`].
-    fn begin(
-        plant: &Plant,
-        values: &[Self],
-        start: &[Self],
-    ) -> Result<Stepper<Self>, SimulationError> {
-        Stepper::begin(plant, values, start)
-    }
-
-    /// [`Stepper::set_state`].
-    fn place(stepper: &mut Stepper<Self>, state: &[Self]) -> Result<(), SimulationError> {
-        stepper.place(state)
-    }
-
-    /// [`Stepper::advance_between`].
-    fn pass(
-        stepper: &mut Stepper<Self>,
-        dt: f64,
-        inputs: [&[Self]; 2],
-    ) -> Result<(), SimulationError> {
-        stepper.pass(dt, inputs)
-    }
-
-    /// [`Stepper::signal`].
-    fn signal(stepper: &Stepper<Self>, sensor: usize) -> Self {
-        stepper.sense(sensor)
-    }
-
-    /// [`Plant::initial_state`].
-    fn start(
-        plant: &Plant,
-        values: &[Self],
-        first: &[Option<f64>],
-    ) -> Result<Vec<Self>, SimulationError> {
-        plant.start(values, first)
-    }
-
-    /// [`Plant::simulate_with`].
-    fn run(
-        plant: &Plant,
-        values_and_start: [&[Self]; 2],
-        drive: &Drive,
-        times: &[f64],
-        visit: &mut dyn FnMut(usize, &Stepper<Self>),
-    ) -> Result<Stepper<Self>, SimulationError> {
-        plant.run(values_and_start, drive, times, visit)
-    }
+    bodies!();
 }
 
-/// The same bodies in an `impl` that has nothing generic left: what makes them this crate's.
 macro_rules! compiled_here {
-    ($($scalar:ty),*) => {$(
-        impl Simulated for $scalar {
-            fn begin(
-                plant: &Plant,
-                values: &[Self],
-                start: &[Self],
-            ) -> Result<Stepper<Self>, SimulationError> {
-                Stepper::begin(plant, values, start)
-            }
-
-            fn place(stepper: &mut Stepper<Self>, state: &[Self]) -> Result<(), SimulationError> {
-                stepper.place(state)
-            }
-
-            fn pass(
-                stepper: &mut Stepper<Self>,
-                dt: f64,
-                inputs: [&[Self]; 2],
-            ) -> Result<(), SimulationError> {
-                stepper.pass(dt, inputs)
-            }
-
-            fn signal(stepper: &Stepper<Self>, sensor: usize) -> Self {
-                stepper.sense(sensor)
-            }
-
-            fn start(
-                plant: &Plant,
-                values: &[Self],
-                first: &[Option<f64>],
-            ) -> Result<Vec<Self>, SimulationError> {
-                plant.start(values, first)
-            }
-
-            fn run(
-                plant: &Plant,
-                values_and_start: [&[Self]; 2],
-                drive: &Drive,
-                times: &[f64],
-                visit: &mut dyn FnMut(usize, &Stepper<Self>),
-            ) -> Result<Stepper<Self>, SimulationError> {
-                plant.run(values_and_start, drive, times, visit)
-            }
-        }
-    )*};
+    ($($scalar:ty),*) => {$( impl Simulated for $scalar { bodies!(); } )*};
 }
 
 macro_rules! compiled_where_used {
