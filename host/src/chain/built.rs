@@ -168,12 +168,17 @@ fn list(names: &[&str]) -> String {
     format!("{} ({})", names.len(), names.join(", "))
 }
 
-/// The real rig is driven and read through the same columns, in the same order: a controller takes them by place.
+/// The real rig is driven and read through the same columns, in the same order and units: a controller takes them by
+/// place.
 fn same_signals(path: &Path, real: &Plant, rig: &Rig, believed: &Plant) -> Result<()> {
     let columns = |plant: &Plant| {
-        let inputs = plant.inputs().iter().map(|i| i.column.clone());
-        let sensors = plant.sensors().iter().map(|s| s.column.clone());
-        inputs.chain(sensors).collect::<Vec<String>>()
+        let inputs = plant.inputs().iter().map(|i| (&i.column, i.column_factor));
+        let sensors = plant.sensors().iter().map(|s| (&s.column, s.column_factor));
+        let said = |(column, factor): (&String, f64)| match factor {
+            1.0 => column.clone(),
+            factor => format!("{column} times {factor}"),
+        };
+        inputs.chain(sensors).map(said).collect::<Vec<String>>()
     };
     let (has, wants) = (columns(real), columns(believed));
     if has == wants {
