@@ -31,6 +31,22 @@ fn what_mujoco_cannot_carry_is_named_with_its_numbers() {
     assert!(written.text.contains(&format!("<!-- LEFT OUT: {what}")));
 }
 
+/// A force without a name is not lost on the way to MuJoCo without a word.
+#[test]
+fn a_learned_force_is_named_as_left_out() {
+    let rig = Rig::parse(ALL, "all.toml").expect("it is sound");
+    let kind = Kind::Learned;
+    let mut values = vec![0.0; kind.description().parameters.len()];
+    values[..4].copy_from_slice(&[0.0, 1.0, 2.0, 0.5]);
+    let site = rig.site(kind, "cart").expect("it is a body");
+    let rig = rig
+        .with_effect(kind, site, &values)
+        .expect("it can sit there");
+    let written = mjcf(&rig);
+    assert_eq!(written.left_out.len(), 1, "{:?}", written.left_out);
+    assert!(written.left_out[0].starts_with("learned_residual at cart"));
+}
+
 #[test]
 fn names_and_remarks_cannot_break_the_file() {
     let text = "format = \"sinew-rig/1\"\nname = \"a -- b\"\n[[body]]\nname = \"x<y & \\\"z\\\"\"\n\
