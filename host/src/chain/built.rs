@@ -11,6 +11,8 @@ use super::build::compile_in;
 use super::side_by_side::{Bench, DeviceRun};
 use super::task::Task;
 use crate::compare::closed_loop::Scenario;
+use crate::compare::disturbance::Disturbance;
+use crate::compare::results::{Entry, Results};
 use crate::error::{Error, Result};
 use crate::progress::Stage;
 use crate::project::{self, Board};
@@ -61,6 +63,7 @@ impl Loop {
     /// What runs of this loop share.
     pub fn bench(&self, seed: u64) -> Bench<'_> {
         Bench {
+            disturbance: Disturbance::None,
             plant: &self.plant,
             task: &self.task,
             seed,
@@ -70,6 +73,21 @@ impl Loop {
     /// Units of the outputs.
     pub fn units(&self) -> impl Iterator<Item = &str> {
         self.task.units(&self.plant)
+    }
+
+    /// Runs of this loop side by side.
+    pub fn results<'a>(&'a self, entries: Vec<Entry<'a>>) -> Results<'a> {
+        let sensors = self.task.outputs.iter().map(|s| &self.plant.sensors()[*s]);
+        let inputs = self.plant.inputs().iter().map(|i| i.column.clone());
+        Results {
+            entries,
+            outputs: sensors
+                .map(|s| (s.column.clone(), s.unit.clone()))
+                .collect(),
+            inputs: inputs.collect(),
+            limits: &self.task.limits,
+            period_s: self.task.period_s,
+        }
     }
 
     /// Writes, builds and runs the firmware.

@@ -1,15 +1,19 @@
-//! The predictive controller and the PID on the same plant, reference and noise.
+//! The predictive controller and those without a model on the same plant, reference, disturbance and noise.
 
 use std::path::Path;
 
+use sinew_firmware::pid::PidState;
 use sinew_firmware::protocol::Summary;
 use sinew_sim::Plant;
 
 use super::moved::{Moved, moved};
 use super::task::Task;
 use crate::compare::closed_loop::{Run, Scenario, Score};
+use crate::compare::disturbance::Disturbance;
+use crate::compare::feedback::{FeedbackController, Opponent, Training, Tuning, tune};
 use crate::compare::mpc::{Answer, MpcController};
-use crate::compare::pid::{PidController, Tuning, tune};
+use crate::compare::objective::Objective;
+use crate::compare::optimise::Budget;
 use crate::compare::reference::Reference;
 use crate::device::{Device, End, decode_log};
 use crate::error::{Error, Result};
@@ -21,6 +25,8 @@ pub const LEAST_MOVED: f64 = 0.10;
 pub const MOST_MOVED: f64 = 0.20;
 /// Steps of a reference that only tuning sees.
 const TUNING_STEPS: usize = 1000;
+/// What tuning a controller without a model for a comparison may cost: the same for all of them.
+const BUDGET: Budget = Budget::Thorough(200, 250);
 
 /// What the comparison needs to know of a plant.
 pub struct Bench<'a> {
@@ -30,6 +36,8 @@ pub struct Bench<'a> {
     pub task: &'a Task,
     /// Seed of everything drawn.
     pub seed: u64,
+    /// What is added to the commands; with its sign turned in loops for tuning.
+    pub disturbance: Disturbance,
 }
 
 /// A loop run on a device.
@@ -48,15 +56,18 @@ pub struct DeviceRun {
     pub log: String,
 }
 
-/// A loop run with the PID.
-pub struct PidRun {
+/// A loop run with a controller without a model.
+pub struct OpponentRun<L: Opponent> {
     /// The loop.
     pub run: Run,
     /// Its score.
     pub score: Score,
     /// Its tuning.
-    pub tuning: Vec<Tuning>,
+    pub tuning: Vec<Tuning<L::Gains>>,
 }
+
+/// A loop run with the PID.
+pub type PidRun = OpponentRun<PidState>;
 
 impl Bench<'_> {
     /// The plant of the comparison: the fitted one with its parameters moved by 10 to 20 %.
@@ -113,7 +124,10 @@ impl Bench<'_> {
                 first[*sensor] = reference.row(0).get(output).copied();
             }
         }
+        let sign = if seed == self.seed { 1.0 } else { -1.0 };
+        let range = self.task.input_range.iter().map(|range| sign * range);
         Ok(Scenario {
+            load: (self.disturbance, range.collect()),
             plant: self.plant.clone(),
             values: values.to_vec(),
             start: self.plant.initial_state(values, &first)?,
@@ -193,26 +207,59 @@ impl Bench<'_> {
         Ok((run, end))
     }
 
-    /// Tunes the PID on the plant of the comparison (`values`), with references it will not be judged
-    /// on, and runs `scenario`.
+    /// Tunes the PID on the plant of the comparison, and runs it.
     ///
     /// # Errors
-    /// Inputs and outputs do not pair off, or the plant diverges under the best PID found.
+    /// As [`Bench::opponent`].
     pub fn pid(&self, values: &[f64], scenario: &Scenario) -> Result<PidRun> {
+        self.opponent(values, scenario)
+    }
+
+    /// Tunes a controller without a model on the plant of the comparison (`values`), with references it will not be
+    /// judged on, and runs `scenario`.
+    ///
+    /// # Errors
+    /// Inputs and outputs do not pair off, or the plant diverges under the best gains found.
+    pub fn opponent<L: Opponent>(
+        &self,
+        values: &[f64],
+        scenario: &Scenario,
+    ) -> Result<OpponentRun<L>> {
         let plants = vec![values.to_vec(), values.to_vec()];
         let scenarios = self.tuning_scenarios(&plants)?;
-        let task = self.task;
-        let tuning = tune(
-            &scenarios,
-            &task.limits,
-            &task.output_range,
-            &task.input_range,
-            task.horizon,
+        let tuned = tune::<L>(
+            &self.training(&scenarios, Objective::Tracking),
+            BUDGET,
+            &|| (),
         )?;
-        let mut pid = PidController::new(&tuning, &task.limits, task.period_s);
-        let run = scenario.run(&mut pid)?;
-        Ok(PidRun {
-            score: run.score(&task.limits),
+        self.run_opponent(tuned.after, scenario)
+    }
+
+    /// What a controller is tuned on.
+    pub fn training<'a>(&'a self, scenarios: &'a [Scenario], objective: Objective) -> Training<'a> {
+        Training {
+            scenarios,
+            limits: &self.task.limits,
+            output_range: &self.task.output_range,
+            input_range: &self.task.input_range,
+            objective,
+            longest_lead: self.task.horizon,
+        }
+    }
+
+    /// Runs `scenario` with gains that are there.
+    ///
+    /// # Errors
+    /// The plant diverges.
+    pub fn run_opponent<L: Opponent>(
+        &self,
+        tuning: Vec<Tuning<L::Gains>>,
+        scenario: &Scenario,
+    ) -> Result<OpponentRun<L>> {
+        let (limits, period_s) = (&self.task.limits, self.task.period_s);
+        let run = scenario.run(&mut FeedbackController::<L>::new(&tuning, limits, period_s))?;
+        Ok(OpponentRun {
+            score: run.score(limits),
             run,
             tuning,
         })

@@ -3,8 +3,9 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use crate::compare::closed_loop::{Scenario, cost};
+use crate::compare::closed_loop::Scenario;
 use crate::compare::mpc::{MpcController, Weights};
+use crate::compare::objective::Objective;
 use crate::compare::optimise::{Range, minimise};
 use crate::device::Device;
 use crate::error::{Error, Result};
@@ -44,7 +45,7 @@ pub fn tune(
             });
             match run {
                 Ok(run) => {
-                    total += cost(
+                    total += Objective::Tracking.cost(
                         &run.score(&task.limits),
                         &task.output_range,
                         &task.input_range,
