@@ -6,6 +6,7 @@ pub mod built;
 pub mod learn;
 pub mod moved;
 pub mod page;
+pub mod retune;
 pub mod side_by_side;
 pub mod summary;
 pub mod task;

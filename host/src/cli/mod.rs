@@ -17,6 +17,7 @@ mod record;
 mod simulate;
 mod size;
 mod train;
+mod tune;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -64,8 +65,10 @@ enum Verb {
     Import(import::Arguments),
     /// Show what a network takes on a board: flash, RAM, stack and time.
     Size(size::Arguments),
-    /// Run the predictive controller and a tuned PID on the same plant, on this computer.
+    /// Run the predictive controller, a tuned PID and a tuned RISE on the same plant, on this computer.
     Compare(compare::Arguments),
+    /// Find the predictive controller's weights and horizons, and the gains of PID and RISE, for an objective.
+    Tune(tune::Arguments),
     /// Run the firmware on a board against the simulated plant, frame by frame.
     Pil(pil::Arguments),
     /// Build the firmware for a board and write it into its flash.
@@ -220,6 +223,7 @@ fn run(verb: Verb) -> Result<()> {
         Verb::Import(arguments) => import::run(&arguments),
         Verb::Size(arguments) => size::run(&arguments),
         Verb::Compare(arguments) => compare::run(&arguments),
+        Verb::Tune(arguments) => tune::run(&arguments),
         Verb::Pil(arguments) => pil::run(&arguments),
         Verb::Flash(arguments) => flash::run(&arguments),
         Verb::Record(arguments) => record::run(&arguments),

@@ -163,7 +163,7 @@ pub fn tune<L: Opponent>(
         )));
     }
     let mut ranges = L::ranges();
-    ranges.push(Range::linear(0.0, training.longest_lead.max(1) as f64));
+    ranges.push(Range::whole(0.0, training.longest_lead.max(1) as f64));
     let starts: Vec<Vec<f64>> = L::starts()
         .into_iter()
         .map(|mut start| {
@@ -176,7 +176,7 @@ pub fn tune<L: Opponent>(
         let units = training.input_range.iter().zip(training.output_range);
         let tunings = units.map(|(input, output)| Tuning {
             gains: L::gains(g, (*input, *output), training.period_s()),
-            lead: (lead + 0.5) as usize,
+            lead: *lead as usize,
         });
         tunings.collect()
     };

@@ -16,6 +16,8 @@ pub struct Range {
     pub high: f64,
     /// Logarithmic scale; `low` must then be positive.
     pub logarithmic: bool,
+    /// Rounded to whole numbers, such as steps.
+    pub whole: bool,
 }
 
 impl Range {
@@ -25,6 +27,7 @@ impl Range {
             low,
             high,
             logarithmic: true,
+            whole: false,
         }
     }
 
@@ -34,6 +37,15 @@ impl Range {
             low,
             high,
             logarithmic: false,
+            whole: false,
+        }
+    }
+
+    /// Whole numbers between two of them.
+    pub const fn whole(low: f64, high: f64) -> Self {
+        Self {
+            whole: true,
+            ..Self::linear(low, high)
         }
     }
 
@@ -43,7 +55,8 @@ impl Range {
         if self.logarithmic {
             (self.low.ln() + s * (self.high.ln() - self.low.ln())).exp()
         } else {
-            self.low + s * (self.high - self.low)
+            let value = self.low + s * (self.high - self.low);
+            if self.whole { value.round() } else { value }
         }
     }
 
@@ -132,10 +145,10 @@ fn simplex(
 /// What a search may cost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Budget {
-    /// Iterations from every start, and again from the best of what they found.
+    /// Iterations from every start, and again from the best of what they found and its neighbours.
     Thorough(u64, u64),
     /// Evaluations in all: every start once, two thirds of the others from the cheapest start, the rest
-    /// from what that found.
+    /// from what that found and its neighbours.
     Evaluations(usize),
 }
 
@@ -154,7 +167,22 @@ pub struct Found {
     pub evaluations: usize,
 }
 
-/// Searches within a budget; a simplex shrinks along valleys, so a second one begins where the first ended.
+/// A point, and those one step aside in a whole setting: on plateaus a simplex does not leave its step.
+fn neighbours(ranges: &[Range], point: &[f64]) -> Vec<Vec<f64>> {
+    let mut all = vec![point.to_vec()];
+    for (i, range) in ranges.iter().enumerate().filter(|(_, range)| range.whole) {
+        for value in [point[i] + 1.0, point[i] - 1.0] {
+            if (range.low..=range.high).contains(&value) {
+                let mut aside = point.to_vec();
+                aside[i] = value;
+                all.push(aside);
+            }
+        }
+    }
+    all
+}
+
+/// Searches within a budget; a simplex shrinks along valleys, so others begin where the first ended.
 /// Deterministic, as [`minimise`].
 pub fn search(
     ranges: &[Range],
@@ -181,21 +209,26 @@ pub fn search(
     let best = match budget {
         Budget::Thorough(each, again) => {
             let first = minimise(ranges, starts, each, counted);
-            minimise(ranges, &[first.0], again, counted)
+            minimise(ranges, &neighbours(ranges, &first.0), again, counted)
         }
         Budget::Evaluations(all) => {
-            let mut best = start.clone();
-            for share in [2 * all / 3, all] {
+            let within = |from: &[f64], share: usize| {
                 // Beyond its share a simplex sees walls; it runs idle until its iterations are over.
-                let within = |g: &[f64]| {
+                let cost = |g: &[f64]| {
                     if made.load(Ordering::Relaxed) < share {
                         counted(g)
                     } else {
                         f64::INFINITY
                     }
                 };
-                let found = simplex(ranges, &best.0, all as u64, &within);
-                best = better(best, found);
+                simplex(ranges, from, all as u64, &cost)
+            };
+            let first = 2 * all / 3;
+            let mut best = better(start.clone(), within(&start.0, first));
+            let from = neighbours(ranges, &best.0);
+            for (i, point) in from.iter().enumerate() {
+                let share = first + (all - first) * (i + 1) / from.len();
+                best = better(best, within(point, share));
             }
             best
         }
@@ -230,6 +263,22 @@ mod tests {
         let cost = |v: &[f64]| if v[0] < 0.4 { f64::NAN } else { v[0] };
         let (found, _) = minimise(&ranges, &[vec![0.9]], 80, cost);
         assert!((found[0] - 0.4).abs() < 0.02, "{found:?}");
+    }
+
+    #[test]
+    fn a_whole_setting_is_searched_beyond_its_plateau() {
+        let ranges = [Range::linear(0.0, 1.0), Range::whole(0.0, 12.0)];
+        // A valley that bends where the whole setting steps: from 2, no small change leads to 3.
+        let cost = |v: &[f64]| {
+            assert_eq!(v[1], v[1].round());
+            (v[1] - 3.0).powi(2) + 50.0 * (v[0] - 0.1 * v[1]).powi(2)
+        };
+        let from = |budget| search(&ranges, &[vec![0.9, 1.0]], budget, cost).best;
+        for budget in [Budget::Thorough(60, 60), Budget::Evaluations(200)] {
+            let best = from(budget);
+            assert_eq!(best[1], 3.0, "{budget:?}");
+            assert!((best[0] - 0.3).abs() < 1e-3, "{budget:?}: {best:?}");
+        }
     }
 
     #[test]
