@@ -4,7 +4,8 @@
 //! Transactions on Automatic Control 49(7), 2004, eq. 9; docs/mpc.md, eq. 13.
 //!
 //! e2 = de/dt + alpha1 e with e = r - y,
-//! u = u(0) + gain (e2 - e2(0)) + integral of (gain alpha2 e2 + beta sgn(e2)) + back-calculation.
+//! u = u(0) + gain (e2 - e2(0)) + integral of (gain alpha2 e2 + beta sgn(e2)) + back-calculation; outside the integral e2
+//! may weigh the reference, as the PID does: without that a spring's force has to come from an error.
 
 use crate::feedback::{Feedback, Law, back_calculation};
 
@@ -19,6 +20,8 @@ pub struct RiseGains {
     pub alpha2: f32,
     /// beta: the fastest disturbance that is rejected, commands per second.
     pub beta: f32,
+    /// Weight b of the reference in alpha1 (b r - y) outside the integral; 1: the paper's law.
+    pub proportional_setpoint: f32,
     /// Time constant of the filter of de/dt, seconds.
     pub filter_s: f32,
     /// Time constant of the anti-windup, seconds; shorter than a period: one period.
@@ -31,7 +34,7 @@ pub struct RiseState {
     integral: f32,
     /// de/dt, filtered.
     slope: f32,
-    /// The last e, and e2(0); none before the first sample.
+    /// The last e, and e2(0) with the weighted reference; none before the first sample.
     begun: Option<(f32, f32)>,
 }
 
@@ -48,9 +51,10 @@ impl Law for RiseState {
 
     fn advance(&mut self, gains: &RiseGains, period_s: f32, reference: f32, y: f32) -> f32 {
         let error = reference - y;
+        let weighted = gains.alpha1 * (gains.proportional_setpoint * reference - y);
         let Some((before, origin)) = self.begun else {
             // t = 0: no slope yet, and nothing integrated.
-            self.begun = Some((error, gains.alpha1 * error));
+            self.begun = Some((error, weighted));
             return self.integral;
         };
         let window = gains.filter_s + period_s;
@@ -58,7 +62,7 @@ impl Law for RiseState {
         self.begun = Some((error, origin));
         let e2 = self.slope + gains.alpha1 * error;
         self.integral += period_s * (gains.gain * gains.alpha2 * e2 + gains.beta * sign(e2));
-        gains.gain * (e2 - origin) + self.integral
+        gains.gain * (self.slope + weighted - origin) + self.integral
     }
 
     fn settle(&mut self, gains: &RiseGains, period_s: f32, wish: f32, applied: f32) {

@@ -15,6 +15,7 @@ const GAINS: RiseGains = RiseGains {
     alpha1: 5.0,
     alpha2: 4.0,
     beta: 2.0,
+    proportional_setpoint: 1.0,
     filter_s: 0.004,
     tracking_time_s: 0.1,
 };
@@ -69,7 +70,8 @@ fn constant_and_ramp_disturbances_are_rejected_where_a_pid_keeps_an_error_under_
         left_over(Rise::new([gains], period_s, WIDE, 5), period_s, load)
     };
     let pid = |load: fn(f64) -> f64| left_over(Pid::new([PID], PERIOD_S, WIDE, 5), PERIOD_S, load);
-    let (constant, ramp): (fn(f64) -> f64, fn(f64) -> f64) = (|_| 3.0, |t| t);
+    let constant: fn(f64) -> f64 = |_| 3.0;
+    let ramp: fn(f64) -> f64 = |t| t;
     assert!(pid(constant) < 1e-6, "a PID rejects a constant");
     // The integral has to rise by 1 a second: a PID's error is 1 / ki, in closed form.
     let closed_form = |kept: f64, of: f64| (kept * f64::from(PID.ki) / of - 1.0).abs() < 1e-2;
@@ -120,7 +122,7 @@ fn published(errors: &[f64]) -> Vec<f64> {
 fn commands_are_those_of_the_published_equation_in_double_precision() {
     let mut random = Random(7);
     let y: Vec<f32> = (0..400)
-        .map(|k| 0.3 * (k as f32 * 0.02).sin() + 0.01 * random.signed())
+        .map(|k| 0.3 * (f64::from(k) * 0.02).sin() as f32 + 0.01 * random.signed())
         .collect();
     let errors: Vec<f64> = y.iter().map(|y| f64::from(0.5 - y)).collect();
     let limits = Limits {

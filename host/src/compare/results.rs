@@ -203,7 +203,13 @@ mod tests {
             limits: &limits,
             period_s: 0.01,
         };
-        insta::assert_snapshot!(results.text(), @"");
+        insta::assert_snapshot!(results.text(), @r"
+        controller  output  RMS error  largest error  command change  overshoot  settling  at limits  outside limits
+        MPC         q_m       5.77 mm        20.0 mm           0.194     20.0 %   50.0 ms    0.100 s               0
+        MPC         q_rad   0.500 rad      0.500 rad               –          –         –    0.100 s               0
+        PID before  q_m       5.77 mm        20.0 mm           0.194     20.0 %   50.0 ms    0.100 s               0
+        PID before  q_rad   0.500 rad      0.500 rad               –          –         –    0.100 s               0
+        ");
         assert_eq!(results.table().rows.len(), 4);
         assert_eq!(results.plots().len(), 5);
         assert_eq!(

@@ -25,7 +25,7 @@ impl Opponent for RiseState {
     fn starts() -> Vec<Vec<f64>> {
         let of = |kp: f64| {
             [(1.0, 10.0), (10.0, 33.0)]
-                .map(|(alpha2, alpha1)| vec![kp, alpha1, alpha2, 0.1, 1.0, 10.0])
+                .map(|(alpha2, alpha1)| vec![kp, alpha1, alpha2, 0.1, 1.0, 1.0, 10.0])
         };
         [0.3, 3.0, 30.0, 300.0, 3000.0]
             .into_iter()
@@ -39,8 +39,9 @@ impl Opponent for RiseState {
             alpha1: g[1] as f32,
             alpha2: g[2] as f32,
             beta: (g[3] * input) as f32,
-            filter_s: (g[4] * period_s) as f32,
-            tracking_time_s: (g[5] * period_s) as f32,
+            proportional_setpoint: g[4] as f32,
+            filter_s: (g[5] * period_s) as f32,
+            tracking_time_s: (g[6] * period_s) as f32,
         }
     }
 
@@ -50,6 +51,7 @@ impl Opponent for RiseState {
             ("alpha1", gains.alpha1),
             ("alpha2", gains.alpha2),
             ("beta", gains.beta),
+            ("proportional_setpoint", gains.proportional_setpoint),
             ("filter_s", gains.filter_s),
             ("tracking_time_s", gains.tracking_time_s),
         ]
