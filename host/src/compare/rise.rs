@@ -16,6 +16,7 @@ impl Opponent for RiseState {
             Range::logarithmic(1e-1, 1e4), // alpha1, 1/s
             Range::logarithmic(1e-3, 1e2), // alpha2, 1/s
             Range::logarithmic(1e-4, 1e2), // beta, input ranges a second
+            Range::linear(0.0, 1.5),       // reference outside the integral
             Range::logarithmic(0.1, 30.0), // filter, periods
             Range::logarithmic(0.5, 200.0), // anti-windup, periods
         ]
