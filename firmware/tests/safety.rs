@@ -12,6 +12,7 @@ use proptest::prelude::*;
 use sinew_firmware::control_loop::{ControlLoop, Settings, Status};
 use sinew_firmware::mpc::Horizons;
 use sinew_firmware::pid::{Pid, PidGains};
+use sinew_firmware::rise::{Rise, RiseGains};
 use sinew_firmware::safety::{Limiter, Limits};
 use sinew_firmware::scaling::ModelScaling;
 
@@ -158,6 +159,29 @@ proptest! {
         let mut before = limits.safe;
         for (y, r) in &samples {
             let u = pid.step(y, r);
+            for i in 0..2 {
+                prop_assert!(limits.lower[i] <= u[i] && u[i] <= limits.upper[i]);
+                prop_assert!(within_rate(u[i], before[i], limits.rate[i]));
+            }
+            before = u;
+        }
+    }
+
+    #[test]
+    fn every_command_of_rise_is_inside(
+        limits in sound_limits(),
+        gains: [u32; 7],
+        samples in prop::collection::vec(([any_f32(), any_f32()], [any_f32(), any_f32()]), 1..20),
+    ) {
+        let g = gains.map(f32::from_bits);
+        let gains = RiseGains {
+            gain: g[0], alpha1: g[1], alpha2: g[2], beta: g[3], proportional_setpoint: g[4],
+            filter_s: g[5], tracking_time_s: g[6],
+        };
+        let mut rise = Rise::new([gains; 2], 0.01, limits, 3);
+        let mut before = limits.safe;
+        for (y, r) in &samples {
+            let u = rise.step(y, r);
             for i in 0..2 {
                 prop_assert!(limits.lower[i] <= u[i] && u[i] <= limits.upper[i]);
                 prop_assert!(within_rate(u[i], before[i], limits.rate[i]));

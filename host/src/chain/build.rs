@@ -15,6 +15,7 @@ use super::moved::Moved;
 use super::side_by_side::{Bench, DeviceRun, PidRun, same_bits};
 use super::task::Task;
 use super::tune::tuned;
+use crate::compare::disturbance::Disturbance;
 use crate::dataset::{Visit, visits};
 use crate::diagnose::{Diagnosis, Options, Recordings, diagnose};
 use crate::error::{Error, Result};
@@ -142,6 +143,7 @@ pub fn build(request: &Request) -> Result<Outcome> {
         plant: &plant,
         task: &task,
         seed: request.seed,
+        disturbance: Disturbance::None,
     };
     let (spec, record, reused) = model(
         request,

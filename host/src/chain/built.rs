@@ -12,6 +12,7 @@ use super::moved::{Moved, moved};
 use super::side_by_side::{Bench, DeviceRun, LEAST_MOVED, MOST_MOVED};
 use super::task::Task;
 use crate::compare::closed_loop::Scenario;
+use crate::compare::disturbance::Disturbance;
 use crate::error::{Error, Result};
 use crate::progress::Stage;
 use crate::project::{self, Board};
@@ -29,6 +30,8 @@ pub struct Loop {
     pub moved: Vec<Moved>,
     /// What the controller is asked for.
     pub task: Task,
+    /// What is added to the commands on their way to the plant.
+    pub disturbance: Disturbance,
     /// Seed of everything drawn.
     pub seed: u64,
 }
@@ -78,6 +81,7 @@ impl Loop {
             values,
             moved,
             task,
+            disturbance: Disturbance::None,
             seed,
         })
     }
@@ -103,6 +107,7 @@ impl Loop {
             plant: &self.plant,
             task: &self.task,
             seed: self.seed,
+            disturbance: self.disturbance,
         }
     }
 

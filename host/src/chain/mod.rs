@@ -4,9 +4,11 @@
 pub mod build;
 pub mod built;
 pub mod contest;
+pub mod contestant;
 pub mod learn;
 pub mod moved;
 pub mod page;
+pub mod retune;
 pub mod side_by_side;
 pub mod summary;
 pub mod task;

@@ -1,15 +1,19 @@
-//! The predictive controller and the PID on the same plant, reference and noise.
+//! The predictive controller and those without a model on the same plant, reference, disturbance and noise.
 
 use std::path::Path;
 
+use sinew_firmware::pid::PidState;
 use sinew_firmware::protocol::Summary;
 use sinew_sim::Plant;
 
 use super::moved::{Moved, moved};
 use super::task::Task;
 use crate::compare::closed_loop::{Run, Scenario, Score};
+use crate::compare::disturbance::Disturbance;
+use crate::compare::feedback::{FeedbackController, Opponent, Training, Tuning, tune};
 use crate::compare::mpc::{Answer, MpcController};
-use crate::compare::pid::{PidController, Tuning, tune};
+use crate::compare::objective::Objective;
+use crate::compare::optimise::Budget;
 use crate::compare::reference::Reference;
 use crate::device::{Device, End, decode_log};
 use crate::error::{Error, Result};
@@ -21,6 +25,8 @@ pub const LEAST_MOVED: f64 = 0.10;
 pub const MOST_MOVED: f64 = 0.20;
 /// Steps of a reference that only tuning sees.
 const TUNING_STEPS: usize = 1000;
+/// What tuning a controller without a model for a comparison may cost: the same for all of them.
+const BUDGET: Budget = Budget::Thorough(200, 250);
 
 /// What the comparison needs to know of a plant.
 pub struct Bench<'a> {
@@ -30,6 +36,8 @@ pub struct Bench<'a> {
     pub task: &'a Task,
     /// Seed of everything drawn.
     pub seed: u64,
+    /// What is added to the commands; with its sign turned in loops for tuning.
+    pub disturbance: Disturbance,
 }
 
 /// A loop run on a device.
@@ -48,14 +56,24 @@ pub struct DeviceRun {
     pub log: String,
 }
 
-/// A loop run with the PID.
-pub struct PidRun {
+/// A loop run with a controller without a model.
+pub struct OpponentRun<L: Opponent> {
     /// The loop.
     pub run: Run,
     /// Its score.
     pub score: Score,
     /// Its tuning.
-    pub tuning: Vec<Tuning>,
+    pub tuning: Vec<Tuning<L::Gains>>,
+}
+
+/// A loop run with the PID.
+pub type PidRun = OpponentRun<PidState>;
+
+/// Whom a loop is for.
+#[derive(Clone, Copy, PartialEq)]
+enum For {
+    Tuning,
+    Report,
 }
 
 impl Bench<'_> {
@@ -69,7 +87,8 @@ impl Bench<'_> {
     /// # Errors
     /// The plant cannot start where the recording does.
     pub fn scenario(&self, values: &[f64]) -> Result<Scenario> {
-        self.with(values, self.task.reference.clone(), self.seed)
+        let reference = self.task.reference.clone();
+        self.with(values, reference, self.seed, For::Report)
     }
 
     /// The loop that is reported, and `count` - 1 more: with other noise and, unless the reference was recorded, other
@@ -83,8 +102,8 @@ impl Bench<'_> {
             let seed = self.seed.wrapping_add(2000 + k as u64);
             match (k, task.recorded) {
                 (0, _) => self.scenario(values),
-                (_, true) => self.with(values, asked.clone(), seed),
-                (_, false) => self.with(values, self.moves(asked.steps(), seed), seed),
+                (_, true) => self.with(values, asked.clone(), seed, For::Report),
+                (_, false) => self.with(values, self.moves(asked.steps(), seed), seed, For::Report),
             }
         };
         (0..count).map(of).collect()
@@ -106,7 +125,7 @@ impl Bench<'_> {
                 let (workspaces, period) = (&self.task.workspaces, self.task.period_s);
                 Reference::moves(workspaces, &anywhere, steps, period, seed)
             };
-            self.with(values, reference, seed)
+            self.with(values, reference, seed, For::Tuning)
         });
         scenarios.collect()
     }
@@ -134,7 +153,13 @@ impl Bench<'_> {
         Reference::moves(workspaces, &home.collect::<Vec<_>>(), steps, period, seed)
     }
 
-    fn with(&self, values: &[f64], reference: Reference, seed: u64) -> Result<Scenario> {
+    fn with(
+        &self,
+        values: &[f64],
+        reference: Reference,
+        seed: u64,
+        purpose: For,
+    ) -> Result<Scenario> {
         let mut first = self.task.home.clone();
         for (output, sensor) in self.task.outputs.iter().enumerate() {
             // Tuning references begin elsewhere than the recording does.
@@ -142,7 +167,10 @@ impl Bench<'_> {
                 first[*sensor] = reference.row(0).get(output).copied();
             }
         }
+        let sign = if purpose == For::Tuning { -1.0 } else { 1.0 };
+        let range = self.task.input_range.iter().map(|range| sign * range);
         Ok(Scenario {
+            load: (self.disturbance, range.collect()),
             plant: self.plant.clone(),
             values: values.to_vec(),
             start: self.plant.initial_state(values, &first)?,
@@ -222,41 +250,54 @@ impl Bench<'_> {
         Ok((run, end))
     }
 
-    /// Tunes the PID on the plant of the comparison (`values`), with references it will not be judged
-    /// on, and runs `scenario`.
+    /// Tunes the PID on the plant of the comparison, and runs it.
     ///
     /// # Errors
-    /// Inputs and outputs do not pair off, or the plant diverges under the best PID found.
+    /// As [`Bench::tuned`] and [`Bench::run_opponent`].
     pub fn pid(&self, values: &[f64], scenario: &Scenario) -> Result<PidRun> {
-        let tuning = self.tuned_pid(values)?;
-        let run = scenario.run(&mut self.pid_with(&tuning))?;
-        Ok(PidRun {
-            score: run.score(&self.task.limits),
-            run,
-            tuning,
-        })
+        self.run_opponent(self.tuned::<PidState>(values)?, scenario)
     }
 
-    /// A PID at rest.
-    pub fn pid_with(&self, tuning: &[Tuning]) -> PidController {
-        PidController::new(tuning, &self.task.limits, self.task.period_s)
-    }
-
-    /// The tuning of [`Bench::pid`].
+    /// Tunes a controller without a model on the plant of the comparison (`values`), with references it will not be
+    /// judged on.
     ///
     /// # Errors
     /// Inputs and outputs do not pair off.
-    pub fn tuned_pid(&self, values: &[f64]) -> Result<Vec<Tuning>> {
+    pub fn tuned<L: Opponent>(&self, values: &[f64]) -> Result<Vec<Tuning<L::Gains>>> {
         let plants = vec![values.to_vec(), values.to_vec()];
         let scenarios = self.tuning_scenarios(&plants)?;
-        let task = self.task;
-        tune(
-            &scenarios,
-            &task.limits,
-            &task.output_range,
-            &task.input_range,
-            task.horizon,
-        )
+        let training = self.training(&scenarios, Objective::Tracking);
+        Ok(tune::<L>(&training, BUDGET, &|| ())?.after)
+    }
+
+    /// What a controller is tuned on.
+    pub fn training<'a>(&'a self, scenarios: &'a [Scenario], objective: Objective) -> Training<'a> {
+        Training {
+            scenarios,
+            limits: &self.task.limits,
+            output_range: &self.task.output_range,
+            input_range: &self.task.input_range,
+            objective,
+            longest_lead: self.task.horizon,
+        }
+    }
+
+    /// Runs `scenario` with gains that are there.
+    ///
+    /// # Errors
+    /// The plant diverges.
+    pub fn run_opponent<L: Opponent>(
+        &self,
+        tuning: Vec<Tuning<L::Gains>>,
+        scenario: &Scenario,
+    ) -> Result<OpponentRun<L>> {
+        let (limits, period_s) = (&self.task.limits, self.task.period_s);
+        let run = scenario.run(&mut FeedbackController::<L>::new(&tuning, limits, period_s))?;
+        Ok(OpponentRun {
+            score: run.score(limits),
+            run,
+            tuning,
+        })
     }
 }
 

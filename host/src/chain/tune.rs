@@ -7,8 +7,9 @@ use std::sync::{Mutex, PoisonError};
 use sinew_codegen::fingerprint;
 use sinew_codegen::spec::ModelSpec;
 
-use crate::compare::closed_loop::{Scenario, cost};
+use crate::compare::closed_loop::Scenario;
 use crate::compare::mpc::{MpcController, Weights};
+use crate::compare::objective::Objective;
 use crate::compare::optimise::{Range, minimise};
 use crate::device::Device;
 use crate::error::{Error, Result};
@@ -80,7 +81,7 @@ pub fn tune(
             });
             match run {
                 Ok(run) => {
-                    total += cost(
+                    total += Objective::Tracking.cost(
                         &run.score(&task.limits),
                         &task.output_range,
                         &task.input_range,

@@ -1,16 +1,24 @@
-//! `sinew compare`: predictive controllers beside a tuned PID, on one plant.
+//! `sinew compare`: predictive controllers beside a tuned PID and a tuned RISE, on one plant.
 
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap::builder::RangedU64ValueParser;
+use serde_json::{Map, Value, json};
+use sinew_firmware::pid::PidState;
+use sinew_firmware::rise::RiseState;
 
 use super::{LoopArguments, overwrite};
-use crate::chain::contest::{Contest, Contestant};
+use crate::chain::built::Loop;
+use crate::chain::contest::Contest;
+use crate::chain::contestant::Contestant;
+use crate::compare::closed_loop::Scenario;
+use crate::compare::disturbance::Disturbance;
+use crate::compare::feedback::{Opponent, Tuning};
 use crate::error::{Error, Result};
 use crate::progress::Stage;
 use crate::project::Board;
-use crate::report::{Table, quantity, sheet};
+use crate::report::{quantity, sheet};
 
 /// Arguments of `sinew compare`.
 #[derive(Args)]
@@ -26,6 +34,9 @@ pub struct Arguments {
     /// Loops a controller; all but the first have other noise and other moves.
     #[arg(long, value_name = "N", default_value = "1", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1000))]
     loops: usize,
+    /// What is added to the commands on their way to the plant; no controller is told of it.
+    #[arg(long, value_enum, default_value = "none")]
+    disturbance: Disturbance,
     /// Where the models run; commands of another board must have the bits of this computer's.
     #[arg(long, value_enum, default_value = "host")]
     board: Board,
@@ -58,7 +69,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             ("--plot", arguments.plot.as_deref()),
         ],
     )?;
-    let ready = of_loop.load(arguments.plant.as_deref())?;
+    let mut ready = of_loop.load(arguments.plant.as_deref())?;
+    ready.disturbance = arguments.disturbance;
+    let quiet = of_loop.common.quiet;
     let specs = arguments
         .models
         .iter()
@@ -78,21 +91,16 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             board => Some(run(board, &scenarios)?),
         };
         let loops = run(Board::Host, &scenarios)?;
-        controllers.push(Contestant::mpc(name, loops, on_board.as_deref())?);
+        controllers.push(Contestant::mpc(
+            name,
+            loops,
+            on_board.as_deref(),
+            &ready.task,
+        )?);
     }
-    let stage = Stage::begin("tune and run the PID", of_loop.common.quiet);
-    match bench.tuned_pid(&ready.values) {
-        Ok(tuning) => {
-            let loops = scenarios.iter().map(|scenario| {
-                let run = scenario.run(&mut bench.pid_with(&tuning))?;
-                Ok((run.score(&ready.task.limits), run))
-            });
-            controllers.push(Contestant::pid(loops.collect::<Result<_>>()?)?);
-            stage.end("on the plant that it is judged on");
-        }
-        // Inputs and outputs that do not pair off are no reason to withhold the others.
-        Err(reason) => stage.end(format!("none: {reason}")),
-    }
+    let mut gains = Map::new();
+    opponent::<PidState>(&ready, &scenarios, quiet, &mut controllers, &mut gains)?;
+    opponent::<RiseState>(&ready, &scenarios, quiet, &mut controllers, &mut gains)?;
 
     println!("reference: {}", ready.task.reference_source);
     for m in &ready.moved {
@@ -105,10 +113,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let plant = arguments.plant.as_deref();
     let board = arguments.board.name();
-    let contest = Contest::new(&ready, &of_loop.rig, plant, board, controllers);
-    print(&contest.table());
+    let contest = Contest::new(&ready, &of_loop.rig, plant, board, controllers, gains);
+    print!("{}", contest.table().text());
     if let Some(path) = &arguments.json {
-        crate::atomic::write(path, contest.json()?)?;
+        crate::atomic::write(path, format!("{:#}\n", contest.value()?))?;
         println!("{}", path.display());
     }
     if let Some(path) = &arguments.report {
@@ -117,10 +125,51 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         println!("{}", path.display());
     }
     if let Some(path) = &arguments.plot {
-        crate::atomic::write(path, sheet(&contest.plots()))?;
+        crate::atomic::write(path, sheet(&contest.errors()))?;
         println!("{}", path.display());
     }
     Ok(())
+}
+
+/// Tunes a controller without a model on the plant that it is judged on, and runs it; what inputs and outputs that do
+/// not pair off withhold is no reason to withhold the others.
+fn opponent<L: Opponent>(
+    ready: &Loop,
+    scenarios: &[Scenario],
+    quiet: bool,
+    controllers: &mut Vec<Contestant>,
+    gains: &mut Map<String, Value>,
+) -> Result<()> {
+    let stage = Stage::begin(format!("tune and run the {}", L::NAME), quiet);
+    let bench = ready.bench();
+    let tuning = match bench.tuned::<L>(&ready.values) {
+        Ok(tuning) => tuning,
+        Err(reason) => {
+            stage.end(format!("none: {reason}"));
+            return Ok(());
+        }
+    };
+    let runs = scenarios
+        .iter()
+        .map(|scenario| Ok(bench.run_opponent::<L>(tuning.clone(), scenario)?.run));
+    let runs = runs.collect::<Result<Vec<_>>>()?;
+    controllers.push(Contestant::new(L::NAME, runs, &ready.task)?);
+    gains.insert(L::NAME.into(), by_name::<L>(&tuning));
+    stage.end("on the plant that it is judged on");
+    Ok(())
+}
+
+/// Gains by name, one object a channel.
+pub(super) fn by_name<L: Opponent>(tuning: &[Tuning<L::Gains>]) -> Value {
+    let channels = tuning.iter().map(|tuning| {
+        let mut named: Map<_, _> = L::named(&tuning.gains)
+            .into_iter()
+            .map(|(name, value)| (name.to_string(), json!(value)))
+            .collect();
+        named.insert("lead_steps".into(), json!(tuning.lead));
+        Value::from(named)
+    });
+    channels.collect()
 }
 
 /// What a table calls the models: `MPC`, or with several of them their folders' names.
@@ -132,7 +181,10 @@ fn names(models: &[PathBuf]) -> Result<Vec<String>> {
     let mut names: Vec<String> = Vec::new();
     for model in models {
         let name = name(model).unwrap_or_default();
-        if name.is_empty() || name == "PID" || names.contains(&name) {
+        if name.is_empty()
+            || [PidState::NAME, RiseState::NAME].contains(&name.as_str())
+            || names.contains(&name)
+        {
             let message = format!(
                 "{}: several models need folders with names of their own",
                 model.display()
@@ -144,21 +196,4 @@ fn names(models: &[PathBuf]) -> Result<Vec<String>> {
         names.push(name);
     }
     Ok(names)
-}
-
-fn print(table: &Table) {
-    let titles = table.columns.iter().map(|column| column.title.clone());
-    let titles: Vec<String> = titles.collect();
-    let rows = || std::iter::once(&titles).chain(&table.rows);
-    let width = |i: usize| rows().map(|row| row[i].chars().count()).max();
-    let widths: Vec<usize> = (0..titles.len()).filter_map(width).collect();
-    println!("{}", table.caption);
-    for row in rows() {
-        let cells = row.iter().zip(&widths).zip(&table.columns);
-        let cells = cells.map(|((cell, width), column)| match column.numeric {
-            true => format!("{cell:>width$}"),
-            false => format!("{cell:<width$}"),
-        });
-        println!("{}", cells.collect::<Vec<_>>().join("  "));
-    }
 }

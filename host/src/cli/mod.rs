@@ -66,9 +66,9 @@ enum Verb {
     Import(import::Arguments),
     /// Show what a network takes on a board: flash, RAM, stack and time.
     Size(size::Arguments),
-    /// Tune the weights of a model's controller.
+    /// Find the predictive controller's weights and horizons, and the gains of PID and RISE, for an objective.
     Tune(tune::Arguments),
-    /// Run predictive controllers and a tuned PID on the same plant, on this computer.
+    /// Run predictive controllers, a tuned PID and a tuned RISE on the same plant.
     Compare(compare::Arguments),
     /// Run the firmware on a board against the simulated plant, frame by frame.
     Pil(pil::Arguments),
@@ -91,7 +91,7 @@ pub struct Recordings {
     pub test: Vec<PathBuf>,
 }
 
-/// A rig, its recordings and where its loop is built: what `tune`, `compare` and `pil` take.
+/// A rig, its recordings and where its loop is built: what `compare` and `pil` take.
 #[derive(Args, Clone, Debug)]
 pub struct LoopArguments {
     /// The rig file (TOML), fitted.

@@ -4,6 +4,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sinew_sim::{Plant, Stepper};
 
+use super::disturbance::Disturbance;
 use super::reference::Reference;
 use crate::dataset::gaussian;
 use crate::error::Result;
@@ -36,6 +37,8 @@ pub struct Scenario {
     pub period_s: f64,
     /// What is asked.
     pub reference: Reference,
+    /// What is added to the commands, and half the range of each input.
+    pub load: (Disturbance, Vec<f64>),
 }
 
 /// A run, one row a step.
@@ -75,7 +78,7 @@ impl Scenario {
                 .map(|(y, noise)| y + noise * gaussian(&mut random))
                 .collect();
             let u = controller.command(k, &measured, &self.reference)?;
-            stepper.advance(self.period_s, &u)?;
+            stepper.advance(self.period_s, &self.loaded(k, &u))?;
             run.t.push(k as f64 * self.period_s);
             run.reference.push(self.reference.row(k).to_vec());
             run.y.push(y);
@@ -83,6 +86,19 @@ impl Scenario {
             run.u.push(u);
         }
         Ok(run)
+    }
+
+    /// What the plant gets at step `k`.
+    fn loaded(&self, k: usize, u: &[f64]) -> Vec<f64> {
+        let (disturbance, range) = &self.load;
+        if *disturbance == Disturbance::None {
+            return u.to_vec();
+        }
+        let share = disturbance.at(k as f64 / self.reference.steps().max(1) as f64);
+        u.iter()
+            .zip(range)
+            .map(|(u, range)| u + share * range)
+            .collect()
     }
 }
 
@@ -139,21 +155,4 @@ impl Run {
             outside_limits: outside.sum(),
         }
     }
-}
-
-/// What every controller is tuned for: mean square of the tracking error in units of each output's
-/// range, plus `EFFORT` times that of the command's change in units of its range. The second term only
-/// keeps a controller from chattering for nothing.
-pub const EFFORT: f64 = 1e-5;
-
-/// The cost of a run; ranges as for [`EFFORT`].
-pub fn cost(score: &Score, output_range: &[f64], input_range: &[f64]) -> f64 {
-    let square = |values: &[f64], ranges: &[f64]| -> f64 {
-        values
-            .iter()
-            .zip(ranges)
-            .map(|(v, r)| (v / r).powi(2))
-            .sum()
-    };
-    square(&score.rms, output_range) + EFFORT * square(&score.effort, input_range)
 }

@@ -1,6 +1,8 @@
 //! One optimiser for every controller: Nelder-Mead on log-scaled gains from several starts, so that no
 //! controller is compared at worse than its best.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use argmin::core::{CostFunction, Executor, State};
 use argmin::solver::neldermead::NelderMead;
 use rayon::prelude::*;
@@ -14,6 +16,8 @@ pub struct Range {
     pub high: f64,
     /// Logarithmic scale; `low` must then be positive.
     pub logarithmic: bool,
+    /// Rounded to whole numbers, such as steps.
+    pub whole: bool,
 }
 
 impl Range {
@@ -23,6 +27,7 @@ impl Range {
             low,
             high,
             logarithmic: true,
+            whole: false,
         }
     }
 
@@ -32,6 +37,15 @@ impl Range {
             low,
             high,
             logarithmic: false,
+            whole: false,
+        }
+    }
+
+    /// Whole numbers between two of them.
+    pub const fn whole(low: f64, high: f64) -> Self {
+        Self {
+            whole: true,
+            ..Self::linear(low, high)
         }
     }
 
@@ -41,7 +55,8 @@ impl Range {
         if self.logarithmic {
             (self.low.ln() + s * (self.high.ln() - self.low.ln())).exp()
         } else {
-            self.low + s * (self.high - self.low)
+            let value = self.low + s * (self.high - self.low);
+            if self.whole { value.round() } else { value }
         }
     }
 
@@ -92,35 +107,140 @@ pub fn minimise(
     iterations: u64,
     cost: impl Fn(&[f64]) -> f64 + Sync,
 ) -> (Vec<f64>, f64) {
-    let search = |start: &Vec<f64>| -> (Vec<f64>, f64) {
-        let origin: Vec<f64> = ranges.iter().zip(start).map(|(r, v)| r.place(*v)).collect();
-        let mut simplex = vec![origin.clone()];
-        for i in 0..origin.len() {
-            let mut corner = origin.clone();
-            corner[i] += if corner[i] < 0.5 { 0.15 } else { -0.15 };
-            simplex.push(corner);
-        }
-        let problem = Problem {
-            ranges,
-            cost: &cost,
-        };
-        let run = Executor::new(problem, NelderMead::new(simplex))
-            .configure(|state| state.max_iters(iterations))
-            .run();
-        // The solver fails only on an empty simplex; then the start itself stands.
-        let Ok(result) = run else {
-            return (start.clone(), f64::INFINITY);
-        };
-        let places = result.state().get_best_param().cloned().unwrap_or(origin);
-        (values(ranges, &places), result.state().get_best_cost())
-    };
-    let found: Vec<(Vec<f64>, f64)> = starts.par_iter().map(search).collect();
+    let from = |start: &Vec<f64>| simplex(ranges, start, iterations, &cost);
+    let found: Vec<(Vec<f64>, f64)> = starts.par_iter().map(from).collect();
     let unknown = (starts.first().cloned().unwrap_or_default(), f64::INFINITY);
     // In the order of the starts, so that equal costs do not depend on which search ended first.
     found.into_iter().fold(
         unknown,
         |best, next| if next.1 < best.1 { next } else { best },
     )
+}
+
+/// Nelder-Mead from one start.
+fn simplex(
+    ranges: &[Range],
+    start: &[f64],
+    iterations: u64,
+    cost: &(dyn Fn(&[f64]) -> f64 + Sync),
+) -> (Vec<f64>, f64) {
+    let origin: Vec<f64> = ranges.iter().zip(start).map(|(r, v)| r.place(*v)).collect();
+    let mut simplex = vec![origin.clone()];
+    for i in 0..origin.len() {
+        let mut corner = origin.clone();
+        corner[i] += if corner[i] < 0.5 { 0.15 } else { -0.15 };
+        simplex.push(corner);
+    }
+    let run = Executor::new(Problem { ranges, cost }, NelderMead::new(simplex))
+        .configure(|state| state.max_iters(iterations))
+        .run();
+    // The solver fails only on an empty simplex; then the start itself stands.
+    let Ok(result) = run else {
+        return (start.to_vec(), f64::INFINITY);
+    };
+    let places = result.state().get_best_param().cloned().unwrap_or(origin);
+    (values(ranges, &places), result.state().get_best_cost())
+}
+
+/// What a search may cost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Budget {
+    /// Iterations from every start, and again from the best of what they found and its neighbours.
+    Thorough(u64, u64),
+    /// Evaluations in all: every start once, two thirds of the others from the cheapest start, the rest
+    /// from what that found and its neighbours.
+    Evaluations(usize),
+}
+
+/// What a search found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found {
+    /// The cheapest start.
+    pub start: Vec<f64>,
+    /// Its cost.
+    pub start_cost: f64,
+    /// The cheapest settings.
+    pub best: Vec<f64>,
+    /// Their cost.
+    pub cost: f64,
+    /// Evaluations that were made.
+    pub evaluations: usize,
+}
+
+/// A point, and those one step aside in a whole setting: on plateaus a simplex does not leave its step.
+fn neighbours(ranges: &[Range], point: &[f64]) -> Vec<Vec<f64>> {
+    let mut all = vec![point.to_vec()];
+    for (i, range) in ranges.iter().enumerate().filter(|(_, range)| range.whole) {
+        for value in [point[i] + 1.0, point[i] - 1.0] {
+            if (range.low..=range.high).contains(&value) {
+                let mut aside = point.to_vec();
+                aside[i] = value;
+                all.push(aside);
+            }
+        }
+    }
+    all
+}
+
+/// Searches within a budget; a simplex shrinks along valleys, so others begin where the first ended.
+/// Deterministic, as [`minimise`].
+pub fn search(
+    ranges: &[Range],
+    starts: &[Vec<f64>],
+    budget: Budget,
+    cost: impl Fn(&[f64]) -> f64 + Sync,
+) -> Found {
+    let made = AtomicUsize::new(0);
+    let counted = |g: &[f64]| {
+        made.fetch_add(1, Ordering::Relaxed);
+        cost(g)
+    };
+    let of_starts: Vec<f64> = starts.par_iter().map(|start| counted(start)).collect();
+    let unknown = (starts.first().cloned().unwrap_or_default(), f64::INFINITY);
+    let start = starts
+        .iter()
+        .cloned()
+        .zip(of_starts)
+        .fold(
+            unknown,
+            |best, next| if next.1 < best.1 { next } else { best },
+        );
+    let better = |a: (Vec<f64>, f64), b: (Vec<f64>, f64)| if b.1 < a.1 { b } else { a };
+    let best = match budget {
+        Budget::Thorough(each, again) => {
+            let first = minimise(ranges, starts, each, counted);
+            minimise(ranges, &neighbours(ranges, &first.0), again, counted)
+        }
+        Budget::Evaluations(all) => {
+            let within = |from: &[f64], share: usize| {
+                // Beyond its share a simplex sees walls; it runs idle until its iterations are over.
+                let cost = |g: &[f64]| {
+                    if made.load(Ordering::Relaxed) < share {
+                        counted(g)
+                    } else {
+                        f64::INFINITY
+                    }
+                };
+                simplex(ranges, from, all as u64, &cost)
+            };
+            let first = 2 * all / 3;
+            let mut best = better(start.clone(), within(&start.0, first));
+            let from = neighbours(ranges, &best.0);
+            for (i, point) in from.iter().enumerate() {
+                let share = first + (all - first) * (i + 1) / from.len();
+                best = better(best, within(point, share));
+            }
+            best
+        }
+    };
+    let (best, cost) = better(start.clone(), best);
+    Found {
+        start: start.0,
+        start_cost: start.1,
+        best,
+        cost,
+        evaluations: made.into_inner(),
+    }
 }
 
 #[cfg(test)]
@@ -143,5 +263,39 @@ mod tests {
         let cost = |v: &[f64]| if v[0] < 0.4 { f64::NAN } else { v[0] };
         let (found, _) = minimise(&ranges, &[vec![0.9]], 80, cost);
         assert!((found[0] - 0.4).abs() < 0.02, "{found:?}");
+    }
+
+    #[test]
+    fn a_whole_setting_is_searched_beyond_its_plateau() {
+        let ranges = [Range::linear(0.0, 1.0), Range::whole(0.0, 12.0)];
+        // A valley that bends where the whole setting steps: from 2, no small change leads to 3.
+        let cost = |v: &[f64]| {
+            assert_eq!(v[1], v[1].round());
+            (v[1] - 3.0).powi(2) + 50.0 * (v[0] - 0.1 * v[1]).powi(2)
+        };
+        let from = |budget| search(&ranges, &[vec![0.9, 1.0]], budget, cost).best;
+        for budget in [Budget::Thorough(60, 60), Budget::Evaluations(200)] {
+            let best = from(budget);
+            assert_eq!(best[1], 3.0, "{budget:?}");
+            assert!((best[0] - 0.3).abs() < 1e-3, "{budget:?}: {best:?}");
+        }
+    }
+
+    #[test]
+    fn a_budget_of_evaluations_is_kept_and_never_loses_the_start() {
+        let ranges = [Range::logarithmic(1e-4, 1e4), Range::linear(0.0, 1.0)];
+        let cost = |v: &[f64]| (v[0].ln() - 3.0_f64.ln()).powi(2) + (v[1] - 0.4).powi(2);
+        let starts = [vec![1e-2, 0.2], vec![1e2, 0.5]];
+        let found = search(&ranges, &starts, Budget::Evaluations(90), cost);
+        assert_eq!(found.start, starts[1]);
+        assert!(
+            (60..=90).contains(&found.evaluations),
+            "{}",
+            found.evaluations
+        );
+        assert!((found.best[0] / 3.0 - 1.0).abs() < 0.05, "{found:?}");
+        assert!(found.cost < 0.01 * found.start_cost);
+        let none = search(&ranges, &starts, Budget::Evaluations(1), cost);
+        assert_eq!((none.best, none.cost), (none.start, none.start_cost));
     }
 }

@@ -283,6 +283,24 @@ impl Table {
         }
     }
 
+    /// For a terminal: the caption, then columns as wide as they must be.
+    pub fn text(&self) -> String {
+        let titles = self.columns.iter().map(|column| column.title.clone());
+        let titles: Vec<String> = titles.collect();
+        let rows = || std::iter::once(&titles).chain(&self.rows);
+        let width = |i: usize| rows().map(|row| row[i].chars().count()).max();
+        let widths: Vec<usize> = (0..titles.len()).filter_map(width).collect();
+        let lines = rows().map(|row| {
+            let cells = row.iter().zip(&widths).zip(&self.columns);
+            let cells = cells.map(|((cell, width), column)| match column.numeric {
+                true => format!("{cell:>width$}"),
+                false => format!("{cell:<width$}"),
+            });
+            cells.collect::<Vec<_>>().join("  ") + "\n"
+        });
+        format!("{}\n{}", self.caption, lines.collect::<String>())
+    }
+
     /// Adds a row.
     #[must_use]
     pub fn row(mut self, cells: impl IntoIterator<Item = impl Into<String>>) -> Self {

@@ -142,6 +142,32 @@ fn models() {
 }
 
 #[test]
+fn tunings() {
+    let desk = desk();
+    desk.bring("models/reference-s/model.toml")
+        .bring("models/reference-s/weights.safetensors");
+    let line = |model: &str, rest: &str| format!("tune {RIG} {model} --fit good.csv {rest}");
+    let report = refusals(
+        &desk,
+        &[
+            &line(".", ""),
+            &line(".", "--out mass-spring-damper.toml"),
+            &line(".", "--out t.toml --model-out ."),
+            &line(".", "--out t.toml --objective fast"),
+            &line(".", "--out t.toml --disturbance wind"),
+            &line(".", "--out t.toml --evaluations 3"),
+            &line(".", "--out t.toml --horizons 8,many"),
+            &line(".", "--out t.toml"),
+            &line("absent", "--out t.toml"),
+            &format!("compare {RIG} . --fit good.csv --out out --report good.csv"),
+            &format!("compare {RIG} . --fit good.csv --out out --disturbance wind"),
+        ],
+    );
+    assert!(!desk.path("t.toml").exists(), "a refusal writes nothing");
+    insta::assert_snapshot!(report);
+}
+
+#[test]
 fn results_that_cannot_be_written_are_status_1() {
     let desk = desk();
     desk.write("occupied/file", "");

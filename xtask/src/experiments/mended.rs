@@ -1,7 +1,7 @@
 //! `cargo xtask experiments mended`: does a controller gain from `sinew diagnose`? (docs/mended.md)
 //!
 //! Everything goes through the program as a user would call it. The real rig is seen by what writes the recordings and by the
-//! plant of the loop, and by the PID's tuning; fit, diagnosis, training and the tuning of every MPC see recordings and the
+//! plant of the loop, and by the tuning of PID and RISE; fit, diagnosis, training and the tuning of every MPC see recordings and the
 //! believed rig.
 
 use std::fs;
@@ -125,7 +125,7 @@ impl Bench {
     /// A network for a rig, and its controller's weights, tuned on that rig and rigs near it.
     fn controller(&self, name: &str) -> Result<()> {
         let rig = self.path(&format!("{name}.toml"));
-        let (model, seed) = (self.path("models").join(name), self.seed.to_string());
+        let (model, seed) = (self.path("trained").join(name), self.seed.to_string());
         let mut train = self.sinew("train", &rig);
         self.recordings(&mut train);
         train.arg("--out").arg(&model);
@@ -133,8 +133,9 @@ impl Bench {
         let mut tune = self.sinew("tune", &rig);
         tune.arg(&model);
         self.recordings(&mut tune);
-        tune.arg("--out").arg(self.path("firmware").join(name));
-        process::run(tune.args(["--seed", &seed]))
+        tune.arg("--out").arg(self.path(&format!("{name}.tuned.toml")));
+        tune.arg("--model-out").arg(self.path("models").join(name));
+        process::run(tune.args(["--mpc-only", "--seed", &seed]))
     }
 
     fn compare(&self, names: &[&str]) -> Result<()> {

@@ -1,0 +1,117 @@
+//! One controller and its loops, judged.
+
+use serde::Serialize;
+
+use super::side_by_side::{DeviceRun, same_bits};
+use super::summary::{Spread, instructions};
+use super::task::Task;
+use crate::compare::closed_loop::{Run, Score};
+use crate::compare::transient::Transient;
+use crate::error::{Error, Result};
+
+/// One loop, judged (docs/comparison.md, eq. 2 and 4).
+#[derive(Clone, Debug, Serialize)]
+pub struct Judged {
+    /// Errors and effort.
+    #[serde(flatten)]
+    pub score: Score,
+    /// Overshoot and settling of each output; null where its reference never rests after a move.
+    pub transient: Vec<Option<Transient>>,
+    /// Seconds in which at least one command is at a limit or moves as fast as it may.
+    pub at_limits_s: f64,
+}
+
+impl Judged {
+    fn of(run: &Run, task: &Task) -> Self {
+        let outputs = 0..task.outputs.len();
+        Self {
+            score: run.score(&task.limits),
+            transient: outputs.map(|i| run.transient(i, task.period_s)).collect(),
+            at_limits_s: run.at_limits_s(&task.limits, task.period_s),
+        }
+    }
+}
+
+/// One controller and its loops.
+#[derive(Clone, Debug, Serialize)]
+pub struct Contestant {
+    /// `PID`, `RISE`, or what its model's folder is called.
+    pub name: String,
+    /// Each of its loops.
+    pub loops: Vec<Judged>,
+    /// Instructions of a control step over all loops; null where the board does not count them.
+    pub instructions_per_step: Option<Spread>,
+    /// Every command of the board had the bits of the host's; null where the host is the board.
+    pub host_equals_device: Option<bool>,
+    /// Its first loop, for plots.
+    #[serde(skip)]
+    pub first: Run,
+}
+
+impl Contestant {
+    /// A controller on this computer.
+    ///
+    /// # Errors
+    /// No loop.
+    pub fn new(name: impl Into<String>, runs: Vec<Run>, task: &Task) -> Result<Self> {
+        let loops = runs.iter().map(|run| Judged::of(run, task)).collect();
+        let first = runs.into_iter().next();
+        Ok(Self {
+            name: name.into(),
+            loops,
+            instructions_per_step: None,
+            host_equals_device: None,
+            first: first.ok_or_else(|| Error::failed("no loop was run"))?,
+        })
+    }
+
+    /// A predictive controller: its loops on this computer, and on the board where that is another.
+    ///
+    /// # Errors
+    /// No loop, or other bits on the board.
+    pub fn mpc(
+        name: String,
+        loops: Vec<DeviceRun>,
+        board: Option<&[DeviceRun]>,
+        task: &Task,
+    ) -> Result<Self> {
+        let equal = board.map(|board| {
+            let pairs = board.iter().zip(&loops);
+            let mut same = pairs.map(|(a, b)| same_bits(&a.answers, &b.answers));
+            board.len() == loops.len() && same.all(|same| same)
+        });
+        if equal == Some(false) {
+            return Err(Error::failed(format!(
+                "{name}: the board and this computer give different commands"
+            )));
+        }
+        let answers = board.map(|board| board.iter().flat_map(|run| run.answers.clone()));
+        let counted = answers.map(|all| instructions(&all.collect::<Vec<_>>()));
+        let runs = loops.into_iter().map(|run| run.run).collect();
+        Ok(Self {
+            instructions_per_step: counted,
+            host_equals_device: equal,
+            ..Self::new(name, runs, task)?
+        })
+    }
+
+    /// Median and largest over the loops of what `of` takes from each.
+    pub fn over(&self, of: impl Fn(&Judged) -> f64) -> (f64, f64) {
+        let mut values: Vec<f64> = self.loops.iter().map(of).collect();
+        values.sort_by(f64::total_cmp);
+        let at = |i: usize| values.get(i).copied().unwrap_or(f64::NAN);
+        let last = values.len().saturating_sub(1);
+        (at(last / 2), at(last))
+    }
+
+    /// Median and largest over the loops of the root mean square error of output `i`.
+    pub fn rms(&self, i: usize) -> (f64, f64) {
+        self.over(|of| of.score.rms[i])
+    }
+
+    /// Overshoot and settling of output `i`, the worst over the loops.
+    pub fn transient(&self, i: usize) -> Option<Transient> {
+        let all = self.loops.iter().filter_map(|of| of.transient[i]);
+        all.reduce(Transient::worse)
+    }
+}
