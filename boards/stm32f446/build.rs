@@ -7,6 +7,7 @@ fn main() -> io::Result<()> {
     let out = PathBuf::from(out);
     fs::copy("memory.x", out.join("memory.x"))?;
     println!("cargo:rerun-if-changed=memory.x");
+    println!("cargo:rustc-link-arg-tests=-Tembedded-test.x");
     println!("cargo:rustc-link-search={}", out.display());
     Ok(())
 }

@@ -12,6 +12,7 @@
 //! the const parameters. Equations: `docs/mpc.md`; frames: `docs/protocol.md`.
 
 pub mod blend;
+pub mod checks;
 pub mod control_loop;
 pub mod converter;
 pub mod estimator;

@@ -13,8 +13,10 @@ use sinew::device::{Device, Guarded, Workplace, decode_log};
 use sinew::error::{Error, Result};
 use sinew::project::{Board, board_folder};
 
+use crate::gdb::Gdb;
 use crate::image;
 use crate::reference::{INPUT_LIMIT, INPUTS, OUTPUTS, Plant};
+use crate::rtt::{self, control_block};
 
 /// Full scale of the board's converters (boards/qemu/src/rig.rs).
 pub const FULL_SCALE: u16 = 4095;
@@ -77,6 +79,8 @@ impl Desk {
         command
             .arg(board_folder(&image::root(), Board::Qemu).join("run.sh"))
             .arg(&image)
+            .arg("-gdb")
+            .arg(format!("unix:{},server=on,wait=off", at("gdb").display()))
             .env("LOG", at("log"))
             .env("ICOUNT", "shift=5,sleep=on")
             .env(
@@ -100,15 +104,19 @@ impl Desk {
     /// # Errors
     /// It does not appear.
     pub fn port(&self) -> Result<PathBuf> {
-        let port = self.folder.path().join("port");
+        self.socket("port")
+    }
+
+    fn socket(&self, name: &str) -> Result<PathBuf> {
+        let socket = self.folder.path().join(name);
         let patience = Instant::now() + Duration::from_secs(30);
-        while !port.exists() {
+        while !socket.exists() {
             if Instant::now() > patience {
-                return Err(Error::failed("QEMU does not open its serial line"));
+                return Err(Error::failed(format!("QEMU does not open its {name}")));
             }
             std::thread::sleep(Duration::from_millis(10));
         }
-        Ok(port)
+        Ok(socket)
     }
 
     /// Opens the port, as `sinew record --port` does.
@@ -117,6 +125,18 @@ impl Desk {
     /// It cannot be opened.
     pub fn connect(&self) -> Result<Device> {
         Device::port(&self.port()?)
+    }
+
+    /// Talks to the board through its memory, as `sinew record --probe` does.
+    ///
+    /// # Errors
+    /// The image has no channels, or QEMU does not show its memory.
+    pub fn probe(&self) -> Result<Device> {
+        let failed = |e: std::io::Error| Error::failed(format!("the board's memory: {e}"));
+        let block = control_block(&self.image).map_err(failed)?;
+        let gdb = Gdb::connect(&self.socket("gdb")?).map_err(failed)?;
+        let line = rtt::line(gdb, block).map_err(failed)?;
+        Device::over(line.try_clone().map_err(failed)?, line)
     }
 
     /// What the rig has seen so far.

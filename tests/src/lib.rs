@@ -4,8 +4,10 @@
 pub mod board;
 pub mod callgraph;
 pub mod closed_loop;
+pub mod gdb;
 pub mod image;
 pub mod reference;
+pub mod rtt;
 pub mod snapshot;
 
 use std::io::Write;

@@ -101,6 +101,34 @@ fn a_recording_from_the_board_is_what_the_rig_did() {
     assert!(!last.live, "{last:?}");
 }
 
+#[test]
+fn a_board_without_a_serial_port_is_recorded_through_its_probe() {
+    if let Some(reason) = image::cannot_run() {
+        return skip(reason);
+    }
+    let desk = Desk::start(|_, y| codes(y), None).unwrap_or_else(|error| panic!("{error}"));
+    let mut device = desk.probe().unwrap_or_else(|error| panic!("{error}"));
+    let names = names();
+    let identity = names
+        .greet(&mut device)
+        .unwrap_or_else(|error| panic!("{error}"));
+    let rows = excitation(&sines(1.0), &names, identity.rate_mhz)
+        .unwrap_or_else(|error| panic!("{error}"));
+    let recorded = record(&mut device, &names, &rows, Path::new("out.csv"), true)
+        .unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(recorded.ended, None, "the board stopped by itself");
+    let recording = &recorded.recording;
+    assert_eq!(
+        recording.len(),
+        rows.len() + recorded.held_ticks + recorded.lost_ticks
+    );
+    let u1 = recording.column("u1").expect("a signal of the model");
+    assert!(
+        u1.iter().fold(0.0, |m: f64, u| m.max(u.abs())) > 0.4,
+        "it was not excited"
+    );
+}
+
 /// Telemetry until `done`, at most for a while.
 fn until(
     device: &mut sinew::device::Device,

@@ -9,13 +9,13 @@
 mod fault;
 mod kit;
 
-use defmt_rtt as _;
 use panic_probe as _;
 
 use embassy_executor::Spawner;
 use embassy_nrf::buffered_uarte::BufferedUarteTx;
 use embassy_nrf::config::{Config, HfclkSource};
 use sinew_board_runtime::outbox::Outbox;
+use sinew_board_runtime::probe::{self, Both, ToProbe};
 use sinew_board_runtime::serve::Desk;
 use sinew_board_runtime::{serve, start};
 
@@ -28,6 +28,7 @@ defmt::timestamp!("{=u64:us}", embassy_time::Instant::now().as_micros());
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let parts = start();
+    let probe = probe::start();
     let mut config = Config::default();
     // The crystal: the internal oscillator is off by up to 8 % (PS v1.7, 5.4.5.3), and the pace with it.
     config.hfclk_source = HfclkSource::ExternalXtal;
@@ -38,7 +39,7 @@ async fn main(spawner: Spawner) {
         return;
     };
     // Fails only when the task's one slot is taken, and nothing has run yet.
-    if let Ok(task) = transmit(transmitter) {
+    if let Ok(task) = transmit(transmitter, probe.to) {
         spawner.spawn(task);
     }
     let desk = Desk {
@@ -48,10 +49,14 @@ async fn main(spawner: Spawner) {
         link: parts.link,
         outbox: &OUTBOX,
     };
-    serve(desk, receiver).await
+    let line = Both {
+        serial: receiver,
+        probe: probe.from,
+    };
+    serve(desk, line).await
 }
 
 #[embassy_executor::task]
-async fn transmit(line: BufferedUarteTx<'static>) {
-    OUTBOX.drain(line).await
+async fn transmit(line: BufferedUarteTx<'static>, probe: ToProbe) {
+    OUTBOX.drain(line, probe).await
 }

@@ -71,6 +71,8 @@ pub enum ExitCode {
     Channel = 2,
     /// The host closed its end without saying Stop.
     HostGone = 3,
+    /// A check of the board itself does not hold.
+    CheckFailed = 4,
     /// A fault, a panic included.
     HardFault = 101,
     /// An exception or interrupt that nothing handles.

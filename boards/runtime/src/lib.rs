@@ -10,10 +10,12 @@
     reason = "one executor in thread mode: no future is sent anywhere"
 )]
 
+pub mod checks;
 pub mod link;
 pub mod newest;
 pub mod outbox;
 pub mod pacer;
+pub mod probe;
 pub mod restart;
 pub mod serve;
 pub mod stack;

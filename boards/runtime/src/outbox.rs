@@ -5,6 +5,8 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::pipe::Pipe;
 use embedded_io_async::Write;
 
+use crate::probe::ToProbe;
+
 /// Bytes that wait: two of the longest frames, or a quarter of a second of telemetry.
 const CAPACITY: usize = 2304;
 
@@ -40,12 +42,13 @@ impl Outbox {
         self.0.is_empty()
     }
 
-    /// Hands bytes to the line for ever. A line that fails loses what it was given; the rest goes on.
-    pub async fn drain(&self, mut line: impl Write) -> ! {
+    /// Hands bytes to the line and to the probe for ever. A line that fails loses what it was given; the rest goes on.
+    pub async fn drain(&self, mut line: impl Write, mut probe: ToProbe) -> ! {
         let mut chunk = [0; 64];
         loop {
             let n = self.0.read(&mut chunk).await;
             let bytes = chunk.get(..n).unwrap_or_default();
+            probe.write(bytes);
             if line.write_all(bytes).await.is_ok() {
                 // A line that cannot be flushed has lost bytes as well: nothing to do about it here.
                 let _ = line.flush().await;

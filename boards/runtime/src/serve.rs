@@ -1,9 +1,9 @@
 //! The control task: ticks on one side, the link on the other.
 
-use core::task::Poll;
+use core::future::ready;
 
 use embassy_futures::select::{Either, select};
-use embassy_futures::{poll_once, yield_now};
+use embassy_futures::yield_now;
 use embedded_io_async::Read;
 use model::control::{NU, Session};
 use sinew_firmware::mode::{Cause, Drive, Mode};
@@ -82,7 +82,8 @@ pub async fn serve<B: Board>(mut desk: Desk<'_, B>, mut line: impl Read) -> ! {
                 // Steps that take longer than their period must not shut the host out: the next tick is due
                 // already, and would always win, over the line here and over the task that empties the outbox.
                 yield_now().await;
-                if let Poll::Ready(heard) = poll_once(line.read(&mut chunk)) {
+                // Asked once. Not by `poll_once`: a line that waits for time needs the task's own waker.
+                if let Either::First(heard) = select(line.read(&mut chunk), ready(())).await {
                     quiet = 0;
                     desk.listen(heard, &chunk, &mut newest).await;
                 }

@@ -10,12 +10,12 @@ mod clocks;
 mod fault;
 mod nucleo;
 
-use defmt_rtt as _;
 use panic_probe as _;
 
 use embassy_executor::Spawner;
 use embassy_stm32::usart::BufferedUartTx;
 use sinew_board_runtime::outbox::Outbox;
+use sinew_board_runtime::probe::{self, Both, ToProbe};
 use sinew_board_runtime::serve::Desk;
 use sinew_board_runtime::{serve, start};
 
@@ -28,6 +28,7 @@ defmt::timestamp!("{=u64:us}", embassy_time::Instant::now().as_micros());
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let parts = start();
+    let probe = probe::start();
     let peripherals = embassy_stm32::init(clocks::config());
     parts.session.note_restart(fault::cause());
     let Some((board, transmitter, receiver)) = Nucleo::start(peripherals) else {
@@ -35,7 +36,7 @@ async fn main(spawner: Spawner) {
         return;
     };
     // Fails only when the task's one slot is taken, and nothing has run yet.
-    if let Ok(task) = transmit(transmitter) {
+    if let Ok(task) = transmit(transmitter, probe.to) {
         spawner.spawn(task);
     }
     let desk = Desk {
@@ -45,10 +46,14 @@ async fn main(spawner: Spawner) {
         link: parts.link,
         outbox: &OUTBOX,
     };
-    serve(desk, receiver).await
+    let line = Both {
+        serial: receiver,
+        probe: probe.from,
+    };
+    serve(desk, line).await
 }
 
 #[embassy_executor::task]
-async fn transmit(line: BufferedUartTx<'static>) {
-    OUTBOX.drain(line).await
+async fn transmit(line: BufferedUartTx<'static>, probe: ToProbe) {
+    OUTBOX.drain(line, probe).await
 }

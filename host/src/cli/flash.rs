@@ -62,6 +62,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         select: arguments.select.clone(),
         unlock: arguments.unlock,
         no_log: arguments.no_log,
+        quiet: arguments.quiet,
     };
     flash(chip, &built.lockstep, &options)
 }

@@ -28,7 +28,8 @@ use crate::chain::built::Loop;
 use crate::chain::side_by_side::DeviceRun;
 use crate::compare::closed_loop::Scenario;
 use crate::device::Device;
-use crate::error::Result;
+use crate::error::{Error, Result};
+use crate::flash as probes;
 use crate::live::Names;
 use crate::project::Board;
 use sinew_codegen::spec::ModelSpec;
@@ -150,8 +151,19 @@ impl LoopArguments {
 #[derive(Args, Clone, Debug)]
 pub struct LiveArguments {
     /// The board's serial port, or the socket of one in QEMU.
-    #[arg(long, value_name = "PORT")]
-    port: PathBuf,
+    #[arg(
+        long,
+        value_name = "PORT",
+        required_unless_present = "probe",
+        conflicts_with = "probe"
+    )]
+    port: Option<PathBuf>,
+    /// Through the debug probe of this board instead: no serial port is needed.
+    #[arg(long, value_name = "BOARD", value_enum)]
+    probe: Option<Board>,
+    /// The probe with this serial number.
+    #[arg(long, value_name = "SERIAL", requires = "probe")]
+    select: Option<String>,
     /// Folder of the model that the board carries: model.toml and weights.safetensors.
     #[arg(long, value_name = "DIR")]
     model: PathBuf,
@@ -164,7 +176,20 @@ impl LiveArguments {
     /// A bad model, no port, the wrong board.
     fn connect(&self) -> Result<(Device, Names, Identity)> {
         let names = Names::load(&self.model)?;
-        let mut device = Device::port(&self.port)?;
+        let mut device = match (&self.port, self.probe) {
+            (Some(port), _) => Device::port(port)?,
+            (None, Some(board)) => {
+                let select = self.select.clone();
+                let options = probes::Options {
+                    select,
+                    ..probes::Options::default()
+                };
+                probes::connect(probes::chip(board)?, &options)?
+            }
+            (None, None) => {
+                return Err(Error::arguments("no board").help("name one with --port or --probe"));
+            }
+        };
         let identity = names.greet(&mut device)?;
         Ok((device, names, identity))
     }

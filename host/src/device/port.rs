@@ -1,6 +1,7 @@
 //! A board behind a serial port of this computer, or behind a Unix socket, which is how QEMU shows its own.
 
 use std::fs::{File, OpenOptions};
+use std::io::{Read, Write};
 use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
 use std::os::unix::net::UnixStream;
 use std::path::Path;
@@ -24,18 +25,25 @@ impl Device {
     /// # Errors
     /// There is no such port, or it may not be used; the message says what to do.
     pub fn port(path: &Path) -> Result<Self> {
-        let kind = std::fs::metadata(path).map_err(|e| no_port(path, &e))?;
+        let failed = |e: std::io::Error| no_port(path, &e);
+        let kind = std::fs::metadata(path).map_err(failed)?;
+        if kind.file_type().is_socket() {
+            let line = UnixStream::connect(path).map_err(failed)?;
+            Self::over(line.try_clone().map_err(failed)?, line)
+        } else {
+            let line = open_serial(path).map_err(failed)?;
+            Self::over(line.try_clone().map_err(failed)?, line)
+        }
+    }
+
+    /// Talks over any line that may lose frames. What was on it before is thrown away.
+    ///
+    /// # Errors
+    /// The line is gone.
+    pub fn over(to: impl Write + Send + 'static, from: impl Read + Send + 'static) -> Result<Self> {
         let mut device = Self::new(None, None);
         device.damaged = Some(0);
-        if kind.file_type().is_socket() {
-            let line = UnixStream::connect(path).map_err(|e| no_port(path, &e))?;
-            let other = line.try_clone().map_err(|e| no_port(path, &e))?;
-            device.connect(other, line);
-        } else {
-            let line = open_serial(path).map_err(|e| no_port(path, &e))?;
-            let other = line.try_clone().map_err(|e| no_port(path, &e))?;
-            device.connect(other, line);
-        }
+        device.connect(to, from);
         device.drain(Duration::from_millis(100))?;
         Ok(device)
     }

@@ -1,97 +1,15 @@
-//! An image into a board's flash by way of a debug probe, and the board's log out again.
+//! A board behind a debug probe: flashed, and talked to without a serial port.
 //!
-//! What probe-rs finds is sorted into [`Trouble`], one line each; the library itself is behind the cargo feature
-//! `probe` (docs/decisions/0032-probe-rs-as-a-feature.md).
-
-#[cfg(feature = "probe")]
-mod probe;
+//! The work is `sinew-probe`'s, a crate behind the cargo feature `probe` (docs/decisions/0032-probe-rs-as-a-feature.md); here
+//! is the table of chips, and what is said to somebody whose program was built without it.
 
 use std::path::Path;
 
+use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::project::{Board, Chip};
 
-/// What stands between an image and a board.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Trouble {
-    /// No debug probe is connected.
-    NoProbe,
-    /// There is one, and this user may not use it.
-    NotAllowed {
-        /// The probe.
-        probe: String,
-    },
-    /// More than one, and none was chosen.
-    Several {
-        /// They.
-        probes: Vec<String>,
-    },
-    /// The one that was chosen is not there.
-    NotThere {
-        /// The choice.
-        chosen: String,
-        /// What is there.
-        probes: Vec<String>,
-    },
-    /// The probe works and no chip answers.
-    NoChip,
-    /// Another chip answers.
-    OtherChip {
-        /// What was expected.
-        expected: &'static str,
-        /// What its identification register says.
-        found: u32,
-    },
-    /// The chip is read-protected.
-    Locked,
-    /// Anything else, in probe-rs's words.
-    Other(String),
-}
-
-impl From<Trouble> for Error {
-    fn from(trouble: Trouble) -> Self {
-        let list = |probes: &[String]| probes.join("; ");
-        let (message, help) = match trouble {
-            Trouble::NoProbe => (
-                "no debug probe is connected".to_string(),
-                "connect the board's debugger socket by USB, with a cable that carries data".to_string(),
-            ),
-            Trouble::NotAllowed { probe } => (
-                format!("{probe} is connected, and you may not use it"),
-                "install probe-rs's udev rules (https://probe.rs/docs/getting-started/probe-setup/), then plug it in again"
-                    .to_string(),
-            ),
-            Trouble::Several { probes } => (
-                format!("{} debug probes are connected", probes.len()),
-                format!("choose one with --select SERIAL: {}", list(&probes)),
-            ),
-            Trouble::NotThere { chosen, probes } => (
-                format!("no debug probe has the serial number {chosen}"),
-                format!("connected are: {}", list(&probes)),
-            ),
-            Trouble::NoChip => (
-                "the probe works, and no chip answers".to_string(),
-                "is the board powered? On a Nucleo both CN2 jumpers must be on; on an nRF52840 DK switch SW6 to DEFAULT"
-                    .to_string(),
-            ),
-            Trouble::OtherChip { expected, found } => (
-                format!("this is no {expected}: its identification register reads {found:#x}"),
-                "name the board that it is with --board".to_string(),
-            ),
-            Trouble::Locked => (
-                "the chip is locked against reading".to_string(),
-                "--unlock erases the whole chip and unlocks it".to_string(),
-            ),
-            Trouble::Other(words) => (
-                words,
-                "unplug the board, plug it in again, and look at its power".to_string(),
-            ),
-        };
-        Self::failed(message).help(help)
-    }
-}
-
-/// How to flash.
+/// How to reach the board.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
     /// Serial number of the probe, where there are several.
@@ -100,6 +18,8 @@ pub struct Options {
     pub unlock: bool,
     /// End once flashed; otherwise the log is shown until Ctrl-C.
     pub no_log: bool,
+    /// No progress.
+    pub quiet: bool,
 }
 
 /// The chip of a board that can be flashed.
@@ -113,80 +33,90 @@ pub fn chip(board: Board) -> Result<&'static Chip> {
     })
 }
 
+#[cfg(feature = "probe")]
+mod with {
+    use super::{Chip, Device, Error, Options, Path, Result};
+    use crate::progress::Stage;
+
+    impl From<sinew_probe::Trouble> for Error {
+        fn from(trouble: sinew_probe::Trouble) -> Self {
+            let (message, help) = trouble.told();
+            Self::failed(message).help(help)
+        }
+    }
+
+    fn asked(options: &Options) -> sinew_probe::Options {
+        sinew_probe::Options {
+            select: options.select.clone(),
+            unlock: options.unlock,
+        }
+    }
+
+    pub fn list() -> Result<Vec<String>> {
+        Ok(sinew_probe::list())
+    }
+
+    pub fn flash(chip: &Chip, image: &Path, options: &Options) -> Result<()> {
+        let stage = Stage::begin(format!("flash {}", chip.name), options.quiet);
+        let flashed = || stage.end("flashed and verified");
+        let mut tell = |line: &str| println!("{line}");
+        let log: Option<&mut dyn FnMut(&str)> = match options.no_log {
+            true => None,
+            false => Some(&mut tell),
+        };
+        sinew_probe::flash(&chip.probed(), image, &asked(options), flashed, log)?;
+        Ok(())
+    }
+
+    pub fn connect(chip: &Chip, options: &Options) -> Result<Device> {
+        let (to, from) = sinew_probe::line(&chip.probed(), &asked(options))?;
+        Device::over(to, from)
+    }
+}
+
+#[cfg(not(feature = "probe"))]
+mod with {
+    use super::{Chip, Device, Error, Options, Path, Result};
+
+    fn without(what: &str) -> Error {
+        Error::failed(format!("{what}: this sinew was built without probe support")).help(
+            "cargo install --path host --features probe; or `cargo run --release` in the board's folder, with probe-rs-tools",
+        )
+    }
+
+    pub fn list() -> Result<Vec<String>> {
+        Err(without("--list"))
+    }
+
+    pub fn flash(_: &Chip, image: &Path, _: &Options) -> Result<()> {
+        Err(without(&image.display().to_string()))
+    }
+
+    pub fn connect(_: &Chip, _: &Options) -> Result<Device> {
+        Err(without("--probe"))
+    }
+}
+
 /// The probes that are connected, a line each.
 ///
 /// # Errors
 /// This program was built without probe support.
-#[cfg(feature = "probe")]
 pub fn list() -> Result<Vec<String>> {
-    Ok(probe::list())
+    with::list()
 }
 
 /// Flashes `image` and shows the board's log.
 ///
 /// # Errors
-/// [`Trouble`], as one line; an image that is none.
-#[cfg(feature = "probe")]
+/// Whatever stands between this program and the board, as one line; an image that is none.
 pub fn flash(chip: &Chip, image: &Path, options: &Options) -> Result<()> {
-    probe::flash(chip, image, options)
+    with::flash(chip, image, options)
 }
 
-/// See the version with probe support.
+/// Talks to the firmware that runs on a board, through its probe.
 ///
 /// # Errors
-/// Always.
-#[cfg(not(feature = "probe"))]
-pub fn list() -> Result<Vec<String>> {
-    Err(without_support("DIR"))
-}
-
-/// See the version with probe support.
-///
-/// # Errors
-/// Always.
-#[cfg(not(feature = "probe"))]
-pub fn flash(_: &Chip, image: &Path, _: &Options) -> Result<()> {
-    Err(without_support(&image.display().to_string()))
-}
-
-#[cfg(not(feature = "probe"))]
-fn without_support(image: &str) -> Error {
-    Error::failed(format!("{image}: this sinew was built without probe support"))
-        .help("cargo install --path host --features probe; or `cargo run --release` in the board's folder, with probe-rs-tools")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn each_trouble_is_one_line_and_one_remedy() {
-        let two = || vec!["ST-Link (066A)".to_string(), "J-Link (683)".to_string()];
-        let all = [
-            Trouble::NoProbe,
-            Trouble::NotAllowed {
-                probe: "ST-Link (066A)".into(),
-            },
-            Trouble::Several { probes: two() },
-            Trouble::NotThere {
-                chosen: "1".into(),
-                probes: two(),
-            },
-            Trouble::NoChip,
-            Trouble::OtherChip {
-                expected: "STM32F446RETx",
-                found: 0x413,
-            },
-            Trouble::Locked,
-            Trouble::Other("the flash could not be erased".into()),
-        ];
-        let text: Vec<String> = all
-            .into_iter()
-            .map(|t| Error::from(t).to_string())
-            .collect();
-        for message in &text {
-            assert_eq!(message.lines().count(), 2, "{message}");
-        }
-        insta::assert_snapshot!(text.join("\n"));
-    }
+/// As [`flash`].
+pub fn connect(chip: &Chip, options: &Options) -> Result<Device> {
+    with::connect(chip, options)
 }

@@ -10,6 +10,7 @@
 
 mod board;
 mod build;
+mod chip;
 pub mod image;
 mod sources;
 
@@ -19,8 +20,8 @@ use sinew_codegen::emit::{EmitOptions, emit};
 use sinew_codegen::spec::ModelSpec;
 use toml_edit::{DocumentMut, Item, Table, value};
 
-pub use board::Chip;
 pub use build::{Built, build, compile};
+pub use chip::Chip;
 pub use image::Sizes;
 
 use crate::error::{Error, Result};

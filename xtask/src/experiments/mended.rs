@@ -133,7 +133,8 @@ impl Bench {
         let mut tune = self.sinew("tune", &rig);
         tune.arg(&model);
         self.recordings(&mut tune);
-        tune.arg("--out").arg(self.path(&format!("{name}.tuned.toml")));
+        tune.arg("--out")
+            .arg(self.path(&format!("{name}.tuned.toml")));
         tune.arg("--model-out").arg(self.path("models").join(name));
         process::run(tune.args(["--mpc-only", "--seed", &seed]))
     }

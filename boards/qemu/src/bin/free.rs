@@ -12,6 +12,7 @@
 use sinew_board_qemu::machine::{Machine, OUTBOX, PACER};
 use sinew_board_qemu::uart::{self, Receiver, Transmitter};
 use sinew_board_qemu::{bind_uart, program};
+use sinew_board_runtime::probe::{self, Both, FromProbe, ToProbe};
 use sinew_board_runtime::serve::Desk;
 use sinew_board_runtime::{Parts, serve};
 
@@ -20,10 +21,14 @@ bind_uart!();
 #[cortex_m_rt::entry]
 fn main() -> ! {
     let (executor, parts) = program::start();
+    let probe = probe::start();
     executor.run(|spawner| {
         let (receiver, transmitter) = uart::init();
         // Fails only when a task's one slot is taken, and nothing has run yet.
-        if let (Ok(control), Ok(transmit)) = (control(parts, receiver), transmit(transmitter)) {
+        if let (Ok(control), Ok(transmit)) = (
+            control(parts, receiver, probe.from),
+            transmit(transmitter, probe.to),
+        ) {
             spawner.spawn(control);
             spawner.spawn(transmit);
         }
@@ -31,7 +36,7 @@ fn main() -> ! {
 }
 
 #[embassy_executor::task]
-async fn control(parts: Parts, line: Receiver) {
+async fn control(parts: Parts, serial: Receiver, probe: FromProbe) {
     let (board, cause) = Machine::start();
     if let Some(cause) = cause {
         parts.session.note_restart(cause);
@@ -43,10 +48,10 @@ async fn control(parts: Parts, line: Receiver) {
         link: parts.link,
         outbox: &OUTBOX,
     };
-    serve(desk, line).await
+    serve(desk, Both { serial, probe }).await
 }
 
 #[embassy_executor::task]
-async fn transmit(line: Transmitter) {
-    OUTBOX.drain(line).await
+async fn transmit(line: Transmitter, probe: ToProbe) {
+    OUTBOX.drain(line, probe).await
 }

@@ -1,0 +1,48 @@
+//! Checks of an nRF52840 DK itself: `cargo test --release` in this folder, with the board connected. probe-rs flashes them once
+//! and resets the board before each (docs/porting.md).
+
+#![no_std]
+#![no_main]
+
+use sinew_firmware::for_each_check;
+use sinew_firmware::session::Clock;
+
+/// The core's, whatever the crystal.
+const CLOCK_HZ: u32 = 64_000_000;
+
+/// The core's cycle counter.
+struct Cycles;
+
+impl Clock for Cycles {
+    fn ticks(&self) -> u32 {
+        cortex_m::peripheral::DWT::cycle_count()
+    }
+}
+
+/// Starts the clocks as the controller has them, and the counter.
+fn start() {
+    let _ = embassy_nrf::init(embassy_nrf::config::Config::default());
+    // SAFETY: nothing else runs yet, and only the counter is touched.
+    let mut core = unsafe { cortex_m::Peripherals::steal() };
+    core.DCB.enable_trace();
+    core.DWT.enable_cycle_counter();
+}
+
+macro_rules! tests {
+    ($($name:ident)*) => {
+        #[embedded_test::tests]
+        mod tests {
+            $(
+                #[test]
+                fn $name() -> sinew_firmware::checks::Outcome {
+                    super::start();
+                    let make = || subject(super::Cycles, super::CLOCK_HZ);
+                    sinew_firmware::checks::$name(make, golden())
+                }
+            )*
+            use sinew_board_runtime::checks::{golden, subject};
+        }
+    };
+}
+
+for_each_check!(tests);

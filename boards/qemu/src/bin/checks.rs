@@ -1,0 +1,39 @@
+//! The checks that a board makes of itself (`sinew_firmware::checks`), one after another. Ends with status 0 when all
+//! hold and 4 when one does not; the log has a line for each.
+
+#![no_std]
+#![no_main]
+
+use sinew_board_qemu::pac;
+use sinew_board_qemu::semihosting::{ExitCode, exit};
+use sinew_board_qemu::time::{self, Counter};
+use sinew_board_runtime::checks::{golden, subject};
+use sinew_firmware::checks::{self, Outcome};
+use sinew_firmware::for_each_check;
+
+/// Says how a check ended; whether it failed.
+fn told(name: &str, outcome: Outcome) -> bool {
+    match outcome {
+        Ok(()) => defmt::info!("{=str} ... ok", name),
+        Err(wrong) => defmt::error!("{=str} ... FAILED: {}", name, wrong),
+    }
+    outcome.is_err()
+}
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    time::init();
+    let make = || subject(Counter, pac::CLOCK_HZ);
+    let mut failed = false;
+    macro_rules! run {
+        ($($name:ident)*) => {
+            $( failed |= told(stringify!($name), checks::$name(make, golden())); )*
+        };
+    }
+    for_each_check!(run);
+    exit(if failed {
+        ExitCode::CheckFailed
+    } else {
+        ExitCode::Stopped
+    })
+}

@@ -1,0 +1,94 @@
+//! The checks that a device makes of itself, on this computer and in QEMU; a board with a probe runs the same list
+//! (docs/porting.md).
+
+use std::process::{Command, Stdio};
+
+use sinew::device::{Workplace, decode_log};
+use sinew::project::Board;
+use sinew_firmware::checks::{self, Golden, Subject, Wrong};
+use sinew_firmware::for_each_check;
+use sinew_firmware::session::Clock;
+use sinew_model_reference_s::control::Session;
+use sinew_model_reference_s::golden::GOLDEN;
+use sinew_model_reference_s::session;
+use sinew_tests::{image, skip};
+
+/// This computer's time says nothing about a chip's.
+struct NoClock;
+
+impl Clock for NoClock {
+    fn ticks(&self) -> u32 {
+        0
+    }
+}
+
+fn subject() -> Subject<Session, NoClock> {
+    Subject {
+        session: session(),
+        clock: NoClock,
+        period_ticks: 0,
+    }
+}
+
+/// The vectors, all outputs `off` too large.
+fn golden(off: f32) -> impl Iterator<Item = Golden> {
+    GOLDEN.iter().map(move |golden| {
+        let jacobian = golden.jacobian.iter().flatten();
+        Golden::new(
+            &golden.x,
+            golden.y.iter().map(|v| *v as f32 + off),
+            jacobian.map(|v| *v as f32 + off),
+        )
+    })
+}
+
+macro_rules! on_this_computer {
+    ($($name:ident)*) => { $(
+        #[test]
+        fn $name() {
+            assert_eq!(checks::$name(subject, golden(0.0)), Ok(()));
+        }
+    )* };
+}
+for_each_check!(on_this_computer);
+
+#[test]
+fn a_network_that_is_another_is_found_out() {
+    let found = checks::the_network_is_that_of_double_precision(subject, golden(1e-3));
+    assert!(matches!(found, Err(Wrong::Off(_))), "{found:?}");
+    let found = checks::its_derivatives_are_those_of_double_precision(subject, golden(1e-3));
+    assert!(matches!(found, Err(Wrong::Off(_))), "{found:?}");
+    let none = checks::the_network_is_that_of_double_precision(subject, std::iter::empty());
+    assert_eq!(none, Err(Wrong::Nothing));
+}
+
+#[test]
+fn all_of_them_hold_in_qemu() {
+    if let Some(reason) = image::cannot_run() {
+        return skip(reason);
+    }
+    let built = image::build(Board::Qemu).unwrap_or_else(|error| panic!("{error}"));
+    let program = built.lockstep.with_file_name("checks");
+    let folder = Workplace::new().expect("a temporary folder");
+    let log = folder.path().join("log");
+    let status = Command::new("sh")
+        .arg(image::runner())
+        .arg(&program)
+        .env("LOG", &log)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .status()
+        .expect("QEMU was there a moment ago");
+    let log = std::fs::read(&log).expect("it has a log");
+    let log = decode_log(&program, &log).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(status.code(), Some(0), "{log}");
+    let names = {
+        macro_rules! names {
+            ($($name:ident)*) => { [$(stringify!($name)),*] };
+        }
+        for_each_check!(names)
+    };
+    for name in names {
+        assert!(log.contains(&format!("{name} ... ok")), "{name}:\n{log}");
+    }
+}
