@@ -5,8 +5,10 @@
 
 use heapless::Vec;
 
+use crate::control_loop::ControlLoop;
 use crate::mode::Drive;
 use crate::model::Model;
+use crate::mpc::{Parts, Work};
 use crate::protocol::{Identity, MAX_FRAME, Reason, ToDevice, ToHost, decode, encode};
 use crate::safety::Limits;
 use crate::session::{Clock, Session};
@@ -139,10 +141,11 @@ pub enum Wrong {
 pub type Outcome = Result<(), Wrong>;
 
 /// Uniform in -1 to 1, the same everywhere (xorshift; Marsaglia 2003).
-struct Random(u32);
+pub struct Random(pub u32);
 
 impl Random {
-    fn next(&mut self) -> f32 {
+    /// The next number.
+    pub fn next(&mut self) -> f32 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 17;
         self.0 ^= self.0 << 5;
@@ -435,5 +438,71 @@ pub fn a_step_ends_within_its_period<S: Device, C: Clock>(
         0 => Ok(()),
         period if longest <= period => Ok(()),
         _ => Err(Wrong::Late(longest)),
+    }
+}
+
+/// What control steps take, in ticks of a board's counter.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Ticks {
+    /// Steps measured.
+    pub steps: u32,
+    /// Of one step, in the mean.
+    pub mean: u32,
+    /// Of the longest seen.
+    pub longest: u32,
+    /// No step can take more: what surrounds the optimisation, and each of its parts at its longest, as often as the const
+    /// parameters allow ([`Work::most`]).
+    pub bound: u32,
+}
+
+/// Times `steps` control steps at random states with random references, and the parts of an optimisation.
+pub fn times<
+    M: Model<NU, NY, NS, ND, DD>,
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const ND: usize,
+    const DD: usize,
+    const N: usize,
+    const NB: usize,
+    const NV: usize,
+>(
+    control: &mut ControlLoop<M, NU, NY, NS, ND, DD, N, NB, NV>,
+    steps: u32,
+    clock: &impl Clock,
+) -> Ticks {
+    let mut random = Random(0x9E37_79B9);
+    let mut parts = Parts::default();
+    let (mut sum, mut longest, mut around) = (0_u64, 0, 0);
+    for k in 0..steps {
+        // Every fourth state is a jump from one that is not remembered.
+        if k % 4 == 0 {
+            control.reset();
+        }
+        let scaling = *control.scaling();
+        let mut drawn = || 1.2 * random.next();
+        let y = scaling.y.to_physical(&core::array::from_fn(|_| drawn()));
+        let s = scaling.s.to_physical(&core::array::from_fn(|_| drawn()));
+        let reference =
+            core::array::from_fn(|_| scaling.y.to_physical(&core::array::from_fn(|_| drawn())));
+        let plan = core::array::from_fn(|_| drawn());
+        let start = clock.ticks();
+        let _ = control.step(&y, &s, &reference);
+        let stepped = clock.ticks();
+        // A reference that is none leaves out the optimisation, and nothing else.
+        let _ = control.step(&y, &s, &[[f32::NAN; NY]; N]);
+        let passed = clock.ticks().wrapping_sub(stepped);
+        let spent = stepped.wrapping_sub(start);
+        sum += u64::from(spent);
+        longest = longest.max(spent);
+        around = around.max(passed);
+        parts = parts.or_more(control.parts(&plan, clock));
+    }
+    let most = Work::most(control.settings().iterations, NU, NV);
+    Ticks {
+        steps,
+        mean: u32::try_from(sum / u64::from(steps.max(1))).unwrap_or(u32::MAX),
+        longest,
+        bound: parts.bound(&most).saturating_add(around),
     }
 }

@@ -8,6 +8,7 @@ use crate::mpc::{self, Bounds, Horizons, MAX_ITERATIONS, Plan, Problem, Weights}
 use crate::protocol::{Identity, PROTOCOL};
 use crate::safety::{Limiter, Limits};
 use crate::scaling::ModelScaling;
+use crate::session::Clock;
 
 /// Everything that may change between two calls; model units except where stated.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -284,6 +285,24 @@ impl<
         step.status = outcome.status;
         step.iterations = outcome.iterations;
         step.cost = outcome.cost;
+    }
+
+    /// What the parts of an optimisation cost here and now, with a reference of zeros: for bounds, not for
+    /// control ([`mpc::work`]). Changes nothing.
+    pub fn parts(&self, plan: &[f32; NV], clock: &impl Clock) -> mpc::Parts {
+        let problem = Problem {
+            model: &self.model,
+            start: self.estimator.regressor(),
+            disturbance: self.estimator.disturbance(),
+            reference: &[[0.0; NY]; N],
+            weights: Weights {
+                tracking: self.settings.tracking_weight,
+                moves: self.settings.move_suppression,
+            },
+            bounds: &self.bounds,
+            horizons: &self.horizons,
+        };
+        mpc::Parts::measure(&problem, plan, clock)
     }
 
     /// Forgets the plan, the history and the disturbance. The command applied last is *not*

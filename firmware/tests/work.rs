@@ -7,7 +7,7 @@ use std::cell::Cell;
 use common::{Random, Shallow};
 use sinew_firmware::control_loop::{ControlLoop, Settings};
 use sinew_firmware::model::{Jacobian, Model, Regressor};
-use sinew_firmware::mpc::{Horizons, MAX_ITERATIONS};
+use sinew_firmware::mpc::{Horizons, MAX_ITERATIONS, Work};
 use sinew_firmware::safety::Limits;
 use sinew_firmware::scaling::ModelScaling;
 
@@ -98,13 +98,18 @@ fn no_input_makes_a_step_longer_than_the_documented_bound() {
             let step = control.step(&y, &[], &reference);
             assert!(limits.hold(&step.u));
             let iterations = usize::from(iterations);
-            let rollouts = 1 + 3 * iterations + 2 * NU + 1;
+            let bound = Work::most(iterations as u8, NU, 6);
+            let rollouts = bound.rollouts as usize;
             assert!(
                 predictions.get() <= 1 + rollouts * N,
                 "{}",
                 predictions.get()
             );
-            assert!(derivatives.get() <= iterations * N, "{}", derivatives.get());
+            assert!(
+                derivatives.get() <= bound.derivatives as usize * N,
+                "{}",
+                derivatives.get()
+            );
             assert!(usize::from(step.iterations) <= iterations);
             most = most.max(predictions.get());
             least = least.min(predictions.get());

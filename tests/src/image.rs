@@ -23,10 +23,14 @@ pub fn runner() -> PathBuf {
 /// # Errors
 /// What cargo printed, when it does not build.
 pub fn build(board: Board) -> Result<Built> {
-    // Beside the workspace's own outputs, as `cargo xtask test` does: the host program embeds the boards'
-    // folders and would be built again after each build in there.
+    compile(&root(), board, &cache())
+}
+
+/// Where images are built: beside the workspace's own outputs, as `cargo xtask test` does. The host program embeds the
+/// boards' folders and would be built again after each build in there.
+pub fn cache() -> PathBuf {
     let target = std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into());
-    compile(&root(), board, &root().join(target).join("boards"))
+    root().join(target).join("boards")
 }
 
 /// The lockstep program of a board, started.

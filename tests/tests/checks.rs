@@ -3,8 +3,9 @@
 
 use std::process::{Command, Stdio};
 
+use sinew::chain::size::count;
 use sinew::device::{Workplace, decode_log};
-use sinew::project::Board;
+use sinew::project::checks as checks_of;
 use sinew_firmware::checks::{self, Golden, Subject, Wrong};
 use sinew_firmware::for_each_check;
 use sinew_firmware::session::Clock;
@@ -67,8 +68,8 @@ fn all_of_them_hold_in_qemu() {
     if let Some(reason) = image::cannot_run() {
         return skip(reason);
     }
-    let built = image::build(Board::Qemu).unwrap_or_else(|error| panic!("{error}"));
-    let program = built.lockstep.with_file_name("checks");
+    let cache = image::cache();
+    let program = checks_of(&image::root(), &cache).unwrap_or_else(|error| panic!("{error}"));
     let folder = Workplace::new().expect("a temporary folder");
     let log = folder.path().join("log");
     let status = Command::new("sh")
@@ -91,4 +92,18 @@ fn all_of_them_hold_in_qemu() {
     for name in names {
         assert!(log.contains(&format!("{name} ... ok")), "{name}:\n{log}");
     }
+}
+
+#[test]
+fn no_step_takes_more_than_its_parts_as_often_as_they_may_occur() {
+    if let Some(reason) = image::cannot_run() {
+        return skip(reason);
+    }
+    let steps = count(&image::root(), &image::cache()).unwrap_or_else(|error| panic!("{error}"));
+    println!("{steps:?}");
+    assert!(steps.steps >= 400 && steps.mean > 10_000);
+    assert!(
+        steps.mean < steps.longest && steps.longest <= steps.bound,
+        "{steps:?}"
+    );
 }

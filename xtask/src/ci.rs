@@ -152,7 +152,8 @@ pub fn boards(arguments: &[String]) -> Result<()> {
     none(arguments)?;
     let toolchain = setup::run(Extent::Build)?;
     clippy_boards_and_models(&toolchain)?;
-    link_boards(&toolchain)
+    link_boards(&toolchain)?;
+    probe()
 }
 
 fn format() -> Result<()> {
@@ -186,8 +187,23 @@ fn clippy_boards_and_models(toolchain: &Toolchain) -> Result<()> {
 fn link_boards(toolchain: &Toolchain) -> Result<()> {
     for board in ["stm32f446", "nrf52840"] {
         test::build_board(toolchain, board)?;
+        let folder = root().join("boards").join(board);
+        process::run(&mut toolchain.board_cargo(&folder, "test", &["--no-run"]))?;
     }
     Ok(())
+}
+
+/// What can be known about flashing without a board: chips, memories and images, as probe-rs sees them.
+fn probe() -> Result<()> {
+    let target = target_folder().join("boards");
+    let mut command = cargo(&["test", "--manifest-path", "boards/probe/Cargo.toml"]);
+    command.arg("--target-dir").arg(&target);
+    let images = target.join("thumbv7em-none-eabihf/release");
+    process::run(
+        command
+            .env("SINEW_BOARD_IMAGES", images)
+            .current_dir(root()),
+    )
 }
 
 /// The recordings that judge the simulator are what their own program writes today.

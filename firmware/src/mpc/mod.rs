@@ -19,11 +19,13 @@ pub mod newton;
 pub mod prediction;
 pub mod qp;
 pub mod tangent;
+pub mod work;
 
 pub use constraint::{ActiveSet, Bounds};
 pub use cost::{Quadratic, Weights};
 pub use horizons::Horizons;
 pub use newton::{MAX_ITERATIONS, Outcome, solve};
+pub use work::{Parts, Work};
 
 use crate::model::Regressor;
 

@@ -11,7 +11,7 @@ use crate::model::Model;
 pub const MAX_ITERATIONS: u8 = 8;
 
 /// Shorter steps tried when the full one does not lower the cost.
-const BACKTRACKS: u8 = 2;
+pub(super) const BACKTRACKS: u8 = 2;
 
 /// Part of the decrease promised by the slope that a step has to deliver.
 const SUFFICIENT: f32 = 1e-4;

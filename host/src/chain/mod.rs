@@ -10,6 +10,7 @@ pub mod moved;
 pub mod page;
 pub mod retune;
 pub mod side_by_side;
+pub mod size;
 pub mod summary;
 pub mod task;
 pub mod tune;

@@ -1,21 +1,24 @@
-//! `sinew size`: what a network takes on a board, before anything is flashed.
+//! `sinew size`: what a network, and the controller around it, takes on a board, before anything is flashed.
 
 use std::path::PathBuf;
 
 use clap::Args;
 use sinew_codegen::network::commands;
 use sinew_codegen::network::emit::{Options, Weights};
+use sinew_codegen::store;
 
+use crate::chain::size::{REMARK, measure, table};
 use crate::error::{Error, Result};
+use crate::project::Board;
 
 /// Arguments of `sinew size`.
 #[derive(Args)]
 pub struct Arguments {
     /// The network: a file or folder that `sinew import` reads, or a model of `sinew train`.
     network: PathBuf,
-    /// stm32f446, nrf52840 or qemu.
+    /// stm32f446, nrf52840 or qemu; without it, the controller of a model on every board.
     #[arg(long)]
-    board: String,
+    board: Option<String>,
     /// Tanh within 2e-7 instead of 2e-6.
     #[arg(long)]
     precise: bool,
@@ -30,16 +33,46 @@ pub struct Arguments {
         default_value = "target/size"
     )]
     build_dir: PathBuf,
+    /// No progress.
+    #[arg(long)]
+    quiet: bool,
 }
 
 /// # Errors
 /// A network that cannot be emitted, a board that is not there, or no compiler for the target.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    commands::board(&arguments.board).map_err(Error::arguments)?;
+    let (network, folder) = (&arguments.network, &arguments.build_dir);
+    // A model of `sinew train` has a controller around its network.
+    let spec = match network.join(store::MODEL_FILE).is_file() {
+        true => store::load(network).ok(),
+        false => None,
+    };
+    if let Some(board) = &arguments.board {
+        bare(arguments, board)?;
+    } else if spec.is_none() {
+        return Err(Error::arguments("a network alone is sized for one board")
+            .help("name it: --board stm32f446, nrf52840 or qemu"));
+    }
+    if let Some(spec) = spec {
+        let asked = |board: &Board| {
+            let named = arguments.board.as_deref();
+            named.is_none_or(|name| name == board.folder())
+        };
+        let boards: Vec<Board> = Board::ALL.into_iter().filter(asked).collect();
+        let (steps, rows) = measure(&spec, &boards, folder, arguments.quiet)?;
+        println!();
+        print!("{}\n{REMARK}", table(&spec, &steps, &rows).text());
+    }
+    Ok(())
+}
+
+/// The network alone.
+fn bare(arguments: &Arguments, board: &str) -> Result<()> {
+    commands::board(board).map_err(Error::arguments)?;
     let mut options = Options::with_precise(arguments.precise);
     options.weights = arguments.weights;
     let (network, folder) = (&arguments.network, &arguments.build_dir);
-    let text = commands::size(network, &arguments.board, &options, folder);
+    let text = commands::size(network, board, &options, folder);
     print!("{}", text.map_err(Error::failed)?);
     Ok(())
 }

@@ -56,6 +56,24 @@ pub fn build(folder: &Path, board: Board, cache: Option<&Path>) -> Result<Built>
 /// [`Error`] with the compiler's words when the build fails, and with what to install when the
 /// compiler or its target is missing.
 pub fn compile(folder: &Path, board: Board, cache: &Path) -> Result<Built> {
+    let release = run(folder, board, cache, &[])?;
+    Ok(Built {
+        lockstep: release.join(board.program()),
+        free: (board == Board::Qemu).then(|| release.join("free")),
+    })
+}
+
+/// Builds the program in which a board in QEMU checks itself and says what its control steps take.
+///
+/// # Errors
+/// As [`compile`].
+pub fn checks(folder: &Path, cache: &Path) -> Result<PathBuf> {
+    let program = ["--features", "checks", "--bin", "checks"];
+    Ok(run(folder, Board::Qemu, cache, &program)?.join("checks"))
+}
+
+/// Runs cargo: the folder of its programs.
+fn run(folder: &Path, board: Board, cache: &Path, more: &[&str]) -> Result<PathBuf> {
     let crate_folder = board_folder(folder, board);
     let cache = std::path::absolute(cache).map_err(|e| Error::write(cache, e))?;
     let mut command = match board {
@@ -64,6 +82,7 @@ pub fn compile(folder: &Path, board: Board, cache: &Path) -> Result<Built> {
     };
     command
         .args(["build", "--release", "--quiet"])
+        .args(more)
         .current_dir(&crate_folder)
         .env("CARGO_TARGET_DIR", &cache)
         // Flags meant for the program that calls are not the firmware's.
@@ -87,13 +106,9 @@ pub fn compile(folder: &Path, board: Board, cache: &Path) -> Result<Built> {
             error
         });
     }
-    let release = match board {
+    Ok(match board {
         Board::Host => cache.join("release"),
         _ => cache.join(TARGET).join("release"),
-    };
-    Ok(Built {
-        lockstep: release.join(board.program()),
-        free: (board == Board::Qemu).then(|| release.join("free")),
     })
 }
 

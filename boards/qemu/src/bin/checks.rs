@@ -1,5 +1,6 @@
 //! The checks that a board makes of itself (`sinew_firmware::checks`), one after another. Ends with status 0 when all
-//! hold and 4 when one does not; the log has a line for each.
+//! hold and 4 when one does not; the log has a line for what control steps take,
+//! and one for each.
 
 #![no_std]
 #![no_main]
@@ -8,8 +9,16 @@ use sinew_board_qemu::pac;
 use sinew_board_qemu::semihosting::{ExitCode, exit};
 use sinew_board_qemu::time::{self, Counter};
 use sinew_board_runtime::checks::{golden, subject};
-use sinew_firmware::checks::{self, Outcome};
+use sinew_board_runtime::model::control::Controller;
+use sinew_board_runtime::{model, stack};
+use sinew_firmware::checks::{self, Outcome, Ticks, times};
 use sinew_firmware::for_each_check;
+use static_cell::StaticCell;
+
+static CONTROLLER: StaticCell<Controller> = StaticCell::new();
+
+/// Control steps that are timed.
+const STEPS: u32 = 400;
 
 /// Says how a check ended; whether it failed.
 fn told(name: &str, outcome: Outcome) -> bool {
@@ -22,7 +31,28 @@ fn told(name: &str, outcome: Outcome) -> bool {
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
+    stack::paint();
     time::init();
+    // First: what the checks below have on the stack is not the controller's.
+    let Ticks {
+        steps,
+        mean,
+        longest,
+        bound,
+    } = times(
+        CONTROLLER.init_with(model::control::controller),
+        STEPS,
+        &Counter,
+    );
+    let stack = stack::high_water_bytes();
+    defmt::info!(
+        "ticks: steps {=u32} mean {=u32} longest {=u32} bound {=u32} stack {=u32}",
+        steps,
+        mean,
+        longest,
+        bound,
+        stack
+    );
     let make = || subject(Counter, pac::CLOCK_HZ);
     let mut failed = false;
     macro_rules! run {
