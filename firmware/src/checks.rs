@@ -145,7 +145,7 @@ pub struct Random(pub u32);
 
 impl Random {
     /// The next number.
-    pub fn next(&mut self) -> f32 {
+    pub fn draw(&mut self) -> f32 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 17;
         self.0 ^= self.0 << 5;
@@ -154,7 +154,7 @@ impl Random {
 
     /// Now and then what no sensor should give.
     fn hostile(&mut self) -> f32 {
-        let value = self.next();
+        let value = self.draw();
         match self.0 % 16 {
             0 => f32::NAN,
             1 => f32::INFINITY,
@@ -338,7 +338,7 @@ pub fn nothing_moves_before_it_is_armed<S: Device, C: Clock>(
     let mut random = Random(7);
     let mut first = None;
     for seq in 0..STEPS {
-        let question = subject.sample(seq, || random.next());
+        let question = subject.sample(seq, || random.draw());
         let ToHost::Command { u, .. } = subject.ask(&question) else {
             return Err(Wrong::Answer);
         };
@@ -375,7 +375,7 @@ pub fn the_same_samples_give_the_same_commands<S: Device, C: Clock>(
     for sum in &mut sums {
         let mut subject = make();
         subject.arm()?;
-        *sum = subject.run(Random::next)?.0;
+        *sum = subject.run(Random::draw)?.0;
     }
     match sums {
         [a, b] if a == b => Ok(()),
@@ -433,7 +433,7 @@ pub fn a_step_ends_within_its_period<S: Device, C: Clock>(
 ) -> Outcome {
     let mut subject = make();
     subject.arm()?;
-    let (_, longest) = subject.run(Random::next)?;
+    let (_, longest) = subject.run(Random::draw)?;
     match subject.period_ticks {
         0 => Ok(()),
         period if longest <= period => Ok(()),
@@ -480,7 +480,7 @@ pub fn times<
             control.reset();
         }
         let scaling = *control.scaling();
-        let mut drawn = || 1.2 * random.next();
+        let mut drawn = || 1.2 * random.draw();
         let y = scaling.y.to_physical(&core::array::from_fn(|_| drawn()));
         let s = scaling.s.to_physical(&core::array::from_fn(|_| drawn()));
         let reference =

@@ -108,7 +108,7 @@ fn nothing_wears_out() {
     };
     // The first lap starts at rest, every other where the one before has ended.
     let _ = lap_error(&mut device, &mut plant, 0);
-    let laps = steps / STEPS;
+    let laps = steps.div_ceil(STEPS);
     let second = lap_error(&mut device, &mut plant, 1);
     let mut last = second;
     for lap in 2..laps {

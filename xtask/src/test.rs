@@ -45,7 +45,8 @@ pub fn run(toolchain: &Toolchain) -> Result<()> {
 /// # Errors
 /// One does not compile.
 pub fn compile(toolchain: &Toolchain) -> Result<()> {
-    let mut command = cargo(&["test", "--workspace", "--no-run", "--quiet"]);
+    // Where a clean build's time goes: target/cargo-timings.
+    let mut command = cargo(&["test", "--workspace", "--no-run", "--quiet", "--timings"]);
     process::run(toolchain.equip(&mut command))
 }
 
