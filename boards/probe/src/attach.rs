@@ -3,8 +3,8 @@
 use std::time::{Duration, Instant};
 
 use probe_rs::architecture::arm::ArmError;
-use probe_rs::probe::DebugProbeError;
 use probe_rs::probe::list::{Accessibility, Lister, ProbeListItem};
+use probe_rs::probe::{DebugProbeError, Probe};
 use probe_rs::rtt::Rtt;
 use probe_rs::{Core, MemoryInterface, Permissions, Session};
 
@@ -29,6 +29,11 @@ fn named(item: &ProbeListItem) -> String {
 pub(crate) fn attach(chip: &Chip, options: &Options) -> Result<Session, Trouble> {
     let probe = choose(Lister::new().list_all_with_access(), options)?;
     let probe = probe.info.open().map_err(|e| sorted(&e.into()))?;
+    session(probe, chip, options)
+}
+
+/// The same by a probe that is open.
+pub(crate) fn session(probe: Probe, chip: &Chip, options: &Options) -> Result<Session, Trouble> {
     let permissions = match options.unlock {
         true => Permissions::new().allow_erase_all(),
         false => Permissions::new(),

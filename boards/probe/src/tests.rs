@@ -1,9 +1,10 @@
 //! What can be known without a board.
 
+use probe_rs::integration::FakeProbe;
 use probe_rs::probe::DebugProbeError;
 
-use crate::attach::{choose, sorted};
-use crate::{Options, Trouble};
+use crate::attach::{choose, session, sorted};
+use crate::{Chip, Options, Trouble};
 
 #[test]
 fn no_probe_no_chip_and_a_locked_one_are_told_apart() {
@@ -43,4 +44,32 @@ fn each_trouble_is_one_line_and_one_remedy() {
         format!("{message}\n  help: {help}\n")
     });
     insta::assert_snapshot!(lines.collect::<String>());
+}
+
+/// Attaches by a probe that does not exist, to a core with `image` in its memory and zeros elsewhere.
+fn by_fake_probe(image: &std::path::Path, chip: &Chip) -> Result<(), Trouble> {
+    let probe = FakeProbe::with_mocked_core_and_binary(image).into_probe();
+    session(probe, chip, &Options::default()).map(|_| ())
+}
+
+#[test]
+fn a_session_begins_with_the_right_chip_and_no_other() {
+    let Some(folder) = std::env::var_os("SINEW_BOARD_IMAGES") else {
+        println!("SKIPPED: no images (SINEW_BOARD_IMAGES names their folder; cargo xtask boards)");
+        return;
+    };
+    let image = std::path::Path::new(&folder).join("sinew-board-stm32f446");
+    // The fake core has no registers, but flash: its first word is the image's first stack pointer, the top of RAM.
+    let is = |value: u32| Chip {
+        name: "STM32F446RETx",
+        address: 0x0800_0000,
+        mask: 0xFFFF_FFFF,
+        value,
+    };
+    assert_eq!(by_fake_probe(&image, &is(0x2002_0000)), Ok(()));
+    let other = Trouble::OtherChip {
+        expected: "STM32F446RETx",
+        found: 0x2002_0000,
+    };
+    assert_eq!(by_fake_probe(&image, &is(0x421)), Err(other));
 }
