@@ -144,6 +144,7 @@ pub fn build(request: &Request) -> Result<Outcome> {
         task: &task,
         seed: request.seed,
         disturbance: Disturbance::None,
+        delay_s: 0.0,
     };
     let (spec, record, reused) = model(
         request,

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use rayon::prelude::*;
 use sinew_codegen::fingerprint;
 use sinew_codegen::spec::{ModelSpec, Signal};
 use sinew_codegen::store;
@@ -15,8 +16,17 @@ use crate::compare::closed_loop::Scenario;
 use crate::compare::disturbance::Disturbance;
 use crate::error::{Error, Result};
 use crate::progress::Stage;
+use crate::project::image::Sizes;
 use crate::project::{self, Board};
 use crate::recording::Recording;
+
+/// Loops that were run on a board.
+pub struct Ran {
+    /// One a scenario.
+    pub runs: Vec<DeviceRun>,
+    /// The image by its sections; none on the host.
+    pub image: Option<Sizes>,
+}
 
 /// A rig's task and the plant of its loop.
 pub struct Loop {
@@ -28,10 +38,14 @@ pub struct Loop {
     pub values: Vec<f64>,
     /// Those that were moved.
     pub moved: Vec<Moved>,
+    /// Plants drawn around this one, a loop each; none: `values` alone.
+    pub drawn: Vec<Vec<f64>>,
     /// What the controller is asked for.
     pub task: Task,
     /// What is added to the commands on their way to the plant.
     pub disturbance: Disturbance,
+    /// Age of the measurements when a controller gets them, seconds.
+    pub delay_s: f64,
     /// Seed of everything drawn.
     pub seed: u64,
 }
@@ -80,8 +94,10 @@ impl Loop {
             plant,
             values,
             moved,
+            drawn: Vec::new(),
             task,
             disturbance: Disturbance::None,
+            delay_s: 0.0,
             seed,
         })
     }
@@ -98,6 +114,14 @@ impl Loop {
         let outputs = outputs.map(|s| sensors[*s].column.as_str());
         self.fits(model, "input", &spec.inputs, &inputs.collect::<Vec<_>>())?;
         self.fits(model, "output", &spec.outputs, &outputs.collect::<Vec<_>>())?;
+        let channels = self.task.channels.iter();
+        let channels = channels.map(|s| sensors[*s].column.as_str());
+        self.fits(
+            model,
+            "channel",
+            &spec.channels,
+            &channels.collect::<Vec<_>>(),
+        )?;
         Ok(spec)
     }
 
@@ -108,7 +132,25 @@ impl Loop {
             task: &self.task,
             seed: self.seed,
             disturbance: self.disturbance,
+            delay_s: self.delay_s,
         }
+    }
+
+    /// Draws `count` plants about the one in the loop: every free parameter is that of the rig or the real one as
+    /// written, times 1 - `spread` to 1 + `spread`.
+    pub fn draw(&mut self, spread: f64, count: usize) {
+        let of = |k: u64| moved(&self.plant, 0.0, spread, self.seed.wrapping_add(4000 + k)).0;
+        self.drawn = (0..count as u64).map(of).collect();
+        self.values = self.plant.values();
+        self.moved.clear();
+    }
+
+    /// Asks for the path of a file.
+    ///
+    /// # Errors
+    /// A bad file, or one without a column an output.
+    pub fn follow(&mut self, path: &Path) -> Result<()> {
+        self.task.follow(&Recording::read(path)?, &self.plant)
     }
 
     /// Units of the outputs.
@@ -128,18 +170,22 @@ impl Loop {
         cache: Option<&Path>,
         quiet: bool,
         scenarios: &[Scenario],
-    ) -> Result<Vec<DeviceRun>> {
+    ) -> Result<Ran> {
         project::write(folder, spec)?;
         let built = compile_in(folder, board, cache, quiet)?;
         let stage = Stage::begin(format!("run it on {}", board.name()), quiet);
         let (bench, hash) = (self.bench(), fingerprint(spec));
         let runs: Vec<DeviceRun> = scenarios
-            .iter()
+            .par_iter()
             .map(|scenario| bench.on_device(folder, board, &built, hash, scenario))
             .collect::<Result<_>>()?;
         let steps: u32 = runs.iter().map(|run| run.summary.steps).sum();
         stage.end(format!("{steps} steps"));
-        Ok(runs)
+        let image = match board {
+            Board::Host => None,
+            _ => Some(project::image::sizes(&built.lockstep)?),
+        };
+        Ok(Ran { runs, image })
     }
 
     /// The model's signals of one role are the rig's, in number, name and order.

@@ -8,7 +8,7 @@ use serde_json::{Map, Value};
 use super::built::Loop;
 use super::contestant::Contestant;
 use super::moved::Moved;
-use crate::compare::closed_loop::Run;
+use crate::compare::closed_loop::{Distance, Run};
 use crate::compare::disturbance::Disturbance;
 use crate::error::{Error, Result};
 use crate::report::{
@@ -42,6 +42,11 @@ pub struct Contest {
     reference: String,
     /// What differs between model and plant; empty with a real rig.
     moved: Vec<Moved>,
+    /// Age of the measurements when a controller gets them.
+    delay_s: f64,
+    /// How far each loop's own plant was drawn from the one in `plant`, as a part of each free parameter; null where all
+    /// loops have one plant.
+    spread: Option<f64>,
     outputs: Vec<Output>,
     /// Gains by name, an object a channel, of controllers without a model.
     gains: Map<String, Value>,
@@ -84,6 +89,8 @@ impl Contest {
             disturbance: ready.disturbance,
             reference: ready.task.reference_source.clone(),
             moved: ready.moved.clone(),
+            delay_s: ready.delay_s,
+            spread: None,
             outputs: sensors
                 .map(|s| Output {
                     signal: s.column.clone(),
@@ -94,6 +101,12 @@ impl Contest {
             controllers,
             inputs: inputs.map(|i| i.column.clone()).collect(),
         }
+    }
+
+    /// Says that each loop has a plant of its own.
+    #[must_use]
+    pub fn spread(self, spread: Option<f64>) -> Self {
+        Self { spread, ..self }
     }
 
     /// One row a controller and output (docs/comparison.md, "What is printed").
@@ -116,6 +129,9 @@ impl Contest {
         titles.extend(counted.then_some("#instructions"));
         let mut table = Table::new(caption, titles);
         for controller in &self.controllers {
+            if let Some(row) = self.distances(controller, loops, counted) {
+                table = table.row(row);
+            }
             for (i, Output { signal, unit }) in self.outputs.iter().enumerate() {
                 let (median, worst) = controller.rms(i);
                 let transient = controller.transient(i);
@@ -148,6 +164,20 @@ impl Contest {
             }
         }
         table
+    }
+
+    /// The row of the error of all outputs together, where they share a unit.
+    fn distances(&self, of: &Contestant, loops: usize, counted: bool) -> Option<Vec<String>> {
+        let unit = &self.outputs.first()?.unit;
+        of.loops.first()?.distance?;
+        let over = |what: fn(Distance) -> f64| of.over(|l| l.distance.map_or(f64::NAN, what));
+        let (median, worst) = over(|d| d.rms);
+        let mut row = vec![of.name.clone(), "distance".into(), quantity(median, unit)];
+        row.extend((loops > 1).then(|| quantity(worst, unit)));
+        row.push(quantity(over(|d| d.max).1, unit));
+        row.extend(["-"; 5].map(String::from));
+        row.extend(counted.then(|| "-".into()));
+        Some(row)
     }
 
     /// The error of each output over the first loop.
@@ -206,8 +236,15 @@ impl Contest {
             other => format!("a {} disturbance at the inputs", other.name()),
         };
         let section = Section::new("The loops").text(format!(
-            "First loop: {}. The others have other moves and other noise. Every controller has the same ones, with {load}.",
-            self.reference
+            "First loop: {}. {} Every controller has the same ones, with {load}.",
+            self.reference,
+            match self.spread {
+                None => "The others have other moves and other noise.".into(),
+                Some(spread) => format!(
+                    "Each loop has other noise and a plant of its own: every free parameter up to {} % off.",
+                    significant(100.0 * spread, 2)
+                ),
+            }
         ));
         let section = section.with(Block::Table(self.table()));
         let plots = self.courses().into_iter().map(Block::Plot);

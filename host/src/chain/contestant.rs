@@ -2,12 +2,14 @@
 
 use serde::Serialize;
 
+use super::built::Ran;
 use super::side_by_side::{DeviceRun, same_bits};
 use super::summary::{Spread, instructions};
 use super::task::Task;
-use crate::compare::closed_loop::{Run, Score};
+use crate::compare::closed_loop::{Distance, Run, Score};
 use crate::compare::transient::Transient;
 use crate::error::{Error, Result};
+use crate::project::image::Sizes;
 
 /// One loop, judged (docs/comparison.md, eq. 2 and 4).
 #[derive(Clone, Debug, Serialize)]
@@ -15,6 +17,8 @@ pub struct Judged {
     /// Errors and effort.
     #[serde(flatten)]
     pub score: Score,
+    /// The length of the error; null where the outputs have several units, or there is one.
+    pub distance: Option<Distance>,
     /// Overshoot and settling of each output; null where its reference never rests after a move.
     pub transient: Vec<Option<Transient>>,
     /// Seconds in which at least one command is at a limit or moves as fast as it may.
@@ -26,6 +30,7 @@ impl Judged {
         let outputs = 0..task.outputs.len();
         Self {
             score: run.score(&task.limits),
+            distance: task.one_unit.then(|| run.distance()),
             transient: outputs.map(|i| run.transient(i, task.period_s)).collect(),
             at_limits_s: run.at_limits_s(&task.limits, task.period_s),
         }
@@ -41,6 +46,10 @@ pub struct Contestant {
     pub loops: Vec<Judged>,
     /// Instructions of a control step over all loops; null where the board does not count them.
     pub instructions_per_step: Option<Spread>,
+    /// The image on the board by its sections; null on the host.
+    pub image: Option<Sizes>,
+    /// Weights and biases; null without a model.
+    pub parameters: Option<usize>,
     /// Every command of the board had the bits of the host's; null where the host is the board.
     pub host_equals_device: Option<bool>,
     /// Its first loop, for plots.
@@ -60,6 +69,8 @@ impl Contestant {
             name: name.into(),
             loops,
             instructions_per_step: None,
+            image: None,
+            parameters: None,
             host_equals_device: None,
             first: first.ok_or_else(|| Error::failed("no loop was run"))?,
         })
@@ -72,9 +83,11 @@ impl Contestant {
     pub fn mpc(
         name: String,
         loops: Vec<DeviceRun>,
-        board: Option<&[DeviceRun]>,
+        board: Option<&Ran>,
         task: &Task,
     ) -> Result<Self> {
+        let image = board.and_then(|board| board.image);
+        let board = board.map(|board| &board.runs);
         let equal = board.map(|board| {
             let pairs = board.iter().zip(&loops);
             let mut same = pairs.map(|(a, b)| same_bits(&a.answers, &b.answers));
@@ -91,6 +104,7 @@ impl Contestant {
         Ok(Self {
             instructions_per_step: counted,
             host_equals_device: equal,
+            image,
             ..Self::new(name, runs, task)?
         })
     }

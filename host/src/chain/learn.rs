@@ -53,6 +53,7 @@ pub fn options(rig: &Rig, horizon: usize, seed: u64) -> (Shape, Options) {
         n_y: 0,
         past_inputs: table.and_then(|t| t.past_inputs).unwrap_or(2),
         past_outputs: table.and_then(|t| t.past_outputs).unwrap_or(3),
+        n_s: table.map_or(0, |t| t.channels.len()),
     };
     let hidden = table
         .and_then(|t| t.hidden.clone())
@@ -99,6 +100,8 @@ pub fn learn(
         steps: EPISODE_STEPS + shape.history() + options.rollout,
         outputs: task.outputs.clone(),
         noise: task.noise.clone(),
+        channels: task.channels.clone(),
+        channel_noise: task.channel_noise.clone(),
         seed,
     };
     let drawn = draw(plant, values, visits, &recipe, EPISODES.iter().sum())?;
@@ -113,7 +116,10 @@ pub fn learn(
     let y_scaling: Vec<_> = (0..shape.n_y)
         .map(|i| scaling(column(|e| &e.y, shape.n_y, i)))
         .collect();
-    let scaled = scale(&drawn, &u_scaling, &y_scaling);
+    let s_scaling: Vec<_> = (0..shape.n_s)
+        .map(|i| scaling(column(|e| &e.channels, shape.n_s, i)))
+        .collect();
+    let scaled = scale(&drawn, &u_scaling, &y_scaling, &s_scaling);
     let (training, rest) = scaled.split_at(EPISODES[0]);
     let (validation, test) = rest.split_at(EPISODES[1]);
 
@@ -139,7 +145,13 @@ pub fn learn(
         outputs: outputs
             .map(|(o, s)| signal(&o.column, &o.unit, *s))
             .collect(),
-        channels: vec![],
+        channels: task
+            .channels
+            .iter()
+            .map(|s| &plant.sensors()[*s])
+            .zip(&s_scaling)
+            .map(|(c, s)| signal(&c.column, &c.unit, *s))
+            .collect(),
         past_inputs: shape.past_inputs,
         past_outputs: shape.past_outputs,
         form: OutputForm::Increment,
@@ -235,7 +247,7 @@ fn score(
                     .copy_from_slice(&windows.inputs(w)[j * shape.n_u..(j + 1) * shape.n_u]);
             }
             let y = predict(spec, &x);
-            let last = x.len() - shape.n_y;
+            let last = x.len() - shape.n_s - shape.n_y;
             x.copy_within(newest..last, newest + shape.n_y);
             x[newest..newest + shape.n_y].copy_from_slice(&y);
             let place = match j {

@@ -29,6 +29,8 @@ pub struct Request<'a> {
     pub held_out: &'a Scenario,
     /// Evaluations of the objective for each controller.
     pub evaluations: usize,
+    /// The gain of the disturbance estimate, where it is not searched.
+    pub disturbance_gain: Option<f64>,
     /// No progress.
     pub quiet: bool,
 }
@@ -249,7 +251,7 @@ pub fn tune_mpc(
             .chain(g[1 + inputs..].iter().copied())
             .collect(),
         move_suppression: g[1..=inputs].to_vec(),
-        disturbance_gain: g[0],
+        disturbance_gain: request.disturbance_gain.unwrap_or(g[0]),
         iterations: control.iterations,
     };
     let mut ranges = vec![Range::logarithmic(1e-3, 1.0)];
@@ -407,6 +409,7 @@ mod tests {
             task: &task,
             seed: 3,
             disturbance: Disturbance::Ramp,
+            delay_s: 0.0,
         };
         let scenarios = bench
             .tuning_scenarios(&[plant.values()])
@@ -419,6 +422,7 @@ mod tests {
             training: bench.training(&scenarios, objective),
             held_out: &held_out,
             evaluations: 120,
+            disturbance_gain: None,
             quiet: true,
         };
         let falls = |line: &Line| {

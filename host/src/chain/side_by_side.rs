@@ -7,7 +7,7 @@ use sinew_firmware::protocol::Summary;
 use sinew_sim::Plant;
 
 use super::moved::{Moved, moved};
-use super::task::Task;
+use super::task::{Source, Task};
 use crate::compare::closed_loop::{Run, Scenario, Score};
 use crate::compare::disturbance::Disturbance;
 use crate::compare::feedback::{FeedbackController, Opponent, Training, Tuning, tune};
@@ -26,7 +26,7 @@ pub const MOST_MOVED: f64 = 0.20;
 /// Steps of a reference that only tuning sees.
 const TUNING_STEPS: usize = 1000;
 /// What tuning a controller without a model for a comparison may cost: the same for all of them.
-const BUDGET: Budget = Budget::Thorough(200, 250);
+pub const BUDGET: Budget = Budget::Thorough(200, 250);
 
 /// What the comparison needs to know of a plant.
 pub struct Bench<'a> {
@@ -38,6 +38,8 @@ pub struct Bench<'a> {
     pub seed: u64,
     /// What is added to the commands; with its sign turned in loops for tuning.
     pub disturbance: Disturbance,
+    /// Age of the measurements when a controller gets them, seconds.
+    pub delay_s: f64,
 }
 
 /// A loop run on a device.
@@ -100,13 +102,29 @@ impl Bench<'_> {
         let of = |k: usize| {
             let (asked, task) = (&self.task.reference, self.task);
             let seed = self.seed.wrapping_add(2000 + k as u64);
-            match (k, task.recorded) {
+            match (k, task.source) {
                 (0, _) => self.scenario(values),
-                (_, true) => self.with(values, asked.clone(), seed, For::Report),
-                (_, false) => self.with(values, self.moves(asked.steps(), seed), seed, For::Report),
+                (_, Source::Designed) => {
+                    self.with(values, self.moves(asked.steps(), seed), seed, For::Report)
+                }
+                _ => self.with(values, asked.clone(), seed, For::Report),
             }
         };
         (0..count).map(of).collect()
+    }
+
+    /// The loop that is reported on each of `plants`, with other noise on each. Tuning sees none of them.
+    ///
+    /// # Errors
+    /// As [`Bench::scenario`].
+    pub fn scenarios_of(&self, plants: &[Vec<f64>]) -> Result<Vec<Scenario>> {
+        let of = |(k, values): (usize, &Vec<f64>)| -> Result<Scenario> {
+            Ok(Scenario {
+                seed: self.seed.wrapping_add(3000 + k as u64),
+                ..self.scenario(values)?
+            })
+        };
+        plants.iter().enumerate().map(of).collect()
     }
 
     /// Loops for tuning: other references and other noise.
@@ -117,13 +135,15 @@ impl Bench<'_> {
         let scenarios = plants.iter().enumerate().map(|(i, values)| {
             let seed = self.seed.wrapping_add(1000 + i as u64);
             let steps = TUNING_STEPS.min(self.task.reference.steps());
-            let reference = if self.task.recorded {
-                self.task.reference.mirrored(steps, i)
-            } else {
-                // From anywhere, in balance or not: tuned on balanced starts alone, the demo's PID had twice the error.
-                let anywhere = vec![None; self.task.outputs.len()];
-                let (workspaces, period) = (&self.task.workspaces, self.task.period_s);
-                Reference::moves(workspaces, &anywhere, steps, period, seed)
+            let reference = match self.task.source {
+                Source::Recorded => self.task.reference.mirrored(steps, i),
+                Source::Path => self.task.reference.backwards(steps),
+                Source::Designed => {
+                    // From anywhere, in balance or not: tuned on balanced starts alone, the demo's PID had twice the error.
+                    let anywhere = vec![None; self.task.outputs.len()];
+                    let (workspaces, period) = (&self.task.workspaces, self.task.period_s);
+                    Reference::moves(workspaces, &anywhere, steps, period, seed)
+                }
             };
             self.with(values, reference, seed, For::Tuning)
         });
@@ -176,6 +196,8 @@ impl Bench<'_> {
             start: self.plant.initial_state(values, &first)?,
             outputs: self.task.outputs.clone(),
             noise: self.task.noise.clone(),
+            channels: (self.task.channels.clone(), self.task.channel_noise.clone()),
+            delay_s: self.delay_s,
             seed,
             period_s: self.task.period_s,
             reference,
@@ -255,19 +277,22 @@ impl Bench<'_> {
     /// # Errors
     /// As [`Bench::tuned`] and [`Bench::run_opponent`].
     pub fn pid(&self, values: &[f64], scenario: &Scenario) -> Result<PidRun> {
-        self.run_opponent(self.tuned::<PidState>(values)?, scenario)
+        let plants = [values.to_vec(), values.to_vec()];
+        self.run_opponent(self.tuned::<PidState>(&plants, BUDGET)?, scenario)
     }
 
-    /// Tunes a controller without a model on the plant of the comparison (`values`), with references it will not be
-    /// judged on.
+    /// Tunes a controller without a model on plants of the comparison, with references it will not be judged on.
     ///
     /// # Errors
     /// Inputs and outputs do not pair off.
-    pub fn tuned<L: Opponent>(&self, values: &[f64]) -> Result<Vec<Tuning<L::Gains>>> {
-        let plants = vec![values.to_vec(), values.to_vec()];
-        let scenarios = self.tuning_scenarios(&plants)?;
+    pub fn tuned<L: Opponent>(
+        &self,
+        plants: &[Vec<f64>],
+        budget: Budget,
+    ) -> Result<Vec<Tuning<L::Gains>>> {
+        let scenarios = self.tuning_scenarios(plants)?;
         let training = self.training(&scenarios, Objective::Tracking);
-        Ok(tune::<L>(&training, BUDGET, &|| ())?.after)
+        Ok(tune::<L>(&training, budget, &|| ())?.after)
     }
 
     /// What a controller is tuned on.

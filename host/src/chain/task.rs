@@ -18,8 +18,21 @@ const STAIRCASE: usize = 333;
 const REACH: f64 = 0.7;
 /// How fast a designed reference moves, as a part of the speed that was recorded.
 const LED: f64 = 0.25;
+/// A reach smaller than this part of what was recorded is none.
+const LEAST_REACH: f64 = 0.05;
 /// Seconds within which a plant that settles has settled.
 const SETTLING_S: f64 = 60.0;
+
+/// Where a reference comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// Designed here: tuning follows random moves.
+    Designed,
+    /// A column of the recording an output: tuning follows their mirror image.
+    Recorded,
+    /// A file whose columns belong together: tuning follows it backwards.
+    Path,
+}
 
 /// The control problem in physical units, before any weight is tuned.
 #[derive(Clone, Debug)]
@@ -46,12 +59,18 @@ pub struct Task {
     pub output_range: Vec<f64>,
     /// Standard deviation of each output's noise.
     pub noise: Vec<f64>,
+    /// Indices of the sensors that are the network's channels.
+    pub channels: Vec<usize>,
+    /// Standard deviation of each channel's noise.
+    pub channel_noise: Vec<f64>,
     /// First valid sample of every sensor: where a loop starts.
     pub home: Vec<Option<f64>>,
     /// What the comparison asks, and where it comes from.
     pub reference: Reference,
-    /// The reference was recorded; tuning uses its mirror image.
-    pub recorded: bool,
+    /// Where it comes from, which says what tuning follows instead.
+    pub source: Source,
+    /// All outputs have one unit, so that the length of their error means something.
+    pub one_unit: bool,
     /// One line that says where the reference comes from.
     pub reference_source: String,
 }
@@ -113,6 +132,16 @@ impl Task {
             workspaces.push(Workspace { low, high, speed });
             noise.push(level);
         }
+        let channels = rig.network.as_ref().map(|network| network.channels.clone());
+        let channels = channels.unwrap_or_default();
+        let quietest = |sensor: &usize| -> Result<f64> {
+            let levels = recordings
+                .iter()
+                .map(|r| Ok(noise_level(&column(r, *sensor)?)));
+            let levels = levels.collect::<Result<Vec<f64>>>()?;
+            Ok(levels.into_iter().fold(f64::INFINITY, f64::min))
+        };
+        let channel_noise = channels.iter().map(quietest).collect::<Result<Vec<_>>>()?;
         let home: Vec<Option<f64>> = (0..plant.sensors().len())
             .map(|sensor| {
                 let y = column(reference, sensor)?;
@@ -127,8 +156,11 @@ impl Task {
         ];
         for (i, workspace) in workspaces.iter_mut().enumerate() {
             if let (Some(a), Some(b)) = (ends[0][i], ends[1][i]) {
-                workspace.low = workspace.low.max(a.min(b));
-                workspace.high = workspace.high.min(a.max(b));
+                // Opposite pushes that lead to the same place, as to a tip's height, say nothing about its reach.
+                if (a - b).abs() > LEAST_REACH * (workspace.high - workspace.low) {
+                    workspace.low = workspace.low.max(a.min(b));
+                    workspace.high = workspace.high.min(a.max(b));
+                }
             }
         }
         let names: &[String] = control.map_or(&[], |c| &c.reference);
@@ -168,13 +200,11 @@ impl Task {
                 format!("`{}` of {}", names.join("`, `"), reference.name()),
             )
         };
-        if asked.steps() < horizon {
-            return Err(Error::failed(format!(
-                "the reference has {} steps and the horizon {horizon}",
-                asked.steps()
-            )));
-        }
+        long_enough(&asked, horizon)?;
+        let mut units = outputs.iter().map(|s| plant.sensors()[*s].unit.as_str());
+        let unit = units.next();
         Ok(Self {
+            one_unit: outputs.len() > 1 && units.all(|other| Some(other) == unit),
             period_s,
             horizon,
             control_horizon,
@@ -190,12 +220,47 @@ impl Task {
             output_range: workspaces.iter().map(|w| (w.high - w.low) / 2.0).collect(),
             workspaces,
             noise,
+            channels,
+            channel_noise,
             home,
             outputs,
-            recorded: !names.is_empty(),
+            source: match names {
+                [] => Source::Designed,
+                _ => Source::Recorded,
+            },
             reference: asked,
             reference_source,
         })
+    }
+
+    /// Asks for `path` instead: a column an output, called what the output's own is called.
+    ///
+    /// # Errors
+    /// A column that is not there or has no valid sample, or fewer steps than the horizon.
+    pub fn follow(&mut self, path: &Recording, plant: &Plant) -> Result<()> {
+        let column = |sensor: &usize| -> Result<Vec<f64>> {
+            let sensor = &plant.sensors()[*sensor];
+            let values = path.require(&sensor.column, &format!("output `{}`", sensor.name))?;
+            if !values.iter().any(|v| v.is_finite()) {
+                let message = format!("`{}` has no valid sample to go to", sensor.column);
+                return Err(Error::file(path.path(), message)
+                    .at(1, 1)
+                    .expected("a number in at least one row"));
+            }
+            Ok(values.iter().map(|v| v * sensor.column_factor).collect())
+        };
+        let columns = self
+            .outputs
+            .iter()
+            .map(column)
+            .collect::<Result<Vec<_>>>()?;
+        let slices: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+        let asked = Reference::recorded(path.t(), &slices, self.period_s);
+        long_enough(&asked, self.horizon)?;
+        self.reference = asked;
+        self.source = Source::Path;
+        self.reference_source = format!("the path of {}", path.name());
+        Ok(())
     }
 
     /// Units of the outputs.
@@ -204,6 +269,16 @@ impl Task {
             .iter()
             .map(|sensor| plant.sensors()[*sensor].unit.as_str())
     }
+}
+
+fn long_enough(asked: &Reference, horizon: usize) -> Result<()> {
+    if asked.steps() >= horizon {
+        return Ok(());
+    }
+    Err(Error::failed(format!(
+        "the reference has {} steps and the horizon {horizon}",
+        asked.steps()
+    )))
 }
 
 /// Where each output comes to rest under constant inputs; `None` where it does not, such as an axis

@@ -4,17 +4,20 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap::builder::RangedU64ValueParser;
+use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 use sinew_firmware::pid::PidState;
 use sinew_firmware::rise::RiseState;
 
+use super::conditions::Conditions;
 use super::{LoopArguments, overwrite};
 use crate::chain::built::Loop;
 use crate::chain::contest::Contest;
 use crate::chain::contestant::Contestant;
+use crate::chain::side_by_side::BUDGET;
 use crate::compare::closed_loop::Scenario;
-use crate::compare::disturbance::Disturbance;
 use crate::compare::feedback::{Opponent, Tuning};
+use crate::compare::optimise::Budget;
 use crate::error::{Error, Result};
 use crate::progress::Stage;
 use crate::project::Board;
@@ -34,9 +37,23 @@ pub struct Arguments {
     /// Loops a controller; all but the first have other noise and other moves.
     #[arg(long, value_name = "N", default_value = "1", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1000))]
     loops: usize,
-    /// What is added to the commands on their way to the plant; no controller is told of it.
-    #[arg(long, value_enum, default_value = "none")]
-    disturbance: Disturbance,
+    /// Loops a controller, each with the same reference on another plant: every free parameter of --plant, or of RIG,
+    /// is drawn within --spread.
+    #[arg(long, value_name = "N", conflicts_with = "loops", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1000))]
+    draws: Option<usize>,
+    /// How far a drawn parameter may lie from what is written, as a fraction of it.
+    #[arg(
+        long,
+        value_name = "FRACTION",
+        requires = "draws",
+        default_value_t = 0.2
+    )]
+    spread: f64,
+    #[command(flatten)]
+    conditions: Conditions,
+    /// Evaluations that tuning PID and RISE may cost each, where the plant is slow to simulate; otherwise some thousands.
+    #[arg(long, value_name = "COUNT", value_parser = RangedU64ValueParser::<usize>::new().range(20..))]
+    evaluations: Option<usize>,
     /// Where the models run; commands of another board must have the bits of this computer's.
     #[arg(long, value_enum, default_value = "host")]
     board: Board,
@@ -58,8 +75,24 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let names = names(&arguments.models)?;
     let recordings = &of_loop.recordings;
     let recordings = recordings.fit.iter().chain(&recordings.test);
+    arguments.conditions.refuse()?;
+    if !(0.0..1.0).contains(&arguments.spread) {
+        return Err(Error::arguments(format!(
+            "`--spread {}` is no fraction of a parameter",
+            arguments.spread
+        ))
+        .expected("0 or more, and less than 1")
+        .help("0.2 draws from 20 % below to 20 % above"));
+    }
     let read = std::iter::once(("RIG", of_loop.rig.as_path()))
         .chain(arguments.plant.iter().map(|p| ("--plant", p.as_path())))
+        .chain(
+            arguments
+                .conditions
+                .reference
+                .iter()
+                .map(|p| ("--reference", p.as_path())),
+        )
         .chain(recordings.map(|p| ("a recording", p.as_path())));
     overwrite::refuse(
         read,
@@ -70,7 +103,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         ],
     )?;
     let mut ready = of_loop.load(arguments.plant.as_deref())?;
-    ready.disturbance = arguments.disturbance;
+    arguments.conditions.apply(&mut ready)?;
+    if let Some(count) = arguments.draws {
+        ready.draw(arguments.spread, count);
+    }
     let quiet = of_loop.common.quiet;
     let specs = arguments
         .models
@@ -78,7 +114,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .map(|model| ready.model(model))
         .collect::<Result<Vec<_>>>()?;
     let bench = ready.bench();
-    let scenarios = bench.scenarios(&ready.values, arguments.loops)?;
+    let scenarios = match ready.drawn.as_slice() {
+        [] => bench.scenarios(&ready.values, arguments.loops)?,
+        drawn => bench.scenarios_of(drawn)?,
+    };
     let mut controllers = Vec::new();
     for (name, spec) in names.into_iter().zip(&specs) {
         let folder = match specs.len() {
@@ -91,16 +130,24 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             board => Some(run(board, &scenarios)?),
         };
         let loops = run(Board::Host, &scenarios)?;
-        controllers.push(Contestant::mpc(
-            name,
-            loops,
-            on_board.as_deref(),
-            &ready.task,
-        )?);
+        let judged = Contestant::mpc(name, loops.runs, on_board.as_ref(), &ready.task)?;
+        controllers.push(Contestant {
+            parameters: Some(spec.parameters()),
+            ..judged
+        });
     }
     let mut gains = Map::new();
-    opponent::<PidState>(&ready, &scenarios, quiet, &mut controllers, &mut gains)?;
-    opponent::<RiseState>(&ready, &scenarios, quiet, &mut controllers, &mut gains)?;
+    let budget = arguments.evaluations.map_or(BUDGET, Budget::Evaluations);
+    let mut others = Others {
+        ready: &ready,
+        scenarios: &scenarios,
+        budget,
+        quiet,
+        controllers: &mut controllers,
+        gains: &mut gains,
+    };
+    others.with::<PidState>()?;
+    others.with::<RiseState>()?;
 
     println!("reference: {}", ready.task.reference_source);
     for m in &ready.moved {
@@ -113,7 +160,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let plant = arguments.plant.as_deref();
     let board = arguments.board.name();
-    let contest = Contest::new(&ready, &of_loop.rig, plant, board, controllers, gains);
+    let spread = arguments.draws.map(|_| arguments.spread);
+    let contest =
+        Contest::new(&ready, &of_loop.rig, plant, board, controllers, gains).spread(spread);
     print!("{}", contest.table().text());
     if let Some(path) = &arguments.json {
         crate::atomic::write(path, format!("{:#}\n", contest.value()?))?;
@@ -133,30 +182,44 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 
 /// Tunes a controller without a model on the plant that it is judged on, and runs it; what inputs and outputs that do
 /// not pair off withhold is no reason to withhold the others.
-fn opponent<L: Opponent>(
-    ready: &Loop,
-    scenarios: &[Scenario],
+struct Others<'a> {
+    ready: &'a Loop,
+    scenarios: &'a [Scenario],
+    budget: Budget,
     quiet: bool,
-    controllers: &mut Vec<Contestant>,
-    gains: &mut Map<String, Value>,
-) -> Result<()> {
-    let stage = Stage::begin(format!("tune and run the {}", L::NAME), quiet);
-    let bench = ready.bench();
-    let tuning = match bench.tuned::<L>(&ready.values) {
-        Ok(tuning) => tuning,
-        Err(reason) => {
-            stage.end(format!("none: {reason}"));
-            return Ok(());
-        }
-    };
-    let runs = scenarios
-        .iter()
-        .map(|scenario| Ok(bench.run_opponent::<L>(tuning.clone(), scenario)?.run));
-    let runs = runs.collect::<Result<Vec<_>>>()?;
-    controllers.push(Contestant::new(L::NAME, runs, &ready.task)?);
-    gains.insert(L::NAME.into(), by_name::<L>(&tuning));
-    stage.end("on the plant that it is judged on");
-    Ok(())
+    controllers: &'a mut Vec<Contestant>,
+    gains: &'a mut Map<String, Value>,
+}
+
+impl Others<'_> {
+    fn with<L: Opponent>(&mut self) -> Result<()> {
+        let stage = Stage::begin(format!("tune and run the {}", L::NAME), self.quiet);
+        let bench = self.ready.bench();
+        // Twice the one plant, with other moves; of plants that were drawn the middle one and the first two.
+        let middle = std::iter::once(&self.ready.values);
+        let plants: Vec<Vec<f64>> = match self.ready.drawn.as_slice() {
+            [] => vec![self.ready.values.clone(); 2],
+            drawn => middle.chain(drawn.iter().take(2)).cloned().collect(),
+        };
+        let tuning = match bench.tuned::<L>(&plants, self.budget) {
+            Ok(tuning) => tuning,
+            Err(reason) => {
+                stage.end(format!("none: {reason}"));
+                return Ok(());
+            }
+        };
+        let runs = self.scenarios.par_iter();
+        let runs = runs.map(|s| Ok(bench.run_opponent::<L>(tuning.clone(), s)?.run));
+        let runs = runs.collect::<Result<Vec<_>>>()?;
+        let judged = Contestant::new(L::NAME, runs, &self.ready.task)?;
+        self.controllers.push(judged);
+        self.gains.insert(L::NAME.into(), by_name::<L>(&tuning));
+        stage.end(match self.ready.drawn.len() {
+            0 => "on the plant that it is judged on",
+            _ => "on the plant as written and on the first of those that it is judged on",
+        });
+        Ok(())
+    }
 }
 
 /// Gains by name, one object a channel.

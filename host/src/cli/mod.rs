@@ -2,6 +2,7 @@
 
 mod build;
 mod compare;
+mod conditions;
 mod diagnose;
 mod emit;
 mod excite;
@@ -24,8 +25,7 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::chain::built::Loop;
-use crate::chain::side_by_side::DeviceRun;
+use crate::chain::built::{Loop, Ran};
 use crate::compare::closed_loop::Scenario;
 use crate::device::Device;
 use crate::error::{Error, Result};
@@ -135,7 +135,7 @@ impl LoopArguments {
         folder: &Path,
         board: Board,
         scenarios: &[Scenario],
-    ) -> Result<Vec<DeviceRun>> {
+    ) -> Result<Ran> {
         ready.run(
             spec,
             folder,

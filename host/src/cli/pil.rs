@@ -39,7 +39,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let scenario = [bench.scenario(&ready.values)?];
     let run = |board: Board| -> Result<DeviceRun> {
         let runs = of_loop.run(&ready, &spec, &of_loop.out, board, &scenario)?;
-        let run = runs.into_iter().next();
+        let run = runs.runs.into_iter().next();
         run.ok_or_else(|| Error::failed("no loop was run"))
     };
     let device = match &arguments.port {

@@ -6,11 +6,11 @@ use clap::Args;
 use sinew_codegen::store;
 use sinew_sim::{Plant, Rig};
 
-use super::{Common, Recordings};
+use super::{Common, Recordings, overwrite};
 use crate::chain::build::starts;
 use crate::chain::learn::{learn, save};
 use crate::chain::task::Task;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::fit::free_run;
 use crate::progress::Stage;
 use crate::recording::Recording;
@@ -26,6 +26,9 @@ pub struct Arguments {
     /// Folder of the model: model.toml and weights.safetensors.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    /// Where losses and errors are written for programs.
+    #[arg(long, value_name = "JSON")]
+    json: Option<PathBuf>,
     #[command(flatten)]
     common: Common,
 }
@@ -39,6 +42,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             .map(Recording::read)
             .collect::<Result<Vec<_>>>()
     };
+    let Recordings { fit, test } = &arguments.recordings;
+    let recordings = fit.iter().chain(test);
+    overwrite::refuse(
+        std::iter::once(("RIG", arguments.rig.as_path()))
+            .chain(recordings.map(|path| ("a recording", path.as_path()))),
+        [("--json", arguments.json.as_deref())],
+    )?;
     let rig = Rig::load(&arguments.rig)?;
     let plant = Plant::new(&rig)?;
     let (recordings, tests) = (
@@ -74,6 +84,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             quantity(learned.record.horizon_rms[i], unit),
             learned.record.horizon
         );
+    }
+    if let Some(path) = &arguments.json {
+        let text = serde_json::to_string_pretty(&learned.record)
+            .map_err(|e| Error::failed(format!("{}: {e}", path.display())))?;
+        crate::atomic::write(path, text + "\n")?;
+        println!("{}", path.display());
     }
     println!("{}", arguments.out.join(store::MODEL_FILE).display());
     Ok(())

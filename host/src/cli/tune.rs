@@ -9,6 +9,7 @@ use sinew_firmware::rise::RiseState;
 use sinew_sim::Rig;
 
 use super::compare::by_name;
+use super::conditions::Conditions;
 use super::{Common, Recordings, overwrite};
 use crate::chain::built::Loop;
 use crate::chain::contest::Contest;
@@ -17,7 +18,6 @@ use crate::chain::learn::save;
 use crate::chain::retune::{
     Line, Request, Shape, TunedFeedback, controlled, tune_feedback, tune_mpc,
 };
-use crate::compare::disturbance::Disturbance;
 use crate::compare::feedback::{Opponent, Tuning};
 use crate::compare::objective::Objective;
 use crate::error::{Error, Result};
@@ -45,9 +45,8 @@ pub struct Arguments {
     /// What is minimised.
     #[arg(long, value_enum, default_value = "tracking")]
     objective: Objective,
-    /// What is added to the commands on their way to the plant; no controller is told of it.
-    #[arg(long, value_enum, default_value = "none")]
-    disturbance: Disturbance,
+    #[command(flatten)]
+    conditions: Conditions,
     /// Horizons to try, in steps; otherwise the model's, half of it, and half as much again.
     #[arg(long, value_name = "STEPS", value_delimiter = ',')]
     horizons: Vec<usize>,
@@ -57,6 +56,9 @@ pub struct Arguments {
     /// Evaluations of the objective for each controller.
     #[arg(long, value_name = "COUNT", default_value_t = 300)]
     evaluations: usize,
+    /// Keep the gain of the disturbance estimate at this instead of searching it; 0 switches the estimate off.
+    #[arg(long, value_name = "GAIN")]
+    disturbance_gain: Option<f64>,
     /// Leave PID and RISE as they are.
     #[arg(long)]
     mpc_only: bool,
@@ -74,7 +76,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let rig = Rig::load(&arguments.rig)?;
     let Recordings { fit, test } = &arguments.recordings;
     let mut ready = Loop::load(&arguments.rig, None, fit, test, arguments.common.seed)?;
-    ready.disturbance = arguments.disturbance;
+    arguments.conditions.apply(&mut ready)?;
     let believed = ready.model(&arguments.model)?;
     let bench = ready.bench();
     let shapes = Shape::candidates(&believed, &arguments.horizons, &arguments.control_horizons)?;
@@ -84,6 +86,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         training: bench.training(&scenarios, arguments.objective),
         held_out: &bench.scenario(&ready.values)?,
         evaluations: arguments.evaluations,
+        disturbance_gain: arguments.disturbance_gain,
         quiet: arguments.common.quiet,
     };
     let folder = tempfile::tempdir()
@@ -214,9 +217,11 @@ fn row(line: &Line) -> Value {
 /// Before anything is read: what would be overwritten, and a budget that searches nothing.
 fn refuse(arguments: &Arguments) -> Result<()> {
     let Recordings { fit, test } = &arguments.recordings;
+    arguments.conditions.refuse()?;
     let recordings = fit
         .iter()
         .chain(test)
+        .chain(&arguments.conditions.reference)
         .map(|path| ("a recording", path.as_path()));
     let model = arguments.model.join(sinew_codegen::store::MODEL_FILE);
     overwrite::refuse(
@@ -231,6 +236,14 @@ fn refuse(arguments: &Arguments) -> Result<()> {
             ("--json", arguments.json.as_deref()),
         ],
     )?;
+    if let Some(gain) = arguments.disturbance_gain
+        && !(0.0..=1.0).contains(&gain)
+    {
+        return Err(Error::arguments(format!(
+            "`--disturbance-gain {gain}` is no share of a prediction's error"
+        ))
+        .expected("0 to 1"));
+    }
     const LEAST: usize = 20;
     if arguments.evaluations < LEAST {
         return Err(Error::arguments(format!(

@@ -11,11 +11,17 @@ use crate::error::Result;
 
 /// Anything that turns measurements into commands once a period.
 pub trait Controller {
-    /// The commands for step `k`, from what was measured and what is asked from now on.
+    /// The commands for step `k`, from the outputs and channels that were measured and what is asked from now on.
     ///
     /// # Errors
     /// The controller runs elsewhere and cannot be reached.
-    fn command(&mut self, k: usize, y: &[f64], reference: &Reference) -> Result<Vec<f64>>;
+    fn command(
+        &mut self,
+        k: usize,
+        y: &[f64],
+        s: &[f64],
+        reference: &Reference,
+    ) -> Result<Vec<f64>>;
 }
 
 /// What a controller is put to.
@@ -31,6 +37,10 @@ pub struct Scenario {
     pub outputs: Vec<usize>,
     /// Standard deviation of each output's noise.
     pub noise: Vec<f64>,
+    /// Indices of the sensors that are channels, and the standard deviation of each one's noise.
+    pub channels: (Vec<usize>, Vec<f64>),
+    /// Age of the measurements when the controller gets them, seconds; at the start what they were before is what they are.
+    pub delay_s: f64,
     /// Seed of the noise.
     pub seed: u64,
     /// Control period, seconds.
@@ -66,19 +76,36 @@ impl Scenario {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
         let mut stepper = Stepper::new(&self.plant, &self.values, &self.start)?;
         let mut run = Run::default();
+        let read = |stepper: &Stepper<f64>| -> Vec<f64> {
+            let sensors = self.outputs.iter().chain(&self.channels.0);
+            sensors.map(|sensor| stepper.signal(*sensor)).collect()
+        };
+        let noise: Vec<f64> = self.noise.iter().chain(&self.channels.1).copied().collect();
+        // A delay is so many whole periods and a part of one; the k-th sample is taken that part before step k.
+        let periods = self.delay_s / self.period_s;
+        // What rounding leaves of a whole period is none.
+        let whole = (periods + 1e-6) as usize;
+        let part = (periods - whole as f64).max(0.0) * self.period_s;
+        let mut samples = vec![read(&stepper)];
         for k in 0..self.reference.steps() {
-            let y: Vec<f64> = self
-                .outputs
+            let outputs = self.outputs.iter();
+            let y: Vec<f64> = outputs.map(|sensor| stepper.signal(*sensor)).collect();
+            let mut measured: Vec<f64> = samples[k.saturating_sub(whole)]
                 .iter()
-                .map(|sensor| stepper.signal(*sensor))
-                .collect();
-            let measured: Vec<f64> = y
-                .iter()
-                .zip(&self.noise)
+                .zip(&noise)
                 .map(|(y, noise)| y + noise * gaussian(&mut random))
                 .collect();
-            let u = controller.command(k, &measured, &self.reference)?;
-            stepper.advance(self.period_s, &self.loaded(k, &u))?;
+            let s = measured.split_off(y.len());
+            let u = controller.command(k, &measured, &s, &self.reference)?;
+            let loaded = self.loaded(k, &u);
+            if part > 1e-6 * self.period_s {
+                stepper.advance(self.period_s - part, &loaded)?;
+                samples.push(read(&stepper));
+                stepper.advance(part, &loaded)?;
+            } else {
+                stepper.advance(self.period_s, &loaded)?;
+                samples.push(read(&stepper));
+            }
             run.t.push(k as f64 * self.period_s);
             run.reference.push(self.reference.row(k).to_vec());
             run.y.push(y);
@@ -102,6 +129,15 @@ impl Scenario {
     }
 }
 
+/// Length of the error of all outputs together, where they share a unit: a tip's distance from where it should be.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Distance {
+    /// Root mean square over the run.
+    pub rms: f64,
+    /// Largest of the run.
+    pub max: f64,
+}
+
 /// How well a run went.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Score {
@@ -119,6 +155,19 @@ pub struct Score {
 pub type InputLimits = (f64, f64, f64);
 
 impl Run {
+    /// Length of the error vector over the run.
+    pub fn distance(&self) -> Distance {
+        let lengths = self.y.iter().zip(&self.reference).map(|(y, w)| {
+            let parts = y.iter().zip(w).map(|(y, w)| (y - w).powi(2));
+            parts.sum::<f64>()
+        });
+        let (sum, most) = lengths.fold((0.0, 0.0_f64), |(sum, most), l| (sum + l, most.max(l)));
+        Distance {
+            rms: (sum / self.t.len().max(1) as f64).sqrt(),
+            max: most.sqrt(),
+        }
+    }
+
     /// Scores the run.
     pub fn score(&self, limits: &[InputLimits]) -> Score {
         let n = self.t.len().max(1) as f64;
@@ -154,5 +203,81 @@ impl Run {
                 .collect(),
             outside_limits: outside.sum(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use sinew_sim::{Plant, Rig};
+
+    use super::*;
+
+    /// Pushes with what it was told, so that the run shows it.
+    struct Echo;
+
+    impl Controller for Echo {
+        fn command(&mut self, k: usize, _: &[f64], _: &[f64], _: &Reference) -> Result<Vec<f64>> {
+            Ok(vec![if k < 20 { 1.0 } else { -1.0 }])
+        }
+    }
+
+    fn scenario(delay_s: f64) -> Scenario {
+        let text = "format = \"sinew-rig/1\"\nname = \"cart\"\n[[body]]\nname = \"cart\"\nmotion = \"slide\"\n\
+                    inertia = 1.0\n[[actuator]]\nname = \"push\"\ndrives = \"cart\"\ninput = \"u_N\"\ngain = 1.0\n\
+                    [[sensor]]\nname = \"ruler\"\nreads = \"cart.position\"\nsignal = \"q_m\"\n";
+        let rig = Rig::parse(text, "cart.toml").expect("it is a rig");
+        let plant = Plant::new(&rig).expect("it can be simulated");
+        let values = plant.values();
+        let start = plant
+            .initial_state(&values, &[Some(0.0)])
+            .expect("it can start");
+        Scenario {
+            plant,
+            values,
+            start,
+            outputs: vec![0],
+            noise: vec![0.0],
+            channels: (vec![], vec![]),
+            delay_s,
+            seed: 1,
+            period_s: 0.01,
+            reference: Reference {
+                rows: vec![vec![0.0]; 41],
+            },
+            load: (Disturbance::None, vec![1.0]),
+        }
+    }
+
+    #[test]
+    fn a_delay_shows_what_was_and_leaves_the_plant_alone() {
+        let of = |delay| scenario(delay).run(&mut Echo).expect("it runs");
+        let prompt = of(0.0);
+        assert_eq!(prompt.measured, prompt.y);
+        assert!(prompt.y[40 - 1][0] > 1e-2, "it never moved");
+        for (delay, whole, part) in [(0.004, 0, 0.4), (0.01, 1, 0.0), (0.025, 2, 0.5)] {
+            let late = of(delay);
+            for k in 3..20 {
+                assert!((late.y[k][0] - prompt.y[k][0]).abs() < 1e-12);
+                // Constant acceleration from rest: q = t^2 / 2.
+                let t = 0.01 * ((k - whole) as f64 - part);
+                assert!(
+                    (late.measured[k][0] - t * t / 2.0).abs() < 1e-9,
+                    "{delay} {k}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn distance_is_the_length_of_the_error() {
+        let run = Run {
+            t: vec![0.0, 0.1],
+            reference: vec![vec![0.0, 0.0]; 2],
+            y: vec![vec![3.0, 4.0], vec![0.0, 1.0]],
+            ..Run::default()
+        };
+        let found = run.distance();
+        assert!((found.max - 5.0).abs() < 1e-12);
+        assert!((found.rms - 13.0_f64.sqrt()).abs() < 1e-12);
     }
 }

@@ -77,7 +77,13 @@ fn inwards(value: f64) -> f32 {
 }
 
 impl<L: Law> Controller for FeedbackController<L> {
-    fn command(&mut self, k: usize, y: &[f64], reference: &Reference) -> Result<Vec<f64>> {
+    fn command(
+        &mut self,
+        k: usize,
+        y: &[f64],
+        _: &[f64],
+        reference: &Reference,
+    ) -> Result<Vec<f64>> {
         let channels = self.channels.iter_mut().zip(y).enumerate();
         let commands = channels.map(|(i, ((law, lead), y))| {
             let asked = reference.row(k + *lead)[i] as f32;
@@ -144,22 +150,21 @@ pub struct Tuned<G> {
     pub found: Found,
 }
 
-/// Tunes one controller a channel; all channels share one scale of gains. `told` hears of every
-/// evaluation.
+/// Tunes one controller a channel; all channels share one scale of gains. Where there are more outputs than inputs, the
+/// first ones have an input each and the others are only scored. `told` hears of every evaluation.
 ///
 /// # Errors
-/// A rig whose inputs and outputs do not pair off.
+/// A rig with fewer outputs than inputs.
 pub fn tune<L: Opponent>(
     training: &Training<'_>,
     budget: Budget,
     told: &(dyn Fn() + Sync),
 ) -> Result<Tuned<L::Gains>> {
-    let channels = training.output_range.len();
-    if channels != training.limits.len() {
+    let (inputs, outputs) = (training.limits.len(), training.output_range.len());
+    if inputs > outputs {
         return Err(Error::failed(format!(
-            "a {} needs an input for every output, and this rig has {} for {channels}",
-            L::NAME,
-            training.limits.len()
+            "a {} needs an output for every input, and this rig has {outputs} for {inputs}",
+            L::NAME
         )));
     }
     let mut ranges = L::ranges();

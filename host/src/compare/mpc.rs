@@ -92,13 +92,19 @@ impl<'a> MpcController<'a> {
 }
 
 impl Controller for MpcController<'_> {
-    fn command(&mut self, k: usize, y: &[f64], reference: &Reference) -> Result<Vec<f64>> {
+    fn command(
+        &mut self,
+        k: usize,
+        y: &[f64],
+        s: &[f64],
+        reference: &Reference,
+    ) -> Result<Vec<f64>> {
         let horizon = usize::from(self.identity.horizon);
         let preview = (1..=horizon).flat_map(|j| reference.row(k + j).iter().copied());
         let sample = ToDevice::Sample {
             seq: k as u32,
             y: fixed(y.iter().copied(), "outputs")?,
-            s: FixedVec::new(),
+            s: fixed(s.iter().copied(), "channels")?,
             reference: fixed(preview, "values of the reference")?,
         };
         self.device.send(&sample)?;

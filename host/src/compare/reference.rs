@@ -124,6 +124,14 @@ impl Reference {
         }
     }
 
+    /// The first `steps` of this one driven backwards. For tuning, where a path's outputs belong together: turned upside
+    /// down one by one, they would lead where the plant cannot go.
+    pub fn backwards(&self, steps: usize) -> Self {
+        Self {
+            rows: self.rows.iter().rev().take(steps + 1).cloned().collect(),
+        }
+    }
+
     fn of_columns(columns: &[Vec<f64>]) -> Self {
         let rows = columns.first().map_or(0, Vec::len);
         Self {
@@ -200,6 +208,15 @@ mod tests {
         let mirrored = Reference { rows }.mirrored(4, 0);
         let found: Vec<f64> = mirrored.rows.iter().map(|r| r[0]).collect();
         assert_eq!(found, [1.5, 0.0, 0.5, 2.5, 3.5]);
+    }
+
+    #[test]
+    fn a_path_backwards_passes_the_same_places() {
+        let rows: Vec<Vec<f64>> = (0..5)
+            .map(|k| vec![f64::from(k), f64::from(k * k)])
+            .collect();
+        let turned = Reference { rows }.backwards(2);
+        assert_eq!(turned.rows, [[4.0, 16.0], [3.0, 9.0], [2.0, 4.0]]);
     }
 
     #[test]

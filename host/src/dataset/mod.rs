@@ -23,6 +23,8 @@ pub struct Episode {
     pub y: Vec<f64>,
     /// The same with the noise of the sensors.
     pub measured: Vec<f64>,
+    /// Channels with the noise of their sensors, `[steps + 1][n_s]`.
+    pub channels: Vec<f64>,
 }
 
 /// Where recordings went: a state of the plant and the inputs at that time.
@@ -43,6 +45,10 @@ pub struct Recipe {
     pub outputs: Vec<usize>,
     /// Standard deviation of each output's noise.
     pub noise: Vec<f64>,
+    /// Indices of the sensors that are channels.
+    pub channels: Vec<usize>,
+    /// Standard deviation of each channel's noise.
+    pub channel_noise: Vec<f64>,
     /// Seed.
     pub seed: u64,
 }
@@ -206,12 +212,17 @@ fn episode(
         u: Vec::new(),
         y: Vec::new(),
         measured: Vec::new(),
+        channels: Vec::new(),
     };
     let observe = |episode: &mut Episode, stepper: &Stepper<f64>, random: &mut ChaCha8Rng| {
         for (sensor, noise) in recipe.outputs.iter().zip(&recipe.noise) {
             let y = stepper.signal(*sensor);
             episode.y.push(y);
             episode.measured.push(y + noise * gaussian(random));
+        }
+        for (sensor, noise) in recipe.channels.iter().zip(&recipe.channel_noise) {
+            let s = stepper.signal(*sensor);
+            episode.channels.push(s + noise * gaussian(random));
         }
     };
     for _ in 0..recipe.steps {

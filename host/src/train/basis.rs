@@ -81,6 +81,7 @@ fn iterated_differences(shape: &Shape) -> DMatrix<f64> {
     };
     block(0, shape.n_u, shape.past_inputs);
     block(shape.n_u * shape.past_inputs, shape.n_y, shape.past_outputs);
+    block(n - shape.n_s, shape.n_s, 1);
     f
 }
 
@@ -112,14 +113,15 @@ mod tests {
         n_y: 2,
         past_inputs: 2,
         past_outputs: 3,
+        n_s: 1,
     };
 
     #[test]
     fn differences_of_a_parabola_are_its_derivatives() {
         // y = k^2: newest 9, then 4, 1: first difference 5, second 2.
-        let x = DVector::from_vec(vec![7.0, 6.0, 9.0, 0.0, 4.0, 0.0, 1.0, 0.0]);
+        let x = DVector::from_vec(vec![7.0, 6.0, 9.0, 0.0, 4.0, 0.0, 1.0, 0.0, 5.0]);
         let z = iterated_differences(&SHAPE) * x;
-        assert_eq!(z.as_slice(), [7.0, 1.0, 9.0, 0.0, 5.0, 0.0, 2.0, 0.0]);
+        assert_eq!(z.as_slice(), [7.0, 1.0, 9.0, 0.0, 5.0, 0.0, 2.0, 0.0, 5.0]);
     }
 
     #[test]

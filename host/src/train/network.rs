@@ -36,6 +36,8 @@ pub struct Batch {
     past_u: Vec<Tensor<2>>,
     /// Past values of y, newest first, y(k) included.
     past_y: Vec<Tensor<2>>,
+    /// Channels s(k), where there are any: the same at every step.
+    channels: Option<Tensor<2>>,
     /// u(k + j), one tensor a step.
     inputs: Vec<Tensor<2>>,
     /// y(k + 1 + j), one tensor a step.
@@ -97,6 +99,7 @@ impl Frame {
             n_y,
             past_inputs,
             past_outputs,
+            n_s,
         } = self.shape;
         let (rows, n) = (chosen.len(), self.shape.regressor_len());
         let (mut x, mut inputs, mut targets) = (Vec::new(), Vec::new(), Vec::new());
@@ -116,6 +119,7 @@ impl Frame {
             past_y: (0..past_outputs)
                 .map(|lag| column(past_inputs * n_u + lag * n_y, n_y))
                 .collect(),
+            channels: (n_s > 0).then(|| column(n - n_s, n_s)),
             inputs: (0..rollout)
                 .map(|j| columns(&inputs, rollout * n_u, j * n_u, n_u))
                 .collect(),
@@ -166,6 +170,7 @@ impl Predictor {
             let mut parts = vec![u.clone()];
             parts.extend(past_u.iter().cloned());
             parts.extend(past_y.iter().cloned());
+            parts.extend(batch.channels.iter().cloned());
             let z = Tensor::cat(parts, 1).matmul(frame.features.clone()) + frame.offset.clone();
             let mut h = z.clone();
             for layer in &self.hidden {

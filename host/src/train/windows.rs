@@ -15,12 +15,14 @@ pub struct Shape {
     pub past_inputs: usize,
     /// Output values looked at, the current one included.
     pub past_outputs: usize,
+    /// Sensor channels, of which the last reading is looked at and held over a rollout, as the firmware does.
+    pub n_s: usize,
 }
 
 impl Shape {
     /// Length of the flattened regressor.
     pub fn regressor_len(&self) -> usize {
-        self.n_u * self.past_inputs + self.n_y * self.past_outputs
+        self.n_u * self.past_inputs + self.n_y * self.past_outputs + self.n_s
     }
 
     /// Steps of history before the first prediction.
@@ -38,6 +40,8 @@ pub struct Scaled {
     pub y: Vec<f64>,
     /// What a sensor would have read: `y` with noise.
     pub measured: Vec<f64>,
+    /// Channels with noise, `[steps + 1][n_s]`.
+    pub channels: Vec<f64>,
     /// Number of steps.
     pub steps: usize,
 }
@@ -86,6 +90,7 @@ impl<'a> Windows<'a> {
         for lag in 0..self.shape.past_outputs {
             x.extend_from_slice(row(&episode.measured, self.shape.n_y, k - lag));
         }
+        x.extend_from_slice(row(&episode.channels, self.shape.n_s, k));
     }
 
     /// Inputs u(k) .. u(k + rollout - 1) of window `w`, one row of `n_u` a step.
@@ -137,6 +142,7 @@ pub fn scale(
     episodes: &[Episode],
     u_scaling: &[(f64, f64)],
     y_scaling: &[(f64, f64)],
+    s_scaling: &[(f64, f64)],
 ) -> Vec<Scaled> {
     let to_model = |values: &[f64], scaling: &[(f64, f64)]| -> Vec<f64> {
         values
@@ -151,6 +157,7 @@ pub fn scale(
             u: to_model(&episode.u, u_scaling),
             y: to_model(&episode.y, y_scaling),
             measured: to_model(&episode.measured, y_scaling),
+            channels: to_model(&episode.channels, s_scaling),
             steps: episode.u.len() / u_scaling.len(),
         })
         .collect()
@@ -167,11 +174,13 @@ mod tests {
             n_y: 1,
             past_inputs: 2,
             past_outputs: 3,
+            n_s: 1,
         };
         let y: Vec<f64> = (0..7).map(|k| f64::from(k) + 100.0).collect();
         let episode = Scaled {
             u: (0..6).map(f64::from).collect(),
             measured: y.clone(),
+            channels: y.iter().map(|y| y + 100.0).collect(),
             y,
             steps: 6,
         };
@@ -180,7 +189,7 @@ mod tests {
         assert_eq!(windows.len(), 2);
         let mut x = Vec::new();
         windows.regressor(1, &mut x);
-        assert_eq!(x, [3.0, 2.0, 103.0, 102.0, 101.0]);
+        assert_eq!(x, [3.0, 2.0, 103.0, 102.0, 101.0, 203.0]);
         assert_eq!(windows.inputs(1), [3.0, 4.0, 5.0]);
         assert_eq!(windows.targets(1), [104.0, 105.0, 106.0]);
     }

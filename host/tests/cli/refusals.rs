@@ -145,7 +145,9 @@ fn models() {
 fn tunings() {
     let desk = desk();
     desk.bring("models/reference-s/model.toml")
-        .bring("models/reference-s/weights.safetensors");
+        .bring("models/reference-s/weights.safetensors")
+        .write("input.csv", "t,u_N\n0,0\n0.1,0\n")
+        .write("void.csv", "t,q_m\n0,nan\n0.1,\n");
     let line = |model: &str, rest: &str| format!("tune {RIG} {model} --fit good.csv {rest}");
     let report = refusals(
         &desk,
@@ -161,6 +163,17 @@ fn tunings() {
             &line("absent", "--out t.toml"),
             &format!("compare {RIG} . --fit good.csv --out out --report good.csv"),
             &format!("compare {RIG} . --fit good.csv --out out --disturbance wind"),
+            &line(".", "--out t.toml --delay -1"),
+            &line(".", "--out t.toml --disturbance-gain 2"),
+            &line(".", "--out good.csv --reference good.csv"),
+            &line(".", "--out t.toml --reference absent.csv"),
+            &line(".", "--out t.toml --reference input.csv"),
+            &line(".", "--out t.toml --reference void.csv"),
+            &format!("compare {RIG} . --fit good.csv --out out --draws 2 --spread 1.5"),
+            &format!("compare {RIG} . --fit good.csv --out out --spread 0.1"),
+            &format!("compare {RIG} . --fit good.csv --out out --draws 2 --loops 2"),
+            &format!("compare {RIG} . --fit good.csv --out out --delay 2"),
+            &format!("train {RIG} --fit good.csv --out out --json good.csv"),
         ],
     );
     assert!(!desk.path("t.toml").exists(), "a refusal writes nothing");

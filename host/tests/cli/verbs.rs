@@ -256,7 +256,7 @@ fn compare_puts_several_models_to_the_same_loops_of_the_plant_it_is_given() {
     desk.write("real.toml", &damped);
     let loops = |plant: &str| -> Vec<serde_json::Value> {
         desk.succeed(&format!(
-            "compare rig.toml a b --fit recording.csv {plant} --loops 2 --out out --build-dir {} --quiet \
+            "compare rig.toml a b --fit recording.csv {plant} --loops 2 --evaluations 20 --out out --build-dir {} --quiet \
              --json scores.json --report page.html --plot error.svg",
             cache.display()
         ));
@@ -266,8 +266,8 @@ fn compare_puts_several_models_to_the_same_loops_of_the_plant_it_is_given() {
         controllers.iter().map(|c| c["loops"].clone()).collect()
     };
     let real = loops("--plant real.toml");
-    // Two inputs and three outputs: no PID.
-    assert_eq!(real.len(), 2);
+    // Two inputs and three outputs: PID and RISE have the first two, the third is only scored.
+    assert_eq!(real.len(), 4);
     assert_eq!(real[0], real[1], "one model twice has one score");
     assert_ne!(real[0][0], real[0][1], "the second loop is another");
     let believed = loops("--plant rig.toml");
@@ -279,6 +279,56 @@ fn compare_puts_several_models_to_the_same_loops_of_the_plant_it_is_given() {
     for file in ["page.html", "error.svg"] {
         assert!(desk.read(file).contains("<svg"), "{file}");
     }
+}
+
+#[test]
+fn compare_draws_a_plant_a_loop_and_follows_a_path() {
+    let desk = crate::interrupt::reference_desk();
+    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pil");
+    std::fs::create_dir_all(desk.path("model")).expect("it can be made");
+    for file in ["model.toml", "weights.safetensors"] {
+        let from = checkout().join("models/reference-s").join(file);
+        std::fs::copy(from, desk.path("model").join(file)).expect("it can be copied");
+    }
+    let mut path = String::from("t,y3,y2,y1\n");
+    for k in 0..120 {
+        let t = f64::from(k) / 120.0;
+        path += &format!("{t},{},{},{}\n", 0.1 * t, 0.2 * t, 0.3 * t);
+    }
+    desk.write("path.csv", &path);
+    let scores = |more: &str| -> serde_json::Value {
+        desk.succeed(&format!(
+            "compare rig.toml model --fit recording.csv --reference path.csv --evaluations 20 --out out \
+             --build-dir {} --quiet --json scores.json {more}",
+            cache.display()
+        ));
+        serde_json::from_str(&desk.read("scores.json")).expect("it is JSON")
+    };
+    let drawn = scores("--draws 3 --delay 0.004");
+    assert_eq!(drawn["reference"], "the path of path.csv");
+    assert_eq!(
+        (&drawn["steps"], &drawn["spread"], &drawn["delay_s"]),
+        (&119.into(), &0.2.into(), &0.004.into())
+    );
+    let loops = drawn["controllers"][0]["loops"].as_array().expect("a list");
+    assert_eq!(loops.len(), 3);
+    assert_ne!(loops[0], loops[1], "the second loop is another");
+    // The same noise and delay, so that the difference is the plant's.
+    let same = scores("--draws 3 --delay 0.004 --spread 0");
+    let loops = same["controllers"][0]["loops"].as_array().expect("a list");
+    for (k, one) in loops.iter().enumerate() {
+        let other = &drawn["controllers"][0]["loops"][k];
+        assert_ne!(one, other, "loop {k} has a plant of its own");
+    }
+    let length = loops[0]["distance"]["rms"].as_f64().expect("one unit");
+    let parts = loops[0]["rms"].as_array().expect("a list").iter();
+    let sum: f64 = parts.filter_map(|r| r.as_f64()).map(|r| r * r).sum();
+    assert!(length > 1e-3 && (length - sum.sqrt()).abs() < 1e-9);
+    let prompt = scores("--draws 3 --spread 0");
+    assert_ne!(
+        loops[0], prompt["controllers"][0]["loops"][0],
+        "late measurements change nothing"
+    );
 }
 
 #[test]

@@ -102,7 +102,7 @@ pub(super) fn read_rig<'a>(source: &'a Source<'a>, table: &'a dyn TableLike) -> 
     rig.sensors = each(&root, "sensor", |table| read_sensor(table, &names))?;
     rig.effects = read_effects(&root.tables("effect")?, &names, &rig)?;
     rig.control = control::read_control(root.table("control")?, &names, &rig)?;
-    rig.network = control::read_network(root.table("network")?)?;
+    rig.network = control::read_network(root.table("network")?, &names, rig.control.as_ref())?;
     Ok(rig)
 }
 

@@ -48,6 +48,8 @@ pub struct NetworkTable {
     pub past_outputs: Option<usize>,
     /// What it gives.
     pub form: Option<Form>,
+    /// Indices of the sensors that it sees beside the outputs, of which it has one reading and no past.
+    pub channels: Vec<usize>,
     /// Line of the table, for errors about what it asks.
     pub line: usize,
 }
@@ -131,43 +133,72 @@ fn expect_length(
 }
 
 fn read_outputs(table: &Reader, names: &Names, rig: &Rig) -> Result<Vec<usize>, Error> {
-    let Some(texts) = table.texts("outputs")? else {
-        let reads_position =
-            |index: &usize| matches!(rig.sensors[*index].reads, Reads::Position(_));
-        return Ok((0..rig.sensors.len()).filter(reads_position).collect());
+    if let Some(outputs) = read_sensors(table, names, "outputs", "`outputs` of [control]")? {
+        return Ok(outputs);
+    }
+    let reads_position = |index: &usize| matches!(rig.sensors[*index].reads, Reads::Position(_));
+    Ok((0..rig.sensors.len()).filter(reads_position).collect())
+}
+
+/// The sensors that `key` names, each once; `said` is how errors call the key.
+fn read_sensors(
+    table: &Reader,
+    names: &Names,
+    key: &str,
+    said: &str,
+) -> Result<Option<Vec<usize>>, Error> {
+    let Some(texts) = table.texts(key)? else {
+        return Ok(None);
     };
-    let mut outputs = Vec::new();
+    let mut sensors = Vec::new();
     for text in &texts {
         let name = Spanned {
             value: text.value.as_str(),
             span: text.span.clone(),
         };
-        let sensor = names.resolve(
-            table.source,
-            &name,
-            "`outputs` of [control]",
-            "sensors",
-            |component| match component {
-                Component::Sensor(sensor) => Some(sensor),
-                _ => None,
-            },
-        )?;
-        if outputs.contains(&sensor) {
+        let sensor =
+            names.resolve(
+                table.source,
+                &name,
+                said,
+                "sensors",
+                |component| match component {
+                    Component::Sensor(sensor) => Some(sensor),
+                    _ => None,
+                },
+            )?;
+        if sensors.contains(&sensor) {
+            let what = key.trim_end_matches('s');
             return Err(table.source.error(
                 name.span,
-                format!("the output `{}` is there twice", name.value),
+                format!("the {what} `{}` is there twice", name.value),
             ));
         }
-        outputs.push(sensor);
+        sensors.push(sensor);
     }
-    Ok(outputs)
+    Ok(Some(sensors))
 }
 
-pub(super) fn read_network(table: Option<Reader>) -> Result<Option<NetworkTable>, Error> {
+pub(super) fn read_network(
+    table: Option<Reader>,
+    names: &Names,
+    control: Option<&ControlTable>,
+) -> Result<Option<NetworkTable>, Error> {
     let Some(table) = table else {
         return Ok(None);
     };
-    table.allow(&["hidden", "past_inputs", "past_outputs", "form"])?;
+    table.allow(&["hidden", "past_inputs", "past_outputs", "form", "channels"])?;
+    let channels = read_sensors(&table, names, "channels", "`channels` of [network]")?;
+    let channels = channels.unwrap_or_default();
+    let outputs = control.map_or(&[][..], |control| &control.outputs);
+    if channels.iter().any(|channel| outputs.contains(channel)) {
+        return Err(table.error_at(
+            "channels",
+            "`channels` of [network] names an output of [control]; expected sensors beside the outputs, whose past the \
+             network sees already"
+
+        ));
+    }
     let forms = [("absolute", Form::Absolute), ("increment", Form::Increment)];
     let hidden = table
         .numbers("hidden", Sign::Positive)?
@@ -194,6 +225,7 @@ pub(super) fn read_network(table: Option<Reader>) -> Result<Option<NetworkTable>
         past_inputs: table.count("past_inputs", 1, MAX_STEPS)?,
         past_outputs: table.count("past_outputs", 1, MAX_STEPS)?,
         form: table.word("form", &forms)?,
+        channels,
         line: table.own_line(),
     }))
 }

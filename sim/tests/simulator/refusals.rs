@@ -164,6 +164,8 @@ const CASES: &[(&str, &str)] = &[
     ("horizon = 10", "horizon = 1.5"),
     ("hidden = [16]", "hidden = [16.5]"),
     ("form = \"increment\"", "form = \"incremental\""),
+    ("hidden = [16]", "channels = [\"encodr\"]"),
+    ("hidden = [16]", "channels = [\"encoder\"]"),
     ("[network]", "[[network]]"),
     ("[network]", "µ = 1\n[network]"),
 ];

@@ -1,6 +1,11 @@
 //! `cargo xtask experiments`: questions whose answer is measured; each is one file.
 
+mod bench;
+mod figure;
 mod mended;
+mod problems;
+mod published;
+mod targets;
 
 use anyhow::{Result, bail};
 
@@ -11,11 +16,28 @@ struct Experiment {
     run: fn(u64) -> Result<()>,
 }
 
-const EXPERIMENTS: &[Experiment] = &[Experiment {
-    name: "mended",
-    question: "what a controller gains once `sinew diagnose` has mended its model",
-    run: mended::run,
-}];
+const EXPERIMENTS: &[Experiment] = &[
+    Experiment {
+        name: "mended",
+        question: "what a controller gains once `sinew diagnose` has mended its model",
+        run: mended::run,
+    },
+    Experiment {
+        name: problems::MASS.name,
+        question: "the published staircase beside a PID, on plants that rub",
+        run: |seed| published::run(&problems::MASS, seed),
+    },
+    Experiment {
+        name: problems::TENDON.name,
+        question: "the published tendon platform along a path, on plants that rub and have slack",
+        run: |seed| published::run(&problems::TENDON, seed),
+    },
+    Experiment {
+        name: problems::HASEL.name,
+        question: "the published HASEL platform along the swirl, on plants that creep",
+        run: |seed| published::run(&problems::HASEL, seed),
+    },
+];
 
 /// Runs the named experiments, or all.
 ///

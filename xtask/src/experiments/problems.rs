@@ -1,0 +1,333 @@
+//! The published problems: rigs, paths, controllers and targets (docs/published.md).
+
+use std::f64::consts::TAU;
+use std::fmt::Write;
+
+use super::published::{Knowledge, Problem, Variant};
+use super::targets::{Target, errors};
+
+/// Trained on the believed rig with the rig's own tables, and tuned as it is.
+const PLAIN: Variant = Variant {
+    name: "",
+    tables: None,
+    knows: Knowledge::Believed,
+    network_of: None,
+    tune: &[],
+};
+
+/// A mass on a spring and damper, the staircase, beside a PID; the plants rub.
+pub const MASS: Problem = Problem {
+    name: "mass-spring-damper",
+    believed: "rigs/mass-spring-damper.toml",
+    known: "",
+    amplitude: "0.3",
+    left_out: "rigs/experiments/mass-spring-damper.left-out.toml",
+    paths: None,
+    delay: "0.004",
+    disturbance: "step",
+    evaluations: ("120", None),
+    variants: &[
+        Variant {
+            name: "horizon-12",
+            tune: &["--horizons", "12", "--control-horizons", "4"],
+            ..PLAIN
+        },
+        Variant {
+            name: "horizon-1",
+            network_of: Some("horizon-12"),
+            tune: &["--horizons", "1", "--control-horizons", "1"],
+            ..PLAIN
+        },
+        Variant {
+            name: "no-estimate",
+            network_of: Some("horizon-12"),
+            tune: &[
+                "--horizons",
+                "12",
+                "--control-horizons",
+                "4",
+                "--disturbance-gain",
+                "0",
+            ],
+            ..PLAIN
+        },
+        Variant {
+            name: "mended",
+            knows: Knowledge::Mended,
+            tune: &["--horizons", "12", "--control-horizons", "4"],
+            ..PLAIN
+        },
+    ],
+    targets: |comparison| {
+        let pid = errors(comparison, Some("PID"))[0].0;
+        let [(median, _), _] = errors(comparison, None);
+        vec![Target::most(
+            "RMS error, median, beside half the PID's",
+            pid / 2.0,
+            median,
+            "mm",
+        )]
+    },
+};
+
+macro_rules! supply_delay {
+    ($k:literal) => {
+        concat!(
+            "[[effect]]\nkind = \"input_delay\"\ncomponent = \"supply_",
+            $k,
+            "\"\ndelay = { value = 0.008, min = 0.0, max = 0.02 }\n\n"
+        )
+    };
+}
+
+macro_rules! tendon_tables {
+    ($network:literal) => {
+        concat!(
+            "[control]\nrate_hz = 120.0\noutputs = [\"tip_x\", \"tip_y\", \"tip_z\"]\nhorizon = 10\ncontrol_horizon = 3\n\n",
+            "[network]\n",
+            $network
+        )
+    };
+}
+
+const TENDON_TABLES: &str = tendon_tables!("hidden = [8]\npast_inputs = 4\npast_outputs = 8\n");
+const TENDON_CHANNELS: &str = tendon_tables!(
+    "hidden = [8]\npast_inputs = 3\npast_outputs = 3\nchannels = [\"light_1\", \"light_2\", \"light_3\", \"light_4\", \"light_5\", \
+     \"light_6\", \"light_7\", \"light_8\", \"light_9\", \"light_10\", \"light_11\"]\n"
+);
+const TENDON_LAGS: &str = tendon_tables!("hidden = [8]\npast_inputs = 3\npast_outputs = 3\n");
+
+/// The tendon platform on a figure of eight; the plants' tendons rub and have slack.
+pub const TENDON: Problem = Problem {
+    name: "tendon",
+    believed: "rigs/tendon.toml",
+    known: "",
+    amplitude: "1",
+    left_out: "rigs/experiments/tendon.left-out.toml",
+    paths: Some([|| tendon_path(eight, 14.0), || tendon_path(circle, 10.0)]),
+    delay: "0.008",
+    disturbance: "none",
+    evaluations: ("120", Some("60")),
+    variants: &[
+        Variant {
+            name: "32-8-3",
+            tables: Some(TENDON_TABLES),
+            tune: &["--horizons", "10", "--control-horizons", "3"],
+            ..PLAIN
+        },
+        Variant {
+            name: "15-8-3",
+            tables: Some(TENDON_LAGS),
+            tune: &["--horizons", "10", "--control-horizons", "3"],
+            ..PLAIN
+        },
+        Variant {
+            name: "26-8-3-channels",
+            tables: Some(TENDON_CHANNELS),
+            tune: &["--horizons", "10", "--control-horizons", "3"],
+            ..PLAIN
+        },
+        Variant {
+            name: "horizon-1",
+            tables: Some(TENDON_TABLES),
+            network_of: Some("32-8-3"),
+            tune: &["--horizons", "1", "--control-horizons", "1"],
+            ..PLAIN
+        },
+        Variant {
+            name: "no-estimate",
+            tables: Some(TENDON_TABLES),
+            network_of: Some("32-8-3"),
+            tune: &[
+                "--horizons",
+                "10",
+                "--control-horizons",
+                "3",
+                "--disturbance-gain",
+                "0",
+            ],
+            ..PLAIN
+        },
+    ],
+    targets: |comparison| {
+        let [(rms, _), (_, worst)] = errors(comparison, None);
+        vec![
+            Target::most("tip error, RMS, median of the loops", 1.0, rms, "mm"),
+            Target::most("tip error, worst of all loops", 2.0, worst, "mm"),
+        ]
+    },
+};
+
+macro_rules! hasel_tables {
+    ($hidden:literal) => {
+        concat!(
+            "[control]\nrate_hz = 125.0\noutputs = [\"tip_x\", \"tip_y\", \"tip_z\"]\nhorizon = 10\ncontrol_horizon = 2\n\n",
+            "[network]\nhidden = ",
+            $hidden,
+            "\npast_inputs = 3\npast_outputs = 6\n"
+        )
+    };
+}
+
+const HASEL_TABLES: &str = hasel_tables!("[16]");
+const HASEL_TUNE: &[&str] = &["--horizons", "10", "--control-horizons", "2"];
+
+/// The HASEL platform on the published swirl; the plants creep and remember.
+pub const HASEL: Problem = Problem {
+    name: "hasel",
+    believed: "rigs/hasel.toml",
+    // One period between a command and its voltage, as the owner knows from the amplifiers' bus; without it in the model
+    // the controller swings the plate up.
+    known: concat!(
+        supply_delay!("1"),
+        supply_delay!("2"),
+        supply_delay!("3"),
+        supply_delay!("4"),
+        supply_delay!("5"),
+        supply_delay!("6")
+    ),
+    amplitude: "0.65",
+    left_out: "rigs/experiments/hasel.left-out.toml",
+    paths: Some([
+        || table(swirl, 22.0, 125.0),
+        || table(small_swirl, 11.5, 125.0),
+    ]),
+    delay: "0",
+    disturbance: "none",
+    evaluations: ("120", None),
+    variants: &[
+        Variant {
+            name: "36-16-3",
+            tables: Some(HASEL_TABLES),
+            tune: HASEL_TUNE,
+            ..PLAIN
+        },
+        Variant {
+            name: "36-10-5-3",
+            tables: Some(hasel_tables!("[10, 5]")),
+            tune: HASEL_TUNE,
+            ..PLAIN
+        },
+    ],
+    targets: |comparison| {
+        let [(rms, _), (_, worst)] = errors(comparison, None);
+        vec![
+            Target::most("tip error, RMS, median of the loops", 0.5, rms, "mm"),
+            Target::most("tip error, worst of all loops", 0.5, worst, "mm"),
+        ]
+    },
+};
+
+/// Steps a second of the tendon platform's paths.
+const PATH_HZ: f64 = 120.0;
+/// Length of the segment, m.
+const SEGMENT: f64 = 0.100;
+
+/// 0 to 1 as in a minimum-jerk move (Flash and Hogan 1985).
+fn eased(s: f64) -> f64 {
+    let s = s.clamp(0.0, 1.0);
+    s * s * s * (10.0 - 15.0 * s + 6.0 * s * s)
+}
+
+/// From rest to a figure of eight of 60 mm by 42 mm, once around in 10 s, and back.
+fn eight(t: f64) -> (f64, f64) {
+    let size = 0.030 * (eased((t - 0.5) / 1.5) - eased((t - 12.0) / 1.5));
+    let angle = TAU * (t - 2.0).max(0.0) / 10.0;
+    (size * angle.cos(), 0.7 * size * (2.0 * angle).sin())
+}
+
+/// From rest to a circle of 50 mm, once around in 5 s, and back.
+fn circle(t: f64) -> (f64, f64) {
+    let size = 0.025 * (eased((t - 0.5) / 1.5) - eased((t - 8.0) / 1.5));
+    let angle = TAU * (t - 1.0).max(0.0) / 5.0;
+    (size * angle.cos(), size * angle.sin())
+}
+
+/// From rest down by 5 mm, twice and a half around a circle of 7 mm, 6 s a turn, while the height goes 2 mm up and down, and
+/// back: +-7 mm in x and y and 4 mm in z, as published.
+fn swirl(t: f64) -> [f64; 3] {
+    let (around, back) = (eased((t - 2.5) / 2.0), 1.0 - eased((t - 17.0) / 2.0));
+    let angle = TAU * (t - 2.5).max(0.0) / 6.0;
+    let size = 0.007 * around * back;
+    let down = 0.005 * eased((t - 0.5) / 2.0) * (1.0 - eased((t - 19.0) / 2.0));
+    let z = 0.150 - down + 0.002 * around * back * (angle / 2.0).sin();
+    [size * angle.cos(), size * angle.sin(), z]
+}
+
+/// Another path in the same place, for tuning: a circle of 5 mm, 4 s a turn, tilted.
+fn small_swirl(t: f64) -> [f64; 3] {
+    let size = eased((t - 2.0) / 1.5) * (1.0 - eased((t - 8.0) / 1.5));
+    let angle = TAU * (t - 2.0).max(0.0) / 4.0;
+    let down = 0.005 * eased((t - 0.5) / 1.5) * (1.0 - eased((t - 9.0) / 1.5));
+    let z = 0.150 - down - 0.001 * size * angle.cos();
+    [0.005 * size * angle.cos(), 0.005 * size * angle.sin(), z]
+}
+
+/// Where a tip is to be, `rate` times a second.
+fn table(at: fn(f64) -> [f64; 3], seconds: f64, rate: f64) -> String {
+    let mut text = String::from("t,x_m,y_m,z_m\n");
+    for k in 0..=(seconds * rate) as usize {
+        let t = k as f64 / rate;
+        let [x, y, z] = at(t);
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "{t:.6},{x:.6},{y:.6},{z:.6}");
+    }
+    text
+}
+
+/// The path of a tip, with the height that a segment has there which bends everywhere alike: by the angle a its tip goes
+/// sideways by L (1 - cos a) / a and stands at L sin a / a.
+fn tendon_path(sideways: fn(f64) -> (f64, f64), seconds: f64) -> String {
+    let mut text = String::from("t,x_m,y_m,z_m\n");
+    for k in 0..=(seconds * PATH_HZ) as usize {
+        let t = k as f64 / PATH_HZ;
+        let (x, y) = sideways(t);
+        let z = height(x.hypot(y));
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "{t:.6},{x:.6},{y:.6},{z:.6}");
+    }
+    text
+}
+
+fn height(away: f64) -> f64 {
+    let (mut low, mut high) = (1e-9, 2.0);
+    for _ in 0..60 {
+        let a: f64 = (low + high) / 2.0;
+        if SEGMENT * (1.0 - a.cos()) / a < away {
+            low = a;
+        } else {
+            high = a;
+        }
+    }
+    SEGMENT * low.sin() / low
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tip_far_aside_stands_lower() {
+        assert!((height(0.0) - SEGMENT).abs() < 1e-6);
+        // A quarter circle: L = r pi / 2, aside and up by r.
+        let r = 2.0 * SEGMENT / std::f64::consts::PI;
+        assert!((height(r) - r).abs() < 1e-6, "{}", height(r));
+    }
+
+    #[test]
+    fn paths_begin_and_end_at_rest_at_home() {
+        for (text, home) in [
+            (tendon_path(eight, 14.0), SEGMENT),
+            (tendon_path(circle, 10.0), SEGMENT),
+            (table(swirl, 22.0, 125.0), 0.150),
+            (table(small_swirl, 11.5, 125.0), 0.150),
+        ] {
+            let rows: Vec<&str> = text.lines().skip(1).collect();
+            for row in [rows[0], rows[1], rows[rows.len() - 1]] {
+                let numbers: Vec<f64> = row.split(',').skip(1).flat_map(str::parse).collect();
+                assert!(numbers[0].abs() < 1e-6 && numbers[1].abs() < 1e-6, "{row}");
+                assert!((numbers[2] - home).abs() < 1e-6, "{row}");
+            }
+        }
+    }
+}

@@ -1,0 +1,339 @@
+//! The published problems, run again (docs/published.md): from the believed rig to firmware in QEMU, on plants that the
+//! controller has not seen.
+//!
+//! Training and tuning see the believed rig and recordings simulated with it, nothing else. The plants are the believed
+//! rig with what [`Problem::left_out`] adds, every free parameter drawn within 20 %, one a loop, with noise and a delay.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use serde_json::{Value, json};
+
+use super::bench::Bench;
+use super::figure::{Row, dots};
+use super::targets::{Target, estimate, said};
+use crate::process;
+
+/// Noise of every sensor, as a part of what its signal ranges over.
+const NOISE: &str = "0.005";
+const SECONDS: &str = "30";
+const DRAWS: &str = "10";
+const SPREAD: &str = "0.2";
+
+/// One of the published problems.
+pub struct Problem {
+    /// As on the command line, and the folder of its results.
+    pub name: &'static str,
+    /// What the controller's owner knows.
+    pub believed: &'static str,
+    /// Effects that the owner knows of beside the rig, such as the delay of his electronics.
+    pub known: &'static str,
+    /// How much of the inputs' range the recordings use: enough to go a little beyond what is asked.
+    pub amplitude: &'static str,
+    /// Effects that only the plants have.
+    pub left_out: &'static str,
+    /// What is asked, and what tuning follows backwards: tables with a column an output. Without, the staircase.
+    pub paths: Option<[fn() -> String; 2]>,
+    /// Age of the measurements, seconds.
+    pub delay: &'static str,
+    /// A load at the inputs, in tuning with the opposite sign.
+    pub disturbance: &'static str,
+    /// Evaluations that tuning may cost each MPC, and each of PID and RISE where the plant is slow.
+    pub evaluations: (&'static str, Option<&'static str>),
+    /// Controllers, the one that is held against the targets first.
+    pub variants: &'static [Variant],
+    /// What is to be reached, from the comparison.
+    pub targets: fn(&Value) -> Vec<Target>,
+}
+
+/// A predictive controller.
+pub struct Variant {
+    /// Its name in tables.
+    pub name: &'static str,
+    /// `[control]` and `[network]` instead of the rig's own.
+    pub tables: Option<&'static str>,
+    /// The rig it is trained on.
+    pub knows: Knowledge,
+    /// The variant whose network it has; without, one is trained.
+    pub network_of: Option<&'static str>,
+    /// Further arguments of `sinew tune`.
+    pub tune: &'static [&'static str],
+}
+
+/// What a controller's model knows of the plants.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Knowledge {
+    /// The believed rig.
+    Believed,
+    /// What `sinew diagnose` made of it, from recordings of the plant in the middle of those drawn.
+    Mended,
+}
+
+/// Answers for a seed; everything lies in target/experiments/NAME.
+///
+/// # Errors
+/// Setup, or the exit status of `sinew`.
+pub fn run(problem: &Problem, seed: u64) -> Result<()> {
+    let run = Run {
+        bench: Bench::new(problem.name, seed)?,
+        problem,
+    };
+    let tail = run.bench.text(Path::new(problem.left_out))?;
+    let mut believed = run.bench.text(Path::new(problem.believed))?;
+    let end = believed.find("[control]").unwrap_or(believed.len());
+    believed.insert_str(end, problem.known);
+    run.bench.write("believed.toml", &believed)?;
+    run.bench
+        .write("real.toml", &format!("{believed}\n{tail}"))?;
+    if let Some([asked, tuning]) = problem.paths {
+        run.bench.write("path.csv", &asked())?;
+        run.bench.write("tuning-path.csv", &tuning())?;
+    }
+    let seeds = (0..).map(|k| 10 * seed + k);
+    for (name, seed) in ["fit", "test"].iter().zip(seeds) {
+        run.record(&run.bench.path("believed.toml"), name, seed)?;
+    }
+    if problem
+        .variants
+        .iter()
+        .any(|v| v.knows == Knowledge::Mended)
+    {
+        run.mend()?;
+    }
+    for variant in problem.variants {
+        run.controller(variant)?;
+    }
+    run.compare()?;
+    run.conclude()
+}
+
+struct Run<'a> {
+    bench: Bench,
+    problem: &'a Problem,
+}
+
+impl Run<'_> {
+    /// Inputs that the believed rig's limits allow, and what `rig` answers.
+    fn record(&self, rig: &Path, name: &str, seed: u64) -> Result<()> {
+        let inputs = self.bench.path("inputs.csv");
+        let seed = seed.to_string();
+        let mut excite = self
+            .bench
+            .sinew("excite", &self.bench.path("believed.toml"));
+        excite.arg("--out").arg(&inputs);
+        excite.args(["--seconds", SECONDS, "--amplitude", self.problem.amplitude]);
+        process::run(excite.args(["--no-table", "--quiet", "--seed", &seed]))?;
+        let mut simulate = self.bench.sinew("simulate", rig);
+        simulate.arg("--input").arg(&inputs).arg("--out");
+        simulate.arg(self.bench.path(&format!("{name}.csv")));
+        simulate.args(["--with-inputs", "--noise", NOISE, "--quiet"]);
+        process::run(simulate.args(["--seed", &seed]))
+    }
+
+    /// The believed rig, mended by recordings of the plant in the middle.
+    fn mend(&self) -> Result<()> {
+        let real = self.bench.path("real.toml");
+        for (k, name) in (5..).zip(["real-fit", "real-check", "real-test"]) {
+            self.record(&real, name, 10 * self.bench.seed + k)?;
+        }
+        let mut diagnose = self
+            .bench
+            .sinew("diagnose", &self.bench.path("believed.toml"));
+        for role in ["fit", "check", "test"] {
+            let recording = self.bench.path(&format!("real-{role}.csv"));
+            diagnose.arg(format!("--{role}")).arg(recording);
+        }
+        diagnose
+            .arg("--rig-out")
+            .arg(self.bench.path("mended.toml"));
+        process::run(
+            diagnose
+                .arg("--json")
+                .arg(self.bench.path("diagnosis.json")),
+        )
+    }
+
+    fn recordings(&self, command: &mut std::process::Command) {
+        for role in ["fit", "test"] {
+            command
+                .arg(format!("--{role}"))
+                .arg(self.bench.path(&format!("{role}.csv")));
+        }
+    }
+
+    /// A network, and the weights of its controller.
+    fn controller(&self, variant: &Variant) -> Result<()> {
+        println!("{}: {}", self.problem.name, variant.name);
+        let known = match variant.knows {
+            Knowledge::Believed => self.bench.path("believed.toml"),
+            Knowledge::Mended => self.bench.path("mended.toml"),
+        };
+        let mut text = self.bench.text(&known)?;
+        if let Some(tables) = variant.tables {
+            // The tables for the controller stand last in a rig that is not mended.
+            let end = text.find("[control]").unwrap_or(text.len());
+            text.truncate(end);
+            text += tables;
+        }
+        let rig = self.bench.write(&format!("{}.toml", variant.name), &text)?;
+        let seed = self.bench.seed.to_string();
+        let trained = self.bench.path("trained");
+        let model = trained.join(variant.network_of.unwrap_or(variant.name));
+        if variant.network_of.is_none() {
+            let mut train = self.bench.sinew("train", &rig);
+            self.recordings(&mut train);
+            train.arg("--out").arg(&model);
+            let record = self.bench.path(&format!("{}.training.json", variant.name));
+            train.arg("--json").arg(record);
+            process::run(train.args(["--seed", &seed]))?;
+        }
+        let mut tune = self.bench.sinew("tune", &rig);
+        tune.arg(&model);
+        self.recordings(&mut tune);
+        if self.problem.paths.is_some() {
+            let path = self.bench.path("tuning-path.csv");
+            tune.arg("--reference").arg(path);
+        }
+        tune.args(["--disturbance", self.problem.disturbance]);
+        tune.args(["--evaluations", self.problem.evaluations.0, "--mpc-only"]);
+        tune.args(variant.tune);
+        tune.arg("--out")
+            .arg(self.bench.path(&format!("{}.tuned.toml", variant.name)));
+        tune.arg("--model-out").arg(self.model(variant));
+        process::run(tune.args(["--seed", &seed]))
+    }
+
+    fn model(&self, variant: &Variant) -> PathBuf {
+        self.bench.path("models").join(variant.name)
+    }
+
+    /// All of them on the same plants: what a channel is, the rig says, so those with channels have a call of their own.
+    fn compare(&self) -> Result<()> {
+        let mut groups: Vec<(String, Vec<&Variant>)> = Vec::new();
+        for variant in self.problem.variants {
+            let channels = variant.tables.and_then(|tables| {
+                let line = tables.lines().find(|line| line.starts_with("channels"));
+                line.map(String::from)
+            });
+            let channels = channels.unwrap_or_default();
+            match groups.iter_mut().find(|(of, _)| *of == channels) {
+                Some((_, group)) => group.push(variant),
+                None => groups.push((channels, vec![variant])),
+            }
+        }
+        for (k, (_, group)) in groups.iter().enumerate() {
+            self.compare_group(k, group)?;
+        }
+        let mut whole = self.bench.json("comparison.json")?;
+        for (k, (_, group)) in groups.iter().enumerate().skip(1) {
+            let mut more = self.bench.json(&format!("comparison-{k}.json"))?;
+            let more = more["controllers"].as_array_mut().map(std::mem::take);
+            if let (Some(all), Some(more)) = (whole["controllers"].as_array_mut(), more) {
+                let known = |c: &Value| ["PID", "RISE"].iter().any(|name| c["name"] == *name);
+                let names = group.iter().map(|variant| variant.name);
+                let models = more.into_iter().filter(|c| !known(c));
+                all.extend(models.zip(names).map(|(mut controller, name)| {
+                    // One model alone is called MPC.
+                    controller["name"] = name.into();
+                    controller
+                }));
+            }
+        }
+        let text = serde_json::to_string_pretty(&whole)? + "\n";
+        self.bench.write("comparison.json", &text).map(drop)
+    }
+
+    fn compare_group(&self, k: usize, group: &[&Variant]) -> Result<()> {
+        let Some(first) = group.first() else {
+            return Ok(());
+        };
+        let rig = self.bench.path(&format!("{}.toml", first.name));
+        let mut compare = self.bench.sinew("compare", &rig);
+        for variant in group {
+            compare.arg(self.model(variant));
+        }
+        self.recordings(&mut compare);
+        if self.problem.paths.is_some() {
+            compare.arg("--reference").arg(self.bench.path("path.csv"));
+        }
+        let real = self.bench.path("real.toml");
+        compare.arg("--plant").arg(real);
+        compare.args(["--draws", DRAWS, "--spread", SPREAD]);
+        compare.args(["--delay", self.problem.delay]);
+        compare.args(["--disturbance", self.problem.disturbance]);
+        let opponents = match k {
+            0 => self.problem.evaluations.1,
+            // PID and RISE are there already.
+            _ => Some("20"),
+        };
+        if let Some(count) = opponents {
+            compare.args(["--evaluations", count]);
+        }
+        compare.args(["--board", "qemu", "--out"]);
+        compare.arg(self.bench.path("firmware"));
+        let nth = match k {
+            0 => String::new(),
+            k => format!("-{k}"),
+        };
+        for (flag, name, ending) in [
+            ("--json", "comparison", "json"),
+            ("--report", "report", "html"),
+            ("--plot", "error", "svg"),
+        ] {
+            compare
+                .arg(flag)
+                .arg(self.bench.path(&format!("{name}{nth}.{ending}")));
+        }
+        process::run(compare.args(["--seed", &self.bench.seed.to_string()]))
+    }
+
+    /// summary.json, the figure, and the table of the page.
+    fn conclude(&self) -> Result<()> {
+        let comparison = self.bench.json("comparison.json")?;
+        let controllers = comparison["controllers"]
+            .as_array()
+            .context("a comparison without controllers")?;
+        let mut rows = Vec::new();
+        println!(
+            "| | RMS error: median, worst | largest error: median, worst | free run | parameters | flash | instructions: mean, largest |"
+        );
+        println!("|---|---|---|---|---|---|---|");
+        for controller in controllers {
+            let row = Row::of(controller)?;
+            let name = &row.name;
+            let training = format!("{}.training.json", self.network_of(name));
+            let free_run = match self.bench.json(&training) {
+                Ok(record) => length(&record["horizon_rms"]),
+                Err(_) => None,
+            };
+            println!("{}", row.line(controller, free_run));
+            rows.push(row);
+        }
+        self.bench.write(
+            "loops.svg",
+            &dots("RMS error of each of the ten loops", &rows),
+        )?;
+        let mut targets = (self.problem.targets)(&comparison);
+        targets.extend(estimate(&comparison));
+        targets
+            .iter()
+            .for_each(|target| println!("{}", said(target)));
+        self.bench.summary(json!({
+            "format": "sinew-experiment-published/1",
+            "comparison": comparison,
+            "targets": targets.iter().map(Target::value).collect::<Vec<_>>(),
+        }))
+    }
+
+    /// Whose network a controller has.
+    fn network_of<'a>(&'a self, name: &'a str) -> &'a str {
+        let variant = self.problem.variants.iter().find(|v| v.name == name);
+        variant.and_then(|v| v.network_of).unwrap_or(name)
+    }
+}
+
+/// Of a list of errors, as one length.
+fn length(values: &Value) -> Option<f64> {
+    let values = values.as_array()?.iter().filter_map(Value::as_f64);
+    Some(values.map(|v| v * v).sum::<f64>().sqrt())
+}
