@@ -73,3 +73,20 @@ fn a_session_begins_with_the_right_chip_and_no_other() {
     };
     assert_eq!(by_fake_probe(&image, &is(0x421)), Err(other));
 }
+
+#[test]
+fn without_a_probe_there_is_no_line() {
+    let probes = crate::list();
+    if !probes.is_empty() {
+        println!("SKIPPED: connected are {probes:?}");
+        return;
+    }
+    let chip = Chip {
+        name: "nRF52840_xxAA",
+        address: 0x1000_0100,
+        mask: 0xFFFF_FFFF,
+        value: 0x0005_2840,
+    };
+    let line = crate::line(&chip, &Options::default());
+    assert_eq!(line.err(), Some(Trouble::NoProbe));
+}
