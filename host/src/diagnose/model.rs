@@ -6,7 +6,7 @@ use sinew_sim::{Plant, Rig, Settings};
 
 use super::data::Data;
 use crate::error::Result;
-use crate::fit::levenberg::{Belief, Effort, Unknowns, minimise};
+use crate::fit::levenberg::{Belief, Effort, Stop, Unknowns, minimise};
 use crate::fit::segment::{Problem, Segment};
 use crate::fit::stages::{bounds, fitted_slots};
 use crate::fit::uncertainty;
@@ -21,6 +21,10 @@ const EXPONENTS: [f64; 2] = [0.7, 5.0];
 /// Part of its start that the wave number of a ripple may fall to. The longest start is a wave over all of the
 /// motion; of a longer one nobody has seen that it is one.
 const LONGEST_WAVE: f64 = 0.7;
+
+/// Part of its start that the speed at which a Stribeck friction has fallen may shrink to. Below, it is dry friction
+/// with a static level that no sample shows, and as steep as the fit likes.
+const STEEPEST: f64 = 0.25;
 
 /// A rig under trial.
 #[derive(Clone)]
@@ -49,6 +53,8 @@ pub(super) struct Point {
     pub states: Vec<Vec<f64>>,
     /// Half the squared residuals in units of the weights, prior included.
     pub cost: f64,
+    /// More steps of the same search would gain nothing.
+    pub converged: bool,
 }
 
 impl Model {
@@ -193,7 +199,7 @@ impl Model {
             iterations: steps,
             relative,
         };
-        minimise(
+        let (stop, _) = minimise(
             &problem,
             &belief,
             segments,
@@ -206,6 +212,7 @@ impl Model {
             values: unknowns.values,
             states: unknowns.states,
             cost,
+            converged: stop == Stop::Converged,
         })
     }
 
@@ -260,8 +267,8 @@ impl Model {
 }
 
 /// How far a parameter under trial may go from its start. A loop of hysteresis has a limit: as sharp as
-/// this multiple of its start (`SHARPEST`) it is dry friction by now and costs thousands of sub-steps a row. A ripple
-/// has one too (`LONGEST_WAVE`); nothing else has.
+/// this multiple of its start (`SHARPEST`) it is dry friction by now and costs thousands of sub-steps a row. A Stribeck
+/// friction (`STEEPEST`) and a ripple (`LONGEST_WAVE`) have one too; nothing else has.
 fn reach(plant: &Plant, name: &str) -> [f64; 2] {
     let unlimited = [f64::NEG_INFINITY, f64::INFINITY];
     let Some((effect, parameter)) = name.rsplit_once('.') else {
@@ -273,6 +280,9 @@ fn reach(plant: &Plant, name: &str) -> [f64; 2] {
     };
     if effect.ends_with(".position_ripple") && parameter == "wave_number" {
         return [LONGEST_WAVE * value(parameter), f64::INFINITY];
+    }
+    if effect.ends_with(".stribeck_friction") && parameter == "velocity" {
+        return [STEEPEST * value(parameter), f64::INFINITY];
     }
     if !effect.ends_with(".hysteresis") {
         return unlimited;

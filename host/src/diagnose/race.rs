@@ -21,9 +21,15 @@ pub(super) struct Tried {
     pub point: Point,
 }
 
-/// Steps of those that are refitted, and of the best of them further.
+/// Steps of every start, of those that are refitted from there, and of the best of them further.
+const START_STEPS: usize = 3;
 const FIRST_STEPS: usize = 6;
 const MORE_STEPS: usize = 8;
+
+/// A start that leaves this many times as much as another of the same suspect is given up; so is one that has come
+/// to the same cost, to this part of it: it is on the same way.
+pub(super) const LOST: f64 = 4.0;
+const SAME_WAY: f64 = 1e-3;
 
 /// How many of them go further.
 const HEAT: usize = 8;
@@ -33,6 +39,9 @@ const AT_ONCE: usize = 8;
 
 /// Explained: no more than this part of the noise, and of what there was, is left beside the noise.
 const EXPLAINED: f64 = 0.1;
+
+/// Far behind: what leaves more than this part of what the best of them explains.
+const FAR: f64 = 0.2;
 
 /// Part of the data that is small enough to try everything on, cut into stretches.
 pub(super) struct Track<'a> {
@@ -93,7 +102,7 @@ impl Track<'_> {
         self.thin_out(parent, &mut tried);
         let mut further: Vec<Tried> = tried
             .into_par_iter()
-            .map(|tried| self.further(tried))
+            .map(|tried| self.further(tried, MORE_STEPS))
             .collect();
         if !self.explained(parent, &further) {
             further = further
@@ -112,8 +121,11 @@ impl Track<'_> {
             .filter_map(|starts| {
                 let ends = starts
                     .into_iter()
-                    .filter_map(|b| self.improved(b.suspects, b.model, b.from, FIRST_STEPS));
-                ends.min_by(|a, b| a.point.cost.total_cmp(&b.point.cost))
+                    .filter_map(|b| self.improved(b.suspects, b.model, b.from, START_STEPS));
+                let further = different(ends.collect())
+                    .into_iter()
+                    .map(|tried| self.further(tried, FIRST_STEPS - START_STEPS));
+                further.min_by(|a, b| a.point.cost.total_cmp(&b.point.cost))
             })
             .collect()
     }
@@ -134,7 +146,8 @@ impl Track<'_> {
         tried.truncate(HEAT);
         if self.explained(parent, tried) {
             let best = tried[0].point.cost;
-            tried.retain(|tried| tried.point.cost <= 0.5 * (parent.point.cost + best));
+            let most = best + FAR * (parent.point.cost - best);
+            tried.retain(|tried| tried.point.cost <= most);
         }
     }
 
@@ -183,7 +196,10 @@ impl Track<'_> {
     }
 
     /// More steps from where it stands.
-    fn further(&self, tried: Tried) -> Tried {
+    fn further(&self, tried: Tried, steps: usize) -> Tried {
+        if tried.point.converged {
+            return tried;
+        }
         let Ok(mut segments) = self.data.segments(&tried.model.plant, &self.stretches) else {
             return tried;
         };
@@ -191,7 +207,6 @@ impl Track<'_> {
             values: tried.point.values.clone(),
             states: tried.point.states.clone(),
         };
-        let steps = MORE_STEPS;
         match tried
             .model
             .improve(self.data, &mut segments, from, steps, 1e-3)
@@ -215,9 +230,10 @@ impl Track<'_> {
             Ok(Unknowns { values, states })
         });
         let again = from.ok().and_then(|from| {
-            let steps = FIRST_STEPS + MORE_STEPS;
-            self.improved(tried.suspects.clone(), model.clone(), from, steps)
+            self.improved(tried.suspects.clone(), model.clone(), from, FIRST_STEPS)
         });
+        let again = again.filter(|again| again.point.cost < LOST * tried.point.cost);
+        let again = again.map(|again| self.further(again, MORE_STEPS));
         match again {
             Some(again) if again.point.cost < tried.point.cost => again,
             _ => tried,
@@ -247,6 +263,21 @@ impl Track<'_> {
         let from = Unknowns { values, states };
         Ok(self.improved(vec![kept.clone()], model, from, MORE_STEPS))
     }
+}
+
+/// Ends of one suspect's starts, the best first, without those that are lost and those on the same way.
+fn different(mut ends: Vec<Tried>) -> Vec<Tried> {
+    ends.sort_by(|a, b| a.point.cost.total_cmp(&b.point.cost));
+    let mut kept: Vec<Tried> = Vec::new();
+    for end in ends {
+        let cost = end.point.cost;
+        let lost = |best: &Tried| cost > LOST * best.point.cost;
+        let same = |known: &Tried| cost - known.point.cost < SAME_WAY * cost;
+        if !kept.first().is_some_and(lost) && !kept.iter().any(same) {
+            kept.push(end);
+        }
+    }
+    kept
 }
 
 /// Cost with a fine for every parameter: what the race is decided by.

@@ -72,7 +72,8 @@ pub(crate) fn minimise(
                 return Some((Stop::Stalled, iteration));
             };
             let candidate = step.apply(problem, belief, unknowns);
-            let lower = total_cost(problem, belief, segments, &candidate);
+            // What costs more is not taken, however much more.
+            let lower = cost_below(problem, belief, segments, &candidate, cost);
             // A strongly damped step is short and promises little wherever it is.
             if damping <= 1.0 && step.promised.abs() <= enough {
                 if lower <= cost {
@@ -117,12 +118,23 @@ pub(crate) fn total_cost(
     segments: &[Segment],
     unknowns: &Unknowns,
 ) -> f64 {
+    cost_below(problem, belief, segments, unknowns, f64::INFINITY)
+}
+
+/// As [`total_cost`]; infinite where it exceeds `most`.
+fn cost_below(
+    problem: &Problem,
+    belief: &Belief,
+    segments: &[Segment],
+    unknowns: &Unknowns,
+    most: f64,
+) -> f64 {
     let prior: f64 = belief
         .pull(problem, &unknowns.values)
         .iter()
         .map(|pull| 0.5 * pull * pull)
         .sum();
-    problem.cost(segments, &unknowns.values, &unknowns.states) + prior
+    problem.cost_below(segments, &unknowns.values, &unknowns.states, most - prior) + prior
 }
 
 impl Belief {
