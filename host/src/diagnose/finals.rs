@@ -10,7 +10,7 @@ use super::judge::Remains;
 use super::race::{LOST, Tried};
 use super::search::{Bench, FINAL_STEPS};
 use crate::error::Result;
-use crate::fit::levenberg::Unknowns;
+use crate::fit::levenberg::{Stop, Unknowns};
 
 /// Steps after which finalists are compared, and what is too small a part of the cost to go on for.
 const FIRST_STEPS: usize = 4;
@@ -30,7 +30,7 @@ impl Bench<'_> {
             .into_par_iter()
             .filter_map(|tried| {
                 let close = tried.point.cost < LOST * best;
-                let fitted = if close && !tried.point.converged {
+                let fitted = if close && tried.point.stop == Stop::IterationLimit {
                     self.go_on(tried, FINAL_STEPS - FIRST_STEPS)
                 } else {
                     Ok(tried)
@@ -96,7 +96,9 @@ impl Bench<'_> {
             &self.check_stretches,
             None,
         )?;
-        Ok(fit.zip(check).map(|(fit, check)| Contender { tried, fit, check }))
+        Ok(fit
+            .zip(check)
+            .map(|(fit, check)| Contender { tried, fit, check }))
     }
 
     /// The believed rig with the benefit of the doubt: fitted to the check recordings too, so that nothing is
@@ -116,7 +118,8 @@ impl Bench<'_> {
             values: values.clone(),
             states,
         };
-        let Some(point) = model.improve(self.both, &mut segments, from, FINAL_STEPS, RELATIVE) else {
+        let Some(point) = model.improve(self.both, &mut segments, from, FINAL_STEPS, RELATIVE)
+        else {
             return Ok(None);
         };
         let left = |data: &Data, stretches: &[(usize, Range<usize>)]| {

@@ -53,8 +53,8 @@ pub(super) struct Point {
     pub states: Vec<Vec<f64>>,
     /// Half the squared residuals in units of the weights, prior included.
     pub cost: f64,
-    /// More steps of the same search would gain nothing.
-    pub converged: bool,
+    /// Why the search ended.
+    pub stop: Stop,
 }
 
 impl Model {
@@ -212,7 +212,7 @@ impl Model {
             values: unknowns.values,
             states: unknowns.states,
             cost,
-            converged: stop == Stop::Converged,
+            stop,
         })
     }
 

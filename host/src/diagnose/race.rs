@@ -9,7 +9,7 @@ use super::model::{Model, Point};
 use super::screen::Screen;
 use super::suspect::Suspect;
 use crate::error::Result;
-use crate::fit::levenberg::Unknowns;
+use crate::fit::levenberg::{Stop, Unknowns};
 use crate::scales::Run;
 
 /// A rig with some suspects in it, as far as it was fitted.
@@ -197,7 +197,7 @@ impl Track<'_> {
 
     /// More steps from where it stands.
     fn further(&self, tried: Tried, steps: usize) -> Tried {
-        if tried.point.converged {
+        if tried.point.stop == Stop::Converged {
             return tried;
         }
         let Ok(mut segments) = self.data.segments(&tried.model.plant, &self.stretches) else {

@@ -16,7 +16,7 @@ use crate::fit::pace::{pace, settings, substeps};
 const FINALISTS: usize = 4;
 
 /// Sub-steps of the integrator that one simulation of a race takes, about; and one of a final.
-const RACE_WORK: usize = 1250;
+const RACE_WORK: usize = 2500;
 const FINAL_WORK: usize = 8000;
 
 /// Longest sub-step of a race, in units of one over the fastest rate: three times a simulation's. An undamped
@@ -33,8 +33,10 @@ const THIN_RATE: f64 = 0.1;
 const RACE_PARTS: usize = 8;
 const RACE_ROWS: usize = 1000;
 
-/// The same on top of a parent that takes many sub-steps a row.
-const DEAR_ROWS: usize = 800;
+/// Sub-steps of a race for a second effect, and the fewest rows on top of a parent that takes many for each. A first
+/// effect has more: a stop that is met seldom is not seen in fewer.
+const SECOND_WORK: usize = 1250;
+const SECOND_ROWS: usize = 800;
 
 /// Steps of a final fit.
 pub(super) const FINAL_STEPS: usize = 12;
@@ -129,8 +131,7 @@ impl Bench<'_> {
         }))
     }
 
-    /// A track on top of a parent costs no more than any other: fewer rows where the parent takes many sub-steps
-    /// for each.
+    /// The track of a second effect, which has fewer rows where its parent takes many sub-steps for each.
     pub fn affordable<'a>(&self, track: &Track<'a>, parent: &Tried) -> Result<Track<'a>> {
         let data = track.data;
         let (mut rows, mut taken) = (0, 0);
@@ -145,7 +146,7 @@ impl Bench<'_> {
                 taken += run.report.substeps;
             }
         }
-        let budget = (RACE_WORK * rows / taken.max(1)).max(DEAR_ROWS);
+        let budget = (SECOND_WORK * rows / taken.max(1)).max(SECOND_ROWS);
         let rows: usize = track.stretches.iter().map(|(_, rows)| rows.len()).sum();
         Ok(Track {
             written: track.written,
