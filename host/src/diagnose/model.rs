@@ -326,32 +326,35 @@ mod tests {
     use super::*;
     use crate::diagnose::suspect::Suspect;
 
-    /// A ripple of 400 m over a fall of 47 m was once named where a ball only met the air.
-    #[test]
-    fn a_ripple_under_trial_gets_no_longer_than_the_motion_it_began_with() {
+    /// What the only parameter of that name may be, with an effect at the demo's mass that begins like this.
+    fn bounds(effect: &str, begun: &[f64], parameter: &str) -> [f64; 2] {
         let file = concat!(
             env!("CARGO_MANIFEST_DIR"),
             "/../rigs/mass-spring-damper.toml"
         );
         let rig = Rig::load(file).expect("the demo's rig ships with the project");
-        let ripple = Suspect::Effect {
-            kind: sinew_sim::effects::Kind::named("position_ripple").expect("it is one"),
+        let suspect = Suspect::Effect {
+            kind: sinew_sim::effects::Kind::named(effect).expect("it is one"),
             component: "mass".into(),
         };
-        let (with, trial) = ripple
-            .apply(&rig, &[1.0, 20.0, 0.0])
-            .expect("it can sit there");
+        let (with, trial) = suspect.apply(&rig, begun).expect("it can sit there");
         let model = Model::new(&with, &rig, &trial, Settings::default()).expect("it is sound");
-        let named = |slot: &usize| {
-            model.plant.parameters()[*slot]
-                .name
-                .ends_with("wave_number")
-        };
-        let at = model
-            .slots
-            .iter()
-            .position(named)
-            .expect("it is under trial");
-        assert_eq!(model.bounds[at], [LONGEST_WAVE * 20.0, f64::INFINITY]);
+        let named = |slot: &usize| model.plant.parameters()[*slot].name.ends_with(parameter);
+        let at = model.slots.iter().position(named);
+        model.bounds[at.expect("it is under trial")]
+    }
+
+    /// A ripple of 400 m over a fall of 47 m was once named where a ball only met the air.
+    #[test]
+    fn a_ripple_under_trial_gets_no_longer_than_the_motion_it_began_with() {
+        let found = bounds("position_ripple", &[1.0, 20.0, 0.0], "wave_number");
+        assert_eq!(found, [LONGEST_WAVE * 20.0, f64::INFINITY]);
+    }
+
+    /// As steep as it likes, it is dry friction, at the price of thousands of sub-steps.
+    #[test]
+    fn a_stribeck_friction_under_trial_gets_no_steeper_than_a_few_times_what_it_began_with() {
+        let found = bounds("stribeck_friction", &[1.0, 2.0, 0.1], ".velocity");
+        assert_eq!(found, [STEEPEST * 0.1, f64::INFINITY]);
     }
 }

@@ -28,7 +28,7 @@ const MORE_STEPS: usize = 8;
 
 /// A start that leaves this many times as much as another of the same suspect is given up; so is one that has come
 /// to the same cost, to this part of it: it is on the same way.
-pub(super) const LOST: f64 = 4.0;
+const LOST: f64 = 4.0;
 const SAME_WAY: f64 = 1e-3;
 
 /// How many of them go further.
@@ -39,9 +39,6 @@ const AT_ONCE: usize = 8;
 
 /// Explained: no more than this part of the noise, and of what there was, is left beside the noise.
 const EXPLAINED: f64 = 0.1;
-
-/// Far behind: what leaves more than this part of what the best of them explains.
-const FAR: f64 = 0.2;
 
 /// Part of the data that is small enough to try everything on, cut into stretches.
 pub(super) struct Track<'a> {
@@ -146,8 +143,7 @@ impl Track<'_> {
         tried.truncate(HEAT);
         if self.explained(parent, tried) {
             let best = tried[0].point.cost;
-            let most = best + FAR * (parent.point.cost - best);
-            tried.retain(|tried| tried.point.cost <= most);
+            tried.retain(|tried| tried.point.cost <= 0.5 * (parent.point.cost + best));
         }
     }
 

@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use rayon::prelude::*;
 use sinew_sim::{Plant, Rig, Settings};
 
 use super::data::Data;
@@ -32,11 +33,6 @@ const THIN_RATE: f64 = 0.1;
 /// Stretches that a race is cut into, and the fewest rows that it is run on.
 const RACE_PARTS: usize = 8;
 const RACE_ROWS: usize = 1000;
-
-/// Sub-steps of a race for a second effect, and the fewest rows on top of a parent that takes many for each. A first
-/// effect has more: a stop that is met seldom is not seen in fewer.
-const SECOND_WORK: usize = 1250;
-const SECOND_ROWS: usize = 800;
 
 /// Steps of a final fit.
 pub(super) const FINAL_STEPS: usize = 12;
@@ -131,7 +127,8 @@ impl Bench<'_> {
         }))
     }
 
-    /// The track of a second effect, which has fewer rows where its parent takes many sub-steps for each.
+    /// The track of a second effect: as many sub-steps as that of the first, counted in what the parent takes, so
+    /// fewer rows where it takes many for each.
     pub fn affordable<'a>(&self, track: &Track<'a>, parent: &Tried) -> Result<Track<'a>> {
         let data = track.data;
         let (mut rows, mut taken) = (0, 0);
@@ -146,7 +143,7 @@ impl Bench<'_> {
                 taken += run.report.substeps;
             }
         }
-        let budget = (SECOND_WORK * rows / taken.max(1)).max(SECOND_ROWS);
+        let budget = (RACE_WORK * rows / taken.max(1)).max(RACE_ROWS);
         let rows: usize = track.stretches.iter().map(|(_, rows)| rows.len()).sum();
         Ok(Track {
             written: track.written,
@@ -183,7 +180,12 @@ impl Bench<'_> {
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
             (self.told)(what, done, all.len());
         })?;
-        Ok(self.finals(&tried[..FINALISTS.min(tried.len())]))
+        let finals: Vec<Option<Contender>> = tried
+            .par_iter()
+            .take(FINALISTS)
+            .map(|tried| self.contender(tried, FINAL_STEPS).ok().flatten())
+            .collect();
+        Ok(finals.into_iter().flatten().collect())
     }
 }
 

@@ -100,9 +100,8 @@ pub(crate) struct Rows {
     pub origin: Vec<(usize, usize)>,
 }
 
-/// Rows between two looks at what all segments have cost so far, and what the order of adding up may change.
+/// Rows between two looks at what all segments have cost so far.
 const LOOK: usize = 16;
-const ROUNDING: f64 = 1e-9;
 
 /// What each segment of a cost has come to so far.
 struct Running(Vec<AtomicU64>);
@@ -155,7 +154,7 @@ impl Problem<'_> {
     }
 
     /// As [`Problem::cost`]; infinite as well where it exceeds `most`, and then the simulations end as soon as that
-    /// is certain. Squares only add up, so what comes out does not depend on which segment is ahead.
+    /// is certain. Squares only add up, so which segment is ahead matters only to a cost that is `most` to rounding.
     pub fn cost_below(
         &self,
         segments: &[Segment],
@@ -163,7 +162,6 @@ impl Problem<'_> {
         states: &[Vec<f64>],
         most: f64,
     ) -> f64 {
-        let most = most + ROUNDING * most;
         let running = Running::new(segments.len());
         let costs: Vec<f64> = segments
             .par_iter()
