@@ -3,6 +3,8 @@
 //! The simulator is generic, and a generic function is compiled where it is called: for three types in the host,
 //! for three again in its tests, whenever a line of theirs changed (docs/decisions/0040-compiled-once.md).
 
+use std::ops::ControlFlow;
+
 use crate::drive::Drive;
 use crate::dual::Dual;
 use crate::error::SimulationError;
@@ -51,13 +53,13 @@ macro_rules! bodies {
             plant.start(values, first)
         }
 
-        /// [`Plant::simulate_with`].
+        /// [`Plant::simulate_until`].
         fn run(
             plant: &Plant,
             values_and_start: [&[Self]; 2],
             drive: &Drive,
             times: &[f64],
-            visit: &mut dyn FnMut(usize, &Stepper<Self>),
+            visit: &mut dyn FnMut(usize, &Stepper<Self>) -> ControlFlow<()>,
         ) -> Result<Stepper<Self>, SimulationError> {
             plant.run(values_and_start, drive, times, visit)
         }

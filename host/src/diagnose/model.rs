@@ -6,7 +6,7 @@ use sinew_sim::{Plant, Rig, Settings};
 
 use super::data::Data;
 use crate::error::Result;
-use crate::fit::levenberg::{Belief, Effort, Unknowns, minimise};
+use crate::fit::levenberg::{Belief, Effort, Stop, Unknowns, minimise};
 use crate::fit::segment::{Problem, Segment};
 use crate::fit::stages::{bounds, fitted_slots};
 use crate::fit::uncertainty;
@@ -21,6 +21,10 @@ const EXPONENTS: [f64; 2] = [0.7, 5.0];
 /// Part of its start that the wave number of a ripple may fall to. The longest start is a wave over all of the
 /// motion; of a longer one nobody has seen that it is one.
 const LONGEST_WAVE: f64 = 0.7;
+
+/// Part of its start that the speed at which a Stribeck friction has fallen may shrink to. Below, it is dry friction
+/// with a static level that no sample shows, and as steep as the fit likes.
+const STEEPEST: f64 = 0.25;
 
 /// A rig under trial.
 #[derive(Clone)]
@@ -49,6 +53,8 @@ pub(super) struct Point {
     pub states: Vec<Vec<f64>>,
     /// Half the squared residuals in units of the weights, prior included.
     pub cost: f64,
+    /// Why the search ended.
+    pub stop: Stop,
 }
 
 impl Model {
@@ -193,7 +199,7 @@ impl Model {
             iterations: steps,
             relative,
         };
-        minimise(
+        let (stop, _) = minimise(
             &problem,
             &belief,
             segments,
@@ -206,6 +212,7 @@ impl Model {
             values: unknowns.values,
             states: unknowns.states,
             cost,
+            stop,
         })
     }
 
@@ -260,8 +267,8 @@ impl Model {
 }
 
 /// How far a parameter under trial may go from its start. A loop of hysteresis has a limit: as sharp as
-/// this multiple of its start (`SHARPEST`) it is dry friction by now and costs thousands of sub-steps a row. A ripple
-/// has one too (`LONGEST_WAVE`); nothing else has.
+/// this multiple of its start (`SHARPEST`) it is dry friction by now and costs thousands of sub-steps a row. A Stribeck
+/// friction (`STEEPEST`) and a ripple (`LONGEST_WAVE`) have one too; nothing else has.
 fn reach(plant: &Plant, name: &str) -> [f64; 2] {
     let unlimited = [f64::NEG_INFINITY, f64::INFINITY];
     let Some((effect, parameter)) = name.rsplit_once('.') else {
@@ -273,6 +280,9 @@ fn reach(plant: &Plant, name: &str) -> [f64; 2] {
     };
     if effect.ends_with(".position_ripple") && parameter == "wave_number" {
         return [LONGEST_WAVE * value(parameter), f64::INFINITY];
+    }
+    if effect.ends_with(".stribeck_friction") && parameter == "velocity" {
+        return [STEEPEST * value(parameter), f64::INFINITY];
     }
     if !effect.ends_with(".hysteresis") {
         return unlimited;
@@ -316,32 +326,35 @@ mod tests {
     use super::*;
     use crate::diagnose::suspect::Suspect;
 
-    /// A ripple of 400 m over a fall of 47 m was once named where a ball only met the air.
-    #[test]
-    fn a_ripple_under_trial_gets_no_longer_than_the_motion_it_began_with() {
+    /// What the only parameter of that name may be, with an effect at the demo's mass that begins like this.
+    fn bounds(effect: &str, begun: &[f64], parameter: &str) -> [f64; 2] {
         let file = concat!(
             env!("CARGO_MANIFEST_DIR"),
             "/../rigs/mass-spring-damper.toml"
         );
         let rig = Rig::load(file).expect("the demo's rig ships with the project");
-        let ripple = Suspect::Effect {
-            kind: sinew_sim::effects::Kind::named("position_ripple").expect("it is one"),
+        let suspect = Suspect::Effect {
+            kind: sinew_sim::effects::Kind::named(effect).expect("it is one"),
             component: "mass".into(),
         };
-        let (with, trial) = ripple
-            .apply(&rig, &[1.0, 20.0, 0.0])
-            .expect("it can sit there");
+        let (with, trial) = suspect.apply(&rig, begun).expect("it can sit there");
         let model = Model::new(&with, &rig, &trial, Settings::default()).expect("it is sound");
-        let named = |slot: &usize| {
-            model.plant.parameters()[*slot]
-                .name
-                .ends_with("wave_number")
-        };
-        let at = model
-            .slots
-            .iter()
-            .position(named)
-            .expect("it is under trial");
-        assert_eq!(model.bounds[at], [LONGEST_WAVE * 20.0, f64::INFINITY]);
+        let named = |slot: &usize| model.plant.parameters()[*slot].name.ends_with(parameter);
+        let at = model.slots.iter().position(named);
+        model.bounds[at.expect("it is under trial")]
+    }
+
+    /// A ripple of 400 m over a fall of 47 m was once named where a ball only met the air.
+    #[test]
+    fn a_ripple_under_trial_gets_no_longer_than_the_motion_it_began_with() {
+        let found = bounds("position_ripple", &[1.0, 20.0, 0.0], "wave_number");
+        assert_eq!(found, [LONGEST_WAVE * 20.0, f64::INFINITY]);
+    }
+
+    /// As steep as it likes, it is dry friction, at the price of thousands of sub-steps.
+    #[test]
+    fn a_stribeck_friction_under_trial_gets_no_steeper_than_a_few_times_what_it_began_with() {
+        let found = bounds("stribeck_friction", &[1.0, 2.0, 0.1], ".velocity");
+        assert_eq!(found, [STEEPEST * 0.1, f64::INFINITY]);
     }
 }

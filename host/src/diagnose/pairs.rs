@@ -1,6 +1,8 @@
 //! Two effects: which firsts a second one is looked for on, what is exchanged, and what does without
 //! (docs/decisions/0037-pairs-are-exchanged-and-taken-apart.md).
 
+use rayon::prelude::*;
+
 use super::evidence::Contender;
 use super::race::{Track, Tried};
 use super::search::{Bench, FINAL_STEPS};
@@ -86,16 +88,19 @@ impl Bench<'_> {
         base: &Contender,
         pairs: &[Contender],
     ) -> Result<Vec<Contender>> {
-        let mut halves = Vec::new();
-        for index in self.order(base, pairs).into_iter().take(HALVED) {
-            let pair = &pairs[index].tried;
-            for suspect in &pair.suspects {
-                if let Some(half) = track.alone(start, pair, suspect)? {
-                    halves.extend(self.contender(&half, FINAL_STEPS)?);
-                }
+        let order = self.order(base, pairs).into_iter().take(HALVED);
+        let halves: Vec<(&Tried, &Suspect)> = order
+            .map(|index| &pairs[index].tried)
+            .flat_map(|pair| pair.suspects.iter().map(move |suspect| (pair, suspect)))
+            .collect();
+        let alone = halves.into_par_iter().map(|(pair, suspect)| {
+            match track.alone(start, pair, suspect)? {
+                Some(half) => self.contender(&half, FINAL_STEPS),
+                None => Ok(None),
             }
-        }
-        Ok(halves)
+        });
+        let halves: Vec<Option<Contender>> = alone.collect::<Result<_>>()?;
+        Ok(halves.into_iter().flatten().collect())
     }
 
     /// Every other effect on top of one.
@@ -104,7 +109,14 @@ impl Bench<'_> {
             !parent.suspects.contains(suspect) && matches!(suspect, Suspect::Effect { .. })
         };
         let rest: Vec<Suspect> = all.iter().filter(second).cloned().collect();
-        self.round(track, parent, &rest, "two effects")
+        let own = self.affordable(track, parent)?;
+        if own.stretches == track.stretches {
+            return self.round(track, parent, &rest, "two effects");
+        }
+        match self.on_track(&own, parent)? {
+            Some(parent) => self.round(&own, &parent, &rest, "two effects"),
+            None => Ok(Vec::new()),
+        }
     }
 
     /// The final's values, taken back to the track.

@@ -9,7 +9,7 @@ use super::model::{Model, Point};
 use super::screen::Screen;
 use super::suspect::Suspect;
 use crate::error::Result;
-use crate::fit::levenberg::Unknowns;
+use crate::fit::levenberg::{Stop, Unknowns};
 use crate::scales::Run;
 
 /// A rig with some suspects in it, as far as it was fitted.
@@ -184,6 +184,9 @@ impl Track<'_> {
 
     /// More steps from where it stands.
     fn further(&self, tried: Tried) -> Tried {
+        if tried.point.stop == Stop::Converged {
+            return tried;
+        }
         let Ok(mut segments) = self.data.segments(&tried.model.plant, &self.stretches) else {
             return tried;
         };
@@ -191,10 +194,9 @@ impl Track<'_> {
             values: tried.point.values.clone(),
             states: tried.point.states.clone(),
         };
-        let steps = MORE_STEPS;
         match tried
             .model
-            .improve(self.data, &mut segments, from, steps, 1e-3)
+            .improve(self.data, &mut segments, from, MORE_STEPS, 1e-3)
         {
             Some(point) if point.cost < tried.point.cost => Tried { point, ..tried },
             _ => tried,

@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use rayon::prelude::*;
 use sinew_sim::{Plant, Rig, Settings};
 
 use super::data::Data;
@@ -29,8 +30,9 @@ const FINAL_STEP: f64 = 0.2;
 /// Thinned recordings are still at least this dense, in steps per unit of the fastest rate.
 const THIN_RATE: f64 = 0.1;
 
-/// Stretches that a race is cut into.
+/// Stretches that a race is cut into, and the fewest rows that it is run on.
 const RACE_PARTS: usize = 8;
+const RACE_ROWS: usize = 1000;
 
 /// Steps of a final fit.
 pub(super) const FINAL_STEPS: usize = 12;
@@ -82,7 +84,7 @@ impl Bench<'_> {
         let mut track = Track {
             written: self.written,
             data,
-            stretches: data.select(RACE_PARTS, budget.max(1000)),
+            stretches: data.select(RACE_PARTS, budget.max(RACE_ROWS)),
             settings,
         };
         let Some(start) = track.first(rig, values, 15)? else {
@@ -125,6 +127,36 @@ impl Bench<'_> {
         }))
     }
 
+    /// The track of a second effect: as many sub-steps as that of the first, counted in what the parent takes, so
+    /// fewer rows where it takes many for each.
+    pub fn affordable<'a>(&self, track: &Track<'a>, parent: &Tried) -> Result<Track<'a>> {
+        let data = track.data;
+        let (mut rows, mut taken) = (0, 0);
+        for ((index, range), start) in track.stretches.iter().zip(&parent.point.states) {
+            let experiment = &data.experiments[*index];
+            let drive = experiment.drive(&parent.model.plant, range.clone())?;
+            let times = &experiment.t[range.clone()];
+            let plant = &parent.model.plant;
+            // What was fitted to the track can be simulated there.
+            if let Ok(run) = plant.simulate(&parent.point.values, start, &drive, times) {
+                rows += times.len();
+                taken += run.report.substeps;
+            }
+        }
+        let budget = (RACE_WORK * rows / taken.max(1)).max(RACE_ROWS);
+        let rows: usize = track.stretches.iter().map(|(_, rows)| rows.len()).sum();
+        Ok(Track {
+            written: track.written,
+            data,
+            stretches: if budget < rows {
+                data.select(RACE_PARTS, budget)
+            } else {
+                track.stretches.clone()
+            },
+            settings: track.settings,
+        })
+    }
+
     /// How many rows one may stand for in a race: the plant hardly moves between them.
     fn thinning(&self, pace: f64) -> usize {
         let most = if pace > 0.0 {
@@ -143,7 +175,6 @@ impl Bench<'_> {
         all: &[Suspect],
         what: &str,
     ) -> Result<Vec<Contender>> {
-        use rayon::prelude::*;
         let done = AtomicUsize::new(0);
         let tried = track.race(parent, all, &|| {
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;

@@ -47,6 +47,9 @@ const NOTHING: f64 = 1e-3;
 /// The steepest damping tried before the search counts as stalled.
 const LARGEST_DAMPING: f64 = 1e9;
 
+/// What the order of adding up may change in a cost, as part of it.
+const ROUNDING: f64 = 1e-9;
+
 /// Lowers the cost from `unknowns` on; `progress` hears of each accepted step. `None` where not even the
 /// starting point can be simulated.
 pub(crate) fn minimise(
@@ -56,6 +59,26 @@ pub(crate) fn minimise(
     unknowns: &mut Unknowns,
     effort: &Effort,
     progress: &mut dyn FnMut(usize, f64),
+) -> Option<(Stop, usize)> {
+    // What costs more than the best so far is not taken, however much more: its simulations need not end.
+    let judge = |candidate: &Unknowns, most| {
+        let most = most + ROUNDING * most;
+        cost_below(problem, belief, segments, candidate, most)
+    };
+    descend(
+        problem, belief, segments, unknowns, effort, progress, &judge,
+    )
+}
+
+/// [`minimise`] by what `judge` says of a candidate that has this cost to beat.
+pub(super) fn descend(
+    problem: &Problem,
+    belief: &Belief,
+    segments: &[Segment],
+    unknowns: &mut Unknowns,
+    effort: &Effort,
+    progress: &mut dyn FnMut(usize, f64),
+    judge: &dyn Fn(&Unknowns, f64) -> f64,
 ) -> Option<(Stop, usize)> {
     let mut cost = total_cost(problem, belief, segments, unknowns);
     if !cost.is_finite() {
@@ -72,7 +95,7 @@ pub(crate) fn minimise(
                 return Some((Stop::Stalled, iteration));
             };
             let candidate = step.apply(problem, belief, unknowns);
-            let lower = total_cost(problem, belief, segments, &candidate);
+            let lower = judge(&candidate, cost);
             // A strongly damped step is short and promises little wherever it is.
             if damping <= 1.0 && step.promised.abs() <= enough {
                 if lower <= cost {
@@ -117,12 +140,23 @@ pub(crate) fn total_cost(
     segments: &[Segment],
     unknowns: &Unknowns,
 ) -> f64 {
+    cost_below(problem, belief, segments, unknowns, f64::INFINITY)
+}
+
+/// As [`total_cost`]; infinite where it exceeds `most` by more than rounding.
+fn cost_below(
+    problem: &Problem,
+    belief: &Belief,
+    segments: &[Segment],
+    unknowns: &Unknowns,
+    most: f64,
+) -> f64 {
     let prior: f64 = belief
         .pull(problem, &unknowns.values)
         .iter()
         .map(|pull| 0.5 * pull * pull)
         .sum();
-    problem.cost(segments, &unknowns.values, &unknowns.states) + prior
+    problem.cost_below(segments, &unknowns.values, &unknowns.states, most - prior) + prior
 }
 
 impl Belief {

@@ -9,7 +9,8 @@
 //! and the segment's own `dx` is eliminated at once (eq. 6), so that a thousand segments cost no more
 //! than one.
 
-use std::ops::Range;
+use std::ops::{ControlFlow, Range};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -99,6 +100,25 @@ pub(crate) struct Rows {
     pub origin: Vec<(usize, usize)>,
 }
 
+/// Rows between two looks at what all segments have cost so far.
+const LOOK: usize = 16;
+
+/// What each segment of a cost has come to so far.
+struct Running(Vec<AtomicU64>);
+
+impl Running {
+    fn new(segments: usize) -> Self {
+        Self((0..segments).map(|_| AtomicU64::new(0)).collect())
+    }
+
+    /// Notes what a segment has come to, and says whether all together exceed `most`.
+    fn exceeds(&self, segment: usize, cost: f64, most: f64) -> bool {
+        self.0[segment].store(cost.to_bits(), Ordering::Relaxed);
+        let so_far = |cost: &AtomicU64| f64::from_bits(cost.load(Ordering::Relaxed));
+        self.0.iter().map(so_far).sum::<f64>() > most
+    }
+}
+
 impl Segment {
     /// # Errors
     /// As [`Experiment::drive`].
@@ -130,13 +150,29 @@ impl Problem<'_> {
 
     /// Half the sum of squared residuals over all segments; infinite where a simulation fails.
     pub fn cost(&self, segments: &[Segment], values: &[f64], states: &[Vec<f64>]) -> f64 {
+        self.cost_below(segments, values, states, f64::INFINITY)
+    }
+
+    /// As [`Problem::cost`]; infinite as well where it exceeds `most`, and then the simulations end as soon as that
+    /// is certain. Squares only add up, so which segment is ahead matters only to a cost that is `most` to rounding.
+    pub fn cost_below(
+        &self,
+        segments: &[Segment],
+        values: &[f64],
+        states: &[Vec<f64>],
+        most: f64,
+    ) -> f64 {
+        let running = Running::new(segments.len());
         let costs: Vec<f64> = segments
             .par_iter()
             .zip(states)
-            .map(|(segment, state)| {
+            .enumerate()
+            .map(|(index, (segment, state))| {
                 let signals = &self.experiments[segment.experiment].signals;
                 let mut sum = 0.0;
-                let run = self.plant.simulate_with(
+                let held = segment.anchor.cost(state, &self.state_scale);
+                let mut stopped = false;
+                let run = self.plant.simulate_until(
                     values,
                     state,
                     &segment.drive,
@@ -149,17 +185,25 @@ impl Problem<'_> {
                                     ((measured - at.signal(sensor)) / self.sigma[sensor]).powi(2);
                             }
                         }
+                        stopped = row % LOOK == 0 && running.exceeds(index, 0.5 * sum + held, most);
+                        if stopped {
+                            ControlFlow::Break(())
+                        } else {
+                            ControlFlow::Continue(())
+                        }
                     },
                 );
-                if run.is_ok() && sum.is_finite() {
-                    0.5 * sum + segment.anchor.cost(state, &self.state_scale)
+                if run.is_ok() && sum.is_finite() && !stopped {
+                    0.5 * sum + held
                 } else {
+                    running.exceeds(index, f64::INFINITY, most);
                     f64::INFINITY
                 }
             })
             .collect();
         // In the order of the segments, so that the sum does not depend on who finished first.
-        costs.iter().sum()
+        let cost = costs.iter().sum();
+        if cost <= most { cost } else { f64::INFINITY }
     }
 
     /// The state at the end of a segment, or `None` where the simulation fails.

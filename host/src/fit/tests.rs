@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use sinew_sim::Drive;
 
+use super::levenberg::{Belief, Effort, Unknowns, descend, minimise, total_cost};
 use super::segment::{Problem, Segment};
 use super::*;
 use crate::recording::Column;
@@ -453,6 +454,90 @@ fn the_same_data_give_the_same_bits() {
     };
     let first = run(&rig, std::slice::from_ref(&recording));
     assert_eq!(bits(&first), bits(&run(&rig, &[recording])));
+}
+
+/// One fit in which every simulation ends early that may, and one in which none does; in how many steps the latter
+/// refused what the former did not simulate to its end, and what part of the cost was left.
+fn fitted_twice(start: [f64; 3], recording: &Recording) -> (usize, f64) {
+    let [inertia, stiffness, damping] = start;
+    let rig = parse(&oscillator(inertia, stiffness, damping, FRICTION));
+    let plant = Plant::new(&rig).unwrap();
+    let experiments = [Experiment::new(&plant, recording).unwrap()];
+    let stretch = |k: usize| Segment::new(&plant, &experiments, 0, 200 * k..200 * (k + 1));
+    let segments: Vec<Segment> = (0..4).map(|k| stretch(k).unwrap()).collect();
+    let problem = Problem {
+        plant: &plant,
+        experiments: &experiments,
+        slots: plant.free_slots(),
+        scale: vec![inertia, stiffness, damping, 0.1],
+        sigma: vec![1e-3],
+        state_scale: vec![0.1, 1.0],
+    };
+    let belief = Belief {
+        bounds: vec![[0.01, 1e3], [0.1, 1e3], [0.0, 1e3], [0.0, 1e3]],
+        written: plant.values(),
+        widths: vec![100.0; 4],
+    };
+    let effort = Effort {
+        iterations: 30,
+        relative: 1e-6,
+    };
+    let from = Unknowns {
+        values: plant.values(),
+        states: vec![vec![0.0; 2]; 4],
+    };
+    let cost = |unknowns: &Unknowns| total_cost(&problem, &belief, &segments, unknowns);
+    let tell = &mut |_, _| {};
+
+    let mut early = from.clone();
+    let ended = minimise(&problem, &belief, &segments, &mut early, &effort, tell);
+    let refused = std::cell::Cell::new(0);
+    let to_the_end = |candidate: &Unknowns, most: f64| {
+        let cost = cost(candidate);
+        refused.set(refused.get() + usize::from(cost > most));
+        cost
+    };
+    let mut whole = from.clone();
+    let judge = &to_the_end;
+    let ended_too = descend(
+        &problem, &belief, &segments, &mut whole, &effort, tell, judge,
+    );
+
+    let bits = |unknowns: &Unknowns| -> Vec<u64> {
+        let numbers = unknowns
+            .values
+            .iter()
+            .chain(unknowns.states.iter().flatten());
+        numbers.map(|number| number.to_bits()).collect()
+    };
+    assert_eq!(ended, ended_too);
+    assert_eq!(bits(&early), bits(&whole));
+
+    // Nothing is changed up to the cost that is asked for, and all of it is refused above.
+    let below = |most| problem.cost_below(&segments, &from.values, &from.states, most);
+    let full = problem.cost(&segments, &from.values, &from.states);
+    for most in [f64::INFINITY, 2.0 * full, full * (1.0 + 1e-9)] {
+        assert_eq!(below(most).to_bits(), full.to_bits());
+    }
+    for most in [full * (1.0 - 1e-9), 0.5 * full, 0.0, -1.0] {
+        assert_eq!(below(most), f64::INFINITY);
+    }
+    (refused.get(), cost(&whole) / cost(&from))
+}
+
+/// Near and far: where the fit arrives, and where it gets lost and most of its steps are refused.
+#[test]
+fn a_fit_whose_simulations_end_early_has_the_same_bits() {
+    let truth = parse(&oscillator(1.0, 40.0, 1.0, FRICTION));
+    let recording = recorded(&truth, 800, 0.01, 10.0, 0.01, 8);
+    let starts = [[0.9, 42.0, 1.2], [2.0, 60.0, 3.0], [0.2, 300.0, 0.05]];
+    let fits = starts.map(|start| fitted_twice(start, &recording));
+    let refused: usize = fits.iter().map(|(refused, _)| refused).sum();
+    assert!(refused > 0, "every step was taken: nothing ended early");
+    assert!(
+        fits.iter().any(|(_, left)| *left < 0.01),
+        "nothing was fitted: {fits:?}"
+    );
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! Whole recordings: a plant driven by columns, its signals at the recorded times.
 
+use std::ops::ControlFlow;
+
 use super::Plant;
 use crate::drive::Drive;
 use crate::error::SimulationError;
@@ -97,6 +99,24 @@ impl Plant {
         times: &[f64],
         mut visit: impl FnMut(usize, &Stepper<S>),
     ) -> Result<Stepper<S>, SimulationError> {
+        self.simulate_until(values, start, drive, times, |row, stepper| {
+            visit(row, stepper);
+            ControlFlow::Continue(())
+        })
+    }
+
+    /// As [`Plant::simulate_with`], no further than the row at which `visit` breaks off.
+    ///
+    /// # Errors
+    /// As [`Plant::simulate`].
+    pub fn simulate_until<S: Simulated>(
+        &self,
+        values: &[S],
+        start: &[S],
+        drive: &Drive,
+        times: &[f64],
+        mut visit: impl FnMut(usize, &Stepper<S>) -> ControlFlow<()>,
+    ) -> Result<Stepper<S>, SimulationError> {
         S::run(self, [values, start], drive, times, &mut visit)
     }
 
@@ -105,7 +125,7 @@ impl Plant {
         [values, start]: [&[S]; 2],
         drive: &Drive,
         times: &[f64],
-        visit: &mut dyn FnMut(usize, &Stepper<S>),
+        visit: &mut dyn FnMut(usize, &Stepper<S>) -> ControlFlow<()>,
     ) -> Result<Stepper<S>, SimulationError> {
         self.expect("rows of the drive", times.len(), drive.rows())?;
         let increases = |pair: &[f64]| pair[0] < pair[1] && (pair[1] - pair[0]).is_finite();
@@ -128,7 +148,9 @@ impl Plant {
             }
             let ahead = (row + 1 < times.len()).then(|| times[row + 1] - times[row]);
             stepper.take_inputs(drive, row, ahead);
-            visit(row, &stepper);
+            if visit(row, &stepper).is_break() {
+                break;
+            }
         }
         Ok(stepper)
     }

@@ -1,11 +1,38 @@
 //! What drives a plant: holds, uneven time, missing samples, tendons that cannot push, and where a
 //! simulation starts.
 
+use std::ops::ControlFlow;
+
 use crate::mechanisms::{RAMP, distance, effect, plant, run, slide, times};
 use sinew_sim::{Drive, SimulationError, Stepper};
 
 const HELD: &str =
     "[[actuator]]\nname = \"push\"\ndrives = \"mass\"\ninput = \"u_N\"\ngain = 2.0\n";
+
+/// A fit ends the simulation of what has lost: no row after, and up to there the same bits.
+#[test]
+fn a_simulation_that_is_broken_off_has_seen_the_same_rows_up_to_there() {
+    let plant = slide(0.2, -0.3, HELD);
+    let times = times(50, 0.01);
+    let drive = Drive::new(&plant, times.len(), &[&vec![1.5; 50]]).unwrap();
+    let values = plant.values();
+    let start = [0.2, -0.3];
+    let whole = plant.simulate(&values, &start, &drive, &times).unwrap();
+    let mut seen = Vec::new();
+    let end = plant
+        .simulate_until(&values, &start, &drive, &times, |row, at| {
+            seen.push(at.signal(0).to_bits());
+            if row == 20 {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        })
+        .unwrap();
+    let same: Vec<u64> = (0..=20).map(|row| whole.signal(row, 0).to_bits()).collect();
+    assert_eq!(seen, same);
+    assert!(end.report().substeps < whole.report.substeps);
+}
 
 /// On a free mass of 1 kg a force that is held gives pieces of parabolas, a force that goes linearly
 /// pieces of cubics; both exact at uneven times.
