@@ -4,28 +4,16 @@
 #![no_std]
 #![no_main]
 
+use sinew_board_runtime::checks::Cycles;
 use sinew_firmware::for_each_check;
-use sinew_firmware::session::Clock;
 
 /// The core's, whatever the crystal.
 const CLOCK_HZ: u32 = 64_000_000;
 
-/// The core's cycle counter.
-struct Cycles;
-
-impl Clock for Cycles {
-    fn ticks(&self) -> u32 {
-        cortex_m::peripheral::DWT::cycle_count()
-    }
-}
-
 /// Starts the clocks as the controller has them, and the counter.
 fn start() {
     let _ = embassy_nrf::init(embassy_nrf::config::Config::default());
-    // SAFETY: nothing else runs yet, and only the counter is touched.
-    let mut core = unsafe { cortex_m::Peripherals::steal() };
-    core.DCB.enable_trace();
-    core.DWT.enable_cycle_counter();
+    Cycles::start();
 }
 
 macro_rules! tests {

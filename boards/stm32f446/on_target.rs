@@ -8,28 +8,16 @@
 #[allow(dead_code, reason = "the timer's clock is of no interest here")]
 mod clocks;
 
+use sinew_board_runtime::checks::Cycles;
 use sinew_firmware::for_each_check;
-use sinew_firmware::session::Clock;
 
 /// As `src/clocks.rs` sets it.
 const CLOCK_HZ: u32 = 180_000_000;
 
-/// The core's cycle counter.
-struct Cycles;
-
-impl Clock for Cycles {
-    fn ticks(&self) -> u32 {
-        cortex_m::peripheral::DWT::cycle_count()
-    }
-}
-
 /// Starts the clocks as the controller has them, and the counter.
 fn start() {
     let _ = embassy_stm32::init(clocks::config());
-    // SAFETY: nothing else runs yet, and only the counter is touched.
-    let mut core = unsafe { cortex_m::Peripherals::steal() };
-    core.DCB.enable_trace();
-    core.DWT.enable_cycle_counter();
+    Cycles::start();
 }
 
 macro_rules! tests {

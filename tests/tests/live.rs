@@ -5,8 +5,9 @@ use std::path::Path;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
+use sinew::device::Device;
 use sinew::live::Names;
-use sinew::live::record::{excitation, record};
+use sinew::live::record::{Recorded, excitation, record};
 use sinew::recording::Recording;
 use sinew_firmware::mode::{Drive, Mode};
 use sinew_firmware::protocol::{Telemetry, ToDevice, ToHost};
@@ -28,6 +29,31 @@ fn sines(seconds: f64) -> Recording {
     Recording::parse(text.as_bytes(), "sines.csv").unwrap_or_else(|error| panic!("{error}"))
 }
 
+/// So many seconds of sines played on a board, and what came of them.
+fn recorded(mut device: Device, seconds: f64) -> Recorded {
+    let names = names();
+    let identity = names
+        .greet(&mut device)
+        .unwrap_or_else(|error| panic!("{error}"));
+    let rows = excitation(&sines(seconds), &names, identity.rate_mhz)
+        .unwrap_or_else(|error| panic!("{error}"));
+    let recorded = record(&mut device, &names, &rows, Path::new("out.csv"), true)
+        .unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(recorded.ended, None, "the board stopped by itself");
+    // Rows that came too late were held: more ticks than rows, and it says so.
+    assert_eq!(
+        recorded.recording.len(),
+        rows.len() + recorded.held_ticks + recorded.lost_ticks
+    );
+    let u1 = recorded.recording.column("u1");
+    let u1 = u1.expect("a signal of the model");
+    assert!(
+        u1.iter().fold(0.0, |m: f64, u| m.max(u.abs())) > 0.4,
+        "it was not excited"
+    );
+    recorded
+}
+
 #[test]
 fn a_recording_from_the_board_is_what_the_rig_did() {
     if let Some(reason) = image::cannot_run() {
@@ -45,23 +71,9 @@ fn a_recording_from_the_board_is_what_the_rig_did() {
         None,
     );
     let desk = desk.unwrap_or_else(|error| panic!("{error}"));
-    let mut device = desk.connect().unwrap_or_else(|error| panic!("{error}"));
-    let names = names();
-    let identity = names
-        .greet(&mut device)
-        .unwrap_or_else(|error| panic!("{error}"));
-    let rows = excitation(&sines(2.0), &names, identity.rate_mhz)
-        .unwrap_or_else(|error| panic!("{error}"));
-    let recorded = record(&mut device, &names, &rows, Path::new("out.csv"), true)
-        .unwrap_or_else(|error| panic!("{error}"));
-
-    assert_eq!(recorded.ended, None, "the board stopped by itself");
+    let device = desk.connect().unwrap_or_else(|error| panic!("{error}"));
+    let recorded = recorded(device, 2.0);
     let recording = &recorded.recording;
-    // Rows that came too late were held: more ticks than rows, and it says so.
-    assert_eq!(
-        recording.len(),
-        rows.len() + recorded.held_ticks + recorded.lost_ticks
-    );
     let missing = recording.len() / 25;
     assert!(
         recorded.missing_samples.abs_diff(missing) <= 1,
@@ -75,10 +87,6 @@ fn a_recording_from_the_board_is_what_the_rig_did() {
     // The same commands on the same rig here give the same outputs, to a converter's step.
     let column = |name: &str| recording.column(name).expect("a signal of the model");
     let (u1, u2, y1) = (column("u1"), column("u2"), column("y1"));
-    assert!(
-        u1.iter().fold(0.0, |m: f64, u| m.max(u.abs())) > 0.4,
-        "it was not excited"
-    );
     if recorded.lost_ticks == 0 {
         let mut plant = Plant::default();
         let step = 2.0 / f64::from(FULL_SCALE);
@@ -107,34 +115,12 @@ fn a_board_without_a_serial_port_is_recorded_through_its_probe() {
         return skip(reason);
     }
     let desk = Desk::start(|_, y| codes(y), None).unwrap_or_else(|error| panic!("{error}"));
-    let mut device = desk.probe().unwrap_or_else(|error| panic!("{error}"));
-    let names = names();
-    let identity = names
-        .greet(&mut device)
-        .unwrap_or_else(|error| panic!("{error}"));
-    let rows = excitation(&sines(1.0), &names, identity.rate_mhz)
-        .unwrap_or_else(|error| panic!("{error}"));
-    let recorded = record(&mut device, &names, &rows, Path::new("out.csv"), true)
-        .unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!(recorded.ended, None, "the board stopped by itself");
-    let recording = &recorded.recording;
-    assert_eq!(
-        recording.len(),
-        rows.len() + recorded.held_ticks + recorded.lost_ticks
-    );
-    let u1 = recording.column("u1").expect("a signal of the model");
-    assert!(
-        u1.iter().fold(0.0, |m: f64, u| m.max(u.abs())) > 0.4,
-        "it was not excited"
-    );
+    let device = desk.probe().unwrap_or_else(|error| panic!("{error}"));
+    recorded(device, 1.0);
 }
 
 /// Telemetry until `done`, at most for a while.
-fn until(
-    device: &mut sinew::device::Device,
-    what: &str,
-    mut done: impl FnMut(&Telemetry) -> bool,
-) -> Telemetry {
+fn until(device: &mut Device, what: &str, mut done: impl FnMut(&Telemetry) -> bool) -> Telemetry {
     let patience = Instant::now() + Duration::from_secs(30);
     let mut alive = Instant::now();
     loop {
