@@ -124,7 +124,8 @@ impl Desk {
     /// # Errors
     /// It cannot be opened.
     pub fn connect(&self) -> Result<Device> {
-        Device::port(&self.port()?)
+        let port = self.port()?;
+        patiently(|| Device::port(&port))
     }
 
     /// Talks to the board through its memory, as `sinew record --probe` does.
@@ -134,7 +135,8 @@ impl Desk {
     pub fn probe(&self) -> Result<Device> {
         let failed = |e: std::io::Error| Error::failed(format!("the board's memory: {e}"));
         let block = control_block(&self.image).map_err(failed)?;
-        let gdb = Gdb::connect(&self.socket("gdb")?).map_err(failed)?;
+        let socket = self.socket("gdb")?;
+        let gdb = patiently(|| Gdb::connect(&socket)).map_err(failed)?;
         let line = rtt::line(gdb, block).map_err(failed)?;
         Device::over(line.try_clone().map_err(failed)?, line)
     }
@@ -156,6 +158,19 @@ impl Desk {
         drop(self.child);
         let log = std::fs::read(&path).map_err(|e| Error::read(&path, e))?;
         decode_log(&self.image, &log)
+    }
+}
+
+/// What `connect` gives, once it gives something: a socket is there a moment before somebody listens on it.
+fn patiently<T, E>(
+    mut connect: impl FnMut() -> std::result::Result<T, E>,
+) -> std::result::Result<T, E> {
+    let patience = Instant::now() + Duration::from_secs(10);
+    loop {
+        match connect() {
+            Err(_) if Instant::now() < patience => std::thread::sleep(Duration::from_millis(10)),
+            connected => return connected,
+        }
     }
 }
 

@@ -45,9 +45,16 @@ impl Gdb {
         self.0.write_all(format!("${text}#{sum:02x}").as_bytes())
     }
 
+    /// The answer to `text`. Why the machine stands still (a packet of T or S) is said late on a busy computer, and
+    /// answers nothing that is asked here.
     fn ask(&mut self, text: &str) -> io::Result<String> {
         self.send(text)?;
-        self.packet()
+        loop {
+            let answer = self.packet()?;
+            if !answer.starts_with(['T', 'S']) {
+                return Ok(answer);
+            }
+        }
     }
 
     /// The next packet; acknowledgements between packets are passed over.

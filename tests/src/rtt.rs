@@ -13,6 +13,8 @@ use crate::gdb::{Gdb, Halted};
 /// Bytes of the control block before its channels, and of a channel: name, buffer, size, write, read, flags.
 const HEADER: u32 = 24;
 const CHANNEL: u32 = 24;
+/// How the control block begins once the firmware has made its channels (UM08001, "RTT control block").
+const READY: &[u8; 16] = b"SEGGER RTT\0\0\0\0\0\0";
 /// The firmware's channels (boards/runtime/src/probe.rs).
 const UP: u32 = 1;
 const DOWN: u32 = 0;
@@ -60,6 +62,9 @@ fn exchange(
         Err(error) => return Err(error),
     }
     let mut halted = gdb.halt()?;
+    if halted.read(block, READY.len() as u32)? != READY {
+        return Ok(());
+    }
     let counts = halted.words(block + 16, 2)?;
     let up = block + HEADER + UP * CHANNEL;
     let down = block + HEADER + (counts[0] + DOWN) * CHANNEL;
