@@ -6,6 +6,7 @@
 
 mod common;
 
+use common::case::{Case, FAR};
 use common::rollout::exact_rollout;
 use common::{Random, Shallow};
 use sinew_firmware::control_loop::{ControlLoop, Settings};
@@ -64,51 +65,13 @@ fn check<
     let (mut worst, mut left_out, mut indefinite) = (0.0_f64, 0.0_f64, 0);
     for case in 0..cases {
         let net = Exact(Shallow::<NX, H, NY>::random(&mut random, case % 2 == 1));
-        let start = Regressor {
-            u: random.matrix(0.8),
-            y: random.matrix(0.8),
-            s: random.array(0.8),
-        };
-        // References far away: what Gauss-Newton leaves out grows with the error.
-        let reference: [[f32; NY]; N] = random.matrix(2.0);
-        let disturbance = random.array(0.1);
-        let bounds = Bounds {
-            lower: [-1.0; NU],
-            upper: [1.0; NU],
-            rate: [f32::INFINITY; NV],
-            previous: random.array(0.5),
-        };
-        let weights = Weights {
-            tracking: core::array::from_fn(|_| 0.2 + random.unit()),
-            moves: core::array::from_fn(|_| 0.2 * random.unit()),
-        };
-        let problem = Problem {
-            model: &net,
-            start: &start,
-            disturbance: &disturbance,
-            reference: &reference,
-            weights,
-            bounds: &bounds,
-            horizons,
-        };
-        let plan: [f32; NV] = random.array(0.8);
-        let mut trajectory =
-            Trajectory::new(<Shallow<NX, H, NY> as Model<NU, NY, NS, ND, DD>>::TRACE);
-        let (mut exact, mut gauss_newton) = (Quadratic::new(), Quadratic::new());
-        problem.roll(&plan, &mut trajectory);
-        problem.derive(&plan, &trajectory, &mut exact);
-        let without = Problem {
-            model: &net.0,
-            start: &start,
-            disturbance: &disturbance,
-            reference: &reference,
-            weights,
-            bounds: &bounds,
-            horizons,
-        };
-        without.derive(&plan, &trajectory, &mut gauss_newton);
+        let drawn = Case::<NU, NY, NS, ND, DD, N, NV>::draw(&mut random, FAR);
+        let (_, exact) = drawn.derive(&net, horizons);
+        let (_, gauss_newton) = drawn.derive(&net.0, horizons);
         assert_eq!(exact.gradient, gauss_newton.gradient, "case {case}");
 
+        let problem = drawn.problem(&net, horizons);
+        let plan = drawn.plan;
         let reference = second_differences(|u| exact_rollout(&net.0, &problem, u).0, &plan);
         let largest = reference
             .as_flattened()

@@ -78,3 +78,18 @@ pub fn cannot_run() -> Option<&'static str> {
     });
     (!present).then_some("no target thumbv7em-none-eabihf (cargo xtask setup)")
 }
+
+/// Where a panic ends up, by the names that core gives: `panicking`, `slice_index_fail` and the like.
+const PANICS: [&str; 6] = [
+    "panic",
+    "unwrap_failed",
+    "expect_failed",
+    "_fail",
+    "rust_begin_unwind",
+    "handle_alloc_error",
+];
+
+/// A function of this name is on the way to a panic.
+pub fn is_panic(name: &str) -> bool {
+    PANICS.iter().any(|part| name.contains(part))
+}

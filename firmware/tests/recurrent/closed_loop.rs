@@ -6,8 +6,9 @@ use sinew_firmware::mpc::Horizons;
 use sinew_firmware::safety::Limits;
 use sinew_firmware::scaling::ModelScaling;
 
-use crate::cells::{Exact, GruNet, LstmNet};
+use crate::cells::{GruNet, LstmNet};
 use crate::common::Random;
+use crate::exact::Exact;
 
 type Loop<M, const NS: usize> = ControlLoop<M, 1, 1, NS, 1, 1, 8, 3, 3>;
 

@@ -1,11 +1,12 @@
 //! Gradient and Gauss-Newton Hessian through outputs and memory together, against double precision.
 
-use sinew_firmware::model::{Model, Regressor};
-use sinew_firmware::mpc::prediction::Trajectory;
-use sinew_firmware::mpc::{Bounds, Horizons, Problem, Quadratic, Weights};
+use sinew_firmware::model::Model;
+use sinew_firmware::mpc::Horizons;
 
-use crate::cells::{Exact, GruNet, LstmNet};
+use crate::cells::{GruNet, LstmNet};
 use crate::common::Random;
+use crate::common::case::{Case, REMEMBERED};
+use crate::exact::Exact;
 
 fn check<M, const NU: usize, const NY: usize, const NS: usize>(seed: u64, cases: usize)
 where
@@ -41,38 +42,16 @@ fn check_in_blocks<
     let (mut worst, mut by_memory) = (0.0_f64, 0.0_f64);
     for case in 0..cases {
         let model = M::random(&mut random);
-        let start: Regressor<NU, NY, NS, 1, 1> = Regressor {
-            u: random.matrix(0.8),
-            y: random.matrix(0.8),
-            s: random.array(0.5),
-        };
-        let reference: [[f32; NY]; N] = random.matrix(1.0);
-        let disturbance = random.array(0.1);
-        let bounds = Bounds {
-            lower: [-1.0; NU],
-            upper: [1.0; NU],
-            rate: [f32::INFINITY; NV],
-            previous: random.array(0.5),
-        };
-        let weights = Weights {
-            tracking: core::array::from_fn(|_| 0.2 + random.unit()),
-            // The moves have their own tests; here they would hide what comes through the memory.
-            moves: [0.0; NU],
-        };
-        let problem = Problem {
-            model: &model,
-            start: &start,
-            disturbance: &disturbance,
-            reference: &reference,
+        let drawn = Case::<NU, NY, NS, 1, 1, N, NV>::draw(&mut random, REMEMBERED);
+        let (cost, quadratic) = drawn.derive(&model, &horizons);
+        let Case {
+            start,
+            reference,
+            disturbance,
+            bounds,
             weights,
-            bounds: &bounds,
-            horizons: &horizons,
-        };
-        let plan: [f32; NV] = random.array(0.8);
-        let mut trajectory = Trajectory::new(M::TRACE);
-        let mut quadratic = Quadratic::new();
-        let cost = problem.roll(&plan, &mut trajectory);
-        problem.derive(&plan, &trajectory, &mut quadratic);
+            plan,
+        } = drawn;
 
         // Errors along the horizon, times the root of Q; `frozen`: with the memory held.
         let errors = |plan: &[f64], frozen: bool| -> Vec<f64> {

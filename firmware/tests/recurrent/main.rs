@@ -18,7 +18,11 @@ mod number;
 #[path = "../common/mod.rs"]
 mod common;
 
+#[path = "../../../tests/vectors/src/cells.rs"]
 mod cells;
 mod closed_loop;
 mod derivatives;
+mod exact;
 mod layers;
+
+use common::random;

@@ -72,22 +72,51 @@ pub fn checks(folder: &Path, cache: &Path) -> Result<PathBuf> {
     Ok(run(folder, Board::Qemu, cache, &program)?.join("checks"))
 }
 
-/// Runs cargo: the folder of its programs.
+/// Builds a board's programs: their folder.
 fn run(folder: &Path, board: Board, cache: &Path, more: &[&str]) -> Result<PathBuf> {
-    let crate_folder = board_folder(folder, board);
+    let on = match board {
+        Board::Host => Machine::ThisOne,
+        Board::Qemu | Board::Stm32f446 | Board::Nrf52840 => Machine::Microcontroller,
+    };
+    let arguments: Vec<&str> = ["build"].iter().chain(more).copied().collect();
+    run_cargo(&board_folder(folder, board), on, cache, &arguments)
+}
+
+/// What a crate is built for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Machine {
+    /// The one that this program runs on.
+    ThisOne,
+    /// A Cortex-M4F, by the toolchain that `cargo xtask setup` found.
+    Microcontroller,
+}
+
+/// Runs cargo with `--release` in a crate that is a workspace of its own: the folder of what it built, in `cache`.
+///
+/// # Errors
+/// As [`compile`].
+pub fn run_cargo(
+    crate_folder: &Path,
+    on: Machine,
+    cache: &Path,
+    arguments: &[&str],
+) -> Result<PathBuf> {
     let cache = std::path::absolute(cache).map_err(|e| Error::write(cache, e))?;
-    let mut command = match board {
-        Board::Host => cargo("cargo"),
-        Board::Qemu | Board::Stm32f446 | Board::Nrf52840 => firmware_cargo(),
+    let mut command = match on {
+        Machine::ThisOne => cargo("cargo"),
+        Machine::Microcontroller => firmware_cargo(),
     };
     command
-        .args(["build", "--release", "--quiet"])
-        .args(more)
-        .current_dir(&crate_folder)
+        .args(arguments)
+        .args(["--release", "--quiet"])
+        .current_dir(crate_folder)
         .env("CARGO_TARGET_DIR", &cache)
         // Flags meant for the program that calls are not the firmware's.
         .env_remove("RUSTFLAGS")
         .env_remove("CARGO_ENCODED_RUSTFLAGS");
+    if on == Machine::Microcontroller {
+        command.args(["--target", TARGET]);
+    }
     let (status, words) = complaints(&mut command).map_err(|e| {
         Error::failed(format!("cargo cannot be run: {e}"))
             .help("install Rust from rustup, or name cargo in SINEW_FIRMWARE_CARGO")
@@ -106,9 +135,9 @@ fn run(folder: &Path, board: Board, cache: &Path, more: &[&str]) -> Result<PathB
             error
         });
     }
-    Ok(match board {
-        Board::Host => cache.join("release"),
-        _ => cache.join(TARGET).join("release"),
+    Ok(match on {
+        Machine::ThisOne => cache.join("release"),
+        Machine::Microcontroller => cache.join(TARGET).join("release"),
     })
 }
 

@@ -20,7 +20,7 @@ use sinew_codegen::emit::{EmitOptions, emit};
 use sinew_codegen::spec::ModelSpec;
 use toml_edit::{DocumentMut, Item, Table, value};
 
-pub use build::{Built, build, checks, compile};
+pub use build::{Built, Machine, build, checks, compile, run_cargo};
 pub use chip::Chip;
 pub use image::Sizes;
 
