@@ -43,7 +43,39 @@ pub fn copy(from: impl AsRef<Path>, to: impl AsRef<Path>) -> Result<()> {
     })
 }
 
+/// Finds out whether [`write()`] can succeed, for work of minutes whose result would be lost at its end. Folders that are missing
+/// on the way are made; a file that is there stays as it is.
+///
+/// # Errors
+/// As [`write()`], but for a disk that is full by then.
+pub fn prepare(path: &Path) -> Result<()> {
+    let temporary = beside(path)?;
+    let made = match path.is_dir() {
+        true => Err(std::io::ErrorKind::IsADirectory.into()),
+        false => create(&temporary).and_then(|_| fs::remove_file(&temporary)),
+    };
+    unfinished().retain(|other| *other != temporary);
+    made.map_err(|source| Error::write(path, source))
+}
+
 fn whole(path: &Path, fill: impl FnOnce(&mut fs::File) -> std::io::Result<()>) -> Result<()> {
+    let temporary = beside(path)?;
+    let written = create(&temporary)
+        .and_then(|mut file| {
+            fill(&mut file)?;
+            file.sync_all()
+        })
+        .and_then(|()| fs::rename(&temporary, path));
+    if written.is_err() {
+        // Best effort: the first error is the one worth reporting.
+        let _ = fs::remove_file(&temporary);
+    }
+    unfinished().retain(|other| *other != temporary);
+    written.map_err(|source| Error::write(path, source))
+}
+
+/// A name for a file beside `path` that nobody else writes; its folder is made.
+fn beside(path: &Path) -> Result<PathBuf> {
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
@@ -59,20 +91,7 @@ fn whole(path: &Path, fill: impl FnOnce(&mut fs::File) -> std::io::Result<()>) -
     temporary_name.push(name);
     let unique = COUNTER.fetch_add(1, Ordering::Relaxed);
     temporary_name.push(format!(".{}-{unique}.tmp", std::process::id()));
-    let temporary = folder.join(temporary_name);
-
-    let written = create(&temporary)
-        .and_then(|mut file| {
-            fill(&mut file)?;
-            file.sync_all()
-        })
-        .and_then(|()| fs::rename(&temporary, path));
-    if written.is_err() {
-        // Best effort: the first error is the one worth reporting.
-        let _ = fs::remove_file(&temporary);
-    }
-    unfinished().retain(|other| *other != temporary);
-    written.map_err(|source| Error::write(path, source))
+    Ok(folder.join(temporary_name))
 }
 
 /// While it lives no temporary file is made.
@@ -135,6 +154,19 @@ mod tests {
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
         let absent = copy(folder.path().join("absent"), &to).unwrap_err();
         assert_eq!(absent.exit_code(), 2);
+    }
+
+    #[test]
+    fn what_cannot_be_written_is_known_before() {
+        let folder = tempfile::tempdir().unwrap();
+        let fresh = folder.path().join("new/result.txt");
+        prepare(&fresh).unwrap();
+        assert_eq!(fs::read_dir(fresh.parent().unwrap()).unwrap().count(), 0);
+        fs::write(&fresh, "kept").unwrap();
+        prepare(&fresh).unwrap();
+        assert_eq!(fs::read_to_string(&fresh).unwrap(), "kept");
+        assert!(prepare(folder.path()).is_err(), "a folder");
+        assert!(prepare(&fresh.join("below")).is_err(), "below a file");
     }
 
     #[test]

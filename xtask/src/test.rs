@@ -11,6 +11,9 @@ use crate::tally::Tally;
 /// Boards whose images take part in tests.
 const TESTED_BOARDS: &[&str] = &["qemu", "host"];
 
+/// Everything that holds tests, but for documentation. Examples do not, and cargo would compile them all the same.
+const PROGRAMS: &[&str] = &["--tests"];
+
 /// # Errors
 /// An image does not build; a test failed or a test program did not run to its end.
 pub fn run(toolchain: &Toolchain) -> Result<()> {
@@ -20,18 +23,15 @@ pub fn run(toolchain: &Toolchain) -> Result<()> {
     for board in TESTED_BOARDS {
         build_board(toolchain, board)?;
     }
-    let mut workspace = cargo(&[
-        "test",
-        "--workspace",
-        "--no-fail-fast",
-        "--",
-        "--show-output",
-    ]);
-    // A changed snapshot fails and leaves no file behind, here as on any other machine.
-    workspace
-        .env("INSTA_UPDATE", "no")
-        .env_remove("INSTA_FORCE_PASS");
-    count(&mut tally, toolchain.equip(&mut workspace))?;
+    for kind in [PROGRAMS, &["--doc"]] {
+        let mut workspace = cargo(&["test", "--workspace", "--no-fail-fast"]);
+        workspace.args(kind).args(["--", "--show-output"]);
+        // A changed snapshot fails and leaves no file behind, here as on any other machine.
+        workspace
+            .env("INSTA_UPDATE", "no")
+            .env_remove("INSTA_FORCE_PASS");
+        count(&mut tally, toolchain.equip(&mut workspace))?;
+    }
 
     println!("\n{tally}");
     if !tally.is_green() {
@@ -47,6 +47,7 @@ pub fn run(toolchain: &Toolchain) -> Result<()> {
 pub fn compile(toolchain: &Toolchain) -> Result<()> {
     // Where a clean build's time goes: target/cargo-timings.
     let mut command = cargo(&["test", "--workspace", "--no-run", "--quiet", "--timings"]);
+    command.args(PROGRAMS);
     process::run(toolchain.equip(&mut command))
 }
 

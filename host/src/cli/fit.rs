@@ -36,6 +36,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             .map(Recording::read)
             .collect::<Result<Vec<_>>>()
     };
+    if let Some(path) = &arguments.out {
+        crate::atomic::prepare(path)?;
+    }
     let rig = Rig::load(&arguments.rig)?;
     let (recordings, tests) = (
         read(&arguments.recordings.fit)?,

@@ -1,4 +1,4 @@
-//! Results that would replace what they are made from, or each other.
+//! Results that would replace what they are made from, or each other, or that cannot be written at all: refused before the work.
 
 use std::path::{Path, PathBuf};
 
@@ -9,11 +9,11 @@ pub(super) fn identity(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.to_path_buf())
 }
 
-/// No result may replace what it was made from, or another result. Each path comes with what names it, a
+/// No result may replace what it was made from, or another result, and each can be written. Each path comes with what names it, a
 /// flag or words.
 ///
 /// # Errors
-/// `Arguments`, with both names.
+/// `Arguments`, with both names; `Write`.
 pub(super) fn refuse<'a>(
     read: impl IntoIterator<Item = (&'static str, &'a Path)>,
     written: impl IntoIterator<Item = (&'static str, Option<&'a Path>)>,
@@ -30,6 +30,7 @@ pub(super) fn refuse<'a>(
             ))
             .help("give it another name"));
         }
+        crate::atomic::prepare(path)?;
         taken.push((file, flag));
     }
     Ok(())

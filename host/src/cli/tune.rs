@@ -223,7 +223,9 @@ fn refuse(arguments: &Arguments) -> Result<()> {
         .chain(test)
         .chain(&arguments.conditions.reference)
         .map(|path| ("a recording", path.as_path()));
-    let model = arguments.model.join(sinew_codegen::store::MODEL_FILE);
+    let file = |folder: &PathBuf| folder.join(sinew_codegen::store::MODEL_FILE);
+    let model = file(&arguments.model);
+    let model_out = arguments.model_out.as_ref().map(file);
     overwrite::refuse(
         recordings.chain([
             ("RIG", arguments.rig.as_path()),
@@ -232,7 +234,7 @@ fn refuse(arguments: &Arguments) -> Result<()> {
         ]),
         [
             ("--out", Some(arguments.out.as_path())),
-            ("--model-out", arguments.model_out.as_deref()),
+            ("--model-out", model_out.as_deref()),
             ("--json", arguments.json.as_deref()),
         ],
     )?;

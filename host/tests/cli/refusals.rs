@@ -204,6 +204,8 @@ fn diagnoses() {
             &format!("diagnose {RIG} --fit good.csv --fit good.csv"),
             &format!("diagnose {RIG} --fit good.csv --rig-out {RIG}"),
             &format!("diagnose {RIG} --fit good.csv --json a.json --report a.json"),
+            &format!("diagnose {RIG} --fit good.csv --json good.csv/a.json"),
+            &format!("diagnose {RIG} --fit good.csv --report ."),
             &format!("diagnose {RIG} --fit good.csv"),
             &format!("diagnose {RIG} --fit good.csv --check column.csv"),
             &format!("diagnose {RIG} --fit good.csv --test text.csv"),
