@@ -10,11 +10,11 @@ use super::judge::Errors;
 use super::random;
 
 /// Name, instructions of `predict`, and of `predict_with_jacobian` relative to these. The goal of the latter is
-/// 2.5, which P misses by 0.18: its derivatives are 624 multiply-adds where the prediction is 232.
+/// 2.5, which P misses by 0.1: its derivatives are 624 multiply-adds where the prediction is 232.
 const BUDGETS: [(&str, u64, f64); 3] = [
     ("reference-s", 700, 2.5),
     ("reference-l", 6_500, 2.5),
-    ("reference-p", 750, 2.7),
+    ("reference-p", 750, 2.61),
 ];
 
 /// The network S with every tanh that a tolerance may choose; the quick one is among the budgets.
