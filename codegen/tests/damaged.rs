@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use sinew_codegen::network::import;
+use sinew_codegen::network::{import, store};
 
 /// Counts what is allocated at the same time.
 struct Counting;
@@ -94,13 +94,60 @@ fn damaged(bytes: &[u8], random: &mut Random) -> Vec<u8> {
     bytes
 }
 
+/// Numbers at which readers of text break.
+const NUMBERS: [&str; 8] = [
+    "0",
+    "-1",
+    "1e999",
+    "nan",
+    "18446744073709551615",
+    "1e-320",
+    "2147483648",
+    "inf",
+];
+
+/// A text with one of its numbers another, or damaged as any file.
+fn damaged_text(text: &str, random: &mut Random) -> String {
+    let at = random.below(text.len());
+    let digits = text.char_indices().skip_while(|(place, _)| *place < at);
+    let mut digits = digits.skip_while(|(_, c)| !c.is_ascii_digit());
+    if let (Some((start, _)), true) = (digits.next(), random.below(2) == 0) {
+        let end = digits.find(|(_, c)| !c.is_ascii_digit());
+        let end = end.map_or(text.len(), |(place, _)| place);
+        let number = NUMBERS[random.below(NUMBERS.len())];
+        return format!("{}{number}{}", &text[..start], &text[end..]);
+    }
+    String::from_utf8_lossy(&damaged(text.as_bytes(), random)).into_owned()
+}
+
+/// What readers did with damaged files.
+#[derive(Default)]
+struct Tally {
+    tried: usize,
+    refused: usize,
+}
+
+impl Tally {
+    /// Reads something damaged; `read` says whether it was taken.
+    fn count(&mut self, name: &str, read: impl FnOnce() -> bool + std::panic::UnwindSafe) {
+        let before = NOW.load(Ordering::Relaxed);
+        MOST.store(before, Ordering::Relaxed);
+        // What a library says before its panic is caught is of no use here.
+        std::panic::set_hook(Box::new(|_| {}));
+        let result = std::panic::catch_unwind(read);
+        let most = MOST.load(Ordering::Relaxed) - before;
+        let _ = std::panic::take_hook();
+        let taken = result.unwrap_or_else(|_| panic!("{name}: a panic"));
+        assert!(most < MOST_BYTES, "{name}: {most} bytes");
+        self.refused += usize::from(!taken);
+        self.tried += 1;
+    }
+}
+
 /// One test, so that the counter of memory sees one thing at a time.
 #[test]
 fn damaged_files_are_errors_and_take_no_memory() {
-    // What a library says before its panic is caught is of no use here.
-    std::panic::set_hook(Box::new(|_| {}));
-    let mut refused = 0;
-    let mut tried = 0;
+    let (mut files, mut folders) = (Tally::default(), Tally::default());
     for path in models() {
         let bytes = fs::read(&path).expect("it can be read");
         let name = path
@@ -111,22 +158,38 @@ fn damaged_files_are_errors_and_take_no_memory() {
         let mut random = Random(bytes.len() as u64);
         for round in 0..60 {
             let damaged = damaged(&bytes, &mut random);
-            let before = NOW.load(Ordering::Relaxed);
-            MOST.store(before, Ordering::Relaxed);
-            let result = std::panic::catch_unwind(|| import::parse(&name, &damaged));
-            let most = MOST.load(Ordering::Relaxed) - before;
-            let _ = std::panic::take_hook();
-            assert!(result.is_ok(), "{name}, round {round}: a panic");
-            std::panic::set_hook(Box::new(|_| {}));
-            assert!(most < MOST_BYTES, "{name}, round {round}: {most} bytes");
-            refused += usize::from(result.is_ok_and(|parsed| parsed.is_err()));
-            tried += 1;
+            files.count(&format!("{name}, round {round}"), || {
+                import::parse(&name, &damaged).is_ok()
+            });
+        }
+        let folder = tempfile::tempdir().expect("a folder");
+        let network = import::parse(&name, &bytes).expect("it is sound");
+        store::save(folder.path(), &network).expect("it can be written");
+        let text = fs::read_to_string(folder.path().join("network.toml")).expect("it is there");
+        let weights = fs::read(folder.path().join("weights.safetensors")).expect("it is there");
+        assert!(
+            store::parse(&text, &weights).is_ok(),
+            "{name}: what was written is read"
+        );
+        for round in 0..60 {
+            let name = format!("{name} as a folder, round {round}");
+            let (mut text, mut weights) = (text.clone(), weights.clone());
+            if round % 3 == 0 {
+                weights = damaged(&weights, &mut random);
+            } else {
+                text = damaged_text(&text, &mut random);
+            }
+            folders.count(&name, || store::parse(&text, &weights).is_ok());
         }
     }
-    let _ = std::panic::take_hook();
-    println!("{refused} of {tried} damaged files refused; the others are whole where it matters");
-    assert!(
-        refused * 4 > tried,
-        "damage is not seen: this tests nothing"
-    );
+    for (what, tally) in [("files", files), ("folders", folders)] {
+        let Tally { tried, refused } = tally;
+        println!(
+            "{refused} of {tried} damaged {what} refused; the others are whole where it matters"
+        );
+        assert!(
+            refused * 4 > tried,
+            "damage is not seen: this tests nothing"
+        );
+    }
 }

@@ -1,16 +1,38 @@
 //! What is fuzzed: any bytes give an error or a value, never a panic.
 
+// The host's own reader of recordings, without the rest of that crate, which trains networks and takes minutes to compile.
+#[path = "../../../host/src/atomic.rs"]
+#[allow(dead_code, reason = "reading writes nothing")]
+mod atomic;
+#[path = "../../../host/src/error.rs"]
+#[allow(dead_code, reason = "the host has more to fail at")]
+mod error;
+#[path = "../../../host/src/recording/mod.rs"]
+#[allow(
+    dead_code,
+    reason = "only reading and writing of bytes are of interest"
+)]
+mod recording;
+
+use recording::Recording;
+use serde::ser::{Serialize, SerializeTuple, Serializer};
 use sinew_codegen::network::emit::{Options, Weights, emit as print};
 use sinew_codegen::network::{import as importers, store as networks};
 use sinew_codegen::store as models;
+use sinew_firmware::protocol::{self, MAX_FRAME, ToDevice, ToHost};
 
-/// A target by its name.
-pub const TARGETS: [(&str, fn(&[u8])); 5] = [
+/// Its name, and what is done with bytes.
+pub type Target = (&'static str, fn(&[u8]));
+
+/// The targets.
+pub const TARGETS: [Target; 7] = [
     ("import", import),
     ("emit", emit),
     ("network", network),
     ("model", model),
     ("rig", rig),
+    ("frame", frame),
+    ("recording", recording),
 ];
 
 /// A file of another tool. The first byte chooses its name; HDF5, zip and TensorFlow Lite are known by their
@@ -54,6 +76,46 @@ pub fn model(data: &[u8]) {
 /// `rig.toml`.
 pub fn rig(data: &[u8]) {
     let _ = sinew_sim::Rig::parse(&String::from_utf8_lossy(data), "rig.toml");
+}
+
+/// A frame of the protocol, as it is and as the contents of a sound frame, whose checksum would stop the rest; either
+/// way round. What is read can be written.
+pub fn frame(data: &[u8]) {
+    let mut buffer = [0; MAX_FRAME];
+    let sent = protocol::encode(&Raw(data), &mut buffer).and_then(|frame| frame.split_last());
+    let sound = sent.map_or(&[][..], |(_, body)| body);
+    for bytes in [data, sound] {
+        let mut again = [0; MAX_FRAME];
+        if let Ok(message) = protocol::decode::<ToDevice>(&mut bytes.to_vec()) {
+            protocol::encode(&message, &mut again).expect("what was read fits");
+        }
+        if let Ok(message) = protocol::decode::<ToHost>(&mut bytes.to_vec()) {
+            protocol::encode(&message, &mut again).expect("what was read fits");
+        }
+    }
+}
+
+/// A recording as CSV. What is read can be written, and reads back the same.
+pub fn recording(data: &[u8]) {
+    let text = match Recording::parse(data, "a.csv") {
+        Ok(recording) => recording.to_csv(),
+        Err(error) => return drop(error.to_string()),
+    };
+    let again = Recording::parse(text.as_bytes(), "a.csv").expect("what was written is read");
+    assert_eq!(again.to_csv(), text);
+}
+
+/// Bytes that go into a frame as they are.
+struct Raw<'a>(&'a [u8]);
+
+impl Serialize for Raw<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut tuple = serializer.serialize_tuple(self.0.len())?;
+        for byte in self.0 {
+            tuple.serialize_element(byte)?;
+        }
+        tuple.end()
+    }
 }
 
 fn two(data: &[u8]) -> (std::borrow::Cow<'_, str>, &[u8]) {

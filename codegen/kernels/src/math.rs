@@ -3,9 +3,12 @@
 
 #[path = "../../../firmware/src/math/activation.rs"]
 mod activation;
+pub mod coarse;
 mod exponential;
 #[path = "math/precise.rs"]
 pub mod precise;
+pub mod rough;
+pub mod rougher;
 
 pub use activation::*;
 pub use exponential::{erf, exp, ln_1p};

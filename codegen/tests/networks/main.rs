@@ -25,21 +25,28 @@ fn networks_compute_what_double_precision_and_their_frameworks_do() {
             one.name, one.output, one.jacobian, one.curvature, one.said.cost
         );
     }
-    for one in &errors {
+    for (one, case) in errors.iter().zip(&cases) {
+        // A coarser tanh shows in all that comes after it; weights magnify it: ten times its error.
+        let coarse = case.options.accuracy.error() > 1e-5;
+        let scale = if coarse {
+            1e6 * case.options.accuracy.error()
+        } else {
+            1.0
+        };
         assert!(
-            one.output < 1e-5,
+            one.output < 1e-5 * scale,
             "{}: an output is off by {:e}",
             one.name,
             one.output
         );
         assert!(
-            one.jacobian < 1e-5,
+            one.jacobian < 1e-5 * scale,
             "{}: a derivative is off by {:e}",
             one.name,
             one.jacobian
         );
         assert!(
-            one.curvature < 1e-4,
+            one.curvature < 1e-4 * scale,
             "{}: a second derivative is off by {:e}",
             one.name,
             one.curvature

@@ -358,6 +358,18 @@ pub fn cases() -> Vec<Case> {
             ..Options::default()
         },
     ));
+    let mut rough = Builder::new("rough", &[15])
+        .recurrent(gru(true), 5, false, true)
+        .dense(3)
+        .done();
+    rough.name = "gru-rough".into();
+    cases.push(case(
+        rough,
+        Options {
+            accuracy: Accuracy::Rough,
+            ..Options::default()
+        },
+    ));
     cases.extend(int8());
     cases
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use sinew_codegen::network::commands;
-use sinew_codegen::network::emit::{Options, Weights};
+use sinew_codegen::network::emit::{Accuracy, Options, Weights};
 use sinew_codegen::network::store::NETWORK_FILE;
 use sinew_codegen::store;
 
@@ -22,9 +22,9 @@ pub struct Arguments {
     /// The network alone, with a static library and a header for C; a model's scaling is inside.
     #[arg(long)]
     c_abi: bool,
-    /// Tanh within 2e-7 instead of 2e-6, in a network alone.
-    #[arg(long)]
-    precise: bool,
+    /// Largest error of tanh, in a network alone: the cheapest function within it is printed.
+    #[arg(long, value_name = "T", default_value = "2e-6")]
+    tanh_tolerance: Accuracy,
     /// float32, or int8: a quarter of the flash for weights; the loss of accuracy is printed.
     #[arg(long, value_name = "KIND", default_value = "float32")]
     weights: Weights,
@@ -36,16 +36,20 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let folder = arguments.model.join(NETWORK_FILE);
     let is_network = arguments.model.is_file() || folder.is_file();
     if is_network || arguments.c_abi {
-        let mut options = Options::with_precise(arguments.precise);
-        options.c_abi = arguments.c_abi;
-        options.weights = arguments.weights;
+        let options = Options {
+            accuracy: arguments.tanh_tolerance,
+            weights: arguments.weights,
+            c_abi: arguments.c_abi,
+        };
         let text = commands::emit(&arguments.model, &arguments.out, &options);
         print!("{}", text.map_err(Error::arguments)?);
         return Ok(());
     }
-    if arguments.precise || arguments.weights != Weights::default() {
+    let plain =
+        arguments.tanh_tolerance == Accuracy::default() && arguments.weights == Weights::default();
+    if !plain {
         return Err(Error::arguments(
-            "--precise and --weights are for a network alone, not for a controller",
+            "--tanh-tolerance and --weights are for a network alone, not for a controller",
         ));
     }
     let spec = store::load(&arguments.model)?;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use sinew_codegen::network::commands;
-use sinew_codegen::network::emit::{Options, Weights};
+use sinew_codegen::network::emit::{Accuracy, Options, Weights};
 use sinew_codegen::store;
 
 use crate::chain::size::{REMARK, measure, table};
@@ -19,9 +19,9 @@ pub struct Arguments {
     /// stm32f446, nrf52840 or qemu; without it, the controller of a model on every board.
     #[arg(long)]
     board: Option<String>,
-    /// Tanh within 2e-7 instead of 2e-6.
-    #[arg(long)]
-    precise: bool,
+    /// Largest error of tanh: the cheapest function within it is taken.
+    #[arg(long, value_name = "T", default_value = "2e-6")]
+    tanh_tolerance: Accuracy,
     /// float32, or int8: a quarter of the flash for weights; the loss of accuracy is printed.
     #[arg(long, value_name = "KIND", default_value = "float32")]
     weights: Weights,
@@ -69,8 +69,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 /// The network alone.
 fn bare(arguments: &Arguments, board: &str) -> Result<()> {
     commands::board(board).map_err(Error::arguments)?;
-    let mut options = Options::with_precise(arguments.precise);
-    options.weights = arguments.weights;
+    let options = Options {
+        accuracy: arguments.tanh_tolerance,
+        weights: arguments.weights,
+        ..Options::default()
+    };
     let (network, folder) = (&arguments.network, &arguments.build_dir);
     let text = commands::size(network, board, &options, folder);
     print!("{}", text.map_err(Error::failed)?);

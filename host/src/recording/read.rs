@@ -79,6 +79,16 @@ fn header(source: &Source, record: &ByteRecord) -> Result<Vec<String>> {
                 .expected("a name with its unit at the end, such as `q_m`")
                 .help("a comma at the end of the line makes one column more"));
         }
+        if name.contains(['\n', '\r']) {
+            return Err(source
+                .error(
+                    record,
+                    index,
+                    "a column name goes on over the end of its line",
+                )
+                .expected("names on one line")
+                .help("a quotation mark that opens a name is not closed behind it"));
+        }
         if names.iter().any(|other| other == name) {
             return Err(source
                 .error(record, index, format!("column `{name}` is there twice"))

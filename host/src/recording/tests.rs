@@ -94,6 +94,11 @@ fn every_refusal_names_file_line_and_column() {
             "a.csv:1:7: column `q_m` is there twice",
         ),
         ("t,q_m,\n0,1,2\n", "a.csv:1:7: column 3 has no name"),
+        // It was taken, and what was written of it was not read again (codegen/fuzz, target `recording`).
+        (
+            "t,u_V,\"q\n0,1\"\n0,1,2\n",
+            "a.csv:1:7: a column name goes on over the end of its line",
+        ),
         ("time,q_m\n0,1\n", "a.csv:1:1: the first column is `time`"),
         ("0,1\n1,2\n", "a.csv:1:1: the first column is `0`"),
         ("t;q_m\n0;1\n", "a.csv:1:1: the first column is `t;q_m`"),

@@ -75,16 +75,44 @@ fn back_through<N: Number, W: Weight, const IN: usize, const OUT: usize, const R
     t_x: &mut [[N; R]; IN],
 ) {
     if size_of::<[[N; R]; OUT]>() <= REGISTERS {
-        let t_y = *t_y;
-        for (i, t_x) in t_x.iter_mut().enumerate() {
-            let [sum] = columns(w, &t_y, i);
-            *t_x = end(i, sum);
+        let mut scaled = *t_y;
+        for (r, t) in scaled.iter_mut().enumerate() {
+            for t in t {
+                *t = w.scaled(r, *t);
+            }
+        }
+        // By place, not by an iterator over `t_x`: then no check of `i` against rows is left.
+        for i in 0..IN {
+            if let Some(t_x) = t_x.get_mut(i) {
+                *t_x = end(i, column(w.rows(), &scaled, i));
+            }
         }
     } else if size_of::<[[N; R]; 8]>() <= REGISTERS {
         back_by::<8, _, _, _, _, _>(w, t_y, end, t_x);
     } else {
         back_by::<4, _, _, _, _, _>(w, t_y, end, t_x);
     }
+}
+
+/// `sum over rows of w[row][i] t[row]`, result by result. The first product begins the sum; nought is not added.
+#[inline(always)]
+fn column<N: Number, W: Weight, const IN: usize, const OUT: usize, const R: usize>(
+    rows: &[[W; IN]; OUT],
+    t: &[[N; R]; OUT],
+    i: usize,
+) -> [N; R] {
+    let mut sums = [N::ZERO; R];
+    for (q, sum) in sums.iter_mut().enumerate() {
+        let mut first = true;
+        for (row, t) in rows.iter().zip(t) {
+            if let (Some(w), Some(t)) = (row.get(i), t.get(q)) {
+                let product = t.weigh(w.value());
+                *sum = if first { product } else { *sum + product };
+            }
+            first = false;
+        }
+    }
+    sums
 }
 
 /// As [`back_through`], `B` inputs at a time. Not inlined: what is known of `t_y` there would be kept in

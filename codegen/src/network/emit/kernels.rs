@@ -15,8 +15,11 @@ macro_rules! kernel {
 /// Every file, by its path in `codegen/kernels/src` and in the printed crate.
 const FILES: &[(&str, &str)] = &[
     kernel!("number.rs"),
+    kernel!("math/coarse.rs"),
     kernel!("math/exponential.rs"),
     kernel!("math/precise.rs"),
+    kernel!("math/rough.rs"),
+    kernel!("math/rougher.rs"),
     kernel!("layers/activation/elu.rs"),
     kernel!("layers/activation/exponential.rs"),
     kernel!("layers/activation/gelu.rs"),
@@ -157,8 +160,8 @@ pub(super) fn files(plan: &Plan<'_>, accuracy: Accuracy) -> Vec<File> {
     if exponential {
         files.push(copy("math/exponential.rs"));
     }
-    if accuracy == Accuracy::Precise {
-        files.push(copy("math/precise.rs"));
+    if let Some(module) = accuracy.module() {
+        files.push(copy(&format!("math/{module}.rs")));
     }
     for layer in layers.iter().filter(|layer| **layer != "activation") {
         files.push(copy(&format!("layers/{layer}.rs")));
@@ -193,28 +196,26 @@ fn math(accuracy: Accuracy, exponential: bool) -> String {
 
 ",
     );
-    // The quick tanh stands beside the precise one, for whoever wants it.
-    let public = if accuracy == Accuracy::Precise {
-        "pub "
-    } else {
-        ""
-    };
-    text.push_str(&format!("{public}mod activation;\n"));
-    if exponential {
-        text.push_str("mod exponential;\n");
+    // The quick tanh stands beside the chosen one, for whoever wants it.
+    let chosen = accuracy.module();
+    let public = if chosen.is_some() { "pub " } else { "" };
+    let mut modules = vec![("activation", public)];
+    modules.extend(exponential.then_some(("exponential", "")));
+    modules.extend(chosen.map(|module| (module, "")));
+    modules.sort_unstable();
+    for (module, public) in modules {
+        text.push_str(&format!("{public}mod {module};\n"));
     }
-    if accuracy == Accuracy::Precise {
-        text.push_str("mod precise;\n");
-    }
-    text.push_str(match accuracy {
-        Accuracy::Quick => "\npub use activation::*;\n",
-        Accuracy::Precise => "\npub use activation::{clamp, relu};\n",
-    });
-    if exponential {
-        text.push_str("pub use exponential::{erf, exp, ln_1p};\n");
-    }
-    if accuracy == Accuracy::Precise {
-        text.push_str("pub use precise::{sigmoid, tanh};\n");
+    text.push('\n');
+    let mut uses = vec![match chosen {
+        None => "activation::*".to_string(),
+        Some(_) => "activation::{clamp, relu}".to_string(),
+    }];
+    uses.extend(exponential.then(|| "exponential::{erf, exp, ln_1p}".to_string()));
+    uses.extend(chosen.map(|module| format!("{module}::{{sigmoid, tanh}}")));
+    uses.sort_unstable();
+    for path in uses {
+        text.push_str(&format!("pub use {path};\n"));
     }
     text
 }

@@ -28,23 +28,21 @@ pub(super) struct Model<'a> {
     pub(super) operators: Vec<Operator<'a>>,
     pub(super) inputs: Vec<i32>,
     pub(super) outputs: Vec<i32>,
+    /// How many there are; all above is of the first.
+    pub(super) graphs: usize,
 }
 
 impl<'a> Model<'a> {
     /// # Errors
-    /// The file is broken, or has several graphs.
+    /// The file is broken.
     pub(super) fn new(bytes: &'a [u8]) -> Result<Self, NetworkError> {
         let root = Table::root(bytes)?;
         let codes = root.tables(1)?;
         let graphs = root.tables(2)?;
         let buffers = root.tables(4)?;
-        let [graph] = graphs.as_slice() else {
-            return Err(NetworkError::unsupported(
-                "model",
-                format!("{} graphs", graphs.len()),
-                "convert a model without loops or branches that depend on values",
-            ));
-        };
+        let graph = graphs
+            .first()
+            .ok_or_else(|| NetworkError::malformed("TensorFlow Lite", "there is no graph"))?;
         let tensors = graph.tables(0)?;
         let tensors = tensors
             .iter()
@@ -70,6 +68,7 @@ impl<'a> Model<'a> {
             operators,
             inputs: graph.ints(1)?,
             outputs: graph.ints(2)?,
+            graphs: graphs.len(),
         })
     }
 }

@@ -3,6 +3,7 @@
 
 mod file;
 mod flatbuffer;
+mod recurrent;
 
 use std::collections::HashMap;
 
@@ -16,30 +17,10 @@ use file::{Model, Operator};
 /// Operators that are known not to work: code, name and what is nearest.
 const NEAREST: &[(i32, &str, &str)] = &[
     (4, "DEPTHWISE_CONV_2D", "use Conv2D"),
-    (
-        16,
-        "LSTM",
-        "import the Keras file that it was converted from",
-    ),
     (21, "RELU6", "use ReLU"),
     (34, "PAD", "use padding='same' in the convolution"),
-    (
-        35,
-        "UNIDIRECTIONAL_SEQUENCE_RNN",
-        "import the Keras file that it was converted from",
-    ),
-    (
-        44,
-        "UNIDIRECTIONAL_SEQUENCE_LSTM",
-        "import the Keras file that it was converted from",
-    ),
     (67, "TRANSPOSE_CONV", "use Conv2D"),
     (117, "HARD_SWISH", "use swish"),
-    (
-        119,
-        "WHILE",
-        "import the Keras file that it was converted from",
-    ),
 ];
 
 struct Import<'a> {
@@ -53,6 +34,14 @@ struct Import<'a> {
 /// [`NetworkError`].
 pub(super) fn import(name: &str, bytes: &[u8]) -> Result<Network, NetworkError> {
     let model = Model::new(bytes)?;
+    recurrent::refuse(&model)?;
+    if model.graphs > 1 {
+        return Err(NetworkError::unsupported(
+            "model",
+            format!("{} graphs", model.graphs),
+            "convert a model without loops or branches that depend on values",
+        ));
+    }
     let one = |list: &[i32], what: &str| match *list {
         [one] => Ok(one),
         _ => Err(NetworkError::unsupported(
@@ -91,6 +80,11 @@ fn tensor<'a>(model: &'a Model<'_>, index: i32) -> Result<&'a file::TensorInfo, 
         .ok()
         .and_then(|index| model.tensors.get(index));
     found.ok_or_else(|| NetworkError::malformed("model", format!("there is no tensor {index}")))
+}
+
+/// Names of fused layers are joined by `;`, the last being that of the layer.
+fn last(name: &str) -> &str {
+    name.rsplit(';').next().unwrap_or(name)
 }
 
 impl Import<'_> {
@@ -190,9 +184,7 @@ impl Import<'_> {
     }
 
     fn free_name(&self, name: &str) -> String {
-        let name = if name.is_empty() { "layer" } else { name };
-        // Names of fused layers are joined by `;`, the last being that of the layer.
-        let name = name.rsplit(';').next().unwrap_or(name);
+        let name = if name.is_empty() { "layer" } else { last(name) };
         let taken = |name: &str| self.network.nodes.iter().any(|node| node.name == name);
         let mut free: String = name.chars().filter(|c| !c.is_control()).take(200).collect();
         let mut number = 2;
