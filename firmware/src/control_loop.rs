@@ -28,8 +28,9 @@ pub struct Settings<const NU: usize, const NY: usize> {
 impl<const NU: usize, const NY: usize> Settings<NU, NY> {
     /// Weights finite and not negative, gain from 0 to 1, iterations from 1 to [`MAX_ITERATIONS`].
     pub fn is_valid(&self) -> bool {
-        let mut weights = self.tracking_weight.iter().chain(&self.move_suppression);
-        weights.all(|w| *w >= 0.0 && *w < f32::INFINITY)
+        let weight = |w: &f32| (0.0..f32::INFINITY).contains(w);
+        self.tracking_weight.iter().all(weight)
+            && self.move_suppression.iter().all(weight)
             && (0.0..=1.0).contains(&self.disturbance_gain)
             && (1..=MAX_ITERATIONS).contains(&self.iterations)
     }
@@ -183,7 +184,8 @@ impl<
     /// The command is inside the limits exactly, for any input and whatever the status.
     #[inline(never)]
     pub fn step(&mut self, y: &[f32; NY], s: &[f32; NS], reference: &[[f32; NY]; N]) -> Step<NU> {
-        let sample = self.observe(y, s);
+        let valid = self.settings.is_valid();
+        let sample = self.observe(y, s, valid);
         let mut step = Step {
             u: [0.0; NU],
             status: Status::Lost,
@@ -196,7 +198,7 @@ impl<
             step.u = self.limiter.retreat();
             self.warm = false;
         } else {
-            self.optimise(reference, &mut step);
+            self.optimise(reference, valid, &mut step);
             let wish = self
                 .scaling
                 .u
@@ -216,7 +218,7 @@ impl<
         s: &[f32; NS],
         wish: Option<&[f32; NU]>,
     ) -> Step<NU> {
-        let sample = self.observe(y, s);
+        let sample = self.observe(y, s, self.settings.is_valid());
         self.warm = false;
         let (u, status) = match wish {
             Some(wish) => (self.limiter.limit(wish), Status::OpenLoop),
@@ -232,8 +234,8 @@ impl<
         }
     }
 
-    fn observe(&mut self, y: &[f32; NY], s: &[f32; NS]) -> Sample {
-        let gain = if self.settings.is_valid() {
+    fn observe(&mut self, y: &[f32; NY], s: &[f32; NS], valid: bool) -> Sample {
+        let gain = if valid {
             self.settings.disturbance_gain
         } else {
             0.0
@@ -248,7 +250,7 @@ impl<
     }
 
     /// Continues the plan of the last step and improves it, if the request makes sense.
-    fn optimise(&mut self, reference: &[[f32; NY]; N], step: &mut Step<NU>) {
+    fn optimise(&mut self, reference: &[[f32; NY]; N], valid: bool, step: &mut Step<NU>) {
         if self.warm {
             self.plan.shift::<NU, N, NB>(&self.horizons);
         } else {
@@ -256,12 +258,11 @@ impl<
             self.warm = true;
         }
         let mut scaled = [[0.0; NY]; N];
-        let mut finite = true;
         for (scaled, reference) in scaled.iter_mut().zip(reference) {
             *scaled = self.scaling.y.to_model(reference);
-            finite &= scaled.iter().all(|r| r.is_finite());
         }
-        if !finite || !self.settings.is_valid() {
+        let finite = scaled.as_flattened().iter().all(|r| r.is_finite());
+        if !finite || !valid {
             step.status = if finite {
                 Status::BadSettings
             } else {

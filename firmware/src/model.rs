@@ -132,7 +132,7 @@ pub trait Model<const NU: usize, const NY: usize, const NS: usize, const ND: usi
     fn carry(
         &self,
         trace: &Self::Trace,
-        stage: &Stage<'_, NY, ND>,
+        stage: &Stage<'_, NY>,
         tangent: &mut Tangent<'_, NU, NY, DD>,
     ) {
         let mut jacobian = Jacobian::ZERO;

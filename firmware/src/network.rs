@@ -26,17 +26,12 @@ pub fn flatten<
 ) -> [f32; NX] {
     const { assert!(NX == NU * ND + NY * DD + NS, "NX is NU ND + NY DD + NS") };
     let mut x = [0.0; NX];
-    let mut places = x.iter_mut();
+    let (of_u, rest) = x.split_at_mut(NU * ND);
+    let (of_y, of_s) = rest.split_at_mut(NY * DD);
     // Three copies of known length: one loop over a chain of them takes 20 instructions a value.
-    for part in [
-        regressor.u.as_flattened(),
-        regressor.y.as_flattened(),
-        &regressor.s,
-    ] {
-        for (value, place) in part.iter().zip(&mut places) {
-            *place = *value;
-        }
-    }
+    of_u.copy_from_slice(regressor.u.as_flattened());
+    of_y.copy_from_slice(regressor.y.as_flattened());
+    of_s.copy_from_slice(&regressor.s);
     x
 }
 
@@ -82,13 +77,53 @@ pub fn dense<const IN: usize, const OUT: usize>(
     x: &[f32; IN],
     y: &mut [f32; OUT],
 ) {
-    for ((row, b), y) in w.iter().zip(b).zip(y) {
-        let mut sum = *b;
-        for (w, x) in row.iter().zip(x) {
-            sum += w * x;
-        }
-        *y = sum;
+    layer(w, b, x, y, |z| z);
+}
+
+/// [`dense`] with the hyperbolic tangent after it: `y = tanh(W x + b)`.
+#[inline(always)]
+pub fn dense_tanh<const IN: usize, const OUT: usize>(
+    w: &[[f32; IN]; OUT],
+    b: &[f32; OUT],
+    x: &[f32; IN],
+    y: &mut [f32; OUT],
+) {
+    layer(w, b, x, y, math::tanh);
+}
+
+/// [`dense`] with the rectifier after it.
+#[inline(always)]
+pub fn dense_relu<const IN: usize, const OUT: usize>(
+    w: &[[f32; IN]; OUT],
+    b: &[f32; OUT],
+    x: &[f32; IN],
+    y: &mut [f32; OUT],
+) {
+    layer(w, b, x, y, math::relu);
+}
+
+/// One layer, row by row: `y = act(W x + b)`.
+#[inline(always)]
+fn layer<const IN: usize, const OUT: usize>(
+    w: &[[f32; IN]; OUT],
+    b: &[f32; OUT],
+    x: &[f32; IN],
+    y: &mut [f32; OUT],
+    act: impl Fn(f32) -> f32,
+) {
+    for ((w, b), y) in w.iter().zip(b).zip(y) {
+        *y = act(row(w, *b, x));
     }
+}
+
+/// `w x + b`, first element first.
+#[inline(always)]
+fn row<const IN: usize>(w: &[f32; IN], b: f32, x: &[f32; IN]) -> f32 {
+    let mut sum = b;
+    for (w, x) in w.iter().zip(x) {
+        sum += w * x;
+    }
+    sum
 }
 
 /// Hyperbolic tangent of every element, in place.
@@ -208,8 +243,10 @@ pub fn chain<const G: usize, const H: usize, const OUT: usize>(
 /// The first layer: `dy_r/dx_c = sum_h t[h][r] w[h][c]`, written lag by lag; the columns of the
 /// sensor channels, which the controller holds, are not computed.
 ///
+/// `first`: of the first prediction of a horizon, on which u(k) alone has an effect; the rest stays as it came.
+///
 /// Shapes: `w` is the first layer, `[H][NX]` in the order of [`flatten`].
-/// Cost: `H OUT (NU ND + NY DD)` multiply-adds.
+/// Cost: `H OUT (NU ND + NY DD)` multiply-adds, `H OUT NU` for the first.
 #[inline(always)]
 pub fn input_jacobian<
     const NX: usize,
@@ -221,6 +258,7 @@ pub fn input_jacobian<
 >(
     t: &[[f32; NY]; H],
     w: &[[f32; NX]; H],
+    first: bool,
     jacobian: &mut Jacobian<NU, NY, ND, DD>,
 ) {
     const {
@@ -229,6 +267,12 @@ pub fn input_jacobian<
             "the regressor fits the first layer"
         )
     };
+    if first {
+        if let Some(newest) = jacobian.u.first_mut() {
+            columns(t, w, 0, newest);
+        }
+        return;
+    }
     sums(t, w, 0, &mut jacobian.u);
     sums(t, w, NU * ND, &mut jacobian.y);
 }

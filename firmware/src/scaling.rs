@@ -21,13 +21,21 @@ impl<const N: usize> Scaling<N> {
     /// `(physical - offset) / span`, each operation rounded to nearest.
     #[inline]
     pub fn to_model(&self, physical: &[f32; N]) -> [f32; N] {
-        core::array::from_fn(|i| (physical[i] - self.offset[i]) / self.span[i])
+        let mut scaled = *physical;
+        for ((value, span), offset) in scaled.iter_mut().zip(&self.span).zip(&self.offset) {
+            *value = (*value - offset) / span;
+        }
+        scaled
     }
 
     /// `span * scaled + offset`, each operation rounded to nearest.
     #[inline]
     pub fn to_physical(&self, scaled: &[f32; N]) -> [f32; N] {
-        core::array::from_fn(|i| self.span[i] * scaled[i] + self.offset[i])
+        let mut physical = *scaled;
+        for ((value, span), offset) in physical.iter_mut().zip(&self.span).zip(&self.offset) {
+            *value = span * *value + offset;
+        }
+        physical
     }
 }
 

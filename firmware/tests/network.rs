@@ -85,7 +85,7 @@ impl Deep {
         let (mut t2, mut t1) = ([[0.0; 3]; 5], [[0.0; 3]; 7]);
         network::seed(&self.w3, &s3, &s2, &mut t2);
         network::chain(&t2, &self.w2, &s1, &mut t1);
-        network::input_jacobian(&t1, &self.w1, jacobian);
+        network::input_jacobian(&t1, &self.w1, false, jacobian);
         y
     }
 
@@ -187,7 +187,7 @@ fn one_layer_and_increment_have_their_jacobian() {
     let mut jacobian = NOTHING;
     let mut t = [[0.0; 3]; 3];
     network::seed_diagonal(&[1.0; 3], &mut t);
-    network::input_jacobian(&t, &w, &mut jacobian);
+    network::input_jacobian(&t, &w, false, &mut jacobian);
     let flat = columns(&jacobian);
     for r in 0..3 {
         for c in 0..12 {

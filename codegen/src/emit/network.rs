@@ -28,7 +28,7 @@ pub(super) fn print(spec: &ModelSpec) -> String {
         forward.push_str(&format!(
             "    linear_path::add(&SHORTCUT, &x, &mut a.a{last});\n"
         ));
-        jacobian.push_str("        linear_path::add_jacobian(&SHORTCUT, jacobian);\n");
+        jacobian.push_str("    linear_path::add_jacobian(&SHORTCUT, jacobian);\n");
         shortcut = linear_path(spec, values);
         kernels = "{linear_path, network}";
     }
@@ -40,7 +40,7 @@ pub(super) fn print(spec: &ModelSpec) -> String {
         OutputForm::Increment => (
             "the change of the output",
             format!("next(x, &{last})"),
-            "        network::add_identity(jacobian);\n",
+            "    network::add_identity(jacobian);\n",
             NEXT,
         ),
     };
@@ -57,7 +57,7 @@ use crate::control::{{NS, NU, NY, PAST_INPUTS, PAST_OUTPUTS}};
 
 type Regressor = model::Regressor<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS>;
 type Jacobian = model::Jacobian<NU, NY, PAST_INPUTS, PAST_OUTPUTS>;
-type Stage<'a> = tangent::Stage<'a, NY, PAST_INPUTS>;
+type Stage<'a> = tangent::Stage<'a, NY>;
 type Tangent<'a> = tangent::Tangent<'a, NU, NY, PAST_OUTPUTS>;
 
 /// The network of this model.
@@ -73,8 +73,9 @@ impl Model<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS> for Network {{
         {result}
     }}
 
-    fn jacobian(&self, {trace}: &Activations, jacobian: &mut Jacobian) {{
-{jacobian}{identity}    }}
+    fn jacobian(&self, a: &Activations, jacobian: &mut Jacobian) {{
+        derive(a, false, jacobian);
+    }}
 
     #[inline(never)]
     fn advance(
@@ -90,7 +91,7 @@ impl Model<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS> for Network {{
     #[inline(never)]
     fn carry(&self, a: &Activations, stage: &Stage, tangent: &mut Tangent) {{
         let mut jacobian = Jacobian::ZERO;
-        self.jacobian(a, &mut jacobian);
+        derive(a, stage.carried == 0, &mut jacobian);
         tangent::carry(&jacobian, stage, tangent);
     }}
 }}
@@ -109,6 +110,11 @@ impl Activations {{
 fn forward(x: &Regressor, a: &mut Activations) {{
     let x = network::flatten(x);
 {forward}}}
+
+/// The derivatives of a prediction; `first`: by u(k) alone, as nothing else has an effect on the first one.
+#[inline(always)]
+fn derive({trace}: &Activations, first: bool, jacobian: &mut Jacobian) {{
+{jacobian}{identity}}}
 {next}{weights}{shortcut}",
         zeros = zeros.trim_start(),
     )
@@ -141,14 +147,14 @@ fn forward(layers: &[&Dense]) -> String {
     let mut text = String::new();
     let mut before = String::from("x");
     for (dense, n) in layers.iter().zip(1..) {
+        let kernel = match dense.activation {
+            Activation::Linear => "dense",
+            Activation::Tanh => "dense_tanh",
+            Activation::Relu => "dense_relu",
+        };
         text.push_str(&format!(
-            "    network::dense(&W{n}, &B{n}, &{before}, &mut a.a{n});\n"
+            "    network::{kernel}(&W{n}, &B{n}, &{before}, &mut a.a{n});\n"
         ));
-        match dense.activation {
-            Activation::Linear => {}
-            Activation::Tanh => text.push_str(&format!("    network::tanh(&mut a.a{n});\n")),
-            Activation::Relu => text.push_str(&format!("    network::relu(&mut a.a{n});\n")),
-        }
         before = format!("a.a{n}");
     }
     text
@@ -186,11 +192,8 @@ fn jacobian(layers: &[&Dense]) -> String {
             ));
         }
     }
-    lines.push("network::input_jacobian(&t1, &W1, jacobian);".into());
-    lines
-        .iter()
-        .map(|line| format!("        {line}\n"))
-        .collect()
+    lines.push("network::input_jacobian(&t1, &W1, first, jacobian);".into());
+    lines.iter().map(|line| format!("    {line}\n")).collect()
 }
 
 fn slope(n: usize, dense: &Dense) -> String {

@@ -84,10 +84,8 @@ impl<const NV: usize> ActiveSet<NV> {
 
     /// No limit is active.
     pub fn is_empty(&self) -> bool {
-        self.bound
-            .iter()
-            .chain(&self.edge)
-            .all(|s| *s == Side::Free)
+        let free = |side: &Side| *side == Side::Free;
+        self.bound.iter().all(free) && self.edge.iter().all(free)
     }
 
     /// One step later: block b then starts a step into itself and ends a step into the next. Its end is
@@ -130,61 +128,36 @@ impl<const NV: usize> ActiveSet<NV> {
     pub fn keep_tight<const NU: usize>(&mut self, bounds: &Bounds<NU, NV>, u: &[f32; NV]) {
         // A few roundings of the sums that put `u` there.
         const TIGHT: f32 = 1e-6;
+        if self.is_empty() {
+            return;
+        }
+        let mut anchored = [false; NU];
+        // Edge 0 anchors its group; a box further along that group is then one anchor too many.
+        let mut tied = [true; NU];
         for v in 0..NV {
             let c = v % NU;
             let slack = match self.bound[v] {
-                Side::Free => continue,
+                Side::Free => f32::INFINITY,
                 Side::Lower => u[v] - bounds.lower[c],
                 Side::Upper => bounds.upper[c] - u[v],
             };
-            if !(slack <= TIGHT) {
-                self.bound[v] = Side::Free;
-            }
-        }
-        for v in 0..NV {
+            let boxed = slack <= TIGHT;
             let change = u[v] - bounds.before(u, v);
             let slack = match self.edge[v] {
-                Side::Free => continue,
+                Side::Free => f32::INFINITY,
                 Side::Lower => change + bounds.rate[v],
                 Side::Upper => bounds.rate[v] - change,
             };
-            if !(slack <= TIGHT) {
+            let joined = slack <= TIGHT;
+            if !joined {
                 self.edge[v] = Side::Free;
             }
-        }
-        let mut anchored = [false; NU];
-        for (bounds, edges) in self
-            .bound
-            .chunks_exact_mut(NU)
-            .zip(self.edge.chunks_exact(NU))
-        {
-            for ((bound, edge), anchored) in bounds.iter_mut().zip(edges).zip(&mut anchored) {
-                *anchored = *anchored && *edge != Side::Free;
-                if *bound != Side::Free {
-                    if *anchored {
-                        *bound = Side::Free;
-                    }
-                    *anchored = true;
-                }
+            tied[c] &= joined;
+            anchored[c] &= joined;
+            if !boxed || anchored[c] || tied[c] {
+                self.bound[v] = Side::Free;
             }
-        }
-        self.drop_twice_anchored::<NU>();
-    }
-
-    /// Edge 0 anchors its group; a box further along that group is then one anchor too many.
-    fn drop_twice_anchored<const NU: usize>(&mut self) {
-        let mut tied = [true; NU];
-        for (bounds, edges) in self
-            .bound
-            .chunks_exact_mut(NU)
-            .zip(self.edge.chunks_exact(NU))
-        {
-            for ((bound, edge), tied) in bounds.iter_mut().zip(edges).zip(&mut tied) {
-                *tied = *tied && *edge != Side::Free;
-                if *tied {
-                    *bound = Side::Free;
-                }
-            }
+            anchored[c] |= boxed;
         }
     }
 
@@ -216,6 +189,10 @@ impl<const NV: usize> ActiveSet<NV> {
         };
         for v in 0..NV {
             let c = v % NU;
+            let (u_before, p_before) = match v.checked_sub(NU) {
+                Some(before) => (u[before], p[before]),
+                None => (bounds.previous[c], 0.0),
+            };
             if self.bound[v] == Side::Free && p[v] != 0.0 {
                 consider(
                     Place::Bound(v),
@@ -224,18 +201,15 @@ impl<const NV: usize> ActiveSet<NV> {
                     p[v],
                 );
             }
-            if self.edge[v] == Side::Free {
-                let p_before = if v < NU { 0.0 } else { p[v - NU] };
-                let change = u[v] - bounds.before(u, v);
+            if self.edge[v] == Side::Free && p[v] != p_before {
+                let change = u[v] - u_before;
                 let rate = bounds.rate[v];
-                if p[v] != p_before {
-                    consider(
-                        Place::Edge(v),
-                        change + rate,
-                        rate - change,
-                        p[v] - p_before,
-                    );
-                }
+                consider(
+                    Place::Edge(v),
+                    change + rate,
+                    rate - change,
+                    p[v] - p_before,
+                );
             }
         }
         hit

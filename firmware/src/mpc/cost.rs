@@ -1,7 +1,7 @@
 //! The cost J and its derivatives with respect to the plan (docs/mpc.md, eq. 4 to 7).
 
 use super::Problem;
-use super::prediction::{Trajectory, shift};
+use super::prediction::Trajectory;
 use super::tangent::{self, Stage, Tangent};
 use crate::model::{ChannelJacobian, Jacobian, Model};
 
@@ -45,6 +45,27 @@ impl<const NV: usize> Quadratic<NV> {
         }
     }
 
+    /// Fills H by its lower triangle of blocks, `NU` by `NU`, row after row.
+    fn enter<const NU: usize, const NB: usize>(&mut self, pairs: &[[[[f32; NU]; NU]; NB]; NB]) {
+        let mut pairs = pairs.as_flattened().iter();
+        for b in 0..NB {
+            for (m, pair) in (0..=b).zip(&mut pairs) {
+                let rows = self.hessian.iter_mut().skip(b * NU);
+                for (row, values) in rows.zip(pair) {
+                    if let Some(place) = row.as_chunks_mut().0.get_mut(m) {
+                        *place = *values;
+                    }
+                }
+            }
+        }
+        // The blocks on the diagonal have their own roundings above it.
+        for row in NU..NV {
+            for column in 0..row - row % NU {
+                self.hessian[column][row] = self.hessian[row][column];
+            }
+        }
+    }
+
     /// `H p`.
     pub fn hessian_times(&self, p: &[f32; NV]) -> [f32; NV] {
         let mut hp = [0.0; NV];
@@ -52,6 +73,15 @@ impl<const NV: usize> Quadratic<NV> {
             *hp = dot(row, p);
         }
         hp
+    }
+
+    /// Curvature of J along `p`: `p'Hp`, the sum of `p_i (H p)_i`.
+    pub fn curvature(&self, p: &[f32; NV]) -> f32 {
+        let mut sum = 0.0;
+        for (p_i, row) in p.iter().zip(&self.hessian) {
+            sum += p_i * dot(row, p);
+        }
+        sum
     }
 
     /// Slope of J along `p`: `2 g'p`.
@@ -66,11 +96,20 @@ impl<const NV: usize> Default for Quadratic<NV> {
     }
 }
 
-/// Inner product, first element first.
-#[inline(always)]
+/// Inner product, first element first. One copy for all, four elements at a time: a loop over single ones takes
+/// twice as long, one that is written out for a known length fills flash.
+#[inline(never)]
 pub fn dot<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
     let mut sum = 0.0;
+    let (a, a_rest) = a.as_chunks::<4>();
+    let (b, b_rest) = b.as_chunks::<4>();
     for (a, b) in a.iter().zip(b) {
+        sum += a[0] * b[0];
+        sum += a[1] * b[1];
+        sum += a[2] * b[2];
+        sum += a[3] * b[3];
+    }
+    for (a, b) in a_rest.iter().zip(b_rest) {
         sum += a * b;
     }
     sum
@@ -93,23 +132,22 @@ impl<
     pub fn roll(&self, plan: &[f32; NV], trajectory: &mut Trajectory<M::Trace, NY, N>) -> f32 {
         let mut regressor = *self.start;
         // The place that waits for u(k) goes: every step brings its own.
-        for lag in 1..ND {
-            regressor.u[lag - 1] = regressor.u[lag];
+        for (place, older) in regressor.u.iter_mut().zip(self.start.u.iter().skip(1)) {
+            *place = *older;
         }
         let mut cost = self.cost_of_moves(plan) + M::penalty(self, plan);
+        let mut uncounted = self.horizons.first.saturating_sub(1);
         let rows = self.reference.iter().zip(&mut trajectory.weighted);
-        for (j, (trace, (reference, weighted))) in
-            trajectory.traces.iter_mut().zip(rows).enumerate()
-        {
-            let u = self.horizons.command(plan, &self.bounds.previous, j);
+        let steps = trajectory.traces.iter_mut().zip(&self.horizons.place);
+        for ((trace, place), (reference, weighted)) in steps.zip(rows) {
+            let u = place.command(plan, &self.bounds.previous);
             let y = self
                 .model
                 .advance(&mut regressor, &u, self.disturbance, trace);
-            if j + 1 < self.horizons.first {
-                continue;
-            }
+            let counted = if uncounted == 0 { NY } else { 0 };
+            uncounted = uncounted.saturating_sub(1);
             let rows = y.iter().zip(reference).zip(&self.weights.tracking);
-            for (weighted, ((y, r), q)) in weighted.iter_mut().zip(rows) {
+            for (weighted, ((y, r), q)) in weighted.iter_mut().zip(rows).take(counted) {
                 let error = y - r;
                 *weighted = q * error;
                 cost += *weighted * error;
@@ -127,22 +165,19 @@ impl<
         trajectory: &Trajectory<M::Trace, NY, N>,
         quadratic: &mut Quadratic<NV>,
     ) {
-        *quadratic = Quadratic::new();
+        quadratic.gradient = [0.0; NV];
         let mut blocks = [[[[0.0; NU]; NY]; DD]; NB];
-        let mut gradient = [[0.0; NU]; NB];
         let mut pairs = [[[[0.0; NU]; NU]; NB]; NB];
         let mut channels = [[[0.0; NU]; NS]; NB];
         let mut carried = 0;
-        let mut inputs = [None; ND];
         for (j, (trace, weighted)) in trajectory
             .traces
             .iter()
             .zip(&trajectory.weighted)
             .enumerate()
         {
-            let place = self.horizons.place(j);
-            shift(&mut inputs, place);
-            let reached = place.map_or(0, |place| place.block + 1);
+            let inputs = self.horizons.place.get(..=j).unwrap_or_default();
+            let reached = inputs.last().map_or(0, |place| place.block + 1);
             let stage = Stage {
                 carried,
                 reached,
@@ -152,7 +187,7 @@ impl<
             };
             let mut tangent = Tangent {
                 blocks: &mut blocks,
-                gradient: &mut gradient,
+                gradient: quadratic.gradient.as_chunks_mut().0,
                 pairs: pairs.as_flattened_mut(),
             };
             if M::PREDICTS_CHANNELS {
@@ -171,24 +206,7 @@ impl<
             }
             carried = reached;
         }
-        let gradients = gradient.as_flattened().iter();
-        for (place, value) in quadratic.gradient.iter_mut().zip(gradients) {
-            *place = *value;
-        }
-        let mut pairs = pairs.as_flattened().iter();
-        for b in 0..NB {
-            for (m, pair) in (0..=b).zip(&mut pairs) {
-                for (a, row) in pair.iter().enumerate() {
-                    for (c, value) in row.iter().enumerate() {
-                        let (row, column) = (b * NU + a, m * NU + c);
-                        quadratic.add(row, column, *value);
-                        if m < b {
-                            quadratic.add(column, row, *value);
-                        }
-                    }
-                }
-            }
-        }
+        quadratic.enter::<NU, NB>(&pairs);
         self.add_moves(plan, quadratic);
         M::curve(self, plan, trajectory, quadratic);
     }

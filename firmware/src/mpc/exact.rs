@@ -107,7 +107,7 @@ fn direction<
     };
     // The first step's command is the newest; those before it have been applied.
     for (lag, u) in x.u.iter_mut().enumerate().take(j + 1) {
-        let Some(Place { block, share }) = problem.horizons.place(j - lag) else {
+        let Some(Place { block, share }) = problem.horizons.place.get(j - lag).copied() else {
             continue;
         };
         let part = if v / NU == block {

@@ -23,7 +23,7 @@ pub fn solve<const N: usize>(a: &[[f32; N]; N], b: &mut [f32; N]) -> f32 {
             scale = d;
         }
     }
-    let mut l = [[0.0; N]; N];
+    let mut l = const { [[0.0; N]; N] };
     let mut shift = 0.0;
     if !factor(a, shift, PIVOT_FLOOR * scale, &mut l) {
         shift = FIRST_SHIFT * scale;

@@ -15,10 +15,9 @@ pub struct Horizons<const N: usize, const NB: usize> {
     pub first: usize,
     /// Steps in each block.
     pub length: [u8; NB],
-    /// Per step, the block it lies in; after the last block, the last.
-    pub block: [u8; N],
-    /// Per step, how much of its block's move has been made; 1 after the last block.
-    pub share: [f32; N],
+    /// Per step, the block it lies in and how much of the block's move has been made; after the last block, all of
+    /// the last.
+    pub place: [Place; N],
 }
 
 impl<const N: usize, const NB: usize> Horizons<N, NB> {
@@ -30,8 +29,10 @@ impl<const N: usize, const NB: usize> Horizons<N, NB> {
         let mut horizons = Self {
             first,
             length,
-            block: [0; N],
-            share: [1.0; N],
+            place: [Place {
+                block: 0,
+                share: 1.0,
+            }; N],
         };
         let mut step = 0;
         let mut block = 0;
@@ -43,14 +44,14 @@ impl<const N: usize, const NB: usize> Horizons<N, NB> {
             let mut done = 0;
             while done < length && step < N {
                 done += 1;
-                horizons.block[step] = block as u8;
-                horizons.share[step] = done as f32 / length as f32;
+                horizons.place[step].block = block;
+                horizons.place[step].share = done as f32 / length as f32;
                 step += 1;
             }
             block += 1;
         }
         while step < N && NB > 0 {
-            horizons.block[step] = (NB - 1) as u8;
+            horizons.place[step].block = NB - 1;
             step += 1;
         }
         horizons
@@ -70,41 +71,5 @@ impl<const N: usize, const NB: usize> Horizons<N, NB> {
             block += 1;
         }
         steps
-    }
-
-    /// Where the command of step `j` stands; `None` beyond the horizon.
-    #[inline(always)]
-    pub fn place(&self, j: usize) -> Option<Place> {
-        match (self.block.get(j), self.share.get(j)) {
-            (Some(block), Some(share)) => Some(Place {
-                block: usize::from(*block),
-                share: *share,
-            }),
-            _ => None,
-        }
-    }
-
-    /// The command of step `j` in a plan, each channel between the ends of the step's block.
-    #[inline(always)]
-    pub fn command<const NU: usize, const NV: usize>(
-        &self,
-        plan: &[f32; NV],
-        previous: &[f32; NU],
-        j: usize,
-    ) -> [f32; NU] {
-        let Some(Place { block, share }) = self.place(j) else {
-            return *previous;
-        };
-        let end = block * NU;
-        let (before, ends) = plan.split_at_checked(end).unwrap_or((plan, &[]));
-        let mut u = *previous;
-        if let Some(before) = before.last_chunk() {
-            u = *before;
-        }
-        for (u, end) in u.iter_mut().zip(ends) {
-            // Exactly the end of the block at its last step.
-            *u = end - (1.0 - share) * (end - *u);
-        }
-        u
     }
 }

@@ -69,7 +69,7 @@ macro_rules! hand_on {
         fn carry(
             &self,
             trace: &Self::Trace,
-            stage: &Stage<'_, NY, ND>,
+            stage: &Stage<'_, NY>,
             tangent: &mut Tangent<'_, NU, NY, DD>,
         ) {
             self.0.carry(trace, stage, tangent);
@@ -175,7 +175,10 @@ impl<const NV: usize> Plan<NV> {
         horizons: &Horizons<N, NB>,
         previous: &[f32; NU],
     ) -> [f32; NU] {
-        horizons.command(&self.u, previous, 0)
+        horizons
+            .place
+            .first()
+            .map_or(*previous, |place| place.command(&self.u, previous))
     }
 }
 

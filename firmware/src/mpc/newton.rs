@@ -68,7 +68,8 @@ pub fn solve<
 ) -> Outcome {
     let allowed = iterations.clamp(1, MAX_ITERATIONS);
     problem.bounds.project(&mut plan.u);
-    let mut trajectory = Trajectory::new(M::TRACE);
+    // Made by the compiler: one memset.
+    let mut trajectory = const { Trajectory::new(M::TRACE) };
     let mut outcome = Outcome {
         status: Status::IterationLimit,
         iterations: 0,
@@ -95,7 +96,7 @@ pub fn solve<
         );
         let step: [f32; NV] = core::array::from_fn(|v| candidate[v] - plan.u[v]);
         let slope = quadratic.slope(&step);
-        let curvature = super::cost::dot(&step, &quadratic.hessian_times(&step));
+        let curvature = quadratic.curvature(&step);
         let promised = -(slope + curvature);
         if !promised.is_finite() {
             outcome.status = Status::NoDecrease;

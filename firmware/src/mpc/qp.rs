@@ -11,7 +11,7 @@
 )]
 
 use super::constraint::{ActiveSet, Bounds, Place, Side};
-use super::cost::Quadratic;
+use super::cost::{Quadratic, dot};
 use super::factor;
 
 /// Multipliers above this fraction of the largest gradient element count as not negative.
@@ -58,7 +58,8 @@ pub fn solve<const NU: usize, const NV: usize>(
     };
     for _ in 0..iteration_limit(NV) {
         solution.iterations += 1;
-        let p = reduced_step::<NU, NV>(quadratic, &residual, active);
+        let free = active.is_empty();
+        let p = reduced_step::<NU, NV>(quadratic, &residual, active, free);
         let hit = active.first_hit(bounds, w, &p);
         let fraction = hit.as_ref().map_or(1.0, |hit| hit.fraction);
         for (w, p) in w.iter_mut().zip(&p) {
@@ -66,13 +67,12 @@ pub fn solve<const NU: usize, const NV: usize>(
         }
         if let Some(hit) = hit {
             active.set(hit.place, hit.side);
-        } else if active.is_empty() {
+        } else if free {
             solution.optimal = true;
             break;
         }
-        let change = quadratic.hessian_times(&p);
-        for (residual, change) in residual.iter_mut().zip(&change) {
-            *residual += fraction * change;
+        for (residual, row) in residual.iter_mut().zip(&quadratic.hessian) {
+            *residual += fraction * dot(row, &p);
         }
         if hit.is_none() {
             match worst_multiplier::<NU, NV>(&residual, active, tolerance) {
@@ -89,14 +89,18 @@ pub fn solve<const NU: usize, const NV: usize>(
     solution
 }
 
-/// The step `p` that minimises over the free directions: the groups that are not anchored.
+/// The step `p` that minimises over the free directions: the groups that are not anchored. `free`: nothing is active.
 fn reduced_step<const NU: usize, const NV: usize>(
     quadratic: &Quadratic<NV>,
     residual: &[f32; NV],
     active: &ActiveSet<NV>,
+    free: bool,
 ) -> [f32; NV] {
-    let mut p = residual.map(|r| -r);
-    if active.is_empty() {
+    let mut p = *residual;
+    for p in &mut p {
+        *p = -*p;
+    }
+    if free {
         factor::solve(&quadratic.hessian, &mut p);
         return p;
     }
@@ -144,10 +148,10 @@ fn reduced_step<const NU: usize, const NV: usize>(
 /// Takes variable `v` out of the system: its solution is zero.
 #[inline]
 fn remove<const NV: usize>(h: &mut [[f32; NV]; NV], p: &mut [f32; NV], v: usize, pivot: f32) {
-    for row in h.iter_mut() {
-        row[v] = 0.0;
+    for i in 0..NV {
+        h[i][v] = 0.0;
+        h[v][i] = 0.0;
     }
-    h[v] = [0.0; NV];
     h[v][v] = pivot;
     p[v] = 0.0;
 }

@@ -13,15 +13,36 @@ pub struct Place {
     pub share: f32,
 }
 
+impl Place {
+    /// The command here in a plan, each channel between the ends of the block; a block beyond the plan has no move.
+    #[inline(always)]
+    pub fn command<const NU: usize, const NV: usize>(
+        &self,
+        plan: &[f32; NV],
+        previous: &[f32; NU],
+    ) -> [f32; NU] {
+        let (ends, _) = plan.as_chunks();
+        let before = self.block.checked_sub(1).and_then(|b| ends.get(b));
+        let mut u = *before.unwrap_or(previous);
+        if let Some(ends) = ends.get(self.block) {
+            for (u, end) in u.iter_mut().zip(ends) {
+                // Exactly the end of the block at its last step.
+                *u = end - (1.0 - self.share) * (end - *u);
+            }
+        }
+        u
+    }
+}
+
 /// What a step of the horizon is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stage<'a, const NY: usize, const ND: usize> {
+pub struct Stage<'a, const NY: usize> {
     /// Blocks with an effect on the prediction before this one.
     pub carried: usize,
     /// Blocks with an effect on this one.
     pub reached: usize,
-    /// Where u(k+j), u(k+j-1) .. stand; `None`: they lie in the past.
-    pub inputs: [Option<Place>; ND],
+    /// Where u(k) .. u(k+j) stand, the newest last.
+    pub inputs: &'a [Place],
     /// Q e of this prediction; `None`: it does not count (before N1).
     pub weighted: Option<&'a [f32; NY]>,
     /// Diagonal of Q.
@@ -47,7 +68,7 @@ pub struct Tangent<'a, const NU: usize, const NY: usize, const DD: usize> {
 #[inline(always)]
 pub fn carry<const NU: usize, const NY: usize, const ND: usize, const DD: usize>(
     jacobian: &Jacobian<NU, NY, ND, DD>,
-    stage: &Stage<'_, NY, ND>,
+    stage: &Stage<'_, NY>,
     tangent: &mut Tangent<'_, NU, NY, DD>,
 ) {
     for lags in tangent.blocks.iter_mut().take(stage.carried) {
@@ -75,7 +96,7 @@ pub fn carry_channels<
 >(
     jacobian: &Jacobian<NU, NY, ND, DD>,
     of_channels: &ChannelJacobian<NU, NY, NS, ND, DD>,
-    stage: &Stage<'_, NY, ND>,
+    stage: &Stage<'_, NY>,
     tangent: &mut Tangent<'_, NU, NY, DD>,
     channels: &mut [[[f32; NU]; NS]],
 ) {
@@ -92,10 +113,8 @@ pub fn carry_channels<
         *channel = next_channel;
     }
     enter_inputs(jacobian, stage, tangent);
-    for (place, direct) in stage.inputs.iter().zip(&of_channels.u) {
-        let Some(Place { block, share }) = *place else {
-            continue;
-        };
+    for (place, direct) in stage.inputs.iter().rev().zip(&of_channels.u) {
+        let Place { block, share } = *place;
         if let Some(channel) = channels.get_mut(block) {
             add_scaled(channel, share, direct);
         }
@@ -110,13 +129,11 @@ pub fn carry_channels<
 #[inline(always)]
 fn enter_inputs<const NU: usize, const NY: usize, const ND: usize, const DD: usize>(
     jacobian: &Jacobian<NU, NY, ND, DD>,
-    stage: &Stage<'_, NY, ND>,
+    stage: &Stage<'_, NY>,
     tangent: &mut Tangent<'_, NU, NY, DD>,
 ) {
-    for (place, direct) in stage.inputs.iter().zip(&jacobian.u) {
-        let Some(Place { block, share }) = *place else {
-            continue;
-        };
+    for (place, direct) in stage.inputs.iter().rev().zip(&jacobian.u) {
+        let Place { block, share } = *place;
         if let Some(lags) = tangent.blocks.get_mut(block) {
             add(lags, share, direct);
         }
@@ -130,37 +147,38 @@ fn enter_inputs<const NU: usize, const NY: usize, const ND: usize, const DD: usi
 
 /// The step's part of gradient and Hessian.
 #[inline(always)]
-fn add_up<const NU: usize, const NY: usize, const ND: usize, const DD: usize>(
-    stage: &Stage<'_, NY, ND>,
+fn add_up<const NU: usize, const NY: usize, const DD: usize>(
+    stage: &Stage<'_, NY>,
     tangent: &mut Tangent<'_, NU, NY, DD>,
 ) {
     let Some(weighted) = stage.weighted else {
         return;
     };
+    // Copies: what lies behind references that might overlap would be read again for every product.
+    let (weighted, tracking) = (*weighted, *stage.tracking);
     let mut pairs = tangent.pairs.iter_mut();
     let reached = tangent.blocks.iter().take(stage.reached);
     for (b, (lags, gradient)) in reached.zip(tangent.gradient.iter_mut()).enumerate() {
         let Some(s) = lags.first() else { continue };
-        let mut qs = *s;
-        for ((qs, q), (s, weighted)) in qs
-            .iter_mut()
-            .zip(stage.tracking)
-            .zip(s.iter().zip(weighted))
-        {
-            for ((qs, s), g) in qs.iter_mut().zip(s).zip(gradient.iter_mut()) {
-                *qs *= q;
-                *g += s * weighted;
+        let (mut qs, mut sum) = (*s, *gradient);
+        for ((qs, q), weighted) in qs.iter_mut().zip(&tracking).zip(&weighted) {
+            for (s, sum) in qs.iter_mut().zip(&mut sum) {
+                *sum += *s * weighted;
+                *s *= q;
             }
         }
+        *gradient = sum;
         for (lags, pair) in tangent.blocks.iter().take(b + 1).zip(&mut pairs) {
             let Some(s) = lags.first() else { continue };
-            for (a, row) in pair.iter_mut().enumerate() {
-                for (c, h) in row.iter_mut().enumerate() {
-                    for (qs, s) in qs.iter().zip(s) {
-                        *h += qs[a] * s[c];
+            let (s, mut sum) = (*s, *pair);
+            for (qs, s) in qs.iter().zip(&s) {
+                for (sum, qs) in sum.iter_mut().zip(qs) {
+                    for (sum, s) in sum.iter_mut().zip(s) {
+                        *sum += qs * s;
                     }
                 }
             }
+            *pair = sum;
         }
     }
 }

@@ -1,6 +1,5 @@
 //! The most that one optimisation may do, by its const parameters alone, and what that costs on a chip (docs/mpc.md, section 6).
 
-use super::cost::dot;
 use super::newton::{BACKTRACKS, MAX_ITERATIONS};
 use super::prediction::Trajectory;
 use super::qp::{self, iteration_limit};
@@ -77,7 +76,7 @@ impl Parts {
             },
             {
                 problem.derive(plan, &trajectory, &mut quadratic);
-                let slope = quadratic.slope(plan) + dot(plan, &quadratic.hessian_times(plan));
+                let slope = quadratic.slope(plan) + quadratic.curvature(plan);
                 core::hint::black_box(slope);
                 clock.ticks()
             },

@@ -10,7 +10,7 @@ use crate::control::{NS, NU, NY, PAST_INPUTS, PAST_OUTPUTS};
 
 type Regressor = model::Regressor<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS>;
 type Jacobian = model::Jacobian<NU, NY, PAST_INPUTS, PAST_OUTPUTS>;
-type Stage<'a> = tangent::Stage<'a, NY, PAST_INPUTS>;
+type Stage<'a> = tangent::Stage<'a, NY>;
 type Tangent<'a> = tangent::Tangent<'a, NU, NY, PAST_OUTPUTS>;
 
 /// The network of this model.
@@ -27,13 +27,7 @@ impl Model<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS> for Network {
     }
 
     fn jacobian(&self, a: &Activations, jacobian: &mut Jacobian) {
-        let d2 = network::tanh_slope(&a.a2);
-        let mut t2 = [[0.0; NY]; 32];
-        network::seed_linear(&W3, &d2, &mut t2);
-        let d1 = network::tanh_slope(&a.a1);
-        let mut t1 = [[0.0; NY]; 32];
-        network::chain(&t2, &W2, &d1, &mut t1);
-        network::input_jacobian(&t1, &W1, jacobian);
+        derive(a, false, jacobian);
     }
 
     #[inline(never)]
@@ -50,7 +44,7 @@ impl Model<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS> for Network {
     #[inline(never)]
     fn carry(&self, a: &Activations, stage: &Stage, tangent: &mut Tangent) {
         let mut jacobian = Jacobian::ZERO;
-        self.jacobian(a, &mut jacobian);
+        derive(a, stage.carried == 0, &mut jacobian);
         tangent::carry(&jacobian, stage, tangent);
     }
 }
@@ -75,11 +69,21 @@ impl Activations {
 #[inline(never)]
 fn forward(x: &Regressor, a: &mut Activations) {
     let x = network::flatten(x);
-    network::dense(&W1, &B1, &x, &mut a.a1);
-    network::tanh(&mut a.a1);
-    network::dense(&W2, &B2, &a.a1, &mut a.a2);
-    network::tanh(&mut a.a2);
+    network::dense_tanh(&W1, &B1, &x, &mut a.a1);
+    network::dense_tanh(&W2, &B2, &a.a1, &mut a.a2);
     network::dense(&W3, &B3, &a.a2, &mut a.a3);
+}
+
+/// The derivatives of a prediction; `first`: by u(k) alone, as nothing else has an effect on the first one.
+#[inline(always)]
+fn derive(a: &Activations, first: bool, jacobian: &mut Jacobian) {
+    let d2 = network::tanh_slope(&a.a2);
+    let mut t2 = [[0.0; NY]; 32];
+    network::seed_linear(&W3, &d2, &mut t2);
+    let d1 = network::tanh_slope(&a.a1);
+    let mut t1 = [[0.0; NY]; 32];
+    network::chain(&t2, &W2, &d1, &mut t1);
+    network::input_jacobian(&t1, &W1, first, jacobian);
 }
 
 /// Layer 1, one row for each of its 32 outputs.

@@ -10,7 +10,7 @@ use crate::control::{NS, NU, NY, PAST_INPUTS, PAST_OUTPUTS};
 
 type Regressor = model::Regressor<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS>;
 type Jacobian = model::Jacobian<NU, NY, PAST_INPUTS, PAST_OUTPUTS>;
-type Stage<'a> = tangent::Stage<'a, NY, PAST_INPUTS>;
+type Stage<'a> = tangent::Stage<'a, NY>;
 type Tangent<'a> = tangent::Tangent<'a, NU, NY, PAST_OUTPUTS>;
 
 /// The network of this model.
@@ -27,10 +27,7 @@ impl Model<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS> for Network {
     }
 
     fn jacobian(&self, a: &Activations, jacobian: &mut Jacobian) {
-        let d1 = network::tanh_slope(&a.a1);
-        let mut t1 = [[0.0; NY]; 10];
-        network::seed_linear(&W2, &d1, &mut t1);
-        network::input_jacobian(&t1, &W1, jacobian);
+        derive(a, false, jacobian);
     }
 
     #[inline(never)]
@@ -47,7 +44,7 @@ impl Model<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS> for Network {
     #[inline(never)]
     fn carry(&self, a: &Activations, stage: &Stage, tangent: &mut Tangent) {
         let mut jacobian = Jacobian::ZERO;
-        self.jacobian(a, &mut jacobian);
+        derive(a, stage.carried == 0, &mut jacobian);
         tangent::carry(&jacobian, stage, tangent);
     }
 }
@@ -70,9 +67,17 @@ impl Activations {
 #[inline(never)]
 fn forward(x: &Regressor, a: &mut Activations) {
     let x = network::flatten(x);
-    network::dense(&W1, &B1, &x, &mut a.a1);
-    network::tanh(&mut a.a1);
+    network::dense_tanh(&W1, &B1, &x, &mut a.a1);
     network::dense(&W2, &B2, &a.a1, &mut a.a2);
+}
+
+/// The derivatives of a prediction; `first`: by u(k) alone, as nothing else has an effect on the first one.
+#[inline(always)]
+fn derive(a: &Activations, first: bool, jacobian: &mut Jacobian) {
+    let d1 = network::tanh_slope(&a.a1);
+    let mut t1 = [[0.0; NY]; 10];
+    network::seed_linear(&W2, &d1, &mut t1);
+    network::input_jacobian(&t1, &W1, first, jacobian);
 }
 
 /// Layer 1, one row for each of its 10 outputs.

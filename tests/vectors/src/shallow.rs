@@ -64,7 +64,7 @@ impl<
     fn jacobian(&self, a: &[f32; H], jacobian: &mut Jacobian<NU, NY, ND, DD>) {
         let mut t = [[0.0; NY]; H];
         network::seed_linear(&self.w2, &network::tanh_slope(a), &mut t);
-        network::input_jacobian(&t, &self.w1, jacobian);
+        network::input_jacobian(&t, &self.w1, false, jacobian);
         if self.increment {
             network::add_identity(jacobian);
         }
