@@ -1,5 +1,9 @@
 //! Random networks as predictors, in f32 by the kernels under test and in f64 by plain loops.
-#![allow(dead_code, reason = "every test binary uses its own part")]
+#![allow(
+    dead_code,
+    unused_imports,
+    reason = "every test binary uses its own part"
+)]
 
 #[path = "../../../tests/vectors/src/case.rs"]
 pub mod case;
