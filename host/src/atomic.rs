@@ -80,7 +80,13 @@ fn beside(path: &Path) -> Result<PathBuf> {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
-    fs::create_dir_all(folder).map_err(|source| Error::write(folder, source))?;
+    fs::create_dir_all(folder).map_err(|source| {
+        let source = match folder.is_file() {
+            true => std::io::ErrorKind::NotADirectory.into(),
+            false => source,
+        };
+        Error::write(folder, source)
+    })?;
     let name = path.file_name().ok_or_else(|| {
         Error::write(
             path,
