@@ -59,6 +59,11 @@ impl Drive {
         &self.held
     }
 
+    /// One input, gaps filled.
+    pub fn column(&self, input: usize) -> &[f64] {
+        &self.columns[input]
+    }
+
     /// One input at one row.
     #[inline]
     pub(crate) fn at(&self, row: usize, input: usize) -> f64 {

@@ -145,6 +145,7 @@ pub fn build(request: &Request) -> Result<Outcome> {
         seed: request.seed,
         disturbance: Disturbance::None,
         delay_s: 0.0,
+        program: None,
     };
     let (spec, record, reused) = model(
         request,

@@ -14,6 +14,7 @@ use super::side_by_side::{Bench, DeviceRun, LEAST_MOVED, MOST_MOVED};
 use super::task::Task;
 use crate::compare::closed_loop::Scenario;
 use crate::compare::disturbance::Disturbance;
+use crate::compare::plant_program::PlantProgram;
 use crate::error::{Error, Result};
 use crate::progress::Stage;
 use crate::project::image::Sizes;
@@ -48,6 +49,8 @@ pub struct Loop {
     pub delay_s: f64,
     /// Seed of everything drawn.
     pub seed: u64,
+    /// The program that is the plant instead.
+    pub program: Option<PlantProgram>,
 }
 
 impl Loop {
@@ -99,6 +102,7 @@ impl Loop {
             disturbance: Disturbance::None,
             delay_s: 0.0,
             seed,
+            program: None,
         })
     }
 
@@ -133,6 +137,7 @@ impl Loop {
             seed: self.seed,
             disturbance: self.disturbance,
             delay_s: self.delay_s,
+            program: self.program.as_ref(),
         }
     }
 
@@ -142,6 +147,16 @@ impl Loop {
         let of = |k: u64| moved(&self.plant, 0.0, spread, self.seed.wrapping_add(4000 + k)).0;
         self.drawn = (0..count as u64).map(of).collect();
         self.values = self.plant.values();
+        self.moved.clear();
+    }
+
+    /// Lets a program be the plant; nothing of the rig's is moved. With [`Loop::draw`], it draws.
+    pub fn let_be_the_plant(&mut self, command: &str, spread: f64) {
+        self.program = Some(PlantProgram {
+            command: command.into(),
+            draw: 0,
+            spread,
+        });
         self.moved.clear();
     }
 

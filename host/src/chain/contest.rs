@@ -30,7 +30,7 @@ pub struct Contest {
     format: &'static str,
     /// What the controllers were asked for comes from this rig.
     rig: String,
-    /// The real rig; null where the rig was moved.
+    /// The real rig, or the program that is one; null where the rig was moved.
     plant: Option<String>,
     /// Where the predictive controllers ran.
     board: &'static str,
@@ -67,7 +67,7 @@ impl Contest {
     pub fn new(
         ready: &Loop,
         rig: &Path,
-        plant: Option<&Path>,
+        plant: Option<String>,
         board: &'static str,
         controllers: Vec<Contestant>,
         gains: Map<String, Value>,
@@ -81,7 +81,7 @@ impl Contest {
         Self {
             format: "sinew-comparison/1",
             rig: rig.display().to_string(),
-            plant: plant.map(|path| path.display().to_string()),
+            plant,
             board,
             rate_hz: 1.0 / ready.task.period_s,
             steps: ready.task.reference.steps(),

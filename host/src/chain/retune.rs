@@ -410,6 +410,7 @@ mod tests {
             seed: 3,
             disturbance: Disturbance::Ramp,
             delay_s: 0.0,
+            program: None,
         };
         let scenarios = bench
             .tuning_scenarios(&[plant.values()])

@@ -14,6 +14,7 @@ use crate::compare::feedback::{FeedbackController, Opponent, Training, Tuning, t
 use crate::compare::mpc::{Answer, MpcController};
 use crate::compare::objective::Objective;
 use crate::compare::optimise::Budget;
+use crate::compare::plant_program::PlantProgram;
 use crate::compare::reference::Reference;
 use crate::device::{Device, End, decode_log};
 use crate::error::{Error, Result};
@@ -40,6 +41,8 @@ pub struct Bench<'a> {
     pub disturbance: Disturbance,
     /// Age of the measurements when a controller gets them, seconds.
     pub delay_s: f64,
+    /// The program that is the plant instead.
+    pub program: Option<&'a PlantProgram>,
 }
 
 /// A loop run on a device.
@@ -121,13 +124,14 @@ impl Bench<'_> {
         let of = |(k, values): (usize, &Vec<f64>)| -> Result<Scenario> {
             Ok(Scenario {
                 seed: self.seed.wrapping_add(3000 + k as u64),
+                program: self.drawn(k + 1),
                 ..self.scenario(values)?
             })
         };
         plants.iter().enumerate().map(of).collect()
     }
 
-    /// Loops for tuning: other references and other noise.
+    /// Loops for tuning: other references and other noise, the k-th on the k-th plant of a program.
     ///
     /// # Errors
     /// As [`Bench::scenario`].
@@ -138,6 +142,8 @@ impl Bench<'_> {
             let reference = match self.task.source {
                 Source::Recorded => self.task.reference.mirrored(steps, i),
                 Source::Path => self.task.reference.backwards(steps),
+                // It starts where it likes, which is at rest at home.
+                Source::Designed if self.program.is_some() => self.moves(steps, seed),
                 Source::Designed => {
                     // From anywhere, in balance or not: tuned on balanced starts alone, the demo's PID had twice the error.
                     let anywhere = vec![None; self.task.outputs.len()];
@@ -145,7 +151,10 @@ impl Bench<'_> {
                     Reference::moves(workspaces, &anywhere, steps, period, seed)
                 }
             };
-            self.with(values, reference, seed, For::Tuning)
+            Ok(Scenario {
+                program: self.drawn(i),
+                ..self.with(values, reference, seed, For::Tuning)?
+            })
         });
         scenarios.collect()
     }
@@ -171,6 +180,14 @@ impl Bench<'_> {
         let home = self.task.outputs.iter().map(|s| self.task.home[*s]);
         let (workspaces, period) = (&self.task.workspaces, self.task.period_s);
         Reference::moves(workspaces, &home.collect::<Vec<_>>(), steps, period, seed)
+    }
+
+    /// The program's plant of that number, where there is a program.
+    fn drawn(&self, draw: usize) -> Option<PlantProgram> {
+        self.program.map(|program| PlantProgram {
+            draw,
+            ..program.clone()
+        })
     }
 
     fn with(
@@ -201,6 +218,7 @@ impl Bench<'_> {
             seed,
             period_s: self.task.period_s,
             reference,
+            program: self.drawn(0),
         })
     }
 

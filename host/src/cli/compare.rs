@@ -34,6 +34,9 @@ pub struct Arguments {
     /// The rig file of the plant in the loop, taken as written; without it, RIG with every free parameter moved.
     #[arg(long, value_name = "RIG")]
     plant: Option<PathBuf>,
+    /// A program that is the plant instead, as a line for `sh`; with --draws it is told which of its plants is wanted.
+    #[arg(long, value_name = "COMMAND", conflicts_with = "plant")]
+    plant_program: Option<String>,
     /// Loops a controller; all but the first have other noise and other moves.
     #[arg(long, value_name = "N", default_value = "1", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1000))]
     loops: usize,
@@ -104,6 +107,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     )?;
     let mut ready = of_loop.load(arguments.plant.as_deref())?;
     arguments.conditions.apply(&mut ready)?;
+    if let Some(command) = &arguments.plant_program {
+        ready.let_be_the_plant(command, arguments.spread);
+    }
     if let Some(count) = arguments.draws {
         ready.draw(arguments.spread, count);
     }
@@ -158,7 +164,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             quantity(m.plant, &m.unit)
         );
     }
-    let plant = arguments.plant.as_deref();
+    let plant = arguments.plant.as_ref().map(|p| p.display().to_string());
+    let plant = plant.or(arguments.plant_program.clone());
     let board = arguments.board.name();
     let spread = arguments.draws.map(|_| arguments.spread);
     let contest =

@@ -8,6 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use sinew_sim::{Drive, Plant, RecordingRun, Rig};
 
 use super::overwrite;
+use crate::compare::plant_program::PlantProgram;
 use crate::dataset::gaussian;
 use crate::error::{Error, Result};
 use crate::recording::{Column, Recording};
@@ -30,6 +31,9 @@ pub struct Arguments {
     /// Standard deviation of white noise on every signal, as a fraction of what the signal ranges over.
     #[arg(long, value_name = "FRACTION", default_value_t = 0.0)]
     noise: f64,
+    /// A program that is the plant instead, as a line for `sh`; only signals that it has are written.
+    #[arg(long, value_name = "COMMAND", conflicts_with_all = ["plot", "html"])]
+    plant_program: Option<String>,
     /// Seed of the noise.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -101,19 +105,19 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .iter()
         .map(|i| (i.column.as_str(), i.actuator.as_str(), i.column_factor));
     let inputs = columns(&recording, inputs)?;
-    // A sensor that was not recorded starts from nothing and is simulated all the same.
-    let signals: Vec<Vec<f64>> = plant
-        .sensors()
-        .iter()
-        .map(|sensor| match recording.column(&sensor.column) {
-            Some(values) => values.iter().map(|v| v * sensor.column_factor).collect(),
-            None => vec![f64::NAN; recording.len()],
-        })
-        .collect();
     let driven: Vec<&[f64]> = inputs.iter().map(Vec::as_slice).collect();
-    let signals: Vec<&[f64]> = signals.iter().map(Vec::as_slice).collect();
-    let run = plant.simulate_recording(recording.t(), &driven, &signals)?;
-    draw(arguments, &rig, &plant, &recording, &inputs, &run)?;
+    let drive = Drive::new(&plant, recording.len(), &driven)?;
+    let signals = match &arguments.plant_program {
+        Some(command) => {
+            let program = PlantProgram {
+                command: command.clone(),
+                draw: 0,
+                spread: 0.0,
+            };
+            program.record(&plant, recording.t(), &drive)?
+        }
+        None => simulated(arguments, &rig, &plant, &recording, &inputs)?,
+    };
 
     let mut random = ChaCha8Rng::seed_from_u64(arguments.seed);
     let mut written = Vec::new();
@@ -128,8 +132,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             values: held.iter().map(|v| v / input.column_factor).collect(),
         });
     }
-    for (i, sensor) in plant.sensors().iter().enumerate() {
-        let mut values = run.trajectory.column(i);
+    let mut signals_written = 0;
+    for (sensor, values) in plant.sensors().iter().zip(signals) {
+        let Some(mut values) = values else { continue };
+        signals_written += 1;
         if arguments.noise > 0.0 {
             disturb(&mut values, arguments.noise, &mut random);
         }
@@ -141,7 +147,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     Recording::new(&arguments.out, recording.t().to_vec(), written)?.write(&arguments.out)?;
     if !arguments.quiet {
-        for (input, held) in plant.inputs().iter().zip(&run.held) {
+        for (input, held) in plant.inputs().iter().zip(drive.held()) {
             if *held > 0 {
                 eprintln!(
                     "{}: {held} samples are missing and held their last value",
@@ -152,7 +158,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         println!(
             "{} rows of {} signals in {}",
             recording.len(),
-            plant.sensors().len(),
+            signals_written,
             arguments.out.display()
         );
         for path in [&arguments.plot, &arguments.html].into_iter().flatten() {
@@ -160,6 +166,31 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// What every sensor shows, SI; plot and page are written where they were asked for.
+fn simulated(
+    arguments: &Arguments,
+    rig: &Rig,
+    plant: &Plant,
+    recording: &Recording,
+    inputs: &[Vec<f64>],
+) -> Result<Vec<Option<Vec<f64>>>> {
+    // A sensor that was not recorded starts from nothing and is simulated all the same.
+    let signals: Vec<Vec<f64>> = plant
+        .sensors()
+        .iter()
+        .map(|sensor| match recording.column(&sensor.column) {
+            Some(values) => values.iter().map(|v| v * sensor.column_factor).collect(),
+            None => vec![f64::NAN; recording.len()],
+        })
+        .collect();
+    let driven: Vec<&[f64]> = inputs.iter().map(Vec::as_slice).collect();
+    let signals: Vec<&[f64]> = signals.iter().map(Vec::as_slice).collect();
+    let run = plant.simulate_recording(recording.t(), &driven, &signals)?;
+    draw(arguments, rig, plant, recording, inputs, &run)?;
+    let columns = 0..plant.sensors().len();
+    Ok(columns.map(|i| Some(run.trajectory.column(i))).collect())
 }
 
 /// Writes the plot and the page, where they were asked for.

@@ -5,6 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use sinew_sim::{Plant, Stepper};
 
 use super::disturbance::Disturbance;
+use super::plant_program::{PlantProgram, Running};
 use super::reference::Reference;
 use crate::dataset::gaussian;
 use crate::error::Result;
@@ -27,7 +28,7 @@ pub trait Controller {
 /// What a controller is put to.
 #[derive(Clone, Debug)]
 pub struct Scenario {
-    /// The plant; the controller does not see it.
+    /// The plant; the controller does not see it. Where [`Scenario::program`] is the plant, this says what its signals are called.
     pub plant: Plant,
     /// Its parameters.
     pub values: Vec<f64>,
@@ -49,6 +50,41 @@ pub struct Scenario {
     pub reference: Reference,
     /// What is added to the commands, and half the range of each input.
     pub load: (Disturbance, Vec<f64>),
+    /// The program that is the plant instead; it starts where it likes.
+    pub program: Option<PlantProgram>,
+}
+
+/// What a loop goes through.
+enum Process {
+    Own(Box<Stepper<f64>>),
+    Program(Box<Running>),
+}
+
+impl Process {
+    fn start(scenario: &Scenario) -> Result<Self> {
+        let Some(program) = &scenario.program else {
+            let stepper = Stepper::new(&scenario.plant, &scenario.values, &scenario.start)?;
+            return Ok(Self::Own(Box::new(stepper)));
+        };
+        let wanted = scenario.outputs.iter().chain(&scenario.channels.0);
+        let wanted: Vec<usize> = wanted.copied().collect();
+        let running = program.start(&scenario.plant, &wanted)?;
+        Ok(Self::Program(Box::new(running)))
+    }
+
+    fn signal(&self, sensor: usize) -> f64 {
+        match self {
+            Self::Own(stepper) => stepper.signal(sensor),
+            Self::Program(running) => running.signal(sensor),
+        }
+    }
+
+    fn advance(&mut self, seconds: f64, inputs: &[f64]) -> Result<()> {
+        match self {
+            Self::Own(stepper) => Ok(stepper.advance(seconds, inputs)?),
+            Self::Program(running) => running.advance(seconds, inputs),
+        }
+    }
 }
 
 /// A run, one row a step.
@@ -74,11 +110,11 @@ impl Scenario {
     /// The plant diverges or the controller cannot be reached.
     pub fn run(&self, controller: &mut dyn Controller) -> Result<Run> {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
-        let mut stepper = Stepper::new(&self.plant, &self.values, &self.start)?;
+        let mut process = Process::start(self)?;
         let mut run = Run::default();
-        let read = |stepper: &Stepper<f64>| -> Vec<f64> {
+        let read = |process: &Process| -> Vec<f64> {
             let sensors = self.outputs.iter().chain(&self.channels.0);
-            sensors.map(|sensor| stepper.signal(*sensor)).collect()
+            sensors.map(|sensor| process.signal(*sensor)).collect()
         };
         let noise: Vec<f64> = self.noise.iter().chain(&self.channels.1).copied().collect();
         // A delay is so many whole periods and a part of one; the k-th sample is taken that part before step k.
@@ -86,10 +122,10 @@ impl Scenario {
         // What rounding leaves of a whole period is none.
         let whole = (periods + 1e-6) as usize;
         let part = (periods - whole as f64).max(0.0) * self.period_s;
-        let mut samples = vec![read(&stepper)];
+        let mut samples = vec![read(&process)];
         for k in 0..self.reference.steps() {
             let outputs = self.outputs.iter();
-            let y: Vec<f64> = outputs.map(|sensor| stepper.signal(*sensor)).collect();
+            let y: Vec<f64> = outputs.map(|sensor| process.signal(*sensor)).collect();
             let mut measured: Vec<f64> = samples[k.saturating_sub(whole)]
                 .iter()
                 .zip(&noise)
@@ -99,12 +135,12 @@ impl Scenario {
             let u = controller.command(k, &measured, &s, &self.reference)?;
             let loaded = self.loaded(k, &u);
             if part > 1e-6 * self.period_s {
-                stepper.advance(self.period_s - part, &loaded)?;
-                samples.push(read(&stepper));
-                stepper.advance(part, &loaded)?;
+                process.advance(self.period_s - part, &loaded)?;
+                samples.push(read(&process));
+                process.advance(part, &loaded)?;
             } else {
-                stepper.advance(self.period_s, &loaded)?;
-                samples.push(read(&stepper));
+                process.advance(self.period_s, &loaded)?;
+                samples.push(read(&process));
             }
             run.t.push(k as f64 * self.period_s);
             run.reference.push(self.reference.row(k).to_vec());
@@ -245,6 +281,7 @@ mod tests {
                 rows: vec![vec![0.0]; 41],
             },
             load: (Disturbance::None, vec![1.0]),
+            program: None,
         }
     }
 

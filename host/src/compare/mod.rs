@@ -7,6 +7,7 @@ pub mod mpc;
 pub mod objective;
 pub mod optimise;
 pub mod pid;
+pub mod plant_program;
 pub mod reference;
 pub mod rise;
 pub mod transient;

@@ -181,6 +181,41 @@ fn tunings() {
 }
 
 #[test]
+fn programs_that_are_no_plants() {
+    let desk = desk();
+    let said = |name: &str, lines: &str| {
+        desk.write(name, &format!("cat <<END\n{lines}\nEND\n"));
+    };
+    said("talk", "hello");
+    said("inputs", "sinew-plant/1\nu_V\nq_m\n0");
+    said("sensors", "sinew-plant/1\nu_N\np_m\n0");
+    said("words", "sinew-plant/1\nu_N\nq_m\nnought");
+    said("short", "sinew-plant/1\nu_N\nq_m,p_m\n0.1");
+    said("ends", "sinew-plant/1\nu_N\nq_m\n0.0");
+    said("lost", "sinew-plant/1\nu_N\nq_m\n0.0\n0.1\nnan");
+    let names = [
+        "talk", "inputs", "sensors", "words", "short", "ends", "lost",
+    ];
+    let mut lines: Vec<String> = names
+        .iter()
+        // `sh` reads its program from where the plant's lines would come.
+        .map(|name| {
+            format!("simulate {RIG} --input good.csv --out out.csv --plant-program sh<{name}")
+        })
+        .collect();
+    lines.push(format!(
+        "compare {RIG} . --fit good.csv --out out --plant {RIG} --plant-program true"
+    ));
+    lines.push(format!(
+        "simulate {RIG} --input good.csv --out out.csv --plot out.svg --plant-program true"
+    ));
+    let lines: Vec<&str> = lines.iter().map(String::as_str).collect();
+    let report = refusals(&desk, &lines);
+    assert!(!desk.path("out.csv").exists(), "a refusal writes nothing");
+    insta::assert_snapshot!(report);
+}
+
+#[test]
 fn results_that_cannot_be_written_are_status_1() {
     let desk = desk();
     desk.write("occupied/file", "");

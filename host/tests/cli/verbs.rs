@@ -331,6 +331,101 @@ fn compare_draws_a_plant_a_loop_and_follows_a_path() {
     );
 }
 
+/// A cart of 1 kg with a spring of 40 N/m and some loss, in another language; Perl is part of every Debian.
+const CART: &str = r#"
+$| = 1;
+my ($q, $v) = (0, 0);
+print "sinew-plant/1\nu_N\nv_m_s,q_m\n0,0\n";
+while (<STDIN>) {
+    my ($seconds, $u) = split /,/;
+    for (1 .. 20) {
+        $v += $seconds / 20 * ($u - 40 * $q - 1.2 * $v);
+        $q += $seconds / 20 * $v;
+    }
+    print "$v,$q\n";
+}
+"#;
+
+/// Three lags of two inputs, quicker for every other number of its plant.
+const LAGS: &str = r#"
+$| = 1;
+my $rate = 3 * (1 + $ENV{SINEW_DRAW} * $ENV{SINEW_SPREAD});
+my @y = (0, 0, 0);
+print "sinew-plant/1\nu1,u2\ny1,y2,y3\n0,0,0\n";
+while (<STDIN>) {
+    my ($seconds, @u) = split /,/;
+    my @to = ($u[0], $u[1], $u[0] - $u[1]);
+    $y[$_] += $seconds * $rate * ($to[$_] - $y[$_]) for 0 .. 2;
+    print join(",", @y), "\n";
+}
+"#;
+
+#[test]
+fn a_program_can_be_the_plant() {
+    let desk = Desk::new();
+    desk.bring("rigs/mass-spring-damper.toml")
+        .write("cart.pl", CART);
+    let mut inputs = String::from("t,u_N\n");
+    for k in 0..240 {
+        let u = if (k / 60) % 2 == 0 { 1.0 } else { -1.0 };
+        inputs += &format!("{},{u}\n", f64::from(k) / 120.0);
+    }
+    desk.write("inputs.csv", &inputs);
+    let simulate = |out: &str, more: &[&str]| -> Vec<f64> {
+        let line = format!("simulate mass-spring-damper.toml --input inputs.csv --out {out}");
+        let output = desk.command(&line).args(more).output().expect("it starts");
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{errors}");
+        let mut read = columns(&desk.read(out));
+        assert_eq!(read.last().expect("a column").0, "q_m");
+        assert_eq!(read.len(), 2, "the program's other signal is not the rig's");
+        read.pop().expect("a column").1
+    };
+    let own = simulate("own.csv", &[]);
+    let other = simulate("other.csv", &["--plant-program", "perl cart.pl"]);
+    let most = own.iter().fold(0.0_f64, |m, q| m.max(q.abs()));
+    assert!(most > 0.02, "it hardly moves");
+    for (own, other) in own.iter().zip(&other) {
+        assert!((own - other).abs() < 2e-3 * most, "{own} {other}");
+    }
+}
+
+#[test]
+fn compare_lets_a_program_be_every_drawn_plant() {
+    let desk = crate::interrupt::reference_desk();
+    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pil");
+    std::fs::create_dir_all(desk.path("model")).expect("it can be made");
+    for file in ["model.toml", "weights.safetensors"] {
+        let from = checkout().join("models/reference-s").join(file);
+        std::fs::copy(from, desk.path("model").join(file)).expect("it can be copied");
+    }
+    desk.write("lags.pl", LAGS);
+    let loops = |spread: &str| -> Vec<serde_json::Value> {
+        let line = format!(
+            "compare rig.toml model --fit recording.csv --evaluations 20 --out out --build-dir {} --quiet --json scores.json \
+             --draws 2 --spread {spread}",
+            cache.display()
+        );
+        let mut compare = desk.command(&line);
+        let output = compare.args(["--plant-program", "perl lags.pl"]).output();
+        let output = output.expect("it starts");
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{errors}");
+        let scores: serde_json::Value =
+            serde_json::from_str(&desk.read("scores.json")).expect("it is JSON");
+        assert_eq!(scores["plant"], "perl lags.pl");
+        assert_eq!(scores["moved"], serde_json::json!([]));
+        let controllers = scores["controllers"].as_array().expect("a list");
+        assert_eq!(controllers.len(), 3, "PID and RISE are tuned on it too");
+        controllers[0]["loops"].as_array().expect("a list").clone()
+    };
+    let (drawn, alike) = (loops("0.5"), loops("0"));
+    for (k, (drawn, alike)) in drawn.iter().zip(&alike).enumerate() {
+        assert_ne!(drawn, alike, "loop {k} has a plant of its own");
+    }
+    assert_eq!(alike, loops("0"), "the same seed, the same loops");
+}
+
 #[test]
 fn help_is_no_error() {
     let desk = Desk::new();

@@ -1,91 +1,232 @@
-//! `cargo xtask experiments mended`: does a controller gain from `sinew diagnose`? (docs/mended.md)
+//! `cargo xtask experiments mended`, `mass-on-mujoco` and `tendon-on-mujoco`: does a controller gain from recordings of the real
+//! rig, and from `sinew diagnose`? (docs/mended.md, docs/published.md)
 //!
 //! Everything goes through the program as a user would call it. The real rig is seen by what writes the recordings and by the
 //! plant of the loop, and by the tuning of PID and RISE; fit, diagnosis, training and the tuning of every MPC see recordings and the
 //! believed rig.
 
-use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use serde_json::json;
 
 use super::bench::Bench;
-use crate::process::{self, root};
+use super::figure::{Row, dots};
+use super::problems::{EIGHT, TENDON_TABLES};
+use crate::foreign::python;
+use crate::process;
 
-const BELIEVED: &str = "rigs/experiments/flexure-stage.toml";
-const REAL: &str = "rigs/experiments/flexure-stage.real.toml";
-/// Noise of the recordings and so of the loops, as a part of what the position ranges over.
-const NOISE: &str = "0.001";
-const SECONDS: &str = "20";
-const LOOPS: &str = "9";
+/// A rig that its owner knows badly, and the real one.
+pub struct Rehearsal {
+    /// As on the command line, and the folder of its results.
+    pub name: &'static str,
+    /// What the owner knows.
+    believed: &'static str,
+    /// Where the believed rig's file ends, and what stands there instead.
+    tail: Option<(&'static str, &'static str)>,
+    real: Real,
+    /// Noise of the recordings and so of the loops, as a part of what each signal ranges over.
+    noise: &'static str,
+    /// Length of a recording, and how much of the inputs' range it uses.
+    excite: &'static [&'static str],
+    /// What is asked, and what tuning follows backwards; without, the staircase.
+    paths: Option<[fn() -> String; 2]>,
+    /// Further arguments of `sinew tune`.
+    tune: &'static [&'static str],
+    /// Loops, and what they are run under.
+    compare: &'static [&'static str],
+}
 
-/// Answers for a seed; everything lies in target/experiments/mended.
+/// Who answers in the place of the real rig.
+enum Real {
+    /// A rig file.
+    Rig(&'static str),
+    /// A module of tests/foreign: a plant for MuJoCo.
+    MuJoCo(&'static str),
+}
+
+/// A stage whose leaves stiffen and whose guide rubs.
+pub const STAGE: Rehearsal = Rehearsal {
+    name: "mended",
+    believed: "rigs/experiments/flexure-stage.toml",
+    tail: None,
+    real: Real::Rig("rigs/experiments/flexure-stage.real.toml"),
+    noise: "0.001",
+    excite: &["--seconds", "20"],
+    paths: None,
+    tune: &[],
+    compare: &["--loops", "9"],
+};
+
+/// The mass on a spring, as MuJoCo has it.
+pub const MASS: Rehearsal = Rehearsal {
+    name: "mass-on-mujoco",
+    believed: "rigs/mass-spring-damper.toml",
+    real: Real::MuJoCo("plants.mass_spring_damper"),
+    noise: "0.005",
+    excite: &["--seconds", "30", "--amplitude", "0.3"],
+    tune: &[
+        "--evaluations",
+        "120",
+        "--disturbance",
+        "step",
+        "--horizons",
+        "12",
+        "--control-horizons",
+        "4",
+    ],
+    compare: &[
+        "--draws",
+        "10",
+        "--spread",
+        "0.2",
+        "--delay",
+        "0.004",
+        "--disturbance",
+        "step",
+        "--evaluations",
+        "100",
+    ],
+    ..STAGE
+};
+
+/// The tendon platform, as MuJoCo has it: a chain of links, tendons from hole to hole that rub and have slack.
+pub const TENDON: Rehearsal = Rehearsal {
+    name: "tendon-on-mujoco",
+    believed: "rigs/tendon.toml",
+    // It has no fibres.
+    tail: Some(("[[waveguide]]", TENDON_TABLES)),
+    real: Real::MuJoCo("plants.tendon"),
+    noise: "0.005",
+    excite: &["--seconds", "30", "--amplitude", "1"],
+    paths: Some(EIGHT),
+    tune: &[
+        "--evaluations",
+        "120",
+        "--horizons",
+        "10",
+        "--control-horizons",
+        "3",
+    ],
+    compare: &[
+        "--draws",
+        "10",
+        "--spread",
+        "0.2",
+        "--delay",
+        "0.008",
+        "--evaluations",
+        "60",
+    ],
+};
+
+/// Answers for a seed; everything lies in target/experiments/NAME.
 ///
 /// # Errors
 /// Setup, or the exit status of `sinew`.
-pub fn run(seed: u64) -> Result<()> {
-    let bench = Mended(Bench::new("mended", seed)?);
+pub fn run(rehearsal: &Rehearsal, seed: u64) -> Result<()> {
+    let bench = Bench::new(rehearsal.name, seed)?;
+    let real = match rehearsal.real {
+        Real::Rig(path) => ["--plant".into(), path.into()],
+        Real::MuJoCo(module) => [
+            "--plant-program".into(),
+            python::environment()?.line(module),
+        ],
+    };
+    let run = Run {
+        bench,
+        rehearsal,
+        real,
+    };
+    run.begin()?;
     for (k, role) in (0..).zip(["fit", "check", "test"]) {
-        bench.record(role, 3 * seed + k)?;
+        run.record(role, 3 * seed + k)?;
     }
-    bench.rigs()?;
-    let names = ["MPC-believed", "MPC-refitted", "MPC-mended"];
-    for name in names {
-        bench.controller(name)?;
+    run.rigs()?;
+    for name in NAMES {
+        run.controller(name)?;
     }
-    bench.compare(&names)?;
-    bench.summary()
+    run.compare()?;
+    run.summary()
 }
 
-struct Mended(Bench);
+/// What the controllers know: the rig as written, refitted to the recordings, mended by the diagnosis.
+const NAMES: [&str; 3] = ["MPC-believed", "MPC-refitted", "MPC-mended"];
 
-impl Mended {
+struct Run<'a> {
+    bench: Bench,
+    rehearsal: &'a Rehearsal,
+    /// How the real rig is named on a command line.
+    real: [String; 2],
+}
+
+impl Run<'_> {
+    /// The believed rig and the paths.
+    fn begin(&self) -> Result<()> {
+        let mut text = self.bench.text(Path::new(self.rehearsal.believed))?;
+        if let Some((end, tail)) = self.rehearsal.tail {
+            text.truncate(text.find(end).unwrap_or(text.len()));
+            text += tail;
+        }
+        self.bench.write("MPC-believed.toml", &text)?;
+        if let Some([asked, tuning]) = self.rehearsal.paths {
+            self.bench.write("path.csv", &asked())?;
+            self.bench.write("tuning-path.csv", &tuning())?;
+        }
+        Ok(())
+    }
+
+    fn believed(&self) -> std::path::PathBuf {
+        self.bench.path("MPC-believed.toml")
+    }
+
     /// Inputs that the believed rig's limits allow, and what the real one answers.
     fn record(&self, role: &str, seed: u64) -> Result<()> {
-        let (inputs, recording) = (
-            self.0.path("inputs.csv"),
-            self.0.path(&format!("{role}.csv")),
-        );
+        let inputs = self.bench.path("inputs.csv");
+        let recording = self.bench.path(&format!("{role}.csv"));
         let seed = seed.to_string();
-        let mut excite = self.0.sinew("excite", Path::new(BELIEVED));
-        excite
-            .arg("--out")
-            .arg(&inputs)
-            .args(["--seconds", SECONDS]);
+        let mut excite = self.bench.sinew("excite", &self.believed());
+        excite.arg("--out").arg(&inputs).args(self.rehearsal.excite);
         process::run(excite.args(["--no-table", "--quiet", "--seed", &seed]))?;
-        let mut simulate = self.0.sinew("simulate", Path::new(REAL));
+        let mut simulate = match self.rehearsal.real {
+            Real::Rig(rig) => self.bench.sinew("simulate", Path::new(rig)),
+            Real::MuJoCo(_) => {
+                let mut simulate = self.bench.sinew("simulate", &self.believed());
+                simulate.args(&self.real);
+                simulate
+            }
+        };
         simulate
             .arg("--input")
             .arg(&inputs)
             .arg("--out")
             .arg(recording);
-        simulate.args(["--with-inputs", "--noise", NOISE, "--quiet"]);
+        simulate.args(["--with-inputs", "--noise", self.rehearsal.noise, "--quiet"]);
         process::run(simulate.args(["--seed", &seed]))
     }
 
-    /// The three rigs that the controllers know: as written, refitted to the recordings, mended by the diagnosis.
+    /// The rigs that the other two controllers know.
     fn rigs(&self) -> Result<()> {
-        let believed = Path::new(BELIEVED);
-        let copy = self.0.path("MPC-believed.toml");
-        fs::copy(root().join(believed), root().join(&copy))
-            .with_context(|| format!("cannot write {}", copy.display()))?;
-        let mut fit = self.0.sinew("fit", believed);
+        let mut fit = self.bench.sinew("fit", &self.believed());
         self.recordings(&mut fit);
-        fit.arg("--out").arg(self.0.path("MPC-refitted.toml"));
+        fit.arg("--out").arg(self.bench.path("MPC-refitted.toml"));
         process::run(fit.arg("--quiet"))?;
-        let mut diagnose = self.0.sinew("diagnose", believed);
+        let mut diagnose = self.bench.sinew("diagnose", &self.believed());
         for role in ["fit", "check", "test"] {
             diagnose
                 .arg(format!("--{role}"))
-                .arg(self.0.path(&format!("{role}.csv")));
+                .arg(self.bench.path(&format!("{role}.csv")));
         }
         diagnose
             .arg("--rig-out")
-            .arg(self.0.path("MPC-mended.toml"));
-        diagnose.arg("--json").arg(self.0.path("diagnosis.json"));
-        diagnose.arg("--report").arg(self.0.path("diagnosis.html"));
+            .arg(self.bench.path("MPC-mended.toml"));
+        diagnose
+            .arg("--json")
+            .arg(self.bench.path("diagnosis.json"));
+        diagnose
+            .arg("--report")
+            .arg(self.bench.path("diagnosis.html"));
         process::run(&mut diagnose)
     }
 
@@ -94,53 +235,72 @@ impl Mended {
         for role in ["fit", "check"] {
             command
                 .arg("--fit")
-                .arg(self.0.path(&format!("{role}.csv")));
+                .arg(self.bench.path(&format!("{role}.csv")));
         }
-        command.arg("--test").arg(self.0.path("test.csv"));
+        command.arg("--test").arg(self.bench.path("test.csv"));
     }
 
     /// A network for a rig, and its controller's weights, tuned on that rig and rigs near it.
     fn controller(&self, name: &str) -> Result<()> {
-        let rig = self.0.path(&format!("{name}.toml"));
-        let (model, seed) = (self.0.path("trained").join(name), self.0.seed.to_string());
-        let mut train = self.0.sinew("train", &rig);
+        println!("{}: {name}", self.rehearsal.name);
+        let rig = self.bench.path(&format!("{name}.toml"));
+        let model = self.bench.path("trained").join(name);
+        let seed = self.bench.seed.to_string();
+        let mut train = self.bench.sinew("train", &rig);
         self.recordings(&mut train);
         train.arg("--out").arg(&model);
+        train
+            .arg("--json")
+            .arg(self.bench.path(&format!("{name}.training.json")));
         process::run(train.args(["--seed", &seed]))?;
-        let mut tune = self.0.sinew("tune", &rig);
+        let mut tune = self.bench.sinew("tune", &rig);
         tune.arg(&model);
         self.recordings(&mut tune);
+        if self.rehearsal.paths.is_some() {
+            tune.arg("--reference")
+                .arg(self.bench.path("tuning-path.csv"));
+        }
+        tune.args(self.rehearsal.tune);
         tune.arg("--out")
-            .arg(self.0.path(&format!("{name}.tuned.toml")));
+            .arg(self.bench.path(&format!("{name}.tuned.toml")));
         tune.arg("--model-out")
-            .arg(self.0.path("models").join(name));
+            .arg(self.bench.path("models").join(name));
         process::run(tune.args(["--mpc-only", "--seed", &seed]))
     }
 
-    fn compare(&self, names: &[&str]) -> Result<()> {
-        let mut compare = self.0.sinew("compare", Path::new(BELIEVED));
-        for name in names {
-            compare.arg(self.0.path("models").join(name));
+    fn compare(&self) -> Result<()> {
+        let mut compare = self.bench.sinew("compare", &self.believed());
+        for name in NAMES {
+            compare.arg(self.bench.path("models").join(name));
         }
         self.recordings(&mut compare);
-        compare.arg("--out").arg(self.0.path("firmware"));
-        compare.args(["--plant", REAL, "--loops", LOOPS, "--board", "qemu"]);
+        compare.arg("--out").arg(self.bench.path("firmware"));
+        if self.rehearsal.paths.is_some() {
+            compare.arg("--reference").arg(self.bench.path("path.csv"));
+        }
+        compare.args(&self.real).args(self.rehearsal.compare);
+        compare.args(["--board", "qemu"]);
         for (flag, file) in [
             ("--json", "comparison.json"),
             ("--report", "report.html"),
             ("--plot", "error.svg"),
         ] {
-            compare.arg(flag).arg(self.0.path(file));
+            compare.arg(flag).arg(self.bench.path(file));
         }
-        process::run(compare.args(["--seed", &self.0.seed.to_string()]))
+        process::run(compare.args(["--seed", &self.bench.seed.to_string()]))
     }
 
-    /// summary.json: what was found, and the comparison.
+    /// summary.json: what was found, and the comparison; a figure of its loops.
     fn summary(&self) -> Result<()> {
-        self.0.summary(json!({
+        let comparison = self.bench.json("comparison.json")?;
+        let controllers = comparison["controllers"].as_array().into_iter().flatten();
+        let rows = controllers.map(Row::of).collect::<Result<Vec<_>>>()?;
+        let title = format!("{}: RMS error of each loop", self.rehearsal.name);
+        self.bench.write("loops.svg", &dots(&title, &rows))?;
+        self.bench.summary(json!({
             "format": "sinew-experiment-mended/1",
-            "diagnosis": self.0.json("diagnosis.json")?,
-            "comparison": self.0.json("comparison.json")?,
+            "diagnosis": self.bench.json("diagnosis.json")?,
+            "comparison": comparison,
         }))
     }
 }

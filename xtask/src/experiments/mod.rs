@@ -18,9 +18,19 @@ struct Experiment {
 
 const EXPERIMENTS: &[Experiment] = &[
     Experiment {
-        name: "mended",
+        name: mended::STAGE.name,
         question: "what a controller gains once `sinew diagnose` has mended its model",
-        run: mended::run,
+        run: |seed| mended::run(&mended::STAGE, seed),
+    },
+    Experiment {
+        name: mended::MASS.name,
+        question: "the same for the published mass, on plants that MuJoCo runs",
+        run: |seed| mended::run(&mended::MASS, seed),
+    },
+    Experiment {
+        name: mended::TENDON.name,
+        question: "the same for the published tendon platform, on plants that MuJoCo runs",
+        run: |seed| mended::run(&mended::TENDON, seed),
     },
     Experiment {
         name: problems::MASS.name,

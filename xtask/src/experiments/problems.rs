@@ -90,12 +90,16 @@ macro_rules! tendon_tables {
     };
 }
 
-const TENDON_TABLES: &str = tendon_tables!("hidden = [8]\npast_inputs = 4\npast_outputs = 8\n");
+/// Control and network of the tendon platform.
+pub const TENDON_TABLES: &str = tendon_tables!("hidden = [8]\npast_inputs = 4\npast_outputs = 8\n");
 const TENDON_CHANNELS: &str = tendon_tables!(
     "hidden = [8]\npast_inputs = 3\npast_outputs = 3\nchannels = [\"light_1\", \"light_2\", \"light_3\", \"light_4\", \"light_5\", \
      \"light_6\", \"light_7\", \"light_8\", \"light_9\", \"light_10\", \"light_11\"]\n"
 );
 const TENDON_LAGS: &str = tendon_tables!("hidden = [8]\npast_inputs = 3\npast_outputs = 3\n");
+
+/// What the tendon platform is asked, and what tuning follows.
+pub const EIGHT: [fn() -> String; 2] = [|| tendon_path(eight, 14.0), || tendon_path(circle, 10.0)];
 
 /// The tendon platform on a figure of eight; the plants' tendons rub and have slack.
 pub const TENDON: Problem = Problem {
@@ -104,7 +108,7 @@ pub const TENDON: Problem = Problem {
     known: "",
     amplitude: "1",
     left_out: "rigs/experiments/tendon.left-out.toml",
-    paths: Some([|| tendon_path(eight, 14.0), || tendon_path(circle, 10.0)]),
+    paths: Some(EIGHT),
     delay: "0.008",
     disturbance: "none",
     evaluations: ("120", Some("60")),

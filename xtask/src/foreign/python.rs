@@ -23,6 +23,13 @@ impl Python {
         command
     }
 
+    /// The line for `sh` that starts a module of `tests/foreign`.
+    pub fn line(&self, module: &str) -> String {
+        let folder = root().join("tests/foreign");
+        let program = self.program.display();
+        format!("cd '{}' && exec '{program}' -m {module}", folder.display())
+    }
+
     /// Runs a program of `tests/foreign` to its end.
     ///
     /// # Errors
