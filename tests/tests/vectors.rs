@@ -4,7 +4,12 @@ use std::process::{Command, Stdio};
 
 use sinew::device::Workplace;
 use sinew::project::{Machine, run_cargo};
+use sinew_firmware::model::{Jacobian, Model};
 use sinew_tests::{image, skip};
+use sinew_vectors::case::{Case, FAR};
+use sinew_vectors::differenced::Differenced;
+use sinew_vectors::random::Random;
+use sinew_vectors::shallow::Shallow;
 
 /// The same cases are held against double precision by `firmware/tests/hessian.rs` and `firmware/tests/recurrent`, so equal
 /// bits here are vectors of double precision there.
@@ -50,4 +55,33 @@ fn hessians_and_recurrent_cells_have_the_same_bits_in_qemu() {
         here.len(),
         sinew_vectors::CASES
     );
+}
+
+/// What `cargo xtask bench differences` counts does differentiate, and no better than that.
+#[test]
+fn differences_of_predictions_are_near_the_exact_derivatives() {
+    let mut random = Random(77);
+    let mut most = 0.0_f32;
+    for case in 0..50 {
+        let net = Shallow::<12, 10, 3>::random(&mut random, case % 2 == 1);
+        let drawn = Case::<2, 3, 0, 3, 2, 10, 8>::draw(&mut random, FAR);
+        let net = Differenced(net);
+        let (mut exact, mut near) = (Jacobian::<2, 3, 3, 2>::ZERO, Jacobian::ZERO);
+        let mut trace = [0.0; 10];
+        net.0.predict(&drawn.start, &mut trace);
+        Model::<2, 3, 0, 3, 2>::jacobian(&net.0, &trace, &mut exact);
+        let mut seen = <Differenced<Shallow<12, 10, 3>> as Model<2, 3, 0, 3, 2>>::TRACE;
+        net.predict(&drawn.start, &mut seen);
+        net.jacobian(&seen, &mut near);
+        let flat = |j: &Jacobian<2, 3, 3, 2>| -> Vec<f32> {
+            let u = j.u.iter().flatten().flatten();
+            u.chain(j.y.iter().flatten().flatten()).copied().collect()
+        };
+        let (exact, near) = (flat(&exact), flat(&near));
+        most = exact
+            .iter()
+            .zip(&near)
+            .fold(most, |m, (e, n)| m.max((e - n).abs()));
+    }
+    assert!((1e-5..2e-3).contains(&most), "{most}");
 }

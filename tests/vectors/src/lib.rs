@@ -8,6 +8,7 @@
 
 pub mod case;
 pub mod cells;
+pub mod differenced;
 pub mod random;
 pub mod shallow;
 

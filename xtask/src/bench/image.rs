@@ -29,8 +29,8 @@ pub enum Content<'a> {
     Peer(&'a Path),
 }
 
-/// Builds program `bin` of `boards/step` around the model in `models/MODEL`, and copies it to
-/// `target/bench/MODEL.NAME.elf`.
+/// Builds program `bin` of `boards/step` around the model in `models/MODEL`, or in `target/bench/models/MODEL` where that is
+/// none of ours, and copies it to `target/bench/MODEL.NAME.elf`.
 ///
 /// # Errors
 /// It does not build or link.
@@ -47,11 +47,13 @@ pub fn build(
         fs::read_to_string(step.join(file))
             .with_context(|| format!("cannot read boards/step/{file}"))
     };
+    let ours = root().join("models").join(model);
+    let path = match ours.exists() {
+        true => ours,
+        false => target_folder().join("bench/models").join(model),
+    };
     // The committed crate with another model and absolute paths; its sources stay where they are.
-    let model_line = format!(
-        "model = {{ package = \"sinew-model-{model}\", path = {:?} }}",
-        root().join("models").join(model)
-    );
+    let model_line = format!("model = {{ package = \"sinew-model-{model}\", path = {path:?} }}");
     let mut manifest = String::new();
     for line in read("Cargo.toml")?.lines() {
         let line = if line.starts_with("model = ") {

@@ -2,6 +2,7 @@
 //! writes the controller's table into `docs/benchmarks.md`.
 
 mod control;
+mod differences;
 mod forward;
 mod image;
 mod lockstep;
@@ -28,6 +29,7 @@ const SECTIONS: &[Section] = &[
     ("forward_instructions", forward::run),
     ("mpc_instructions", control::run),
     ("image", control::image),
+    ("differences", differences::run),
     ("peers", peers::run),
     ("plant", plant::run),
 ];

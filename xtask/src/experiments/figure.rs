@@ -1,5 +1,6 @@
 //! The loops of each controller as dots on one axis, and as a row of the page's table.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use anyhow::{Context, Result};
@@ -87,17 +88,26 @@ const WIDTH: f64 = 900.0;
 const LEFT: f64 = 170.0;
 const LINE: f64 = 30.0;
 
-/// One line a controller, a dot a loop, a bar at the median; the axis is logarithmic, since a bad controller would
-/// otherwise hide the differences of the good ones. Colours follow the reader's light or dark setting.
-pub fn dots(title: &str, rows: &[Row]) -> String {
-    let all = || rows.iter().flat_map(|row| row.rms.iter().copied());
+/// RMS errors: one line a controller, a dot a loop.
+pub fn loops(title: &str, rows: &[Row]) -> String {
+    let lines: Vec<(&str, &[f64])> = rows
+        .iter()
+        .map(|row| (row.name.as_str(), row.rms.as_slice()))
+        .collect();
+    dots(title, &lines, tick_name)
+}
+
+/// One line a name, a dot a value, a bar at the median; the axis is logarithmic, since a bad one would otherwise hide the
+/// differences of the good ones. Colours follow the reader's light or dark setting.
+pub fn dots(title: &str, rows: &[(&str, &[f64])], tick_name: fn(f64) -> String) -> String {
+    let all = || rows.iter().flat_map(|(_, values)| values.iter().copied());
     let low = all().fold(f64::INFINITY, f64::min) * 0.8;
     let high = all().fold(0.0, f64::max) * 1.25;
     let x = |value: f64| LEFT + (WIDTH - LEFT - 30.0) * (value / low).ln() / (high / low).ln();
     let mut body = String::new();
     let bottom = 50.0 + LINE * rows.len() as f64;
     // Writing to a String cannot fail, here and below.
-    let decades = (-6..3).flat_map(|d| [1.0, 2.0, 5.0].map(|m| m * 10_f64.powi(d)));
+    let decades = (-6..7).flat_map(|d| [1.0, 2.0, 5.0].map(|m| m * 10_f64.powi(d)));
     for tick in decades.filter(|tick| (low..high).contains(tick)) {
         let _ = writeln!(
             body,
@@ -107,23 +117,24 @@ pub fn dots(title: &str, rows: &[Row]) -> String {
             tick_name(tick)
         );
     }
-    for (k, row) in rows.iter().enumerate() {
+    for (k, (name, values)) in rows.iter().enumerate() {
         let y = 60.0 + LINE * k as f64;
         let _ = writeln!(
             body,
             "<text class=\"name\" x=\"{}\" y=\"{}\">{}</text>",
             LEFT - 14.0,
             y + 4.0,
-            row.name
+            name
         );
-        for value in &row.rms {
+        // A thousand steps are not a thousand places.
+        let places: BTreeSet<String> = values.iter().map(|v| format!("{:.1}", x(*v))).collect();
+        for place in places {
             let _ = writeln!(
                 body,
-                "<circle class=\"loop\" cx=\"{:.1}\" cy=\"{y}\" r=\"4.5\"/>",
-                x(*value)
+                "<circle class=\"loop\" cx=\"{place}\" cy=\"{y}\" r=\"4.5\"/>"
             );
         }
-        let median = x(middle(&row.rms).0);
+        let median = x(middle(values).0);
         let _ = writeln!(
             body,
             "<path class=\"median\" d=\"M{median:.1} {}v18\"/>",
@@ -181,7 +192,7 @@ mod tests {
             max: rms.clone(),
             rms,
         };
-        let svg = dots("t", &[row("a", vec![1e-3]), row("b", vec![2e-3])]);
+        let svg = loops("t", &[row("a", vec![1e-3]), row("b", vec![2e-3])]);
         let at: Vec<f64> = svg
             .split("cx=\"")
             .skip(1)

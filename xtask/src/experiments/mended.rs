@@ -12,7 +12,7 @@ use anyhow::Result;
 use serde_json::json;
 
 use super::bench::Bench;
-use super::figure::{Row, dots};
+use super::figure::{Row, loops};
 use super::problems::{EIGHT, TENDON_TABLES};
 use crate::foreign::python;
 use crate::process;
@@ -296,7 +296,7 @@ impl Run<'_> {
         let controllers = comparison["controllers"].as_array().into_iter().flatten();
         let rows = controllers.map(Row::of).collect::<Result<Vec<_>>>()?;
         let title = format!("{}: RMS error of each loop", self.rehearsal.name);
-        self.bench.write("loops.svg", &dots(&title, &rows))?;
+        self.bench.write("loops.svg", &loops(&title, &rows))?;
         self.bench.summary(json!({
             "format": "sinew-experiment-mended/1",
             "diagnosis": self.bench.json("diagnosis.json")?,

@@ -1,7 +1,7 @@
 //! `cargo xtask experiments`: questions whose answer is measured; each is one file.
 
 mod bench;
-mod figure;
+pub mod figure;
 mod mended;
 mod problems;
 mod published;

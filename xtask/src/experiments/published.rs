@@ -10,7 +10,7 @@ use anyhow::{Context, Result};
 use serde_json::{Value, json};
 
 use super::bench::Bench;
-use super::figure::{Row, dots};
+use super::figure::{Row, loops};
 use super::targets::{Target, estimate, said};
 use crate::process;
 
@@ -311,7 +311,7 @@ impl Run<'_> {
         }
         self.bench.write(
             "loops.svg",
-            &dots("RMS error of each of the ten loops", &rows),
+            &loops("RMS error of each of the ten loops", &rows),
         )?;
         let mut targets = (self.problem.targets)(&comparison);
         targets.extend(estimate(&comparison));
