@@ -2,6 +2,7 @@
 //! writes the controller's table into `docs/benchmarks.md`.
 
 mod control;
+mod diagnosis;
 mod differences;
 mod forward;
 mod image;
@@ -32,6 +33,7 @@ const SECTIONS: &[Section] = &[
     ("differences", differences::run),
     ("peers", peers::run),
     ("plant", plant::run),
+    ("diagnosis", diagnosis::run),
 ];
 
 /// # Errors
