@@ -160,3 +160,67 @@ fn the_mended_stage_foresees_what_no_refit_of_the_believed_one_does() {
     assert!(before > 100e-6, "{before}: there is little to gain");
     assert!(after < before / 10.0, "{before} before, {after} after");
 }
+
+/// What a mass of 1 kg on 40 N/m does, damped by 1.2 N s/m that grow with the square of its position: van der Pol's law, of
+/// which the vocabulary has nothing. Classical Runge-Kutta, the inputs held.
+fn stiffly_damped(u: &[f64], seed: u64) -> Recording {
+    let (step, parts) = (1.0 / 120.0, 4);
+    let h = step / f64::from(parts);
+    let slope = |[q, v]: [f64; 2], u: f64| {
+        let damping = 1.2 + 6.0 * (q / 0.15).powi(2);
+        [v, u - 40.0 * q - damping * v]
+    };
+    let at = |x: [f64; 2], k: [f64; 2], h: f64| [x[0] + h * k[0], x[1] + h * k[1]];
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let (mut x, mut seen) = ([0.0; 2], Vec::new());
+    for u in u {
+        seen.push(x[0] + 2e-4 * gaussian(&mut random));
+        for _ in 0..parts {
+            let a = slope(x, *u);
+            let b = slope(at(x, a, h / 2.0), *u);
+            let c = slope(at(x, b, h / 2.0), *u);
+            let d = slope(at(x, c, h), *u);
+            for i in 0..2 {
+                x[i] += h / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]);
+            }
+        }
+    }
+    let t = (0..u.len()).map(|k| k as f64 * step).collect();
+    let column = |name: &str, values: Vec<f64>| Column {
+        name: name.into(),
+        values,
+    };
+    let columns = vec![column("u_N", u.to_vec()), column("q_m", seen)];
+    Recording::new(format!("{seed}.csv"), t, columns).expect("it is one")
+}
+
+#[test]
+fn a_law_without_a_name_is_located_and_learned_and_foresees_what_taught_nothing() {
+    let plant = compiled(&rig());
+    let recorded = |seed: u64| {
+        let options = excite::Options {
+            seconds: 12.0,
+            amplitude: 0.5,
+            seed,
+            ..excite::Options::default()
+        };
+        let asked = excite::design(&plant, "mass", &options).expect("it has limits");
+        stiffly_damped(&asked.inputs[0], seed)
+    };
+    let recordings = Recordings {
+        fit: vec![recorded(1), recorded(2)],
+        check: vec![recorded(3)],
+        test: vec![recorded(4)],
+    };
+    let found = diagnose(&rig(), &recordings, &Options::default(), &|_, _, _| {});
+    let found = found.expect("it can be diagnosed");
+    assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.sentence);
+    assert!(found.effects.is_empty());
+    assert_eq!(found.location.expect("somewhere").component, "mass");
+    assert!(found.sentence.contains("a learned force at mass"));
+    let test = found.fit["q_m"].test.expect("a recording was kept back");
+    assert!(test.before_rms > 5.0 * test.after_rms, "{test:?}");
+    // What stands in is in the rig, and the rig is one: every other verb takes it.
+    let mended = Rig::parse(&found.mended.to_toml(), "mended.toml").expect("it is a rig");
+    assert!(compiled(&mended).values().len() > compiled(&rig()).values().len());
+}
