@@ -20,6 +20,7 @@ pub mod size;
 pub mod store;
 pub mod summary;
 pub mod target;
+pub mod to_model;
 mod validate;
 
 pub use activation::Activation;

@@ -201,7 +201,7 @@ pub fn save(folder: &Path, spec: &ModelSpec) -> Result<()> {
 }
 
 /// Settings that hold until they are tuned.
-fn control(task: &Task) -> ControlSpec {
+pub(super) fn control(task: &Task) -> ControlSpec {
     ControlSpec {
         horizon: task.horizon,
         control_horizon: task.control_horizon,
@@ -238,7 +238,7 @@ fn heard(noise: &[f64], range: &[f64]) -> Vec<f64> {
 }
 
 /// Root mean square errors on `test`, one step ahead and at the horizon, in physical units.
-fn score(
+pub(super) fn score(
     spec: &ModelSpec,
     shape: Shape,
     task: &Task,
@@ -280,7 +280,7 @@ fn score(
 }
 
 /// The unit at the end of a column's name; `1` for none, since a model names a unit for every signal.
-fn unit_of(column: &str) -> &str {
+pub(super) fn unit_of(column: &str) -> &str {
     match sinew_sim::unit::of_column(column) {
         "" => "1",
         unit => unit,

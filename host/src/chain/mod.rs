@@ -1,6 +1,7 @@
 //! The chain from a recording to a controlled microcontroller, link by link; the verbs of the program
 //! are these links.
 
+pub mod adopt;
 pub mod build;
 pub mod built;
 pub mod contest;

@@ -221,6 +221,6 @@ fn a_law_without_a_name_is_located_and_learned_and_foresees_what_taught_nothing(
     let test = found.fit["q_m"].test.expect("a recording was kept back");
     assert!(test.before_rms > 5.0 * test.after_rms, "{test:?}");
     // What stands in is in the rig, and the rig is one: every other verb takes it.
-    let mended = Rig::parse(&found.mended.to_toml(), "mended.toml").expect("it is a rig");
+    let mended = Rig::parse(found.mended.to_toml(), "mended.toml").expect("it is a rig");
     assert!(compiled(&mended).values().len() > compiled(&rig()).values().len());
 }

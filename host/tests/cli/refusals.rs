@@ -181,6 +181,39 @@ fn tunings() {
 }
 
 #[test]
+fn networks_that_are_no_predictors() {
+    let desk = desk();
+    desk.bring("rigs/experiments/mass-spring-damper.tflite")
+        .write("net/network.toml", "");
+    let line = |network: &str, rest: &str| format!("import {network} {rest}");
+    let net = "mass-spring-damper.tflite";
+    desk.write(
+        "short.toml",
+        &desk
+            .read(RIG)
+            .replace("past_outputs = 8", "form = \"increment\"\npast_outputs = 7"),
+    );
+    let report = refusals(
+        &desk,
+        &[
+            &line(net, &format!("--rig {RIG} --out out")),
+            &line(net, "--fit good.csv --out out"),
+            &line(net, &format!("--rig {RIG} --fit good.csv")),
+            &line(net, "--rig absent.toml --fit good.csv --out out"),
+            &line(net, &format!("--rig {RIG} --fit good.csv --out out")),
+            &line(net, "--rig short.toml --fit good.csv --out out"),
+            &line("net", &format!("--rig {RIG} --fit good.csv --out net")),
+            &line(
+                "absent.onnx",
+                &format!("--rig {RIG} --fit good.csv --out out"),
+            ),
+        ],
+    );
+    assert!(!desk.path("out").exists(), "a refusal writes nothing");
+    insta::assert_snapshot!(report);
+}
+
+#[test]
 fn programs_that_are_no_plants() {
     let desk = desk();
     let said = |name: &str, lines: &str| {

@@ -426,6 +426,42 @@ fn compare_lets_a_program_be_every_drawn_plant() {
     assert_eq!(alike, loops("0"), "the same seed, the same loops");
 }
 
+/// Trained in Keras by tests/foreign/keras_predictor.py, from recordings alone and in their units.
+#[test]
+fn a_network_of_another_tool_becomes_a_model_of_a_rig() {
+    let desk = Desk::new();
+    for file in [
+        "rigs/mass-spring-damper.toml",
+        "rigs/mass-spring-damper.fit.csv",
+        "rigs/mass-spring-damper.test.csv",
+        "rigs/experiments/mass-spring-damper.tflite",
+    ] {
+        desk.bring(file);
+    }
+    let own = desk.read("mass-spring-damper.toml");
+    desk.write("rig.toml", &(own + "form = \"increment\"\n"));
+    let said = desk.succeed(
+        "import mass-spring-damper.tflite --rig rig.toml --fit mass-spring-damper.fit.csv --test mass-spring-damper.test.csv \
+         --out model",
+    );
+    assert!(said.contains("dense_1/BiasAdd"), "{said}");
+    let spec = sinew_codegen::store::load(&desk.path("model")).expect("it is a model");
+    assert_eq!((spec.past_inputs, spec.past_outputs), (4, 8));
+    assert_eq!(spec.outputs[0].name, "q_m");
+    // It has seen another mass than that of these recordings, and still foresees most of a step.
+    let error = said
+        .split("q_m: ")
+        .nth(1)
+        .and_then(|rest| rest.split(' ').next());
+    let error: f64 = error
+        .and_then(|word| word.parse().ok())
+        .expect("millimetres");
+    assert!(
+        said.contains(" mm off after one step") && error < 10.0,
+        "{said}"
+    );
+}
+
 #[test]
 fn help_is_no_error() {
     let desk = Desk::new();

@@ -11,9 +11,14 @@ const PLAIN: Variant = Variant {
     name: "",
     tables: None,
     knows: Knowledge::Believed,
+    imported: None,
     network_of: None,
     tune: &[],
 };
+
+/// As the rig's own tables, but that a network says itself what it gives.
+const MASS_INCREMENT: &str = "[control]\nrate_hz = 120.0\noutputs = [\"encoder\"]\nhorizon = 12\ncontrol_horizon = 4\n\n\
+     [network]\npast_inputs = 4\npast_outputs = 8\nform = \"increment\"\n";
 
 /// A mass on a spring and damper, the staircase, beside a PID; the plants rub.
 pub const MASS: Problem = Problem {
@@ -49,6 +54,14 @@ pub const MASS: Problem = Problem {
                 "--disturbance-gain",
                 "0",
             ],
+            ..PLAIN
+        },
+        Variant {
+            // tests/foreign/keras_predictor.py
+            name: "keras",
+            tables: Some(MASS_INCREMENT),
+            imported: Some("rigs/experiments/mass-spring-damper.tflite"),
+            tune: &["--horizons", "12", "--control-horizons", "4"],
             ..PLAIN
         },
         Variant {

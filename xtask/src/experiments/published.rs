@@ -54,6 +54,8 @@ pub struct Variant {
     pub tables: Option<&'static str>,
     /// The rig it is trained on.
     pub knows: Knowledge,
+    /// A file of another tool with its network, which takes the place of training.
+    pub imported: Option<&'static str>,
     /// The variant whose network it has; without, one is trained.
     pub network_of: Option<&'static str>,
     /// Further arguments of `sinew tune`.
@@ -179,7 +181,12 @@ impl Run<'_> {
         let seed = self.bench.seed.to_string();
         let trained = self.bench.path("trained");
         let model = trained.join(variant.network_of.unwrap_or(variant.name));
-        if variant.network_of.is_none() {
+        if let Some(file) = variant.imported {
+            let mut import = self.bench.sinew("import", Path::new(file));
+            import.arg("--rig").arg(&rig);
+            self.recordings(&mut import);
+            process::run(import.arg("--out").arg(&model))?;
+        } else if variant.network_of.is_none() {
             let mut train = self.bench.sinew("train", &rig);
             self.recordings(&mut train);
             train.arg("--out").arg(&model);
