@@ -22,6 +22,8 @@ ROLES = ("fit-a", "fit-b", "check", "test")
 ROUND = 85
 LENGTHS = {"fit": (1200, 1900), "other": (900, 1300)}  # samples
 CONTROLS = ("exact", "wrong parameters", "disturbance", "noise")
+# What a case says where the rig without the effect diverges: JSON has no infinity.
+BOUNDLESS = 1e6
 # Visible above this part of the noise after a refit: strong. Weak ones lie between the other two.
 STRONG, WEAK = 1.0, (0.15, 0.7)
 # A simpler kind that must not explain a strong case: it would rightly be named instead.
@@ -326,7 +328,7 @@ def written(rng, rig, setting, bench, recordings, category, kinds, strength, pre
     for e in present:
         e["family"] = effects.KINDS[e["kind"]][0] if e["kind"] in effects.KINDS else "outside"
         e["same_as"] = same_as(rig, e)
-    truth = {"category": category, "rig": facts["family"], "strength": strength, "noise": facts["noise"], "visible": [float("%.3g" % a) for a in facts["amounts"]],
+    truth = {"category": category, "rig": facts["family"], "strength": strength, "noise": facts["noise"], "visible": [float("%.3g" % min(a, BOUNDLESS)) for a in facts["amounts"]],
              "closed_loop": facts["closed_loop"], "jitter": facts["jitter"], "quantised": facts["quantised"], "missing": gaps, "effects": present,
              "parameters": {name: bench.values[name] for name in rig.free}, "true_model_test_rms": test_noise}
     return files, truth

@@ -13,7 +13,7 @@ use serde_json::json;
 
 use super::bench::Bench;
 use super::figure::{Row, loops};
-use super::problems::{EIGHT, TENDON_TABLES};
+use super::problems::{EIGHT, TENDON_CALM};
 use crate::foreign::python;
 use crate::process;
 
@@ -96,7 +96,7 @@ pub const TENDON: Rehearsal = Rehearsal {
     name: "tendon-on-mujoco",
     believed: "rigs/tendon.toml",
     // It has no fibres.
-    tail: Some(("[[waveguide]]", TENDON_TABLES)),
+    tail: Some(("[[waveguide]]", TENDON_CALM)),
     real: Real::MuJoCo("plants.tendon"),
     noise: "0.005",
     excite: &["--seconds", "30", "--amplitude", "1"],
@@ -108,6 +108,9 @@ pub const TENDON: Rehearsal = Rehearsal {
         "10",
         "--control-horizons",
         "3",
+        // The camera is a period late, which its owner knows: weights that were tuned without it let the tip swing.
+        "--delay",
+        "0.008",
     ],
     compare: &[
         "--draws",
