@@ -14,8 +14,8 @@ use sinew_scorer::{Answer, Outcome, Scored, Truth, calibration, outcome, table};
 use crate::process::root;
 use run::Folder;
 
-/// The seed of the published table. The method was tuned on others; of 2026 to 2028 somebody has seen failures.
-const SEED: u64 = 2029;
+/// The seed of the next table. The method is tuned on others; of 2026 to 2029, the published one, somebody has seen failures.
+const SEED: u64 = 2030;
 /// Eight rounds of 85: 304 cases with effects, 320 controls, 56 outside the vocabulary.
 const CASES: usize = 680;
 /// Of the twenty committed cases with effects, those that have to be right; all were when this was written.
