@@ -56,7 +56,7 @@ pub fn adopt(
                 range.0 * sensor.column_factor,
                 range.1 * sensor.column_factor,
             );
-            let signal = signal(&sensor.column, unit_of(&sensor.column), scaled);
+            let signal = signal(&sensor.column, &sensor.unit, scaled);
             Ok((signal, sensor.column_factor))
         };
         indices.iter().map(of).collect()

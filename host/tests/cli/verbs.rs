@@ -238,17 +238,21 @@ fn emit_writes_a_project_that_builds_and_answers() {
     assert_eq!((identity.n_u, identity.n_y, identity.horizon), (2, 3, 10));
 }
 
+/// The model of the reference problem S in a folder of its own.
+fn reference_model(desk: &Desk, folder: &str) {
+    std::fs::create_dir_all(desk.path(folder)).expect("it can be made");
+    for file in ["model.toml", "weights.safetensors"] {
+        let from = checkout().join("models/reference-s").join(file);
+        std::fs::copy(from, desk.path(folder).join(file)).expect("it can be copied");
+    }
+}
+
 #[test]
 fn compare_puts_several_models_to_the_same_loops_of_the_plant_it_is_given() {
     let desk = crate::interrupt::reference_desk();
     let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pil");
     for copy in ["a", "b"] {
-        for file in ["model.toml", "weights.safetensors"] {
-            let path = desk.path(copy).join(file);
-            std::fs::create_dir_all(desk.path(copy)).expect("it can be made");
-            std::fs::copy(checkout().join("models/reference-s").join(file), path)
-                .expect("it can be copied");
-        }
+        reference_model(&desk, copy);
     }
     let damped = desk
         .read("rig.toml")
@@ -285,11 +289,7 @@ fn compare_puts_several_models_to_the_same_loops_of_the_plant_it_is_given() {
 fn compare_draws_a_plant_a_loop_and_follows_a_path() {
     let desk = crate::interrupt::reference_desk();
     let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pil");
-    std::fs::create_dir_all(desk.path("model")).expect("it can be made");
-    for file in ["model.toml", "weights.safetensors"] {
-        let from = checkout().join("models/reference-s").join(file);
-        std::fs::copy(from, desk.path("model").join(file)).expect("it can be copied");
-    }
+    reference_model(&desk, "model");
     let mut path = String::from("t,y3,y2,y1\n");
     for k in 0..120 {
         let t = f64::from(k) / 120.0;
@@ -394,11 +394,7 @@ fn a_program_can_be_the_plant() {
 fn compare_lets_a_program_be_every_drawn_plant() {
     let desk = crate::interrupt::reference_desk();
     let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pil");
-    std::fs::create_dir_all(desk.path("model")).expect("it can be made");
-    for file in ["model.toml", "weights.safetensors"] {
-        let from = checkout().join("models/reference-s").join(file);
-        std::fs::copy(from, desk.path("model").join(file)).expect("it can be copied");
-    }
+    reference_model(&desk, "model");
     desk.write("lags.pl", LAGS);
     let loops = |spread: &str| -> Vec<serde_json::Value> {
         let line = format!(
