@@ -80,7 +80,7 @@ pub fn learn(
     visits: &[Visit],
     task: &Task,
     seed: u64,
-    progress: impl FnMut(usize, usize, Epoch),
+    mut progress: impl FnMut(usize, usize, Epoch),
 ) -> Result<Learned> {
     if rig.network.as_ref().and_then(|t| t.form) == Some(Form::Absolute) {
         return Err(
@@ -89,6 +89,27 @@ pub fn learn(
             ),
         );
     }
+    let mut attempt = |task: &Task| learned(rig, plant, values, visits, task, seed, &mut progress);
+    let noise = roughened(&task.noise, &task.output_range);
+    match attempt(task) {
+        Err(_) if noise != task.noise => attempt(&Task {
+            noise,
+            ..task.clone()
+        }),
+        outcome => outcome,
+    }
+}
+
+/// [`learn`], with the noise that the task says.
+fn learned(
+    rig: &Rig,
+    plant: &Plant,
+    values: &[f64],
+    visits: &[Visit],
+    task: &Task,
+    seed: u64,
+    progress: impl FnMut(usize, usize, Epoch),
+) -> Result<Learned> {
     let (shape, options) = options(rig, task.horizon, seed);
     let shape = Shape {
         n_u: plant.inputs().len(),
@@ -99,7 +120,7 @@ pub fn learn(
         period_s: task.period_s,
         steps: EPISODE_STEPS + shape.history() + options.rollout,
         outputs: task.outputs.clone(),
-        noise: heard(&task.noise, &task.output_range),
+        noise: task.noise.clone(),
         channels: task.channels.clone(),
         channel_noise: task.channel_noise.clone(),
         seed,
@@ -226,14 +247,15 @@ pub(super) fn control(task: &Task) -> ControlSpec {
     }
 }
 
-/// Least noise that a network is trained with, as a part of half an output's range.
-const QUIETEST: f64 = 1e-5;
+/// Least noise of a second attempt, as a part of half an output's range. Not of the first: real sensors can be quieter, and
+/// what they say is worth learning.
+const QUIET: f64 = 1e-5;
 
-/// Noise of the outputs, as training has it. Simulated recordings have none: the past of a smooth signal is all but linearly
-/// dependent, and weights that rely on its last digits make rollouts that f32 cannot follow.
-fn heard(noise: &[f64], range: &[f64]) -> Vec<f64> {
+/// At least a little noise on every output. Simulated recordings have none: the past of a smooth signal is all but linearly
+/// dependent, and weights that rely on its last digits may make rollouts that f32 cannot follow.
+fn roughened(noise: &[f64], range: &[f64]) -> Vec<f64> {
     let each = noise.iter().zip(range);
-    each.map(|(noise, range)| noise.max(QUIETEST * range))
+    each.map(|(noise, range)| noise.max(QUIET * range))
         .collect()
 }
 
@@ -307,11 +329,11 @@ pub fn crate_name(name: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{crate_name, heard};
+    use super::{crate_name, roughened};
 
     #[test]
-    fn an_output_without_noise_is_trained_with_a_little() {
-        assert_eq!(heard(&[0.0, 0.2], &[2.0, 1.0]), [2e-5, 0.2]);
+    fn an_output_without_noise_gets_a_little() {
+        assert_eq!(roughened(&[0.0, 0.2], &[2.0, 1.0]), [2e-5, 0.2]);
     }
 
     #[test]
