@@ -1,5 +1,6 @@
 //! Runs cargo on one board of a project.
 
+use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
@@ -28,7 +29,11 @@ pub struct Built {
 /// As [`compile`]; a copy that cannot be written.
 pub fn build(folder: &Path, board: Board, cache: Option<&Path>) -> Result<Built> {
     let own = folder.join("target");
-    let built = compile(folder, board, cache.unwrap_or(&own))?;
+    let cache = cache.unwrap_or(&own);
+    // Until the copies are there: another `sinew` would put its program in the place of this one. The system gives it back
+    // when the process ends, however it ends.
+    let lock = lock(cache)?;
+    let built = compile(folder, board, cache)?;
     let images = folder.join("images").join(board.folder());
     let copy = |from: &Path, name: &str| -> Result<PathBuf> {
         let to = images.join(name);
@@ -39,14 +44,25 @@ pub fn build(folder: &Path, board: Board, cache: Option<&Path>) -> Result<Built>
         Board::Host => board.program().to_string(),
         _ => format!("{}.elf", board.program()),
     };
-    Ok(Built {
+    let copies = Built {
         lockstep: copy(&built.lockstep, &name)?,
         free: built
             .free
             .as_ref()
             .map(|free| copy(free, "free.elf"))
             .transpose()?,
-    })
+    };
+    drop(lock);
+    Ok(copies)
+}
+
+/// Waits until no other process copies from `cache`, and keeps others waiting while it lives.
+fn lock(cache: &Path) -> Result<File> {
+    std::fs::create_dir_all(cache).map_err(|e| Error::write(cache, e))?;
+    let path = cache.join(".sinew-lock");
+    let file = File::create(&path).map_err(|e| Error::write(&path, e))?;
+    file.lock().map_err(|e| Error::write(&path, e))?;
+    Ok(file)
 }
 
 /// Builds `board` of the project in `folder`, release; the programs are left where cargo puts them, in

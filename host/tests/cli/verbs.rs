@@ -5,6 +5,7 @@ use std::process::Command;
 
 use crate::desk::{Desk, checkout, columns};
 use sinew::device::Device;
+use sinew::project::{self, Board};
 use sinew_sim::Rig;
 
 /// Two sensors on one oscillator; the encoder counts double and from 0.1.
@@ -456,6 +457,32 @@ fn a_network_of_another_tool_becomes_a_model_of_a_rig() {
         said.contains(" mm off after one step") && error < 10.0,
         "{said}"
     );
+}
+
+#[test]
+fn projects_that_share_build_outputs_keep_their_own_programs() {
+    let desk = Desk::new();
+    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pil");
+    let models = ["reference-s", "reference-s-n5"].map(|model| {
+        let spec = sinew_codegen::store::load(&checkout().join("models").join(model));
+        let spec = spec.expect("it ships with the project");
+        project::write(&desk.path(model), &spec).expect("it can be written");
+        (model, sinew_codegen::fingerprint(&spec))
+    });
+    let built = |(model, hash): (&str, u32)| {
+        for round in 0..8 {
+            let built = project::build(&desk.path(model), Board::Host, Some(&cache));
+            let built = built.unwrap_or_else(|error| panic!("{error}"));
+            let mut device = Device::host(&built.lockstep).expect("it starts");
+            let identity = device.hello(Some(hash));
+            assert!(identity.is_ok(), "{model}, round {round}: {identity:?}");
+        }
+    };
+    std::thread::scope(|both| {
+        for model in models {
+            both.spawn(move || built(model));
+        }
+    });
 }
 
 #[test]
