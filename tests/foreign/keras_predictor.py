@@ -46,7 +46,7 @@ def main():
     order = np.random.default_rng(SEED).permutation(len(x))
     net.fit(x[order], y[order], batch_size=128, epochs=400, validation_split=0.2, verbose=0, callbacks=[stop, slower])
     print("loss, 1 = no better than a constant:", float(net.evaluate(x, y, verbose=0)))
-    net.save(out + ".keras", include_optimizer=False)
+    net.save(out + ".keras")
     with open(out + ".tflite", "wb") as file:
         file.write(tf.lite.TFLiteConverter.from_keras_model(net).convert())
 

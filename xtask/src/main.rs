@@ -5,6 +5,7 @@ mod bench;
 mod ci;
 mod demo;
 mod experiments;
+mod figure;
 mod foreign;
 mod generate;
 mod help;

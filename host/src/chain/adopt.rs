@@ -1,5 +1,7 @@
 //! A network of another tool as the predictor of a rig's controller.
 
+use std::path::Path;
+
 use sinew_codegen::network::{Network, to_model};
 use sinew_codegen::spec::{ModelSpec, OutputForm, Signal};
 use sinew_sim::{Form, Plant, Rig};
@@ -8,7 +10,7 @@ use super::learn::{control, crate_name, options, score, unit_of};
 use super::task::Task;
 use crate::error::{Error, Result};
 use crate::recording::Recording;
-use crate::train::{Scaled, Shape};
+use crate::train::{Scaled, Shape, Windows};
 
 /// A recording whose rate is this close to the controller's has a sample a step.
 const SAME_RATE: f64 = 0.01;
@@ -23,14 +25,14 @@ pub fn adopt(
     plant: &Plant,
     task: &Task,
     recordings: &[Recording],
-    network: &Network,
+    (network, from): (&Network, &Path),
 ) -> Result<ModelSpec> {
     let shape = shape(rig, plant, task);
+    let line = rig.network.as_ref().map_or(1, |table| table.line);
     let form = match rig.network.as_ref().and_then(|t| t.form) {
         Some(Form::Absolute) => OutputForm::Absolute,
         Some(Form::Increment) => OutputForm::Increment,
         None => {
-            let line = rig.network.as_ref().map_or(1, |table| table.line);
             return Err(
                 Error::file(&rig.file, "[network] does not say what the network gives")
                     .at(line, 1)
@@ -75,19 +77,28 @@ pub fn adopt(
     if form == OutputForm::Increment {
         given.iter_mut().for_each(|(_, offset)| *offset = 0.0);
     }
-    let layers = to_model::layers(network, &regressor, &given).map_err(|e| {
-        Error::failed(e.to_string()).expected(format!(
-            "{} numbers: {} inputs {} times, {} outputs {} times, {} channels; and the {} outputs next",
-            regressor.len(),
-            shape.n_u,
-            shape.past_inputs,
-            shape.n_y,
-            shape.past_outputs,
-            shape.n_s,
-            shape.n_y
-        ))
-        .help("`past_inputs`, `past_outputs` and `channels` in the rig's [network] say what it is given")
-    })?;
+    let (takes, gives) = (network.inputs(), network.outputs());
+    if (takes, gives) != (regressor.len(), given.len()) {
+        let message = format!(
+            "{}: the network takes {takes} numbers and gives {gives}, which is not what [network] says",
+            from.display()
+        );
+        return Err(Error::file(&rig.file, message)
+            .at(line, 1)
+            .expected(format!(
+                "{} numbers in: {} inputs, {} values each, {} outputs, {} values each, {} channels; and {} out",
+                regressor.len(),
+                shape.n_u,
+                shape.past_inputs,
+                shape.n_y,
+                shape.past_outputs,
+                shape.n_s,
+                given.len()
+            ))
+            .help("`past_inputs`, `past_outputs` and `channels` say what it is given"));
+    }
+    let layers = to_model::layers(network, &regressor, &given)
+        .map_err(|e| Error::file(from, e.to_string()))?;
     let bare = |signals: Vec<(Signal, f64)>| signals.into_iter().map(|(s, _)| s).collect();
     let spec = ModelSpec {
         name: crate_name(&rig.name),
@@ -104,12 +115,12 @@ pub fn adopt(
         golden: vec![],
     };
     spec.validate()
-        .map_err(|e| Error::failed(format!("{}: {e}", network.name)))?;
+        .map_err(|e| Error::file(from, e.to_string()))?;
     Ok(spec)
 }
 
 /// Root mean square errors on recordings, SI, one step ahead and at the horizon, the sensors' noise in them; none for recordings
-/// that are sampled at another rate than the controller's or have gaps.
+/// that are sampled at another rate than the controller's, have gaps, or are too short for one horizon.
 pub fn judged(
     rig: &Rig,
     plant: &Plant,
@@ -122,8 +133,11 @@ pub fn judged(
         .map(|recording| episode(plant, task, spec, recording))
         .collect();
     let scaling: Vec<(f64, f64)> = spec.outputs.iter().map(|s| (s.span, s.offset)).collect();
-    let shape = shape(rig, plant, task);
-    Some(score(spec, shape, task, &episodes?, &scaling))
+    let (shape, episodes) = (shape(rig, plant, task), episodes?);
+    if Windows::new(shape, task.horizon, &episodes).is_empty() {
+        return None;
+    }
+    Some(score(spec, shape, task, &episodes, &scaling))
 }
 
 fn shape(rig: &Rig, plant: &Plant, task: &Task) -> Shape {
@@ -155,9 +169,11 @@ fn range(recordings: &[Recording], column: &str, sensor: &str) -> Result<(f64, f
     if low < high {
         return Ok((low, high));
     }
-    Err(Error::failed(format!(
-        "`{column}` never moves in the recordings, so its range is not known"
-    )))
+    let message = format!("`{column}` never moves, so its range is not known");
+    let first = recordings.first().map_or(Path::new(""), Recording::path);
+    Err(Error::file(first, message)
+        .at(1, 1)
+        .expected("a recording in which every output and channel moves"))
 }
 
 fn episode(plant: &Plant, task: &Task, spec: &ModelSpec, recording: &Recording) -> Option<Scaled> {

@@ -124,10 +124,12 @@ impl Task {
                 speed = speed.max(typical_speed(recording.t(), &y));
             }
             if high <= low {
-                return Err(Error::failed(format!(
-                    "`{}` never moves in the recordings, so there is nothing to learn from",
-                    plant.sensors()[sensor].column
-                )));
+                let first = recordings.first().map_or(reference.path(), Recording::path);
+                let column = &plant.sensors()[sensor].column;
+                let message = format!("`{column}` never moves, so there is nothing to learn from");
+                return Err(Error::file(first, message)
+                    .at(1, 1)
+                    .expected("a recording in which every output moves"));
             }
             workspaces.push(Workspace { low, high, speed });
             noise.push(level);

@@ -68,7 +68,7 @@ fn model(arguments: &Arguments, rig: &Path, out: &Path) -> Result<()> {
     };
     let (fit, test) = (read(&arguments.fit)?, read(&arguments.test)?);
     let task = Task::new(&rig, &plant, &fit, test.first().unwrap_or(&fit[0]))?;
-    let spec = adopt(&rig, &plant, &task, &fit, &network)?;
+    let spec = adopt(&rig, &plant, &task, &fit, (&network, &arguments.network))?;
     save(out, &spec)?;
     print!("{text}");
     match judged(
@@ -90,7 +90,9 @@ fn model(arguments: &Arguments, rig: &Path, out: &Path) -> Result<()> {
             }
         }
         None => {
-            println!("not judged: the recordings have gaps, or another rate than the controller")
+            println!(
+                "not judged: the recordings have gaps, another rate than the controller, or too few rows"
+            )
         }
     }
     println!("{}", out.join(store::MODEL_FILE).display());

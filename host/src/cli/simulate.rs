@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use sinew_sim::{Drive, Plant, RecordingRun, Rig};
 
 use super::overwrite;
-use crate::compare::plant_program::PlantProgram;
+use crate::compare::plant_program::{PlantProgram, Recorded};
 use crate::dataset::gaussian;
 use crate::error::{Error, Result};
 use crate::recording::{Column, Recording};
@@ -114,7 +114,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
                 draw: 0,
                 spread: 0.0,
             };
-            program.record(&plant, recording.t(), &drive)?
+            let recorded = program.record(&plant, recording.t(), &drive)?;
+            if !arguments.quiet {
+                remark(&plant, &recorded);
+            }
+            recorded.signals
         }
         None => simulated(arguments, &rig, &plant, &recording, &inputs)?,
     };
@@ -166,6 +170,21 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// Which signals of the program and of the rig are not in what is written.
+fn remark(plant: &Plant, recorded: &Recorded) {
+    for name in &recorded.strangers {
+        eprintln!("`{name}` of the program is not written: no sensor of the rig is called so");
+    }
+    for (sensor, signal) in plant.sensors().iter().zip(&recorded.signals) {
+        if signal.is_none() {
+            eprintln!(
+                "`{}` of the rig is not written: the program has no such signal",
+                sensor.column
+            );
+        }
+    }
 }
 
 /// What every sensor shows, SI; plot and page are written where they were asked for.

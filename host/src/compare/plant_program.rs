@@ -3,8 +3,8 @@
 
 use std::io::{BufRead, BufReader, Write};
 use std::process::{ChildStdin, Command, Stdio};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
-use std::time::Duration;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
+use std::time::{Duration, Instant};
 
 use sinew_sim::{Drive, Plant};
 
@@ -15,6 +15,8 @@ use crate::error::{Error, Result};
 const FORMAT: &str = "sinew-plant/1";
 /// Longest wait for one line. A program may have to load a simulator first.
 const PATIENCE: Duration = Duration::from_secs(60);
+/// How long a program that says nothing more may take to end, so that its status can be told.
+const LEAVE: Duration = Duration::from_secs(2);
 /// Variables that say which of several plants is wanted.
 const DRAW: &str = "SINEW_DRAW";
 const SPREAD: &str = "SINEW_SPREAD";
@@ -30,6 +32,14 @@ pub struct PlantProgram {
     pub spread: f64,
 }
 
+/// What a program recorded.
+pub struct Recorded {
+    /// One entry a sensor of the rig, SI; `None` for one that the program has not.
+    pub signals: Vec<Option<Vec<f64>>>,
+    /// Signals of the program that no sensor of the rig is called.
+    pub strangers: Vec<String>,
+}
+
 /// One that runs.
 pub struct Running {
     command: String,
@@ -42,6 +52,7 @@ pub struct Running {
     /// Units of the inputs in SI.
     inputs: Vec<f64>,
     columns: usize,
+    strangers: Vec<String>,
     values: Vec<f64>,
 }
 
@@ -64,7 +75,8 @@ impl PlantProgram {
         let (Some(to), Some(from)) = (child.stdin(), child.stdout()) else {
             return Err(complaint(&self.command, "has no standard input and output"));
         };
-        let (lines, heard) = channel();
+        // Short: a program that talks on and on waits, as it would on a terminal.
+        let (lines, heard) = sync_channel(4);
         // A thread of its own, so that a program that says nothing is noticed.
         std::thread::spawn(move || {
             for line in BufReader::new(from).lines() {
@@ -83,6 +95,7 @@ impl PlantProgram {
             sensors: Vec::new(),
             inputs: inputs.clone().map(|i| i.column_factor).collect(),
             columns: 0,
+            strangers: Vec::new(),
             values: Vec::new(),
         };
         let format = running.line()?;
@@ -109,18 +122,20 @@ impl PlantProgram {
         if sensors.iter().all(Option::is_none) {
             return Err(running.said(&said, "names of signals, the rig's among them"));
         }
+        let is_known = |name: &&str| plant.sensors().iter().any(|s| s.column == *name);
+        let strangers = has.iter().filter(|name| !is_known(name));
+        running.strangers = strangers.map(|name| (*name).to_string()).collect();
         running.columns = has.len();
         running.sensors = sensors;
         running.hear()?;
         Ok(running)
     }
 
-    /// What each sensor of `plant` shows at times `t` while `drive` is held from row to row, SI; `None` for a sensor that
-    /// the program has not.
+    /// What each sensor of `plant` shows at times `t` while `drive` is held from row to row.
     ///
     /// # Errors
     /// As [`PlantProgram::start`] and [`Running::advance`].
-    pub fn record(&self, plant: &Plant, t: &[f64], drive: &Drive) -> Result<Vec<Option<Vec<f64>>>> {
+    pub fn record(&self, plant: &Plant, t: &[f64], drive: &Drive) -> Result<Recorded> {
         let mut running = self.start(plant, &[])?;
         let mut signals: Vec<Option<Vec<f64>>> = running
             .sensors
@@ -138,7 +153,10 @@ impl PlantProgram {
                 running.advance(next - now, &inputs.collect::<Vec<_>>())?;
             }
         }
-        Ok(signals)
+        Ok(Recorded {
+            signals,
+            strangers: running.strangers,
+        })
     }
 }
 
@@ -159,6 +177,13 @@ impl Running {
             line += &format!(",{}", value / factor);
         }
         line.push('\n');
+        // Taken for the answer, it would put every later answer one step behind.
+        if let Ok(unasked) = self.from.try_recv() {
+            return Err(self.said(
+                &unasked,
+                "nothing before it is asked: one line of signals for each line it gets",
+            ));
+        }
         // One that has ended is noticed, with its status, by `hear`.
         let _ = self
             .to
@@ -192,11 +217,24 @@ impl Running {
                 Err(complaint(&self.command, message).help("does it flush every line?"))
             }
             Err(RecvTimeoutError::Disconnected) => {
-                let how = match self.child.wait() {
-                    Ok(status) => status.to_string(),
-                    Err(error) => error.to_string(),
-                };
-                Err(complaint(&self.command, format!("ended by itself ({how})")))
+                let until = Instant::now() + LEAVE;
+                loop {
+                    match self.child.try_wait() {
+                        Ok(None) if Instant::now() < until => {
+                            std::thread::sleep(Duration::from_millis(5));
+                        }
+                        // A line that is no text ends the listening too.
+                        Ok(None) => {
+                            let message = "runs, but its output was closed or is no text";
+                            return Err(complaint(&self.command, message));
+                        }
+                        Ok(Some(status)) => {
+                            let message = format!("ended by itself ({status})");
+                            return Err(complaint(&self.command, message));
+                        }
+                        Err(error) => return Err(complaint(&self.command, error)),
+                    }
+                }
             }
         }
     }

@@ -184,7 +184,12 @@ fn tunings() {
 fn networks_that_are_no_predictors() {
     let desk = desk();
     desk.bring("rigs/experiments/mass-spring-damper.tflite")
-        .write("net/network.toml", "");
+        .write("net/network.toml", "")
+        .write("empty.csv", "")
+        .write("void.csv", "t,u_N,q_m\n0,0,nan\n0.1,1,\n")
+        .write("typo.csv", "t,u_N,q_mm\n0,0,1\n0.1,1,2\n")
+        .write("still.csv", "t,u_N,q_m\n0,0,1\n0.1,1,1\n")
+        .write("empty.tflite", "");
     let line = |network: &str, rest: &str| format!("import {network} {rest}");
     let net = "mass-spring-damper.tflite";
     desk.write(
@@ -202,6 +207,11 @@ fn networks_that_are_no_predictors() {
             &line(net, "--rig absent.toml --fit good.csv --out out"),
             &line(net, &format!("--rig {RIG} --fit good.csv --out out")),
             &line(net, "--rig short.toml --fit good.csv --out out"),
+            &line(net, "--rig short.toml --fit empty.csv --out out"),
+            &line(net, "--rig short.toml --fit void.csv --out out"),
+            &line(net, "--rig short.toml --fit typo.csv --out out"),
+            &line(net, "--rig short.toml --fit still.csv --out out"),
+            &line("empty.tflite", "--rig short.toml --fit good.csv --out out"),
             &line("net", &format!("--rig {RIG} --fit good.csv --out net")),
             &line(
                 "absent.onnx",
@@ -225,15 +235,30 @@ fn programs_that_are_no_plants() {
     said("words", "sinew-plant/1\nu_N\nq_m\nnought");
     said("short", "sinew-plant/1\nu_N\nq_m,p_m\n0.1");
     said("ends", "sinew-plant/1\nu_N\nq_m\n0.0");
-    said("lost", "sinew-plant/1\nu_N\nq_m\n0.0\n0.1\nnan");
-    let names = [
-        "talk", "inputs", "sensors", "words", "short", "ends", "lost",
-    ];
-    let mut lines: Vec<String> = names
+    desk.write(
+        "chatter",
+        "echo sinew-plant/1; echo u_N; echo q_m; while :; do echo 0.0; done",
+    );
+    desk.write("mute", "echo sinew-plant/1; exec >&-; sleep 30");
+    desk.write(
+        "lost",
+        "$| = 1; print qq(sinew-plant/1\\nu_N\\nq_m\\n0.0\\n); print qq(nan\\n) while <STDIN>;",
+    );
+    let names = ["talk", "inputs", "sensors", "words", "short", "ends"];
+    // `sh` reads its program from where the plant's lines would come. No blanks: they would end the argument.
+    let mut programs: Vec<String> = names.iter().map(|name| format!("sh<{name}")).collect();
+    programs.extend(
+        [
+            "exec${IFS}sh<chatter",
+            "exec${IFS}sh<mute",
+            "perl${IFS}lost",
+        ]
+        .map(String::from),
+    );
+    let mut lines: Vec<String> = programs
         .iter()
-        // `sh` reads its program from where the plant's lines would come.
-        .map(|name| {
-            format!("simulate {RIG} --input good.csv --out out.csv --plant-program sh<{name}")
+        .map(|program| {
+            format!("simulate {RIG} --input good.csv --out out.csv --plant-program {program}")
         })
         .collect();
     lines.push(format!(

@@ -386,6 +386,14 @@ fn a_program_can_be_the_plant() {
     let other = simulate("other.csv", &["--plant-program", "perl cart.pl"]);
     let most = own.iter().fold(0.0_f64, |m, q| m.max(q.abs()));
     assert!(most > 0.02, "it hardly moves");
+    let line = "simulate mass-spring-damper.toml --input inputs.csv --out again.csv";
+    let mut again = desk.command(line);
+    let again = again.args(["--plant-program", "perl cart.pl"]).output();
+    let said = String::from_utf8_lossy(&again.expect("it starts").stderr).into_owned();
+    assert!(
+        said.contains("`v_m_s` of the program is not written"),
+        "{said}"
+    );
     for (own, other) in own.iter().zip(&other) {
         assert!((own - other).abs() < 2e-3 * most, "{own} {other}");
     }

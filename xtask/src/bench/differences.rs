@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::image::{self, Content};
 use super::lockstep::close;
-use crate::experiments::figure::dots;
+use crate::figure::dots;
 use crate::process::{root, target_folder};
 use crate::setup::{self, Extent};
 

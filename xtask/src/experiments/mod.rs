@@ -1,10 +1,10 @@
 //! `cargo xtask experiments`: questions whose answer is measured; each is one file.
 
 mod bench;
-pub mod figure;
-mod mended;
+
 mod problems;
 mod published;
+mod rehearsal;
 mod targets;
 
 use anyhow::{Result, bail};
@@ -18,19 +18,19 @@ struct Experiment {
 
 const EXPERIMENTS: &[Experiment] = &[
     Experiment {
-        name: mended::STAGE.name,
+        name: rehearsal::STAGE.name,
         question: "what a controller gains once `sinew diagnose` has mended its model",
-        run: |seed| mended::run(&mended::STAGE, seed),
+        run: |seed| rehearsal::run(&rehearsal::STAGE, seed),
     },
     Experiment {
-        name: mended::MASS.name,
+        name: rehearsal::MASS.name,
         question: "the same for the published mass, on plants that MuJoCo runs",
-        run: |seed| mended::run(&mended::MASS, seed),
+        run: |seed| rehearsal::run(&rehearsal::MASS, seed),
     },
     Experiment {
-        name: mended::TENDON.name,
+        name: rehearsal::TENDON.name,
         question: "the same for the published tendon platform, on plants that MuJoCo runs",
-        run: |seed| mended::run(&mended::TENDON, seed),
+        run: |seed| rehearsal::run(&rehearsal::TENDON, seed),
     },
     Experiment {
         name: problems::MASS.name,

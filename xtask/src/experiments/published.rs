@@ -10,8 +10,8 @@ use anyhow::{Context, Result};
 use serde_json::{Value, json};
 
 use super::bench::Bench;
-use super::figure::{Row, loops};
 use super::targets::{Target, estimate, said};
+use crate::figure::{Row, loops};
 use crate::process;
 
 /// Noise of every sensor, as a part of what its signal ranges over.

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::figure::{Row, middle};
+use crate::figure::{Row, middle};
 
 /// A number that is to be reached.
 pub struct Target {

@@ -12,8 +12,8 @@ use anyhow::Result;
 use serde_json::json;
 
 use super::bench::Bench;
-use super::figure::{Row, loops};
 use super::problems::{EIGHT, TENDON_CALM};
+use crate::figure::{Row, loops};
 use crate::foreign::python;
 use crate::process;
 
