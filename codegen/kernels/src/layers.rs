@@ -9,6 +9,7 @@ pub mod gate;
 pub mod gru;
 pub mod lstm;
 pub mod pooling;
+pub mod rectified;
 pub mod rnn;
 pub mod rows;
 pub mod softmax;

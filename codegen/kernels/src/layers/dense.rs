@@ -96,15 +96,15 @@ fn back_through<N: Number, W: Weight, const IN: usize, const OUT: usize, const R
 
 /// `sum over rows of w[row][i] t[row]`, result by result. The first product begins the sum; nought is not added.
 #[inline(always)]
-fn column<N: Number, W: Weight, const IN: usize, const OUT: usize, const R: usize>(
-    rows: &[[W; IN]; OUT],
-    t: &[[N; R]; OUT],
+pub(crate) fn column<'a, N: Number, W: Weight + 'a, const IN: usize, const R: usize>(
+    rows: impl IntoIterator<Item = &'a [W; IN]> + Copy,
+    t: &[[N; R]],
     i: usize,
 ) -> [N; R] {
     let mut sums = [N::ZERO; R];
     for (q, sum) in sums.iter_mut().enumerate() {
         let mut first = true;
-        for (row, t) in rows.iter().zip(t) {
+        for (row, t) in rows.into_iter().zip(t) {
             if let (Some(w), Some(t)) = (row.get(i), t.get(q)) {
                 let product = t.weigh(w.value());
                 *sum = if first { product } else { *sum + product };

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::plan::Plan;
+use super::program::is_rectified;
 use super::{Accuracy, File, file};
 use crate::network::{Activation, Cell, Op};
 
@@ -40,6 +41,7 @@ const FILES: &[(&str, &str)] = &[
     kernel!("layers/gru.rs"),
     kernel!("layers/lstm.rs"),
     kernel!("layers/pooling.rs"),
+    kernel!("layers/rectified.rs"),
     kernel!("layers/rnn.rs"),
     kernel!("layers/rows.rs"),
     kernel!("layers/softmax.rs"),
@@ -107,6 +109,7 @@ pub(super) const ITEMS: &[(&str, &[&str])] = &[
             "max_pool_back",
         ],
     ),
+    ("layers::rectified", &["rectified_back"]),
     ("layers::softmax", &["softmax", "softmax_back"]),
     ("layers::window", &["Window"]),
     ("number", &["Dual", "Number"]),
@@ -138,6 +141,9 @@ pub(super) fn files(plan: &Plan<'_>, accuracy: Accuracy) -> Vec<File> {
     };
     if (0..plan.network.nodes.len()).any(|place| readers(place) > 1) {
         layers.insert("arithmetic");
+    }
+    if is_rectified(plan) {
+        layers.insert("rectified");
     }
     // Dense is the seed of derivatives with an activation, and names its trait.
     if layers.contains("dense") || !activations.is_empty() {

@@ -1,7 +1,7 @@
 //! The passes forward and backward, and what every printed network has.
 
 use super::seeded::Seed;
-use crate::network::emit::plan::{BLOCK, Plan};
+use crate::network::emit::plan::Plan;
 use crate::network::emit::{backward, forward};
 
 /// The functions.
@@ -26,7 +26,7 @@ impl<'a> Body<'a> {
         let network = plan.network;
         let last = network.nodes.len() - 1;
         let stateful = plan.is_stateful();
-        let seed = Seed::of(plan).filter(|_| !stateful && network.outputs() <= BLOCK);
+        let seed = Seed::of(plan);
         let begin = seed.map_or(last, |seed| seed.begin);
         let statements = forward::print(plan);
         let state = if stateful { "state: &State<N>, " } else { "" };

@@ -10,6 +10,12 @@ mod uses;
 use super::HEADER;
 use super::plan::Plan;
 use body::Body;
+use seeded::Seed;
+
+/// Whether derivatives pass by the units that a rectifier shuts.
+pub(super) fn is_rectified(plan: &Plan<'_>) -> bool {
+    Seed::of(plan).is_some_and(|seed| seed.rectified)
+}
 
 pub(super) fn print(plan: &Plan<'_>) -> String {
     let network = plan.network;

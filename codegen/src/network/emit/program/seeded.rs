@@ -2,9 +2,10 @@
 
 use super::body::Body;
 use super::{ALONG, CURVATURE, JACOBIAN};
-use crate::network::Op;
 use crate::network::emit::backward::adjoint;
 use crate::network::emit::forward::{activation, call, constant};
+use crate::network::emit::plan::BLOCK;
+use crate::network::{Activation, Op};
 
 /// The end of a network whose derivatives begin at weights.
 #[derive(Clone, Copy)]
@@ -19,7 +20,14 @@ pub(super) struct Seed {
     pub(super) scale: Option<usize>,
     /// The node whose adjoints the seed gives.
     pub(super) begin: usize,
+    /// Whether the inner activation is a rectifier whose shut units are passed by, after a dense layer of the input.
+    pub(super) rectified: bool,
 }
+
+/// The units that `rectified_back` is for.
+const RECTIFIED: usize = 8;
+/// The outputs from which on it pays, whatever the input (docs/decisions/0048-shut-units-are-passed-by.md).
+const RESULTS: usize = 3;
 
 impl Body<'_> {
     pub(super) fn seeded(&self, seed: &Seed) -> String {
@@ -84,6 +92,11 @@ impl Body<'_> {
         let go = format!("    backward(&a, {}t, jacobian);\n", self.given);
         if let Some(node) = seed.inner {
             let [g, a] = self.activation(node);
+            if seed.rectified {
+                let first = self.weights(seed.begin, "_W");
+                let arguments = [weights, outer, a, first, "jacobian".into()];
+                return call(4, "rectified_back", &arguments);
+            }
             let of = call(4, "dense_seed_activated", &[weights, outer, g, a]);
             return format!("    let t = {}{go}", of.trim_start());
         }
@@ -152,8 +165,11 @@ impl Body<'_> {
 
 impl Seed {
     /// The end of a network, if it is a dense layer, perhaps with an activation in its place, perhaps with a
-    /// scale after it.
+    /// scale after it, and nothing is remembered.
     pub(super) fn of(plan: &super::Plan<'_>) -> Option<Self> {
+        if plan.is_stateful() || plan.network.outputs() > BLOCK {
+            return None;
+        }
         let nodes = &plan.network.nodes;
         let mut end = nodes.len() - 1;
         let mut scale = None;
@@ -183,12 +199,19 @@ impl Seed {
         } else {
             from
         };
+        let rectified = inner
+            .is_some_and(|inner| matches!(nodes[inner].op, Op::Activation(Activation::Relu)))
+            && nodes[begin].len() == RECTIFIED
+            && nodes[dense].len() >= RESULTS
+            && matches!(nodes[begin].op, Op::Dense(_))
+            && plan.buffer[nodes[begin].from[0]] == 0;
         Some(Self {
             dense,
             inner,
             outer,
             scale,
             begin,
+            rectified,
         })
     }
 }
