@@ -1,5 +1,5 @@
-//! `sinew diagnose` on recordings with concealed physics that foreign physics wrote: twelve of the thirty committed cases
-//! (`tests/foreign/cases`, made by `tests/foreign/hardlaw/committed.py`). The thirty are `cargo xtask proof --committed`,
+//! `sinew diagnose` on recordings with concealed physics that foreign physics wrote: twelve of the committed cases
+//! (`tests/foreign/cases`, made by `tests/foreign/hardlaw/committed.py`). All are `cargo xtask proof --committed`,
 //! the hundreds `cargo xtask proof`.
 
 use std::fs;
@@ -12,7 +12,7 @@ use sinew_sim::Rig;
 
 /// Dry friction, backlash, a cubic spring, a hysteresis, an end stop, Stribeck friction; friction with a saturation; a rig
 /// that is exact, one with wrong parameters, a disturbance, heavy noise; a gain that depends on the sign. Continuous
-/// integration asks all thirty.
+/// integration asks all of them.
 const CASES: [usize; 12] = [0, 1, 2, 3, 5, 6, 7, 8, 9, 10, 11, 12];
 
 fn foreign() -> PathBuf {

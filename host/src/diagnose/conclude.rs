@@ -43,11 +43,14 @@ pub(super) fn conclude(
         Some((found, index)) => Some(mend(found, index, bench, roles)?),
         None => None,
     };
-    // Judged in stretches, believed only if the whole of a recording that chose nothing gains too.
-    let mended = match mended {
-        Some((rig, known)) if falls(&refitted.rig, &rig, roles, 1.0) => Some((rig, known)),
-        _ => None,
+    // Judged in stretches, believed only if the whole of a recording that chose nothing gains too; or if nothing is left
+    // in any stretch: what integrates over a ripple ends a whole recording in one well or in another.
+    let holds = |rig: &Rig| {
+        let all =
+            |(found, index): (&Found, usize)| !bench.leaves_something(&found.finalists[index]);
+        falls(&refitted.rig, rig, roles, 1.0) || bench.in_parts && named.is_some_and(all)
     };
+    let mended = mended.filter(|(rig, _)| holds(rig));
     let named = named.filter(|_| mended.is_some());
     let (mended, known) = mended.unwrap_or_else(|| (refitted.rig.clone(), estimates(refitted)));
     let effects = named.map_or_else(Vec::new, |(found, index)| {

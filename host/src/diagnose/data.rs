@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use sinew_sim::{Plant, Rig};
 
+use super::model::Model;
 use super::noise;
 use crate::error::Result;
 use crate::fit::experiment::{Experiment, Views};
@@ -32,6 +33,13 @@ pub(super) struct Data {
     pub sigma: Vec<f64>,
     /// Natural sizes of the believed rig's states, by name.
     state_scale: BTreeMap<String, f64>,
+}
+
+/// Start states that were found for stretches.
+pub(super) struct Found<'a> {
+    pub data: &'a Data,
+    pub stretches: &'a [(usize, Range<usize>)],
+    pub states: &'a [Vec<f64>],
 }
 
 impl Data {
@@ -195,6 +203,32 @@ impl Data {
     ) -> Result<Vec<Vec<f64>>> {
         let problem = self.judging(plant);
         start::states(&problem, &Views::new(rig, plant), segments, values)
+    }
+
+    /// [`Data::starts`], less the guess: what was `found` for stretches of other data of the same recordings, where one of
+    /// them begins at the same time; else what explains the first rows.
+    ///
+    /// # Errors
+    /// None that reading the recordings has not excluded.
+    pub fn carried(
+        &self,
+        model: &Model,
+        values: &[f64],
+        segments: &[Segment],
+        found: Found,
+    ) -> Result<Vec<Vec<f64>>> {
+        let mut states = self.starts(&model.rig, &model.plant, segments, values)?;
+        let time = |data: &Self, index: usize, row: usize| data.experiments[index].t[row];
+        for (segment, state) in segments.iter().zip(&mut states) {
+            let begins = time(self, segment.experiment, segment.rows.start);
+            for ((index, rows), known) in found.stretches.iter().zip(found.states) {
+                if *index == segment.experiment && time(found.data, *index, rows.start) == begins {
+                    state.clone_from(known);
+                }
+            }
+        }
+        let problem = self.judging(&model.plant);
+        Ok(start::near(&problem, segments, values, states))
     }
 
     /// The problem of simulating a plant over these recordings with its parameters held.

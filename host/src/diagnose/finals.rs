@@ -2,22 +2,30 @@
 
 use std::ops::Range;
 
-use super::data::Data;
+use super::data::{Data, Found};
 use super::evidence::Contender;
 use super::judge::Remains;
-use super::race::Tried;
+use super::race::{Track, Tried};
 use super::search::{Bench, FINAL_STEPS};
 use crate::error::Result;
 use crate::fit::levenberg::Unknowns;
 
 impl Bench<'_> {
     /// Fits what a race found to all of the fit recordings and looks at what it leaves of both roles.
-    pub fn contender(&self, tried: &Tried, steps: usize) -> Result<Option<Contender>> {
+    pub fn contender(
+        &self,
+        track: &Track,
+        tried: &Tried,
+        steps: usize,
+    ) -> Result<Option<Contender>> {
         let model = &tried.model.integrated(self.settings);
         let mut segments = self.fit.segments(&model.plant, &self.fit_stretches)?;
-        let states = self
-            .fit
-            .starts(&model.rig, &model.plant, &segments, &tried.point.values)?;
+        let found = Found {
+            data: track.data,
+            stretches: &track.stretches,
+            states: &tried.point.states,
+        };
+        let states = (self.fit).carried(model, &tried.point.values, &segments, found)?;
         let from = Unknowns {
             values: tried.point.values.clone(),
             states,
@@ -26,6 +34,23 @@ impl Bench<'_> {
             return Ok(None);
         };
         super::gauge::settle(model, &tried.suspects, &mut point);
+        // A number that the data leave near zero may end on the wrong side of it.
+        let signed = model.clone().signed(&tried.suspects);
+        let values = signed.within(&point.values);
+        let model = if values == point.values {
+            model
+        } else {
+            &signed
+        };
+        if values != point.values {
+            let states = point.states.clone();
+            let from = Unknowns { values, states };
+            let within = model.improve(self.fit, &mut segments, from, steps, 1e-4);
+            let Some(within) = within else {
+                return Ok(None);
+            };
+            point = within;
+        }
         let fit = Remains::of(
             model,
             &point.values,

@@ -2,6 +2,7 @@
 
 use sinew_sim::{Plant, Rig, Settings};
 
+use super::data;
 use super::finding::Estimate;
 use super::name::Known;
 use super::race::Tried;
@@ -32,7 +33,7 @@ pub(super) fn mend(
         ..FitOptions::default()
     };
     let Ok(last) = fit(&rig, &roles.fit, &options, &mut |_| {}) else {
-        return Ok((rig.clone(), values(&rig, |_| None)?));
+        return Ok((rig.clone(), estimates(&rig, |_| None)?));
     };
     let error = |rig: &Rig| -> Result<f64> {
         let all = score(rig, &roles.fit)?;
@@ -44,7 +45,7 @@ pub(super) fn mend(
     };
     let better = error(&last.rig)? <= error(&rig)?;
     let rig = if better { last.rig.clone() } else { rig };
-    let known = values(&rig, width)?;
+    let known = estimates(&rig, width)?;
     Ok((rig, known))
 }
 
@@ -53,23 +54,26 @@ fn whole(best: &Tried, bench: &Bench) -> Result<(Rig, Known)> {
     let model = &best.model.integrated(Settings::default());
     let data = bench.fit;
     let mut segments = data.segments(&model.plant, &data.cut(1))?;
-    let found = &best.point.values;
-    let from = Unknowns {
-        states: data.starts(&model.rig, &model.plant, &segments, found)?,
-        values: found.clone(),
+    let values = best.point.values.clone();
+    let found = data::Found {
+        data,
+        stretches: &bench.fit_stretches,
+        states: &best.point.states,
     };
+    let states = data.carried(model, &values, &segments, found)?;
+    let from = Unknowns { values, states };
     let mut point = model
         .improve(data, &mut segments, from, LAST_STEPS, 1e-5)
         .unwrap_or_else(|| best.point.clone());
     super::gauge::settle(model, &best.suspects, &mut point);
     let widths = model.half_widths(data, &segments, &point);
     let rig = model.with(&point.values)?;
-    let known = values(&rig, |name| widths.get(name).copied())?;
+    let known = estimates(&rig, |name| widths.get(name).copied())?;
     Ok((rig, known))
 }
 
 /// Values of a rig's parameters, with intervals of these half widths.
-fn values(rig: &Rig, width: impl Fn(&str) -> Option<f64>) -> Result<Known> {
+fn estimates(rig: &Rig, width: impl Fn(&str) -> Option<f64>) -> Result<Known> {
     let plant = Plant::new(rig)?;
     let known = plant.parameters().iter().map(|parameter| {
         let value = parameter.value;

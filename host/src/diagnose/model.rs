@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use sinew_sim::{Plant, Rig, Settings};
 
 use super::data::Data;
+use super::suspect::Suspect;
 use crate::error::Result;
 use crate::fit::levenberg::{Belief, Effort, Stop, Unknowns, minimise};
 use crate::fit::segment::{Problem, Segment};
@@ -120,6 +121,29 @@ impl Model {
             trial_width: width,
             ..self
         }
+    }
+
+    /// The same, with what the vocabulary says of the signs of what is under trial as bounds.
+    pub fn signed(mut self, suspects: &[Suspect]) -> Self {
+        for suspect in suspects {
+            for name in suspect.not_below_zero() {
+                let slot = self.plant.slot(&name);
+                let at = self.slots.iter().position(|known| Some(*known) == slot);
+                if let Some(at) = at {
+                    self.bounds[at][0] = self.bounds[at][0].max(0.0);
+                }
+            }
+        }
+        self
+    }
+
+    /// These values, taken back within the bounds.
+    pub fn within(&self, values: &[f64]) -> Vec<f64> {
+        let mut values = values.to_vec();
+        for (&slot, [low, high]) in self.slots.iter().zip(&self.bounds) {
+            values[slot] = values[slot].clamp(*low, *high);
+        }
+        values
     }
 
     /// The same, integrated as `settings` say.

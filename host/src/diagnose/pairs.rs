@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use super::evidence::Contender;
-use super::race::{Track, Tried};
+use super::race::{MORE_STEPS, Track, Tried};
 use super::search::{Bench, FINAL_STEPS};
 use super::suspect::Suspect;
 use crate::error::Result;
@@ -27,7 +27,8 @@ const EXCHANGES: usize = 2;
 const HALVED: usize = 3;
 
 impl Bench<'_> {
-    /// A second effect on top of the best single ones. Once something leaves no more than noise, only what came
+    /// A second effect on top of the best single ones, unless one of the pairs that were found on `short` stretches
+    /// explains everything. Once something leaves no more than noise, only what came
     /// close to the best is tried as well. Then the best pair's newcomer is kept and its parent exchanged: once in
     /// any case, for something simpler may do beside it, and again as long as nothing explains all.
     pub fn pairs(
@@ -36,6 +37,7 @@ impl Bench<'_> {
         start: &Tried,
         base: &Contender,
         singles: &[Contender],
+        short: Vec<Contender>,
         all: &[Suspect],
     ) -> Result<Vec<Contender>> {
         let left = |index: usize| self.share_left(&singles[index], base);
@@ -47,8 +49,11 @@ impl Bench<'_> {
             .filter(|&index| left(index) < HOPELESS.min(BEHIND * least))
             .filter(|&index| effects(&singles[index].tried))
             .take(BEAM);
-        let mut pairs: Vec<Contender> = Vec::new();
+        if short.iter().any(|pair| !self.leaves_something(pair)) {
+            return Ok(short);
+        }
         let mut parents: Vec<Suspect> = Vec::new();
+        let mut pairs = short;
         for index in beam {
             let done = pairs.iter().any(|pair| !self.leaves_something(pair));
             if done && left(index) > CLOSE * least {
@@ -72,7 +77,7 @@ impl Bench<'_> {
                 break;
             };
             parents.push(kept.clone());
-            if let Some(parent) = track.alone(start, pair, &kept)? {
+            if let Some(parent) = track.alone(start, pair, &kept, MORE_STEPS)? {
                 pairs.extend(self.seconds(track, &parent, all)?);
             }
         }
@@ -94,8 +99,8 @@ impl Bench<'_> {
             .flat_map(|pair| pair.suspects.iter().map(move |suspect| (pair, suspect)))
             .collect();
         let alone = halves.into_par_iter().map(|(pair, suspect)| {
-            match track.alone(start, pair, suspect)? {
-                Some(half) => self.contender(&half, FINAL_STEPS),
+            match track.alone(start, pair, suspect, MORE_STEPS)? {
+                Some(half) => self.contender(track, &half, FINAL_STEPS),
                 None => Ok(None),
             }
         });

@@ -1,7 +1,7 @@
 //! The race: every suspect refitted inside the simulator, on part of the data, a few steps from several starts.
 
 use rayon::prelude::*;
-use sinew_sim::{Rig, Settings};
+use sinew_sim::{Plant, Rig, Settings};
 
 use super::begin::{Begun, promising};
 use super::data::Data;
@@ -21,12 +21,25 @@ pub(super) struct Tried {
     pub point: Point,
 }
 
+/// A parameter of the rig this many times as large or as small as its owner wrote has changed its meaning.
+const BENT: f64 = 5.0;
+
+impl Tried {
+    /// Some parameter of the rig itself is far from what its owner wrote.
+    pub fn bent(&self) -> bool {
+        self.model.believed().any(|(slot, written)| {
+            let ratio = self.point.values[slot] / written;
+            written != 0.0 && !(1.0 / BENT..=BENT).contains(&ratio)
+        })
+    }
+}
+
 /// Steps of those that are refitted, and of the best of them further.
 const FIRST_STEPS: usize = 6;
-const MORE_STEPS: usize = 8;
+pub(super) const MORE_STEPS: usize = 8;
 
 /// How many of them go further.
-const HEAT: usize = 8;
+pub(super) const HEAT: usize = 8;
 
 /// How many are refitted before asking whether the mismatch is explained already.
 const AT_ONCE: usize = 8;
@@ -57,6 +70,25 @@ impl Track<'_> {
             states,
         };
         let point = model.improve(self.data, &mut segments, from, steps, 1e-5);
+        Ok(point.map(|point| Tried {
+            suspects: Vec::new(),
+            model,
+            point,
+        }))
+    }
+
+    /// The rig with what its owner wrote, only start states fitted. `None` where it cannot be simulated.
+    ///
+    /// # Errors
+    /// A rig that cannot be compiled.
+    pub fn as_written(&self, rig: &Rig) -> Result<Option<Tried>> {
+        let model = Model::new(rig, self.written, &[], self.settings)?;
+        let written = Plant::new(self.written)?;
+        let values = model.inherit(&written, &written.values());
+        let mut segments = self.data.segments(&model.plant, &self.stretches)?;
+        let states = self.data.starts(rig, &model.plant, &segments, &values)?;
+        let from = Unknowns { values, states };
+        let point = model.improve(self.data, &mut segments, from, 0, 1e-3);
         Ok(point.map(|point| Tried {
             suspects: Vec::new(),
             model,
@@ -139,7 +171,7 @@ impl Track<'_> {
     }
 
     /// Valid samples of all sensors.
-    fn samples(&self) -> f64 {
+    pub fn samples(&self) -> f64 {
         let stretches = self.stretches.iter();
         let counts = stretches.map(|(index, rows)| {
             let signals = self.data.experiments[*index].signals.iter();
@@ -166,7 +198,7 @@ impl Track<'_> {
         Ok(run)
     }
 
-    fn improved(
+    pub fn improved(
         &self,
         suspects: Vec<Suspect>,
         model: Model,
@@ -226,8 +258,14 @@ impl Track<'_> {
         }
     }
 
-    /// One of a pair without the other, from where the pair ended; `base` is the rig without either.
-    pub fn alone(&self, base: &Tried, pair: &Tried, kept: &Suspect) -> Result<Option<Tried>> {
+    /// One of a pair without the other, some steps on from where the pair ended; `base` is the rig without either.
+    pub fn alone(
+        &self,
+        base: &Tried,
+        pair: &Tried,
+        kept: &Suspect,
+        steps: usize,
+    ) -> Result<Option<Tried>> {
         let Suspect::Effect { kind, component } = kept else {
             return Ok(None);
         };
@@ -247,11 +285,14 @@ impl Track<'_> {
         let segments = self.data.segments(&model.plant, &self.stretches)?;
         let states = (self.data).starts(&rig, &model.plant, &segments, &values)?;
         let from = Unknowns { values, states };
-        Ok(self.improved(vec![kept.clone()], model, from, MORE_STEPS))
+        Ok(self.improved(vec![kept.clone()], model, from, steps))
     }
 }
 
+/// What a parameter has to gain, in units of the noise squared: half the logarithm of some thousand samples.
+const FINE: f64 = 3.5;
+
 /// Cost with a fine for every parameter: what the race is decided by.
-fn merit(tried: &Tried) -> f64 {
-    tried.point.cost + tried.model.slots.len() as f64
+pub(super) fn merit(tried: &Tried) -> f64 {
+    tried.point.cost + FINE * tried.model.slots.len() as f64
 }

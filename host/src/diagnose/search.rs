@@ -8,6 +8,7 @@ use sinew_sim::{Plant, Rig, Settings};
 
 use super::data::Data;
 use super::evidence::Contender;
+use super::ladder::Short;
 use super::race::{Track, Tried};
 use super::suspect::{Suspect, suspects};
 use crate::error::Result;
@@ -66,6 +67,16 @@ pub(super) struct Found {
     pub probabilities: Vec<f64>,
 }
 
+/// What is tried where the race from the refitted rig explains nothing, or only with a rig that is bent out of shape.
+#[derive(Clone, Copy)]
+enum Attempt {
+    /// From what the owner wrote: without the effect parameters were bent to make up for it, and the way back may be
+    /// too long.
+    AsWritten,
+    /// On short stretches first.
+    Short,
+}
+
 impl Bench<'_> {
     /// The whole search.
     pub fn search(&self, rig: &Rig, values: &[f64]) -> Result<Option<Found>> {
@@ -106,14 +117,48 @@ impl Bench<'_> {
         let all = suspects(rig, &plant);
         let mut finalists = self.round(&track, &start, &all, "one effect")?;
         let mut chosen = self.best(&base, &finalists);
-        let done = chosen.is_some_and(|index| !self.leaves_something(&finalists[index]));
+        let explained = |chosen: Option<usize>, finalists: &[Contender]| {
+            chosen.is_some_and(|index| !self.leaves_something(&finalists[index]))
+        };
+        let straight = |chosen: Option<usize>, finalists: &[Contender]| {
+            chosen.is_some_and(|index| !finalists[index].tried.bent())
+        };
+        let mut short = Short::default();
+        for attempt in [Attempt::AsWritten, Attempt::Short] {
+            if explained(chosen, &finalists) && straight(chosen, &finalists) {
+                break;
+            }
+            match attempt {
+                Attempt::AsWritten => {
+                    if let Some(written) = track.as_written(rig)? {
+                        finalists.extend(self.round(&track, &written, &all, "one effect")?);
+                    }
+                }
+                Attempt::Short => {
+                    let (found, best) = self.climb(&track, rig, &all)?;
+                    finalists.extend(found);
+                    short = best;
+                }
+            }
+            finalists = super::pairs::once(finalists);
+            chosen = self.best(&base, &finalists);
+        }
+        let done = explained(chosen, &finalists);
         // A second effect in a few dozen rows is whatever the first one got wrong.
         let enough = self.fit.rows().min(self.check.rows()) >= super::roles::SHORTEST;
         if !done && enough && !finalists.is_empty() {
-            let pairs = self.pairs(&track, &start, &base, &finalists, &all)?;
+            let short = self.climb_twice(&track, &short, &all)?;
+            let pairs = self.pairs(&track, &start, &base, &finalists, short, &all)?;
             let halves = self.halves(&track, &start, &base, &pairs)?;
             finalists.extend(pairs);
             finalists.extend(halves);
+            finalists = super::pairs::once(finalists);
+            chosen = self.best_of_sizes(&base, &finalists);
+        }
+        if let Some(index) = chosen {
+            let best = &finalists[index].tried;
+            let near = self.neighbours(&track, &start, best, &finalists, &all)?;
+            finalists.extend(near);
             finalists = super::pairs::once(finalists);
             chosen = self.best_of_sizes(&base, &finalists);
         }
@@ -175,17 +220,35 @@ impl Bench<'_> {
         all: &[Suspect],
         what: &str,
     ) -> Result<Vec<Contender>> {
+        let tried = self.raced(track, parent, all, what)?;
+        self.finals(track, &tried)
+    }
+
+    /// One race, its progress told.
+    pub fn raced(
+        &self,
+        track: &Track,
+        parent: &Tried,
+        all: &[Suspect],
+        what: &str,
+    ) -> Result<Vec<Tried>> {
         let done = AtomicUsize::new(0);
         let tried = track.race(parent, all, &|| {
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
             (self.told)(what, done, all.len());
         })?;
+        Ok(tried)
+    }
+
+    /// The best of a race, fitted to everything.
+    pub fn finals(&self, track: &Track, tried: &[Tried]) -> Result<Vec<Contender>> {
         let finals: Vec<Option<Contender>> = tried
             .par_iter()
             .take(FINALISTS)
-            .map(|tried| self.contender(tried, FINAL_STEPS).ok().flatten())
+            .map(|tried| self.contender(track, tried, FINAL_STEPS).ok().flatten())
             .collect();
-        Ok(finals.into_iter().flatten().collect())
+        let finals: Vec<Contender> = finals.into_iter().flatten().collect();
+        Ok(finals)
     }
 }
 

@@ -87,6 +87,20 @@ impl Suspect {
         }
     }
 
+    /// Those of its parameters that the vocabulary wants at zero or more.
+    pub fn not_below_zero(&self) -> Vec<String> {
+        match self {
+            Self::Effect { kind, component } => {
+                let description = kind.description();
+                let signed = description.parameters.iter();
+                let signed = signed.filter(|spec| spec.sign == Sign::NonNegative);
+                let name = |name| format!("{component}.{}.{name}", description.kind);
+                signed.map(|spec| name(spec.name)).collect()
+            }
+            Self::Number { .. } => Vec::new(),
+        }
+    }
+
     /// Whether fitted parameters have the signs that the vocabulary gives them, and what they describe happens
     /// within a recording of `duration` seconds.
     pub fn sane(&self, plant: &Plant, values: &[f64], duration: f64) -> bool {

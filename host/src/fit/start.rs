@@ -1,9 +1,9 @@
 //! Where segments start, as far as the recording shows it.
 
 use nalgebra::DVector;
-use sinew_sim::Plant;
+use sinew_sim::{Plant, SensorChannel};
 
-use super::experiment::{Experiment, Views};
+use super::experiment::{Experiment, View, Views};
 use super::levenberg::{Belief, Effort, Unknowns, minimise};
 use super::score::start_rows;
 use super::segment::{Anchor, Problem, Segment};
@@ -13,7 +13,8 @@ use crate::error::Result;
 const REACH: usize = 8;
 
 /// Start states for segments in order of time. What a sensor shows is taken from the recording; what none
-/// shows is where the segment before ended, or where the rig says that a device starts.
+/// shows is where the segment before ended, or where the rig says that a device starts: a memory that began
+/// with the recording's first sample in the middle of it would spoil what follows.
 ///
 /// # Errors
 /// None that checking the recording has not excluded.
@@ -25,6 +26,7 @@ pub(crate) fn states(
 ) -> Result<Vec<Vec<f64>>> {
     let mut states: Vec<Vec<f64>> = Vec::with_capacity(segments.len());
     let mut ended: Option<Vec<f64>> = None;
+    let readings = lagging(problem.plant);
     for (index, segment) in segments.iter().enumerate() {
         let follows = index > 0
             && segments[index - 1].experiment == segment.experiment
@@ -32,10 +34,16 @@ pub(crate) fn states(
         let experiment = &problem.experiments[segment.experiment];
         let mut state = match ended.take().filter(|_| follows) {
             Some(state) => state,
-            None => at_rest(problem.plant, experiment, values)?,
+            None => at_rest(problem.plant, experiment, segment.rows.start, values)?,
         };
         show(experiment, views, segment.rows.start, values, &mut state);
-        if hidden(views) {
+        for (view, reading) in &readings {
+            let seen = experiment.value_and_slope(view.sensor, segment.rows.start, REACH);
+            if let Some([value, _]) = seen {
+                state[*reading] = view.reading(value, values);
+            }
+        }
+        if unseen(views) {
             // Rows are disjoint, so this is where the last row is: one interval short of the next start.
             ended = problem.final_state(segment, values, &state);
         }
@@ -44,19 +52,46 @@ pub(crate) fn states(
     Ok(states)
 }
 
-/// The start that `sinew simulate` takes (docs/files.md).
-fn at_rest(plant: &Plant, experiment: &Experiment, values: &[f64]) -> Result<Vec<f64>> {
+/// The start that `sinew simulate` takes (docs/files.md), of a recording that begins at `row`.
+fn at_rest(plant: &Plant, experiment: &Experiment, row: usize, values: &[f64]) -> Result<Vec<f64>> {
     let first: Vec<Option<f64>> = experiment
         .signals
         .iter()
-        .map(|column| column.iter().copied().find(|value| value.is_finite()))
+        .map(|column| {
+            let mut later = column[row..].iter().copied();
+            later.find(|value| value.is_finite())
+        })
         .collect();
     Ok(plant.initial_state(values, &first)?)
 }
 
+/// Sensors that lag, each with the state that holds its reading.
+fn lagging(plant: &Plant) -> Vec<(View, usize)> {
+    let names = plant.state_names();
+    let reading = |(sensor, described): (usize, &SensorChannel)| {
+        let name = &described.name;
+        let reading = format!("{name}.sensor_lag.reading");
+        let state = names.iter().position(|known| *known == reading)?;
+        let gain = plant.slot(&format!("{name}.gain"));
+        let offset = plant.slot(&format!("{name}.offset"));
+        let view = View {
+            sensor,
+            gain,
+            offset,
+        };
+        Some((view, state))
+    };
+    plant
+        .sensors()
+        .iter()
+        .enumerate()
+        .filter_map(reading)
+        .collect()
+}
+
 /// Some state has no sensor.
-fn hidden(views: &Views) -> bool {
-    views.position.iter().any(Option::is_none)
+fn unseen(views: &Views) -> bool {
+    views.position.iter().any(Option::is_none) || views.internal > 0
 }
 
 /// Overwrites what sensors show at a row.
@@ -109,6 +144,47 @@ pub(crate) fn scales(experiments: &[Experiment], views: &Views, values: &[f64]) 
 /// The start states that explain segments best while the parameters stay. Where one cannot be simulated, the
 /// states stay too: the run itself then shows what is wrong.
 pub(crate) fn settle(
+    problem: &Problem,
+    segments: &[Segment],
+    values: &[f64],
+    states: Vec<Vec<f64>>,
+) -> Vec<Vec<f64>> {
+    let states = near(problem, segments, values, states);
+    best(problem, segments, values, states)
+}
+
+/// First rows of a segment that say where it starts, and how many times as long it is at least.
+const FIRST_ROWS: usize = 30;
+const LONGER: usize = 3;
+
+/// Start states that explain the first rows of long segments, where the segment gains by it: over many rows a start
+/// that is a little off ends in another well of a ripple, or at rest where the device slid on.
+pub(crate) fn near(
+    problem: &Problem,
+    segments: &[Segment],
+    values: &[f64],
+    mut states: Vec<Vec<f64>>,
+) -> Vec<Vec<f64>> {
+    for (segment, state) in segments.iter().zip(&mut states) {
+        if segment.rows.len() < LONGER * FIRST_ROWS {
+            continue;
+        }
+        let rows = segment.rows.start..segment.rows.start + FIRST_ROWS;
+        let first = Segment::new(problem.plant, problem.experiments, segment.experiment, rows);
+        let Ok(mut first) = first else { continue };
+        first.anchor = segment.anchor.clone();
+        let found = best(problem, &[first], values, vec![state.clone()]).swap_remove(0);
+        let whole = std::slice::from_ref(segment);
+        let cost = |state: &Vec<f64>| problem.cost(whole, values, std::slice::from_ref(state));
+        if cost(&found) < cost(state) {
+            *state = found;
+        }
+    }
+    states
+}
+
+/// One search for start states.
+fn best(
     problem: &Problem,
     segments: &[Segment],
     values: &[f64],

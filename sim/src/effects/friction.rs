@@ -120,7 +120,12 @@ impl Effect for DirectionDependent {
             parameter("damping_pos", Quantity::Damping, Sign::NonNegative),
             parameter("damping_neg", Quantity::Damping, Sign::NonNegative),
         ],
-        confusable: &["coulomb_friction", "constant_load", "stribeck_friction"],
+        confusable: &[
+            "coulomb_friction",
+            "constant_load",
+            "stribeck_friction",
+            "viscous_damping",
+        ],
         excited_by: "both directions at several speeds, and rests",
         sentence: "Friction at {component} differs with direction: {level_pos} and {damping_pos} \
                    forward, {level_neg} and {damping_neg} backward; the model has none.",

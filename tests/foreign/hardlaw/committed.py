@@ -2,7 +2,8 @@
 
     python -m hardlaw.committed
 
-Thirty, stratified; `cargo xtask test` takes twelve, `cargo xtask ci` all. A seed of their own.
+Thirty, stratified, with a seed of their own, of which `cargo xtask test` takes twelve; and three that the program once
+missed. `cargo xtask ci` takes all.
 """
 
 import json
@@ -49,14 +50,18 @@ ENTRIES = [
     ("noise", [], None),
     ("outside", ["position_dependent_friction"], "strong"),
 ]
+# Seed and number: a lag of one of two encoders, whose memory began each stretch of a recording with its first sample;
+# two effects of which the best single one was neither; a play that is seen on short stretches only.
+MISSED = [(2029, 145), (2029, 218), (2029, 667)]
 
 
 def main():
     for name in ("cases", "truth"):
         shutil.rmtree(FOLDER / name, ignore_errors=True)
     (FOLDER / "truth").mkdir()
-    for k, entry in enumerate(ENTRIES):
-        files, truth = cases.make(SEED, k, entry, LENGTHS)
+    made = [cases.make(SEED, k, entry, LENGTHS) for k, entry in enumerate(ENTRIES)]
+    made += [cases.make(seed, number) for seed, number in MISSED]
+    for k, (files, truth) in enumerate(made):
         folder = FOLDER / "cases" / ("case-%02d" % k)
         folder.mkdir(parents=True)
         for file, text in files.items():

@@ -18,10 +18,10 @@ use run::Folder;
 const SEED: u64 = 2030;
 /// Eight rounds of 85: 304 cases with effects, 320 controls, 56 outside the vocabulary.
 const CASES: usize = 680;
-/// Of the twenty committed cases with effects, those that have to be right; all were when this was written.
-const NAMED: usize = 19;
+/// Of the twenty-three committed cases with effects, those that have to be right; all were when this was written.
+const NAMED: usize = 22;
 /// Cases in `tests/foreign/cases`.
-const COMMITTED: usize = 30;
+const COMMITTED: usize = 33;
 
 /// What to put to the program.
 #[derive(PartialEq)]
@@ -85,7 +85,7 @@ pub fn run(arguments: &[String]) -> Result<()> {
     }
 }
 
-/// The thirty committed cases, asked anew: what continuous integration does.
+/// The committed cases, asked anew: what continuous integration does.
 ///
 /// # Errors
 /// A case without an answer, a false alarm, or too many that are not named.
@@ -103,7 +103,7 @@ pub fn committed() -> Result<()> {
     );
     ensure!(
         of(Outcome::Right) >= NAMED,
-        "{} of twenty effects and pairs named rightly, where {NAMED} are guarded",
+        "{} of twenty-three effects and pairs named rightly, where {NAMED} are guarded",
         of(Outcome::Right)
     );
     Ok(())

@@ -1,0 +1,176 @@
+//! From short stretches to long ones: over a few dozen rows the linear theory holds for strong effects too, and what
+//! begins near the truth stays there as stretches are joined (docs/diagnosis.md, "Short stretches").
+
+use rayon::prelude::*;
+use sinew_sim::{Plant, Rig};
+
+use super::data::Found;
+use super::evidence::Contender;
+use super::model::Model;
+use super::race::{HEAT, MORE_STEPS, Track, Tried, merit};
+use super::search::Bench;
+use super::suspect::Suspect;
+use crate::error::Result;
+use crate::fit::levenberg::Unknowns;
+
+/// Pieces that a stretch of the track is cut into, from rung to rung, and the fewest rows of one.
+const RUNGS: [usize; 2] = [4, 2];
+const PIECE_ROWS: usize = 25;
+
+/// How many of a race on short stretches a second effect is looked for on top of; what leaves more than this part of
+/// the cost is none of them.
+const PARENTS: usize = 2;
+const HOPELESS: f64 = 0.9;
+
+/// How many newcomers of the best pairs are looked for a second effect on, too.
+const EXCHANGES: usize = 2;
+
+/// They are where the best pair leaves no more than this part of what there was beside the noise.
+const HOPEFUL: f64 = 0.3;
+
+/// A race on short stretches: the believed rig there, and what it was raced with, best first.
+#[derive(Default)]
+pub(super) struct Short {
+    parent: Option<Tried>,
+    singles: Vec<Tried>,
+}
+
+impl Bench<'_> {
+    /// A race of one effect on pieces of the track, its best taken rung by rung to all of it and fitted to everything;
+    /// and the race as it ended on the pieces.
+    pub fn climb(
+        &self,
+        track: &Track,
+        rig: &Rig,
+        all: &[Suspect],
+    ) -> Result<(Vec<Contender>, Short)> {
+        let written = Plant::new(self.written)?;
+        let model = Model::new(rig, self.written, &[], track.settings)?;
+        let values = model.inherit(&written, &written.values());
+        let below = track.pieces(RUNGS[0]);
+        let Some(parent) = below.first(rig, &values, 15)? else {
+            return Ok((Vec::new(), Short::default()));
+        };
+        let singles = self.raced(&below, &parent, all, "one effect, short stretches")?;
+        let finals = self.up(track, below, singles.clone())?;
+        let parent = Some(parent);
+        Ok((finals, Short { parent, singles }))
+    }
+
+    /// Two effects on pieces of the track: on top of what was best there alone, then on top of the newcomers of the best
+    /// pairs, for what was best alone had to explain what the other does as well.
+    pub fn climb_twice(
+        &self,
+        track: &Track,
+        short: &Short,
+        all: &[Suspect],
+    ) -> Result<Vec<Contender>> {
+        let below = track.pieces(RUNGS[0]);
+        let Some(bare) = &short.parent else {
+            return Ok(Vec::new());
+        };
+        let mut parents: Vec<Tried> = (short.singles.iter())
+            .filter(|tried| matches!(tried.suspects[..], [Suspect::Effect { .. }]))
+            .filter(|tried| tried.point.cost < HOPELESS * bare.point.cost)
+            .take(PARENTS)
+            .cloned()
+            .collect();
+        let mut pairs: Vec<Tried> = Vec::new();
+        let mut raced = 0;
+        while raced < parents.len() {
+            let parent = &parents[raced];
+            raced += 1;
+            let second = |suspect: &&Suspect| {
+                !parent.suspects.contains(suspect) && matches!(suspect, Suspect::Effect { .. })
+            };
+            let rest: Vec<Suspect> = all.iter().filter(second).cloned().collect();
+            pairs.extend(self.raced(&below, parent, &rest, "two effects, short stretches")?);
+            pairs.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
+            let noise = 0.5 * below.samples();
+            let hopeful = pairs
+                .first()
+                .is_some_and(|best| best.point.cost - noise < HOPEFUL * (bare.point.cost - noise));
+            if hopeful && raced == parents.len() && raced < PARENTS + EXCHANGES {
+                let known = |suspect: &Suspect| parents.iter().any(|p| p.suspects[0] == *suspect);
+                let newcomer = pairs.iter().find_map(|pair| {
+                    let fresh = pair.suspects.iter().find(|suspect| !known(suspect));
+                    fresh.map(|fresh| (pair, fresh.clone()))
+                });
+                if let Some((pair, fresh)) = newcomer {
+                    let alone = short
+                        .singles
+                        .iter()
+                        .find(|tried| tried.suspects[0] == fresh);
+                    let alone = match alone {
+                        Some(alone) => Some(alone.clone()),
+                        None => below.alone(bare, pair, &fresh, MORE_STEPS)?,
+                    };
+                    parents.extend(alone);
+                }
+            }
+        }
+        let mut kept: Vec<Tried> = Vec::new();
+        for pair in pairs {
+            let same = |other: &Tried| pair.suspects.iter().all(|s| other.suspects.contains(s));
+            if kept.len() < HEAT && !kept.iter().any(same) {
+                kept.push(pair);
+            }
+        }
+        self.up(track, below, kept)
+    }
+
+    /// From rung to rung, and the finals.
+    fn up<'a>(
+        &self,
+        track: &Track<'a>,
+        mut below: Track<'a>,
+        mut tried: Vec<Tried>,
+    ) -> Result<Vec<Contender>> {
+        for pieces in RUNGS[1..].iter().copied().chain([1]) {
+            let above = track.pieces(pieces);
+            tried = tried
+                .into_par_iter()
+                .filter_map(|tried| above.taken(&below, tried).ok().flatten())
+                .collect();
+            below = above;
+        }
+        tried.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
+        self.finals(track, &tried)
+    }
+}
+
+impl<'a> Track<'a> {
+    /// The same rows, each stretch in that many pieces, or as many as it has rows for.
+    fn pieces(&self, pieces: usize) -> Track<'a> {
+        let cut = |(index, rows): &(usize, std::ops::Range<usize>)| {
+            let (index, rows) = (*index, rows.clone());
+            let count = pieces.min(rows.len() / PIECE_ROWS).max(1);
+            (0..count).map(move |k| {
+                let at = |k: usize| rows.start + k * rows.len() / count;
+                (index, at(k)..at(k + 1))
+            })
+        };
+        Track {
+            written: self.written,
+            data: self.data,
+            stretches: self.stretches.iter().flat_map(cut).collect(),
+            settings: self.settings,
+        }
+    }
+
+    /// What was fitted to the track `below`, a few steps further on this one. Stretches that begin where one of its
+    /// did begin with the state that was found there.
+    pub fn taken(&self, below: &Track, tried: Tried) -> Result<Option<Tried>> {
+        let model = &tried.model;
+        let values = tried.point.values.clone();
+        let segments = self.data.segments(&model.plant, &self.stretches)?;
+        let found = Found {
+            data: below.data,
+            stretches: &below.stretches,
+            states: &tried.point.states,
+        };
+        let states = self.data.carried(model, &values, &segments, found)?;
+        let from = Unknowns { values, states };
+        Ok(self.improved(tried.suspects.clone(), model.clone(), from, MORE_STEPS))
+    }
+}
