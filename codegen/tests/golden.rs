@@ -4,7 +4,7 @@
 mod support;
 
 use sinew_codegen::evaluate;
-use sinew_codegen::spec::{Activation, ModelSpec, OutputForm};
+use sinew_codegen::spec::{Activation, ModelSpec, OutputForm, gru_cell, lstm_cell};
 
 fn wide(x: &[f32]) -> Vec<f64> {
     x.iter().copied().map(f64::from).collect()
@@ -50,6 +50,8 @@ fn the_jacobian_is_the_derivative() {
         deep("deep", OutputForm::Absolute),
         deep("deep-increment", OutputForm::Increment),
         support::network("single", OutputForm::Increment, 0, &single),
+        support::recurrent("gru", gru_cell(), 3, 1, &[(2, Activation::Linear)]),
+        support::recurrent("lstm", lstm_cell(), 2, 0, &[(2, Activation::Linear)]),
     ] {
         let name = &spec.name;
         for point in points(&spec) {
@@ -64,9 +66,12 @@ fn the_jacobian_is_the_derivative() {
                 largest > 1e-3,
                 "{name}: gradient vanished, this point tests nothing"
             );
+            let rows = evaluation.jacobian.iter();
+            let rows: Vec<_> = rows.chain(&evaluation.memory_jacobian).collect();
             for column in 0..point.len() {
                 let difference = central_difference(&spec, &point, column);
-                for (row, expected) in evaluation.jacobian.iter().zip(difference) {
+                assert_eq!(rows.len(), difference.len());
+                for (row, expected) in rows.iter().zip(difference) {
                     let error = (row[column] - expected).abs();
                     assert!(
                         error < 1e-7 * (1.0 + largest),
@@ -84,7 +89,7 @@ fn points(spec: &ModelSpec) -> Vec<Vec<f64>> {
         return spec.golden.iter().map(|golden| wide(&golden.x)).collect();
     }
     let point = |k: usize| {
-        let x = (0..spec.regressor_len()).map(|i| ((7 * i + 5 * k + 3) % 11) as f64 / 6.0 - 0.8);
+        let x = (0..spec.point_len()).map(|i| ((7 * i + 5 * k + 3) % 11) as f64 / 6.0 - 0.8);
         x.collect()
     };
     (0..3).map(point).collect()
@@ -96,7 +101,8 @@ fn central_difference(spec: &ModelSpec, x: &[f64], column: usize) -> Vec<f64> {
     let at = |step: f64| {
         let mut x = x.to_vec();
         x[column] += step;
-        evaluate::predict(spec, &x)
+        let (y, memory) = evaluate::advance(spec, &x);
+        [y, memory].concat()
     };
     let pairs = at(h).into_iter().zip(at(-h));
     pairs
