@@ -4,6 +4,7 @@
 mod support;
 
 use sinew_codegen::evaluate;
+use sinew_codegen::network::{self, from_model};
 use sinew_codegen::spec::{Activation, ModelSpec, OutputForm, gru_cell, lstm_cell};
 
 fn wide(x: &[f32]) -> Vec<f64> {
@@ -108,4 +109,41 @@ fn central_difference(spec: &ModelSpec, x: &[f64], column: usize) -> Vec<f64> {
     pairs
         .map(|(above, below)| (above - below) / (2.0 * h))
         .collect()
+}
+
+/// What `sinew size` and `--c-abi` make of a model: scaling inside, its memory the network's state.
+#[test]
+fn a_model_that_remembers_is_a_network_with_state() {
+    for (name, cell) in [("gru", gru_cell()), ("lstm", lstm_cell())] {
+        let mut spec = support::recurrent(name, cell, 3, 1, &[(2, Activation::Linear)]);
+        spec.inputs[0].span = 4.0;
+        spec.outputs[1].offset = -2.0;
+        spec.outputs[1].span = 0.5;
+        let network = from_model::network(&spec).unwrap();
+        assert_eq!(network.state(), spec.memory());
+        let (mut state, mut memory) = (vec![0.0; spec.memory()], vec![0.0; spec.memory()]);
+        for k in 0..4 {
+            let x: Vec<f64> = (0..7)
+                .map(|i| ((5 * i + 3 * k) % 7) as f64 / 4.0 - 0.8)
+                .collect();
+            let mut physical = x.clone();
+            physical[0] *= 4.0;
+            physical[2] *= 4.0;
+            physical[5] = 0.5 * physical[5] - 2.0;
+            let call = network::evaluate::call(&network, &physical, &state);
+            let (y, next) = evaluate::advance(&spec, &[x, memory].concat());
+            let expected = [y[0], 0.5 * y[1] - 2.0];
+            for (found, expected) in call.y.iter().zip(expected) {
+                assert!(
+                    (found - expected).abs() < 1e-6,
+                    "{name}: {found} for {expected}"
+                );
+            }
+            (state, memory) = (call.state, next);
+        }
+        assert!(
+            memory.iter().any(|h| h.abs() > 0.05),
+            "{name} remembers nothing"
+        );
+    }
 }
