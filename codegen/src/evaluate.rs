@@ -4,6 +4,8 @@
 //! so that the same model gives the same bits on every machine.
 
 use crate::math;
+use crate::network::evaluate::{self as recurrent, Call};
+use crate::network::from_model;
 use crate::spec::{Activation, Dense, Layer, ModelSpec, OutputForm};
 
 /// The next output and its derivatives (docs/codegen.md, eq. 4 and 5).
@@ -11,26 +13,51 @@ use crate::spec::{Activation, Dense, Layer, ModelSpec, OutputForm};
 pub struct Evaluation {
     /// `y(k+1)`, model units.
     pub y: Vec<f64>,
-    /// One row for each output, one column for each value of the regressor, channels included.
+    /// One row for each output, one column for each value of the regressor, channels included, then for each that
+    /// the network remembers.
     pub jacobian: Vec<Vec<f64>>,
+    /// What the network remembers after it.
+    pub memory: Vec<f64>,
+    /// A row for each of these, the columns of `jacobian`.
+    pub memory_jacobian: Vec<Vec<f64>>,
 }
 
-/// The next output `y(k+1)` in model units for the flattened regressor `x` in model units.
+/// The next output `y(k+1)` in model units for the flattened regressor and the memory, `x`, in model units.
 ///
 /// # Panics
-/// If `x` is not as long as the regressor, or the layers do not fit each other: the specification
+/// If `x` is not as long as these, or the layers do not fit each other: the specification
 /// is to be validated first.
 #[must_use]
 pub fn predict(spec: &ModelSpec, x: &[f64]) -> Vec<f64> {
+    advance(spec, x).0
+}
+
+/// As [`predict`], and what the network remembers afterwards.
+///
+/// # Panics
+/// As [`predict`].
+#[must_use]
+pub fn advance(spec: &ModelSpec, x: &[f64]) -> (Vec<f64>, Vec<f64>) {
     check(spec, x);
+    if spec.memory() > 0 {
+        let (x, memory) = x.split_at(spec.regressor_len());
+        let Call { y, state } = recurrent::call(&unscaled(spec), x, memory);
+        return (y, state);
+    }
     let mut a = x.to_vec();
     for layer in &spec.layers {
-        let Layer::Dense(dense) = layer;
-        a = dense_forward(dense, &a).0;
+        if let Layer::Dense(dense) = layer {
+            a = dense_forward(dense, &a).0;
+        }
     }
     add_shortcut(spec, x, &mut a);
     add_present_output(spec, x, &mut a);
-    a
+    (a, Vec::new())
+}
+
+/// A model with memory as a network of model units.
+fn unscaled(spec: &ModelSpec) -> crate::network::Network {
+    from_model::unscaled(spec).expect("a validated specification is a network")
 }
 
 /// The next output and its exact derivatives with respect to the whole regressor, by the chain
@@ -41,10 +68,24 @@ pub fn predict(spec: &ModelSpec, x: &[f64]) -> Vec<f64> {
 #[must_use]
 pub fn predict_with_jacobian(spec: &ModelSpec, x: &[f64]) -> Evaluation {
     check(spec, x);
+    if spec.memory() > 0 {
+        let (y, memory) = advance(spec, x);
+        let (x, state) = x.split_at(spec.regressor_len());
+        let mut jacobian = recurrent::jacobian(&unscaled(spec), x, state);
+        let memory_jacobian = jacobian.split_off(y.len());
+        return Evaluation {
+            y,
+            jacobian,
+            memory,
+            memory_jacobian,
+        };
+    }
     let mut a = x.to_vec();
     let mut jacobian: Vec<Vec<f64>> = (0..x.len()).map(|i| unit(x.len(), i)).collect();
     for layer in &spec.layers {
-        let Layer::Dense(dense) = layer;
+        let Layer::Dense(dense) = layer else {
+            continue;
+        };
         let (next, slope) = dense_forward(dense, &a);
         jacobian = dense
             .rows()
@@ -67,7 +108,12 @@ pub fn predict_with_jacobian(spec: &ModelSpec, x: &[f64]) -> Evaluation {
             row[present_output(spec) + output] += 1.0;
         }
     }
-    Evaluation { y: a, jacobian }
+    Evaluation {
+        y: a,
+        jacobian,
+        memory: Vec::new(),
+        memory_jacobian: Vec::new(),
+    }
 }
 
 /// Place of y(k) in the flattened regressor.
@@ -136,5 +182,5 @@ fn unit(length: usize, place: usize) -> Vec<f64> {
 }
 
 fn check(spec: &ModelSpec, x: &[f64]) {
-    assert_eq!(x.len(), spec.regressor_len(), "length of the regressor");
+    assert_eq!(x.len(), spec.point_len(), "length of regressor and memory");
 }

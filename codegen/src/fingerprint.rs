@@ -1,6 +1,6 @@
 //! A model's identity: what host and device compare before they exchange anything else.
 
-use crate::spec::{Layer, ModelSpec, Role};
+use crate::spec::{ModelSpec, Role};
 
 /// 32-bit FNV-1a of everything that changes what the controller computes: shapes, scalings,
 /// weights, control problem, and the name. Units and golden vectors are left out.
@@ -31,13 +31,16 @@ pub fn fingerprint(spec: &ModelSpec) -> u32 {
     }
     hash.count(spec.layers.len());
     for layer in &spec.layers {
-        let Layer::Dense(dense) = layer;
         hash.text(layer.kind());
-        hash.text(dense.activation.name());
-        hash.count(dense.inputs);
-        hash.count(dense.outputs);
-        for value in dense.weights.iter().chain(&dense.bias) {
-            hash.bytes(&value.to_le_bytes());
+        if let Some(activation) = layer.activation() {
+            hash.text(activation.name());
+        }
+        hash.count(layer.inputs());
+        hash.count(layer.outputs());
+        for (_, _, values) in layer.tensors() {
+            for value in values {
+                hash.bytes(&value.to_le_bytes());
+            }
         }
     }
     let control = &spec.control;

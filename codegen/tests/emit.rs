@@ -6,7 +6,7 @@ use std::fs;
 use std::process::Command;
 
 use sinew_codegen::emit::{EmitOptions, GeneratedFile, emit};
-use sinew_codegen::spec::{Activation, ModelSpec, OutputForm};
+use sinew_codegen::spec::{Activation, ModelSpec, OutputForm, gru_cell, lstm_cell};
 use sinew_codegen::{fingerprint, regenerate, store};
 
 fn files(spec: &ModelSpec) -> Vec<GeneratedFile> {
@@ -49,6 +49,17 @@ fn every_shape_of_network_has_its_calls() {
 }
 
 #[test]
+fn a_network_that_remembers_predicts_its_memory() {
+    use Activation::Linear;
+    for (name, cell) in [("gru", gru_cell()), ("lstm", lstm_cell())] {
+        let spec = support::recurrent(name, cell, 2, 1, &[(2, Linear)]);
+        let text = &files(&spec)[2].text;
+        let code = text.split("/// Layer 1, 2 units").next().unwrap();
+        insta::assert_snapshot!(name, code);
+    }
+}
+
+#[test]
 fn emitted_code_is_formatted() {
     use Activation::{Linear, Tanh};
     let many = support::network(
@@ -76,12 +87,17 @@ fn emitted_code_is_formatted() {
         many,
         deep,
         infinite,
+        support::recurrent("gru", gru_cell(), 15, 1, &[(2, Linear)]),
+        support::recurrent("lstm", lstm_cell(), 4, 0, &[(3, Tanh), (2, Linear)]),
     ] {
         let directory = tempfile::tempdir().unwrap();
-        fs::create_dir(directory.path().join("src")).unwrap();
+        let folder = directory.path().join("src/layers/activation");
+        fs::create_dir_all(folder).unwrap();
         for file in files(&spec) {
+            // Kernels are copied as they stand.
+            let copied = file.path.contains("layers") || file.path.ends_with("number.rs");
             assert!(
-                file.text.contains("do not edit."),
+                copied || file.text.contains("do not edit."),
                 "{}: no header",
                 file.path
             );
@@ -126,8 +142,9 @@ fn a_fingerprint_stays_and_notices_every_change() {
         |spec| spec.outputs.swap(0, 1),
         |spec| spec.form = OutputForm::Increment,
         |spec| {
-            let sinew_codegen::spec::Layer::Dense(dense) = &mut spec.layers[1];
-            dense.bias[2] = dense.bias[2].next_up();
+            if let sinew_codegen::spec::Layer::Dense(dense) = &mut spec.layers[1] {
+                dense.bias[2] = dense.bias[2].next_up();
+            }
         },
         |spec| spec.control.tracking_weight.swap(0, 2),
         |spec| spec.control.gap_limit += 1,

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use sinew_codegen::emit::EmitOptions;
-use sinew_codegen::spec::{Activation, ModelSpec, OutputForm};
+use sinew_codegen::spec::{Activation, ModelSpec, OutputForm, gru_cell, lstm_cell};
 use sinew_codegen::{regenerate, store};
 
 const TARGET: &str = "thumbv7em-none-eabihf";
@@ -37,6 +37,8 @@ fn specs() -> Vec<ModelSpec> {
             1,
             &[(5, Tanh), (4, Linear), (6, Relu), (3, Tanh), (2, Linear)],
         ),
+        support::recurrent("gru", gru_cell(), 5, 1, &[(2, Linear)]),
+        support::recurrent("lstm", lstm_cell(), 4, 0, &[(3, Tanh), (2, Linear)]),
     ]
 }
 
@@ -55,7 +57,7 @@ fn emitted_crates_compute_what_double_precision_does() {
     let workspace = workspace("emitted-host");
     let specs = specs();
     emit(&workspace, &specs);
-    let checks: String = specs.iter().map(|spec| check_call(&spec.name)).collect();
+    let checks: String = specs.iter().map(check_call).collect();
     let program = CHECK.replace("{checks}", &checks);
     write(&workspace.join("check/src/main.rs"), &program);
 
@@ -177,8 +179,13 @@ fn library(name: &str) -> String {
     format!("sinew_model_{}", name.replace('-', "_"))
 }
 
-fn check_call(name: &str) -> String {
-    format!("    check!({}, {name:?});\n", library(name))
+fn check_call(spec: &ModelSpec) -> String {
+    let (name, library) = (&spec.name, library(&spec.name));
+    let memory = match spec.memory() {
+        0 => String::new(),
+        _ => format!("    check_memory!({library}, {name:?});\n"),
+    };
+    memory + &format!("    check!({library}, {name:?});\n")
 }
 
 /// Cargo for the target as the environment names it, if it can build for it.
@@ -222,8 +229,97 @@ fn parse_errors(line: &str) -> Errors {
 /// The program that holds each model against its golden vectors: the bits of both predictions are
 /// compared here, the errors are printed for the test to judge.
 const CHECK: &str = r#"
-use sinew_firmware::model::{Jacobian, Model};
+use sinew_firmware::model::{ChannelJacobian, Jacobian, Model, Regressor};
+use sinew_firmware::mpc::tangent::{self, Place, Stage, Tangent};
 use sinew_firmware::network::unflatten;
+
+/// What is remembered and its derivatives against double precision; derivatives along directions against all of
+/// the Jacobian.
+macro_rules! check_memory {
+    ($model:ident, $name:literal) => {{
+        use $model::control::{MEASURED, NS, NU, NY, PAST_INPUTS, PAST_OUTPUTS};
+        let (mut moved, mut steepest) = (0.0_f64, 0.0_f64);
+        for (k, golden) in $model::golden::GOLDEN.iter().enumerate() {
+            let x: Regressor<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS> = unflatten(&golden.x).expect("a point");
+            let mut trace = $model::Network::TRACE;
+            $model::Network.predict(&x, &mut trace);
+            let channels = $model::Network.channels(&x, &trace);
+            assert_eq!(channels[..MEASURED], x.s[..MEASURED], "measured channels hold");
+            let (mut jacobian, mut of_channels) = (Jacobian::ZERO, ChannelJacobian::ZERO);
+            $model::Network.jacobian(&trace, &mut jacobian);
+            $model::Network.channel_jacobian(&trace, &mut of_channels);
+            let lags = NU * PAST_INPUTS + NY * PAST_OUTPUTS;
+            let near = |found: f32, expected: f64| {
+                assert!((f64::from(found) - expected).abs() < 1e-5, "{}: {found} for {expected}", $name);
+            };
+            for r in 0..NY {
+                for c in 0..NS {
+                    near(of_channels.y_by_s[r][c], golden.jacobian[r][lags + c]);
+                }
+            }
+            for (m, memory) in golden.memory.iter().enumerate() {
+                near(channels[MEASURED + m], *memory);
+                moved = moved.max((*memory - f64::from(x.s[MEASURED + m])).abs());
+                let row = &golden.memory_jacobian[m];
+                steepest = row.iter().fold(steepest, |most, d| most.max(d.abs()));
+                for (lag, block) in of_channels.u.iter().enumerate() {
+                    (0..NU).for_each(|c| near(block[MEASURED + m][c], row[lag * NU + c]));
+                }
+                for (lag, block) in of_channels.y.iter().enumerate() {
+                    (0..NY).for_each(|c| near(block[MEASURED + m][c], row[PAST_INPUTS * NU + lag * NY + c]));
+                }
+                (0..NS).for_each(|c| near(of_channels.s[MEASURED + m][c], row[lags + c]));
+            }
+            let place = |block, share| Place { block, share };
+            let inputs = [place(0, 1.0), place(1, 0.5), place(1, 1.0), place(2, 0.25)];
+            let stage = Stage {
+                carried: 2,
+                reached: 3,
+                inputs: &inputs,
+                weighted: Some(&[0.7; NY]),
+                tracking: &[1.5; NY],
+            };
+            let draw = |place: usize| ((7 * place + 5 * k + 3) % 11) as f32 / 6.0 - 0.8;
+            let run = |all: bool| {
+                let mut blocks = [[[[0.0; NU]; NY]; PAST_OUTPUTS]; 4];
+                let mut channels = [[[0.0; NU]; NS]; 4];
+                // Commands of block 2 have had no effect yet, and none has one on what is measured.
+                for (i, d) in blocks[..2].as_flattened_mut().as_flattened_mut().as_flattened_mut().iter_mut().enumerate() {
+                    *d = draw(i);
+                }
+                for (b, channel) in channels[..2].iter_mut().enumerate() {
+                    for (i, d) in channel[MEASURED..].as_flattened_mut().iter_mut().enumerate() {
+                        *d = draw(b + 3 * i);
+                    }
+                }
+                let (mut gradient, mut pairs) = ([[0.0; NU]; 4], [[[0.0; NU]; NU]; 16]);
+                let mut tangent = Tangent {
+                    blocks: &mut blocks,
+                    gradient: &mut gradient,
+                    pairs: &mut pairs,
+                };
+                if all {
+                    tangent::carry_channels(&jacobian, &of_channels, &stage, &mut tangent, &mut channels);
+                } else {
+                    $model::Network.carry_channels(&trace, &stage, &mut tangent, &mut channels);
+                }
+                let parts = [
+                    blocks.as_flattened().as_flattened().as_flattened(),
+                    channels.as_flattened().as_flattened(),
+                    gradient.as_flattened(),
+                    pairs.as_flattened().as_flattened(),
+                ];
+                parts.concat()
+            };
+            let (along, all) = (run(false), run(true));
+            assert!(all.iter().filter(|d| d.abs() > 1e-3).count() > 20);
+            for (along, all) in along.iter().zip(&all) {
+                near(*along, f64::from(*all));
+            }
+        }
+        assert!(moved > 1e-2 && steepest > 1e-2, "{}: the memory stands still", $name);
+    }};
+}
 
 macro_rules! check {
     ($model:ident, $name:literal) => {{

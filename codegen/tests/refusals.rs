@@ -5,12 +5,14 @@ mod support;
 use std::fs;
 
 use sinew_codegen::spec::limits::{MAX_LAYERS, MAX_PARAMETERS};
-use sinew_codegen::spec::{Activation, Dense, Layer, ModelSpec};
+use sinew_codegen::spec::{Activation, Dense, Layer, ModelSpec, gru_cell, lstm_cell, unfilled};
 use sinew_codegen::{reference, store};
 
 fn first_layer(spec: &mut ModelSpec) -> &mut Dense {
-    let Layer::Dense(dense) = &mut spec.layers[0];
-    dense
+    match &mut spec.layers[0] {
+        Layer::Dense(dense) => dense,
+        Layer::Recurrent(_) => unreachable!("the tiny model is dense"),
+    }
 }
 
 #[test]
@@ -46,6 +48,23 @@ fn specifications() {
         |spec| {
             spec.shortcut = Some(vec![0.0; 3]);
             spec.layers[1] = support::dense(2, 1, Activation::Tanh, 1.0);
+        },
+        |spec| spec.layers[1] = Layer::Recurrent(unfilled(gru_cell(), 2)),
+        |spec| {
+            let remembering = support::recurrent("tiny", gru_cell(), 2, 0, &[]);
+            spec.layers = remembering.layers;
+            (spec.past_inputs, spec.past_outputs) = (3, 2);
+        },
+        |spec| {
+            let remembering = support::recurrent("tiny", lstm_cell(), 2, 0, &[]);
+            spec.layers[0] = remembering.layers[0].clone();
+            (spec.past_inputs, spec.past_outputs) = (3, 2);
+            if let Layer::Recurrent(layer) = &mut spec.layers[0] {
+                layer.recurrent.pop();
+            }
+        },
+        |spec| {
+            spec.layers[0] = Layer::Recurrent(unfilled(gru_cell(), 130));
         },
         |spec| spec.control.horizon = 0,
         |spec| spec.control.horizon = 1000,
@@ -125,6 +144,8 @@ fn descriptions() {
         ("span = 0.05", "span = 0.0"),
         ("span = 0.05", "span = nan"),
         ("kind = \"dense\"", "kind = \"gru\""),
+        ("kind = \"dense\"", "kind = \"rnn\""),
+        ("activation = \"tanh\"\n", ""),
         ("activation = \"tanh\"", "activation = \"sigmoid\""),
         ("outputs = 2", "outputs = 4000000000"),
         ("outputs = 2", "outputs = 3"),

@@ -290,7 +290,7 @@ pub fn the_network_is_that_of_double_precision<S: Device, C: Clock>(
     })
 }
 
-/// Derivatives against golden vectors, those by sensor channels apart: no controller asks for them.
+/// Derivatives against golden vectors, those by channels apart: no host asks for them.
 ///
 /// # Errors
 /// By how much, or that there are none.
@@ -304,7 +304,9 @@ pub fn its_derivatives_are_those_of_double_precision<S: Device, C: Clock>(
         };
         let width = golden.x.len();
         let size = largest(&golden.jacobian);
-        let columns = width.saturating_sub(usize::from(who.n_s)).max(1);
+        let of_lags = |n, past| usize::from(n) * usize::from(past);
+        let columns = of_lags(who.n_u, who.past_inputs) + of_lags(who.n_y, who.past_outputs);
+        let columns = columns.max(1);
         let rows = golden.jacobian.chunks(width.max(1));
         // More derivatives than a frame carries are not sent.
         if jacobian.is_empty() && golden.y.len() * columns > crate::protocol::MAX_JACOBIAN {

@@ -19,6 +19,7 @@ pub mod estimator;
 pub mod feedback;
 pub mod linear_path;
 pub mod math;
+pub mod memory;
 pub mod mode;
 pub mod model;
 pub mod mpc;

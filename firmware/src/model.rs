@@ -139,6 +139,21 @@ pub trait Model<const NU: usize, const NY: usize, const NS: usize, const ND: usi
         self.jacobian(trace, &mut jacobian);
         tangent::carry(&jacobian, stage, tangent);
     }
+
+    /// As [`Model::carry`] where the channels are predicted: theirs are in `channels`
+    /// ([`tangent::carry_channels`]).
+    fn carry_channels(
+        &self,
+        trace: &Self::Trace,
+        stage: &Stage<'_, NY>,
+        tangent: &mut Tangent<'_, NU, NY, DD>,
+        channels: &mut [[[f32; NU]; NS]],
+    ) {
+        let (mut jacobian, mut of_channels) = (Jacobian::ZERO, ChannelJacobian::ZERO);
+        self.jacobian(trace, &mut jacobian);
+        self.channel_jacobian(trace, &mut of_channels);
+        tangent::carry_channels(&jacobian, &of_channels, stage, tangent, channels);
+    }
 }
 
 impl<const NU: usize, const NY: usize, const ND: usize, const DD: usize> Jacobian<NU, NY, ND, DD> {

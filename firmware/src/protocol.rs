@@ -236,7 +236,7 @@ pub struct Identity {
     pub n_u: u8,
     /// Outputs.
     pub n_y: u8,
-    /// Sensor channels.
+    /// Sensor channels; what a network remembers is none.
     pub n_s: u8,
     /// Inputs in the regressor, nd.
     pub past_inputs: u8,

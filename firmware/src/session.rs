@@ -71,7 +71,9 @@ impl<
     ) -> Self {
         const {
             use crate::protocol::{MAX_CHANNELS, MAX_PREVIEW, MAX_SIGNALS};
-            assert!(NU <= MAX_SIGNALS && NY <= MAX_SIGNALS && NS <= MAX_CHANNELS);
+            assert!(NU <= MAX_SIGNALS && NY <= MAX_SIGNALS);
+            // What a network remembers is in no frame.
+            assert!(NS <= MAX_CHANNELS || M::PREDICTS_CHANNELS);
             assert!(NY <= MAX_PREVIEW && NU * ND + NY * DD + NS <= MAX_REGRESSOR);
         }
         Self {
@@ -176,9 +178,10 @@ impl<
         rows: &[f32],
         clock: &impl Clock,
     ) -> ToHost {
-        let (Ok(y), Ok(s)) = (y.try_into(), s.try_into()) else {
+        let (Ok(y), Some(s)) = (y.try_into(), self.channels(s)) else {
             return refused(Reason::Shape);
         };
+        let s = &s;
         let Some(mut reference) = preview(rows) else {
             return refused(Reason::Shape);
         };
@@ -207,6 +210,19 @@ impl<
             ticks,
             bridged: step.bridged,
         }
+    }
+
+    /// The channels of a frame; those that nobody measures are missing in it.
+    #[inline(always)]
+    fn channels(&self, s: &[f32]) -> Option<[f32; NS]> {
+        if !M::PREDICTS_CHANNELS {
+            return s.try_into().ok();
+        }
+        let mut channels = [f32::NAN; NS];
+        for (place, value) in channels.iter_mut().zip(s) {
+            *place = *value;
+        }
+        (s.len() == usize::from(self.identity.n_s)).then_some(channels)
     }
 
     /// Counts a step and the samples that were missed in it; `missed` before it.

@@ -70,6 +70,6 @@ pub use integrator::{Report, Settings, Stepper};
 pub use plant::{
     Gradient, Input, Outline, Parameter, Plant, RecordingRun, Role, SensorChannel, Trajectory,
 };
-pub use rig::{ControlTable, Form, NetworkTable, Rig};
+pub use rig::{ControlTable, FirstLayer, Form, NetworkTable, Rig};
 pub use scalar::Scalar;
 pub use simulated::Simulated;

@@ -4,11 +4,11 @@
 //! model +1), and an actuator's is its limits (duty 0: lower, duty 1: upper). Write your own
 //! [`Span`]s where your sensors and amplifiers differ; the order is the model's.
 
-use model::control::{LIMITS, NS, NU, NY, SCALING};
+use model::control::{LIMITS, MEASURED, NS, NU, NY, SCALING};
 use sinew_firmware::converter::Span;
 
 /// Converter channels: the outputs, then the sensor channels.
-pub const SENSORS: usize = NY + NS;
+pub const SENSORS: usize = NY + MEASURED;
 
 /// Physical values of each sensor's converter.
 pub const SENSOR_SPANS: [Span; SENSORS] = sensor_spans();
@@ -48,7 +48,8 @@ const fn actuator_spans() -> [Span; NU] {
     spans
 }
 
-/// Codes to outputs and channels, physical units; NaN where a converter stands at its end.
+/// Codes to outputs and channels, physical units; NaN where a converter stands at its end, and for what the network
+/// remembers.
 pub fn measured(codes: &[u16; SENSORS], full_scale: u16) -> ([f32; NY], [f32; NS]) {
     let mut values = codes
         .iter()

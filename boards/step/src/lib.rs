@@ -8,7 +8,7 @@
 use core::cell::UnsafeCell;
 use core::slice;
 
-use model::control::{Controller, DECISIONS, HORIZON, NS, NU, NY};
+use model::control::{Controller, DECISIONS, HORIZON, MEASURED, NS, NU, NY};
 use sinew_firmware::control_loop::Status;
 
 /// The controller and what its last step said.
@@ -33,7 +33,7 @@ static STATE: Shared = Shared(UnsafeCell::new(State {
 
 /// One step, physical units.
 ///
-/// `y_measured`: NY outputs, then NS sensor channels, NaN where a value is missing. `reference`: N2 rows of
+/// `y_measured`: NY outputs, then MEASURED sensor channels, NaN where a value is missing. `reference`: N2 rows of
 /// NY, the first for the next sample. `u_out`: NU commands, inside the limits whatever came in. A null
 /// `y_measured` is a missing sample, a null `reference` one that cannot be followed.
 ///
@@ -49,8 +49,8 @@ pub unsafe extern "C" fn sinew_mpc_step(
     let state = unsafe { &mut *STATE.0.get() };
     let (mut y, mut s) = ([f32::NAN; NY], [f32::NAN; NS]);
     if !y_measured.is_null() {
-        // SAFETY: valid for NY + NS floats.
-        let given = unsafe { slice::from_raw_parts(y_measured, NY + NS) };
+        // SAFETY: valid for NY + MEASURED floats.
+        let given = unsafe { slice::from_raw_parts(y_measured, NY + MEASURED) };
         for (place, value) in y.iter_mut().chain(&mut s).zip(given) {
             *place = *value;
         }

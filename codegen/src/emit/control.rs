@@ -6,7 +6,8 @@ use crate::spec::{ModelSpec, Role};
 
 pub(super) fn print(spec: &ModelSpec) -> String {
     let control = &spec.control;
-    let (n_u, n_y, n_s) = (spec.inputs.len(), spec.outputs.len(), spec.channels.len());
+    let (n_u, n_y, measured) = (spec.inputs.len(), spec.outputs.len(), spec.channels.len());
+    let n_s = measured + spec.memory();
     let (past_inputs, past_outputs) = (spec.past_inputs, spec.past_outputs);
     let (horizon, control_horizon) = (control.horizon, control.control_horizon);
     let blocks = control.blocks();
@@ -41,8 +42,10 @@ use crate::network::Network;
 pub const NU: usize = {n_u};
 /// Outputs.
 pub const NY: usize = {n_y};
-/// Sensor channels.
+/// Channels: what sensors give, then what the network remembers.
 pub const NS: usize = {n_s};
+/// Channels that sensors give.
+pub const MEASURED: usize = {measured};
 /// Values of each command that the network sees, the one being decided included.
 pub const PAST_INPUTS: usize = {past_inputs};
 /// Values of each output that the network sees, the present one included.
@@ -91,7 +94,7 @@ pub const IDENTITY: Identity = Identity {{
     model: 0x{model:08x},
     n_u: NU as u8,
     n_y: NY as u8,
-    n_s: NS as u8,
+    n_s: MEASURED as u8,
     past_inputs: PAST_INPUTS as u8,
     past_outputs: PAST_OUTPUTS as u8,
     horizon: HORIZON as u8,
@@ -137,8 +140,15 @@ fn rate_mhz(period_s: f64) -> u32 {
 
 fn scaling(spec: &ModelSpec, role: Role) -> String {
     let signals = spec.signals(role);
+    // What is remembered has no unit.
+    let remembered = match role {
+        Role::Channel => spec.memory(),
+        _ => 0,
+    };
+    let plain = |value| std::iter::repeat_n(rust::float(value), remembered);
     let spans = signals.iter().map(|s| rust::float(s.span as f32));
     let offsets = signals.iter().map(|s| rust::float(s.offset as f32));
+    let (spans, offsets) = (spans.chain(plain(1.0)), offsets.chain(plain(0.0)));
     format!(
         "Scaling {{\n        span: {},\n        offset: {},\n    }}",
         rust::block(spans, 8, 7),

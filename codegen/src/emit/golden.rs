@@ -9,7 +9,7 @@ pub(super) fn print(spec: &ModelSpec, options: &EmitOptions) -> String {
     let others = drawn(spec, options);
     let drawn = others.len();
     let count = supplied + drawn;
-    let length = spec.regressor_len();
+    let length = spec.point_len();
     let outputs = spec.outputs.len();
     let vectors: String = spec
         .golden
@@ -18,6 +18,19 @@ pub(super) fn print(spec: &ModelSpec, options: &EmitOptions) -> String {
         .map(|g| vector(spec, g))
         .collect();
     let seed = options.golden_seed;
+    let (remembered, fields) = match spec.memory() {
+        0 => ("", String::new()),
+        n => (
+            ", what is remembered",
+            format!(
+                "    /// What is remembered afterwards.
+    pub memory: [f64; {n}],
+    /// A row for each of these, the columns of `jacobian`.
+    pub memory_jacobian: [[f64; {length}]; {n}],
+"
+            ),
+        ),
+    };
     format!(
         "//! Golden vectors: what the network gives in double precision, for tests.
 //!
@@ -27,13 +40,13 @@ pub(super) fn print(spec: &ModelSpec, options: &EmitOptions) -> String {
 /// One input, the output that belongs to it and its derivatives, in model units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Golden {{
-    /// Regressor, flattened: u(k), u(k-1) .., y(k), y(k-1) .., channels.
+    /// Regressor, flattened: u(k), u(k-1) .., y(k), y(k-1) .., channels{remembered}.
     pub x: [f32; {length}],
     /// y(k+1).
     pub y: [f64; {outputs}],
     /// A row for each output, a column for each value of `x`, channels included.
     pub jacobian: [[f64; {length}]; {outputs}],
-}}
+{fields}}}
 
 /// The vectors. Nothing in a controller refers to them, so they take no flash.
 #[rustfmt::skip]
@@ -45,14 +58,25 @@ pub static GOLDEN: [Golden; {count}] = [
 
 fn vector(spec: &ModelSpec, golden: &Golden) -> String {
     let x: Vec<f64> = golden.x.iter().copied().map(f64::from).collect();
-    let jacobian = evaluate::predict_with_jacobian(spec, &x).jacobian;
+    let at = evaluate::predict_with_jacobian(spec, &x);
+    let jacobian = at.jacobian;
     let doubles = |values: Vec<f64>| values.into_iter().map(rust::double).collect::<Vec<_>>();
+    let memory = match spec.memory() {
+        0 => String::new(),
+        _ => format!(
+            "        memory: {},
+        memory_jacobian: {},
+",
+            rust::block(doubles(at.memory), 8, 8),
+            rust::matrix(at.memory_jacobian.into_iter().map(doubles), 8),
+        ),
+    };
     format!(
         "    Golden {{
         x: {},
         y: {},
         jacobian: {},
-    }},
+{memory}    }},
 ",
         rust::block(golden.x.iter().copied().map(rust::float), 8, 4),
         rust::block(doubles(golden.y.clone()), 8, 4),
@@ -65,9 +89,7 @@ fn drawn(spec: &ModelSpec, options: &EmitOptions) -> Vec<Golden> {
     let mut state = options.golden_seed;
     (0..options.golden_vectors)
         .map(|_| {
-            let x: Vec<f32> = (0..spec.regressor_len())
-                .map(|_| uniform(&mut state))
-                .collect();
+            let x: Vec<f32> = (0..spec.point_len()).map(|_| uniform(&mut state)).collect();
             let wide: Vec<f64> = x.iter().copied().map(f64::from).collect();
             Golden {
                 x,

@@ -8,6 +8,18 @@ pub(super) fn print(spec: &ModelSpec) -> String {
     let inputs = rust::count(spec.inputs.len(), "input");
     let outputs = rust::count(spec.outputs.len(), "output");
     let channels = rust::count(spec.channels.len(), "sensor channel");
+    let remembered = match spec.memory() {
+        0 => String::new(),
+        n => format!(" It remembers {}.", rust::count(n, "value")),
+    };
+    let (modules, of_layers, of_numbers) = match spec.memory() {
+        0 => ("", "", ""),
+        _ => (
+            "\n// The kernels of `layers` find it here.\nuse sinew_firmware::math;\n",
+            "pub mod layers;\n",
+            "pub mod number;\n",
+        ),
+    };
     let parameters = rust::count(spec.parameters(), "parameter");
     let signals = signals(spec);
     let layers = layers(spec);
@@ -23,7 +35,7 @@ pub(super) fn print(spec: &ModelSpec) -> String {
 //! | signal | unit | physical value of model 0 | of one model unit |
 //! |---|---|---|---|
 {signals}//!
-//! Network, {parameters}: {layers}.
+//! Network, {parameters}: {layers}.{remembered}
 //! Controller: {horizon} steps predicted, {control_horizon} decided in {blocks}.
 #![no_std]
 #![forbid(unsafe_code)]
@@ -33,8 +45,8 @@ pub(super) fn print(spec: &ModelSpec) -> String {
 
 pub mod control;
 pub mod golden;
-mod network;
-
+{of_layers}mod network;
+{of_numbers}{modules}
 pub use control::{{Controller, IDENTITY, Session, controller, session}};
 pub use network::Network;
 "

@@ -3,26 +3,32 @@
 //! Both functions of the model go through one `forward`, which is what makes their outputs the same
 //! bits. The Jacobian is taken from the output side (docs/codegen.md, eq. 5).
 
-use super::{HEADER, rust};
+use super::{HEADER, recurrent, rust};
+use crate::network::Recurrent;
 use crate::spec::{Activation, Dense, Layer, ModelSpec, OutputForm};
 
 pub(super) fn print(spec: &ModelSpec) -> String {
-    let layers: Vec<&Dense> = spec
-        .layers
-        .iter()
-        .map(|Layer::Dense(dense)| dense)
+    let layers = &spec.layers[..];
+    let recurrent = match &layers[0] {
+        Layer::Dense(_) => None,
+        Layer::Recurrent(layer) => Some(layer),
+    };
+    let numbered = layers.iter().zip(1..);
+    let weights: String = numbered
+        .map(|(layer, n)| match layer {
+            Layer::Dense(dense) => weights(n, dense),
+            Layer::Recurrent(layer) => recurrent::weights(n, layer),
+        })
         .collect();
-    let weights: String = layers
-        .iter()
-        .zip(1..)
-        .map(|(dense, n)| weights(n, dense))
-        .collect();
-    let fields = fields(&layers);
-    let zeros = zeros(&layers);
-    let mut forward = forward(&layers);
-    let mut jacobian = jacobian(&layers);
+    let fields = fields(layers);
+    let zeros = zeros(layers);
+    let mut forward = forward(layers);
+    let mut jacobian = jacobian(layers);
     let mut shortcut = String::new();
-    let mut kernels = "network";
+    let mut kernels = match recurrent {
+        None => "network",
+        Some(_) => "{memory, network}",
+    };
     if let Some(values) = &spec.shortcut {
         let last = layers.len();
         forward.push_str(&format!(
@@ -30,7 +36,10 @@ pub(super) fn print(spec: &ModelSpec) -> String {
         ));
         jacobian.push_str("    linear_path::add_jacobian(&SHORTCUT, jacobian);\n");
         shortcut = linear_path(spec, values);
-        kernels = "{linear_path, network}";
+        kernels = match recurrent {
+            None => "{linear_path, network}",
+            Some(_) => "{linear_path, memory, network}",
+        };
     }
     let last = format!("a.a{}", layers.len());
     // A linear network has the same derivative everywhere.
@@ -44,8 +53,24 @@ pub(super) fn print(spec: &ModelSpec) -> String {
             NEXT,
         ),
     };
+    let Parts {
+        uses,
+        state,
+        types,
+        tangents,
+        constant,
+        functions,
+        derives,
+        input,
+        choice,
+        first,
+        along,
+    } = match recurrent {
+        None => Parts::dense(),
+        Some(layer) => Parts::recurrent(spec, layer),
+    };
     format!(
-        "//! The predictor: weights in flash, no state.
+        "//! The predictor: weights in flash, {state}.
 //!
 //! {HEADER}
 
@@ -53,13 +78,12 @@ use sinew_firmware::model::{{self, Model}};
 use sinew_firmware::mpc::{{prediction, tangent}};
 use sinew_firmware::{kernels};
 
-use crate::control::{{NS, NU, NY, PAST_INPUTS, PAST_OUTPUTS}};
-
+{uses}
 type Regressor = model::Regressor<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS>;
 type Jacobian = model::Jacobian<NU, NY, PAST_INPUTS, PAST_OUTPUTS>;
-type Stage<'a> = tangent::Stage<'a, NY>;
+{types}type Stage<'a> = tangent::Stage<'a, NY>;
 type Tangent<'a> = tangent::Tangent<'a, NU, NY, PAST_OUTPUTS>;
-
+{tangents}
 /// The network of this model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Network;
@@ -67,14 +91,14 @@ pub struct Network;
 impl Model<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS> for Network {{
     type Trace = Activations;
     const TRACE: Activations = Activations::ZERO;
-
+{constant}
     fn predict(&self, x: &Regressor, a: &mut Activations) -> [f32; NY] {{
         forward(x, a);
         {result}
     }}
 
     fn jacobian(&self, a: &Activations, jacobian: &mut Jacobian) {{
-        derive(a, false, jacobian);
+        derive(a, {choice}jacobian);
     }}
 
     #[inline(never)]
@@ -87,17 +111,10 @@ impl Model<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS> for Network {{
     ) -> [f32; NY] {{
         prediction::advance(self, x, u, d, a)
     }}
-
-    #[inline(never)]
-    fn carry(&self, a: &Activations, stage: &Stage, tangent: &mut Tangent) {{
-        let mut jacobian = Jacobian::ZERO;
-        derive(a, stage.carried == 0, &mut jacobian);
-        tangent::carry(&jacobian, stage, tangent);
-    }}
-}}
+{functions}}}
 
 /// What the layers give; the last is {meaning}.
-#[derive(Clone, Copy, Debug)]
+#[derive({derives})]
 pub struct Activations {{
 {fields}}}
 
@@ -108,17 +125,81 @@ impl Activations {{
 /// The layers in turn. Every prediction goes through this one copy: flash holds it once.
 #[inline(never)]
 fn forward(x: &Regressor, a: &mut Activations) {{
-    let x = network::flatten(x);
-{forward}}}
+{input}{forward}}}
 
-/// The derivatives of a prediction; `first`: by u(k) alone, as nothing else has an effect on the first one.
+/// The derivatives of a prediction{first}.
 #[inline(always)]
-fn derive({trace}: &Activations, first: bool, jacobian: &mut Jacobian) {{
+fn derive({trace}: &Activations, {bool}jacobian: &mut Jacobian) {{
 {jacobian}{identity}}}
-{next}{weights}{shortcut}",
+{along}{next}{weights}{shortcut}",
         zeros = zeros.trim_start(),
+        bool = if recurrent.is_none() {
+            "first: bool, "
+        } else {
+            ""
+        },
     )
 }
+
+/// What depends on whether the first layer remembers.
+struct Parts {
+    uses: String,
+    state: &'static str,
+    types: &'static str,
+    tangents: &'static str,
+    constant: &'static str,
+    functions: String,
+    derives: &'static str,
+    input: &'static str,
+    choice: &'static str,
+    first: &'static str,
+    along: String,
+}
+
+impl Parts {
+    fn dense() -> Self {
+        Self {
+            uses: "use crate::control::{NS, NU, NY, PAST_INPUTS, PAST_OUTPUTS};\n".into(),
+            state: "no state",
+            types: "",
+            tangents: "",
+            constant: "",
+            functions: CARRY.into(),
+            derives: "Clone, Copy, Debug",
+            input: "    let x = network::flatten(x);\n",
+            choice: "false, ",
+            first: "; `first`: by u(k) alone, as nothing else has an effect on the first one",
+            along: String::new(),
+        }
+    }
+
+    fn recurrent(spec: &ModelSpec, layer: &Recurrent) -> Self {
+        Self {
+            uses: "use crate::control::{MEASURED, NS, NU, NY, PAST_INPUTS, PAST_OUTPUTS};\n"
+                .to_string()
+                + &recurrent::uses(layer),
+            state: "what it remembers in its channels",
+            types: "type ChannelJacobian = model::ChannelJacobian<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS>;\n",
+            tangents: "type Direction<'a> = tangent::Direction<'a, NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS>;\n",
+            constant: "    const PREDICTS_CHANNELS: bool = true;\n",
+            functions: recurrent::functions(spec, layer),
+            derives: "Clone, Copy",
+            input: "",
+            choice: "",
+            first: "",
+            along: recurrent::along(spec, layer),
+        }
+    }
+}
+
+const CARRY: &str = "
+    #[inline(never)]
+    fn carry(&self, a: &Activations, stage: &Stage, tangent: &mut Tangent) {
+        let mut jacobian = Jacobian::ZERO;
+        derive(a, stage.carried == 0, &mut jacobian);
+        tangent::carry(&jacobian, stage, tangent);
+    }
+";
 
 const NEXT: &str = "
 /// The network gives the change from y(k) to y(k+1).
@@ -128,25 +209,47 @@ fn next(x: &Regressor, change: &[f32; NY]) -> [f32; NY] {
 }
 ";
 
-fn fields(layers: &[&Dense]) -> String {
+fn fields(layers: &[Layer]) -> String {
     let numbered = layers.iter().zip(1..);
     numbered
-        .map(|(dense, n)| format!("    a{n}: [f32; {}],\n", dense.outputs))
+        .map(|(layer, n)| format!("    a{n}: {},\n", kind_of_result(layer).0))
         .collect()
 }
 
-fn zeros(layers: &[&Dense]) -> String {
+fn zeros(layers: &[Layer]) -> String {
     let numbered = layers.iter().zip(1..);
     let fields: Vec<String> = numbered
-        .map(|(dense, n)| format!("a{n}: [0.0; {}]", dense.outputs))
+        .map(|(layer, n)| format!("a{n}: {}", kind_of_result(layer).1))
         .collect();
     rust::structure("Self", &fields, 4)
 }
 
-fn forward(layers: &[&Dense]) -> String {
+/// Type of what a layer leaves, and its value before a prediction.
+fn kind_of_result(layer: &Layer) -> (String, String) {
+    match layer {
+        Layer::Dense(dense) => (
+            format!("[f32; {}]", dense.outputs),
+            format!("[0.0; {}]", dense.outputs),
+        ),
+        Layer::Recurrent(layer) => (
+            format!("{}::Step<f32, {}>", recurrent::module(layer), layer.units),
+            format!("{}::Step::ZERO", recurrent::module(layer)),
+        ),
+    }
+}
+
+fn forward(layers: &[Layer]) -> String {
     let mut text = String::new();
     let mut before = String::from("x");
-    for (dense, n) in layers.iter().zip(1..) {
+    for (layer, n) in layers.iter().zip(1..) {
+        let dense = match layer {
+            Layer::Dense(dense) => dense,
+            Layer::Recurrent(layer) => {
+                text.push_str(&recurrent::forward(layer));
+                before = format!("a.a{n}.state");
+                continue;
+            }
+        };
         let kernel = match dense.activation {
             Activation::Linear => "dense",
             Activation::Tanh => "dense_tanh",
@@ -162,22 +265,35 @@ fn forward(layers: &[&Dense]) -> String {
 
 /// From the output side to the first layer: `d{n}` are the slopes of layer n, `t{n}` the derivative
 /// of the outputs with respect to what it computes before its activation, transposed.
-fn jacobian(layers: &[&Dense]) -> String {
+fn jacobian(layers: &[Layer]) -> String {
+    let lines = match &layers[0] {
+        Layer::Dense(_) => {
+            let mut lines = chain(layers);
+            lines.push("network::input_jacobian(&t1, &W1, first, jacobian);".into());
+            lines
+        }
+        Layer::Recurrent(layer) => recurrent::jacobian(layers, layer),
+    };
+    lines.iter().map(|line| format!("    {line}\n")).collect()
+}
+
+/// The same without the first layer.
+pub(super) fn chain(layers: &[Layer]) -> Vec<String> {
     let last = layers.len();
     let mut lines = Vec::new();
-    let slope = |n: usize| slope(n, layers[n - 1]);
-    let zeros = |n: usize| format!("let mut t{n} = [[0.0; NY]; {}];", layers[n - 1].outputs);
+    let slope = |n: usize| slope(n, &layers[n - 1]);
+    let zeros = |n: usize| format!("let mut t{n} = [[0.0; NY]; {}];", layers[n - 1].outputs());
     if last == 1 {
         lines.extend([slope(1), zeros(1)]);
         lines.push("network::seed_diagonal(&d1, &mut t1);".into());
     } else {
         let n = last - 1;
-        match layers[last - 1].activation {
-            Activation::Linear => {
+        match layers[last - 1].activation() {
+            None | Some(Activation::Linear) => {
                 lines.extend([slope(n), zeros(n)]);
                 lines.push(format!("network::seed_linear(&W{last}, &d{n}, &mut t{n});"));
             }
-            Activation::Tanh | Activation::Relu => {
+            Some(Activation::Tanh | Activation::Relu) => {
                 lines.extend([slope(last), slope(n), zeros(n)]);
                 lines.push(format!(
                     "network::seed(&W{last}, &d{last}, &d{n}, &mut t{n});"
@@ -192,15 +308,15 @@ fn jacobian(layers: &[&Dense]) -> String {
             ));
         }
     }
-    lines.push("network::input_jacobian(&t1, &W1, first, jacobian);".into());
-    lines.iter().map(|line| format!("    {line}\n")).collect()
+    lines
 }
 
-fn slope(n: usize, dense: &Dense) -> String {
-    match dense.activation {
-        Activation::Linear => format!("let d{n} = [1.0; {}];", dense.outputs),
-        Activation::Tanh => format!("let d{n} = network::tanh_slope(&a.a{n});"),
-        Activation::Relu => format!("let d{n} = network::relu_slope(&a.a{n});"),
+/// Slopes of a layer's results; a recurrent layer takes its own into account.
+pub(super) fn slope(n: usize, layer: &Layer) -> String {
+    match layer.activation() {
+        None | Some(Activation::Linear) => format!("let d{n} = [1.0; {}];", layer.outputs()),
+        Some(Activation::Tanh) => format!("let d{n} = network::tanh_slope(&a.a{n});"),
+        Some(Activation::Relu) => format!("let d{n} = network::relu_slope(&a.a{n});"),
     }
 }
 

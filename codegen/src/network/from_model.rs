@@ -28,8 +28,43 @@ pub fn network(spec: &ModelSpec) -> Result<Network, NetworkError> {
         offset: inputs.iter().map(|(_, offset)| *offset as f32).collect(),
     };
     let scaling = network.push("scaling", scale, vec![0])?;
-    let mut last = scaling;
-    for (index, Layer::Dense(dense)) in spec.layers.iter().enumerate() {
+    let last = layers(spec, &mut network, scaling)?;
+    let physical = Op::Scale {
+        gain: spec.outputs.iter().map(|s| s.span as f32).collect(),
+        offset: spec.outputs.iter().map(|s| s.offset as f32).collect(),
+    };
+    network.push("physical units", physical, vec![last])?;
+    if spec.memory() == 0 {
+        // Vectors of a network that remembers begin at rest; those of a model begin anywhere.
+        network.golden = golden(spec, &inputs);
+    }
+    Ok(network)
+}
+
+/// As [`network`], in model units.
+///
+/// # Errors
+/// [`NetworkError`] if a layer does not fit.
+pub fn unscaled(spec: &ModelSpec) -> Result<Network, NetworkError> {
+    let mut network = Network::new(&spec.name, "regressor", vec![spec.regressor_len()]);
+    layers(spec, &mut network, 0)?;
+    Ok(network)
+}
+
+/// The layers of a model behind `scaled`, its regressor in model units; the node of the result.
+fn layers(spec: &ModelSpec, network: &mut Network, scaled: usize) -> Result<usize, NetworkError> {
+    let mut last = scaled;
+    for (index, layer) in spec.layers.iter().enumerate() {
+        let dense = match layer {
+            Layer::Dense(dense) => dense,
+            Layer::Recurrent(layer) => {
+                let step = Op::Reshape(vec![1, layer.inputs()]);
+                let sequence = network.push("step", step, vec![last])?;
+                let op = Op::Recurrent(layer.clone());
+                last = network.push("memory", op, vec![sequence])?;
+                continue;
+            }
+        };
         let op = Op::Dense(Dense {
             weights: dense.weights.clone(),
             bias: dense.bias.clone(),
@@ -48,20 +83,11 @@ pub fn network(spec: &ModelSpec) -> Result<Network, NetworkError> {
     }
     if let Some(weights) = beside(spec) {
         let bias = vec![0.0; spec.outputs.len()];
-        let shortcut = network.push(
-            "shortcut",
-            Op::Dense(Dense { weights, bias }),
-            vec![scaling],
-        )?;
+        let shortcut =
+            network.push("shortcut", Op::Dense(Dense { weights, bias }), vec![scaled])?;
         last = network.push("sum", Op::Add, vec![last, shortcut])?;
     }
-    let physical = Op::Scale {
-        gain: spec.outputs.iter().map(|s| s.span as f32).collect(),
-        offset: spec.outputs.iter().map(|s| s.offset as f32).collect(),
-    };
-    network.push("physical units", physical, vec![last])?;
-    network.golden = golden(spec, &inputs);
-    Ok(network)
+    Ok(last)
 }
 
 /// The linear path of eq. 4 with, for an increment, the present output in it.

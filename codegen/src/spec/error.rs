@@ -169,6 +169,27 @@ pub enum SpecError {
         /// The number of outputs.
         expected: usize,
     },
+    /// A recurrent layer that no predictor has.
+    #[error(
+        "layer {layer} ({shape}): a gru or lstm has to be the first layer, with tanh, sigmoid gates, one step a call \
+         and, in a gru, the reset after the product"
+    )]
+    Recurrent {
+        /// Which layer.
+        layer: usize,
+        /// The layer in words.
+        shape: String,
+    },
+    /// A recurrent layer whose state would be the output.
+    #[error(
+        "layer {layer} ({shape}) is the last: expected a dense layer after it, which gives the outputs"
+    )]
+    RecurrentLast {
+        /// Which layer.
+        layer: usize,
+        /// The layer in words.
+        shape: String,
+    },
     /// A tensor does not have as many values as its shape says.
     #[error("layer {layer} ({shape}) has {found} {tensor}: expected {expected}")]
     TensorLength {
@@ -291,6 +312,9 @@ impl SpecError {
                 path(&["layer", &layer.to_string(), "outputs"])
             }
             Self::ControlLength { key, .. } => path(&["control", key]),
+            Self::Recurrent { layer, .. } | Self::RecurrentLast { layer, .. } => {
+                path(&["layer", &layer.to_string(), "kind"])
+            }
             Self::ShortcutActivation { layer, .. } => {
                 path(&["layer", &layer.to_string(), "activation"])
             }

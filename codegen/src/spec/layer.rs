@@ -4,12 +4,16 @@
 use std::fmt;
 
 use super::SpecError;
+use crate::network::{self, Cell, Recurrent};
 
 /// One layer.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Layer {
     /// Every output looks at every input.
     Dense(Dense),
+    /// A GRU or an LSTM, one step a prediction; what it remembers lasts (docs/networks.md, eq. 5 and 6). The first
+    /// layer alone, with tanh, sigmoid gates, and a GRU's reset after its product.
+    Recurrent(Recurrent),
 }
 
 /// `a = activation(W x + b)` (docs/codegen.md, eq. 3).
@@ -109,6 +113,11 @@ impl Layer {
     pub fn kind(&self) -> &'static str {
         match self {
             Self::Dense(_) => "dense",
+            Self::Recurrent(layer) => match layer.cell {
+                Cell::Simple { .. } => "simple_rnn",
+                Cell::Gru { .. } => "gru",
+                Cell::Lstm { .. } => "lstm",
+            },
         }
     }
 
@@ -117,6 +126,7 @@ impl Layer {
     pub fn inputs(&self) -> usize {
         match self {
             Self::Dense(dense) => dense.inputs,
+            Self::Recurrent(layer) => layer.inputs(),
         }
     }
 
@@ -125,14 +135,25 @@ impl Layer {
     pub fn outputs(&self) -> usize {
         match self {
             Self::Dense(dense) => dense.outputs,
+            Self::Recurrent(layer) => layer.units,
         }
     }
 
-    /// What is applied to each output.
+    /// What is applied to each output of a dense layer.
     #[must_use]
-    pub fn activation(&self) -> Activation {
+    pub fn activation(&self) -> Option<Activation> {
         match self {
-            Self::Dense(dense) => dense.activation,
+            Self::Dense(dense) => Some(dense.activation),
+            Self::Recurrent(_) => None,
+        }
+    }
+
+    /// Values that last from one prediction to the next: h of a GRU, h and c of an LSTM.
+    #[must_use]
+    pub fn memory(&self) -> usize {
+        match self {
+            Self::Dense(_) => 0,
+            Self::Recurrent(layer) => layer.units.saturating_mul(layer.cell.vectors()),
         }
     }
 
@@ -141,20 +162,85 @@ impl Layer {
     pub fn parameters(&self) -> usize {
         match self {
             Self::Dense(dense) => dense.weights.len() + dense.bias.len(),
+            Self::Recurrent(_) => self
+                .tensors()
+                .iter()
+                .map(|(_, _, values)| values.len())
+                .sum(),
+        }
+    }
+
+    /// The tensors: name in `weights.safetensors`, shape, values.
+    #[must_use]
+    pub fn tensors(&self) -> Vec<(&'static str, Vec<usize>, &Vec<f32>)> {
+        match self {
+            Self::Dense(dense) => vec![
+                ("weights", vec![dense.outputs, dense.inputs], &dense.weights),
+                ("bias", vec![dense.outputs], &dense.bias),
+            ],
+            Self::Recurrent(layer) => {
+                let shapes = shapes(layer);
+                let values = [
+                    &layer.kernel,
+                    &layer.recurrent,
+                    &layer.bias,
+                    &layer.inner_bias,
+                ];
+                let named = shapes.into_iter().zip(values);
+                named
+                    .map(|((name, shape), values)| (name, shape, values))
+                    .collect()
+            }
+        }
+    }
+
+    /// As [`Layer::tensors`], to be filled.
+    pub(crate) fn tensors_mut(&mut self) -> Vec<(&'static str, Vec<usize>, &mut Vec<f32>)> {
+        match self {
+            Self::Dense(dense) => vec![
+                (
+                    "weights",
+                    vec![dense.outputs, dense.inputs],
+                    &mut dense.weights,
+                ),
+                ("bias", vec![dense.outputs], &mut dense.bias),
+            ],
+            Self::Recurrent(layer) => {
+                let shapes = shapes(layer);
+                let values = [
+                    &mut layer.kernel,
+                    &mut layer.recurrent,
+                    &mut layer.bias,
+                    &mut layer.inner_bias,
+                ];
+                let named = shapes.into_iter().zip(values);
+                named
+                    .map(|((name, shape), values)| (name, shape, values))
+                    .collect()
+            }
         }
     }
 
     pub(super) fn validate(&self, layer: usize) -> Result<(), SpecError> {
-        let Self::Dense(dense) = self;
         let shape = self.to_string();
-        for (tensor, values, expected) in [
-            (
-                "weights",
-                &dense.weights,
-                dense.inputs.saturating_mul(dense.outputs),
-            ),
-            ("biases", &dense.bias, dense.outputs),
-        ] {
+        if let Self::Recurrent(recurrent) = self {
+            let usual = recurrent.cell == gru_cell() || recurrent.cell == lstm_cell();
+            if layer > 0 || !usual || !recurrent.streaming || recurrent.sequences {
+                return Err(SpecError::Recurrent { layer, shape });
+            }
+        }
+        for (tensor, lengths, values) in self.tensors() {
+            // As many lengths as a tensor has; a huge one is refused by its number of values.
+            let expected = lengths
+                .iter()
+                .fold(1, |n: usize, length| n.saturating_mul(*length));
+            let tensor = match tensor {
+                "kernel" => "kernel weights",
+                "recurrent" => "recurrent weights",
+                "bias" => "biases",
+                "inner_bias" => "inner biases",
+                weights => weights,
+            };
             if values.len() != expected {
                 return Err(SpecError::TensorLength {
                     layer,
@@ -178,16 +264,61 @@ impl Layer {
     }
 }
 
-/// `dense 12 -> 10, tanh`.
+/// `dense 12 -> 10, tanh`, `gru 20 -> 15`.
 impl fmt::Display for Layer {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{} {} -> {}, {}",
-            self.kind(),
-            self.inputs(),
-            self.outputs(),
-            self.activation().name()
-        )
+        write!(f, "{} {} -> {}", self.kind(), self.inputs(), self.outputs())?;
+        match self.activation() {
+            Some(activation) => write!(f, ", {}", activation.name()),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Names and shapes of the tensors of a recurrent layer; an LSTM has no inner bias.
+fn shapes(layer: &Recurrent) -> Vec<(&'static str, Vec<usize>)> {
+    let (gates, units) = (layer.cell.gates(), layer.units);
+    let mut shapes = vec![
+        ("kernel", vec![gates, units, layer.inputs()]),
+        ("recurrent", vec![gates, units, units]),
+        ("bias", vec![gates, units]),
+    ];
+    if let Cell::Gru { .. } = layer.cell {
+        shapes.push(("inner_bias", vec![units]));
+    }
+    shapes
+}
+
+/// The GRU that a predictor may begin with.
+#[must_use]
+pub const fn gru_cell() -> Cell {
+    Cell::Gru {
+        activation: network::Activation::Tanh,
+        gates: network::Activation::Sigmoid,
+        reset_after: true,
+    }
+}
+
+/// The LSTM that a predictor may begin with.
+#[must_use]
+pub const fn lstm_cell() -> Cell {
+    Cell::Lstm {
+        activation: network::Activation::Tanh,
+        gates: network::Activation::Sigmoid,
+    }
+}
+
+/// A recurrent first layer without weights, one step a prediction.
+#[must_use]
+pub const fn unfilled(cell: Cell, units: usize) -> Recurrent {
+    Recurrent {
+        cell,
+        units,
+        kernel: Vec::new(),
+        recurrent: Vec::new(),
+        bias: Vec::new(),
+        inner_bias: Vec::new(),
+        sequences: false,
+        streaming: true,
     }
 }

@@ -17,7 +17,7 @@ pub(crate) use validate::is_package_name;
 pub use control::ControlSpec;
 pub use error::SpecError;
 pub use golden::Golden;
-pub use layer::{Activation, Dense, Layer, RowsError};
+pub use layer::{Activation, Dense, Layer, RowsError, gru_cell, lstm_cell, unfilled};
 pub use signal::{Role, Signal};
 
 /// What the last layer's output means, in model units (docs/codegen.md, eq. 4).
@@ -127,6 +127,18 @@ impl ModelSpec {
         past(self.past_inputs, &self.inputs)
             .saturating_add(past(self.past_outputs, &self.outputs))
             .saturating_add(self.channels.len())
+    }
+
+    /// Values that the first layer remembers from one prediction to the next.
+    #[must_use]
+    pub fn memory(&self) -> usize {
+        self.layers.first().map_or(0, Layer::memory)
+    }
+
+    /// Length of everything that a prediction follows from: the flattened regressor, then the memory.
+    #[must_use]
+    pub fn point_len(&self) -> usize {
+        self.regressor_len().saturating_add(self.memory())
     }
 
     /// Number of weights and biases.

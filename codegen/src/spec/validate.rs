@@ -7,7 +7,7 @@ use super::limits::{
     MAX_CHANNELS, MAX_GOLDEN, MAX_LAYERS, MAX_NAME, MAX_PARAMETERS, MAX_REGRESSOR, MAX_SIGNALS,
     MAX_WIDTH,
 };
-use super::{Activation, ModelSpec, Role, Signal, SpecError};
+use super::{Activation, Layer, ModelSpec, Role, Signal, SpecError};
 use crate::evaluate;
 
 /// A golden vector may differ from the network in double precision by this much of 1 + |y|: the
@@ -89,9 +89,9 @@ impl ModelSpec {
                 (1..=MAX_REGRESSOR).contains(&p)
             })?;
         }
-        if self.regressor_len() > MAX_REGRESSOR {
+        if self.point_len() > MAX_REGRESSOR {
             return Err(SpecError::RegressorTooLong {
-                found: self.regressor_len(),
+                found: self.point_len(),
                 composition: self.composition(),
                 max: MAX_REGRESSOR,
             });
@@ -102,8 +102,12 @@ impl ModelSpec {
     /// How the regressor is composed, in words.
     fn composition(&self) -> String {
         let count = |n: usize, noun: &str| format!("{n} {noun}{}", if n == 1 { "" } else { "s" });
+        let remembered = match self.memory() {
+            0 => String::new(),
+            n => format!(", {} remembered", count(n, "value")),
+        };
         format!(
-            "{} of {}, {} of {}, {}",
+            "{} of {}, {} of {}, {}{remembered}",
             count(self.past_inputs, "value"),
             count(self.inputs.len(), "input"),
             count(self.past_outputs, "value"),
@@ -153,6 +157,12 @@ impl ModelSpec {
             }
             this.validate(layer)?;
         }
+        if let Layer::Recurrent(_) = &self.layers[count - 1] {
+            return Err(SpecError::RecurrentLast {
+                layer: count - 1,
+                shape: self.layers[count - 1].to_string(),
+            });
+        }
         if expected != self.outputs.len() {
             return Err(SpecError::OutputMismatch {
                 layer: count - 1,
@@ -182,7 +192,7 @@ impl ModelSpec {
             });
         }
         let last = self.layers.len() - 1;
-        if self.layers[last].activation() != Activation::Linear {
+        if self.layers[last].activation() != Some(Activation::Linear) {
             return Err(SpecError::ShortcutActivation {
                 layer: last,
                 shape: self.layers[last].to_string(),
@@ -206,7 +216,7 @@ impl ModelSpec {
         )?;
         for (index, golden) in self.golden.iter().enumerate() {
             for (what, found, expected) in [
-                ("x", golden.x.len(), self.regressor_len()),
+                ("x", golden.x.len(), self.point_len()),
                 ("y", golden.y.len(), self.outputs.len()),
             ] {
                 if found != expected {

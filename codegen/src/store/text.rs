@@ -8,9 +8,11 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::{FORMAT, MODEL_FILE, StoreError, WEIGHTS_FILE};
+use crate::network::{Cell, Recurrent};
 use crate::spec::limits::{MAX_PARAMETERS, MAX_WIDTH};
 use crate::spec::{
     Activation, ControlSpec, Dense, Layer, ModelSpec, OutputForm, Role, Signal, SpecError,
+    gru_cell, lstm_cell, unfilled,
 };
 
 #[derive(Deserialize)]
@@ -52,17 +54,18 @@ struct SignalTable {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct LayerTable {
-    #[serde(rename = "kind")]
-    _kind: LayerKey,
+    kind: LayerKey,
     inputs: usize,
     outputs: usize,
-    activation: ActivationKey,
+    activation: Option<ActivationKey>,
 }
 
 #[derive(Deserialize)]
 #[serde(rename_all = "snake_case")]
 enum LayerKey {
     Dense,
+    Gru,
+    Lstm,
 }
 
 #[derive(Deserialize)]
@@ -153,19 +156,43 @@ fn check_format(text: &str) -> Result<(), StoreError> {
 
 /// Shapes are judged here, before the weights of that size are looked for.
 fn empty_layer(table: LayerTable) -> Result<Layer, String> {
-    let parameters = table.outputs.checked_mul(table.inputs);
+    let cell = match table.kind {
+        LayerKey::Dense => None,
+        LayerKey::Gru => Some(gru_cell()),
+        LayerKey::Lstm => Some(lstm_cell()),
+    };
+    let gates = cell.map_or(1, Cell::gates);
+    let parameters = table
+        .outputs
+        .checked_mul(table.inputs)
+        .and_then(|n| n.checked_mul(gates));
     if table.outputs > MAX_WIDTH || parameters.is_none_or(|n| n > MAX_PARAMETERS) {
         return Err(format!(
             "a layer of {} -> {} is too large: at most {MAX_WIDTH} outputs and {MAX_PARAMETERS} weights",
             table.inputs, table.outputs
         ));
     }
+    if let Some(cell) = cell {
+        if table.activation.is_some() {
+            return Err(
+                "a gru or lstm has its own activations: expected no `activation` here".into(),
+            );
+        }
+        return Ok(Layer::Recurrent(Recurrent {
+            // Its length tells the inputs.
+            kernel: vec![0.0; gates * table.outputs * table.inputs],
+            ..unfilled(cell, table.outputs)
+        }));
+    }
+    let Some(activation) = table.activation else {
+        return Err("missing field `activation`".into());
+    };
     Ok(Layer::Dense(Dense {
         inputs: table.inputs,
         outputs: table.outputs,
         weights: Vec::new(),
         bias: Vec::new(),
-        activation: match table.activation {
+        activation: match activation {
             ActivationKey::Linear => Activation::Linear,
             ActivationKey::Tanh => Activation::Tanh,
             ActivationKey::Relu => Activation::Relu,
@@ -257,7 +284,9 @@ fn write_model(text: &mut String, spec: &ModelSpec) -> std::fmt::Result {
         writeln!(text, "kind = {}", string(layer.kind()))?;
         writeln!(text, "inputs = {}", layer.inputs())?;
         writeln!(text, "outputs = {}", layer.outputs())?;
-        writeln!(text, "activation = {}", string(layer.activation().name()))?;
+        if let Some(activation) = layer.activation() {
+            writeln!(text, "activation = {}", string(activation.name()))?;
+        }
     }
     let control = &spec.control;
     writeln!(text, "\n[control]")?;

@@ -1,5 +1,5 @@
 //! `weights.safetensors`: for layer `i`, `layer.i.weights` (f32, outputs x inputs) and
-//! `layer.i.bias` (f32, outputs); with `shortcut = true` also `shortcut.weights` (f32, outputs x
+//! `layer.i.bias` (f32, outputs), of a recurrent one `layer.i.kernel`, `.recurrent`, `.bias` and `.inner_bias`; with `shortcut = true` also `shortcut.weights` (f32, outputs x
 //! regressor); optionally `golden.x` (f32) and `golden.y` (f64), one row each.
 
 use safetensors::tensor::TensorView;
@@ -7,7 +7,7 @@ use safetensors::{Dtype, SafeTensors};
 
 use super::StoreError;
 use crate::spec::limits::MAX_GOLDEN;
-use crate::spec::{Golden, Layer, ModelSpec};
+use crate::spec::{Golden, ModelSpec};
 
 const SHORTCUT: &str = "shortcut.weights";
 const GOLDEN_X: &str = "golden.x";
@@ -19,17 +19,11 @@ pub(super) fn fill(spec: &mut ModelSpec, bytes: &[u8]) -> Result<(), StoreError>
         .map_err(|error| StoreError::weights(format!("this is no safetensors file: {error}")))?;
     let mut known = Vec::new();
     for (index, layer) in spec.layers.iter_mut().enumerate() {
-        let Layer::Dense(dense) = layer;
-        let weights = format!("layer.{index}.weights");
-        let bias = format!("layer.{index}.bias");
-        dense.weights = f32s(tensor(
-            &file,
-            &weights,
-            Dtype::F32,
-            &[dense.outputs, dense.inputs],
-        )?);
-        dense.bias = f32s(tensor(&file, &bias, Dtype::F32, &[dense.outputs])?);
-        known.extend([weights, bias]);
+        for (name, shape, values) in layer.tensors_mut() {
+            let name = format!("layer.{index}.{name}");
+            *values = f32s(tensor(&file, &name, Dtype::F32, &shape)?);
+            known.push(name);
+        }
     }
     if spec.shortcut.is_some() {
         let shape = [spec.outputs.len(), spec.regressor_len()];
@@ -62,7 +56,7 @@ fn golden(spec: &ModelSpec, file: &SafeTensors<'_>) -> Result<Vec<Golden>, Store
             "tensor {GOLDEN_X:?} has {rows} rows: at most {MAX_GOLDEN} are kept"
         )));
     }
-    let (n_x, n_y) = (spec.regressor_len(), spec.outputs.len());
+    let (n_x, n_y) = (spec.point_len(), spec.outputs.len());
     let x = f32s(tensor(file, GOLDEN_X, Dtype::F32, &[rows, n_x])?);
     let y = f64s(tensor(file, GOLDEN_Y, Dtype::F64, &[rows, n_y])?);
     // chunks(0) panics; a model without signals is refused by validate, which comes after this.
@@ -98,14 +92,10 @@ fn tensor<'a>(
 pub(super) fn print(spec: &ModelSpec) -> Result<Vec<u8>, StoreError> {
     let mut tensors: Vec<(String, Dtype, Vec<usize>, Vec<u8>)> = Vec::new();
     for (index, layer) in spec.layers.iter().enumerate() {
-        let Layer::Dense(dense) = layer;
-        let (name, shape) = (
-            format!("layer.{index}.weights"),
-            vec![dense.outputs, dense.inputs],
-        );
-        tensors.push((name, Dtype::F32, shape, bytes_of(&dense.weights)));
-        let (name, shape) = (format!("layer.{index}.bias"), vec![dense.outputs]);
-        tensors.push((name, Dtype::F32, shape, bytes_of(&dense.bias)));
+        for (name, shape, values) in layer.tensors() {
+            let name = format!("layer.{index}.{name}");
+            tensors.push((name, Dtype::F32, shape, bytes_of(values)));
+        }
     }
     if let Some(weights) = &spec.shortcut {
         let shape = vec![spec.outputs.len(), spec.regressor_len()];
@@ -116,7 +106,7 @@ pub(super) fn print(spec: &ModelSpec) -> Result<Vec<u8>, StoreError> {
         let y = spec.golden.iter().flat_map(|g| &g.y);
         let y: Vec<u8> = y.flat_map(|value| value.to_le_bytes()).collect();
         let rows = spec.golden.len();
-        let (n_x, n_y) = (spec.regressor_len(), spec.outputs.len());
+        let (n_x, n_y) = (spec.point_len(), spec.outputs.len());
         tensors.push((GOLDEN_X.into(), Dtype::F32, vec![rows, n_x], bytes_of(&x)));
         tensors.push((GOLDEN_Y.into(), Dtype::F64, vec![rows, n_y], y));
     }

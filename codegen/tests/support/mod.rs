@@ -3,9 +3,10 @@
 
 use std::path::{Path, PathBuf};
 
+use sinew_codegen::network::{Cell, Recurrent};
 use sinew_codegen::reference;
 use sinew_codegen::spec::{
-    Activation, ControlSpec, Dense, Golden, Layer, ModelSpec, OutputForm, Signal,
+    Activation, ControlSpec, Dense, Golden, Layer, ModelSpec, OutputForm, Signal, unfilled,
 };
 
 /// The directory of committed models.
@@ -110,6 +111,48 @@ pub fn dense(inputs: usize, outputs: usize, activation: Activation, size: f32) -
         bias: (0..outputs).map(|_| next()).collect(),
         activation,
     })
+}
+
+/// A model as [`network`], with a recurrent layer of `units` before the dense ones.
+pub fn recurrent(
+    name: &str,
+    cell: Cell,
+    units: usize,
+    channels: usize,
+    widths: &[(usize, Activation)],
+) -> ModelSpec {
+    let mut spec = network(
+        name,
+        OutputForm::Increment,
+        channels,
+        &[(units, Activation::Tanh)],
+    );
+    let inputs = spec.regressor_len();
+    let gates = cell.gates();
+    // The weights of wide dense layers, without their pattern.
+    let values =
+        |rows: usize, columns: usize, size: f32| match dense(columns, rows, Activation::Tanh, size)
+        {
+            Layer::Dense(dense) => dense.weights,
+            Layer::Recurrent(_) => unreachable!("it is dense"),
+        };
+    spec.layers = vec![Layer::Recurrent(Recurrent {
+        kernel: values(gates * units, inputs, 0.9),
+        recurrent: values(gates * units, units, 0.7),
+        bias: values(gates * units, 1, 0.3),
+        inner_bias: match cell {
+            Cell::Gru { .. } => values(units, 1, 0.2),
+            _ => vec![],
+        },
+        ..unfilled(cell, units)
+    })];
+    let mut inputs = units;
+    for &(outputs, activation) in widths {
+        spec.layers.push(dense(inputs, outputs, activation, 0.8));
+        inputs = outputs;
+    }
+    spec.shortcut = Some(values(2, spec.regressor_len(), 0.3));
+    spec
 }
 
 pub fn control(inputs: usize, outputs: usize) -> ControlSpec {

@@ -2,8 +2,8 @@
 
 use super::Problem;
 use super::prediction::Trajectory;
-use super::tangent::{self, Stage, Tangent};
-use crate::model::{ChannelJacobian, Jacobian, Model};
+use super::tangent::{Stage, Tangent};
+use crate::model::Model;
 
 /// Diagonals of Q and Lambda.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -191,16 +191,8 @@ impl<
                 pairs: pairs.as_flattened_mut(),
             };
             if M::PREDICTS_CHANNELS {
-                let (mut jacobian, mut of_channels) = (Jacobian::ZERO, ChannelJacobian::ZERO);
-                self.model.jacobian(trace, &mut jacobian);
-                self.model.channel_jacobian(trace, &mut of_channels);
-                tangent::carry_channels(
-                    &jacobian,
-                    &of_channels,
-                    &stage,
-                    &mut tangent,
-                    &mut channels,
-                );
+                self.model
+                    .carry_channels(trace, &stage, &mut tangent, &mut channels);
             } else {
                 self.model.carry(trace, &stage, &mut tangent);
             }

@@ -74,6 +74,16 @@ macro_rules! hand_on {
         ) {
             self.0.carry(trace, stage, tangent);
         }
+
+        fn carry_channels(
+            &self,
+            trace: &Self::Trace,
+            stage: &Stage<'_, NY>,
+            tangent: &mut Tangent<'_, NU, NY, DD>,
+            channels: &mut [[[f32; NU]; NS]],
+        ) {
+            self.0.carry_channels(trace, stage, tangent, channels);
+        }
     };
 }
 use hand_on;

@@ -125,6 +125,61 @@ pub fn carry_channels<
     add_up(stage, tangent);
 }
 
+/// What a command at the end of a block does to all that a prediction looks at: `u[i]` is du(k+j-i)/dv_b, the
+/// same for each channel, `y[i][r][c]` dy_r(k+j-i)/dv_b,c, `s[r][c]` ds_r(k+j)/dv_b,c.
+pub struct Direction<
+    'a,
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const ND: usize,
+    const DD: usize,
+> {
+    /// Of the commands.
+    pub u: [f32; ND],
+    /// Of the outputs.
+    pub y: &'a [[[f32; NU]; NY]; DD],
+    /// Of the channels.
+    pub s: &'a [[f32; NU]; NS],
+}
+
+/// [`carry_channels`] by `along`, which takes a direction to the derivatives of the next output and channels: less work
+/// than all of their Jacobian where there are fewer commands than channels.
+#[inline(always)]
+pub fn push_channels<
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const ND: usize,
+    const DD: usize,
+>(
+    stage: &Stage<'_, NY>,
+    tangent: &mut Tangent<'_, NU, NY, DD>,
+    channels: &mut [[[f32; NU]; NS]],
+    along: impl Fn(&Direction<'_, NU, NY, NS, ND, DD>) -> ([[f32; NU]; NY], [[f32; NU]; NS]),
+) {
+    let blocks = tangent.blocks.iter_mut().zip(channels.iter_mut());
+    for (b, (lags, channel)) in blocks.take(stage.reached).enumerate() {
+        let mut u = [0.0; ND];
+        for (u, place) in u.iter_mut().zip(stage.inputs.iter().rev()) {
+            let Place { block, share } = *place;
+            if block == b {
+                *u = share;
+            } else if block == b + 1 {
+                *u = 1.0 - share;
+            }
+        }
+        let (y, s) = along(&Direction {
+            u,
+            y: lags,
+            s: channel,
+        });
+        shift(lags, y);
+        *channel = s;
+    }
+    add_up(stage, tangent);
+}
+
 /// What the commands do at once: `df/du(k+j-lag) du(k+j-lag)/dv_b`.
 #[inline(always)]
 fn enter_inputs<const NU: usize, const NY: usize, const ND: usize, const DD: usize>(

@@ -177,7 +177,8 @@ impl<
             state: self.state,
             row,
             y: Vec::from_slice(y).unwrap_or_default(),
-            s: Vec::from_slice(s).unwrap_or_default(),
+            s: Vec::from_slice(s.get(..usize::from(self.identity.n_s)).unwrap_or(s))
+                .unwrap_or_default(),
             u: Vec::from_slice(&step.u).unwrap_or_default(),
             reference: Vec::from_slice(reference).unwrap_or_default(),
             estimate: Vec::from_slice(&estimate).unwrap_or_default(),

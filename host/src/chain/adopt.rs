@@ -134,10 +134,10 @@ pub fn judged(
         .collect();
     let scaling: Vec<(f64, f64)> = spec.outputs.iter().map(|s| (s.span, s.offset)).collect();
     let (shape, episodes) = (shape(rig, plant, task), episodes?);
-    if Windows::new(shape, task.horizon, &episodes).is_empty() {
+    if Windows::new(shape, 0, task.horizon, &episodes).is_empty() {
         return None;
     }
-    Some(score(spec, shape, task, &episodes, &scaling))
+    Some(score(spec, shape, 0, task, &episodes, &scaling))
 }
 
 fn shape(rig: &Rig, plant: &Plant, task: &Task) -> Shape {

@@ -2,15 +2,20 @@
 
 use std::path::Path;
 
-use sinew_codegen::evaluate::predict;
-use sinew_codegen::spec::{Activation, ControlSpec, Dense, Layer, ModelSpec, OutputForm, Signal};
+use sinew_codegen::evaluate::advance;
+use sinew_codegen::network::Recurrent;
+use sinew_codegen::spec::limits::MAX_REGRESSOR;
+use sinew_codegen::spec::{
+    Activation, ControlSpec, Dense, Layer, ModelSpec, OutputForm, Signal, gru_cell, lstm_cell,
+    unfilled,
+};
 use sinew_codegen::store;
-use sinew_sim::{Form, Plant, Rig};
+use sinew_sim::{FirstLayer, Form, Plant, Rig};
 
 use super::task::Task;
 use crate::dataset::{Recipe, Visit, draw};
 use crate::error::{Error, Result};
-use crate::train::{Epoch, Folded, Options, Scaled, Shape, Windows, scale, scaling, train};
+use crate::train::{Epoch, First, Folded, Options, Scaled, Shape, Windows, scale, scaling, train};
 
 /// Steps of an episode beyond the history and the rollout.
 const EPISODE_STEPS: usize = 60;
@@ -58,13 +63,19 @@ pub fn options(rig: &Rig, horizon: usize, seed: u64) -> (Shape, Options) {
     let hidden = table
         .and_then(|t| t.hidden.clone())
         .unwrap_or_else(|| vec![12]);
+    let first = match table.and_then(|t| t.first_layer) {
+        None | Some(FirstLayer::Tanh) => First::Tanh,
+        Some(FirstLayer::Relu) => First::Relu,
+        Some(FirstLayer::Gru) => First::Gru,
+        Some(FirstLayer::Lstm) => First::Lstm,
+    };
     (
         shape,
         Options {
             hidden,
             rollout: horizon.clamp(1, 12),
             seed,
-            ..Options::default()
+            ..Options::of(first)
         },
     )
 }
@@ -89,6 +100,7 @@ pub fn learn(
             ),
         );
     }
+    fits(rig, plant, task)?;
     let mut attempt = |task: &Task| learned(rig, plant, values, visits, task, seed, &mut progress);
     let noise = roughened(&task.noise, &task.output_range);
     match attempt(task) {
@@ -118,7 +130,7 @@ fn learned(
     };
     let recipe = Recipe {
         period_s: task.period_s,
-        steps: EPISODE_STEPS + shape.history() + options.rollout,
+        steps: EPISODE_STEPS + shape.history() + options.warm_up() + options.rollout,
         outputs: task.outputs.clone(),
         noise: task.noise.clone(),
         channels: task.channels.clone(),
@@ -183,7 +195,8 @@ fn learned(
     };
     spec.validate()
         .map_err(|e| Error::failed(format!("the trained model: {e}")))?;
-    let (one_step_rms, horizon_rms) = score(&spec, shape, task, test, &y_scaling);
+    let (one_step_rms, horizon_rms) =
+        score(&spec, shape, options.warm_up(), task, test, &y_scaling);
     let record = Record {
         history: trained.history,
         kept: trained.kept,
@@ -195,19 +208,63 @@ fn learned(
     Ok(Learned { spec, record })
 }
 
-fn layers(folded: &Folded) -> Result<Vec<Layer>> {
+/// What a network remembers has to fit a frame beside the regressor; said before anything is simulated.
+///
+/// # Errors
+/// It does not.
+pub fn fits(rig: &Rig, plant: &Plant, task: &Task) -> Result<()> {
+    let (shape, options) = options(rig, task.horizon, 0);
+    let shape = Shape {
+        n_u: plant.inputs().len(),
+        n_y: task.outputs.len(),
+        ..shape
+    };
+    let vectors = match options.first {
+        First::Tanh | First::Relu => 0,
+        First::Gru => 1,
+        First::Lstm => 2,
+    };
+    let remembered = vectors * options.hidden.first().copied().unwrap_or(0);
+    let looked_at = shape.regressor_len();
+    if remembered == 0 || looked_at + remembered <= MAX_REGRESSOR {
+        return Ok(());
+    }
+    let line = rig.network.as_ref().map_or(1, |table| table.line);
+    let message = format!(
+        "[network] looks at {looked_at} numbers and remembers {remembered}, more than the {MAX_REGRESSOR} of a frame"
+    );
+    Err(Error::file(&rig.file, message)
+        .at(line, 1)
+        .expected("a smaller first width in `hidden`, or fewer `past_inputs` and `past_outputs`"))
+}
+
+pub(crate) fn layers(folded: &Folded) -> Result<Vec<Layer>> {
     let last = folded.layers.len() - 1;
-    let layers = folded.layers.iter().enumerate().map(|(i, (rows, bias))| {
-        let activation = if i == last {
-            Activation::Linear
-        } else {
-            Activation::Tanh
+    let remembering = folded.remembering.as_ref().map(|layer| {
+        let cell = match folded.first {
+            First::Lstm => lstm_cell(),
+            _ => gru_cell(),
+        };
+        let layer = layer.clone();
+        Ok(Layer::Recurrent(Recurrent {
+            kernel: layer.kernel,
+            recurrent: layer.recurrent,
+            bias: layer.bias,
+            inner_bias: layer.inner_bias,
+            ..unfilled(cell, layer.units)
+        }))
+    });
+    let dense = folded.layers.iter().enumerate().map(|(i, (rows, bias))| {
+        let activation = match folded.first {
+            _ if i == last => Activation::Linear,
+            First::Relu if i == 0 => Activation::Relu,
+            _ => Activation::Tanh,
         };
         Dense::from_rows(rows, bias.clone(), activation)
             .map(Layer::Dense)
             .map_err(|e| Error::failed(format!("layer {i} of the trained network: {e}")))
     });
-    layers.collect()
+    remembering.into_iter().chain(dense).collect()
 }
 
 /// Writes a model's files, each whole or not at all.
@@ -259,28 +316,45 @@ fn roughened(noise: &[f64], range: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Root mean square errors on `test`, one step ahead and at the horizon, in physical units.
+/// Root mean square errors on `test`, one step ahead and at the horizon, in physical units. What a network remembers
+/// follows from the measured past of the episode, from rest on, as in the firmware; the first `warm_up` steps are not
+/// scored.
 pub(super) fn score(
     spec: &ModelSpec,
     shape: Shape,
+    warm_up: usize,
     task: &Task,
     test: &[Scaled],
     y_scaling: &[(f64, f64)],
 ) -> (Vec<f64>, Vec<f64>) {
-    let windows = Windows::new(shape, task.horizon, test);
+    let windows = Windows::new(shape, warm_up, task.horizon, test);
+    let mut warm = vec![0.0; spec.memory()];
     let mut squares = [vec![0.0; shape.n_y], vec![0.0; shape.n_y]];
     let newest = shape.n_u * shape.past_inputs;
     for w in 0..windows.len() {
         let mut x = Vec::new();
+        let first = windows.begins_episode(w);
+        if first {
+            warm.fill(0.0);
+        }
+        for back in (1..=if first { warm_up } else { warm_up.min(1) }).rev() {
+            windows.regressor_before(w, back, &mut x);
+            x.extend_from_slice(&warm);
+            warm = advance(spec, &x).1;
+            x.clear();
+        }
         windows.regressor(w, &mut x);
+        x.extend_from_slice(&warm);
+        let seen = x.len() - warm.len();
         for (j, target) in windows.targets(w).chunks(shape.n_y).enumerate() {
             if j > 0 {
                 x.copy_within(..newest - shape.n_u, shape.n_u);
                 x[..shape.n_u]
                     .copy_from_slice(&windows.inputs(w)[j * shape.n_u..(j + 1) * shape.n_u]);
             }
-            let y = predict(spec, &x);
-            let last = x.len() - shape.n_s - shape.n_y;
+            let (y, memory) = advance(spec, &x);
+            x[seen..].copy_from_slice(&memory);
+            let last = seen - shape.n_s - shape.n_y;
             x.copy_within(newest..last, newest + shape.n_y);
             x[newest..newest + shape.n_y].copy_from_slice(&y);
             let place = match j {

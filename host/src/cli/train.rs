@@ -8,7 +8,7 @@ use sinew_sim::{Plant, Rig};
 
 use super::{Common, Recordings, overwrite};
 use crate::chain::build::starts;
-use crate::chain::learn::{learn, save};
+use crate::chain::learn::{fits, learn, save};
 use crate::chain::task::Task;
 use crate::error::{Error, Result};
 use crate::fit::free_run;
@@ -57,6 +57,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     );
     let reference = tests.first().unwrap_or(&recordings[0]);
     let task = Task::new(&rig, &plant, &recordings, reference)?;
+    fits(&rig, &plant, &task)?;
     let runs = recordings
         .iter()
         .map(|r| free_run(&rig, r))

@@ -4,6 +4,7 @@
 //! is taken once, from the folded `f32` weights that the firmware will carry.
 
 mod basis;
+mod cell;
 mod fold;
 mod network;
 mod windows;
@@ -14,17 +15,46 @@ use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-pub use fold::Folded;
+pub use fold::{Folded, Remembering};
 pub use windows::{Scaled, Shape, Windows, scale, scaling};
 
 use crate::error::Error;
 use basis::{Basis, least_squares};
 use network::{Frame, Predictor, loss_weights};
 
+/// The first hidden layer; those behind it have tanh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum First {
+    /// Dense, with tanh.
+    Tanh,
+    /// Dense, with the rectifier.
+    Relu,
+    /// A GRU.
+    Gru,
+    /// An LSTM.
+    Lstm,
+}
+
+impl First {
+    /// Gates of a layer that remembers.
+    pub fn gates(self) -> Option<usize> {
+        match self {
+            Self::Tanh | Self::Relu => None,
+            Self::Gru => Some(3),
+            Self::Lstm => Some(4),
+        }
+    }
+}
+
+/// Steps before a window from which a network that remembers gets its state.
+pub const WARM_UP: usize = 32;
+
 /// How a network is trained.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
-    /// Widths of the hidden layers (tanh).
+    /// What the network begins with.
+    pub first: First,
+    /// Widths of the hidden layers.
     pub hidden: Vec<usize>,
     /// Steps that the network predicts from its own predictions while it learns.
     pub rollout: usize,
@@ -40,9 +70,34 @@ pub struct Options {
     pub seed: u64,
 }
 
+impl Options {
+    /// What suits a network that begins so. One that remembers takes longer a pass, and settles at a lower rate.
+    pub fn of(first: First) -> Self {
+        let usual = Self {
+            first,
+            ..Self::default()
+        };
+        match first.gates() {
+            None => usual,
+            Some(_) => Self {
+                epochs: 60,
+                batch: 128,
+                learning_rate: 5e-3,
+                ..usual
+            },
+        }
+    }
+
+    /// Steps of warm-up: none for a network that remembers nothing.
+    pub fn warm_up(&self) -> usize {
+        self.first.gates().map_or(0, |_| WARM_UP)
+    }
+}
+
 impl Default for Options {
     fn default() -> Self {
         Self {
+            first: First::Tanh,
             hidden: vec![12],
             rollout: 10,
             epochs: 100,
@@ -86,12 +141,13 @@ pub fn train(
     options: &Options,
     mut progress: impl FnMut(usize, usize, Epoch),
 ) -> Result<Trained, Error> {
-    let windows = Windows::new(shape, options.rollout.max(1), training);
-    let judged = Windows::new(shape, options.rollout.max(1), validation);
+    let warm_up = options.warm_up();
+    let windows = Windows::new(shape, warm_up, options.rollout.max(1), training);
+    let judged = Windows::new(shape, warm_up, options.rollout.max(1), validation);
     if windows.is_empty() || judged.is_empty() {
         return Err(Error::failed(format!(
             "no stretch of {} samples in the {} episodes; shorten the rollout or lengthen the episodes",
-            shape.history() + 1 + options.rollout,
+            shape.history() + warm_up + 1 + options.rollout,
             if windows.is_empty() {
                 "training"
             } else {
@@ -112,8 +168,9 @@ pub fn train(
 
     let device = Device::default().autodiff();
     device.seed(options.seed);
-    let frame = Frame::new(shape, &basis, &step, unexplained.max(1e-4), &device);
-    let mut predictor = Predictor::new(&options.hidden, &w, &b, &device);
+    let gain = unexplained.max(1e-4);
+    let frame = Frame::new(shape, &basis, &step, gain, options.first, &device);
+    let mut predictor = Predictor::new((options.first, &options.hidden), &w, &b, &device);
 
     let mut random = ChaCha8Rng::seed_from_u64(options.seed);
     let sample = |windows: &Windows<'_>, count: usize, random: &mut ChaCha8Rng| -> Vec<usize> {
@@ -134,9 +191,11 @@ pub fn train(
         .map(|s| s.iter().map(|v| v.max(1e-6)).collect())
         .collect();
     let weights = loss_weights(&floored, &device);
+    // Of a network that remembers each takes several times as long.
+    let judges = if warm_up > 0 { 1024 } else { 4096 };
     let judge = frame.batch(
         &judged,
-        &sample(&judged, 4096, &mut random),
+        &sample(&judged, judges, &mut random),
         rollout,
         &device,
     );
@@ -178,13 +237,7 @@ pub fn train(
     if !best.0.is_finite() {
         return Err(Error::failed("the loss never became finite").help("lower the learning rate"));
     }
-    let folded = Folded::new(
-        &basis,
-        &step,
-        unexplained.max(1e-4),
-        &best.2.weights(),
-        shape,
-    );
+    let folded = Folded::new(&basis, (&step, gain), &best.2, options.first, shape);
     Ok(Trained {
         folded,
         history,

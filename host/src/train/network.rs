@@ -1,18 +1,20 @@
-//! The predictor as burn sees it: a linear path beside a small tanh network, rolled out through its
-//! own predictions.
+//! The predictor as burn sees it: a linear path beside a small network, rolled out through its own predictions.
 
 use burn::module::{Module, Param};
 use burn::nn::{Linear, LinearConfig};
 use burn::tensor::{Device, Tensor, TensorData};
 use nalgebra::{DMatrix, DVector};
 
+use super::First;
 use super::basis::Basis;
+use super::cell::{Cell, State, Weights};
 use super::windows::{Shape, Windows};
 
 /// y(k+1) = y(k) + step * (linear(z) + gain * network(z)), z the features of the regressor.
 #[derive(Module, Debug)]
 pub struct Predictor {
     linear: Linear,
+    cell: Option<Cell>,
     hidden: Vec<Linear>,
     last: Linear,
 }
@@ -28,10 +30,14 @@ pub struct Frame {
     step: Tensor<2>,
     /// How much of that change the linear path leaves unexplained.
     gain: f32,
+    /// What the network begins with.
+    first: First,
 }
 
 /// One batch on the device: history, inputs and targets of `rows` windows.
 pub struct Batch {
+    /// Regressors of the warm-up, `[steps rows][n]`, the oldest step first.
+    before: Option<Tensor<2>>,
     /// Past values of u, newest first, without u(k).
     past_u: Vec<Tensor<2>>,
     /// Past values of y, newest first, y(k) included.
@@ -55,7 +61,7 @@ fn matrix(m: &DMatrix<f64>, device: &Device) -> Tensor<2> {
     tensor(m.nrows(), m.ncols(), values.collect(), device)
 }
 
-fn to_matrix(t: Tensor<2>) -> DMatrix<f64> {
+pub(super) fn to_matrix(t: Tensor<2>) -> DMatrix<f64> {
     let [rows, columns] = t.dims();
     let values: Vec<f64> = t.into_data().iter::<f64>().collect();
     DMatrix::from_row_slice(rows, columns, &values)
@@ -68,6 +74,7 @@ impl Frame {
         basis: &Basis,
         step: &DVector<f64>,
         gain: f64,
+        first: First,
         device: &Device,
     ) -> Self {
         let (a, offset) = basis.affine();
@@ -83,6 +90,7 @@ impl Frame {
                 device,
             ),
             gain: gain as f32,
+            first,
         }
     }
 
@@ -114,7 +122,18 @@ impl Frame {
             tensor(rows, width, values.map(|v| *v as f32).collect(), device)
         };
         let column = |start: usize, width: usize| columns(&x, n, start, width);
+        let mut before = Vec::new();
+        for back in (1..=windows.warm_up()).rev() {
+            for w in chosen {
+                windows.regressor_before(*w, back, &mut before);
+            }
+        }
+        let before = (!before.is_empty()).then(|| {
+            let values = before.iter().map(|v| *v as f32).collect();
+            tensor(before.len() / n, n, values, device)
+        });
         Batch {
+            before,
             past_u: (1..past_inputs).map(|lag| column(lag * n_u, n_u)).collect(),
             past_y: (0..past_outputs)
                 .map(|lag| column(past_inputs * n_u + lag * n_y, n_y))
@@ -133,9 +152,19 @@ impl Frame {
 impl Predictor {
     /// A predictor whose linear path is (`w` `[n_y][n]`, `b` `[n_y]`) and whose network starts at zero
     /// output: the first layers are random, the last is zero.
-    pub fn new(hidden: &[usize], w: &DMatrix<f64>, b: &DVector<f64>, device: &Device) -> Self {
+    pub fn new(
+        (first, hidden): (First, &[usize]),
+        w: &DMatrix<f64>,
+        b: &DVector<f64>,
+        device: &Device,
+    ) -> Self {
         let (n_y, n) = w.shape();
-        let mut widths = vec![n];
+        let units = hidden.first().copied().unwrap_or(0);
+        let cell = Cell::new(first, n, units, device);
+        let mut widths = match cell {
+            Some(_) => vec![],
+            None => vec![n],
+        };
         widths.extend_from_slice(hidden);
         let bias = |values: Vec<f32>| {
             let length = values.len();
@@ -151,6 +180,7 @@ impl Predictor {
         let last = widths[widths.len() - 1];
         Self {
             linear,
+            cell,
             hidden: widths
                 .windows(2)
                 .map(|p| LinearConfig::new(p[0], p[1]).init(device))
@@ -166,6 +196,8 @@ impl Predictor {
     fn roll_out(&self, frame: &Frame, batch: &Batch) -> Vec<Tensor<2>> {
         let (mut past_u, mut past_y) = (batch.past_u.clone(), batch.past_y.clone());
         let mut predictions = Vec::with_capacity(batch.inputs.len());
+        let cell = self.cell.as_ref().map(Cell::learned);
+        let mut state = cell.as_ref().map(|cell| warmed_up(cell, frame, batch));
         for u in &batch.inputs {
             let mut parts = vec![u.clone()];
             parts.extend(past_u.iter().cloned());
@@ -173,8 +205,16 @@ impl Predictor {
             parts.extend(batch.channels.iter().cloned());
             let z = Tensor::cat(parts, 1).matmul(frame.features.clone()) + frame.offset.clone();
             let mut h = z.clone();
-            for layer in &self.hidden {
-                h = layer.forward(h).tanh();
+            if let (Some(cell), Some(state)) = (&cell, &mut state) {
+                *state = cell.step(cell.by_input(z.clone()), state);
+                h = state[0].clone();
+            }
+            for (i, layer) in self.hidden.iter().enumerate() {
+                let sum = layer.forward(h);
+                h = match frame.first {
+                    First::Relu if i == 0 => burn::tensor::activation::relu(sum),
+                    _ => sum.tanh(),
+                };
             }
             let change = self.linear.forward(z) + self.last.forward(h).mul_scalar(frame.gain);
             let y = past_y[0].clone() + change * frame.step.clone();
@@ -218,7 +258,12 @@ impl Predictor {
         squares.collect()
     }
 
-    /// Weights as matrices: linear (W, w), then each layer of the network (W, w), all in features.
+    /// The recurrent first layer, where there is one.
+    pub fn cell(&self) -> Option<&Cell> {
+        self.cell.as_ref()
+    }
+
+    /// Weights as matrices, without a recurrent layer: linear (W, w), then each layer of the network (W, w), all in features.
     pub fn weights(&self) -> Vec<(DMatrix<f64>, DVector<f64>)> {
         let layers = std::iter::once(&self.linear)
             .chain(&self.hidden)
@@ -236,6 +281,40 @@ impl Predictor {
     }
 }
 
+/// Steps of a warm-up that are learned from; before them the state is only computed.
+const LEARNED_WARM_UP: usize = 8;
+
+/// What the network remembers after the warm-up, from rest: back-propagation through time is truncated there.
+fn warmed_up(cell: &Weights, frame: &Frame, batch: &Batch) -> State {
+    let rows = batch.inputs.first().map_or(0, |u| u.dims()[0]);
+    let Some(before) = &batch.before else {
+        return cell.rest(rows);
+    };
+    let steps = before.dims()[0] / rows.max(1);
+    let still = cell.still();
+    let plain = |t: &Tensor<2>| t.clone().inner();
+    let count = steps.saturating_sub(LEARNED_WARM_UP);
+    let mut state = still.rest(rows);
+    if count > 0 {
+        let x = plain(before).narrow(0, 0, count * rows);
+        let z = x.matmul(plain(&frame.features)) + plain(&frame.offset);
+        let by_input = still.by_input(z);
+        for step in 0..count {
+            state = still.step(by_input.clone().narrow(0, step * rows, rows), &state);
+        }
+    }
+    let mut state: State = state.into_iter().map(Tensor::autodiff).collect();
+    let x = before
+        .clone()
+        .narrow(0, count * rows, (steps - count) * rows);
+    let z = x.matmul(frame.features.clone()) + frame.offset.clone();
+    let by_input = cell.by_input(z);
+    for step in 0..steps - count {
+        state = cell.step(by_input.clone().narrow(0, step * rows, rows), &state);
+    }
+    state
+}
+
 /// Weights of the loss on the device: one over the size that an error at step j would usually have.
 pub fn loss_weights(sizes: &[Vec<f64>], device: &Device) -> Vec<Tensor<2>> {
     sizes
@@ -249,4 +328,154 @@ pub fn loss_weights(sizes: &[Vec<f64>], device: &Device) -> Vec<Tensor<2>> {
             )
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use sinew_codegen::evaluate::advance;
+    use sinew_codegen::spec::{ControlSpec, ModelSpec, OutputForm, Signal};
+
+    use super::super::fold::Folded;
+    use super::*;
+    use crate::chain::learn::layers;
+    use crate::train::{Scaled, WARM_UP};
+
+    const SHAPE: Shape = Shape {
+        n_u: 1,
+        n_y: 2,
+        past_inputs: 2,
+        past_outputs: 3,
+        n_s: 1,
+    };
+
+    /// Sums of sines that repeat nowhere.
+    fn episode() -> Scaled {
+        let steps = 60;
+        let wave = |k: usize, c: usize| ((k * (c + 3)) as f64 * 0.37).sin() * 0.6;
+        let rows = |count: usize, width: usize, from: usize| -> Vec<f64> {
+            let each = (0..count).flat_map(|k| (0..width).map(move |c| wave(k, from + c)));
+            each.collect()
+        };
+        Scaled {
+            u: rows(steps, 1, 0),
+            y: rows(steps + 1, 2, 1),
+            measured: rows(steps + 1, 2, 1),
+            channels: rows(steps + 1, 1, 5),
+            steps,
+        }
+    }
+
+    /// The model that the firmware gets.
+    fn spec(folded: &Folded) -> ModelSpec {
+        let signals = |count: usize| {
+            let signal = |_| Signal {
+                name: "s".into(),
+                unit: "1".into(),
+                span: 1.0,
+                offset: 0.0,
+            };
+            (0..count).map(signal).collect()
+        };
+        ModelSpec {
+            name: "test".into(),
+            period_s: 0.01,
+            inputs: signals(SHAPE.n_u),
+            outputs: signals(SHAPE.n_y),
+            channels: signals(SHAPE.n_s),
+            past_inputs: SHAPE.past_inputs,
+            past_outputs: SHAPE.past_outputs,
+            form: OutputForm::Increment,
+            shortcut: Some(folded.linear.concat()),
+            layers: layers(folded).expect("folded layers are whole"),
+            control: ControlSpec {
+                horizon: 1,
+                control_horizon: 1,
+                move_blocks: vec![],
+                first_step: 1,
+                tracking_weight: vec![],
+                move_suppression: vec![],
+                lower: vec![],
+                upper: vec![],
+                rate_limit: vec![],
+                safe: vec![],
+                disturbance_gain: 0.0,
+                iterations: 1,
+                gap_limit: 0,
+            },
+            golden: vec![],
+        }
+    }
+
+    /// Largest difference of any output over warm-up and rollout, and how far the network moves an output.
+    fn difference(first: First) -> (f64, f64) {
+        const ROLLOUT: usize = 6;
+        let warm_up = first.gates().map_or(0, |_| WARM_UP);
+        let episodes = [episode()];
+        let windows = Windows::new(SHAPE, warm_up, ROLLOUT, &episodes);
+        let x = windows.regressors();
+        let basis = Basis::fit(&SHAPE, &x);
+        let step = DVector::from_vec(vec![0.2, 0.3]);
+        let device = Device::default().autodiff();
+        device.seed(7);
+        let gain = 0.7;
+        let frame = Frame::new(SHAPE, &basis, &step, gain, first, &device);
+        let n = SHAPE.regressor_len();
+        let w = DMatrix::from_fn(SHAPE.n_y, n, |r, c| 0.05 * ((r + 3 * c) as f64).cos());
+        let b = DVector::from_vec(vec![0.1, -0.1]);
+        let mut predictor = Predictor::new((first, &[5, 4]), &w, &b, &device);
+        // Drawn, so that the network says something.
+        predictor.last = LinearConfig::new(4, SHAPE.n_y).init(&device);
+        let chosen: Vec<usize> = (0..windows.len()).collect();
+        let batch = frame.batch(&windows, &chosen, ROLLOUT, &device);
+        let found = predictor.roll_out(&frame, &batch);
+
+        let folded = Folded::new(&basis, (&step, gain), &predictor, first, SHAPE);
+        let spec = spec(&folded);
+        let linear = {
+            let mut spec = spec.clone();
+            for layer in &mut spec.layers {
+                if let sinew_codegen::spec::Layer::Dense(dense) = layer {
+                    dense.weights.fill(0.0);
+                }
+            }
+            spec
+        };
+        let (mut worst, mut said) = (0.0_f64, 0.0_f64);
+        for w in &chosen {
+            let mut memory = vec![0.0; spec.memory()];
+            for back in (1..=warm_up).rev() {
+                let mut x = Vec::new();
+                windows.regressor_before(*w, back, &mut x);
+                memory = advance(&spec, &[x, memory].concat()).1;
+            }
+            let mut x = Vec::new();
+            windows.regressor(*w, &mut x);
+            for (j, y) in found.iter().enumerate() {
+                if j > 0 {
+                    x[1] = x[0];
+                    x[0] = windows.inputs(*w)[j];
+                }
+                let point = [x.clone(), memory.clone()].concat();
+                let (exact, next) = advance(&spec, &point);
+                said = said.max((exact[0] - advance(&linear, &point).0[0]).abs());
+                memory = next;
+                let y = to_matrix(y.clone());
+                for r in 0..SHAPE.n_y {
+                    worst = worst.max((y[(*w, r)] - exact[r]).abs());
+                }
+                x.copy_within(2..6, 4);
+                x[2..4].copy_from_slice(&exact);
+            }
+        }
+        (worst, said)
+    }
+
+    #[test]
+    fn what_was_trained_is_what_the_evaluator_computes() {
+        for first in [First::Tanh, First::Relu, First::Gru, First::Lstm] {
+            let (worst, said) = difference(first);
+            assert!(said > 1e-2, "{first:?}: the network says nothing: {said:e}");
+            assert!(worst < 2e-5, "{first:?}: {worst:e}");
+        }
+    }
 }

@@ -49,22 +49,24 @@ pub struct Scaled {
 /// All windows of a set of episodes: (episode, k) for every k from which `rollout` steps follow.
 pub struct Windows<'a> {
     shape: Shape,
+    warm_up: usize,
     rollout: usize,
     episodes: &'a [Scaled],
     starts: Vec<(u32, u32)>,
 }
 
 impl<'a> Windows<'a> {
-    /// Windows of `rollout` steps; episodes too short for one give none.
-    pub fn new(shape: Shape, rollout: usize, episodes: &'a [Scaled]) -> Self {
+    /// Windows of `rollout` steps, with `warm_up` regressors before them; episodes too short for one give none.
+    pub fn new(shape: Shape, warm_up: usize, rollout: usize, episodes: &'a [Scaled]) -> Self {
         let mut starts = Vec::new();
         for (e, episode) in episodes.iter().enumerate() {
-            for k in shape.history()..(episode.steps + 1).saturating_sub(rollout) {
+            for k in shape.history() + warm_up..(episode.steps + 1).saturating_sub(rollout) {
                 starts.push((e as u32, k as u32));
             }
         }
         Self {
             shape,
+            warm_up,
             rollout,
             episodes,
             starts,
@@ -81,9 +83,25 @@ impl<'a> Windows<'a> {
         self.starts.is_empty()
     }
 
+    /// Steps before each window that a network may look at to begin with.
+    pub fn warm_up(&self) -> usize {
+        self.warm_up
+    }
+
+    /// Whether window `w` is the first of its episode; the next ones begin a step later each.
+    pub fn begins_episode(&self, w: usize) -> bool {
+        w == 0 || self.starts[w - 1].0 != self.starts[w].0
+    }
+
     /// The flattened regressor that stands at the start of window `w`, appended to `x`.
     pub fn regressor(&self, w: usize, x: &mut Vec<f64>) {
+        self.regressor_before(w, 0, x);
+    }
+
+    /// The regressor `back` steps before, at most [`Windows::warm_up`].
+    pub fn regressor_before(&self, w: usize, back: usize, x: &mut Vec<f64>) {
         let (episode, k) = self.at(w);
+        let k = k - back;
         for lag in 0..self.shape.past_inputs {
             x.extend_from_slice(row(&episode.u, self.shape.n_u, k - lag));
         }
@@ -185,12 +203,19 @@ mod tests {
             steps: 6,
         };
         let episodes = [episode];
-        let windows = Windows::new(shape, 3, &episodes);
+        let windows = Windows::new(shape, 0, 3, &episodes);
         assert_eq!(windows.len(), 2);
         let mut x = Vec::new();
         windows.regressor(1, &mut x);
         assert_eq!(x, [3.0, 2.0, 103.0, 102.0, 101.0, 203.0]);
         assert_eq!(windows.inputs(1), [3.0, 4.0, 5.0]);
         assert_eq!(windows.targets(1), [104.0, 105.0, 106.0]);
+        // With a step before it only the later one is left.
+        let windows = Windows::new(shape, 1, 3, &episodes);
+        assert_eq!(windows.len(), 1);
+        x.clear();
+        windows.regressor_before(0, 1, &mut x);
+        assert_eq!(x, [2.0, 1.0, 102.0, 101.0, 100.0, 202.0]);
+        assert_eq!(windows.inputs(0), [3.0, 4.0, 5.0]);
     }
 }

@@ -148,6 +148,9 @@ fn tunings() {
         .bring("models/reference-s/weights.safetensors")
         .write("input.csv", "t,u_N\n0,0\n0.1,0\n")
         .write("void.csv", "t,q_m\n0,nan\n0.1,\n");
+    let rig = desk.read(RIG);
+    let large = rig.replace("hidden = [12]", "hidden = [60]\nfirst_layer = \"lstm\"");
+    desk.write("large.toml", &large);
     let line = |model: &str, rest: &str| format!("tune {RIG} {model} --fit good.csv {rest}");
     let report = refusals(
         &desk,
@@ -174,6 +177,7 @@ fn tunings() {
             &format!("compare {RIG} . --fit good.csv --out out --draws 2 --loops 2"),
             &format!("compare {RIG} . --fit good.csv --out out --delay 2"),
             &format!("train {RIG} --fit good.csv --out out --json good.csv"),
+            "train large.toml --fit good.csv --out out",
         ],
     );
     assert!(!desk.path("t.toml").exists(), "a refusal writes nothing");

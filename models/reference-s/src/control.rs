@@ -15,8 +15,10 @@ use crate::network::Network;
 pub const NU: usize = 2;
 /// Outputs.
 pub const NY: usize = 3;
-/// Sensor channels.
+/// Channels: what sensors give, then what the network remembers.
 pub const NS: usize = 0;
+/// Channels that sensors give.
+pub const MEASURED: usize = 0;
 /// Values of each command that the network sees, the one being decided included.
 pub const PAST_INPUTS: usize = 3;
 /// Values of each output that the network sees, the present one included.
@@ -79,7 +81,7 @@ pub const IDENTITY: Identity = Identity {
     model: 0xb2e6216c,
     n_u: NU as u8,
     n_y: NY as u8,
-    n_s: NS as u8,
+    n_s: MEASURED as u8,
     past_inputs: PAST_INPUTS as u8,
     past_outputs: PAST_OUTPUTS as u8,
     horizon: HORIZON as u8,

@@ -37,11 +37,26 @@ pub enum Form {
     Increment,
 }
 
+/// The first hidden layer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FirstLayer {
+    /// Dense, with tanh.
+    Tanh,
+    /// Dense, with the rectifier.
+    Relu,
+    /// A GRU.
+    Gru,
+    /// An LSTM.
+    Lstm,
+}
+
 /// The `[network]` table; a key that is absent is `None`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NetworkTable {
     /// Widths of the hidden layers.
     pub hidden: Option<Vec<usize>>,
+    /// What the first of them is.
+    pub first_layer: Option<FirstLayer>,
     /// Past inputs that it sees.
     pub past_inputs: Option<usize>,
     /// Past outputs that it sees.
@@ -187,7 +202,14 @@ pub(super) fn read_network(
     let Some(table) = table else {
         return Ok(None);
     };
-    table.allow(&["hidden", "past_inputs", "past_outputs", "form", "channels"])?;
+    table.allow(&[
+        "hidden",
+        "first_layer",
+        "past_inputs",
+        "past_outputs",
+        "form",
+        "channels",
+    ])?;
     let channels = read_sensors(&table, names, "channels", "`channels` of [network]")?;
     let channels = channels.unwrap_or_default();
     let outputs = control.map_or(&[][..], |control| &control.outputs);
@@ -200,6 +222,13 @@ pub(super) fn read_network(
         ));
     }
     let forms = [("absolute", Form::Absolute), ("increment", Form::Increment)];
+    let first_layers = [
+        ("tanh", FirstLayer::Tanh),
+        ("relu", FirstLayer::Relu),
+        ("gru", FirstLayer::Gru),
+        ("lstm", FirstLayer::Lstm),
+    ];
+    let first_layer = table.word("first_layer", &first_layers)?;
     let hidden = table
         .numbers("hidden", Sign::Positive)?
         .map(|widths| {
@@ -220,8 +249,16 @@ pub(super) fn read_network(
                 .collect::<Result<Vec<usize>, Error>>()
         })
         .transpose()?;
+    if first_layer.is_some() && hidden.as_ref().is_some_and(Vec::is_empty) {
+        return Err(table.error_at(
+            "first_layer",
+            "`first_layer` of [network] is about a hidden layer, and `hidden` has none; expected a width, or no \
+             `first_layer`",
+        ));
+    }
     Ok(Some(NetworkTable {
         hidden,
+        first_layer,
         past_inputs: table.count("past_inputs", 1, MAX_STEPS)?,
         past_outputs: table.count("past_outputs", 1, MAX_STEPS)?,
         form: table.word("form", &forms)?,

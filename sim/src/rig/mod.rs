@@ -12,7 +12,7 @@ mod write;
 use crate::effects::Kind;
 use crate::error::Error;
 use crate::unit::Motion;
-pub use control::{ControlTable, Form, NetworkTable};
+pub use control::{ControlTable, FirstLayer, Form, NetworkTable};
 pub use geometry::{
     Axis, Chain, Geometry, Hasel, HaselReading, Magnet, Magnetometer, Plate, Route, Shape,
     Waveguide,

@@ -163,6 +163,8 @@ const CASES: &[(&str, &str)] = &[
     ("horizon = 10", "horizon = 2"),
     ("horizon = 10", "horizon = 1.5"),
     ("hidden = [16]", "hidden = [16.5]"),
+    ("hidden = [16]", "first_layer = \"gpu\""),
+    ("hidden = [16]", "hidden = []\nfirst_layer = \"gru\""),
     ("form = \"increment\"", "form = \"incremental\""),
     ("hidden = [16]", "channels = [\"encodr\"]"),
     ("hidden = [16]", "channels = [\"encoder\"]"),

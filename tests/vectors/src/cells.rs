@@ -1,7 +1,9 @@
 //! GRU and LSTM with a linear layer behind, as predictors: the kernels of a printed network, and what it remembers as
 //! channels that it predicts.
 
+use sinew_firmware::memory;
 use sinew_firmware::model::{ChannelJacobian, Jacobian, Model, Regressor};
+use sinew_firmware::mpc::tangent::{self, Stage, Tangent};
 
 use crate::layers::gru::{self, Gru};
 use crate::layers::lstm::{self, Lstm};
@@ -123,6 +125,26 @@ impl<const NX: usize, const H: usize, const NU: usize, const NY: usize> Model<NU
         jacobian.u = [turn(&t_x, 0)];
         jacobian.y = [turn(&t_x, NU)];
         jacobian.s = turn(&t_h, 0);
+    }
+
+    /// Along the commands' directions, as printed predictors do; the LSTM below goes by all of the Jacobian.
+    fn carry_channels(
+        &self,
+        step: &Self::Trace,
+        stage: &Stage<'_, NY>,
+        tangent: &mut Tangent<'_, NU, NY, 1>,
+        channels: &mut [[[f32; NU]; H]],
+    ) {
+        tangent::push_channels(
+            stage,
+            tangent,
+            channels,
+            |direction: &tangent::Direction<'_, NU, NY, H, 1, 1>| {
+                let x: [[f32; NU]; NX] = memory::input_along(direction);
+                let h = gru::step_along(&self.cell, Sigmoid, Tanh, step, &x, direction.s);
+                (memory::dense_along(&self.w, &[1.0; NY], &h), h)
+            },
+        );
     }
 }
 

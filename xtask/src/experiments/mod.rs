@@ -13,41 +13,54 @@ use anyhow::{Result, bail};
 struct Experiment {
     name: &'static str,
     question: &'static str,
-    run: fn(u64) -> Result<()>,
+    run: fn(u64, &[String]) -> Result<()>,
 }
 
 const EXPERIMENTS: &[Experiment] = &[
     Experiment {
         name: rehearsal::STAGE.name,
         question: "what a controller gains once `sinew diagnose` has mended its model",
-        run: |seed| rehearsal::run(&rehearsal::STAGE, seed),
+        run: |seed, only| rehearsal::run(&rehearsal::STAGE, whole(seed, only)?),
     },
     Experiment {
         name: rehearsal::MASS.name,
         question: "the same for the published mass, on plants that MuJoCo runs",
-        run: |seed| rehearsal::run(&rehearsal::MASS, seed),
+        run: |seed, only| rehearsal::run(&rehearsal::MASS, whole(seed, only)?),
     },
     Experiment {
         name: rehearsal::TENDON.name,
         question: "the same for the published tendon platform, on plants that MuJoCo runs",
-        run: |seed| rehearsal::run(&rehearsal::TENDON, seed),
+        run: |seed, only| rehearsal::run(&rehearsal::TENDON, whole(seed, only)?),
     },
     Experiment {
         name: problems::MASS.name,
         question: "the published staircase beside a PID, on plants that rub",
-        run: |seed| published::run(&problems::MASS, seed),
+        run: |seed, only| published::run(&problems::MASS, seed, only),
     },
     Experiment {
         name: problems::TENDON.name,
         question: "the published tendon platform along a path, on plants that rub and have slack",
-        run: |seed| published::run(&problems::TENDON, seed),
+        run: |seed, only| published::run(&problems::TENDON, seed, only),
     },
     Experiment {
         name: problems::HASEL.name,
         question: "the published HASEL platform along the swirl, on plants that creep",
-        run: |seed| published::run(&problems::HASEL, seed),
+        run: |seed, only| published::run(&problems::HASEL, seed, only),
     },
 ];
+
+/// The seed of an experiment that has no controllers to choose from.
+fn whole(seed: u64, only: &[String]) -> Result<u64> {
+    match only {
+        [] => Ok(seed),
+        _ => bail!(
+            "--controllers is for {}, {} and {}: this experiment runs all of its stages",
+            problems::MASS.name,
+            problems::TENDON.name,
+            problems::HASEL.name
+        ),
+    }
+}
 
 /// Runs the named experiments, or all.
 ///
@@ -55,6 +68,7 @@ const EXPERIMENTS: &[Experiment] = &[
 /// A name or a seed that there is not, or an experiment that fails.
 pub fn run(arguments: &[String]) -> Result<()> {
     let mut seed = 1;
+    let mut only: Vec<String> = Vec::new();
     let mut asked: Vec<&Experiment> = Vec::new();
     let mut rest = arguments.iter();
     while let Some(argument) = rest.next() {
@@ -65,6 +79,13 @@ pub fn run(arguments: &[String]) -> Result<()> {
             };
             continue;
         }
+        if argument == "--controllers" {
+            match rest.next() {
+                Some(names) => only.extend(names.split(',').map(String::from)),
+                None => bail!("--controllers needs names, with commas between"),
+            }
+            continue;
+        }
         match EXPERIMENTS.iter().find(|e| e.name == argument) {
             Some(experiment) => asked.push(experiment),
             None => {
@@ -73,7 +94,7 @@ pub fn run(arguments: &[String]) -> Result<()> {
                     .map(|e| format!("{} ({})", e.name, e.question))
                     .collect();
                 bail!(
-                    "there is no experiment '{argument}'; there are --seed S and {}",
+                    "there is no experiment '{argument}'; there are --seed S, --controllers A,B and {}",
                     known.join(", ")
                 );
             }
@@ -82,5 +103,5 @@ pub fn run(arguments: &[String]) -> Result<()> {
     if asked.is_empty() {
         asked.extend(EXPERIMENTS);
     }
-    asked.iter().try_for_each(|e| (e.run)(seed))
+    asked.iter().try_for_each(|e| (e.run)(seed, &only))
 }

@@ -20,6 +20,21 @@ const PLAIN: Variant = Variant {
 const MASS_INCREMENT: &str = "[control]\nrate_hz = 120.0\noutputs = [\"encoder\"]\nhorizon = 12\ncontrol_horizon = 4\n\n\
      [network]\npast_inputs = 4\npast_outputs = 8\nform = \"increment\"\n";
 
+macro_rules! mass_tables {
+    ($first:literal, $past:literal) => {
+        concat!(
+            "[control]\nrate_hz = 120.0\noutputs = [\"encoder\"]\nhorizon = 12\ncontrol_horizon = 4\n\n",
+            "[network]\nhidden = [15]\nfirst_layer = \"",
+            $first,
+            "\"\npast_inputs = ",
+            $past,
+            "\npast_outputs = ",
+            $past,
+            "\n"
+        )
+    };
+}
+
 /// A mass on a spring and damper, the staircase, beside a PID; the plants rub.
 pub const MASS: Problem = Problem {
     name: "mass-spring-damper",
@@ -61,6 +76,33 @@ pub const MASS: Problem = Problem {
             name: "keras",
             tables: Some(MASS_INCREMENT),
             imported: Some("rigs/experiments/mass-spring-damper.tflite"),
+            tune: &["--horizons", "12", "--control-horizons", "4"],
+            ..PLAIN
+        },
+        Variant {
+            // The published size with our one output.
+            name: "gru-20-15-1",
+            tables: Some(mass_tables!("gru", "10")),
+            tune: &["--horizons", "12", "--control-horizons", "4"],
+            ..PLAIN
+        },
+        Variant {
+            name: "lstm-20-15-1",
+            tables: Some(mass_tables!("lstm", "10")),
+            tune: &["--horizons", "12", "--control-horizons", "4"],
+            ..PLAIN
+        },
+        Variant {
+            // As many units that look at the same and remember nothing.
+            name: "20-15-1",
+            tables: Some(mass_tables!("tanh", "10")),
+            tune: &["--horizons", "12", "--control-horizons", "4"],
+            ..PLAIN
+        },
+        Variant {
+            // Memory in the place of the past.
+            name: "gru-2-15-1",
+            tables: Some(mass_tables!("gru", "1")),
             tune: &["--horizons", "12", "--control-horizons", "4"],
             ..PLAIN
         },
@@ -114,6 +156,10 @@ const TENDON_CHANNELS: &str = tendon_tables!(
     "hidden = [8]\npast_inputs = 3\npast_outputs = 3\nchannels = [\"light_1\", \"light_2\", \"light_3\", \"light_4\", \"light_5\", \
      \"light_6\", \"light_7\", \"light_8\", \"light_9\", \"light_10\", \"light_11\"]\n"
 );
+const TENDON_RELU: &str = tendon_tables!(
+    "hidden = [8]\nfirst_layer = \"relu\"\npast_inputs = 3\npast_outputs = 3\nchannels = [\"light_1\", \"light_2\", \"light_3\", \"light_4\", \"light_5\", \
+     \"light_6\", \"light_7\", \"light_8\", \"light_9\", \"light_10\", \"light_11\"]\n"
+);
 const TENDON_LAGS: &str = tendon_tables!("hidden = [8]\npast_inputs = 3\npast_outputs = 3\n");
 
 /// What the tendon platform is asked, and what tuning follows.
@@ -146,6 +192,13 @@ pub const TENDON: Problem = Problem {
         Variant {
             name: "26-8-3-channels",
             tables: Some(TENDON_CHANNELS),
+            tune: &["--horizons", "10", "--control-horizons", "3"],
+            ..PLAIN
+        },
+        Variant {
+            // As published, but for its tanh behind the outputs.
+            name: "26-8-3-relu",
+            tables: Some(TENDON_RELU),
             tune: &["--horizons", "10", "--control-horizons", "3"],
             ..PLAIN
         },
@@ -191,6 +244,17 @@ macro_rules! hasel_tables {
     };
 }
 
+macro_rules! hasel_memory {
+    ($first:literal) => {
+        concat!(
+            "[control]\nrate_hz = 125.0\noutputs = [\"tip_x\", \"tip_y\", \"tip_z\"]\nhorizon = 10\ncontrol_horizon = 2\n\n",
+            "[network]\nhidden = [5]\nfirst_layer = \"",
+            $first,
+            "\"\npast_inputs = 2\npast_outputs = 1\n"
+        )
+    };
+}
+
 const HASEL_TABLES: &str = hasel_tables!("[16]");
 const HASEL_TUNE: &[&str] = &["--horizons", "10", "--control-horizons", "2"];
 
@@ -227,6 +291,18 @@ pub const HASEL: Problem = Problem {
         Variant {
             name: "36-10-5-3",
             tables: Some(hasel_tables!("[10, 5]")),
+            tune: HASEL_TUNE,
+            ..PLAIN
+        },
+        Variant {
+            name: "gru-15-5-3",
+            tables: Some(hasel_memory!("gru")),
+            tune: HASEL_TUNE,
+            ..PLAIN
+        },
+        Variant {
+            name: "lstm-15-5-3",
+            tables: Some(hasel_memory!("lstm")),
             tune: HASEL_TUNE,
             ..PLAIN
         },

@@ -6,7 +6,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use serde_json::{Value, json};
 
 use super::bench::Bench;
@@ -71,14 +71,21 @@ pub enum Knowledge {
     Mended,
 }
 
-/// Answers for a seed; everything lies in target/experiments/NAME.
+/// Answers for a seed; everything lies in target/experiments/NAME. With names in `only`, those controllers alone, on the same
+/// plants, without PID, RISE and targets.
 ///
 /// # Errors
-/// Setup, or the exit status of `sinew`.
-pub fn run(problem: &Problem, seed: u64) -> Result<()> {
+/// A controller that there is not, setup, or the exit status of `sinew`.
+pub fn run(problem: &Problem, seed: u64, only: &[String]) -> Result<()> {
+    let variants = chosen(problem, only)?;
     let run = Run {
         bench: Bench::new(problem.name, seed)?,
         problem,
+        variants,
+        part: match only {
+            [] => "",
+            _ => "chosen-",
+        },
     };
     let tail = run.bench.text(Path::new(problem.left_out))?;
     let mut believed = run.bench.text(Path::new(problem.believed))?;
@@ -95,23 +102,41 @@ pub fn run(problem: &Problem, seed: u64) -> Result<()> {
     for (name, seed) in ["fit", "test"].iter().zip(seeds) {
         run.record(&run.bench.path("believed.toml"), name, seed)?;
     }
-    if problem
-        .variants
-        .iter()
-        .any(|v| v.knows == Knowledge::Mended)
-    {
+    if run.variants.iter().any(|v| v.knows == Knowledge::Mended) {
         run.mend()?;
     }
-    for variant in problem.variants {
+    for variant in &run.variants {
         run.controller(variant)?;
     }
     run.compare()?;
     run.conclude()
 }
 
+/// The controllers that are asked for, all without a name, in the order of the problem.
+fn chosen<'a>(problem: &'a Problem, only: &[String]) -> Result<Vec<&'a Variant>> {
+    let all = problem.variants.iter();
+    if let Some(name) = only
+        .iter()
+        .find(|name| all.clone().all(|v| v.name != **name))
+    {
+        let known: Vec<&str> = all.map(|v| v.name).collect();
+        bail!(
+            "{} has no controller '{name}'; there are {}",
+            problem.name,
+            known.join(", ")
+        );
+    }
+    let asked = |v: &&Variant| only.is_empty() || only.iter().any(|name| name == v.name);
+    Ok(all.filter(asked).collect())
+}
+
 struct Run<'a> {
     bench: Bench,
     problem: &'a Problem,
+    /// The controllers of this run.
+    variants: Vec<&'a Variant>,
+    /// What its files' names begin with where it has not all of them.
+    part: &'static str,
 }
 
 impl Run<'_> {
@@ -217,7 +242,7 @@ impl Run<'_> {
     /// All of them on the same plants: what a channel is, the rig says, so those with channels have a call of their own.
     fn compare(&self) -> Result<()> {
         let mut groups: Vec<(String, Vec<&Variant>)> = Vec::new();
-        for variant in self.problem.variants {
+        for variant in &self.variants {
             let channels = variant.tables.and_then(|tables| {
                 let line = tables.lines().find(|line| line.starts_with("channels"));
                 line.map(String::from)
@@ -231,14 +256,25 @@ impl Run<'_> {
         for (k, (_, group)) in groups.iter().enumerate() {
             self.compare_group(k, group)?;
         }
-        let mut whole = self.bench.json("comparison.json")?;
+        let part = self.part;
+        let mut whole = self.bench.json(&format!("{part}comparison.json"))?;
+        if !part.is_empty()
+            && let Some(all) = whole["controllers"].as_array_mut()
+        {
+            all.retain(|c| !is_opponent(c));
+            if let ([only], [(_, group)]) = (&mut all[..], &groups[..])
+                && let [variant] = group[..]
+            {
+                // One model alone is called MPC.
+                only["name"] = variant.name.into();
+            }
+        }
         for (k, (_, group)) in groups.iter().enumerate().skip(1) {
-            let mut more = self.bench.json(&format!("comparison-{k}.json"))?;
+            let mut more = self.bench.json(&format!("{part}comparison-{k}.json"))?;
             let more = more["controllers"].as_array_mut().map(std::mem::take);
             if let (Some(all), Some(more)) = (whole["controllers"].as_array_mut(), more) {
-                let known = |c: &Value| ["PID", "RISE"].iter().any(|name| c["name"] == *name);
                 let names = group.iter().map(|variant| variant.name);
-                let models = more.into_iter().filter(|c| !known(c));
+                let models = more.into_iter().filter(|c| !is_opponent(c));
                 all.extend(models.zip(names).map(|(mut controller, name)| {
                     // One model alone is called MPC.
                     controller["name"] = name.into();
@@ -247,7 +283,9 @@ impl Run<'_> {
             }
         }
         let text = serde_json::to_string_pretty(&whole)? + "\n";
-        self.bench.write("comparison.json", &text).map(drop)
+        self.bench
+            .write(&format!("{part}comparison.json"), &text)
+            .map(drop)
     }
 
     fn compare_group(&self, k: usize, group: &[&Variant]) -> Result<()> {
@@ -269,7 +307,7 @@ impl Run<'_> {
         compare.args(["--delay", self.problem.delay]);
         compare.args(["--disturbance", self.problem.disturbance]);
         let opponents = match k {
-            0 => self.problem.evaluations.1,
+            0 if self.part.is_empty() => self.problem.evaluations.1,
             // PID and RISE are there already.
             _ => Some("20"),
         };
@@ -287,16 +325,18 @@ impl Run<'_> {
             ("--report", "report", "html"),
             ("--plot", "error", "svg"),
         ] {
-            compare
-                .arg(flag)
-                .arg(self.bench.path(&format!("{name}{nth}.{ending}")));
+            compare.arg(flag).arg(
+                self.bench
+                    .path(&format!("{}{name}{nth}.{ending}", self.part)),
+            );
         }
         process::run(compare.args(["--seed", &self.bench.seed.to_string()]))
     }
 
     /// summary.json, the figure, and the table of the page.
     fn conclude(&self) -> Result<()> {
-        let comparison = self.bench.json("comparison.json")?;
+        let part = self.part;
+        let comparison = self.bench.json(&format!("{part}comparison.json"))?;
         let controllers = comparison["controllers"]
             .as_array()
             .context("a comparison without controllers")?;
@@ -317,9 +357,12 @@ impl Run<'_> {
             rows.push(row);
         }
         self.bench.write(
-            "loops.svg",
+            &format!("{part}loops.svg"),
             &loops("RMS error of each of the ten loops", &rows),
         )?;
+        if !part.is_empty() {
+            return Ok(());
+        }
         let mut targets = (self.problem.targets)(&comparison);
         targets.extend(estimate(&comparison));
         targets
@@ -337,6 +380,13 @@ impl Run<'_> {
         let variant = self.problem.variants.iter().find(|v| v.name == name);
         variant.and_then(|v| v.network_of).unwrap_or(name)
     }
+}
+
+/// Whether it is PID or RISE, which every comparison has.
+fn is_opponent(controller: &Value) -> bool {
+    ["PID", "RISE"]
+        .iter()
+        .any(|name| controller["name"] == *name)
 }
 
 /// Of a list of errors, as one length.

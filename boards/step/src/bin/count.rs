@@ -17,13 +17,13 @@ mod stack;
 #[path = "../timer.rs"]
 mod timer;
 
-use model::control::{DECISIONS, HORIZON, HORIZONS, NS, NU, NY};
+use model::control::{DECISIONS, HORIZON, HORIZONS, MEASURED, NU, NY};
 use semihosting::fs::File;
 use semihosting::io::{Read, Write};
 use semihosting::process;
 use timer::ticks;
 
-const QUESTION: usize = NY + NS + HORIZON * NY;
+const QUESTION: usize = NY + MEASURED + HORIZON * NY;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
@@ -40,7 +40,7 @@ fn main() -> ! {
             }
         }
     };
-    let shapes = [NU, NY, NS, HORIZON, HORIZONS.length.len()];
+    let shapes = [NU, NY, MEASURED, HORIZON, HORIZONS.length.len()];
     say(&shapes.map(|n| n as u32));
     say(&HORIZONS.length.map(u32::from));
     let mut words = [0.0_f32; QUESTION];
@@ -60,7 +60,7 @@ fn main() -> ! {
             }
             *word = f32::from_le_bytes(bytes);
         }
-        let (y, reference) = words.split_at_checked(NY + NS).unwrap_or_default();
+        let (y, reference) = words.split_at_checked(NY + MEASURED).unwrap_or_default();
         let mut u = [0.0; NU];
         let start = ticks();
         let (status, iterations, cost, plan) = step(y, reference, &mut u);

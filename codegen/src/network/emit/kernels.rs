@@ -187,6 +187,27 @@ pub(super) fn files(plan: &Plan<'_>, accuracy: Accuracy) -> Vec<File> {
     files
 }
 
+/// The kernels of a predictor that begins with a recurrent layer; its mathematics is the firmware's.
+pub(crate) fn of_predictor(cell: Cell) -> Vec<File> {
+    let cell = match cell {
+        Cell::Simple { .. } => "rnn",
+        Cell::Gru { .. } => "gru",
+        Cell::Lstm { .. } => "lstm",
+    };
+    let layers = BTreeSet::from(["activation", "dense", "elementwise", "gate", cell, "rows"]);
+    let activations = BTreeSet::from([("sigmoid", "Sigmoid"), ("tanh", "Tanh")]);
+    let mut files = vec![
+        copy("number.rs"),
+        file("src/layers.rs", module_list(&layers)),
+        file("src/layers/activation.rs", activation_list(&activations)),
+        copy("layers/activation/sigmoid.rs"),
+        copy("layers/activation/tanh.rs"),
+    ];
+    let layers = layers.iter().filter(|layer| **layer != "activation");
+    files.extend(layers.map(|layer| copy(&format!("layers/{layer}.rs"))));
+    files
+}
+
 fn copy(path: &str) -> File {
     let found = FILES.iter().find(|(name, _)| *name == path);
     file(

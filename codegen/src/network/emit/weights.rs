@@ -99,7 +99,7 @@ fn rows(values: &[f32], shape: &[usize], weights: Weights, indent: usize) -> (St
 }
 
 /// Name of a recurrent layer's type, the type and the value.
-fn recurrent(layer: &Recurrent, weights: Weights) -> (&'static str, String, String) {
+pub(crate) fn recurrent(layer: &Recurrent, weights: Weights) -> (&'static str, String, String) {
     let (units, inputs) = (layer.units, layer.inputs());
     let gates = layer.cell.gates();
     let single = matches!(layer.cell, Cell::Simple { .. });
