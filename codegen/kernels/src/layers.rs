@@ -1,6 +1,7 @@
 //! One kind of layer a file.
 
 pub mod activation;
+pub mod along;
 pub mod arithmetic;
 pub mod convolution;
 pub mod dense;

@@ -241,7 +241,7 @@ fn programs_that_are_no_plants() {
     said("ends", "sinew-plant/1\nu_N\nq_m\n0.0");
     desk.write(
         "chatter",
-        "echo sinew-plant/1; echo u_N; echo q_m; while :; do echo 0.0; done",
+        "$| = 1; print qq(sinew-plant/1\\nu_N\\nq_m\\n), qq(0.0\\n) x 5000; sleep 30",
     );
     desk.write("mute", "echo sinew-plant/1; exec >&-; sleep 30");
     desk.write(
@@ -251,14 +251,7 @@ fn programs_that_are_no_plants() {
     let names = ["talk", "inputs", "sensors", "words", "short", "ends"];
     // `sh` reads its program from where the plant's lines would come. No blanks: they would end the argument.
     let mut programs: Vec<String> = names.iter().map(|name| format!("sh<{name}")).collect();
-    programs.extend(
-        [
-            "exec${IFS}sh<chatter",
-            "exec${IFS}sh<mute",
-            "perl${IFS}lost",
-        ]
-        .map(String::from),
-    );
+    programs.extend(["perl${IFS}chatter", "exec${IFS}sh<mute", "perl${IFS}lost"].map(String::from));
     let mut lines: Vec<String> = programs
         .iter()
         .map(|program| {

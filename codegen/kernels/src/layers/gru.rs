@@ -1,8 +1,9 @@
 //! The gated recurrent unit, with the reset gate before or after the recurrent product.
 
+use crate::layers::along::{gate_along, row_along};
 use crate::layers::dense::{add_dense_back, dense, weighted_sum};
 use crate::layers::elementwise::Elementwise;
-use crate::layers::gate::{gate, gate_along, row_along};
+use crate::layers::gate::gate;
 use crate::layers::rows::{Rows, Weight};
 use crate::number::Number;
 

@@ -1,8 +1,9 @@
 //! The long short-term memory layer.
 
+use crate::layers::along::gate_along;
 use crate::layers::dense::add_dense_back;
 use crate::layers::elementwise::Elementwise;
-use crate::layers::gate::{gate, gate_along};
+use crate::layers::gate::gate;
 use crate::layers::rows::{Rows, Weight};
 use crate::number::Number;
 

@@ -33,6 +33,7 @@ const FILES: &[(&str, &str)] = &[
     kernel!("layers/activation/softsign.rs"),
     kernel!("layers/activation/swish.rs"),
     kernel!("layers/activation/tanh.rs"),
+    kernel!("layers/along.rs"),
     kernel!("layers/arithmetic.rs"),
     kernel!("layers/convolution.rs"),
     kernel!("layers/dense.rs"),
@@ -194,7 +195,15 @@ pub(crate) fn of_predictor(cell: Cell) -> Vec<File> {
         Cell::Gru { .. } => "gru",
         Cell::Lstm { .. } => "lstm",
     };
-    let layers = BTreeSet::from(["activation", "dense", "elementwise", "gate", cell, "rows"]);
+    let layers = BTreeSet::from([
+        "activation",
+        "along",
+        "dense",
+        "elementwise",
+        "gate",
+        cell,
+        "rows",
+    ]);
     let activations = BTreeSet::from([("sigmoid", "Sigmoid"), ("tanh", "Tanh")]);
     let mut files = vec![
         copy("number.rs"),
@@ -290,8 +299,24 @@ fn modules(op: &Op) -> &'static [&'static str] {
         Op::Softmax => &["softmax"],
         Op::Recurrent(layer) => match layer.cell {
             Cell::Simple { .. } => &["arithmetic", "dense", "elementwise", "gate", "rnn", "rows"],
-            Cell::Gru { .. } => &["arithmetic", "dense", "elementwise", "gate", "gru", "rows"],
-            Cell::Lstm { .. } => &["arithmetic", "dense", "elementwise", "gate", "lstm", "rows"],
+            Cell::Gru { .. } => &[
+                "along",
+                "arithmetic",
+                "dense",
+                "elementwise",
+                "gate",
+                "gru",
+                "rows",
+            ],
+            Cell::Lstm { .. } => &[
+                "along",
+                "arithmetic",
+                "dense",
+                "elementwise",
+                "gate",
+                "lstm",
+                "rows",
+            ],
         },
     }
 }
