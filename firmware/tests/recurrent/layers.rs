@@ -4,6 +4,8 @@
     reason = "a printed crate copies only what its network needs"
 )]
 
+#[path = "../../../codegen/kernels/src/layers/along.rs"]
+pub mod along;
 #[path = "../../../codegen/kernels/src/layers/dense.rs"]
 pub mod dense;
 #[path = "../../../codegen/kernels/src/layers/elementwise.rs"]
