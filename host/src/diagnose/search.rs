@@ -155,7 +155,8 @@ impl Bench<'_> {
             finalists = super::pairs::once(finalists);
             chosen = self.best_of_sizes(&base, &finalists);
         }
-        if let Some(index) = chosen {
+        // In a few dozen rows one neighbour is as good as another: they would only share what is believed.
+        if let Some(index) = chosen.filter(|_| enough) {
             let best = &finalists[index].tried;
             let near = self.neighbours(&track, &start, best, &finalists, &all)?;
             finalists.extend(near);
