@@ -15,7 +15,7 @@ use sinew_sim::{FirstLayer, Form, Plant, Rig};
 use super::task::Task;
 use crate::dataset::{Recipe, Visit, draw};
 use crate::error::{Error, Result};
-use crate::train::{Epoch, First, Folded, Options, Scaled, Shape, Windows, scale, scaling, train};
+use crate::train::{Epoch, Folded, Options, Scaled, Shape, Windows, scale, scaling, train};
 
 /// Steps of an episode beyond the history and the rollout.
 const EPISODE_STEPS: usize = 60;
@@ -63,12 +63,9 @@ pub fn options(rig: &Rig, horizon: usize, seed: u64) -> (Shape, Options) {
     let hidden = table
         .and_then(|t| t.hidden.clone())
         .unwrap_or_else(|| vec![12]);
-    let first = match table.and_then(|t| t.first_layer) {
-        None | Some(FirstLayer::Tanh) => First::Tanh,
-        Some(FirstLayer::Relu) => First::Relu,
-        Some(FirstLayer::Gru) => First::Gru,
-        Some(FirstLayer::Lstm) => First::Lstm,
-    };
+    let first = table
+        .and_then(|t| t.first_layer)
+        .unwrap_or(FirstLayer::Tanh);
     (
         shape,
         Options {
@@ -220,9 +217,9 @@ pub fn fits(rig: &Rig, plant: &Plant, task: &Task) -> Result<()> {
         ..shape
     };
     let vectors = match options.first {
-        First::Tanh | First::Relu => 0,
-        First::Gru => 1,
-        First::Lstm => 2,
+        FirstLayer::Tanh | FirstLayer::Relu => 0,
+        FirstLayer::Gru => 1,
+        FirstLayer::Lstm => 2,
     };
     let remembered = vectors * options.hidden.first().copied().unwrap_or(0);
     let looked_at = shape.regressor_len();
@@ -242,7 +239,7 @@ pub(crate) fn layers(folded: &Folded) -> Result<Vec<Layer>> {
     let last = folded.layers.len() - 1;
     let remembering = folded.remembering.as_ref().map(|layer| {
         let cell = match folded.first {
-            First::Lstm => lstm_cell(),
+            FirstLayer::Lstm => lstm_cell(),
             _ => gru_cell(),
         };
         let layer = layer.clone();
@@ -257,7 +254,7 @@ pub(crate) fn layers(folded: &Folded) -> Result<Vec<Layer>> {
     let dense = folded.layers.iter().enumerate().map(|(i, (rows, bias))| {
         let activation = match folded.first {
             _ if i == last => Activation::Linear,
-            First::Relu if i == 0 => Activation::Relu,
+            FirstLayer::Relu if i == 0 => Activation::Relu,
             _ => Activation::Tanh,
         };
         Dense::from_rows(rows, bias.clone(), activation)

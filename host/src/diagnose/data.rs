@@ -5,7 +5,6 @@ use std::ops::Range;
 
 use sinew_sim::{Plant, Rig};
 
-use super::model::Model;
 use super::noise;
 use crate::error::Result;
 use crate::fit::experiment::{Experiment, Views};
@@ -36,7 +35,7 @@ pub(super) struct Data {
 }
 
 /// Start states that were found for stretches.
-pub(super) struct Found<'a> {
+pub(super) struct Starts<'a> {
     pub data: &'a Data,
     pub stretches: &'a [(usize, Range<usize>)],
     pub states: &'a [Vec<f64>],
@@ -212,12 +211,12 @@ impl Data {
     /// None that reading the recordings has not excluded.
     pub fn carried(
         &self,
-        model: &Model,
+        (rig, plant): (&Rig, &Plant),
         values: &[f64],
         segments: &[Segment],
-        found: Found,
+        found: Starts,
     ) -> Result<Vec<Vec<f64>>> {
-        let mut states = self.starts(&model.rig, &model.plant, segments, values)?;
+        let mut states = self.starts(rig, plant, segments, values)?;
         let time = |data: &Self, index: usize, row: usize| data.experiments[index].t[row];
         for (segment, state) in segments.iter().zip(&mut states) {
             let begins = time(self, segment.experiment, segment.rows.start);
@@ -227,7 +226,7 @@ impl Data {
                 }
             }
         }
-        let problem = self.judging(&model.plant);
+        let problem = self.judging(plant);
         Ok(start::near(&problem, segments, values, states))
     }
 

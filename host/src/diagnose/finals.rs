@@ -2,11 +2,12 @@
 
 use std::ops::Range;
 
-use super::data::{Data, Found};
+use super::data::{Data, Starts};
 use super::evidence::Contender;
 use super::judge::Remains;
 use super::race::{Track, Tried};
 use super::search::{Bench, FINAL_STEPS};
+use super::suspect::Suspect;
 use crate::error::Result;
 use crate::fit::levenberg::Unknowns;
 
@@ -20,12 +21,17 @@ impl Bench<'_> {
     ) -> Result<Option<Contender>> {
         let model = &tried.model.integrated(self.settings);
         let mut segments = self.fit.segments(&model.plant, &self.fit_stretches)?;
-        let found = Found {
+        let found = Starts {
             data: track.data,
             stretches: &track.stretches,
             states: &tried.point.states,
         };
-        let states = (self.fit).carried(model, &tried.point.values, &segments, found)?;
+        let states = (self.fit).carried(
+            (&model.rig, &model.plant),
+            &tried.point.values,
+            &segments,
+            found,
+        )?;
         let from = Unknowns {
             values: tried.point.values.clone(),
             states,
@@ -35,7 +41,10 @@ impl Bench<'_> {
         };
         super::gauge::settle(model, &tried.suspects, &mut point);
         // A number that the data leave near zero may end on the wrong side of it.
-        let signed = model.clone().signed(&tried.suspects);
+        let signed: Vec<String> = (tried.suspects.iter())
+            .flat_map(Suspect::not_below_zero)
+            .collect();
+        let signed = model.clone().signed(&signed);
         let values = signed.within(&point.values);
         let model = if values == point.values {
             model

@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 use sinew_sim::{Plant, Rig};
 
-use super::data::Found;
+use super::data::Starts;
 use super::evidence::Contender;
 use super::model::Model;
 use super::race::{HEAT, MORE_STEPS, Track, Tried, merit};
@@ -164,12 +164,12 @@ impl<'a> Track<'a> {
         let model = &tried.model;
         let values = tried.point.values.clone();
         let segments = self.data.segments(&model.plant, &self.stretches)?;
-        let found = Found {
+        let found = Starts {
             data: below.data,
             stretches: &below.stretches,
             states: &tried.point.states,
         };
-        let states = self.data.carried(model, &values, &segments, found)?;
+        let states = (self.data).carried((&model.rig, &model.plant), &values, &segments, found)?;
         let from = Unknowns { values, states };
         Ok(self.improved(tried.suspects.clone(), model.clone(), from, MORE_STEPS))
     }

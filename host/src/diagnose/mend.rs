@@ -2,7 +2,7 @@
 
 use sinew_sim::{Plant, Rig, Settings};
 
-use super::data;
+use super::data::Starts;
 use super::finding::Estimate;
 use super::name::Known;
 use super::race::Tried;
@@ -55,12 +55,12 @@ fn whole(best: &Tried, bench: &Bench) -> Result<(Rig, Known)> {
     let data = bench.fit;
     let mut segments = data.segments(&model.plant, &data.cut(1))?;
     let values = best.point.values.clone();
-    let found = data::Found {
+    let found = Starts {
         data,
         stretches: &bench.fit_stretches,
         states: &best.point.states,
     };
-    let states = data.carried(model, &values, &segments, found)?;
+    let states = data.carried((&model.rig, &model.plant), &values, &segments, found)?;
     let from = Unknowns { values, states };
     let mut point = model
         .improve(data, &mut segments, from, LAST_STEPS, 1e-5)

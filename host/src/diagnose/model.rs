@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use sinew_sim::{Plant, Rig, Settings};
 
 use super::data::Data;
-use super::suspect::Suspect;
 use crate::error::Result;
 use crate::fit::levenberg::{Belief, Effort, Stop, Unknowns, minimise};
 use crate::fit::segment::{Problem, Segment};
@@ -123,15 +122,13 @@ impl Model {
         }
     }
 
-    /// The same, with what the vocabulary says of the signs of what is under trial as bounds.
-    pub fn signed(mut self, suspects: &[Suspect]) -> Self {
-        for suspect in suspects {
-            for name in suspect.not_below_zero() {
-                let slot = self.plant.slot(&name);
-                let at = self.slots.iter().position(|known| Some(*known) == slot);
-                if let Some(at) = at {
-                    self.bounds[at][0] = self.bounds[at][0].max(0.0);
-                }
+    /// The same, with these parameters kept at zero or more.
+    pub fn signed(mut self, names: &[String]) -> Self {
+        for name in names {
+            let slot = self.plant.slot(name);
+            let at = self.slots.iter().position(|known| Some(*known) == slot);
+            if let Some(at) = at {
+                self.bounds[at][0] = self.bounds[at][0].max(0.0);
             }
         }
         self
@@ -366,6 +363,35 @@ mod tests {
         let named = |slot: &usize| model.plant.parameters()[*slot].name.ends_with(parameter);
         let at = model.slots.iter().position(named);
         model.bounds[at.expect("it is under trial")]
+    }
+
+    /// A damping that is zero in truth ended a thousandth below it, and the friction was refused for its sign.
+    #[test]
+    fn what_a_trial_leaves_below_zero_is_taken_back_to_the_bound_and_the_rest_stays() {
+        let file = concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../rigs/mass-spring-damper.toml"
+        );
+        let rig = Rig::load(file).expect("the demo's rig ships with the project");
+        let suspect = Suspect::Effect {
+            kind: sinew_sim::effects::Kind::named("direction_dependent_friction")
+                .expect("it is one"),
+            component: "mass".into(),
+        };
+        let (with, trial) = suspect
+            .apply(&rig, &[1.0, 2.0, 0.5, 0.5])
+            .expect("it can sit there");
+        let model = Model::new(&with, &rig, &trial, Settings::default()).expect("it is sound");
+        let damping = model
+            .plant
+            .slot("mass.direction_dependent_friction.damping_pos");
+        let mut ended = model.plant.values();
+        ended[damping.expect("it has one")] = -1e-3;
+        assert_eq!(model.within(&ended), ended);
+        let signed = model.clone().signed(&suspect.not_below_zero());
+        let back = signed.within(&ended);
+        ended[damping.expect("it has one")] = 0.0;
+        assert_eq!(back, ended);
     }
 
     /// A ripple of 400 m over a fall of 47 m was once named where a ball only met the air.

@@ -5,8 +5,9 @@ use burn::nn::{Linear, LinearConfig};
 use burn::tensor::activation::sigmoid;
 use burn::tensor::{Device, Tensor, TensorData};
 use nalgebra::{DMatrix, DVector};
+use sinew_sim::FirstLayer;
 
-use super::First;
+use super::gates;
 use super::network::to_matrix;
 
 /// The layer's weights, the gates side by side: z r n of a GRU, i f g o of an LSTM.
@@ -33,18 +34,18 @@ pub type State = Vec<Tensor<2>>;
 
 impl Cell {
     /// A layer with drawn weights; one that is no cell gives none.
-    pub fn new(first: First, inputs: usize, units: usize, device: &Device) -> Option<Self> {
-        let gates = first.gates()?;
+    pub fn new(first: FirstLayer, inputs: usize, units: usize, device: &Device) -> Option<Self> {
+        let gates = gates(first)?;
         let kernel = LinearConfig::new(inputs, gates * units).init(device);
         let recurrent = LinearConfig::new(units, gates * units)
             .with_bias(false)
             .init(device);
         let zeros =
             |n: usize| Tensor::<2>::from_data(TensorData::new(vec![0.0_f32; n], [1, n]), device);
-        let inner = (first == First::Gru).then(|| Param::from_tensor(zeros(units)));
+        let inner = (first == FirstLayer::Gru).then(|| Param::from_tensor(zeros(units)));
         // What is to be remembered stays: one on the bias of z, of f.
         let kept = match first {
-            First::Gru => 0,
+            FirstLayer::Gru => 0,
             _ => units,
         };
         let bias =

@@ -1,8 +1,8 @@
 //! From weights on features to weights on the raw regressor: what the firmware multiplies.
 
 use nalgebra::{DMatrix, DVector};
+use sinew_sim::FirstLayer;
 
-use super::First;
 use super::basis::Basis;
 use super::network::Predictor;
 use super::windows::Shape;
@@ -15,7 +15,7 @@ pub struct Folded {
     /// The linear path: `[n_y][n]`.
     pub linear: Vec<Vec<f32>>,
     /// What the network begins with.
-    pub first: First,
+    pub first: FirstLayer,
     /// The first layer, if it remembers.
     pub remembering: Option<Remembering>,
     /// The other hidden layers and a linear last one: (weights `[out][in]`, bias `[out]`).
@@ -49,7 +49,7 @@ impl Folded {
         basis: &Basis,
         (step, gain): (&DVector<f64>, f64),
         predictor: &Predictor,
-        first: First,
+        first: FirstLayer,
         shape: Shape,
     ) -> Self {
         let (a, offset) = basis.affine();

@@ -14,6 +14,7 @@ use burn::tensor::Device;
 use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use sinew_sim::FirstLayer;
 
 pub use fold::{Folded, Remembering};
 pub use windows::{Scaled, Shape, Windows, scale, scaling};
@@ -22,27 +23,12 @@ use crate::error::Error;
 use basis::{Basis, least_squares};
 use network::{Frame, Predictor, loss_weights};
 
-/// The first hidden layer; those behind it have tanh.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum First {
-    /// Dense, with tanh.
-    Tanh,
-    /// Dense, with the rectifier.
-    Relu,
-    /// A GRU.
-    Gru,
-    /// An LSTM.
-    Lstm,
-}
-
-impl First {
-    /// Gates of a layer that remembers.
-    pub fn gates(self) -> Option<usize> {
-        match self {
-            Self::Tanh | Self::Relu => None,
-            Self::Gru => Some(3),
-            Self::Lstm => Some(4),
-        }
+/// Gates of a first layer that remembers.
+pub fn gates(first: FirstLayer) -> Option<usize> {
+    match first {
+        FirstLayer::Tanh | FirstLayer::Relu => None,
+        FirstLayer::Gru => Some(3),
+        FirstLayer::Lstm => Some(4),
     }
 }
 
@@ -53,7 +39,7 @@ pub const WARM_UP: usize = 32;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
     /// What the network begins with.
-    pub first: First,
+    pub first: FirstLayer,
     /// Widths of the hidden layers.
     pub hidden: Vec<usize>,
     /// Steps that the network predicts from its own predictions while it learns.
@@ -72,12 +58,12 @@ pub struct Options {
 
 impl Options {
     /// What suits a network that begins so. One that remembers takes longer a pass, and settles at a lower rate.
-    pub fn of(first: First) -> Self {
+    pub fn of(first: FirstLayer) -> Self {
         let usual = Self {
             first,
             ..Self::default()
         };
-        match first.gates() {
+        match gates(first) {
             None => usual,
             Some(_) => Self {
                 epochs: 60,
@@ -90,14 +76,14 @@ impl Options {
 
     /// Steps of warm-up: none for a network that remembers nothing.
     pub fn warm_up(&self) -> usize {
-        self.first.gates().map_or(0, |_| WARM_UP)
+        gates(self.first).map_or(0, |_| WARM_UP)
     }
 }
 
 impl Default for Options {
     fn default() -> Self {
         Self {
-            first: First::Tanh,
+            first: FirstLayer::Tanh,
             hidden: vec![12],
             rollout: 10,
             epochs: 100,

@@ -4,8 +4,8 @@ use burn::module::{Module, Param};
 use burn::nn::{Linear, LinearConfig};
 use burn::tensor::{Device, Tensor, TensorData};
 use nalgebra::{DMatrix, DVector};
+use sinew_sim::FirstLayer;
 
-use super::First;
 use super::basis::Basis;
 use super::cell::{Cell, State, Weights};
 use super::windows::{Shape, Windows};
@@ -31,7 +31,7 @@ pub struct Frame {
     /// How much of that change the linear path leaves unexplained.
     gain: f32,
     /// What the network begins with.
-    first: First,
+    first: FirstLayer,
 }
 
 /// One batch on the device: history, inputs and targets of `rows` windows.
@@ -74,7 +74,7 @@ impl Frame {
         basis: &Basis,
         step: &DVector<f64>,
         gain: f64,
-        first: First,
+        first: FirstLayer,
         device: &Device,
     ) -> Self {
         let (a, offset) = basis.affine();
@@ -153,7 +153,7 @@ impl Predictor {
     /// A predictor whose linear path is (`w` `[n_y][n]`, `b` `[n_y]`) and whose network starts at zero
     /// output: the first layers are random, the last is zero.
     pub fn new(
-        (first, hidden): (First, &[usize]),
+        (first, hidden): (FirstLayer, &[usize]),
         w: &DMatrix<f64>,
         b: &DVector<f64>,
         device: &Device,
@@ -212,7 +212,7 @@ impl Predictor {
             for (i, layer) in self.hidden.iter().enumerate() {
                 let sum = layer.forward(h);
                 h = match frame.first {
-                    First::Relu if i == 0 => burn::tensor::activation::relu(sum),
+                    FirstLayer::Relu if i == 0 => burn::tensor::activation::relu(sum),
                     _ => sum.tanh(),
                 };
             }
@@ -338,7 +338,7 @@ mod tests {
     use super::super::fold::Folded;
     use super::*;
     use crate::chain::learn::layers;
-    use crate::train::{Scaled, WARM_UP};
+    use crate::train::{Scaled, WARM_UP, gates};
 
     const SHAPE: Shape = Shape {
         n_u: 1,
@@ -407,9 +407,9 @@ mod tests {
     }
 
     /// Largest difference of any output over warm-up and rollout, and how far the network moves an output.
-    fn difference(first: First) -> (f64, f64) {
+    fn difference(first: FirstLayer) -> (f64, f64) {
         const ROLLOUT: usize = 6;
-        let warm_up = first.gates().map_or(0, |_| WARM_UP);
+        let warm_up = gates(first).map_or(0, |_| WARM_UP);
         let episodes = [episode()];
         let windows = Windows::new(SHAPE, warm_up, ROLLOUT, &episodes);
         let x = windows.regressors();
@@ -472,7 +472,12 @@ mod tests {
 
     #[test]
     fn what_was_trained_is_what_the_evaluator_computes() {
-        for first in [First::Tanh, First::Relu, First::Gru, First::Lstm] {
+        for first in [
+            FirstLayer::Tanh,
+            FirstLayer::Relu,
+            FirstLayer::Gru,
+            FirstLayer::Lstm,
+        ] {
             let (worst, said) = difference(first);
             assert!(said > 1e-2, "{first:?}: the network says nothing: {said:e}");
             assert!(worst < 2e-5, "{first:?}: {worst:e}");

@@ -10,6 +10,8 @@ use super::segment::{Problem, Segment};
 use super::*;
 use crate::recording::Column;
 
+mod starts;
+
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
 }
@@ -578,96 +580,6 @@ fn a_rig_without_free_parameters_is_only_scored() {
     let fit = run(&known, &[recording]);
     assert!(fit.parameters.is_empty());
     assert_eq!(fit.sensors[0].rms, fit.sensors[0].as_written_rms);
-}
-
-/// Stretches of a recording, cut into this many.
-fn cut(plant: &Plant, experiments: &[Experiment], parts: usize) -> Vec<Segment> {
-    let rows = experiments[0].rows();
-    let part = |k: usize| k * rows / parts..(k + 1) * rows / parts;
-    let segment = |k| Segment::new(plant, experiments, 0, part(k)).unwrap();
-    (0..parts).map(segment).collect()
-}
-
-/// A problem of start states only, in units of this part of each signal's spread.
-fn of_states<'a>(
-    plant: &'a Plant,
-    rig: &Rig,
-    experiments: &'a [Experiment],
-    part: f64,
-) -> Problem<'a> {
-    let views = experiment::Views::new(rig, plant);
-    let spreads = spreads(experiments).into_iter();
-    Problem {
-        plant,
-        experiments,
-        slots: Vec::new(),
-        scale: Vec::new(),
-        sigma: spreads.map(|spread| part * spread).collect(),
-        state_scale: start::scales(experiments, &views, &plant.values()),
-    }
-}
-
-/// A lag that began each stretch with the recording's first sample missed the first rows of all but one by what the device
-/// had moved meanwhile, and was taken for no explanation.
-#[test]
-fn a_memory_in_the_middle_of_a_recording_begins_with_what_was_read_there() {
-    let lag = "[[effect]]\nkind = \"sensor_lag\"\ncomponent = \"encoder\"\ntime_constant = { value = 0.05 }\n";
-    let text =
-        oscillator(2.0, 50.0, 3.0, lag).replace("\"q_m\"", "\"q_m\"\ngain = 2.0\noffset = 0.1");
-    let rig = parse(&text);
-    let experiments = {
-        let plant = Plant::new(&rig).unwrap();
-        let recording = recorded(&rig, 600, 0.01, 20.0, 1e-4, 3);
-        [Experiment::new(&plant, &recording).unwrap()]
-    };
-    let plant = Plant::new(&rig).unwrap();
-    let problem = of_states(&plant, &rig, &experiments, 1.0);
-    let views = experiment::Views::new(&rig, &plant);
-    let names = plant.state_names();
-    let reading = names.iter().position(|n| n.ends_with("sensor_lag.reading"));
-    let reading = reading.unwrap();
-    let off = |segments: &[Segment]| {
-        let states = start::states(&problem, &views, segments, &plant.values()).unwrap();
-        let each = segments.iter().zip(&states).map(|(segment, state)| {
-            (2.0 * state[reading] + 0.1 - experiments[0].signals[0][segment.rows.start]).abs()
-        });
-        each.fold(0.0, f64::max) / problem.sigma[0]
-    };
-    let all = cut(&plant, &experiments, 8);
-    assert!(off(&all) < 0.01, "{}", off(&all));
-    // Nothing ends where the second of these begins.
-    let mut apart = all;
-    apart.retain(|segment| segment.rows.start % 150 == 0);
-    assert!(apart.len() > 1 && off(&apart) < 0.01, "{}", off(&apart));
-}
-
-#[test]
-fn a_start_that_ends_in_another_well_is_found_by_its_first_rows() {
-    let ripple = "[[effect]]\nkind = \"position_ripple\"\ncomponent = \"mass\"\namplitude = { value = 12.0 }\nwave_number = { value = 40.0 }\nphase = { value = 0.4 }\n";
-    let rig = parse(&oscillator(2.0, 5.0, 3.0, ripple));
-    let plant = Plant::new(&rig).unwrap();
-    let recording = recorded(&rig, 900, 0.01, 20.0, 1e-3, 5);
-    let experiments = [Experiment::new(&plant, &recording).unwrap()];
-    let problem = of_states(&plant, &rig, &experiments, 1e-3);
-    let views = experiment::Views::new(&rig, &plant);
-    let segments = cut(&plant, &experiments, 3);
-    let values = plant.values();
-    let guess = start::states(&problem, &views, &segments, &values).unwrap();
-    let near = start::near(&problem, &segments, &values, guess.clone());
-    let cost = |states: &[Vec<f64>]| problem.cost(&segments, &values, states);
-    assert!(
-        cost(&near) < 0.01 * cost(&guess),
-        "{} {}",
-        cost(&near),
-        cost(&guess)
-    );
-    let settled = start::settle(&problem, &segments, &values, guess);
-    assert!(
-        cost(&settled) <= cost(&near),
-        "{} {}",
-        cost(&settled),
-        cost(&near)
-    );
 }
 
 /// Says why a test cannot run here; `cargo xtask test` counts these.
