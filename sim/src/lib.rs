@@ -68,7 +68,8 @@ pub use dual::Dual;
 pub use error::{BodyPlace, Error, SimulationError};
 pub use integrator::{Report, Settings, Stepper};
 pub use plant::{
-    Gradient, Input, Outline, Parameter, Plant, RecordingRun, Role, SensorChannel, Trajectory,
+    Gradient, Input, Numbers, Outline, Parameter, Plant, RecordingRun, Role, SensorChannel,
+    Trajectory,
 };
 pub use rig::{ControlTable, FirstLayer, Form, NetworkTable, Rig};
 pub use scalar::Scalar;

@@ -4,11 +4,13 @@
 //! for three again in its tests, whenever a line of theirs changed (docs/decisions/0040-compiled-once.md).
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use crate::drive::Drive;
 use crate::dual::Dual;
 use crate::error::SimulationError;
 use crate::integrator::Stepper;
+use crate::integrator::exact::Kept;
 use crate::plant::Plant;
 use crate::scalar::Scalar;
 
@@ -53,15 +55,16 @@ macro_rules! bodies {
             plant.start(values, first)
         }
 
-        /// [`Plant::simulate_until`].
+        /// [`Plant::simulate_until`], and [`Numbers::simulate_until`](crate::Numbers::simulate_until) with what is kept.
         fn run(
             plant: &Plant,
             values_and_start: [&[Self]; 2],
+            kept: Option<&Arc<Kept<Self>>>,
             drive: &Drive,
             times: &[f64],
             visit: &mut dyn FnMut(usize, &Stepper<Self>) -> ControlFlow<()>,
         ) -> Result<Stepper<Self>, SimulationError> {
-            plant.run(values_and_start, drive, times, visit)
+            plant.run(values_and_start, kept, drive, times, visit)
         }
     };
 }

@@ -28,6 +28,10 @@ const EXCHANGES: usize = 2;
 /// They are where the best pair leaves no more than this part of what there was beside the noise.
 const HOPEFUL: f64 = 0.3;
 
+/// There is no second effect where the best pair, after one parent and after two, leaves more than these parts of what
+/// the best single one leaves beside the noise: of true pairs none left more than 0.41 and 0.21.
+const IN_VAIN: [f64; 2] = [0.65, 0.5];
+
 /// A race on short stretches: the believed rig there, and what it was raced with, best first.
 #[derive(Default)]
 pub(super) struct Short {
@@ -58,17 +62,20 @@ impl Bench<'_> {
     }
 
     /// Two effects on pieces of the track: on top of what was best there alone, then on top of the newcomers of the best
-    /// pairs, for what was best alone had to explain what the other does as well.
+    /// pairs, for what was best alone had to explain what the other does as well. `None` where no second effect does
+    /// anything that is worth looking for.
     pub fn climb_twice(
         &self,
         track: &Track,
         short: &Short,
         all: &[Suspect],
-    ) -> Result<Vec<Contender>> {
+    ) -> Result<Option<Vec<Contender>>> {
         let below = track.pieces(RUNGS[0]);
         let Some(bare) = &short.parent else {
-            return Ok(Vec::new());
+            return Ok(Some(Vec::new()));
         };
+        let noise = 0.5 * below.samples();
+        let beside = |tried: &Tried| tried.point.cost - noise;
         let mut parents: Vec<Tried> = (short.singles.iter())
             .filter(|tried| matches!(tried.suspects[..], [Suspect::Effect { .. }]))
             .filter(|tried| tried.point.cost < HOPELESS * bare.point.cost)
@@ -86,10 +93,15 @@ impl Bench<'_> {
             let rest: Vec<Suspect> = all.iter().filter(second).cloned().collect();
             pairs.extend(self.raced(&below, parent, &rest, "two effects, short stretches")?);
             pairs.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
-            let noise = 0.5 * below.samples();
+            let least = |all: &[Tried]| all.iter().map(beside).fold(f64::INFINITY, f64::min);
+            let (single, pair) = (least(&parents), least(&pairs));
+            let in_vain = IN_VAIN.get(raced - 1).map(|part| part * single);
+            if single > noise && in_vain.is_some_and(|most| pair > most) {
+                return Ok(None);
+            }
             let hopeful = pairs
                 .first()
-                .is_some_and(|best| best.point.cost - noise < HOPEFUL * (bare.point.cost - noise));
+                .is_some_and(|best| beside(best) < HOPEFUL * beside(bare));
             if hopeful && raced == parents.len() && raced < PARENTS + EXCHANGES {
                 let known = |suspect: &Suspect| parents.iter().any(|p| p.suspects[0] == *suspect);
                 let newcomer = pairs.iter().find_map(|pair| {
@@ -116,7 +128,7 @@ impl Bench<'_> {
                 kept.push(pair);
             }
         }
-        self.up(track, below, kept)
+        self.up(track, below, kept).map(Some)
     }
 
     /// From rung to rung, and the finals.

@@ -45,8 +45,10 @@ impl Screen {
         // The prior of a fit: what the data leave open stays near what the rig says.
         let mut reduced = DMatrix::<f64>::identity(parameters, parameters) / 9.0;
         let mut stretches = Vec::new();
+        let width = parameters + problem.state_scale.len();
+        let seeded = problem.seeded::<8>(&segments, &from.values, width);
         for (segment, state) in segments.iter().zip(&from.states) {
-            let Some(own) = problem.rows(segment, &from.values, state, true) else {
+            let Some(own) = problem.rows_by(&seeded, segment, state) else {
                 return Ok(None);
             };
             let normal = problem.normal(segment, &own, state);
@@ -86,8 +88,9 @@ impl Screen {
         let mut inner = DMatrix::<f64>::zeros(fresh + 1, fresh + 1);
         let parameters = self.own_parameters();
         let mut across = DMatrix::<f64>::zeros(parameters, fresh + 1);
+        let seeded = problem.seeded::<4>(&segments, &from.values, fresh);
         for ((segment, state), stretch) in segments.iter().zip(&from.states).zip(&self.stretches) {
-            let Some(rows) = problem.sensitivities(segment, &from.values, state) else {
+            let Some(rows) = problem.rows_by(&seeded, segment, state) else {
                 return Ok(f64::INFINITY);
             };
             let (ee, own) = stretch.products(&rows, fresh);

@@ -146,8 +146,13 @@ impl Bench<'_> {
         let done = explained(chosen, &finalists);
         // A second effect in a few dozen rows is whatever the first one got wrong.
         let enough = self.fit.rows().min(self.check.rows()) >= super::roles::SHORTEST;
-        if !done && enough && !finalists.is_empty() {
-            let short = self.climb_twice(&track, &short, &all)?;
+        let second = !done && enough && !finalists.is_empty();
+        let short = if second {
+            self.climb_twice(&track, &short, &all)?
+        } else {
+            None
+        };
+        if let Some(short) = short {
             let pairs = self.pairs(&track, &start, &base, &finalists, short, &all)?;
             let halves = self.halves(&track, &start, &base, &pairs)?;
             finalists.extend(pairs);

@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use sinew_sim::{Drive, Dual, Plant, Scalar, Simulated};
+use sinew_sim::{Drive, Dual, Numbers, Plant, Scalar, Simulated};
 
 use super::experiment::Experiment;
 use crate::error::Result;
@@ -90,6 +90,21 @@ pub(crate) struct Normal {
     pub counts: Vec<usize>,
 }
 
+/// A plant with numbers that carry derivatives, for many segments ([`Problem::seeded`]).
+pub(crate) struct Seeded<'a, const D: usize> {
+    width: usize,
+    numbers: Vec<Numbers<'a, Dual<D>>>,
+}
+
+/// A number whose `direction` is one of the `D` that are followed from `first` on, or none of them.
+fn seed<const D: usize>(first: usize, direction: usize, value: f64, scale: f64) -> Dual<D> {
+    let mut dual = Dual::constant(value);
+    if (first..first + D).contains(&direction) {
+        dual.derivative[direction - first] = scale;
+    }
+    dual
+}
+
 /// Residuals and their derivatives row by row: what uncertainty is made of.
 pub(crate) struct Rows {
     /// Derivatives of the residual in `z` then `x`, one row a valid sample, flattened.
@@ -163,6 +178,7 @@ impl Problem<'_> {
         most: f64,
     ) -> f64 {
         let running = Running::new(segments.len());
+        let numbers = self.numbers(segments, values.to_vec());
         let costs: Vec<f64> = segments
             .par_iter()
             .zip(states)
@@ -172,8 +188,7 @@ impl Problem<'_> {
                 let mut sum = 0.0;
                 let held = segment.anchor.cost(state, &self.state_scale);
                 let mut stopped = false;
-                let run = self.plant.simulate_until(
-                    values,
+                let run = numbers.simulate_until(
                     state,
                     &segment.drive,
                     self.times(segment),
@@ -235,38 +250,58 @@ impl Problem<'_> {
             .then_some(run.signals)
     }
 
-    /// Residuals and derivatives of one segment; `None` where the simulation fails.
-    pub fn rows(
+    /// The plant with numbers for all of these segments.
+    fn numbers<S: Simulated>(&self, segments: &[Segment], values: Vec<S>) -> Numbers<'_, S> {
+        let interval = segments.first().map_or(0.0, |first| {
+            let times = self.times(first);
+            times.get(1).map_or(0.0, |second| second - times[0])
+        });
+        self.plant.numbers(values, interval)
+    }
+
+    /// The plant with numbers that carry derivatives in the first `width` directions, `D` at a time: parameters, then
+    /// start states.
+    pub fn seeded<const D: usize>(
         &self,
-        segment: &Segment,
+        segments: &[Segment],
         values: &[f64],
-        state: &[f64],
-        wide: bool,
-    ) -> Option<Rows> {
-        let width = self.parameters() + state.len();
-        if wide {
-            self.rows_by::<8>(segment, values, state, width)
-        } else {
-            self.rows_by::<4>(segment, values, state, width)
+        width: usize,
+    ) -> Seeded<'_, D>
+    where
+        Dual<D>: Simulated,
+    {
+        let firsts = (0..width.max(1)).step_by(D);
+        let numbers = firsts.map(|first| {
+            let mut duals: Vec<Dual<D>> = values.iter().map(|&x| Dual::constant(x)).collect();
+            for (index, &slot) in self.slots.iter().enumerate() {
+                duals[slot] = seed(first, index, values[slot], self.scale[index]);
+            }
+            self.numbers(segments, duals)
+        });
+        Seeded {
+            width,
+            numbers: numbers.collect(),
         }
     }
 
-    /// As [`Problem::rows`], with derivatives in the parameters only.
-    pub fn sensitivities(&self, segment: &Segment, values: &[f64], state: &[f64]) -> Option<Rows> {
-        self.rows_by::<4>(segment, values, state, self.parameters())
+    /// Residuals and derivatives of one segment; `None` where the simulation fails.
+    pub fn rows(&self, segment: &Segment, values: &[f64], state: &[f64]) -> Option<Rows> {
+        let width = self.parameters() + state.len();
+        let seeded = self.seeded::<4>(std::slice::from_ref(segment), values, width);
+        self.rows_by(&seeded, segment, state)
     }
 
-    /// The first `width` directions, `D` derivatives a simulation, the simulations in parallel.
-    fn rows_by<const D: usize>(
+    /// The same with numbers that several segments share, the simulations in parallel.
+    pub fn rows_by<const D: usize>(
         &self,
+        seeded: &Seeded<D>,
         segment: &Segment,
-        values: &[f64],
         state: &[f64],
-        width: usize,
     ) -> Option<Rows>
     where
         Dual<D>: Simulated,
     {
+        let width = seeded.width;
         let signals = &self.experiments[segment.experiment].signals;
         let (sensors, parameters) = (signals.len(), self.parameters());
         let origin: Vec<(usize, usize)> = segment
@@ -276,30 +311,19 @@ impl Problem<'_> {
             .filter(|&(row, sensor)| signals[sensor][row].is_finite())
             .collect();
 
-        let chunks: Vec<usize> = (0..width.max(1)).step_by(D).collect();
-        let simulated: Vec<Vec<Dual<D>>> = chunks
-            .into_par_iter()
-            .map(|first| {
-                let seeded = |direction: usize, value: f64, scale: f64| {
-                    let mut dual = Dual::<D>::constant(value);
-                    if (first..first + D).contains(&direction) {
-                        dual.derivative[direction - first] = scale;
-                    }
-                    dual
-                };
-                let mut values: Vec<Dual<D>> =
-                    values.iter().map(|&value| Dual::constant(value)).collect();
-                for (index, &slot) in self.slots.iter().enumerate() {
-                    values[slot] = seeded(index, values[slot].value, self.scale[index]);
-                }
+        let simulated: Vec<Vec<Dual<D>>> = (seeded.numbers)
+            .par_iter()
+            .enumerate()
+            .map(|(chunk, numbers)| {
                 let state: Vec<Dual<D>> = state
                     .iter()
                     .enumerate()
-                    .map(|(index, &x)| seeded(parameters + index, x, self.state_scale[index]))
+                    .map(|(index, &x)| {
+                        seed(chunk * D, parameters + index, x, self.state_scale[index])
+                    })
                     .collect();
-                let run = self
-                    .plant
-                    .simulate(&values, &state, &segment.drive, self.times(segment))
+                let run = numbers
+                    .simulate(&state, &segment.drive, self.times(segment))
                     .ok()?;
                 run.signals
                     .iter()
@@ -339,14 +363,27 @@ impl Problem<'_> {
         let width = self.parameters() + self.state_scale.len();
         // Few segments: narrow simulations keep every core busy. Many: wide ones share the arithmetic.
         let wide = segments.len() * width.div_ceil(8) >= rayon::current_num_threads();
-        segments
-            .par_iter()
-            .zip(states)
-            .map(|(segment, state)| {
-                self.rows(segment, values, state, wide)
-                    .map(|rows| self.normal(segment, &rows, state))
-            })
-            .collect()
+        if wide {
+            self.normals(&self.seeded::<8>(segments, values, width), segments, states)
+        } else {
+            self.normals(&self.seeded::<4>(segments, values, width), segments, states)
+        }
+    }
+
+    fn normals<const D: usize>(
+        &self,
+        seeded: &Seeded<D>,
+        segments: &[Segment],
+        states: &[Vec<f64>],
+    ) -> Option<Vec<Normal>>
+    where
+        Dual<D>: Simulated,
+    {
+        let normal = |(segment, state): (&Segment, &Vec<f64>)| {
+            let rows = self.rows_by(seeded, segment, state)?;
+            Some(self.normal(segment, &rows, state))
+        };
+        segments.par_iter().zip(states).map(normal).collect()
     }
 
     /// Sums rows into normal equations, and adds what is known of the start.
@@ -365,10 +402,11 @@ impl Problem<'_> {
         {
             squares[*sensor] += residual * residual;
             counts[*sensor] += 1;
-            for j in 0..width {
-                right[j] += row[j] * residual;
-                for i in j..width {
-                    full[(i, j)] += row[i] * row[j];
+            for (j, &by) in row.iter().enumerate() {
+                right[j] += by * residual;
+                let column = &mut full.as_mut_slice()[j * width..(j + 1) * width];
+                for (sum, x) in column[j..].iter_mut().zip(&row[j..]) {
+                    *sum += x * by;
                 }
             }
         }

@@ -243,7 +243,7 @@ pub(crate) fn estimate(
         0..start_rows(rows).min(rows),
     )?];
     let state = settle(&held, &window, values, vec![guess]).swap_remove(0);
-    let Some(shown) = held.rows(&window[0], values, &state, false) else {
+    let Some(shown) = held.rows(&window[0], values, &state) else {
         let loose = Anchor::loose(state.len());
         return Ok((state, loose));
     };

@@ -29,7 +29,7 @@ pub(crate) fn half_widths(
     let mut scores: Vec<DVector<f64>> = Vec::new();
     let mut memory: f64 = 1.0;
     for (segment, state) in segments.iter().zip(&unknowns.states) {
-        let Some(rows) = problem.rows(segment, &unknowns.values, state, false) else {
+        let Some(rows) = problem.rows(segment, &unknowns.values, state) else {
             return nothing;
         };
         let normal = problem.normal(segment, &rows, state);

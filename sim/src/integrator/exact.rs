@@ -2,10 +2,13 @@
 //!
 //! Springs, dampers, constant forces, creep, hidden modes and tendons that may push make
 //! `x' = A x + b + c tau` between two samples, whose solution is a matrix: found once, it carries the state
-//! from one sample to the next at the price of a product.
+//! from one sample to the next at the price of a product. Where no interval is like the one before, a series does.
 
-use super::dynamics::{Dynamics, Modes};
-use crate::plant::forces::{Forces, State};
+use std::sync::{Arc, OnceLock};
+
+use super::dynamics::Dynamics;
+use super::rates::Rates;
+use crate::plant::forces::State;
 use crate::plant::topology::Topology;
 use crate::plant::wave::{Shape, Wave};
 use crate::scalar::Scalar;
@@ -20,25 +23,45 @@ const SMALL: f64 = 0.5;
 /// Terms of the series: 0.5^15 / 17! is below rounding.
 const TERMS: usize = 15;
 
-/// The step of one interval length.
+/// A linear rig between two samples.
 #[derive(Clone, Debug)]
 pub(super) struct Exact<S> {
-    /// The interval that it is for, s; 0: none yet.
+    /// The interval before, s; 0: none yet.
     length: f64,
     /// How much longer the intervals so far were than what was taken for them, s.
     owed: f64,
+    rates: Option<Rates<S>>,
     /// None: to be found for `length`.
     step: Option<Step<S>>,
+    /// What other simulations with the same numbers share.
+    kept: Option<Arc<Kept<S>>>,
+    /// The state, and room for what becomes of it.
     next: Vec<S>,
+    room: [Vec<S>; 2],
 }
 
-/// `x <- transition x + constant + sum (held u + ramp u')`, the sum over lines.
-#[derive(Clone, Debug)]
-struct Step<S> {
-    transition: Vec<S>,
-    constant: Vec<S>,
-    held: Vec<Vec<S>>,
-    ramp: Vec<Vec<S>>,
+/// What one set of numbers says of every simulation with them, found by whoever needs it first: the rates, and the step
+/// of one interval length, as dear as some hundred steps.
+#[derive(Debug)]
+pub struct Kept<S> {
+    length: f64,
+    rates: OnceLock<Rates<S>>,
+    step: OnceLock<Step<S>>,
+}
+
+impl<S> Kept<S> {
+    /// For intervals of so many seconds; those of another length share no step.
+    pub(crate) fn new(length: f64) -> Self {
+        Self {
+            length,
+            rates: OnceLock::new(),
+            step: OnceLock::new(),
+        }
+    }
+}
+
+fn alike(wanted: f64, length: f64) -> bool {
+    (wanted - length).abs() <= ALIKE * length
 }
 
 impl<S: Scalar> Exact<S> {
@@ -46,9 +69,17 @@ impl<S: Scalar> Exact<S> {
         Self {
             length: 0.0,
             owed: 0.0,
+            rates: None,
             step: None,
+            kept: None,
             next: Vec::new(),
+            room: [Vec::new(), Vec::new()],
         }
+    }
+
+    /// Takes from there what is known of its numbers.
+    pub(super) fn share(&mut self, kept: Arc<Kept<S>>) {
+        self.kept = Some(kept);
     }
 
     /// The same for other numbers.
@@ -69,40 +100,37 @@ impl<S: Scalar> Exact<S> {
         state: &mut State<S>,
         (dt, rate): (f64, f64),
     ) {
+        let find = || Rates::of(topology, dynamics, waves.len(), rate);
+        let rates = match &self.kept {
+            Some(kept) => kept.rates.get_or_init(find),
+            None => self.rates.get_or_insert_with(find),
+        };
         let wanted = dt + self.owed;
-        if (wanted - self.length).abs() > ALIKE * self.length {
-            self.length = wanted;
-            self.step = None;
+        let kept = (self.kept.as_ref()).filter(|kept| alike(wanted, kept.length));
+        let again = alike(wanted, self.length);
+        if let Some(kept) = kept {
+            (self.length, self.step) = (kept.length, None);
+        } else if !again {
+            (self.length, self.step) = (wanted, None);
         }
         self.owed = wanted - self.length;
         let length = self.length;
-        let step = self
-            .step
-            .get_or_insert_with(|| Step::of(topology, dynamics, waves, length, rate));
-        let bodies = topology.bodies.len();
+        let find = || Step::of(rates, length);
+        let dear = || rates.work(length) > Step::<S>::work(rates, length);
+        let step = match kept {
+            Some(kept) => Some(kept.step.get_or_init(find)),
+            None if again || dear() => Some(&*self.step.get_or_insert_with(find)),
+            None => None,
+        };
         let next = &mut self.next;
         next.clear();
-        next.extend_from_slice(&step.constant);
-        let lines = waves.iter().zip(step.held.iter().zip(&step.ramp));
-        for (wave, (held, ramp)) in lines {
-            for (x, &by) in next.iter_mut().zip(held) {
-                *x += by * wave.c[0];
-            }
-            if wave.shape == Shape::Ramp {
-                for (x, &by) in next.iter_mut().zip(ramp) {
-                    *x += by * wave.c[1];
-                }
-            }
+        let bodies = topology.bodies.len();
+        for part in [&state.q[..bodies], &state.v[..bodies], &state.z] {
+            next.extend_from_slice(part);
         }
-        let rows = step.transition.chunks_exact(next.len());
-        for (x, row) in next.iter_mut().zip(rows) {
-            let (q, others) = row.split_at(bodies);
-            let (v, z) = others.split_at(bodies);
-            for (coefficients, states) in [(q, &state.q), (v, &state.v), (z, &state.z)] {
-                for (&coefficient, &y) in coefficients.iter().zip(states) {
-                    *x += coefficient * y;
-                }
-            }
+        match step {
+            Some(step) => step.take(waves, next, &mut self.room[0]),
+            None => rates.take(waves, length, next, &mut self.room),
         }
         let (q, others) = next.split_at(bodies);
         let (v, z) = others.split_at(bodies);
@@ -112,31 +140,22 @@ impl<S: Scalar> Exact<S> {
     }
 }
 
+/// `x <- transition x + constant + sum (held u + ramp u')`, the sum over lines.
+#[derive(Clone, Debug)]
+struct Step<S> {
+    transition: Vec<S>,
+    constant: Vec<S>,
+    held: Vec<Vec<S>>,
+    ramp: Vec<Vec<S>>,
+}
+
 impl<S: Scalar> Step<S> {
-    fn of(
-        topology: &Topology,
-        dynamics: &Dynamics<S>,
-        waves: &[Wave<S>],
-        dt: f64,
-        rate: f64,
-    ) -> Self {
-        let slopes = Slopes::new(topology, dynamics, waves.len());
-        let n = slopes.zero.len();
-        let bodies = topology.bodies.len();
-        // In units in which a velocity is about as large as its position.
-        let unit = |state: usize| {
-            if state < bodies || rate <= 0.0 {
-                1.0
-            } else {
-                rate
-            }
-        };
-        let mut matrix = vec![S::ZERO; n * n];
-        for column in 0..n {
-            for (row, slope) in slopes.by_state(column).into_iter().enumerate() {
-                matrix[row * n + column] = slope * (dt * unit(column) / unit(row));
-            }
-        }
+    fn of(rates: &Rates<S>, dt: f64) -> Self {
+        let n = rates.states();
+        let unit = |state: usize| rates.unit(state);
+        let matrix: Vec<S> = (rates.matrix.iter().enumerate())
+            .map(|(at, &slope)| slope * (dt * unit(at % n) / unit(at / n)))
+            .collect();
         let [whole, first, second] = phi(&matrix, n);
         let through = |matrix: &[S], vector: &[S], time: f64| -> Vec<S> {
             let row = |row: usize| {
@@ -148,77 +167,46 @@ impl<S: Scalar> Step<S> {
             };
             (0..n).map(row).collect()
         };
-        let inputs: Vec<Vec<S>> = (0..waves.len()).map(|line| slopes.by_line(line)).collect();
         let of_all = |matrix: &[S], time: f64| -> Vec<Vec<S>> {
             let through = |input: &Vec<S>| through(matrix, input, time);
-            inputs.iter().map(through).collect()
+            rates.lines.iter().map(through).collect()
         };
         Self {
             transition: (0..n * n)
                 .map(|at| whole[at] * (unit(at / n) / unit(at % n)))
                 .collect(),
-            constant: through(&first, &slopes.zero, dt),
+            constant: through(&first, &rates.zero, dt),
             held: of_all(&first, dt),
             ramp: of_all(&second, dt * dt),
         }
     }
-}
 
-/// The rates of the states, asked for one unit at a time.
-struct Slopes<'a, S> {
-    topology: &'a Topology,
-    dynamics: &'a Dynamics<S>,
-    lines: usize,
-    /// At rest and without inputs.
-    zero: Vec<S>,
-}
-
-impl<'a, S: Scalar> Slopes<'a, S> {
-    fn new(topology: &'a Topology, dynamics: &'a Dynamics<S>, lines: usize) -> Self {
-        let mut slopes = Self {
-            topology,
-            dynamics,
-            lines,
-            zero: Vec::new(),
-        };
-        slopes.zero = slopes.rates(&State::rest(topology), &vec![Wave::ZERO; lines]);
-        slopes
+    /// Multiplications that finding it takes, about.
+    fn work(rates: &Rates<S>, dt: f64) -> f64 {
+        let doublings = (rates.norm * dt / SMALL).log2().ceil().max(0.0);
+        (TERMS as f64 + 2.0 + 3.0 * doublings) * (rates.states() as f64).powi(3)
     }
 
-    fn rates(&self, state: &State<S>, waves: &[Wave<S>]) -> Vec<S> {
-        let modes = Modes {
-            friction: Vec::new(),
-            branches: Vec::new(),
-        };
-        let mut forces = Forces::new(self.topology);
-        let at = self.dynamics.at(state, waves, S::ZERO, &modes.branches);
-        self.topology.forces(&at, &mut forces);
-        (self.dynamics).accelerate(self.topology, &at, &[], &mut forces, &mut []);
-        let bodies = self.topology.bodies.len();
-        [&state.v[..bodies], &forces.force[..bodies], &forces.rate].concat()
-    }
-
-    fn beyond(&self, rates: Vec<S>) -> Vec<S> {
-        let pairs = rates.into_iter().zip(&self.zero);
-        pairs.map(|(with, &without)| with - without).collect()
-    }
-
-    fn by_state(&self, index: usize) -> Vec<S> {
-        let mut state = State::rest(self.topology);
-        let bodies = self.topology.bodies.len();
-        let one = S::constant(1.0);
-        match index {
-            q if q < bodies => state.q[q] = one,
-            v if v < 2 * bodies => state.v[v - bodies] = one,
-            z => state.z[z - 2 * bodies] = one,
+    fn take(&self, waves: &[Wave<S>], state: &mut [S], next: &mut Vec<S>) {
+        next.clone_from(&self.constant);
+        let lines = waves.iter().zip(self.held.iter().zip(&self.ramp));
+        for (wave, (held, ramp)) in lines {
+            for (x, &by) in next.iter_mut().zip(held) {
+                *x += by * wave.c[0];
+            }
+            if wave.shape == Shape::Ramp {
+                for (x, &by) in next.iter_mut().zip(ramp) {
+                    *x += by * wave.c[1];
+                }
+            }
         }
-        self.beyond(self.rates(&state, &vec![Wave::ZERO; self.lines]))
-    }
-
-    fn by_line(&self, line: usize) -> Vec<S> {
-        let mut waves = vec![Wave::ZERO; self.lines];
-        waves[line].c[0] = S::constant(1.0);
-        self.beyond(self.rates(&State::rest(self.topology), &waves))
+        let rows = self.transition.chunks_exact(next.len());
+        for (x, row) in next.iter_mut().zip(rows) {
+            for (&coefficient, &y) in row.iter().zip(&*state) {
+                *x += coefficient * y;
+            }
+        }
+        state.copy_from_slice(next);
     }
 }
 
@@ -276,7 +264,43 @@ fn product<S: Scalar>(a: &[S], b: &[S], n: usize) -> Vec<S> {
 
 #[cfg(test)]
 mod tests {
-    use super::phi;
+    use super::{Step, phi};
+    use crate::dual::Dual;
+    use crate::integrator::rates::Rates;
+    use crate::plant::wave::{Shape, Wave};
+    use crate::scalar::Scalar;
+
+    /// Slow, as fast as samples, and stiff; with a straight input, and derivatives in the stiffness.
+    #[test]
+    fn a_series_takes_a_state_where_the_matrix_does() {
+        let one = Dual::<1>::constant;
+        for stiffness in [1e-4_f64, 1.0, 90.0, 2e4] {
+            let mut k = one(stiffness);
+            k.derivative = [1.0];
+            let matrix = vec![one(0.0), one(1.0), -k, one(-0.3)];
+            let zero = vec![one(0.0), one(0.7)];
+            let lines = vec![vec![one(0.0), one(2.0)]];
+            let rates = Rates::asked(matrix, zero, lines, (1, stiffness.sqrt()));
+            let wave = Wave {
+                shape: Shape::Ramp,
+                c: [one(0.5), one(-1.5), one(0.0)],
+                ..Wave::ZERO
+            };
+            let dt = 0.4;
+            let start = [one(0.2), one(-0.1)];
+            let (mut by_series, mut by_matrix) = (start, start);
+            rates.take(&[wave], dt, &mut by_series, &mut Default::default());
+            Step::of(&rates, dt).take(&[wave], &mut by_matrix, &mut Vec::new());
+            for (series, matrix) in by_series.iter().zip(&by_matrix) {
+                let near = |a: f64, b: f64| (a - b).abs() < 1e-12 * (1.0 + b.abs());
+                assert!(near(series.value, matrix.value), "{series:?} {matrix:?}");
+                assert!(
+                    near(series.derivative[0], matrix.derivative[0]),
+                    "{series:?} {matrix:?}"
+                );
+            }
+        }
+    }
 
     /// An oscillator's closed form, and a matrix that cannot be inverted.
     #[test]

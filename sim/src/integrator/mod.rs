@@ -7,6 +7,7 @@ pub(crate) mod exact;
 mod interval;
 mod passage;
 mod rate;
+mod rates;
 mod search;
 mod settle;
 mod stepper;

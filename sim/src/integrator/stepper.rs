@@ -1,6 +1,6 @@
 //! A plant in time: state, inputs, and the step from one sample to the next.
 
-use super::exact::Exact;
+use super::exact::{Exact, Kept};
 use super::substep::Substep;
 use super::supply::Supply;
 use super::{Report, Settings};
@@ -152,6 +152,11 @@ impl<S: Scalar> Stepper<S> {
         stepper.place(start)?;
         stepper.watch_rate(0.0);
         Ok(stepper)
+    }
+
+    /// Simulates with what other simulations with the same numbers have found.
+    pub(crate) fn share(&mut self, kept: Arc<Kept<S>>) {
+        self.exact.share(kept);
     }
 
     pub(crate) fn place(&mut self, state: &[S]) -> Result<(), SimulationError> {

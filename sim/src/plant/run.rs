@@ -1,10 +1,12 @@
 //! Whole recordings: a plant driven by columns, its signals at the recorded times.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use super::Plant;
 use crate::drive::Drive;
 use crate::error::SimulationError;
+use crate::integrator::exact::Kept;
 use crate::integrator::{Report, Stepper};
 use crate::scalar::Scalar;
 use crate::simulated::Simulated;
@@ -57,6 +59,17 @@ pub struct RecordingRun {
     pub held: Vec<usize>,
 }
 
+impl<S: Scalar> Trajectory<S> {
+    pub(super) fn ended(signals: Vec<S>, sensors: usize, stepper: &Stepper<S>) -> Self {
+        Self {
+            signals,
+            sensors,
+            final_state: stepper.state(),
+            report: stepper.report(),
+        }
+    }
+}
+
 impl Plant {
     /// Simulates the recorded times; row 0 is `start` itself.
     ///
@@ -79,12 +92,7 @@ impl Plant {
                 signals.push(stepper.signal(sensor));
             }
         })?;
-        Ok(Trajectory {
-            signals,
-            sensors,
-            final_state: stepper.state(),
-            report: stepper.report(),
-        })
+        Ok(Trajectory::ended(signals, sensors, &stepper))
     }
 
     /// As [`Plant::simulate`], and `visit` sees the plant at every row: signals, states, forces.
@@ -117,12 +125,13 @@ impl Plant {
         times: &[f64],
         mut visit: impl FnMut(usize, &Stepper<S>) -> ControlFlow<()>,
     ) -> Result<Stepper<S>, SimulationError> {
-        S::run(self, [values, start], drive, times, &mut visit)
+        S::run(self, [values, start], None, drive, times, &mut visit)
     }
 
     pub(crate) fn run<S: Scalar>(
         &self,
         [values, start]: [&[S]; 2],
+        kept: Option<&Arc<Kept<S>>>,
         drive: &Drive,
         times: &[f64],
         visit: &mut dyn FnMut(usize, &Stepper<S>) -> ControlFlow<()>,
@@ -133,6 +142,9 @@ impl Plant {
             return Err(SimulationError::Time { row: row + 1 });
         }
         let mut stepper = Stepper::begin(self, values, start)?;
+        if let Some(kept) = kept {
+            stepper.share(Arc::clone(kept));
+        }
         let origin = times.first().copied().unwrap_or(0.0);
         for row in 0..times.len() {
             if row > 0 {

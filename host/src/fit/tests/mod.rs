@@ -199,8 +199,9 @@ fn the_derivatives_are_those_of_the_simulation() {
     };
     let segment = Segment::new(&plant, &experiments, 0, 10..140).unwrap();
     let (values, state) = (plant.values(), vec![0.02, 0.5]);
-    let rows = problem.rows(&segment, &values, &state, false).unwrap();
-    let wide = problem.rows(&segment, &values, &state, true).unwrap();
+    let rows = problem.rows(&segment, &values, &state).unwrap();
+    let seeded = problem.seeded::<8>(std::slice::from_ref(&segment), &values, 6);
+    let wide = problem.rows_by(&seeded, &segment, &state).unwrap();
     assert_eq!(
         (&rows.jacobian, &rows.residual),
         (&wide.jacobian, &wide.residual)
@@ -212,10 +213,7 @@ fn the_derivatives_are_those_of_the_simulation() {
                 0..4 => values[problem.slots[direction]] += step * problem.scale[direction],
                 _ => state[direction - 4] += step * problem.state_scale[direction - 4],
             }
-            problem
-                .rows(&segment, &values, &state, false)
-                .unwrap()
-                .residual
+            problem.rows(&segment, &values, &state).unwrap().residual
         };
         let (up, down) = (shifted(1e-5), shifted(-1e-5));
         let exact: Vec<f64> = rows
