@@ -10,7 +10,7 @@ use sinew_codegen::spec::ModelSpec;
 use sinew_codegen::store;
 use sinew_sim::{Plant, Rig};
 
-use super::learn::{Record, VISITS, learn, save};
+use super::learn::{CHECKPOINT_FILE, Record, VISITS, learn, save};
 use super::moved::Moved;
 use super::side_by_side::{Bench, DeviceRun, PidRun, same_bits};
 use super::task::Task;
@@ -312,7 +312,7 @@ fn model(
         &plant.values(),
         &starts,
         bench.task,
-        request.seed,
+        (request.seed, &request.out.join(CHECKPOINT_FILE)),
         |done, of, losses| {
             stage.share(done, of, &format!("passes, loss {:.4}", losses.validation));
         },

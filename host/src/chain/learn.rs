@@ -15,7 +15,12 @@ use sinew_sim::{FirstLayer, Form, Plant, Rig};
 use super::task::Task;
 use crate::dataset::{Recipe, Visit, draw};
 use crate::error::{Error, Result};
-use crate::train::{Epoch, Folded, Options, Scaled, Shape, Windows, scale, scaling, train};
+use crate::train::{
+    Checkpoint, Epoch, Folded, Options, Scaled, Shape, Windows, scale, scaling, train,
+};
+
+/// How far a training is, in the folder of its result, until it has come to its end.
+pub const CHECKPOINT_FILE: &str = "training.checkpoint";
 
 /// Steps of an episode beyond the history and the rollout.
 const EPISODE_STEPS: usize = 60;
@@ -77,7 +82,7 @@ pub fn options(rig: &Rig, horizon: usize, seed: u64) -> (Shape, Options) {
     )
 }
 
-/// Trains the model of `rig` on episodes of `plant` with `values`, begun at `visits`.
+/// Trains the model of `rig` on episodes of `plant` with `values`, begun at `visits`, with a seed and a file for its checkpoint.
 ///
 /// # Errors
 /// The rig asks for a form that training does not make, the plant diverges, or nothing is learned.
@@ -87,7 +92,7 @@ pub fn learn(
     values: &[f64],
     visits: &[Visit],
     task: &Task,
-    seed: u64,
+    (seed, checkpoint): (u64, &Path),
     mut progress: impl FnMut(usize, usize, Epoch),
 ) -> Result<Learned> {
     if rig.network.as_ref().and_then(|t| t.form) == Some(Form::Absolute) {
@@ -98,7 +103,17 @@ pub fn learn(
         );
     }
     fits(rig, plant, task)?;
-    let mut attempt = |task: &Task| learned(rig, plant, values, visits, task, seed, &mut progress);
+    let mut attempt = |task: &Task| {
+        learned(
+            rig,
+            plant,
+            values,
+            visits,
+            task,
+            (seed, checkpoint),
+            &mut progress,
+        )
+    };
     let noise = roughened(&task.noise, &task.output_range);
     match attempt(task) {
         Err(_) if noise != task.noise => attempt(&Task {
@@ -116,7 +131,7 @@ fn learned(
     values: &[f64],
     visits: &[Visit],
     task: &Task,
-    seed: u64,
+    (seed, checkpoint): (u64, &Path),
     progress: impl FnMut(usize, usize, Epoch),
 ) -> Result<Learned> {
     let (shape, options) = options(rig, task.horizon, seed);
@@ -153,7 +168,9 @@ fn learned(
     let (training, rest) = scaled.split_at(EPISODES[0]);
     let (validation, test) = rest.split_at(EPISODES[1]);
 
-    let trained = train(shape, training, validation, &options, progress)?;
+    let mut checkpoint = Checkpoint::new(checkpoint);
+    let checkpoint = Some(&mut checkpoint);
+    let trained = train(shape, training, validation, &options, checkpoint, progress)?;
     let signal = |name: &str, unit: &str, (span, offset): (f64, f64)| Signal {
         name: name.into(),
         unit: unit.into(),

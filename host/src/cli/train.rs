@@ -8,7 +8,7 @@ use sinew_sim::{Plant, Rig};
 
 use super::{Common, Recordings, overwrite};
 use crate::chain::build::starts;
-use crate::chain::learn::{fits, learn, save};
+use crate::chain::learn::{CHECKPOINT_FILE, fits, learn, save};
 use crate::chain::task::Task;
 use crate::error::{Error, Result};
 use crate::fit::free_run;
@@ -70,7 +70,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         &plant.values(),
         &visits,
         &task,
-        arguments.common.seed,
+        (arguments.common.seed, &arguments.out.join(CHECKPOINT_FILE)),
         |done, of, losses| {
             stage.share(done, of, &format!("passes, loss {:.4}", losses.validation));
         },

@@ -5,6 +5,7 @@
 
 mod basis;
 mod cell;
+mod checkpoint;
 mod fold;
 mod network;
 mod windows;
@@ -16,11 +17,13 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew_sim::FirstLayer;
 
+pub use checkpoint::Checkpoint;
 pub use fold::{Folded, Remembering};
 pub use windows::{Scaled, Shape, Windows, scale, scaling};
 
 use crate::error::Error;
 use basis::{Basis, least_squares};
+use checkpoint::Reached;
 use network::{Frame, Predictor, loss_weights};
 
 /// Gates of a first layer that remembers.
@@ -116,15 +119,17 @@ pub struct Trained {
 
 /// Trains on `training`, keeps the pass that is best on `validation`.
 ///
-/// `progress` is called after every pass with (passes done, passes in all, its losses).
+/// `progress` is called after every pass with (passes done, passes in all, its losses). A training that was stopped goes on
+/// from its `checkpoint`, and ends with the same weights.
 ///
 /// # Errors
-/// [`Error`] when an episode set has no window of the asked rollout or the data are not finite.
+/// [`Error`] when the checkpoint cannot be written, an episode set has no window of the asked rollout or the data are not finite.
 pub fn train(
     shape: Shape,
     training: &[Scaled],
     validation: &[Scaled],
     options: &Options,
+    mut checkpoint: Option<&mut Checkpoint>,
     mut progress: impl FnMut(usize, usize, Epoch),
 ) -> Result<Trained, Error> {
     let warm_up = options.warm_up();
@@ -156,7 +161,7 @@ pub fn train(
     device.seed(options.seed);
     let gain = unexplained.max(1e-4);
     let frame = Frame::new(shape, &basis, &step, gain, options.first, &device);
-    let mut predictor = Predictor::new((options.first, &options.hidden), &w, &b, &device);
+    let predictor = Predictor::new((options.first, &options.hidden), &w, &b, &device);
 
     let mut random = ChaCha8Rng::seed_from_u64(options.seed);
     let sample = |windows: &Windows<'_>, count: usize, random: &mut ChaCha8Rng| -> Vec<usize> {
@@ -186,13 +191,26 @@ pub fn train(
         &device,
     );
 
-    let mut optimizer = AdamConfig::new()
+    let optimizer = AdamConfig::new()
         .with_grad_clipping(Some(GradientClippingConfig::Norm(1.0)))
         .init();
-    let mut best = (f64::INFINITY, 0, predictor.clone());
-    let mut history = Vec::with_capacity(options.epochs);
+    let key = checkpoint::key(options, [&x, &judged.regressors()]);
+    let start = Reached {
+        best: (f64::INFINITY, 0, predictor.clone()),
+        predictor,
+        optimizer,
+        history: Vec::with_capacity(options.epochs),
+    };
+    let mut at = match &checkpoint {
+        Some(checkpoint) => checkpoint.reached(key, start),
+        None => start,
+    };
+    // The batches that were taken, so that those to come are the same.
+    for _ in 0..at.history.len() * options.batches {
+        sample(&windows, options.batch, &mut random);
+    }
     let total = (options.epochs * options.batches) as f64;
-    for epoch in 0..options.epochs {
+    for epoch in at.history.len()..options.epochs {
         let mut sum = 0.0;
         for batch in 0..options.batches {
             let done = (epoch * options.batches + batch) as f64 / total;
@@ -200,13 +218,13 @@ pub fn train(
                 * (0.01 + 0.99 * 0.5 * (1.0 + (std::f64::consts::PI * done).cos()));
             let chosen = sample(&windows, options.batch, &mut random);
             let data = frame.batch(&windows, &chosen, rollout, &device);
-            let loss = predictor.loss(&frame, &data, &weights);
+            let loss = at.predictor.loss(&frame, &data, &weights);
             sum += f64::from(loss.clone().into_scalar::<f32>());
-            let gradients = GradientsParams::from_grads(loss.backward(), &predictor);
-            predictor = optimizer.step(rate, predictor, gradients);
+            let gradients = GradientsParams::from_grads(loss.backward(), &at.predictor);
+            at.predictor = at.optimizer.step(rate, at.predictor, gradients);
         }
         let validation = f64::from(
-            predictor
+            at.predictor
                 .loss(&frame, &judge, &weights)
                 .into_scalar::<f32>(),
         );
@@ -214,20 +232,26 @@ pub fn train(
             training: sum / options.batches as f64,
             validation,
         };
-        history.push(losses);
-        if validation < best.0 {
-            best = (validation, epoch, predictor.clone());
+        at.history.push(losses);
+        if validation < at.best.0 {
+            at.best = (validation, epoch, at.predictor.clone());
+        }
+        if let Some(checkpoint) = &mut checkpoint {
+            checkpoint.save(key, &at)?;
         }
         progress(epoch + 1, options.epochs, losses);
     }
-    if !best.0.is_finite() {
+    if let Some(checkpoint) = &checkpoint {
+        checkpoint.done();
+    }
+    if !at.best.0.is_finite() {
         return Err(Error::failed("the loss never became finite").help("lower the learning rate"));
     }
-    let folded = Folded::new(&basis, (&step, gain), &best.2, options.first, shape);
+    let folded = Folded::new(&basis, (&step, gain), &at.best.2, options.first, shape);
     Ok(Trained {
         folded,
-        history,
-        kept: best.1,
+        history: at.history,
+        kept: at.best.1,
     })
 }
 

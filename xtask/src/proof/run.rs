@@ -3,9 +3,11 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
 use std::time::Instant;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 
 use crate::foreign::python;
 use crate::process::{self, cargo, root, target_folder};
@@ -125,18 +127,32 @@ pub fn ask(folder: &Folder, cases: usize) -> Result<()> {
     }
     fs::create_dir_all(&folder.answers)
         .with_context(|| format!("cannot make {}", folder.answers.display()))?;
+    // Cases side by side, each on one core: parts of a diagnosis wait for each other, cases do not.
+    let workers = thread::available_parallelism().map_or(1, usize::from);
     let begun = Instant::now();
-    for (done, &number) in left.iter().enumerate() {
-        ask_one(&sinew, folder, number)?;
-        let each = begun.elapsed().as_secs_f64() / (done + 1) as f64;
-        let rest = left.len() - done - 1;
-        println!(
-            "{}: {rest} left, about {:.0} s",
-            folder.name(number),
-            each * rest as f64
-        );
-    }
-    Ok(())
+    let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let work = || -> Result<()> {
+        while let Some(&number) = left.get(next.fetch_add(1, Ordering::Relaxed)) {
+            ask_one(&sinew, folder, number)?;
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            let rest = left.len() - done;
+            let each = begun.elapsed().as_secs_f64() / done as f64;
+            println!(
+                "{}: {rest} left, about {:.0} s",
+                folder.name(number),
+                each * rest as f64
+            );
+        }
+        Ok(())
+    };
+    thread::scope(|scope| {
+        let workers: Vec<_> = (0..workers).map(|_| scope.spawn(work)).collect();
+        let ended = workers.into_iter().map(|worker| {
+            let failed = || anyhow!("a thread that asks did not come to its end");
+            worker.join().map_err(|_| failed())?
+        });
+        ended.collect()
+    })
 }
 
 /// The contract's command line. It runs in the case's folder and is told nothing else.
@@ -150,6 +166,7 @@ fn ask_one(sinew: &Path, folder: &Folder, number: usize) -> Result<()> {
         .args(["--quiet", "--json"])
         .arg(&part)
         .current_dir(folder.cases.join(folder.name(number)))
+        .env("RAYON_NUM_THREADS", "1")
         .stdin(Stdio::null())
         .output()
         .with_context(|| format!("cannot start {}", sinew.display()))?;
