@@ -60,13 +60,17 @@ fn the_gains_of_integers_reach_the_same_units() {
 
 #[test]
 fn what_is_not_a_number_counts_as_open() {
-    let mut found = [[0.0; 3]; 26];
-    rectified_back(
-        &matrix::<3, 8>(),
-        &[f32::NAN; 3],
-        &[f32::NAN; 8],
-        &matrix::<8, 26>(),
-        &mut found,
-    );
-    assert!(found.iter().flatten().all(|t| t.is_nan()), "{found:?}");
+    let through = |outer: &[f32; 3], a: &[f32; 8]| {
+        let mut found = [[0.0; 3]; 26];
+        rectified_back(&matrix::<3, 8>(), outer, a, &matrix::<8, 26>(), &mut found);
+        found
+    };
+    let mut a = [0.0, 0.3, 0.0, 0.0, 1.2, 0.0, 0.0, 0.0];
+    a[2] = 1.0;
+    let open = through(&[1.0, 0.5, 2.0], &a);
+    a[2] = f32::NAN;
+    assert_eq!(through(&[1.0, 0.5, 2.0], &a), open);
+    // What comes after a unit without a number has none either, and that reaches every input.
+    let lost = through(&[f32::NAN; 3], &[f32::NAN; 8]);
+    assert!(lost.iter().flatten().all(|t| t.is_nan()), "{lost:?}");
 }
