@@ -7,7 +7,7 @@
 use std::sync::{Arc, OnceLock};
 
 use super::dynamics::Dynamics;
-use super::rates::Rates;
+use super::linear::Linear;
 use crate::plant::forces::State;
 use crate::plant::topology::Topology;
 use crate::plant::wave::{Shape, Wave};
@@ -30,7 +30,7 @@ pub(super) struct Exact<S> {
     length: f64,
     /// How much longer the intervals so far were than what was taken for them, s.
     owed: f64,
-    rates: Option<Rates<S>>,
+    rates: Option<Linear<S>>,
     /// None: to be found for `length`.
     step: Option<Step<S>>,
     /// What other simulations with the same numbers share.
@@ -45,7 +45,7 @@ pub(super) struct Exact<S> {
 #[derive(Debug)]
 pub struct Kept<S> {
     length: f64,
-    rates: OnceLock<Rates<S>>,
+    rates: OnceLock<Linear<S>>,
     step: OnceLock<Step<S>>,
 }
 
@@ -100,7 +100,7 @@ impl<S: Scalar> Exact<S> {
         state: &mut State<S>,
         (dt, rate): (f64, f64),
     ) {
-        let find = || Rates::of(topology, dynamics, waves.len(), rate);
+        let find = || Linear::of(topology, dynamics, waves.len(), rate);
         let rates = match &self.kept {
             Some(kept) => kept.rates.get_or_init(find),
             None => self.rates.get_or_insert_with(find),
@@ -150,7 +150,7 @@ struct Step<S> {
 }
 
 impl<S: Scalar> Step<S> {
-    fn of(rates: &Rates<S>, dt: f64) -> Self {
+    fn of(rates: &Linear<S>, dt: f64) -> Self {
         let n = rates.states();
         let unit = |state: usize| rates.unit(state);
         let matrix: Vec<S> = (rates.matrix.iter().enumerate())
@@ -182,7 +182,7 @@ impl<S: Scalar> Step<S> {
     }
 
     /// Multiplications that finding it takes, about.
-    fn work(rates: &Rates<S>, dt: f64) -> f64 {
+    fn work(rates: &Linear<S>, dt: f64) -> f64 {
         let doublings = (rates.norm * dt / SMALL).log2().ceil().max(0.0);
         (TERMS as f64 + 2.0 + 3.0 * doublings) * (rates.states() as f64).powi(3)
     }
@@ -266,7 +266,7 @@ fn product<S: Scalar>(a: &[S], b: &[S], n: usize) -> Vec<S> {
 mod tests {
     use super::{Step, phi};
     use crate::dual::Dual;
-    use crate::integrator::rates::Rates;
+    use crate::integrator::linear::Linear;
     use crate::plant::wave::{Shape, Wave};
     use crate::scalar::Scalar;
 
@@ -280,7 +280,7 @@ mod tests {
             let matrix = vec![one(0.0), one(1.0), -k, one(-0.3)];
             let zero = vec![one(0.0), one(0.7)];
             let lines = vec![vec![one(0.0), one(2.0)]];
-            let rates = Rates::asked(matrix, zero, lines, (1, stiffness.sqrt()));
+            let rates = Linear::asked(matrix, zero, lines, (1, stiffness.sqrt()));
             let wave = Wave {
                 shape: Shape::Ramp,
                 c: [one(0.5), one(-1.5), one(0.0)],

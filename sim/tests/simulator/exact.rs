@@ -77,6 +77,40 @@ fn a_linear_rig_takes_one_step_a_sample_and_no_error() {
     }
 }
 
+/// Even times, a sample that is missing, and no two intervals alike; the interval that is shared is that of the first.
+#[test]
+fn simulations_that_share_their_numbers_are_those_that_find_everything_themselves() {
+    let plant = slide(0.1, -0.4, &everything());
+    let plain = plant.values();
+    let slot = plant.free_slots()[0];
+    let mut values: Vec<Dual<4>> = plain.iter().map(|&v| Dual::constant(v)).collect();
+    values[slot] = Dual::variable(plain[slot], 0);
+    let held: Vec<Dual<4>> = (start(&plant, &plain).into_iter())
+        .map(Dual::constant)
+        .collect();
+    let numbers = plant.numbers(values.clone(), 0.05);
+    let even = |k: usize| 0.05 * k as f64;
+    let gap = |k: usize| 0.05 * (k + usize::from(k > 20)) as f64;
+    let jittered = |k: usize| 0.05 * k as f64 + 0.02 * (7.0 * k as f64).sin();
+    let clocks: [fn(usize) -> f64; 3] = [even, gap, jittered];
+    for (index, clock) in clocks.into_iter().enumerate() {
+        let times: Vec<f64> = (0..60).map(clock).collect();
+        let drive = drive(&plant, &times);
+        let shared = numbers.simulate(&held, &drive, &times).unwrap();
+        let alone = plant.simulate(&values, &held, &drive, &times).unwrap();
+        assert_eq!(shared.signals.len(), alone.signals.len());
+        for (shared, alone) in shared.signals.iter().zip(&alone.signals) {
+            let near = |a: f64, b: f64| (a - b).abs() < 1e-12 * (1.0 + b.abs());
+            let derivatives = [shared.derivative[0], alone.derivative[0]];
+            assert!(near(shared.value, alone.value), "clock {index}");
+            assert!(
+                near(derivatives[0], derivatives[1]),
+                "clock {index}: {derivatives:?}"
+            );
+        }
+    }
+}
+
 #[test]
 fn its_derivatives_are_those_of_differences_the_complex_step_and_the_adjoint() {
     const SEEDS: usize = 24;

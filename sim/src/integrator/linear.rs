@@ -8,12 +8,12 @@ use crate::scalar::Scalar;
 
 /// Norm up to which the series is summed at once: beyond, its terms grow before they fall, and cancel.
 const REACH: f64 = 2.0;
-/// What is left out, beside one. A derivative's term is as many times larger as it has a number: far below rounding still.
+/// The first term that is left out, beside one. Its derivative is some twenty times larger: below rounding still.
 const LEFT_OUT: f64 = 1e-19;
 
 /// `x' = A x + b + sum lines u`: positions, then velocities, then what effects remember.
 #[derive(Clone, Debug)]
-pub(super) struct Rates<S> {
+pub(super) struct Linear<S> {
     /// A, row by row.
     pub(super) matrix: Vec<S>,
     /// b: at rest and without inputs.
@@ -25,7 +25,7 @@ pub(super) struct Rates<S> {
     rate: f64,
 }
 
-impl<S: Scalar> Rates<S> {
+impl<S: Scalar> Linear<S> {
     /// Asked of the plant itself, one unit of each state and line at a time; `rate` is the rig's fastest, 1/s.
     pub(super) fn of(topology: &Topology, dynamics: &Dynamics<S>, lines: usize, rate: f64) -> Self {
         let asked = Asked { topology, dynamics };
