@@ -113,6 +113,8 @@ fn drawn(options: &Options) -> Result<()> {
     let folder = Folder::of(options.seed);
     if options.fresh {
         folder.forget_answers()?;
+    } else {
+        run::restore(&folder, options.seed)?;
     }
     if !options.score_only {
         run::make(&folder, options.seed, options.cases)?;

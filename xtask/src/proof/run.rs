@@ -112,6 +112,30 @@ pub fn program() -> Result<PathBuf> {
     Ok(target_folder().join("debug/sinew"))
 }
 
+/// Puts the answers of `tests/foreign/answers` where they are looked for: what was asked before is not asked again.
+///
+/// # Errors
+/// A line is no answer, or a file cannot be written.
+pub fn restore(folder: &Folder, seed: u64) -> Result<()> {
+    let kept = root().join(format!("tests/foreign/answers/{seed}.jsonl"));
+    let Ok(text) = fs::read_to_string(&kept) else {
+        return Ok(());
+    };
+    fs::create_dir_all(&folder.answers)
+        .with_context(|| format!("cannot make {}", folder.answers.display()))?;
+    for (line, text) in text.lines().enumerate() {
+        let said = || format!("{}:{}: this is no answer", kept.display(), line + 1);
+        let given: serde_json::Value = serde_json::from_str(text).with_context(said)?;
+        let number = given["case"].as_u64().with_context(said)?;
+        let answer = folder.answer(usize::try_from(number)?);
+        if !answer.exists() {
+            fs::write(&answer, given["answer"].to_string())
+                .with_context(|| format!("cannot write {}", answer.display()))?;
+        }
+    }
+    Ok(())
+}
+
 /// Puts every case without an answer to the program.
 ///
 /// # Errors
