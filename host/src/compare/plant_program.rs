@@ -17,6 +17,8 @@ const FORMAT: &str = "sinew-plant/1";
 const PATIENCE: Duration = Duration::from_secs(60);
 /// How long a program that says nothing more may take to end, so that its status can be told.
 const LEAVE: Duration = Duration::from_secs(2);
+/// How long it is listened to after the last answer.
+const LAST_WORDS: Duration = Duration::from_millis(100);
 /// Variables that say which of several plants is wanted.
 const DRAW: &str = "SINEW_DRAW";
 const SPREAD: &str = "SINEW_SPREAD";
@@ -153,6 +155,8 @@ impl PlantProgram {
                 running.advance(next - now, &inputs.collect::<Vec<_>>())?;
             }
         }
+        // In a recording of a few rows its lines may come just in time for each.
+        running.silent(LAST_WORDS)?;
         Ok(Recorded {
             signals,
             strangers: running.strangers,
@@ -177,19 +181,24 @@ impl Running {
             line += &format!(",{}", value / factor);
         }
         line.push('\n');
-        // Taken for the answer, it would put every later answer one step behind.
-        if let Ok(unasked) = self.from.try_recv() {
-            return Err(self.said(
-                &unasked,
-                "nothing before it is asked: one line of signals for each line it gets",
-            ));
-        }
+        self.silent(Duration::ZERO)?;
         // One that has ended is noticed, with its status, by `hear`.
         let _ = self
             .to
             .write_all(line.as_bytes())
             .and_then(|()| self.to.flush());
         self.hear()
+    }
+
+    /// Says so if it talks without being asked: taken for an answer, that would put every later one a step behind.
+    fn silent(&mut self, patience: Duration) -> Result<()> {
+        match self.from.recv_timeout(patience) {
+            Ok(unasked) => Err(self.said(
+                &unasked,
+                "nothing before it is asked: one line of signals for each line it gets",
+            )),
+            Err(_) => Ok(()),
+        }
     }
 
     fn hear(&mut self) -> Result<()> {
