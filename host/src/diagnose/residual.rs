@@ -203,8 +203,8 @@ mod tests {
     use super::*;
     use crate::diagnose::ForceTrace;
 
-    /// Of the servo's four check recordings one went round and round with and without the force, a little less with it;
-    /// on the test recordings the force was thirteen times worse.
+    /// Free runs over two of the servo's four check recordings go round, by six turns and by one. A force brought their pooled
+    /// error from 7.8 to 4.3 rad, and was thirteen times worse on the test recordings.
     #[test]
     fn a_force_that_loses_a_recording_or_spoils_one_is_not_trusted() {
         let error = |rms: f64| SensorError {

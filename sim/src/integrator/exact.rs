@@ -116,10 +116,11 @@ impl<S: Scalar> Exact<S> {
         self.owed = wanted - self.length;
         let length = self.length;
         let find = || Step::of(rates, length);
-        let dear = || rates.work(length) > Step::<S>::work(rates, length);
+        // Infinite rates are less than nothing: the matrix is found in as many steps as ever, and the state diverges.
+        let less = || rates.work(length) < Step::<S>::work(rates, length);
         let step = match kept {
             Some(kept) => Some(kept.step.get_or_init(find)),
-            None if again || dear() => Some(&*self.step.get_or_insert_with(find)),
+            None if again || !less() => Some(&*self.step.get_or_insert_with(find)),
             None => None,
         };
         let next = &mut self.next;

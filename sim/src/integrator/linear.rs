@@ -97,8 +97,8 @@ impl<S: Scalar> Linear<S> {
         }
     }
 
-    /// Into how many parts an interval is cut, and how many terms of its series each takes.
-    fn parts(&self, dt: f64) -> (usize, usize) {
+    /// Into how many parts an interval is cut, a whole number or infinity, and how many terms of its series each takes.
+    fn parts(&self, dt: f64) -> (f64, usize) {
         let parts = (self.norm * dt / REACH).ceil().max(1.0);
         let reach = self.norm * dt / parts;
         let (mut terms, mut term) = (2, 0.5 * reach * reach);
@@ -106,16 +106,17 @@ impl<S: Scalar> Linear<S> {
             terms += 1;
             term *= reach / terms as f64;
         }
-        (parts as usize, terms)
+        (parts, terms)
     }
 
     /// Multiplications that an interval takes, about.
     pub(super) fn work(&self, dt: f64) -> f64 {
         let (parts, terms) = self.parts(dt);
-        (parts * terms) as f64 * (self.states() as f64).powi(2)
+        parts * terms as f64 * (self.states() as f64).powi(2)
     }
 
-    /// Takes a state over `dt` seconds by the series of its derivatives (eq. 18c).
+    /// Takes a state over `dt` seconds by the series of its derivatives (eq. 18c). For what is less [`Linear::work`] than a
+    /// matrix: that bounds the parts.
     pub(super) fn take(
         &self,
         waves: &[Wave<S>],
@@ -124,10 +125,10 @@ impl<S: Scalar> Linear<S> {
         [term, last]: &mut [Vec<S>; 2],
     ) {
         let (parts, terms) = self.parts(dt);
-        let h = dt / parts as f64;
+        let h = dt / parts;
         term.resize(state.len(), S::ZERO);
         last.resize(state.len(), S::ZERO);
-        for part in 0..parts {
+        for part in 0..parts as usize {
             let tau = part as f64 * h;
             self.times(state, term);
             for (slope, &zero) in term.iter_mut().zip(&self.zero) {
