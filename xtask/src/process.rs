@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::mpsc::{Sender, channel};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
+use serde_json::Value;
 
 /// Top folder of the repository.
 pub fn root() -> PathBuf {
@@ -148,6 +149,23 @@ pub fn answer(command: &mut Command) -> Option<String> {
         .ok()?;
     let text = String::from_utf8(output.stdout).ok()?;
     output.status.success().then(|| text.trim_end().to_string())
+}
+
+/// What a command prints: one JSON value.
+///
+/// # Errors
+/// It does not start or fails, with all that it wrote, or prints something else.
+pub fn json(command: &mut Command) -> Result<Value> {
+    let line = line(command);
+    let output = command
+        .output()
+        .with_context(|| format!("cannot start {line}"))?;
+    ensure!(
+        output.status.success(),
+        "{line} failed:\n{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    serde_json::from_slice(&output.stdout).with_context(|| format!("{line} printed no JSON"))
 }
 
 /// Whether a command can be started and ends well; it prints nothing.

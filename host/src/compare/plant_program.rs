@@ -261,3 +261,36 @@ fn complaint(command: &str, message: impl std::fmt::Display) -> Error {
     Error::failed(format!("the plant `{command}` {message}"))
         .help("docs/comparison.md, \"A plant of another program\", has an example")
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_sim::Rig;
+
+    use super::*;
+
+    /// What comes of a recording of a single row, for which a program is never asked for anything.
+    fn one_row(says: &str) -> Result<Recorded> {
+        let text = "format = \"sinew-rig/1\"\nname = \"cart\"\n[[body]]\nname = \"cart\"\nmotion = \"slide\"\n\
+                    inertia = 1.0\n[[actuator]]\nname = \"push\"\ndrives = \"cart\"\ninput = \"u_N\"\ngain = 1.0\n\
+                    [[sensor]]\nname = \"ruler\"\nreads = \"cart.position\"\nsignal = \"q_m\"\n";
+        let rig = Rig::parse(text, "cart.toml").expect("it is a rig");
+        let plant = Plant::new(&rig).expect("it can be simulated");
+        let drive = Drive::new(&plant, 1, &[&[0.0]]).expect("one row");
+        let program = PlantProgram {
+            // It stays: what is noticed is what it says, not that it has gone.
+            command: format!("printf '{FORMAT}\\nu_N\\nq_m\\n{says}'; exec sleep 60"),
+            draw: 0,
+            spread: 0.0,
+        };
+        program.record(&plant, &[0.0], &drive)
+    }
+
+    #[test]
+    fn a_program_that_talks_after_its_last_answer_is_refused() {
+        let recorded = one_row("0.25\\n").expect("it says what it is asked for");
+        assert_eq!(recorded.signals, [Some(vec![0.25])]);
+        let refused = one_row("0.25\\n0.5\\n").err().expect("one line too many");
+        let said = refused.to_string();
+        assert!(said.contains("said `0.5`"), "{said}");
+    }
+}

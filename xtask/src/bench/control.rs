@@ -8,7 +8,7 @@ use super::image::{self, Content};
 use super::lockstep::{Run, close};
 use super::reference::STEPS;
 use crate::foreign::python::{self, Python};
-use crate::process::root;
+use crate::process::{self, root};
 use crate::setup::{self, Extent};
 
 /// A controller to count: its name in the summary, its model, the network of `models/reference`.
@@ -112,15 +112,12 @@ fn judge(python: &Python, case: &Case, run: &Run) -> Result<Map<String, Value>> 
 /// What a program of `tests/foreign` prints: one JSON object.
 ///
 /// # Errors
-/// It does not start or fails, with the last line that it wrote.
+/// As [`process::json`].
 pub(super) fn answer(mut command: std::process::Command) -> Result<Map<String, Value>> {
-    let output = command.output()?;
-    if !output.status.success() {
-        let text = String::from_utf8_lossy(&output.stderr);
-        let last = text.lines().last().unwrap_or("nothing was said");
-        bail!("{} failed: {last}", crate::process::line(&command));
+    match process::json(&mut command)? {
+        Value::Object(object) => Ok(object),
+        other => bail!("{} printed {other}", process::line(&command)),
     }
-    Ok(serde_json::from_slice(&output.stdout)?)
 }
 
 /// Flash and RAM of the control step of S at N = 10, by subtraction, and of the counting image.

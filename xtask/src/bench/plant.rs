@@ -1,12 +1,10 @@
 //! The simulator beside MuJoCo at equal accuracy, and what derivatives cost; both on one core, in one run.
 
-use std::process::Command;
-
 use anyhow::{Context, Result};
 use serde_json::{Value, json};
 
 use crate::foreign::python;
-use crate::process::{cargo, root};
+use crate::process::{self, cargo, root};
 
 /// Devices of `tests/foreign/trajectories` that both simulate.
 const DEVICES: &[&str] = &["mass_spring_damper", "two_mass_drive", "tendon_finger"];
@@ -28,7 +26,7 @@ pub fn run() -> Result<Value> {
     ours.args(["--example", "plant_speed", "--"]);
     ours.arg(root().join("tests/foreign/trajectories"))
         .args(DEVICES);
-    let ours = printed(&mut ours)?;
+    let ours = process::json(&mut ours)?;
 
     println!("MuJoCo, every integrator at every step until it is as accurate ...");
     let mut theirs = python.command(&["mujoco_speed.py"]);
@@ -36,7 +34,7 @@ pub fn run() -> Result<Value> {
         let error = number(&ours["devices"][device]["error"])?.max(ENOUGH);
         theirs.arg(format!("{device}={error:e}"));
     }
-    let theirs = printed(&mut theirs)?;
+    let theirs = process::json(&mut theirs)?;
 
     let version = theirs["version"].as_str().unwrap_or("");
     println!(
@@ -83,20 +81,6 @@ pub fn run() -> Result<Value> {
         "two_mass_drive_4000_samples_ms": milliseconds,
         "cost_with_derivatives": costs,
     }))
-}
-
-/// The JSON that a program prints.
-fn printed(command: &mut Command) -> Result<Value> {
-    let line = crate::process::line(command);
-    let output = command
-        .output()
-        .with_context(|| format!("cannot start {line}"))?;
-    anyhow::ensure!(
-        output.status.success(),
-        "{line} failed:\n{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    serde_json::from_slice(&output.stdout).with_context(|| format!("{line} printed no JSON"))
 }
 
 fn number(value: &Value) -> Result<f64> {

@@ -58,6 +58,18 @@ impl Bench {
         command
     }
 
+    /// Inputs that a rig's limits allow, designed by `sinew excite`: inputs.csv.
+    ///
+    /// # Errors
+    /// The exit status of `sinew`.
+    pub fn inputs(&self, rig: &Path, wanted: &[&str], seed: &str) -> Result<PathBuf> {
+        let inputs = self.path("inputs.csv");
+        let mut excite = self.sinew("excite", rig);
+        excite.arg("--out").arg(&inputs).args(wanted);
+        process::run(excite.args(["--no-table", "--quiet", "--seed", seed]))?;
+        Ok(inputs)
+    }
+
     /// Writes a file of the experiment.
     ///
     /// # Errors

@@ -1,7 +1,7 @@
 //! `cargo xtask experiments`: questions whose answer is measured; each is one file.
 
 mod bench;
-
+mod bound;
 mod problems;
 mod published;
 mod rehearsal;
@@ -36,6 +36,11 @@ const EXPERIMENTS: &[Experiment] = &[
         name: problems::MASS.name,
         question: "the published staircase beside a PID, on plants that rub",
         run: |seed, only| published::run(&problems::MASS, seed, only),
+    },
+    Experiment {
+        name: bound::NAME,
+        question: "how small the staircase's error can be with that noise and that load, for any linear controller",
+        run: |seed, only| bound::run(whole(seed, only)?),
     },
     Experiment {
         name: problems::TENDON.name,

@@ -15,7 +15,7 @@ use crate::figure::{Row, loops};
 use crate::process;
 
 /// Noise of every sensor, as a part of what its signal ranges over.
-const NOISE: &str = "0.005";
+pub const NOISE: &str = "0.005";
 const SECONDS: &str = "30";
 const DRAWS: &str = "10";
 const SPREAD: &str = "0.2";
@@ -112,6 +112,11 @@ pub fn run(problem: &Problem, seed: u64, only: &[String]) -> Result<()> {
     run.conclude()
 }
 
+/// What `sinew excite` is asked for.
+pub fn excited(problem: &Problem) -> [&'static str; 4] {
+    ["--seconds", SECONDS, "--amplitude", problem.amplitude]
+}
+
 /// The controllers that are asked for, all without a name, in the order of the problem.
 fn chosen<'a>(problem: &'a Problem, only: &[String]) -> Result<Vec<&'a Variant>> {
     let all = problem.variants.iter();
@@ -142,14 +147,10 @@ struct Run<'a> {
 impl Run<'_> {
     /// Inputs that the believed rig's limits allow, and what `rig` answers.
     fn record(&self, rig: &Path, name: &str, seed: u64) -> Result<()> {
-        let inputs = self.bench.path("inputs.csv");
         let seed = seed.to_string();
-        let mut excite = self
-            .bench
-            .sinew("excite", &self.bench.path("believed.toml"));
-        excite.arg("--out").arg(&inputs);
-        excite.args(["--seconds", SECONDS, "--amplitude", self.problem.amplitude]);
-        process::run(excite.args(["--no-table", "--quiet", "--seed", &seed]))?;
+        let believed = self.bench.path("believed.toml");
+        let wanted = excited(self.problem);
+        let inputs = self.bench.inputs(&believed, &wanted, &seed)?;
         let mut simulate = self.bench.sinew("simulate", rig);
         simulate.arg("--input").arg(&inputs).arg("--out");
         simulate.arg(self.bench.path(&format!("{name}.csv")));

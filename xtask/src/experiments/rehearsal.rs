@@ -186,12 +186,10 @@ impl Run<'_> {
 
     /// Inputs that the believed rig's limits allow, and what the real one answers.
     fn record(&self, role: &str, seed: u64) -> Result<()> {
-        let inputs = self.bench.path("inputs.csv");
         let recording = self.bench.path(&format!("{role}.csv"));
         let seed = seed.to_string();
-        let mut excite = self.bench.sinew("excite", &self.believed());
-        excite.arg("--out").arg(&inputs).args(self.rehearsal.excite);
-        process::run(excite.args(["--no-table", "--quiet", "--seed", &seed]))?;
+        let believed = self.believed();
+        let inputs = self.bench.inputs(&believed, self.rehearsal.excite, &seed)?;
         let mut simulate = match self.rehearsal.real {
             Real::Rig(rig) => self.bench.sinew("simulate", Path::new(rig)),
             Real::MuJoCo(_) => {
