@@ -124,12 +124,17 @@ pub fn restore(folder: &Folder, seed: u64) -> Result<()> {
     fs::create_dir_all(&folder.answers)
         .with_context(|| format!("cannot make {}", folder.answers.display()))?;
     for (line, text) in text.lines().enumerate() {
-        let said = || format!("{}:{}: this is no answer", kept.display(), line + 1);
-        let given: serde_json::Value = serde_json::from_str(text).with_context(said)?;
-        let number = given["case"].as_u64().with_context(said)?;
+        let at = || {
+            let expected = "{\"case\": NUMBER, \"answer\": {...}}";
+            format!("{}:{}: expected {expected}", kept.display(), line + 1)
+        };
+        let given: serde_json::Value = serde_json::from_str(text).with_context(at)?;
+        let number = given["case"].as_u64().with_context(at)?;
+        let said = given.get("answer").filter(|answer| answer.is_object());
+        let said = said.with_context(at)?;
         let answer = folder.answer(usize::try_from(number)?);
         if !answer.exists() {
-            fs::write(&answer, given["answer"].to_string())
+            fs::write(&answer, said.to_string())
                 .with_context(|| format!("cannot write {}", answer.display()))?;
         }
     }
