@@ -55,6 +55,7 @@ mod error;
 mod geometry;
 mod integrator;
 mod math;
+mod past;
 mod plant;
 mod reverse;
 pub mod rig;

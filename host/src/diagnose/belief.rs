@@ -22,6 +22,9 @@ const MOST_LEFT_OF_MODE: f64 = 0.02;
 /// What an effect removes, in units of the noise, from where on nobody asks for a second witness.
 const LARGE: f64 = 1.0;
 
+/// Half-widths of a 95 % interval that some parameter of an effect is away from zero: three standard deviations.
+const CERTAIN: f64 = 1.5;
+
 impl Bench<'_> {
     /// Whether an explanation leaves something that noise does not explain and that matters.
     pub fn leaves_something(&self, contender: &Contender) -> bool {
@@ -197,6 +200,23 @@ impl Bench<'_> {
                 && self.holds_both_ways(pair_of, single_of).unwrap_or(false)
         };
         pairs.next().filter(|&pair| over(pair)).or(Some(single))
+    }
+
+    /// Whether each effect is known to be there, by one at least of the parameters that can be zero; where their intervals
+    /// are not known it is taken to be.
+    pub fn has_size(&self, contender: &Contender) -> Result<bool> {
+        let (model, point) = (&contender.tried.model, &contender.tried.point);
+        let segments = self.fit.segments(&model.plant, &self.fit_stretches)?;
+        let widths = model.half_widths(self.fit, &segments, point);
+        let away = |name: &String| {
+            let slot = model.plant.slot(name)?;
+            Some(point.values[slot].abs() / widths.get(name)?)
+        };
+        let mut suspects = contender.tried.suspects.iter();
+        Ok(suspects.all(|suspect| {
+            let farthest = suspect.sizes().iter().filter_map(away).reduce(f64::max);
+            farthest.is_none_or(|farthest| farthest >= CERTAIN)
+        }))
     }
 
     /// Of what is the same motion by two names, the simpler: an effect at a body rather than in a spring that

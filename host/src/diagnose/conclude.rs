@@ -23,6 +23,9 @@ use crate::recording::Recording;
 /// What would be named with less confidence than this is not named.
 const UNSURE: f64 = 0.3;
 
+/// What makes free runs over whole check recordings this many times as bad is no explanation, whatever it does on stretches.
+const LOST: f64 = 2.0;
+
 /// Decides on the verdict and writes everything down.
 ///
 /// # Errors
@@ -44,11 +47,13 @@ pub(super) fn conclude(
         None => None,
     };
     // Judged in stretches, believed only if the whole of a recording that chose nothing gains too; or if nothing is left
-    // in any stretch: what integrates over a ripple ends a whole recording in one well or in another.
+    // in any stretch, and the whole is not lost: what integrates over a ripple ends a whole recording in one well or in
+    // another.
     let holds = |rig: &Rig| {
         let all =
             |(found, index): (&Found, usize)| !bench.leaves_something(&found.finalists[index]);
-        falls(&refitted.rig, rig, roles, 1.0) || bench.in_parts && named.is_some_and(all)
+        let falls = |part: f64| falls(&refitted.rig, rig, roles, part);
+        falls(1.0) || bench.in_parts && named.is_some_and(all) && falls(LOST)
     };
     let mended = mended.filter(|(rig, _)| holds(rig));
     let named = named.filter(|_| mended.is_some());

@@ -168,6 +168,12 @@ impl Bench<'_> {
             finalists = super::pairs::once(finalists);
             chosen = self.best_of_sizes(&base, &finalists);
         }
+        // An effect of no size only led away from where the refit of the rig had stopped, as its rivals may have.
+        if let Some(index) = chosen
+            && !self.has_size(&finalists[index])?
+        {
+            chosen = None;
+        }
         let chosen = chosen.map(|chosen| self.simplest(chosen, &finalists));
         let probabilities = self.probabilities(&base, &finalists, chosen);
         Ok(Some(Found {

@@ -87,6 +87,20 @@ impl Suspect {
         }
     }
 
+    /// Parameters of an effect that can be zero: if all of them are, there is no effect.
+    pub fn sizes(&self) -> Vec<String> {
+        match self {
+            Self::Effect { kind, component } => {
+                let description = kind.description();
+                let free = description.parameters.iter().filter(|spec| !spec.held);
+                free.filter(|spec| spec.sign != Sign::Positive)
+                    .map(|spec| format!("{component}.{}.{}", description.kind, spec.name))
+                    .collect()
+            }
+            Self::Number { .. } => Vec::new(),
+        }
+    }
+
     /// Those of its parameters that the vocabulary wants at zero or more.
     pub fn not_below_zero(&self) -> Vec<String> {
         match self {

@@ -1,5 +1,7 @@
 //! One recording, laid against the columns of a plant: SI, in the plant's order.
 
+use std::ops::Range;
+
 use sinew_sim::rig::Reads;
 use sinew_sim::{Drive, Plant, Rig};
 
@@ -128,17 +130,21 @@ impl Experiment {
         self.t.len()
     }
 
-    /// What drives the plant over some rows.
+    /// What drives the plant over some rows; actuators remember the rows before.
     ///
     /// # Errors
     /// None that [`Experiment::new`] has not excluded.
-    pub fn drive(&self, plant: &Plant, rows: std::ops::Range<usize>) -> Result<Drive> {
-        let columns: Vec<&[f64]> = self
-            .inputs
-            .iter()
-            .map(|column| &column[rows.clone()])
-            .collect();
-        Ok(Drive::new(plant, rows.len(), &columns)?)
+    pub fn drive(&self, plant: &Plant, rows: Range<usize>) -> Result<Drive> {
+        let over = |rows: Range<usize>| -> Vec<&[f64]> {
+            let inputs = self.inputs.iter();
+            inputs.map(|column| &column[rows.clone()]).collect()
+        };
+        let drive = Drive::new(plant, rows.len(), &over(rows.clone()))?;
+        let Some(&now) = self.t.get(rows.start) else {
+            return Ok(drive);
+        };
+        let before = 0..rows.start;
+        Ok(drive.after(plant, &self.t[before.clone()], now, &over(before))?)
     }
 
     /// Value and slope per second of a signal at a row: a parabola through the valid samples of at most

@@ -159,6 +159,13 @@ impl<S: Scalar> Stepper<S> {
         self.exact.share(kept);
     }
 
+    /// Stages of inputs begin where what was before the first row leaves them.
+    pub(crate) fn lead_in(&mut self, drive: &Drive) {
+        let work = &mut self.work;
+        let (values, waves) = (&work.dynamics.values, &mut work.waves);
+        self.supply.lead_in(&self.topology, values, drive, waves);
+    }
+
     pub(crate) fn place(&mut self, state: &[S]) -> Result<(), SimulationError> {
         let bodies = self.topology.bodies.len();
         let expected = 2 * bodies + self.topology.internal.len();

@@ -1,11 +1,15 @@
 //! From recorded columns to what the actuators take: delay, play, dead zone, curvature, saturation and
 //! lag (docs/plant.md, eq. 14), in stretches of time on which each is one formula.
 
+use crate::drive::Drive;
 use crate::plant::forces::not_below_zero;
 use crate::plant::topology::{Line, Topology};
 use crate::plant::wave::{Shape, Wave};
 use crate::scalar::Scalar;
 use std::collections::VecDeque;
+
+/// Pieces that a sample interval before the first row is cut into at most.
+const MOST_PIECES: usize = 1000;
 
 /// A column from the time of a sample on.
 #[derive(Clone, Copy, Debug)]
@@ -197,6 +201,45 @@ impl<S: Scalar> Supply<S> {
             waves[index] = wave(line, values, kept, cursor, parabola);
         }
         first
+    }
+
+    /// Goes through what the inputs of a drive did before its first row, as far as stages remember it.
+    pub(crate) fn lead_in(
+        &mut self,
+        topology: &Topology,
+        values: &[S],
+        drive: &Drive,
+        waves: &mut [Wave<S>],
+    ) {
+        let past = drive.past();
+        for (kept, line) in self.lines.iter_mut().zip(&topology.lines) {
+            let Some(slot) = line.stages.play else {
+                continue;
+            };
+            let extremes = past.extremes.get(line.input).into_iter().flatten();
+            for &value in extremes {
+                let value = S::constant(value);
+                kept.play = Some(played(kept.play.unwrap_or(value), value, values[slot]));
+            }
+        }
+        for (row, &now) in past.times.iter().enumerate() {
+            for input in 0..topology.inputs {
+                let (value, slope) = past.at(row, input, drive.at(0, input));
+                self.take(input, now, S::constant(value), S::constant(slope));
+            }
+            self.begin(topology, values, now);
+            let until = past.times.get(row + 1).copied().unwrap_or(0.0);
+            let mut cursor = S::ZERO;
+            for _ in 0..MOST_PIECES {
+                let cut = self.stretch(topology, values, now, cursor, until - now, waves);
+                let end = cut.unwrap_or(S::constant(until - now));
+                self.arrive(topology, values, now, end, waves);
+                if cut.is_none() {
+                    break;
+                }
+                cursor = end;
+            }
+        }
     }
 
     /// The delayed column as a straight line in tau, and where it ends.

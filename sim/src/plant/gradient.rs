@@ -161,10 +161,11 @@ impl Backward<'_> {
             Some(before) => {
                 let clock = &self.clock;
                 let history = |column: usize, time: f64| {
-                    sample(
-                        clock.partition_point(|&t| t < time).min(clock.len() - 1),
-                        column,
-                    )
+                    if let Some((value, slope)) = drive.past().sampled(column, time, drive) {
+                        return (Reverse::constant(value), Reverse::constant(slope));
+                    }
+                    let row = clock.partition_point(|&t| t < time);
+                    sample(row.min(clock.len() - 1), column)
                 };
                 let mut stepper = before.lifted(self.plant, &values, &carried, history)?;
                 for column in 0..columns {
@@ -173,7 +174,11 @@ impl Backward<'_> {
                 }
                 stepper
             }
-            None => Stepper::begin(self.plant, &values, &carried)?,
+            None => {
+                let mut stepper = Stepper::begin(self.plant, &values, &carried)?;
+                stepper.lead_in(drive);
+                stepper
+            }
         };
         let mut seeds: Vec<(Reverse, f64)> = Vec::new();
         let sensors = self.plant.sensors().len();

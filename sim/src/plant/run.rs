@@ -142,6 +142,7 @@ impl Plant {
             return Err(SimulationError::Time { row: row + 1 });
         }
         let mut stepper = Stepper::begin(self, values, start)?;
+        stepper.lead_in(drive);
         if let Some(kept) = kept {
             stepper.share(Arc::clone(kept));
         }

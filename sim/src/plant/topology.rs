@@ -246,6 +246,12 @@ pub(crate) enum Switch {
 }
 
 impl Topology {
+    /// Some input acts later than it comes.
+    pub(crate) fn remembers(&self) -> bool {
+        let memory = |stages: &Stages| stages.delay.or(stages.play).or(stages.lag);
+        self.lines.iter().any(|line| memory(&line.stages).is_some())
+    }
+
     /// Whether the rates are affine in the state and the inputs, and few enough.
     pub(crate) fn is_linear(&self) -> bool {
         let straight = |law: &Law, motion: Motion| law.kind.straight(motion);

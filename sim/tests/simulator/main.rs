@@ -17,5 +17,6 @@ mod laws;
 mod mechanisms;
 mod order;
 mod passive;
+mod past;
 mod refusals;
 mod rig_text;

@@ -91,3 +91,26 @@ fn a_start_that_ends_in_another_well_is_found_by_its_first_rows() {
         cost(&near)
     );
 }
+
+/// A play that began each stretch in its middle pushed with half a gap too much for as long as the input took to turn.
+#[test]
+fn a_play_in_the_middle_of_a_recording_stands_where_the_rows_before_left_it() {
+    let play = "[[effect]]\nkind = \"backlash\"\ncomponent = \"push\"\ngap = { value = 8.0 }\n";
+    let rig = parse(&oscillator(2.0, 50.0, 3.0, play));
+    let plant = Plant::new(&rig).unwrap();
+    let recording = recorded(&rig, 600, 0.01, 20.0, 0.0, 3);
+    let experiments = [Experiment::new(&plant, &recording).unwrap()];
+    let problem = of_states(&plant, &rig, &experiments, 1.0);
+    let values = plant.values();
+    let start = vec![0.0; plant.state_len()];
+    for segment in cut(&plant, &experiments, 8) {
+        let rows = segment.rows.clone();
+        let until = Segment::new(&plant, &experiments, 0, 0..rows.start + 1).unwrap();
+        let state = problem.final_state(&until, &values, &start).unwrap();
+        let shown = problem.signals(&segment, &values, &state).unwrap();
+        let recorded = &experiments[0].signals[0][rows.clone()];
+        let apart = shown.iter().zip(recorded).map(|(a, b)| (a - b).abs());
+        let apart = apart.fold(0.0, f64::max) / problem.sigma[0];
+        assert!(apart < 1e-9, "{rows:?}: {apart}");
+    }
+}
