@@ -71,7 +71,7 @@ impl Drive {
             let what = format!("the past of input column `{}`", input.column);
             plant.expect(&what, times.len(), column.len())?;
         }
-        if !plant.topology.remembers() {
+        if !plant.topology.remembers() || self.rows == 0 {
             return Ok(self);
         }
         let next = times.iter().skip(1).chain([&now]);

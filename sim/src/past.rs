@@ -50,8 +50,8 @@ impl Past {
     }
 }
 
-/// What a play of any gap is left by as by the whole column (Brokate and Sprekels, Hysteresis and phase transitions, 1996,
-/// 2.2): the turns that, going back from the end, reach beyond all that came later. They alternate.
+/// A play of any gap ends after these values where it ends after the whole column (Brokate and Sprekels, Hysteresis and phase
+/// transitions, 1996, 2.2): the turns that, going back from the end, reach beyond all that came later. They alternate.
 fn extremes(column: &[f64]) -> Vec<f64> {
     let Some((&last, before)) = column.split_last() else {
         return Vec::new();
@@ -104,7 +104,9 @@ mod tests {
 
     #[test]
     fn a_long_column_has_few_extremes() {
-        let swinging: Vec<f64> = (0..100_000).map(|k| (0.618 * f64::from(k)).fract()).collect();
+        let swinging: Vec<f64> = (0..100_000)
+            .map(|k| (0.618 * f64::from(k)).fract())
+            .collect();
         assert!(extremes(&swinging).len() < 100);
         let falling: Vec<f64> = (0..1000).map(|k| -f64::from(k)).collect();
         assert_eq!(extremes(&falling), [0.0, 0.0, -999.0]);

@@ -87,7 +87,8 @@ impl Suspect {
         }
     }
 
-    /// Parameters of an effect that can be zero: if all of them are, there is no effect.
+    /// Parameters of an effect that can be zero: where none of them is known to be away from it, nothing shows that the effect
+    /// is there.
     pub fn sizes(&self) -> Vec<String> {
         match self {
             Self::Effect { kind, component } => {

@@ -146,6 +146,11 @@ fn a_past_that_does_not_fit_is_refused() {
     assert!(shape(refused(&[-0.1], &[&[1.0, 2.0]])));
     let late = refused(&[-0.1, 0.0], &[&[1.0, 2.0]]);
     assert!(matches!(late, SimulationError::Time { row: 2 }), "{late}");
+    // Without a row there is nothing that it could come before.
+    let none = Drive::new(&plant, 0, &[&[]]).expect("a drive");
+    let none = none.after(&plant, &[-0.1], 0.0, &[&[1.0]]).expect("a past");
+    let values = plant.values();
+    assert!(plant.simulate(&values, &[0.1, 0.0], &none, &[]).is_ok());
     let missing = refused(&[-0.1], &[&[f64::NAN]]);
     assert!(missing.to_string().contains("u_N"), "{missing}");
 }
