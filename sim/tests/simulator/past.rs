@@ -9,11 +9,11 @@ const ROWS: usize = 300;
 /// Where the stretch begins; before it the past is longer than what is gone through row by row.
 const CUT: usize = 181;
 
-/// What remembers, and what is left of it after 64 rows.
-const STAGES: &[(&str, &[(&str, f64)], f64)] = &[
-    ("input_delay", &[("delay", 0.137)], 1e-12),
-    ("backlash", &[("gap", 1.1)], 1e-12),
-    ("actuator_lag", &[("time_constant", 0.03)], 1e-9),
+/// What remembers: its kind, its parameter, and how much of it is not known after 64 rows.
+const STAGES: [(&str, (&str, f64), f64); 3] = [
+    ("input_delay", ("delay", 0.137), 1e-12),
+    ("backlash", ("gap", 1.1), 1e-12),
+    ("actuator_lag", ("time_constant", 0.03), 1e-9),
 ];
 
 fn rig(hold: &str, stages: &[usize]) -> Plant {
@@ -21,8 +21,8 @@ fn rig(hold: &str, stages: &[usize]) -> Plant {
         "[[actuator]]\nname = \"push\"\ndrives = \"mass\"\ninput = \"u_N\"\nhold = \"{hold}\"\ngain = 2.0\n"
     );
     let effects = stages.iter().map(|&stage| {
-        let (kind, parameters, _) = STAGES[stage];
-        effect(kind, "push", parameters)
+        let (kind, parameter, _) = STAGES[stage];
+        effect(kind, "push", &[parameter])
     });
     let effects: String = effects.collect();
     slide(0.1, 0.0, &format!("{SPRING}{DAMPER}{push}{effects}"))
