@@ -31,6 +31,8 @@ pub struct Request<'a> {
     pub evaluations: usize,
     /// The gain of the disturbance estimate, where it is not searched.
     pub disturbance_gain: Option<f64>,
+    /// Most Newton iterations a step, where they are not the model's.
+    pub iterations: Option<u8>,
     /// No progress.
     pub quiet: bool,
 }
@@ -252,7 +254,7 @@ pub fn tune_mpc(
             .collect(),
         move_suppression: g[1..=inputs].to_vec(),
         disturbance_gain: request.disturbance_gain.unwrap_or(g[0]),
-        iterations: control.iterations,
+        iterations: request.iterations.unwrap_or(control.iterations),
     };
     let mut ranges = vec![Range::logarithmic(1e-3, 1.0)];
     ranges.extend(vec![Range::logarithmic(1e-8, 1e2); inputs]);
@@ -310,6 +312,7 @@ pub fn tune_mpc(
         candidate.control.tracking_weight = weights.tracking_weight;
         candidate.control.move_suppression = weights.move_suppression;
         candidate.control.disturbance_gain = weights.disturbance_gain;
+        candidate.control.iterations = weights.iterations;
         evaluations += found.evaluations;
         stage.end(format!("objective {:.3e}", found.cost));
         if found.cost < best.as_ref().map_or(f64::MAX, |(cost, _)| *cost) {
@@ -424,6 +427,7 @@ mod tests {
             held_out: &held_out,
             evaluations: 120,
             disturbance_gain: None,
+            iterations: None,
             quiet: true,
         };
         let falls = |line: &Line| {

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::{Map, Value, json};
+use sinew_firmware::mpc::MAX_ITERATIONS;
 use sinew_firmware::pid::PidState;
 use sinew_firmware::rise::RiseState;
 use sinew_sim::Rig;
@@ -59,6 +60,10 @@ pub struct Arguments {
     /// Keep the gain of the disturbance estimate at this instead of searching it; 0 switches the estimate off.
     #[arg(long, value_name = "GAIN")]
     disturbance_gain: Option<f64>,
+    /// Most Newton iterations in a control step, 1 to 8, instead of the model's. One bounds the longest step: a second follows
+    /// only where the first was far off.
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u8).range(1..=i64::from(MAX_ITERATIONS)))]
+    iterations: Option<u8>,
     /// Leave PID and RISE as they are.
     #[arg(long)]
     mpc_only: bool,
@@ -87,6 +92,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         held_out: &bench.scenario(&ready.values)?,
         evaluations: arguments.evaluations,
         disturbance_gain: arguments.disturbance_gain,
+        iterations: arguments.iterations,
         quiet: arguments.common.quiet,
     };
     let folder = tempfile::tempdir()
@@ -125,12 +131,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     print!("{}", contest.table().text());
     let control = &spec.control;
     println!(
-        "MPC: horizon {}, control horizon {}, Q {}, Lambda {}, disturbance gain {}",
+        "MPC: horizon {}, control horizon {}, Q {}, Lambda {}, disturbance gain {}, iterations {}",
         control.horizon,
         control.control_horizon,
         list(&control.tracking_weight),
         list(&control.move_suppression),
-        significant(control.disturbance_gain, 3)
+        significant(control.disturbance_gain, 3),
+        control.iterations
     );
     print!("{}", found.said);
     println!("{}", arguments.out.display());
@@ -145,6 +152,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             "tracking_weight": control.tracking_weight,
             "move_suppression": control.move_suppression,
             "disturbance_gain": control.disturbance_gain,
+            "iterations": control.iterations,
         });
         crate::atomic::write(path, format!("{document:#}\n"))?;
         println!("{}", path.display());

@@ -53,6 +53,19 @@ pub const MASS: Problem = Problem {
             ..PLAIN
         },
         Variant {
+            name: "one-iteration",
+            network_of: Some("horizon-12"),
+            tune: &[
+                "--horizons",
+                "12",
+                "--control-horizons",
+                "4",
+                "--iterations",
+                "1",
+            ],
+            ..PLAIN
+        },
+        Variant {
             name: "horizon-1",
             network_of: Some("horizon-12"),
             tune: &["--horizons", "1", "--control-horizons", "1"],
@@ -286,6 +299,41 @@ pub const HASEL: Problem = Problem {
             name: "36-16-3",
             tables: Some(HASEL_TABLES),
             tune: HASEL_TUNE,
+            ..PLAIN
+        },
+        Variant {
+            name: "one-iteration",
+            tables: Some(HASEL_TABLES),
+            network_of: Some("36-16-3"),
+            tune: &[
+                "--horizons",
+                "10",
+                "--control-horizons",
+                "2",
+                "--iterations",
+                "1",
+            ],
+            ..PLAIN
+        },
+        Variant {
+            name: "horizon-1",
+            tables: Some(HASEL_TABLES),
+            network_of: Some("36-16-3"),
+            tune: &["--horizons", "1", "--control-horizons", "1"],
+            ..PLAIN
+        },
+        Variant {
+            name: "no-estimate",
+            tables: Some(HASEL_TABLES),
+            network_of: Some("36-16-3"),
+            tune: &[
+                "--horizons",
+                "10",
+                "--control-horizons",
+                "2",
+                "--disturbance-gain",
+                "0",
+            ],
             ..PLAIN
         },
         Variant {
