@@ -197,6 +197,20 @@ pub const TENDON: Problem = Problem {
             ..PLAIN
         },
         Variant {
+            name: "one-iteration",
+            tables: Some(TENDON_TABLES),
+            network_of: Some("32-8-3"),
+            tune: &[
+                "--horizons",
+                "10",
+                "--control-horizons",
+                "3",
+                "--iterations",
+                "1",
+            ],
+            ..PLAIN
+        },
+        Variant {
             name: "15-8-3",
             tables: Some(TENDON_LAGS),
             tune: &["--horizons", "10", "--control-horizons", "3"],
