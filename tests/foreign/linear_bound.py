@@ -146,11 +146,20 @@ def number(entry):
 
 
 def main():
-    with open(sys.argv[1], "rb") as file:
+    path, recording = sys.argv[1:3]
+    with open(path, "rb") as file:
         rig = tomllib.load(file)
-    with open(sys.argv[2], newline="") as file:
-        rows = (line for line in file if not line.startswith("#"))
-        positions = [float(row[rig["sensor"][0]["signal"]]) for row in csv.DictReader(rows)]
+    for part in ["body", "spring", "damper", "actuator", "sensor"]:
+        if len(rig.get(part, [])) != 1:
+            sys.exit(f"{path}: expected one [[{part}]], found {len(rig.get(part, []))}")
+    signal = rig["sensor"][0]["signal"]
+    with open(recording, newline="") as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    if not rows or signal not in rows[0]:
+        sys.exit(f"{recording}: expected rows with a column `{signal}`")
+    positions = [float(row[signal]) for row in rows]
+    if not np.isfinite(positions).all():
+        sys.exit(f"{recording}: expected a number in every row of `{signal}`")
     share, delay = float(sys.argv[3]), float(sys.argv[4])
     noise = share * (max(positions) - min(positions))
     low, high = rig["actuator"][0]["limit"]
