@@ -10,6 +10,7 @@ use super::search::{Bench, FINAL_STEPS};
 use super::suspect::Suspect;
 use crate::error::Result;
 use crate::fit::levenberg::Unknowns;
+use crate::fit::start;
 
 impl Bench<'_> {
     /// Fits what a race found to all of the fit recordings and looks at what it leaves of both roles.
@@ -20,7 +21,7 @@ impl Bench<'_> {
         steps: usize,
     ) -> Result<Option<Contender>> {
         let model = &tried.model.integrated(self.settings);
-        let mut segments = self.fit.segments(&model.plant, &self.fit_stretches)?;
+        let segments = self.fit.segments(&model.plant, &self.fit_stretches)?;
         let found = Starts {
             data: track.data,
             stretches: &track.stretches,
@@ -36,6 +37,18 @@ impl Bench<'_> {
             values: tried.point.values.clone(),
             states,
         };
+        self.refined(tried, from, steps)
+    }
+
+    /// As [`Bench::contender`], from here.
+    pub fn refined(
+        &self,
+        tried: &Tried,
+        from: Unknowns,
+        steps: usize,
+    ) -> Result<Option<Contender>> {
+        let model = &tried.model.integrated(self.settings);
+        let mut segments = self.fit.segments(&model.plant, &self.fit_stretches)?;
         let Some(mut point) = model.improve(self.fit, &mut segments, from, steps, 1e-4) else {
             return Ok(None);
         };
@@ -91,18 +104,24 @@ impl Bench<'_> {
     /// The believed rig with the benefit of the doubt: fitted to the check recordings too, so that nothing is
     /// called missing because a parameter was not known well enough.
     pub fn base(&self, start: &Tried) -> Result<Option<Contender>> {
+        self.base_from(start, &start.point.values)
+    }
+
+    /// The same, from other values of the rig's parameters.
+    pub fn base_from(&self, start: &Tried, values: &[f64]) -> Result<Option<Contender>> {
         let model = &start.model.integrated(self.settings);
         let mut stretches = self.fit_stretches.clone();
         let own = self.fit.experiments.len();
         let of_check = self.check_stretches.iter();
         stretches.extend(of_check.map(|(index, rows)| (own + index, rows.clone())));
         let mut segments = self.both.segments(&model.plant, &stretches)?;
-        let values = &start.point.values;
         let states = self
             .both
             .starts(&model.rig, &model.plant, &segments, values)?;
+        let problem = self.both.judging(&model.plant);
+        let states = start::near(&problem, &segments, values, states);
         let from = Unknowns {
-            values: values.clone(),
+            values: values.to_vec(),
             states,
         };
         let Some(point) = model.improve(self.both, &mut segments, from, FINAL_STEPS, 1e-4) else {

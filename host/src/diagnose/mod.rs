@@ -22,6 +22,7 @@ mod name;
 mod neighbours;
 mod next;
 mod noise;
+mod numbers;
 pub mod output;
 mod pairs;
 mod race;
@@ -41,7 +42,7 @@ pub use self::finding::{
 use self::roles::Roles;
 use self::search::Bench;
 use crate::error::Result;
-use crate::fit::{FitOptions, fit};
+use crate::fit::{Fit, FitOptions, fit};
 use crate::recording::Recording;
 
 /// Recordings by role.
@@ -105,7 +106,7 @@ pub fn diagnose(
     fit_data.learn_steps(&both_data);
     check_data.learn_steps(&both_data);
     told("refitting the rig", 0, 1);
-    let refitted = fit(rig, &roles.fit, &FitOptions::default(), &mut |_| {})?;
+    let mut refitted = fit(rig, &roles.fit, &FitOptions::default(), &mut |_| {})?;
     let in_parts = integrates(rig);
     let parts = if in_parts { 8 } else { 1 };
     let values = Plant::new(&refitted.rig)?.values();
@@ -124,10 +125,31 @@ pub fn diagnose(
         trust: if roles.by_itself { 0.7 } else { 1.0 },
         told,
     };
-    let found = bench.search(&refitted.rig, &values)?;
+    let mut found = bench.search(&refitted.rig, &values, None)?;
+    if let Some(short) = found.take_if(|found| found.stopped_short) {
+        let base = &short.base.tried;
+        let nearer = base.model.with(&base.point.values)?;
+        told("refitting the rig", 0, 1);
+        let options = FitOptions {
+            near: true,
+            ..FitOptions::default()
+        };
+        let again = fit(&nearer, &roles.fit, &options, &mut |_| {});
+        if let Some(again) = again.ok().filter(|again| error(again) < error(&refitted)) {
+            refitted = again;
+        }
+        let values = Plant::new(&refitted.rig)?.values();
+        found = bench.search(&refitted.rig, &values, Some(&short.base))?;
+    }
     let mut diagnosis = conclude::conclude(rig, &refitted, &bench, found.as_ref(), &roles)?;
     diagnosis.seconds = begun.elapsed().as_secs_f64();
     Ok(diagnosis)
+}
+
+/// What a fit leaves of the recordings that it saw, all sensors together.
+fn error(fitted: &Fit) -> f64 {
+    let signals = fitted.sensors.iter();
+    signals.map(|s| s.rms.max(f64::MIN_POSITIVE).ln()).sum()
 }
 
 /// Some body is held in place by nothing: it integrates what pushes it, and a whole recording's error is

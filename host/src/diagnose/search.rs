@@ -65,6 +65,8 @@ pub(super) struct Found {
     pub chosen: Option<usize>,
     /// What was believed on the way: the chosen one's effects in the order in which they were found.
     pub probabilities: Vec<f64>,
+    /// The refit of the rig alone had stopped short of what `base` is now: the search has to begin again from there.
+    pub stopped_short: bool,
 }
 
 /// What is tried where the race from the refitted rig explains nothing, or only with a rig that is bent out of shape.
@@ -78,8 +80,14 @@ enum Attempt {
 }
 
 impl Bench<'_> {
-    /// The whole search.
-    pub fn search(&self, rig: &Rig, values: &[f64]) -> Result<Option<Found>> {
+    /// The whole search. It may end early, where it finds that the refit of the rig alone had stopped short;
+    /// then it begins again with what it has `known` since.
+    pub fn search(
+        &self,
+        rig: &Rig,
+        values: &[f64],
+        known: Option<&Contender>,
+    ) -> Result<Option<Found>> {
         let plant = Plant::new(rig)?;
         let pace = pace(&plant, values, &self.fit.experiments);
         let thin = self.thinning(pace);
@@ -106,12 +114,17 @@ impl Bench<'_> {
         let Some(base) = self.base(&start)? else {
             return Ok(None);
         };
+        let base = match known {
+            Some(known) if self.share_left(known, &base) < 1.0 => known.clone(),
+            _ => base,
+        };
         if !self.leaves_something(&base) {
             return Ok(Some(Found {
                 base,
                 finalists: Vec::new(),
                 chosen: None,
                 probabilities: Vec::new(),
+                stopped_short: false,
             }));
         }
         let all = suspects(rig, &plant);
@@ -168,6 +181,25 @@ impl Bench<'_> {
             finalists = super::pairs::once(finalists);
             chosen = self.best_of_sizes(&base, &finalists);
         }
+        // A fit ends in the nearest valley: rivals begin where the best one ended, and so does the rig without any effect.
+        if let Some(index) = chosen.filter(|_| enough) {
+            let again = self.rivals_from(&finalists[index], &base, &finalists)?;
+            finalists.extend(again);
+            finalists = super::pairs::once(finalists);
+            chosen = self.best_of_sizes(&base, &finalists);
+        }
+        let best = chosen.or_else(|| self.order(&base, &finalists).first().copied());
+        if let Some(index) = best.filter(|_| known.is_none())
+            && let Some(base) = self.alone_from(&start, &finalists[index].tried, &base)?
+        {
+            return Ok(Some(Found {
+                base,
+                finalists: Vec::new(),
+                chosen: None,
+                probabilities: Vec::new(),
+                stopped_short: true,
+            }));
+        }
         // An effect of no size only led away from where the refit of the rig had stopped, as its rivals may have.
         if let Some(index) = chosen
             && !self.has_size(&finalists[index])?
@@ -181,6 +213,7 @@ impl Bench<'_> {
             finalists,
             chosen,
             probabilities,
+            stopped_short: false,
         }))
     }
 

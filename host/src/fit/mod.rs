@@ -30,6 +30,8 @@ pub struct FitOptions {
     /// Standard deviation of the prior around the rig's values, as a multiple of each value. Wide: it decides
     /// only where the data do not.
     pub prior_width: f64,
+    /// The rig's values are near: whole recordings at once, where short stretches would lead away first.
+    pub near: bool,
 }
 
 impl Default for FitOptions {
@@ -37,6 +39,7 @@ impl Default for FitOptions {
         Self {
             iterations: 60,
             prior_width: 3.0,
+            near: false,
         }
     }
 }

@@ -69,7 +69,11 @@ pub(crate) fn run(
         widths: vec![options.prior_width; problem.slots.len()],
     };
 
-    let (mut segments, mut unknowns) = first_stretches(&problem, &views, &written)?;
+    let (mut segments, mut unknowns) = if options.near {
+        whole_recordings(&problem, &views, &written)?
+    } else {
+        first_stretches(&problem, &views, &written)?
+    };
     let silent = silent_scales(&problem, &segments, &unknowns);
     let longest = experiments.iter().map(Experiment::rows).max().unwrap_or(0);
     let (mut stop, mut steps) = (Stop::Converged, 0);
@@ -81,7 +85,7 @@ pub(crate) fn run(
             .max()
             .unwrap_or(0);
         let last = horizon == longest;
-        if last {
+        if last && !options.near {
             better_of_written(
                 &problem,
                 &belief,
@@ -228,6 +232,28 @@ fn first_stretches(
             ));
         }
     }
+}
+
+/// Every recording as one stretch, its start fitted to the rig as written.
+fn whole_recordings(
+    problem: &Problem,
+    views: &Views,
+    written: &[f64],
+) -> Result<(Vec<Segment>, Unknowns)> {
+    let segments = cut(problem, |rows| rows)?;
+    let states = start::states(problem, views, &segments, written)?;
+    let unknowns = Unknowns {
+        values: written.to_vec(),
+        states: start::settle(problem, &segments, written, states),
+    };
+    if problem
+        .cost(&segments, written, &unknowns.states)
+        .is_finite()
+    {
+        return Ok((segments, unknowns));
+    }
+    let rows = segments.iter().map(|segment| segment.rows.len()).max();
+    Err(beyond_simulation(rows.unwrap_or(0)))
 }
 
 /// Stretches of the next level with what is known of their starts. Where they cannot be simulated they are
