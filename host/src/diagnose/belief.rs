@@ -118,15 +118,19 @@ impl Bench<'_> {
             })
     }
 
+    /// Whether what an explanation removes from some sensor exceeds the noise.
+    pub fn large(&self, contender: &Contender, base: &Contender) -> bool {
+        (0..self.check.noise.len()).any(|sensor| {
+            let squares = base.check.rms(sensor).powi(2) - contender.check.rms(sensor).powi(2);
+            squares.max(0.0).sqrt() > LARGE * self.check.sigma[sensor]
+        })
+    }
+
     /// Whether a small gain holds the other way round too: fitted to the check recordings alone, judged by the
     /// fit recordings, against a rig that was fitted to both. Large gains need no second witness.
     fn holds_both_ways(&self, contender: &Contender, base: &Contender) -> Result<bool> {
         let sensors = 0..self.check.noise.len();
-        let removed = |sensor: usize| {
-            let squares = base.check.rms(sensor).powi(2) - contender.check.rms(sensor).powi(2);
-            squares.max(0.0).sqrt() / self.check.sigma[sensor]
-        };
-        if sensors.clone().map(removed).fold(0.0, f64::max) > LARGE {
+        if self.large(contender, base) {
             return Ok(true);
         }
         let (model, values) = (&contender.tried.model, &contender.tried.point.values);

@@ -9,22 +9,15 @@ use super::finding::{
     Diagnosis, Errors, Estimate, FORMAT, FoundEffect, Location, SignalFit, Verdict,
 };
 use super::locate::{intervals, locate};
-use super::mend::{falls, mend};
-use super::name::{Known, effects, finalists, least_sure};
+use super::name::{Known, effects, finalists};
 use super::next::next_experiment;
 use super::residual::learn;
 use super::roles::Roles;
 use super::search::{Bench, Found};
-use super::suspect::Suspect;
+use super::settle::{Named, number};
 use crate::error::Result;
 use crate::fit::{Fit, score};
 use crate::recording::Recording;
-
-/// What would be named with less confidence than this is not named.
-const UNSURE: f64 = 0.3;
-
-/// What makes free runs over whole check recordings this many times as bad is no explanation, whatever it does on stretches.
-const LOST: f64 = 2.0;
 
 /// Decides on the verdict and writes everything down.
 ///
@@ -35,28 +28,17 @@ pub(super) fn conclude(
     refitted: &Fit,
     bench: &Bench,
     found: Option<&Found>,
+    named: Option<Named>,
     roles: &Roles,
 ) -> Result<Diagnosis> {
     let chosen = found.and_then(|found| Some((found, found.chosen?)));
     let suspected = chosen.and_then(|(found, index)| number(found, index));
-    let named = chosen
-        .filter(|_| suspected.is_none())
-        .filter(|&(found, index)| least_sure(found, index, bench) >= UNSURE);
-    let mended = match named {
-        Some((found, index)) => Some(mend(found, index, bench, roles)?),
-        None => None,
+    let (named, mended) = match named {
+        Some(Named { index, rig, known }) => {
+            (found.map(|found| (found, index)), Some((rig, known)))
+        }
+        None => (None, None),
     };
-    // Judged in stretches, believed only if the whole of a recording that chose nothing gains too; or if nothing is left
-    // in any stretch, and the whole is not lost: what integrates over a ripple ends a whole recording in one well or in
-    // another.
-    let holds = |rig: &Rig| {
-        let all =
-            |(found, index): (&Found, usize)| !bench.leaves_something(&found.finalists[index]);
-        let falls = |part: f64| falls(&refitted.rig, rig, roles, part);
-        falls(1.0) || bench.in_parts && named.is_some_and(all) && falls(LOST)
-    };
-    let mended = mended.filter(|(rig, _)| holds(rig));
-    let named = named.filter(|_| mended.is_some());
     let (mended, known) = mended.unwrap_or_else(|| (refitted.rig.clone(), estimates(refitted)));
     let effects = named.map_or_else(Vec::new, |(found, index)| {
         effects(found, index, bench, &known)
@@ -128,14 +110,6 @@ pub(super) fn conclude(
             recovered,
         },
     })
-}
-
-/// The bare number that explains the recordings better than any effect, if one does.
-fn number(found: &Found, index: usize) -> Option<&str> {
-    match &found.finalists[index].tried.suspects[..] {
-        [Suspect::Number { name }] => Some(name),
-        _ => None,
-    }
 }
 
 fn estimates(fitted: &Fit) -> Known {

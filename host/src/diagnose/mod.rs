@@ -30,6 +30,7 @@ mod residual;
 mod roles;
 mod screen;
 mod search;
+mod settle;
 mod suspect;
 
 use sinew_sim::{Plant, Rig};
@@ -141,7 +142,11 @@ pub fn diagnose(
         let values = Plant::new(&refitted.rig)?.values();
         found = bench.search(&refitted.rig, &values, Some(&short.base))?;
     }
-    let mut diagnosis = conclude::conclude(rig, &refitted, &bench, found.as_ref(), &roles)?;
+    let named = match &mut found {
+        Some(found) => settle::settle(found, &refitted, &bench, &roles)?,
+        None => None,
+    };
+    let mut diagnosis = conclude::conclude(rig, &refitted, &bench, found.as_ref(), named, &roles)?;
     diagnosis.seconds = begun.elapsed().as_secs_f64();
     Ok(diagnosis)
 }

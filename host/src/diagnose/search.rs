@@ -67,6 +67,8 @@ pub(super) struct Found {
     pub probabilities: Vec<f64>,
     /// The refit of the rig alone had stopped short of what `base` is now: the search has to begin again from there.
     pub stopped_short: bool,
+    /// Finalists that win in stretches and lose free runs over whole recordings.
+    pub refuted: Vec<Contender>,
 }
 
 /// What is tried where the race from the refitted rig explains nothing, or only with a rig that is bent out of shape.
@@ -125,6 +127,7 @@ impl Bench<'_> {
                 chosen: None,
                 probabilities: Vec::new(),
                 stopped_short: false,
+                refuted: Vec::new(),
             }));
         }
         let all = suspects(rig, &plant);
@@ -198,13 +201,8 @@ impl Bench<'_> {
                 chosen: None,
                 probabilities: Vec::new(),
                 stopped_short: true,
+                refuted: Vec::new(),
             }));
-        }
-        // An effect of no size only led away from where the refit of the rig had stopped, as its rivals may have.
-        if let Some(index) = chosen
-            && !self.has_size(&finalists[index])?
-        {
-            chosen = None;
         }
         let chosen = chosen.map(|chosen| self.simplest(chosen, &finalists));
         let probabilities = self.probabilities(&base, &finalists, chosen);
@@ -214,6 +212,7 @@ impl Bench<'_> {
             chosen,
             probabilities,
             stopped_short: false,
+            refuted: Vec::new(),
         }))
     }
 

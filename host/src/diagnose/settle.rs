@@ -1,0 +1,105 @@
+//! Which of the explanations is named: the best whose free runs over whole recordings hold.
+
+use sinew_sim::Rig;
+
+use super::mend::{falls, mend};
+use super::name::{Known, least_sure};
+use super::roles::Roles;
+use super::search::{Bench, Found};
+use super::suspect::Suspect;
+use crate::error::Result;
+use crate::fit::Fit;
+
+/// What would be named with less confidence than this is not named.
+const UNSURE: f64 = 0.3;
+
+/// What makes free runs over whole check recordings this many times as bad is no explanation, whatever it does on stretches.
+const LOST: f64 = 2.0;
+
+/// How many explanations may be refuted by free runs before nothing is named.
+const REFUTED: usize = 5;
+
+/// What is named.
+pub(super) struct Named {
+    /// Index into the finalists.
+    pub index: usize,
+    /// The mended rig.
+    pub rig: Rig,
+    /// Its parameters.
+    pub known: Known,
+}
+
+/// The best explanation that holds. Stretches have start states of their own, so what drifts or is carried away over a
+/// whole recording may win there; such a one is taken out, and the rest are judged without it.
+///
+/// # Errors
+/// A rig that cannot be compiled.
+pub(super) fn settle(
+    found: &mut Found,
+    refitted: &Fit,
+    bench: &Bench,
+    roles: &Roles,
+) -> Result<Option<Named>> {
+    for round in 0..=REFUTED {
+        let Some(index) = found.chosen else { break };
+        if number(found, index).is_some() {
+            break;
+        }
+        // An effect of no size only led away from where the refit of the rig had stopped, as its rivals may have.
+        let known = bench.has_size(&found.finalists[index])?;
+        if known && least_sure(found, index, bench) < UNSURE {
+            break;
+        }
+        if known && let Some(named) = holds(found, index, refitted, bench, roles)? {
+            return Ok(Some(named));
+        }
+        if !bench.in_parts || round == REFUTED {
+            break;
+        }
+        refute(found, index, bench);
+        found.chosen = found.chosen.filter(|&index| number(found, index).is_none());
+    }
+    found.chosen = found.chosen.filter(|&index| number(found, index).is_some());
+    Ok(None)
+}
+
+/// The mended rig, if its free runs hold. Judged in stretches, an explanation is believed only if the whole of a recording
+/// that chose nothing gains too; or if nothing is left in any stretch, and the whole is not lost: what integrates over a
+/// ripple ends a whole recording in one well or in another.
+fn holds(
+    found: &Found,
+    index: usize,
+    refitted: &Fit,
+    bench: &Bench,
+    roles: &Roles,
+) -> Result<Option<Named>> {
+    let (rig, known) = mend(found, index, bench, roles)?;
+    let all = !bench.leaves_something(&found.finalists[index]);
+    let holds = falls(&refitted.rig, &rig, roles, 1.0)
+        || bench.in_parts && all && falls(&refitted.rig, &rig, roles, LOST);
+    Ok(holds.then_some(Named { index, rig, known }))
+}
+
+/// Takes an explanation out, and what builds on it, and judges the rest without it.
+fn refute(found: &mut Found, index: usize, bench: &Bench) {
+    let refuted = found.finalists[index].tried.suspects.clone();
+    let (out, rest) = std::mem::take(&mut found.finalists)
+        .into_iter()
+        .partition(|finalist| {
+            let holds = |suspect| finalist.tried.suspects.contains(suspect);
+            refuted.iter().all(holds)
+        });
+    found.finalists = rest;
+    found.refuted.extend::<Vec<_>>(out);
+    let chosen = bench.best_of_sizes(&found.base, &found.finalists);
+    found.chosen = chosen.map(|index| bench.simplest(index, &found.finalists));
+    found.probabilities = bench.probabilities(&found.base, &found.finalists, found.chosen);
+}
+
+/// The bare number that explains the recordings better than any effect, if one does.
+pub(super) fn number(found: &Found, index: usize) -> Option<&str> {
+    match &found.finalists[index].tried.suspects[..] {
+        [Suspect::Number { name }] => Some(name),
+        _ => None,
+    }
+}
