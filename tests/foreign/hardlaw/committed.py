@@ -2,7 +2,7 @@
 
     python -m hardlaw.committed
 
-Thirty, stratified, with a seed of their own, of which `cargo xtask test` takes twelve; and six that the program once
+Thirty, stratified, with a seed of their own, of which `cargo xtask test` takes twelve; and nine that the program once
 missed or took for what they are not. `cargo xtask ci` takes all.
 """
 
@@ -53,8 +53,9 @@ ENTRIES = [
 # Seed and number: a lag of one of two encoders, whose memory began each stretch of a recording with its first sample;
 # two effects of which the best single one was neither; a play that is seen on short stretches only; a play in an actuator that
 # stretches began in its middle; two controls in which something was named: a pendulum that turns over, from wrong parameters, and
-# a disturbance under feedback.
-MISSED = [(2029, 145), (2029, 218), (2029, 667), (2030, 55), (2030, 545), (2030, 591)]
+# a disturbance under feedback; two controls whose refit ended in a valley of its own, a damping at zero and a pendulum that turns
+# over, in which something of no size was named; dry friction whose own fit ended short of what a richer law of friction reached.
+MISSED = [(2029, 145), (2029, 218), (2029, 667), (2030, 55), (2030, 545), (2030, 591), (4001, 169), (4001, 481), (2030, 361)]
 
 
 def main():

@@ -50,6 +50,17 @@ pub const CASES: &[Case] = &[
         published: "4.6 mm with Coulomb friction; 2.64 mm, the best",
     },
     Case {
+        name: "emps-checked",
+        rig: "rigs/recorded/emps.toml",
+        device: "EMPS, checked by its other recording",
+        signal: "q_m",
+        fit: &[Source::new("emps/train.csv", Part::Whole)],
+        check: &[Source::new("emps/test_pulses.csv", Part::Whole)],
+        test: &[],
+        known: &["coulomb_friction", "direction_dependent_friction"],
+        published: "as above",
+    },
+    Case {
         name: "silverbox",
         rig: "rigs/recorded/silverbox.toml",
         device: "Silverbox, an electronic Duffing oscillator",
