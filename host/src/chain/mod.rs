@@ -15,3 +15,4 @@ pub mod size;
 pub mod summary;
 pub mod task;
 pub mod tune;
+pub mod weights;

@@ -11,10 +11,11 @@ use toml_edit::{Array, DocumentMut, Item, Table, Value};
 
 use super::build::compile_in;
 use super::side_by_side::Bench;
+use super::weights::Searched;
 use crate::compare::closed_loop::{Run, Scenario, Score};
 use crate::compare::feedback::{Opponent, Training, Tuning, tune};
 use crate::compare::mpc::{MpcController, Weights};
-use crate::compare::optimise::{Budget, Range, search};
+use crate::compare::optimise::Budget;
 use crate::error::{Error, Result};
 use crate::progress::Stage;
 use crate::project::{self, Board, Built};
@@ -240,7 +241,6 @@ pub fn tune_mpc(
     folder: &Path,
     cache: Option<&Path>,
 ) -> Result<(Line, ModelSpec)> {
-    let (outputs, inputs) = (spec.outputs.len(), spec.inputs.len());
     let control = &spec.control;
     let own = Weights {
         tracking_weight: control.tracking_weight.clone(),
@@ -248,35 +248,7 @@ pub fn tune_mpc(
         disturbance_gain: control.disturbance_gain,
         iterations: control.iterations,
     };
-    let of = |g: &[f64]| Weights {
-        tracking_weight: std::iter::once(1.0)
-            .chain(g[1 + inputs..].iter().copied())
-            .collect(),
-        move_suppression: g[1..=inputs].to_vec(),
-        disturbance_gain: request.disturbance_gain.unwrap_or(g[0]),
-        iterations: request.iterations.unwrap_or(control.iterations),
-    };
-    let mut ranges = vec![Range::logarithmic(1e-3, 1.0)];
-    ranges.extend(vec![Range::logarithmic(1e-8, 1e2); inputs]);
-    ranges.extend(vec![Range::logarithmic(1e-3, 1e3); outputs - 1]);
-    let first = control
-        .tracking_weight
-        .first()
-        .copied()
-        .filter(|q| *q > 0.0)
-        .unwrap_or(1.0);
-    let scaled = |values: &[f64]| -> Vec<f64> { values.iter().map(|v| v / first).collect() };
-    let start = |gain: f64, moves: Vec<f64>| {
-        let mut start = vec![gain];
-        start.extend(moves);
-        start.extend(&scaled(&control.tracking_weight)[1..]);
-        start
-    };
-    let starts = [
-        start(control.disturbance_gain, scaled(&control.move_suppression)),
-        start(0.1, vec![1e-2; inputs]),
-        start(0.3, vec![1e-5; inputs]),
-    ];
+    let searched = Searched::about(control, request.disturbance_gain, request.iterations);
 
     let before = {
         let firmware = Firmware::build(spec, folder, cache, request.quiet)?;
@@ -299,16 +271,15 @@ pub fn tune_mpc(
         );
         let stage = Stage::begin(title, request.quiet);
         let told = counter(&stage, share);
-        let found = search(&ranges, &starts, Budget::Evaluations(share), |g| {
+        let found = searched.search(share, |weights| {
             told();
-            let weights = of(g);
             let cost = request
                 .training
-                .cost(|scenario| firmware.run(&weights, scenario));
+                .cost(|scenario| firmware.run(weights, scenario));
             cost.unwrap_or(f64::INFINITY)
         });
         drop(told);
-        let weights = of(&found.best);
+        let weights = searched.weights(&found.best);
         candidate.control.tracking_weight = weights.tracking_weight;
         candidate.control.move_suppression = weights.move_suppression;
         candidate.control.disturbance_gain = weights.disturbance_gain;

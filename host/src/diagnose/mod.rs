@@ -43,6 +43,7 @@ pub use self::finding::{
 use self::roles::Roles;
 use self::search::Bench;
 use crate::error::Result;
+use crate::fit::pace::pace;
 use crate::fit::{Fit, FitOptions, fit};
 use crate::recording::Recording;
 
@@ -69,6 +70,10 @@ impl Default for Options {
         Self { seed: 1 }
     }
 }
+
+/// Steps of a refit that begins where an explanation ended, and how many times as fast the rig may have become there.
+const AGAIN: usize = 15;
+const DEAREST: f64 = 4.0;
 
 /// Finds out what a rig lacks. `told` hears what is being done, how much of it, and of how much.
 ///
@@ -126,21 +131,23 @@ pub fn diagnose(
         trust: if roles.by_itself { 0.7 } else { 1.0 },
         told,
     };
-    let mut found = bench.search(&refitted.rig, &values, None)?;
-    if let Some(short) = found.take_if(|found| found.stopped_short) {
+    let mut found = bench.search(&refitted.rig, &values)?;
+    if let Some(short) = found.as_ref().filter(|found| found.stopped_short) {
         let base = &short.base.tried;
-        let nearer = base.model.with(&base.point.values)?;
-        told("refitting the rig", 0, 1);
-        let options = FitOptions {
-            near: true,
-            ..FitOptions::default()
-        };
-        let again = fit(&nearer, &roles.fit, &options, &mut |_| {});
-        if let Some(again) = again.ok().filter(|again| error(again) < error(&refitted)) {
-            refitted = again;
+        let of = |values: &[f64]| pace(&base.model.plant, values, &fit_data.experiments);
+        // Not where the rig got so stiff on the way that a fit to whole recordings takes minutes.
+        if of(&base.point.values) < DEAREST * of(&values) {
+            let nearer = base.model.with(&base.point.values)?;
+            let options = FitOptions {
+                iterations: AGAIN,
+                near: true,
+                ..FitOptions::default()
+            };
+            let again = fit(&nearer, &roles.fit, &options, &mut |_| {});
+            if let Some(again) = again.ok().filter(|again| error(again) < error(&refitted)) {
+                refitted = again;
+            }
         }
-        let values = Plant::new(&refitted.rig)?.values();
-        found = bench.search(&refitted.rig, &values, Some(&short.base))?;
     }
     let named = match &mut found {
         Some(found) => settle::settle(found, &refitted, &bench, &roles)?,

@@ -65,7 +65,7 @@ pub(super) struct Found {
     pub chosen: Option<usize>,
     /// What was believed on the way: the chosen one's effects in the order in which they were found.
     pub probabilities: Vec<f64>,
-    /// The refit of the rig alone had stopped short of what `base` is now: the search has to begin again from there.
+    /// The refit of the rig alone had stopped short of what `base` is now: its refit begins again from there.
     pub stopped_short: bool,
     /// Finalists that win in stretches and lose free runs over whole recordings.
     pub refuted: Vec<Contender>,
@@ -82,14 +82,8 @@ enum Attempt {
 }
 
 impl Bench<'_> {
-    /// The whole search. It may end early, where it finds that the refit of the rig alone had stopped short;
-    /// then it begins again with what it has `known` since.
-    pub fn search(
-        &self,
-        rig: &Rig,
-        values: &[f64],
-        known: Option<&Contender>,
-    ) -> Result<Option<Found>> {
+    /// The whole search.
+    pub fn search(&self, rig: &Rig, values: &[f64]) -> Result<Option<Found>> {
         let plant = Plant::new(rig)?;
         let pace = pace(&plant, values, &self.fit.experiments);
         let thin = self.thinning(pace);
@@ -113,12 +107,8 @@ impl Bench<'_> {
         };
         // The believed rig may have run along the bound, and nothing may be added to it there.
         track.settings.max_substeps *= 2;
-        let Some(base) = self.base(&start)? else {
+        let Some(mut base) = self.base(&start)? else {
             return Ok(None);
-        };
-        let base = match known {
-            Some(known) if self.share_left(known, &base) < 1.0 => known.clone(),
-            _ => base,
         };
         if !self.leaves_something(&base) {
             return Ok(Some(Found {
@@ -192,17 +182,19 @@ impl Bench<'_> {
             chosen = self.best_of_sizes(&base, &finalists);
         }
         let best = chosen.or_else(|| self.order(&base, &finalists).first().copied());
-        if let Some(index) = best.filter(|_| known.is_none())
-            && let Some(base) = self.alone_from(&start, &finalists[index].tried, &base)?
-        {
-            return Ok(Some(Found {
-                base,
-                finalists: Vec::new(),
-                chosen: None,
-                probabilities: Vec::new(),
-                stopped_short: true,
-                refuted: Vec::new(),
-            }));
+        let alone = match best {
+            Some(index) => self.alone_from(&start, &finalists[index].tried, &base)?,
+            None => None,
+        };
+        let stopped_short = alone.is_some();
+        if let Some(alone) = alone {
+            chosen = if self.leaves_something(&alone) {
+                self.best_of_sizes(&alone, &finalists)
+            } else {
+                finalists.clear();
+                None
+            };
+            base = alone;
         }
         let chosen = chosen.map(|chosen| self.simplest(chosen, &finalists));
         let probabilities = self.probabilities(&base, &finalists, chosen);
@@ -211,7 +203,7 @@ impl Bench<'_> {
             finalists,
             chosen,
             probabilities,
-            stopped_short: false,
+            stopped_short,
             refuted: Vec::new(),
         }))
     }
