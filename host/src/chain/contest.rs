@@ -44,6 +44,9 @@ pub struct Contest {
     moved: Vec<Moved>,
     /// Age of the measurements when a controller gets them.
     delay_s: f64,
+    /// What errors, effort and time at limits were judged between, seconds; absent where it is the whole run.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    judged_s: Option<[f64; 2]>,
     /// How far each loop's own plant was drawn from the one in `plant`, as a part of each free parameter; null where all
     /// loops have one plant.
     spread: Option<f64>,
@@ -90,6 +93,7 @@ impl Contest {
             reference: ready.task.reference_source.clone(),
             moved: ready.moved.clone(),
             delay_s: ready.delay_s,
+            judged_s: ready.task.judged_s,
             spread: None,
             outputs: sensors
                 .map(|s| Output {
@@ -118,9 +122,13 @@ impl Contest {
             "host" => "on this computer".into(),
             board => format!("of each MPC on {board} and, with the same bits, on this computer"),
         };
+        let judged = match self.judged_s {
+            Some([from, to]) => format!(", judged from {from} s to {to} s"),
+            None => String::new(),
+        };
         let caption = match loops {
-            1 => format!("one loop of {} steps, {ran}", self.steps),
-            _ => format!("{loops} loops of {} steps, {ran}", self.steps),
+            1 => format!("one loop of {} steps{judged}, {ran}", self.steps),
+            _ => format!("{loops} loops of {} steps{judged}, {ran}", self.steps),
         };
         let mut titles = vec!["controller", "output", "#RMS error"];
         titles.extend((loops > 1).then_some("#worst loop"));

@@ -28,11 +28,19 @@ pub struct Judged {
 impl Judged {
     fn of(run: &Run, task: &Task) -> Self {
         let outputs = 0..task.outputs.len();
+        let judged = task.judged_s.map(|[from, to]| run.between(from, to));
+        let judged = judged.as_ref().unwrap_or(run);
         Self {
-            score: run.score(&task.limits),
-            distance: task.one_unit.then(|| run.distance()),
-            transient: outputs.map(|i| run.transient(i, task.period_s)).collect(),
-            at_limits_s: run.at_limits_s(&task.limits, task.period_s),
+            score: Score {
+                // Limits hold from the first command to the last.
+                outside_limits: run.score(&task.limits).outside_limits,
+                ..judged.score(&task.limits)
+            },
+            distance: task.one_unit.then(|| judged.distance()),
+            transient: outputs
+                .map(|i| judged.transient(i, task.period_s))
+                .collect(),
+            at_limits_s: judged.at_limits_s(&task.limits, task.period_s),
         }
     }
 }

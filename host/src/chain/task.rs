@@ -69,6 +69,8 @@ pub struct Task {
     pub reference: Reference,
     /// Where it comes from, which says what tuning follows instead.
     pub source: Source,
+    /// Errors are judged from here to there, seconds; without, over the whole run.
+    pub judged_s: Option<[f64; 2]>,
     /// All outputs have one unit, so that the length of their error means something.
     pub one_unit: bool,
     /// One line that says where the reference comes from.
@@ -76,6 +78,11 @@ pub struct Task {
 }
 
 impl Task {
+    /// How long the reference is.
+    pub fn duration_s(&self) -> f64 {
+        self.reference.steps() as f64 * self.period_s
+    }
+
     /// The task of a rig. Ranges and noise come from `recordings`; a recorded reference from
     /// `reference`.
     ///
@@ -206,6 +213,7 @@ impl Task {
         let mut units = outputs.iter().map(|s| plant.sensors()[*s].unit.as_str());
         let unit = units.next();
         Ok(Self {
+            judged_s: None,
             one_unit: outputs.len() > 1 && units.all(|other| Some(other) == unit),
             period_s,
             horizon,

@@ -54,6 +54,10 @@ pub struct Arguments {
     spread: f64,
     #[command(flatten)]
     conditions: Conditions,
+    /// Judge errors, effort and time at limits between these times only: where a path begins, plants that were drawn may rest
+    /// beside it. Commands have to stay inside their limits all the time.
+    #[arg(long, value_name = "FROM,TO", value_delimiter = ',', num_args = 1)]
+    judged: Vec<f64>,
     /// Evaluations that tuning PID and RISE may cost each, where the plant is slow to simulate; otherwise some thousands.
     #[arg(long, value_name = "COUNT", value_parser = RangedU64ValueParser::<usize>::new().range(20..))]
     evaluations: Option<usize>,
@@ -79,6 +83,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let recordings = &of_loop.recordings;
     let recordings = recordings.fit.iter().chain(&recordings.test);
     arguments.conditions.refuse()?;
+    judged(&arguments.judged, f64::INFINITY)?;
     if !(0.0..1.0).contains(&arguments.spread) {
         return Err(Error::arguments(format!(
             "`--spread {}` is no fraction of a parameter",
@@ -107,6 +112,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     )?;
     let mut ready = of_loop.load(arguments.plant.as_deref())?;
     arguments.conditions.apply(&mut ready)?;
+    ready.task.judged_s = judged(&arguments.judged, ready.task.duration_s())?;
     if let Some(command) = &arguments.plant_program {
         ready.let_be_the_plant(command, arguments.spread);
     }
@@ -185,6 +191,30 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         println!("{}", path.display());
     }
     Ok(())
+}
+
+/// The times between which loops are judged; `duration_s` of the reference, once it is known.
+fn judged(asked: &[f64], duration_s: f64) -> Result<Option<[f64; 2]>> {
+    let within = |from: f64, to: f64| 0.0 <= from && from < to && from < duration_s;
+    match *asked {
+        [] => Ok(None),
+        [from, to] if within(from, to) => Ok(Some([from, to])),
+        _ => {
+            let given: Vec<String> = asked.iter().map(f64::to_string).collect();
+            let within = match duration_s.is_finite() {
+                true => format!(", the first before the reference ends at {duration_s:.1} s"),
+                false => String::new(),
+            };
+            Err(Error::arguments(format!(
+                "`--judged {}` is no stretch of a run",
+                given.join(",")
+            ))
+            .expected(format!(
+                "two times in seconds, the earlier one first{within}"
+            ))
+            .help("--judged 2.5,19"))
+        }
+    }
 }
 
 /// Tunes a controller without a model on the plant that it is judged on, and runs it; what inputs and outputs that do

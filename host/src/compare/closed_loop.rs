@@ -191,6 +191,25 @@ pub struct Score {
 pub type InputLimits = (f64, f64, f64);
 
 impl Run {
+    /// The samples from `from` to `to`, seconds.
+    #[must_use]
+    pub fn between(&self, from: f64, to: f64) -> Self {
+        let within: Vec<bool> = self.t.iter().map(|t| (from..=to).contains(t)).collect();
+        fn kept<T: Clone>(all: &[T], within: &[bool]) -> Vec<T> {
+            let both = all.iter().zip(within);
+            both.filter(|(_, kept)| **kept)
+                .map(|(one, _)| one.clone())
+                .collect()
+        }
+        Self {
+            t: kept(&self.t, &within),
+            reference: kept(&self.reference, &within),
+            y: kept(&self.y, &within),
+            measured: kept(&self.measured, &within),
+            u: kept(&self.u, &within),
+        }
+    }
+
     /// Length of the error vector over the run.
     pub fn distance(&self) -> Distance {
         let lengths = self.y.iter().zip(&self.reference).map(|(y, w)| {
@@ -303,6 +322,19 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn a_stretch_of_a_run_is_scored_without_the_rest() {
+        let run = scenario(0.0).run(&mut Echo).expect("it runs");
+        let stretch = run.between(run.t[5], run.t[9]);
+        assert_eq!(stretch.t, run.t[5..=9]);
+        assert_eq!(stretch.y, run.y[5..=9]);
+        assert_eq!(stretch.u, run.u[5..=9]);
+        let limits = [(-2.0, 2.0, 4.0)];
+        // It moves away from what was asked, so the last sample is the worst.
+        assert_eq!(stretch.score(&limits).max, [run.y[9][0].abs()]);
+        assert!(run.score(&limits).max[0] > stretch.score(&limits).max[0]);
     }
 
     #[test]

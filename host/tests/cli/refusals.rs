@@ -174,6 +174,8 @@ fn tunings() {
             &line(".", "--out t.toml --reference void.csv"),
             &format!("compare {RIG} . --fit good.csv --out out --draws 2 --spread 1.5"),
             &format!("compare {RIG} . --fit good.csv --out out --spread 0.1"),
+            &format!("compare {RIG} . --fit good.csv --out out --judged 19,2.5"),
+            &format!("compare {RIG} . --fit good.csv --out out --judged 3"),
             &format!("compare {RIG} . --fit good.csv --out out --draws 2 --loops 2"),
             &format!("compare {RIG} . --fit good.csv --out out --delay 2"),
             &format!("train {RIG} --fit good.csv --out out --json good.csv"),

@@ -330,6 +330,11 @@ fn compare_draws_a_plant_a_loop_and_follows_a_path() {
         loops[0], prompt["controllers"][0]["loops"][0],
         "late measurements change nothing"
     );
+    assert!(prompt.get("judged_s").is_none());
+    let part = scores("--draws 3 --spread 0 --judged 0,0.3");
+    assert_eq!(part["judged_s"], serde_json::json!([0.0, 0.3]));
+    let most = |scores: &serde_json::Value| scores["controllers"][0]["loops"][0]["max"].clone();
+    assert_ne!(most(&part), most(&prompt), "it is judged as a whole");
 }
 
 /// A cart of 1 kg with a spring of 40 N/m and some loss, in another language; Perl is part of every Debian.

@@ -34,6 +34,8 @@ pub struct Problem {
     pub left_out: &'static str,
     /// What is asked, and what tuning follows backwards: tables with a column an output. Without, the staircase.
     pub paths: Option<[fn() -> String; 2]>,
+    /// What errors are judged between, seconds; all of it without.
+    pub judged: Option<&'static str>,
     /// Age of the measurements, seconds.
     pub delay: &'static str,
     /// A load at the inputs, in tuning with the opposite sign.
@@ -306,6 +308,9 @@ impl Run<'_> {
         compare.arg("--plant").arg(real);
         compare.args(["--draws", DRAWS, "--spread", SPREAD]);
         compare.args(["--delay", self.problem.delay]);
+        if let Some(judged) = self.problem.judged {
+            compare.args(["--judged", judged]);
+        }
         compare.args(["--disturbance", self.problem.disturbance]);
         let opponents = match k {
             0 if self.part.is_empty() => self.problem.evaluations.1,
