@@ -54,8 +54,8 @@ pub struct Arguments {
     spread: f64,
     #[command(flatten)]
     conditions: Conditions,
-    /// Judge errors, effort and time at limits between these times only: where a path begins, plants that were drawn may rest
-    /// beside it. Commands have to stay inside their limits all the time.
+    /// Judge errors, effort and time at limits between these times only: a path may begin or end where a plant that
+    /// was drawn cannot rest. Commands have to stay inside their limits all the time.
     #[arg(long, value_name = "FROM,TO", value_delimiter = ',', num_args = 1)]
     judged: Vec<f64>,
     /// Evaluations that tuning PID and RISE may cost each, where the plant is slow to simulate; otherwise some thousands.

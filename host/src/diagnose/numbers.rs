@@ -1,11 +1,12 @@
 //! Numbers that one explanation found, given to others: each was fitted from where its own race had left it, and a fit ends
-//! in the nearest valley (docs/diagnosis.md, "Numbers of the best").
+//! in the nearest valley (docs/diagnosis.md, "The order of work", 6).
 
 use rayon::prelude::*;
 
 use super::evidence::Contender;
 use super::race::Tried;
 use super::search::{Bench, FINAL_STEPS};
+use super::suspect::Suspect;
 use crate::error::Result;
 use crate::fit::levenberg::Unknowns;
 
@@ -23,18 +24,16 @@ impl Bench<'_> {
         base: &Contender,
         finalists: &[Contender],
     ) -> Result<Vec<Contender>> {
-        let held = |contender: &Contender| {
-            let mut suspects = contender.tried.suspects.iter();
-            let others = suspects.by_ref();
-            others
-                .filter(|suspect| !best.tried.suspects.contains(suspect))
-                .count()
+        let others = |contender: &Contender| {
+            let suspects = contender.tried.suspects.iter();
+            let other = |suspect: &&Suspect| !best.tried.suspects.contains(suspect);
+            suspects.filter(other).count()
         };
         let rivals = self.order(base, finalists).into_iter();
         let rivals: Vec<&Contender> = rivals
             .map(|index| &finalists[index])
             .filter(|rival| rival.tried.suspects.len() == best.tried.suspects.len())
-            .filter(|rival| held(rival) == 1)
+            .filter(|rival| others(rival) == 1)
             .take(RIVALS)
             .collect();
         let again = rivals.into_par_iter().map(|rival| {
