@@ -215,7 +215,7 @@ pub(super) fn finalists(found: &Found, chosen: Option<usize>) -> Vec<Finalist> {
         parameters: contender.parameters(),
         check_error: gain(contender),
         probability: 0.0,
-        lost: "better in stretches, worse over whole check recordings".into(),
+        lost: "holds what has no size, or loses free runs over whole recordings".into(),
     });
     order
         .into_iter()

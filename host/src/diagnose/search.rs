@@ -67,7 +67,7 @@ pub(super) struct Found {
     pub probabilities: Vec<f64>,
     /// The refit of the rig alone had stopped short of what `base` is now: its refit begins again from there.
     pub stopped_short: bool,
-    /// Finalists that win in stretches and lose free runs over whole recordings.
+    /// Finalists that win in stretches and have no size or lose free runs over whole recordings, and those that build on them.
     pub refuted: Vec<Contender>,
 }
 
