@@ -1,16 +1,15 @@
 //! What the linked images hold and what they do not: no heap, and no way from the control step to a panic.
 
-use sinew::project::{Board, image::sizes};
+use std::path::Path;
+
+use sinew::project::{Board, Optimise, compile, image::sizes, write};
+use sinew_codegen::store;
 use sinew_tests::callgraph::CallGraph;
 use sinew_tests::{image, skip};
 
-#[test]
-fn the_control_step_has_no_way_to_a_panic() {
-    if let Some(reason) = image::cannot_run() {
-        return skip(reason);
-    }
-    let built = image::build(Board::Qemu).unwrap_or_else(|error| panic!("{error}"));
-    let data = std::fs::read(&built.lockstep).expect("just built");
+/// The control step of an image reaches no panic, and calls nothing that cannot be followed.
+fn check_calls(image: &Path) {
+    let data = std::fs::read(image).expect("just built");
     let graph = CallGraph::read(&data).unwrap_or_else(|error| panic!("{error}"));
     // There is something to find: the image does hold panics, and main can reach one.
     let main = graph.named(&["main"]);
@@ -43,6 +42,41 @@ fn the_control_step_has_no_way_to_a_panic() {
         );
         println!("{parts:?}: {} functions", reach.functions.len());
     }
+}
+
+#[test]
+fn the_control_step_has_no_way_to_a_panic() {
+    if let Some(reason) = image::cannot_run() {
+        return skip(reason);
+    }
+    let built = image::build(Board::Qemu).unwrap_or_else(|error| panic!("{error}"));
+    check_calls(&built.lockstep);
+}
+
+#[test]
+fn an_image_for_size_takes_less_flash_and_has_no_way_to_a_panic_either() {
+    if let Some(reason) = image::cannot_run() {
+        return skip(reason);
+    }
+    let quick = image::build(Board::Qemu).unwrap_or_else(|error| panic!("{error}"));
+    let quick = sizes(&quick.lockstep).unwrap_or_else(|error| panic!("{error}"));
+    let model = store::load(&image::root().join("models/reference-s"));
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("small");
+    write(
+        &folder,
+        &model.expect("it ships with the project"),
+        Optimise::Size,
+    )
+    .unwrap_or_else(|error| panic!("{error}"));
+    // Where no other image is put in its place.
+    let small = compile(&folder, Board::Qemu, &folder.join("target"));
+    let small = small.unwrap_or_else(|error| panic!("{error}"));
+    check_calls(&small.lockstep);
+    let small = sizes(&small.lockstep).unwrap_or_else(|error| panic!("{error}"));
+    assert!(
+        3 * small.flash_bytes < 2 * quick.flash_bytes,
+        "{small:?} beside {quick:?}"
+    );
 }
 
 #[test]

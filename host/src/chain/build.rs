@@ -21,7 +21,7 @@ use crate::diagnose::{Diagnosis, Options, Recordings, diagnose};
 use crate::error::{Error, Result};
 use crate::fit::{Fit, FitOptions, FreeRun, fit, free_run};
 use crate::progress::Stage;
-use crate::project::{self, Board, Built, Sizes};
+use crate::project::{self, Board, Built, Optimise, Sizes};
 use crate::recording::Recording;
 
 /// What the chain is run on.
@@ -35,6 +35,8 @@ pub struct Request {
     pub test: Vec<PathBuf>,
     /// Where the controller runs.
     pub board: Board,
+    /// What its image is made for.
+    pub optimise: Optimise,
     /// Folder of everything that is written.
     pub out: PathBuf,
     /// Seed of everything that is drawn.
@@ -156,7 +158,7 @@ pub fn build(request: &Request) -> Result<Outcome> {
         &bench,
     )?;
 
-    project::write(&request.out, &spec)?;
+    project::write(&request.out, &spec, request.optimise)?;
     let host = compile(request, Board::Host)?;
     let board = match request.board {
         Board::Host => host.clone(),

@@ -18,7 +18,7 @@ use crate::compare::plant_program::PlantProgram;
 use crate::error::{Error, Result};
 use crate::progress::Stage;
 use crate::project::image::Sizes;
-use crate::project::{self, Board};
+use crate::project::{self, Board, Optimise};
 use crate::recording::Recording;
 
 /// Loops that were run on a board.
@@ -181,12 +181,12 @@ impl Loop {
         &self,
         spec: &ModelSpec,
         folder: &Path,
-        board: Board,
+        (board, optimise): (Board, Optimise),
         cache: Option<&Path>,
         quiet: bool,
         scenarios: &[Scenario],
     ) -> Result<Ran> {
-        project::write(folder, spec)?;
+        project::write(folder, spec, optimise)?;
         let built = compile_in(folder, board, cache, quiet)?;
         let stage = Stage::begin(format!("run it on {}", board.name()), quiet);
         let (bench, hash) = (self.bench(), fingerprint(spec));

@@ -11,6 +11,7 @@ use super::moved::Moved;
 use crate::compare::closed_loop::{Distance, Run};
 use crate::compare::disturbance::Disturbance;
 use crate::error::{Error, Result};
+use crate::project::Optimise;
 use crate::report::{
     Block, Plot, Report, Section, Series, Stroke, Table, Tone, quantity, significant,
 };
@@ -34,6 +35,9 @@ pub struct Contest {
     plant: Option<String>,
     /// Where the predictive controllers ran.
     board: &'static str,
+    /// Absent where its image was made for speed.
+    #[serde(skip_serializing_if = "Optimise::is_speed")]
+    optimise: Optimise,
     rate_hz: f64,
     steps: usize,
     seed: u64,
@@ -86,6 +90,7 @@ impl Contest {
             rig: rig.display().to_string(),
             plant,
             board,
+            optimise: Optimise::Speed,
             rate_hz: 1.0 / ready.task.period_s,
             steps: ready.task.reference.steps(),
             seed: ready.seed,
@@ -113,6 +118,12 @@ impl Contest {
         Self { spread, ..self }
     }
 
+    /// Says what the images were made for.
+    #[must_use]
+    pub fn optimise(self, optimise: Optimise) -> Self {
+        Self { optimise, ..self }
+    }
+
     /// One row a controller and output (docs/comparison.md, "What is printed").
     pub fn table(&self) -> Table {
         let loops = self.controllers.first().map_or(0, |c| c.loops.len());
@@ -120,7 +131,13 @@ impl Contest {
         let counted = counted.clone().any(|c| c.instructions_per_step.is_some());
         let ran = match self.board {
             "host" => "on this computer".into(),
-            board => format!("of each MPC on {board} and, with the same bits, on this computer"),
+            board => {
+                let made = match self.optimise {
+                    Optimise::Speed => "",
+                    Optimise::Size => ", its image made for size,",
+                };
+                format!("of each MPC on {board}{made} and, with the same bits, on this computer")
+            }
         };
         let judged = match self.judged_s {
             Some([from, to]) => format!(", judged from {from} s to {to} s"),

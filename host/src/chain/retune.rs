@@ -18,7 +18,7 @@ use crate::compare::mpc::{MpcController, Weights};
 use crate::compare::optimise::Budget;
 use crate::error::{Error, Result};
 use crate::progress::Stage;
-use crate::project::{self, Board, Built};
+use crate::project::{self, Board, Built, Optimise};
 
 /// What is tuned on, and what is reported on.
 pub struct Request<'a> {
@@ -212,7 +212,7 @@ impl<'a> Firmware<'a> {
         cache: Option<&Path>,
         quiet: bool,
     ) -> Result<Self> {
-        project::write(folder, spec)?;
+        project::write(folder, spec, Optimise::Speed)?;
         Ok(Self {
             folder,
             built: compile_in(folder, Board::Host, cache, quiet)?,

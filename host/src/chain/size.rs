@@ -8,7 +8,7 @@ use sinew_codegen::spec::ModelSpec;
 use crate::device::{Device, decode_log};
 use crate::error::{Error, Result};
 use crate::progress::Stage;
-use crate::project::{self, Board, Chip, Sizes, board_folder, image};
+use crate::project::{self, Board, Chip, Optimise, Sizes, board_folder, image};
 use crate::report::{Table, quantity, significant};
 
 /// Instructions in a tick of QEMU's counter: 40 ns and 32 ns (boards/qemu/README.md).
@@ -78,11 +78,12 @@ fn parse(log: &str) -> Option<Steps> {
 pub fn measure(
     spec: &ModelSpec,
     boards: &[Board],
+    optimise: Optimise,
     cache: &Path,
     quiet: bool,
 ) -> Result<(Steps, Vec<OnBoard>)> {
     let folder = cache.join("projects").join(&spec.name);
-    project::write(&folder, spec)?;
+    project::write(&folder, spec, optimise)?;
     let stage = Stage::begin("count its steps in QEMU", quiet);
     let steps = count(&folder, cache)?;
     stage.end(format!("{} steps", steps.steps));

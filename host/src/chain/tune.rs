@@ -15,7 +15,7 @@ use crate::device::Device;
 use crate::error::{Error, Result};
 
 use crate::progress::Stage;
-use crate::project::{self, Board};
+use crate::project::{self, Board, Optimise};
 
 use super::build::compile_in;
 use super::side_by_side::Bench;
@@ -33,7 +33,8 @@ pub fn tuned(
     cache: Option<&Path>,
     quiet: bool,
 ) -> Result<()> {
-    project::write(folder, spec)?;
+    // This computer's program is the same either way.
+    project::write(folder, spec, Optimise::Speed)?;
     let host = compile_in(folder, Board::Host, cache, quiet)?;
     let stage = Stage::begin("tune the controller", quiet);
     let scenarios = bench.tuning_scenarios(&bench.tuning_plants())?;

@@ -8,7 +8,7 @@ use super::{Common, Recordings};
 use crate::chain::build::{Request, build};
 use crate::chain::page;
 use crate::error::{Error, Result};
-use crate::project::Board;
+use crate::project::{Board, Optimise};
 
 /// Arguments of `sinew build`.
 #[derive(Args)]
@@ -20,6 +20,9 @@ pub struct Arguments {
     /// Where the controller runs.
     #[arg(long, value_enum, default_value = "qemu")]
     board: Board,
+    /// What the compiler makes its image for.
+    #[arg(long, value_enum, default_value = "speed")]
+    optimise: Optimise,
     /// Folder of everything that is written.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -51,6 +54,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         fit: arguments.recordings.fit.clone(),
         test: arguments.recordings.test.clone(),
         board: arguments.board,
+        optimise: arguments.optimise,
         out: arguments.out.clone(),
         seed: arguments.common.seed,
         cache: arguments.build_dir.clone(),

@@ -176,6 +176,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let spread = arguments.draws.map(|_| arguments.spread);
     let contest =
         Contest::new(&ready, &of_loop.rig, plant, board, controllers, gains).spread(spread);
+    let contest = match arguments.board {
+        Board::Host => contest,
+        _ => contest.optimise(of_loop.optimise),
+    };
     print!("{}", contest.table().text());
     if let Some(path) = &arguments.json {
         crate::atomic::write(path, format!("{:#}\n", contest.value()?))?;

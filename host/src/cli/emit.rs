@@ -9,7 +9,7 @@ use sinew_codegen::network::store::NETWORK_FILE;
 use sinew_codegen::store;
 
 use crate::error::{Error, Result};
-use crate::project;
+use crate::project::{self, Optimise};
 
 /// Arguments of `sinew emit`.
 #[derive(Args)]
@@ -28,6 +28,9 @@ pub struct Arguments {
     /// float32, or int8: a quarter of the flash for weights; the loss of accuracy is printed.
     #[arg(long, value_name = "KIND", default_value = "float32")]
     weights: Weights,
+    /// What the compiler makes a controller's image for.
+    #[arg(long, value_enum, default_value = "speed")]
+    optimise: Optimise,
 }
 
 /// # Errors
@@ -36,6 +39,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let folder = arguments.model.join(NETWORK_FILE);
     let is_network = arguments.model.is_file() || folder.is_file();
     if is_network || arguments.c_abi {
+        if arguments.optimise != Optimise::default() {
+            return Err(Error::arguments(
+                "--optimise is for a controller, not for a network alone",
+            ));
+        }
         let options = Options {
             accuracy: arguments.tanh_tolerance,
             weights: arguments.weights,
@@ -53,7 +61,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         ));
     }
     let spec = store::load(&arguments.model)?;
-    project::write(&arguments.out, &spec)?;
+    project::write(&arguments.out, &spec, arguments.optimise)?;
     println!(
         "{}: the model, as Rust",
         arguments.out.join("model").display()

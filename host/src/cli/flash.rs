@@ -8,7 +8,7 @@ use sinew_codegen::store;
 use crate::chain::build::compile_in;
 use crate::error::Result;
 use crate::flash::{Options, chip, flash, list};
-use crate::project::{self, Board};
+use crate::project::{self, Board, Optimise};
 
 /// Arguments of `sinew flash`.
 #[derive(Args)]
@@ -25,6 +25,9 @@ pub struct Arguments {
     /// Folder of cargo's build outputs, if they are to be shared; otherwise OUT/target.
     #[arg(long, value_name = "DIR", env = "SINEW_BUILD_DIR")]
     build_dir: Option<PathBuf>,
+    /// What the compiler makes the image for.
+    #[arg(long, value_enum, default_value = "speed")]
+    optimise: Optimise,
     /// Only list the debug probes that are connected.
     #[arg(long)]
     list: bool,
@@ -55,7 +58,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     let chip = chip(board)?;
     let spec = store::load(model)?;
-    project::write(&arguments.out, &spec)?;
+    project::write(&arguments.out, &spec, arguments.optimise)?;
     let cache = arguments.build_dir.as_deref();
     let built = compile_in(&arguments.out, board, cache, arguments.quiet)?;
     let options = Options {

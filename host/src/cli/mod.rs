@@ -31,7 +31,7 @@ use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::flash as probes;
 use crate::live::Names;
-use crate::project::Board;
+use crate::project::{Board, Optimise};
 use sinew_codegen::spec::ModelSpec;
 use sinew_firmware::protocol::Identity;
 
@@ -105,6 +105,9 @@ pub struct LoopArguments {
     /// Folder of cargo's build outputs, if they are to be shared; otherwise DIR/target.
     #[arg(long, value_name = "DIR", env = "SINEW_BUILD_DIR")]
     build_dir: Option<PathBuf>,
+    /// What the compiler makes an image for; this computer's program is the same either way.
+    #[arg(long, value_enum, default_value = "speed")]
+    optimise: Optimise,
     #[command(flatten)]
     common: Common,
 }
@@ -139,7 +142,7 @@ impl LoopArguments {
         ready.run(
             spec,
             folder,
-            board,
+            (board, self.optimise),
             self.build_dir.as_deref(),
             self.common.quiet,
             scenarios,

@@ -9,7 +9,7 @@ use sinew_codegen::store;
 
 use crate::chain::size::{REMARK, measure, table};
 use crate::error::{Error, Result};
-use crate::project::Board;
+use crate::project::{Board, Optimise};
 
 /// Arguments of `sinew size`.
 #[derive(Args)]
@@ -25,6 +25,9 @@ pub struct Arguments {
     /// float32, or int8: a quarter of the flash for weights; the loss of accuracy is printed.
     #[arg(long, value_name = "KIND", default_value = "float32")]
     weights: Weights,
+    /// What the compiler makes a controller's image for.
+    #[arg(long, value_enum, default_value = "speed")]
+    optimise: Optimise,
     /// Folder that keeps what is compiled, for the next time.
     #[arg(
         long,
@@ -59,7 +62,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             named.is_none_or(|name| name == board.folder())
         };
         let boards: Vec<Board> = Board::ALL.into_iter().filter(asked).collect();
-        let (steps, rows) = measure(&spec, &boards, folder, arguments.quiet)?;
+        let (steps, rows) = measure(&spec, &boards, arguments.optimise, folder, arguments.quiet)?;
         println!();
         print!("{}\n{REMARK}", table(&spec, &steps, &rows).text());
     }

@@ -32,6 +32,24 @@ pub fn hash_sources(hasher: &mut impl std::hash::Hasher) {
     sources::SOURCES.hash(hasher);
 }
 
+/// What the compiler makes a microcontroller's image for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Optimise {
+    /// As few instructions a step as it knows how to.
+    #[default]
+    Speed,
+    /// Two fifths less flash, a fifth more instructions a step (docs/decisions/0055): loops stay loops, but for the network's own.
+    Size,
+}
+
+impl Optimise {
+    /// Whether it is [`Optimise::Speed`].
+    pub fn is_speed(&self) -> bool {
+        *self == Self::Speed
+    }
+}
+
 /// Where a controller runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Board {
@@ -50,7 +68,7 @@ pub enum Board {
 ///
 /// # Errors
 /// [`Error`] when the specification is not valid or a file cannot be written.
-pub fn write(folder: &Path, spec: &ModelSpec) -> Result<()> {
+pub fn write(folder: &Path, spec: &ModelSpec, optimise: Optimise) -> Result<()> {
     let options = EmitOptions {
         firmware: "../firmware".into(),
         ..EmitOptions::default()
@@ -64,7 +82,10 @@ pub fn write(folder: &Path, spec: &ModelSpec) -> Result<()> {
         match *path {
             "Cargo.toml" => update(&target, workspace(contents)?.as_bytes())?,
             path if path.starts_with("boards/") && path.ends_with("Cargo.toml") => {
-                update(&target, board_manifest(contents, spec)?.as_bytes())?;
+                update(
+                    &target,
+                    board_manifest(contents, spec, optimise)?.as_bytes(),
+                )?;
             }
             // A board's lock names the model that it was made with; cargo mends it in place.
             path if path.ends_with("Cargo.lock") && target.exists() => {}
@@ -89,9 +110,13 @@ fn workspace(contents: &[u8]) -> Result<String> {
     Ok(document.to_string())
 }
 
-/// A manifest under `boards/`; its `model` line, where it has one, points at this project's model.
-fn board_manifest(contents: &[u8], spec: &ModelSpec) -> Result<String> {
+/// A manifest under `boards/`; its `model` line, where it has one, points at this project's model, and its profile says what the
+/// image is made for.
+fn board_manifest(contents: &[u8], spec: &ModelSpec, optimise: Optimise) -> Result<String> {
     let mut document = parse("boards/*/Cargo.toml", contents)?;
+    if optimise == Optimise::Size && document.get("profile").is_some() {
+        small(&mut document, &spec.name);
+    }
     let Some(dependencies) = document
         .get_mut("dependencies")
         .and_then(Item::as_table_mut)
@@ -108,6 +133,18 @@ fn board_manifest(contents: &[u8], spec: &ModelSpec) -> Result<String> {
     model.insert("path", value("../../model"));
     dependencies.insert("model", value(model.into_inline_table()));
     Ok(document.to_string())
+}
+
+/// Everything for size but the model: the sums over its weights take more than half of a step's instructions.
+fn small(document: &mut DocumentMut, model: &str) {
+    let release = &mut document["profile"]["release"];
+    release["opt-level"] = value("s");
+    let mut of_model = Table::new();
+    of_model.insert("opt-level", value(2));
+    let mut packages = Table::new();
+    packages.set_implicit(true);
+    packages.insert(&format!("sinew-model-{model}"), Item::Table(of_model));
+    release["package"] = Item::Table(packages);
 }
 
 fn parse(name: &str, contents: &[u8]) -> Result<DocumentMut> {
@@ -130,4 +167,36 @@ fn update(path: &Path, contents: &[u8]) -> Result<()> {
 /// The board's folder in a project.
 pub fn board_folder(folder: &Path, board: Board) -> PathBuf {
     folder.join("boards").join(board.folder())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn manifest(optimise: Optimise) -> DocumentMut {
+        let model = Path::new(env!("CARGO_MANIFEST_DIR")).join("../models/reference-s");
+        let mut spec = sinew_codegen::store::load(&model).expect("it ships with the project");
+        spec.name = "finger".into();
+        let (_, contents) = sources::SOURCES
+            .iter()
+            .find(|(path, _)| *path == "boards/stm32f446/Cargo.toml")
+            .expect("it is embedded");
+        let text = board_manifest(contents, &spec, optimise).expect("it is TOML");
+        text.parse().expect("it still is")
+    }
+
+    #[test]
+    fn an_image_for_size_keeps_the_model_quick() {
+        let release = &manifest(Optimise::Size)["profile"]["release"];
+        assert_eq!(release["opt-level"].as_str(), Some("s"));
+        let model = &release["package"]["sinew-model-finger"]["opt-level"];
+        assert_eq!(model.as_integer(), Some(2));
+    }
+
+    #[test]
+    fn an_image_for_speed_is_as_the_board_has_it() {
+        let release = &manifest(Optimise::Speed)["profile"]["release"];
+        assert_eq!(release["opt-level"].as_integer(), Some(3));
+        assert!(release.get("package").is_none());
+    }
 }

@@ -5,7 +5,7 @@ use std::process::Command;
 
 use crate::desk::{Desk, checkout, columns};
 use sinew::device::Device;
-use sinew::project::{self, Board};
+use sinew::project::{self, Board, Optimise};
 use sinew_sim::Rig;
 
 /// Two sensors on one oscillator; the encoder counts double and from 0.1.
@@ -237,6 +237,27 @@ fn emit_writes_a_project_that_builds_and_answers() {
     let mut device = Device::host(&cache.join("release/sinew-board-host")).expect("it starts");
     let identity = device.hello(None).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!((identity.n_u, identity.n_y, identity.horizon), (2, 3, 10));
+}
+
+#[test]
+fn a_controller_can_be_made_for_size_and_a_network_alone_cannot() {
+    let desk = Desk::new();
+    let model = checkout().join("models/reference-s");
+    let emit = format!("emit {} --optimise size --out out", model.display());
+    let said = desk.refusal(&format!("{emit} --c-abi"));
+    assert!(said.contains("--optimise is for a controller"), "{said}");
+    assert!(!desk.path("out").exists(), "a refusal writes nothing");
+    desk.succeed(&emit);
+    for board in ["qemu", "stm32f446", "nrf52840"] {
+        let manifest = desk.read(&format!("out/boards/{board}/Cargo.toml"));
+        let lines = [
+            "opt-level = \"s\"",
+            "[profile.release.package.sinew-model-reference-s]\nopt-level = 2",
+        ];
+        for line in lines {
+            assert!(manifest.contains(line), "{board}: {manifest}");
+        }
+    }
 }
 
 /// The model of the reference problem S in a folder of its own.
@@ -479,7 +500,7 @@ fn projects_that_share_build_outputs_keep_their_own_programs() {
     let models = ["reference-s", "reference-s-n5"].map(|model| {
         let spec = sinew_codegen::store::load(&checkout().join("models").join(model));
         let spec = spec.expect("it ships with the project");
-        project::write(&desk.path(model), &spec).expect("it can be written");
+        project::write(&desk.path(model), &spec, Optimise::Speed).expect("it can be written");
         (model, sinew_codegen::fingerprint(&spec))
     });
     let built = |(model, hash): (&str, u32)| {

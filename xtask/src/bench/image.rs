@@ -29,40 +29,101 @@ pub enum Content<'a> {
     Peer(&'a Path),
 }
 
-/// Builds program `bin` of `boards/step` around the model in `models/MODEL`, or in `target/bench/models/MODEL` where that is
-/// none of ours, and copies it to `target/bench/MODEL.NAME.elf`.
+/// What a program of `boards/step` is built around.
+pub struct Around {
+    /// What its image is called.
+    name: String,
+    /// The model's crate, and what it is called.
+    model: (PathBuf, String),
+    /// The firmware that the model's crate depends on.
+    firmware: PathBuf,
+    /// As `--optimise size` makes images, and not as the bench does.
+    small: bool,
+}
+
+impl Around {
+    /// The model in `models/MODEL`, or in `target/bench/models/MODEL` where that is none of ours.
+    fn reference(model: &str) -> Self {
+        let ours = root().join("models").join(model);
+        let path = match ours.exists() {
+            true => ours,
+            false => target_folder().join("bench/models").join(model),
+        };
+        Self {
+            name: model.into(),
+            model: (path, format!("sinew-model-{model}")),
+            firmware: root().join("firmware"),
+            small: false,
+        }
+    }
+
+    /// A project that `sinew emit` wrote, for size.
+    ///
+    /// # Errors
+    /// It has no model.
+    pub fn project(folder: &Path, name: &str) -> Result<Self> {
+        let model = folder.join("model");
+        let manifest = model.join("Cargo.toml");
+        let text = fs::read_to_string(&manifest)
+            .with_context(|| format!("cannot read {}", manifest.display()))?;
+        let mut lines = text.lines();
+        let package = lines.find_map(|line| line.strip_prefix("name = \"")?.strip_suffix('"'));
+        let package = package.with_context(|| format!("{} has no name", manifest.display()))?;
+        Ok(Self {
+            name: name.into(),
+            model: (model, package.into()),
+            firmware: folder.join("firmware"),
+            small: true,
+        })
+    }
+}
+
+/// Builds program `bin` of `boards/step` around a model of the reference problem and copies it to `target/bench/MODEL.NAME.elf`.
 ///
 /// # Errors
-/// It does not build or link.
+/// As [`build_around`].
 pub fn build(
     toolchain: &Toolchain,
     model: &str,
     bin: &str,
     content: Content<'_>,
 ) -> Result<PathBuf> {
+    build_around(toolchain, &Around::reference(model), bin, content)
+}
+
+/// Builds program `bin` of `boards/step` around a model and copies it to `target/bench/AROUND.NAME.elf`.
+///
+/// # Errors
+/// It does not build or link.
+pub fn build_around(
+    toolchain: &Toolchain,
+    around: &Around,
+    bin: &str,
+    content: Content<'_>,
+) -> Result<PathBuf> {
     let step = root().join("boards/step");
-    let folder = target_folder().join("bench/step").join(model);
+    let folder = target_folder().join("bench/step").join(&around.name);
     fs::create_dir_all(folder.join(".cargo"))?;
     let read = |file: &str| {
         fs::read_to_string(step.join(file))
             .with_context(|| format!("cannot read boards/step/{file}"))
     };
-    let ours = root().join("models").join(model);
-    let path = match ours.exists() {
-        true => ours,
-        false => target_folder().join("bench/models").join(model),
-    };
+    let (model, package) = &around.model;
     // The committed crate with another model and absolute paths; its sources stay where they are.
-    let model_line = format!("model = {{ package = \"sinew-model-{model}\", path = {path:?} }}");
+    let model_line = format!("model = {{ package = {package:?}, path = {model:?} }}");
+    let mut of_model = false;
     let mut manifest = String::new();
     for line in read("Cargo.toml")?.lines() {
         let line = if line.starts_with("model = ") {
             model_line.clone()
         } else if line.starts_with("sinew-firmware = ") {
-            format!(
-                "sinew-firmware = {{ path = {:?} }}",
-                root().join("firmware")
-            )
+            format!("sinew-firmware = {{ path = {:?} }}", around.firmware)
+        } else if around.small && line == "[profile.release.package.\"*\"]" {
+            of_model = true;
+            format!("[profile.release.package.{package}]")
+        } else if of_model && line.starts_with("opt-level = ") {
+            of_model = false;
+            "opt-level = 2".into()
         } else if line == "[lib]" {
             format!("[lib]\npath = {:?}", step.join("src/lib.rs"))
         } else if let Some(name) = line
@@ -102,7 +163,7 @@ pub fn build(
         command.env("SINEW_PEER", archive);
     }
     process::run(&mut command)?;
-    let image = target_folder().join(format!("bench/{model}.{name}.elf"));
+    let image = target_folder().join(format!("bench/{}.{name}.elf", around.name));
     fs::copy(
         target_folder()
             .join("boards/thumbv7em-none-eabihf/release")

@@ -5,7 +5,7 @@ mod control;
 mod diagnosis;
 mod differences;
 mod forward;
-mod image;
+pub mod image;
 mod lockstep;
 mod peers;
 pub mod plant;

@@ -8,6 +8,7 @@ use std::time::Instant;
 use anyhow::{Context, Result};
 use serde_json::Value;
 
+use crate::bench::image::{self, Around, Content};
 use crate::process::{self, cargo, root, target_folder};
 use crate::setup::{self, Extent, Toolchain};
 
@@ -56,6 +57,23 @@ impl Bench {
         }
         self.toolchain.equip(&mut command);
         command
+    }
+
+    /// Flash of the smallest image that controls with a model, made for size, and of the same image without the control step: start-up
+    /// code and the counting program of `boards/step`. In bytes.
+    ///
+    /// # Errors
+    /// It does not build.
+    pub fn control_image(&self, model: &Path) -> Result<[u64; 2]> {
+        let project = self.path("control-image");
+        let mut emit = self.sinew("emit", model);
+        process::run(emit.args(["--optimise", "size", "--out"]).arg(&project))?;
+        let around = Around::project(&root().join(&project), "control-image")?;
+        let flash = |content| -> Result<u64> {
+            let elf = image::build_around(&self.toolchain, &around, "count", content)?;
+            Ok(image::sizes(&elf)?.0)
+        };
+        Ok([flash(Content::Ours)?, flash(Content::Empty)?])
     }
 
     /// Inputs that a rig's limits allow, designed by `sinew excite`: inputs.csv.

@@ -14,6 +14,7 @@ const PLAIN: Variant = Variant {
     imported: None,
     network_of: None,
     tune: &[],
+    small: None,
 };
 
 /// As the rig's own tables, but that a network says itself what it gives.
@@ -51,6 +52,11 @@ pub const MASS: Problem = Problem {
         Variant {
             name: "horizon-12",
             tune: &["--horizons", "12", "--control-horizons", "4"],
+            ..PLAIN
+        },
+        Variant {
+            name: "small",
+            small: Some("horizon-12"),
             ..PLAIN
         },
         Variant {
@@ -199,6 +205,11 @@ pub const TENDON: Problem = Problem {
             ..PLAIN
         },
         Variant {
+            name: "small",
+            small: Some("15-8-3"),
+            ..PLAIN
+        },
+        Variant {
             name: "one-iteration",
             tables: Some(TENDON_LAGS),
             network_of: Some("15-8-3"),
@@ -322,6 +333,11 @@ pub const HASEL: Problem = Problem {
             name: "21-8-3",
             tables: Some(HASEL_TABLES),
             tune: HASEL_TUNE,
+            ..PLAIN
+        },
+        Variant {
+            name: "small",
+            small: Some("21-8-3"),
             ..PLAIN
         },
         Variant {

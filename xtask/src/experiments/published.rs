@@ -10,7 +10,7 @@ use anyhow::{Context, Result, bail};
 use serde_json::{Value, json};
 
 use super::bench::Bench;
-use super::targets::{Target, estimate, said};
+use super::targets::{Target, estimate, for_size, said};
 use crate::figure::{Row, loops};
 use crate::process;
 
@@ -62,6 +62,15 @@ pub struct Variant {
     pub network_of: Option<&'static str>,
     /// Further arguments of `sinew tune`.
     pub tune: &'static [&'static str],
+    /// The variant whose model it has, weights and all, in an image made for size.
+    pub small: Option<&'static str>,
+}
+
+impl Variant {
+    /// The variant whose model it has: itself, but where an image is made for size.
+    fn model(&self) -> &'static str {
+        self.small.unwrap_or(self.name)
+    }
 }
 
 /// What a controller's model knows of the plants.
@@ -107,7 +116,7 @@ pub fn run(problem: &Problem, seed: u64, only: &[String]) -> Result<()> {
     if run.variants.iter().any(|v| v.knows == Knowledge::Mended) {
         run.mend()?;
     }
-    for variant in &run.variants {
+    for variant in run.variants.iter().filter(|v| v.small.is_none()) {
         run.controller(variant)?;
     }
     run.compare()?;
@@ -239,10 +248,11 @@ impl Run<'_> {
     }
 
     fn model(&self, variant: &Variant) -> PathBuf {
-        self.bench.path("models").join(variant.name)
+        self.bench.path("models").join(variant.model())
     }
 
-    /// All of them on the same plants: what a channel is, the rig says, so those with channels have a call of their own.
+    /// All of them on the same plants: what a channel is, the rig says, so those with channels have a call of their own, and so have
+    /// images made for size.
     fn compare(&self) -> Result<()> {
         let mut groups: Vec<(String, Vec<&Variant>)> = Vec::new();
         for variant in &self.variants {
@@ -250,10 +260,13 @@ impl Run<'_> {
                 let line = tables.lines().find(|line| line.starts_with("channels"));
                 line.map(String::from)
             });
-            let channels = channels.unwrap_or_default();
-            match groups.iter_mut().find(|(of, _)| *of == channels) {
+            let key = match variant.small {
+                Some(_) => variant.name.into(),
+                None => channels.unwrap_or_default(),
+            };
+            match groups.iter_mut().find(|(of, _)| *of == key) {
                 Some((_, group)) => group.push(variant),
-                None => groups.push((channels, vec![variant])),
+                None => groups.push((key, vec![variant])),
             }
         }
         for (k, (_, group)) in groups.iter().enumerate() {
@@ -265,12 +278,12 @@ impl Run<'_> {
             && let Some(all) = whole["controllers"].as_array_mut()
         {
             all.retain(|c| !is_opponent(c));
-            if let ([only], [(_, group)]) = (&mut all[..], &groups[..])
-                && let [variant] = group[..]
-            {
-                // One model alone is called MPC.
-                only["name"] = variant.name.into();
-            }
+        }
+        if let Some([(_, group), ..]) = groups.get(..1)
+            && let [variant] = group[..]
+        {
+            // One model alone is called MPC.
+            whole["controllers"][0]["name"] = variant.name.into();
         }
         for (k, (_, group)) in groups.iter().enumerate().skip(1) {
             let mut more = self.bench.json(&format!("{part}comparison-{k}.json"))?;
@@ -295,7 +308,7 @@ impl Run<'_> {
         let Some(first) = group.first() else {
             return Ok(());
         };
-        let rig = self.bench.path(&format!("{}.toml", first.name));
+        let rig = self.bench.path(&format!("{}.toml", first.model()));
         let mut compare = self.bench.sinew("compare", &rig);
         for variant in group {
             compare.arg(self.model(variant));
@@ -319,6 +332,9 @@ impl Run<'_> {
         };
         if let Some(count) = opponents {
             compare.args(["--evaluations", count]);
+        }
+        if first.small.is_some() {
+            compare.args(["--optimise", "size"]);
         }
         compare.args(["--board", "qemu", "--out"]);
         compare.arg(self.bench.path("firmware"));
@@ -366,14 +382,22 @@ impl Run<'_> {
             &format!("{part}loops.svg"),
             &loops("RMS error of each of the ten loops", &rows),
         )?;
-        if !part.is_empty() {
-            return Ok(());
+        // Of chosen controllers there is the image alone to be held against something.
+        let mut targets = Vec::new();
+        if part.is_empty() {
+            targets.extend((self.problem.targets)(&comparison));
+            targets.extend(estimate(&comparison));
         }
-        let mut targets = (self.problem.targets)(&comparison);
-        targets.extend(estimate(&comparison));
+        if let Some(small) = self.variants.iter().find(|v| v.small.is_some()) {
+            let image = self.bench.control_image(&self.model(small))?;
+            targets.extend(for_size(&comparison, small.name, image));
+        }
         targets
             .iter()
             .for_each(|target| println!("{}", said(target)));
+        if !part.is_empty() {
+            return Ok(());
+        }
         self.bench.summary(json!({
             "format": "sinew-experiment-published/1",
             "comparison": comparison,
@@ -383,8 +407,9 @@ impl Run<'_> {
 
     /// Whose network a controller has.
     fn network_of<'a>(&'a self, name: &'a str) -> &'a str {
-        let variant = self.problem.variants.iter().find(|v| v.name == name);
-        variant.and_then(|v| v.network_of).unwrap_or(name)
+        let of = |name: &str| self.problem.variants.iter().find(|v| v.name == name);
+        let name = of(name).map_or(name, |variant| variant.model());
+        of(name).and_then(|v| v.network_of).unwrap_or(name)
     }
 }
 

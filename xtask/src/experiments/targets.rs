@@ -100,10 +100,44 @@ const RUNNING_W: f64 = 146e-6 * 84.0 * 3.3;
 /// Flash of such a part, bytes.
 const FLASH: f64 = 512.0 * 1024.0;
 
+/// Seconds of so many instructions.
+fn seconds(instructions: f64) -> f64 {
+    instructions * CYCLES / CLOCK_HZ
+}
+
+/// A part of the flash, in percent.
+fn share(bytes: f64) -> f64 {
+    100.0 * bytes / FLASH
+}
+
+/// Targets of the first controller in an image made for size, which the comparison has by `name`: flash in bytes of the `control`
+/// image, of that without the control step, and of the whole image; and its rate, which is what it costs.
+pub fn for_size(comparison: &Value, name: &str, [control, without]: [u64; 2]) -> Vec<Target> {
+    let all = comparison["controllers"].as_array();
+    let small = all.and_then(|all| all.iter().find(|c| c["name"] == name));
+    let of = |keys: [&str; 2]| small.and_then(|c| c[keys[0]][keys[1]].as_f64());
+    let longest = of(["instructions_per_step", "max"]).unwrap_or(f64::NAN);
+    let whole = of(["image", "flash_bytes"]).unwrap_or(f64::NAN);
+    let flash = |what: &str, bytes: f64| Target::most(what, 3.2, share(bytes), "% of 512 kB");
+    vec![
+        Target::least(
+            "made for size: rate, estimated from the longest step",
+            500.0,
+            1.0 / seconds(longest),
+            "Hz",
+        ),
+        flash("made for size: flash of the control image", control as f64),
+        flash(
+            "made for size: flash of the control step in it",
+            control.saturating_sub(without) as f64,
+        ),
+        flash("made for size: flash of the whole image", whole),
+    ]
+}
+
 /// Targets that all problems share, of the first controller: rate, flash and power.
 pub fn estimate(comparison: &Value) -> Vec<Target> {
     let first = &comparison["controllers"][0];
-    let seconds = |instructions: f64| instructions * CYCLES / CLOCK_HZ;
     let of = |key: &str| first["instructions_per_step"][key].as_f64();
     let (mean, max) = (
         of("mean").unwrap_or(f64::NAN),
@@ -131,12 +165,7 @@ pub fn estimate(comparison: &Value) -> Vec<Target> {
             power,
             "mW",
         ),
-        Target::most(
-            "flash of the whole image",
-            3.2,
-            100.0 * flash / FLASH,
-            "% of 512 kB",
-        ),
+        Target::most("flash of the whole image", 3.2, share(flash), "% of 512 kB"),
     ]
 }
 
@@ -163,5 +192,21 @@ mod tests {
         let found: Vec<f64> = estimate(&comparison).iter().map(|t| t.found).collect();
         assert!((found[0] - 1000.0).abs() < 0.1, "{found:?}");
         assert!((found[3] - 10.0).abs() < 0.01, "{found:?}");
+    }
+
+    #[test]
+    fn an_image_made_for_size_is_found_by_its_name() {
+        let of = |name: &str, max: u32, flash: u32| json!({ "name": name, "instructions_per_step": { "max": max }, "image": { "flash_bytes": flash } });
+        let comparison = json!({ "controllers": [of("a", 1, 1), of("small", 49_411, 52_429)] });
+        let targets = for_size(&comparison, "small", [15_729, 5_243]);
+        let found: Vec<f64> = targets.iter().map(|t| t.found).collect();
+        let expected = [1000.0, 3.0, 2.0, 10.0];
+        for (found, expected) in found.iter().zip(expected) {
+            assert!(
+                (found / expected - 1.0).abs() < 1e-3,
+                "{targets:?}",
+                targets = targets.iter().map(said).collect::<Vec<_>>()
+            );
+        }
     }
 }
