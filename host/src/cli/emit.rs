@@ -39,7 +39,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let folder = arguments.model.join(NETWORK_FILE);
     let is_network = arguments.model.is_file() || folder.is_file();
     if is_network || arguments.c_abi {
-        if arguments.optimise != Optimise::default() {
+        if !arguments.optimise.is_speed() {
             return Err(Error::arguments(
                 "--optimise is for a controller, not for a network alone",
             ));

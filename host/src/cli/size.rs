@@ -50,6 +50,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         true => store::load(network).ok(),
         false => None,
     };
+    if spec.is_none() && !arguments.optimise.is_speed() {
+        return Err(Error::arguments(
+            "--optimise is for a controller, not for a network alone",
+        ));
+    }
     if let Some(board) = &arguments.board {
         bare(arguments, board)?;
     } else if spec.is_none() {

@@ -247,6 +247,10 @@ fn a_controller_can_be_made_for_size_and_a_network_alone_cannot() {
     let said = desk.refusal(&format!("{emit} --c-abi"));
     assert!(said.contains("--optimise is for a controller"), "{said}");
     assert!(!desk.path("out").exists(), "a refusal writes nothing");
+    let network = checkout().join("rigs/experiments/mass-spring-damper.tflite");
+    let size = format!("size {} --board qemu --optimise size", network.display());
+    let said = desk.refusal(&size);
+    assert!(said.contains("--optimise is for a controller"), "{said}");
     desk.succeed(&emit);
     for board in ["qemu", "stm32f446", "nrf52840"] {
         let manifest = desk.read(&format!("out/boards/{board}/Cargo.toml"));

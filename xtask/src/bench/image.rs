@@ -5,7 +5,7 @@ use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 
 use crate::process::{self, root, target_folder};
 use crate::setup::Toolchain;
@@ -140,6 +140,13 @@ pub fn build_around(
         manifest.push('\n');
     }
     write(&folder.join("Cargo.toml"), &manifest)?;
+    ensure!(
+        !around.small
+            || manifest.contains(&format!(
+                "[profile.release.package.{package}]\nopt-level = 2\n"
+            )),
+        "boards/step/Cargo.toml has another profile"
+    );
     for file in [
         "build.rs",
         "memory-qemu.x",
