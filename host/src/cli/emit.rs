@@ -8,6 +8,7 @@ use sinew_codegen::network::emit::{Accuracy, Options, Weights};
 use sinew_codegen::network::store::NETWORK_FILE;
 use sinew_codegen::store;
 
+use super::speed_alone;
 use crate::error::{Error, Result};
 use crate::project::{self, Optimise};
 
@@ -39,11 +40,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let folder = arguments.model.join(NETWORK_FILE);
     let is_network = arguments.model.is_file() || folder.is_file();
     if is_network || arguments.c_abi {
-        if !arguments.optimise.is_speed() {
-            return Err(Error::arguments(
-                "--optimise is for a controller, not for a network alone",
-            ));
-        }
+        speed_alone(arguments.optimise)?;
         let options = Options {
             accuracy: arguments.tanh_tolerance,
             weights: arguments.weights,

@@ -92,6 +92,21 @@ pub struct Recordings {
     pub test: Vec<PathBuf>,
 }
 
+/// Refuses what an image is made for where no image is made.
+///
+/// # Errors
+/// It was asked for.
+fn speed_alone(optimise: Optimise) -> Result<()> {
+    if optimise.is_speed() {
+        return Ok(());
+    }
+    Err(
+        Error::arguments("--optimise is for a controller, not for a network alone")
+            .expected("a model of `sinew train`")
+            .help("name one, or leave --optimise out"),
+    )
+}
+
 /// A rig, its recordings and where its loop is built: what `compare` and `pil` take.
 #[derive(Args, Clone, Debug)]
 pub struct LoopArguments {

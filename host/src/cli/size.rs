@@ -7,6 +7,7 @@ use sinew_codegen::network::commands;
 use sinew_codegen::network::emit::{Accuracy, Options, Weights};
 use sinew_codegen::store;
 
+use super::speed_alone;
 use crate::chain::size::{REMARK, measure, table};
 use crate::error::{Error, Result};
 use crate::project::{Board, Optimise};
@@ -50,10 +51,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         true => store::load(network).ok(),
         false => None,
     };
-    if spec.is_none() && !arguments.optimise.is_speed() {
-        return Err(Error::arguments(
-            "--optimise is for a controller, not for a network alone",
-        ));
+    if spec.is_none() {
+        speed_alone(arguments.optimise)?;
     }
     if let Some(board) = &arguments.board {
         bare(arguments, board)?;

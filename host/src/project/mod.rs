@@ -39,7 +39,8 @@ pub enum Optimise {
     /// As few instructions a step as it knows how to.
     #[default]
     Speed,
-    /// Two fifths less flash, a fifth more instructions a step (docs/decisions/0055): loops stay loops, but for the network's own.
+    /// A quarter to nearly half less flash, 12 to 36 % more instructions a step (docs/decisions/0055): loops stay loops, but for the
+    /// network's own.
     Size,
 }
 
@@ -135,7 +136,7 @@ fn board_manifest(contents: &[u8], spec: &ModelSpec, optimise: Optimise) -> Resu
     Ok(document.to_string())
 }
 
-/// Everything for size but the model: the sums over its weights take more than half of a step's instructions.
+/// Everything for size but the model of this name, in a manifest that has a profile: the sums over its weights take more than half of a step's instructions.
 fn small(document: &mut DocumentMut, model: &str) {
     let release = &mut document["profile"]["release"];
     release["opt-level"] = value("s");

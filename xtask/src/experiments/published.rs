@@ -281,9 +281,10 @@ impl Run<'_> {
         }
         if let Some([(_, group), ..]) = groups.get(..1)
             && let [variant] = group[..]
+            && let Some(first) = whole.pointer_mut("/controllers/0")
         {
             // One model alone is called MPC.
-            whole["controllers"][0]["name"] = variant.name.into();
+            first["name"] = variant.name.into();
         }
         for (k, (_, group)) in groups.iter().enumerate().skip(1) {
             let mut more = self.bench.json(&format!("{part}comparison-{k}.json"))?;
