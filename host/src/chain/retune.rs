@@ -84,7 +84,7 @@ impl Request<'_> {
 pub fn tune_feedback<L: Opponent>(request: &Request<'_>) -> Result<TunedFeedback<L>> {
     let stage = Stage::begin(format!("tune the {}", L::NAME), request.quiet);
     let told = counter(&stage, request.evaluations);
-    let budget = Budget::Evaluations(request.evaluations);
+    let budget = Budget::Apart(request.evaluations);
     let tuned = tune::<L>(&request.training, budget, &told)?;
     drop(told);
     let judged = |tuning: Vec<Tuning<L::Gains>>| -> Result<HeldOut> {

@@ -149,7 +149,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         });
     }
     let mut gains = Map::new();
-    let budget = arguments.evaluations.map_or(BUDGET, Budget::Evaluations);
+    let budget = arguments.evaluations.map_or(BUDGET, Budget::Apart);
     let mut others = Others {
         ready: &ready,
         scenarios: &scenarios,

@@ -150,6 +150,9 @@ pub struct Tuned<G> {
     pub found: Found,
 }
 
+/// Steps of preview that a search begins with: a simplex hardly moves a whole number.
+const LEADS: [usize; 3] = [1, 3, 5];
+
 /// Tunes one controller a channel; all channels share one scale of gains. Where there are more outputs than inputs, the
 /// first ones have an input each and the others are only scored. `told` hears of every evaluation.
 ///
@@ -169,11 +172,14 @@ pub fn tune<L: Opponent>(
     }
     let mut ranges = L::ranges();
     ranges.push(Range::whole(0.0, training.longest_lead.max(1) as f64));
-    let starts: Vec<Vec<f64>> = L::starts()
+    let starts: Vec<Vec<f64>> = LEADS
         .into_iter()
-        .map(|mut start| {
-            start.push(1.0);
-            start
+        .filter(|lead| *lead <= training.longest_lead.max(1))
+        .flat_map(|lead| {
+            L::starts().into_iter().map(move |mut start| {
+                start.push(lead as f64);
+                start
+            })
         })
         .collect();
     let of = |g: &[f64]| -> Vec<Tuning<L::Gains>> {

@@ -150,7 +150,16 @@ pub enum Budget {
     /// Evaluations in all: every start once, two thirds of the others from the cheapest start, the rest
     /// from what that found and its neighbours.
     Evaluations(usize),
+    /// Evaluations in all: every start once, half of the others shared by the cheapest starts that lie apart, the
+    /// rest as of [`Budget::Evaluations`] from the cheapest that these found. For costs with several valleys: the
+    /// cheapest start of a PID may be the bang-bang that it ends as.
+    Apart(usize),
 }
+
+/// Starts that share a budget.
+const TRIED: usize = 3;
+/// How far apart they lie, of the searched range.
+const APART: f64 = 0.3;
 
 /// What a search found.
 #[derive(Clone, Debug, PartialEq)]
@@ -182,6 +191,24 @@ fn neighbours(ranges: &[Range], point: &[f64]) -> Vec<Vec<f64>> {
     all
 }
 
+/// The cheapest starts that lie apart, cheapest first.
+fn apart(ranges: &[Range], starts: &[Vec<f64>], costs: &[f64]) -> Vec<Vec<f64>> {
+    let distance = |a: &[f64], b: &[f64]| {
+        let places = ranges.iter().zip(a.iter().zip(b));
+        let squares = places.map(|(range, (a, b))| (range.place(*a) - range.place(*b)).powi(2));
+        squares.sum::<f64>().sqrt()
+    };
+    let mut order: Vec<usize> = (0..starts.len()).collect();
+    order.sort_by(|a, b| costs[*a].total_cmp(&costs[*b]));
+    let mut chosen: Vec<Vec<f64>> = vec![];
+    for start in order.into_iter().map(|i| &starts[i]) {
+        if chosen.len() < TRIED && chosen.iter().all(|c| distance(c, start) >= APART) {
+            chosen.push(start.clone());
+        }
+    }
+    chosen
+}
+
 /// Searches within a budget; a simplex shrinks along valleys, so others begin where the first ended.
 /// Deterministic, as [`minimise`].
 pub fn search(
@@ -197,21 +224,22 @@ pub fn search(
     };
     let of_starts: Vec<f64> = starts.par_iter().map(|start| counted(start)).collect();
     let unknown = (starts.first().cloned().unwrap_or_default(), f64::INFINITY);
-    let start = starts
-        .iter()
-        .cloned()
-        .zip(of_starts)
-        .fold(
-            unknown,
-            |best, next| if next.1 < best.1 { next } else { best },
-        );
+    let start =
+        starts
+            .iter()
+            .cloned()
+            .zip(of_starts.iter().copied())
+            .fold(
+                unknown,
+                |best, next| if next.1 < best.1 { next } else { best },
+            );
     let better = |a: (Vec<f64>, f64), b: (Vec<f64>, f64)| if b.1 < a.1 { b } else { a };
     let best = match budget {
         Budget::Thorough(each, again) => {
             let first = minimise(ranges, starts, each, counted);
             minimise(ranges, &neighbours(ranges, &first.0), again, counted)
         }
-        Budget::Evaluations(all) => {
+        Budget::Evaluations(all) | Budget::Apart(all) => {
             let within = |from: &[f64], share: usize| {
                 // Beyond its share a simplex sees walls; it runs idle until its iterations are over.
                 let cost = |g: &[f64]| {
@@ -223,14 +251,25 @@ pub fn search(
                 };
                 simplex(ranges, from, all as u64, &cost)
             };
-            let first = 2 * all / 3;
-            let mut best = better(start.clone(), within(&start.0, first));
-            let from = neighbours(ranges, &best.0);
-            for (i, point) in from.iter().enumerate() {
-                let share = first + (all - first) * (i + 1) / from.len();
-                best = better(best, within(point, share));
+            // From each point in turn: equal shares of the evaluations with these numbers.
+            let in_turn = |from: &[Vec<f64>], share: std::ops::Range<usize>, best| {
+                let until = |i| share.start + share.len() * (i + 1) / from.len();
+                let ends = from.iter().enumerate();
+                ends.fold(best, |best, (i, point)| {
+                    better(best, within(point, until(i)))
+                })
+            };
+            let mut best = start.clone();
+            let mut alone = 0;
+            if matches!(budget, Budget::Apart(_)) {
+                let half = starts.len() + all.saturating_sub(starts.len()) / 2;
+                let tried = apart(ranges, starts, &of_starts);
+                best = in_turn(&tried, starts.len()..half, best);
+                alone = half;
             }
-            best
+            let first = alone + 2 * all.saturating_sub(alone) / 3;
+            best = in_turn(&[best.0.clone()], alone..first, best);
+            in_turn(&neighbours(ranges, &best.0), first..all, best)
         }
     };
     let (best, cost) = better(start.clone(), best);
@@ -279,6 +318,25 @@ mod tests {
             assert_eq!(best[1], 3.0, "{budget:?}");
             assert!((best[0] - 0.3).abs() < 1e-3, "{budget:?}: {best:?}");
         }
+    }
+
+    #[test]
+    fn a_budget_that_starts_apart_finds_the_valley_beside_the_cheapest_start() {
+        let ranges = [Range::linear(0.0, 1.0), Range::linear(0.0, 1.0)];
+        // A broad valley of cost 1 around 0.9, and a deep one around 0.2 whose wall is higher than that.
+        let cost = |v: &[f64]| {
+            let to = |x: f64| ((v[0] - x).powi(2) + (v[1] - x).powi(2)).sqrt();
+            (1.0 + to(0.9)).min(10.0 * to(0.2))
+        };
+        let starts = [vec![0.8, 0.8], vec![0.85, 0.8], vec![0.1, 0.3]];
+        let found = |budget| search(&ranges, &starts, budget, cost);
+        assert_eq!(found(Budget::Evaluations(120)).start, starts[1]);
+        assert!(found(Budget::Evaluations(120)).cost > 0.99);
+        let apart = found(Budget::Apart(120));
+        assert!(apart.cost < 0.05, "{apart:?}");
+        assert!((100..=120).contains(&apart.evaluations), "{apart:?}");
+        let none = found(Budget::Apart(1));
+        assert_eq!((none.best, none.cost), (none.start, none.start_cost));
     }
 
     #[test]

@@ -11,7 +11,7 @@ impl Opponent for PidState {
     fn ranges() -> Vec<Range> {
         vec![
             Range::logarithmic(1e-2, 1e4),  // kp, input ranges an output range
-            Range::logarithmic(1e-3, 1e2),  // ki / kp, 1/s
+            Range::logarithmic(1e-3, 1e3),  // ki / kp, 1/s
             Range::logarithmic(1e-4, 1e1),  // kd / kp, s
             Range::logarithmic(0.1, 30.0),  // filter, periods
             Range::linear(0.0, 1.5),        // reference in P
@@ -20,15 +20,14 @@ impl Opponent for PidState {
         ]
     }
 
-    /// Gentle to fierce, with the integral slow and fast.
+    /// Gentle to fierce, with the integral slow and fast; and an integral with little else, which suits a plant that
+    /// follows its input.
     fn starts() -> Vec<Vec<f64>> {
-        let of = |kp: f64| {
-            [(1.0, 0.1), (10.0, 0.03)].map(|(ki, kd)| vec![kp, ki, kd, 1.0, 1.0, 1.0, 10.0])
-        };
-        [0.3, 3.0, 30.0, 300.0, 3000.0]
-            .into_iter()
-            .flat_map(of)
-            .collect()
+        let start = |kp, ki, kd| vec![kp, ki, kd, 1.0, 1.0, 1.0, 10.0];
+        let of = |kp| [start(kp, 1.0, 0.1), start(kp, 10.0, 0.03)];
+        let gains = [0.3, 3.0, 30.0, 300.0, 3000.0].into_iter();
+        let integral = [0.03, 0.3].map(|kp| start(kp, 100.0, 0.003));
+        gains.flat_map(of).chain(integral).collect()
     }
 
     fn gains(g: &[f64], (input, output): (f64, f64), period_s: f64) -> PidGains {

@@ -14,7 +14,7 @@ impl Opponent for RiseState {
         vec![
             Range::logarithmic(1e-2, 1e4), // gain alpha1, input ranges an output range
             Range::logarithmic(1e-1, 1e4), // alpha1, 1/s
-            Range::logarithmic(1e-3, 1e2), // alpha2, 1/s
+            Range::logarithmic(1e-3, 1e3), // alpha2, 1/s
             Range::logarithmic(1e-4, 1e2), // beta, input ranges a second
             Range::linear(0.0, 1.5),       // reference outside the integral
             Range::logarithmic(0.1, 30.0), // filter, periods
@@ -22,16 +22,13 @@ impl Opponent for RiseState {
         ]
     }
 
-    /// Gentle to fierce, with the integral slow and fast, as for the PID.
+    /// Gentle to fierce, with the integral slow and fast, and nearly an integral alone, as for the PID.
     fn starts() -> Vec<Vec<f64>> {
-        let of = |kp: f64| {
-            [(1.0, 10.0), (10.0, 33.0)]
-                .map(|(alpha2, alpha1)| vec![kp, alpha1, alpha2, 0.1, 1.0, 1.0, 10.0])
-        };
-        [0.3, 3.0, 30.0, 300.0, 3000.0]
-            .into_iter()
-            .flat_map(of)
-            .collect()
+        let start = |kp, alpha2, alpha1| vec![kp, alpha1, alpha2, 0.1, 1.0, 1.0, 10.0];
+        let of = |kp| [start(kp, 1.0, 10.0), start(kp, 10.0, 33.0)];
+        let gains = [0.3, 3.0, 30.0, 300.0, 3000.0].into_iter();
+        let integral = [0.03, 0.3].map(|kp| start(kp, 100.0, 330.0));
+        gains.flat_map(of).chain(integral).collect()
     }
 
     fn gains(g: &[f64], (input, output): (f64, f64), period_s: f64) -> RiseGains {

@@ -270,7 +270,7 @@ impl Bench<'_> {
 }
 
 /// Whether residuals hold something that noise does not explain and that matters.
-fn stands_out(remains: &Remains, data: &Data) -> bool {
+pub(super) fn stands_out(remains: &Remains, data: &Data) -> bool {
     let mut sensors = remains.excess(data).into_iter().enumerate();
     sensors.any(|(sensor, e)| {
         let matters = 0.1 * data.noise[sensor] + 1e-3 * data.spread[sensor];

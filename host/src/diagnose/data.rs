@@ -35,6 +35,7 @@ pub(super) struct Data {
 }
 
 /// Start states that were found for stretches.
+#[derive(Clone, Copy)]
 pub(super) struct Starts<'a> {
     pub data: &'a Data,
     pub stretches: &'a [(usize, Range<usize>)],
@@ -109,6 +110,19 @@ impl Data {
     /// Rows of all recordings.
     pub fn rows(&self) -> usize {
         self.experiments.iter().map(Experiment::rows).sum()
+    }
+
+    /// Valid samples of all sensors in some stretches.
+    pub fn samples(&self, stretches: &[(usize, Range<usize>)]) -> f64 {
+        let counts = stretches.iter().map(|(index, rows)| {
+            let signals = self.experiments[*index].signals.iter();
+            let of = |column: &Vec<f64>| {
+                let valid = column[rows.clone()].iter().filter(|y| y.is_finite());
+                valid.count()
+            };
+            signals.map(of).sum::<usize>()
+        });
+        counts.sum::<usize>() as f64
     }
 
     /// Each recording cut into at most `parts` equal stretches of at least 100 rows.
@@ -230,6 +244,47 @@ impl Data {
         Ok(start::near(&problem, segments, values, states))
     }
 
+    /// [`Data::starts`], less the guess: where a stretch begins within one whose start state was `found`, what the plant
+    /// is in by then explains it better if anything of that was right; sliding or at rest, no measurement shows alone.
+    ///
+    /// # Errors
+    /// None that reading the recordings has not excluded.
+    pub fn along(
+        &self,
+        (rig, plant): (&Rig, &Plant),
+        values: &[f64],
+        segments: &[Segment],
+        found: Starts,
+    ) -> Result<Vec<Vec<f64>>> {
+        let mut states = self.starts(rig, plant, segments, values)?;
+        let here = self.judging(plant);
+        let there = found.data.judging(plant);
+        for (segment, state) in segments.iter().zip(&mut states) {
+            let begins = self.experiments[segment.experiment].t[segment.rows.start];
+            let times = &found.data.experiments[segment.experiment].t;
+            let all = found.stretches.iter().zip(found.states);
+            let covers = |rows: &Range<usize>| {
+                let times = &times[rows.clone()];
+                times.first().is_some_and(|t| *t <= begins)
+                    && times.last().is_some_and(|t| begins <= *t)
+            };
+            let mut covering =
+                all.filter(|((index, rows), _)| *index == segment.experiment && covers(rows));
+            let Some(((index, rows), from)) = covering.next() else {
+                continue;
+            };
+            let until = rows.start + times[rows.clone()].partition_point(|t| *t <= begins);
+            let way = Segment::new(plant, &found.data.experiments, *index, rows.start..until)?;
+            let reached = there.final_state(&way, values, from);
+            let whole = std::slice::from_ref(segment);
+            let cost = |state: &Vec<f64>| here.cost(whole, values, std::slice::from_ref(state));
+            if let Some(reached) = reached.filter(|reached| cost(reached) < cost(state)) {
+                *state = reached;
+            }
+        }
+        Ok(states)
+    }
+
     /// The problem of simulating a plant over these recordings with its parameters held.
     pub fn judging<'a>(&'a self, plant: &'a Plant) -> Problem<'a> {
         Problem {
@@ -297,5 +352,54 @@ impl Data {
         thin.sigma.clone_from(&self.sigma);
         thin.step.clone_from(&self.step);
         thin
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_start_within_a_known_stretch_is_where_the_plant_is_by_then() {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../rigs/mass-spring-damper");
+        let text =
+            std::fs::read_to_string(format!("{folder}.toml")).expect("it ships with the project");
+        // tests/foreign/mass_spring_damper.truth.json
+        let friction = "\n[[effect]]\nkind = \"coulomb_friction\"\ncomponent = \"mass\"\nlevel = { value = 0.58 }\n";
+        let rig = Rig::parse(&(text + friction), "rubbing.toml").expect("it is a rig");
+        let plant = Plant::new(&rig).expect("it can be simulated");
+        let recording = Recording::read(format!("{folder}.fit.csv")).expect("it ships");
+        let data = Data::new(&rig, &plant, &[recording]).expect("it is driven by the input");
+        let values = plant.values();
+        let whole = [(0, 0..600)];
+        let first = data.segments(&plant, &whole).expect("rows are there");
+        let states = data.starts(&rig, &plant, &first, &values).expect("a start");
+        let found = Starts {
+            data: &data,
+            stretches: &whole,
+            states: &states,
+        };
+        let later: Vec<_> = (1..6).map(|k| (0, 100 * k..100 * k + 40)).collect();
+        let segments = data.segments(&plant, &later).expect("rows are there");
+        let guessed = data
+            .starts(&rig, &plant, &segments, &values)
+            .expect("starts");
+        let along = data
+            .along((&rig, &plant), &values, &segments, found)
+            .expect("starts");
+        let problem = data.judging(&plant);
+        let mut nearer = 0;
+        for ((segment, guess), reached) in segments.iter().zip(&guessed).zip(&along) {
+            let one = std::slice::from_ref(segment);
+            let cost = |state: &Vec<f64>| problem.cost(one, &values, std::slice::from_ref(state));
+            assert!(cost(reached) <= cost(guess));
+            if reached != guess {
+                nearer += 1;
+                let way = Segment::new(&plant, &data.experiments, 0, 0..segment.rows.start + 1);
+                let there = problem.final_state(&way.expect("rows"), &values, &states[0]);
+                assert_eq!(Some(reached.clone()), there);
+            }
+        }
+        assert!(nearer > 0, "every guess was better than the simulation");
     }
 }

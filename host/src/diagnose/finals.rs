@@ -5,12 +5,19 @@ use std::ops::Range;
 use super::data::{Data, Starts};
 use super::evidence::Contender;
 use super::judge::Remains;
+use super::ladder::pieces_of;
 use super::race::{Track, Tried};
 use super::search::{Bench, FINAL_STEPS};
 use super::suspect::Suspect;
 use crate::error::Result;
 use crate::fit::levenberg::Unknowns;
 use crate::fit::start;
+
+/// Explained: a cost of no more than this many times what noise alone costs.
+const EXPLAINED: f64 = 1.5;
+
+/// Pieces of a stretch, from rung to rung, where a final has lost what its race had found.
+const JOINED: [usize; 4] = [8, 4, 2, 1];
 
 impl Bench<'_> {
     /// Fits what a race found to all of the fit recordings and looks at what it leaves of both roles.
@@ -37,7 +44,55 @@ impl Bench<'_> {
             values: tried.point.values.clone(),
             states,
         };
-        self.refined(tried, from, steps)
+        let direct = self.refined(tried, from, steps)?;
+        let explained = |cost: f64, samples: f64| cost < EXPLAINED * 0.5 * samples;
+        let lost = explained(tried.point.cost, track.samples())
+            && !direct.as_ref().is_some_and(|direct| {
+                let samples = self.fit.samples(&self.fit_stretches);
+                explained(direct.tried.point.cost, samples)
+            });
+        if !lost {
+            return Ok(direct);
+        }
+        let joined = self.joined(tried, found, steps)?;
+        let cost = |one: &Contender| one.tried.point.cost;
+        Ok([direct, joined]
+            .into_iter()
+            .flatten()
+            .min_by(|a, b| cost(a).total_cmp(&cost(b))))
+    }
+
+    /// As [`Bench::contender`], in pieces that are joined rung by rung: over a whole recording a friction that is a
+    /// little off stops the device where it slid on, and no step from there leads back.
+    fn joined(&self, tried: &Tried, found: Starts, steps: usize) -> Result<Option<Contender>> {
+        let model = &tried.model.integrated(self.settings);
+        let mut values = tried.point.values.clone();
+        let mut stretches = found.stretches.to_vec();
+        let mut states = found.states.to_vec();
+        let mut data = found.data;
+        for pieces in JOINED {
+            let next = pieces_of(&self.fit_stretches, pieces);
+            let mut segments = self.fit.segments(&model.plant, &next)?;
+            let known = Starts {
+                data,
+                stretches: &stretches,
+                states: &states,
+            };
+            let starts = (self.fit).along((&model.rig, &model.plant), &values, &segments, known)?;
+            let from = Unknowns {
+                values,
+                states: starts,
+            };
+            if pieces == 1 {
+                return self.refined(tried, from, steps);
+            }
+            let Some(point) = model.improve(self.fit, &mut segments, from, steps, 1e-4) else {
+                return Ok(None);
+            };
+            (values, states) = (point.values, point.states);
+            (stretches, data) = (next, self.fit);
+        }
+        Ok(None)
     }
 
     /// As [`Bench::contender`], from here.

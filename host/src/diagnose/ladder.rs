@@ -1,6 +1,8 @@
 //! From short stretches to long ones: over a few dozen rows the linear theory holds for strong effects too, and what
 //! begins near the truth stays there as stretches are joined (docs/diagnosis.md, "Short stretches").
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 use sinew_sim::{Plant, Rig};
 
@@ -152,22 +154,9 @@ impl Bench<'_> {
 }
 
 impl<'a> Track<'a> {
-    /// The same rows, each stretch in that many pieces, or as many as it has rows for.
+    /// The same rows, each stretch in that many pieces.
     fn pieces(&self, pieces: usize) -> Track<'a> {
-        let cut = |(index, rows): &(usize, std::ops::Range<usize>)| {
-            let (index, rows) = (*index, rows.clone());
-            let count = pieces.min(rows.len() / PIECE_ROWS).max(1);
-            (0..count).map(move |k| {
-                let at = |k: usize| rows.start + k * rows.len() / count;
-                (index, at(k)..at(k + 1))
-            })
-        };
-        Track {
-            written: self.written,
-            data: self.data,
-            stretches: self.stretches.iter().flat_map(cut).collect(),
-            settings: self.settings,
-        }
+        self.on(pieces_of(&self.stretches, pieces))
     }
 
     /// What was fitted to the track `below`, a few steps further on this one. Stretches that begin where one of its
@@ -185,4 +174,20 @@ impl<'a> Track<'a> {
         let from = Unknowns { values, states };
         Ok(self.improved(tried.suspects.clone(), model.clone(), from, MORE_STEPS))
     }
+}
+
+/// Each stretch in that many pieces, or as many as it has rows for.
+pub(super) fn pieces_of(
+    stretches: &[(usize, Range<usize>)],
+    pieces: usize,
+) -> Vec<(usize, Range<usize>)> {
+    let cut = |(index, rows): &(usize, Range<usize>)| {
+        let (index, rows) = (*index, rows.clone());
+        let count = pieces.min(rows.len() / PIECE_ROWS).max(1);
+        (0..count).map(move |k| {
+            let at = |k: usize| rows.start + k * rows.len() / count;
+            (index, at(k)..at(k + 1))
+        })
+    };
+    stretches.iter().flat_map(cut).collect()
 }

@@ -5,6 +5,7 @@ mod belief;
 mod conclude;
 mod data;
 mod details;
+mod elsewhere;
 mod evidence;
 #[cfg(test)]
 mod example;

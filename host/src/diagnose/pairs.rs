@@ -3,6 +3,7 @@
 
 use rayon::prelude::*;
 
+use super::data::Starts;
 use super::evidence::Contender;
 use super::race::{MORE_STEPS, Track, Tried};
 use super::search::{Bench, FINAL_STEPS};
@@ -59,7 +60,12 @@ impl Bench<'_> {
             if done && left(index) > CLOSE * least {
                 continue;
             }
-            if let Some(parent) = self.on_track(track, &singles[index].tried)? {
+            let found = Starts {
+                data: self.fit,
+                stretches: &self.fit_stretches,
+                states: &singles[index].tried.point.states,
+            };
+            if let Some(parent) = on_track(track, &singles[index].tried, found)? {
                 parents.extend(parent.suspects.clone());
                 pairs.extend(self.seconds(track, &parent, all)?);
             }
@@ -114,33 +120,39 @@ impl Bench<'_> {
             !parent.suspects.contains(suspect) && matches!(suspect, Suspect::Effect { .. })
         };
         let rest: Vec<Suspect> = all.iter().filter(second).cloned().collect();
-        let own = self.affordable(track, parent)?;
+        // Where the parent explains the whole track, what it lacks lies between the track's stretches.
+        let own = match track.elsewhere(parent)? {
+            Some(own) => own,
+            None => self.affordable(track, parent)?,
+        };
         if own.stretches == track.stretches {
             return self.round(track, parent, &rest, "two effects");
         }
-        match self.on_track(&own, parent)? {
+        let found = Starts {
+            data: track.data,
+            stretches: &track.stretches,
+            states: &parent.point.states,
+        };
+        match on_track(&own, parent, found)? {
             Some(parent) => self.round(&own, &parent, &rest, "two effects"),
             None => Ok(Vec::new()),
         }
     }
+}
 
-    /// The final's values, taken back to the track.
-    fn on_track(&self, track: &Track, tried: &Tried) -> Result<Option<Tried>> {
-        let model = tried.model.integrated(track.settings);
-        let mut segments = track.data.segments(&model.plant, &track.stretches)?;
-        let values = &tried.point.values;
-        let states = (track.data).starts(&model.rig, &model.plant, &segments, values)?;
-        let from = Unknowns {
-            values: values.clone(),
-            states,
-        };
-        let point = model.improve(track.data, &mut segments, from, 6, 1e-4);
-        Ok(point.map(|point| Tried {
-            model,
-            point,
-            ..tried.clone()
-        }))
-    }
+/// What was fitted elsewhere, taken to a track; `found` are its start states there.
+fn on_track(track: &Track, tried: &Tried, found: Starts) -> Result<Option<Tried>> {
+    let model = tried.model.integrated(track.settings);
+    let mut segments = track.data.segments(&model.plant, &track.stretches)?;
+    let values = tried.point.values.clone();
+    let states = (track.data).along((&model.rig, &model.plant), &values, &segments, found)?;
+    let from = Unknowns { values, states };
+    let point = model.improve(track.data, &mut segments, from, 6, 1e-4);
+    Ok(point.map(|point| Tried {
+        model,
+        point,
+        ..tried.clone()
+    }))
 }
 
 /// Of those who hold the same effects, the one that was fitted best.

@@ -56,6 +56,18 @@ pub(super) struct Track<'a> {
     pub settings: Settings,
 }
 
+impl<'a> Track<'a> {
+    /// Other stretches of the same recordings.
+    pub fn on(&self, stretches: Vec<(usize, std::ops::Range<usize>)>) -> Track<'a> {
+        Track {
+            written: self.written,
+            data: self.data,
+            stretches,
+            settings: self.settings,
+        }
+    }
+}
+
 impl Track<'_> {
     /// A rig fitted to the track, from values that are known to be near.
     ///
@@ -172,16 +184,7 @@ impl Track<'_> {
 
     /// Valid samples of all sensors.
     pub fn samples(&self) -> f64 {
-        let stretches = self.stretches.iter();
-        let counts = stretches.map(|(index, rows)| {
-            let signals = self.data.experiments[*index].signals.iter();
-            let of = |column: &Vec<f64>| {
-                let valid = column[rows.clone()].iter().filter(|y| y.is_finite());
-                valid.count()
-            };
-            signals.map(of).sum::<usize>()
-        });
-        counts.sum::<usize>() as f64
+        self.data.samples(&self.stretches)
     }
 
     /// A fitted rig run over the stretches that it was fitted to, for the sizes of things.

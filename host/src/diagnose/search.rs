@@ -102,7 +102,7 @@ impl Bench<'_> {
             stretches: data.select(RACE_PARTS, budget.max(RACE_ROWS)),
             settings,
         };
-        let Some(start) = track.first(rig, values, 15)? else {
+        let Some(mut start) = track.first(rig, values, 15)? else {
             return Ok(None);
         };
         // The believed rig may have run along the bound, and nothing may be added to it there.
@@ -119,6 +119,11 @@ impl Bench<'_> {
                 stopped_short: false,
                 refuted: Vec::new(),
             }));
+        }
+        if let Some(own) = track.elsewhere(&start)?
+            && let Some(moved) = own.first(rig, values, 15)?
+        {
+            (track, start) = (own, moved);
         }
         let all = suspects(rig, &plant);
         let mut finalists = self.round(&track, &start, &all, "one effect")?;
@@ -226,16 +231,11 @@ impl Bench<'_> {
         }
         let budget = (RACE_WORK * rows / taken.max(1)).max(RACE_ROWS);
         let rows: usize = track.stretches.iter().map(|(_, rows)| rows.len()).sum();
-        Ok(Track {
-            written: track.written,
-            data,
-            stretches: if budget < rows {
-                data.select(RACE_PARTS, budget)
-            } else {
-                track.stretches.clone()
-            },
-            settings: track.settings,
-        })
+        Ok(track.on(if budget < rows {
+            data.select(RACE_PARTS, budget)
+        } else {
+            track.stretches.clone()
+        }))
     }
 
     /// How many rows one may stand for in a race: the plant hardly moves between them.

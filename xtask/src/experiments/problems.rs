@@ -196,7 +196,7 @@ pub const TENDON: Problem = Problem {
     judged: None,
     delay: "0.008",
     disturbance: "none",
-    evaluations: ("120", Some("60")),
+    evaluations: ("120", Some("240")),
     variants: &[
         Variant {
             name: "15-8-3",
