@@ -260,7 +260,7 @@ fn refuse(arguments: &Arguments) -> Result<()> {
             "--evaluations {} leaves nothing to search with",
             arguments.evaluations
         ))
-        .expected(format!("{LEAST} or more: every start is evaluated once"))
+        .expected(format!("{LEAST} or more: starts come first, and a search needs some beyond them"))
         .help("leave it out for 300"));
     }
     Ok(())

@@ -147,10 +147,10 @@ fn simplex(
 pub enum Budget {
     /// Iterations from every start, and again from the best of what they found and its neighbours.
     Thorough(u64, u64),
-    /// Evaluations in all: every start once, two thirds of the others from the cheapest start, the rest
+    /// Evaluations in all: every start once, as far as they go, two thirds of the others from the cheapest start, the rest
     /// from what that found and its neighbours.
     Evaluations(usize),
-    /// Evaluations in all: every start once, half of the others shared by the cheapest starts that lie apart, the
+    /// Evaluations in all: every start once, as far as they go, half of the others shared by the cheapest starts that lie apart, the
     /// rest as of [`Budget::Evaluations`] from the cheapest that these found. For costs with several valleys: the
     /// cheapest start of a PID may be the bang-bang that it ends as.
     Apart(usize),
