@@ -260,7 +260,9 @@ fn refuse(arguments: &Arguments) -> Result<()> {
             "--evaluations {} leaves nothing to search with",
             arguments.evaluations
         ))
-        .expected(format!("{LEAST} or more: starts come first, and a search needs some beyond them"))
+        .expected(format!(
+            "{LEAST} or more: starts come first, and a search needs some beyond them"
+        ))
         .help("leave it out for 300"));
     }
     Ok(())
