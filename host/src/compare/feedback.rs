@@ -153,6 +153,18 @@ pub struct Tuned<G> {
 /// Steps of preview that a search begins with: a simplex hardly moves a whole number.
 const LEADS: [usize; 3] = [1, 3, 5];
 
+/// Where a law's search begins: each of its starts with each preview that is no longer than `longest`.
+fn starts<L: Opponent>(longest: usize) -> Vec<Vec<f64>> {
+    let leads = LEADS.into_iter().filter(|lead| *lead <= longest);
+    let with = |lead: usize| {
+        L::starts().into_iter().map(move |mut start| {
+            start.push(lead as f64);
+            start
+        })
+    };
+    leads.flat_map(with).collect()
+}
+
 /// Tunes one controller a channel; all channels share one scale of gains. Where there are more outputs than inputs, the
 /// first ones have an input each and the others are only scored. `told` hears of every evaluation.
 ///
@@ -172,16 +184,7 @@ pub fn tune<L: Opponent>(
     }
     let mut ranges = L::ranges();
     ranges.push(Range::whole(0.0, training.longest_lead.max(1) as f64));
-    let starts: Vec<Vec<f64>> = LEADS
-        .into_iter()
-        .filter(|lead| *lead <= training.longest_lead.max(1))
-        .flat_map(|lead| {
-            L::starts().into_iter().map(move |mut start| {
-                start.push(lead as f64);
-                start
-            })
-        })
-        .collect();
+    let starts = starts::<L>(training.longest_lead.max(1));
     let of = |g: &[f64]| -> Vec<Tuning<L::Gains>> {
         let (lead, g) = g.split_last().unwrap_or((&0.0, &[]));
         let units = training.input_range.iter().zip(training.output_range);
@@ -200,4 +203,39 @@ pub fn tune<L: Opponent>(
         after: of(&found.best),
         found,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use sinew_firmware::pid::PidState;
+    use sinew_firmware::rise::RiseState;
+
+    use super::*;
+
+    fn begins_inside<L: Opponent>() {
+        let all = starts::<L>(4);
+        assert_eq!(all.len(), 2 * L::starts().len());
+        let leads = |lead: f64| {
+            all.iter()
+                .filter(|start| start.last() == Some(&lead))
+                .count()
+        };
+        assert_eq!(leads(1.0), leads(3.0));
+        // Every setting strictly inside its range, so that a simplex has room on both sides.
+        for start in L::starts() {
+            assert_eq!(start.len(), L::ranges().len());
+            for (value, range) in start.iter().zip(L::ranges()) {
+                assert!(
+                    range.low < *value && *value < range.high,
+                    "{value} of {range:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn opponents_begin_inside_their_ranges_with_short_and_long_previews() {
+        begins_inside::<PidState>();
+        begins_inside::<RiseState>();
+    }
 }
