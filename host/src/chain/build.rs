@@ -91,6 +91,8 @@ pub struct Outcome {
     pub moved: Vec<Moved>,
     /// Where the controller ran.
     pub board: Board,
+    /// What its image was made for.
+    pub optimise: Optimise,
     /// Its run.
     pub mpc: DeviceRun,
     /// The PID's run; `None` with the reason where there is none.
@@ -208,6 +210,7 @@ pub fn build(request: &Request) -> Result<Outcome> {
         reused,
         moved,
         board: request.board,
+        optimise: request.optimise,
         mpc,
         pid,
         host_equals_device,

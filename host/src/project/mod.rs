@@ -49,6 +49,14 @@ impl Optimise {
     pub fn is_speed(&self) -> bool {
         *self == Self::Speed
     }
+
+    /// What is said of an image beside its size: nothing, where it is made as images are made.
+    pub fn note(self) -> &'static str {
+        match self {
+            Self::Speed => "",
+            Self::Size => ", made for size",
+        }
+    }
 }
 
 /// Where a controller runs.

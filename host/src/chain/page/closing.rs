@@ -89,7 +89,10 @@ pub fn closing_lines(outcome: &Outcome, summary: &Summary, folder: &Path) -> Vec
     {
         line(
             "image",
-            format!("{flash} B flash, {ram} B RAM, {stack} B stack, no heap"),
+            format!(
+                "{flash} B flash, {ram} B RAM, {stack} B stack, no heap{}",
+                outcome.optimise.note()
+            ),
         );
     }
     match summary.host_equals_device {

@@ -51,7 +51,7 @@ pub fn report(outcome: &Outcome, summary: &Summary, command: &str) -> Report {
             .fact(
                 "Flash",
                 format!("{:.1} kB", flash as f64 / 1e3),
-                "whole image",
+                format!("whole image{}", outcome.optimise.note()),
             )
             .fact(
                 "RAM",
