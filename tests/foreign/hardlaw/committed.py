@@ -2,7 +2,7 @@
 
     python -m hardlaw.committed
 
-Thirty, stratified, with a seed of their own, of which `cargo xtask test` takes twelve; and nine that the program once
+Thirty, stratified, with a seed of their own, of which `cargo xtask test` takes twelve; and eleven that the program once
 missed or took for what they are not. `cargo xtask ci` takes all.
 """
 
@@ -54,8 +54,10 @@ ENTRIES = [
 # two effects of which the best single one was neither; a play that is seen on short stretches only; a play in an actuator that
 # stretches began in its middle; two controls in which something was named: a pendulum that turns over, from wrong parameters, and
 # a disturbance under feedback; two controls whose refit ended in a valley of its own, a damping at zero and a pendulum that turns
-# over, in which something of no size was named; dry friction whose own fit ended short of what a richer law of friction reached.
-MISSED = [(2029, 145), (2029, 218), (2029, 667), (2030, 55), (2030, 545), (2030, 591), (4001, 169), (4001, 481), (2030, 361)]
+# over, in which something of no size was named; dry friction whose own fit ended short of what a richer law of friction reached; a stop that
+# is met once, for 25 rows; a disturbance that was called creep, with less confidence than any name deserves.
+MISSED = [(2029, 145), (2029, 218), (2029, 667), (2030, 55), (2030, 545), (2030, 591), (4001, 169), (4001, 481), (2030, 361),
+          (2031, 4), (2031, 374)]
 
 
 def main():
