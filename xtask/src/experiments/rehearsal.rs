@@ -86,7 +86,7 @@ pub const MASS: Rehearsal = Rehearsal {
         "--disturbance",
         "step",
         "--evaluations",
-        "100",
+        "240",
     ],
     ..STAGE
 };
@@ -120,7 +120,7 @@ pub const TENDON: Rehearsal = Rehearsal {
         "--delay",
         "0.008",
         "--evaluations",
-        "60",
+        "240",
     ],
 };
 
