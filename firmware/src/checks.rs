@@ -5,13 +5,14 @@
 
 use heapless::Vec;
 
+use crate::clock::Clock;
 use crate::control_loop::ControlLoop;
 use crate::mode::Drive;
 use crate::model::Model;
 use crate::mpc::{Parts, Work};
 use crate::protocol::{Identity, MAX_FRAME, Reason, ToDevice, ToHost, decode, encode};
 use crate::safety::Limits;
-use crate::session::{Clock, Session};
+use crate::session::Session;
 
 /// The name of every check of this module, handed to the macro `$each`.
 #[macro_export]

@@ -1,14 +1,13 @@
 //! One step of the loop: measure, estimate, optimise, limit.
 
-use serde::{Deserialize, Serialize};
-
+use crate::clock::Clock;
 use crate::estimator::{Estimator, Sample};
 use crate::model::Model;
 use crate::mpc::{self, Bounds, Horizons, MAX_ITERATIONS, Plan, Problem, Weights};
 use crate::protocol::{Identity, PROTOCOL};
 use crate::safety::{Limiter, Limits};
 use crate::scaling::ModelScaling;
-use crate::session::Clock;
+use crate::status::Status;
 
 /// Everything that may change between two calls; model units except where stated.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,42 +32,6 @@ impl<const NU: usize, const NY: usize> Settings<NU, NY> {
             && self.move_suppression.iter().all(weight)
             && (0.0..=1.0).contains(&self.disturbance_gain)
             && (1..=MAX_ITERATIONS).contains(&self.iterations)
-    }
-}
-
-/// What happened in a step. Whatever it says, the command is inside the limits.
-#[must_use]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[repr(u8)]
-pub enum Status {
-    /// The plan is optimal as far as f32 can tell.
-    Converged,
-    /// The plan improved until the iterations were used up: the usual case.
-    IterationLimit,
-    /// A step was found that should lower the cost and did not; the better plan is kept.
-    NoDecrease,
-    /// The reference holds a NaN or infinity; the earlier plan is followed.
-    BadReference,
-    /// The settings are not valid ([`Settings::is_valid`]); the earlier plan is followed.
-    BadSettings,
-    /// The prediction is not finite; the earlier plan is followed.
-    NotFinite,
-    /// No sample yet, or too many missing in a row; going to the safe command.
-    Lost,
-    /// Nothing is armed; going to the safe command.
-    Disarmed,
-    /// The command is one that was asked for, inside the limits; nothing was optimised.
-    OpenLoop,
-}
-
-impl Status {
-    /// The command comes from an optimisation of this step.
-    pub const fn is_controlled(self) -> bool {
-        matches!(
-            self,
-            Status::Converged | Status::IterationLimit | Status::NoDecrease
-        )
     }
 }
 

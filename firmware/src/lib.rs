@@ -13,6 +13,7 @@
 
 pub mod blend;
 pub mod checks;
+pub mod clock;
 pub mod control_loop;
 pub mod converter;
 pub mod estimator;
@@ -30,4 +31,5 @@ pub mod rise;
 pub mod safety;
 pub mod scaling;
 pub mod session;
+pub mod status;
 pub mod watch;

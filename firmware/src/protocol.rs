@@ -6,8 +6,8 @@ use heapless::Vec;
 use postcard::ser_flavors::Flavor;
 use serde::{Deserialize, Serialize};
 
-use crate::control_loop::Status;
 use crate::mode::{Drive, State};
+use crate::status::Status;
 
 /// Version of this protocol; a host refuses a device that says another.
 pub const PROTOCOL: u16 = 2;
@@ -132,7 +132,7 @@ pub enum ToHost {
         iterations: u8,
         /// J of the plan that is followed, model units.
         cost: f32,
-        /// Ticks of the board's [`crate::session::Clock`] spent in the step.
+        /// Ticks of the board's [`crate::clock::Clock`] spent in the step.
         ticks: u32,
         /// At least one output was missing and was predicted.
         bridged: bool,
@@ -194,7 +194,7 @@ pub struct Telemetry {
     pub status: Status,
     /// Newton iterations.
     pub iterations: u8,
-    /// Ticks of the board's [`crate::session::Clock`] spent in the step.
+    /// Ticks of the board's [`crate::clock::Clock`] spent in the step.
     pub ticks: u32,
     /// Steps that ended after their period, since start.
     pub deadline_misses: u32,

@@ -7,6 +7,7 @@ use heapless::Vec;
 pub use rig::Outputs;
 
 use crate::blend::Blend;
+use crate::clock::Clock;
 use crate::control_loop::{ControlLoop, Settings, Step};
 use crate::mode::{Cause, Drive, Mode, State};
 use crate::model::{Jacobian, Model};
@@ -17,12 +18,6 @@ use crate::protocol::{
 };
 use crate::safety::Limits;
 use crate::watch::Watch;
-
-/// A free-running counter of the board, cycles or ticks, that wraps at 32 bits.
-pub trait Clock {
-    /// The count now.
-    fn ticks(&self) -> u32;
-}
 
 /// Rows of an excitation that wait for their tick: a quarter of a second at 120 Hz.
 pub const EXCITATION_ROWS: usize = 32;

@@ -1,8 +1,8 @@
 //! What ends control: signs that the loop no longer does what it is for. Counts in a row, each with its
 //! bound; docs/faults.md has the table.
 
-use crate::control_loop::Status;
 use crate::mode::Cause;
+use crate::status::Status;
 
 /// An output this far from model zero, in model units, is far beyond what was seen in training (-1 to 1).
 pub const ENVELOPE: f32 = 5.0;

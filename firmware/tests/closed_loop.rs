@@ -3,11 +3,12 @@
 mod common;
 
 use common::{Linear, Random, Shallow};
-use sinew_firmware::control_loop::{ControlLoop, Settings, Status, Step};
+use sinew_firmware::control_loop::{ControlLoop, Settings, Step};
 use sinew_firmware::model::{Jacobian, Model, Regressor};
 use sinew_firmware::mpc::Horizons;
 use sinew_firmware::safety::Limits;
 use sinew_firmware::scaling::{ModelScaling, Scaling};
+use sinew_firmware::status::Status;
 
 const N: usize = 8;
 type Loop = ControlLoop<Linear, 1, 1, 0, 2, 1, N, 3, 3>;

@@ -7,13 +7,14 @@ mod common;
 
 use common::{Linear, Random};
 use heapless::Vec as Fixed;
+use sinew_firmware::clock::Clock;
 use sinew_firmware::control_loop::{ControlLoop, Settings};
 use sinew_firmware::mode::Drive;
 use sinew_firmware::mpc::Horizons;
 use sinew_firmware::protocol::{MAX_FRAME, Reason, ToDevice, ToHost, decode, encode};
 use sinew_firmware::safety::Limits;
 use sinew_firmware::scaling::ModelScaling;
-use sinew_firmware::session::{Clock, Session};
+use sinew_firmware::session::Session;
 
 const N: usize = 4;
 type Loop = ControlLoop<Linear, 2, 2, 1, 2, 1, N, 2, 4>;

@@ -4,13 +4,15 @@ mod common;
 
 use common::Linear;
 use heapless::Vec as Fixed;
-use sinew_firmware::control_loop::{ControlLoop, Settings, Status};
+use sinew_firmware::clock::Clock;
+use sinew_firmware::control_loop::{ControlLoop, Settings};
 use sinew_firmware::mode::{Cause, Drive, Mode};
 use sinew_firmware::mpc::Horizons;
 use sinew_firmware::protocol::{Reason, ToDevice, ToHost};
 use sinew_firmware::safety::Limits;
 use sinew_firmware::scaling::ModelScaling;
-use sinew_firmware::session::{Clock, EXCITATION_ROWS, Outputs, Session};
+use sinew_firmware::session::{EXCITATION_ROWS, Outputs, Session};
+use sinew_firmware::status::Status;
 use sinew_firmware::watch::{ENVELOPE, LATE_LIMIT, OUTSIDE_LIMIT, STUCK_LIMIT};
 
 const N: usize = 4;

@@ -9,12 +9,13 @@ mod common;
 
 use common::{Linear, Random, Shallow, cases};
 use proptest::prelude::*;
-use sinew_firmware::control_loop::{ControlLoop, Settings, Status};
+use sinew_firmware::control_loop::{ControlLoop, Settings};
 use sinew_firmware::mpc::Horizons;
 use sinew_firmware::pid::{Pid, PidGains};
 use sinew_firmware::rise::{Rise, RiseGains};
 use sinew_firmware::safety::{Limiter, Limits};
 use sinew_firmware::scaling::ModelScaling;
+use sinew_firmware::status::Status;
 
 /// `|u - before| <= rate` without rounding: the difference of two f32 is a sum of two f64, and
 /// two-sum in f64 is exact.

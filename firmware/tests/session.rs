@@ -7,6 +7,7 @@ use std::cell::Cell;
 use common::{Linear, cases};
 use heapless::Vec as Fixed;
 use proptest::prelude::*;
+use sinew_firmware::clock::Clock;
 use sinew_firmware::control_loop::{ControlLoop, Settings};
 use sinew_firmware::mode::Drive;
 use sinew_firmware::mpc::Horizons;
@@ -15,7 +16,7 @@ use sinew_firmware::protocol::{
 };
 use sinew_firmware::safety::Limits;
 use sinew_firmware::scaling::ModelScaling;
-use sinew_firmware::session::{Clock, Session};
+use sinew_firmware::session::Session;
 
 const N: usize = 4;
 type Loop = ControlLoop<Linear, 2, 2, 1, 2, 1, N, 2, 4>;

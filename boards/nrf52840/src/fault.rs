@@ -5,7 +5,8 @@ use embassy_nrf::{interrupt, pac};
 use sinew_board_runtime::restart;
 use sinew_firmware::mode::Cause;
 
-use crate::kit::ENABLE_PIN;
+/// Of port 1: D4, high while the power stages may drive. Pull it down on your board.
+const ENABLE_PIN: usize = 5;
 
 /// Power stages off. From any context; two registers, nothing that could fail.
 pub fn outputs_off() {

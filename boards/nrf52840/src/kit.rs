@@ -15,7 +15,7 @@ use sinew_board_runtime::model::IDENTITY;
 use sinew_board_runtime::model::control::NU;
 use sinew_board_runtime::pacer::Pacer;
 use sinew_board_runtime::wiring::SENSORS;
-use sinew_firmware::session::Clock;
+use sinew_firmware::clock::Clock;
 use static_cell::ConstStaticCell;
 
 use crate::fault;
@@ -31,9 +31,6 @@ const _: () = {
     );
     assert!(NU <= PWM_OUTPUTS, "this board drives four actuators");
 };
-
-/// Of port 1: D4, high while the power stages may drive. Pull it down on your board.
-pub const ENABLE_PIN: usize = 5;
 
 /// Timer 1, without its prescaler.
 const TIMER_HZ: u32 = 16_000_000;

@@ -3,7 +3,7 @@
 use model::control::{IDENTITY, Session};
 use model::golden::GOLDEN;
 use sinew_firmware::checks::{Golden, Subject};
-use sinew_firmware::session::Clock;
+use sinew_firmware::clock::Clock;
 
 /// The core's cycle counter, for boards that have one.
 pub struct Cycles;

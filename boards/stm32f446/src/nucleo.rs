@@ -16,7 +16,7 @@ use sinew_board_runtime::model::IDENTITY;
 use sinew_board_runtime::model::control::NU;
 use sinew_board_runtime::pacer::Pacer;
 use sinew_board_runtime::wiring::SENSORS;
-use sinew_firmware::session::Clock;
+use sinew_firmware::clock::Clock;
 use static_cell::ConstStaticCell;
 
 use crate::clocks::APB1_TIMER_HZ;
@@ -33,9 +33,6 @@ const _: () = {
     );
     assert!(NU <= PWM_OUTPUTS, "this board drives four actuators");
 };
-
-/// Of port B: D4, high while the power stages may drive. Pull it down on your board.
-pub const ENABLE_PIN: usize = 5;
 
 /// Timer 2 at the model's rate.
 pub static PACER: Pacer = Pacer::new(IDENTITY.rate_mhz, APB1_TIMER_HZ);

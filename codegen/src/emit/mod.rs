@@ -3,6 +3,7 @@
 //! The emitter prints shapes, numbers and calls; the arithmetic is in the kernels of
 //! `sinew-firmware`, those of a recurrent layer are copied from `codegen/kernels`. The same model and options give the same bytes on every machine.
 
+mod backward;
 mod control;
 mod golden;
 mod library;

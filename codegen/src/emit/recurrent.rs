@@ -1,7 +1,7 @@
 //! What `src/network.rs` has more where the first layer is a GRU or an LSTM: its weights, what it remembers as channels
 //! that the model predicts, and derivatives along directions.
 
-use super::network::{chain, slope};
+use super::backward::{chain, slope};
 use crate::network::emit::{Weights, recurrent_weights};
 use crate::network::{Cell, Recurrent};
 use crate::spec::{Layer, ModelSpec, OutputForm};

@@ -3,8 +3,8 @@
 use super::escape::{SUSPICIOUS, escape};
 use super::prediction::Trajectory;
 use super::{Plan, Problem, Quadratic, qp};
-use crate::control_loop::Status;
 use crate::model::Model;
+use crate::status::Status;
 
 /// Largest number of Newton iterations a caller can ask for; with it the work of a step is bounded at
 /// compile time.

@@ -4,8 +4,8 @@ use super::newton::{BACKTRACKS, MAX_ITERATIONS};
 use super::prediction::Trajectory;
 use super::qp::{self, iteration_limit};
 use super::{ActiveSet, Problem, Quadratic};
+use crate::clock::Clock;
 use crate::model::Model;
-use crate::session::Clock;
 
 /// Counts of the parts of an optimisation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,7 +2,8 @@
 
 use heapless::{Deque, Vec};
 
-use super::{Clock, EXCITATION_ROWS, Session, preview, refused};
+use super::{EXCITATION_ROWS, Session, preview, refused};
+use crate::clock::Clock;
 use crate::control_loop::Step;
 use crate::mode::{Cause, Drive, Mode};
 use crate::model::Model;

@@ -1,10 +1,12 @@
 //! Loops around predictors with memory: no steady error, gaps, and channels that are predicted or held.
 
-use sinew_firmware::control_loop::{ControlLoop, Settings, Status};
+use sinew_firmware::control_loop::{ControlLoop, Settings};
+
 use sinew_firmware::model::{ChannelJacobian, Jacobian, Model, Regressor};
 use sinew_firmware::mpc::Horizons;
 use sinew_firmware::safety::Limits;
 use sinew_firmware::scaling::ModelScaling;
+use sinew_firmware::status::Status;
 
 use crate::cells::{GruNet, LstmNet};
 use crate::common::Random;

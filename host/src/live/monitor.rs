@@ -310,7 +310,7 @@ impl Saved {
 
 /// What the numbers in the status column mean.
 fn statuses() -> String {
-    use sinew_firmware::control_loop::Status;
+    use sinew_firmware::status::Status;
     let all = [
         Status::Converged,
         Status::IterationLimit,

@@ -223,8 +223,8 @@ fn table(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sinew_firmware::control_loop::Status;
     use sinew_firmware::mode::Cause;
+    use sinew_firmware::status::Status;
 
     fn names() -> Names {
         Names::for_test(vec!["u_V".into()], vec!["q_m".into()])
