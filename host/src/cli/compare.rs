@@ -257,7 +257,8 @@ impl Others<'_> {
         self.gains.insert(L::NAME.into(), by_name::<L>(&tuning));
         stage.end(match self.ready.drawn.len() {
             0 => "on the plant that it is judged on",
-            _ => "on the plant as written and on the first of those that it is judged on",
+            1 => "on the plant as written and on the one that it is judged on",
+            _ => "on the plant as written and on the first two that it is judged on",
         });
         Ok(())
     }
