@@ -19,7 +19,7 @@ use crate::compare::disturbance::Disturbance;
 use crate::dataset::{Visit, visits};
 use crate::diagnose::{Diagnosis, Options, Recordings, diagnose};
 use crate::error::{Error, Result};
-use crate::fit::{Fit, FitOptions, FreeRun, fit, free_run};
+use crate::fit::{Fit, FitOptions, FreeRun, doubt, fit, free_run};
 use crate::progress::Stage;
 use crate::project::{self, Board, Built, Optimise, Sizes};
 use crate::recording::Recording;
@@ -73,6 +73,8 @@ pub struct Outcome {
     pub hidden: Option<String>,
     /// Free runs on every recording.
     pub free_runs: Vec<Fitted>,
+    /// Signals that the refitted rig does not explain, a sentence each.
+    pub doubts: Vec<String>,
     /// The task.
     pub task: Task,
     /// Units of the outputs.
@@ -131,6 +133,13 @@ pub fn build(request: &Request) -> Result<Outcome> {
     crate::atomic::write(request.out.join("rig.toml"), fitted.rig.to_toml())?;
     let free_runs = free_runs(&rig, &fitted.rig, &recordings, &tests)?;
     stage.end(fit_sentence(&fitted));
+    let doubts = doubts(&fitted);
+    if !request.quiet {
+        // Before minutes go into what is made on it.
+        doubts
+            .iter()
+            .for_each(|doubt| eprintln!("  warning: {doubt}"));
+    }
 
     let diagnosis = match request.diagnose {
         true => Some(find(request, &rig, &recordings, &tests)?),
@@ -201,6 +210,7 @@ pub fn build(request: &Request) -> Result<Outcome> {
         diagnosis,
         hidden: request.hidden.clone(),
         free_runs,
+        doubts,
         units: sensors().map(|s| s.unit.clone()).collect(),
         outputs: sensors().map(|s| s.column.clone()).collect(),
         inputs: plant.inputs().iter().map(|i| i.column.clone()).collect(),
@@ -275,6 +285,14 @@ fn free_runs(
     };
     let fit = fit.iter().map(|r| of("fit", r));
     fit.chain(test.iter().map(|r| of("test", r))).collect()
+}
+
+/// What the refitted rig does not explain of the recordings that it was fitted to.
+fn doubts(fit: &Fit) -> Vec<String> {
+    let sensors = fit.sensors.iter();
+    sensors
+        .filter_map(|s| doubt(&s.signal, &s.unit, s.rms, s.spread))
+        .collect()
 }
 
 fn fit_sentence(fit: &Fit) -> String {

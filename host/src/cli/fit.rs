@@ -7,7 +7,7 @@ use sinew_sim::Rig;
 
 use super::Recordings;
 use crate::error::Result;
-use crate::fit::{FitOptions, fit, score};
+use crate::fit::{FitOptions, doubt, fit, score};
 use crate::progress::Stage;
 use crate::recording::Recording;
 use crate::report::quantity;
@@ -92,6 +92,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
                 quantity(before.rms, &after.unit),
                 quantity(after.rms, &after.unit)
             );
+        }
+    }
+    for s in &found.sensors {
+        if let Some(doubt) = doubt(&s.signal, &s.unit, s.rms, s.spread) {
+            println!("warning: {doubt}");
         }
     }
     match &arguments.out {

@@ -14,6 +14,9 @@ pub fn run(arguments: &NewArgs) -> Result<()> {
             new.unused.join(", ")
         );
     }
+    for guess in &new.guesses {
+        println!("guessed: {guess}");
+    }
     println!(
         "next: sinew fit {} --fit {}",
         new.path.display(),

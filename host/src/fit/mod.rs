@@ -18,7 +18,7 @@ use sinew_sim::{Plant, Rig};
 
 use self::experiment::Experiment;
 pub use self::levenberg::Stop;
-pub use self::score::{FreeRun, FreeRunSensor, SensorError, free_run, pool, score};
+pub use self::score::{FreeRun, FreeRunSensor, SensorError, doubt, free_run, pool, score};
 use crate::error::{Error, Result};
 use crate::recording::Recording;
 

@@ -13,7 +13,8 @@ pub(super) struct Answers {
     pub inertia: f64,
     /// Somebody said so; otherwise the text calls it a guess.
     pub inertia_known: bool,
-    pub spring: bool,
+    /// `None`: nobody knows.
+    pub spring: Option<bool>,
 }
 
 impl Answers {
@@ -30,15 +31,13 @@ impl Answers {
         let name = args.name.clone().unwrap_or(stem);
         let motion = match args.motion.or(columns.motion) {
             Some(motion) => motion,
-            None if ask_yes(
-                &mut terminal,
-                "Does it move along a line (no: about an axis)?",
-                true,
-            )? =>
-            {
-                Motion::Slide
+            None => {
+                let question = "Does it move along a line (no: about an axis)? [Y/n] ";
+                match ask_either(&mut terminal, question)? {
+                    Some(false) => Motion::Hinge,
+                    Some(true) | None => Motion::Slide,
+                }
             }
-            None => Motion::Hinge,
         };
         let (guess, unit) = match motion {
             Motion::Slide => (1.0, "kg"),
@@ -52,11 +51,10 @@ impl Answers {
             )?,
         };
         let spring = match args.spring {
-            Some(answer) => answer == YesNo::Yes,
-            None => ask_yes(
+            Some(answer) => Some(answer == YesNo::Yes),
+            None => ask_either(
                 &mut terminal,
-                "Does a spring, or its own elasticity, pull it back?",
-                false,
+                "Does a spring, or its own elasticity, pull it back? [y/n, return: I do not know] ",
             )?,
         };
         Ok(Self {
@@ -69,17 +67,16 @@ impl Answers {
     }
 }
 
-/// Yes or no; the default where nobody is there or nothing is typed.
-fn ask_yes(terminal: &mut Option<Terminal>, question: &str, default: bool) -> Result<bool> {
-    let hint = if default { "[Y/n]" } else { "[y/N]" };
+/// Yes or no; `None` where nobody is there or nothing is typed.
+fn ask_either(terminal: &mut Option<Terminal>, question: &str) -> Result<Option<bool>> {
     loop {
-        let Some(answer) = ask(terminal, &format!("{question} {hint} "))? else {
-            return Ok(default);
+        let Some(answer) = ask(terminal, question)? else {
+            return Ok(None);
         };
         match answer.to_lowercase().as_str() {
-            "" => return Ok(default),
-            "y" | "yes" => return Ok(true),
-            "n" | "no" => return Ok(false),
+            "" => return Ok(None),
+            "y" | "yes" => return Ok(Some(true)),
+            "n" | "no" => return Ok(Some(false)),
             _ => {}
         }
     }

@@ -2,11 +2,13 @@
 //!
 //! The units at the end of the columns' names tell most of it: a position is a sensor, a force or a voltage an
 //! input. What they cannot tell (line or axis, how heavy, is there a spring) comes from flags, from questions
-//! where a person sits at the terminal, or from a guess that the file says is one. The file that is written is
+//! where a person sits at the terminal, or from a guess that the file says is one; whether there is a spring, the
+//! recording says, which is fitted with and without. The file that is written is
 //! read back before anyone sees it, and its comments explain what to change.
 
 mod answers;
 mod columns;
+mod spring;
 mod text;
 
 use std::io::{BufRead, IsTerminal, Write};
@@ -14,6 +16,7 @@ use std::path::{Path, PathBuf};
 
 use self::answers::Answers;
 use self::columns::Columns;
+use self::spring::Verdict;
 use crate::error::{Error, Result};
 use crate::recording::Recording;
 
@@ -40,7 +43,7 @@ pub struct NewArgs {
     /// Mass in kg (slide) or moment of inertia in kg m^2 (hinge) of what moves, roughly.
     #[arg(long, value_name = "KG")]
     pub inertia: Option<f64>,
-    /// Whether a spring pulls it back.
+    /// Whether a spring pulls it back; by default as the recording says, fitted with and without.
     #[arg(long, value_name = "yes|no")]
     pub spring: Option<YesNo>,
     /// Guess instead of asking.
@@ -49,6 +52,9 @@ pub struct NewArgs {
     /// Replace a rig file that is there already.
     #[arg(long)]
     pub force: bool,
+    /// No progress.
+    #[arg(long)]
+    pub quiet: bool,
 }
 
 /// How a body moves.
@@ -84,6 +90,19 @@ pub struct NewRig {
     pub path: PathBuf,
     /// Columns that neither drive nor show anything in it.
     pub unused: Vec<String>,
+    /// What nobody said, a sentence each.
+    pub guesses: Vec<String>,
+}
+
+/// The text of a rig.
+#[derive(Debug, Clone)]
+pub struct Written {
+    /// It has been read back.
+    pub text: String,
+    /// As in [`NewRig`].
+    pub unused: Vec<String>,
+    /// As in [`NewRig`].
+    pub guesses: Vec<String>,
 }
 
 /// Runs the command: asks on the terminal what the flags leave open, if there is one, and writes the rig.
@@ -103,7 +122,7 @@ pub fn run(args: &NewArgs) -> Result<NewRig> {
     }
     let recording = Recording::read(&args.recording)?;
     let asking = !args.yes && std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
-    let (text, unused) = if asking {
+    let written = if asking {
         let terminal = Terminal {
             input: &mut std::io::stdin().lock(),
             output: &mut std::io::stderr(),
@@ -112,11 +131,15 @@ pub fn run(args: &NewArgs) -> Result<NewRig> {
     } else {
         rig_text(args, &recording, None)?
     };
-    crate::atomic::write(&path, text)?;
-    Ok(NewRig { path, unused })
+    crate::atomic::write(&path, written.text)?;
+    Ok(NewRig {
+        path,
+        unused: written.unused,
+        guesses: written.guesses,
+    })
 }
 
-/// The text of the rig, which has been read back, and the columns that it leaves out. `terminal`: where to read
+/// The text of the rig, the columns that it leaves out, and what it guesses. `terminal`: where to read
 /// answers and where to put questions.
 ///
 /// # Errors
@@ -126,7 +149,7 @@ pub fn rig_text(
     args: &NewArgs,
     recording: &Recording,
     terminal: Option<Terminal>,
-) -> Result<(String, Vec<String>)> {
+) -> Result<Written> {
     if args
         .inertia
         .is_some_and(|inertia| !(inertia.is_finite() && inertia > 0.0))
@@ -135,10 +158,31 @@ pub fn rig_text(
     }
     let columns = Columns::of(recording, &args.inputs, &args.outputs)?;
     let answers = Answers::collect(args, recording, &columns, terminal)?;
-    let text = text::write(recording, &columns, &answers);
+    let variant = |spring: bool, found: Option<&str>| {
+        text::write(recording, &columns, &answers, (spring, found))
+    };
+    let mut guesses = Vec::new();
+    if !answers.inertia_known {
+        guesses.push(format!("an inertia of {} (--inertia)", answers.inertia));
+    }
+    let text = match answers.spring {
+        Some(spring) => variant(spring, None),
+        None => {
+            let [with, without] = [true, false].map(|spring| variant(spring, None));
+            let verdict = Verdict::of(recording, &with, &without, args.quiet);
+            let found = verdict.sentence();
+            let text = variant(verdict.spring, Some(&found));
+            guesses.push(format!("{found} (--spring yes|no)"));
+            text
+        }
+    };
     // A name with a quote in it, say: better found here than by the next command.
     sinew_sim::Rig::parse(&text, &display(&args.out, &args.recording))?;
-    Ok((text, columns.unused(recording)))
+    Ok(Written {
+        text,
+        unused: columns.unused(recording),
+        guesses,
+    })
 }
 
 fn display(out: &Option<PathBuf>, recording: &Path) -> String {

@@ -15,7 +15,13 @@ struct Guess {
     damping: f64,
 }
 
-pub(super) fn write(recording: &Recording, columns: &Columns, answers: &Answers) -> String {
+/// The last argument: whether a spring pulls it back, and what the recording says of it where it was asked.
+pub(super) fn write(
+    recording: &Recording,
+    columns: &Columns,
+    answers: &Answers,
+    (spring, found): (bool, Option<&str>),
+) -> String {
     let file = recording.name();
     let (motion, mass, force, push) = match answers.motion {
         Motion::Slide => ("slide", "kg", "N", "N/m"),
@@ -69,7 +75,11 @@ pub(super) fn write(recording: &Recording, columns: &Columns, answers: &Answers)
             columns.inputs.get(index).unwrap_or(&columns.inputs[0]),
             answers,
         );
-        if answers.spring {
+        if let Some(found) = found {
+            let _ = write!(text, "\n# {found}");
+            text.push_str(if spring { "" } else { "\n" });
+        }
+        if spring {
             let _ = write!(
                 text,
                 "\n[[spring]]                    # force = -stiffness (q - rest)\nname = {}\nfrom = \"ground\"\nto = {}\n\

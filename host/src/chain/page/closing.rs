@@ -26,6 +26,9 @@ pub fn closing_lines(outcome: &Outcome, summary: &Summary, folder: &Path) -> Vec
             ),
         );
     }
+    for doubt in &outcome.doubts {
+        line("warning", doubt.clone());
+    }
     if let Some(found) = &summary.diagnosis {
         line(
             "diagnosis",

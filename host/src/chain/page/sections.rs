@@ -107,6 +107,9 @@ pub(super) fn fit_section(outcome: &Outcome, summary: &Summary) -> Section {
         "Free runs: the simulator sees only the inputs. Its start state comes from the first 5 % of each recording; \
          the error is taken over the rest. Test recordings chose nothing.",
     );
+    for doubt in &outcome.doubts {
+        section = section.with(Block::Notice(doubt.clone()));
+    }
     let errors = summary.fit.iter().map(|e| {
         vec![
             e.role.to_string(),

@@ -181,6 +181,23 @@ fn friction_that_the_rig_lacks_is_seen_in_the_error() {
     assert!(sensor.rms > 20.0 * 4.8e-4, "{sensor:?}");
 }
 
+/// Dry friction leaves a tenth of the motion, which a controller lives with; without its spring the mass is anywhere.
+#[test]
+fn a_person_is_warned_of_a_rig_that_explains_nothing() {
+    let (recording, _) = foreign();
+    let warned = |text: &str| {
+        let fit = run(&parse(text), std::slice::from_ref(&recording));
+        let s = &fit.sensors[0];
+        doubt(&s.signal, &s.unit, s.rms, s.spread)
+    };
+    let whole = oscillator(1.0, 40.0, 1.2, "");
+    assert_eq!(warned(&whole), None);
+    let coil = whole.find("[[spring]]").unwrap()..whole.find("[[damper]]").unwrap();
+    let mut bare = whole.clone();
+    bare.replace_range(coil, "");
+    assert!(warned(&bare).unwrap().contains("misses q_m by"));
+}
+
 #[test]
 fn the_derivatives_are_those_of_the_simulation() {
     let rig = parse(&oscillator(1.1, 50.0, 0.8, FRICTION))
