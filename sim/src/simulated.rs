@@ -46,6 +46,11 @@ macro_rules! bodies {
             stepper.sense(sensor)
         }
 
+        /// [`Stepper::read`].
+        fn signals(stepper: &Stepper<Self>, out: &mut Vec<Self>) {
+            stepper.sense_all(out);
+        }
+
         /// [`Plant::initial_state`].
         fn start(
             plant: &Plant,

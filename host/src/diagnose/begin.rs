@@ -1,5 +1,6 @@
 //! Where a suspect begins: starts without scale, weak and strong, and the few of them that promise most.
 
+use sinew_sim::Rig;
 use sinew_sim::effects::Kind;
 
 use super::model::Model;
@@ -47,16 +48,7 @@ impl Track<'_> {
         trial.extend(new);
         let model = Model::new(&rig, self.written, &trial, self.settings)?;
         let values = model.inherit(&parent.model.plant, &parent.point.values);
-        let segments = self.data.segments(&model.plant, &self.stretches)?;
-        let mut states = self.data.starts(&rig, &model.plant, &segments, &values)?;
-        let known = parent.model.plant.state_names();
-        for (index, name) in model.plant.state_names().iter().enumerate() {
-            if let Some(at) = known.iter().position(|known| known == name) {
-                for (state, known) in states.iter_mut().zip(&parent.point.states) {
-                    state[index] = known[at];
-                }
-            }
-        }
+        let states = self.inherited(parent, &rig, &model, &values)?;
         let mut suspects = parent.suspects.clone();
         suspects.push(suspect.clone());
         Ok(Begun {
@@ -65,6 +57,30 @@ impl Track<'_> {
             from: Unknowns { values, states },
             promise: f64::INFINITY,
         })
+    }
+
+    /// Start states of the parent; what the suspect brings itself begins as a recording shows it.
+    fn inherited(
+        &self,
+        parent: &Tried,
+        rig: &Rig,
+        model: &Model,
+        values: &[f64],
+    ) -> Result<Vec<Vec<f64>>> {
+        let (names, known) = (model.plant.state_names(), parent.model.plant.state_names());
+        if names == known {
+            return Ok(parent.point.states.clone());
+        }
+        let segments = self.data.segments(&model.plant, &self.stretches)?;
+        let mut states = self.data.starts(rig, &model.plant, &segments, values)?;
+        for (index, name) in names.iter().enumerate() {
+            if let Some(at) = known.iter().position(|known| known == name) {
+                for (state, known) in states.iter_mut().zip(&parent.point.states) {
+                    state[index] = known[at];
+                }
+            }
+        }
+        Ok(states)
     }
 
     /// Where a suspect starts from: nowhere in particular for a number, scale-free places for an effect, weak

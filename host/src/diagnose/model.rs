@@ -326,15 +326,16 @@ fn give_scales(problem: &mut Problem, segments: &[Segment], point: &Unknowns) {
     for &j in &silent {
         problem.scale[j] = 1.0;
     }
-    let Some(normals) = problem.linearise(segments, &point.values, &point.states) else {
+    let alone = Problem {
+        slots: silent.iter().map(|&j| problem.slots[j]).collect(),
+        scale: vec![1.0; silent.len()],
+        ..problem.clone()
+    };
+    let Some((squares, samples)) = alone.sensitivities(segments, &point.values, &point.states)
+    else {
         return;
     };
-    let samples: usize = normals
-        .iter()
-        .map(|normal| normal.counts.iter().sum::<usize>())
-        .sum();
-    for &j in &silent {
-        let squares: f64 = normals.iter().map(|normal| normal.zz[(j, j)]).sum();
+    for (&j, squares) in silent.iter().zip(squares) {
         let scale = (samples.max(1) as f64 / squares).sqrt();
         if scale.is_finite() && scale > 0.0 {
             problem.scale[j] = scale;

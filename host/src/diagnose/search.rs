@@ -12,7 +12,7 @@ use super::ladder::Short;
 use super::race::{Track, Tried};
 use super::suspect::{Suspect, suspects};
 use crate::error::Result;
-use crate::fit::pace::{pace, settings, substeps};
+use crate::fit::pace::{dearness, pace, settings, substeps};
 
 /// How many of a race are fitted to everything.
 const FINALISTS: usize = 4;
@@ -20,6 +20,8 @@ const FINALISTS: usize = 4;
 /// Sub-steps of the integrator that one simulation of a race takes, about; and one of a final.
 const RACE_WORK: usize = 2500;
 const FINAL_WORK: usize = 8000;
+
+// Of a dear rig (`fit/pace.rs`) sub-steps are longer and the fewest rows are fewer.
 
 /// Longest sub-step of a race, in units of one over the fastest rate: three times a simulation's. An undamped
 /// mode is off by a ten-thousandth of its phase then, alike in all who race.
@@ -34,6 +36,9 @@ const THIN_RATE: f64 = 0.1;
 /// Stretches that a race is cut into, and the fewest rows that it is run on.
 const RACE_PARTS: usize = 8;
 const RACE_ROWS: usize = 1000;
+
+/// The fewest rows of a final.
+const FINAL_ROWS: usize = 2000;
 
 /// Steps of a final fit.
 pub(super) const FINAL_STEPS: usize = 12;
@@ -86,6 +91,7 @@ impl Bench<'_> {
     pub fn search(&self, rig: &Rig, values: &[f64]) -> Result<Option<Found>> {
         let plant = Plant::new(rig)?;
         let pace = pace(&plant, values, &self.fit.experiments);
+        let dear = dearness(&plant);
         let thin = self.thinning(pace);
         let thinned;
         let data = if thin > 1 {
@@ -94,12 +100,13 @@ impl Bench<'_> {
         } else {
             self.fit
         };
-        let settings = settings(&plant, values, &data.experiments, RACE_STEP);
-        let budget = RACE_WORK / substeps(pace * thin as f64, RACE_STEP);
+        let step = RACE_STEP * dear;
+        let settings = settings(&plant, values, &data.experiments, step);
+        let budget = RACE_WORK / substeps(pace * thin as f64, step);
         let mut track = Track {
             written: self.written,
             data,
-            stretches: data.select(RACE_PARTS, budget.max(RACE_ROWS)),
+            stretches: data.select(RACE_PARTS, budget.max(race_rows(&plant))),
             settings,
         };
         let Some(mut start) = track.first(rig, values, 15)? else {
@@ -229,7 +236,7 @@ impl Bench<'_> {
                 taken += run.report.substeps;
             }
         }
-        let budget = (RACE_WORK * rows / taken.max(1)).max(RACE_ROWS);
+        let budget = (RACE_WORK * rows / taken.max(1)).max(race_rows(&parent.model.plant));
         let rows: usize = track.stretches.iter().map(|(_, rows)| rows.len()).sum();
         Ok(track.on(if budget < rows {
             data.select(RACE_PARTS, budget)
@@ -288,12 +295,19 @@ impl Bench<'_> {
     }
 }
 
+/// The fewest rows of a race.
+fn race_rows(plant: &Plant) -> usize {
+    (RACE_ROWS as f64 / dearness(plant)) as usize
+}
+
 /// How finals are integrated, and how many rows one may take: what a whole simulation may cost.
 pub(super) fn finals(plant: &Plant, values: &[f64], fit: &Data, both: &Data) -> (Settings, usize) {
     let pace = pace(plant, values, &fit.experiments);
-    let rows = FINAL_WORK / substeps(pace, FINAL_STEP);
-    let mut settings = settings(plant, values, &both.experiments, FINAL_STEP);
+    let dear = dearness(plant);
+    let step = FINAL_STEP * dear;
+    let rows = FINAL_WORK / substeps(pace, step);
+    let mut settings = settings(plant, values, &both.experiments, step);
     // What ran along the bound of a race is judged too.
     settings.max_substeps *= 2;
-    (settings, rows.max(2000))
+    (settings, rows.max((FINAL_ROWS as f64 / dear) as usize))
 }

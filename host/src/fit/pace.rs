@@ -10,6 +10,17 @@ use super::experiment::Experiment;
 const FASTER: f64 = 4.0;
 const FAST: f64 = 3.2;
 
+/// A rig whose forces take more products than these is dear, in proportion, `MOST` times as dear as others at most: a chain that
+/// tendons pull takes a hundred, a body on a spring four.
+const DEAR: f64 = 40.0;
+const MOST: f64 = 2.0;
+
+/// How many times as long the sub-steps of a search are as usual, and how many times as few its fewest rows: a search among a
+/// hundred suspects on six bodies would otherwise take a quarter of an hour.
+pub(crate) fn dearness(plant: &Plant) -> f64 {
+    (plant.terms() as f64 / DEAR).clamp(1.0, MOST)
+}
+
 /// The plant's fastest rate at rest times the usual interval of the recordings.
 pub(crate) fn pace(plant: &Plant, values: &[f64], experiments: &[Experiment]) -> f64 {
     at_rest(plant, values) * usual(experiments)
@@ -107,6 +118,19 @@ mod tests {
         assert!(without < 100, "{without}");
         // sqrt(1e8) 1/s over 10 ms at 0.1 are 1,000 sub-steps.
         assert!(with >= 1000, "{with}");
+    }
+
+    #[test]
+    fn a_chain_with_tendons_is_dear_and_masses_on_springs_are_not() {
+        let of = |name: &str| {
+            let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../rigs/");
+            let rig = Rig::load(format!("{folder}{name}.toml")).expect("it ships");
+            dearness(&Plant::new(&rig).expect("it is sound"))
+        };
+        assert_eq!(of("tendon"), MOST);
+        for cheap in ["mass-spring-damper", "two-mass-drive", "three-mass", "emps"] {
+            assert_eq!(of(cheap), 1.0, "{cheap}");
+        }
     }
 
     #[test]

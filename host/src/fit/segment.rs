@@ -186,6 +186,7 @@ impl Problem<'_> {
             .map(|(index, (segment, state))| {
                 let signals = &self.experiments[segment.experiment].signals;
                 let mut sum = 0.0;
+                let mut read = Vec::with_capacity(signals.len());
                 let held = segment.anchor.cost(state, &self.state_scale);
                 let mut stopped = false;
                 let run = numbers.simulate_until(
@@ -193,11 +194,13 @@ impl Problem<'_> {
                     &segment.drive,
                     self.times(segment),
                     |row, at| {
-                        for (sensor, column) in signals.iter().enumerate() {
+                        read.clear();
+                        at.read(&mut read);
+                        for ((column, signal), sigma) in signals.iter().zip(&read).zip(&self.sigma)
+                        {
                             let measured = column[segment.rows.start + row];
                             if measured.is_finite() {
-                                sum +=
-                                    ((measured - at.signal(sensor)) / self.sigma[sensor]).powi(2);
+                                sum += ((measured - signal) / sigma).powi(2);
                             }
                         }
                         stopped = row % LOOK == 0 && running.exceeds(index, 0.5 * sum + held, most);
@@ -384,6 +387,34 @@ impl Problem<'_> {
             Some(self.normal(segment, &rows, state))
         };
         segments.par_iter().zip(states).map(normal).collect()
+    }
+
+    /// Squares of the derivatives in each parameter, summed over all segments; `None` where a simulation fails.
+    pub fn sensitivities(
+        &self,
+        segments: &[Segment],
+        values: &[f64],
+        states: &[Vec<f64>],
+    ) -> Option<(Vec<f64>, usize)> {
+        let width = self.parameters();
+        let seeded = self.seeded::<4>(segments, values, width);
+        let of = |(segment, state): (&Segment, &Vec<f64>)| {
+            let rows = self.rows_by(&seeded, segment, state)?;
+            let mut squares = vec![0.0; width];
+            for row in rows.jacobian.chunks_exact(width.max(1)) {
+                for (sum, x) in squares.iter_mut().zip(row) {
+                    *sum += x * x;
+                }
+            }
+            Some((squares, rows.residual.len()))
+        };
+        let each: Vec<_> = (segments.par_iter().zip(states))
+            .map(of)
+            .collect::<Option<_>>()?;
+        // In the order of the segments, so that the sums do not depend on who finished first.
+        let squares = |j: usize| each.iter().map(|(squares, _)| squares[j]).sum();
+        let samples = each.iter().map(|(_, samples)| samples).sum();
+        Some(((0..width).map(squares).collect(), samples))
     }
 
     /// Sums rows into normal equations, and adds what is known of the start.

@@ -27,12 +27,17 @@ pub(crate) fn states(
     let mut states: Vec<Vec<f64>> = Vec::with_capacity(segments.len());
     let mut ended: Option<Vec<f64>> = None;
     let readings = lagging(problem.plant);
+    let follows = |index: usize| {
+        let pair = index
+            .checked_sub(1)
+            .map(|before| segments.get(before..=index));
+        pair.flatten().is_some_and(|pair| {
+            pair[0].experiment == pair[1].experiment && pair[0].rows.end == pair[1].rows.start
+        })
+    };
     for (index, segment) in segments.iter().enumerate() {
-        let follows = index > 0
-            && segments[index - 1].experiment == segment.experiment
-            && segments[index - 1].rows.end == segment.rows.start;
         let experiment = &problem.experiments[segment.experiment];
-        let mut state = match ended.take().filter(|_| follows) {
+        let mut state = match ended.take() {
             Some(state) => state,
             None => at_rest(problem.plant, experiment, segment.rows.start, values)?,
         };
@@ -43,7 +48,7 @@ pub(crate) fn states(
                 state[*reading] = view.reading(value, values);
             }
         }
-        if unseen(views) {
+        if follows(index + 1) && unseen(views) {
             // Rows are disjoint, so this is where the last row is: one interval short of the next start.
             ended = problem.final_state(segment, values, &state);
         }

@@ -1,6 +1,6 @@
 //! Where on a sub-step a mode ends first.
 
-use super::dynamics::{Dynamics, Mode, Scratch, Start};
+use super::dynamics::{Dynamics, Held, Mode, Scratch, Start};
 use super::event::{self, Event, Probe};
 use super::substep::Substep;
 use crate::plant::forces::{Forces, State};
@@ -8,7 +8,7 @@ use crate::plant::topology::Topology;
 use crate::plant::wave::Wave;
 use crate::scalar::Scalar;
 
-/// The same without derivatives, for the search of events.
+/// The same without derivatives, for everything that asks for a branch or a sign.
 #[derive(Clone, Debug)]
 pub(super) struct Plain {
     pub(super) dynamics: Dynamics<f64>,
@@ -17,12 +17,27 @@ pub(super) struct Plain {
     pub(super) first: Forces<f64>,
     last: Forces<f64>,
     scratch: Scratch<f64>,
+    end: End,
+}
+
+/// The end of a step that was tried.
+#[derive(Clone, Debug)]
+struct End {
+    state: State<f64>,
+    forces: Forces<f64>,
+    held: Vec<Held<f64>>,
 }
 
 fn plain_into<S: Scalar>(to: &mut [f64], from: &[S]) {
     for (to, from) in to.iter_mut().zip(from) {
         *to = from.value();
     }
+}
+
+fn plain_state<S: Scalar>(to: &mut State<f64>, from: &State<S>) {
+    plain_into(&mut to.q, &from.q);
+    plain_into(&mut to.v, &from.v);
+    plain_into(&mut to.z, &from.z);
 }
 
 impl Plain {
@@ -34,13 +49,22 @@ impl Plain {
             first: Forces::new(topology),
             last: Forces::new(topology),
             scratch: Scratch::new(topology),
+            end: End {
+                state: State::rest(topology),
+                forces: Forces::new(topology),
+                held: vec![Held::NOTHING; topology.frictions.len()],
+            },
         }
     }
 
     pub(super) fn take_state<S: Scalar>(&mut self, state: &State<S>) {
-        plain_into(&mut self.state.q, &state.q);
-        plain_into(&mut self.state.v, &state.v);
-        plain_into(&mut self.state.z, &state.z);
+        plain_state(&mut self.state, state);
+    }
+
+    pub(super) fn take_waves<S: Scalar>(&mut self, waves: &[Wave<S>]) {
+        for (to, from) in self.waves.iter_mut().zip(waves) {
+            *to = from.plain();
+        }
     }
 
     pub(super) fn take<S: Scalar>(
@@ -50,9 +74,7 @@ impl Plain {
         first: &Forces<S>,
     ) {
         self.take_state(state);
-        for (to, from) in self.waves.iter_mut().zip(waves) {
-            *to = from.plain();
-        }
+        self.take_waves(waves);
         plain_into(&mut self.first.force, &first.force);
         plain_into(&mut self.first.rate, &first.rate);
         plain_into(&mut self.first.load, &first.load);
@@ -70,35 +92,24 @@ impl<S: Scalar> Substep<S> {
     ) -> Option<(Event, f64)> {
         let smooth = self.dynamics.smoothing > 0.0;
         let rests = !smooth && self.modes.friction.contains(&Mode::Stick);
-        if rests || topology.follows > 0 {
-            let at = self
-                .dynamics
-                .at(&self.scratch.end, &self.waves, end, &self.modes.branches);
-            topology.forces(&at, &mut self.last);
-        }
+        self.look_at_end(topology, end.value(), rests);
         let mut earliest: Option<(Event, f64)> = None;
         let rubbing = if smooth { 0 } else { topology.frictions.len() };
         let frictions = (0..rubbing).map(Event::Friction);
         let switches = (0..topology.switches.len()).map(Event::Switch);
-        if rests {
-            let at = self
-                .dynamics
-                .at(&self.scratch.end, &self.waves, end, &self.modes.branches);
-            let modes = &self.modes.friction;
-            let held = &mut self.scratch.last;
-            self.dynamics
-                .accelerate(topology, &at, modes, &mut self.last, held);
-        }
         for event in frictions.chain(switches) {
             let suspect = match event {
                 Event::Friction(index) => self.suspect_friction(topology, index, h),
                 Event::Switch(index) if smooth && topology.switches[index].smoothed() => None,
                 Event::Switch(index) => {
-                    let at =
-                        self.dynamics
-                            .at(&self.scratch.end, &self.waves, end, &self.modes.branches);
-                    let margin = topology.margin(index, &at, &self.last.load);
-                    (margin.value() < 0.0).then_some(h)
+                    let Plain {
+                        dynamics,
+                        waves,
+                        end: there,
+                        ..
+                    } = &self.plain;
+                    let at = dynamics.at(&there.state, waves, end.value(), &self.modes.branches);
+                    (topology.margin(index, &at, &there.forces.load) < 0.0).then_some(h)
                 }
             };
             let Some(within) = suspect else {
@@ -113,6 +124,31 @@ impl<S: Scalar> Substep<S> {
             }
         }
         earliest
+    }
+
+    /// What the events of the tried step are seen by: the state at its end, without derivatives, and the forces there
+    /// where something rests or a law follows them.
+    fn look_at_end(&mut self, topology: &Topology, tau: f64, rests: bool) {
+        if !rests && topology.switches.is_empty() {
+            return;
+        }
+        self.plain.take_waves(&self.waves);
+        let Plain {
+            dynamics,
+            waves,
+            end,
+            ..
+        } = &mut self.plain;
+        plain_state(&mut end.state, &self.scratch.end);
+        if !rests && topology.follows == 0 {
+            return;
+        }
+        let at = dynamics.at(&end.state, waves, tau, &self.modes.branches);
+        topology.forces(&at, &mut end.forces);
+        if rests {
+            let modes = &self.modes.friction;
+            dynamics.accelerate(topology, &at, modes, &mut end.forces, &mut end.held);
+        }
     }
 
     /// Whether the tried step left a mode of friction, and by when at the latest.
@@ -141,7 +177,7 @@ impl<S: Scalar> Substep<S> {
                 if self.scratch.middle[index].margin().value() < 0.0 {
                     Some(0.5 * h)
                 } else {
-                    (self.scratch.last[index].margin().value() < 0.0).then_some(h)
+                    (self.plain.end.held[index].margin() < 0.0).then_some(h)
                 }
             }
         }
@@ -156,6 +192,7 @@ impl<S: Scalar> Substep<S> {
             first,
             last,
             scratch,
+            ..
         } = &mut self.plain;
         Probe {
             topology,

@@ -1,6 +1,7 @@
 //! The modes at the beginning of a sub-step: who slides, who rests, which branch each law is on.
 
 use super::dynamics::Mode;
+use super::search::Plain;
 use super::sticking;
 use super::substep::Substep;
 use crate::plant::topology::Topology;
@@ -33,8 +34,18 @@ impl<S: Scalar> Substep<S> {
     }
 
     pub(super) fn settle_branches(&mut self, topology: &Topology, tau: S) {
-        let at = self.dynamics.at(&self.state, &self.waves, tau, &[]);
-        topology.settle_branches(at, &mut self.modes.branches, &mut self.first);
+        // A branch asks for signs, not for derivatives.
+        self.plain.take_state(&self.state);
+        self.plain.take_waves(&self.waves);
+        let Plain {
+            dynamics,
+            state,
+            waves,
+            first,
+            ..
+        } = &mut self.plain;
+        let at = dynamics.at(state, waves, tau.value(), &[]);
+        topology.settle_branches(at, &mut self.modes.branches, first);
     }
 
     pub(super) fn other_forces(&mut self, topology: &Topology, tau: S) {

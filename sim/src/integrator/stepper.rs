@@ -100,9 +100,14 @@ impl<S: Simulated> Stepper<S> {
 
     /// Every sensor's signal now, SI.
     pub fn signals(&self) -> Vec<S> {
-        (0..self.topology.sensors.len())
-            .map(|sensor| self.signal(sensor))
-            .collect()
+        let mut signals = Vec::with_capacity(self.topology.sensors.len());
+        self.read(&mut signals);
+        signals
+    }
+
+    /// Adds every sensor's signal now, SI, to `out`.
+    pub fn read(&self, out: &mut Vec<S>) {
+        S::signals(self, out);
     }
 }
 
@@ -212,6 +217,11 @@ impl<S: Scalar> Stepper<S> {
     pub(crate) fn sense(&self, sensor: usize) -> S {
         let at = self.work.point(S::constant(self.tau));
         self.topology.signal(sensor, &at)
+    }
+
+    pub(crate) fn sense_all(&self, out: &mut Vec<S>) {
+        let at = self.work.point(S::constant(self.tau));
+        self.topology.signals(&at, out);
     }
 
     /// Positions, velocities, internal states: the order of [`Plant::state_names`].

@@ -1,5 +1,6 @@
 //! The forces on the bodies, and the rates of internal states (docs/plant.md, eq. 1 to 17).
 
+use super::shapes::Seen;
 use super::topology::{Followed, Friction, Memory, Spring, Tendon, Topology};
 use super::wave::Wave;
 use crate::effects::{At, creep_rate, curve, dead_band, hysteresis_rate, press};
@@ -305,12 +306,17 @@ impl Topology {
     /// A sensor's reading after its curvature, before lag, gain and offset (eq. 17a).
     #[inline]
     pub(crate) fn reading<S: Scalar>(&self, sensor: usize, at: &Point<S>) -> S {
+        self.reading_beside(sensor, at, &mut None)
+    }
+
+    /// The same in the state in which another sensor was `seen`.
+    fn reading_beside<S: Scalar>(&self, sensor: usize, at: &Point<S>, seen: &mut Seen<S>) -> S {
         let sensor = &self.sensors[sensor];
         let reading = match sensor.reads {
             Reads::Position(body) => at.state.q[body],
             Reads::Velocity(body) => at.state.v[body],
             Reads::Tension(tendon) => self.tendons[tendon].tension(self, at),
-            Reads::Shape(shape) => self.shapes.read(shape, at.values, &at.state.q),
+            Reads::Shape(shape) => self.shapes.read(shape, at.values, &at.state.q, seen),
             Reads::Hasel(hasel, reading) => self.hasels[hasel].read(reading, at),
         };
         match sensor.curvature {
@@ -321,10 +327,20 @@ impl Topology {
 
     /// The signal of one sensor, SI.
     pub(crate) fn signal<S: Scalar>(&self, index: usize, at: &Point<S>) -> S {
+        self.signal_beside(index, at, &mut None)
+    }
+
+    /// Every sensor's signal, SI, added to `out`: what several read components of is found once.
+    pub(crate) fn signals<S: Scalar>(&self, at: &Point<S>, out: &mut Vec<S>) {
+        let mut seen = None;
+        out.extend((0..self.sensors.len()).map(|index| self.signal_beside(index, at, &mut seen)));
+    }
+
+    fn signal_beside<S: Scalar>(&self, index: usize, at: &Point<S>, seen: &mut Seen<S>) -> S {
         let sensor = &self.sensors[index];
         let reading = match sensor.lag {
             Some((_, state)) => at.state.z[state],
-            None => self.reading(index, at),
+            None => self.reading_beside(index, at, seen),
         };
         at.values[sensor.gain] * reading + at.values[sensor.offset]
     }

@@ -81,7 +81,7 @@ impl Plant {
         let mut kept: Vec<Stepper<f64>> = Vec::new();
         let mut clock = Vec::with_capacity(times.len());
         let stepper = self.simulate_with(values, start, drive, times, |row, stepper| {
-            signals.extend((0..sensors).map(|sensor| stepper.signal(sensor)));
+            stepper.read(&mut signals);
             clock.push(stepper.time());
             if row % BLOCK == BLOCK - 1 {
                 kept.push(stepper.clone());

@@ -152,6 +152,23 @@ impl Plant {
         2 * self.topology.names.len() + self.topology.internal.len()
     }
 
+    /// Products in one look at the forces, about: what a sub-step of the integrator costs.
+    pub fn terms(&self) -> usize {
+        let topology = &self.topology;
+        let springs = topology.springs.iter();
+        let springs: usize = springs
+            .map(|s| 1 + 3 * (s.laws.len() + s.memory.len()))
+            .sum();
+        // Stretch, its rate, and the pull on each body of the path; stiffness, damping, pretension.
+        let tendons = topology.tendons.iter();
+        let tendons: usize = tendons.map(|t| 3 * t.path.len() + t.lines.len() + 3).sum();
+        let others = topology.bodies.len()
+            + topology.dampers.len()
+            + topology.motors.len()
+            + 2 * (topology.loads.len() + topology.stops.len() + topology.frictions.len());
+        springs + tendons + others + 20 * topology.hasels.len()
+    }
+
     /// Number of bodies, those of hidden modes included, which come last: the first so many states are
     /// positions, the next so many velocities, what follows is internal.
     pub fn bodies(&self) -> usize {

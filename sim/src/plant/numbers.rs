@@ -67,7 +67,7 @@ impl<S: Simulated> Numbers<'_, S> {
         let sensors = self.plant.sensors().len();
         let mut signals = Vec::with_capacity(sensors * times.len());
         let stepper = self.simulate_until(start, drive, times, |_, stepper| {
-            signals.extend((0..sensors).map(|sensor| stepper.signal(sensor)));
+            stepper.read(&mut signals);
             ControlFlow::Continue(())
         })?;
         Ok(Trajectory::ended(signals, sensors, &stepper))

@@ -88,9 +88,7 @@ impl Plant {
         let sensors = self.sensors().len();
         let mut signals = Vec::with_capacity(sensors * times.len());
         let stepper = self.simulate_with(values, start, drive, times, |_, stepper| {
-            for sensor in 0..sensors {
-                signals.push(stepper.signal(sensor));
-            }
+            stepper.read(&mut signals);
         })?;
         Ok(Trajectory::ended(signals, sensors, &stepper))
     }

@@ -1,7 +1,7 @@
 //! Chains, plates and what reads them, held against closed forms.
 
 use crate::mechanisms::{plant, run};
-use sinew_sim::{Drive, Dual, Plant, Rig, Scalar};
+use sinew_sim::{Drive, Dual, Plant, Rig, Scalar, Stepper};
 
 /// A chain with an antagonistic pair about y, and what reads it.
 fn chain(segments: usize, more: &str) -> String {
@@ -238,4 +238,22 @@ fn a_plate_leans_its_tip_and_its_magnets() {
     let unit = 1e-7 * 0.1 / 0.03f64.powi(3);
     assert!(near(found[2], -unit * pitch.sin()), "{found:?}");
     assert!(near(found[3], 2.0 * unit * pitch.cos()), "{found:?}");
+}
+
+/// A tip is found once for its three sensors, a field for its own; each must see what it would see alone.
+#[test]
+fn signals_read_at_once_are_those_read_one_by_one() {
+    for name in ["tendon", "hasel"] {
+        let file = format!("{}/../rigs/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let plant = Plant::new(&Rig::load(file).unwrap()).unwrap();
+        let start: Vec<f64> = (0..plant.state_len())
+            .map(|k| 1e-3 * (k + 1) as f64)
+            .collect();
+        let stepper = Stepper::new(&plant, &plant.values(), &start).unwrap();
+        let at_once = stepper.signals();
+        assert!(at_once.len() > 5 && at_once.windows(2).all(|pair| pair[0] != pair[1]));
+        for (sensor, signal) in at_once.iter().enumerate() {
+            assert_eq!(signal.to_bits(), stepper.signal(sensor).to_bits(), "{name}");
+        }
+    }
 }

@@ -108,6 +108,9 @@ enum Course {
     Plate(usize, usize, usize),
 }
 
+/// What was read last, and the vector that it is a component of.
+pub(crate) type Seen<S> = Option<(Shape, Vector<S>)>;
+
 fn component<S: Copy>(vector: Vector<S>, axis: Axis) -> S {
     match axis {
         Axis::X => vector[0],
@@ -139,22 +142,37 @@ impl Shapes {
         plate::pose(values[plate.height], z, roll, pitch)
     }
 
-    /// What a sensor reads of a shape.
-    pub(crate) fn read<S: Scalar>(&self, shape: Shape, values: &[S], q: &[S]) -> S {
-        match shape {
-            Shape::ChainTip(chain, axis) => {
-                let length = values[self.chains[chain].length];
-                component(chain::tip(length, self.bends(chain, q)).origin, axis)
-            }
-            Shape::PlateTip(plate, axis) => {
-                let tip = [S::ZERO, S::ZERO, values[self.plates[plate].tip]];
-                component(self.plate(plate, values, q).point(tip), axis)
-            }
-            Shape::Light(waveguide) => self.light(waveguide, values, q),
-            Shape::Field(magnetometer, axis) => {
-                component(self.field(magnetometer, values, q), axis)
-            }
+    /// What a sensor reads of a shape; `seen` is the vector that the sensor before took a component of, in the same state.
+    pub(crate) fn read<S: Scalar>(
+        &self,
+        shape: Shape,
+        values: &[S],
+        q: &[S],
+        seen: &mut Seen<S>,
+    ) -> S {
+        let axis = match shape {
+            Shape::ChainTip(_, axis) | Shape::PlateTip(_, axis) | Shape::Field(_, axis) => axis,
+            Shape::Light(waveguide) => return self.light(waveguide, values, q),
+        };
+        if let Some((known, vector)) = seen
+            && known.beside(shape)
+        {
+            return component(*vector, axis);
         }
+        let vector = match shape {
+            Shape::ChainTip(chain, _) => {
+                let length = values[self.chains[chain].length];
+                chain::tip(length, self.bends(chain, q)).origin
+            }
+            Shape::PlateTip(plate, _) => {
+                let tip = [S::ZERO, S::ZERO, values[self.plates[plate].tip]];
+                self.plate(plate, values, q).point(tip)
+            }
+            Shape::Field(magnetometer, _) => self.field(magnetometer, values, q),
+            Shape::Light(_) => [S::ZERO; 3],
+        };
+        *seen = Some((shape, vector));
+        component(vector, axis)
     }
 
     /// Light that comes through a fibre, 1 where it is not stretched (eq. 3).

@@ -205,6 +205,16 @@ pub enum Shape {
 }
 
 impl Shape {
+    /// Both are components of one vector.
+    pub(crate) fn beside(self, other: Self) -> bool {
+        match (self, other) {
+            (Self::ChainTip(a, _), Self::ChainTip(b, _))
+            | (Self::PlateTip(a, _), Self::PlateTip(b, _))
+            | (Self::Field(a, _), Self::Field(b, _)) => a == b,
+            _ => false,
+        }
+    }
+
     /// Unit of the reading.
     pub(crate) fn unit(self) -> &'static str {
         match self {
