@@ -91,11 +91,17 @@ impl Track<'_> {
         run: &Run,
         suspect: &Suspect,
     ) -> Result<Vec<(Vec<f64>, bool)>> {
-        match suspect {
-            Suspect::Number { .. } => Ok(vec![(Vec::new(), false)]),
-            Suspect::Effect { kind, component } => {
-                let site = parent.model.rig.site(*kind, component)?;
-                Ok(with_weak(*kind, kind.starts(&run.at(site))))
+        match suspect.places() {
+            None => Ok(vec![(Vec::new(), false)]),
+            Some((kind, components)) => {
+                let of = |component: &&str| {
+                    let site = parent.model.rig.site(kind, component)?;
+                    Ok(kind.starts(&run.at(site)))
+                };
+                let each = components.iter().map(of).collect::<Result<Vec<_>>>()?;
+                let count = each.iter().map(Vec::len).min().unwrap_or(0);
+                let start = |k: usize| each.iter().flat_map(|starts| starts[k].clone()).collect();
+                Ok(with_weak(kind, (0..count).map(start).collect()))
             }
         }
     }
@@ -132,7 +138,8 @@ pub(super) fn promising(looked: Vec<Vec<Begun>>) -> Vec<Vec<Begun>> {
 /// motion a lot promises nothing, whatever the truth.
 fn with_weak(kind: Kind, starts: Vec<Vec<f64>>) -> Vec<(Vec<f64>, bool)> {
     let weak = |start: &Vec<f64>| -> Vec<f64> {
-        let specs = kind.description().parameters.iter();
+        // Of one component after the other.
+        let specs = kind.description().parameters.iter().cycle();
         specs
             .zip(start)
             .map(|(spec, value)| {

@@ -218,8 +218,10 @@ impl Bench<'_> {
         };
         let mut suspects = contender.tried.suspects.iter();
         Ok(suspects.all(|suspect| {
-            let farthest = suspect.sizes().iter().filter_map(away).reduce(f64::max);
-            farthest.is_none_or(|farthest| farthest >= CERTAIN)
+            suspect.sizes().iter().all(|sizes| {
+                let farthest = sizes.iter().filter_map(away).reduce(f64::max);
+                farthest.is_none_or(|farthest| farthest >= CERTAIN)
+            })
         }))
     }
 

@@ -49,13 +49,12 @@ pub(super) fn effects(
         .tried
         .suspects
         .iter()
-        .filter_map(|suspect| match suspect {
-            Suspect::Effect { kind, component } => {
-                let about = Rivalry::of(found, chosen, suspect, bench, surety);
-                let about = about.honest(bench.trust);
-                Some(one(*kind, component, about, known))
-            }
-            Suspect::Number { .. } => None,
+        .filter_map(|suspect| Some((suspect, suspect.places()?)))
+        .flat_map(|(suspect, (kind, components))| {
+            let about = Rivalry::of(found, chosen, suspect, bench, surety);
+            let about = about.honest(bench.trust);
+            let each = components.into_iter();
+            each.map(move |component| one(kind, component, about.clone(), known))
         })
         .collect();
     effects.sort_by(|a, b| b.confidence.total_cmp(&a.confidence));
@@ -118,6 +117,7 @@ fn one(kind: Kind, component: &str, about: Rivalry, known: &Known) -> FoundEffec
 }
 
 /// How one named effect stands among the finalists.
+#[derive(Clone)]
 struct Rivalry {
     confidence: f64,
     rivals: Vec<Rival>,

@@ -61,7 +61,7 @@ impl Bench<'_> {
 fn confusable(a: &Suspect, b: &Suspect) -> bool {
     let lists = |one: &Suspect, other: &Suspect| match one {
         Suspect::Effect { kind, .. } => kind.description().confusable.contains(&other.kind()),
-        Suspect::Number { .. } => false,
+        Suspect::Everywhere { .. } | Suspect::Number { .. } => false,
     };
     lists(a, b) || lists(b, a)
 }

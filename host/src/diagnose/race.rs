@@ -269,14 +269,13 @@ impl Track<'_> {
         kept: &Suspect,
         steps: usize,
     ) -> Result<Option<Tried>> {
-        let Suspect::Effect { kind, component } = kept else {
+        if kept.places().is_none() {
             return Ok(None);
-        };
-        let description = kind.description();
+        }
         let plant = &pair.model.plant;
-        let specs = description.parameters.iter();
-        let found = specs.map(|spec| {
-            let slot = plant.slot(&format!("{component}.{}.{}", description.kind, spec.name));
+        let names = kept.parameters();
+        let found = names.iter().map(|name| {
+            let slot = plant.slot(name);
             slot.map_or(0.0, |slot| pair.point.values[slot])
         });
         // A force of the wrong sign is no effect that a rig can hold.

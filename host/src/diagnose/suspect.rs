@@ -2,7 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use sinew_sim::effects::{Family, Kind, Sign};
+use sinew_sim::effects::{Description, Family, Kind, ParameterSpec, Sign};
+use sinew_sim::rig::Site;
 use sinew_sim::{Plant, Rig};
 
 use crate::error::Result;
@@ -12,6 +13,9 @@ use crate::error::Result;
 pub(super) enum Suspect {
     /// An effect of the vocabulary, at a component.
     Effect { kind: Kind, component: String },
+    /// The same effect at each of several components, joined by a plus, with numbers of its own at each: what one tendon
+    /// does in its guide, every tendon of the rig does.
+    Everywhere { kind: Kind, components: String },
     /// A parameter that the rig holds as known.
     Number { name: String },
 }
@@ -20,7 +24,7 @@ impl Suspect {
     /// Its kind as a report names it.
     pub fn kind(&self) -> &str {
         match self {
-            Self::Effect { kind, .. } => kind.description().kind,
+            Self::Effect { kind, .. } | Self::Everywhere { kind, .. } => kind.description().kind,
             Self::Number { .. } => "wrong_number",
         }
     }
@@ -28,122 +32,150 @@ impl Suspect {
     /// The family of an effect.
     pub fn family(&self) -> Option<Family> {
         match self {
-            Self::Effect { kind, .. } => Some(kind.description().family),
+            Self::Effect { kind, .. } | Self::Everywhere { kind, .. } => {
+                Some(kind.description().family)
+            }
             Self::Number { .. } => None,
         }
+    }
+
+    /// The effect and every component that it sits at; `None` of a number.
+    pub fn places(&self) -> Option<(Kind, Vec<&str>)> {
+        match self {
+            Self::Effect { kind, component } => Some((*kind, vec![component])),
+            Self::Everywhere { kind, components } => Some((*kind, components.split('+').collect())),
+            Self::Number { .. } => None,
+        }
+    }
+
+    /// What `name` makes of the parameters of the effect that `which` admits, a list for each component.
+    fn named(&self, which: impl Fn(&ParameterSpec) -> bool) -> Vec<Vec<String>> {
+        let Some((kind, components)) = self.places() else {
+            return Vec::new();
+        };
+        let Description {
+            kind, parameters, ..
+        } = kind.description();
+        let at = |component: &str| -> Vec<String> {
+            let specs = parameters.iter().filter(|spec| which(spec));
+            specs
+                .map(|spec| format!("{component}.{kind}.{}", spec.name))
+                .collect()
+        };
+        components.into_iter().map(at).collect()
+    }
+
+    /// An effect, not a number.
+    pub fn is_effect(&self) -> bool {
+        !matches!(self, Self::Number { .. })
     }
 
     /// Where it sits: a component, or the parameter's full name.
     pub fn component(&self) -> &str {
         match self {
             Self::Effect { component, .. } => component,
+            Self::Everywhere { components, .. } => components,
             Self::Number { name } => name,
         }
     }
 
-    /// The rig with it, at some values; and the parameters that it puts under trial.
+    /// The rig with it, at some values, those of each component after the other; and the parameters that it puts under
+    /// trial.
     ///
     /// # Errors
     /// A place or a value that the rig cannot take.
     pub fn apply(&self, rig: &Rig, values: &[f64]) -> Result<(Rig, Vec<(String, f64)>)> {
-        match self {
-            Self::Effect { kind, component } => {
-                let site = rig.site(*kind, component)?;
-                let rig = rig.with_effect(*kind, site, values)?;
-                Ok((rig, self.trial()))
+        let mut rig = rig.clone();
+        if let Some((kind, components)) = self.places() {
+            let each = kind.description().parameters.len();
+            for (component, values) in components.iter().zip(values.chunks(each)) {
+                let site = rig.site(kind, component)?;
+                rig = rig.with_effect(kind, site, values)?;
             }
-            Self::Number { .. } => Ok((rig.clone(), self.trial())),
         }
+        Ok((rig, self.trial()))
     }
 
     /// The parameters that it puts under trial, each with its lowest value. Forces are signed, so that a
     /// wrong sign shows instead of hiding behind a bound; what has no meaning below zero (a time, a gap, a
     /// mass) stays above it.
     pub fn trial(&self) -> Vec<(String, f64)> {
-        match self {
-            Self::Effect { kind, component } => {
-                let description = kind.description();
-                let signed = [
-                    Family::Friction,
-                    Family::Damping,
-                    Family::Stiffness,
-                    Family::Load,
-                ]
-                .contains(&description.family);
-                let of = description.parameters.iter();
-                of.filter(|spec| !spec.held)
-                    .map(|spec| {
-                        let low = match spec.sign {
-                            Sign::Positive => f64::MIN_POSITIVE,
-                            Sign::NonNegative if !signed => 0.0,
-                            _ => f64::NEG_INFINITY,
-                        };
-                        let name = format!("{component}.{}.{}", description.kind, spec.name);
-                        (name, low)
-                    })
-                    .collect()
-            }
-            Self::Number { name } => vec![(name.clone(), f64::NEG_INFINITY)],
-        }
+        let Some((kind, _)) = self.places() else {
+            return vec![(self.component().to_owned(), f64::NEG_INFINITY)];
+        };
+        let description = kind.description();
+        let signed = [
+            Family::Friction,
+            Family::Damping,
+            Family::Stiffness,
+            Family::Load,
+        ]
+        .contains(&description.family);
+        let lowest = |spec: &ParameterSpec| match spec.sign {
+            Sign::Positive => f64::MIN_POSITIVE,
+            Sign::NonNegative if !signed => 0.0,
+            _ => f64::NEG_INFINITY,
+        };
+        let free = description.parameters.iter().filter(|spec| !spec.held);
+        let lows: Vec<f64> = free.map(lowest).collect();
+        let names = self.named(|spec| !spec.held);
+        let of_each = names
+            .into_iter()
+            .map(|names| names.into_iter().zip(lows.clone()));
+        of_each.flatten().collect()
     }
 
-    /// Parameters of an effect that can be zero: where none of them is known to be away from it, nothing shows that the effect
-    /// is there.
-    pub fn sizes(&self) -> Vec<String> {
-        match self {
-            Self::Effect { kind, component } => {
-                let description = kind.description();
-                let free = description.parameters.iter().filter(|spec| !spec.held);
-                free.filter(|spec| spec.sign != Sign::Positive)
-                    .map(|spec| format!("{component}.{}.{}", description.kind, spec.name))
-                    .collect()
-            }
-            Self::Number { .. } => Vec::new(),
-        }
+    /// Every parameter of an effect, as [`Suspect::apply`] takes their values.
+    pub fn parameters(&self) -> Vec<String> {
+        self.named(|_| true).into_iter().flatten().collect()
+    }
+
+    /// Parameters of an effect that can be zero, a list for each component: where none of a list is known to be away from it,
+    /// nothing shows that the effect is there.
+    pub fn sizes(&self) -> Vec<Vec<String>> {
+        self.named(|spec| !spec.held && spec.sign != Sign::Positive)
     }
 
     /// Those of its parameters that the vocabulary wants at zero or more.
     pub fn not_below_zero(&self) -> Vec<String> {
-        match self {
-            Self::Effect { kind, component } => {
-                let description = kind.description();
-                let signed = description.parameters.iter();
-                let signed = signed.filter(|spec| spec.sign == Sign::NonNegative);
-                let name = |name| format!("{component}.{}.{name}", description.kind);
-                signed.map(|spec| name(spec.name)).collect()
-            }
-            Self::Number { .. } => Vec::new(),
-        }
+        let each = self.named(|spec| spec.sign == Sign::NonNegative);
+        each.into_iter().flatten().collect()
     }
 
     /// Whether fitted parameters have the signs that the vocabulary gives them, and what they describe happens
     /// within a recording of `duration` seconds.
     pub fn sane(&self, plant: &Plant, values: &[f64], duration: f64) -> bool {
-        let Self::Effect { kind, component } = self else {
+        let Some((kind, components)) = self.places() else {
             return true;
         };
-        let description = kind.description();
-        let value = |name: &str| {
-            let slot = plant.slot(&format!("{component}.{}.{name}", description.kind));
-            slot.map(|slot| values[slot])
-        };
-        let signs = description
-            .parameters
-            .iter()
-            .all(|spec| value(spec.name).is_some_and(|value| spec.sign.admits(value)));
-        // A mode that does not swing once, or a lag that does not end, is a slow drift under another name.
-        let within = match (value("inertia"), value("stiffness"), value("time_constant")) {
-            (Some(inertia), Some(stiffness), _) => TAU * (inertia / stiffness).sqrt() < duration,
-            (_, _, Some(time)) => time < duration,
-            _ => true,
-        };
-        // Friction that is larger in motion than at rest is some damping under another name.
-        let falls = match (value("level"), value("static_level")) {
-            (Some(moving), Some(at_rest)) => at_rest >= moving,
-            _ => true,
-        };
-        signs && within && falls
+        let at = |component: &&str| sane(kind, component, plant, values, duration);
+        components.iter().all(at)
     }
+}
+
+/// [`Suspect::sane`] of an effect at one component.
+fn sane(kind: Kind, component: &str, plant: &Plant, values: &[f64], duration: f64) -> bool {
+    let description = kind.description();
+    let value = |name: &str| {
+        let slot = plant.slot(&format!("{component}.{}.{name}", description.kind));
+        slot.map(|slot| values[slot])
+    };
+    let signs = description
+        .parameters
+        .iter()
+        .all(|spec| value(spec.name).is_some_and(|value| spec.sign.admits(value)));
+    // A mode that does not swing once, or a lag that does not end, is a slow drift under another name.
+    let within = match (value("inertia"), value("stiffness"), value("time_constant")) {
+        (Some(inertia), Some(stiffness), _) => TAU * (inertia / stiffness).sqrt() < duration,
+        (_, _, Some(time)) => time < duration,
+        _ => true,
+    };
+    // Friction that is larger in motion than at rest is some damping under another name.
+    let falls = match (value("level"), value("static_level")) {
+        (Some(moving), Some(at_rest)) => at_rest >= moving,
+        _ => true,
+    };
+    signs && within && falls
 }
 
 /// Everything that may be wrong with a rig.
@@ -153,6 +185,15 @@ pub(super) fn suspects(rig: &Rig, plant: &Plant) -> Vec<Suspect> {
         for site in kind.sites(rig) {
             let component = rig.site_name(site);
             all.push(Suspect::Effect { kind, component });
+        }
+    }
+    for &kind in Kind::ALL {
+        let sites = kind.sites(rig).into_iter();
+        let tendons = sites.filter(|site| matches!(site, Site::Tendon(_)));
+        let names: Vec<String> = tendons.map(|site| rig.site_name(site)).collect();
+        if names.len() > 1 {
+            let components = names.join("+");
+            all.push(Suspect::Everywhere { kind, components });
         }
     }
     // A number that is not zero has a size to be wrong by; a zero (an offset, a rest) is left to the loads.
@@ -208,5 +249,35 @@ mod tests {
         };
         assert!(sane(1.0, 1.5));
         assert!(!sane(1.5, 1.0));
+    }
+
+    #[test]
+    fn what_sits_at_a_tendon_is_suspected_of_all_tendons_together() {
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../rigs/tendon.toml");
+        let rig = Rig::load(file).expect("it ships with the project");
+        let plant = Plant::new(&rig).expect("it is sound");
+        let all = suspects(&rig, &plant);
+        let together = |one: &&Suspect| matches!(one, Suspect::Everywhere { .. });
+        let kinds: Vec<&str> = all.iter().filter(together).map(Suspect::kind).collect();
+        assert_eq!(
+            kinds,
+            ["load_dependent_friction", "backlash", "tendon_slack"]
+        );
+        let rub = all.iter().find(together).expect("there is one");
+        let (with, trial) = rub
+            .apply(&rig, &[0.1, 0.2, 0.3, 0.4])
+            .expect("it can sit there");
+        assert_eq!((with.effects.len(), trial.len()), (4, 4));
+        assert_eq!(
+            rub.sizes().len(),
+            4,
+            "each of them has to show that it is there"
+        );
+        let plant = Plant::new(&with).expect("it is sound");
+        let slot = |name: &String| plant.values()[plant.slot(name).expect("it has one")];
+        let values: Vec<f64> = rub.parameters().iter().map(slot).collect();
+        assert_eq!(values, [0.1, 0.2, 0.3, 0.4]);
+        let single = suspects(&shipped(), &Plant::new(&shipped()).expect("it is sound"));
+        assert!(!single.iter().any(|one| together(&one)));
     }
 }

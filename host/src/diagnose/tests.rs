@@ -224,3 +224,75 @@ fn a_law_without_a_name_is_located_and_learned_and_foresees_what_taught_nothing(
     let mended = Rig::parse(found.mended.to_toml(), "mended.toml").expect("it is a rig");
     assert!(compiled(&mended).values().len() > compiled(&rig()).values().len());
 }
+
+/// A finger of one joint between two tendons that rub in their guides, or one that does, by 20 % of their tension.
+fn finger(rubbing: &[&str]) -> Rig {
+    let mut text = "format = \"sinew-rig/1\"\nname = \"finger\"\n\
+        [[chain]]\nname = \"spine\"\nsegments = 1\nlength = 0.1\nstiffness = { value = 0.1 }\n\
+        damping = { value = 2e-3 }\ninertia = { value = 7e-5 }\n\
+        [[sensor]]\nname = \"tip_x\"\nreads = \"spine.tip.x\"\nsignal = \"x_m\"\n"
+        .to_owned();
+    for (name, angle, gain) in [("east", 0.0, -0.008), ("west", std::f64::consts::PI, 0.008)] {
+        text += &format!(
+            "[[tendon]]\nname = \"{name}\"\nstiffness = 5000.0\ndamping = 2.0\npretension = 6.0\n\
+             path = [{{ chain = \"spine\", radius = 0.01, angle = {angle:?} }}]\n\
+             [[actuator]]\nname = \"motor_{name}\"\ndrives = \"{name}\"\ninput = \"u_rad\"\ngain = {gain:?}\n\
+             limit = [-0.7, 0.7]\n"
+        );
+    }
+    for tendon in rubbing {
+        text += &format!(
+            "[[effect]]\nkind = \"load_dependent_friction\"\ncomponent = \"{tendon}\"\ncoefficient = 0.2\n"
+        );
+    }
+    Rig::parse(&text, "finger.toml").expect("it is sound")
+}
+
+/// What one tendon does, every tendon of a rig does: four seconds of a finger, 0.1 mm of noise.
+#[test]
+fn tendons_that_all_rub_are_all_named_and_one_that_does_is_named_alone() {
+    for rubbing in [&["east", "west"][..], &["east"]] {
+        let (believed, real) = (compiled(&finger(&[])), compiled(&finger(rubbing)));
+        let recorded = |seed: u64| {
+            let options = excite::Options {
+                seconds: 4.0,
+                rate_hz: 100.0,
+                seed,
+                ..excite::Options::default()
+            };
+            let asked = excite::design(&believed, "finger", &options).expect("it has limits");
+            let nothing = vec![f64::NAN; asked.t.len()];
+            let run = real
+                .simulate_recording(&asked.t, &[&asked.inputs[0]], &[&nothing])
+                .expect("it stays finite");
+            let mut random = ChaCha8Rng::seed_from_u64(seed);
+            let x = run.trajectory.column(0).into_iter();
+            let x = x.map(|x| x + 1e-4 * gaussian(&mut random)).collect();
+            let column = |name: &str, values: Vec<f64>| Column {
+                name: name.into(),
+                values,
+            };
+            let columns = vec![column("u_rad", asked.inputs[0].clone()), column("x_m", x)];
+            Recording::new(format!("{seed}.csv"), asked.t, columns).expect("it is one")
+        };
+        let recordings = Recordings {
+            fit: vec![recorded(1)],
+            check: vec![recorded(2)],
+            test: Vec::new(),
+        };
+        let options = Options::default();
+        let found = diagnose(&finger(&[]), &recordings, &options, &|_, _, _| {});
+        let found = found.expect("it can be diagnosed");
+        let mut named: Vec<&str> = found.effects.iter().map(|e| e.component.as_str()).collect();
+        named.sort_unstable();
+        assert_eq!(named, rubbing, "{}", found.sentence);
+        for effect in &found.effects {
+            assert_eq!(effect.kind, "load_dependent_friction");
+            let coefficient = &effect.parameters["coefficient"];
+            assert!(
+                (coefficient.value / 0.2 - 1.0).abs() < 0.05,
+                "{coefficient:?}"
+            );
+        }
+    }
+}

@@ -139,9 +139,15 @@ fn parameters(text: &mut String, diagnosis: &Diagnosis) {
 
 /// Rivals with why they lost, and what these data cannot tell apart.
 fn others(text: &mut String, diagnosis: &Diagnosis) {
+    let mut told: Vec<String> = Vec::new();
     for effect in &diagnosis.effects {
         for rival in &effect.rivals {
-            line(text, "rival", &rivalry(diagnosis, rival));
+            let rivalry = rivalry(diagnosis, rival);
+            // Effects that were found together have the same rivals.
+            if !told.contains(&rivalry) {
+                line(text, "rival", &rivalry);
+                told.push(rivalry);
+            }
         }
         for twin in &effect.indistinguishable_from {
             let name = placed(&twin.kind, &twin.component);
