@@ -65,11 +65,6 @@ impl Suspect {
         components.into_iter().map(at).collect()
     }
 
-    /// An effect, not a number.
-    pub fn is_effect(&self) -> bool {
-        !matches!(self, Self::Number { .. })
-    }
-
     /// Where it sits: a component, or the parameter's full name.
     pub fn component(&self) -> &str {
         match self {
