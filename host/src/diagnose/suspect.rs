@@ -48,7 +48,7 @@ impl Suspect {
         }
     }
 
-    /// What `name` makes of the parameters of the effect that `which` admits, a list for each component.
+    /// Full names of the parameters that `which` admits, a list for each component.
     fn named(&self, which: impl Fn(&ParameterSpec) -> bool) -> Vec<Vec<String>> {
         let Some((kind, components)) = self.places() else {
             return Vec::new();
