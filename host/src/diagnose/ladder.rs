@@ -79,7 +79,7 @@ impl Bench<'_> {
         let noise = 0.5 * below.samples();
         let beside = |tried: &Tried| tried.point.cost - noise;
         let mut parents: Vec<Tried> = (short.singles.iter())
-            .filter(|tried| matches!(&tried.suspects[..], [one] if self.may_pair(one)))
+            .filter(|tried| matches!(&tried.suspects[..], [one] if one.may_pair()))
             .filter(|tried| tried.point.cost < HOPELESS * bare.point.cost)
             .take(PARENTS)
             .cloned()
@@ -90,7 +90,7 @@ impl Bench<'_> {
             let parent = &parents[raced];
             raced += 1;
             let second =
-                |suspect: &&Suspect| !parent.suspects.contains(suspect) && self.may_pair(suspect);
+                |suspect: &&Suspect| !parent.suspects.contains(suspect) && suspect.may_pair();
             let rest: Vec<Suspect> = all.iter().filter(second).cloned().collect();
             pairs.extend(self.raced(&below, parent, &rest, "two effects, short stretches")?);
             pairs.sort_by(|a, b| merit(a).total_cmp(&merit(b)));

@@ -44,7 +44,7 @@ pub use self::finding::{
 use self::roles::Roles;
 use self::search::Bench;
 use crate::error::Result;
-use crate::fit::pace::{dearness, pace};
+use crate::fit::pace::pace;
 use crate::fit::{Fit, FitOptions, fit};
 use crate::recording::Recording;
 
@@ -123,7 +123,6 @@ pub fn diagnose(
         written: rig,
         in_parts,
         settings,
-        dear: dearness(&plant) > 1.0,
         fit_stretches: fit_data.select(parts, budget),
         check_stretches: check_data.select(parts, budget),
         fit: &fit_data,

@@ -44,7 +44,7 @@ impl Bench<'_> {
         let left = |index: usize| self.share_left(&singles[index], base);
         let order = self.order(base, singles);
         let least = order.iter().map(|&index| left(index)).fold(1.0, f64::min);
-        let effects = |tried: &Tried| matches!(&tried.suspects[..], [one] if self.may_pair(one));
+        let effects = |tried: &Tried| matches!(&tried.suspects[..], [one] if one.may_pair());
         let beam = order
             .into_iter()
             .filter(|&index| left(index) < HOPELESS.min(BEHIND * least))
@@ -116,8 +116,7 @@ impl Bench<'_> {
 
     /// Every other effect on top of one.
     fn seconds(&self, track: &Track, parent: &Tried, all: &[Suspect]) -> Result<Vec<Contender>> {
-        let second =
-            |suspect: &&Suspect| !parent.suspects.contains(suspect) && self.may_pair(suspect);
+        let second = |suspect: &&Suspect| !parent.suspects.contains(suspect) && suspect.may_pair();
         let rest: Vec<Suspect> = all.iter().filter(second).cloned().collect();
         // Where the parent explains the whole track, what it lacks lies between the track's stretches.
         let own = match track.elsewhere(parent)? {

@@ -54,8 +54,6 @@ pub(super) struct Bench<'a> {
     pub in_parts: bool,
     /// How finals are integrated.
     pub settings: Settings,
-    /// Simulations of this rig are dear (`fit/pace.rs`).
-    pub dear: bool,
     pub fit_stretches: Vec<(usize, Range<usize>)>,
     pub check_stretches: Vec<(usize, Range<usize>)>,
     pub seed: u64,
@@ -220,16 +218,6 @@ impl Bench<'_> {
             stopped_short,
             refuted: Vec::new(),
         }))
-    }
-
-    /// Whether a second effect is looked for beside it: not beside what every tendon of a dear rig does, for dry tendons are slow
-    /// to simulate, and a hundred and fifty suspects on top of four of them took ten minutes.
-    pub fn may_pair(&self, suspect: &Suspect) -> bool {
-        match suspect {
-            Suspect::Effect { .. } => true,
-            Suspect::Everywhere { .. } => !self.dear,
-            Suspect::Number { .. } => false,
-        }
     }
 
     /// The track of a second effect: as many sub-steps as that of the first, counted in what the parent takes, so

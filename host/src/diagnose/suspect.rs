@@ -65,6 +65,12 @@ impl Suspect {
         components.into_iter().map(at).collect()
     }
 
+    /// Whether a second effect is looked for beside it: not beside what every tendon does, for dry tendons are slow to simulate,
+    /// and a hundred and fifty suspects on top of four of them took ten minutes.
+    pub fn may_pair(&self) -> bool {
+        matches!(self, Self::Effect { .. })
+    }
+
     /// Where it sits: a component, or the parameter's full name.
     pub fn component(&self) -> &str {
         match self {
