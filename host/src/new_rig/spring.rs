@@ -21,10 +21,7 @@ pub(super) struct Verdict {
 impl Verdict {
     /// Fits both rigs.
     pub fn of(recording: &Recording, with: &str, without: &str, quiet: bool) -> Self {
-        let stage = Stage::begin(
-            "is there a spring? fit the recording with and without",
-            quiet,
-        );
+        let stage = Stage::begin("ask the recording for a spring", quiet);
         let left = [with, without].map(|text| left(recording, text));
         let verdict = Self {
             spring: left[0] < WORTH * left[1],
