@@ -14,7 +14,7 @@ Only the standard library; the seeds are fixed. Run without arguments to rewrite
 
     rigs/mass-spring-damper.fit.csv     noisy, for identification
     rigs/mass-spring-damper.test.csv    noisy, held out, another input
-    tests/foreign/mass_spring_damper.exact.csv    noise-free, for tests/tests/foreign_msd.rs
+    tests/foreign/mass_spring_damper.exact.csv    noise-free, for sim/tests/simulator/foreign
     tests/foreign/mass_spring_damper.truth.json   what was true
 
 or with --check to compare what is there with what would be written (exit status 1 if it differs).

@@ -212,9 +212,12 @@ fn foreign() -> Result<()> {
         println!("SKIPPED: no python3: the recordings of tests/foreign are taken as they are");
         return Ok(());
     }
-    let mut command = Command::new("python3");
-    command.args(["tests/foreign/mass_spring_damper.py", "--check"]);
-    process::run(command.current_dir(root()))
+    for program in ["mass_spring_damper.py", "finger.py"] {
+        let mut command = Command::new("python3");
+        command.args([&format!("tests/foreign/{program}"), "--check"]);
+        process::run(command.current_dir(root()))?;
+    }
+    Ok(())
 }
 
 fn clippy_workspace() -> Result<()> {

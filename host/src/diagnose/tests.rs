@@ -90,34 +90,43 @@ fn compiled(rig: &Rig) -> Plant {
     Plant::new(rig).expect("it can be simulated")
 }
 
-/// What the real stage answers to an experiment designed for the believed one, with 28 um of noise.
-fn recorded(seed: u64) -> Recording {
-    let (believed, real) = (compiled(&stage("")), compiled(&stage(".real")));
+/// What `real` answers to an experiment designed for `believed`, one input and one signal.
+fn recorded(
+    [believed, real]: [&Rig; 2],
+    (seconds, rate_hz): (f64, f64),
+    noise: f64,
+    seed: u64,
+) -> Recording {
+    let (believed, real) = (compiled(believed), compiled(real));
     let options = excite::Options {
-        seconds: 6.0,
-        rate_hz: 200.0,
+        seconds,
+        rate_hz,
         seed,
         ..excite::Options::default()
     };
-    let asked = excite::design(&believed, "stage", &options).expect("it has limits");
+    let asked = excite::design(&believed, "believed", &options).expect("it has limits");
     let nothing = vec![f64::NAN; asked.t.len()];
     let run = real
         .simulate_recording(&asked.t, &[&asked.inputs[0]], &[&nothing])
         .expect("it stays finite");
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let q = run.trajectory.column(0).into_iter();
+    let signal = run.trajectory.column(0).into_iter();
+    let signal = signal.map(|x| x + noise * gaussian(&mut random)).collect();
     let column = |name: &str, values: Vec<f64>| Column {
         name: name.into(),
         values,
     };
     let columns = vec![
-        column("u_A", asked.inputs[0].clone()),
-        column(
-            "q_m",
-            q.map(|q| q + 28e-6 * gaussian(&mut random)).collect(),
-        ),
+        column(&real.inputs()[0].column, asked.inputs[0].clone()),
+        column(&real.sensors()[0].column, signal),
     ];
     Recording::new(format!("{seed}.csv"), asked.t, columns).expect("it is one")
+}
+
+/// Six seconds of the real stage, 28 um of noise.
+fn recorded_stage(seed: u64) -> Recording {
+    let stages = [&stage(""), &stage(".real")];
+    recorded(stages, (6.0, 200.0), 28e-6, seed)
 }
 
 /// Positions at the end of the controller's horizon, from rest anywhere under constant commands.
@@ -139,8 +148,8 @@ fn horizons(rig: &Rig) -> Vec<f64> {
 #[test]
 fn the_mended_stage_foresees_what_no_refit_of_the_believed_one_does() {
     let recordings = Recordings {
-        fit: vec![recorded(1)],
-        check: vec![recorded(2)],
+        fit: vec![recorded_stage(1)],
+        check: vec![recorded_stage(2)],
         test: Vec::new(),
     };
     let both = [recordings.fit.clone(), recordings.check.clone()].concat();
@@ -225,74 +234,67 @@ fn a_law_without_a_name_is_located_and_learned_and_foresees_what_taught_nothing(
     assert!(compiled(&mended).values().len() > compiled(&rig()).values().len());
 }
 
-/// A finger of one joint between two tendons that rub in their guides, or one that does, by 20 % of their tension.
-fn finger(rubbing: &[&str]) -> Rig {
-    let mut text = "format = \"sinew-rig/1\"\nname = \"finger\"\n\
-        [[chain]]\nname = \"spine\"\nsegments = 1\nlength = 0.1\nstiffness = { value = 0.1 }\n\
-        damping = { value = 2e-3 }\ninertia = { value = 7e-5 }\n\
-        [[sensor]]\nname = \"tip_x\"\nreads = \"spine.tip.x\"\nsignal = \"x_m\"\n"
-        .to_owned();
-    for (name, angle, gain) in [("east", 0.0, -0.008), ("west", std::f64::consts::PI, 0.008)] {
-        text += &format!(
-            "[[tendon]]\nname = \"{name}\"\nstiffness = 5000.0\ndamping = 2.0\npretension = 6.0\n\
-             path = [{{ chain = \"spine\", radius = 0.01, angle = {angle:?} }}]\n\
-             [[actuator]]\nname = \"motor_{name}\"\ndrives = \"{name}\"\ninput = \"u_rad\"\ngain = {gain:?}\n\
-             limit = [-0.7, 0.7]\n"
-        );
-    }
-    for tendon in rubbing {
-        text += &format!(
-            "[[effect]]\nkind = \"load_dependent_friction\"\ncomponent = \"{tendon}\"\ncoefficient = 0.2\n"
-        );
-    }
-    Rig::parse(&text, "finger.toml").expect("it is sound")
+/// The finger of `tests/foreign/finger.py`, whose two tendons rub in their guides: a rig or the first two seconds of
+/// a recording.
+fn finger(name: &str) -> String {
+    let folder = env!("CARGO_MANIFEST_DIR");
+    format!("{folder}/../tests/foreign/finger/{name}")
 }
 
-/// What one tendon does, every tendon of a rig does: four seconds of a finger, 0.1 mm of noise.
+fn named(found: &Diagnosis) -> Vec<(&str, f64)> {
+    let coefficient = |effect: &super::FoundEffect| {
+        assert_eq!(effect.kind, "load_dependent_friction");
+        effect.parameters["coefficient"].value
+    };
+    let effects = found.effects.iter();
+    let mut named: Vec<_> = effects
+        .map(|e| (e.component.as_str(), coefficient(e)))
+        .collect();
+    named.sort_by_key(|(component, _)| *component);
+    named
+}
+
 #[test]
-fn tendons_that_all_rub_are_all_named_and_one_that_does_is_named_alone() {
-    for rubbing in [&["east", "west"][..], &["east"]] {
-        let (believed, real) = (compiled(&finger(&[])), compiled(&finger(rubbing)));
-        let recorded = |seed: u64| {
-            let options = excite::Options {
-                seconds: 4.0,
-                rate_hz: 100.0,
-                seed,
-                ..excite::Options::default()
-            };
-            let asked = excite::design(&believed, "finger", &options).expect("it has limits");
-            let nothing = vec![f64::NAN; asked.t.len()];
-            let run = real
-                .simulate_recording(&asked.t, &[&asked.inputs[0]], &[&nothing])
-                .expect("it stays finite");
-            let mut random = ChaCha8Rng::seed_from_u64(seed);
-            let x = run.trajectory.column(0).into_iter();
-            let x = x.map(|x| x + 1e-4 * gaussian(&mut random)).collect();
-            let column = |name: &str, values: Vec<f64>| Column {
-                name: name.into(),
-                values,
-            };
-            let columns = vec![column("u_rad", asked.inputs[0].clone()), column("x_m", x)];
-            Recording::new(format!("{seed}.csv"), asked.t, columns).expect("it is one")
-        };
-        let recordings = Recordings {
-            fit: vec![recorded(1)],
-            check: vec![recorded(2)],
-            test: Vec::new(),
-        };
-        let options = Options::default();
-        let found = diagnose(&finger(&[]), &recordings, &options, &|_, _, _| {});
-        let found = found.expect("it can be diagnosed");
-        let mut named: Vec<&str> = found.effects.iter().map(|e| e.component.as_str()).collect();
-        named.sort_unstable();
-        assert_eq!(named, rubbing, "{}", found.sentence);
-        for effect in &found.effects {
-            assert_eq!(effect.kind, "load_dependent_friction");
-            let coefficient = &effect.parameters["coefficient"];
-            assert!(
-                (coefficient.value / 0.2 - 1.0).abs() < 0.05,
-                "{coefficient:?}"
-            );
-        }
+fn tendons_that_rub_as_closed_formulas_say_are_both_named() {
+    let read = |name: &str| {
+        let recording = Recording::read(finger(name)).expect("it is committed");
+        recording.rows(0..200).expect("it is longer")
+    };
+    let recordings = Recordings {
+        fit: vec![read("fit.csv")],
+        check: vec![read("check.csv")],
+        test: Vec::new(),
+    };
+    let believed = Rig::load(finger("believed.toml")).expect("it is committed");
+    let found = diagnose(&believed, &recordings, &Options::default(), &|_, _, _| {});
+    let found = found.expect("it can be diagnosed");
+    let named = named(&found);
+    assert_eq!(named.len(), 2, "{}", found.sentence);
+    // tests/foreign/finger/truth.json
+    for ((name, found), (component, truth)) in
+        named.into_iter().zip([("east", 0.17), ("west", 0.22)])
+    {
+        assert_eq!(name, component);
+        assert!((found / truth - 1.0).abs() < 0.05, "{component}: {found}");
     }
+}
+
+#[test]
+fn one_tendon_of_two_that_rubs_is_named_alone() {
+    let believed = Rig::load(finger("believed.toml")).expect("it is committed");
+    let rubbing = "\n[[effect]]\nkind = \"load_dependent_friction\"\ncomponent = \"west\"\ncoefficient = 0.2\n";
+    let real = Rig::parse(&format!("{}{rubbing}", believed.to_toml()), "real.toml");
+    let real = real.expect("it is sound");
+    let answer = |seed| recorded([&believed, &real], (2.0, 100.0), 1e-4, seed);
+    let recordings = Recordings {
+        fit: vec![answer(1)],
+        check: vec![answer(2)],
+        test: Vec::new(),
+    };
+    let found = diagnose(&believed, &recordings, &Options::default(), &|_, _, _| {});
+    let found = found.expect("it can be diagnosed");
+    let named = named(&found);
+    assert_eq!(named.len(), 1, "{}", found.sentence);
+    assert_eq!(named[0].0, "west");
+    assert!((named[0].1 / 0.2 - 1.0).abs() < 0.05, "{named:?}");
 }

@@ -12,6 +12,8 @@ use std::ops::{Add, Mul};
 pub(super) enum Mode {
     /// Rests: velocity and acceleration along its path exactly zero.
     Stick,
+    /// Rests because others on its path do, and opposes this direction with all that it has.
+    Yield(f64),
     /// Slides in this direction, +1 or -1.
     Slide(f64),
 }
@@ -198,7 +200,9 @@ impl<S: Scalar> Dynamics<S> {
                         };
                         force[body] = S::ZERO;
                     }
-                    Mode::Slide(direction) => force[body] += friction.force(at, load, direction),
+                    Mode::Yield(direction) | Mode::Slide(direction) => {
+                        force[body] += friction.force(at, load, direction);
+                    }
                 }
             }
         }

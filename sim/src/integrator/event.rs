@@ -33,6 +33,8 @@ pub(super) fn margin<S: Scalar>(
             Mode::Slide(direction) => {
                 topology.frictions[index].speed(&dynamics.values, &scratch.end) * direction
             }
+            // It goes on as long as the others on its path hold.
+            Mode::Yield(_) => S::constant(f64::INFINITY),
             Mode::Stick => {
                 topology.forces(&at, forces);
                 let modes = &start.modes.friction;

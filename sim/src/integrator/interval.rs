@@ -91,6 +91,7 @@ impl<S: Scalar> Stepper<S> {
         tolerance: f64,
     ) -> Result<usize, SimulationError> {
         let (state, supply, report) = (self.state(), self.supply.clone(), self.report);
+        let rests = self.work.modes.friction.clone();
         let values = |state: &[S]| state.iter().map(|x| x.value()).collect::<Vec<f64>>();
         self.largest.resize(state.len(), 0.0);
         let mut factor = self.refinement;
@@ -98,6 +99,7 @@ impl<S: Scalar> Stepper<S> {
         let mut coarse = values(&self.state());
         loop {
             self.place(&state)?;
+            self.work.modes.friction.clone_from(&rests);
             self.supply = supply.clone();
             self.report = report;
             factor *= 2;

@@ -1,9 +1,9 @@
 //! Through the events of a sub-step: to each, what becomes of the mode that ends there, and on.
 
-use super::Report;
 use super::dynamics::{Mode, Start};
 use super::event::{self, Event};
 use super::substep::Substep;
+use super::{Report, rest, sticking};
 use crate::plant::topology::Topology;
 use crate::scalar::Scalar;
 
@@ -114,23 +114,35 @@ impl<S: Scalar> Substep<S> {
                 let held = held[index];
                 let ahead =
                     (held.hold[0] - held.force).value() <= (held.force + held.hold[1]).value();
-                self.modes.friction[index] = Mode::Slide(if ahead { 1.0 } else { -1.0 });
+                let direction = if ahead { 1.0 } else { -1.0 };
+                let modes = &mut self.modes.friction;
+                if topology.coupled {
+                    rest::overcome(&self.plain.dynamics, topology, modes, index, direction);
+                } else {
+                    modes[index] = Mode::Slide(direction);
+                }
             }
         }
     }
 
-    /// The end of a sub-step with too many events: the state that modes held give, and at rest every
-    /// body that would have turned round. It takes energy out, never adds any.
+    /// The end of a sub-step with too many events: the state that modes held give, and at rest everything
+    /// that would have turned round. It takes energy out, never adds any.
     fn fall_back(&mut self, topology: &Topology) {
         std::mem::swap(&mut self.state, &mut self.scratch.end);
-        for (friction, mode) in topology.frictions.iter().zip(&self.modes.friction) {
-            let [(body, None)] = friction.path[..] else {
+        let values = &self.dynamics.values;
+        for (friction, mode) in topology.frictions.iter().zip(&mut self.modes.friction) {
+            let speed = friction.speed(values, &self.state).value();
+            if !matches!(mode, Mode::Slide(direction) if *direction * speed < 0.0) {
                 continue;
-            };
-            let speed = self.state.v[body].value();
-            if matches!(mode, Mode::Slide(direction) if direction * speed < 0.0) {
-                self.state.v[body] = S::ZERO;
             }
+            match friction.path[..] {
+                [(body, None)] => self.state.v[body] = S::ZERO,
+                _ => *mode = Mode::Stick,
+            }
+        }
+        if topology.coupled {
+            let modes = &self.modes.friction;
+            sticking::project(&self.dynamics, topology, modes, &mut self.state);
         }
     }
 }

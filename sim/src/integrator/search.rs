@@ -173,6 +173,7 @@ impl<S: Scalar> Substep<S> {
                 let slope = |a: f64| direction * a * h;
                 event::dip(start, end, slope(slope_start), slope(slope_end)).map(|s| s * h)
             }
+            Mode::Yield(_) => None,
             Mode::Stick => {
                 if self.scratch.middle[index].margin().value() < 0.0 {
                     Some(0.5 * h)

@@ -2,8 +2,8 @@
 
 use super::dynamics::Mode;
 use super::search::Plain;
-use super::sticking;
 use super::substep::Substep;
+use super::{rest, sticking};
 use crate::plant::topology::Topology;
 use crate::scalar::Scalar;
 
@@ -84,9 +84,17 @@ impl<S: Scalar> Substep<S> {
         let values = &self.dynamics.values;
         let mut resting = Vec::new();
         for (index, friction) in topology.frictions.iter().enumerate() {
-            if stopped == Some(index) || sticking::at_rest(friction, values, &self.state) {
+            // What rested does until it is overcome, whatever rounding left of its velocity.
+            let rested = !matches!(self.modes.friction[index], Mode::Slide(_));
+            if rested || stopped == Some(index) || rest::at_rest(friction, values, &self.state) {
                 resting.push(index);
-            } else {
+            }
+        }
+        if !resting.is_empty() {
+            rest::follow(&self.plain.dynamics, topology, &mut resting);
+        }
+        for (index, friction) in topology.frictions.iter().enumerate() {
+            if !resting.contains(&index) {
                 let speed = friction.speed(values, &self.state).value();
                 self.modes.friction[index] = Mode::Slide(speed.signum());
             }
@@ -98,7 +106,7 @@ impl<S: Scalar> Substep<S> {
         let plain = &self.plain;
         let branches = &self.modes.branches;
         let at = (plain.dynamics).at(&plain.state, &plain.waves, tau.value(), branches);
-        sticking::choose(
+        rest::choose(
             &plain.dynamics,
             topology,
             &at,

@@ -184,6 +184,7 @@ impl<S: Scalar> Stepper<S> {
         self.work.state.q[..bodies].copy_from_slice(&state[..bodies]);
         self.work.state.v[..bodies].copy_from_slice(&state[bodies..2 * bodies]);
         self.work.state.z.copy_from_slice(&state[2 * bodies..]);
+        self.work.forget();
         self.refresh();
         Ok(())
     }
@@ -328,6 +329,8 @@ impl<S: Scalar> Stepper<S> {
         let mut lifted = Stepper::begin(plant, values, state)?;
         lifted.supply = self.supply.lifted(kept, sample);
         lifted.report = self.report;
+        let rests = &self.work.modes.friction;
+        lifted.work.modes.friction.clone_from(rests);
         lifted.rate = self.rate;
         lifted.time = self.time;
         lifted.tau = self.tau;

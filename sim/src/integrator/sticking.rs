@@ -9,8 +9,8 @@ use crate::plant::forces::{Point, State};
 use crate::plant::topology::{Friction, Topology};
 use crate::scalar::Scalar;
 
-/// Pivots below this share of their diagonal mean that a path follows from the others.
-const DEPENDENT: f64 = 1e-10;
+/// A pivot below this share of its diagonal, the largest that is left, means that a path follows from the others.
+pub(super) const DEPENDENT: f64 = 1e-10;
 
 /// Adds friction to `force` by mode, and the reactions of what rests.
 pub(super) fn accelerate<S: Scalar>(
@@ -26,7 +26,7 @@ pub(super) fn accelerate<S: Scalar>(
     for (index, friction) in topology.frictions.iter().enumerate() {
         match modes[index] {
             Mode::Stick => resting.push(index),
-            Mode::Slide(direction) => {
+            Mode::Yield(direction) | Mode::Slide(direction) => {
                 let along = friction.force(at, load, direction);
                 for &(body, arm) in &friction.path {
                     force[body] += Friction::arm(at.values, arm) * along;
@@ -93,7 +93,12 @@ pub(super) fn project<S: Scalar>(
 }
 
 /// B x for the paths of `resting`.
-fn along<S: Scalar>(topology: &Topology, values: &[S], resting: &[usize], x: &[S]) -> Vec<S> {
+pub(super) fn along<S: Scalar>(
+    topology: &Topology,
+    values: &[S],
+    resting: &[usize],
+    x: &[S],
+) -> Vec<S> {
     let paths = resting.iter().map(|&index| &topology.frictions[index].path);
     paths
         .map(|path| {
@@ -104,9 +109,8 @@ fn along<S: Scalar>(topology: &Topology, values: &[S], resting: &[usize], x: &[S
         .collect()
 }
 
-/// Solves `B M^-1 B' x = right` by Gauss, without pivoting since it is positive; a path that follows
-/// from those before it gets zero.
-fn solve<S: Scalar>(
+/// Solves `B M^-1 B' x = right`; a path that follows from others gets zero.
+pub(super) fn solve<S: Scalar>(
     dynamics: &Dynamics<S>,
     topology: &Topology,
     resting: &[usize],
@@ -119,30 +123,17 @@ fn solve<S: Scalar>(
             matrix[row * n + column] = coupling(dynamics, topology, a, b);
         }
     }
-    let diagonal: Vec<f64> = (0..n).map(|i| matrix[i * n + i].value()).collect();
-    let mut dependent = vec![false; n];
-    for pivot in 0..n {
-        if matrix[pivot * n + pivot].value() <= DEPENDENT * diagonal[pivot] {
-            dependent[pivot] = true;
-            continue;
-        }
-        for row in pivot + 1..n {
-            let factor = matrix[row * n + pivot] / matrix[pivot * n + pivot];
-            for column in pivot..n {
-                let above = matrix[pivot * n + column];
-                matrix[row * n + column] -= factor * above;
-            }
-            let above = x[pivot];
-            x[row] -= factor * above;
-        }
+    let (order, rank) = eliminate(&mut matrix, n, n, |row, pivot, factor| {
+        let above = x[pivot];
+        x[row] -= factor * above;
+    });
+    for &row in &order[rank..] {
+        x[row] = S::ZERO;
     }
-    for row in (0..n).rev() {
-        if dependent[row] {
-            x[row] = S::ZERO;
-            continue;
-        }
+    for k in (0..rank).rev() {
+        let row = order[k];
         let mut rest = x[row];
-        for column in row + 1..n {
+        for &column in &order[k + 1..rank] {
             rest -= matrix[row * n + column] * x[column];
         }
         x[row] = rest / matrix[row * n + row];
@@ -150,8 +141,48 @@ fn solve<S: Scalar>(
     x
 }
 
+/// Gauss on a positive semidefinite matrix of `n` rows, which may have more columns: the first `count` are pivots, the largest
+/// share of its diagonal first. Returns their order and how many were independent; `subtract` hears
+/// of every multiple of a row that is taken from another.
+pub(super) fn eliminate<S: Scalar>(
+    matrix: &mut [S],
+    n: usize,
+    count: usize,
+    mut subtract: impl FnMut(usize, usize, S),
+) -> (Vec<usize>, usize) {
+    let diagonal: Vec<f64> = (0..count).map(|i| matrix[i * n + i].value()).collect();
+    let mut order: Vec<usize> = (0..n).collect();
+    for step in 0..count {
+        let share = |&k: &usize| matrix[k * n + k].value() / diagonal[k];
+        let first = (step..count).max_by(|&a, &b| {
+            let (a, b) = (share(&order[a]), share(&order[b]));
+            // The earlier one of equals.
+            a.total_cmp(&b).then(std::cmp::Ordering::Greater)
+        });
+        let Some(first) = first.filter(|&at| share(&order[at]) > DEPENDENT) else {
+            return (order, step);
+        };
+        order.swap(step, first);
+        let pivot = order[step];
+        for &row in &order[step + 1..] {
+            let factor = matrix[row * n + pivot] / matrix[pivot * n + pivot];
+            for &column in &order[step..] {
+                let above = matrix[pivot * n + column];
+                matrix[row * n + column] -= factor * above;
+            }
+            subtract(row, pivot, factor);
+        }
+    }
+    (order, count)
+}
+
 /// b_a M^-1 b_b'.
-fn coupling<S: Scalar>(dynamics: &Dynamics<S>, topology: &Topology, a: usize, b: usize) -> S {
+pub(super) fn coupling<S: Scalar>(
+    dynamics: &Dynamics<S>,
+    topology: &Topology,
+    a: usize,
+    b: usize,
+) -> S {
     let values = &dynamics.values;
     let mut sum = S::ZERO;
     for &(body, arm_a) in &topology.frictions[a].path {
@@ -163,68 +194,4 @@ fn coupling<S: Scalar>(dynamics: &Dynamics<S>, topology: &Topology, a: usize, b:
         }
     }
     sum
-}
-
-/// Whether what rests along a path does so within rounding.
-pub(super) fn at_rest<S: Scalar>(friction: &Friction, values: &[S], state: &State<S>) -> bool {
-    if let [(body, None)] = friction.path[..] {
-        return state.v[body].value() == 0.0;
-    }
-    let part = |&(body, arm): &(usize, Option<usize>)| {
-        (Friction::arm(values, arm) * state.v[body]).value()
-    };
-    let size: f64 = friction.path.iter().map(|p| part(p).abs()).sum();
-    friction.speed(values, state).value().abs() <= 1e-13 * size
-}
-
-/// Chooses who is held among the frictions at rest (`None` in `wanted`), for the forces at a point:
-/// starts with all held, lets go of the one that is overcome most, and takes back one that would
-/// slide the wrong way, until all is consistent.
-pub(super) fn choose(
-    dynamics: &Dynamics<f64>,
-    topology: &Topology,
-    at: &Point<f64>,
-    resting: &[usize],
-    modes: &mut [Mode],
-    force: &[f64],
-    load: &[f64],
-) {
-    for &index in resting {
-        modes[index] = Mode::Stick;
-    }
-    let mut held = vec![Held::NOTHING; topology.frictions.len()];
-    let mut trial = force.to_vec();
-    for _ in 0..4 * resting.len() + 4 {
-        trial.copy_from_slice(force);
-        accelerate(dynamics, topology, at, modes, &mut trial, load, &mut held);
-        let excess = |&index: &usize| -held[index].margin();
-        let worst = (resting.iter().copied())
-            .filter(|&index| modes[index] == Mode::Stick && excess(&index) > 0.0)
-            .max_by(|a, b| excess(a).total_cmp(&excess(b)));
-        if let Some(index) = worst {
-            modes[index] = super::settle::decide(held[index].force, held[index].hold);
-            continue;
-        }
-        let accelerations: Vec<f64> = (trial.iter().zip(&dynamics.inverse_inertia))
-            .map(|(force, inverse)| force * inverse)
-            .collect();
-        let wrong = resting.iter().copied().find(|&index| {
-            let Mode::Slide(direction) = modes[index] else {
-                return false;
-            };
-            let [forward, backward] = topology.frictions[index].hold(at.values, load, at.branches);
-            let path = &topology.frictions[index].path;
-            let part = |&(body, arm): &(usize, Option<usize>)| {
-                Friction::arm(at.values, arm) * accelerations.get(body).copied().unwrap_or(0.0)
-            };
-            let size: f64 = path.iter().map(|p| part(p).abs()).sum();
-            // A level below zero, which a fit may try, can hold nothing.
-            let can_hold = forward + backward >= 0.0;
-            can_hold && direction * path.iter().map(part).sum::<f64>() < -1e-12 * size
-        });
-        match wrong {
-            Some(index) => modes[index] = Mode::Stick,
-            None => return,
-        }
-    }
 }

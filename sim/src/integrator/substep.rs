@@ -53,6 +53,11 @@ impl<S: Scalar> Substep<S> {
         rate::bound(topology, values, &self.plain.state, ahead, stops, smoothing)
     }
 
+    /// Forgets who rests: a state that was put here says so by its velocities.
+    pub(super) fn forget(&mut self) {
+        self.modes.friction.fill(Mode::Slide(1.0));
+    }
+
     /// Where the state stands, for sensors: branches are those of the state.
     pub(super) fn refresh(&mut self, topology: &Topology, tau: S) {
         if !topology.switches.is_empty() {

@@ -3,6 +3,7 @@
 mod closed_forms;
 mod complex;
 mod derivatives;
+mod dry_tendons;
 mod dual;
 mod emps;
 mod energy;

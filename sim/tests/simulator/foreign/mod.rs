@@ -1,5 +1,6 @@
 //! Other people's physics judges the simulator. What they wrote lies in `tests/foreign`, with the programs that wrote it.
 
+mod finger;
 mod laws;
 mod mass_spring_damper;
 mod mujoco;
