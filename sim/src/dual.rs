@@ -69,6 +69,11 @@ impl<const N: usize> Scalar for Dual<N> {
         self.value
     }
 
+    #[inline(always)]
+    fn is_constant(self) -> bool {
+        self.derivative.iter().all(|d| *d == 0.0)
+    }
+
     fn sin(self) -> Self {
         self.chain(math::sin(self.value), math::cos(self.value))
     }

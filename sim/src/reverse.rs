@@ -119,6 +119,10 @@ impl Scalar for Reverse {
         self.value
     }
 
+    fn is_constant(self) -> bool {
+        self.node == 0
+    }
+
     fn sin(self) -> Self {
         self.one(math::sin(self.value), math::cos(self.value))
     }

@@ -36,6 +36,11 @@ pub trait Scalar:
     /// The number without its derivatives.
     fn value(self) -> f64;
 
+    /// Whether every derivative is known to be zero, so that what follows from such numbers alone may be computed without.
+    fn is_constant(self) -> bool {
+        false
+    }
+
     /// Sine of an angle in radians.
     fn sin(self) -> Self;
 
@@ -92,6 +97,11 @@ impl Scalar for f64 {
 
     fn value(self) -> f64 {
         self
+    }
+
+    #[inline(always)]
+    fn is_constant(self) -> bool {
+        true
     }
 
     fn sin(self) -> Self {

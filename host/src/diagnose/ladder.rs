@@ -78,8 +78,9 @@ impl Bench<'_> {
         };
         let noise = 0.5 * below.samples();
         let beside = |tried: &Tried| tried.point.cost - noise;
-        let mut parents: Vec<Tried> = (short.singles.iter())
-            .filter(|tried| matches!(&tried.suspects[..], [one] if one.may_pair()))
+        let mut parents: Vec<Tried> = (short.singles.iter().enumerate())
+            .filter(|(rank, tried)| matches!(&tried.suspects[..], [one] if one.may_lead(*rank)))
+            .map(|(_, tried)| tried)
             .filter(|tried| tried.point.cost < HOPELESS * bare.point.cost)
             .take(PARENTS)
             .cloned()
@@ -89,8 +90,7 @@ impl Bench<'_> {
         while raced < parents.len() {
             let parent = &parents[raced];
             raced += 1;
-            let second =
-                |suspect: &&Suspect| !parent.suspects.contains(suspect) && suspect.may_pair();
+            let second = |suspect: &&Suspect| suspect.may_join(&parent.suspects);
             let rest: Vec<Suspect> = all.iter().filter(second).cloned().collect();
             pairs.extend(self.raced(&below, parent, &rest, "two effects, short stretches")?);
             pairs.sort_by(|a, b| merit(a).total_cmp(&merit(b)));

@@ -1,5 +1,6 @@
 //! Diagnosis: where a simulation and a recording differ, and which physics was left out (docs/diagnosis.md).
 
+mod alike;
 mod begin;
 mod belief;
 mod conclude;

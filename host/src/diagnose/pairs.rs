@@ -44,11 +44,12 @@ impl Bench<'_> {
         let left = |index: usize| self.share_left(&singles[index], base);
         let order = self.order(base, singles);
         let least = order.iter().map(|&index| left(index)).fold(1.0, f64::min);
-        let effects = |tried: &Tried| matches!(&tried.suspects[..], [one] if one.may_pair());
-        let beam = order
-            .into_iter()
+        let leads =
+            |rank: usize, tried: &Tried| matches!(&tried.suspects[..], [one] if one.may_lead(rank));
+        let beam = (order.into_iter().enumerate())
+            .filter(|&(rank, index)| leads(rank, &singles[index].tried))
+            .map(|(_, index)| index)
             .filter(|&index| left(index) < HOPELESS.min(BEHIND * least))
-            .filter(|&index| effects(&singles[index].tried))
             .take(BEAM);
         if short.iter().any(|pair| !self.leaves_something(pair)) {
             return Ok(short);
@@ -116,7 +117,7 @@ impl Bench<'_> {
 
     /// Every other effect on top of one.
     fn seconds(&self, track: &Track, parent: &Tried, all: &[Suspect]) -> Result<Vec<Contender>> {
-        let second = |suspect: &&Suspect| !parent.suspects.contains(suspect) && suspect.may_pair();
+        let second = |suspect: &&Suspect| suspect.may_join(&parent.suspects);
         let rest: Vec<Suspect> = all.iter().filter(second).cloned().collect();
         // Where the parent explains the whole track, what it lacks lies between the track's stretches.
         let own = match track.elsewhere(parent)? {

@@ -3,9 +3,9 @@
 use std::f64::consts::TAU;
 
 use sinew_sim::effects::{Description, Family, Kind, ParameterSpec, Sign};
-use sinew_sim::rig::Site;
 use sinew_sim::{Plant, Rig};
 
+use super::alike;
 use crate::error::Result;
 
 /// One thing that may be wrong.
@@ -65,10 +65,26 @@ impl Suspect {
         components.into_iter().map(at).collect()
     }
 
-    /// Whether a second effect is looked for beside it: not beside what every tendon does, for dry tendons are slow to simulate,
-    /// and a hundred and fifty suspects on top of four of them took ten minutes.
-    pub fn may_pair(&self) -> bool {
-        matches!(self, Self::Effect { .. })
+    /// Whether a second effect is looked for on top of it where it came out at `rank`, 0 for the best: what all of a kind
+    /// do costs minutes there, so only where nothing alone does better.
+    pub fn may_lead(&self, rank: usize) -> bool {
+        match self {
+            Self::Effect { .. } => true,
+            Self::Everywhere { .. } => rank == 0,
+            Self::Number { .. } => false,
+        }
+    }
+
+    /// Whether it is a second effect beside these: no place has the same effect twice.
+    pub fn may_join(&self, others: &[Self]) -> bool {
+        let Some((kind, places)) = self.places() else {
+            return false;
+        };
+        let repeats = |other: &Self| {
+            let there = other.places().filter(|(its, _)| *its == kind);
+            there.is_some_and(|(_, taken)| places.iter().any(|place| taken.contains(place)))
+        };
+        !others.iter().any(repeats)
     }
 
     /// Where it sits: a component, or the parameter's full name.
@@ -189,10 +205,8 @@ pub(super) fn suspects(rig: &Rig, plant: &Plant) -> Vec<Suspect> {
         }
     }
     for &kind in Kind::ALL {
-        let sites = kind.sites(rig).into_iter();
-        let tendons = sites.filter(|site| matches!(site, Site::Tendon(_)));
-        let names: Vec<String> = tendons.map(|site| rig.site_name(site)).collect();
-        if names.len() > 1 {
+        for sites in alike::groups(rig, kind) {
+            let names: Vec<String> = sites.into_iter().map(|site| rig.site_name(site)).collect();
             let components = names.join("+");
             all.push(Suspect::Everywhere { kind, components });
         }
@@ -252,19 +266,34 @@ mod tests {
         assert!(!sane(1.5, 1.0));
     }
 
-    #[test]
-    fn what_sits_at_a_tendon_is_suspected_of_all_tendons_together() {
-        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../rigs/tendon.toml");
-        let rig = Rig::load(file).expect("it ships with the project");
+    /// A shipped rig, and the suspects that put an effect at several places of it.
+    fn alike(name: &str) -> (Rig, Vec<Suspect>) {
+        let rig = Rig::load(format!("{}/../rigs/{name}", env!("CARGO_MANIFEST_DIR")));
+        let rig = rig.expect("it ships with the project");
         let plant = Plant::new(&rig).expect("it is sound");
-        let all = suspects(&rig, &plant);
-        let together = |one: &&Suspect| matches!(one, Suspect::Everywhere { .. });
-        let kinds: Vec<&str> = all.iter().filter(together).map(Suspect::kind).collect();
+        let all = suspects(&rig, &plant).into_iter();
+        let together = all.filter(|one| matches!(one, Suspect::Everywhere { .. }));
+        let together = together.collect();
+        (rig, together)
+    }
+
+    #[test]
+    fn what_one_tendon_spring_winch_or_camera_does_all_alike_are_suspected_of() {
+        let (rig, together) = alike("tendon.toml");
+        let of = |components: &str| -> Vec<&str> {
+            let them = together.iter().filter(|one| one.component() == components);
+            them.map(Suspect::kind).collect()
+        };
+        let tendons = of("east+west+north+south");
         assert_eq!(
-            kinds,
+            tendons,
             ["load_dependent_friction", "backlash", "tendon_slack"]
         );
-        let rub = all.iter().find(together).expect("there is one");
+        let joints = [1, 2, 3].map(|k| format!("spine.flex_x{k}+spine.flex_y{k}"));
+        assert!(of(&joints.join("+")).contains(&"viscoelastic_creep"));
+        assert!(of("pull_east+pay_out_west+pull_north+pay_out_south").contains(&"input_dead_zone"));
+        assert_eq!(of("tip_x+tip_y+tip_z"), ["sensor_lag", "sensor_curvature"]);
+        let rub = &together[0];
         let (with, trial) = rub
             .apply(&rig, &[0.1, 0.2, 0.3, 0.4])
             .expect("it can sit there");
@@ -278,7 +307,44 @@ mod tests {
         let slot = |name: &String| plant.values()[plant.slot(name).expect("it has one")];
         let values: Vec<f64> = rub.parameters().iter().map(slot).collect();
         assert_eq!(values, [0.1, 0.2, 0.3, 0.4]);
-        let single = suspects(&shipped(), &Plant::new(&shipped()).expect("it is sound"));
-        assert!(!single.iter().any(|one| together(&one)));
+    }
+
+    #[test]
+    fn springs_of_one_plate_are_alike_and_those_of_several_bodies_are_not() {
+        let (_, together) = alike("hasel.toml");
+        let foam = "column_rise+column_roll+column_pitch";
+        assert!(together.iter().any(|one| one.component() == foam));
+        let field = "field_1x+field_1y+field_1z";
+        assert!(together.iter().any(|one| one.component() == field));
+        for rig in [
+            "mass-spring-damper.toml",
+            "two-mass-drive.toml",
+            "three-mass.toml",
+        ] {
+            assert!(alike(rig).1.is_empty(), "{rig}");
+        }
+    }
+
+    #[test]
+    fn no_place_is_suspected_of_the_same_effect_twice() {
+        let kind = |name: &str| Kind::named(name).expect("it is in the vocabulary");
+        let at = |name: &str, component: &str| Suspect::Effect {
+            kind: kind(name),
+            component: component.into(),
+        };
+        let all = Suspect::Everywhere {
+            kind: kind("tendon_slack"),
+            components: "east+west".into(),
+        };
+        let number = Suspect::Number {
+            name: "east.stiffness".into(),
+        };
+        assert!(!at("tendon_slack", "west").may_join(&[all.clone()]));
+        assert!(!all.may_join(&[at("tendon_slack", "east")]));
+        assert!(!all.may_join(&[all.clone()]));
+        assert!(at("backlash", "west").may_join(&[all.clone()]));
+        assert!(at("tendon_slack", "north").may_join(&[all.clone()]));
+        assert!(all.may_join(&[at("sensor_lag", "tip_x"), number.clone()]));
+        assert!(!number.may_join(&[all]));
     }
 }

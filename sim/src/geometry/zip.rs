@@ -48,8 +48,8 @@ pub(crate) struct Pouch<S> {
     /// The largest contraction, and what is zipped there.
     most: S,
     zipped: S,
-    /// The angle over the contraction, nearly; values without derivatives.
-    search: [S; TERMS],
+    /// The angle over the contraction, nearly.
+    search: [f64; TERMS],
 }
 
 /// `2 a - sin 2a`: four times the oil's area over the squared radius of the arcs.
@@ -74,12 +74,12 @@ impl<S: Scalar> Pouch<S> {
             bottom: taken(oil / lens, rest, sin),
             most: S::ZERO,
             zipped: S::ZERO,
-            search: [S::ZERO; TERMS],
+            search: [0.0; TERMS],
         };
         let (full, _) = pouch.at(S::constant(FULL));
         pouch.most = full.contraction;
         pouch.zipped = full.zipped;
-        pouch.search = pouch.plain().chebyshev().map(S::constant);
+        pouch.search = pouch.plain().chebyshev();
         pouch
     }
 
@@ -87,7 +87,7 @@ impl<S: Scalar> Pouch<S> {
     pub(crate) fn numbers(&self) -> [S; NUMBERS] {
         let mut numbers = [S::ZERO; NUMBERS];
         numbers[..4].copy_from_slice(&[self.oil, self.bottom, self.most, self.zipped]);
-        numbers[4..].copy_from_slice(&self.search);
+        numbers[4..].copy_from_slice(&self.search.map(S::constant));
         numbers
     }
 
@@ -99,7 +99,7 @@ impl<S: Scalar> Pouch<S> {
             bottom: numbers[1],
             most: numbers[2],
             zipped: numbers[3],
-            search: std::array::from_fn(|term| numbers[4 + term]),
+            search: std::array::from_fn(|term| numbers[4 + term].value()),
         }
     }
 
@@ -120,6 +120,25 @@ impl<S: Scalar> Pouch<S> {
             bend: -(sin / (open * open)) / growth,
         };
         (zip, growth)
+    }
+
+    /// [`Pouch::at`] an angle without derivatives; most rigs hold the fill angle, and nothing there has any.
+    fn there(&self, angle: f64) -> (Zip<S>, f64) {
+        if [self.rest, self.oil, self.bottom]
+            .into_iter()
+            .all(S::is_constant)
+        {
+            let (zip, growth) = self.plain().at(angle);
+            let zip = Zip {
+                contraction: S::constant(zip.contraction),
+                zipped: S::constant(zip.zipped),
+                slope: S::constant(zip.slope),
+                bend: S::constant(zip.bend),
+            };
+            return (zip, growth);
+        }
+        let (zip, growth) = self.at(S::constant(angle));
+        (zip, growth.value())
     }
 
     /// Having contracted so far. Beyond either end it goes on straight: stretched, with the slope of its
@@ -144,11 +163,11 @@ impl<S: Scalar> Pouch<S> {
             };
         }
         let begun = self.begin(contraction.value());
-        let (mut there, growth) = self.at(S::constant(begun));
+        let (mut there, growth) = self.there(begun);
         let mut beyond = contraction - there.contraction;
-        if beyond.value().abs() > CLOSE * growth.value() {
+        if beyond.value().abs() > CLOSE * growth {
             let angle = self.plain().improved(contraction.value(), begun);
-            there = self.at(S::constant(angle)).0;
+            there = self.there(angle).0;
             beyond = contraction - there.contraction;
         }
         // The value is all but found: along the curve's tangents for the rest, and for the derivatives.
@@ -165,9 +184,9 @@ impl<S: Scalar> Pouch<S> {
         let x = 2.0 * contraction / self.most.value() - 1.0;
         let (mut b1, mut b2) = (0.0, 0.0);
         for term in self.search[1..].iter().rev() {
-            (b1, b2) = (term.value() + 2.0 * x * b1 - b2, b1);
+            (b1, b2) = (term + 2.0 * x * b1 - b2, b1);
         }
-        let angle = self.search[0].value() + x * b1 - b2;
+        let angle = self.search[0] + x * b1 - b2;
         angle.clamp(self.rest.value(), FULL)
     }
 
@@ -179,7 +198,7 @@ impl<S: Scalar> Pouch<S> {
             bottom: self.bottom.value(),
             most: self.most.value(),
             zipped: self.zipped.value(),
-            search: self.search.map(S::value),
+            search: self.search,
         }
     }
 }

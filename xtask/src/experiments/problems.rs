@@ -263,6 +263,13 @@ pub const TENDON: Problem = Problem {
             ],
             ..PLAIN
         },
+        Variant {
+            name: "mended",
+            knows: Knowledge::Mended,
+            tables: Some(TENDON_LAGS),
+            tune: &["--horizons", "10", "--control-horizons", "3"],
+            ..PLAIN
+        },
     ],
     targets: |comparison| {
         let [(rms, _), (_, worst)] = errors(comparison, None);

@@ -123,6 +123,21 @@ pub fn run(problem: &Problem, seed: u64, only: &[String]) -> Result<()> {
     run.conclude()
 }
 
+/// A rig without its tables `[control]` and `[network]`; effects that a diagnosis has put behind them stay.
+fn without_controller(rig: &str) -> String {
+    let mut drops = false;
+    let keeps = |line: &&str| {
+        if line.starts_with('[') {
+            drops = ["[control", "[network"]
+                .iter()
+                .any(|table| line.starts_with(table));
+        }
+        !drops
+    };
+    let lines: Vec<&str> = rig.lines().filter(keeps).collect();
+    lines.join("\n") + "\n"
+}
+
 /// What `sinew excite` is asked for.
 pub fn excited(problem: &Problem) -> [&'static str; 4] {
     ["--seconds", SECONDS, "--amplitude", problem.amplitude]
@@ -209,10 +224,7 @@ impl Run<'_> {
         };
         let mut text = self.bench.text(&known)?;
         if let Some(tables) = variant.tables {
-            // The tables for the controller stand last in a rig that is not mended.
-            let end = text.find("[control]").unwrap_or(text.len());
-            text.truncate(end);
-            text += tables;
+            text = without_controller(&text) + tables;
         }
         let rig = self.bench.write(&format!("{}.toml", variant.name), &text)?;
         let seed = self.bench.seed.to_string();

@@ -11,6 +11,7 @@ use anyhow::{Result, bail};
 const PROGRAMS: &[&[&str]] = &[
     &["mass_spring_damper.py"],
     &["finger.py"],
+    &["foam.py"],
     &["mujoco_trajectories.py"],
     &["-m", "hardlaw.check"],
     &["-m", "hardlaw.exact"],

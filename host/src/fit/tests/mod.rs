@@ -196,6 +196,9 @@ fn a_person_is_warned_of_a_rig_that_explains_nothing() {
     let mut bare = whole.clone();
     bare.replace_range(coil, "");
     assert!(warned(&bare).unwrap().contains("misses q_m by"));
+    // From three tenths of the spread on.
+    assert_eq!(doubt("q_m", "m", 0.0299, 0.1), None);
+    assert!(doubt("q_m", "m", 0.0301, 0.1).is_some());
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! `[[chain]]`: a soft segment, cut into pieces of constant curvature.
 
+use std::ops::Range;
+
 use super::Chain;
 use crate::effects::Sign;
 use crate::error::Error;
@@ -28,6 +30,13 @@ pub(super) const SECTION: Section = (
 const MOST_SEGMENTS: usize = 32;
 
 const AXES: [&str; 2] = ["x", "y"];
+
+impl Chain {
+    /// Indices of the bodies that it became.
+    pub fn bodies(&self) -> Range<usize> {
+        self.first_body..self.first_body + AXES.len() * self.segments
+    }
+}
 
 fn segments(table: &Reader) -> Result<usize, Error> {
     table

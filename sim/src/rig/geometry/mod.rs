@@ -206,7 +206,7 @@ pub enum Shape {
 
 impl Shape {
     /// Both are components of one vector.
-    pub(crate) fn beside(self, other: Self) -> bool {
+    pub fn beside(self, other: Self) -> bool {
         match (self, other) {
             (Self::ChainTip(a, _), Self::ChainTip(b, _))
             | (Self::PlateTip(a, _), Self::PlateTip(b, _))

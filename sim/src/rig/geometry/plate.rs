@@ -1,5 +1,7 @@
 //! `[[plate]]`: a plate that rises, rolls and pitches.
 
+use std::ops::Range;
+
 use super::Plate;
 use crate::effects::Sign;
 use crate::error::Error;
@@ -14,10 +16,19 @@ pub(super) const SECTION: Section = (
     Component::Plate,
 );
 
+const COORDINATES: [&str; 3] = ["z", "roll", "pitch"];
+
+impl Plate {
+    /// Indices of the bodies that it became.
+    pub fn bodies(&self) -> Range<usize> {
+        self.first_body..self.first_body + COORDINATES.len()
+    }
+}
+
 /// Names of the bodies that a plate becomes.
 pub(in crate::rig) fn generated(table: &Reader) -> Result<[String; 3], Error> {
     let name = table.text("name")?.value;
-    Ok(["z", "roll", "pitch"].map(|own| format!("{name}.{own}")))
+    Ok(COORDINATES.map(|own| format!("{name}.{own}")))
 }
 
 /// Reads a plate and adds its bodies to the rig.

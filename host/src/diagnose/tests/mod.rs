@@ -1,5 +1,7 @@
 //! Whole diagnoses of the shipped recordings, which a program that shares no code with the simulator wrote.
 
+mod alike;
+
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sinew_sim::{Plant, Rig, Stepper};
@@ -232,69 +234,4 @@ fn a_law_without_a_name_is_located_and_learned_and_foresees_what_taught_nothing(
     // What stands in is in the rig, and the rig is one: every other verb takes it.
     let mended = Rig::parse(found.mended.to_toml(), "mended.toml").expect("it is a rig");
     assert!(compiled(&mended).values().len() > compiled(&rig()).values().len());
-}
-
-/// The finger of `tests/foreign/finger.py`, whose two tendons rub in their guides: a rig or the first two seconds of
-/// a recording.
-fn finger(name: &str) -> String {
-    let folder = env!("CARGO_MANIFEST_DIR");
-    format!("{folder}/../tests/foreign/finger/{name}")
-}
-
-fn named(found: &Diagnosis) -> Vec<(&str, f64)> {
-    let coefficient = |effect: &super::FoundEffect| {
-        assert_eq!(effect.kind, "load_dependent_friction");
-        effect.parameters["coefficient"].value
-    };
-    let effects = found.effects.iter();
-    let mut named: Vec<_> = effects
-        .map(|e| (e.component.as_str(), coefficient(e)))
-        .collect();
-    named.sort_by_key(|(component, _)| *component);
-    named
-}
-
-#[test]
-fn tendons_that_rub_as_closed_formulas_say_are_both_named() {
-    let read = |name: &str| {
-        let recording = Recording::read(finger(name)).expect("it is committed");
-        recording.rows(0..200).expect("it is longer")
-    };
-    let recordings = Recordings {
-        fit: vec![read("fit.csv")],
-        check: vec![read("check.csv")],
-        test: Vec::new(),
-    };
-    let believed = Rig::load(finger("believed.toml")).expect("it is committed");
-    let found = diagnose(&believed, &recordings, &Options::default(), &|_, _, _| {});
-    let found = found.expect("it can be diagnosed");
-    let named = named(&found);
-    assert_eq!(named.len(), 2, "{}", found.sentence);
-    // tests/foreign/finger/truth.json
-    for ((name, found), (component, truth)) in
-        named.into_iter().zip([("east", 0.17), ("west", 0.22)])
-    {
-        assert_eq!(name, component);
-        assert!((found / truth - 1.0).abs() < 0.05, "{component}: {found}");
-    }
-}
-
-#[test]
-fn one_tendon_of_two_that_rubs_is_named_alone() {
-    let believed = Rig::load(finger("believed.toml")).expect("it is committed");
-    let rubbing = "\n[[effect]]\nkind = \"load_dependent_friction\"\ncomponent = \"west\"\ncoefficient = 0.2\n";
-    let real = Rig::parse(&format!("{}{rubbing}", believed.to_toml()), "real.toml");
-    let real = real.expect("it is sound");
-    let answer = |seed| recorded([&believed, &real], (2.0, 100.0), 1e-4, seed);
-    let recordings = Recordings {
-        fit: vec![answer(1)],
-        check: vec![answer(2)],
-        test: Vec::new(),
-    };
-    let found = diagnose(&believed, &recordings, &Options::default(), &|_, _, _| {});
-    let found = found.expect("it can be diagnosed");
-    let named = named(&found);
-    assert_eq!(named.len(), 1, "{}", found.sentence);
-    assert_eq!(named[0].0, "west");
-    assert!((named[0].1 / 0.2 - 1.0).abs() < 0.05, "{named:?}");
 }
