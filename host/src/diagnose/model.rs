@@ -57,6 +57,9 @@ pub(super) struct Point {
     pub stop: Stop,
 }
 
+/// Steps of a fit of start states alone.
+const STATE_STEPS: usize = 6;
+
 impl Model {
     /// A model whose parameters named in `trial` are under trial: free, without prior or bounds but those of
     /// their law.
@@ -196,6 +199,26 @@ impl Model {
                 })
                 .collect(),
         }
+    }
+
+    /// The start states fitted alone, where tendons may pull against each other. States that are far off are otherwise made up
+    /// for by letting tendons hang, and those stay slack: one tendon of twice the stiffness moves a rig as two taut ones do.
+    pub fn begun(&self, data: &Data, segments: &mut [Segment], from: Unknowns) -> Unknowns {
+        if self.rig.tendons.len() < 2 {
+            return from;
+        }
+        let held = Self {
+            slots: Vec::new(),
+            believed: 0,
+            bounds: Vec::new(),
+            written: Vec::new(),
+            ..self.clone()
+        };
+        let point = held.improve(data, segments, from.clone(), STATE_STEPS, 1e-4);
+        point.map_or(from, |point| Unknowns {
+            values: point.values,
+            states: point.states,
+        })
     }
 
     /// Improves a point by at most `steps` steps. `None` where it cannot be simulated.

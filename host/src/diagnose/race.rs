@@ -81,6 +81,7 @@ impl Track<'_> {
             values: values.to_vec(),
             states,
         };
+        let from = model.begun(self.data, &mut segments, from);
         let point = model.improve(self.data, &mut segments, from, steps, 1e-5);
         Ok(point.map(|point| Tried {
             suspects: Vec::new(),
@@ -99,7 +100,7 @@ impl Track<'_> {
         let values = model.inherit(&written, &written.values());
         let mut segments = self.data.segments(&model.plant, &self.stretches)?;
         let states = self.data.starts(rig, &model.plant, &segments, &values)?;
-        let from = Unknowns { values, states };
+        let from = model.begun(self.data, &mut segments, Unknowns { values, states });
         let point = model.improve(self.data, &mut segments, from, 0, 1e-3);
         Ok(point.map(|point| Tried {
             suspects: Vec::new(),
@@ -247,9 +248,9 @@ impl Track<'_> {
             values[slot] = written;
         }
         let from = self.data.segments(&model.plant, &self.stretches);
-        let from = from.and_then(|segments| {
+        let from = from.and_then(|mut segments| {
             let states = (self.data).starts(&model.rig, &model.plant, &segments, &values)?;
-            Ok(Unknowns { values, states })
+            Ok(model.begun(self.data, &mut segments, Unknowns { values, states }))
         });
         let again = from.ok().and_then(|from| {
             let steps = FIRST_STEPS + MORE_STEPS;
