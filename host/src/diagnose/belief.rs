@@ -22,6 +22,9 @@ const MOST_LEFT_OF_MODE: f64 = 0.02;
 /// What an effect removes, in units of the noise, from where on nobody asks for a second witness.
 const LARGE: f64 = 1.0;
 
+/// An effect at one component is named instead of at all that are alike where it is this part as probable.
+const ENOUGH: f64 = 0.1;
+
 /// Half-widths of a 95 % interval that some parameter of an effect is away from zero: three standard deviations.
 const CERTAIN: f64 = 1.5;
 
@@ -225,26 +228,49 @@ impl Bench<'_> {
         }))
     }
 
+    /// What is named of the chosen one and its like: of the same motion by two names the simpler, and at one component what need
+    /// not be at all that are alike.
+    pub fn simplest(&self, base: &Contender, chosen: usize, finalists: &[Contender]) -> usize {
+        let chosen = self.at_body(chosen, finalists);
+        self.at_one(base, chosen, finalists)
+    }
+
     /// Of what is the same motion by two names, the simpler: an effect at a body rather than in a spring that
     /// holds it (contract of the vocabulary).
-    pub fn simplest(&self, chosen: usize, finalists: &[Contender]) -> usize {
+    fn at_body(&self, chosen: usize, finalists: &[Contender]) -> usize {
         let best = &finalists[chosen];
         let at_body = |suspect: &Suspect| {
             let mut bodies = best.tried.model.rig.bodies.iter();
             bodies.any(|body| body.name == suspect.component())
         };
-        let only = |a: &Contender, b: &Contender| -> Option<Suspect> {
-            let mut of_a = (a.tried.suspects.iter()).filter(|s| !b.tried.suspects.contains(s));
-            of_a.next().filter(|_| of_a.next().is_none()).cloned()
-        };
         let simpler = |other: &Contender| {
             let differ = only(best, other).zip(only(other, best));
             differ.is_some_and(|(mine, its)| {
-                mine.kind() == its.kind() && !at_body(&mine) && at_body(&its)
+                mine.kind() == its.kind() && !at_body(mine) && at_body(its)
             }) && apart(best, other, self) < SAME
         };
         let other = (0..finalists.len()).find(|&index| simpler(&finalists[index]));
         other.unwrap_or(chosen)
+    }
+
+    /// An effect at one component rather than at all that are alike, where it is about as probable.
+    fn at_one(&self, base: &Contender, chosen: usize, finalists: &[Contender]) -> usize {
+        let best = &finalists[chosen];
+        let one_of_them = |other: &Contender| {
+            let differ = only(best, other).zip(only(other, best));
+            differ.is_some_and(|(mine, its)| mine.says(its)) && self.sane(other)
+        };
+        let ones = (0..finalists.len()).filter(|&index| one_of_them(&finalists[index]));
+        let ones: Vec<usize> = ones.collect();
+        if ones.is_empty() {
+            return chosen;
+        }
+        let probable = self.probabilities(base, finalists, Some(chosen));
+        let best = ones
+            .into_iter()
+            .max_by(|&a, &b| probable[a].total_cmp(&probable[b]));
+        best.filter(|&one| probable[one] > ENOUGH * probable[chosen])
+            .unwrap_or(chosen)
     }
 
     /// Shares of the evidence among what is possible here: of the right signs, and of no more effects than
@@ -269,6 +295,12 @@ impl Bench<'_> {
         }
         all
     }
+}
+
+/// The one suspect of `a` that `b` has not, if it is one.
+fn only<'a>(a: &'a Contender, b: &Contender) -> Option<&'a Suspect> {
+    let mut of_a = (a.tried.suspects.iter()).filter(|s| !b.tried.suspects.contains(s));
+    of_a.next().filter(|_| of_a.next().is_none())
 }
 
 /// Whether residuals hold something that noise does not explain and that matters.

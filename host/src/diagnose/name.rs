@@ -134,7 +134,7 @@ impl Rivalry {
         };
         for (finalist, p) in found.finalists.iter().zip(&found.probabilities) {
             let share = p * surety;
-            if finalist.tried.suspects.contains(suspect) {
+            if finalist.tried.suspects.iter().any(|its| its.says(suspect)) {
                 about.confidence += share;
                 continue;
             }

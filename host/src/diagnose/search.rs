@@ -208,7 +208,7 @@ impl Bench<'_> {
             };
             base = alone;
         }
-        let chosen = chosen.map(|chosen| self.simplest(chosen, &finalists));
+        let chosen = chosen.map(|chosen| self.simplest(&base, chosen, &finalists));
         let probabilities = self.probabilities(&base, &finalists, chosen);
         Ok(Some(Found {
             base,

@@ -93,7 +93,7 @@ fn refute(found: &mut Found, index: usize, bench: &Bench) {
     found.finalists = rest;
     found.refuted.extend::<Vec<_>>(out);
     let chosen = bench.best_of_sizes(&found.base, &found.finalists);
-    found.chosen = chosen.map(|index| bench.simplest(index, &found.finalists));
+    found.chosen = chosen.map(|index| bench.simplest(&found.base, index, &found.finalists));
     found.probabilities = bench.probabilities(&found.base, &found.finalists, found.chosen);
 }
 

@@ -87,6 +87,15 @@ impl Suspect {
         !others.iter().any(repeats)
     }
 
+    /// Whether it says at least what another says: the same, or the same effect there and elsewhere.
+    pub fn says(&self, other: &Self) -> bool {
+        let both = self.places().zip(other.places());
+        let covers = both.is_some_and(|((kind, mine), (its, theirs))| {
+            kind == its && theirs.iter().all(|place| mine.contains(place))
+        });
+        covers || self == other
+    }
+
     /// Where it sits: a component, or the parameter's full name.
     pub fn component(&self) -> &str {
         match self {
@@ -345,6 +354,9 @@ mod tests {
         assert!(at("backlash", "west").may_join(&[all.clone()]));
         assert!(at("tendon_slack", "north").may_join(&[all.clone()]));
         assert!(all.may_join(&[at("sensor_lag", "tip_x"), number.clone()]));
-        assert!(!number.may_join(&[all]));
+        assert!(!number.may_join(&[all.clone()]));
+        assert!(all.says(&at("tendon_slack", "west")) && number.says(&number));
+        assert!(!all.says(&at("backlash", "west")) && !all.says(&at("tendon_slack", "north")));
+        assert!(!at("tendon_slack", "west").says(&all));
     }
 }

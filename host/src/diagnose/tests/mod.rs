@@ -1,6 +1,7 @@
 //! Whole diagnoses of the shipped recordings, which a program that shares no code with the simulator wrote.
 
 mod alike;
+mod taut;
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -92,7 +93,7 @@ fn compiled(rig: &Rig) -> Plant {
     Plant::new(rig).expect("it can be simulated")
 }
 
-/// What `real` answers to an experiment designed for `believed`, one input and one signal.
+/// What `real` answers to an experiment designed for `believed`, with this much noise on every signal.
 fn recorded(
     [believed, real]: [&Rig; 2],
     (seconds, rate_hz): (f64, f64),
@@ -108,21 +109,28 @@ fn recorded(
     };
     let asked = excite::design(&believed, "believed", &options).expect("it has limits");
     let nothing = vec![f64::NAN; asked.t.len()];
-    let run = real
-        .simulate_recording(&asked.t, &[&asked.inputs[0]], &[&nothing])
-        .expect("it stays finite");
+    let inputs: Vec<&[f64]> = asked.inputs.iter().map(Vec::as_slice).collect();
+    let unseen = vec![&nothing[..]; real.sensors().len()];
+    let run = real.simulate_recording(&asked.t, &inputs, &unseen);
+    let run = run.expect("it stays finite");
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let signal = run.trajectory.column(0).into_iter();
-    let signal = signal.map(|x| x + noise * gaussian(&mut random)).collect();
-    let column = |name: &str, values: Vec<f64>| Column {
+    let mut columns = Vec::new();
+    for (input, values) in real.inputs().iter().zip(&asked.inputs) {
+        columns.push(column(&input.column, values.clone()));
+    }
+    for (index, sensor) in real.sensors().iter().enumerate() {
+        let signal = run.trajectory.column(index).into_iter();
+        let signal = signal.map(|x| x + noise * gaussian(&mut random));
+        columns.push(column(&sensor.column, signal.collect()));
+    }
+    Recording::new(format!("{seed}.csv"), asked.t, columns).expect("it is one")
+}
+
+fn column(name: &str, values: Vec<f64>) -> Column {
+    Column {
         name: name.into(),
         values,
-    };
-    let columns = vec![
-        column(&real.inputs()[0].column, asked.inputs[0].clone()),
-        column(&real.sensors()[0].column, signal),
-    ];
-    Recording::new(format!("{seed}.csv"), asked.t, columns).expect("it is one")
+    }
 }
 
 /// Six seconds of the real stage, 28 um of noise.
@@ -197,10 +205,6 @@ fn stiffly_damped(u: &[f64], seed: u64) -> Recording {
         }
     }
     let t = (0..u.len()).map(|k| k as f64 * step).collect();
-    let column = |name: &str, values: Vec<f64>| Column {
-        name: name.into(),
-        values,
-    };
     let columns = vec![column("u_N", u.to_vec()), column("q_m", seen)];
     Recording::new(format!("{seed}.csv"), t, columns).expect("it is one")
 }
