@@ -109,6 +109,16 @@ impl Bench<'_> {
         self.sane(contender)
             && self.share_left(contender, base) < most
             && !self.within_a_step(contender, base)
+            && !self.follows_anything(contender)
+    }
+
+    /// A dozen numbers at components that are alike follow what another mechanism does: they bend the rig out of shape, and
+    /// still leave something.
+    fn follows_anything(&self, contender: &Contender) -> bool {
+        let mut suspects = contender.tried.suspects.iter();
+        suspects.any(|suspect| matches!(suspect, Suspect::Everywhere { .. }))
+            && contender.tried.bent()
+            && self.leaves_something(contender)
     }
 
     /// A sensor that is bent by less than half a step of its own scale is as straight as that scale.

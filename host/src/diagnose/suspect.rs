@@ -348,13 +348,13 @@ mod tests {
         let number = Suspect::Number {
             name: "east.stiffness".into(),
         };
-        assert!(!at("tendon_slack", "west").may_join(&[all.clone()]));
+        assert!(!at("tendon_slack", "west").may_join(std::slice::from_ref(&all)));
         assert!(!all.may_join(&[at("tendon_slack", "east")]));
-        assert!(!all.may_join(&[all.clone()]));
-        assert!(at("backlash", "west").may_join(&[all.clone()]));
-        assert!(at("tendon_slack", "north").may_join(&[all.clone()]));
+        assert!(!all.may_join(std::slice::from_ref(&all)));
+        assert!(at("backlash", "west").may_join(std::slice::from_ref(&all)));
+        assert!(at("tendon_slack", "north").may_join(std::slice::from_ref(&all)));
         assert!(all.may_join(&[at("sensor_lag", "tip_x"), number.clone()]));
-        assert!(!number.may_join(&[all.clone()]));
+        assert!(!number.may_join(std::slice::from_ref(&all)));
         assert!(all.says(&at("tendon_slack", "west")) && number.says(&number));
         assert!(!all.says(&at("backlash", "west")) && !all.says(&at("tendon_slack", "north")));
         assert!(!at("tendon_slack", "west").says(&all));
