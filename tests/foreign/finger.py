@@ -26,9 +26,9 @@ or with --check to compare what is there with what would be written (exit status
 import json
 import math
 import random
-import sys
 from pathlib import Path
 
+from keep import keep
 from mass_spring_damper import gauss, multisine
 
 TRUTH = {
@@ -182,14 +182,7 @@ def main():
     files["believed.toml"] = rig("as its maker takes it to be", BELIEVED, "")
     files["truth.json"] = json.dumps(TRUTH, indent=2) + "\n"
 
-    if sys.argv[1:] not in ([], ["--check"]):
-        sys.exit(__doc__)
-    differing = [name for name, text in files.items() if not (folder / name).exists() or (folder / name).read_text() != text]
-    if "--check" in sys.argv:
-        sys.exit("differs from what is written: " + ", ".join(differing) if differing else 0)
-    for name in differing:
-        (folder / name).write_text(files[name])
-        print("wrote", name)
+    keep(folder, files, __doc__)
 
 
 if __name__ == "__main__":

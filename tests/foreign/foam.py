@@ -8,7 +8,7 @@ It rises, rolls and pitches on one column; along each of the three, with a force
 so the state (q, q', f) after a sample is the exponential of a matrix times the state before (Van Loan's augmented
 matrix for the held force): nothing is integrated step by step. Shares no code and no method with the project's simulator.
 
-Only the standard library, only sums and products; the seeds are fixed. Run without arguments to rewrite, in
+Only the standard library; the seeds are fixed. Run without arguments to rewrite, in
 tests/foreign/foam,
 
     exact.csv, exact.toml    noise-free, and the rig as it is: for the simulator
@@ -21,9 +21,9 @@ or with --check to compare what is there with what would be written (exit status
 
 import json
 import random
-import sys
 from pathlib import Path
 
+from keep import keep
 from mass_spring_damper import gauss
 
 # Inertia, stiffness, damping, stiffness of the branch that creeps, its time constant in s; kg or kg m^2 and so on.
@@ -158,7 +158,6 @@ time_constant = %s
 
 def main():
     folder = Path(__file__).resolve().parent / "foam"
-    folder.mkdir(exist_ok=True)
     inertia = (TRUTH["rise"]["inertia"], TRUTH["roll"]["inertia"])
     real = ([of["stiffness"] for of in TRUTH.values()], [of["damping"] for of in TRUTH.values()])
     files = {"%s.csv" % name: recording(name) for name in SEEDS}
@@ -167,14 +166,7 @@ def main():
     files["believed.toml"] = rig("as its maker takes it to be", *believed, inertia, "")
     files["truth.json"] = json.dumps(TRUTH, indent=2) + "\n"
 
-    if sys.argv[1:] not in ([], ["--check"]):
-        sys.exit(__doc__)
-    differing = [name for name, text in files.items() if not (folder / name).exists() or (folder / name).read_text() != text]
-    if "--check" in sys.argv:
-        sys.exit("differs from what is written: " + ", ".join(differing) if differing else 0)
-    for name in differing:
-        (folder / name).write_text(files[name])
-        print("wrote", name)
+    keep(folder, files, __doc__)
 
 
 if __name__ == "__main__":

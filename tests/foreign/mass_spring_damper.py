@@ -23,8 +23,9 @@ or with --check to compare what is there with what would be written (exit status
 import json
 import math
 import random
-import sys
 from pathlib import Path
+
+from keep import keep
 
 TRUTH = {
     "mass_kg": 1.147,
@@ -156,14 +157,7 @@ def main():
     truth = {key: round(value, 9) for key, value in truth.items()}
     files["tests/foreign/mass_spring_damper.truth.json"] = json.dumps(truth, indent=2) + "\n"
 
-    if sys.argv[1:] not in ([], ["--check"]):
-        sys.exit(__doc__)
-    differing = [name for name, text in files.items() if not (root / name).exists() or (root / name).read_text() != text]
-    if "--check" in sys.argv:
-        sys.exit("differs from what is written: " + ", ".join(differing) if differing else 0)
-    for name in differing:
-        (root / name).write_text(files[name])
-        print("wrote", name)
+    keep(root, files, __doc__)
 
 
 if __name__ == "__main__":
