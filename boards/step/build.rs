@@ -1,4 +1,4 @@
-//! Puts the linker script, and a peer to count, where the linker looks.
+//! Puts the linker scripts, and a peer to count, where the linker looks.
 
 use std::{env, fs, io, path::PathBuf};
 
@@ -12,6 +12,8 @@ fn main() -> io::Result<()> {
     };
     fs::copy(memory, out.join("memory.x"))?;
     println!("cargo:rerun-if-changed={memory}");
+    // What a device crate gives cortex-m-rt: names of interrupt handlers, of which there are none.
+    fs::write(out.join("device.x"), "")?;
     println!("cargo:rustc-link-search={}", out.display());
     // Feature `peer`: the archive with other people's step or prediction.
     println!("cargo:rerun-if-env-changed=SINEW_PEER");

@@ -2,6 +2,10 @@
 //! the network only what is not linear.
 
 use crate::model::Jacobian;
+use crate::network::row;
+
+/// A path of more weights than this is not written out: it would be half a kilobyte of flash, twice.
+const LARGE: usize = 48;
 
 /// Adds the path to what the network gives.
 ///
@@ -13,13 +17,19 @@ pub fn add<const NX: usize, const NY: usize>(
     x: &[f32; NX],
     y: &mut [f32; NY],
 ) {
-    for (y, row) in y.iter_mut().zip(w) {
-        let mut sum = *y;
-        for (w, x) in row.iter().zip(x) {
-            sum += w * x;
-        }
-        *y = sum;
+    for (y, w) in y.iter_mut().zip(w) {
+        *y = if NX * NY > LARGE {
+            row_apart(w, *y, x)
+        } else {
+            row(w, *y, x)
+        };
     }
+}
+
+/// [`row`], one copy for all.
+#[inline(never)]
+fn row_apart<const NX: usize>(w: &[f32; NX], y: f32, x: &[f32; NX]) -> f32 {
+    row(w, y, x)
 }
 
 /// Adds the path's derivative, its weights, to the network's, lag by lag.
@@ -40,11 +50,21 @@ pub fn add_jacobian<
             "the regressor fits the linear path"
         )
     };
+    let large = NX * NY > LARGE;
     for (lag, block) in jacobian.u.iter_mut().enumerate() {
-        add_columns(w, lag * NU, block);
+        if large {
+            add_columns_apart(w, lag * NU, block);
+        } else {
+            add_columns(w, lag * NU, block);
+        }
     }
     for (lag, block) in jacobian.y.iter_mut().enumerate() {
-        add_columns(w, NU * ND + lag * NY, block);
+        let start = NU * ND + lag * NY;
+        if large {
+            add_columns_apart(w, start, block);
+        } else {
+            add_columns(w, start, block);
+        }
     }
 }
 
@@ -62,4 +82,14 @@ fn add_columns<const NX: usize, const NY: usize, const B: usize>(
             }
         }
     }
+}
+
+/// [`add_columns`], one copy for all lags.
+#[inline(never)]
+fn add_columns_apart<const NX: usize, const NY: usize, const B: usize>(
+    w: &[[f32; NX]; NY],
+    start: usize,
+    block: &mut [[f32; B]; NY],
+) {
+    add_columns(w, start, block);
 }

@@ -118,7 +118,7 @@ fn layer<const IN: usize, const OUT: usize>(
 
 /// `w x + b`, first element first.
 #[inline(always)]
-fn row<const IN: usize>(w: &[f32; IN], b: f32, x: &[f32; IN]) -> f32 {
+pub(crate) fn row<const IN: usize>(w: &[f32; IN], b: f32, x: &[f32; IN]) -> f32 {
     let mut sum = b;
     for (w, x) in w.iter().zip(x) {
         sum += w * x;
@@ -269,7 +269,11 @@ pub fn input_jacobian<
     };
     if first {
         if let Some(newest) = jacobian.u.first_mut() {
-            columns(t, w, 0, newest);
+            if NU * NY * ND > REGISTERS {
+                columns_apart(t, w, 0, newest);
+            } else {
+                columns(t, w, 0, newest);
+            }
         }
         return;
     }
@@ -290,7 +294,7 @@ fn sums<const NX: usize, const H: usize, const OUT: usize, const B: usize, const
 ) {
     if LAGS * OUT * B > REGISTERS {
         for (lag, block) in blocks.iter_mut().enumerate() {
-            columns(t, w, start + lag * B, block);
+            columns_apart(t, w, start + lag * B, block);
         }
         return;
     }
@@ -340,4 +344,14 @@ pub fn add_identity<const NU: usize, const NY: usize, const ND: usize, const DD:
             row[r] += 1.0;
         }
     }
+}
+
+#[inline(never)]
+fn columns_apart<const NX: usize, const H: usize, const OUT: usize, const B: usize>(
+    t: &[[f32; OUT]; H],
+    w: &[[f32; NX]; H],
+    start: usize,
+    block: &mut [[f32; B]; OUT],
+) {
+    columns(t, w, start, block);
 }

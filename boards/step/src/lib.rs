@@ -55,15 +55,16 @@ pub unsafe extern "C" fn sinew_mpc_step(
             *place = *value;
         }
     }
-    let mut rows = [[f32::NAN; NY]; HORIZON];
-    if !reference.is_null() {
-        // SAFETY: valid for N2 rows of NY floats.
-        let given = unsafe { slice::from_raw_parts(reference, HORIZON * NY) };
-        for (place, value) in rows.as_flattened_mut().iter_mut().zip(given) {
-            *place = *value;
-        }
-    }
-    let step = state.controller.step(&y, &s, &rows);
+    // SAFETY: null, or valid for N2 rows of NY floats.
+    let given = unsafe { reference.cast::<[[f32; NY]; HORIZON]>().as_ref() };
+    let missing;
+    let rows = if let Some(rows) = given {
+        rows
+    } else {
+        missing = [[f32::NAN; NY]; HORIZON];
+        &missing
+    };
+    let step = state.controller.step(&y, &s, rows);
     state.status = step.status;
     state.cost = step.cost;
     state.iterations = step.iterations;

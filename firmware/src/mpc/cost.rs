@@ -3,7 +3,7 @@
 use super::Problem;
 use super::prediction::Trajectory;
 use super::tangent::{Stage, Tangent};
-use crate::model::Model;
+use crate::model::{Model, Regressor};
 
 /// Diagonals of Q and Lambda.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -130,7 +130,13 @@ impl<
     /// J of a plan (eq. 4): N predictions, which leave in `trajectory` what [`Problem::derive`] needs.
     #[inline(never)]
     pub fn roll(&self, plan: &[f32; NV], trajectory: &mut Trajectory<M::Trace, NY, N>) -> f32 {
-        let mut regressor = *self.start;
+        // Part by part: what is copied whole becomes a call of memcpy.
+        let Regressor { u, y, s } = self.start;
+        let mut regressor = Regressor {
+            u: *u,
+            y: *y,
+            s: *s,
+        };
         // The place that waits for u(k) goes: every step brings its own.
         for (place, older) in regressor.u.iter_mut().zip(self.start.u.iter().skip(1)) {
             *place = *older;
@@ -166,9 +172,9 @@ impl<
         quadratic: &mut Quadratic<NV>,
     ) {
         quadratic.gradient = [0.0; NV];
-        let mut blocks = [[[[0.0; NU]; NY]; DD]; NB];
-        let mut pairs = [[[[0.0; NU]; NU]; NB]; NB];
-        let mut channels = [[[0.0; NU]; NS]; NB];
+        let mut blocks = const { [[[[0.0; NU]; NY]; DD]; NB] };
+        let mut pairs = const { [[[[0.0; NU]; NU]; NB]; NB] };
+        let mut channels = const { [[[0.0; NU]; NS]; NB] };
         let mut carried = 0;
         for (j, (trace, weighted)) in trajectory
             .traces

@@ -104,12 +104,14 @@ fn reduced_step<const NU: usize, const NV: usize>(
         factor::solve(&quadratic.hessian, &mut p);
         return p;
     }
-    let mut h = quadratic.hessian;
     // A row that leaves the system becomes a pivot of ordinary size with nothing beside it.
     let mut pivot = 0.0;
-    for (i, row) in h.iter().enumerate() {
+    // Row by row: what is copied whole becomes a call of memcpy.
+    let mut h: [[f32; NV]; NV] = core::array::from_fn(|i| {
+        let row = quadratic.hessian[i];
         pivot = if row[i] > pivot { row[i] } else { pivot };
-    }
+        row
+    });
     let mut anchored: [bool; NV] = core::array::from_fn(|v| active.bound[v] != Side::Free);
     for v in (0..NV).rev() {
         if active.edge[v] == Side::Free {

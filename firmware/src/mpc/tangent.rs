@@ -1,7 +1,6 @@
 //! One step of the derivatives: sensitivities a prediction further, and what they add to gradient and
 //! Hessian (docs/mpc.md, eq. 5 to 7). Most of a control step's work; slices over the blocks keep it small.
 
-use super::prediction::shift;
 use crate::model::{ChannelJacobian, Jacobian};
 
 /// Where a command stands among the decision variables: between the ends of two blocks.
@@ -76,7 +75,7 @@ pub fn carry<const NU: usize, const NY: usize, const ND: usize, const DD: usize>
         for (jac, past) in jacobian.y.iter().zip(lags.iter()) {
             add_product(&mut next, jac, past);
         }
-        shift(lags, next);
+        push(lags, &next);
     }
     enter_inputs(jacobian, stage, tangent);
     add_up(stage, tangent);
@@ -109,7 +108,7 @@ pub fn carry_channels<
         }
         add_product(&mut next, &of_channels.y_by_s, channel);
         add_product(&mut next_channel, &of_channels.s, channel);
-        shift(lags, next);
+        push(lags, &next);
         *channel = next_channel;
     }
     enter_inputs(jacobian, stage, tangent);
@@ -174,10 +173,24 @@ pub fn push_channels<
             y: lags,
             s: channel,
         });
-        shift(lags, y);
+        push(lags, &y);
         *channel = s;
     }
     add_up(stage, tangent);
+}
+
+/// Makes room at the newest place; the oldest is lost. Element by element: rows that are moved whole become calls of memmove.
+#[inline(always)]
+fn push<const NU: usize, const NY: usize, const DD: usize>(
+    lags: &mut [[[f32; NU]; NY]; DD],
+    newest: &[[f32; NU]; NY],
+) {
+    for (r, row) in newest.iter().enumerate() {
+        let mut carry = *row;
+        for lag in lags.iter_mut() {
+            core::mem::swap(&mut lag[r], &mut carry);
+        }
+    }
 }
 
 /// What the commands do at once: `df/du(k+j-lag) du(k+j-lag)/dv_b`.
@@ -215,25 +228,26 @@ fn add_up<const NU: usize, const NY: usize, const DD: usize>(
     let reached = tangent.blocks.iter().take(stage.reached);
     for (b, (lags, gradient)) in reached.zip(tangent.gradient.iter_mut()).enumerate() {
         let Some(s) = lags.first() else { continue };
-        let (mut qs, mut sum) = (*s, *gradient);
-        for ((qs, q), weighted) in qs.iter_mut().zip(&tracking).zip(&weighted) {
-            for (s, sum) in qs.iter_mut().zip(&mut sum) {
-                *sum += *s * weighted;
-                *s *= q;
+        let (mut qs, mut sum) = ([[0.0; NU]; NY], *gradient);
+        for (((qs, s), q), weighted) in qs.iter_mut().zip(s).zip(&tracking).zip(&weighted) {
+            for ((qs, s), sum) in qs.iter_mut().zip(s).zip(&mut sum) {
+                *sum += s * weighted;
+                *qs = s * q;
             }
         }
         *gradient = sum;
         for (lags, pair) in tangent.blocks.iter().take(b + 1).zip(&mut pairs) {
             let Some(s) = lags.first() else { continue };
-            let (s, mut sum) = (*s, *pair);
-            for (qs, s) in qs.iter().zip(&s) {
-                for (sum, qs) in sum.iter_mut().zip(qs) {
+            let s = *s;
+            for (a, sums) in pair.iter_mut().enumerate() {
+                let mut sum = *sums;
+                for (qs, s) in qs.iter().zip(&s) {
                     for (sum, s) in sum.iter_mut().zip(s) {
-                        *sum += qs * s;
+                        *sum += qs[a] * s;
                     }
                 }
+                *sums = sum;
             }
-            *pair = sum;
         }
     }
 }

@@ -16,6 +16,8 @@
 mod stack;
 #[path = "../timer.rs"]
 mod timer;
+#[path = "../vectors.rs"]
+mod vectors;
 
 use model::control::{DECISIONS, HORIZON, HORIZONS, MEASURED, NU, NY};
 use semihosting::fs::File;

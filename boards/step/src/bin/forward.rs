@@ -8,6 +8,8 @@
 
 #[path = "../timer.rs"]
 mod timer;
+#[path = "../vectors.rs"]
+mod vectors;
 
 use core::hint::black_box;
 
