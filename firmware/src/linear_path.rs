@@ -2,10 +2,7 @@
 //! the network only what is not linear.
 
 use crate::model::Jacobian;
-use crate::network::row;
-
-/// A path of more weights than this is not written out: it would be half a kilobyte of flash, twice.
-const LARGE: usize = 48;
+use crate::network::{LARGE, row};
 
 /// Adds the path to what the network gives.
 ///
