@@ -18,6 +18,8 @@ pub(super) struct Contender {
     pub tried: Tried,
     pub fit: Remains,
     pub check: Remains,
+    /// Its numbers are what the whole of the fit recordings says, where finals are fitted to stretches of them.
+    pub all_rows: bool,
 }
 
 impl Contender {

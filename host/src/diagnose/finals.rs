@@ -128,31 +128,44 @@ impl Bench<'_> {
             };
             point = within;
         }
-        let fit = Remains::of(
-            model,
-            &point.values,
-            self.fit,
-            &self.fit_stretches,
-            Some(&point.states),
-        )?;
-        let check = Remains::of(
-            model,
-            &point.values,
-            self.check,
-            &self.check_stretches,
-            None,
-        )?;
-        Ok(match (fit, check) {
-            (Some(fit), Some(check)) => Some(Contender {
-                tried: Tried {
-                    model: model.clone(),
-                    point,
-                    ..tried.clone()
-                },
-                fit,
-                check,
-            }),
-            _ => None,
+        self.judged(Tried {
+            model: model.clone(),
+            point,
+            ..tried.clone()
+        })
+    }
+
+    /// What it leaves of both roles.
+    fn judged(&self, tried: Tried) -> Result<Option<Contender>> {
+        let (model, point) = (&tried.model, &tried.point);
+        let left =
+            |data, stretches, states| Remains::of(model, &point.values, data, stretches, states);
+        let fit = left(self.fit, &self.fit_stretches, Some(&point.states[..]))?;
+        let check = left(self.check, &self.check_stretches, None)?;
+        Ok(fit.zip(check).map(|(fit, check)| Contender {
+            tried,
+            fit,
+            check,
+            all_rows: false,
+        }))
+    }
+
+    /// An explanation with these parameters, its start states fitted, and what it leaves.
+    pub fn with_values(&self, tried: &Tried, values: Vec<f64>) -> Result<Option<Contender>> {
+        let model = &tried.model.integrated(self.settings);
+        let mut segments = self.fit.segments(&model.plant, &self.fit_stretches)?;
+        let states = tried.point.states.clone();
+        let from = Unknowns { values, states };
+        let Some(point) = model
+            .held()
+            .improve(self.fit, &mut segments, from, FINAL_STEPS, 1e-4)
+        else {
+            return Ok(None);
+        };
+        self.judged(Tried {
+            model: model.clone(),
+            point,
+            ..tried.clone()
         })
     }
 
@@ -195,6 +208,7 @@ impl Bench<'_> {
             },
             fit,
             check,
+            all_rows: false,
         }))
     }
 }

@@ -4,12 +4,14 @@ use sinew_sim::{Plant, Rig, Settings};
 
 use super::data::Starts;
 use super::finding::Estimate;
+use super::model::Point;
 use super::name::Known;
 use super::race::Tried;
 use super::roles::Roles;
 use super::search::{Bench, Found};
 use crate::error::Result;
 use crate::fit::levenberg::Unknowns;
+use crate::fit::segment::Segment;
 use crate::fit::{FitOptions, fit, score};
 
 /// Steps a stage of the last fit, which begins where the search ended.
@@ -26,7 +28,12 @@ pub(super) fn mend(
     let best = &found.finalists[index].tried;
     let rig = best.model.with(&best.point.values)?;
     if !bench.in_parts {
-        return whole(best, bench);
+        let (point, segments) = whole(best, bench, LAST_STEPS)?;
+        let model = best.model.integrated(Settings::default());
+        let widths = model.half_widths(bench.fit, &segments, &point);
+        let rig = best.model.with(&point.values)?;
+        let known = estimates(&rig, |name| widths.get(name).copied())?;
+        return Ok((rig, known));
     }
     let options = FitOptions {
         iterations: LAST_STEPS,
@@ -49,8 +56,9 @@ pub(super) fn mend(
     Ok((rig, known))
 }
 
-/// The rig fitted to the whole of the recordings, integrated as a simulation is, from where the search ended.
-fn whole(best: &Tried, bench: &Bench) -> Result<(Rig, Known)> {
+/// What was found fitted to the whole of the recordings, integrated as a simulation is, from where the search ended; and the
+/// recordings as that fit saw them.
+pub(super) fn whole(best: &Tried, bench: &Bench, steps: usize) -> Result<(Point, Vec<Segment>)> {
     let model = &best.model.integrated(Settings::default());
     let data = bench.fit;
     let mut segments = data.segments(&model.plant, &data.cut(1))?;
@@ -63,13 +71,10 @@ fn whole(best: &Tried, bench: &Bench) -> Result<(Rig, Known)> {
     let states = data.carried((&model.rig, &model.plant), &values, &segments, found)?;
     let from = Unknowns { values, states };
     let mut point = model
-        .improve(data, &mut segments, from, LAST_STEPS, 1e-5)
+        .improve(data, &mut segments, from, steps, 1e-5)
         .unwrap_or_else(|| best.point.clone());
     super::gauge::settle(model, &best.suspects, &mut point);
-    let widths = model.half_widths(data, &segments, &point);
-    let rig = model.with(&point.values)?;
-    let known = estimates(&rig, |name| widths.get(name).copied())?;
-    Ok((rig, known))
+    Ok((point, segments))
 }
 
 /// Values of a rig's parameters, with intervals of these half widths.

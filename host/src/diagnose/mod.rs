@@ -30,6 +30,7 @@ mod pairs;
 mod race;
 mod residual;
 mod roles;
+mod rows;
 mod screen;
 mod search;
 mod settle;

@@ -201,20 +201,26 @@ impl Model {
         }
     }
 
+    /// The same with every parameter held: a fit is of start states alone.
+    pub fn held(&self) -> Self {
+        Self {
+            slots: Vec::new(),
+            believed: 0,
+            bounds: Vec::new(),
+            written: Vec::new(),
+            ..self.clone()
+        }
+    }
+
     /// The start states fitted alone, where tendons may pull against each other. States that are far off are otherwise made up
     /// for by letting tendons hang, and those stay slack: one tendon of twice the stiffness moves a rig as two taut ones do.
     pub fn begun(&self, data: &Data, segments: &mut [Segment], from: Unknowns) -> Unknowns {
         if self.rig.tendons.len() < 2 {
             return from;
         }
-        let held = Self {
-            slots: Vec::new(),
-            believed: 0,
-            bounds: Vec::new(),
-            written: Vec::new(),
-            ..self.clone()
-        };
-        let point = held.improve(data, segments, from.clone(), STATE_STEPS, 1e-4);
+        let point = self
+            .held()
+            .improve(data, segments, from.clone(), STATE_STEPS, 1e-4);
         point.map_or(from, |point| Unknowns {
             values: point.values,
             states: point.states,

@@ -154,7 +154,7 @@ fn on_track(track: &Track, tried: &Tried, found: Starts) -> Result<Option<Tried>
     }))
 }
 
-/// Of those who hold the same effects, the one that was fitted best.
+/// Of those who hold the same effects, the one that was fitted to the most rows, and of those the one that was fitted best.
 pub(super) fn once(finalists: Vec<Contender>) -> Vec<Contender> {
     let mut kept: Vec<Contender> = Vec::new();
     for contender in finalists {
@@ -163,6 +163,7 @@ pub(super) fn once(finalists: Vec<Contender>) -> Vec<Contender> {
             ours.len() == theirs.len() && ours.iter().all(|suspect| theirs.contains(suspect))
         };
         match kept.iter_mut().find(|known| same(known)) {
+            Some(known) if known.all_rows && !contender.all_rows => {}
             Some(known) if known.tried.point.cost <= contender.tried.point.cost => {}
             Some(known) => *known = contender,
             None => kept.push(contender),

@@ -134,7 +134,8 @@ impl Bench<'_> {
         }
         let all = suspects(rig, &plant);
         let mut finalists = self.round(&track, &start, &all, "one effect")?;
-        let mut chosen = self.best(&base, &finalists);
+        let best = |all: &[Contender]| self.best(&base, all);
+        let mut chosen = self.choose(&mut finalists, best)?;
         let explained = |chosen: Option<usize>, finalists: &[Contender]| {
             chosen.is_some_and(|index| !self.leaves_something(&finalists[index]))
         };
@@ -159,9 +160,10 @@ impl Bench<'_> {
                 }
             }
             finalists = super::pairs::once(finalists);
-            chosen = self.best(&base, &finalists);
+            chosen = self.choose(&mut finalists, best)?;
         }
         let done = explained(chosen, &finalists);
+        let best_of_sizes = |all: &[Contender]| self.best_of_sizes(&base, all);
         // A second effect in a few dozen rows is whatever the first one got wrong.
         let enough = self.fit.rows().min(self.check.rows()) >= super::roles::SHORTEST;
         let second = !done && enough && !finalists.is_empty();
@@ -176,7 +178,7 @@ impl Bench<'_> {
             finalists.extend(pairs);
             finalists.extend(halves);
             finalists = super::pairs::once(finalists);
-            chosen = self.best_of_sizes(&base, &finalists);
+            chosen = self.choose(&mut finalists, best_of_sizes)?;
         }
         // In a few dozen rows one neighbour is as good as another: they would only share what is believed.
         if let Some(index) = chosen.filter(|_| enough) {
@@ -184,14 +186,14 @@ impl Bench<'_> {
             let near = self.neighbours(&track, &start, best, &finalists, &all)?;
             finalists.extend(near);
             finalists = super::pairs::once(finalists);
-            chosen = self.best_of_sizes(&base, &finalists);
+            chosen = self.choose(&mut finalists, best_of_sizes)?;
         }
         // A fit ends in the nearest valley: rivals begin where the best one ended, and so does the rig without any effect.
         if let Some(index) = chosen.filter(|_| enough) {
             let again = self.rivals_from(&finalists[index], &base, &finalists)?;
             finalists.extend(again);
             finalists = super::pairs::once(finalists);
-            chosen = self.best_of_sizes(&base, &finalists);
+            chosen = self.choose(&mut finalists, best_of_sizes)?;
         }
         let best = chosen.or_else(|| self.order(&base, &finalists).first().copied());
         let alone = match best {
@@ -201,7 +203,7 @@ impl Bench<'_> {
         let stopped_short = alone.is_some();
         if let Some(alone) = alone {
             chosen = if self.leaves_something(&alone) {
-                self.best_of_sizes(&alone, &finalists)
+                self.choose(&mut finalists, |all| self.best_of_sizes(&alone, all))?
             } else {
                 finalists.clear();
                 None

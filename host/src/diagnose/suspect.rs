@@ -359,4 +359,23 @@ mod tests {
         assert!(!all.says(&at("backlash", "west")) && !all.says(&at("tendon_slack", "north")));
         assert!(!at("tendon_slack", "west").says(&all));
     }
+
+    #[test]
+    fn a_second_effect_is_looked_for_on_top_of_many_only_where_they_did_best() {
+        let kind = Kind::named("tendon_slack").expect("it is in the vocabulary");
+        let one = Suspect::Effect {
+            kind,
+            component: "west".into(),
+        };
+        let all = Suspect::Everywhere {
+            kind,
+            components: "east+west".into(),
+        };
+        let number = Suspect::Number {
+            name: "east.stiffness".into(),
+        };
+        let lead = |rank| [&one, &all, &number].map(|suspect| suspect.may_lead(rank));
+        assert_eq!(lead(0), [true, true, false]);
+        assert_eq!(lead(1), [true, false, false]);
+    }
 }

@@ -7,7 +7,7 @@ use super::recorded;
 use crate::recording::Recording;
 
 /// A file of `tests/foreign/finger`, whose two tendons rub in their guides, or of `foam`, which creeps along three axes.
-fn foreign(name: &str) -> String {
+pub fn foreign(name: &str) -> String {
     format!("{}/../tests/foreign/{name}", env!("CARGO_MANIFEST_DIR"))
 }
 

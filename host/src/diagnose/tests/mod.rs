@@ -1,6 +1,7 @@
 //! Whole diagnoses of the shipped recordings, which a program that shares no code with the simulator wrote.
 
 mod alike;
+mod judged;
 mod taut;
 
 use rand::SeedableRng;

@@ -1,0 +1,51 @@
+//! What all rows say of what was chosen by a part of them (docs/decisions/0065-all-rows.md).
+
+use std::ops::Range;
+
+use super::evidence::Contender;
+use super::mend::whole;
+use super::search::Bench;
+use super::suspect::Suspect;
+use crate::error::Result;
+
+/// Steps of a fit to all rows, from where a final ended.
+const STEPS: usize = 6;
+
+impl Bench<'_> {
+    /// What `best` chooses of the finalists. Finals of a dear rig are fitted to a part of the rows, and what is chosen at
+    /// components that are alike has a dozen numbers: what it leaves may be what so few rows left unknown of them. It is
+    /// chosen, or not, by what all rows say.
+    ///
+    /// # Errors
+    /// None that reading the recordings has not excluded.
+    pub fn choose(
+        &self,
+        finalists: &mut [Contender],
+        best: impl Fn(&[Contender]) -> Option<usize>,
+    ) -> Result<Option<usize>> {
+        loop {
+            let chosen = best(finalists);
+            let Some(index) = chosen.filter(|&index| self.lacks_rows(&finalists[index])) else {
+                return Ok(chosen);
+            };
+            let tried = &finalists[index].tried;
+            let (point, _) = whole(tried, self, STEPS)?;
+            if let Some(better) = self.with_values(tried, point.values)? {
+                finalists[index] = better;
+            }
+            finalists[index].all_rows = true;
+        }
+    }
+
+    /// Whether more rows than it was fitted to may say that it leaves nothing.
+    fn lacks_rows(&self, chosen: &Contender) -> bool {
+        let rows = |(_, rows): &(usize, Range<usize>)| rows.len();
+        let seen: usize = self.fit_stretches.iter().map(rows).sum();
+        let mut suspects = chosen.tried.suspects.iter();
+        !chosen.all_rows
+            && !self.in_parts
+            && seen < self.fit.rows()
+            && suspects.any(|suspect| matches!(suspect, Suspect::Everywhere { .. }))
+            && self.leaves_something(chosen)
+    }
+}
