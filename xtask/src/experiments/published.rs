@@ -438,3 +438,18 @@ fn length(values: &Value) -> Option<f64> {
     let values = values.as_array()?.iter().filter_map(Value::as_f64);
     Some(values.map(|v| v * v).sum::<f64>().sqrt())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_variants_tables_replace_the_rigs_and_what_a_diagnosis_added_behind_them_stays() {
+        let rig = "name = \"r\"\n\n[[body]]\nname = \"b\"\n\n[control]\nrate_hz = 120.0\n\n\
+                   [control.weights]\nmoves = [1.0]\n[network]\nhidden = [8]\n\n\
+                   [[effect]]\nkind = \"coulomb_friction\"\n";
+        let kept =
+            "name = \"r\"\n\n[[body]]\nname = \"b\"\n\n[[effect]]\nkind = \"coulomb_friction\"\n";
+        assert_eq!(without_controller(rig), kept);
+    }
+}
