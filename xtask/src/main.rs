@@ -113,7 +113,7 @@ const VERBS: &[Verb] = &[
     },
     Verb {
         name: "experiments",
-        arguments: "[NAMES] [--seed S] [--controllers A,B]",
+        arguments: "[NAMES] [--seed S] [--controllers A,B] [--cases A,B]",
         line: "Questions whose answer is measured: what a controller gains from a mended model (mended)",
         run: experiments::run,
     },

@@ -2,7 +2,7 @@
 //! (docs/decisions/0060-every-tendon.md, 0062-what-is-made-alike.md).
 
 use sinew_sim::Rig;
-use sinew_sim::effects::Kind;
+use sinew_sim::effects::{Family, Kind};
 use sinew_sim::rig::{Chain, Drives, End, Plate, Reads, Shape, Site};
 
 /// What makes components alike.
@@ -12,6 +12,8 @@ enum Make {
     Tendon,
     /// Springs along the coordinates of one chain or plate are one piece of material; which one.
     Piece(usize),
+    /// Coordinates of one chain or plate are joints of one make; which one.
+    Joints(usize),
     /// What winds tendons is one drive for each of them.
     Winch,
     /// What feeds HASEL actuators is one amplifier of several channels.
@@ -20,13 +22,20 @@ enum Make {
     Vector(Shape),
 }
 
+/// What a joint does because of how it was made; a load comes from outside, and a mass that nobody sees hangs at one place.
+const JOINTS: [Family; 3] = [Family::Friction, Family::Damping, Family::Gap];
+
 /// The components that an effect can sit at, by what makes them alike: groups of two and more, in file order.
 pub(super) fn groups(rig: &Rig, kind: Kind) -> Vec<Vec<Site>> {
     let mut groups: Vec<(Make, Vec<Site>)> = Vec::new();
+    let of_joints = JOINTS.contains(&kind.description().family);
     for site in kind.sites(rig) {
         let Some(make) = make(rig, site) else {
             continue;
         };
+        if matches!(make, Make::Joints(_)) && !of_joints {
+            continue;
+        }
         match groups.iter_mut().find(|(known, _)| known.is(make)) {
             Some((_, sites)) => sites.push(site),
             None => groups.push((make, vec![site])),
@@ -49,7 +58,8 @@ fn make(rig: &Rig, site: Site) -> Option<Make> {
             Reads::Shape(shape) => Some(Make::Vector(shape)),
             _ => None,
         },
-        Site::Body(_) | Site::Pair(..) => None,
+        Site::Body(body) => piece_of(rig, body).map(Make::Joints),
+        Site::Pair(..) => None,
     }
 }
 
@@ -60,6 +70,11 @@ fn piece(rig: &Rig, spring: usize) -> Option<usize> {
         (End::Ground, End::Body(body)) | (End::Body(body), End::Ground) => body,
         _ => return None,
     };
+    piece_of(rig, body)
+}
+
+/// Which of the rig's chains and plates a body is a coordinate of, chains first.
+fn piece_of(rig: &Rig, body: usize) -> Option<usize> {
     let chains = rig.geometry.chains.iter().map(Chain::bodies);
     let plates = rig.geometry.plates.iter().map(Plate::bodies);
     chains

@@ -100,11 +100,31 @@ impl Track<'_> {
                 };
                 let each = components.iter().map(of).collect::<Result<Vec<_>>>()?;
                 let count = each.iter().map(Vec::len).min().unwrap_or(0);
-                let start = |k: usize| each.iter().flat_map(|starts| starts[k].clone()).collect();
+                let start = |k: usize| {
+                    let starts: Vec<&[f64]> = each.iter().map(|starts| &starts[k][..]).collect();
+                    mean(&starts).repeat(starts.len())
+                };
                 Ok(with_weak(kind, (0..count).map(start).collect()))
             }
         }
     }
+}
+
+/// Starts at components that are alike as one: the geometric mean of each number's sizes, and the sign of the first.
+fn mean(starts: &[&[f64]]) -> Vec<f64> {
+    let Some((first, rest)) = starts.split_first() else {
+        return Vec::new();
+    };
+    let of = |(which, value): (usize, &f64)| {
+        let ratios = rest.iter().map(|start| (start[which] / value).abs());
+        let product: f64 = ratios.product();
+        if product.is_finite() && product > 0.0 {
+            value * product.powf(1.0 / starts.len() as f64)
+        } else {
+            *value
+        }
+    };
+    first.iter().enumerate().map(of).collect()
 }
 
 /// A suspect before its first step.
@@ -184,3 +204,23 @@ const STRENGTHS: &[&str] = &[
     "quadratic",
     "cubic",
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::mean;
+
+    #[test]
+    fn components_that_are_alike_begin_at_the_mean_of_their_sizes() {
+        let near = |of: &[&[f64]], wanted: &[f64]| {
+            let found = mean(of);
+            assert_eq!(found.len(), wanted.len());
+            for (found, wanted) in found.iter().zip(wanted) {
+                assert!((found - wanted).abs() < 1e-12, "{found} {wanted}");
+            }
+        };
+        near(&[&[1.0, -2.0], &[4.0, 8.0]], &[2.0, -4.0]);
+        near(&[&[0.0, 3.0], &[1.0, 3.0]], &[0.0, 3.0]);
+        near(&[&[0.5]], &[0.5]);
+        near(&[], &[]);
+    }
+}

@@ -1,11 +1,14 @@
 //! What is believed, of what finals found (docs/diagnosis.md, eq. 4 and 7).
 
+use std::collections::BTreeMap;
+
 use sinew_sim::effects::Family;
 use sinew_sim::{Rig, Settings};
 
 use super::data::Data;
 use super::evidence::{Contender, Court, Gain};
 use super::judge::Remains;
+use super::model::Model;
 use super::name::{SAME, apart};
 use super::search::{Bench, FINAL_STEPS};
 use super::suspect::Suspect;
@@ -39,7 +42,7 @@ impl Bench<'_> {
     /// # Errors
     /// A rig that cannot be compiled.
     pub fn explains_as_written(&self, rig: &Rig) -> Result<bool> {
-        let model = super::model::Model::new(rig, rig, &[], Settings::default())?;
+        let model = Model::new(rig, rig, &[], Settings::default())?;
         let values = model.plant.values();
         for (data, stretches) in [
             (self.fit, &self.fit_stretches),
@@ -220,22 +223,31 @@ impl Bench<'_> {
     }
 
     /// Whether each effect is known to be there, by one at least of the parameters that can be zero; where their intervals
-    /// are not known it is taken to be.
+    /// are not known it is taken to be. What two that are alike have together may be known and no part of it: two winches
+    /// that wind the same joint. Each of them is there where it is known once the others are as found.
     pub fn has_size(&self, contender: &Contender) -> Result<bool> {
         let (model, point) = (&contender.tried.model, &contender.tried.point);
         let segments = self.fit.segments(&model.plant, &self.fit_stretches)?;
-        let widths = model.half_widths(self.fit, &segments, point);
-        let away = |name: &String| {
-            let slot = model.plant.slot(name)?;
-            Some(point.values[slot].abs() / widths.get(name)?)
+        let widths = |model: &Model| model.half_widths(self.fit, &segments, point);
+        let certain = |widths: &BTreeMap<String, f64>, sizes: &[String]| {
+            let away = |name: &String| {
+                let slot = model.plant.slot(name)?;
+                Some(point.values[slot].abs() / widths.get(name)?)
+            };
+            let farthest = sizes.iter().filter_map(away).reduce(f64::max);
+            farthest.is_none_or(|farthest| farthest >= CERTAIN)
         };
-        let mut suspects = contender.tried.suspects.iter();
-        Ok(suspects.all(|suspect| {
-            suspect.sizes().iter().all(|sizes| {
-                let farthest = sizes.iter().filter_map(away).reduce(f64::max);
-                farthest.is_none_or(|farthest| farthest >= CERTAIN)
-            })
-        }))
+        let alone = widths(model);
+        let there = |suspect: &Suspect| {
+            let all = suspect.sizes();
+            let beside = |sizes: &Vec<String>| {
+                let mut others = all.iter().filter(|other| *other != sizes).flatten();
+                let held = model.holding(|name| others.clone().any(|other| other == name));
+                others.next().is_some() && certain(&widths(&held), sizes)
+            };
+            all.iter().all(|sizes| certain(&alone, sizes)) || all.iter().all(beside)
+        };
+        Ok(contender.tried.suspects.iter().all(there))
     }
 
     /// What is named of the chosen one and its like: of the same motion by two names the simpler, and at one component what need

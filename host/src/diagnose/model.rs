@@ -42,6 +42,8 @@ pub(super) struct Model {
     bounds: Vec<[f64; 2]>,
     /// Standard deviation of the prior of what is under trial, in units of its scale.
     trial_width: f64,
+    /// Indices into `slots` of parameters that change together.
+    tied: Vec<Vec<usize>>,
 }
 
 /// Where a search ended.
@@ -113,6 +115,7 @@ impl Model {
             written,
             bounds: limits,
             trial_width: f64::INFINITY,
+            tied: Vec::new(),
             plant,
         })
     }
@@ -121,6 +124,22 @@ impl Model {
     pub fn doubting(self, width: f64) -> Self {
         Self {
             trial_width: width,
+            ..self
+        }
+    }
+
+    /// The same, with the parameters of each of these lists changing by the same part of their scales.
+    pub fn tied(self, lists: &[Vec<String>]) -> Self {
+        let known = self.plant.parameters();
+        let index = |name: &String| {
+            let named = |&slot: &usize| known[slot].name == *name;
+            self.slots.iter().position(named)
+        };
+        let tied = lists
+            .iter()
+            .map(|names| names.iter().filter_map(index).collect());
+        Self {
+            tied: tied.collect(),
             ..self
         }
     }
@@ -198,16 +217,26 @@ impl Model {
                     }
                 })
                 .collect(),
+            tied: self.tied.clone(),
         }
     }
 
     /// The same with every parameter held: a fit is of start states alone.
     pub fn held(&self) -> Self {
+        self.holding(|_| true)
+    }
+
+    /// The same with those parameters held whose names are.
+    pub fn holding(&self, held: impl Fn(&str) -> bool) -> Self {
+        let known = self.plant.parameters();
+        let free = |&index: &usize| !held(&known[self.slots[index]].name);
+        let free: Vec<usize> = (0..self.slots.len()).filter(free).collect();
         Self {
-            slots: Vec::new(),
-            believed: 0,
-            bounds: Vec::new(),
-            written: Vec::new(),
+            slots: free.iter().map(|&index| self.slots[index]).collect(),
+            believed: free.iter().filter(|&&index| index < self.believed).count(),
+            bounds: free.iter().map(|&index| self.bounds[index]).collect(),
+            written: free.iter().map(|&index| self.written[index]).collect(),
+            tied: Vec::new(),
             ..self.clone()
         }
     }

@@ -162,6 +162,16 @@ impl Suspect {
         self.named(|spec| !spec.held && spec.sign != Sign::Positive)
     }
 
+    /// Its parameters at components that are alike, a list for each that they all have; none of what sits at one component.
+    pub fn alike(&self) -> Vec<Vec<String>> {
+        match self.named(|spec| !spec.held) {
+            each if each.len() > 1 => (0..each[0].len())
+                .map(|which| each.iter().map(|names| names[which].clone()).collect())
+                .collect(),
+            _ => Vec::new(),
+        }
+    }
+
     /// Those of its parameters that the vocabulary wants at zero or more.
     pub fn not_below_zero(&self) -> Vec<String> {
         let each = self.named(|spec| spec.sign == Sign::NonNegative);
@@ -302,7 +312,10 @@ mod tests {
         assert!(of(&joints.join("+")).contains(&"viscoelastic_creep"));
         assert!(of("pull_east+pay_out_west+pull_north+pay_out_south").contains(&"input_dead_zone"));
         assert_eq!(of("tip_x+tip_y+tip_z"), ["sensor_lag", "sensor_curvature"]);
-        let rub = &together[0];
+        let rub = Suspect::Everywhere {
+            kind: Kind::named("load_dependent_friction").expect("it is in the vocabulary"),
+            components: "east+west+north+south".into(),
+        };
         let (with, trial) = rub
             .apply(&rig, &[0.1, 0.2, 0.3, 0.4])
             .expect("it can sit there");
@@ -331,6 +344,20 @@ mod tests {
             "three-mass.toml",
         ] {
             assert!(alike(rig).1.is_empty(), "{rig}");
+        }
+    }
+
+    #[test]
+    fn joints_of_one_chain_rub_alike_and_no_load_hangs_at_all_of_them() {
+        let (_, together) = alike("tendon.toml");
+        let joints = "spine.x1+spine.y1+spine.x2+spine.y2+spine.x3+spine.y3";
+        let at_joints = together.iter().filter(|one| one.component() == joints);
+        let kinds: Vec<&str> = at_joints.map(Suspect::kind).collect();
+        for kind in ["coulomb_friction", "viscous_damping", "end_stop"] {
+            assert!(kinds.contains(&kind), "{kind}");
+        }
+        for kind in ["constant_load", "position_ripple", "hidden_mode"] {
+            assert!(!kinds.contains(&kind), "{kind}");
         }
     }
 

@@ -21,6 +21,8 @@ pub(crate) struct Belief {
     pub written: Vec<f64>,
     /// Standard deviation of the prior around each, in units of `Problem::scale`: wide, or infinite.
     pub widths: Vec<f64>,
+    /// Fitted parameters that change together, by the same part of their scales: a list of indices each.
+    pub tied: Vec<Vec<usize>>,
 }
 
 /// How a search ended.
@@ -206,14 +208,21 @@ impl Step {
         }
 
         let free = unblocked(problem, belief, unknowns, &gradient);
-        let small = reduced.select_rows(&free).select_columns(&free);
+        let free = together(&free, &belief.tied);
+        let over = |group: &[usize], of: &dyn Fn(usize) -> f64| -> f64 {
+            group.iter().map(|&j| of(j)).sum()
+        };
+        let small = DMatrix::from_fn(free.len(), free.len(), |row, column| {
+            over(&free[row], &|i| over(&free[column], &|j| reduced[(i, j)]))
+        });
+        let slope = DVector::from_fn(free.len(), |row, _| over(&free[row], &|j| gradient[j]));
         let mut dz = DVector::zeros(parameters);
         if !free.is_empty() {
-            let solution = damped(&small, damping)
-                .cholesky()?
-                .solve(&gradient.select_rows(&free));
-            for (at, &j) in free.iter().enumerate() {
-                dz[j] = solution[at];
+            let solution = damped(&small, damping).cholesky()?.solve(&slope);
+            for (group, &change) in free.iter().zip(&solution) {
+                for &j in group {
+                    dz[j] = change;
+                }
             }
         }
         clip(problem, belief, unknowns, &mut dz);
@@ -267,6 +276,19 @@ fn unblocked(
             !((value <= low && gradient[j] <= 0.0) || (value >= high && gradient[j] >= 0.0))
         })
         .collect()
+}
+
+/// What is free, those that are tied as one.
+fn together(free: &[usize], tied: &[Vec<usize>]) -> Vec<Vec<usize>> {
+    let group = |&j: &usize| -> Vec<usize> {
+        match tied.iter().find(|group| group.contains(&j)) {
+            Some(group) => group.iter().copied().filter(|j| free.contains(j)).collect(),
+            None => vec![j],
+        }
+    };
+    let groups = free.iter().map(|j| (j, group(j)));
+    let first = groups.filter(|(j, group)| group.first() == Some(j));
+    first.map(|(_, group)| group).collect()
 }
 
 /// Cuts each component of the step where it would leave its bounds.

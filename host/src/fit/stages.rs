@@ -67,6 +67,7 @@ pub(crate) fn run(
             .collect(),
         written: problem.slots.iter().map(|&slot| written[slot]).collect(),
         widths: vec![options.prior_width; problem.slots.len()],
+        tied: Vec::new(),
     };
 
     let (mut segments, mut unknowns) = if options.near {

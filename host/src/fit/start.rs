@@ -204,6 +204,7 @@ fn best(
         bounds: Vec::new(),
         written: Vec::new(),
         widths: Vec::new(),
+        tied: Vec::new(),
     };
     let mut unknowns = Unknowns {
         values: values.to_vec(),

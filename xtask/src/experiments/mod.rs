@@ -1,5 +1,6 @@
 //! `cargo xtask experiments`: questions whose answer is measured; each is one file.
 
+mod alike;
 mod bench;
 mod bound;
 mod problems;
@@ -52,6 +53,11 @@ const EXPERIMENTS: &[Experiment] = &[
         question: "the published HASEL platform along the swirl, on plants that creep",
         run: |seed, only| published::run(&problems::HASEL, seed, only),
     },
+    Experiment {
+        name: alike::NAME,
+        question: "what `sinew diagnose` says where several tendons, winches or joints have the same effect",
+        run: alike::run,
+    },
 ];
 
 /// The seed of an experiment that has no controllers to choose from.
@@ -59,10 +65,11 @@ fn whole(seed: u64, only: &[String]) -> Result<u64> {
     match only {
         [] => Ok(seed),
         _ => bail!(
-            "--controllers is for {}, {} and {}: this experiment runs all of its stages",
+            "--controllers is for {}, {} and {}, --cases for {}: this experiment runs all of its stages",
             problems::MASS.name,
             problems::TENDON.name,
-            problems::HASEL.name
+            problems::HASEL.name,
+            alike::NAME
         ),
     }
 }
@@ -84,10 +91,10 @@ pub fn run(arguments: &[String]) -> Result<()> {
             };
             continue;
         }
-        if argument == "--controllers" {
+        if argument == "--controllers" || argument == "--cases" {
             match rest.next() {
                 Some(names) => only.extend(names.split(',').map(String::from)),
-                None => bail!("--controllers needs names, with commas between"),
+                None => bail!("{argument} needs names, with commas between"),
             }
             continue;
         }
@@ -99,7 +106,7 @@ pub fn run(arguments: &[String]) -> Result<()> {
                     .map(|e| format!("{} ({})", e.name, e.question))
                     .collect();
                 bail!(
-                    "there is no experiment '{argument}'; there are --seed S, --controllers A,B and {}",
+                    "there is no experiment '{argument}'; there are --seed S, --controllers A,B, --cases A,B and {}",
                     known.join(", ")
                 );
             }

@@ -2,99 +2,30 @@
 
 use std::slice::from_ref;
 
-use sinew_sim::Rig;
-use sinew_sim::effects::Kind;
-
-use super::super::data::Data;
 use super::super::evidence::Contender;
 use super::super::model::Model;
-use super::super::race::Track;
-use super::super::search::{self, Bench};
-use super::super::suspect::Suspect;
-use super::alike::foreign;
-use super::{compiled, recorded};
-use crate::recording::Recording;
-
-/// A rig and its recordings.
-struct Finger {
-    believed: Rig,
-    fit: Data,
-    check: Data,
-    both: Data,
-}
-
-impl Finger {
-    /// Its tendons rub by these parts of their load; two seconds each of fit and check recordings.
-    fn new([east, west]: [f64; 2]) -> Self {
-        let believed = Rig::load(foreign("finger/believed.toml")).expect("it is committed");
-        let rubs = |tendon: &str, level: f64| {
-            let table = "[[effect]]\nkind = \"load_dependent_friction\"\n";
-            format!("\n{table}component = \"{tendon}\"\ncoefficient = {level}\n")
-        };
-        let rubs = rubs("east", east) + &rubs("west", west);
-        let text = believed.to_toml().to_owned() + &rubs;
-        let real = Rig::parse(&text, "real.toml").expect("it is sound");
-        let recording = |seed| recorded([&believed, &real], (2.0, 100.0), 1e-4, seed);
-        let recordings = [recording(1), recording(2)];
-        let plant = compiled(&believed);
-        let data = |recordings: &[Recording]| {
-            Data::new(&believed, &plant, recordings).expect("its columns are there")
-        };
-        Self {
-            fit: data(&recordings[..1]),
-            check: data(&recordings[1..]),
-            both: data(&recordings),
-            believed,
-        }
-    }
-
-    /// Finals are fitted to the first rows.
-    fn bench(&self, rows: usize) -> Bench<'_> {
-        let plant = compiled(&self.believed);
-        let (settings, _) = search::finals(&plant, &plant.values(), &self.fit, &self.both);
-        Bench {
-            written: &self.believed,
-            fit: &self.fit,
-            check: &self.check,
-            both: &self.both,
-            in_parts: false,
-            settings,
-            fit_stretches: vec![(0, 0..rows)],
-            check_stretches: self.check.cut(1),
-            seed: 0,
-            trust: 1.0,
-            told: &|_, _, _| {},
-        }
-    }
-}
+use super::super::search::Bench;
+use super::compiled;
+use super::finger::{Finger, RUBS, effect, suspect, track};
 
 /// The believed rig, and its final with a friction at each of these tendons that follows their load.
 fn finals(bench: &Bench, tendons: &[&str]) -> (Contender, Contender) {
-    let kind = Kind::named("load_dependent_friction").expect("it is in the vocabulary");
-    let suspect = match tendons {
-        [one] => Suspect::Effect {
-            kind,
-            component: (*one).into(),
-        },
-        all => Suspect::Everywhere {
-            kind,
-            components: all.join("+"),
-        },
-    };
-    let track = Track {
-        written: bench.written,
-        data: bench.fit,
-        stretches: bench.fit_stretches.clone(),
-        settings: bench.settings,
-    };
+    let begun = vec![0.1; tendons.len()];
+    finals_of(bench, RUBS, tendons, &begun)
+}
+
+/// The believed rig, and its final with an effect at each of these components that begins like this.
+fn finals_of(bench: &Bench, kind: &str, at: &[&str], start: &[f64]) -> (Contender, Contender) {
+    let suspect = suspect(kind, at);
+    let track = track(bench);
     let values = compiled(bench.written).values();
-    let start = track.first(bench.written, &values, 15).expect("a rig");
-    let start = start.expect("it can be simulated");
-    let begun = track.begin(&start, &suspect, &vec![0.1; tendons.len()]);
+    let parent = track.first(bench.written, &values, 15).expect("a rig");
+    let parent = parent.expect("it can be simulated");
+    let begun = track.begin(&parent, &suspect, start);
     let begun = begun.expect("it can sit there");
     let tried = track.improved(begun.suspects, begun.model, begun.from, 10);
     let tried = tried.expect("it can be simulated");
-    let base = bench.base(&start).expect("a rig").expect("it is finite");
+    let base = bench.base(&parent).expect("a rig").expect("it is finite");
     let last = bench.contender(&track, &tried, 12).expect("a rig");
     (base, last.expect("it is finite"))
 }
@@ -117,7 +48,7 @@ fn a_quarter_off(bench: &Bench, last: &Contender) -> Contender {
 
 #[test]
 fn what_a_few_rows_say_of_what_is_alike_is_judged_by_all_rows() {
-    let finger = Finger::new([0.17, 0.22]);
+    let finger = Finger::rubbing([0.17, 0.22]);
     let bench = finger.bench(100);
     let (base, last) = finals(&bench, &["east", "west"]);
     let few = a_quarter_off(&bench, &last);
@@ -135,7 +66,7 @@ fn what_a_few_rows_say_of_what_is_alike_is_judged_by_all_rows() {
 
 #[test]
 fn many_numbers_that_bend_the_rig_and_leave_something_are_not_believed() {
-    let finger = Finger::new([0.17, 0.22]);
+    let finger = Finger::rubbing([0.17, 0.22]);
     let bench = finger.bench(200);
     let (base, group) = finals(&bench, &["east", "west"]);
     assert_eq!(bench.best(&base, from_ref(&group)), Some(0));
@@ -166,9 +97,10 @@ fn many_numbers_that_bend_the_rig_and_leave_something_are_not_believed() {
 
 #[test]
 fn of_one_tendon_and_all_of_them_the_one_is_named_where_it_is_as_good() {
-    let finger = Finger::new([0.0, 0.2]);
+    let finger = Finger::rubbing([0.0, 0.2]);
     let bench = finger.bench(200);
     let (base, all) = finals(&bench, &["east", "west"]);
+    assert!(!bench.has_size(&all).expect("a rig"));
     let (_, right) = finals(&bench, &["west"]);
     let (_, wrong) = finals(&bench, &["east"]);
     assert_eq!(bench.simplest(&base, 0, &[all.clone(), right]), 1);
@@ -177,7 +109,7 @@ fn of_one_tendon_and_all_of_them_the_one_is_named_where_it_is_as_good() {
 
 #[test]
 fn what_leaves_nothing_or_saw_all_rows_is_not_fitted_again() {
-    let finger = Finger::new([0.17, 0.22]);
+    let finger = Finger::rubbing([0.17, 0.22]);
     let part = finger.bench(100);
     let (_, last) = finals(&part, &["east", "west"]);
     let mut finalists = [last.clone()];
@@ -190,4 +122,15 @@ fn what_leaves_nothing_or_saw_all_rows_is_not_fitted_again() {
     let chosen = whole.choose(&mut finalists, |_| Some(0));
     assert_eq!(chosen.expect("a rig"), Some(0));
     assert!(!finalists[0].all_rows);
+}
+
+#[test]
+fn what_two_winches_of_one_joint_have_together_is_there_though_neither_is_known() {
+    let winches = ["pull", "pay_out"];
+    let zones = winches.map(|winch| effect("input_dead_zone", winch, "width = 0.02"));
+    let finger = Finger::with(&zones.concat());
+    let bench = finger.bench(200);
+    let (_, both) = finals_of(&bench, "input_dead_zone", &winches, &[0.015, 0.015]);
+    assert!(!bench.leaves_something(&both));
+    assert!(bench.has_size(&both).expect("a rig"));
 }

@@ -1,8 +1,10 @@
 //! Whole diagnoses of the shipped recordings, which a program that shares no code with the simulator wrote.
 
 mod alike;
+mod finger;
 mod judged;
 mod taut;
+mod together;
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

@@ -476,6 +476,56 @@ fn the_same_data_give_the_same_bits() {
     assert_eq!(bits(&first), bits(&run(&rig, &[recording])));
 }
 
+#[test]
+fn what_is_tied_changes_by_the_same_part_of_its_scale() {
+    let truth = parse(&oscillator(1.0, 60.0, 1.2, ""));
+    let recording = recorded(&truth, 400, 0.01, 10.0, 0.01, 8);
+    let plant = Plant::new(&parse(&oscillator(1.0, 40.0, 1.0, ""))).unwrap();
+    let experiments = [Experiment::new(&plant, &recording).unwrap()];
+    let segments = [Segment::new(&plant, &experiments, 0, 0..400).unwrap()];
+    let begun = [1.0, 40.0, 1.0];
+    let problem = Problem {
+        plant: &plant,
+        experiments: &experiments,
+        slots: plant.free_slots(),
+        scale: begun.to_vec(),
+        sigma: vec![1e-3],
+        state_scale: vec![0.1, 1.0],
+    };
+    let fitted = |tied: &[&[usize]]| {
+        let belief = Belief {
+            bounds: vec![[0.01, 1e3]; 3],
+            written: begun.to_vec(),
+            widths: vec![f64::INFINITY; 3],
+            tied: tied.iter().map(|group| group.to_vec()).collect(),
+        };
+        let effort = Effort {
+            iterations: 30,
+            relative: 1e-9,
+        };
+        let mut at = Unknowns {
+            values: plant.values(),
+            states: vec![vec![0.0; 2]],
+        };
+        let tell = &mut |_, _| {};
+        minimise(&problem, &belief, &segments, &mut at, &effort, tell).unwrap();
+        let found = problem.slots.iter().map(|&slot| at.values[slot]);
+        let parts: Vec<f64> = found
+            .zip(begun)
+            .map(|(found, begun)| found / begun)
+            .collect();
+        (parts, total_cost(&problem, &belief, &segments, &at))
+    };
+    let (parts, least) = fitted(&[]);
+    for (part, truth) in parts.iter().zip([1.0, 1.5, 1.2]) {
+        assert!((part / truth - 1.0).abs() < 0.03, "{parts:?}");
+    }
+    let (parts, tied) = fitted(&[&[1, 2]]);
+    assert!((parts[1] / parts[2] - 1.0).abs() < 1e-12, "{parts:?}");
+    assert!(1.2 < parts[1] && parts[1] < 1.5, "{parts:?}");
+    assert!(tied > least);
+}
+
 /// One fit in which every simulation ends early that may, and one in which none does; in how many steps the latter
 /// refused what the former did not simulate to its end, and what part of the cost was left.
 fn fitted_twice(start: [f64; 3], recording: &Recording) -> (usize, f64) {
@@ -497,6 +547,7 @@ fn fitted_twice(start: [f64; 3], recording: &Recording) -> (usize, f64) {
         bounds: vec![[0.01, 1e3], [0.1, 1e3], [0.0, 1e3], [0.0, 1e3]],
         written: plant.values(),
         widths: vec![100.0; 4],
+        tied: Vec::new(),
     };
     let effort = Effort {
         iterations: 30,
