@@ -132,7 +132,7 @@ pub(super) struct Begun {
     pub suspects: Vec<Suspect>,
     pub model: Model,
     pub from: Unknowns,
-    promise: f64,
+    pub promise: f64,
 }
 
 /// How many of the best promises are refitted, beside the best of each family.

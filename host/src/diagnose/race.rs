@@ -155,34 +155,35 @@ impl Track<'_> {
         begun
             .into_par_iter()
             .filter_map(|starts| {
-                let ends = starts.into_iter().filter_map(|begun| {
-                    let from = self.together(&begun)?;
-                    self.improved(begun.suspects, begun.model, from, FIRST_STEPS)
-                });
+                let ends = (self.as_one(starts).into_iter())
+                    .filter_map(|b| self.improved(b.suspects, b.model, b.from, FIRST_STEPS));
                 ends.min_by(|a, b| a.point.cost.total_cmp(&b.point.cost))
             })
             .collect()
     }
 
-    /// What the newest suspect has at components that are alike as one, a few steps: a dozen numbers that nobody knows yet
-    /// would each follow what the others miss (docs/decisions/0066-one-before-many.md).
-    pub fn together(&self, begun: &Begun) -> Option<Unknowns> {
-        let alike = begun
-            .suspects
-            .last()
-            .map(Suspect::alike)
-            .unwrap_or_default();
+    /// What is suspected of components that are alike as one, a few steps from each start, and the best end of them: a dozen
+    /// numbers that nobody knows yet would each follow what the others miss (docs/decisions/0066-one-before-many.md).
+    /// Other starts as they are.
+    pub fn as_one(&self, starts: Vec<Begun>) -> Vec<Begun> {
+        let newest = starts.first().and_then(|begun| begun.suspects.last());
+        let alike = newest.map(Suspect::alike).unwrap_or_default();
         if alike.is_empty() {
-            return Some(begun.from.clone());
+            return starts;
         }
-        let model = begun.model.clone().tied(&alike);
-        let mut segments = self.data.segments(&model.plant, &self.stretches).ok()?;
-        let from = begun.from.clone();
-        let point = model.improve(self.data, &mut segments, from, FIRST_STEPS, 1e-3)?;
-        Some(Unknowns {
-            values: point.values,
-            states: point.states,
-        })
+        let ends = starts.into_iter().filter_map(|begun| {
+            let model = begun.model.clone().tied(&alike);
+            let mut segments = self.data.segments(&model.plant, &self.stretches).ok()?;
+            let from = begun.from.clone();
+            let point = model.improve(self.data, &mut segments, from, FIRST_STEPS, 1e-3)?;
+            let from = Unknowns {
+                values: point.values,
+                states: point.states,
+            };
+            Some((point.cost, Begun { from, ..begun }))
+        });
+        let best = ends.min_by(|(a, _), (b, _)| a.total_cmp(b));
+        best.map(|(_, begun)| begun).into_iter().collect()
     }
 
     /// Whether the best of them leaves noise and little else: then those that are far behind are spared.
