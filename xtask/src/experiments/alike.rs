@@ -1,5 +1,5 @@
 //! What `sinew diagnose` says where components that are alike have an effect, each or one of them: the tendon platform, of
-//! which a camera sees the tip and nothing else (docs/decisions/0062, 0063, 0065).
+//! which a camera sees the tip and nothing else (docs/decisions/0066-one-before-many.md).
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -139,21 +139,6 @@ const CASES: &[Case] = &[
             at: TENDONS,
             truth: &[("coefficient", 0.15)],
         }],
-    },
-    Case {
-        name: "tendons-rub-hard-and-camera-lags",
-        hidden: &[
-            Hidden {
-                kind: "load_dependent_friction",
-                at: TENDONS,
-                truth: &[("coefficient", 0.15)],
-            },
-            Hidden {
-                kind: "sensor_lag",
-                at: CAMERA,
-                truth: &[("time_constant", 0.020)],
-            },
-        ],
     },
     Case {
         name: "nothing",
