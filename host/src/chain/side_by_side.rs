@@ -321,7 +321,7 @@ impl Bench<'_> {
             output_range: &self.task.output_range,
             input_range: &self.task.input_range,
             objective,
-            longest_lead: self.task.horizon,
+            longest_lead: self.task.longest_lead,
         }
     }
 

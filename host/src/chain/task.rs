@@ -71,6 +71,8 @@ pub struct Task {
     pub source: Source,
     /// Errors are judged from here to there, seconds; without, over the whole run.
     pub judged_s: Option<[f64; 2]>,
+    /// Most steps that a controller without a model may look ahead; as far as the horizon, where nothing else is asked.
+    pub longest_lead: usize,
     /// All outputs have one unit, so that the length of their error means something.
     pub one_unit: bool,
     /// One line that says where the reference comes from.
@@ -214,6 +216,7 @@ impl Task {
         let unit = units.next();
         Ok(Self {
             judged_s: None,
+            longest_lead: horizon,
             one_unit: outputs.len() > 1 && units.all(|other| Some(other) == unit),
             period_s,
             horizon,

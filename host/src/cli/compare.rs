@@ -61,6 +61,10 @@ pub struct Arguments {
     /// Evaluations that tuning PID and RISE may cost each, where the plant is slow to simulate; otherwise some thousands.
     #[arg(long, value_name = "COUNT", value_parser = RangedU64ValueParser::<usize>::new().range(20..))]
     evaluations: Option<usize>,
+    /// Most steps that PID and RISE may look ahead at the reference; 0 is the textbook's, which sees where it should be now.
+    /// As many as the horizon, otherwise.
+    #[arg(long, value_name = "STEPS")]
+    longest_lead: Option<usize>,
     /// Where the models run; commands of another board must have the bits of this computer's.
     #[arg(long, value_enum, default_value = "host")]
     board: Board,
@@ -113,6 +117,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let mut ready = of_loop.load(arguments.plant.as_deref())?;
     arguments.conditions.apply(&mut ready)?;
     ready.task.judged_s = judged(&arguments.judged, ready.task.duration_s())?;
+    if let Some(longest) = arguments.longest_lead {
+        ready.task.longest_lead = longest.min(ready.task.horizon);
+    }
     if let Some(command) = &arguments.plant_program {
         ready.let_be_the_plant(command, arguments.spread);
     }

@@ -153,8 +153,11 @@ pub struct Tuned<G> {
 /// Steps of preview that a search begins with: a simplex hardly moves a whole number.
 const LEADS: [usize; 3] = [1, 3, 5];
 
-/// Where a law's search begins: each of its starts with each preview that is no longer than `longest`.
+/// Where a law's search begins: each of its starts with each preview that is no longer than `longest`; with none, each as it is.
 fn starts<L: Opponent>(longest: usize) -> Vec<Vec<f64>> {
+    if longest == 0 {
+        return L::starts();
+    }
     let leads = LEADS.into_iter().filter(|lead| *lead <= longest);
     let with = |lead: usize| {
         L::starts().into_iter().map(move |mut start| {
@@ -183,14 +186,19 @@ pub fn tune<L: Opponent>(
         )));
     }
     let mut ranges = L::ranges();
-    ranges.push(Range::whole(0.0, training.longest_lead.max(1) as f64));
-    let starts = starts::<L>(training.longest_lead.max(1));
+    let settings = ranges.len();
+    let longest = training.longest_lead;
+    if longest > 0 {
+        ranges.push(Range::whole(0.0, longest as f64));
+    }
+    let starts = starts::<L>(longest);
     let of = |g: &[f64]| -> Vec<Tuning<L::Gains>> {
-        let (lead, g) = g.split_last().unwrap_or((&0.0, &[]));
+        let (g, lead) = g.split_at(settings);
+        let lead = lead.first().copied().unwrap_or(0.0);
         let units = training.input_range.iter().zip(training.output_range);
         let tunings = units.map(|(input, output)| Tuning {
             gains: L::gains(g, (*input, *output), training.period_s()),
-            lead: *lead as usize,
+            lead: lead as usize,
         });
         tunings.collect()
     };

@@ -32,8 +32,8 @@ impl Transient {
 }
 
 impl Run {
-    /// Overshoot and settling of output `i`.
-    pub fn transient(&self, i: usize, period_s: f64) -> Option<Transient> {
+    /// Overshoot and settling of output `i`. Who looks `lead` steps ahead leaves a rest as much earlier, which is neither.
+    pub fn transient(&self, i: usize, period_s: f64, lead: usize) -> Option<Transient> {
         let r: Vec<f64> = self.reference.iter().map(|row| row[i]).collect();
         let mut worst: Option<Transient> = None;
         let mut before = *r.first()?;
@@ -44,6 +44,10 @@ impl Run {
             if way == 0.0 {
                 continue;
             }
+            let to = match to < r.len() {
+                true => to.saturating_sub(lead).max(from + REST),
+                false => to,
+            };
             let rest = self.y[from..to].iter();
             let errors: Vec<f64> = rest.map(|y| (y[i] - target) / way).collect();
             let overshoot = errors.iter().copied().fold(0.0, f64::max);
@@ -115,14 +119,32 @@ mod tests {
     #[test]
     fn overshoot_and_settling_are_those_of_the_move() {
         let found = run(0.5, false)
-            .transient(0, 0.1)
+            .transient(0, 0.1, 0)
             .expect("it rests after a move");
         assert!((found.overshoot - 0.25).abs() < 1e-12);
         assert!((found.settling_s.expect("it settles") - 1.0).abs() < 1e-12);
         let never = run(-0.5, true)
-            .transient(0, 0.1)
+            .transient(0, 0.1, 0)
             .expect("it rests after a move");
         assert_eq!((never.overshoot, never.settling_s), (0.0, None));
+    }
+
+    #[test]
+    fn who_leaves_early_for_the_next_move_has_not_overshot() {
+        let mut early = run(0.0, false);
+        for (k, row) in early.reference.iter_mut().enumerate() {
+            if k >= 70 {
+                row[0] = 4.0;
+            }
+            if k >= 66 {
+                early.y[k][0] = 4.0;
+            }
+        }
+        let of = |lead| early.transient(0, 0.1, lead).expect("it rests");
+        assert!((of(3).overshoot - 1.0).abs() < 1e-12);
+        assert_eq!((of(4).overshoot, of(4).settling_s), (0.0, Some(0.0)));
+        // A rest is never shorter than what counts as one.
+        assert_eq!(of(1000).overshoot, 0.0);
     }
 
     #[test]
@@ -131,7 +153,7 @@ mod tests {
         for (k, row) in moving.reference.iter_mut().enumerate() {
             row[0] = k as f64;
         }
-        assert_eq!(moving.transient(0, 0.1), None);
+        assert_eq!(moving.transient(0, 0.1, 0), None);
     }
 
     #[test]

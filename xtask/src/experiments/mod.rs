@@ -35,12 +35,17 @@ const EXPERIMENTS: &[Experiment] = &[
     },
     Experiment {
         name: problems::MASS.name,
-        question: "the published staircase beside a PID, on plants that rub",
+        question: "smooth moves to the levels of the published staircase beside a PID, on plants that rub",
         run: |seed, only| published::run(&problems::MASS, seed, only),
     },
     Experiment {
+        name: problems::STEPS.name,
+        question: "the published staircase beside a PID, on the same plants",
+        run: |seed, only| published::run(&problems::STEPS, seed, only),
+    },
+    Experiment {
         name: bound::NAME,
-        question: "how small the staircase's error can be with that noise and that load, for any linear controller",
+        question: "how small the error of those moves can be with that noise and that load, for any linear controller",
         run: |seed, only| bound::run(whole(seed, only)?),
     },
     Experiment {
@@ -65,8 +70,9 @@ fn whole(seed: u64, only: &[String]) -> Result<u64> {
     match only {
         [] => Ok(seed),
         _ => bail!(
-            "--controllers is for {}, {} and {}, --cases for {}: this experiment runs all of its stages",
+            "--controllers is for {}, {}, {} and {}, --cases for {}: this experiment runs all of its stages",
             problems::MASS.name,
+            problems::STEPS.name,
             problems::TENDON.name,
             problems::HASEL.name,
             alike::NAME

@@ -6,6 +6,9 @@ use std::fmt::Write;
 use super::published::{Knowledge, Problem, Variant};
 use super::targets::{Target, errors};
 
+/// The published rate, which any controller is to keep.
+const FLOOR_HZ: f64 = 120.0;
+
 /// Trained on the believed rig with the rig's own tables, and tuned as it is.
 const PLAIN: Variant = Variant {
     name: "",
@@ -36,7 +39,7 @@ macro_rules! mass_tables {
     };
 }
 
-/// A mass on a spring and damper, the staircase, beside a PID; the plants rub.
+/// A mass on a spring and damper, smooth moves to the levels of the staircase, beside a PID; the plants rub.
 pub const MASS: Problem = Problem {
     name: "mass-spring-damper",
     believed: "rigs/mass-spring-damper.toml",
@@ -47,6 +50,8 @@ pub const MASS: Problem = Problem {
     judged: None,
     delay: "0.004",
     disturbance: "step",
+    textbook: false,
+    rate_hz: FLOOR_HZ,
     evaluations: ("120", None),
     variants: &[
         Variant {
@@ -145,6 +150,91 @@ pub const MASS: Problem = Problem {
     },
 };
 
+const STEPS_TUNE: &[&str] = &["--horizons", "20", "--control-horizons", "5"];
+
+/// The same mass on the staircase as published: levels, and jumps between them. The horizon is as long as half of what the largest
+/// jump takes.
+pub const STEPS: Problem = Problem {
+    name: "mass-on-steps",
+    paths: Some([
+        || jumps(&[(0.0, 60), (0.07, 333), (0.14, 333), (0.28, 333)]),
+        || {
+            jumps(&[
+                (0.0, 60),
+                (0.21, 225),
+                (0.05, 225),
+                (0.26, 225),
+                (0.12, 225),
+            ])
+        },
+    ]),
+    textbook: true,
+    variants: &[
+        Variant {
+            name: "horizon-20",
+            tables: Some(STEPS_TABLES),
+            tune: STEPS_TUNE,
+            ..PLAIN
+        },
+        Variant {
+            name: "small",
+            tables: Some(STEPS_TABLES),
+            small: Some("horizon-20"),
+            ..PLAIN
+        },
+        Variant {
+            name: "horizon-12",
+            tables: Some(STEPS_TABLES),
+            network_of: Some("horizon-20"),
+            tune: &["--horizons", "12", "--control-horizons", "4"],
+            ..PLAIN
+        },
+        Variant {
+            name: "one-iteration",
+            tables: Some(STEPS_TABLES),
+            network_of: Some("horizon-20"),
+            tune: &[
+                "--horizons",
+                "20",
+                "--control-horizons",
+                "5",
+                "--iterations",
+                "1",
+            ],
+            ..PLAIN
+        },
+        Variant {
+            name: "mended",
+            tables: Some(STEPS_TABLES),
+            knows: Knowledge::Mended,
+            tune: STEPS_TUNE,
+            ..PLAIN
+        },
+    ],
+    targets: |comparison| {
+        let [(median, worst), _] = errors(comparison, None);
+        let beside = |what: &str, found: f64, of: fn((f64, f64)) -> f64| {
+            let pid = of(errors(comparison, Some(&without_preview("PID")))[0]);
+            Target::most(what, pid / 2.0, found, "mm")
+        };
+        vec![
+            beside("RMS error, median, beside half the PID's", median, |e| e.0),
+            beside("RMS error, worst loop, beside half the PID's", worst, |e| {
+                e.1
+            }),
+        ]
+    },
+    ..MASS
+};
+
+/// What a controller is called that sees no more of the reference than where the output should be now.
+pub fn without_preview(name: &str) -> String {
+    format!("{name} without preview")
+}
+
+const STEPS_TABLES: &str = "[control]\nrate_hz = 120.0\noutputs = [\"encoder\"]\nhorizon = 20\ncontrol_horizon = 5\n\n\
+     [network]\nhidden = [12]\npast_inputs = 4\npast_outputs = 8\n";
+
 macro_rules! supply_delay {
     ($k:literal) => {
         concat!(
@@ -196,6 +286,8 @@ pub const TENDON: Problem = Problem {
     judged: None,
     delay: "0.008",
     disturbance: "none",
+    textbook: false,
+    rate_hz: 500.0,
     evaluations: ("120", Some("240")),
     variants: &[
         Variant {
@@ -334,6 +426,9 @@ pub const HASEL: Problem = Problem {
     judged: Some("0,19"),
     delay: "0",
     disturbance: "none",
+    textbook: false,
+    // Its own: a step of 8 ms.
+    rate_hz: 125.0,
     evaluations: ("120", None),
     variants: &[
         Variant {
@@ -461,6 +556,19 @@ fn small_swirl(t: f64) -> [f64; 3] {
     [0.005 * size * angle.cos(), 0.005 * size * angle.sin(), z]
 }
 
+/// Levels, m, each held for so many control periods, with jumps between them.
+fn jumps(levels: &[(f64, usize)]) -> String {
+    let rows = levels
+        .iter()
+        .flat_map(|(level, steps)| std::iter::repeat_n(level, *steps));
+    let mut text = String::from("t,q_m\n");
+    for (k, level) in rows.enumerate() {
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "{:.6},{level}", k as f64 / FLOOR_HZ);
+    }
+    text
+}
+
 /// Where a tip is to be, `rate` times a second.
 fn table(at: fn(f64) -> [f64; 3], seconds: f64, rate: f64) -> String {
     let mut text = String::from("t,x_m,y_m,z_m\n");
@@ -510,6 +618,19 @@ mod tests {
         // A quarter circle: L = r pi / 2, aside and up by r.
         let r = 2.0 * SEGMENT / std::f64::consts::PI;
         assert!((height(r) - r).abs() < 1e-6, "{}", height(r));
+    }
+
+    #[test]
+    fn the_published_staircase_is_three_levels_of_333_steps() {
+        let [asked, _] = STEPS.paths.expect("it has its own");
+        let text = asked();
+        let rows: Vec<&str> = text.lines().skip(1).collect();
+        let of = |level: &str| rows.iter().filter(|row| row.ends_with(level)).count();
+        assert_eq!(
+            [of(",0"), of(",0.07"), of(",0.14"), of(",0.28")],
+            [60, 333, 333, 333]
+        );
+        assert!(rows[120].starts_with("1.000000,"), "{}", rows[120]);
     }
 
     #[test]

@@ -5,11 +5,13 @@
 //! rig with what [`Problem::left_out`] adds, every free parameter drawn within 20 %, one a loop, with noise and a delay.
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use anyhow::{Context, Result, bail};
 use serde_json::{Value, json};
 
 use super::bench::Bench;
+use super::problems::without_preview;
 use super::targets::{Target, estimate, for_size, said};
 use crate::figure::{Row, loops};
 use crate::process;
@@ -34,10 +36,14 @@ pub struct Problem {
     pub left_out: &'static str,
     /// What is asked, and what tuning follows backwards: tables with a column an output. Without, the staircase.
     pub paths: Option<[fn() -> String; 2]>,
+    /// PID and RISE once more as textbooks have them, without a look ahead at the reference.
+    pub textbook: bool,
     /// What errors are judged between, seconds; all of it without.
     pub judged: Option<&'static str>,
     /// Age of the measurements, seconds.
     pub delay: &'static str,
+    /// Rate that its controller is to reach on an 84 MHz part, by estimate.
+    pub rate_hz: f64,
     /// A load at the inputs, in tuning with the opposite sign.
     pub disturbance: &'static str,
     /// Evaluations that tuning may cost each MPC, and each of PID and RISE where the plant is slow.
@@ -207,7 +213,7 @@ impl Run<'_> {
         )
     }
 
-    fn recordings(&self, command: &mut std::process::Command) {
+    fn recordings(&self, command: &mut Command) {
         for role in ["fit", "test"] {
             command
                 .arg(format!("--{role}"))
@@ -284,6 +290,12 @@ impl Run<'_> {
         for (k, (_, group)) in groups.iter().enumerate() {
             self.compare_group(k, group)?;
         }
+        let textbook = match &groups[..] {
+            [(_, group), ..] if self.problem.textbook && self.part.is_empty() => {
+                self.without_preview(group)?
+            }
+            _ => Vec::new(),
+        };
         let part = self.part;
         let mut whole = self.bench.json(&format!("{part}comparison.json"))?;
         if !part.is_empty()
@@ -311,16 +323,18 @@ impl Run<'_> {
                 }));
             }
         }
+        if let Some(all) = whole["controllers"].as_array_mut() {
+            all.extend(textbook);
+        }
         let text = serde_json::to_string_pretty(&whole)? + "\n";
         self.bench
             .write(&format!("{part}comparison.json"), &text)
             .map(drop)
     }
 
-    fn compare_group(&self, k: usize, group: &[&Variant]) -> Result<()> {
-        let Some(first) = group.first() else {
-            return Ok(());
-        };
+    /// `sinew compare` of some controllers in the loops of the problem.
+    fn loops(&self, group: &[&Variant]) -> Option<Command> {
+        let first = group.first()?;
         let rig = self.bench.path(&format!("{}.toml", first.model()));
         let mut compare = self.bench.sinew("compare", &rig);
         for variant in group {
@@ -338,6 +352,33 @@ impl Run<'_> {
             compare.args(["--judged", judged]);
         }
         compare.args(["--disturbance", self.problem.disturbance]);
+        compare.args(["--seed", &self.bench.seed.to_string()]);
+        Some(compare)
+    }
+
+    /// PID and RISE, tuned and run in the same loops, that see where the output should be now and no further.
+    fn without_preview(&self, group: &[&Variant]) -> Result<Vec<Value>> {
+        let first = group.get(..1).context("no controller")?;
+        let mut compare = self.loops(first).context("no controller")?;
+        compare.args(["--longest-lead", "0", "--board", "host", "--out"]);
+        compare.arg(self.bench.path("firmware-without-preview"));
+        let scores = "without-preview.json";
+        process::run(compare.arg("--json").arg(self.bench.path(scores)))?;
+        let mut all = self.bench.json(scores)?;
+        let all = all["controllers"].as_array_mut().map(std::mem::take);
+        let opponents = all.into_iter().flatten().filter(is_opponent);
+        let named = opponents.map(|mut controller| {
+            let name = controller["name"].as_str().unwrap_or_default();
+            controller["name"] = without_preview(name).into();
+            controller
+        });
+        Ok(named.collect())
+    }
+
+    fn compare_group(&self, k: usize, group: &[&Variant]) -> Result<()> {
+        let (Some(mut compare), Some(first)) = (self.loops(group), group.first()) else {
+            return Ok(());
+        };
         let opponents = match k {
             0 if self.part.is_empty() => self.problem.evaluations.1,
             // PID and RISE are there already.
@@ -365,7 +406,7 @@ impl Run<'_> {
                     .path(&format!("{}{name}{nth}.{ending}", self.part)),
             );
         }
-        process::run(compare.args(["--seed", &self.bench.seed.to_string()]))
+        process::run(&mut compare)
     }
 
     /// summary.json, the figure, and the table of the page.
@@ -399,11 +440,16 @@ impl Run<'_> {
         let mut targets = Vec::new();
         if part.is_empty() {
             targets.extend((self.problem.targets)(&comparison));
-            targets.extend(estimate(&comparison));
+            targets.extend(estimate(&comparison, self.problem.rate_hz));
         }
         if let Some(small) = self.variants.iter().find(|v| v.small.is_some()) {
             let image = self.bench.control_image(&self.model(small))?;
-            targets.extend(for_size(&comparison, small.name, image));
+            targets.extend(for_size(
+                &comparison,
+                small.name,
+                image,
+                self.problem.rate_hz,
+            ));
         }
         targets
             .iter()

@@ -111,8 +111,13 @@ fn share(bytes: f64) -> f64 {
 }
 
 /// Targets of the first controller in an image made for size, which the comparison has by `name`: flash in bytes of the `control`
-/// image, of that without the control step, and of the whole image; and its rate, which is what it costs.
-pub fn for_size(comparison: &Value, name: &str, [control, without]: [u64; 2]) -> Vec<Target> {
+/// image, of that without the control step, and of the whole image; and its rate, `rate_hz` at least, which is what it costs.
+pub fn for_size(
+    comparison: &Value,
+    name: &str,
+    [control, without]: [u64; 2],
+    rate_hz: f64,
+) -> Vec<Target> {
     let all = comparison["controllers"].as_array();
     let small = all.and_then(|all| all.iter().find(|c| c["name"] == name));
     let of = |keys: [&str; 2]| small.and_then(|c| c[keys[0]][keys[1]].as_f64());
@@ -122,7 +127,7 @@ pub fn for_size(comparison: &Value, name: &str, [control, without]: [u64; 2]) ->
     vec![
         Target::least(
             "made for size: rate, estimated from the longest step",
-            500.0,
+            rate_hz,
             1.0 / seconds(longest),
             "Hz",
         ),
@@ -135,8 +140,8 @@ pub fn for_size(comparison: &Value, name: &str, [control, without]: [u64; 2]) ->
     ]
 }
 
-/// Targets that all problems share, of the first controller: rate, flash and power.
-pub fn estimate(comparison: &Value) -> Vec<Target> {
+/// Targets that all problems share, of the first controller: `rate_hz` at least, flash and power.
+pub fn estimate(comparison: &Value, rate_hz: f64) -> Vec<Target> {
     let first = &comparison["controllers"][0];
     let of = |key: &str| first["instructions_per_step"][key].as_f64();
     let (mean, max) = (
@@ -149,7 +154,7 @@ pub fn estimate(comparison: &Value) -> Vec<Target> {
     vec![
         Target::least(
             "rate, estimated from the longest step",
-            500.0,
+            rate_hz,
             1.0 / seconds(max),
             "Hz",
         ),
@@ -189,7 +194,10 @@ mod tests {
     fn the_estimate_is_of_the_longest_step() {
         let comparison = json!({ "rate_hz": 120.0, "controllers": [ {
             "instructions_per_step": { "mean": 10_000.0, "max": 49_411 }, "image": { "flash_bytes": 52_429 } } ] });
-        let found: Vec<f64> = estimate(&comparison).iter().map(|t| t.found).collect();
+        let found: Vec<f64> = estimate(&comparison, 500.0)
+            .iter()
+            .map(|t| t.found)
+            .collect();
         assert!((found[0] - 1000.0).abs() < 0.1, "{found:?}");
         assert!((found[3] - 10.0).abs() < 0.01, "{found:?}");
     }
@@ -198,7 +206,7 @@ mod tests {
     fn an_image_made_for_size_is_found_by_its_name() {
         let of = |name: &str, max: u32, flash: u32| json!({ "name": name, "instructions_per_step": { "max": max }, "image": { "flash_bytes": flash } });
         let comparison = json!({ "controllers": [of("a", 1, 1), of("small", 49_411, 52_429)] });
-        let targets = for_size(&comparison, "small", [15_729, 5_243]);
+        let targets = for_size(&comparison, "small", [15_729, 5_243], 500.0);
         let found: Vec<f64> = targets.iter().map(|t| t.found).collect();
         let expected = [1000.0, 3.0, 2.0, 10.0];
         for (found, expected) in found.iter().zip(expected) {
