@@ -53,6 +53,10 @@ pub fn fingerprint(spec: &ModelSpec) -> u32 {
     hash.count(control.first_step);
     hash.doubles(&control.tracking_weight);
     hash.doubles(&control.move_suppression);
+    // Only where there is one: the fingerprint of a model without it is what it always was.
+    if control.command_weight != 0.0 {
+        hash.doubles(&[control.command_weight]);
+    }
     hash.doubles(&control.lower);
     hash.doubles(&control.upper);
     hash.doubles(&control.rate_limit);

@@ -181,6 +181,7 @@ pub fn import(
             first_step: 1,
             tracking_weight: problem.tracking_weight,
             move_suppression: problem.move_suppression,
+            command_weight: 0.0,
             lower: problem.u_min,
             upper: problem.u_max,
             rate_limit: problem

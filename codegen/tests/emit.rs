@@ -77,7 +77,15 @@ fn emitted_code_is_formatted() {
         },
         ..many.clone()
     };
+    let weighted = ModelSpec {
+        control: sinew_codegen::spec::ControlSpec {
+            command_weight: 0.002,
+            ..many.control.clone()
+        },
+        ..many.clone()
+    };
     for spec in [
+        weighted,
         support::tiny(),
         support::with_shortcut(),
         support::reference("S"),
@@ -135,7 +143,7 @@ fn a_fingerprint_stays_and_notices_every_change() {
     assert_eq!(fingerprint(&spec), 0xb2e6_216c);
 
     let mut seen = vec![fingerprint(&spec)];
-    let changes: [fn(&mut ModelSpec); 10] = [
+    let changes: [fn(&mut ModelSpec); 11] = [
         |spec| spec.name.push('x'),
         |spec| spec.period_s *= 2.0,
         |spec| spec.inputs[1].offset = 1.0,
@@ -150,6 +158,7 @@ fn a_fingerprint_stays_and_notices_every_change() {
         |spec| spec.control.gap_limit += 1,
         |spec| spec.control.move_blocks.swap(1, 2),
         |spec| spec.control.first_step += 1,
+        |spec| spec.control.command_weight = 0.002,
     ];
     for change in changes {
         let mut changed = spec.clone();
@@ -158,7 +167,7 @@ fn a_fingerprint_stays_and_notices_every_change() {
     }
     seen.sort_unstable();
     seen.dedup();
-    assert_eq!(seen.len(), 11, "two of the models share a fingerprint");
+    assert_eq!(seen.len(), 12, "two of the models share a fingerprint");
 
     let without_golden = ModelSpec {
         golden: vec![],

@@ -71,6 +71,10 @@ pub trait Model<const NU: usize, const NY: usize, const NS: usize, const ND: usi
     /// nothing where it is off.
     const PREDICTS_CHANNELS: bool = false;
 
+    /// R: what the square of each planned command costs, in model units, so that inputs that can do each other's work share it
+    /// (docs/mpc.md, eq. 4c). Costs nothing where it is 0.
+    const COMMAND_WEIGHT: f32 = 0.0;
+
     /// The next output; `trace` is overwritten.
     fn predict(&self, x: &Regressor<NU, NY, NS, ND, DD>, trace: &mut Self::Trace) -> [f32; NY];
 

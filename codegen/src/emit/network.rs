@@ -70,6 +70,10 @@ pub(super) fn print(spec: &ModelSpec) -> String {
         None => Parts::dense(),
         Some(layer) => Parts::recurrent(spec, layer),
     };
+    let weight = match spec.control.command_weight as f32 {
+        0.0 => String::new(),
+        weight => format!("    const COMMAND_WEIGHT: f32 = {};\n", rust::float(weight)),
+    };
     format!(
         "//! The predictor: weights in flash, {state}.
 //!
@@ -92,7 +96,7 @@ pub struct Network;
 impl Model<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS> for Network {{
     type Trace = Activations;
     const TRACE: Activations = Activations::ZERO;
-{constant}
+{constant}{weight}
     fn predict(&self, x: &Regressor, a: &mut Activations) -> [f32; NY] {{
         forward(x, a);
         {result}

@@ -20,6 +20,8 @@ pub struct ControlSpec {
     pub tracking_weight: Vec<f64>,
     /// Diagonal of Lambda, per input, model units.
     pub move_suppression: Vec<f64>,
+    /// R, on the square of every planned command in model units: what inputs that can do each other's work share it by. 0: off.
+    pub command_weight: f64,
     /// Smallest command, physical units; minus infinity for none.
     pub lower: Vec<f64>,
     /// Largest command, physical units; infinity for none.
@@ -60,6 +62,12 @@ impl ControlSpec {
             "move_suppression",
             &self.move_suppression,
             of_inputs,
+            WEIGHT,
+            weight,
+        )?;
+        check(
+            "control.command_weight",
+            self.command_weight,
             WEIGHT,
             weight,
         )?;

@@ -72,6 +72,7 @@ impl OutputForm {
 ///         first_step: 1,
 ///         tracking_weight: vec![1.0],
 ///         move_suppression: vec![0.1],
+///         command_weight: 0.0,
 ///         lower: vec![-1.0],
 ///         upper: vec![1.0],
 ///         rate_limit: vec![f64::INFINITY],

@@ -87,6 +87,8 @@ struct ControlTable {
     first_step: usize,
     tracking_weight: Vec<f64>,
     move_suppression: Vec<f64>,
+    #[serde(default)]
+    command_weight: f64,
     lower: Vec<f64>,
     upper: Vec<f64>,
     rate_limit: Vec<f64>,
@@ -300,6 +302,9 @@ fn write_model(text: &mut String, spec: &ModelSpec) -> std::fmt::Result {
     }
     writeln!(text, "tracking_weight = {:?}", control.tracking_weight)?;
     writeln!(text, "move_suppression = {:?}", control.move_suppression)?;
+    if control.command_weight != 0.0 {
+        writeln!(text, "command_weight = {:?}", control.command_weight)?;
+    }
     writeln!(text, "lower = {:?}", control.lower)?;
     writeln!(text, "upper = {:?}", control.upper)?;
     writeln!(text, "rate_limit = {:?}", control.rate_limit)?;
@@ -334,6 +339,7 @@ impl From<ControlTable> for ControlSpec {
             first_step: table.first_step,
             tracking_weight: table.tracking_weight,
             move_suppression: table.move_suppression,
+            command_weight: table.command_weight,
             lower: table.lower,
             upper: table.upper,
             rate_limit: table.rate_limit,

@@ -163,6 +163,7 @@ pub fn control(inputs: usize, outputs: usize) -> ControlSpec {
         first_step: 1,
         tracking_weight: vec![1.0; outputs],
         move_suppression: vec![0.1; inputs],
+        command_weight: 0.0,
         lower: vec![-10.0; inputs],
         upper: vec![10.0; inputs],
         rate_limit: vec![f64::INFINITY; inputs],

@@ -224,23 +224,30 @@ impl<
         )
     }
 
-    /// `sum_i du_i' Lambda du_i`.
+    /// `sum_i du_i' Lambda du_i`, and R of (4c) on the ends of the blocks.
     fn cost_of_moves(&self, plan: &[f32; NV]) -> f32 {
         let mut cost = 0.0;
         for v in 0..NV {
             let (change, lambda) = self.change(plan, v);
             cost += lambda * change * change;
+            if M::COMMAND_WEIGHT > 0.0 {
+                cost += M::COMMAND_WEIGHT * plan[v] * plan[v];
+            }
         }
         cost
     }
 
-    /// Adds the moves to gradient and Hessian.
+    /// Adds the moves, and the commands themselves where they have a weight, to gradient and Hessian.
     fn add_moves(&self, plan: &[f32; NV], quadratic: &mut Quadratic<NV>) {
         for v in 0..NV {
             let (change, lambda) = self.change(plan, v);
             let force = lambda * change;
             quadratic.gradient[v] += force;
             quadratic.add(v, v, lambda);
+            if M::COMMAND_WEIGHT > 0.0 {
+                quadratic.gradient[v] += M::COMMAND_WEIGHT * plan[v];
+                quadratic.add(v, v, M::COMMAND_WEIGHT);
+            }
             if let Some(before) = v.checked_sub(NU)
                 && let Some(gradient) = quadratic.gradient.get_mut(before)
             {

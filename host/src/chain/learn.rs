@@ -304,6 +304,7 @@ pub(super) fn control(task: &Task) -> ControlSpec {
             .move_suppression
             .clone()
             .unwrap_or_else(|| vec![0.01; task.limits.len()]),
+        command_weight: task.command_weight,
         lower: task.limits.iter().map(|l| l.0).collect(),
         upper: task.limits.iter().map(|l| l.1).collect(),
         rate_limit: task.limits.iter().map(|l| l.2 / task.period_s).collect(),

@@ -34,6 +34,8 @@ pub struct Request<'a> {
     pub disturbance_gain: Option<f64>,
     /// Most Newton iterations a step, where they are not the model's.
     pub iterations: Option<u8>,
+    /// One factor of all of Lambda, and Q as it is.
+    pub tied: bool,
     /// No progress.
     pub quiet: bool,
 }
@@ -248,7 +250,12 @@ pub fn tune_mpc(
         disturbance_gain: control.disturbance_gain,
         iterations: control.iterations,
     };
-    let searched = Searched::about(control, request.disturbance_gain, request.iterations);
+    let searched = Searched::about(
+        control,
+        request.disturbance_gain,
+        request.iterations,
+        request.tied,
+    );
 
     let before = {
         let firmware = Firmware::build(spec, folder, cache, request.quiet)?;
@@ -399,6 +406,7 @@ mod tests {
             evaluations: 120,
             disturbance_gain: None,
             iterations: None,
+            tied: false,
             quiet: true,
         };
         let falls = |line: &Line| {

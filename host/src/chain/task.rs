@@ -49,6 +49,8 @@ pub struct Task {
     pub tracking_weight: Vec<f64>,
     /// Lambda where the rig fixes it; otherwise it is tuned.
     pub move_suppression: Option<Vec<f64>>,
+    /// R of eq. 4c, in model units; 0: none.
+    pub command_weight: f64,
     /// Lower, upper, change a period of each input.
     pub limits: Vec<InputLimits>,
     /// Half the range of each input's limits.
@@ -225,6 +227,7 @@ impl Task {
                 .and_then(|c| c.tracking_weight.clone())
                 .unwrap_or_else(|| vec![1.0; outputs.len()]),
             move_suppression: control.and_then(|c| c.move_suppression.clone()),
+            command_weight: control.and_then(|c| c.command_weight).unwrap_or(0.0),
             input_range: limits
                 .iter()
                 .map(|(low, high, _)| (high - low) / 2.0)

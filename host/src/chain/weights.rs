@@ -24,11 +24,19 @@ pub struct Searched {
     iterations: u8,
     /// The gain that is not searched.
     kept: Option<f64>,
+    /// All of Lambda moves by one factor, and Q stays, to the end.
+    tied: bool,
 }
 
 impl Searched {
     /// About the weights of a model. `kept` holds the gain of the disturbance estimate where it is.
-    pub fn about(control: &ControlSpec, kept: Option<f64>, iterations: Option<u8>) -> Self {
+    /// `tied` searches nothing but that gain and one factor of all of Lambda.
+    pub fn about(
+        control: &ControlSpec,
+        kept: Option<f64>,
+        iterations: Option<u8>,
+        tied: bool,
+    ) -> Self {
         let first = control.tracking_weight.first().copied();
         let first = first.filter(|q| *q > 0.0).unwrap_or(1.0);
         let scaled = |values: &[f64]| values.iter().map(|v| v / first).collect::<Vec<f64>>();
@@ -38,6 +46,7 @@ impl Searched {
             tracking_weight: scaled(&control.tracking_weight),
             iterations: iterations.unwrap_or(control.iterations),
             kept,
+            tied,
         }
     }
 
@@ -74,13 +83,23 @@ impl Searched {
             .chain(STARTS)
             .map(|(gain, lambda)| vec![gain, lambda])
             .collect();
-        let share = (TIED * evaluations as f64) as usize;
+        let share = match self.tied {
+            true => evaluations,
+            false => (TIED * evaluations as f64) as usize,
+        };
         let tied = search(
             &[GAIN, MOVE_SUPPRESSION],
             &starts,
             Budget::Evaluations(share),
             |at| of_place(&self.untied(at)),
         );
+        if self.tied {
+            return Found {
+                start: self.untied(&tied.start),
+                best: self.untied(&tied.best),
+                ..tied
+            };
+        }
         let rest = evaluations.saturating_sub(tied.evaluations);
         let starts = [self.untied(&tied.best), own];
         let found = search(&ranges, &starts, Budget::Evaluations(rest), of_place);
@@ -124,6 +143,7 @@ mod tests {
             tracking_weight: vec![1.0; outputs],
             iterations: 2,
             kept: None,
+            tied: false,
         }
     }
 
@@ -142,6 +162,35 @@ mod tests {
         assert!(found.cost < 1.05, "{}", found.cost);
         assert!(found.evaluations <= 120);
         assert_eq!(cost(&searched.weights(&found.best)), found.cost);
+    }
+
+    /// What each would like of its own, on plants that it will not meet again, is not asked.
+    #[test]
+    fn tied_weights_stay_alike() {
+        let searched = Searched {
+            tied: true,
+            ..about(6, 3)
+        };
+        let cost = |w: &Weights| -> f64 {
+            let liked = (0..).zip(&w.move_suppression);
+            let off: f64 = liked
+                .map(|(i, l)| (l / 3e-4).ln().powi(2) + 0.1 * (l.ln() - f64::from(i)).powi(2))
+                .sum();
+            off + w.tracking_weight[1] + (w.disturbance_gain / 0.05).ln().powi(2)
+        };
+        let found = searched.search(60, cost);
+        let weights = searched.weights(&found.best);
+        let first = weights.move_suppression[0];
+        assert!(
+            weights
+                .move_suppression
+                .iter()
+                .all(|l| (l / first - 1.0).abs() < 1e-12)
+        );
+        assert!(first < 0.1, "{first}: where it began");
+        assert_eq!(weights.tracking_weight, [1.0; 3]);
+        assert!(found.evaluations <= 60);
+        assert_eq!(cost(&weights), found.cost);
     }
 
     #[test]

@@ -64,6 +64,10 @@ pub struct Arguments {
     /// only where the first was far off.
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u8).range(1..=i64::from(MAX_ITERATIONS)))]
     iterations: Option<u8>,
+    /// Search one factor of all move suppression and the gain of the disturbance estimate, nothing else: of inputs that are alike,
+    /// weights of their own fit the plants of tuning and no other.
+    #[arg(long)]
+    tied: bool,
     /// Leave PID and RISE as they are.
     #[arg(long)]
     mpc_only: bool,
@@ -93,6 +97,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         evaluations: arguments.evaluations,
         disturbance_gain: arguments.disturbance_gain,
         iterations: arguments.iterations,
+        tied: arguments.tied,
         quiet: arguments.common.quiet,
     };
     let folder = tempfile::tempdir()

@@ -394,6 +394,7 @@ mod tests {
                 first_step: 1,
                 tracking_weight: vec![],
                 move_suppression: vec![],
+                command_weight: 0.0,
                 lower: vec![],
                 upper: vec![],
                 rate_limit: vec![],

@@ -24,6 +24,8 @@ pub struct ControlTable {
     pub tracking_weight: Option<Vec<f64>>,
     /// Weight of each input's change, one a distinct input column.
     pub move_suppression: Option<Vec<f64>>,
+    /// Weight of the square of every command, for inputs that can do each other's work.
+    pub command_weight: Option<f64>,
     /// Line of the table, for errors about what it asks.
     pub line: usize,
 }
@@ -89,6 +91,7 @@ pub(super) fn read_control(
         "control_horizon",
         "tracking_weight",
         "move_suppression",
+        "command_weight",
     ])?;
     let outputs = read_outputs(&table, names, rig)?;
     let reference = table.texts("reference")?.unwrap_or_default();
@@ -127,6 +130,7 @@ pub(super) fn read_control(
         control_horizon,
         tracking_weight,
         move_suppression,
+        command_weight: table.number("command_weight", Sign::NonNegative)?,
         line: table.own_line(),
     }))
 }

@@ -155,6 +155,7 @@ const CASES: &[(&str, &str)] = &[
     ("rate_hz = 120.0", "rate = 120.0"),
     ("rate_hz = 120.0", "reference = [\"a\", \"b\"]"),
     ("rate_hz = 120.0", "move_suppression = [0.1, 0.1]"),
+    ("rate_hz = 120.0", "command_weight = -0.1"),
     ("outputs = [\"encoder\"]", "outputs = [\"encodr\"]"),
     (
         "outputs = [\"encoder\"]",

@@ -32,6 +32,8 @@ pub struct Problem {
     pub known: &'static str,
     /// How much of the inputs' range the recordings use: enough to go a little beyond what is asked.
     pub amplitude: &'static str,
+    /// What the inputs look like.
+    pub kind: &'static str,
     /// Effects that only the plants have.
     pub left_out: &'static str,
     /// What is asked, and what tuning follows backwards: tables with a column an output. Without, the staircase.
@@ -145,8 +147,15 @@ fn without_controller(rig: &str) -> String {
 }
 
 /// What `sinew excite` is asked for.
-pub fn excited(problem: &Problem) -> [&'static str; 4] {
-    ["--seconds", SECONDS, "--amplitude", problem.amplitude]
+pub fn excited(problem: &Problem) -> [&'static str; 6] {
+    [
+        "--seconds",
+        SECONDS,
+        "--amplitude",
+        problem.amplitude,
+        "--kind",
+        problem.kind,
+    ]
 }
 
 /// The controllers that are asked for, all without a name, in the order of the problem.

@@ -69,6 +69,7 @@ pub fn said(target: &Target) -> String {
         true => "reached".into(),
         false => format!("missed by {:.0} %", 100.0 * (found / wanted - 1.0).abs()),
     };
+    let wanted = (1e3 * wanted).round() / 1e3;
     format!("{what}: {found:.3} {unit}, wanted {bound} {wanted} {unit}: {verdict}")
 }
 
