@@ -229,6 +229,8 @@ mod tests {
                 .count()
         };
         assert_eq!(leads(1.0), leads(3.0));
+        // Without a preview there is no setting for one.
+        assert_eq!(starts::<L>(0), L::starts());
         // Every setting strictly inside its range, so that a simplex has room on both sides.
         for start in L::starts() {
             assert_eq!(start.len(), L::ranges().len());
