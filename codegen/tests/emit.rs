@@ -123,6 +123,23 @@ fn emitted_code_is_formatted() {
 }
 
 #[test]
+fn a_weight_of_the_commands_is_in_the_network_and_only_where_there_is_one() {
+    let mut spec = support::tiny();
+    let emitted = |spec: &ModelSpec| {
+        let files = files(spec);
+        let network = files.iter().find(|file| file.path.ends_with("network.rs"));
+        network.expect("it is always emitted").text.clone()
+    };
+    assert!(!emitted(&spec).contains("COMMAND_WEIGHT"));
+    spec.control.command_weight = 0.25;
+    let text = emitted(&spec);
+    assert!(
+        text.contains("    const COMMAND_WEIGHT: f32 = 0.25;\n"),
+        "{text}"
+    );
+}
+
+#[test]
 fn the_same_model_gives_the_same_bytes() {
     let spec = support::reference("S");
     let directory = tempfile::tempdir().unwrap();

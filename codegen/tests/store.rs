@@ -211,7 +211,11 @@ fn model() -> impl Strategy<Value = ModelSpec> {
                     form,
                     shortcut: None,
                     layers,
-                    control: support::control(n_u, n_y),
+                    control: sinew_codegen::spec::ControlSpec {
+                        // Without one, and with one that no short decimal is.
+                        command_weight: [0.0, period_s / 3.0][n_s % 2],
+                        ..support::control(n_u, n_y)
+                    },
                     golden: vec![],
                 };
                 // A linear path needs a linear end.

@@ -62,7 +62,7 @@ pub struct Arguments {
     #[arg(long, value_name = "COUNT", value_parser = RangedU64ValueParser::<usize>::new().range(20..))]
     evaluations: Option<usize>,
     /// Most steps that PID and RISE may look ahead at the reference; 0 is the textbook's, which sees where it should be now.
-    /// As many as the horizon, otherwise.
+    /// As many as the horizon without it, and never more.
     #[arg(long, value_name = "STEPS")]
     longest_lead: Option<usize>,
     /// Where the models run; commands of another board must have the bits of this computer's.

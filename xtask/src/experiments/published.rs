@@ -36,7 +36,8 @@ pub struct Problem {
     pub kind: &'static str,
     /// Effects that only the plants have.
     pub left_out: &'static str,
-    /// What is asked, and what tuning follows backwards: tables with a column an output. Without, the staircase.
+    /// What is asked, and what tuning follows backwards: tables with a column an output. Without, smooth moves to the levels
+    /// of the staircase.
     pub paths: Option<[fn() -> String; 2]>,
     /// PID and RISE once more as textbooks have them, without a look ahead at the reference.
     pub textbook: bool,
