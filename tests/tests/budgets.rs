@@ -11,9 +11,14 @@ use sinew_tests::{image, skip};
 /// Model S of the reference problem, horizon 10, nothing blocked.
 const NAME: &str = "reference_s_n10";
 
-/// Bytes of flash by which two machines may differ: panic messages of dependencies hold the path of cargo's
+/// Bytes of flash by which two checkouts may differ: panic messages of dependencies hold the path of cargo's
 /// registry, six times.
 const PATHS: u64 = 200;
+
+/// One in so many instructions by which two checkouts may differ: cargo names the crates of a board by their
+/// folder, the compiler sorts by those names, and what it does with the network's longest function then comes
+/// out in one of two ways (of fourteen folders, seven had 36,397 instructions in the mean, seven 36,408).
+const ORDER: u64 = 500;
 
 /// One run serves both tests. `None`: this machine cannot run images, and it has been said.
 fn measured() -> Option<&'static Measured> {
@@ -59,16 +64,24 @@ fn the_reference_run_matches_its_snapshot() {
             expected.compiler, measured.compiler
         ));
     }
-    assert!(
-        measured.flash_bytes.abs_diff(expected.flash_bytes) <= PATHS,
-        "flash of {NAME}: {} bytes, {} in the snapshot: look at the figures, then cargo xtask bless",
-        measured.flash_bytes,
-        expected.flash_bytes
-    );
-    let measured = Measured {
-        flash_bytes: expected.flash_bytes,
-        ..measured.clone()
-    };
+    let mut measured = measured.clone();
+    for (figure, snapshot, apart) in [
+        (&mut measured.flash_bytes, expected.flash_bytes, PATHS),
+        (
+            &mut measured.instructions_mean,
+            expected.instructions_mean,
+            expected.instructions_mean / ORDER,
+        ),
+        (
+            &mut measured.instructions_max,
+            expected.instructions_max,
+            expected.instructions_max / ORDER,
+        ),
+    ] {
+        if figure.abs_diff(snapshot) <= apart {
+            *figure = snapshot;
+        }
+    }
     assert_eq!(
         measured, expected,
         "{NAME} has changed: look at the figures, then cargo xtask bless"
