@@ -57,6 +57,9 @@ pub fn fingerprint(spec: &ModelSpec) -> u32 {
     if control.command_weight != 0.0 {
         hash.doubles(&[control.command_weight]);
     }
+    if control.observer_gain != 1.0 {
+        hash.doubles(&[control.observer_gain]);
+    }
     hash.doubles(&control.lower);
     hash.doubles(&control.upper);
     hash.doubles(&control.rate_limit);

@@ -80,6 +80,7 @@ fn emitted_code_is_formatted() {
     let weighted = ModelSpec {
         control: sinew_codegen::spec::ControlSpec {
             command_weight: 0.002,
+            observer_gain: 0.6,
             ..many.control.clone()
         },
         ..many.clone()
@@ -123,20 +124,21 @@ fn emitted_code_is_formatted() {
 }
 
 #[test]
-fn a_weight_of_the_commands_is_in_the_network_and_only_where_there_is_one() {
+fn weight_and_observer_are_in_the_network_and_only_where_there_are_any() {
     let mut spec = support::tiny();
     let emitted = |spec: &ModelSpec| {
         let files = files(spec);
         let network = files.iter().find(|file| file.path.ends_with("network.rs"));
         network.expect("it is always emitted").text.clone()
     };
-    assert!(!emitted(&spec).contains("COMMAND_WEIGHT"));
+    let plain = emitted(&spec);
+    assert!(!plain.contains("COMMAND_WEIGHT") && !plain.contains("OBSERVER_GAIN"));
     spec.control.command_weight = 0.25;
+    spec.control.observer_gain = 0.5;
     let text = emitted(&spec);
-    assert!(
-        text.contains("    const COMMAND_WEIGHT: f32 = 0.25;\n"),
-        "{text}"
-    );
+    for constant in ["COMMAND_WEIGHT: f32 = 0.25", "OBSERVER_GAIN: f32 = 0.5"] {
+        assert!(text.contains(&format!("    const {constant};\n")), "{text}");
+    }
 }
 
 #[test]
@@ -160,7 +162,7 @@ fn a_fingerprint_stays_and_notices_every_change() {
     assert_eq!(fingerprint(&spec), 0xb2e6_216c);
 
     let mut seen = vec![fingerprint(&spec)];
-    let changes: [fn(&mut ModelSpec); 11] = [
+    let changes: [fn(&mut ModelSpec); 12] = [
         |spec| spec.name.push('x'),
         |spec| spec.period_s *= 2.0,
         |spec| spec.inputs[1].offset = 1.0,
@@ -176,6 +178,7 @@ fn a_fingerprint_stays_and_notices_every_change() {
         |spec| spec.control.move_blocks.swap(1, 2),
         |spec| spec.control.first_step += 1,
         |spec| spec.control.command_weight = 0.002,
+        |spec| spec.control.observer_gain = 0.6,
     ];
     for change in changes {
         let mut changed = spec.clone();
@@ -184,7 +187,7 @@ fn a_fingerprint_stays_and_notices_every_change() {
     }
     seen.sort_unstable();
     seen.dedup();
-    assert_eq!(seen.len(), 12, "two of the models share a fingerprint");
+    assert_eq!(seen.len(), 13, "two of the models share a fingerprint");
 
     let without_golden = ModelSpec {
         golden: vec![],

@@ -214,6 +214,7 @@ fn model() -> impl Strategy<Value = ModelSpec> {
                     control: sinew_codegen::spec::ControlSpec {
                         // Without one, and with one that no short decimal is.
                         command_weight: [0.0, period_s / 3.0][n_s % 2],
+                        observer_gain: [1.0, 1.0 / 3.0][n_y % 2],
                         ..support::control(n_u, n_y)
                     },
                     golden: vec![],

@@ -81,7 +81,8 @@ impl<const NU: usize, const NY: usize, const NS: usize, const ND: usize, const D
     /// Takes the sample y(k) (NaN: missing) and the channels s(k) (NaN: the last reading is kept, or the
     /// prediction where the model predicts channels).
     ///
-    /// `d <- d + gain (y - (f + d))` (eq. 10) while every value in the regressor was measured.
+    /// `d <- d + gain (y - (f + d))` (eq. 10) while every value in the regressor was measured; what enters it is `y`, or with an
+    /// observer `(f + d) + L (y - (f + d))` (eq. 10c).
     /// The first sample, and the first one after a loss, fills the whole history: at rest there.
     pub fn observe<M: Model<NU, NY, NS, ND, DD>>(
         &mut self,
@@ -118,7 +119,8 @@ impl<const NU: usize, const NY: usize, const NS: usize, const ND: usize, const D
                 if usize::from(self.measured_run) >= DD {
                     self.correct(y, &predicted, gain);
                 }
-                shift(&mut self.regressor.y, *y);
+                let entered = entered(y, &predicted, M::OBSERVER_GAIN);
+                shift(&mut self.regressor.y, entered);
             }
             self.started = true;
             self.measured_run = self.measured_run.saturating_add(1);
@@ -127,13 +129,8 @@ impl<const NU: usize, const NY: usize, const NS: usize, const ND: usize, const D
             self.missed = self.missed.wrapping_add(1);
             self.missing_run = self.missing_run.saturating_add(1);
             self.measured_run = 0;
-            let mut filled = predicted;
-            for (filled, y) in filled.iter_mut().zip(y) {
-                if plausible(*y) {
-                    *filled = *y;
-                }
-            }
-            shift(&mut self.regressor.y, filled);
+            let entered = entered(y, &predicted, M::OBSERVER_GAIN);
+            shift(&mut self.regressor.y, entered);
             if !self.started || self.missing_run > gap_limit {
                 Sample::Lost
             } else {
@@ -168,6 +165,21 @@ impl<const NU: usize, const NY: usize, const NS: usize, const ND: usize, const D
             }
         }
     }
+}
+
+/// What enters the history: of a measurement the part that the observer takes (eq. 10c), and the prediction where there is none.
+#[inline(always)]
+fn entered<const NY: usize>(y: &[f32; NY], predicted: &[f32; NY], gain: f32) -> [f32; NY] {
+    let mut entered = *predicted;
+    for (entered, y) in entered.iter_mut().zip(y) {
+        if plausible(*y) {
+            *entered = match gain < 1.0 {
+                true => *entered + gain * (y - *entered),
+                false => *y,
+            };
+        }
+    }
+    entered
 }
 
 /// Takes what is plausible of `new`, element by element.

@@ -6,7 +6,19 @@
 use super::backward::chain;
 use super::{HEADER, recurrent, rust};
 use crate::network::Recurrent;
-use crate::spec::{Activation, Dense, Layer, ModelSpec, OutputForm};
+use crate::spec::{Activation, ControlSpec, Dense, Layer, ModelSpec, OutputForm};
+
+/// The constants of a controller that the network carries, where they are not what a model has that says nothing.
+fn settings(control: &ControlSpec) -> String {
+    let constants = [
+        ("COMMAND_WEIGHT", control.command_weight as f32, 0.0),
+        ("OBSERVER_GAIN", control.observer_gain as f32, 1.0),
+    ];
+    let differ = constants.iter().filter(|(_, value, usual)| value != usual);
+    differ
+        .map(|(name, value, _)| format!("    const {name}: f32 = {};\n", rust::float(*value)))
+        .collect()
+}
 
 pub(super) fn print(spec: &ModelSpec) -> String {
     let layers = &spec.layers[..];
@@ -70,10 +82,7 @@ pub(super) fn print(spec: &ModelSpec) -> String {
         None => Parts::dense(),
         Some(layer) => Parts::recurrent(spec, layer),
     };
-    let weight = match spec.control.command_weight as f32 {
-        0.0 => String::new(),
-        weight => format!("    const COMMAND_WEIGHT: f32 = {};\n", rust::float(weight)),
-    };
+    let settings = settings(&spec.control);
     format!(
         "//! The predictor: weights in flash, {state}.
 //!
@@ -96,7 +105,7 @@ pub struct Network;
 impl Model<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS> for Network {{
     type Trace = Activations;
     const TRACE: Activations = Activations::ZERO;
-{constant}{weight}
+{constant}{settings}
     fn predict(&self, x: &Regressor, a: &mut Activations) -> [f32; NY] {{
         forward(x, a);
         {result}

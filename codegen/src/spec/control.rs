@@ -32,6 +32,8 @@ pub struct ControlSpec {
     pub safe: Vec<f64>,
     /// Gain of the output-disturbance estimate, 0 (off) to 1.
     pub disturbance_gain: f64,
+    /// L of the observer: how much of a measurement enters the history, over 0 to 1; the rest is the prediction. 1: all of it.
+    pub observer_gain: f64,
     /// Newton iterations in one step.
     pub iterations: u8,
     /// Missing samples that are bridged by prediction before the safe command is given.
@@ -91,6 +93,12 @@ impl ControlSpec {
             self.disturbance_gain,
             "0 to 1",
             |g| (0.0..=1.0).contains(&g),
+        )?;
+        check(
+            "control.observer_gain",
+            self.observer_gain,
+            "more than 0 and at most 1",
+            |gain| gain as f32 > 0.0 && gain <= 1.0,
         )?;
         check(
             "control.iterations",

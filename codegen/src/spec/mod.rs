@@ -73,6 +73,7 @@ impl OutputForm {
 ///         tracking_weight: vec![1.0],
 ///         move_suppression: vec![0.1],
 ///         command_weight: 0.0,
+///         observer_gain: 1.0,
 ///         lower: vec![-1.0],
 ///         upper: vec![1.0],
 ///         rate_limit: vec![f64::INFINITY],

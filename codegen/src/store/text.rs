@@ -68,6 +68,11 @@ enum LayerKey {
     Lstm,
 }
 
+/// The gain of no observer.
+fn whole() -> f64 {
+    1.0
+}
+
 #[derive(Deserialize)]
 #[serde(rename_all = "snake_case")]
 enum ActivationKey {
@@ -94,6 +99,8 @@ struct ControlTable {
     rate_limit: Vec<f64>,
     safe: Vec<f64>,
     disturbance_gain: f64,
+    #[serde(default = "whole")]
+    observer_gain: f64,
     iterations: u8,
     gap_limit: u16,
 }
@@ -310,6 +317,9 @@ fn write_model(text: &mut String, spec: &ModelSpec) -> std::fmt::Result {
     writeln!(text, "rate_limit = {:?}", control.rate_limit)?;
     writeln!(text, "safe = {:?}", control.safe)?;
     writeln!(text, "disturbance_gain = {:?}", control.disturbance_gain)?;
+    if control.observer_gain != 1.0 {
+        writeln!(text, "observer_gain = {:?}", control.observer_gain)?;
+    }
     writeln!(text, "iterations = {}", control.iterations)?;
     writeln!(text, "gap_limit = {}", control.gap_limit)
 }
@@ -340,6 +350,7 @@ impl From<ControlTable> for ControlSpec {
             tracking_weight: table.tracking_weight,
             move_suppression: table.move_suppression,
             command_weight: table.command_weight,
+            observer_gain: table.observer_gain,
             lower: table.lower,
             upper: table.upper,
             rate_limit: table.rate_limit,

@@ -36,6 +36,7 @@ macro_rules! hand_on {
         const TRACE: Self::Trace = M::TRACE;
         const PREDICTS_CHANNELS: bool = M::PREDICTS_CHANNELS;
         const COMMAND_WEIGHT: f32 = M::COMMAND_WEIGHT;
+        const OBSERVER_GAIN: f32 = M::OBSERVER_GAIN;
 
         fn predict(&self, x: &Regressor<NU, NY, NS, ND, DD>, trace: &mut Self::Trace) -> [f32; NY] {
             self.0.predict(x, trace)

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use sinew_codegen::network::{Network, to_model};
-use sinew_codegen::spec::{ModelSpec, OutputForm, Signal};
+use sinew_codegen::spec::{ControlSpec, ModelSpec, OutputForm, Signal};
 use sinew_sim::{Form, Plant, Rig};
 
 use super::learn::{control, crate_name, options, score, unit_of};
@@ -111,7 +111,14 @@ pub fn adopt(
         form,
         shortcut: None,
         layers,
-        control: control(task),
+        control: ControlSpec {
+            observer_gain: rig
+                .network
+                .as_ref()
+                .and_then(|table| table.observer_gain)
+                .unwrap_or(1.0),
+            ..control(task)
+        },
         golden: vec![],
     };
     spec.validate()

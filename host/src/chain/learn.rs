@@ -16,7 +16,7 @@ use super::task::Task;
 use crate::dataset::{Recipe, Visit, draw};
 use crate::error::{Error, Result};
 use crate::train::{
-    Checkpoint, Epoch, Folded, Options, Scaled, Shape, Windows, scale, scaling, train,
+    Checkpoint, Epoch, Folded, Options, Scaled, Shape, Windows, gates, scale, scaling, train,
 };
 
 /// How far a training is, in the folder of its result, until it has come to its end.
@@ -75,6 +75,7 @@ pub fn options(rig: &Rig, horizon: usize, seed: u64) -> (Shape, Options) {
         shape,
         Options {
             hidden,
+            observer_gain: table.and_then(|t| t.observer_gain).unwrap_or(1.0),
             rollout: horizon.clamp(1, 12),
             seed,
             ..Options::of(first)
@@ -204,7 +205,10 @@ fn learned(
         form: OutputForm::Increment,
         shortcut: Some(trained.folded.linear.concat()),
         layers: layers(&trained.folded)?,
-        control: control(task),
+        control: ControlSpec {
+            observer_gain: options.observer_gain,
+            ..control(task)
+        },
         golden: vec![],
     };
     spec.validate()
@@ -233,6 +237,13 @@ pub fn fits(rig: &Rig, plant: &Plant, task: &Task) -> Result<()> {
         n_y: task.outputs.len(),
         ..shape
     };
+    let line = rig.network.as_ref().map_or(1, |table| table.line);
+    if gates(options.first).is_some() && options.observer_gain < 1.0 {
+        let message = "`observer_gain` of [network] is for networks without memory: one that remembers filters for itself";
+        return Err(Error::file(&rig.file, message)
+            .at(line, 1)
+            .expected("`first_layer = \"tanh\"` or `\"relu\"`, or no `observer_gain`"));
+    }
     let vectors = match options.first {
         FirstLayer::Tanh | FirstLayer::Relu => 0,
         FirstLayer::Gru => 1,
@@ -243,7 +254,6 @@ pub fn fits(rig: &Rig, plant: &Plant, task: &Task) -> Result<()> {
     if remembered == 0 || looked_at + remembered <= MAX_REGRESSOR {
         return Ok(());
     }
-    let line = rig.network.as_ref().map_or(1, |table| table.line);
     let message = format!(
         "[network] looks at {looked_at} numbers and remembers {remembered}, more than the {MAX_REGRESSOR} of a frame"
     );
@@ -314,6 +324,7 @@ pub(super) fn control(task: &Task) -> ControlSpec {
             .map(|(low, high, _)| 0.0_f64.clamp(*low, *high))
             .collect(),
         disturbance_gain: 0.2,
+        observer_gain: 1.0,
         iterations: 2,
         gap_limit: 10,
     }
@@ -342,7 +353,8 @@ pub(super) fn score(
     test: &[Scaled],
     y_scaling: &[(f64, f64)],
 ) -> (Vec<f64>, Vec<f64>) {
-    let windows = Windows::new(shape, warm_up, task.horizon, test);
+    let test = observed(spec, shape, test);
+    let windows = Windows::new(shape, warm_up, task.horizon, &test);
     let mut warm = vec![0.0; spec.memory()];
     let mut squares = [vec![0.0; shape.n_y], vec![0.0; shape.n_y]];
     let newest = shape.n_u * shape.past_inputs;
@@ -388,6 +400,30 @@ pub(super) fn score(
         return (rms(&squares[0]), rms(&squares[0]));
     }
     (rms(&squares[0]), rms(&squares[1]))
+}
+
+/// Episodes as the firmware's history holds them: what is measured entered by the observer (docs/mpc.md, eq. 10c), no disturbance.
+fn observed(spec: &ModelSpec, shape: Shape, episodes: &[Scaled]) -> Vec<Scaled> {
+    let gain = spec.control.observer_gain;
+    let mut episodes = episodes.to_vec();
+    if gain == 1.0 {
+        return episodes;
+    }
+    for episode in &mut episodes {
+        let mut memory = vec![0.0; spec.memory()];
+        for k in shape.history()..episode.steps {
+            let mut x = Vec::new();
+            episode.regressor(&shape, k, &mut x);
+            x.extend_from_slice(&memory);
+            let (predicted, next) = advance(spec, &x);
+            memory = next;
+            let place = &mut episode.measured[(k + 1) * shape.n_y..(k + 2) * shape.n_y];
+            for (place, predicted) in place.iter_mut().zip(&predicted) {
+                *place = predicted + gain * (*place - predicted);
+            }
+        }
+    }
+    episodes
 }
 
 /// The unit at the end of a column's name; `1` for none, since a model names a unit for every signal.

@@ -38,6 +38,15 @@ pub fn gates(first: FirstLayer) -> Option<usize> {
 /// Steps before a window from which a network that remembers gets its state.
 pub const WARM_UP: usize = 32;
 
+/// Steps until an observer has forgotten all but a thousandth of what it began with.
+fn observer_steps(gain: f64) -> usize {
+    const MOST: f64 = 32.0;
+    match gain < 1.0 {
+        true => (1e-3_f64.ln() / (1.0 - gain).ln()).ceil().min(MOST) as usize,
+        false => 0,
+    }
+}
+
 /// How a network is trained.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
@@ -45,6 +54,8 @@ pub struct Options {
     pub first: FirstLayer,
     /// Widths of the hidden layers.
     pub hidden: Vec<usize>,
+    /// How much of a measurement enters the past that the network sees, over 0 to 1, as in the firmware (docs/mpc.md, eq. 10c).
+    pub observer_gain: f64,
     /// Steps that the network predicts from its own predictions while it learns.
     pub rollout: usize,
     /// Passes; one pass is `batches` random batches.
@@ -77,9 +88,9 @@ impl Options {
         }
     }
 
-    /// Steps of warm-up: none for a network that remembers nothing.
+    /// Steps of warm-up: none for a network that remembers nothing and has no observer before it.
     pub fn warm_up(&self) -> usize {
-        gates(self.first).map_or(0, |_| WARM_UP)
+        gates(self.first).map_or_else(|| observer_steps(self.observer_gain), |_| WARM_UP)
     }
 }
 
@@ -88,6 +99,7 @@ impl Default for Options {
         Self {
             first: FirstLayer::Tanh,
             hidden: vec![12],
+            observer_gain: 1.0,
             rollout: 10,
             epochs: 100,
             batches: 40,
@@ -160,7 +172,7 @@ pub fn train(
     let device = Device::default().autodiff();
     device.seed(options.seed);
     let gain = unexplained.max(1e-4);
-    let frame = Frame::new(shape, &basis, &step, gain, options.first, &device);
+    let frame = Frame::new(shape, &basis, &step, gain, options, &device);
     let predictor = Predictor::new((options.first, &options.hidden), &w, &b, &device);
 
     let mut random = ChaCha8Rng::seed_from_u64(options.seed);

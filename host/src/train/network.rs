@@ -6,6 +6,7 @@ use burn::tensor::{Device, Tensor, TensorData};
 use nalgebra::{DMatrix, DVector};
 use sinew_sim::FirstLayer;
 
+use super::Options;
 use super::basis::Basis;
 use super::cell::{Cell, State, Weights};
 use super::windows::{Shape, Windows};
@@ -32,6 +33,8 @@ pub struct Frame {
     gain: f32,
     /// What the network begins with.
     first: FirstLayer,
+    /// L of docs/mpc.md, eq. 10c.
+    observer_gain: f64,
 }
 
 /// One batch on the device: history, inputs and targets of `rows` windows.
@@ -44,7 +47,9 @@ pub struct Batch {
     past_y: Vec<Tensor<2>>,
     /// Channels s(k), where there are any: the same at every step.
     channels: Option<Tensor<2>>,
-    /// u(k + j), one tensor a step.
+    /// Measurements by which the first predictions are corrected, one tensor a step: what an observer begins with.
+    corrections: Vec<Tensor<2>>,
+    /// u(k + j), one tensor a step, those of the corrections first.
     inputs: Vec<Tensor<2>>,
     /// y(k + 1 + j), one tensor a step.
     targets: Vec<Tensor<2>>,
@@ -68,13 +73,14 @@ pub(super) fn to_matrix(t: Tensor<2>) -> DMatrix<f64> {
 }
 
 impl Frame {
-    /// A frame on `device` for `basis`; `step` and `gain` as in [`Predictor`].
+    /// A frame on `device` for `basis`; `step` and `gain` as in [`Predictor`], what the network begins with and its observer from
+    /// `options`.
     pub fn new(
         shape: Shape,
         basis: &Basis,
         step: &DVector<f64>,
         gain: f64,
-        first: FirstLayer,
+        options: &Options,
         device: &Device,
     ) -> Self {
         let (a, offset) = basis.affine();
@@ -90,7 +96,8 @@ impl Frame {
                 device,
             ),
             gain: gain as f32,
-            first,
+            first: options.first,
+            observer_gain: options.observer_gain,
         }
     }
 
@@ -110,10 +117,17 @@ impl Frame {
             n_s,
         } = self.shape;
         let (rows, n) = (chosen.len(), self.shape.regressor_len());
+        // An observer begins before the window, at what was measured there; a memory is warmed up by what was.
+        let observed = match self.observer_gain < 1.0 {
+            true => windows.warm_up(),
+            false => 0,
+        };
         let (mut x, mut inputs, mut targets) = (Vec::new(), Vec::new(), Vec::new());
+        let mut measured = Vec::new();
         for w in chosen {
-            windows.regressor(*w, &mut x);
-            inputs.extend_from_slice(windows.inputs(*w));
+            windows.regressor_before(*w, observed, &mut x);
+            inputs.extend_from_slice(windows.inputs_from(*w, observed));
+            measured.extend_from_slice(windows.measured_since(*w, observed));
             targets.extend_from_slice(windows.targets(*w));
         }
         let columns = |of: &[f64], stride: usize, start: usize, width: usize| {
@@ -123,7 +137,7 @@ impl Frame {
         };
         let column = |start: usize, width: usize| columns(&x, n, start, width);
         let mut before = Vec::new();
-        for back in (1..=windows.warm_up()).rev() {
+        for back in (1..=windows.warm_up() - observed).rev() {
             for w in chosen {
                 windows.regressor_before(*w, back, &mut before);
             }
@@ -139,8 +153,11 @@ impl Frame {
                 .map(|lag| column(past_inputs * n_u + lag * n_y, n_y))
                 .collect(),
             channels: (n_s > 0).then(|| column(n - n_s, n_s)),
-            inputs: (0..rollout)
-                .map(|j| columns(&inputs, rollout * n_u, j * n_u, n_u))
+            corrections: (0..observed)
+                .map(|j| columns(&measured, observed * n_y, j * n_y, n_y))
+                .collect(),
+            inputs: (0..observed + rollout)
+                .map(|j| columns(&inputs, (observed + rollout) * n_u, j * n_u, n_u))
                 .collect(),
             targets: (0..rollout)
                 .map(|j| columns(&targets, rollout * n_y, j * n_y, n_y))
@@ -192,10 +209,11 @@ impl Predictor {
         }
     }
 
-    /// Predicted outputs for each step of the batch.
+    /// Predicted outputs for each step of the batch, those that are corrected left out.
     fn roll_out(&self, frame: &Frame, batch: &Batch) -> Vec<Tensor<2>> {
         let (mut past_u, mut past_y) = (batch.past_u.clone(), batch.past_y.clone());
-        let mut predictions = Vec::with_capacity(batch.inputs.len());
+        let mut predictions = Vec::with_capacity(batch.targets.len());
+        let mut corrections = batch.corrections.iter();
         let cell = self.cell.as_ref().map(Cell::learned);
         let mut state = cell.as_ref().map(|cell| warmed_up(cell, frame, batch));
         for u in &batch.inputs {
@@ -217,12 +235,21 @@ impl Predictor {
                 };
             }
             let change = self.linear.forward(z) + self.last.forward(h).mul_scalar(frame.gain);
-            let y = past_y[0].clone() + change * frame.step.clone();
+            let predicted = past_y[0].clone() + change * frame.step.clone();
+            let y = match corrections.next() {
+                Some(measured) => {
+                    let innovation = measured.clone() - predicted.clone();
+                    predicted + innovation.mul_scalar(frame.observer_gain)
+                }
+                None => {
+                    predictions.push(predicted.clone());
+                    predicted
+                }
+            };
             past_u.insert(0, u.clone());
             past_u.truncate(frame.shape.past_inputs - 1);
-            past_y.insert(0, y.clone());
+            past_y.insert(0, y);
             past_y.truncate(frame.shape.past_outputs);
-            predictions.push(y);
         }
         predictions
     }
@@ -338,7 +365,7 @@ mod tests {
     use super::super::fold::Folded;
     use super::*;
     use crate::chain::learn::layers;
-    use crate::train::{Scaled, WARM_UP, gates};
+    use crate::train::Scaled;
 
     const SHAPE: Shape = Shape {
         n_u: 1,
@@ -395,6 +422,7 @@ mod tests {
                 tracking_weight: vec![],
                 move_suppression: vec![],
                 command_weight: 0.0,
+                observer_gain: 1.0,
                 lower: vec![],
                 upper: vec![],
                 rate_limit: vec![],
@@ -408,9 +436,14 @@ mod tests {
     }
 
     /// Largest difference of any output over warm-up and rollout, and how far the network moves an output.
-    fn difference(first: FirstLayer) -> (f64, f64) {
+    fn difference(first: FirstLayer, observer_gain: f64) -> (f64, f64) {
         const ROLLOUT: usize = 6;
-        let warm_up = gates(first).map_or(0, |_| WARM_UP);
+        let options = Options {
+            first,
+            observer_gain,
+            ..Options::default()
+        };
+        let warm_up = options.warm_up();
         let episodes = [episode()];
         let windows = Windows::new(SHAPE, warm_up, ROLLOUT, &episodes);
         let x = windows.regressors();
@@ -419,7 +452,7 @@ mod tests {
         let device = Device::default().autodiff();
         device.seed(7);
         let gain = 0.7;
-        let frame = Frame::new(SHAPE, &basis, &step, gain, first, &device);
+        let frame = Frame::new(SHAPE, &basis, &step, gain, &options, &device);
         let n = SHAPE.regressor_len();
         let w = DMatrix::from_fn(SHAPE.n_y, n, |r, c| 0.05 * ((r + 3 * c) as f64).cos());
         let b = DVector::from_vec(vec![0.1, -0.1]);
@@ -444,13 +477,21 @@ mod tests {
         let (mut worst, mut said) = (0.0_f64, 0.0_f64);
         for w in &chosen {
             let mut memory = vec![0.0; spec.memory()];
+            // What was measured, or what the firmware's estimator made of it (docs/mpc.md, eq. 10c).
+            let mut observed = vec![];
             for back in (1..=warm_up).rev() {
                 let mut x = Vec::new();
                 windows.regressor_before(*w, back, &mut x);
-                memory = advance(&spec, &[x, memory].concat()).1;
+                entered(&mut x, &observed);
+                let (predicted, next) = advance(&spec, &[x, memory].concat());
+                memory = next;
+                let measured = &windows.measured_since(*w, back)[..SHAPE.n_y];
+                let both = predicted.iter().zip(measured);
+                observed.splice(0..0, both.map(|(p, y)| p + observer_gain * (y - p)));
             }
             let mut x = Vec::new();
             windows.regressor(*w, &mut x);
+            entered(&mut x, &observed);
             for (j, y) in found.iter().enumerate() {
                 if j > 0 {
                     x[1] = x[0];
@@ -471,15 +512,23 @@ mod tests {
         (worst, said)
     }
 
+    /// Puts what was observed, newest first, in the place of what was measured.
+    fn entered(x: &mut [f64], observed: &[f64]) {
+        let outputs = &mut x[2..8];
+        let known = observed.len().min(outputs.len());
+        outputs[..known].copy_from_slice(&observed[..known]);
+    }
+
     #[test]
     fn what_was_trained_is_what_the_evaluator_computes() {
-        for first in [
-            FirstLayer::Tanh,
-            FirstLayer::Relu,
-            FirstLayer::Gru,
-            FirstLayer::Lstm,
+        for (first, observer_gain) in [
+            (FirstLayer::Tanh, 1.0),
+            (FirstLayer::Tanh, 0.6),
+            (FirstLayer::Relu, 1.0),
+            (FirstLayer::Gru, 1.0),
+            (FirstLayer::Lstm, 1.0),
         ] {
-            let (worst, said) = difference(first);
+            let (worst, said) = difference(first, observer_gain);
             assert!(said > 1e-2, "{first:?}: the network says nothing: {said:e}");
             assert!(worst < 2e-5, "{first:?}: {worst:e}");
         }

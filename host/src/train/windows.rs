@@ -46,6 +46,19 @@ pub struct Scaled {
     pub steps: usize,
 }
 
+impl Scaled {
+    /// The flattened regressor at k, appended to `x`; k is [`Shape::history`] or more.
+    pub fn regressor(&self, shape: &Shape, k: usize, x: &mut Vec<f64>) {
+        for lag in 0..shape.past_inputs {
+            x.extend_from_slice(row(&self.u, shape.n_u, k - lag));
+        }
+        for lag in 0..shape.past_outputs {
+            x.extend_from_slice(row(&self.measured, shape.n_y, k - lag));
+        }
+        x.extend_from_slice(row(&self.channels, shape.n_s, k));
+    }
+}
+
 /// All windows of a set of episodes: (episode, k) for every k from which `rollout` steps follow.
 pub struct Windows<'a> {
     shape: Shape,
@@ -101,20 +114,24 @@ impl<'a> Windows<'a> {
     /// The regressor `back` steps before, at most [`Windows::warm_up`].
     pub fn regressor_before(&self, w: usize, back: usize, x: &mut Vec<f64>) {
         let (episode, k) = self.at(w);
-        let k = k - back;
-        for lag in 0..self.shape.past_inputs {
-            x.extend_from_slice(row(&episode.u, self.shape.n_u, k - lag));
-        }
-        for lag in 0..self.shape.past_outputs {
-            x.extend_from_slice(row(&episode.measured, self.shape.n_y, k - lag));
-        }
-        x.extend_from_slice(row(&episode.channels, self.shape.n_s, k));
+        episode.regressor(&self.shape, k - back, x);
     }
 
     /// Inputs u(k) .. u(k + rollout - 1) of window `w`, one row of `n_u` a step.
     pub fn inputs(&self, w: usize) -> &[f64] {
+        self.inputs_from(w, 0)
+    }
+
+    /// The same from u(k - back) on, at most [`Windows::warm_up`] steps before.
+    pub fn inputs_from(&self, w: usize, back: usize) -> &[f64] {
         let (episode, k) = self.at(w);
-        &episode.u[k * self.shape.n_u..(k + self.rollout) * self.shape.n_u]
+        &episode.u[(k - back) * self.shape.n_u..(k + self.rollout) * self.shape.n_u]
+    }
+
+    /// What was measured at k - back + 1 .. k of window `w`, one row of `n_y` a step.
+    pub fn measured_since(&self, w: usize, back: usize) -> &[f64] {
+        let (episode, k) = self.at(w);
+        &episode.measured[(k + 1 - back) * self.shape.n_y..(k + 1) * self.shape.n_y]
     }
 
     /// Outputs y(k + 1) .. y(k + rollout) without noise of window `w`.

@@ -53,7 +53,7 @@ pub enum FirstLayer {
 }
 
 /// The `[network]` table; a key that is absent is `None`.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct NetworkTable {
     /// Widths of the hidden layers.
     pub hidden: Option<Vec<usize>>,
@@ -63,6 +63,8 @@ pub struct NetworkTable {
     pub past_inputs: Option<usize>,
     /// Past outputs that it sees.
     pub past_outputs: Option<usize>,
+    /// How much of a measurement enters the past that it sees, over 0 to 1; the rest is its own prediction.
+    pub observer_gain: Option<f64>,
     /// What it gives.
     pub form: Option<Form>,
     /// Indices of the sensors that it sees beside the outputs, of which it has one reading and no past.
@@ -211,6 +213,7 @@ pub(super) fn read_network(
         "first_layer",
         "past_inputs",
         "past_outputs",
+        "observer_gain",
         "form",
         "channels",
     ])?;
@@ -260,11 +263,19 @@ pub(super) fn read_network(
              `first_layer`",
         ));
     }
+    let observer_gain = table.number("observer_gain", Sign::Positive)?;
+    if let Some(gain) = observer_gain.filter(|gain| *gain > 1.0) {
+        return Err(table.error_at(
+            "observer_gain",
+            format!("`observer_gain` of [network]: expected more than 0 and at most 1, found {gain}"),
+        ));
+    }
     Ok(Some(NetworkTable {
         hidden,
         first_layer,
         past_inputs: table.count("past_inputs", 1, MAX_STEPS)?,
         past_outputs: table.count("past_outputs", 1, MAX_STEPS)?,
+        observer_gain,
         form: table.word("form", &forms)?,
         channels,
         line: table.own_line(),

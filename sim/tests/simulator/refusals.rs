@@ -156,6 +156,8 @@ const CASES: &[(&str, &str)] = &[
     ("rate_hz = 120.0", "reference = [\"a\", \"b\"]"),
     ("rate_hz = 120.0", "move_suppression = [0.1, 0.1]"),
     ("rate_hz = 120.0", "command_weight = -0.1"),
+    ("hidden = [16]", "observer_gain = 0.0"),
+    ("hidden = [16]", "observer_gain = 1.5"),
     ("outputs = [\"encoder\"]", "outputs = [\"encodr\"]"),
     (
         "outputs = [\"encoder\"]",

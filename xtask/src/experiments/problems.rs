@@ -384,7 +384,7 @@ macro_rules! hasel_tables {
             $inputs,
             "\npast_outputs = ",
             $outputs,
-            "\n"
+            "\nobserver_gain = 0.6\n"
         )
     };
 }
