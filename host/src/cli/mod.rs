@@ -224,7 +224,7 @@ pub struct Common {
     pub quiet: bool,
 }
 
-/// Runs the program: 0 when it did what was asked, 2 for bad arguments or bad files, 130 after Ctrl-C, 1
+/// Runs the program: 0 when it did what was asked, 2 for bad arguments or bad files, 130 after Ctrl-C, 141 where nobody reads on, 1
 /// for anything else.
 pub fn main() -> ExitCode {
     // A handler that cannot be installed costs only the tidying up; the system still ends the process.
@@ -236,6 +236,7 @@ pub fn main() -> ExitCode {
         eprintln!("\nstopped; no file was left half written");
         std::process::exit(130);
     });
+    end_with_the_reader();
     let program = match Program::try_parse() {
         Ok(program) => program,
         Err(error) => {
@@ -251,6 +252,22 @@ pub fn main() -> ExitCode {
             ExitCode::from(error.exit_code())
         }
     }
+}
+
+/// Where the reader of standard output has gone away (`sinew train .. | head -1`), `println` panics. That is no failure of this
+/// program: it ends with the status that a shell gives to one that the closed pipe has killed.
+fn end_with_the_reader() {
+    const CLOSED_PIPE: i32 = 128 + 13;
+    let usual = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        let words = panic.payload_as_str().unwrap_or_default();
+        if words.starts_with("failed printing to stdout") && words.contains("Broken pipe") {
+            let _children = crate::device::kill_all();
+            let _files = crate::atomic::remove_unfinished();
+            std::process::exit(CLOSED_PIPE);
+        }
+        usual(panic);
+    }));
 }
 
 fn run(verb: Verb) -> Result<()> {

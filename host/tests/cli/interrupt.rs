@@ -131,6 +131,25 @@ fn interrupt(desk: &Desk, mut child: Child, when: &str) {
     );
 }
 
+#[test]
+fn a_reader_that_goes_away_ends_it_in_silence() {
+    let desk = Desk::new();
+    desk.bring("rigs/mass-spring-damper.toml")
+        .bring("rigs/mass-spring-damper.fit.csv");
+    let mut command = desk.command(
+        "fit mass-spring-damper.toml --fit mass-spring-damper.fit.csv --out f.toml --quiet",
+    );
+    let (reader, writer) = std::io::pipe().expect("a pipe can be made");
+    drop(reader);
+    let output = command
+        .stdout(writer)
+        .stderr(Stdio::piped())
+        .output()
+        .expect("the program starts");
+    let words = String::from_utf8_lossy(&output.stderr);
+    assert_eq!((output.status.code(), &*words), (Some(141), ""));
+}
+
 /// Every file of the desk.
 fn files(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();

@@ -151,6 +151,8 @@ fn tunings() {
     let rig = desk.read(RIG);
     let large = rig.replace("hidden = [12]", "hidden = [60]\nfirst_layer = \"lstm\"");
     desk.write("large.toml", &large);
+    let twice = "hidden = [12]\nfirst_layer = \"gru\"\nobserver_gain = 0.6";
+    desk.write("twice.toml", &rig.replace("hidden = [12]", twice));
     let line = |model: &str, rest: &str| format!("tune {RIG} {model} --fit good.csv {rest}");
     let report = refusals(
         &desk,
@@ -180,6 +182,7 @@ fn tunings() {
             &format!("compare {RIG} . --fit good.csv --out out --delay 2"),
             &format!("train {RIG} --fit good.csv --out out --json good.csv"),
             "train large.toml --fit good.csv --out out",
+            "train twice.toml --fit good.csv --out out",
         ],
     );
     assert!(!desk.path("t.toml").exists(), "a refusal writes nothing");

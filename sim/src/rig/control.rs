@@ -267,7 +267,9 @@ pub(super) fn read_network(
     if let Some(gain) = observer_gain.filter(|gain| *gain > 1.0) {
         return Err(table.error_at(
             "observer_gain",
-            format!("`observer_gain` of [network]: expected more than 0 and at most 1, found {gain}"),
+            format!(
+                "`observer_gain` of [network]: expected more than 0 and at most 1, found {gain}"
+            ),
         ));
     }
     Ok(Some(NetworkTable {
