@@ -188,6 +188,30 @@ pub fn of_column(column: &str) -> &str {
     column.rsplit_once('_').map_or("", |(_, suffix)| suffix)
 }
 
+/// The SI unit of what is written in `unit`, both as [`of_column`] gives them; one that is not known as it stands.
+///
+/// ```
+/// assert_eq!(sinew_sim::unit::si("kV"), "V");
+/// assert_eq!(sinew_sim::unit::si("deg/s"), "rad/s");
+/// assert_eq!(sinew_sim::unit::si("furlong"), "furlong");
+/// ```
+pub fn si(unit: &str) -> &str {
+    match unit {
+        "km" | "cm" | "mm" | "um" => "m",
+        "mrad" | "deg" | "rev" => "rad",
+        "ms" | "us" => "s",
+        "mm/s" => "m/s",
+        "deg/s" | "rpm" => "rad/s",
+        "kN" | "mN" => "N",
+        "N mm" | "mN m" => "N m",
+        "kV" | "mV" => "V",
+        "mA" => "A",
+        "mT" | "uT" => "T",
+        "%" => "1",
+        other => other,
+    }
+}
+
 /// The unit of a ratio, `1` where the two cancel.
 pub(crate) fn ratio(over: &str, under: &str) -> String {
     match (over, under) {
@@ -209,6 +233,20 @@ mod tests {
         assert_eq!(of_column("q_parsec_m"), "m");
         assert_eq!(of_column("tau_Nm"), "N m");
         assert_eq!(of_column("u_1"), "1");
+    }
+
+    #[test]
+    fn every_unit_has_its_own_in_si() {
+        for known in KNOWN {
+            let base = KNOWN.iter().find(|other| other.text == si(known.text));
+            assert!(base.is_some_and(|base| base.si == 1.0), "{}", known.text);
+            assert_eq!(
+                known.si == 1.0,
+                si(known.text) == known.text,
+                "{}",
+                known.text
+            );
+        }
     }
 
     #[test]

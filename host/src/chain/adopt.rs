@@ -45,7 +45,7 @@ pub fn adopt(
         .iter()
         .zip(&task.limits)
         .map(|(input, (low, high, _))| {
-            let unit = unit_of(&input.column);
+            let unit = unit_of(input.unit());
             let signal = signal(&input.column, unit, (*low, *high));
             (signal, input.column_factor)
         })

@@ -81,6 +81,8 @@ pub struct Outcome {
     pub units: Vec<String>,
     /// Columns of the inputs.
     pub inputs: Vec<String>,
+    /// Units of the inputs.
+    pub input_units: Vec<String>,
     /// Columns of the outputs.
     pub outputs: Vec<String>,
     /// The model with its tuned settings.
@@ -214,6 +216,7 @@ pub fn build(request: &Request) -> Result<Outcome> {
         units: sensors().map(|s| s.unit.clone()).collect(),
         outputs: sensors().map(|s| s.column.clone()).collect(),
         inputs: plant.inputs().iter().map(|i| i.column.clone()).collect(),
+        input_units: plant.inputs().iter().map(|i| i.unit().into()).collect(),
         task,
         spec,
         record,

@@ -54,17 +54,17 @@ pub struct Contest {
     /// How far each loop's own plant was drawn from the one in `plant`, as a part of each free parameter; null where all
     /// loops have one plant.
     spread: Option<f64>,
-    outputs: Vec<Output>,
+    outputs: Vec<Signal>,
     /// Gains by name, an object a channel, of controllers without a model.
     gains: Map<String, Value>,
     /// In the order of the table.
     pub controllers: Vec<Contestant>,
     #[serde(skip)]
-    inputs: Vec<String>,
+    inputs: Vec<Signal>,
 }
 
 #[derive(Serialize)]
-struct Output {
+struct Signal {
     signal: String,
     unit: String,
 }
@@ -101,14 +101,19 @@ impl Contest {
             judged_s: ready.task.judged_s,
             spread: None,
             outputs: sensors
-                .map(|s| Output {
+                .map(|s| Signal {
                     signal: s.column.clone(),
                     unit: s.unit.clone(),
                 })
                 .collect(),
             gains,
             controllers,
-            inputs: inputs.map(|i| i.column.clone()).collect(),
+            inputs: inputs
+                .map(|i| Signal {
+                    signal: i.column.clone(),
+                    unit: i.unit().to_owned(),
+                })
+                .collect(),
         }
     }
 
@@ -157,7 +162,7 @@ impl Contest {
             if let Some(row) = self.distances(controller, loops, counted) {
                 table = table.row(row);
             }
-            for (i, Output { signal, unit }) in self.outputs.iter().enumerate() {
+            for (i, Signal { signal, unit }) in self.outputs.iter().enumerate() {
                 let (median, worst) = controller.rms(i);
                 let transient = controller.transient(i);
                 let outside = controller.loops.iter().map(|l| l.score.outside_limits);
@@ -233,9 +238,8 @@ impl Contest {
             self.drawn(plot, Stroke::Solid, |run| column(&run.y, i))
         });
         let commands = self.inputs.iter().enumerate().map(|(i, input)| {
-            let unit = sinew_sim::unit::of_column(input);
-            let title = format!("{input}: command in the first loop");
-            let plot = Plot::over_time(title).y(input, unit);
+            let title = format!("{}: command in the first loop", input.signal);
+            let plot = Plot::over_time(title).y(&input.signal, &input.unit);
             self.drawn(plot, Stroke::Steps, |run| column(&run.u, i))
         });
         tracking.chain(self.errors()).chain(commands).collect()

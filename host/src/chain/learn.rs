@@ -188,7 +188,7 @@ fn learned(
         name: crate_name(&rig.name),
         period_s: task.period_s,
         inputs: inputs
-            .map(|(i, s)| signal(&i.column, unit_of(&i.column), *s))
+            .map(|(i, s)| signal(&i.column, unit_of(i.unit()), *s))
             .collect(),
         outputs: outputs
             .map(|(o, s)| signal(&o.column, &o.unit, *s))
@@ -426,9 +426,9 @@ fn observed(spec: &ModelSpec, shape: Shape, episodes: &[Scaled]) -> Vec<Scaled> 
     episodes
 }
 
-/// The unit at the end of a column's name; `1` for none, since a model names a unit for every signal.
-pub(super) fn unit_of(column: &str) -> &str {
-    match sinew_sim::unit::of_column(column) {
+/// A unit; `1` for none, since a model names a unit for every signal.
+pub(super) fn unit_of(unit: &str) -> &str {
+    match unit {
         "" => "1",
         unit => unit,
     }

@@ -56,21 +56,12 @@ pub fn simulation(
         .zip(inputs)
         .map(|(input, values)| Trace {
             name: input.column.clone(),
-            unit: input_unit(input),
+            unit: input.unit().to_owned(),
             values: values.clone(),
         });
     let mut all = plots("Signals", Stroke::Solid, t, signals.collect());
     all.extend(plots("Inputs", Stroke::Steps, t, driven.collect()));
     all
-}
-
-/// Unit of an input in SI: of its column; nothing where a `unit` key converts the column.
-fn input_unit(input: &sinew_sim::Input) -> String {
-    if input.column_factor == 1.0 {
-        sinew_sim::unit::of_column(&input.column).to_owned()
-    } else {
-        String::new()
-    }
 }
 
 /// A page with the plots and, where the rig has a shape, its animation first.

@@ -62,6 +62,18 @@ pub struct Input {
     pub line: usize,
 }
 
+impl Input {
+    /// The unit of its values, of its limits and of what a controller commands: the column's own, or SI where the rig's `unit` key
+    /// converts it. Empty where the column names none.
+    pub fn unit(&self) -> &str {
+        let written = crate::unit::of_column(&self.column);
+        match self.column_factor == 1.0 {
+            true => written,
+            false => crate::unit::si(written),
+        }
+    }
+}
+
 /// A column that the plant writes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SensorChannel {

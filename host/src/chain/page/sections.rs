@@ -48,8 +48,7 @@ pub(super) fn loop_section(outcome: &Outcome) -> Section {
         });
         section = section.with(Block::Plot(tracking)).with(Block::Plot(error));
     }
-    for (i, name) in outcome.inputs.iter().enumerate() {
-        let unit = sinew_sim::unit::of_column(name);
+    for (i, (name, unit)) in outcome.inputs.iter().zip(&outcome.input_units).enumerate() {
         let plot = Plot::over_time(format!("{name}: command")).y(name, unit);
         section = section.with(Block::Plot(add(plot, Stroke::Steps, &|run| {
             column(run, |r| &r.u, i)
