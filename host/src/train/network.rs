@@ -45,8 +45,8 @@ pub struct Batch {
     past_u: Vec<Tensor<2>>,
     /// Past values of y, newest first, y(k) included.
     past_y: Vec<Tensor<2>>,
-    /// Channels s(k), where there are any: the same at every step.
-    channels: Option<Tensor<2>>,
+    /// Channels, where there are any, one tensor a correction, then s(k), which stays.
+    channels: Vec<Tensor<2>>,
     /// Measurements by which the first predictions are corrected, one tensor a step: what an observer begins with.
     corrections: Vec<Tensor<2>>,
     /// u(k + j), one tensor a step, those of the corrections first.
@@ -123,9 +123,10 @@ impl Frame {
             false => 0,
         };
         let (mut x, mut inputs, mut targets) = (Vec::new(), Vec::new(), Vec::new());
-        let mut measured = Vec::new();
+        let (mut measured, mut channels) = (Vec::new(), Vec::new());
         for w in chosen {
             windows.regressor_before(*w, observed, &mut x);
+            channels.extend_from_slice(windows.channels_since(*w, observed));
             inputs.extend_from_slice(windows.inputs_from(*w, observed));
             measured.extend_from_slice(windows.measured_since(*w, observed));
             targets.extend_from_slice(windows.targets(*w));
@@ -152,7 +153,10 @@ impl Frame {
             past_y: (0..past_outputs)
                 .map(|lag| column(past_inputs * n_u + lag * n_y, n_y))
                 .collect(),
-            channels: (n_s > 0).then(|| column(n - n_s, n_s)),
+            channels: (0..=observed)
+                .filter(|_| n_s > 0)
+                .map(|j| columns(&channels, (observed + 1) * n_s, j * n_s, n_s))
+                .collect(),
             corrections: (0..observed)
                 .map(|j| columns(&measured, observed * n_y, j * n_y, n_y))
                 .collect(),
@@ -214,13 +218,16 @@ impl Predictor {
         let (mut past_u, mut past_y) = (batch.past_u.clone(), batch.past_y.clone());
         let mut predictions = Vec::with_capacity(batch.targets.len());
         let mut corrections = batch.corrections.iter();
+        let mut channels = batch.channels.iter();
+        let mut channel = None;
         let cell = self.cell.as_ref().map(Cell::learned);
         let mut state = cell.as_ref().map(|cell| warmed_up(cell, frame, batch));
         for u in &batch.inputs {
             let mut parts = vec![u.clone()];
             parts.extend(past_u.iter().cloned());
             parts.extend(past_y.iter().cloned());
-            parts.extend(batch.channels.iter().cloned());
+            channel = channels.next().or(channel);
+            parts.extend(channel.cloned());
             let z = Tensor::cat(parts, 1).matmul(frame.features.clone()) + frame.offset.clone();
             let mut h = z.clone();
             if let (Some(cell), Some(state)) = (&cell, &mut state) {

@@ -134,6 +134,12 @@ impl<'a> Windows<'a> {
         &episode.measured[(k + 1 - back) * self.shape.n_y..(k + 1) * self.shape.n_y]
     }
 
+    /// Channels s(k - back) .. s(k) of window `w`, one row of `n_s` a step.
+    pub fn channels_since(&self, w: usize, back: usize) -> &[f64] {
+        let (episode, k) = self.at(w);
+        &episode.channels[(k - back) * self.shape.n_s..(k + 1) * self.shape.n_s]
+    }
+
     /// Outputs y(k + 1) .. y(k + rollout) without noise of window `w`.
     pub fn targets(&self, w: usize) -> &[f64] {
         let (episode, k) = self.at(w);
