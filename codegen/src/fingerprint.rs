@@ -58,7 +58,8 @@ pub fn fingerprint(spec: &ModelSpec) -> u32 {
         hash.doubles(&[control.command_weight]);
     }
     if control.observer_gain != 1.0 {
-        hash.doubles(&[control.observer_gain]);
+        // Below zero, where no weight is: the one alone is another model than the other alone.
+        hash.doubles(&[-control.observer_gain]);
     }
     hash.doubles(&control.lower);
     hash.doubles(&control.upper);

@@ -178,7 +178,7 @@ fn a_fingerprint_stays_and_notices_every_change() {
         |spec| spec.control.move_blocks.swap(1, 2),
         |spec| spec.control.first_step += 1,
         |spec| spec.control.command_weight = 0.002,
-        |spec| spec.control.observer_gain = 0.6,
+        |spec| spec.control.observer_gain = 0.002,
     ];
     for change in changes {
         let mut changed = spec.clone();
