@@ -264,11 +264,13 @@ pub(super) fn read_network(
         ));
     }
     let observer_gain = table.number("observer_gain", Sign::Positive)?;
-    if let Some(gain) = observer_gain.filter(|gain| *gain > 1.0) {
+    // The firmware's numbers are of single precision: what is nothing there would be refused after a training.
+    let taken = |gain: &f64| *gain as f32 > 0.0 && *gain <= 1.0;
+    if let Some(gain) = observer_gain.filter(|gain| !taken(gain)) {
         return Err(table.error_at(
             "observer_gain",
             format!(
-                "`observer_gain` of [network]: expected more than 0 and at most 1, found {gain}"
+                "`observer_gain` of [network]: expected more than 0 and at most 1, found {gain:?}"
             ),
         ));
     }

@@ -158,6 +158,7 @@ const CASES: &[(&str, &str)] = &[
     ("rate_hz = 120.0", "command_weight = -0.1"),
     ("hidden = [16]", "observer_gain = 0.0"),
     ("hidden = [16]", "observer_gain = 1.5"),
+    ("hidden = [16]", "observer_gain = 1e-50"),
     ("outputs = [\"encoder\"]", "outputs = [\"encodr\"]"),
     (
         "outputs = [\"encoder\"]",
