@@ -2,11 +2,10 @@
 
 mod common;
 
-use common::{Linear, Random};
+use common::{Linear, Random, quadratic};
 use sinew_firmware::control_loop::{ControlLoop, Settings};
 use sinew_firmware::model::Regressor;
 use sinew_firmware::mpc::barrier::Barred;
-use sinew_firmware::mpc::prediction::Trajectory;
 use sinew_firmware::mpc::{Bounds, Horizons, Problem, Quadratic, Weights};
 use sinew_firmware::safety::Limits;
 use sinew_firmware::scaling::ModelScaling;
@@ -41,11 +40,7 @@ fn around(plan: &[f32; 4], barrier: f32) -> (f32, Quadratic<4>) {
         },
         horizons: &Horizons::<4, 2>::every_step(),
     };
-    let mut trajectory = Trajectory::new(());
-    let mut quadratic = Quadratic::new();
-    let cost = problem.roll(plan, &mut trajectory);
-    problem.derive(plan, &trajectory, &mut quadratic);
-    (cost, quadratic)
+    quadratic(&problem, plan)
 }
 
 #[test]

@@ -1,8 +1,10 @@
 //! The weight of the commands themselves: inputs that can do each other's work share it (docs/mpc.md, eq. 4c).
 
+mod common;
+
+use common::quadratic;
 use sinew_firmware::control_loop::{ControlLoop, Settings};
 use sinew_firmware::model::{Jacobian, Model, Regressor};
-use sinew_firmware::mpc::prediction::Trajectory;
 use sinew_firmware::mpc::{Bounds, Horizons, Problem, Quadratic, Weights};
 use sinew_firmware::safety::Limits;
 use sinew_firmware::scaling::ModelScaling;
@@ -98,11 +100,7 @@ fn around<const MILLIONTHS: u32>(plan: &[f32; 4]) -> (f32, Quadratic<4>) {
         },
         horizons: &Horizons::<4, 2>::every_step(),
     };
-    let mut trajectory = Trajectory::new(());
-    let mut quadratic = Quadratic::new();
-    let cost = problem.roll(plan, &mut trajectory);
-    problem.derive(plan, &trajectory, &mut quadratic);
-    (cost, quadratic)
+    quadratic(&problem, plan)
 }
 
 #[test]

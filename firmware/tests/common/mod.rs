@@ -17,6 +17,30 @@ use proptest::test_runner::{Config as ProptestConfig, RngSeed};
 pub use random::Random;
 pub use shallow::Shallow;
 use sinew_firmware::model::{Jacobian, Model, Regressor};
+use sinew_firmware::mpc::prediction::Trajectory;
+use sinew_firmware::mpc::{Problem, Quadratic};
+
+/// Cost, half gradient and half Hessian of a plan.
+pub fn quadratic<
+    M: Model<NU, NY, NS, ND, DD>,
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const ND: usize,
+    const DD: usize,
+    const N: usize,
+    const NB: usize,
+    const NV: usize,
+>(
+    problem: &Problem<'_, M, NU, NY, NS, ND, DD, N, NB, NV>,
+    plan: &[f32; NV],
+) -> (f32, Quadratic<NV>) {
+    let mut trajectory = Trajectory::new(M::TRACE);
+    let mut quadratic = Quadratic::new();
+    let cost = problem.roll(plan, &mut trajectory);
+    problem.derive(plan, &trajectory, &mut quadratic);
+    (cost, quadratic)
+}
 
 /// The same cases in every run, and no file left behind.
 pub fn cases(cases: u32) -> ProptestConfig {
