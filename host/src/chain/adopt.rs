@@ -213,6 +213,7 @@ fn episode(plant: &Plant, task: &Task, spec: &ModelSpec, recording: &Recording) 
         measured: y.clone(),
         y,
         channels: rows(sensors(&task.channels), &spec.channels, t.len())?,
+        slopes: vec![],
         steps,
     })
 }

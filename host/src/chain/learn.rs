@@ -13,7 +13,7 @@ use sinew_codegen::store;
 use sinew_sim::{FirstLayer, Form, Plant, Rig};
 
 use super::task::Task;
-use crate::dataset::{Recipe, Visit, draw};
+use crate::dataset::{Recipe, Slope, Stretch, Visit, draw, slopes};
 use crate::error::{Error, Result};
 use crate::train::{
     Checkpoint, Epoch, Folded, Options, Scaled, Shape, Windows, gates, scale, scaling, train,
@@ -76,6 +76,7 @@ pub fn options(rig: &Rig, horizon: usize, seed: u64) -> (Shape, Options) {
         Options {
             hidden,
             observer_gain: table.and_then(|t| t.observer_gain).unwrap_or(1.0),
+            derivative_weight: table.and_then(|t| t.derivative_weight).unwrap_or(0.0),
             rollout: horizon.clamp(1, 12),
             seed,
             ..Options::of(first)
@@ -165,7 +166,25 @@ fn learned(
     let s_scaling: Vec<_> = (0..shape.n_s)
         .map(|i| scaling(column(|e| &e.channels, shape.n_s, i)))
         .collect();
-    let scaled = scale(&drawn, &u_scaling, &y_scaling, &s_scaling);
+    let mut scaled = scale(&drawn, &u_scaling, &y_scaling, &s_scaling);
+    if options.derivative_weight > 0.0 {
+        let reach: Vec<f64> = u_scaling.iter().map(|(span, _)| *span).collect();
+        let stretch = Stretch {
+            first: shape.history() + options.warm_up(),
+            steps: options.rollout,
+            reach: &reach,
+        };
+        let slopes = slopes(
+            plant,
+            values,
+            &drawn[..EPISODES[0] + EPISODES[1]],
+            &recipe,
+            stretch,
+        )?;
+        for (episode, slopes) in scaled.iter_mut().zip(slopes) {
+            episode.slopes = in_model_units(slopes, &u_scaling, &y_scaling);
+        }
+    }
     let (training, rest) = scaled.split_at(EPISODES[0]);
     let (validation, test) = rest.split_at(EPISODES[1]);
 
@@ -224,6 +243,23 @@ fn learned(
         horizon: task.horizon,
     };
     Ok(Learned { spec, record })
+}
+
+/// Slopes with inputs and outputs in units of their spans.
+fn in_model_units(
+    mut slopes: Vec<Slope>,
+    u_scaling: &[(f64, f64)],
+    y_scaling: &[(f64, f64)],
+) -> Vec<Slope> {
+    let divide = |values: &mut [f64], scaling: &[(f64, f64)]| {
+        let each = values.iter_mut().zip(scaling.iter().cycle());
+        each.for_each(|(value, (span, _))| *value /= span);
+    };
+    for slope in &mut slopes {
+        divide(&mut slope.along, u_scaling);
+        divide(&mut slope.of, y_scaling);
+    }
+    slopes
 }
 
 /// What a network remembers has to fit a frame beside the regressor; said before anything is simulated.

@@ -5,18 +5,22 @@
 //! controller is needed to keep them in range.
 
 mod noise;
+mod slopes;
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew_sim::{Drive, Plant, Stepper};
 
 pub use noise::noise_level;
+pub use slopes::{Slope, Stretch, slopes};
 
 use crate::error::{Error, Result};
 
 /// One stretch of motion; y(k+1) follows y(k) under u(k).
 #[derive(Clone, Debug)]
 pub struct Episode {
+    /// State of the plant at the start.
+    pub start: Vec<f64>,
     /// Inputs, `[steps][n_u]`, held for a period each.
     pub u: Vec<f64>,
     /// Outputs, `[steps + 1][n_y]`.
@@ -209,6 +213,7 @@ fn episode(
     let mut targets = inputs.clone();
     let mut stepper = Stepper::new(plant, values, &start)?;
     let mut episode = Episode {
+        start,
         u: Vec::new(),
         y: Vec::new(),
         measured: Vec::new(),

@@ -183,6 +183,7 @@ mod tests {
     use sinew_sim::FirstLayer;
 
     use super::*;
+    use crate::dataset::Slope;
     use crate::train::{Scaled, Shape, Trained, train};
 
     const SHAPE: Shape = Shape {
@@ -201,6 +202,11 @@ mod tests {
             measured: y.clone(),
             y,
             channels: Vec::new(),
+            slopes: vec![Slope {
+                from: 40,
+                along: vec![1.0],
+                of: vec![0.1, 0.2, 0.3],
+            }],
             steps: 80,
         }
     }
@@ -232,9 +238,15 @@ mod tests {
     fn a_training_that_was_stopped_ends_with_the_same_weights() {
         let folder = tempfile::tempdir().expect("a folder");
         let file = folder.path().join("deeper/training.checkpoint");
-        for layer in [FirstLayer::Tanh, FirstLayer::Gru, FirstLayer::Lstm] {
+        for (layer, derivative_weight) in [
+            (FirstLayer::Tanh, 0.0),
+            (FirstLayer::Tanh, 1.0),
+            (FirstLayer::Gru, 0.0),
+            (FirstLayer::Lstm, 0.0),
+        ] {
             let options = Options {
                 first: layer,
+                derivative_weight,
                 hidden: vec![4],
                 rollout: 3,
                 epochs: 5,

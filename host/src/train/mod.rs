@@ -8,6 +8,7 @@ mod cell;
 mod checkpoint;
 mod fold;
 mod network;
+mod slopes;
 mod windows;
 
 use burn::optim::{AdamConfig, GradientsParams, grad_clipping::GradientClippingConfig};
@@ -25,6 +26,7 @@ use crate::error::Error;
 use basis::{Basis, least_squares};
 use checkpoint::Reached;
 use network::{Frame, Predictor, loss_weights};
+use slopes::Slopes;
 
 /// Gates of a first layer that remembers.
 pub fn gates(first: FirstLayer) -> Option<usize> {
@@ -56,6 +58,8 @@ pub struct Options {
     pub hidden: Vec<usize>,
     /// How much of a measurement enters the past that the network sees, over 0 to 1, as in the firmware (docs/mpc.md, eq. 10c).
     pub observer_gain: f64,
+    /// Weight of the simulator's derivatives in the loss, beside 1 for the errors; 0 for none.
+    pub derivative_weight: f64,
     /// Steps that the network predicts from its own predictions while it learns.
     pub rollout: usize,
     /// Passes; one pass is `batches` random batches.
@@ -100,6 +104,7 @@ impl Default for Options {
             first: FirstLayer::Tanh,
             hidden: vec![12],
             observer_gain: 1.0,
+            derivative_weight: 0.0,
             rollout: 10,
             epochs: 100,
             batches: 40,
@@ -217,9 +222,29 @@ pub fn train(
         Some(checkpoint) => checkpoint.reached(key, start),
         None => start,
     };
+    let weight = options.derivative_weight;
+    let slopes = match weight > 0.0 {
+        true => Some([&windows, &judged].map(|windows| Slopes::of(windows, rollout, shape.n_y))),
+        false => None,
+    };
+    let slopes = match slopes {
+        None => None,
+        Some([Some(taught), Some(judged)]) => Some((taught, judged)),
+        Some(_) => return Err(Error::failed(
+            "in the simulated episodes no input moves any output by a finite number, or all stand at their limits",
+        )
+        .help("correct the rig, or leave `derivative_weight` of [network] out")),
+    };
+    let slopes_of = |slopes: &Slopes<'_>, random: &mut ChaCha8Rng| {
+        slopes.sample((options.batch / 2).max(1), random)
+    };
+    let judging = slopes.as_ref().map(|(_, judged)| judged.first(judges));
     // The batches that were taken, so that those to come are the same.
     for _ in 0..at.history.len() * options.batches {
         sample(&windows, options.batch, &mut random);
+        if let Some((taught, _)) = &slopes {
+            slopes_of(taught, &mut random);
+        }
     }
     let total = (options.epochs * options.batches) as f64;
     for epoch in at.history.len()..options.epochs {
@@ -230,16 +255,22 @@ pub fn train(
                 * (0.01 + 0.99 * 0.5 * (1.0 + (std::f64::consts::PI * done).cos()));
             let chosen = sample(&windows, options.batch, &mut random);
             let data = frame.batch(&windows, &chosen, rollout, &device);
-            let loss = at.predictor.loss(&frame, &data, &weights);
+            let mut loss = at.predictor.loss(&frame, &data, &weights);
+            if let Some((taught, _)) = &slopes {
+                let chosen = slopes_of(taught, &mut random);
+                let of_slopes = taught.loss(&at.predictor, &frame, &chosen, &device);
+                loss = loss + of_slopes.mul_scalar(weight);
+            }
             sum += f64::from(loss.clone().into_scalar::<f32>());
             let gradients = GradientsParams::from_grads(loss.backward(), &at.predictor);
             at.predictor = at.optimizer.step(rate, at.predictor, gradients);
         }
-        let validation = f64::from(
-            at.predictor
-                .loss(&frame, &judge, &weights)
-                .into_scalar::<f32>(),
-        );
+        let mut loss = at.predictor.loss(&frame, &judge, &weights);
+        if let (Some((_, judged)), Some(chosen)) = (&slopes, &judging) {
+            let of_slopes = judged.loss(&at.predictor, &frame, chosen, &device);
+            loss = loss + of_slopes.mul_scalar(weight);
+        }
+        let validation = f64::from(loss.into_scalar::<f32>());
         let losses = Epoch {
             training: sum / options.batches as f64,
             validation,

@@ -55,7 +55,7 @@ pub struct Batch {
     targets: Vec<Tensor<2>>,
 }
 
-fn tensor(rows: usize, columns: usize, values: Vec<f32>, device: &Device) -> Tensor<2> {
+pub(super) fn tensor(rows: usize, columns: usize, values: Vec<f32>, device: &Device) -> Tensor<2> {
     Tensor::from_data(TensorData::new(values, [rows, columns]), device)
 }
 
@@ -170,6 +170,22 @@ impl Frame {
     }
 }
 
+impl Batch {
+    /// The same with u(k) and all that follow moved by `moves`, `[rows][n_u]`; what was before k stays.
+    pub fn moved(self, moves: &Tensor<2>) -> Self {
+        let before = self.corrections.len();
+        let inputs = self.inputs.into_iter().enumerate();
+        let inputs = inputs.map(|(j, u)| match j < before {
+            true => u,
+            false => u + moves.clone(),
+        });
+        Self {
+            inputs: inputs.collect(),
+            ..self
+        }
+    }
+}
+
 impl Predictor {
     /// A predictor whose linear path is (`w` `[n_y][n]`, `b` `[n_y]`) and whose network starts at zero
     /// output: the first layers are random, the last is zero.
@@ -214,7 +230,7 @@ impl Predictor {
     }
 
     /// Predicted outputs for each step of the batch, those that are corrected left out.
-    fn roll_out(&self, frame: &Frame, batch: &Batch) -> Vec<Tensor<2>> {
+    pub fn roll_out(&self, frame: &Frame, batch: &Batch) -> Vec<Tensor<2>> {
         let (mut past_u, mut past_y) = (batch.past_u.clone(), batch.past_y.clone());
         let mut predictions = Vec::with_capacity(batch.targets.len());
         let mut corrections = batch.corrections.iter();
@@ -365,7 +381,7 @@ pub fn loss_weights(sizes: &[Vec<f64>], device: &Device) -> Vec<Tensor<2>> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use sinew_codegen::evaluate::advance;
     use sinew_codegen::spec::{ControlSpec, ModelSpec, OutputForm, Signal};
 
@@ -395,12 +411,13 @@ mod tests {
             y: rows(steps + 1, 2, 1),
             measured: rows(steps + 1, 2, 1),
             channels: rows(steps + 1, 1, 5),
+            slopes: vec![],
             steps,
         }
     }
 
     /// The model that the firmware gets.
-    fn spec(folded: &Folded) -> ModelSpec {
+    pub fn spec(folded: &Folded, shape: Shape) -> ModelSpec {
         let signals = |count: usize| {
             let signal = |_| Signal {
                 name: "s".into(),
@@ -413,11 +430,11 @@ mod tests {
         ModelSpec {
             name: "test".into(),
             period_s: 0.01,
-            inputs: signals(SHAPE.n_u),
-            outputs: signals(SHAPE.n_y),
-            channels: signals(SHAPE.n_s),
-            past_inputs: SHAPE.past_inputs,
-            past_outputs: SHAPE.past_outputs,
+            inputs: signals(shape.n_u),
+            outputs: signals(shape.n_y),
+            channels: signals(shape.n_s),
+            past_inputs: shape.past_inputs,
+            past_outputs: shape.past_outputs,
             form: OutputForm::Increment,
             shortcut: Some(folded.linear.concat()),
             layers: layers(folded).expect("folded layers are whole"),
@@ -471,7 +488,7 @@ mod tests {
         let found = predictor.roll_out(&frame, &batch);
 
         let folded = Folded::new(&basis, (&step, gain), &predictor, first, SHAPE);
-        let spec = spec(&folded);
+        let spec = spec(&folded, SHAPE);
         let linear = {
             let mut spec = spec.clone();
             for layer in &mut spec.layers {

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::dataset::Episode;
+use crate::dataset::{Episode, Slope};
 
 /// Counts that decide the length and order of a regressor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,6 +42,8 @@ pub struct Scaled {
     pub measured: Vec<f64>,
     /// Channels with noise, `[steps + 1][n_s]`.
     pub channels: Vec<f64>,
+    /// What the simulator's derivatives say, where they are asked for.
+    pub slopes: Vec<Slope>,
     /// Number of steps.
     pub steps: usize,
 }
@@ -146,6 +148,17 @@ impl<'a> Windows<'a> {
         &episode.y[(k + 1) * self.shape.n_y..(k + 1 + self.rollout) * self.shape.n_y]
     }
 
+    /// The slopes that begin where a window does and have `length` entries or more, each with its window.
+    pub fn slopes(&self, length: usize) -> Vec<(usize, &'a Slope)> {
+        let mut slopes = Vec::new();
+        for (w, (e, k)) in self.starts.iter().enumerate() {
+            let here = self.episodes[*e as usize].slopes.iter();
+            let here = here.filter(|s| s.from == *k as usize && s.of.len() >= length);
+            slopes.extend(here.map(|slope| (w, slope)));
+        }
+        slopes
+    }
+
     /// Regressors of all windows, `[len][n]`.
     pub fn regressors(&self) -> DMatrix<f64> {
         let mut x = Vec::with_capacity(self.len() * self.shape.regressor_len());
@@ -199,6 +212,7 @@ pub fn scale(
             y: to_model(&episode.y, y_scaling),
             measured: to_model(&episode.measured, y_scaling),
             channels: to_model(&episode.channels, s_scaling),
+            slopes: vec![],
             steps: episode.u.len() / u_scaling.len(),
         })
         .collect()
@@ -222,6 +236,7 @@ mod tests {
             u: (0..6).map(f64::from).collect(),
             measured: y.clone(),
             channels: y.iter().map(|y| y + 100.0).collect(),
+            slopes: vec![],
             y,
             steps: 6,
         };

@@ -65,6 +65,8 @@ pub struct NetworkTable {
     pub past_outputs: Option<usize>,
     /// How much of a measurement enters the past that it sees, over 0 to 1; the rest is its own prediction.
     pub observer_gain: Option<f64>,
+    /// Weight of the simulator's derivatives in what it is trained by.
+    pub derivative_weight: Option<f64>,
     /// What it gives.
     pub form: Option<Form>,
     /// Indices of the sensors that it sees beside the outputs, of which it has one reading and no past.
@@ -76,6 +78,8 @@ pub struct NetworkTable {
 /// Longest horizon and widest layer that a rig may ask for; far beyond what fits a small chip.
 const MAX_STEPS: usize = 256;
 const MAX_WIDTH: usize = 1024;
+/// Largest weight of derivatives in a loss where errors have 1: with more, errors count for nothing.
+const MAX_DERIVATIVE_WEIGHT: f64 = 1000.0;
 
 pub(super) fn read_control(
     table: Option<Reader>,
@@ -214,6 +218,7 @@ pub(super) fn read_network(
         "past_inputs",
         "past_outputs",
         "observer_gain",
+        "derivative_weight",
         "form",
         "channels",
     ])?;
@@ -274,12 +279,22 @@ pub(super) fn read_network(
             ),
         ));
     }
+    let derivative_weight = table.number("derivative_weight", Sign::NonNegative)?;
+    if let Some(weight) = derivative_weight.filter(|weight| *weight > MAX_DERIVATIVE_WEIGHT) {
+        return Err(table.error_at(
+            "derivative_weight",
+            format!(
+                "`derivative_weight` of [network]: expected 0 to {MAX_DERIVATIVE_WEIGHT}, found {weight:?}"
+            ),
+        ));
+    }
     Ok(Some(NetworkTable {
         hidden,
         first_layer,
         past_inputs: table.count("past_inputs", 1, MAX_STEPS)?,
         past_outputs: table.count("past_outputs", 1, MAX_STEPS)?,
         observer_gain,
+        derivative_weight,
         form: table.word("form", &forms)?,
         channels,
         line: table.own_line(),

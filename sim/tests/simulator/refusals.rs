@@ -159,6 +159,8 @@ const CASES: &[(&str, &str)] = &[
     ("hidden = [16]", "observer_gain = 0.0"),
     ("hidden = [16]", "observer_gain = 1.5"),
     ("hidden = [16]", "observer_gain = 1e-50"),
+    ("hidden = [16]", "derivative_weight = -1.0"),
+    ("hidden = [16]", "derivative_weight = 1e300"),
     ("outputs = [\"encoder\"]", "outputs = [\"encodr\"]"),
     (
         "outputs = [\"encoder\"]",
