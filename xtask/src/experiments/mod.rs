@@ -1,6 +1,5 @@
 //! `cargo xtask experiments`: questions whose answer is measured; each is one file.
 
-mod ablations;
 mod alike;
 mod bench;
 mod bound;
@@ -37,12 +36,12 @@ const EXPERIMENTS: &[Experiment] = &[
     Experiment {
         name: problems::MASS.name,
         question: "smooth moves to the levels of the published staircase beside a PID, on plants that rub",
-        run: |seed, only| published::run(&problems::MASS, seed, only).map(drop),
+        run: |seed, only| published::run(&problems::MASS, seed, only),
     },
     Experiment {
         name: problems::STEPS.name,
         question: "the published staircase beside a PID, on the same plants",
-        run: |seed, only| published::run(&problems::STEPS, seed, only).map(drop),
+        run: |seed, only| published::run(&problems::STEPS, seed, only),
     },
     Experiment {
         name: bound::NAME,
@@ -52,17 +51,12 @@ const EXPERIMENTS: &[Experiment] = &[
     Experiment {
         name: problems::TENDON.name,
         question: "the published tendon platform along a path, on plants that rub and have slack",
-        run: |seed, only| published::run(&problems::TENDON, seed, only).map(drop),
+        run: |seed, only| published::run(&problems::TENDON, seed, only),
     },
     Experiment {
         name: problems::HASEL.name,
         question: "the published HASEL platform along the swirl, on plants that creep",
-        run: |seed, only| published::run(&problems::HASEL, seed, only).map(drop),
-    },
-    Experiment {
-        name: ablations::NAME,
-        question: "what a horizon and the estimate of the disturbance are worth on the mass, the tendon and HASEL platforms",
-        run: |seed, only| ablations::run(whole(seed, only)?),
+        run: |seed, only| published::run(&problems::HASEL, seed, only),
     },
     Experiment {
         name: alike::NAME,

@@ -384,7 +384,7 @@ macro_rules! hasel_tables {
             $inputs,
             "\npast_outputs = ",
             $outputs,
-            "\nobserver_gain = 0.6\nderivative_weight = 1.0\n"
+            "\nobserver_gain = 0.6\n"
         )
     };
 }

@@ -92,11 +92,11 @@ pub enum Knowledge {
 }
 
 /// Answers for a seed; everything lies in target/experiments/NAME. With names in `only`, those controllers alone, on the same
-/// plants, without PID, RISE and targets. Returns what `sinew compare` left.
+/// plants, without PID, RISE and targets.
 ///
 /// # Errors
 /// A controller that there is not, setup, or the exit status of `sinew`.
-pub fn run(problem: &Problem, seed: u64, only: &[String]) -> Result<Value> {
+pub fn run(problem: &Problem, seed: u64, only: &[String]) -> Result<()> {
     let variants = chosen(problem, only)?;
     let run = Run {
         bench: Bench::new(problem.name, seed)?,
@@ -419,8 +419,8 @@ impl Run<'_> {
         process::run(&mut compare)
     }
 
-    /// summary.json, the figure, and the table of the page; the comparison.
-    fn conclude(&self) -> Result<Value> {
+    /// summary.json, the figure, and the table of the page.
+    fn conclude(&self) -> Result<()> {
         let part = self.part;
         let comparison = self.bench.json(&format!("{part}comparison.json"))?;
         let controllers = comparison["controllers"]
@@ -465,14 +465,13 @@ impl Run<'_> {
             .iter()
             .for_each(|target| println!("{}", said(target)));
         if !part.is_empty() {
-            return Ok(comparison);
+            return Ok(());
         }
         self.bench.summary(json!({
             "format": "sinew-experiment-published/1",
             "comparison": comparison,
             "targets": targets.iter().map(Target::value).collect::<Vec<_>>(),
-        }))?;
-        Ok(comparison)
+        }))
     }
 
     /// Whose network a controller has.
