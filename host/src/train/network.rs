@@ -544,6 +544,30 @@ pub(super) mod tests {
     }
 
     #[test]
+    fn inputs_move_from_the_window_on_and_not_under_the_observer_before_it() {
+        let options = Options {
+            observer_gain: 0.6,
+            ..Options::default()
+        };
+        let episodes = [episode()];
+        let windows = Windows::new(SHAPE, options.warm_up(), 4, &episodes);
+        let basis = Basis::fit(&SHAPE, &windows.regressors());
+        let device = Device::default().autodiff();
+        let step = DVector::from_vec(vec![0.2, 0.3]);
+        let frame = Frame::new(SHAPE, &basis, &step, 0.7, &options, &device);
+        let batch = || frame.batch(&windows, &[3], 4, &device).inputs;
+        let moves = tensor(1, 1, vec![0.5], &device);
+        let moved = frame.batch(&windows, &[3], 4, &device).moved(&moves).inputs;
+        let by: Vec<f64> = (moved.into_iter().zip(batch()))
+            .map(|(after, before)| to_matrix(after - before)[(0, 0)])
+            .collect();
+        let (observed, ahead) = by.split_at(options.warm_up());
+        assert!(!observed.is_empty() && observed.iter().all(|v| *v == 0.0));
+        assert_eq!(ahead.len(), 4);
+        assert!(ahead.iter().all(|v| (v - 0.5).abs() < 1e-6), "{ahead:?}");
+    }
+
+    #[test]
     fn what_was_trained_is_what_the_evaluator_computes() {
         for (first, observer_gain) in [
             (FirstLayer::Tanh, 1.0),
