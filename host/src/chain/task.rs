@@ -91,7 +91,7 @@ impl Task {
     /// `reference`.
     ///
     /// # Errors
-    /// No output, an input without a limit that was never moved, a column that is not there.
+    /// No output, no input, an input without a limit that was never moved, a column that is not there.
     pub fn new(
         rig: &Rig,
         plant: &Plant,
@@ -107,6 +107,12 @@ impl Task {
             return Err(
                 Error::file(&rig.file, "nothing to control: no sensor reads a position")
                     .expected("`outputs` in [control], or a sensor that reads BODY.position"),
+            );
+        }
+        if plant.inputs().is_empty() {
+            let message = "nothing to control with: the rig has no actuator";
+            return Err(
+                Error::file(&rig.file, message).expected("an [[actuator]] with its `input`")
             );
         }
         let period_s = 1.0 / control.and_then(|c| c.rate_hz).unwrap_or(RATE_HZ);

@@ -171,6 +171,27 @@ mod tests {
     }
 
     #[test]
+    fn inputs_that_move_nothing_are_not_learned_from_in_silence() {
+        let mut still = episode(1);
+        still.slopes.iter_mut().for_each(|slope| slope.of.fill(0.0));
+        let none = Scaled {
+            slopes: vec![],
+            ..episode(1)
+        };
+        for training in [still, none] {
+            let options = Options {
+                derivative_weight: 1.0,
+                rollout: ROLLOUT,
+                ..Options::default()
+            };
+            let judged = [episode(2)];
+            let refused = train(SHAPE, &[training], &judged, &options, None, |_, _, _| {});
+            let said = refused.err().map(|e| e.to_string()).unwrap_or_default();
+            assert!(said.contains("no input moves any output"), "{said}");
+        }
+    }
+
+    #[test]
     fn derivatives_tell_apart_what_always_moved_together() {
         let off = |[one, two]: [f64; 2]| (one - 0.6).abs().max(two.abs());
         let without = off(answers(FirstLayer::Tanh, 0.0));

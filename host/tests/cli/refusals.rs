@@ -153,6 +153,11 @@ fn tunings() {
     desk.write("large.toml", &large);
     let twice = "hidden = [12]\nfirst_layer = \"gru\"\nobserver_gain = 0.6";
     desk.write("twice.toml", &rig.replace("hidden = [12]", twice));
+    let (actuator, sensor) = (rig.find("[[actuator]]"), rig.find("[[sensor]]"));
+    let without = actuator
+        .zip(sensor)
+        .map(|(a, s)| rig[..a].to_owned() + &rig[s..]);
+    desk.write("idle.toml", &without.expect("it has both"));
     let line = |model: &str, rest: &str| format!("tune {RIG} {model} --fit good.csv {rest}");
     let report = refusals(
         &desk,
@@ -183,6 +188,7 @@ fn tunings() {
             &format!("train {RIG} --fit good.csv --out out --json good.csv"),
             "train large.toml --fit good.csv --out out",
             "train twice.toml --fit good.csv --out out",
+            "train idle.toml --fit good.csv --out out",
         ],
     );
     assert!(!desk.path("t.toml").exists(), "a refusal writes nothing");
