@@ -1,5 +1,6 @@
 //! `cargo xtask experiments`: questions whose answer is measured; each is one file.
 
+mod ablations;
 mod alike;
 mod bench;
 mod bound;
@@ -57,6 +58,11 @@ const EXPERIMENTS: &[Experiment] = &[
         name: problems::HASEL.name,
         question: "the published HASEL platform along the swirl, on plants that creep",
         run: |seed, only| published::run(&problems::HASEL, seed, only),
+    },
+    Experiment {
+        name: ablations::NAME,
+        question: "what a horizon and the estimate of the disturbance are worth on the mass, the tendon and HASEL platforms",
+        run: |seed, only| ablations::run(whole(seed, only)?),
     },
     Experiment {
         name: alike::NAME,

@@ -20,6 +20,11 @@ const PLAIN: Variant = Variant {
     small: None,
 };
 
+/// The rig's own tables, its network taught by the simulator's derivatives as well, as all networks here are but HASEL's that
+/// remember and those of the mended mass (docs/decisions/0069-taught-by-derivatives.md).
+const MASS_TABLES: &str = "[control]\nrate_hz = 120.0\noutputs = [\"encoder\"]\nhorizon = 12\ncontrol_horizon = 4\n\n\
+     [network]\nhidden = [12]\npast_inputs = 4\npast_outputs = 8\nderivative_weight = 1.0\n";
+
 /// As the rig's own tables, but that a network says itself what it gives.
 const MASS_INCREMENT: &str = "[control]\nrate_hz = 120.0\noutputs = [\"encoder\"]\nhorizon = 12\ncontrol_horizon = 4\n\n\
      [network]\npast_inputs = 4\npast_outputs = 8\nform = \"increment\"\n";
@@ -34,7 +39,7 @@ macro_rules! mass_tables {
             $past,
             "\npast_outputs = ",
             $past,
-            "\n"
+            "\nderivative_weight = 1.0\n"
         )
     };
 }
@@ -57,6 +62,7 @@ pub const MASS: Problem = Problem {
     variants: &[
         Variant {
             name: "horizon-12",
+            tables: Some(MASS_TABLES),
             tune: &["--horizons", "12", "--control-horizons", "4"],
             ..PLAIN
         },
@@ -67,6 +73,7 @@ pub const MASS: Problem = Problem {
         },
         Variant {
             name: "one-iteration",
+            tables: Some(MASS_TABLES),
             network_of: Some("horizon-12"),
             tune: &[
                 "--horizons",
@@ -80,12 +87,14 @@ pub const MASS: Problem = Problem {
         },
         Variant {
             name: "horizon-1",
+            tables: Some(MASS_TABLES),
             network_of: Some("horizon-12"),
             tune: &["--horizons", "1", "--control-horizons", "1"],
             ..PLAIN
         },
         Variant {
             name: "no-estimate",
+            tables: Some(MASS_TABLES),
             network_of: Some("horizon-12"),
             tune: &[
                 "--horizons",
@@ -134,6 +143,7 @@ pub const MASS: Problem = Problem {
         },
         Variant {
             name: "mended",
+            // Without its tables, so without the derivatives, which do not help it.
             knows: Knowledge::Mended,
             tune: &["--horizons", "12", "--control-horizons", "4"],
             ..PLAIN
@@ -151,6 +161,17 @@ pub const MASS: Problem = Problem {
     },
 };
 
+macro_rules! steps_tables {
+    ($more:literal) => {
+        concat!(
+            "[control]\nrate_hz = 120.0\noutputs = [\"encoder\"]\nhorizon = 20\ncontrol_horizon = 5\n\n",
+            "[network]\nhidden = [12]\npast_inputs = 4\npast_outputs = 8\n",
+            $more
+        )
+    };
+}
+
+const STEPS_TABLES: &str = steps_tables!("derivative_weight = 1.0\n");
 const STEPS_TUNE: &[&str] = &["--horizons", "20", "--control-horizons", "5"];
 
 /// The same mass on the staircase as published: levels, and jumps between them. The horizon is as long as half of what the largest
@@ -206,7 +227,8 @@ pub const STEPS: Problem = Problem {
         },
         Variant {
             name: "mended",
-            tables: Some(STEPS_TABLES),
+            // The derivatives do not help it.
+            tables: Some(steps_tables!("")),
             knows: Knowledge::Mended,
             tune: STEPS_TUNE,
             ..PLAIN
@@ -233,9 +255,6 @@ pub fn without_preview(name: &str) -> String {
     format!("{name} without preview")
 }
 
-const STEPS_TABLES: &str = "[control]\nrate_hz = 120.0\noutputs = [\"encoder\"]\nhorizon = 20\ncontrol_horizon = 5\n\n\
-     [network]\nhidden = [12]\npast_inputs = 4\npast_outputs = 8\n";
-
 macro_rules! supply_delay {
     ($k:literal) => {
         concat!(
@@ -251,7 +270,8 @@ macro_rules! tendon_tables {
         concat!(
             "[control]\nrate_hz = 120.0\noutputs = [\"tip_x\", \"tip_y\", \"tip_z\"]\nhorizon = 10\ncontrol_horizon = 3\n\n",
             "[network]\n",
-            $network
+            $network,
+            "derivative_weight = 1.0\n"
         )
     };
 }
@@ -384,7 +404,7 @@ macro_rules! hasel_tables {
             $inputs,
             "\npast_outputs = ",
             $outputs,
-            "\nobserver_gain = 0.6\n"
+            "\nobserver_gain = 0.6\nderivative_weight = 1.0\n"
         )
     };
 }
@@ -646,6 +666,17 @@ mod tests {
         // A quarter circle: L = r pi / 2, aside and up by r.
         let r = 2.0 * SEGMENT / std::f64::consts::PI;
         assert!((height(r) - r).abs() < 1e-6, "{}", height(r));
+    }
+
+    #[test]
+    fn the_masss_tables_are_its_rigs_own_but_for_the_derivatives() {
+        let rig = include_str!("../../../rigs/mass-spring-damper.toml");
+        let own = &rig[rig.find("[control]").expect("it has one")..];
+        let lines = own.lines().map(|line| line.split('#').next().unwrap_or(""));
+        let own: String = lines
+            .map(|line| line.trim_end().to_owned() + "\n")
+            .collect();
+        assert_eq!(own + "derivative_weight = 1.0\n", MASS_TABLES);
     }
 
     #[test]

@@ -469,6 +469,7 @@ impl Run<'_> {
         }
         self.bench.summary(json!({
             "format": "sinew-experiment-published/1",
+            "seed": self.bench.seed,
             "comparison": comparison,
             "targets": targets.iter().map(Target::value).collect::<Vec<_>>(),
         }))
