@@ -20,8 +20,10 @@ pub struct Finalist {
     pub name: String,
     /// Fitted parameters, the rig's own included.
     pub parameters: usize,
-    /// Root mean square error on the check recordings as a part of what the refitted rig leaves there, the
-    /// geometric mean over sensors: 1 gains nothing.
+    /// Root mean square error on the fit recordings as a part of what the refitted rig leaves there, the rig fitted to the
+    /// check recordings as well; the geometric mean over sensors: 1 gains nothing.
+    pub fit_error: f64,
+    /// The same on the check recordings.
     pub check_error: f64,
     /// How probable it is among the finalists.
     pub probability: f64,

@@ -7,6 +7,7 @@ use sinew_sim::effects::Kind;
 use super::details::Finalist;
 use super::evidence::Contender;
 use super::finding::{Estimate, FoundEffect, Rival};
+use super::judge::Remains;
 use super::search::{Bench, Found};
 use super::suspect::Suspect;
 
@@ -32,6 +33,9 @@ const HONEST: f64 = 0.86;
 
 /// What a half is worth.
 const LEAST: f64 = 0.1;
+
+/// Why an explanation was taken out.
+const REFUTED: &str = "holds what has no size, or loses free runs over whole recordings";
 
 /// Values and intervals of the mended rig's parameters, by name.
 pub(super) type Known = BTreeMap<String, Estimate>;
@@ -230,36 +234,37 @@ pub(super) fn apart(a: &Contender, b: &Contender, bench: &Bench) -> f64 {
 
 /// Every explanation that was fitted to everything, the best first.
 pub(super) fn finalists(found: &Found, chosen: Option<usize>) -> Vec<Finalist> {
-    let gain = |contender: &Contender| {
-        let sensors = found.base.check.series.len();
-        let logs = (0..sensors).map(|s| (contender.check.rms(s) / found.base.check.rms(s)).ln());
+    let gain = |after: &Remains, before: &Remains| {
+        let sensors = before.series.len();
+        let logs = (0..sensors).map(|s| (after.rms(s) / before.rms(s)).ln());
         (logs.sum::<f64>() / sensors.max(1) as f64).exp()
+    };
+    let base = &found.base;
+    let of = |contender: &Contender, probability: f64, lost: &str| Finalist {
+        name: name(contender),
+        parameters: contender.parameters(),
+        fit_error: gain(&contender.fit, &base.fit),
+        check_error: gain(&contender.check, &base.check),
+        probability,
+        lost: lost.into(),
     };
     let mut order: Vec<usize> = (0..found.finalists.len()).collect();
     order.sort_by(|&a, &b| found.probabilities[b].total_cmp(&found.probabilities[a]));
     let size = |index: usize| found.finalists[index].tried.suspects.len();
-    let refuted = found.refuted.iter().map(|contender| Finalist {
-        name: name(contender),
-        parameters: contender.parameters(),
-        check_error: gain(contender),
-        probability: 0.0,
-        lost: "holds what has no size, or loses free runs over whole recordings".into(),
-    });
+    let refuted = found.refuted.iter();
+    let refuted = refuted.map(|contender| of(contender, 0.0, REFUTED));
     order
         .into_iter()
-        .map(|index| Finalist {
-            name: name(&found.finalists[index]),
-            parameters: found.finalists[index].parameters(),
-            check_error: gain(&found.finalists[index]),
-            probability: found.probabilities[index],
-            lost: match chosen {
-                Some(chosen) if chosen == index => String::new(),
+        .map(|index| {
+            let lost = match chosen {
+                Some(chosen) if chosen == index => "",
                 Some(chosen) if size(chosen) < size(index) => {
-                    "gains nothing that matters over fewer effects".into()
+                    "gains nothing that matters over fewer effects"
                 }
-                Some(_) => "explains the recordings less well".into(),
-                None => "does not hold on the check recordings".into(),
-            },
+                Some(_) => "explains the recordings less well",
+                None => "does not hold on the check recordings, or leaves too much to be a name",
+            };
+            of(&found.finalists[index], found.probabilities[index], lost)
         })
         .chain(refuted)
         .collect()

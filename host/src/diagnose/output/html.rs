@@ -250,6 +250,7 @@ mod tests {
         diagnosis.details.finalists = vec![Finalist {
             name: "stribeck_friction at carriage".into(),
             parameters: 5,
+            fit_error: 0.07,
             check_error: 0.08,
             probability: 0.01,
             lost: "two parameters more for the same error".into(),

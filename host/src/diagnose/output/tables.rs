@@ -50,7 +50,8 @@ pub(super) fn finalists(diagnosis: &Diagnosis) -> Table {
     let titles = [
         "explanation",
         "#parameters",
-        "#error on check recordings, refitted rig = 1",
+        "#error on fit recordings, refitted rig = 1",
+        "#error on check recordings",
         "#share of the evidence",
         "why it is not believed",
     ];
@@ -63,6 +64,7 @@ pub(super) fn finalists(diagnosis: &Diagnosis) -> Table {
             table.row([
                 finalist.name.clone(),
                 finalist.parameters.to_string(),
+                significant(finalist.fit_error, 3),
                 significant(finalist.check_error, 3),
                 percent(finalist.probability),
                 finalist.lost.clone(),

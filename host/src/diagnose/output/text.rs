@@ -3,11 +3,14 @@
 use std::fmt::Write;
 
 use super::{interval, percent, placed};
-use crate::diagnose::{Diagnosis, Errors, FoundEffect, Rival, SignalFit};
+use crate::diagnose::{Diagnosis, Errors, Finalist, FoundEffect, Rival, SignalFit, Verdict};
 use crate::report::quantity;
 
 /// Stretches that are named; the report marks all of them.
 const STRETCHES: usize = 4;
+
+/// Explanations that are told of where none is believed; the report has all of them.
+const NEAREST: usize = 3;
 
 /// The finding as lines, the last one ended.
 pub fn text(diagnosis: &Diagnosis) -> String {
@@ -19,6 +22,7 @@ pub fn text(diagnosis: &Diagnosis) -> String {
     fit(&mut text, diagnosis);
     parameters(&mut text, diagnosis);
     others(&mut text, diagnosis);
+    nearest(&mut text, diagnosis);
     let details = &diagnosis.details;
     if let Some(aside) = &details.set_aside {
         line(
@@ -172,10 +176,29 @@ fn rivalry(diagnosis: &Diagnosis, rival: &Rival) -> String {
     format!("{name}, {}{lost}", percent(rival.confidence))
 }
 
+/// Of what nothing explains, what came nearest: no names, but where to look.
+fn nearest(text: &mut String, diagnosis: &Diagnosis) {
+    if diagnosis.verdict != Verdict::Unexplained {
+        return;
+    }
+    let gains = |finalist: &&Finalist| finalist.fit_error < 1.0;
+    let mut nearest: Vec<&Finalist> = diagnosis.details.finalists.iter().filter(gains).collect();
+    nearest.sort_by(|a, b| a.fit_error.total_cmp(&b.fit_error));
+    for (index, finalist) in nearest.into_iter().take(NEAREST).enumerate() {
+        let what = format!(
+            "{}: leaves {} of the error on the fit recordings, {} on the check recordings",
+            finalist.name,
+            percent(finalist.fit_error),
+            percent(finalist.check_error)
+        );
+        line(text, if index == 0 { "not named" } else { "" }, &what);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::{Details, Finalist, Verdict, example};
+    use crate::diagnose::{Details, example};
 
     #[test]
     fn a_finding_in_words() {
@@ -186,12 +209,35 @@ mod tests {
             finalists: vec![Finalist {
                 name: "stribeck_friction at carriage".into(),
                 parameters: 5,
+                fit_error: 0.07,
                 check_error: 0.08,
                 probability: 0.01,
                 lost: "two parameters more for the same error".into(),
             }],
             recovered: None,
         };
+        insta::assert_snapshot!(text(&diagnosis));
+    }
+
+    #[test]
+    fn where_nothing_is_named_what_came_nearest_is_told_and_what_gains_nothing_is_not() {
+        let mut diagnosis = example::carriage();
+        diagnosis.verdict = Verdict::Unexplained;
+        diagnosis.sentence = "Something is missing from the model.".into();
+        diagnosis.effects.clear();
+        let of = |name: &str, fit_error: f64, check_error: f64| Finalist {
+            name: name.into(),
+            parameters: 5,
+            fit_error,
+            check_error,
+            probability: 0.0,
+            lost: "does not hold on the check recordings".into(),
+        };
+        diagnosis.details.finalists = vec![
+            of("coulomb_friction at carriage", 0.84, 1.3),
+            of("load_dependent_friction at carriage", 0.41, 1.21),
+            of("sensor_lag at encoder", 2.3, 0.9),
+        ];
         insta::assert_snapshot!(text(&diagnosis));
     }
 
