@@ -173,8 +173,21 @@ fn chosen<'a>(problem: &'a Problem, only: &[String]) -> Result<Vec<&'a Variant>>
             known.join(", ")
         );
     }
-    let asked = |v: &&Variant| only.is_empty() || only.iter().any(|name| name == v.name);
-    Ok(all.filter(asked).collect())
+    let asked = |name: &str| only.is_empty() || only.iter().any(|other| other == name);
+    let chosen: Vec<&Variant> = all.filter(|v| asked(v.name)).collect();
+    for variant in &chosen {
+        // What an earlier run has left may be of another seed.
+        if let Some(of) = variant.network_of.or(variant.small)
+            && !asked(of)
+        {
+            bail!(
+                "'{}' has the network of '{of}': --controllers {of},{}",
+                variant.name,
+                only.join(",")
+            );
+        }
+    }
+    Ok(chosen)
 }
 
 struct Run<'a> {
@@ -499,6 +512,27 @@ fn length(values: &Value) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_controller_with_anothers_network_is_not_run_without_it() {
+        let names = |only: &[&str]| -> Result<Vec<&str>> {
+            let only: Vec<String> = only.iter().map(ToString::to_string).collect();
+            let chosen = chosen(&super::super::problems::TENDON, &only)?;
+            Ok(chosen.iter().map(|v| v.name).collect())
+        };
+        for alone in ["horizon-1", "small"] {
+            let error =
+                names(&[alone]).expect_err("whose network it has, a run before may have left");
+            assert!(
+                error
+                    .to_string()
+                    .contains(&format!("--controllers 15-8-3,{alone}"))
+            );
+            assert_eq!(names(&[alone, "15-8-3"]).expect("both").len(), 2);
+        }
+        assert_eq!(names(&["mended"]).expect("it trains its own"), ["mended"]);
+        assert!(names(&[]).expect("all").contains(&"horizon-1"));
+    }
 
     #[test]
     fn a_variants_tables_replace_the_rigs_and_what_a_diagnosis_added_behind_them_stays() {
