@@ -11,8 +11,7 @@ use super::suspect::Suspect;
 use crate::error::Result;
 
 impl Bench<'_> {
-    /// Each effect of `best` exchanged for those that the vocabulary calls confusable with it, at the same component or
-    /// one that touches it, from where `best` ended; `start` is the rig without effects. What `known` holds is not tried again.
+    /// Each effect of `best` exchanged for those that are near it, from where `best` ended; `start` is the rig without effects. What `known` holds is not tried again.
     pub fn neighbours(
         &self,
         track: &Track,
@@ -33,15 +32,13 @@ impl Bench<'_> {
                         && others.iter().all(|other| suspects.contains(other))
                 })
             };
-            let near: Vec<Suspect> = all
+            let exchanged: Vec<Suspect> = all
                 .iter()
                 .filter(|suspect| !others.contains(suspect) && !tried(suspect))
-                .filter(|suspect| {
-                    confusable(replaced, suspect) && touch(&start.model.rig, replaced, suspect)
-                })
+                .filter(|suspect| near(&start.model.rig, replaced, suspect))
                 .cloned()
                 .collect();
-            if near.is_empty() {
+            if exchanged.is_empty() {
                 continue;
             }
             let parent = match &others[..] {
@@ -50,11 +47,22 @@ impl Bench<'_> {
                 _ => None,
             };
             if let Some(parent) = parent {
-                found.extend(self.round(track, &parent, &near, "neighbours")?);
+                found.extend(self.round(track, &parent, &exchanged, "neighbours")?);
             }
         }
         Ok(found)
     }
+}
+
+/// Whether `other` may be what was taken for `found`: confusable with it, at the same component or one that touches it; or the
+/// same, at a body that the spring which was found touches.
+fn near(rig: &Rig, found: &Suspect, other: &Suspect) -> bool {
+    let at_body = |suspect: &Suspect| {
+        let mut bodies = rig.bodies.iter();
+        bodies.any(|body| body.name == suspect.component())
+    };
+    let moved = found.kind() == other.kind() && !at_body(found) && at_body(other);
+    (confusable(found, other) || moved) && touch(rig, found, other)
 }
 
 /// Whether one is called confusable with the other, either way round.
@@ -103,10 +111,25 @@ mod tests {
         }
     }
 
+    fn rig() -> Rig {
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../rigs/two-mass-drive.toml");
+        Rig::load(file).expect("it ships with the project")
+    }
+
+    #[test]
+    fn what_was_found_in_a_spring_may_be_at_a_body_that_it_touches() {
+        let (rig, shaft) = (rig(), suspect("viscous_damping", "shaft"));
+        for body in ["motor", "load"] {
+            let there = suspect("viscous_damping", body);
+            assert!(near(&rig, &shaft, &there), "{body}");
+            assert!(!near(&rig, &there, &shaft), "{body}");
+        }
+        assert!(!near(&rig, &shaft, &suspect("coulomb_friction", "drive")));
+    }
+
     #[test]
     fn neighbours_are_confusable_and_touch() {
-        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../rigs/two-mass-drive.toml");
-        let rig = Rig::load(file).expect("it ships with the project");
+        let rig = rig();
         let are = |a: &Suspect, b: &Suspect| {
             let both = (
                 confusable(a, b) && touch(&rig, a, b),
