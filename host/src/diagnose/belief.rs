@@ -261,14 +261,11 @@ impl Bench<'_> {
     /// holds it (contract of the vocabulary).
     fn at_body(&self, chosen: usize, finalists: &[Contender]) -> usize {
         let best = &finalists[chosen];
-        let at_body = |suspect: &Suspect| {
-            let mut bodies = best.tried.model.rig.bodies.iter();
-            bodies.any(|body| body.name == suspect.component())
-        };
+        let rig = &best.tried.model.rig;
         let simpler = |other: &Contender| {
             let differ = only(best, other).zip(only(other, best));
             differ.is_some_and(|(mine, its)| {
-                mine.kind() == its.kind() && !at_body(mine) && at_body(its)
+                mine.kind() == its.kind() && !mine.at_body(rig) && its.at_body(rig)
             }) && apart(best, other, self) < SAME
         };
         let other = (0..finalists.len()).find(|&index| simpler(&finalists[index]));

@@ -11,7 +11,8 @@ use super::suspect::Suspect;
 use crate::error::Result;
 
 impl Bench<'_> {
-    /// Each effect of `best` exchanged for those that are near it, from where `best` ended; `start` is the rig without effects. What `known` holds is not tried again.
+    /// Each effect of `best` exchanged for those that are near it, from where `best` ended; `start` is the rig without
+    /// effects. What `known` holds is not tried again.
     pub fn neighbours(
         &self,
         track: &Track,
@@ -57,11 +58,7 @@ impl Bench<'_> {
 /// Whether `other` may be what was taken for `found`: confusable with it, at the same component or one that touches it; or the
 /// same, at a body that the spring which was found touches.
 fn near(rig: &Rig, found: &Suspect, other: &Suspect) -> bool {
-    let at_body = |suspect: &Suspect| {
-        let mut bodies = rig.bodies.iter();
-        bodies.any(|body| body.name == suspect.component())
-    };
-    let moved = found.kind() == other.kind() && !at_body(found) && at_body(other);
+    let moved = found.kind() == other.kind() && !found.at_body(rig) && other.at_body(rig);
     (confusable(found, other) || moved) && touch(rig, found, other)
 }
 

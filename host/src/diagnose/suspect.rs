@@ -151,6 +151,12 @@ impl Suspect {
         of_each.flatten().collect()
     }
 
+    /// Whether it sits at a body, and not in what holds one.
+    pub fn at_body(&self, rig: &Rig) -> bool {
+        let mut bodies = rig.bodies.iter();
+        bodies.any(|body| body.name == self.component())
+    }
+
     /// Every parameter of an effect, as [`Suspect::apply`] takes their values.
     pub fn parameters(&self) -> Vec<String> {
         self.named(|_| true).into_iter().flatten().collect()
