@@ -61,7 +61,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     let told = |what: &str, done: usize, of: usize| {
         if of > 1 {
-            stage.share(done, of, what);
+            stage.say(format!("{what}, {done} of {of}"));
         } else {
             stage.say(what);
         }

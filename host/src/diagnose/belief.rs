@@ -317,7 +317,7 @@ impl Bench<'_> {
 }
 
 /// The one suspect of `a` that `b` has not, if it is one.
-fn only<'a>(a: &'a Contender, b: &Contender) -> Option<&'a Suspect> {
+pub(super) fn only<'a>(a: &'a Contender, b: &Contender) -> Option<&'a Suspect> {
     let mut of_a = (a.tried.suspects.iter()).filter(|s| !b.tried.suspects.contains(s));
     of_a.next().filter(|_| of_a.next().is_none())
 }

@@ -34,6 +34,10 @@ const HOPEFUL: f64 = 0.3;
 /// the best single one leaves beside the noise: of true pairs none left more than 0.42 and 0.40.
 const IN_VAIN: [f64; 2] = [0.65, 0.5];
 
+/// What these races are called.
+const ONE: &str = "one effect, short stretches";
+const TWO: &str = "two effects, short stretches";
+
 /// A race on short stretches: the believed rig there, and what it was raced with, best first.
 #[derive(Default)]
 pub(super) struct Short {
@@ -57,8 +61,8 @@ impl Bench<'_> {
         let Some(parent) = below.first(rig, &values, 15)? else {
             return Ok((Vec::new(), Short::default()));
         };
-        let singles = self.raced(&below, &parent, all, "one effect, short stretches")?;
-        let finals = self.up(track, below, singles.clone())?;
+        let singles = self.raced(&below, &parent, all, ONE)?;
+        let finals = self.up(track, below, singles.clone(), ONE)?;
         let parent = Some(parent);
         Ok((finals, Short { parent, singles }))
     }
@@ -92,7 +96,7 @@ impl Bench<'_> {
             raced += 1;
             let second = |suspect: &&Suspect| suspect.may_join(&parent.suspects);
             let rest: Vec<Suspect> = all.iter().filter(second).cloned().collect();
-            pairs.extend(self.raced(&below, parent, &rest, "two effects, short stretches")?);
+            pairs.extend(self.raced(&below, parent, &rest, TWO)?);
             pairs.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
             let least = |all: &[Tried]| all.iter().map(beside).fold(f64::INFINITY, f64::min);
             let (single, pair) = (least(&parents), least(&pairs));
@@ -129,7 +133,7 @@ impl Bench<'_> {
                 kept.push(pair);
             }
         }
-        self.up(track, below, kept).map(Some)
+        self.up(track, below, kept, TWO).map(Some)
     }
 
     /// From rung to rung, and the finals.
@@ -138,17 +142,23 @@ impl Bench<'_> {
         track: &Track<'a>,
         mut below: Track<'a>,
         mut tried: Vec<Tried>,
+        what: &str,
     ) -> Result<Vec<Contender>> {
         for pieces in RUNGS[1..].iter().copied().chain([1]) {
             let above = track.pieces(pieces);
+            let leg = self.doing(what).leg("joined", tried.len());
             tried = tried
                 .into_par_iter()
-                .filter_map(|tried| above.taken(&below, tried).ok().flatten())
+                .filter_map(|tried| {
+                    let taken = above.taken(&below, tried).ok().flatten();
+                    leg.one();
+                    taken
+                })
                 .collect();
             below = above;
         }
         tried.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
-        self.finals(track, &tried)
+        self.finals(track, &tried, what)
     }
 }
 

@@ -35,6 +35,7 @@ mod screen;
 mod search;
 mod settle;
 mod suspect;
+mod told;
 
 use sinew_sim::{Plant, Rig};
 

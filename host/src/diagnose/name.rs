@@ -15,7 +15,7 @@ use super::suspect::Suspect;
 pub(super) const SAME: f64 = 0.02;
 
 /// Predictions that differ by less than this part of the noise cannot be told apart by these recordings.
-const ALIKE: f64 = 0.25;
+pub(super) const ALIKE: f64 = 0.25;
 
 /// Doubt that remains however well everything fits: nobody has tried what is not in the vocabulary.
 const MOST: f64 = 0.99;

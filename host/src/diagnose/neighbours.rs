@@ -33,10 +33,17 @@ impl Bench<'_> {
                         && others.iter().all(|other| suspects.contains(other))
                 })
             };
+            let rig = &start.model.rig;
+            let alone = |suspect: &Suspect| {
+                let singles = known.iter().map(|contender| &contender.tried.suspects[..]);
+                let mut singles = singles.filter(|_| !others.is_empty());
+                singles.any(|single| single == std::slice::from_ref(suspect))
+                    && touch(rig, replaced, suspect)
+            };
             let exchanged: Vec<Suspect> = all
                 .iter()
-                .filter(|suspect| !others.contains(suspect) && !tried(suspect))
-                .filter(|suspect| near(&start.model.rig, replaced, suspect))
+                .filter(|suspect| suspect.may_join(&others) && !tried(suspect))
+                .filter(|suspect| near(rig, replaced, suspect) || alone(suspect))
                 .cloned()
                 .collect();
             if exchanged.is_empty() {

@@ -36,13 +36,18 @@ impl Bench<'_> {
             .filter(|rival| others(rival) == 1)
             .take(RIVALS)
             .collect();
+        let leg = self
+            .doing("rivals from the best one's numbers")
+            .leg("fitted", rivals.len());
         let again = rivals.into_par_iter().map(|rival| {
             let (plant, known) = (&rival.tried.model.plant, &rival.tried.point);
             let from = Unknowns {
                 values: taken(plant, &known.values, &best.tried),
                 states: known.states.clone(),
             };
-            self.refined(&rival.tried, from, FINAL_STEPS)
+            let again = self.refined(&rival.tried, from, FINAL_STEPS);
+            leg.one();
+            again
         });
         let again: Vec<Option<Contender>> = again.collect::<Result<_>>()?;
         Ok(again.into_iter().flatten().collect())
@@ -55,6 +60,7 @@ impl Bench<'_> {
         best: &Tried,
         base: &Contender,
     ) -> Result<Option<Contender>> {
+        (self.told)("the rig alone from the best one's numbers", 0, 1);
         let values = taken(&start.model.plant, &start.point.values, best);
         let again = self.base_from(start, &values)?;
         Ok(again.filter(|again| self.share_left(again, base) < SHORT_OF))

@@ -105,11 +105,12 @@ impl Bench<'_> {
             .map(|index| &pairs[index].tried)
             .flat_map(|pair| pair.suspects.iter().map(move |suspect| (pair, suspect)))
             .collect();
+        let leg = self.doing("halves of pairs").leg("fitted", halves.len());
         let alone = halves.into_par_iter().map(|(pair, suspect)| {
-            match track.alone(start, pair, suspect, MORE_STEPS)? {
-                Some(half) => self.contender(track, &half, FINAL_STEPS),
-                None => Ok(None),
-            }
+            let half = track.alone(start, pair, suspect, MORE_STEPS)?;
+            let half = half.map(|half| self.contender(track, &half, FINAL_STEPS));
+            leg.one();
+            half.transpose().map(Option::flatten)
         });
         let halves: Vec<Option<Contender>> = alone.collect::<Result<_>>()?;
         Ok(halves.into_iter().flatten().collect())

@@ -8,6 +8,7 @@ use super::data::Data;
 use super::model::{Model, Point};
 use super::screen::Screen;
 use super::suspect::Suspect;
+use super::told::Told;
 use crate::error::Result;
 use crate::fit::levenberg::{Stop, Unknowns};
 use crate::scales::Run;
@@ -109,41 +110,46 @@ impl Track<'_> {
         }))
     }
 
-    /// Every suspect on top of `parent`, best first; what cannot be simulated is left out. `told` hears of
-    /// each one that is done.
-    pub fn race(
-        &self,
-        parent: &Tried,
-        suspects: &[Suspect],
-        told: &(dyn Fn() + Sync),
-    ) -> Result<Vec<Tried>> {
+    /// Every suspect on top of `parent`, best first; what cannot be simulated is left out.
+    pub fn race(&self, parent: &Tried, suspects: &[Suspect], told: Told) -> Result<Vec<Tried>> {
         let run = self.run(parent)?;
         let Some(screen) = Screen::new(self, parent)? else {
             return Ok(Vec::new());
         };
+        let leg = told.leg("looked at", suspects.len());
         let looked: Vec<Vec<Begun>> = suspects
             .par_iter()
             .map(|suspect| {
                 let look = self.look(parent, &run, &screen, suspect);
-                told();
+                leg.one();
                 look.unwrap_or_default()
             })
             .collect();
         let mut first = promising(looked);
         let rest = first.split_off(AT_ONCE.min(first.len()));
-        let mut tried = self.refitted(first);
+        let mut tried = self.refitted(first, told);
         if !self.explained(parent, &tried) {
-            tried.extend(self.refitted(rest));
+            tried.extend(self.refitted(rest, told));
         }
         self.thin_out(parent, &mut tried);
+        let leg = told.leg("fitted further", tried.len());
         let mut further: Vec<Tried> = tried
             .into_par_iter()
-            .map(|tried| self.further(tried))
+            .map(|tried| {
+                let further = self.further(tried);
+                leg.one();
+                further
+            })
             .collect();
         if !self.explained(parent, &further) {
+            let leg = told.leg("fitted afresh", further.len());
             further = further
                 .into_par_iter()
-                .map(|tried| self.afresh(tried))
+                .map(|tried| {
+                    let afresh = self.afresh(tried);
+                    leg.one();
+                    afresh
+                })
                 .collect();
         }
         self.thin_out(parent, &mut further);
@@ -151,13 +157,16 @@ impl Track<'_> {
     }
 
     /// The better end of each suspect's starts after a few steps.
-    fn refitted(&self, begun: Vec<Vec<Begun>>) -> Vec<Tried> {
+    fn refitted(&self, begun: Vec<Vec<Begun>>, told: Told) -> Vec<Tried> {
+        let leg = told.leg("fitted", begun.len());
         begun
             .into_par_iter()
             .filter_map(|starts| {
                 let ends = (self.as_one(starts).into_iter())
                     .filter_map(|b| self.improved(b.suspects, b.model, b.from, FIRST_STEPS));
-                ends.min_by(|a, b| a.point.cost.total_cmp(&b.point.cost))
+                let best = ends.min_by(|a, b| a.point.cost.total_cmp(&b.point.cost));
+                leg.one();
+                best
             })
             .collect()
     }

@@ -28,6 +28,7 @@ impl Bench<'_> {
             let Some(index) = chosen.filter(|&index| self.lacks_rows(&finalists[index])) else {
                 return Ok(chosen);
             };
+            (self.told)("what was chosen, to all rows", 0, 1);
             let tried = &finalists[index].tried;
             let (point, _) = whole(tried, self, STEPS)?;
             if let Some(better) = self.with_values(tried, point.values)? {

@@ -1,7 +1,6 @@
 //! The search for what is missing: races, finals, pairs (docs/diagnosis.md).
 
 use std::ops::Range;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 use sinew_sim::{Plant, Rig, Settings};
@@ -11,6 +10,7 @@ use super::evidence::Contender;
 use super::ladder::Short;
 use super::race::{Track, Tried};
 use super::suspect::{Suspect, suspects};
+use super::told::Told;
 use crate::error::Result;
 use crate::fit::pace::{dearness, pace, settings, substeps};
 
@@ -180,8 +180,14 @@ impl Bench<'_> {
             finalists = super::pairs::once(finalists);
             chosen = self.choose(&mut finalists, best_of_sizes)?;
         }
-        // In a few dozen rows one neighbour is as good as another: they would only share what is believed.
-        if let Some(index) = chosen.filter(|_| enough) {
+        // A pair that explains all and is not believed may be right in one half. In a few dozen rows one neighbour is as
+        // good as another: they would only share what is believed.
+        let near_miss = || {
+            let order = self.order(&base, &finalists).into_iter();
+            let mut pairs = order.filter(|&index| finalists[index].tried.suspects.len() == 2);
+            pairs.find(|&index| !self.leaves_something(&finalists[index]))
+        };
+        if let Some(index) = chosen.or_else(near_miss).filter(|_| enough) {
             let best = &finalists[index].tried;
             let near = self.neighbours(&track, &start, best, &finalists, &all)?;
             finalists.extend(near);
@@ -266,7 +272,7 @@ impl Bench<'_> {
         what: &str,
     ) -> Result<Vec<Contender>> {
         let tried = self.raced(track, parent, all, what)?;
-        self.finals(track, &tried)
+        self.finals(track, &tried, what)
     }
 
     /// One race, its progress told.
@@ -277,20 +283,28 @@ impl Bench<'_> {
         all: &[Suspect],
         what: &str,
     ) -> Result<Vec<Tried>> {
-        let done = AtomicUsize::new(0);
-        let tried = track.race(parent, all, &|| {
-            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-            (self.told)(what, done, all.len());
-        })?;
-        Ok(tried)
+        track.race(parent, all, self.doing(what))
+    }
+
+    /// A part of the search by its name, for who hears of its progress.
+    pub fn doing<'s>(&'s self, what: &'s str) -> Told<'s> {
+        let hears = self.told;
+        Told { hears, what }
     }
 
     /// The best of a race, fitted to everything.
-    pub fn finals(&self, track: &Track, tried: &[Tried]) -> Result<Vec<Contender>> {
+    pub fn finals(&self, track: &Track, tried: &[Tried], what: &str) -> Result<Vec<Contender>> {
+        let leg = self
+            .doing(what)
+            .leg("fitted to everything", tried.len().min(FINALISTS));
         let finals: Vec<Option<Contender>> = tried
             .par_iter()
             .take(FINALISTS)
-            .map(|tried| self.contender(track, tried, FINAL_STEPS).ok().flatten())
+            .map(|tried| {
+                let contender = self.contender(track, tried, FINAL_STEPS).ok().flatten();
+                leg.one();
+                contender
+            })
             .collect();
         let finals: Vec<Contender> = finals.into_iter().flatten().collect();
         Ok(finals)

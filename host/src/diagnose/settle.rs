@@ -2,8 +2,10 @@
 
 use sinew_sim::Rig;
 
+use super::belief::only;
+use super::evidence::Contender;
 use super::mend::{falls, mend};
-use super::name::{Known, least_sure};
+use super::name::{ALIKE, Known, apart, least_sure};
 use super::roles::Roles;
 use super::search::{Bench, Found};
 use super::suspect::Suspect;
@@ -44,6 +46,7 @@ pub(super) fn settle(
 ) -> Result<Option<Named>> {
     for round in 0..=REFUTED {
         let Some(index) = found.chosen else { break };
+        (bench.told)("free runs of the best one", 0, 1);
         if number(found, index).is_some() {
             break;
         }
@@ -82,20 +85,29 @@ fn holds(
     Ok(holds.then_some(Named { index, rig, known }))
 }
 
-/// Takes an explanation out, and what builds on it, and judges the rest without it.
+/// Takes an explanation out, what builds on it and what is the same motion by a richer law in the same place, and judges the
+/// rest without them.
 fn refute(found: &mut Found, index: usize, bench: &Bench) {
-    let refuted = found.finalists[index].tried.suspects.clone();
+    let refuted = found.finalists[index].clone();
     let (out, rest) = std::mem::take(&mut found.finalists)
         .into_iter()
         .partition(|finalist| {
             let holds = |suspect| finalist.tried.suspects.contains(suspect);
-            refuted.iter().all(holds)
+            refuted.tried.suspects.iter().all(holds) || richer(&refuted, finalist, bench)
         });
     found.finalists = rest;
     found.refuted.extend::<Vec<_>>(out);
     let chosen = bench.best_of_sizes(&found.base, &found.finalists);
     found.chosen = chosen.map(|index| bench.simplest(&found.base, index, &found.finalists));
     found.probabilities = bench.probabilities(&found.base, &found.finalists, found.chosen);
+}
+
+/// Whether `other` has another law with more parameters in the place of one of what was refuted, and moves as that does.
+fn richer(refuted: &Contender, other: &Contender, bench: &Bench) -> bool {
+    let differ = only(refuted, other).zip(only(other, refuted));
+    differ.is_some_and(|(refuted, other)| refuted.component() == other.component())
+        && other.parameters() > refuted.parameters()
+        && apart(refuted, other, bench) < ALIKE
 }
 
 /// The bare number that explains the recordings better than any effect, if one does.

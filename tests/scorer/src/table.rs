@@ -19,6 +19,14 @@ pub struct Scored {
     pub outcome: Outcome,
 }
 
+impl Scored {
+    /// Right, or a weak effect of which nothing is said.
+    pub fn allowed(&self) -> bool {
+        self.outcome == Outcome::Right
+            || self.outcome == Outcome::Missed && self.truth.strength == Some(Strength::Weak)
+    }
+}
+
 /// Counts of outcomes.
 #[derive(Default)]
 struct Count(BTreeMap<Outcome, usize>);
@@ -289,9 +297,7 @@ fn failures(text: &mut String, cases: &[Scored]) {
     text.push_str("Visible: what a refit without the effect leaves, over the noise. Weak effects that were missed are not listed.\n\n");
     text.push_str("| case | rig | hidden | visible | noise | outcome | answer |\n|---|---|---|---|--:|---|---|\n");
     for case in cases {
-        let excused =
-            case.outcome == Outcome::Missed && case.truth.strength == Some(Strength::Weak);
-        if case.outcome == Outcome::Right || excused {
+        if case.allowed() {
             continue;
         }
         let hidden: Vec<String> = (case.truth.effects.iter())

@@ -9,7 +9,7 @@ mod run;
 use std::fs;
 
 use anyhow::{Context, Result, bail, ensure};
-use sinew_scorer::{Answer, Outcome, Scored, Truth, calibration, outcome, table};
+use sinew_scorer::{Answer, Scored, Truth, calibration, outcome, table};
 
 use crate::process::root;
 use run::Folder;
@@ -18,10 +18,8 @@ use run::Folder;
 const SEED: u64 = 2034;
 /// Eight rounds of 85: 304 cases with effects, 320 controls, 56 outside the vocabulary.
 const CASES: usize = 680;
-/// The committed cases with effects: all have to be right. Their recordings and the seed are fixed.
-const NAMED: usize = 27;
-/// Cases in `tests/foreign/cases`.
-const COMMITTED: usize = 43;
+/// Cases in `tests/foreign/cases`: all have to be right, or missed where weak. Their recordings and the seed are fixed.
+const COMMITTED: usize = 45;
 
 /// What to put to the program.
 #[derive(PartialEq)]
@@ -88,24 +86,18 @@ pub fn run(arguments: &[String]) -> Result<()> {
 /// The committed cases, asked anew: what continuous integration does.
 ///
 /// # Errors
-/// A case without an answer, a false alarm, or too many that are not named.
+/// A case that is not answered rightly.
 pub fn committed() -> Result<()> {
     let folder = Folder::committed();
     folder.forget_answers()?;
     run::ask(&folder, COMMITTED)?;
     let cases = score(&folder, COMMITTED)?;
     println!("{}", table::page(&cases));
-    let of = |wanted: Outcome| cases.iter().filter(|case| case.outcome == wanted).count();
-    ensure!(of(Outcome::Failed) == 0, "a case without an answer");
-    ensure!(
-        of(Outcome::FalseAlarm) == 0,
-        "a name where there is nothing"
-    );
-    ensure!(
-        of(Outcome::Right) >= NAMED,
-        "{} of {NAMED} effects and pairs named rightly",
-        of(Outcome::Right)
-    );
+    let others = cases.iter().filter(|case| !case.allowed());
+    let others: Vec<String> = others
+        .map(|case| format!("{} is {}", case.case, case.outcome.name()))
+        .collect();
+    ensure!(others.is_empty(), "{}", others.join(", "));
     Ok(())
 }
 
