@@ -17,7 +17,8 @@ const RIVALS: usize = 4;
 const SHORT_OF: f64 = 0.5;
 
 impl Bench<'_> {
-    /// The best rivals of as many effects as `best` has, all but one of them the same, refitted from its numbers.
+    /// The best rivals of as many effects as `best` has, all but one of them the same, and the best ones of fewer, refitted from
+    /// its numbers: what two effects do together one may do where they ended.
     pub fn rivals_from(
         &self,
         best: &Contender,
@@ -29,21 +30,33 @@ impl Bench<'_> {
             let other = |suspect: &&Suspect| !best.tried.suspects.contains(suspect);
             suspects.filter(other).count()
         };
-        let rivals = self.order(base, finalists).into_iter();
-        let rivals: Vec<&Contender> = rivals
-            .map(|index| &finalists[index])
-            .filter(|rival| rival.tried.suspects.len() == best.tried.suspects.len())
-            .filter(|rival| others(rival) == 1)
-            .take(RIVALS)
-            .collect();
+        let size = |contender: &Contender| contender.tried.suspects.len();
+        // Laws of one family in one place first: they are one another's limits.
+        let kin = |a: &Suspect, b: &Suspect| {
+            a != b && a.component() == b.component() && a.family() == b.family()
+        };
+        let of_kin = |contender: &Contender| {
+            let mut suspects = contender.tried.suspects.iter();
+            suspects.any(|one| best.tried.suspects.iter().any(|other| kin(one, other)))
+        };
+        let mut ordered = self.order(base, finalists);
+        ordered.sort_by_key(|&index| !of_kin(&finalists[index]));
+        let ordered = || ordered.iter().map(|&index| &finalists[index]);
+        let alike = ordered().filter(|rival| size(rival) == size(best) && others(rival) == 1);
+        let fewer = ordered().filter(|rival| size(rival) < size(best));
+        let rivals: Vec<&Contender> = alike.take(RIVALS).chain(fewer.take(RIVALS)).collect();
         let leg = self
             .doing("rivals from the best one's numbers")
             .leg("fitted", rivals.len());
         let again = rivals.into_par_iter().map(|rival| {
             let (plant, known) = (&rival.tried.model.plant, &rival.tried.point);
+            // What brings no state of its own begins where the best one does.
+            let states = [plant, &best.tried.model.plant].map(sinew_sim::Plant::state_len);
+            let alike = states == [base.tried.model.plant.state_len(); 2];
+            let begins = if alike { &best.tried.point } else { known };
             let from = Unknowns {
                 values: taken(plant, &known.values, &best.tried),
-                states: known.states.clone(),
+                states: begins.states.clone(),
             };
             let again = self.refined(&rival.tried, from, FINAL_STEPS);
             leg.one();

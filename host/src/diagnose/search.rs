@@ -40,6 +40,9 @@ const RACE_ROWS: usize = 1000;
 /// The fewest rows of a final.
 const FINAL_ROWS: usize = 2000;
 
+/// How often rivals are fitted once more from where the best one ended, while that makes another one the best.
+const VALLEYS: usize = 3;
+
 /// Steps of a final fit.
 pub(super) const FINAL_STEPS: usize = 12;
 
@@ -195,11 +198,18 @@ impl Bench<'_> {
             chosen = self.choose(&mut finalists, best_of_sizes)?;
         }
         // A fit ends in the nearest valley: rivals begin where the best one ended, and so does the rig without any effect.
-        if let Some(index) = chosen.filter(|_| enough) {
+        for _ in 0..VALLEYS {
+            let Some(index) = chosen.filter(|_| enough) else {
+                break;
+            };
+            let begun = finalists[index].tried.suspects.clone();
             let again = self.rivals_from(&finalists[index], &base, &finalists)?;
             finalists.extend(again);
             finalists = super::pairs::once(finalists);
             chosen = self.choose(&mut finalists, best_of_sizes)?;
+            if chosen.is_some_and(|index| finalists[index].tried.suspects == begun) {
+                break;
+            }
         }
         let best = chosen.or_else(|| self.order(&base, &finalists).first().copied());
         let alone = match best {
