@@ -51,6 +51,15 @@ impl Stage {
         self.say(format!("{done}/{of} {what}, about {left:.0} s left"));
     }
 
+    /// Says what is being done and how much of it is, where nobody knows what comes after.
+    pub fn count(&self, done: usize, of: usize, what: &str) {
+        if of > 1 {
+            self.say(format!("{what}, {done} of {of}"));
+        } else {
+            self.say(what);
+        }
+    }
+
     /// Ends the stage with its result.
     pub fn end(mut self, result: impl std::fmt::Display) {
         if let Some(bar) = self.bar.take() {

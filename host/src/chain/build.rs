@@ -246,7 +246,7 @@ fn find(
         test: tests.to_vec(),
     };
     let options = Options { seed: request.seed };
-    let told = |what: &str, done: usize, of: usize| stage.share(done, of.max(1), what);
+    let told = |what: &str, done: usize, of: usize| stage.count(done, of, what);
     let found = diagnose(rig, &recordings, &options, &told)?;
     let mended = crate::diagnose::output::mended(&found);
     crate::atomic::write(request.out.join("mended.toml"), mended)?;

@@ -59,13 +59,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let options = Options {
         seed: arguments.common.seed,
     };
-    let told = |what: &str, done: usize, of: usize| {
-        if of > 1 {
-            stage.say(format!("{what}, {done} of {of}"));
-        } else {
-            stage.say(what);
-        }
-    };
+    let told = |what: &str, done: usize, of: usize| stage.count(done, of, what);
     let found = diagnose(&rig, &recordings, &options, &told)?;
     stage.end(verdict(&found));
     leave(arguments, &rig, &recordings, &found)

@@ -98,6 +98,25 @@ fn a_pair_of_bodies_has_no_order() {
 }
 
 #[test]
+fn only_a_weak_effect_may_be_missed() {
+    let missed = |strength: &str, effects: &[String]| {
+        let mut truth = truth("one", &coulomb());
+        truth.strength = Some(serde_json::from_str(strength).expect("a strength"));
+        let answer = answer(effects);
+        table::Scored {
+            case: "case-00".into(),
+            outcome: score::outcome(Some(&answer), &truth),
+            truth,
+            answer: Some(answer),
+        }
+    };
+    assert!(missed("\"weak\"", &[]).allowed());
+    assert!(!missed("\"strong\"", &[]).allowed());
+    let wrong = [named("backlash", "mass", 0.9, "", "")];
+    assert!(!missed("\"weak\"", &wrong).allowed());
+}
+
+#[test]
 fn of_two_effects_both_are_wanted() {
     let both = format!(
         "{},{}",
