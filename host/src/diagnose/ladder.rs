@@ -69,11 +69,12 @@ impl Bench<'_> {
 
     /// Two effects on pieces of the track: on top of what was best there alone, then on top of the newcomers of the best
     /// pairs, for what was best alone had to explain what the other does as well. `None` where no second effect does
-    /// anything that is worth looking for.
+    /// anything that is worth looking for; what is best on longer stretches, the `leader`, has its turn before.
     pub fn climb_twice(
         &self,
         track: &Track,
         short: &Short,
+        leader: Option<&Suspect>,
         all: &[Suspect],
     ) -> Result<Option<Vec<Contender>>> {
         let below = track.pieces(RUNGS[0]);
@@ -101,7 +102,8 @@ impl Bench<'_> {
             let least = |all: &[Tried]| all.iter().map(beside).fold(f64::INFINITY, f64::min);
             let (single, pair) = (least(&parents), least(&pairs));
             let in_vain = IN_VAIN.get(raced - 1).map(|part| part * single);
-            if single > noise && in_vain.is_some_and(|most| pair > most) {
+            let led = raced >= PARENTS || (leader.iter()).all(|one| parents[0].suspects[0] == **one);
+            if led && single > noise && in_vain.is_some_and(|most| pair > most) {
                 return Ok(None);
             }
             let hopeful = pairs
@@ -109,20 +111,21 @@ impl Bench<'_> {
                 .is_some_and(|best| beside(best) < HOPEFUL * beside(bare));
             if hopeful && raced == parents.len() && raced < PARENTS + EXCHANGES {
                 let known = |suspect: &Suspect| parents.iter().any(|p| p.suspects[0] == *suspect);
-                let newcomer = pairs.iter().find_map(|pair| {
+                let newcomers = pairs.iter().filter_map(|pair| {
                     let fresh = pair.suspects.iter().find(|suspect| !known(suspect));
-                    fresh.map(|fresh| (pair, fresh.clone()))
+                    fresh.map(|fresh| (pair, fresh))
                 });
-                if let Some((pair, fresh)) = newcomer {
-                    let alone = short
-                        .singles
-                        .iter()
-                        .find(|tried| tried.suspects[0] == fresh);
-                    let alone = match alone {
+                // A softening spring without the load that it carries falls over: then the next one.
+                for (pair, fresh) in newcomers {
+                    let single = |tried: &&Tried| tried.suspects[0] == *fresh;
+                    let alone = match short.singles.iter().find(single) {
                         Some(alone) => Some(alone.clone()),
-                        None => below.alone(bare, pair, &fresh, MORE_STEPS)?,
+                        None => below.alone(bare, pair, fresh, MORE_STEPS)?,
                     };
-                    parents.extend(alone);
+                    if let Some(alone) = alone {
+                        parents.push(alone);
+                        break;
+                    }
                 }
             }
         }

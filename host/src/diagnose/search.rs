@@ -171,7 +171,9 @@ impl Bench<'_> {
         let enough = self.fit.rows().min(self.check.rows()) >= super::roles::SHORTEST;
         let second = !done && enough && !finalists.is_empty();
         let short = if second {
-            self.climb_twice(&track, &short, &all)?
+            let order = self.order(&base, &finalists);
+            let leader = order.first().map(|&index| &finalists[index].tried.suspects);
+            self.climb_twice(&track, &short, leader.and_then(|one| one.first()), &all)?
         } else {
             None
         };
@@ -183,12 +185,14 @@ impl Bench<'_> {
             finalists = super::pairs::once(finalists);
             chosen = self.choose(&mut finalists, best_of_sizes)?;
         }
-        // A pair that explains all and is not believed may be right in one half. In a few dozen rows one neighbour is as
-        // good as another: they would only share what is believed.
+        // A pair that is not believed may be right in one half: the best that explains all, or the best. In a few dozen
+        // rows one neighbour is as good as another: they would only share what is believed.
         let near_miss = || {
-            let order = self.order(&base, &finalists).into_iter();
-            let mut pairs = order.filter(|&index| finalists[index].tried.suspects.len() == 2);
-            pairs.find(|&index| !self.leaves_something(&finalists[index]))
+            let mut pairs = self.order(&base, &finalists);
+            pairs.retain(|&index| finalists[index].tried.suspects.len() == 2);
+            let explains = |index: &usize| !self.leaves_something(&finalists[*index]);
+            let best = pairs.first().copied();
+            pairs.into_iter().find(explains).or(best)
         };
         if let Some(index) = chosen.or_else(near_miss).filter(|_| enough) {
             let best = &finalists[index].tried;
