@@ -57,25 +57,16 @@ impl Bench<'_> {
         Ok(true)
     }
 
-    /// The part of what `before` left beside noise that `after` still leaves: 0 is all explained.
+    /// The part of what `before` left beside noise on the check recordings that `after` still leaves: 0 is all explained.
     pub fn share_left(&self, after: &Contender, before: &Contender) -> f64 {
-        let sum = |contender: &Contender| -> f64 {
-            let of = |remains: &Remains, data: &Data| -> f64 {
-                remains
-                    .excess(data)
-                    .iter()
-                    .enumerate()
-                    .map(|(s, e)| (e.rms / data.spread[s]).powi(2))
-                    .sum()
-            };
-            of(&contender.check, self.check)
-        };
-        let before = sum(before);
-        if before > 0.0 {
-            (sum(after) / before).min(1.0)
-        } else {
-            0.0
-        }
+        let left = |contender: &Contender| beside_noise(&contender.check, self.check);
+        share(left(after), left(before))
+    }
+
+    /// The same on the recordings that they were fitted to.
+    pub fn share_fitted(&self, after: &Contender, before: &Contender) -> f64 {
+        let left = |contender: &Contender| beside_noise(&contender.fit, self.fit);
+        share(left(after), left(before))
     }
 
     /// A gain that counts: sure under resampling, and large enough to matter.
@@ -331,3 +322,19 @@ pub(super) fn stands_out(remains: &Remains, data: &Data) -> bool {
         e.significance > 5.0 && e.rms > matters
     })
 }
+
+/// Squares beside noise, of all sensors, each in its spread.
+fn beside_noise(remains: &Remains, data: &Data) -> f64 {
+    let excess = remains.excess(data).into_iter().enumerate();
+    excess.map(|(s, e)| (e.rms / data.spread[s]).powi(2)).sum()
+}
+
+/// The part that `after` is of `before`, at most all of it; nothing where there was nothing.
+fn share(after: f64, before: f64) -> f64 {
+    if before > 0.0 {
+        (after / before).min(1.0)
+    } else {
+        0.0
+    }
+}
+

@@ -15,6 +15,7 @@ mod finding;
 mod follows;
 mod gauge;
 mod judge;
+mod kin;
 mod ladder;
 mod latent;
 mod locate;

@@ -17,6 +17,9 @@ const BEAM: usize = 2;
 /// What leaves more than this part of the squares is no half of a pair.
 const HOPELESS: f64 = 0.9;
 
+/// But what leaves less than this part where it was fitted may be one, whatever it does elsewhere without the other half.
+const FITTED: f64 = 0.3;
+
 /// Nor what leaves this many times as much as another does; and this many times once a pair explains all.
 const BEHIND: f64 = 8.0;
 const CLOSE: f64 = 2.0;
@@ -49,7 +52,10 @@ impl Bench<'_> {
         let beam = (order.into_iter().enumerate())
             .filter(|&(rank, index)| leads(rank, &singles[index].tried))
             .map(|(_, index)| index)
-            .filter(|&index| left(index) < HOPELESS.min(BEHIND * least))
+            .filter(|&index| {
+                let fitted = self.share_fitted(&singles[index], base);
+                left(index) < HOPELESS.min(BEHIND * least) || fitted < FITTED
+            })
             .take(BEAM);
         if short.iter().any(|pair| !self.leaves_something(pair)) {
             return Ok(short);

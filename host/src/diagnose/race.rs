@@ -152,8 +152,18 @@ impl Track<'_> {
                 })
                 .collect();
         }
-        self.thin_out(parent, &mut further);
-        Ok(further)
+        let kin = self.kin(parent, &further, suspects)?;
+        let again = self.refitted(kin, told).into_iter();
+        further.extend(again.map(|tried| self.further(tried)));
+        let mut kept: Vec<Tried> = Vec::new();
+        further.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
+        for tried in further {
+            if !kept.iter().any(|kept| kept.suspects == tried.suspects) {
+                kept.push(tried);
+            }
+        }
+        self.thin_out(parent, &mut kept);
+        Ok(kept)
     }
 
     /// The better end of each suspect's starts after a few steps.
@@ -221,7 +231,7 @@ impl Track<'_> {
     }
 
     /// A fitted rig run over the stretches that it was fitted to, for the sizes of things.
-    fn run<'a>(&self, tried: &'a Tried) -> Result<Run<'a>> {
+    pub fn run<'a>(&self, tried: &'a Tried) -> Result<Run<'a>> {
         let (model, point) = (&tried.model, &tried.point);
         let inputs = self.data.experiments.iter().map(|e| e.inputs.as_slice());
         let inputs: Vec<&[Vec<f64>]> = inputs.collect();
