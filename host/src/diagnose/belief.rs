@@ -337,4 +337,3 @@ fn share(after: f64, before: f64) -> f64 {
         0.0
     }
 }
-

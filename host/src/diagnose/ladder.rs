@@ -102,7 +102,8 @@ impl Bench<'_> {
             let least = |all: &[Tried]| all.iter().map(beside).fold(f64::INFINITY, f64::min);
             let (single, pair) = (least(&parents), least(&pairs));
             let in_vain = IN_VAIN.get(raced - 1).map(|part| part * single);
-            let led = raced >= PARENTS || (leader.iter()).all(|one| parents[0].suspects[0] == **one);
+            let led =
+                raced >= PARENTS || (leader.iter()).all(|one| parents[0].suspects[0] == **one);
             if led && single > noise && in_vain.is_some_and(|most| pair > most) {
                 return Ok(None);
             }
