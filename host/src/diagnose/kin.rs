@@ -43,7 +43,10 @@ impl Track<'_> {
         if plant.state_len() == ended.model.plant.state_len() {
             ended.point.states.clone_from(&best.point.states);
         }
-        let run = self.run(&ended)?;
+        // Without what held it, the rig may run away from there.
+        let Ok(run) = self.run(&ended) else {
+            return Ok(Vec::new());
+        };
         let mut begun = Vec::new();
         for suspect in others {
             let Suspect::Effect { kind, component } = suspect else {
@@ -53,8 +56,8 @@ impl Track<'_> {
             let starts = kind.starts(&run.at(site)).into_iter();
             let starts = starts.filter_map(|start| resized(*kind, start, size));
             let starts: Vec<Begun> = starts
-                .map(|start| self.begin(&ended, suspect, &start))
-                .collect::<Result<_>>()?;
+                .filter_map(|start| self.begin(&ended, suspect, &start).ok())
+                .collect();
             if !starts.is_empty() {
                 begun.push(starts);
             }

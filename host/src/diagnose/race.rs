@@ -153,8 +153,9 @@ impl Track<'_> {
                 .collect();
         }
         let kin = self.kin(parent, &further, suspects)?;
-        let again = self.refitted(kin, told).into_iter();
-        further.extend(again.map(|tried| self.further(tried)));
+        let again = self.refitted(kin, told).into_par_iter();
+        let again: Vec<Tried> = again.map(|tried| self.further(tried)).collect();
+        further.extend(again);
         let mut kept: Vec<Tried> = Vec::new();
         further.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
         for tried in further {
