@@ -115,7 +115,7 @@ pub fn program() -> Result<PathBuf> {
 /// Puts the answers of `tests/foreign/answers` where they are looked for: what was asked before is not asked again.
 ///
 /// # Errors
-/// A line is no answer, or a file cannot be written.
+/// A line is neither an answer nor a refusal, or a file cannot be written.
 pub fn restore(folder: &Folder, seed: u64) -> Result<()> {
     let kept = root().join(format!("tests/foreign/answers/{seed}.jsonl"));
     let Ok(text) = fs::read_to_string(&kept) else {
@@ -125,17 +125,21 @@ pub fn restore(folder: &Folder, seed: u64) -> Result<()> {
         .with_context(|| format!("cannot make {}", folder.answers.display()))?;
     for (line, text) in text.lines().enumerate() {
         let at = || {
-            let expected = "{\"case\": NUMBER, \"answer\": {...}}";
+            let expected = "{\"case\": NUMBER, \"answer\": {...}} or {..., \"refusal\": TEXT}";
             format!("{}:{}: expected {expected}", kept.display(), line + 1)
         };
         let given: serde_json::Value = serde_json::from_str(text).with_context(at)?;
         let number = given["case"].as_u64().with_context(at)?;
-        let said = given.get("answer").filter(|answer| answer.is_object());
-        let said = said.with_context(at)?;
-        let answer = folder.answer(usize::try_from(number)?);
-        if !answer.exists() {
-            fs::write(&answer, said.to_string())
-                .with_context(|| format!("cannot write {}", answer.display()))?;
+        let number = usize::try_from(number)?;
+        let answer = given.get("answer").filter(|answer| answer.is_object());
+        let refusal = given.get("refusal").and_then(|refusal| refusal.as_str());
+        let (file, said) = match (answer, refusal) {
+            (Some(answer), None) => (folder.answer(number), answer.to_string()),
+            (None, Some(refusal)) => (folder.refusal(number), refusal.to_owned()),
+            _ => return Err(anyhow!(at())),
+        };
+        if !file.exists() {
+            fs::write(&file, said).with_context(|| format!("cannot write {}", file.display()))?;
         }
     }
     Ok(())
