@@ -3,6 +3,7 @@
 mod alike;
 mod finger;
 mod judged;
+mod kin;
 mod taut;
 mod together;
 

@@ -1,0 +1,73 @@
+//! Laws of the best one's family begin where it ended.
+
+use sinew_sim::Settings;
+
+use super::super::data::Data;
+use super::super::race::{Track, Tried};
+use super::finger::suspect;
+use super::{compiled, recordings, rig};
+
+const DRY: &str = "coulomb_friction";
+
+#[test]
+fn laws_of_the_best_ones_family_begin_where_it_ended_unless_they_are_near() {
+    let rig = rig();
+    let data = Data::new(&rig, &compiled(&rig), &recordings().fit);
+    let data = data.expect("its columns are there");
+    let track = Track {
+        written: &rig,
+        data: &data,
+        stretches: vec![(0, 0..600)],
+        settings: Settings::default(),
+    };
+    let parent = track.first(&rig, &compiled(&rig).values(), 15);
+    let parent = parent.expect("a rig").expect("it can be simulated");
+    let dry = track.begin(&parent, &suspect(DRY, &["mass"]), &[0.3]);
+    let dry = dry.expect("it can sit there");
+    let dry = track.improved(dry.suspects, dry.model, dry.from, 15);
+    let dry = dry.expect("it can be simulated");
+    let of = |tried: &Tried, name: &str| {
+        let slot = tried.model.plant.slot(name);
+        tried.point.values[slot.expect("it is there")]
+    };
+
+    let kind = |kind: &str| suspect(kind, &["mass"]);
+    let all = [
+        kind(DRY),
+        kind("stribeck_friction"),
+        kind("direction_dependent_friction"),
+        kind("viscous_damping"),
+    ];
+    let known = [parent.clone(), dry.clone()];
+    let kin = track.kin(&parent, &known, &all).expect("a rig");
+    let begun: Vec<&str> = kin.iter().map(|one| one[0].suspects[0].kind()).collect();
+    assert_eq!(begun, ["stribeck_friction", "direction_dependent_friction"]);
+
+    let level = of(&dry, "mass.coulomb_friction.level");
+    for start in &kin[0] {
+        let plant = &start.model.plant;
+        let value = |name: &str| start.from.values[plant.slot(name).expect("it is there")];
+        for (name, wanted) in [
+            ("mass.inertia", of(&dry, "mass.inertia")),
+            ("coil.stiffness", of(&dry, "coil.stiffness")),
+        ] {
+            assert_eq!(value(name), wanted, "{name}");
+            assert!(of(&parent, name) != wanted, "{name} moved");
+        }
+        let forces =
+            ["level", "static_level"].map(|of| value(&format!("mass.stribeck_friction.{of}")));
+        let mean = 0.5 * (forces[0] + forces[1]);
+        assert!((mean / level - 1.0).abs() < 1e-9, "{mean} and {level}");
+    }
+
+    let start = kin
+        .into_iter()
+        .next()
+        .and_then(|starts| starts.into_iter().next());
+    let start = start.expect("there is one");
+    let near = track.improved(start.suspects, start.model, start.from, 15);
+    let known = [parent.clone(), dry, near.expect("it can be simulated")];
+    let kin = track.kin(&parent, &known, &all).expect("a rig");
+    let begun: Vec<&str> = kin.iter().map(|one| one[0].suspects[0].kind()).collect();
+    assert_eq!(begun, ["direction_dependent_friction"]);
+}
