@@ -10,7 +10,7 @@ use super::evidence::{Contender, Court, Gain};
 use super::judge::Remains;
 use super::model::Model;
 use super::name::{SAME, apart};
-use super::search::{Bench, FINAL_STEPS};
+use super::search::{Bench, FINAL_STEPS, Found};
 use super::suspect::Suspect;
 use crate::error::Result;
 use crate::fit::levenberg::Unknowns;
@@ -36,6 +36,11 @@ impl Bench<'_> {
     /// Whether an explanation leaves something that noise does not explain and that matters.
     pub fn leaves_something(&self, contender: &Contender) -> bool {
         stands_out(&contender.fit, self.fit) || stands_out(&contender.check, self.check)
+    }
+
+    /// Whether the search ended with the believed rig, which leaves nothing that noise does not explain.
+    pub fn nothing_in(&self, found: &Found) -> bool {
+        found.chosen.is_none() && !self.leaves_something(&found.base)
     }
 
     /// Whether the rig as it came leaves nothing but noise.
@@ -95,8 +100,7 @@ impl Bench<'_> {
     /// Parameters of the right sign, and most of what the base left explained: a disturbance can be followed a
     /// little by many an effect, and none of them is its name.
     fn holds(&self, contender: &Contender, base: &Contender) -> bool {
-        let mut families = contender.tried.suspects.iter().map(Suspect::family);
-        let most = if families.any(|family| family == Some(Family::Mode)) {
+        let most = if contender.has_mode() {
             MOST_LEFT_OF_MODE
         } else {
             MOST_LEFT

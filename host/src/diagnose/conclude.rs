@@ -11,13 +11,15 @@ use super::finding::{
 use super::locate::{intervals, locate};
 use super::name::{Known, effects, finalists};
 use super::next::next_experiment;
+use super::race::bent;
 use super::residual::learn;
 use super::roles::Roles;
 use super::search::{Bench, Found};
 use super::settle::{Named, number};
 use crate::error::Result;
-use crate::fit::{Fit, score};
+use crate::fit::{Fit, FittedParameter, score};
 use crate::recording::Recording;
+use crate::report::significant;
 
 /// Decides on the verdict and writes everything down.
 ///
@@ -45,7 +47,7 @@ pub(super) fn conclude(
     });
     let verdict = match found {
         _ if named.is_some() => Verdict::MissingPhysics,
-        Some(found) if chosen.is_none() && !bench.leaves_something(&found.base) => {
+        Some(found) if bench.nothing_in(found) => {
             if bench.explains_as_written(rig)? {
                 Verdict::Consistent
             } else {
@@ -88,7 +90,10 @@ pub(super) fn conclude(
     Ok(Diagnosis {
         format: FORMAT,
         verdict,
-        sentence: sentence(verdict, &effects, suspected, location.as_ref(), stands_in),
+        sentence: match far(refitted) {
+            Some(far) if verdict == Verdict::Parameters => far,
+            _ => sentence(verdict, &effects, suspected, location.as_ref(), stands_in),
+        },
         fit: signals(rig, [rig, &refitted.rig, &mended], bench, roles)?,
         parameters: known
             .iter()
@@ -166,6 +171,28 @@ fn sentence(
             what + &learned
         }
     }
+}
+
+/// What is said of `parameters` where some are known to have changed their meaning: what explains the recordings may be no
+/// number.
+fn far(refitted: &Fit) -> Option<String> {
+    let known = |p: &&FittedParameter| {
+        p.ci95
+            .is_some_and(|ends| ends.iter().all(|end| bent(*end, p.as_written)))
+    };
+    let of = |p: &FittedParameter| {
+        let times = significant(p.value / p.as_written, 2);
+        format!("`{}` is {times} times what the rig says", p.name)
+    };
+    let far = refitted.parameters.iter().filter(known).map(of);
+    let far: Vec<String> = far.collect();
+    (!far.is_empty()).then(|| {
+        format!(
+            "With its parameters refitted the rig explains the recordings to within their noise, but {}: an effect may hide \
+             there.",
+            far.join(" and ")
+        )
+    })
 }
 
 fn notes(refitted: &Fit) -> Vec<String> {

@@ -2,9 +2,11 @@
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use sinew_sim::effects::Family;
 
 use super::judge::Remains;
 use super::race::Tried;
+use super::suspect::Suspect;
 
 /// Resamplings of the blocks of time.
 const RESAMPLINGS: usize = 200;
@@ -26,6 +28,12 @@ impl Contender {
     /// Number of fitted parameters.
     pub fn parameters(&self) -> usize {
         self.tried.model.slots.len()
+    }
+
+    /// Whether it has a coordinate that nobody sees.
+    pub fn has_mode(&self) -> bool {
+        let mut families = self.tried.suspects.iter().map(Suspect::family);
+        families.any(|family| family == Some(Family::Mode))
     }
 }
 

@@ -76,6 +76,9 @@ impl Default for Options {
     }
 }
 
+/// Stretches that a recording is judged in at first where something integrates; fewer where nothing is left in any of them.
+const PARTS: usize = 8;
+
 /// Steps of a refit that begins where an explanation ended, and how many times as fast the rig may have become there.
 const AGAIN: usize = 15;
 const DEAREST: f64 = 4.0;
@@ -119,11 +122,11 @@ pub fn diagnose(
     told("refitting the rig", 0, 1);
     let mut refitted = fit(rig, &roles.fit, &FitOptions::default(), &mut |_| {})?;
     let in_parts = integrates(rig);
-    let parts = if in_parts { 8 } else { 1 };
+    let mut parts = if in_parts { PARTS } else { 1 };
     let values = Plant::new(&refitted.rig)?.values();
     let (settings, budget) =
         search::finals(&Plant::new(&refitted.rig)?, &values, &fit_data, &both_data);
-    let bench = Bench {
+    let mut bench = Bench {
         written: rig,
         in_parts,
         settings,
@@ -137,6 +140,16 @@ pub fn diagnose(
         told,
     };
     let mut found = bench.search(&refitted.rig, &values)?;
+    // Start states of its own in every stretch may follow what the rig misses: then fewer and longer ones.
+    while parts > 1 && found.as_ref().is_some_and(|found| bench.nothing_in(found)) {
+        parts /= 2;
+        let longer = [&fit_data, &check_data].map(|data| data.select(parts, budget));
+        if longer == [&bench.fit_stretches, &bench.check_stretches].map(Clone::clone) {
+            break;
+        }
+        [bench.fit_stretches, bench.check_stretches] = longer;
+        found = bench.search(&refitted.rig, &values)?;
+    }
     if let Some(short) = found.as_ref().filter(|found| found.stopped_short) {
         let base = &short.base.tried;
         let of = |values: &[f64]| pace(&base.model.plant, values, &fit_data.experiments);

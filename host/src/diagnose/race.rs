@@ -25,13 +25,16 @@ pub(super) struct Tried {
 /// A parameter of the rig this many times as large or as small as its owner wrote has changed its meaning.
 const BENT: f64 = 5.0;
 
+/// Whether a parameter is that far from what its owner wrote.
+pub(super) fn bent(value: f64, written: f64) -> bool {
+    written != 0.0 && !(1.0 / BENT..=BENT).contains(&(value / written))
+}
+
 impl Tried {
     /// Some parameter of the rig itself is far from what its owner wrote.
     pub fn bent(&self) -> bool {
-        self.model.believed().any(|(slot, written)| {
-            let ratio = self.point.values[slot] / written;
-            written != 0.0 && !(1.0 / BENT..=BENT).contains(&ratio)
-        })
+        let mut believed = self.model.believed();
+        believed.any(|(slot, written)| bent(self.point.values[slot], written))
     }
 }
 

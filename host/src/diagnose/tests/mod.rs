@@ -4,6 +4,7 @@ mod alike;
 mod finger;
 mod judged;
 mod kin;
+mod parts;
 mod taut;
 mod together;
 
@@ -73,6 +74,16 @@ fn nothing_is_missing_from_the_mended_rig_and_no_effect_is_invented() {
     assert!(again.effects.is_empty() && again.location.is_none());
     let check = again.fit["q_m"].check;
     assert_eq!(check.before_rms, check.after_rms);
+}
+
+#[test]
+fn a_number_far_from_what_its_owner_wrote_is_pointed_at() {
+    let mended = found(&rig()).mended;
+    let off = mended.with_values(&[("dashpot.damping", 0.1)]);
+    let found = found(&off.expect("it has one"));
+    assert_eq!(found.verdict, Verdict::Parameters, "{}", found.sentence);
+    let said = "but `dashpot.damping` is 11 times what the rig says: an effect may hide there";
+    assert!(found.sentence.contains(said), "{}", found.sentence);
 }
 
 #[test]
