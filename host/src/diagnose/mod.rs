@@ -140,13 +140,17 @@ pub fn diagnose(
         told,
     };
     let mut found = bench.search(&refitted.rig, &values)?;
-    // Start states of its own in every stretch may follow what the rig misses: then fewer and longer ones.
-    while parts > 1 && found.as_ref().is_some_and(|found| bench.nothing_in(found)) {
+    // Start states of its own in every stretch may follow what the rig misses: then fewer and longer ones, from where the rig
+    // ended on the shorter ones.
+    while parts > 1
+        && let Some(nothing) = found.as_ref().filter(|found| bench.nothing_in(found))
+    {
         parts /= 2;
         let longer = [&fit_data, &check_data].map(|data| data.select(parts, budget));
         if longer == [&bench.fit_stretches, &bench.check_stretches].map(Clone::clone) {
             break;
         }
+        let values = nothing.base.tried.point.values.clone();
         [bench.fit_stretches, bench.check_stretches] = longer;
         found = bench.search(&refitted.rig, &values)?;
     }
