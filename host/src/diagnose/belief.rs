@@ -62,6 +62,22 @@ impl Bench<'_> {
         Ok(true)
     }
 
+    /// Whether the whole of the check recordings, from the start states that explain each best, is left to no more than the part
+    /// of what is believed.
+    ///
+    /// # Errors
+    /// A rig that cannot be compiled.
+    pub fn runs_through(&self, before: &Rig, after: &Rig) -> Result<bool> {
+        let left = |rig: &Rig| -> Result<Option<f64>> {
+            let model = Model::new(rig, rig, &[], Settings::default())?;
+            let (values, whole) = (model.plant.values(), self.check.cut(1));
+            let remains = Remains::of(&model, &values, self.check, &whole, None)?;
+            Ok(remains.map(|remains| beside_noise(&remains, self.check)))
+        };
+        let both = left(before)?.zip(left(after)?);
+        Ok(both.is_some_and(|(before, after)| after < MOST_LEFT * before))
+    }
+
     /// The part of what `before` left beside noise on the check recordings that `after` still leaves: 0 is all explained.
     pub fn share_left(&self, after: &Contender, before: &Contender) -> f64 {
         let left = |contender: &Contender| beside_noise(&contender.check, self.check);

@@ -81,7 +81,8 @@ pub(super) fn settle(
 
 /// The mended rig, if its free runs hold. Judged in stretches, an explanation is believed only if the whole of a recording
 /// that chose nothing gains too; or if nothing is left in any stretch, and the whole is not lost: what integrates over a
-/// ripple ends a whole recording in one well or in another.
+/// ripple ends a whole recording in one well or in another, and a start that the first rows hardly show, of a memory above all,
+/// carries it away.
 fn holds(
     found: &Found,
     index: usize,
@@ -96,7 +97,9 @@ fn holds(
     let wells = suspects.any(|suspect| suspect.kind() == "position_ripple");
     let lost = if wells { LOST_IN_WELLS } else { LOST };
     let holds = falls(&refitted.rig, &rig, roles, 1.0)
-        || bench.in_parts && all && falls(&refitted.rig, &rig, roles, lost);
+        || bench.in_parts
+            && all
+            && (falls(&refitted.rig, &rig, roles, lost) || bench.runs_through(&refitted.rig, &rig)?);
     Ok(holds.then_some(Named { index, rig, known }))
 }
 
