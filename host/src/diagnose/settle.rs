@@ -99,7 +99,8 @@ fn holds(
     let holds = falls(&refitted.rig, &rig, roles, 1.0)
         || bench.in_parts
             && all
-            && (falls(&refitted.rig, &rig, roles, lost) || bench.runs_through(&refitted.rig, &rig)?);
+            && (falls(&refitted.rig, &rig, roles, lost)
+                || bench.runs_through(&refitted.rig, &rig)?);
     Ok(holds.then_some(Named { index, rig, known }))
 }
 
