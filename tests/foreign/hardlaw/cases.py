@@ -350,12 +350,13 @@ def main():
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--cases", type=int, required=True)
     parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--step", type=int, default=1)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--truth", type=Path, required=True)
     parser.add_argument("--quiet", action="store_true")
     arguments = parser.parse_args()
     arguments.truth.mkdir(parents=True, exist_ok=True)
-    for k in range(arguments.first, arguments.cases):
+    for k in range(arguments.first, arguments.cases, arguments.step):
         name = "case-%04d" % k
         told = arguments.truth / (name + ".json")
         if told.exists():

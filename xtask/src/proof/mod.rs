@@ -4,6 +4,7 @@
 //! another folder, which is opened only after the last answer is in. Everything resumes where it was stopped.
 
 mod bouc_wen;
+mod kept;
 mod run;
 
 use std::fs;
@@ -106,7 +107,7 @@ fn drawn(options: &Options) -> Result<()> {
     if options.fresh {
         folder.forget_answers()?;
     } else {
-        run::restore(&folder, options.seed)?;
+        kept::restore(&folder, options.seed)?;
     }
     if !options.score_only {
         run::make(&folder, options.seed, options.cases)?;
@@ -144,6 +145,9 @@ fn drawn(options: &Options) -> Result<()> {
         let path = here.join(name);
         fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
         println!("wrote {}", path.display());
+    }
+    if options.publish && cases.len() == CASES {
+        kept::keep(&folder, options.seed, CASES)?;
     }
     Ok(())
 }

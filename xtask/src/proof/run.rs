@@ -23,7 +23,11 @@ pub struct Folder {
 impl Folder {
     /// Everything under `target/proof/SEED`.
     pub fn of(seed: u64) -> Self {
-        let top = target_folder().join("proof").join(seed.to_string());
+        Self::under(&target_folder().join("proof").join(seed.to_string()))
+    }
+
+    /// Everything under this folder.
+    pub fn under(top: &Path) -> Self {
         Self {
             cases: top.join("cases"),
             truths: top.join("truth"),
@@ -67,6 +71,15 @@ impl Folder {
         self.answers.parent().unwrap_or(&self.answers)
     }
 
+    /// Makes room for answers.
+    ///
+    /// # Errors
+    /// The folder cannot be made.
+    pub fn make_answers(&self) -> Result<()> {
+        fs::create_dir_all(&self.answers)
+            .with_context(|| format!("cannot make {}", self.answers.display()))
+    }
+
     /// Forgets every answer.
     ///
     /// # Errors
@@ -89,11 +102,36 @@ pub fn make(folder: &Folder, seed: u64, cases: usize) -> Result<()> {
         return Ok(());
     }
     let python = python::environment()?;
-    let (seed, cases) = (seed.to_string(), cases.to_string());
-    let mut command = python.command(&["-m", "hardlaw.cases", "--seed", &seed, "--cases", &cases]);
-    command.arg("--out").arg(&folder.cases);
-    command.arg("--truth").arg(&folder.truths);
-    process::run(&mut command)
+    let (seed, cases, step) = (seed.to_string(), cases.to_string(), workers().to_string());
+    side_by_side(|worker| {
+        let first = worker.to_string();
+        let mut command = python.command(&["-m", "hardlaw.cases"]);
+        command.args(["--seed", &seed, "--cases", &cases]);
+        command.args(["--first", &first, "--step", &step]);
+        command.arg("--out").arg(&folder.cases);
+        command.arg("--truth").arg(&folder.truths);
+        process::run(&mut command)
+    })
+}
+
+/// How many do something at a time: one a core.
+fn workers() -> usize {
+    thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// The same done by all workers, each of which is told its number.
+fn side_by_side(work: impl Fn(usize) -> Result<()> + Sync) -> Result<()> {
+    let work = &work;
+    thread::scope(|scope| {
+        let workers: Vec<_> = (0..workers())
+            .map(|worker| scope.spawn(move || work(worker)))
+            .collect();
+        let ended = workers.into_iter().map(|worker| {
+            let failed = || anyhow!("a worker did not come to its end");
+            worker.join().map_err(|_| failed())?
+        });
+        ended.collect()
+    })
 }
 
 /// The program under test, built.
@@ -112,39 +150,6 @@ pub fn program() -> Result<PathBuf> {
     Ok(target_folder().join("debug/sinew"))
 }
 
-/// Puts the answers of `tests/foreign/answers` where they are looked for: what was asked before is not asked again.
-///
-/// # Errors
-/// A line is neither an answer nor a refusal, or a file cannot be written.
-pub fn restore(folder: &Folder, seed: u64) -> Result<()> {
-    let kept = root().join(format!("tests/foreign/answers/{seed}.jsonl"));
-    let Ok(text) = fs::read_to_string(&kept) else {
-        return Ok(());
-    };
-    fs::create_dir_all(&folder.answers)
-        .with_context(|| format!("cannot make {}", folder.answers.display()))?;
-    for (line, text) in text.lines().enumerate() {
-        let at = || {
-            let expected = "{\"case\": NUMBER, \"answer\": {...}} or {..., \"refusal\": TEXT}";
-            format!("{}:{}: expected {expected}", kept.display(), line + 1)
-        };
-        let given: serde_json::Value = serde_json::from_str(text).with_context(at)?;
-        let number = given["case"].as_u64().with_context(at)?;
-        let number = usize::try_from(number)?;
-        let answer = given.get("answer").filter(|answer| answer.is_object());
-        let refusal = given.get("refusal").and_then(|refusal| refusal.as_str());
-        let (file, said) = match (answer, refusal) {
-            (Some(answer), None) => (folder.answer(number), answer.to_string()),
-            (None, Some(refusal)) => (folder.refusal(number), refusal.to_owned()),
-            _ => return Err(anyhow!(at())),
-        };
-        if !file.exists() {
-            fs::write(&file, said).with_context(|| format!("cannot write {}", file.display()))?;
-        }
-    }
-    Ok(())
-}
-
 /// Puts every case without an answer to the program.
 ///
 /// # Errors
@@ -158,13 +163,11 @@ pub fn ask(folder: &Folder, cases: usize) -> Result<()> {
         let done = cases - left.len();
         println!("{done} of {cases} cases have their answer; --fresh asks again");
     }
-    fs::create_dir_all(&folder.answers)
-        .with_context(|| format!("cannot make {}", folder.answers.display()))?;
+    folder.make_answers()?;
     // Cases side by side, each on one core: parts of a diagnosis wait for each other, cases do not.
-    let workers = thread::available_parallelism().map_or(1, usize::from);
     let begun = Instant::now();
     let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    let work = || -> Result<()> {
+    side_by_side(|_| {
         while let Some(&number) = left.get(next.fetch_add(1, Ordering::Relaxed)) {
             ask_one(&sinew, folder, number)?;
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
@@ -177,14 +180,6 @@ pub fn ask(folder: &Folder, cases: usize) -> Result<()> {
             );
         }
         Ok(())
-    };
-    thread::scope(|scope| {
-        let workers: Vec<_> = (0..workers).map(|_| scope.spawn(work)).collect();
-        let ended = workers.into_iter().map(|worker| {
-            let failed = || anyhow!("a thread that asks did not come to its end");
-            worker.join().map_err(|_| failed())?
-        });
-        ended.collect()
     })
 }
 
