@@ -83,13 +83,13 @@ mod tests {
 
     use super::extremes;
 
-    /// Eq. 14f, from where the first value puts it.
-    fn played(column: &[f64], half: f64) -> Option<f64> {
-        let mut output = *column.first()?;
+    /// Eq. 14f, from nothing.
+    fn played(column: &[f64], half: f64) -> f64 {
+        let mut output = 0.0;
         for value in column {
-            output = output.max(value - half).min(value + half);
+            output = f64::min(f64::max(output, value - half), value + half);
         }
-        Some(output)
+        output
     }
 
     proptest! {

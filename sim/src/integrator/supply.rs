@@ -219,7 +219,7 @@ impl<S: Scalar> Supply<S> {
             let extremes = past.extremes.get(line.input).into_iter().flatten();
             for &value in extremes {
                 let value = S::constant(value);
-                kept.play = Some(played(kept.play.unwrap_or(value), value, values[slot]));
+                kept.play = Some(begun(kept.play, value, values[slot]));
             }
         }
         for (row, &now) in past.times.iter().enumerate() {
@@ -332,6 +332,11 @@ fn played<S: Scalar>(output: S, input: S, gap: S) -> S {
     output.max(input - half).min(input + half)
 }
 
+/// The same where there may have been no input yet: the first one came from nothing.
+fn begun<S: Scalar>(output: Option<S>, input: S, gap: S) -> S {
+    played(output.unwrap_or(S::constant(0.0)), input, gap)
+}
+
 /// The wave of a line whose stages before the lag give a parabola from `cursor` on.
 fn wave<S: Scalar>(line: &Line, values: &[S], kept: &mut Kept<S>, cursor: S, c: [S; 3]) -> Wave<S> {
     let straight = Wave {
@@ -373,7 +378,7 @@ impl<S: Scalar> Settings<S> {
         let stages = &line.stages;
         let size = |slot: usize| not_below_zero(values[slot]);
         let play = stages.play.map(|slot| {
-            let output = played(kept.play.unwrap_or(input), input, values[slot]);
+            let output = begun(kept.play, input, values[slot]);
             kept.play = Some(output);
             (output, size(slot) * 0.5)
         });

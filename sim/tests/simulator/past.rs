@@ -81,6 +81,25 @@ fn a_stretch_with_its_past_goes_on_as_the_whole_recording_does() {
     }
 }
 
+/// A play of 1.1 N: an input of 0.5 N has not met its edge, one of 1 N is half a gap past it.
+#[test]
+fn a_recording_begins_with_a_play_whose_input_came_from_nothing() {
+    let t = times(ROWS, INTERVAL);
+    let moved = |plant: &Plant, input: f64| {
+        let drive = Drive::new(plant, ROWS, &[&[input; ROWS]]).expect("a drive");
+        let run = plant.simulate(&plant.values(), &[0.0, 0.0], &drive, &t);
+        run.expect("it can be simulated").signals
+    };
+    let (loose, tight) = (rig("zero", &[1]), rig("zero", &[]));
+    assert!(moved(&loose, 0.5).iter().all(|q| *q == 0.0));
+    let (through, less) = (moved(&loose, -1.0), moved(&tight, -0.45));
+    let apart = through.iter().zip(&less).map(|(a, b)| (a - b).abs());
+    let apart = apart.fold(0.0, f64::max);
+    // The one without a play is linear and solved in closed form.
+    assert!(apart < 1e-6, "{apart}");
+    assert!(less.iter().any(|q| q.abs() > 1e-3));
+}
+
 #[test]
 fn derivatives_see_the_past_forwards_and_backwards() {
     let t = times(ROWS, INTERVAL);
