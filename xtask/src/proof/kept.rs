@@ -23,9 +23,11 @@ fn file(seed: u64) -> PathBuf {
 /// A line is neither an answer nor a refusal, or a file cannot be written.
 pub fn restore(folder: &Folder, seed: u64) -> Result<()> {
     let kept = file(seed);
-    let Ok(text) = fs::read_to_string(&kept) else {
+    if !kept.exists() {
         return Ok(());
-    };
+    }
+    let text =
+        fs::read_to_string(&kept).with_context(|| format!("cannot read {}", kept.display()))?;
     folder.make_answers()?;
     for (line, text) in text.lines().enumerate() {
         let (number, said) = read(text).with_context(|| {
