@@ -3,7 +3,12 @@
 use rand::SeedableRng;
 use sinew_sim::Rig;
 
+use super::super::data::Data;
+use super::super::mend::falls;
+use super::super::roles::Roles;
+use super::super::search::{self, Bench};
 use super::super::{Diagnosis, Options, Recordings, Verdict, diagnose};
+use super::compiled;
 use crate::dataset::gaussian;
 use crate::recording::{Column, Recording};
 
@@ -80,4 +85,57 @@ fn a_load_that_no_short_stretch_shows_is_named() {
 fn without_it_nothing_is_missing_over_the_whole_either() {
     let found = judged(0.0);
     assert_eq!(found.verdict, Verdict::Parameters, "{}", found.sentence);
+}
+
+/// The cart with its right inertia under a load that somebody told.
+fn told(load: f64) -> Rig {
+    let right = CART.replace("1.8", "2.0");
+    let effect = super::finger::effect("constant_load", "cart", &format!("level = {load}"));
+    Rig::parse(&(right + &effect), "cart.toml").expect("it is one")
+}
+
+/// An encoder that is fifty times as noisy in the first second: so bad a start carries any rig away.
+fn recorded_badly_at_first(load: f64) -> Recording {
+    let recorded = recorded(load, 2);
+    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(3);
+    let mut columns = recorded.columns().to_vec();
+    for q in &mut columns[1].values[..100] {
+        *q -= 5e-2 * gaussian(&mut random);
+    }
+    Recording::new("bad.csv", recorded.t().to_vec(), columns).expect("it is one")
+}
+
+#[test]
+fn what_only_its_start_carries_away_runs_through_and_what_is_wrong_does_not() {
+    let load = 8e-4;
+    let (before, right, twice) = (told(0.0), told(load), told(2.0 * load));
+    let roles = Roles::new(&[recorded(load, 1)], &[recorded_badly_at_first(load)], &[]);
+    let roles = roles.expect("they are there");
+    let plant = compiled(&before);
+    let data = |recordings: &[Recording]| {
+        Data::new(&before, &plant, recordings).expect("its columns are there")
+    };
+    let both = [roles.fit.clone(), roles.check.clone()].concat();
+    let (fit, check, both) = (data(&roles.fit), data(&roles.check), data(&both));
+    let (settings, _) = search::finals(&plant, &plant.values(), &fit, &both);
+    let bench = Bench {
+        written: &before,
+        fit: &fit,
+        check: &check,
+        both: &both,
+        in_parts: true,
+        settings,
+        fit_stretches: fit.cut(8),
+        check_stretches: check.cut(8),
+        seed: 0,
+        trust: 1.0,
+        told: &|_, _, _| {},
+    };
+    let through = |after: &Rig| bench.runs_through(&before, after).expect("a rig");
+    assert!(
+        !falls(&before, &right, &roles, 1.25),
+        "its start is no bad one"
+    );
+    assert!(through(&right));
+    assert!(!through(&before) && !through(&twice));
 }
