@@ -120,6 +120,13 @@ impl Bench<'_> {
         let Some(mut base) = self.base(&start)? else {
             return Ok(None);
         };
+        // The refit may have run into a valley that its owner's numbers are not in.
+        if self.leaves_something(&base)
+            && let Some(again) = self.base_from(&start, &Plant::new(self.written)?.values())?
+            && !self.leaves_something(&again)
+        {
+            base = again;
+        }
         if !self.leaves_something(&base) {
             return Ok(Some(Found {
                 base,
