@@ -120,12 +120,15 @@ impl Bench<'_> {
         let Some(mut base) = self.base(&start)? else {
             return Ok(None);
         };
-        // The refit may have run into a valley that its owner's numbers are not in.
-        if self.leaves_something(&base)
-            && let Some(again) = self.base_from(&start, &Plant::new(self.written)?.values())?
-            && !self.leaves_something(&again)
-        {
-            base = again;
+        // It may have run into a valley in which neither its owner's numbers are nor those of the refit to whole recordings.
+        for from in [Plant::new(self.written)?.values(), plant.values()] {
+            if from == values || !self.leaves_something(&base) {
+                continue;
+            }
+            let again = self.base_from(&start, &from)?;
+            if let Some(again) = again.filter(|again| !self.leaves_something(again)) {
+                base = again;
+            }
         }
         if !self.leaves_something(&base) {
             return Ok(Some(Found {
