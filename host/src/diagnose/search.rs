@@ -120,15 +120,14 @@ impl Bench<'_> {
         let Some(mut base) = self.base(&start)? else {
             return Ok(None);
         };
-        // It may have run into a valley in which neither its owner's numbers are nor those of the refit to whole recordings.
-        for from in [Plant::new(self.written)?.values(), plant.values()] {
-            if from == values || !self.leaves_something(&base) {
-                continue;
-            }
-            let again = self.base_from(&start, &from)?;
-            if let Some(again) = again.filter(|again| !self.leaves_something(again)) {
-                base = again;
-            }
+        // What shorter stretches made of the rig may lie in a valley in which the refit to whole recordings does not.
+        let refitted = plant.values();
+        if refitted != values
+            && self.leaves_something(&base)
+            && let Some(again) = self.base_from(&start, &refitted)?
+            && !self.leaves_something(&again)
+        {
+            base = again;
         }
         if !self.leaves_something(&base) {
             return Ok(Some(Found {

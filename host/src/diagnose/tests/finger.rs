@@ -47,21 +47,31 @@ impl Finger {
 
     /// Finals are fitted to the first rows.
     pub fn bench(&self, rows: usize) -> Bench<'_> {
-        let plant = compiled(&self.believed);
-        let (settings, _) = search::finals(&plant, &plant.values(), &self.fit, &self.both);
-        Bench {
-            written: &self.believed,
-            fit: &self.fit,
-            check: &self.check,
-            both: &self.both,
-            in_parts: false,
-            settings,
-            fit_stretches: vec![(0, 0..rows)],
-            check_stretches: self.check.cut(1),
-            seed: 0,
-            trust: 1.0,
-            told: &|_, _, _| {},
-        }
+        let data = [&self.fit, &self.check, &self.both];
+        bench(&self.believed, data, vec![(0, 0..rows)])
+    }
+}
+
+/// What judges explanations of fit and check recordings (and both), check recordings as a whole.
+pub fn bench<'a>(
+    written: &'a Rig,
+    [fit, check, both]: [&'a Data; 3],
+    fit_stretches: Vec<(usize, std::ops::Range<usize>)>,
+) -> Bench<'a> {
+    let plant = compiled(written);
+    let (settings, _) = search::finals(&plant, &plant.values(), fit, both);
+    Bench {
+        written,
+        fit,
+        check,
+        both,
+        in_parts: false,
+        settings,
+        fit_stretches,
+        check_stretches: check.cut(1),
+        seed: 0,
+        trust: 1.0,
+        told: &|_, _, _| {},
     }
 }
 
