@@ -11,8 +11,8 @@ use sinew_scorer::{Answer, Scored, Truth, outcome, table};
 use sinew_sim::Rig;
 
 /// Dry friction, backlash, a cubic spring, a hysteresis, an end stop, Stribeck friction; friction with a saturation; a rig
-/// that is exact, one with wrong parameters, a disturbance, heavy noise; a gain that depends on the sign. Continuous
-/// integration asks all of them.
+/// that is exact, one with wrong parameters, a disturbance, heavy noise; a gain that depends on the sign. `cargo xtask ci`
+/// asks nearly all of them.
 const CASES: [usize; 12] = [0, 1, 2, 3, 5, 6, 7, 8, 9, 10, 11, 12];
 
 fn foreign() -> PathBuf {
