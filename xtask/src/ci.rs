@@ -60,7 +60,7 @@ const BESIDE: &[Stage] = &[
 
 const LAST: &[Stage] = &[
     ("tests", test::run),
-    ("concealed cases", |_| proof::committed()),
+    ("concealed cases", |_| proof::brief()),
     ("budgets", |_| snapshots::budget(&[])),
     ("documentation", |_| documentation()),
     ("demo", |_| demo::demo(&[])),

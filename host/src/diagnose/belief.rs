@@ -204,7 +204,8 @@ impl Bench<'_> {
         })
     }
 
-    /// As [`Bench::best`], but two effects only where they are believable against the best single one.
+    /// As [`Bench::best`], but two effects only where they are believable against the best single one. A mode of no size
+    /// beside it follows a little of the noise.
     pub fn best_of_sizes(&self, base: &Contender, finalists: &[Contender]) -> Option<usize> {
         let court = self.court(base, finalists);
         let order = self.order(base, finalists);
@@ -230,24 +231,27 @@ impl Bench<'_> {
             self.believable(court.gain(pair + 1, single + 1), pair_of, single_of)
                 && self.share_left(pair_of, single_of) < MOST_LEFT
                 && self.holds_both_ways(pair_of, single_of).unwrap_or(false)
+                && (!pair_of.has_mode() || self.has_size(pair_of).unwrap_or(false))
         };
         pairs.next().filter(|&pair| over(pair)).or(Some(single))
     }
 
     /// Whether each effect is known to be there, by one at least of the parameters that can be zero; where their intervals
-    /// are not known it is taken to be. What two that are alike have together may be known and no part of it: two winches
+    /// are not known it is taken to be, but for a mode: one of which nobody knows how heavy it is, is a damper or a spring that the
+    /// rig has. What two that are alike have together may be known and no part of it: two winches
     /// that wind the same joint. Each of them is there where it is known once the others are as found.
     pub fn has_size(&self, contender: &Contender) -> Result<bool> {
         let (model, point) = (&contender.tried.model, &contender.tried.point);
         let segments = self.fit.segments(&model.plant, &self.fit_stretches)?;
         let widths = |model: &Model| model.half_widths(self.fit, &segments, point);
-        let certain = |widths: &BTreeMap<String, f64>, sizes: &[String]| {
+        let certain = |suspect: &Suspect, widths: &BTreeMap<String, f64>, sizes: &[String]| {
             let away = |name: &String| {
                 let slot = model.plant.slot(name)?;
                 Some(point.values[slot].abs() / widths.get(name)?)
             };
             let farthest = sizes.iter().filter_map(away).reduce(f64::max);
-            farthest.is_none_or(|farthest| farthest >= CERTAIN)
+            let unknown = suspect.family() != Some(Family::Mode);
+            farthest.map_or(unknown, |farthest| farthest >= CERTAIN)
         };
         let alone = widths(model);
         let there = |suspect: &Suspect| {
@@ -255,9 +259,9 @@ impl Bench<'_> {
             let beside = |sizes: &Vec<String>| {
                 let mut others = all.iter().filter(|other| *other != sizes).flatten();
                 let held = model.holding(|name| others.clone().any(|other| other == name));
-                others.next().is_some() && certain(&widths(&held), sizes)
+                others.next().is_some() && certain(suspect, &widths(&held), sizes)
             };
-            all.iter().all(|sizes| certain(&alone, sizes)) || all.iter().all(beside)
+            all.iter().all(|sizes| certain(suspect, &alone, sizes)) || all.iter().all(beside)
         };
         Ok(contender.tried.suspects.iter().all(there))
     }

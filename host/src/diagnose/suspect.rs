@@ -163,9 +163,12 @@ impl Suspect {
     }
 
     /// Parameters of an effect that can be zero, a list for each component: where none of a list is known to be away from it,
-    /// nothing shows that the effect is there.
+    /// nothing shows that the effect is there. Without its inertia a mode pushes nothing, whatever it is damped by.
     pub fn sizes(&self) -> Vec<Vec<String>> {
-        self.named(|spec| !spec.held && spec.sign != Sign::Positive)
+        match self.family() {
+            Some(Family::Mode) => self.named(|spec| spec.name == "inertia"),
+            _ => self.named(|spec| !spec.held && spec.sign != Sign::Positive),
+        }
     }
 
     /// Its parameters at components that are alike, a list for each that they all have; none of what sits at one component.

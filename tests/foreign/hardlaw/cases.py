@@ -179,7 +179,7 @@ def seen(bench, recordings, sigma, present, category):
     short = recordings[:1]
     for i in range(len(present)):
         others = [e for j, e in enumerate(present) if j != i]
-        amounts.append(visibility.after_refit(bench.rig, bench.values, short, sigma, others))
+        amounts.append(visibility.from_anywhere(bench.rig, bench.values, short, sigma, others))
         kind = present[i]["kind"]
         if category == "one" and kind in SIMPLER and amounts[-1] >= STRONG:
             rival = SIMPLER[kind]

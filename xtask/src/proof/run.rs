@@ -150,18 +150,20 @@ pub fn program() -> Result<PathBuf> {
     Ok(target_folder().join("debug/sinew"))
 }
 
-/// Puts every case without an answer to the program.
+/// Puts every one of these cases that has no answer to the program.
 ///
 /// # Errors
 /// The program does not build or cannot be started; an answer cannot be written. A case on which it fails is no
 /// error: it is counted.
-pub fn ask(folder: &Folder, cases: usize) -> Result<()> {
+pub fn ask(folder: &Folder, cases: &[usize]) -> Result<()> {
     let sinew = program()?;
     let asked = |number: usize| folder.answer(number).exists() || folder.refusal(number).exists();
-    let left: Vec<usize> = (0..cases).filter(|&number| !asked(number)).collect();
-    if left.len() < cases {
-        let done = cases - left.len();
-        println!("{done} of {cases} cases have their answer; --fresh asks again");
+    let left: Vec<usize> = (cases.iter().copied())
+        .filter(|&number| !asked(number))
+        .collect();
+    if left.len() < cases.len() {
+        let (done, all) = (cases.len() - left.len(), cases.len());
+        println!("{done} of {all} cases have their answer; --fresh asks again");
     }
     folder.make_answers()?;
     // Cases side by side, each on one core: parts of a diagnosis wait for each other, cases do not.

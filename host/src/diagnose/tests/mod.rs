@@ -4,6 +4,7 @@ mod alike;
 mod finger;
 mod judged;
 mod kin;
+mod mode;
 mod parts;
 mod taut;
 mod together;

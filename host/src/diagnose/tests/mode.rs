@@ -1,0 +1,135 @@
+//! A mode counts as there only where it is known how heavy it is.
+
+use rand::SeedableRng;
+use sinew_sim::Rig;
+
+use super::super::data::Data;
+use super::super::evidence::Contender;
+use super::super::search::Bench;
+use super::compiled;
+use super::finger::{bench, suspect, track};
+use crate::dataset::gaussian;
+use crate::recording::{Column, Recording};
+
+const SWING: &str = r#"
+format = "sinew-rig/1"
+name = "swing"
+[[body]]
+name = "mass"
+motion = "slide"
+inertia = { value = 1.8 }
+[[spring]]
+name = "spring"
+from = "ground"
+to = "mass"
+stiffness = { value = 90.0 }
+[[damper]]
+name = "dashpot"
+from = "ground"
+to = "mass"
+damping = { value = 2.5 }
+[[actuator]]
+name = "motor"
+drives = "mass"
+input = "u_N"
+gain = 1.0
+[[sensor]]
+name = "encoder"
+reads = "mass.position"
+signal = "q_m"
+"#;
+
+/// A mass of 2 kg on a spring of 80 N/m under a load of 0.5 N, which carries a mode of this many kilograms at 3 Hz: ten seconds
+/// with noise of 2 mm, in small steps of symplectic Euler.
+fn recorded(carried: f64, seed: u64) -> Recording {
+    let (step, parts) = (0.01, 16);
+    let h = step / f64::from(parts);
+    let (stiffness, damping) = (350.0 * carried, 2.0 * carried);
+    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+    let (mut q, mut v, mut x, mut w) = (0.00625, 0.0, 0.00625, 0.0);
+    let (mut inputs, mut seen) = (Vec::new(), Vec::new());
+    for k in 0..1000 {
+        let at = 0.01 * f64::from(k) + seed as f64;
+        let u = 2.0 * ((2.0 * at).sin() + (7.0 * at).cos() + (17.0 * at).sin());
+        inputs.push(u);
+        seen.push(q + 2e-3 * gaussian(&mut random));
+        for _ in 0..parts {
+            let force = stiffness * (q - x) + damping * (v - w);
+            v += h * (u + 0.5 - 80.0 * q - 3.0 * v - force) / 2.0;
+            w += if carried > 0.0 {
+                h * force / carried
+            } else {
+                0.0
+            };
+            q += h * v;
+            x += h * w;
+        }
+    }
+    let column = |name: &str, values: Vec<f64>| Column {
+        name: name.into(),
+        values,
+    };
+    let t = (0..1000).map(|k| f64::from(k) * step).collect();
+    let columns = vec![column("u_N", inputs), column("q_m", seen)];
+    Recording::new("swing.csv", t, columns).expect("it is one")
+}
+
+/// The believed rig, and finals of the load, and of the load beside a mode that begins like this.
+fn finals(bench: &Bench, mode: &[f64]) -> (Contender, [Contender; 2]) {
+    let track = track(bench);
+    let values = compiled(bench.written).values();
+    let parent = track.first(bench.written, &values, 15).expect("a rig");
+    let mut parent = parent.expect("it can be simulated");
+    let base = bench.base(&parent).expect("a rig").expect("it is finite");
+    let finals = [("constant_load", &[0.4][..]), ("hidden_mode", mode)].map(|(kind, start)| {
+        let begun = track.begin(&parent, &suspect(kind, &["mass"]), start);
+        let begun = begun.expect("it can sit there");
+        let tried = track.improved(begun.suspects, begun.model, begun.from, 10);
+        parent = tried.unwrap_or_else(|| panic!("with {kind} it can be simulated"));
+        let last = bench.contender(&track, &parent, 12).expect("a rig");
+        last.expect("it is finite")
+    });
+    (base, finals)
+}
+
+/// What is asked of recordings with a mode of this many kilograms.
+fn judged(carried: f64, ask: impl Fn(&Bench)) {
+    let believed = Rig::parse(SWING, "swing.toml").expect("it is one");
+    let plant = compiled(&believed);
+    let data = |recordings: &[Recording]| {
+        Data::new(&believed, &plant, recordings).expect("its columns are there")
+    };
+    let [first, second] = [recorded(carried, 1), recorded(carried, 2)];
+    let (fit, check) = (data(&[first.clone()]), data(&[second.clone()]));
+    let both = data(&[first, second]);
+    ask(&bench(&believed, [&fit, &check, &both], fit.cut(1)));
+}
+
+/// A mass on a spring as good as rigid: what it weighs, the body may weigh.
+const RIGID: [f64; 3] = [0.2, 2e4, 50.0];
+
+#[test]
+fn a_mode_that_swings_has_a_size_and_one_as_good_as_rigid_has_none() {
+    judged(0.4, |bench| {
+        let (_, [load, both]) = finals(bench, &[0.02, 7.0, 0.04]);
+        assert!(bench.leaves_something(&load));
+        assert!(bench.has_size(&both).expect("a rig"));
+    });
+    judged(0.0, |bench| {
+        let (_, [load, both]) = finals(bench, &RIGID);
+        assert!(bench.has_size(&load).expect("a rig"));
+        assert!(!bench.has_size(&both).expect("a rig"));
+    });
+}
+
+#[test]
+fn beside_an_effect_a_mode_of_no_size_is_not_believed() {
+    judged(0.0, |bench| {
+        let (base, [mut load, both]) = finals(bench, &RIGID);
+        // As if the load had left what the mode follows.
+        for residual in load.check.series.iter_mut().flatten().flatten() {
+            *residual += 0.5 * bench.check.noise[0];
+        }
+        assert_eq!(bench.best_of_sizes(&base, &[load, both]), Some(0));
+    });
+}
