@@ -1,5 +1,7 @@
 //! A mode counts as there only where it is known how heavy it is.
 
+use std::slice::from_ref;
+
 use rand::SeedableRng;
 use sinew_sim::Rig;
 
@@ -100,7 +102,7 @@ fn judged(carried: f64, ask: impl Fn(&Bench)) {
         Data::new(&believed, &plant, recordings).expect("its columns are there")
     };
     let [first, second] = [recorded(carried, 1), recorded(carried, 2)];
-    let (fit, check) = (data(&[first.clone()]), data(&[second.clone()]));
+    let (fit, check) = (data(from_ref(&first)), data(from_ref(&second)));
     let both = data(&[first, second]);
     ask(&bench(&believed, [&fit, &check, &both], fit.cut(1)));
 }
