@@ -2,8 +2,8 @@
 
     python -m hardlaw.committed
 
-Thirty, stratified, with a seed of their own, of which `cargo xtask test` takes twelve; and twenty-five that the program once
-missed or took for what they are not. `cargo xtask proof --committed` takes all, `cargo xtask ci` all but the three longest.
+Thirty, stratified, with a seed of their own, of which `cargo xtask test` takes twelve; and twenty-six that the program once
+missed or took for what they are not. `cargo xtask proof --committed` takes all, `cargo xtask ci` all but the four longest.
 """
 
 import json
@@ -64,12 +64,13 @@ ENTRIES = [
 # without the load that it carries; a dead zone beside a hidden mode that followed more of short stretches than it hides; a disturbance
 # that was called a mode, less surely than a mode must be; a creep that was refuted by a free run, for the first rows do not show where its
 # memory starts; a play with a friction beside it, which was the force that the plant had begun with; a rig that is right as it is, whose
-# refit on longer stretches had ended with its two inertias exchanged, where a damping was named.
+# refit on longer stretches had ended with its two inertias exchanged, where a damping was named; a creep beside which a mode was
+# named of which nobody knew how heavy it is.
 MISSED = [(2029, 145), (2029, 218), (2029, 667), (2030, 55), (2030, 545), (2030, 591), (4001, 169), (4001, 481), (2030, 361),
           (2031, 4), (2031, 374), (2033, 135), (2033, 558), (2033, 310), (2033, 670),
           (2034, 365), (2034, 495), (2034, 641), (2034, 488), (2034, 580), (2034, 604),
           (2035, 402), (2035, 582), (2035, 442),
-          (2036, 428)]
+          (2036, 428), (2037, 381)]
 
 
 def main():

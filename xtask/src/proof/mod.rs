@@ -20,10 +20,10 @@ const SEED: u64 = 2038;
 /// Eight rounds of 85: 304 cases with effects, 320 controls, 56 outside the vocabulary.
 const CASES: usize = 680;
 /// Cases in `tests/foreign/cases`: all have to be right, or missed where weak. Their recordings and the seed are fixed.
-const COMMITTED: usize = 55;
+const COMMITTED: usize = 56;
 /// Those of them that take a quarter of the time of all. Whoever changes the search asks them too; continuous integration,
 /// which has 25 minutes, does not.
-const LONGEST: [usize; 3] = [40, 43, 45];
+const LONGEST: [usize; 4] = [40, 43, 45, 55];
 
 /// What to put to the program.
 #[derive(PartialEq)]
