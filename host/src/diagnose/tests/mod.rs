@@ -43,6 +43,17 @@ fn found(rig: &Rig) -> Diagnosis {
     diagnose(rig, &recordings(), &Options::default(), &|_, _, _| {}).expect("it can be diagnosed")
 }
 
+/// What was pushed with and where it was, 100 times a second.
+fn pushed([inputs, seen]: [Vec<f64>; 2]) -> Recording {
+    let t = (0..seen.len()).map(|k| k as f64 * 0.01).collect();
+    let column = |name: &str, values: Vec<f64>| Column {
+        name: name.into(),
+        values,
+    };
+    let columns = vec![column("u_N", inputs), column("q_m", seen)];
+    Recording::new("pushed.csv", t, columns).expect("it is one")
+}
+
 #[test]
 fn the_demos_hidden_friction_is_named_and_mends_what_chose_nothing() {
     let found = found(&rig());

@@ -8,10 +8,10 @@ use sinew_sim::Rig;
 use super::super::data::Data;
 use super::super::evidence::Contender;
 use super::super::search::Bench;
-use super::compiled;
 use super::finger::{bench, suspect, track};
+use super::{compiled, pushed};
 use crate::dataset::gaussian;
-use crate::recording::{Column, Recording};
+use crate::recording::Recording;
 
 const SWING: &str = r#"
 format = "sinew-rig/1"
@@ -44,8 +44,8 @@ signal = "q_m"
 /// A mass of 2 kg on a spring of 80 N/m, which carries a mode of this many kilograms at 3 Hz: ten seconds
 /// with noise of 2 mm, in small steps of symplectic Euler.
 fn recorded(carried: f64, seed: u64) -> Recording {
-    let (step, parts) = (0.01, 16);
-    let h = step / f64::from(parts);
+    let parts = 16;
+    let h = 0.01 / f64::from(parts);
     let (stiffness, damping) = (350.0 * carried, 2.0 * carried);
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
     let (mut q, mut v, mut x, mut w) = (0.0, 0.0, 0.0, 0.0);
@@ -67,13 +67,7 @@ fn recorded(carried: f64, seed: u64) -> Recording {
             x += h * w;
         }
     }
-    let column = |name: &str, values: Vec<f64>| Column {
-        name: name.into(),
-        values,
-    };
-    let t = (0..1000).map(|k| f64::from(k) * step).collect();
-    let columns = vec![column("u_N", inputs), column("q_m", seen)];
-    Recording::new("swing.csv", t, columns).expect("it is one")
+    pushed([inputs, seen])
 }
 
 /// The final of a mode that begins like this.

@@ -9,9 +9,9 @@ use super::super::roles::Roles;
 use super::super::search::Bench;
 use super::super::{Diagnosis, Options, Recordings, Verdict, diagnose};
 use super::finger::bench;
-use super::{compiled, finger};
+use super::{compiled, finger, pushed};
 use crate::dataset::gaussian;
-use crate::recording::{Column, Recording};
+use crate::recording::Recording;
 
 const CART: &str = r#"
 format = "sinew-rig/1"
@@ -33,8 +33,8 @@ signal = "q_m"
 
 /// A cart of 2 kg under a load that nobody told, 20 s with noise of 1 mm: in small steps of symplectic Euler.
 fn recorded(load: f64, seed: u64) -> Recording {
-    let (step, parts) = (0.01, 16);
-    let h = step / f64::from(parts);
+    let parts = 16;
+    let h = 0.01 / f64::from(parts);
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
     let (mut q, mut v) = (0.0, 0.0);
     let (mut inputs, mut seen) = (Vec::new(), Vec::new());
@@ -48,13 +48,7 @@ fn recorded(load: f64, seed: u64) -> Recording {
             q += h * v;
         }
     }
-    let column = |name: &str, values: Vec<f64>| Column {
-        name: name.into(),
-        values,
-    };
-    let t = (0..2000).map(|k| f64::from(k) * step).collect();
-    let columns = vec![column("u_N", inputs), column("q_m", seen)];
-    Recording::new("cart.csv", t, columns).expect("it is one")
+    pushed([inputs, seen])
 }
 
 fn judged(load: f64) -> Diagnosis {
