@@ -173,13 +173,18 @@ def bounded(run, typ, rig):
     return True
 
 
-def seen(bench, recordings, sigma, present, category):
-    """Smallest part of the noise that a refit without one of the effects leaves, and without the simpler rival."""
+def seen(bench, recordings, sigma, present, category, strength):
+    """Smallest part of the noise that a refit without one of the effects leaves, and without the simpler rival.
+
+    Where all must be strong, the first that is not ends it: it is drawn anew, whatever it was."""
     amounts = []
     short = recordings[:1]
+    enough = STRONG if strength == "strong" else visibility.HIDDEN
     for i in range(len(present)):
         others = [e for j, e in enumerate(present) if j != i]
-        amounts.append(visibility.from_anywhere(bench.rig, bench.values, short, sigma, others))
+        amounts.append(visibility.from_anywhere(bench.rig, bench.values, short, sigma, others, enough))
+        if strength == "strong" and amounts[-1] < STRONG:
+            break
         kind = present[i]["kind"]
         if category == "one" and kind in SIMPLER and amounts[-1] >= STRONG:
             rival = SIMPLER[kind]
@@ -262,7 +267,7 @@ def attempt(rng, category, kinds, strength, lengths):
                 power *= 0.6
                 recordings = None
                 continue
-            amounts = seen(bench, recordings, sigma, present, category)
+            amounts = seen(bench, recordings, sigma, present, category, strength)
             least = min(amounts)
             if strength == "strong" and least < STRONG:
                 power *= 1.5

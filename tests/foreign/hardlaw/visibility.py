@@ -52,8 +52,8 @@ DOUBTFUL, STARTS, OFF = 5.0, 6, 1.2
 FARTHEST = 50.0
 
 
-def after_refit(rig, values, recordings, sigma, effects=(), rounds=40):
-    """RMS of what a refit leaves, over the noise `sigma` of each sensor; `values`: where it starts.
+def after_refit(rig, values, recordings, sigma, effects=(), rounds=40, enough=HIDDEN):
+    """RMS of what a refit leaves, over the noise `sigma` of each sensor; `values`: where it starts. Less than `enough` is not made less.
 
     Ended early, it would call visible what the rig's own parameters can follow: a coupling of two bodies of a linear
     chain, of which four rounds left one to three times the noise, and a search that went on nothing; or a hidden mode, of
@@ -95,22 +95,22 @@ def after_refit(rig, values, recordings, sigma, effects=(), rounds=40):
             damp *= 6.0
         plain = cost > PLAIN**2 * len(at)
         idle = idle + 1 if cost > (0.8 if plain else 0.98) * before else 0
-        hidden = cost < HIDDEN**2 * len(at)
-        if idle >= (1 if plain else PATIENCE) or cost == before or hidden:
+        little = cost < enough**2 * len(at)
+        if idle >= (1 if plain else PATIENCE) or cost == before or little:
             break
     return float(np.sqrt(cost / len(at)))
 
 
-def from_anywhere(rig, values, recordings, sigma, effects=()):
-    """The least that `after_refit` leaves from several starts.
+def from_anywhere(rig, values, recordings, sigma, effects=(), enough=HIDDEN):
+    """The least that `after_refit` leaves from several starts, or the first that is less than `enough`.
 
     Of a delay before a two-mass drive the refit from the true numbers left 2.1 times the noise, and one from a soft shaft and
     a light load 0.4: what a local refit leaves is what its valley leaves. More than DOUBTFUL is taken as it is."""
-    left = after_refit(rig, values, recordings, sigma, effects)
+    left = after_refit(rig, values, recordings, sigma, effects, enough=enough)
     random = np.random.default_rng(len(rig.free))
     for _ in range(STARTS):
-        if not HIDDEN < left < DOUBTFUL:
+        if not enough < left < DOUBTFUL:
             break
         start = {n: v * np.exp(random.uniform(-OFF, OFF)) if n in rig.free else v for n, v in values.items()}
-        left = min(left, after_refit(rig, start, recordings, sigma, effects))
+        left = min(left, after_refit(rig, start, recordings, sigma, effects, enough=enough))
     return left
