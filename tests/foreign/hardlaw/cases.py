@@ -176,13 +176,15 @@ def bounded(run, typ, rig):
 def seen(bench, recordings, sigma, present, category, strength):
     """Smallest part of the noise that a refit without one of the effects leaves, and without the simpler rival.
 
-    Where all must be strong, the first that is not ends it: it is drawn anew, whatever it was."""
+    Where all must be strong, the first that is not ends it: it is drawn anew, whatever it was. Other valleys are looked for
+    where a miss would count as one, alone and strong; in pairs, with their many numbers, they would take a quarter of an hour a case."""
     amounts = []
     short = recordings[:1]
     enough = STRONG if strength == "strong" else visibility.HIDDEN
+    starts = visibility.STARTS if category == "one" and strength == "strong" else 0
     for i in range(len(present)):
         others = [e for j, e in enumerate(present) if j != i]
-        amounts.append(visibility.from_anywhere(bench.rig, bench.values, short, sigma, others, enough))
+        amounts.append(visibility.from_anywhere(bench.rig, bench.values, short, sigma, others, enough, starts))
         if strength == "strong" and amounts[-1] < STRONG:
             break
         kind = present[i]["kind"]

@@ -101,14 +101,14 @@ def after_refit(rig, values, recordings, sigma, effects=(), rounds=40, enough=HI
     return float(np.sqrt(cost / len(at)))
 
 
-def from_anywhere(rig, values, recordings, sigma, effects=(), enough=HIDDEN):
-    """The least that `after_refit` leaves from several starts, or the first that is less than `enough`.
+def from_anywhere(rig, values, recordings, sigma, effects, enough, starts):
+    """The least that `after_refit` leaves from the true numbers and from `starts` others, or the first that is less than `enough`.
 
     Of a delay before a two-mass drive the refit from the true numbers left 2.1 times the noise, and one from a soft shaft and
     a light load 0.4: what a local refit leaves is what its valley leaves. More than DOUBTFUL is taken as it is."""
     left = after_refit(rig, values, recordings, sigma, effects, enough=enough)
     random = np.random.default_rng(len(rig.free))
-    for _ in range(STARTS):
+    for _ in range(starts):
         if not enough < left < DOUBTFUL:
             break
         start = {n: v * np.exp(random.uniform(-OFF, OFF)) if n in rig.free else v for n, v in values.items()}
