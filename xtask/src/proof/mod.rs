@@ -15,8 +15,8 @@ use sinew_scorer::{Answer, Scored, Truth, calibration, outcome, table};
 use crate::process::root;
 use run::Folder;
 
-/// The seed of the next table. The method is tuned on others; of 2026 to 2037, the published one, somebody has seen failures.
-const SEED: u64 = 2038;
+/// The seed of the next table. The method is tuned on others; of 2026 to 2038, the published one, somebody has seen failures.
+const SEED: u64 = 2039;
 /// Eight rounds of 85: 304 cases with effects, 320 controls, 56 outside the vocabulary.
 const CASES: usize = 680;
 /// Cases in `tests/foreign/cases`: all have to be right, or missed where weak. Their recordings and the seed are fixed.
