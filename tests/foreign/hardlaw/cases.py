@@ -177,7 +177,7 @@ def seen(bench, recordings, sigma, present, category, strength):
     """Smallest part of the noise that a refit without one of the effects leaves, and without the simpler rival.
 
     Where all must be strong, the first that is not ends it: it is drawn anew, whatever it was. Other valleys are looked for
-    where a miss would count as one, alone and strong; in pairs, with their many numbers, they would take a quarter of an hour a case."""
+    where a miss would count as one, alone and strong; in pairs, with their many numbers, one case took more than twelve minutes."""
     amounts = []
     short = recordings[:1]
     enough = STRONG if strength == "strong" else visibility.HIDDEN
