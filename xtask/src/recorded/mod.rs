@@ -17,7 +17,7 @@ pub fn data_folder() -> PathBuf {
     std::env::var_os("SINEW_DATA").map_or_else(|| root().join("../shared/data"), PathBuf::from)
 }
 
-/// With names, only those cases; with `--publish`, the table goes to docs/recorded.md; with `--score`, nothing is asked
+/// With names, only those cases; with `--publish`, the table goes to docs/evaluation/devices.md; with `--score`, nothing is asked
 /// anew and the page is made of the answers that are there.
 ///
 /// # Errors
@@ -65,7 +65,7 @@ pub fn run(arguments: &[String]) -> Result<()> {
     if skipped > 0 {
         bail!("nothing published: the table would have holes");
     }
-    let path = root().join("docs/recorded.md");
+    let path = root().join("docs/evaluation/devices.md");
     fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
     println!("wrote {}", path.display());
     Ok(())
