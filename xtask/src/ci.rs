@@ -10,9 +10,9 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
 
-use crate::process::{self, cargo, root, target_folder};
-use crate::setup::{self, Extent, Toolchain};
-use crate::{demo, links, none, proof, snapshots, test};
+use crate::{demo, evaluation, none, references, snapshots, test};
+use xtask::process::{self, cargo, root, target_folder};
+use xtask::setup::{self, Extent, Toolchain};
 
 /// Folders of `boards/` and `models/` that are crates. Each is a workspace of its own.
 fn crates_in(folder: &str) -> Result<Vec<PathBuf>> {
@@ -48,7 +48,7 @@ type Stage = (&'static str, fn(&Toolchain) -> Result<()>);
 /// Before anything is compiled.
 const FIRST: &[Stage] = &[
     ("format", |_| format()),
-    ("references", |_| links::check()),
+    ("references", |_| references::check()),
     ("foreign recordings up to date", |_| foreign()),
 ];
 
@@ -60,7 +60,9 @@ const BESIDE: &[Stage] = &[
 
 const LAST: &[Stage] = &[
     ("tests", test::run),
-    ("concealed cases", |_| proof::brief()),
+    ("concealed cases", |_| {
+        evaluation::run("proof", &["--brief".into()])
+    }),
     ("budgets", |_| snapshots::budget(&[])),
     ("documentation", |_| documentation()),
     ("demo", |_| demo::demo(&[])),

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 
-use crate::process::{self, cargo, root};
-use crate::setup::{self, Extent};
+use xtask::process::{self, cargo, root};
+use xtask::setup::{self, Extent};
 
 /// A recording pair and the rig that explains it.
 struct Case {
@@ -59,7 +59,7 @@ pub fn emps(flags: &[String]) -> Result<()> {
 
 /// The folder of the recordings, if those of EMPS are there.
 fn data_folder() -> Option<PathBuf> {
-    let folder = crate::recorded::data_folder();
+    let folder = process::data_folder();
     let complete = ["emps/train.csv", "emps/test_pulses.csv"]
         .iter()
         .all(|file| folder.join(file).is_file());

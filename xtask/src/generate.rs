@@ -2,7 +2,7 @@
 
 use anyhow::{Result, bail};
 
-use crate::process::{self, cargo};
+use xtask::process::{self, cargo};
 
 /// # Errors
 /// With `--check`, a generated file differs from what the emitter prints.

@@ -1,19 +1,12 @@
 //! One door: every task of this repository is `cargo xtask VERB`, and continuous integration calls the same
 //! verbs as a person does.
 
-mod bench;
 mod ci;
 mod demo;
-mod experiments;
-mod figure;
-mod foreign;
+mod evaluation;
 mod generate;
 mod help;
-mod links;
-mod process;
-mod proof;
-mod recorded;
-mod setup;
+mod references;
 mod snapshots;
 mod survive;
 mod tally;
@@ -22,6 +15,7 @@ mod test;
 use std::process::ExitCode;
 
 use anyhow::{Result, bail};
+use xtask::{process, setup};
 
 /// One verb: what is typed, what it takes, what it does in one line, and the doing.
 struct Verb {
@@ -58,7 +52,7 @@ const VERBS: &[Verb] = &[
         name: "recorded",
         arguments: "[NAMES] [--publish]",
         line: "Real devices ($SINEW_DATA) put to sinew diagnose, beside what the literature knows of them",
-        run: recorded::run,
+        run: |arguments| evaluation::run("recorded", arguments),
     },
     Verb {
         name: "test",
@@ -97,25 +91,25 @@ const VERBS: &[Verb] = &[
         name: "bench",
         arguments: "[SECTION...] [--publish]",
         line: "Speeds and costs, as tables and in target/bench/summary.json",
-        run: bench::run,
+        run: |arguments| evaluation::run("bench", arguments),
     },
     Verb {
         name: "foreign",
         arguments: "",
         line: "Write again what other people's physics wrote (Python with MuJoCo; not needed by tests)",
-        run: foreign::run,
+        run: |arguments| evaluation::run("foreign", arguments),
     },
     Verb {
         name: "proof",
-        arguments: "[--seed S] [--cases N] [--fresh] [--score] [--publish] | --committed | --bouc-wen",
+        arguments: "[--seed S] [--cases N] [--fresh] [--score] [--publish] | --committed | --brief | --bouc-wen",
         line: "Recordings with concealed physics put to `sinew diagnose`, and the table of what it found",
-        run: proof::run,
+        run: |arguments| evaluation::run("proof", arguments),
     },
     Verb {
         name: "experiments",
         arguments: "[NAMES] [--seed S] [--controllers A,B] [--cases A,B]",
         line: "Questions whose answer is measured: what a controller gains from a mended model (mended)",
-        run: experiments::run,
+        run: |arguments| evaluation::run("experiments", arguments),
     },
     Verb {
         name: "survive",
@@ -129,7 +123,7 @@ const VERBS: &[Verb] = &[
         line: "Links between pages, and the equations that code cites, lead somewhere",
         run: |arguments| {
             none(arguments)?;
-            links::check()
+            references::check()
         },
     },
     Verb {
@@ -183,16 +177,5 @@ fn dispatch(arguments: &[String]) -> Result<()> {
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    match dispatch(&arguments) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            // A child that failed has said why; its status is passed on and not talked over.
-            if let Some(process::Failed { code, .. }) = error.downcast_ref() {
-                eprintln!("xtask: {error}");
-                return ExitCode::from(*code);
-            }
-            eprintln!("xtask: {error:#}");
-            ExitCode::FAILURE
-        }
-    }
+    process::end("xtask", dispatch(&arguments))
 }

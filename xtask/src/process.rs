@@ -3,7 +3,7 @@
 use std::fmt;
 use std::io::{self, BufRead, BufReader, IsTerminal, Read, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Command, ExitCode, Stdio};
 use std::sync::mpsc::{Sender, channel};
 
 use anyhow::{Context, Result, ensure};
@@ -23,6 +23,11 @@ pub fn target_folder() -> PathBuf {
     }
 }
 
+/// Folder of the recordings that do not ship with the project: `$SINEW_DATA`, or beside the checkout.
+pub fn data_folder() -> PathBuf {
+    std::env::var_os("SINEW_DATA").map_or_else(|| root().join("../shared/data"), PathBuf::from)
+}
+
 /// A child ended with a status other than 0.
 #[derive(Debug)]
 pub struct Failed {
@@ -39,6 +44,20 @@ impl fmt::Display for Failed {
 }
 
 impl std::error::Error for Failed {}
+
+/// Exit status of a program: a child's own where one failed, with the reason on standard error.
+pub fn end(program: &str, outcome: Result<()>) -> ExitCode {
+    let Err(error) = outcome else {
+        return ExitCode::SUCCESS;
+    };
+    // A child that failed has said why; its status is passed on.
+    if let Some(Failed { code, .. }) = error.downcast_ref() {
+        eprintln!("{program}: {error}");
+        return ExitCode::from(*code);
+    }
+    eprintln!("{program}: {error:#}");
+    ExitCode::FAILURE
+}
 
 /// `program arguments...`, for a cargo that belongs to the host's toolchain.
 pub fn cargo(arguments: &[&str]) -> Command {

@@ -4,8 +4,8 @@
 use anyhow::Result;
 
 use crate::none;
-use crate::process::{self, cargo};
-use crate::setup::{self, Extent};
+use xtask::process::{self, cargo};
+use xtask::setup::{self, Extent};
 
 /// # Errors
 /// Setup, or the measurement failed; differences from the snapshots and budgets are printed and accepted.

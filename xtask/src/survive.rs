@@ -5,8 +5,8 @@ use std::process::Command;
 use anyhow::Result;
 
 use crate::none;
-use crate::process::{self, cargo};
-use crate::setup::{self, Extent};
+use xtask::process::{self, cargo};
+use xtask::setup::{self, Extent};
 
 /// Ten million frames from a hostile peer, a hundred thousand random states, an hour of control at 120 Hz.
 const LONG: &[(&str, &str)] = &[

@@ -4,9 +4,9 @@ use std::process::Command;
 
 use anyhow::{Result, bail};
 
-use crate::process::{self, Failed, cargo, root, run_watched};
-use crate::setup::Toolchain;
 use crate::tally::Tally;
+use xtask::process::{self, Failed, cargo, root, run_watched};
+use xtask::setup::Toolchain;
 
 /// Boards whose images take part in tests.
 const TESTED_BOARDS: &[&str] = &["qemu", "host"];

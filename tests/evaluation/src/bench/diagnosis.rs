@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, ensure};
 use serde_json::{Value, json};
 
-use crate::process::{self, cargo, root, target_folder};
+use xtask::process::{self, cargo, root, target_folder};
 
 const RIG: &str = "rigs/two-mass-drive.toml";
 /// What the real one has and the rig has not.

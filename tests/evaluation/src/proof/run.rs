@@ -10,7 +10,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, anyhow, bail};
 
 use crate::foreign::python;
-use crate::process::{self, cargo, root, target_folder};
+use xtask::process::{self, cargo, root, target_folder};
 
 /// Where the cases of a proof, their truths and the answers to them lie.
 pub struct Folder {

@@ -15,7 +15,7 @@ use super::bench::Bench;
 use super::problems::{EIGHT, TENDON_CALM};
 use crate::figure::{Row, loops};
 use crate::foreign::python;
-use crate::process;
+use xtask::process;
 
 /// A rig that its owner knows badly, and the real one.
 pub struct Rehearsal {

@@ -151,7 +151,7 @@ mod tests {
 
     #[test]
     fn the_masss_tables_are_its_rigs_own_but_for_the_derivatives() {
-        let rig = include_str!("../../../../rigs/mass-spring-damper.toml");
+        let rig = include_str!("../../../../../rigs/mass-spring-damper.toml");
         let own = &rig[rig.find("[control]").expect("it has one")..];
         let lines = own.lines().map(|line| line.split('#').next().unwrap_or(""));
         let own: String = lines

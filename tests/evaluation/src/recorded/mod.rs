@@ -9,13 +9,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 
-use crate::process::{self, cargo, root, target_folder};
 use case::{CASES, Case, Source};
-
-/// Where recordings that do not ship with the project lie: $SINEW_DATA, or beside the checkout.
-pub fn data_folder() -> PathBuf {
-    std::env::var_os("SINEW_DATA").map_or_else(|| root().join("../shared/data"), PathBuf::from)
-}
+use xtask::process::{self, cargo, data_folder, root, target_folder};
 
 /// With names, only those cases; with `--publish`, the table goes to docs/evaluation/devices.md; with `--score`, nothing is asked
 /// anew and the page is made of the answers that are there.

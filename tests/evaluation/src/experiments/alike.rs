@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use super::bench::Bench;
 use super::problems::TENDON;
 use super::published::{NOISE, excited};
-use crate::process;
+use xtask::process;
 
 /// As on the command line, and the folder of its results.
 pub const NAME: &str = "alike";

@@ -14,7 +14,7 @@ use super::bench::Bench;
 use super::problems::without_preview;
 use super::targets::{Target, estimate, for_size, said};
 use crate::figure::{Row, loops};
-use crate::process;
+use xtask::process;
 
 /// Noise of every sensor, as a part of what its signal ranges over.
 pub const NOISE: &str = "0.005";

@@ -8,8 +8,8 @@ use super::image::{self, Content};
 use super::lockstep::{Run, close};
 use super::reference::STEPS;
 use crate::foreign::python::{self, Python};
-use crate::process::{self, root};
-use crate::setup::{self, Extent};
+use xtask::process::{self, root};
+use xtask::setup::{self, Extent};
 
 /// A controller to count: its name in the summary, its model, the network of `models/reference`.
 struct Case {

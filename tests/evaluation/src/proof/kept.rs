@@ -7,7 +7,7 @@ use anyhow::{Context, Result, bail, ensure};
 use serde_json::{Value, json};
 
 use super::run::Folder;
-use crate::process::root;
+use xtask::process::root;
 
 /// What the table is made of; the rest of an answer is as long again.
 const KEPT: [&str; 4] = ["verdict", "effects", "fit", "seconds"];

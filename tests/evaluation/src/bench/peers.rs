@@ -10,8 +10,8 @@ use super::control::answer;
 use super::image::{self, Content};
 use super::{forward, lockstep};
 use crate::foreign::python::{self, Python};
-use crate::process::{root, target_folder};
-use crate::setup::{self, Extent};
+use xtask::process::{root, target_folder};
+use xtask::setup::{self, Extent};
 
 /// Name in the summary, model with the shapes, horizon.
 const STEPS: &[(&str, &str, u8)] = &[("S_N5", "reference-s-n5", 5), ("S_N10", "reference-s", 10)];

@@ -7,7 +7,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result, bail};
 
-use crate::process::root;
+use xtask::process::root;
 
 /// # Errors
 /// A link of a page leads to no file or heading, a decision is not in the table, or code cites an equation

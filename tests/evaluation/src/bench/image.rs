@@ -7,8 +7,8 @@ use std::process::{Child, Command, Stdio};
 
 use anyhow::{Context, Result, bail, ensure};
 
-use crate::process::{self, root, target_folder};
-use crate::setup::Toolchain;
+use xtask::process::{self, root, target_folder};
+use xtask::setup::Toolchain;
 
 /// One instruction takes 1024 ns of virtual time, a tick of the counter 40 ns: exact counts.
 const ICOUNT: &str = "shift=10,sleep=off";

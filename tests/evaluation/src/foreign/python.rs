@@ -6,7 +6,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result, bail};
 
-use crate::process::{self, root, target_folder};
+use xtask::process::{self, root, target_folder};
 
 /// An environment that has every package.
 pub struct Python {

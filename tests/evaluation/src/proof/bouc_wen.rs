@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use super::run::program;
 use crate::foreign::python;
-use crate::process::{self, target_folder};
+use xtask::process::{self, target_folder};
 
 /// Best published free-run error on the benchmark's multisine test, m (a NARX-like model; see docs/evaluation/proof-cases.md).
 const BEST_PUBLISHED_M: f64 = 1.87e-5;

@@ -10,7 +10,7 @@ use super::bench::Bench;
 use super::problems::MASS;
 use super::published::{NOISE, excited};
 use crate::foreign::python;
-use crate::process::{self, root};
+use xtask::process::{self, root};
 
 /// As on the command line, and the folder of its results.
 pub const NAME: &str = "mass-bound";

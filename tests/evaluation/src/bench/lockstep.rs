@@ -9,7 +9,7 @@ use anyhow::{Context, Result, bail};
 
 use super::image;
 use super::reference::{OUTPUTS, Plant, Reference, STEPS};
-use crate::process::target_folder;
+use xtask::process::target_folder;
 
 /// What a run leaves.
 pub struct Run {

@@ -9,8 +9,8 @@ use anyhow::{Context, Result};
 use serde_json::Value;
 
 use crate::bench::image::{self, Around, Content};
-use crate::process::{self, cargo, root, target_folder};
-use crate::setup::{self, Extent, Toolchain};
+use xtask::process::{self, cargo, root, target_folder};
+use xtask::setup::{self, Extent, Toolchain};
 
 /// One experiment under way.
 pub struct Bench {

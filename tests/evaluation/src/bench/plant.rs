@@ -4,7 +4,7 @@ use anyhow::{Context, Result};
 use serde_json::{Value, json};
 
 use crate::foreign::python;
-use crate::process::{self, cargo, root};
+use xtask::process::{self, cargo, root};
 
 /// Devices of `tests/foreign/trajectories` that both simulate.
 const DEVICES: &[&str] = &["mass_spring_damper", "two_mass_drive", "tendon_finger"];

@@ -10,11 +10,11 @@ use serde_json::{Value, json};
 use super::image::{self, Content};
 use super::lockstep::close;
 use crate::figure::dots;
-use crate::process::{root, target_folder};
-use crate::setup::{self, Extent};
+use xtask::process::{root, target_folder};
+use xtask::setup::{self, Extent};
 
 /// The wrapper, as the tests have it.
-const WRAPPER: &str = include_str!("../../../tests/vectors/src/differenced.rs");
+const WRAPPER: &str = include_str!("../../../vectors/src/differenced.rs");
 const MODEL: &str = "reference-s";
 const DIFFERENCED: &str = "reference-s-differenced";
 

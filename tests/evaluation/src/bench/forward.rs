@@ -8,7 +8,7 @@ use anyhow::{Context, Result};
 use serde_json::{Map, Value, json};
 
 use super::image::{self, Content};
-use crate::setup::{self, Extent};
+use xtask::setup::{self, Extent};
 
 /// Name in the summary, and the model.
 pub(super) const NETWORKS: &[(&str, &str)] = &[

@@ -10,7 +10,7 @@ mod lockstep;
 mod peers;
 pub mod plant;
 /// The reference problem's plant and reference, as the tests have them.
-#[path = "../../../tests/src/reference.rs"]
+#[path = "../../../src/reference.rs"]
 #[allow(dead_code, reason = "the tests use what is not used here")]
 mod reference;
 mod table;
@@ -20,7 +20,7 @@ use std::fs;
 use anyhow::{Context, Result, bail};
 use serde_json::{Map, Value};
 
-use crate::process::{root, target_folder};
+use xtask::process::{root, target_folder};
 
 /// A section: its name and what measures it.
 type Section = (&'static str, fn() -> Result<Value>);
