@@ -2,6 +2,7 @@
 
 use super::flatbuffer::Table;
 use crate::network::NetworkError;
+use crate::network::import::half;
 use crate::network::import::tensor::{self, Tensor};
 
 /// One tensor: a constant, or a value between operators.
@@ -185,17 +186,4 @@ fn dequantise(
     };
     let real = |(i, n): (usize, &f64)| (f64::from(scales[place(i)]) * (n - zero(place(i)))) as f32;
     Ok(numbers.iter().enumerate().map(real).collect())
-}
-
-/// IEEE 754 half precision.
-fn half(bits: u16) -> f64 {
-    let sign = if bits >> 15 == 1 { -1.0 } else { 1.0 };
-    let exponent = i32::from(bits >> 10 & 31);
-    let fraction = f64::from(bits & 1023) / 1024.0;
-    sign * match exponent {
-        0 => fraction * (-14_f64).exp2(),
-        31 if fraction == 0.0 => f64::INFINITY,
-        31 => f64::NAN,
-        _ => (1.0 + fraction) * f64::from(exponent - 15).exp2(),
-    }
 }
