@@ -39,14 +39,19 @@ fn numbers(value: &Value) -> Vec<f64> {
 }
 
 fn rows(value: &Value) -> Vec<Vec<f64>> {
-    value.as_array().map(|rows| rows.iter().map(numbers).collect()).unwrap_or_default()
+    value
+        .as_array()
+        .map(|rows| rows.iter().map(numbers).collect())
+        .unwrap_or_default()
 }
 
 /// Largest difference between a network and its framework, of the range of the framework's outputs.
 fn difference(network: &Network, expected: &Value) -> f64 {
     let (inputs, outputs) = (rows(&expected["x"]), rows(&expected["y"]));
     let all = outputs.iter().flatten().copied();
-    let (low, high) = all.clone().fold((f64::MAX, f64::MIN), |(low, high), y| (low.min(y), high.max(y)));
+    let (low, high) = all.clone().fold((f64::MAX, f64::MIN), |(low, high), y| {
+        (low.min(y), high.max(y))
+    });
     let size = all.fold(0.0_f64, |size, y| size.max(y.abs()));
     let range = (high - low).max(0.1 * size).max(1e-3);
     let mut worst = 0.0_f64;
@@ -60,7 +65,11 @@ fn difference(network: &Network, expected: &Value) -> f64 {
         }
         for (a, b) in found.iter().zip(y) {
             let error = (a - b).abs() / range;
-            worst = if error.is_nan() { f64::INFINITY } else { worst.max(error) };
+            worst = if error.is_nan() {
+                f64::INFINITY
+            } else {
+                worst.max(error)
+            };
         }
     }
     worst
@@ -78,17 +87,29 @@ fn outcome(path: &Path, expected: &Value) -> Outcome {
 fn outcomes(folder: &Path) -> BTreeMap<String, (Outcome, f64)> {
     let mut found = BTreeMap::new();
     let entries = fs::read_dir(folder).expect("the folder of cases is there");
-    let mut folders: Vec<PathBuf> = entries.map(|entry| entry.expect("the entry is readable").path()).collect();
+    let mut folders: Vec<PathBuf> = entries
+        .map(|entry| entry.expect("the entry is readable").path())
+        .collect();
     folders.sort();
-    for folder in folders.into_iter().filter(|path| path.join("expected.json").is_file()) {
-        let text = fs::read_to_string(folder.join("expected.json")).expect("the file was just seen");
+    for folder in folders
+        .into_iter()
+        .filter(|path| path.join("expected.json").is_file())
+    {
+        let text =
+            fs::read_to_string(folder.join("expected.json")).expect("the file was just seen");
         let expected: Value = serde_json::from_str(&text).expect("expected.json is JSON");
         for (file, expected) in expected.as_object().expect("expected.json is an object") {
             let path = folder.join(file);
             let quantised = file.contains("int8") || folder.to_string_lossy().contains("16x8");
             let limit = expected["tolerance"].as_f64();
             let limit = limit.unwrap_or(if quantised { QUANTISED } else { EXACT });
-            let name = format!("{}/{file}", folder.file_name().expect("a folder of cases has a name").to_string_lossy());
+            let name = format!(
+                "{}/{file}",
+                folder
+                    .file_name()
+                    .expect("a folder of cases has a name")
+                    .to_string_lossy()
+            );
             found.insert(name, (outcome(&path, expected), limit));
         }
     }
@@ -100,7 +121,12 @@ fn every_case_is_read_rightly_or_refused_by_name() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cases");
     let mut found = outcomes(&folder);
     let half = "06-int8-keras/half.keras".to_owned();
-    found.entry(half).or_insert_with(|| (outcome(&folder.join("06-int8-keras/half.keras"), &Value::Null), EXACT));
+    found.entry(half).or_insert_with(|| {
+        (
+            outcome(&folder.join("06-int8-keras/half.keras"), &Value::Null),
+            EXACT,
+        )
+    });
     let mut wrong = Vec::new();
     for (name, (outcome, limit)) in &found {
         let refused = REFUSED.iter().find(|(file, _)| file == name);
@@ -114,7 +140,13 @@ fn every_case_is_read_rightly_or_refused_by_name() {
         }
     }
     assert!(found.len() >= 34, "{} files", found.len());
-    assert!(wrong.is_empty(), "{} of {}:\n{}", wrong.len(), found.len(), wrong.join("\n"));
+    assert!(
+        wrong.is_empty(),
+        "{} of {}:\n{}",
+        wrong.len(),
+        found.len(),
+        wrong.join("\n")
+    );
 }
 
 /// The table of a folder that SINEW_CASES names: none may be wrong without a word.
@@ -145,7 +177,9 @@ fn foreign_networks_are_never_silently_wrong() {
             }
         }
     }
-    println!("| exporter | networks | read right | refused by name | said to be broken | wrong |\n|---|---|---|---|---|---|");
+    println!(
+        "| exporter | networks | read right | refused by name | said to be broken | wrong |\n|---|---|---|---|---|---|"
+    );
     for (exporter, [right, refused, wrong, broken]) in &table {
         let all = right + refused + wrong + broken;
         println!("| {exporter} | {all} | {right} | {refused} | {broken} | {wrong} |");

@@ -1,9 +1,10 @@
 //! Sums and products: of two values, or of one and weights, which make a scale. `x sigmoid(x)` and
 //! `x (1 + erf(x / sqrt 2)) / 2` are recognised as the activations that they are.
 
-use super::constants::{broadcast, spread_places};
+use super::constants::broadcast;
 use super::{Gelu, Import, Node, Value};
 use crate::network::import::onnx::constant::Constant;
+use crate::network::import::shapes::spread_places;
 use crate::network::import::tensor::Tensor;
 use crate::network::{Activation, NetworkError, Op};
 
@@ -13,11 +14,9 @@ impl Import<'_> {
         if op == "Erf" {
             return self.erf(node);
         }
-        let constant = |input: usize| {
-            match self.constants.get(node.input(input).unwrap_or("")) {
-                Some(Constant::Floats(tensor)) => Some(tensor.clone()),
-                _ => None,
-            }
+        let constant = |input: usize| match self.constants.get(node.input(input).unwrap_or("")) {
+            Some(Constant::Floats(tensor)) => Some(tensor.clone()),
+            _ => None,
         };
         match (constant(0), constant(1)) {
             (None, Some(right)) if op != "Sum" => self.with_constant(node, 0, &right, false),
@@ -110,13 +109,22 @@ impl Import<'_> {
             let value = self.flat(node, value)?;
             let value = value.reshaped(all.clone(), None);
             let flat = Tensor {
-                shape: constant.shape.iter().copied().skip_while(|&n| n == 1).collect(),
+                shape: constant
+                    .shape
+                    .iter()
+                    .copied()
+                    .skip_while(|&n| n == 1)
+                    .collect(),
                 values: constant.values.clone(),
             };
             return self.channelled(node, value, &flat);
         }
         if let [c] = constant.values.as_slice() {
-            let place = if value.shape.len() > 3 { value.place } else { self.shaped(node, &value)? };
+            let place = if value.shape.len() > 3 {
+                value.place
+            } else {
+                self.shaped(node, &value)?
+            };
             let channels = self.network.nodes[place].shape.last().copied().unwrap_or(1);
             return Ok((Value { place, ..value }, vec![*c; channels]));
         }
@@ -166,7 +174,11 @@ impl Import<'_> {
     /// `a - b`, as `a` and the negative of `b`.
     fn difference(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
         let (a, b) = (self.value(node, 0)?, self.value(node, 1)?);
-        let channels = self.network.nodes[b.place].shape.last().copied().unwrap_or(1);
+        let channels = self.network.nodes[b.place]
+            .shape
+            .last()
+            .copied()
+            .unwrap_or(1);
         let op = Op::Scale {
             gain: vec![-1.0; channels],
             offset: vec![0.0; channels],

@@ -19,13 +19,30 @@ pub(super) const DOUBLE: i32 = 11;
 
 /// Names of ONNX's element types, by their numbers.
 const TYPES: [&str; 17] = [
-    "undefined", "float32", "uint8", "int8", "uint16", "int16", "int32", "int64", "string", "bool", "float16",
-    "float64", "uint32", "uint64", "complex64", "complex128", "bfloat16",
+    "undefined",
+    "float32",
+    "uint8",
+    "int8",
+    "uint16",
+    "int16",
+    "int32",
+    "int64",
+    "string",
+    "bool",
+    "float16",
+    "float64",
+    "uint32",
+    "uint64",
+    "complex64",
+    "complex128",
+    "bfloat16",
 ];
 
 /// Name of an element type.
 pub(super) fn type_name(number: i32) -> String {
-    let name = usize::try_from(number).ok().and_then(|number| TYPES.get(number));
+    let name = usize::try_from(number)
+        .ok()
+        .and_then(|number| TYPES.get(number));
     name.map_or_else(|| format!("ONNX type {number}"), |name| (*name).into())
 }
 
@@ -46,7 +63,10 @@ pub(super) struct Integers {
 impl Integers {
     /// A list.
     pub(super) fn list(values: Vec<i64>) -> Self {
-        Self { shape: vec![values.len()], values }
+        Self {
+            shape: vec![values.len()],
+            values,
+        }
     }
 }
 
@@ -73,7 +93,13 @@ impl Constant {
         let floats = match (proto.data_type, raw.is_empty()) {
             (FLOAT, true) => Some(proto.float_data.clone()),
             (FLOAT, false) => Some(chunks(raw, f32::from_le_bytes)),
-            (DOUBLE, true) => Some(proto.double_data.iter().map(|&value| value as f32).collect()),
+            (DOUBLE, true) => Some(
+                proto
+                    .double_data
+                    .iter()
+                    .map(|&value| value as f32)
+                    .collect(),
+            ),
             (DOUBLE, false) => Some(chunks(raw, |b| f64::from_le_bytes(b) as f32)),
             (FLOAT16, true) => Some(narrow().map(|&bits| half(bits as u16) as f32).collect()),
             (FLOAT16, false) => Some(chunks(raw, |b| half(u16::from_le_bytes(b)) as f32)),
@@ -85,7 +111,9 @@ impl Constant {
         let values: Vec<i64> = match (proto.data_type, raw.is_empty()) {
             (INT64, true) => proto.int64_data.clone(),
             (INT64, false) => chunks(raw, i64::from_le_bytes),
-            (INT32 | INT16 | INT8 | UINT16 | UINT8 | BOOL, true) => narrow().map(|&n| n.into()).collect(),
+            (INT32 | INT16 | INT8 | UINT16 | UINT8 | BOOL, true) => {
+                narrow().map(|&n| n.into()).collect()
+            }
             (INT32, false) => chunks(raw, |b| i32::from_le_bytes(b).into()),
             (INT16, false) => chunks(raw, |b| i16::from_le_bytes(b).into()),
             (UINT16, false) => chunks(raw, |b| u16::from_le_bytes(b).into()),
@@ -144,5 +172,9 @@ impl Constant {
 }
 
 fn chunks<const N: usize, T>(raw: &[u8], value: impl Fn([u8; N]) -> T) -> Vec<T> {
-    raw.as_chunks().0.iter().map(|bytes| value(*bytes)).collect()
+    raw.as_chunks()
+        .0
+        .iter()
+        .map(|bytes| value(*bytes))
+        .collect()
 }

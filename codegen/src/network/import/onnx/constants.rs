@@ -4,6 +4,7 @@
 use super::constant::{BOOL, Constant, DOUBLE, FLOAT, FLOAT16, INT32, INT64, Integers, type_name};
 use super::{Import, Node};
 use crate::network::NetworkError;
+use crate::network::import::shapes::{places_along, slice_indices, spread_places};
 use crate::network::import::tensor::{self, Tensor};
 
 impl Import<'_> {
@@ -16,10 +17,12 @@ impl Import<'_> {
         if op == "Constant" {
             return constant_node(node).map(Some);
         }
-        let shape = node.input(0).and_then(|name| match self.constants.get(name) {
-            Some(constant) => Some(constant.shape().to_vec()),
-            None => self.values.get(name).map(super::Value::dims),
-        });
+        let shape = node
+            .input(0)
+            .and_then(|name| match self.constants.get(name) {
+                Some(constant) => Some(constant.shape().to_vec()),
+                None => self.values.get(name).map(super::Value::dims),
+            });
         match (op, shape) {
             ("Shape", Some(dims)) => return shape_of(node, &dims).map(Some),
             ("Size", Some(dims)) => {
@@ -45,7 +48,10 @@ impl Import<'_> {
 }
 
 fn scalar(value: i64) -> Constant {
-    Constant::Integers(Integers { shape: Vec::new(), values: vec![value] })
+    Constant::Integers(Integers {
+        shape: Vec::new(),
+        values: vec![value],
+    })
 }
 
 fn constant_node(node: &Node<'_>) -> Result<Constant, NetworkError> {
@@ -75,7 +81,9 @@ fn shape_of(node: &Node<'_>, dims: &[usize]) -> Result<Constant, NetworkError> {
     let bound = |n: i64| if n < 0 { n + count } else { n }.clamp(0, count) as usize;
     let (start, end) = (bound(node.int("start", 0)), bound(node.int("end", count)));
     let dims = dims.get(start..end.max(start)).unwrap_or(&[]);
-    Ok(Constant::Integers(Integers::list(dims.iter().map(|&n| n as i64).collect())))
+    Ok(Constant::Integers(Integers::list(
+        dims.iter().map(|&n| n as i64).collect(),
+    )))
 }
 
 /// An axis of `axes`, negative ones from the end.
@@ -85,25 +93,17 @@ pub(super) fn axis_of(node: &Node<'_>, axis: i64, axes: usize) -> Result<usize, 
     place.ok_or_else(|| node.malformed(format!("axis {axis} of {axes}")))
 }
 
-/// Places in a tensor of shape `dims` of the values at `indices` of `axis`, in order.
-pub(super) fn places_along(dims: &[usize], axis: usize, indices: &[usize]) -> Vec<usize> {
-    let inner: usize = dims[axis + 1..].iter().product();
-    let outer: usize = dims[..axis].iter().product();
-    let mut places = Vec::new();
-    for run in 0..outer {
-        for &index in indices {
-            let start = (run * dims[axis] + index) * inner;
-            places.extend(start..start + inner);
-        }
-    }
-    places
-}
-
 /// The shape of two operands together, as NumPy broadcasts.
-pub(super) fn broadcast(node: &Node<'_>, a: &[usize], b: &[usize]) -> Result<Vec<usize>, NetworkError> {
+pub(super) fn broadcast(
+    node: &Node<'_>,
+    a: &[usize],
+    b: &[usize],
+) -> Result<Vec<usize>, NetworkError> {
     let axes = a.len().max(b.len());
     let at = |shape: &[usize], axis: usize| {
-        (axis + shape.len()).checked_sub(axes).map_or(1, |place| shape[place])
+        (axis + shape.len())
+            .checked_sub(axes)
+            .map_or(1, |place| shape[place])
     };
     (0..axes)
         .map(|axis| match (at(a, axis), at(b, axis)) {
@@ -112,39 +112,6 @@ pub(super) fn broadcast(node: &Node<'_>, a: &[usize], b: &[usize]) -> Result<Vec
             _ => Err(node.malformed(format!("the shapes {a:?} and {b:?} do not go together"))),
         })
         .collect()
-}
-
-/// For each value of a tensor of shape `to`, its place in one of shape `from`.
-pub(super) fn spread_places(from: &[usize], to: &[usize]) -> Vec<usize> {
-    let lead = to.len() - from.len();
-    let mut places = vec![0];
-    for (axis, &length) in to.iter().enumerate() {
-        let own = axis.checked_sub(lead).map_or(1, |axis| from[axis]);
-        let stride: usize = axis.checked_sub(lead).map_or(0, |axis| from[axis + 1..].iter().product());
-        let stride = if own == 1 { 0 } else { stride };
-        places = places
-            .iter()
-            .flat_map(|&place| (0..length).map(move |i| place + i * stride))
-            .collect();
-    }
-    places
-}
-
-/// Indices that a slice takes of an axis.
-pub(super) fn slice_indices(length: usize, start: i64, end: i64, step: i64) -> Vec<usize> {
-    let n = length as i64;
-    let from_end = |i: i64| if i < 0 { i.saturating_add(n) } else { i };
-    let (mut at, end) = if step > 0 {
-        (from_end(start).clamp(0, n), from_end(end).clamp(0, n))
-    } else {
-        (from_end(start).clamp(0, n - 1), from_end(end).clamp(-1, n - 1))
-    };
-    let mut indices = Vec::new();
-    while step != 0 && ((step > 0 && at < end) || (step < 0 && at > end)) {
-        indices.push(at as usize);
-        at = at.saturating_add(step);
-    }
-    indices
 }
 
 /// Starts, ends, axes and steps of a Slice, as attributes (before opset 10) or as inputs.
@@ -162,7 +129,12 @@ pub(super) fn slices(
     if ends.len() != starts.len() || over.len() != starts.len() || steps.len() != starts.len() {
         return Err(node.malformed("starts, ends, axes and steps of different lengths"));
     }
-    let one = |i: usize| Ok((axis_of(node, over[i], axes)?, [starts[i], ends[i], steps[i]]));
+    let one = |i: usize| {
+        Ok((
+            axis_of(node, over[i], axes)?,
+            [starts[i], ends[i], steps[i]],
+        ))
+    };
     (0..starts.len()).map(one).collect()
 }
 
@@ -198,13 +170,18 @@ fn evaluate(node: &Node<'_>, inputs: &Inputs<'_>) -> Result<Option<Constant>, Ne
             node.expect_int("allowzero", 0, "use allowzero = 0")?;
             reshaped(reshape_target(node, &target, &dims)?)
         }
-        "Unsqueeze" | "Squeeze" => {
-            reshaped(squeezed(node, &dims, integers(1, "axes"))?)
-        }
+        "Unsqueeze" | "Squeeze" => reshaped(squeezed(node, &dims, integers(1, "axes"))?),
         "Flatten" => {
             let axis = node.int("axis", 1);
-            let axis = if axis == dims.len() as i64 { dims.len() } else { axis_of(node, axis, dims.len())? };
-            reshaped(vec![dims[..axis].iter().product(), dims[axis..].iter().product()])
+            let axis = if axis == dims.len() as i64 {
+                dims.len()
+            } else {
+                axis_of(node, axis, dims.len())?
+            };
+            reshaped(vec![
+                dims[..axis].iter().product(),
+                dims[axis..].iter().product(),
+            ])
         }
         "Transpose" => {
             let order = transposition(node, dims.len())?;
@@ -221,7 +198,9 @@ fn evaluate(node: &Node<'_>, inputs: &Inputs<'_>) -> Result<Option<Constant>, Ne
             Ok(Some(x.taken(shape, &places)))
         }
         "Gather" => {
-            let Some(Constant::Integers(indices)) = read(1) else { return Ok(None) };
+            let Some(Constant::Integers(indices)) = read(1) else {
+                return Ok(None);
+            };
             let axis = axis_of(node, node.int("axis", 0), dims.len())?;
             let list = gathered(node, &indices.values, dims[axis])?;
             let shape = [&dims[..axis], &indices.shape, &dims[axis + 1..]].concat();
@@ -251,12 +230,17 @@ fn evaluate(node: &Node<'_>, inputs: &Inputs<'_>) -> Result<Option<Constant>, Ne
             concatenated(node, &parts).map(Some)
         }
         "ConstantOfShape" => {
-            let Constant::Integers(shape) = x else { return Ok(None) };
+            let Constant::Integers(shape) = x else {
+                return Ok(None);
+            };
             let shape = lengths(node, &shape.values)?;
             let count = tensor::count(&node.name, &shape)?;
             let value = node.tensor("value").map(Constant::new).transpose()?;
             let value = value.unwrap_or_else(|| {
-                Constant::Floats(Tensor { shape: vec![1], values: vec![0.0] })
+                Constant::Floats(Tensor {
+                    shape: vec![1],
+                    values: vec![0.0],
+                })
             });
             if value.len() != 1 {
                 return Err(node.malformed("its value is no single number"));
@@ -275,11 +259,20 @@ fn evaluate(node: &Node<'_>, inputs: &Inputs<'_>) -> Result<Option<Constant>, Ne
             else {
                 return Ok(None);
             };
-            let (Some(&a), Some(&b), Some(&c)) = (a.values.first(), b.values.first(), c.values.first()) else {
+            let (Some(&a), Some(&b), Some(&c)) =
+                (a.values.first(), b.values.first(), c.values.first())
+            else {
                 return Err(node.malformed("its bounds are empty"));
             };
-            let count = if c == 0 { 0 } else { (i128::from(b) - i128::from(a)) / i128::from(c) };
-            tensor::count(&node.name, &[usize::try_from(count.max(0)).unwrap_or(usize::MAX)])?;
+            let count = if c == 0 {
+                0
+            } else {
+                (i128::from(b) - i128::from(a)) / i128::from(c)
+            };
+            tensor::count(
+                &node.name,
+                &[usize::try_from(count.max(0)).unwrap_or(usize::MAX)],
+            )?;
             let mut values = Vec::new();
             let mut at = a;
             while c != 0 && ((c > 0 && at < b) || (c < 0 && at > b)) {
@@ -294,10 +287,17 @@ fn evaluate(node: &Node<'_>, inputs: &Inputs<'_>) -> Result<Option<Constant>, Ne
             };
             let shape = broadcast(node, &broadcast(node, &dims, a.shape())?, b.shape())?;
             let count = tensor::count(&node.name, &shape)?;
-            let [c, a_at, b_at] = [&dims[..], a.shape(), b.shape()].map(|from| spread_places(from, &shape));
+            let [c, a_at, b_at] =
+                [&dims[..], a.shape(), b.shape()].map(|from| spread_places(from, &shape));
             let (left, right) = (a.numbers(), b.numbers());
             let values = (0..count)
-                .map(|i| if condition.values[c[i]] != 0 { left[a_at[i]] } else { right[b_at[i]] })
+                .map(|i| {
+                    if condition.values[c[i]] != 0 {
+                        left[a_at[i]]
+                    } else {
+                        right[b_at[i]]
+                    }
+                })
                 .collect();
             let whole = matches!((a, b), (Constant::Integers(_), Constant::Integers(_)));
             Ok(Some(of_numbers(shape, values, whole)))
@@ -316,11 +316,21 @@ fn evaluate(node: &Node<'_>, inputs: &Inputs<'_>) -> Result<Option<Constant>, Ne
                 "ReduceMax" => numbers.fold(f64::NEG_INFINITY, f64::max),
                 _ => numbers.fold(f64::INFINITY, f64::min),
             };
-            let shape = if keep { vec![1; dims.len()] } else { Vec::new() };
-            Ok(Some(of_numbers(shape, vec![value], matches!(x, Constant::Integers(_)))))
+            let shape = if keep {
+                vec![1; dims.len()]
+            } else {
+                Vec::new()
+            };
+            Ok(Some(of_numbers(
+                shape,
+                vec![value],
+                matches!(x, Constant::Integers(_)),
+            )))
         }
         "DequantizeLinear" => {
-            let (Constant::Integers(_), Some(Constant::Floats(scale))) = (x, read(1)) else { return Ok(None) };
+            let (Constant::Integers(_), Some(Constant::Floats(scale))) = (x, read(1)) else {
+                return Ok(None);
+            };
             dequantised(node, x, scale, read(2)).map(Some)
         }
         _ => match read(1) {
@@ -342,7 +352,8 @@ fn of_numbers(shape: Vec<usize>, values: Vec<f64>, whole: bool) -> Constant {
 }
 
 fn lengths(node: &Node<'_>, list: &[i64]) -> Result<Vec<usize>, NetworkError> {
-    let length = |&n: &i64| usize::try_from(n).map_err(|_| node.malformed(format!("the shape {list:?}")));
+    let length =
+        |&n: &i64| usize::try_from(n).map_err(|_| node.malformed(format!("the shape {list:?}")));
     list.iter().map(length).collect()
 }
 
@@ -353,9 +364,15 @@ fn cast(node: &Node<'_>, x: &Constant) -> Result<Constant, NetworkError> {
     Ok(match to {
         FLOAT | DOUBLE => of_numbers(shape, numbers, false),
         INT32 | INT64 => of_numbers(shape, numbers, true),
-        BOOL => of_numbers(shape, numbers.iter().map(|&n| f64::from(n != 0.0)).collect(), true),
+        BOOL => of_numbers(
+            shape,
+            numbers.iter().map(|&n| f64::from(n != 0.0)).collect(),
+            true,
+        ),
         FLOAT16 => return Err(node.unsupported("a cast to float16", "export in float32")),
-        other => return Err(node.unsupported(format!("a cast to {}", type_name(other)), "use float32")),
+        other => {
+            return Err(node.unsupported(format!("a cast to {}", type_name(other)), "use float32"));
+        }
     })
 }
 
@@ -387,7 +404,11 @@ pub(super) fn squeezed(
         }
         return Ok(dims.iter().copied().filter(|&n| n != 1).collect());
     };
-    let count = if out { dims.len() + axes.len() } else { dims.len() };
+    let count = if out {
+        dims.len() + axes.len()
+    } else {
+        dims.len()
+    };
     let mut places = axes
         .iter()
         .map(|&axis| axis_of(node, axis, count))
@@ -413,7 +434,10 @@ pub(super) fn squeezed(
 /// The order of axes of a Transpose.
 pub(super) fn transposition(node: &Node<'_>, axes: usize) -> Result<Vec<usize>, NetworkError> {
     let order: Vec<usize> = match node.ints("perm") {
-        Some(order) => order.iter().map(|&n| usize::try_from(n).unwrap_or(usize::MAX)).collect(),
+        Some(order) => order
+            .iter()
+            .map(|&n| usize::try_from(n).unwrap_or(usize::MAX))
+            .collect(),
         None => (0..axes).rev().collect(),
     };
     let mut sorted = order.clone();
@@ -425,8 +449,15 @@ pub(super) fn transposition(node: &Node<'_>, axes: usize) -> Result<Vec<usize>, 
 }
 
 /// Indices of an axis, negative ones from the end.
-pub(super) fn gathered(node: &Node<'_>, indices: &[i64], length: usize) -> Result<Vec<usize>, NetworkError> {
-    indices.iter().map(|&index| axis_of(node, index, length)).collect()
+pub(super) fn gathered(
+    node: &Node<'_>,
+    indices: &[i64],
+    length: usize,
+) -> Result<Vec<usize>, NetworkError> {
+    indices
+        .iter()
+        .map(|&index| axis_of(node, index, length))
+        .collect()
 }
 
 fn concatenated(node: &Node<'_>, parts: &[&Constant]) -> Result<Constant, NetworkError> {
@@ -437,13 +468,17 @@ fn concatenated(node: &Node<'_>, parts: &[&Constant]) -> Result<Constant, Networ
         let other = part.shape();
         let alike = other.len() == axes && (0..axes).all(|i| i == axis || other[i] == shape[i]);
         if !alike {
-            return Err(node.malformed(format!("{shape:?} and {other:?} differ beside axis {axis}")));
+            return Err(
+                node.malformed(format!("{shape:?} and {other:?} differ beside axis {axis}"))
+            );
         }
         shape[axis] += other[axis];
     }
     tensor::count(&node.name, &shape)?;
     let outer: usize = shape[..axis].iter().product();
-    let whole = parts.iter().all(|part| matches!(part, Constant::Integers(_)));
+    let whole = parts
+        .iter()
+        .all(|part| matches!(part, Constant::Integers(_)));
     let lists: Vec<Vec<f64>> = parts.iter().map(|part| part.numbers()).collect();
     let mut values = Vec::new();
     for run in 0..outer {
@@ -464,9 +499,16 @@ fn dequantised(
     let dims = x.shape();
     let axis = node.int("axis", 1);
     let per_axis = scale.values.len() != 1;
-    let axis = if per_axis { axis_of(node, axis, dims.len())? } else { 0 };
+    let axis = if per_axis {
+        axis_of(node, axis, dims.len())?
+    } else {
+        0
+    };
     if per_axis && (scale.shape.len() != 1 || scale.values.len() != dims[axis]) {
-        return Err(node.unsupported("scales in blocks", "one scale for a tensor or an axis works"));
+        return Err(node.unsupported(
+            "scales in blocks",
+            "one scale for a tensor or an axis works",
+        ));
     }
     let zero = zero.map_or_else(|| vec![0.0; scale.values.len()], Constant::numbers);
     if zero.len() != scale.values.len() {
@@ -476,7 +518,9 @@ fn dequantised(
     let at = |i: usize| if per_axis { i / inner % dims[axis] } else { 0 };
     let values = x.numbers();
     let values = values.iter().enumerate();
-    let values = values.map(|(i, q)| (q - zero[at(i)]) * f64::from(scale.values[at(i)])).collect();
+    let values = values
+        .map(|(i, q)| (q - zero[at(i)]) * f64::from(scale.values[at(i)]))
+        .collect();
     Ok(of_numbers(dims.to_vec(), values, false))
 }
 
@@ -507,7 +551,13 @@ fn binary(node: &Node<'_>, a: &Constant, b: &Constant) -> Result<Option<Constant
         "Mul" => |a, b| a * b,
         "Div" if whole => |a, b| if b == 0.0 { 0.0 } else { (a / b).trunc() },
         "Div" => |a, b| a / b,
-        "Mod" if whole && node.int("fmod", 0) == 0 => |a, b| if b == 0.0 { 0.0 } else { a - b * (a / b).floor() },
+        "Mod" if whole && node.int("fmod", 0) == 0 => |a, b| {
+            if b == 0.0 {
+                0.0
+            } else {
+                a - b * (a / b).floor()
+            }
+        },
         "Pow" => f64::powf,
         "Max" => f64::max,
         "Min" => f64::min,
@@ -522,9 +572,14 @@ fn binary(node: &Node<'_>, a: &Constant, b: &Constant) -> Result<Option<Constant
     };
     let shape = broadcast(node, a.shape(), b.shape())?;
     let count = tensor::count(&node.name, &shape)?;
-    let (a_at, b_at) = (spread_places(a.shape(), &shape), spread_places(b.shape(), &shape));
+    let (a_at, b_at) = (
+        spread_places(a.shape(), &shape),
+        spread_places(b.shape(), &shape),
+    );
     let (left, right) = (a.numbers(), b.numbers());
-    let values = (0..count).map(|i| f(left[a_at[i]], right[b_at[i]])).collect();
+    let values = (0..count)
+        .map(|i| f(left[a_at[i]], right[b_at[i]]))
+        .collect();
     let condition = ["Equal", "Less", "Greater", "LessOrEqual", "GreaterOrEqual"].contains(&op);
     Ok(Some(of_numbers(shape, values, whole || condition)))
 }

@@ -1,12 +1,11 @@
 //! Operators of ONNX as nodes of the network.
 
 use super::constant::{Constant, DOUBLE, FLOAT, type_name};
-use super::constants::{
-    axis_of, gathered, reshape_target, slice_indices, slices, squeezed, transposition,
-};
+use super::constants::{axis_of, gathered, reshape_target, slices, squeezed, transposition};
 use super::{Import, Node, Value};
 use crate::network::import::keras::normalise;
 use crate::network::import::pads;
+use crate::network::import::shapes::slice_indices;
 use crate::network::import::tensor::{self, Tensor};
 use crate::network::{Activation, Convolution, Dense, NetworkError, Op, Pool, PoolKind, Window};
 
@@ -57,7 +56,9 @@ impl Import<'_> {
             "Identity" => Ok(vec![self.value(node, 0)?]),
             "Dropout" => {
                 let training = self.integers(node, 2, "training_mode");
-                if node.input(2).is_some() && training.is_none_or(|list| list.iter().any(|&n| n != 0)) {
+                if node.input(2).is_some()
+                    && training.is_none_or(|list| list.iter().any(|&n| n != 0))
+                {
                     return Err(node.unsupported("a Dropout in training", "export for inference"));
                 }
                 node.input(1);
@@ -157,7 +158,10 @@ impl Import<'_> {
         let length = if old { inner } else { dims[axis] };
         if !old && inner != 1 {
             // The axis goes last and comes back.
-            let order: Vec<usize> = (0..dims.len()).filter(|&a| a != axis).chain([axis]).collect();
+            let order: Vec<usize> = (0..dims.len())
+                .filter(|&a| a != axis)
+                .chain([axis])
+                .collect();
             let mut back: Vec<usize> = (0..dims.len() - 1).collect();
             back.insert(axis, dims.len() - 1);
             let batch = value.batch;
@@ -185,12 +189,16 @@ impl Import<'_> {
         length: usize,
     ) -> Result<usize, NetworkError> {
         let rows = values.checked_div(length).unwrap_or(0);
-        let held = if rows == 1 { vec![length] } else { vec![rows, length] };
+        let held = if rows == 1 {
+            vec![length]
+        } else {
+            vec![rows, length]
+        };
         self.held_as(node, place, held)
     }
 
     /// `W x + b` for `weights` of shape `[outputs][inputs]`, over the last axis.
-    fn dense(
+    pub(super) fn dense(
         &mut self,
         node: &Node<'_>,
         weights: Tensor,
@@ -202,7 +210,10 @@ impl Import<'_> {
         let mut dims = value.dims();
         if value.batch.is_some_and(|batch| batch + 1 == dims.len()) && dims.len() > 1 {
             // The last axis holds one feature, and is no batch.
-            let batch = dims.iter().position(|&n| n == 1).filter(|&axis| axis + 1 < dims.len());
+            let batch = dims
+                .iter()
+                .position(|&n| n == 1)
+                .filter(|&axis| axis + 1 < dims.len());
             value = value.reshaped(dims.clone(), batch);
             if batch.is_none() {
                 value.shape = dims.clone();
@@ -363,8 +374,11 @@ impl Import<'_> {
                     let (before, after) =
                         pads::same(image[axis], size[axis], stride[axis], dilation[axis]);
                     // The odd one comes after, or before.
-                    (window.before[axis], window.after[axis]) =
-                        if side == "SAME_UPPER" { (before, after) } else { (after, before) };
+                    (window.before[axis], window.after[axis]) = if side == "SAME_UPPER" {
+                        (before, after)
+                    } else {
+                        (after, before)
+                    };
                 }
             }
             other => {
@@ -382,7 +396,10 @@ impl Import<'_> {
         let weights = self.needed(node, 1)?.clone();
         weights.expect_axes(&node.name, if one { 3 } else { 4 })?;
         if let Some(size) = node.ints("kernel_shape") {
-            let same = size.iter().zip(&weights.shape[2..]).all(|(&a, &b)| a == b as i64);
+            let same = size
+                .iter()
+                .zip(&weights.shape[2..])
+                .all(|(&a, &b)| a == b as i64);
             if !same || size.len() != weights.shape.len() - 2 {
                 return Err(node.malformed(format!(
                     "kernel_shape {size:?} for weights of shape {:?}",
@@ -450,9 +467,14 @@ impl Import<'_> {
         if node.int("ceil_mode", 0) != 0 {
             // It differs only where the last window would not fit.
             for axis in 0..2 {
-                let reach = (window.size[axis].max(1) - 1).saturating_mul(window.dilation[axis]) + 1;
-                let padded = image[axis].saturating_add(window.before[axis]).saturating_add(window.after[axis]);
-                let left = padded.saturating_sub(reach).checked_rem(window.stride[axis]);
+                let reach =
+                    (window.size[axis].max(1) - 1).saturating_mul(window.dilation[axis]) + 1;
+                let padded = image[axis]
+                    .saturating_add(window.before[axis])
+                    .saturating_add(window.after[axis]);
+                let left = padded
+                    .saturating_sub(reach)
+                    .checked_rem(window.stride[axis]);
                 if left != Some(0) {
                     return Err(node.unsupported("ceil_mode = 1", "use ceil_mode = 0"));
                 }
@@ -461,7 +483,11 @@ impl Import<'_> {
         let max = node.proto.op_type == "MaxPool";
         let kind = match (
             max,
-            if max { 0 } else { node.int("count_include_pad", 0) },
+            if max {
+                0
+            } else {
+                node.int("count_include_pad", 0)
+            },
         ) {
             (true, _) => PoolKind::Max,
             (_, 0) => PoolKind::Average,
@@ -499,7 +525,9 @@ impl Import<'_> {
             self.flat(node, value)?.reshaped(dims, Some(0))
         };
         if value.batch != Some(0) {
-            return Err(node.unsupported("a batch of several", "keep the batch, 1, as the first axis"));
+            return Err(
+                node.unsupported("a batch of several", "keep the batch, 1, as the first axis")
+            );
         }
         let value = self.channels_last(node, value)?;
         let channels = value.shape.first().copied().unwrap_or(0);
@@ -534,12 +562,15 @@ impl Import<'_> {
             let alike = other.len() == dims.len()
                 && (0..dims.len()).all(|i| i == axis || other[i] == dims[i]);
             if !alike {
-                return Err(node.malformed(format!("{dims:?} and {other:?} differ beside axis {axis}")));
+                return Err(
+                    node.malformed(format!("{dims:?} and {other:?} differ beside axis {axis}"))
+                );
             }
             shape[axis] += other[axis];
         }
         let same = values.iter().all(|value| value.batch == first.batch);
-        let plain = same && first.batch.is_some() && first.batch != Some(axis) && first.shape.len() <= 3;
+        let plain =
+            same && first.batch.is_some() && first.batch != Some(axis) && first.shape.len() <= 3;
         let last = plain && values.iter().any(|value| value.last);
         let mut parts = Vec::new();
         for value in values {
@@ -557,17 +588,27 @@ impl Import<'_> {
             let mut from = Vec::new();
             for part in &parts {
                 let run = part.len() / outer.max(1);
-                let held = if outer == 1 { vec![run] } else { vec![outer, run] };
+                let held = if outer == 1 {
+                    vec![run]
+                } else {
+                    vec![outer, run]
+                };
                 from.push(self.held_as(node, part.place, held)?);
             }
             let name = self.free_name(&name);
-            let place = self.network.push(&name, Op::Concatenate(usize::from(outer != 1)), from)?;
+            let place = self
+                .network
+                .push(&name, Op::Concatenate(usize::from(outer != 1)), from)?;
             return Ok(vec![Value::of(place, shape, first.batch)]);
         }
         let batch = first.batch.unwrap_or(0);
         let inner = if axis > batch { axis - 1 } else { axis };
         let axes = first.shape.len();
-        let held = if last && axes > 1 { (inner + axes - 1) % axes } else { inner };
+        let held = if last && axes > 1 {
+            (inner + axes - 1) % axes
+        } else {
+            inner
+        };
         let from = parts.iter().map(|part| part.place).collect();
         let place = self.network.push(&name, Op::Concatenate(held), from)?;
         shape.remove(batch);
@@ -634,7 +675,9 @@ impl Import<'_> {
             .collect::<Result<_, _>>()?;
         let batch = value.batch.and_then(|batch| {
             if node.proto.op_type == "Unsqueeze" {
-                return (0..shape.len()).filter(|axis| !places.contains(axis)).nth(batch);
+                return (0..shape.len())
+                    .filter(|axis| !places.contains(axis))
+                    .nth(batch);
             }
             let gone = places.iter().filter(|&&axis| axis < batch).count();
             (!places.contains(&batch) && !places.is_empty()).then(|| batch - gone)
@@ -674,10 +717,19 @@ impl Import<'_> {
         let axis = axis_of(node, node.int("axis", 0), dims.len())?;
         let name = node.input(1).unwrap_or("");
         let Some(Constant::Integers(indices)) = self.constants.get(name).cloned() else {
-            return Err(node.unsupported("a Gather whose indices are computed", "use constant indices"));
+            return Err(node.unsupported(
+                "a Gather whose indices are computed",
+                "use constant indices",
+            ));
         };
         let list = gathered(node, &indices.values, dims[axis])?;
-        Ok(vec![self.selected(node, value, axis, &list, &indices.shape)?])
+        Ok(vec![self.selected(
+            node,
+            value,
+            axis,
+            &list,
+            &indices.shape,
+        )?])
     }
 
     fn slice(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
@@ -688,7 +740,9 @@ impl Import<'_> {
             self.integers(node, 3, "axes"),
             self.integers(node, 4, "steps"),
         ];
-        if node.input(3).is_some() && lists[2].is_none() || node.input(4).is_some() && lists[3].is_none() {
+        if node.input(3).is_some() && lists[2].is_none()
+            || node.input(4).is_some() && lists[3].is_none()
+        {
             return Err(node.unsupported("a slice whose axes are computed", "use constant axes"));
         }
         for (axis, [start, end, step]) in slices(node, lists, value.dims().len())? {
@@ -705,12 +759,17 @@ impl Import<'_> {
         let axis = axis_of(node, node.int("axis", 0), dims.len())?;
         let outputs = node.proto.output.len().max(1);
         let parts = match self.integers(node, 1, "split") {
-            Some(parts) => parts.iter().map(|&n| usize::try_from(n).unwrap_or(usize::MAX)).collect(),
+            Some(parts) => parts
+                .iter()
+                .map(|&n| usize::try_from(n).unwrap_or(usize::MAX))
+                .collect(),
             None if node.input(1).is_some() => {
                 return Err(node.unsupported("a split that is computed", "use constant lengths"));
             }
             None => {
-                let count = usize::try_from(node.int("num_outputs", outputs as i64)).unwrap_or(0).max(1);
+                let count = usize::try_from(node.int("num_outputs", outputs as i64))
+                    .unwrap_or(0)
+                    .max(1);
                 let each = dims[axis].div_ceil(count);
                 let part = |i: usize| each.min(dims[axis].saturating_sub(i * each));
                 (0..count).map(part).collect::<Vec<_>>()
@@ -761,7 +820,11 @@ impl Import<'_> {
             .collect();
         let batch = value.batch.and_then(|batch| {
             let gone = axes.iter().filter(|&&axis| axis < batch).count();
-            if keep { Some(batch) } else { (!axes.contains(&batch)).then(|| batch - gone) }
+            if keep {
+                Some(batch)
+            } else {
+                (!axes.contains(&batch)).then(|| batch - gone)
+            }
         });
         let reduced: usize = axes.iter().map(|&axis| dims[axis]).product();
         let order: Vec<usize> = axes
@@ -797,7 +860,13 @@ impl Import<'_> {
     }
 
     /// `gain x + offset` with one number for all.
-    fn scaled(&mut self, node: &Node<'_>, place: usize, gain: f32, offset: f32) -> Result<usize, NetworkError> {
+    fn scaled(
+        &mut self,
+        node: &Node<'_>,
+        place: usize,
+        gain: f32,
+        offset: f32,
+    ) -> Result<usize, NetworkError> {
         let channels = self.network.nodes[place].shape.last().copied().unwrap_or(1);
         let (gain, offset) = (vec![gain; channels], vec![offset; channels]);
         self.push(node, Op::Scale { gain, offset }, place)
@@ -813,7 +882,10 @@ impl Import<'_> {
     fn celu(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
         let value = self.value(node, 0)?;
         let alpha = node.float("alpha", 1.0);
-        let elu = Op::Activation(Activation::Elu { alpha: 1.0, scale: 1.0 });
+        let elu = Op::Activation(Activation::Elu {
+            alpha: 1.0,
+            scale: 1.0,
+        });
         if alpha == 1.0 {
             let place = self.push(node, elu, value.place)?;
             return Ok(vec![Value { place, ..value }]);
@@ -842,14 +914,28 @@ impl Import<'_> {
         Ok(vec![Value { place, ..value }])
     }
 
-    fn clipped(&mut self, node: &Node<'_>, place: usize, low: f32, high: f32) -> Result<usize, NetworkError> {
+    fn clipped(
+        &mut self,
+        node: &Node<'_>,
+        place: usize,
+        low: f32,
+        high: f32,
+    ) -> Result<usize, NetworkError> {
         let open = |bound: f32| bound.abs() >= 1e30;
         match (open(low), open(high)) {
             (true, true) => Ok(place),
             (false, true) => {
-                let shifted = if low == 0.0 { place } else { self.scaled(node, place, 1.0, -low)? };
+                let shifted = if low == 0.0 {
+                    place
+                } else {
+                    self.scaled(node, place, 1.0, -low)?
+                };
                 let place = self.push(node, Op::Activation(Activation::Relu), shifted)?;
-                if low == 0.0 { Ok(place) } else { self.scaled(node, place, 1.0, low) }
+                if low == 0.0 {
+                    Ok(place)
+                } else {
+                    self.scaled(node, place, 1.0, low)
+                }
             }
             (true, false) => {
                 let shifted = self.scaled(node, place, -1.0, high)?;
@@ -876,7 +962,10 @@ impl Import<'_> {
             Some(&alpha) if slope.iter().all(|&other| other == alpha) => {
                 self.activation(node, Activation::LeakyRelu { alpha })
             }
-            _ => Err(node.unsupported("PRelu of a slope for each channel", "one slope for all works")),
+            _ => Err(node.unsupported(
+                "PRelu of a slope for each channel",
+                "one slope for all works",
+            )),
         }
     }
 }

@@ -8,6 +8,7 @@ mod layers;
 mod node;
 mod proto;
 mod recurrent;
+mod scikit_learn;
 mod values;
 
 use std::collections::{HashMap, HashSet};
@@ -184,12 +185,18 @@ impl<'a> Import<'a> {
             // One row without a batch.
             (&[Some(n)], _) if n != 1 => None,
             (_, true) => Some(1),
-            (&[Some(_), second, _], false) if recurrent && !single(0) && second.is_none_or(|n| n == 1) => Some(1),
+            (&[Some(_), second, _], false)
+                if recurrent && !single(0) && second.is_none_or(|n| n == 1) =>
+            {
+                Some(1)
+            }
             _ => Some(0),
         };
         if batch.is_some_and(|batch| !single(batch)) {
-            let shape: Vec<String> =
-                dims.iter().map(|dim| dim.map_or_else(|| "open".into(), |n| n.to_string())).collect();
+            let shape: Vec<String> = dims
+                .iter()
+                .map(|dim| dim.map_or_else(|| "open".into(), |n| n.to_string()))
+                .collect();
             let axis = batch.unwrap_or(0);
             let message = format!("an input of shape [{}]", shape.join(", "));
             return Err(NetworkError::unsupported(
@@ -200,8 +207,13 @@ impl<'a> Import<'a> {
         }
         let mut shape = Vec::new();
         let mut streaming = false;
-        for (axis, dim) in dims.iter().enumerate().filter(|(axis, _)| Some(*axis) != batch) {
-            let open_steps = recurrent && dims.len() == 3 && Some(axis) == batch.map(|batch| 1 - batch.min(1));
+        for (axis, dim) in dims
+            .iter()
+            .enumerate()
+            .filter(|(axis, _)| Some(*axis) != batch)
+        {
+            let open_steps =
+                recurrent && dims.len() == 3 && Some(axis) == batch.map(|batch| 1 - batch.min(1));
             if dim.is_none() && !open_steps {
                 return Err(NetworkError::unsupported(
                     &input.name,
@@ -239,11 +251,20 @@ impl<'a> Import<'a> {
     fn nodes(&mut self, graph: &'a GraphProto) -> Result<(), NetworkError> {
         for (place, proto) in graph.node.iter().enumerate() {
             let node = Node::new(proto, place, self.opset);
-            if !["", "ai.onnx"].contains(&proto.domain.as_str()) {
+            let machine_learning = proto.domain == "ai.onnx.ml";
+            if !machine_learning && !["", "ai.onnx"].contains(&proto.domain.as_str()) {
                 return Err(node.unsupported(
                     format!("{} of {}", proto.op_type, proto.domain),
                     "export with ONNX's own operators",
                 ));
+            }
+            if machine_learning {
+                let value = self.of_scikit_learn(&node)?;
+                node.expect_read()?;
+                if let Some(name) = proto.output.first() {
+                    self.values.insert(name, value);
+                }
+                continue;
             }
             if let Some(constant) = self.constant_of(&node)? {
                 node.expect_read()?;
@@ -260,7 +281,10 @@ impl<'a> Import<'a> {
             let outputs = self.node(&node)?;
             node.expect_read()?;
             let left = proto.output.iter().skip(outputs.len());
-            if let Some(name) = left.into_iter().find(|name| self.read.contains(name.as_str())) {
+            if let Some(name) = left
+                .into_iter()
+                .find(|name| self.read.contains(name.as_str()))
+            {
                 let what = format!("output {name:?} of {}", proto.op_type);
                 return Err(node.unsupported(what, "read only its first outputs"));
             }

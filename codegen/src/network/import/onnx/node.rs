@@ -68,7 +68,11 @@ impl<'a> Node<'a> {
         let looked_at = self.attributes.borrow();
         let idle = IDLE.iter().find(|(name, _)| *name == op);
         let idle = idle.map_or(&[][..], |(_, names)| names);
-        let left = self.proto.attribute.iter().map(|attribute| attribute.name.as_str());
+        let left = self
+            .proto
+            .attribute
+            .iter()
+            .map(|attribute| attribute.name.as_str());
         let left = left.filter(|name| !looked_at.contains(*name) && !idle.contains(name));
         if let Some(name) = left.into_iter().next() {
             let known: Vec<&str> = looked_at.iter().map(String::as_str).collect();

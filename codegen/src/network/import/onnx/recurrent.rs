@@ -1,8 +1,8 @@
 //! RNN, GRU and LSTM of ONNX.
 
 use super::constant::Constant;
-use super::constants::places_along;
 use super::{Import, Node, Value};
+use crate::network::import::shapes::places_along;
 use crate::network::import::{gru_bias, tensor::Tensor};
 use crate::network::{Activation, Cell, NetworkError, Op, Recurrent};
 
@@ -34,7 +34,12 @@ impl Import<'_> {
         let mut units = 0;
         let cells = cells(node, directions.len())?;
         for (direction, &reverse) in directions.iter().enumerate() {
-            let mut layer = self.layer(node, inputs, [direction, directions.len()], cells[direction])?;
+            let mut layer = self.layer(
+                node,
+                inputs,
+                [direction, directions.len()],
+                cells[direction],
+            )?;
             units = layer.units;
             let reverse = reverse && steps > 1;
             if reverse && self.streaming {
@@ -43,7 +48,12 @@ impl Import<'_> {
                     "export with a fixed number of steps",
                 ));
             }
-            let reads = |output: usize| node.proto.output.get(output).is_some_and(|name| self.is_read(name));
+            let reads = |output: usize| {
+                node.proto
+                    .output
+                    .get(output)
+                    .is_some_and(|name| self.is_read(name))
+            };
             let (reads_all, reads_last) = (reads(0), reads(1));
             layer.sequences = reads_all;
             let from = if reverse {
@@ -117,13 +127,23 @@ impl Import<'_> {
         let units = weights.shape[1] / gates;
         let stated = node.int("hidden_size", units as i64);
         if stated != units as i64 {
-            return Err(node.malformed(format!("hidden_size {stated} for weights of {units} units")));
+            return Err(
+                node.malformed(format!("hidden_size {stated} for weights of {units} units"))
+            );
         }
         weights.expect_shape(&node.name, &[directions, gates * units, inputs])?;
-        let kernel = gathered(&part(&weights.values, gates * units * inputs), order, units * inputs);
+        let kernel = gathered(
+            &part(&weights.values, gates * units * inputs),
+            order,
+            units * inputs,
+        );
         let weights = self.needed(node, 2)?;
         weights.expect_shape(&node.name, &[directions, gates * units, units])?;
-        let recurrent = gathered(&part(&weights.values, gates * units * units), order, units * units);
+        let recurrent = gathered(
+            &part(&weights.values, gates * units * units),
+            order,
+            units * units,
+        );
         let bias = match self.weights(node, 3)? {
             Some(bias) => {
                 bias.expect_shape(&node.name, &[directions, 2 * gates * units])?;
@@ -171,7 +191,9 @@ impl Import<'_> {
         }
         if let Some(name) = node.input(4) {
             let whole = match self.constants.get(name) {
-                Some(Constant::Integers(lengths)) => lengths.values.iter().all(|&n| n == steps as i64),
+                Some(Constant::Integers(lengths)) => {
+                    lengths.values.iter().all(|&n| n == steps as i64)
+                }
                 _ => false,
             };
             if !whole {
@@ -180,7 +202,9 @@ impl Import<'_> {
         }
         let rest = |tensor: &Tensor| tensor.values.iter().all(|&value| value == 0.0);
         for input in 5..7 {
-            let computed = node.input(input).filter(|name| self.values.contains_key(name));
+            let computed = node
+                .input(input)
+                .filter(|name| self.values.contains_key(name));
             if computed.is_some() {
                 return Err(node.unsupported("a first state that is computed", "start from zero"));
             }

@@ -1,11 +1,8 @@
 //! The layouts of a value: ONNX's own, the one that a node holds, and parts of it.
 
-use super::constants::places_along;
 use super::{Import, Node, Value, rotated};
-use crate::network::{Dense, NetworkError, Op, limits::MAX_AXES};
-
-/// Weights of a selection, which is a matrix of zeros and ones.
-const MAX_SELECTION: usize = 65_536;
+use crate::network::import::shapes::{self, places_along};
+use crate::network::{NetworkError, Op, limits::MAX_AXES};
 
 impl Value {
     /// The shape as ONNX has it, the batch of 1 with it.
@@ -71,7 +68,11 @@ impl Import<'_> {
     }
 
     /// The value with ONNX's first axis last, as images are held here.
-    pub(super) fn channels_last(&mut self, node: &Node<'_>, value: Value) -> Result<Value, NetworkError> {
+    pub(super) fn channels_last(
+        &mut self,
+        node: &Node<'_>,
+        value: Value,
+    ) -> Result<Value, NetworkError> {
         if value.last || value.shape.len() < 2 {
             let place = self.shaped(node, &value)?;
             return Ok(Value { place, ..value });
@@ -87,7 +88,11 @@ impl Import<'_> {
     }
 
     /// The value with its axes in ONNX's order, and its node in its shape.
-    pub(super) fn as_written(&mut self, node: &Node<'_>, value: Value) -> Result<Value, NetworkError> {
+    pub(super) fn as_written(
+        &mut self,
+        node: &Node<'_>,
+        value: Value,
+    ) -> Result<Value, NetworkError> {
         let value = self.flat(node, value)?;
         if value.shape.len() > MAX_AXES {
             return Ok(value);
@@ -192,7 +197,12 @@ impl Import<'_> {
         if indices.len() == dims[axis] && indices.iter().enumerate().all(|(i, &index)| i == index) {
             return Ok(Value::of(value.place, shape, batch));
         }
-        let places = self.selection(node, value.place, &places_along(&dims, axis, indices), value.len())?;
+        let places = self.selection(
+            node,
+            value.place,
+            &places_along(&dims, axis, indices),
+            value.len(),
+        )?;
         Ok(Value::of(places, shape, batch))
     }
 
@@ -204,31 +214,25 @@ impl Import<'_> {
         places: &[usize],
         length: usize,
     ) -> Result<usize, NetworkError> {
-        if places.len().saturating_mul(length) > MAX_SELECTION {
-            return Err(node.unsupported(
-                format!("a choice of {} of {length} values", places.len()),
-                "give the network only what it reads",
-            ));
-        }
-        let mut weights = vec![0.0; places.len() * length];
-        for (row, &place) in weights.chunks_mut(length).zip(places) {
-            row[place] = 1.0;
-        }
-        let bias = vec![0.0; places.len()];
-        self.push(node, Op::Dense(Dense { weights, bias }), from)
+        let op = shapes::selection(&node.name, places, length)?;
+        self.push(node, op, from)
     }
 
     /// Recurrent layers of which only the state after the last step is read give nothing else.
     pub(super) fn last_steps(&mut self) {
         for place in 1..self.network.nodes.len() {
-            let Op::Dense(dense) = &self.network.nodes[place].op else { continue };
+            let Op::Dense(dense) = &self.network.nodes[place].op else {
+                continue;
+            };
             let units = dense.bias.len();
             let length = dense.weights.len() / units.max(1);
             let is_last = length > units
                 && dense.bias.iter().all(|&bias| bias == 0.0)
                 && dense.weights.chunks(length).enumerate().all(|(i, row)| {
                     let one = length - units + i;
-                    row.iter().enumerate().all(|(j, &w)| w == if j == one { 1.0 } else { 0.0 })
+                    row.iter()
+                        .enumerate()
+                        .all(|(j, &w)| w == if j == one { 1.0 } else { 0.0 })
                 });
             if !is_last {
                 continue;
@@ -241,7 +245,9 @@ impl Import<'_> {
                 single = self.readers(source) == 1;
             }
             let from = self.network.nodes[source].from.clone();
-            let Op::Recurrent(layer) = &self.network.nodes[source].op else { continue };
+            let Op::Recurrent(layer) = &self.network.nodes[source].op else {
+                continue;
+            };
             if !single || !layer.sequences || layer.units != units {
                 continue;
             }
