@@ -3,7 +3,7 @@
 //! - [`spec`]: the one description of a model, and what makes it valid.
 //! - [`store`]: that description on disk, `model.toml` and `weights.safetensors`.
 //! - [`evaluate`]: the network and its Jacobian in double precision, the reference for everything.
-//! - [`emit`]: the description as a Rust crate that depends only on `sinew-firmware`.
+//! - [`emit`]: the description as a Rust crate that depends only on `sinew-mpc` and `sinew-device`.
 //! - [`regenerate`]: committed models, printed again and compared.
 //! - [`mod@reference`]: the importer of the reference problem.
 //!

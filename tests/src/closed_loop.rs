@@ -2,7 +2,7 @@
 
 use sinew::device::Device;
 use sinew::error::{Error, Result};
-use sinew_firmware::protocol::{Identity, Summary, ToDevice, ToHost};
+use sinew_device::protocol::{Identity, Summary, ToDevice, ToHost};
 
 use crate::reference::{OUTPUTS, Plant, Reference, STEPS};
 

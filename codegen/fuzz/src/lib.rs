@@ -19,7 +19,7 @@ use serde::ser::{Serialize, SerializeTuple, Serializer};
 use sinew_codegen::network::emit::{Options, Weights, emit as print};
 use sinew_codegen::network::{import as importers, store as networks};
 use sinew_codegen::store as models;
-use sinew_firmware::protocol::{self, MAX_FRAME, ToDevice, ToHost};
+use sinew_device::protocol::{self, MAX_FRAME, ToDevice, ToHost};
 
 /// Its name, and what is done with bytes.
 pub type Target = (&'static str, fn(&[u8]));

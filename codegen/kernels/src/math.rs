@@ -1,7 +1,7 @@
 //! The only home of transcendental functions. They use `+ - * /`, comparisons and shifts of an exponent,
 //! each rounded once, so that every machine gives the same bits.
 
-#[path = "../../../firmware/src/math/activation.rs"]
+#[path = "../../../firmware/mpc/src/math/activation.rs"]
 mod activation;
 pub mod coarse;
 mod exponential;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use sinew_codegen::fingerprint;
 use sinew_codegen::spec::{ControlSpec, ModelSpec};
-use sinew_firmware::protocol::MAX_PREVIEW;
+use sinew_device::protocol::MAX_PREVIEW;
 use sinew_sim::Rig;
 use toml_edit::{Array, DocumentMut, Item, Table, Value};
 
@@ -359,8 +359,8 @@ pub fn controlled(rig: &Rig, control: &ControlSpec) -> Result<Rig> {
 
 #[cfg(test)]
 mod tests {
-    use sinew_firmware::pid::PidState;
-    use sinew_firmware::rise::RiseState;
+    use sinew_mpc::pid::PidState;
+    use sinew_mpc::rise::RiseState;
     use sinew_sim::Plant;
 
     use super::*;

@@ -33,7 +33,7 @@ use crate::flash as probes;
 use crate::live::Names;
 use crate::project::{Board, Optimise};
 use sinew_codegen::spec::ModelSpec;
-use sinew_firmware::protocol::Identity;
+use sinew_device::protocol::Identity;
 
 /// From a recording and a rig to a controlled Cortex-M4F.
 #[derive(Parser)]

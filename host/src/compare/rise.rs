@@ -1,6 +1,6 @@
 //! RISE as an opponent (docs/explanation/controller.md, eq. 13).
 
-use sinew_firmware::rise::{RiseGains, RiseState};
+use sinew_mpc::rise::{RiseGains, RiseState};
 
 use super::feedback::Opponent;
 use super::optimise::Range;

@@ -5,7 +5,7 @@ use std::path::Path;
 use sinew_codegen::fingerprint;
 use sinew_codegen::spec::{ModelSpec, Signal};
 use sinew_codegen::store;
-use sinew_firmware::protocol::{Identity, PROTOCOL, ToDevice, ToHost};
+use sinew_device::protocol::{Identity, PROTOCOL, ToDevice, ToHost};
 
 use crate::device::Device;
 use crate::error::{Error, Result};

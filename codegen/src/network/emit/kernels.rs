@@ -49,7 +49,7 @@ const FILES: &[(&str, &str)] = &[
     kernel!("layers/window.rs"),
     (
         "math/activation.rs",
-        include_str!("../../../../firmware/src/math/activation.rs"),
+        include_str!("../../../../firmware/mpc/src/math/activation.rs"),
     ),
 ];
 
