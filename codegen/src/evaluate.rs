@@ -8,7 +8,7 @@ use crate::network::evaluate::{self as recurrent, Call};
 use crate::network::from_model;
 use crate::spec::{Activation, Dense, Layer, ModelSpec, OutputForm};
 
-/// The next output and its derivatives (docs/codegen.md, eq. 4 and 5).
+/// The next output and its derivatives (docs/reference/model-files.md, eq. 4 and 5).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Evaluation {
     /// `y(k+1)`, model units.

@@ -7,7 +7,7 @@
 //! - [`regenerate`]: committed models, printed again and compared.
 //! - [`mod@reference`]: the importer of the reference problem.
 //!
-//! Equations and file formats: docs/codegen.md.
+//! Equations and file formats: docs/reference/model-files.md.
 
 pub mod emit;
 pub mod evaluate;

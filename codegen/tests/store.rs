@@ -73,7 +73,7 @@ fn a_network_that_remembers_comes_back_to_the_bit() {
 /// The description in the manual is one that the program reads.
 #[test]
 fn the_documented_description_is_read() {
-    let manual = include_str!("../../docs/codegen.md");
+    let manual = include_str!("../../docs/reference/model-files.md");
     let text = manual.split("```toml\n").nth(1).unwrap();
     let text = text.split("```").next().unwrap();
     let zeros = [0; 4 * 6 * 16];

@@ -1,7 +1,7 @@
 //! A start without a bump: what is asked begins where the rig is.
 //!
 //! `r'(k+j) = r(k+j) + (1 - (k+j)/n) (y(0) - r(0))` for k + j < n, and `r` from then on: the reference as asked,
-//! reached in a straight line over n steps (docs/protocol.md, "Arming").
+//! reached in a straight line over n steps (docs/reference/protocol.md, "Arming").
 
 /// The part of the first error that is still taken out of the reference. Physical units.
 #[derive(Clone, Copy, Debug)]

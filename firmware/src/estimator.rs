@@ -1,4 +1,4 @@
-//! History, disturbance estimate and missing samples (docs/mpc.md, section 3).
+//! History, disturbance estimate and missing samples (docs/explanation/controller.md, section 3).
 //!
 //! The disturbance d stands at the model's equation: `y(k+1) = f(..) + d`. It is added at every step
 //! of a prediction, so that a constant load, a gain error or an offset leaves no steady error, also

@@ -9,7 +9,7 @@
 //!
 //! A step measures, estimates, optimises and limits ([`control_loop`]); [`session`] puts frames
 //! around it. Generated code implements [`model::Model`] from the kernels of [`network`] and fills
-//! the const parameters. Equations: `docs/mpc.md`; frames: `docs/protocol.md`.
+//! the const parameters. Equations: `docs/explanation/controller.md`; frames: `docs/reference/protocol.md`.
 
 pub mod blend;
 pub mod checks;

@@ -1,4 +1,4 @@
-//! A linear path beside a network: `y += w x` (docs/codegen.md, eq. 4). A nearly linear plant leaves
+//! A linear path beside a network: `y += w x` (docs/reference/model-files.md, eq. 4). A nearly linear plant leaves
 //! the network only what is not linear.
 
 use crate::model::Jacobian;

@@ -1,5 +1,5 @@
 //! Where a recurrent first layer stands in a model: what it remembers are the last of the channels, which it predicts
-//! and nobody measures (docs/mpc.md, eq. 1a). The layer itself is a kernel of the printed crate.
+//! and nobody measures (docs/explanation/controller.md, eq. 1a). The layer itself is a kernel of the printed crate.
 
 use crate::model::{ChannelJacobian, Jacobian, Regressor};
 use crate::mpc::tangent::Direction;

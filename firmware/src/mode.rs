@@ -1,4 +1,4 @@
-//! Whether anything may move, who moves it, and why it does not (docs/protocol.md, "Arming").
+//! Whether anything may move, who moves it, and why it does not (docs/reference/protocol.md, "Arming").
 
 use serde::{Deserialize, Serialize};
 

@@ -53,7 +53,7 @@ pub struct ChannelJacobian<
     pub s: [[f32; NS]; NS],
 }
 
-/// A one-step predictor y(k+1) = f(u(k)..u(k-ND+1), y(k)..y(k-DD+1), s(k)) (docs/mpc.md, eq. 1).
+/// A one-step predictor y(k+1) = f(u(k)..u(k-ND+1), y(k)..y(k-DD+1), s(k)) (docs/explanation/controller.md, eq. 1).
 ///
 /// Every function is pure, allocates nothing, does a fixed amount of work and never panics; a NaN in
 /// the regressor reaches every output.
@@ -66,16 +66,16 @@ pub trait Model<const NU: usize, const NY: usize, const NS: usize, const ND: usi
     /// A trace before any prediction.
     const TRACE: Self::Trace;
 
-    /// Whether the channels follow [`Model::channels`] over the horizon, with derivatives (docs/mpc.md,
+    /// Whether the channels follow [`Model::channels`] over the horizon, with derivatives (docs/explanation/controller.md,
     /// eq. 5a). What a recurrent network remembers is such a channel, one that nobody measures. Costs
     /// nothing where it is off.
     const PREDICTS_CHANNELS: bool = false;
 
     /// R: what the square of each planned command costs, in model units, so that inputs that can do each other's work share it
-    /// (docs/mpc.md, eq. 4c). Costs nothing where it is 0.
+    /// (docs/explanation/controller.md, eq. 4c). Costs nothing where it is 0.
     const COMMAND_WEIGHT: f32 = 0.0;
 
-    /// L: how much of a measurement enters the history, over 0 to 1; the rest is the prediction (docs/mpc.md, eq. 10c). What is
+    /// L: how much of a measurement enters the history, over 0 to 1; the rest is the prediction (docs/explanation/controller.md, eq. 10c). What is
     /// measured enters as it is where it is 1, at no cost.
     const OBSERVER_GAIN: f32 = 1.0;
 
@@ -99,7 +99,7 @@ pub trait Model<const NU: usize, const NY: usize, const NS: usize, const ND: usi
     }
 
     /// What a plan costs beside J: nothing, or the barrier of a [`Barred`](crate::mpc::barrier::Barred)
-    /// model (docs/mpc.md, eq. 4b).
+    /// model (docs/explanation/controller.md, eq. 4b).
     fn penalty<const N: usize, const NB: usize, const NV: usize>(
         _problem: &Problem<'_, Self, NU, NY, NS, ND, DD, N, NB, NV>,
         _plan: &[f32; NV],

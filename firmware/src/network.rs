@@ -2,7 +2,7 @@
 //!
 //! The Jacobian of a network is W_L D_{L-1} W_{L-1} ... D_1 W_1 with D the diagonal of activation
 //! slopes. A network has fewer outputs than inputs, so the product is taken from the output side
-//! (docs/mpc.md, eq. 3): [`seed`] (or [`seed_linear`]) is W_L D_{L-1}, [`chain`] one hidden layer
+//! (docs/explanation/controller.md, eq. 3): [`seed`] (or [`seed_linear`]) is W_L D_{L-1}, [`chain`] one hidden layer
 //! further, [`input_jacobian`] the first layer, written where the controller wants it. The chain is
 //! held transposed, `[hidden][OUT]`, so that each product reads its operands in memory order.
 
@@ -65,7 +65,7 @@ pub fn unflatten<
     Some(regressor)
 }
 
-/// One dense layer before its activation: `y = W x + b` (docs/mpc.md, eq. 2).
+/// One dense layer before its activation: `y = W x + b` (docs/explanation/controller.md, eq. 2).
 ///
 /// Shapes: `w` is `[OUT][IN]`, `x` is `[IN]`, `b` and `y` are `[OUT]`; `y` is overwritten.
 /// Units: none, the model's scaling has been applied. Cost: `IN OUT` multiply-adds.
@@ -279,7 +279,7 @@ pub fn input_jacobian<
 }
 
 /// More elements of a Jacobian, or weights of a linear path, than this are not written out where they are needed: one copy of
-/// the loop serves every lag, for 2 % of the instructions and kilobytes less flash (docs/decisions/0064).
+/// the loop serves every lag, for 2 % of the instructions and kilobytes less flash (docs/lab/0064).
 pub(crate) const LARGE: usize = 48;
 
 /// Sums that fit the floating-point registers beside their operands.

@@ -1,4 +1,4 @@
-//! Frames between host and firmware: postcard, CRC-32, COBS, a zero at the end (docs/protocol.md).
+//! Frames between host and firmware: postcard, CRC-32, COBS, a zero at the end (docs/reference/protocol.md).
 //! The same frames on every transport; both ends use this module.
 
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, NoTable};

@@ -1,7 +1,7 @@
 //! The last word on every command: inside the box and inside the rate, exactly, whatever comes in.
 //!
 //! "Exactly" is in real arithmetic on the f32 values: `lower <= u <= upper` and `|u - u_before| <=
-//! rate`, not up to a rounding (docs/mpc.md, section 6). Every controller, and the way to the safe
+//! rate`, not up to a rounding (docs/explanation/controller.md, section 6). Every controller, and the way to the safe
 //! command, go through [`Limiter::limit`].
 
 use crate::math::{add_down, add_up, clamp};

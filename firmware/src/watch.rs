@@ -1,5 +1,5 @@
 //! What ends control: signs that the loop no longer does what it is for. Counts in a row, each with its
-//! bound; docs/faults.md has the table.
+//! bound; docs/reference/faults.md has the table.
 
 use crate::mode::Cause;
 use crate::status::Status;

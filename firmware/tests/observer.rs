@@ -1,4 +1,4 @@
-//! The observer before the history: a part of what is measured, the rest of what was predicted (docs/mpc.md, eq. 10c).
+//! The observer before the history: a part of what is measured, the rest of what was predicted (docs/explanation/controller.md, eq. 10c).
 
 use sinew_firmware::estimator::{Estimator, Sample};
 use sinew_firmware::model::{Jacobian, Model, Regressor};

@@ -215,7 +215,7 @@ impl Error {
         &self.0
     }
 
-    /// 2 for bad arguments or bad files, 1 for anything else (docs/files.md).
+    /// 2 for bad arguments or bad files, 1 for anything else (docs/reference/results.md).
     pub fn exit_code(&self) -> u8 {
         match *self.0 {
             Kind::Arguments(_) | Kind::File(_) | Kind::Read { .. } | Kind::Rig(_) => 2,

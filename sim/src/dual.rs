@@ -5,7 +5,7 @@ use crate::scalar::Scalar;
 use std::cmp::Ordering;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-/// A dual number `x + sum_i d_i e_i` with `e_i e_j = 0` (docs/plant.md, eq. 20).
+/// A dual number `x + sum_i d_i e_i` with `e_i e_j = 0` (docs/explanation/plant.md, eq. 20).
 ///
 /// Cost of a product: `2 N + 1` multiplications. Comparisons look at the value alone.
 ///

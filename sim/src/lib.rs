@@ -3,7 +3,7 @@
 //! A rig file (TOML) becomes a [`Rig`], a typed description that still knows its lines; a rig
 //! becomes a [`Plant`], an index-based topology whose every number is a parameter slot; a plant is
 //! simulated over any [`Scalar`], so that a trajectory carries its derivatives when the scalar is a
-//! [`Dual`]. The equations are numbered in `docs/plant.md`.
+//! [`Dual`]. The equations are numbered in `docs/explanation/plant.md`.
 //!
 //! ```
 //! use sinew_sim::{Drive, Plant, Rig};

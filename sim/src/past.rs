@@ -1,4 +1,4 @@
-//! What inputs did before the first row (docs/plant.md, "Inputs"): a stretch out of a recording begins with delays, plays and
+//! What inputs did before the first row (docs/explanation/plant.md, "Inputs"): a stretch out of a recording begins with delays, plays and
 //! lags where the recording left them.
 
 use crate::drive::Drive;

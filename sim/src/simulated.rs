@@ -1,7 +1,7 @@
 //! Where the simulator is compiled: once a type, here, and not again in every crate that calls it.
 //!
 //! The simulator is generic, and a generic function is compiled where it is called: for three types in the host,
-//! for three again in its tests, whenever a line of theirs changed (docs/decisions/0040-compiled-once.md).
+//! for three again in its tests, whenever a line of theirs changed (docs/decisions/0040-simulator-compiled-once.md).
 
 use std::ops::ControlFlow;
 use std::sync::Arc;

@@ -21,7 +21,7 @@ import tomllib
 
 import numpy as np
 
-# Of the published staircase and its load (docs/comparison.md): three levels of 333 periods; a part of half the input's range.
+# Of the published staircase and its load (docs/explanation/comparison.md): three levels of 333 periods; a part of half the input's range.
 STEPS = 999
 LOAD = 0.2
 # Every parameter of a drawn plant lies within this part of the rig's.

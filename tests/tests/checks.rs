@@ -1,5 +1,5 @@
 //! The checks that a device makes of itself, on this computer and in QEMU; a board with a probe runs the same list
-//! (docs/porting.md).
+//! (docs/how-to/port-a-board.md).
 
 use std::process::{Command, Stdio};
 

@@ -20,11 +20,14 @@ pub fn check() -> Result<()> {
     for path in tracked("*.rs")? {
         wrong.extend(missing_equations(&path)?);
     }
-    let table = fs::read_to_string(root().join("docs/README.md"))?;
-    for path in tracked("docs/decisions/*.md")? {
-        let link = path.trim_start_matches("docs/");
-        if !table.contains(&format!("({link})")) {
-            wrong.push(format!("docs/README.md: the table lacks {link}"));
+    for folder in ["docs/decisions", "docs/lab"] {
+        let index = format!("{folder}/README.md");
+        let table = fs::read_to_string(root().join(&index))?;
+        for path in tracked(&format!("{folder}/0*.md"))? {
+            let link = path.rsplit('/').next().unwrap_or(&path);
+            if !table.contains(&format!("({link})")) {
+                wrong.push(format!("{index}: the table lacks {link}"));
+            }
         }
     }
     if wrong.is_empty() {
@@ -120,7 +123,10 @@ fn missing_equations(path: &str) -> Result<Vec<String>> {
                 if !label.starts_with(|c: char| c.is_ascii_digit()) {
                     break;
                 }
-                let has = |name: String| body.contains(&format!("({name})"));
+                let has = |name: String| {
+                    body.contains(&format!("({name})"))
+                        || body.contains(&format!("\\tag{{{name}}}"))
+                };
                 if !has(label.to_string()) && !has(format!("{label}a")) {
                     wrong.push(format!("{path}:{number}: {page} has no equation ({label})"));
                 }

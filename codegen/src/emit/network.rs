@@ -1,7 +1,7 @@
 //! The emitted `src/network.rs`: weights in flash and the calls that apply them.
 //!
 //! Both functions of the model go through one `forward`, which is what makes their outputs the same
-//! bits. The Jacobian is taken from the output side (docs/codegen.md, eq. 5).
+//! bits. The Jacobian is taken from the output side (docs/reference/model-files.md, eq. 5).
 
 use super::backward::chain;
 use super::{HEADER, recurrent, rust};

@@ -3,7 +3,7 @@
 use super::{Activation, Dense, Golden, Network, NetworkError, Op};
 use crate::spec::{self, Layer, ModelSpec, OutputForm, Role};
 
-/// The network of a model, its scaling inside: `x` is the regressor of docs/codegen.md, eq. 1, in physical
+/// The network of a model, its scaling inside: `x` is the regressor of docs/reference/model-files.md, eq. 1, in physical
 /// units, and `y` the next output in its own.
 ///
 /// # Errors

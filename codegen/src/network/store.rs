@@ -1,5 +1,5 @@
 //! A network on disk: a folder with `network.toml` (what a person reads, or writes) and
-//! `weights.safetensors` (the numbers). docs/networks.md describes both.
+//! `weights.safetensors` (the numbers). docs/reference/networks.md describes both.
 
 use std::collections::HashMap;
 use std::path::Path;

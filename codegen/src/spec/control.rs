@@ -1,4 +1,4 @@
-//! The control problem of a model (docs/mpc.md).
+//! The control problem of a model (docs/explanation/controller.md).
 
 use super::limits::{MAX_DECISION_VARIABLES, MAX_HORIZON, MAX_ITERATIONS};
 use super::validate::check;

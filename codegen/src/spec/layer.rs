@@ -11,12 +11,12 @@ use crate::network::{self, Cell, Recurrent};
 pub enum Layer {
     /// Every output looks at every input.
     Dense(Dense),
-    /// A GRU or an LSTM, one step a prediction; what it remembers lasts (docs/networks.md, eq. 5 and 6). The first
+    /// A GRU or an LSTM, one step a prediction; what it remembers lasts (docs/reference/networks.md, eq. 5 and 6). The first
     /// layer alone, with tanh, sigmoid gates, and a GRU's reset after its product.
     Recurrent(Recurrent),
 }
 
-/// `a = activation(W x + b)` (docs/codegen.md, eq. 3).
+/// `a = activation(W x + b)` (docs/reference/model-files.md, eq. 3).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dense {
     /// Length of `x`.

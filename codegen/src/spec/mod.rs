@@ -20,7 +20,7 @@ pub use golden::Golden;
 pub use layer::{Activation, Dense, Layer, RowsError, gru_cell, lstm_cell, unfilled};
 pub use signal::{Role, Signal};
 
-/// What the last layer's output means, in model units (docs/codegen.md, eq. 4).
+/// What the last layer's output means, in model units (docs/reference/model-files.md, eq. 4).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OutputForm {
     /// `y(k+1) = network(x)`.
@@ -43,7 +43,7 @@ impl OutputForm {
     }
 }
 
-/// A trained one-step predictor and the control problem it serves (docs/codegen.md, eq. 1 to 4).
+/// A trained one-step predictor and the control problem it serves (docs/reference/model-files.md, eq. 1 to 4).
 ///
 /// The network sees the regressor `x = u(k)..u(k-past_inputs+1), y(k)..y(k-past_outputs+1), s(k)`,
 /// each vector whole, each signal scaled to model units by its [`Signal`].

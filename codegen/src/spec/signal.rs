@@ -5,7 +5,7 @@ use std::fmt;
 use super::SpecError;
 use super::limits::MAX_NAME;
 
-/// One scalar signal: `model = (physical - offset) / span` (docs/codegen.md, eq. 2).
+/// One scalar signal: `model = (physical - offset) / span` (docs/reference/model-files.md, eq. 2).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Signal {
     /// The recording's column, for instance `q_m`.

@@ -1,5 +1,5 @@
 //! A model on disk: a directory with `model.toml` (what a person reads and edits) and
-//! `weights.safetensors` (the numbers). docs/codegen.md describes both.
+//! `weights.safetensors` (the numbers). docs/reference/model-files.md describes both.
 //!
 //! ```no_run
 //! use sinew_codegen::store;

@@ -109,7 +109,7 @@ pub fn judge(cases: &[Case], errors: &[Errors]) {
         );
     }
     println!("{table}");
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/networks-table.md");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/evaluation/networks-table.md");
     if std::env::var("SINEW_SNAPSHOTS").is_ok_and(|mode| mode == "bless") {
         fs::write(&path, &table).expect("docs can be written");
     }
@@ -118,7 +118,7 @@ pub fn judge(cases: &[Case], errors: &[Errors]) {
         let row = format!("| {} |", case.network.name);
         assert!(
             kept.contains(&row),
-            "docs/networks-table.md has no {}: SINEW_SNAPSHOTS=bless",
+            "docs/evaluation/networks-table.md has no {}: SINEW_SNAPSHOTS=bless",
             case.network.name
         );
     }

@@ -1,4 +1,4 @@
-//! The published barrier on the commands, an option (docs/mpc.md, eq. 4b): it makes a command dearer as it nears
+//! The published barrier on the commands, an option (docs/explanation/controller.md, eq. 4b): it makes a command dearer as it nears
 //! its limit, so that it turns away before it is stopped. The limits themselves need no barrier.
 //!
 //! With d the distance to a limit and r the channel's range, every planned command costs `s / d` at either limit,

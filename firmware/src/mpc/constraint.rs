@@ -1,6 +1,6 @@
 //! Limits of a plan. Per channel they form a chain: a box on the command at the end of every block and
 //! an edge, the rate over the block, between neighbours; edge 0 ties the first one to the command applied
-//! last (docs/mpc.md, section 4). What holds at the ends of the blocks holds between them.
+//! last (docs/explanation/controller.md, section 4). What holds at the ends of the blocks holds between them.
 #![allow(
     clippy::needless_range_loop,
     reason = "one index runs through several arrays and their neighbours, as in the equations"

@@ -1,4 +1,4 @@
-//! The cost J and its derivatives with respect to the plan (docs/mpc.md, eq. 4 to 7).
+//! The cost J and its derivatives with respect to the plan (docs/explanation/controller.md, eq. 4 to 7).
 
 use super::Problem;
 use super::prediction::Trajectory;

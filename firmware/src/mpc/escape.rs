@@ -1,4 +1,4 @@
-//! A way out of places where the quadratic says nothing (docs/mpc.md, section 5): a device that sticks,
+//! A way out of places where the quadratic says nothing (docs/explanation/controller.md, section 5): a device that sticks,
 //! or an input in its dead zone, answers a small change by next to nothing, so that the step points far
 //! and wrong and its shortened parts gain little, while the reference is leaving.
 

@@ -1,4 +1,4 @@
-//! The exact Hessian, an option (docs/mpc.md, eq. 7a): a model wrapped in [`Exact`] adds to the Gauss-Newton
+//! The exact Hessian, an option (docs/explanation/controller.md, eq. 7a): a model wrapped in [`Exact`] adds to the Gauss-Newton
 //! Hessian the second derivatives of the predictions. Where nothing is wrapped nothing of this is linked.
 //!
 //! With lambda_j the derivative of J/2 by y(k+j) through everything that follows, and X_j the derivative of what

@@ -1,4 +1,4 @@
-//! LDL' factorisation that notices an indefinite matrix and shifts it (docs/mpc.md, eq. 9).
+//! LDL' factorisation that notices an indefinite matrix and shifts it (docs/explanation/controller.md, eq. 9).
 #![allow(
     clippy::needless_range_loop,
     reason = "one index runs through several arrays and their neighbours, as in the equations"

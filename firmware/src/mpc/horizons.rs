@@ -1,5 +1,5 @@
 //! N1, N2, Nc and move blocking: which steps count, and how few numbers describe the commands
-//! (docs/mpc.md, section 2).
+//! (docs/explanation/controller.md, section 2).
 //!
 //! The plan is piecewise linear: within a block every step makes the same move, so that a command at
 //! its rate limit over a whole block is one number, and holding commands is a block whose move is zero.

@@ -1,4 +1,4 @@
-//! Newton-Raphson model predictive control (docs/mpc.md).
+//! Newton-Raphson model predictive control (docs/explanation/controller.md).
 //!
 //! minimise over the commands u(k) .. u(k+Nc-1), held after that,
 //! J = sum_{j=N1..N} e_j' Q e_j + sum_{i=0..Nc-1} du_i' Lambda du_i, e_j = y(k+j) - r(k+j),

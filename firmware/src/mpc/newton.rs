@@ -1,4 +1,4 @@
-//! Safeguarded Newton iterations on the plan (docs/mpc.md, section 5).
+//! Safeguarded Newton iterations on the plan (docs/explanation/controller.md, section 5).
 
 use super::escape::{SUSPICIOUS, escape};
 use super::prediction::Trajectory;

@@ -1,5 +1,5 @@
 //! The quadratic subproblem of a Newton step: minimise `2 g'p + p'Hp` with `u + p` inside the limits,
-//! by a primal active-set method on the chains of `constraint` (docs/mpc.md, section 4).
+//! by a primal active-set method on the chains of `constraint` (docs/explanation/controller.md, section 4).
 //!
 //! An active edge joins a command to its neighbour, so that both move alike; an active box, or the
 //! edge to the last applied command, anchors the whole group. The reduced system adds up the rows and
@@ -158,7 +158,7 @@ fn remove<const NV: usize>(h: &mut [[f32; NV]; NV], p: &mut [f32; NV], v: usize,
     p[v] = 0.0;
 }
 
-/// The active limit whose multiplier has the wrong sign by most, if one has (docs/mpc.md, eq. 8).
+/// The active limit whose multiplier has the wrong sign by most, if one has (docs/explanation/controller.md, eq. 8).
 ///
 /// `residual` is the gradient at the minimum over the free directions; it is a combination of the
 /// active limits' normals. Within a group the multiplier of an edge is the sum of the residual over

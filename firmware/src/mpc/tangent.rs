@@ -1,5 +1,5 @@
 //! One step of the derivatives: sensitivities a prediction further, and what they add to gradient and
-//! Hessian (docs/mpc.md, eq. 5 to 7). Most of a control step's work; slices over the blocks keep it small.
+//! Hessian (docs/explanation/controller.md, eq. 5 to 7). Most of a control step's work; slices over the blocks keep it small.
 
 use crate::model::{ChannelJacobian, Jacobian};
 

@@ -1,4 +1,4 @@
-//! The most that one optimisation may do, by its const parameters alone, and what that costs on a chip (docs/mpc.md, section 6).
+//! The most that one optimisation may do, by its const parameters alone, and what that costs on a chip (docs/explanation/controller.md, section 6).
 
 use super::newton::{BACKTRACKS, MAX_ITERATIONS};
 use super::prediction::Trajectory;

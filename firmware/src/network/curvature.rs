@@ -1,5 +1,5 @@
 //! Second derivatives of a chain of dense layers along a direction: the direction forward through the layers by
-//! [`along`], then weights and what the direction changes of them back by [`back`] (docs/mpc.md, eq. 3a).
+//! [`along`], then weights and what the direction changes of them back by [`back`] (docs/explanation/controller.md, eq. 3a).
 
 /// `z = W x` without the bias: the direction before a layer's activation; after it, times the slopes.
 ///

@@ -25,7 +25,7 @@ const TONES: [Tone; 5] = [
     Tone::Red,
 ];
 
-/// `sinew-comparison/1` (docs/files.md): every number in it was measured in the run that wrote it.
+/// `sinew-comparison/1` (docs/reference/results.md): every number in it was measured in the run that wrote it.
 #[derive(Serialize)]
 pub struct Contest {
     format: &'static str,
@@ -129,7 +129,7 @@ impl Contest {
         Self { optimise, ..self }
     }
 
-    /// One row a controller and output (docs/comparison.md, "What is printed").
+    /// One row a controller and output (docs/explanation/comparison.md, "What is printed").
     pub fn table(&self) -> Table {
         let loops = self.controllers.first().map_or(0, |c| c.loops.len());
         let counted = self.controllers.iter();

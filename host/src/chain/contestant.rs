@@ -11,7 +11,7 @@ use crate::compare::transient::Transient;
 use crate::error::{Error, Result};
 use crate::project::image::Sizes;
 
-/// One loop, judged (docs/comparison.md, eq. 2 and 4).
+/// One loop, judged (docs/explanation/comparison.md, eq. 2 and 4).
 #[derive(Clone, Debug, Serialize)]
 pub struct Judged {
     /// Errors and effort.

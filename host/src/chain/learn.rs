@@ -438,7 +438,7 @@ pub(super) fn score(
     (rms(&squares[0]), rms(&squares[1]))
 }
 
-/// Episodes as the firmware's history holds them: what is measured entered by the observer (docs/mpc.md, eq. 10c), no disturbance.
+/// Episodes as the firmware's history holds them: what is measured entered by the observer (docs/explanation/controller.md, eq. 10c), no disturbance.
 fn observed(spec: &ModelSpec, shape: Shape, episodes: &[Scaled]) -> Vec<Scaled> {
     let gain = spec.control.observer_gain;
     let mut episodes = episodes.to_vec();

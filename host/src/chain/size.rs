@@ -23,7 +23,7 @@ pub struct Steps {
     pub mean: u64,
     /// Of the longest.
     pub longest: u64,
-    /// Every part of a step at its longest, as often as it may occur (docs/mpc.md, section 5).
+    /// Every part of a step at its longest, as often as it may occur (docs/explanation/controller.md, section 5).
     pub bound: u64,
     /// Deepest stack of a step, bytes.
     pub stack_bytes: u64,

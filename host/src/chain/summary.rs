@@ -1,4 +1,4 @@
-//! `summary.json` (docs/files.md): every number in it was measured in the run that wrote it.
+//! `summary.json` (docs/reference/results.md): every number in it was measured in the run that wrote it.
 
 use std::path::Path;
 

@@ -50,6 +50,6 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             recorded.recording.len(),
             rows.len()
         ))
-        .help("docs/faults.md says what this means")),
+        .help("docs/reference/faults.md says what this means")),
     }
 }

@@ -1,4 +1,4 @@
-//! A plant that another program simulates: lines of text over its standard input and output (docs/comparison.md, "A plant
+//! A plant that another program simulates: lines of text over its standard input and output (docs/how-to/plant-program.md, "A plant
 //! of another program"). A plant that shares no code with this one is the harder judge.
 
 use std::io::{BufRead, BufReader, Write};
@@ -259,7 +259,7 @@ fn names(line: &str) -> Vec<&str> {
 
 fn complaint(command: &str, message: impl std::fmt::Display) -> Error {
     Error::failed(format!("the plant `{command}` {message}"))
-        .help("docs/comparison.md, \"A plant of another program\", has an example")
+        .help("docs/how-to/plant-program.md, \"A plant of another program\", has an example")
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! RISE as an opponent (docs/mpc.md, eq. 13).
+//! RISE as an opponent (docs/explanation/controller.md, eq. 13).
 
 use sinew_firmware::rise::{RiseGains, RiseState};
 

@@ -1,4 +1,4 @@
-//! What textbooks ask of a step response, of any reference that moves and rests (docs/comparison.md, eq. 4).
+//! What textbooks ask of a step response, of any reference that moves and rests (docs/explanation/comparison.md, eq. 4).
 
 use super::closed_loop::{InputLimits, Run};
 

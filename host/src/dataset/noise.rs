@@ -1,7 +1,7 @@
 //! How noisy a recorded signal is, whatever it did.
 
 /// Standard deviation of the white noise on `samples`, from their high-order differences
-/// (docs/identification.md): a smooth signal vanishes from them, noise does not. The smallest estimate
+/// (docs/explanation/training.md): a smooth signal vanishes from them, noise does not. The smallest estimate
 /// over orders 3 to 8 is taken, since what is left of the signal only adds.
 ///
 /// Missing samples cut the series. 0 where no stretch is long enough.

@@ -1,5 +1,5 @@
 //! Which components of a rig are alike: what one of them does, all of them do
-//! (docs/decisions/0060-every-tendon.md, 0062-what-is-made-alike.md).
+//! (docs/lab/0060-friction-of-every-tendon.md, 0062-what-is-made-alike.md).
 
 use sinew_sim::Rig;
 use sinew_sim::effects::{Family, Kind};

@@ -1,4 +1,4 @@
-//! What is believed, of what finals found (docs/diagnosis.md, eq. 4 and 7).
+//! What is believed, of what finals found (docs/explanation/diagnosis.md, eq. 4 and 7).
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! What speaks for one explanation against another, and how surely (docs/diagnosis.md, eq. 6 to 8).
+//! What speaks for one explanation against another, and how surely (docs/explanation/diagnosis.md, eq. 6 to 8).
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -1,4 +1,4 @@
-//! A finding for the tests of what shows it: the example of docs/files.md.
+//! A finding for the tests of what shows it: the example of docs/reference/results.md.
 
 use super::{
     Details, Diagnosis, Errors, Estimate, FORMAT, FoundEffect, Interval, Location, Rival,

@@ -1,4 +1,4 @@
-//! What a diagnosis says: the types that `sinew-diagnosis/1` is written from (docs/files.md).
+//! What a diagnosis says: the types that `sinew-diagnosis/1` is written from (docs/reference/results.md).
 
 use std::collections::BTreeMap;
 
@@ -162,7 +162,7 @@ pub struct Errors {
 mod tests {
     use super::*;
 
-    /// The example of docs/files.md, letter for letter; what others read their answers by.
+    /// The example of docs/reference/results.md, letter for letter; what others read their answers by.
     const EXAMPLE: &str = r#"{ "format": "sinew-diagnosis/1",
   "verdict": "missing_physics",
   "sentence": "Dry friction of 20.1 N at carriage is missing from the model.",

@@ -1,4 +1,4 @@
-//! What a recovered force follows (docs/diagnosis.md, eq. 16).
+//! What a recovered force follows (docs/explanation/diagnosis.md, eq. 16).
 
 use nalgebra::{DMatrix, DVector};
 

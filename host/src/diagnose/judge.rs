@@ -1,4 +1,4 @@
-//! How well a fitted rig explains recordings, block by block of time (docs/diagnosis.md).
+//! How well a fitted rig explains recordings, block by block of time (docs/explanation/diagnosis.md).
 
 use std::ops::Range;
 

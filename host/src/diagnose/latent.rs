@@ -1,4 +1,4 @@
-//! A force that the rig lacks, recovered from a recording without a guess at its law (docs/diagnosis.md,
+//! A force that the rig lacks, recovered from a recording without a guess at its law (docs/explanation/diagnosis.md,
 //! eq. 12 to 15): the plant as it is fitted, plus a force at one place that wanders as an Ornstein–Uhlenbeck
 //! process, through an extended Kalman filter and the Rauch–Tung–Striebel smoother.
 

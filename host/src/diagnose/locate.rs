@@ -1,5 +1,5 @@
 //! Where and when the mismatch sits: a force without a law is tried at every place, and the one that explains
-//! the recordings best is shown (docs/diagnosis.md, eq. 12 to 17).
+//! the recordings best is shown (docs/explanation/diagnosis.md, eq. 12 to 17).
 
 use rayon::prelude::*;
 use sinew_sim::Rig;

@@ -1,4 +1,4 @@
-//! Diagnosis: where a simulation and a recording differ, and which physics was left out (docs/diagnosis.md).
+//! Diagnosis: where a simulation and a recording differ, and which physics was left out (docs/explanation/diagnosis.md).
 
 mod alike;
 mod begin;

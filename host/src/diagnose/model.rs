@@ -295,7 +295,7 @@ impl Model {
         })
     }
 
-    /// Half widths of the 95 % intervals of the fitted parameters, by name (docs/identification.md, eq. 12).
+    /// Half widths of the 95 % intervals of the fitted parameters, by name (docs/explanation/identification.md, eq. 12).
     pub fn half_widths(
         &self,
         data: &Data,

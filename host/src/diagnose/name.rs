@@ -1,4 +1,4 @@
-//! The effects that are named, with how sure that is (docs/diagnosis.md, eq. 8 to 11).
+//! The effects that are named, with how sure that is (docs/explanation/diagnosis.md, eq. 8 to 11).
 
 use std::collections::BTreeMap;
 
@@ -28,7 +28,7 @@ const PART: f64 = 0.9;
 const SMALL: f64 = 0.85;
 
 /// Where statements are as often right as they say. Below, of seeds 2029 to 2031, 15 of 25 around 0.75 were right, 5 of 25
-/// around 0.58, and 2 of 40 around 0.4 (docs/decisions/0058): a line down to `LEAST` at half (eq. 11a).
+/// around 0.58, and 2 of 40 around 0.4 (docs/lab/0058): a line down to `LEAST` at half (eq. 11a).
 const HONEST: f64 = 0.86;
 
 /// What a half is worth.

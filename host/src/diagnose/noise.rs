@@ -1,9 +1,9 @@
 //! What is noise: its size, the steps of an encoder, and what is left over a model that noise does not explain
-//! (docs/diagnosis.md, eq. 1 to 4).
+//! (docs/explanation/diagnosis.md, eq. 1 to 4).
 
 use crate::dataset::noise_level;
 
-/// Standard deviation of the white noise on a signal (docs/identification.md, eq. T0).
+/// Standard deviation of the white noise on a signal (docs/explanation/training.md, eq. T0).
 pub(super) fn level(samples: &[f64]) -> f64 {
     noise_level(samples)
 }

@@ -1,5 +1,5 @@
 //! Two effects: which firsts a second one is looked for on, what is exchanged, and what does without
-//! (docs/decisions/0037-pairs-are-exchanged-and-taken-apart.md).
+//! (docs/lab/0037-exchange-of-paired-effects.md).
 
 use rayon::prelude::*;
 

@@ -186,7 +186,7 @@ impl Track<'_> {
     }
 
     /// What is suspected of components that are alike as one, a few steps from each start, and the best end of them: a dozen
-    /// numbers that nobody knows yet would each follow what the others miss (docs/decisions/0066-one-before-many.md).
+    /// numbers that nobody knows yet would each follow what the others miss (docs/lab/0066-tied-start-of-identical-components.md).
     /// Other starts as they are.
     pub fn as_one(&self, starts: Vec<Begun>) -> Vec<Begun> {
         let newest = starts.first().and_then(|begun| begun.suspects.last());

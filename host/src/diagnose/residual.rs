@@ -1,5 +1,5 @@
 //! Where no law of the vocabulary fits: a force without a name is learned at the place of the mismatch, as a
-//! spring and a damping in knots (docs/plant.md, eq. 12d; docs/diagnosis.md, eq. 18).
+//! spring and a damping in knots (docs/explanation/plant.md, eq. 12d; docs/explanation/diagnosis.md, eq. 18).
 
 use nalgebra::{DMatrix, DVector};
 use sinew_sim::Rig;

@@ -1,4 +1,4 @@
-//! What all rows say of what was chosen by a part of them (docs/decisions/0065-all-rows.md).
+//! What all rows say of what was chosen by a part of them (docs/lab/0065-refit-on-all-rows.md).
 
 use std::ops::Range;
 

@@ -1,5 +1,5 @@
 //! A first look at every suspect, at the price of one simulation a start: what one joint step of the linear
-//! theory would leave (docs/diagnosis.md, eq. 5). It orders the race and only spares the hopeless from it.
+//! theory would leave (docs/explanation/diagnosis.md, eq. 5). It orders the race and only spares the hopeless from it.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 

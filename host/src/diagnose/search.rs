@@ -1,4 +1,4 @@
-//! The search for what is missing: races, finals, pairs (docs/diagnosis.md).
+//! The search for what is missing: races, finals, pairs (docs/explanation/diagnosis.md).
 
 use std::ops::Range;
 

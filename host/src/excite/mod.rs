@@ -1,5 +1,5 @@
 //! Designed experiments: inputs that a rig can be driven with, inside its limits and rate limits, and what
-//! they would reveal (docs/experiments.md).
+//! they would reveal (docs/explanation/experiments.md).
 //!
 //! ```
 //! use sinew::excite::{Kind, Options, design};

@@ -1,5 +1,5 @@
 //! What an experiment would show: each effect of the vocabulary, weak, at each place where it could sit,
-//! measured against noise and against what the rig's own parameters could imitate (docs/experiments.md,
+//! measured against noise and against what the rig's own parameters could imitate (docs/explanation/experiments.md,
 //! eq. 5 to 7).
 
 mod imitation;

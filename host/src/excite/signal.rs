@@ -1,4 +1,4 @@
-//! Shapes of excitation between -1 and 1 (docs/experiments.md, eq. 1 to 4).
+//! Shapes of excitation between -1 and 1 (docs/explanation/experiments.md, eq. 1 to 4).
 
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;

@@ -1,4 +1,4 @@
-//! Levenberg–Marquardt over the parameters and all start states (docs/identification.md, eq. 4 to 8).
+//! Levenberg–Marquardt over the parameters and all start states (docs/explanation/identification.md, eq. 4 to 8).
 
 use nalgebra::{DMatrix, DVector};
 

@@ -1,4 +1,4 @@
-//! Identification: the rig's free parameters from recordings (docs/identification.md).
+//! Identification: the rig's free parameters from recordings (docs/explanation/identification.md).
 //!
 //! An output-error fit: the parameters and one start state a recording are those for which the rig, driven by
 //! the recorded inputs alone, comes closest to what the sensors measured. Levenberg–Marquardt with exact

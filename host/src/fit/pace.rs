@@ -27,7 +27,7 @@ pub(crate) fn pace(plant: &Plant, values: &[f64], experiments: &[Experiment]) ->
 }
 
 /// Sub-steps that the integrator takes for a row, about, where none is longer than `step` over the fastest rate
-/// (docs/plant.md, eq. 19).
+/// (docs/explanation/plant.md, eq. 19).
 pub(crate) fn substeps(pace: f64, step: f64) -> usize {
     ((pace / step).ceil() as usize).next_power_of_two().max(1)
 }

@@ -1,4 +1,4 @@
-//! How well a rig explains a recording: the free-run simulation error (docs/identification.md, eq. 14).
+//! How well a rig explains a recording: the free-run simulation error (docs/explanation/identification.md, eq. 14).
 
 use sinew_sim::{Plant, Rig};
 

@@ -1,7 +1,7 @@
 //! Stretches of recordings with start states of their own, and what they say about the parameters.
 //!
 //! The unknowns are the free parameters `z` (scaled) and one start state `x` a segment. Over a segment
-//! the normal equations of output-error least squares are (docs/identification.md, eq. 5)
+//! the normal equations of output-error least squares are (docs/explanation/identification.md, eq. 5)
 //! ```text
 //! | A_zz A_zx | | dz |   | b_z |
 //! | A_xz A_xx | | dx | = | b_x |
@@ -46,7 +46,7 @@ pub(crate) struct Problem<'a> {
 }
 
 /// What is known of a segment's start state before the segment is looked at: `(x - mean)' weight (x - mean)`
-/// is added to the squares (docs/identification.md, eq. 3).
+/// is added to the squares (docs/explanation/identification.md, eq. 3).
 #[derive(Clone)]
 pub(crate) struct Anchor {
     /// In units of `Problem::state_scale`.

@@ -1,4 +1,4 @@
-//! The order of work: short stretches first, whole recordings last (docs/identification.md, eq. 9).
+//! The order of work: short stretches first, whole recordings last (docs/explanation/identification.md, eq. 9).
 
 use sinew_sim::{Parameter, Plant, Rig};
 

@@ -57,7 +57,7 @@ pub(crate) fn states(
     Ok(states)
 }
 
-/// The start that `sinew simulate` takes (docs/files.md), of a recording that begins at `row`.
+/// The start that `sinew simulate` takes (docs/reference/rig-file.md), of a recording that begins at `row`.
 fn at_rest(plant: &Plant, experiment: &Experiment, row: usize, values: &[f64]) -> Result<Vec<f64>> {
     let first: Vec<Option<f64>> = experiment
         .signals
@@ -226,7 +226,7 @@ fn best(
 }
 
 /// What the first 5 % of a recording say about its start, with the parameters as they are, and how firmly
-/// (docs/identification.md, eq. 10).
+/// (docs/explanation/identification.md, eq. 10).
 ///
 /// # Errors
 /// None that checking the recording has not excluded.

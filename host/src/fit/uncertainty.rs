@@ -1,4 +1,4 @@
-//! How far the parameters are to be trusted (docs/identification.md, eq. 10 to 13).
+//! How far the parameters are to be trusted (docs/explanation/identification.md, eq. 10 to 13).
 //!
 //! What a model leaves out makes residuals that follow each other for seconds, and a formula that takes
 //! them for independent noise would claim far too much. The covariance is therefore the sandwich

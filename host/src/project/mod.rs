@@ -39,7 +39,7 @@ pub enum Optimise {
     /// As few instructions a step as it knows how to.
     #[default]
     Speed,
-    /// A quarter to nearly half less flash, 12 to 36 % more instructions a step (docs/decisions/0055): loops stay loops, but for the
+    /// A quarter to nearly half less flash, 12 to 36 % more instructions a step (docs/lab/0055): loops stay loops, but for the
     /// network's own.
     Size,
 }

@@ -1,4 +1,4 @@
-//! Recordings: what a device did, as CSV (docs/files.md).
+//! Recordings: what a device did, as CSV (docs/reference/recording.md).
 //!
 //! ```text
 //! # anything after a # is a comment

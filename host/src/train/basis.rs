@@ -2,7 +2,7 @@
 //!
 //! A position and its last value are nearly equal, so raw regressors are badly conditioned and what
 //! matters (velocity, acceleration) hides in their last digits. Learning happens in iterated
-//! differences, each scaled to unit spread (docs/identification.md, eq. T1); the result is folded
+//! differences, each scaled to unit spread (docs/explanation/training.md, eq. T1); the result is folded
 //! back into weights on the raw regressor, so the firmware never sees this basis.
 
 use nalgebra::{DMatrix, DVector};

@@ -1,4 +1,4 @@
-//! A GRU or an LSTM as the predictor's first layer (docs/networks.md, eq. 5 and 6).
+//! A GRU or an LSTM as the predictor's first layer (docs/reference/networks.md, eq. 5 and 6).
 
 use burn::module::{Module, Param};
 use burn::nn::{Linear, LinearConfig};

@@ -1,4 +1,4 @@
-//! Training: episodes in, a model specification with its scaling out (docs/identification.md).
+//! Training: episodes in, a model specification with its scaling out (docs/explanation/training.md).
 //!
 //! Episodes for training, for choosing when to stop and for the final score are disjoint; the score
 //! is taken once, from the folded `f32` weights that the firmware will carry.
@@ -56,7 +56,7 @@ pub struct Options {
     pub first: FirstLayer,
     /// Widths of the hidden layers.
     pub hidden: Vec<usize>,
-    /// How much of a measurement enters the past that the network sees, over 0 to 1, as in the firmware (docs/mpc.md, eq. 10c).
+    /// How much of a measurement enters the past that the network sees, over 0 to 1, as in the firmware (docs/explanation/controller.md, eq. 10c).
     pub observer_gain: f64,
     /// Weight of the simulator's derivatives in the loss, beside 1 for the errors; 0 for none.
     pub derivative_weight: f64,

@@ -33,7 +33,7 @@ pub struct Frame {
     gain: f32,
     /// What the network begins with.
     first: FirstLayer,
-    /// L of docs/mpc.md, eq. 10c.
+    /// L of docs/explanation/controller.md, eq. 10c.
     observer_gain: f64,
 }
 
@@ -501,7 +501,7 @@ pub(super) mod tests {
         let (mut worst, mut said) = (0.0_f64, 0.0_f64);
         for w in &chosen {
             let mut memory = vec![0.0; spec.memory()];
-            // What was measured, or what the firmware's estimator made of it (docs/mpc.md, eq. 10c).
+            // What was measured, or what the firmware's estimator made of it (docs/explanation/controller.md, eq. 10c).
             let mut observed = vec![];
             for back in (1..=warm_up).rev() {
                 let mut x = Vec::new();

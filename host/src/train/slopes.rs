@@ -1,5 +1,5 @@
 //! The simulator's derivatives in the loss: not only where a network says that the outputs go, but how they answer to the inputs
-//! (docs/identification.md, eq. T3c). A controller descends on the latter.
+//! (docs/explanation/training.md, eq. T3c). A controller descends on the latter.
 
 use burn::tensor::{Device, Tensor};
 use rand::Rng;

@@ -1,4 +1,4 @@
-//! Between the recorded input and the force (docs/plant.md, eq. 14).
+//! Between the recorded input and the force (docs/explanation/plant.md, eq. 14).
 
 use super::{Description, Effect, Energy, Family, Port, Quantity, Scales, Sign, parameter};
 

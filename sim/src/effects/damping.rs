@@ -1,4 +1,4 @@
-//! Damping that the rig has no component for (docs/plant.md, eq. 10).
+//! Damping that the rig has no component for (docs/explanation/plant.md, eq. 10).
 
 use super::{
     At, Description, Effect, Energy, Family, Motion, Port, Quantity, Scales, Sign, Slopes,

@@ -164,9 +164,9 @@ pub struct Description {
     pub ports: &'static [Port],
     /// What it does to the energy of the rig.
     pub energy: Energy,
-    /// The law in one line, in the letters of docs/plant.md and the names of its parameters.
+    /// The law in one line, in the letters of docs/explanation/plant.md and the names of its parameters.
     pub law: &'static str,
-    /// The equation's number in docs/plant.md.
+    /// The equation's number in docs/explanation/plant.md.
     pub equation: &'static str,
     /// Its parameters, in the order of the slots.
     pub parameters: &'static [ParameterSpec],

@@ -1,4 +1,4 @@
-//! Dry friction: it opposes sliding and holds what rests (docs/plant.md, eq. 6 to 9).
+//! Dry friction: it opposes sliding and holds what rests (docs/explanation/plant.md, eq. 6 to 9).
 //!
 //! Each law is written for a body that slides one way, with `direction` standing for sign(v); the
 //! integrator switches the direction at the instant of reversal and holds a resting body exactly

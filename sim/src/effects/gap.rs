@@ -1,4 +1,4 @@
-//! Forces that are there on one side of a position only (docs/plant.md, eq. 13).
+//! Forces that are there on one side of a position only (docs/explanation/plant.md, eq. 13).
 
 use super::{Description, Effect, Energy, Family, Port, Quantity, Scales, Sign, parameter};
 use crate::scalar::Scalar;

@@ -1,4 +1,4 @@
-//! A force without a name: what a diagnosis learns where no law of the vocabulary fits (docs/plant.md, eq. 12d).
+//! A force without a name: what a diagnosis learns where no law of the vocabulary fits (docs/explanation/plant.md, eq. 12d).
 
 use super::{
     At, Description, Effect, Energy, Family, ParameterSpec, Port, Quantity, Scales, Sign, Slopes,

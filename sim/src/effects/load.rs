@@ -1,4 +1,4 @@
-//! Forces from outside (docs/plant.md, eq. 12).
+//! Forces from outside (docs/explanation/plant.md, eq. 12).
 
 use super::{
     At, Description, Effect, Energy, Family, Motion, ParameterSpec, Port, Quantity, Scales, Sign,

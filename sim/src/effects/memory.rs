@@ -1,4 +1,4 @@
-//! Forces that depend on what went before (docs/plant.md, eq. 15).
+//! Forces that depend on what went before (docs/explanation/plant.md, eq. 15).
 
 use super::{Description, Effect, Energy, Family, Port, Quantity, Scales, Sign, parameter};
 use crate::scalar::Scalar;

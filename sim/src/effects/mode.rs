@@ -1,4 +1,4 @@
-//! Coordinates that the rig does not have (docs/plant.md, eq. 16).
+//! Coordinates that the rig does not have (docs/explanation/plant.md, eq. 16).
 
 use super::{Description, Effect, Energy, Family, Port, Quantity, Scales, Sign, parameter};
 

@@ -1,4 +1,4 @@
-//! Between the reading and the recorded signal (docs/plant.md, eq. 17).
+//! Between the reading and the recorded signal (docs/explanation/plant.md, eq. 17).
 
 use super::{Description, Effect, Energy, Family, Port, Quantity, Scales, Sign, parameter};
 use crate::scalar::Scalar;

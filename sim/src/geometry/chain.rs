@@ -1,4 +1,4 @@
-//! Segments of constant curvature, end to end (docs/geometry.md, eq. 1 and 2).
+//! Segments of constant curvature, end to end (docs/explanation/geometry.md, eq. 1 and 2).
 
 use super::Pose;
 use crate::scalar::Scalar;

@@ -1,4 +1,4 @@
-//! The field of a small magnet (docs/geometry.md, eq. 6).
+//! The field of a small magnet (docs/explanation/geometry.md, eq. 6).
 
 use super::Vector;
 use crate::scalar::Scalar;

@@ -1,5 +1,5 @@
 //! Where points are and what fields they see: chains, plates, dipoles, zipping pouches. Pure functions
-//! over any [`Scalar`]; the equations are in docs/geometry.md.
+//! over any [`Scalar`]; the equations are in docs/explanation/geometry.md.
 
 pub(crate) mod chain;
 pub(crate) mod dipole;

@@ -1,4 +1,4 @@
-//! A plate that rises, rolls and pitches (docs/geometry.md, eq. 4).
+//! A plate that rises, rolls and pitches (docs/explanation/geometry.md, eq. 4).
 
 use super::{Pose, chain};
 use crate::scalar::Scalar;

@@ -1,5 +1,5 @@
 //! A pouch that zips: how far it has contracted, how far its electrodes have closed, how hard it pulls
-//! (docs/geometry.md, eq. 7 to 9; Kellaris, Venkata, Rothemund, Keplinger 2019, Extreme Mechanics Letters
+//! (docs/explanation/geometry.md, eq. 7 to 9; Kellaris, Venkata, Rothemund, Keplinger 2019, Extreme Mechanics Letters
 //! 29, 100449).
 
 use crate::math;

@@ -1,4 +1,4 @@
-//! A sample interval of a linear rig in one step, without error of its own (docs/plant.md, eq. 18b).
+//! A sample interval of a linear rig in one step, without error of its own (docs/explanation/plant.md, eq. 18b).
 //!
 //! Springs, dampers, constant forces, creep, hidden modes and tendons that may push make
 //! `x' = A x + b + c tau` between two samples, whose solution is a matrix: found once, it carries the state

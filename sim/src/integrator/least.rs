@@ -1,5 +1,5 @@
 //! Gauss's principle of least constraint for what is at rest together: of all reactions within their holds the ones
-//! that leave the least acceleration along the paths (docs/plant.md, eq. 6c).
+//! that leave the least acceleration along the paths (docs/explanation/plant.md, eq. 6c).
 //!
 //! A convex quadratic in a box, so its minimum is where every reaction inside its hold stops its path and every
 //! one at its hold opposes a path that goes its way. Found by descent over sets of reactions inside their holds: the

@@ -1,4 +1,4 @@
-//! The rates of a linear rig's states, and an interval by their series (docs/plant.md, eq. 18b and 18c).
+//! The rates of a linear rig's states, and an interval by their series (docs/explanation/plant.md, eq. 18b and 18c).
 
 use super::dynamics::{Dynamics, Modes};
 use crate::plant::forces::{Forces, State};

@@ -1,4 +1,4 @@
-//! How fast the rig can move, and how many sub-steps that takes (docs/plant.md, eq. 19).
+//! How fast the rig can move, and how many sub-steps that takes (docs/explanation/plant.md, eq. 19).
 
 use super::{MOST_RATE_STEP, Settings};
 use crate::effects::{At, Slopes};

@@ -1,4 +1,4 @@
-//! Rest along several directions that share bodies (docs/plant.md, eq. 6b): what one holds changes
+//! Rest along several directions that share bodies (docs/explanation/plant.md, eq. 6b): what one holds changes
 //! what another has to.
 //!
 //! With B the paths of what rests, M the inertias and f the other forces, the reactions solve

@@ -1,5 +1,5 @@
 //! From recorded columns to what the actuators take: delay, play, dead zone, curvature, saturation and
-//! lag (docs/plant.md, eq. 14), in stretches of time on which each is one formula.
+//! lag (docs/explanation/plant.md, eq. 14), in stretches of time on which each is one formula.
 
 use crate::drive::Drive;
 use crate::plant::forces::not_below_zero;

@@ -1,4 +1,4 @@
-//! The forces on the bodies, and the rates of internal states (docs/plant.md, eq. 1 to 17).
+//! The forces on the bodies, and the rates of internal states (docs/explanation/plant.md, eq. 1 to 17).
 
 use super::shapes::Seen;
 use super::topology::{Followed, Friction, Memory, Spring, Tendon, Topology};

@@ -1,4 +1,4 @@
-//! Derivatives of one number by everything: parameters, start and all inputs (docs/plant.md, eq. 22).
+//! Derivatives of one number by everything: parameters, start and all inputs (docs/explanation/plant.md, eq. 22).
 
 use super::{Plant, Trajectory};
 use crate::drive::Drive;

@@ -1,4 +1,4 @@
-//! HASEL actuators as slots: contraction, charge, pull (docs/geometry.md, eq. 9).
+//! HASEL actuators as slots: contraction, charge, pull (docs/explanation/geometry.md, eq. 9).
 
 use super::compile::Slots;
 use super::forces::{Point, State};

@@ -12,7 +12,7 @@ use crate::integrator::exact::Kept;
 use crate::simulated::Simulated;
 
 /// What depends on nothing but the numbers and the sample interval is found once for all simulations (the matrix of a
-/// linear rig, docs/plant.md, eq. 18b), also for those that run at the same time.
+/// linear rig, docs/explanation/plant.md, eq. 18b), also for those that run at the same time.
 #[derive(Debug)]
 pub struct Numbers<'a, S> {
     plant: &'a Plant,

@@ -1,4 +1,4 @@
-//! What the actuators take within a stretch of time (docs/plant.md, eq. 14).
+//! What the actuators take within a stretch of time (docs/explanation/plant.md, eq. 14).
 
 use crate::scalar::Scalar;
 

@@ -17,7 +17,7 @@ pub struct Row {
 }
 
 impl Row {
-    /// From an entry of `controllers` (docs/files.md).
+    /// From an entry of `controllers` (docs/reference/results.md).
     ///
     /// # Errors
     /// It has no loops.

@@ -1,4 +1,4 @@
-"""The lines of a plant program (docs/comparison.md, "A plant of another program"), and which plant it is to be."""
+"""The lines of a plant program (docs/how-to/plant-program.md, "A plant of another program"), and which plant it is to be."""
 
 import os
 import sys

@@ -1,4 +1,4 @@
-//! What `sinew diagnose` said about a case: the part of its JSON (docs/diagnosis.md) that is scored.
+//! What `sinew diagnose` said about a case: the part of its JSON (docs/explanation/diagnosis.md) that is scored.
 
 use std::collections::BTreeMap;
 

@@ -3,7 +3,7 @@
 use crate::diagnose::Diagnosis;
 use crate::error::{Error, Result};
 
-/// The finding as JSON, a line break at its end (docs/files.md).
+/// The finding as JSON, a line break at its end (docs/reference/results.md).
 ///
 /// # Errors
 /// `Failed` where it cannot be written, which its types exclude.

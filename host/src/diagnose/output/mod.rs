@@ -3,7 +3,7 @@
 //! | file | is read by |
 //! |---|---|
 //! | `text` | a person at a terminal |
-//! | `json` | a program: `sinew-diagnosis/1` (docs/files.md) |
+//! | `json` | a program: `sinew-diagnosis/1` (docs/reference/results.md) |
 //! | `html`, `plots`, `tables` | a person with a browser |
 //! | `mended` | every other verb: the user's rig with what was found in it |
 

@@ -181,7 +181,7 @@ fn horizons(rig: &Rig) -> Vec<f64> {
     ends
 }
 
-/// What a controller gains (docs/mended.md) begins with what its model foresees.
+/// What a controller gains (docs/evaluation/correction.md) begins with what its model foresees.
 #[test]
 fn the_mended_stage_foresees_what_no_refit_of_the_believed_one_does() {
     let recordings = Recordings {

@@ -1,4 +1,4 @@
-//! Tendons that pull against each other stay taut in a fit (docs/decisions/0063-states-before-parameters.md).
+//! Tendons that pull against each other stay taut in a fit (docs/lab/0063-initial-states-before-parameters.md).
 
 use sinew_sim::{Rig, Settings};
 

@@ -1,5 +1,5 @@
 //! What a rig's own numbers can imitate: its free parameters and its start, refitted to a run with an effect
-//! that it lacks (docs/experiments.md, eq. 5).
+//! that it lacks (docs/explanation/experiments.md, eq. 5).
 
 use rayon::prelude::*;
 use sinew_sim::{Drive, Dual, Plant, Scalar};

@@ -1,5 +1,5 @@
 //! The geometry of a rig as indices and slots: arms that follow from where a line runs, and what sensors
-//! read of shapes (docs/geometry.md).
+//! read of shapes (docs/explanation/geometry.md).
 
 mod compile;
 mod outline;

@@ -47,7 +47,7 @@ pub struct Geometry {
     pub hasels: Vec<Hasel>,
 }
 
-/// Segments of constant curvature end to end, each bending about two axes (docs/geometry.md, eq. 1).
+/// Segments of constant curvature end to end, each bending about two axes (docs/explanation/geometry.md, eq. 1).
 #[derive(Clone, Debug)]
 pub struct Chain {
     /// Unique in the file.
@@ -60,7 +60,7 @@ pub struct Chain {
     pub first_body: usize,
 }
 
-/// A plate that rises, rolls and pitches (docs/geometry.md, eq. 4).
+/// A plate that rises, rolls and pitches (docs/explanation/geometry.md, eq. 4).
 #[derive(Clone, Debug)]
 pub struct Plate {
     /// Unique in the file.
@@ -73,7 +73,7 @@ pub struct Plate {
     pub first_body: usize,
 }
 
-/// A fibre along a chain that loses light when stretched (docs/geometry.md, eq. 3).
+/// A fibre along a chain that loses light when stretched (docs/explanation/geometry.md, eq. 3).
 #[derive(Clone, Debug)]
 pub struct Waveguide {
     /// Unique in the file.
@@ -114,7 +114,7 @@ pub struct Magnetometer {
     pub at: [f64; 3],
 }
 
-/// A row of zipping pouches that pulls along its path (docs/geometry.md, eq. 9).
+/// A row of zipping pouches that pulls along its path (docs/explanation/geometry.md, eq. 9).
 #[derive(Clone, Debug)]
 pub struct Hasel {
     /// Unique in the file.

@@ -4,7 +4,7 @@
 use super::recording::{Columns, error};
 
 /// Largest difference allowed, as a part of the range of the motion; none may be above 1e-4. What is left where the
-/// laws are the same is the simulator's own error at its automatic steps (docs/plant.md, eq. 19).
+/// laws are the same is the simulator's own error at its automatic steps (docs/explanation/plant.md, eq. 19).
 const DEVICES: &[(&str, f64)] = &[
     ("mass_spring_damper", 2e-6),
     ("pendulum", 2e-6),

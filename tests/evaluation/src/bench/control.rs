@@ -141,7 +141,7 @@ pub fn image() -> Result<Value> {
     Ok(section)
 }
 
-/// Microseconds by clock: an estimate, no measurement (docs/benchmarks.md says from what).
+/// Microseconds by clock: an estimate, no measurement (docs/evaluation/benchmarks.md says from what).
 fn estimates(instructions: u64) -> Value {
     let at = |mhz: f64| (instructions as f64 * CYCLES_PER_INSTRUCTION / mhz).round();
     let rows = CLOCKS_MHZ.map(|mhz| (format!("{mhz} MHz"), json!(at(mhz))));

@@ -1,5 +1,5 @@
 //! `cargo xtask bench [SECTION...]`: what is measured, as tables and in `target/bench/summary.json`. `--publish` also
-//! writes the controller's table into `docs/benchmarks.md`.
+//! writes the controller's table into `docs/evaluation/benchmarks.md`.
 
 mod control;
 mod diagnosis;
@@ -62,7 +62,7 @@ pub fn run(arguments: &[String]) -> Result<()> {
     };
     println!("\n{table}");
     if !publish.is_empty() {
-        let path = root().join("docs/benchmarks.md");
+        let path = root().join("docs/evaluation/benchmarks.md");
         fs::write(&path, table).with_context(|| format!("cannot write {}", path.display()))?;
         println!("wrote {}", path.display());
     }

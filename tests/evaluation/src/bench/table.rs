@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value};
 
-/// The page `docs/benchmarks.md`; `None` where no section of the controller has been measured.
+/// The page `docs/evaluation/benchmarks.md`; `None` where no section of the controller has been measured.
 pub fn of_the_controller(summary: &Map<String, Value>) -> Option<String> {
     summary.get("mpc_instructions").or(summary.get("image"))?;
     let at = |path: &str| summary_at(summary, path);
@@ -111,7 +111,7 @@ pub fn of_the_controller(summary: &Map<String, Value>) -> Option<String> {
         && over > 0
     {
         page.push_str(&format!(
-            "\nFlash misses its goal by {} bytes ([0018](decisions/0018-size-of-the-step.md)).\n",
+            "\nFlash misses its goal by {} bytes ([0018](../lab/0018-size-of-the-control-step.md)).\n",
             grouped(over)
         ));
     }
@@ -192,7 +192,7 @@ const TIME: &str = "
 No board has run this: instructions times 1.7 cycles, over the clock. The Cortex-M4's reference manual has 2 cycles for a load or store, 1 for a
 multiplication or addition in single precision, 14 for a division and 2 to 4 for a taken branch; `vldr, vldr, vmul, vadd`, the step's
 commonest sequence, takes 6 cycles for 4 instructions, branches and divisions the rest. Flash without wait states is assumed, which at
-100 and 168 MHz asks for the part's accelerator. The same step counts its own cycles on a board ([boards/step](../boards/step/README.md)).
+100 and 168 MHz asks for the part's accelerator. The same step counts its own cycles on a board ([boards/step](../../boards/step/README.md)).
 
 | | 84 MHz | 100 MHz | 168 MHz |
 |---|---|---|---|

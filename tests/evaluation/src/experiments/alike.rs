@@ -1,5 +1,5 @@
 //! What `sinew diagnose` says where components that are alike have an effect, each or one of them: the tendon platform, of
-//! which a camera sees the tip and nothing else (docs/decisions/0066-one-before-many.md).
+//! which a camera sees the tip and nothing else (docs/lab/0066-tied-start-of-identical-components.md).
 
 use std::fmt::Write as _;
 use std::path::Path;

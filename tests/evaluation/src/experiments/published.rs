@@ -1,4 +1,4 @@
-//! The published problems, run again (docs/published.md): from the believed rig to firmware in QEMU, on plants that the
+//! The published problems, run again (docs/evaluation/published.md): from the believed rig to firmware in QEMU, on plants that the
 //! controller has not seen.
 //!
 //! Training and tuning see the believed rig and recordings simulated with it, nothing else. The plants are the believed

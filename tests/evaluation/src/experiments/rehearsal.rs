@@ -1,5 +1,5 @@
 //! `cargo xtask experiments mended`, `mass-on-mujoco` and `tendon-on-mujoco`: does a controller gain from recordings of the real
-//! rig, and from `sinew diagnose`? (docs/mended.md, docs/published.md)
+//! rig, and from `sinew diagnose`? (docs/evaluation/correction.md, docs/evaluation/published.md)
 //!
 //! Everything goes through the program as a user would call it. The real rig is seen by what writes the recordings and by the
 //! plant of the loop, and by the tuning of PID and RISE; fit, diagnosis, training and the tuning of every MPC see recordings and the

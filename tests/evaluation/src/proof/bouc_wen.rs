@@ -11,7 +11,7 @@ use super::run::program;
 use crate::foreign::python;
 use xtask::process::{self, target_folder};
 
-/// Best published free-run error on the benchmark's multisine test, m (a NARX-like model; see docs/proof-cases.md).
+/// Best published free-run error on the benchmark's multisine test, m (a NARX-like model; see docs/evaluation/proof-cases.md).
 const BEST_PUBLISHED_M: f64 = 1.87e-5;
 
 /// # Errors

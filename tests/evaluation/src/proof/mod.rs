@@ -139,7 +139,7 @@ fn drawn(options: &Options) -> Result<()> {
         cases.len()
     );
     let here = if options.publish {
-        root().join("docs")
+        root().join("docs/evaluation")
     } else {
         folder.page().to_path_buf()
     };

@@ -12,7 +12,7 @@ use anyhow::{Context, Result, bail};
 use case::{CASES, Case, Source};
 use xtask::process::{self, cargo, data_folder, root, target_folder};
 
-/// With names, only those cases; with `--publish`, the table goes to docs/recorded.md; with `--score`, nothing is asked
+/// With names, only those cases; with `--publish`, the table goes to docs/evaluation/devices.md; with `--score`, nothing is asked
 /// anew and the page is made of the answers that are there.
 ///
 /// # Errors
@@ -60,7 +60,7 @@ pub fn run(arguments: &[String]) -> Result<()> {
     if skipped > 0 {
         bail!("nothing published: the table would have holes");
     }
-    let path = root().join("docs/recorded.md");
+    let path = root().join("docs/evaluation/devices.md");
     fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
     println!("wrote {}", path.display());
     Ok(())

@@ -1,4 +1,4 @@
-//! The page of docs/recorded.md, from the answers.
+//! The page of docs/evaluation/devices.md, from the answers.
 
 use std::fmt::Write;
 use std::path::Path;

@@ -26,7 +26,7 @@ pub(super) struct Seed {
 
 /// The units that `rectified_back` is for.
 const RECTIFIED: usize = 8;
-/// The outputs from which on it pays, whatever the input (docs/decisions/0048-shut-units-are-passed-by.md).
+/// The outputs from which on it pays, whatever the input (docs/lab/0048-inactive-relu-units.md).
 const RESULTS: usize = 3;
 
 impl Body<'_> {

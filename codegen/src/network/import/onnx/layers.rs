@@ -96,7 +96,7 @@ impl Import<'_> {
             other => {
                 let nearest = NEAREST.iter().find(|(name, _)| *name == other);
                 let nearest = nearest.map_or(
-                    "see docs/networks.md for the operators that are",
+                    "see docs/reference/networks.md for the operators that are",
                     |(_, n)| n,
                 );
                 Err(node.unsupported(format!("the operator {other}"), nearest))

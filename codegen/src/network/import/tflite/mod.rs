@@ -514,7 +514,7 @@ fn activation(code: i32, operator: &Operator<'_>, name: &str) -> Result<Activati
             let (what, nearest) = known.map_or(
                 (
                     format!("the operator {other}"),
-                    "see docs/networks.md for the operators that are",
+                    "see docs/reference/networks.md for the operators that are",
                 ),
                 |(_, name, nearest)| (format!("the operator {name}"), *nearest),
             );

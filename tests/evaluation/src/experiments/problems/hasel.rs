@@ -42,7 +42,7 @@ macro_rules! hasel_memory {
 }
 
 const HASEL_TABLES: &str = hasel_tables!("[8]", "2", "3");
-/// Six inputs that are alike, and a worst moment that is asked for (docs/decisions/0067-commands-have-a-weight.md).
+/// Six inputs that are alike, and a worst moment that is asked for (docs/lab/0067-input-redundancy.md).
 const HASEL_TUNE: &[&str] = &[
     "--horizons",
     "10",

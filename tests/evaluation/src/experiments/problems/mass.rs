@@ -5,7 +5,7 @@ use crate::experiments::published::{Knowledge, Problem, Variant};
 use crate::experiments::targets::{Target, errors};
 
 /// The rig's own tables, its network taught by the simulator's derivatives as well, as all networks here are but HASEL's that
-/// remember and those of the mended mass (docs/decisions/0069-taught-by-derivatives.md).
+/// remember and those of the mended mass (docs/lab/0069-sobolev-training.md).
 const MASS_TABLES: &str = "[control]\nrate_hz = 120.0\noutputs = [\"encoder\"]\nhorizon = 12\ncontrol_horizon = 4\n\n\
      [network]\nhidden = [12]\npast_inputs = 4\npast_outputs = 8\nderivative_weight = 1.0\n";
 

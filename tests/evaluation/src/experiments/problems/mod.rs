@@ -1,4 +1,4 @@
-//! The published problems, a file each: rigs, paths, controllers and targets (docs/published.md).
+//! The published problems, a file each: rigs, paths, controllers and targets (docs/evaluation/published.md).
 
 mod hasel;
 mod mass;

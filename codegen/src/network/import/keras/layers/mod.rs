@@ -192,8 +192,10 @@ impl<'a> Import<'a> {
             }
             other => {
                 let nearest = NEAREST.iter().find(|(class, _)| *class == other);
-                let nearest =
-                    nearest.map_or("see docs/networks.md for the layers that are", |(_, n)| n);
+                let nearest = nearest.map_or(
+                    "see docs/reference/networks.md for the layers that are",
+                    |(_, n)| n,
+                );
                 Err(NetworkError::unsupported(
                     name,
                     format!("the layer {other}"),
