@@ -38,7 +38,9 @@ pub struct File {
     pub children: Vec<Child>,
     pub imports: Vec<Import>,
     pub paths: Vec<Mention>,
-    /// Inline modules and names of items, each with the inline modules around it.
+    /// Inline modules, each by the names from the file down.
+    pub inline: BTreeSet<Vec<String>>,
+    /// Names of items, each with the inline modules around it.
     pub items: BTreeSet<(Vec<String>, String)>,
     /// Macros that `#[macro_export]` puts at the top of the crate.
     pub macros: BTreeSet<String>,
@@ -235,9 +237,9 @@ impl Reader<'_> {
             let inside = self.inside.clone();
             self.file.children.push(Child { inside, name, path });
         } else {
-            self.file.items.insert((self.inside.clone(), name.clone()));
             self.opened.push(self.depth);
             self.inside.push(name);
+            self.file.inline.insert(self.inside.clone());
             self.depth += 1;
         }
         self.at += 3;

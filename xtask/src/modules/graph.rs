@@ -80,11 +80,7 @@ impl Crate {
         let file = self.files.len();
         let read = file::read(&source);
         let children = read.children.clone();
-        let inline: Vec<Vec<String>> = (read.items.iter())
-            .map(|(inside, _)| inside.clone())
-            .chain(children.iter().map(|child| child.inside.clone()))
-            .chain([Vec::new()])
-            .collect();
+        let inline: Vec<Vec<String>> = (read.inline.iter().cloned()).chain([Vec::new()]).collect();
         self.files.push(path.clone());
         self.read.push(read);
         self.tops.push(module.clone());
