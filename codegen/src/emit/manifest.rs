@@ -6,8 +6,8 @@ use crate::spec::ModelSpec;
 pub(super) fn print(spec: &ModelSpec, options: &EmitOptions) -> String {
     let name = &spec.name;
     let library = name.replace('-', "_");
-    let [device, mpc] = ["device", "mpc"]
-        .map(|part| toml::Value::from(format!("{}/{part}", options.firmware)));
+    let [device, mpc] =
+        ["device", "mpc"].map(|part| toml::Value::from(format!("{}/{part}", options.firmware)));
     format!(
         r#"# {HEADER}
 

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use sinew_mpc::pid::PidState;
 use sinew_device::protocol::Summary;
+use sinew_mpc::pid::PidState;
 use sinew_sim::Plant;
 
 use super::moved::{Moved, moved};

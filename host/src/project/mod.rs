@@ -109,7 +109,8 @@ fn workspace(contents: &[u8]) -> Result<String> {
     let mut document = parse("Cargo.toml", contents)?;
     if let Some(workspace) = document["workspace"].as_table_mut() {
         let members = ["firmware/mpc", "firmware/device"]
-            .into_iter().collect::<toml_edit::Array>();
+            .into_iter()
+            .collect::<toml_edit::Array>();
         workspace.insert("members", value(members));
         let apart = ["boards", "model"]
             .into_iter()
