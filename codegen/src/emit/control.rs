@@ -29,12 +29,12 @@ pub(super) fn print(spec: &ModelSpec) -> String {
 //!
 //! {HEADER}
 
+use sinew_device::protocol::{{Identity, PROTOCOL}};
+use sinew_device::session;
 use sinew_mpc::control_loop::{{ControlLoop, Settings}};
 use sinew_mpc::mpc::Horizons;
-use sinew_device::protocol::{{Identity, PROTOCOL}};
 use sinew_mpc::safety::Limits;
 use sinew_mpc::scaling::{{ModelScaling, Scaling}};
-use sinew_device::session;
 
 use crate::network::Network;
 
