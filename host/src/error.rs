@@ -255,8 +255,8 @@ impl From<sinew_sim::Error> for Error {
     }
 }
 
-impl From<sinew_codegen::store::StoreError> for Error {
-    fn from(error: sinew_codegen::store::StoreError) -> Self {
+impl From<sinew_model::store::StoreError> for Error {
+    fn from(error: sinew_model::store::StoreError) -> Self {
         // The message names its file, and its line where there is one.
         Self::from(Kind::File(Complaint {
             message: error.to_string(),

@@ -16,9 +16,9 @@ mod recording;
 
 use recording::Recording;
 use serde::ser::{Serialize, SerializeTuple, Serializer};
-use sinew_codegen::network::emit::{Options, Weights, emit as print};
-use sinew_codegen::network::{import as importers, store as networks};
-use sinew_codegen::store as models;
+use sinew_nn::emit::{Options, Weights, emit as print};
+use sinew_nn::{import as importers, store as networks};
+use sinew_model::store as models;
 use sinew_firmware::protocol::{self, MAX_FRAME, ToDevice, ToHost};
 
 /// Its name, and what is done with bytes.

@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use sinew_codegen::evaluate::advance;
-use sinew_codegen::network::Recurrent;
-use sinew_codegen::spec::limits::MAX_REGRESSOR;
-use sinew_codegen::spec::{
+use sinew_model::evaluate::advance;
+use sinew_model::spec::limits::MAX_REGRESSOR;
+use sinew_model::spec::{
     Activation, ControlSpec, Dense, Layer, ModelSpec, OutputForm, Signal, gru_cell, lstm_cell,
     unfilled,
 };
-use sinew_codegen::store;
+use sinew_model::store;
+use sinew_nn::Recurrent;
 use sinew_sim::{FirstLayer, Form, Plant, Rig};
 
 use super::task::Task;
