@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use sinew::device::Device;
-use sinew_ident::error::{Error, Result};
 use sinew::project::{Board, Sizes, image::sizes};
+use sinew_ident::error::{Error, Result};
 
 use crate::{closed_loop, image};
 
