@@ -49,7 +49,7 @@ type Stage = (&'static str, fn(&Toolchain) -> Result<()>);
 /// Before anything is compiled.
 const FIRST: &[Stage] = &[
     ("format", |_| format()),
-    ("references", |_| references::check()),
+    ("references", |_| references::check(&[])),
     ("cycles", |_| modules::check()),
     ("foreign recordings up to date", |_| foreign()),
 ];

@@ -8,6 +8,7 @@ mod evaluation;
 mod generate;
 mod help;
 mod modules;
+mod prose;
 mod references;
 mod snapshots;
 mod survive;
@@ -122,12 +123,9 @@ const VERBS: &[Verb] = &[
     },
     Verb {
         name: "references",
-        arguments: "",
-        line: "Links between pages, and the equations that code cites, lead somewhere",
-        run: |arguments| {
-            none(arguments)?;
-            references::check()
-        },
+        arguments: "[--list]",
+        line: "Links and cited equations lead somewhere; sentences, openings and lines keep their budget",
+        run: references::check,
     },
     Verb {
         name: "cycles",

@@ -1,9 +1,9 @@
 //! What is fuzzed: any bytes give an error or a value, never a panic.
 
 use serde::ser::{Serialize, SerializeTuple, Serializer};
-use sinew_codegen::network::emit::{Options, Weights, emit as print};
-use sinew_codegen::network::{import as importers, store as networks};
-use sinew_codegen::store as models;
+use sinew_nn::emit::{Options, Weights, emit as print};
+use sinew_nn::{import as importers, store as networks};
+use sinew_model::store as models;
 use sinew_firmware::protocol::{self, MAX_FRAME, ToDevice, ToHost};
 use sinew_ident::recording::Recording;
 

@@ -1,6 +1,6 @@
 //! What an experiment would show: each effect of the vocabulary, weak, at each place where it could sit,
 //! measured against noise and against what the rig's own parameters could imitate (docs/explanation/experiments.md,
-//! eq. 5 to 7).
+//! eq. 5 and 6).
 
 mod imitation;
 
