@@ -61,8 +61,8 @@ pub fn run(toolchain: &Toolchain, arguments: &[String]) -> Result<()> {
 
 /// One page, from its first block to its last.
 fn follow(toolchain: &Toolchain, page: &Path, program: &Path) -> Result<()> {
-    let folder = target_folder()
-        .join("tutorials")
+    let folder = std::env::temp_dir()
+        .join("sinew-tutorials")
         .join(page.file_stem().unwrap_or_default());
     if folder.exists() {
         fs::remove_dir_all(&folder)?;
@@ -78,8 +78,12 @@ fn follow(toolchain: &Toolchain, page: &Path, program: &Path) -> Result<()> {
     for block in blocks(&fs::read_to_string(page)?) {
         let place = format!("{}:{}", page.display(), block.line);
         match (block.language.as_str(), &block.file) {
-            (_, Some(file)) => fs::write(folder.join(file), &block.text)
-                .with_context(|| format!("{place}: cannot write {file}"))?,
+            (_, Some(file)) => {
+                let file = folder.join(file);
+                fs::create_dir_all(file.parent().unwrap_or(&folder))?;
+                fs::write(&file, &block.text)
+                    .with_context(|| format!("{place}: cannot write {}", file.display()))?;
+            }
             ("sh", None) => {
                 let mut command = Command::new("sh");
                 command.args(["-e", "-c", &format!("exec 2>&1\n{}", block.text)]);
