@@ -6,6 +6,7 @@
 //! - [`emit`]: the description as a Rust crate that depends only on `sinew-firmware`.
 //! - [`regenerate`]: committed models, printed again and compared.
 //! - [`mod@reference`]: the importer of the reference problem.
+//! - [`import`]: a network in any file or folder that this project reads.
 //! - [`from_network`], [`to_network`]: a network of any kind as a predictor, and back.
 //!
 //! Equations and file formats: docs/reference/model-files.md.
@@ -14,6 +15,7 @@ pub mod emit;
 pub mod evaluate;
 mod fingerprint;
 pub mod from_network;
+pub mod import;
 pub mod reference;
 pub mod regenerate;
 pub mod spec;

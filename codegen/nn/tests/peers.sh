@@ -1,5 +1,5 @@
 #!/bin/sh
-# sh codegen/tests/peers.sh CHECKOUT: the recurrent layers of a checkout of github.com/correlllab/nn4mc_py, with its
+# sh codegen/nn/tests/peers.sh CHECKOUT: the recurrent layers of a checkout of github.com/correlllab/nn4mc_py, with its
 # placeholders filled in, put to the compiler. Needs arm-none-eabi-gcc.
 set -eu
 templates=$1/nn4mc/generator/code_generator/templates/c_standard

@@ -9,6 +9,7 @@ mod error;
 mod golden;
 mod layer;
 pub mod limits;
+mod role;
 mod signal;
 mod validate;
 
@@ -16,7 +17,8 @@ pub use control::ControlSpec;
 pub use error::SpecError;
 pub use golden::Golden;
 pub use layer::{Activation, Dense, Layer, RowsError, gru_cell, lstm_cell, unfilled};
-pub use signal::{Role, Signal};
+pub use role::Role;
+pub use signal::Signal;
 
 /// What the last layer's output means, in model units (docs/reference/model-files.md, eq. 4).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

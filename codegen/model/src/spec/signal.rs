@@ -1,9 +1,7 @@
 //! One signal and its scaling.
 
-use std::fmt;
-
-use super::SpecError;
 use super::limits::MAX_NAME;
+use super::{Role, SpecError};
 
 /// One scalar signal: `model = (physical - offset) / span` (docs/reference/model-files.md, eq. 2).
 #[derive(Clone, Debug, PartialEq)]
@@ -16,38 +14,6 @@ pub struct Signal {
     pub span: f64,
     /// The physical value that is zero in model units.
     pub offset: f64,
-}
-
-/// What a signal is to the model.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Role {
-    /// A command, u.
-    Input,
-    /// A predicted and measured output, y.
-    Output,
-    /// A sensor channel, s.
-    Channel,
-}
-
-impl Role {
-    /// Every role, in the order in which a model lists them.
-    pub const ALL: [Self; 3] = [Self::Input, Self::Output, Self::Channel];
-
-    /// The role's table in `model.toml`.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Input => "input",
-            Self::Output => "output",
-            Self::Channel => "channel",
-        }
-    }
-}
-
-impl fmt::Display for Role {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
 }
 
 impl Signal {

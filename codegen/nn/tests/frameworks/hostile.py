@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes the files of hostile/: each is to be refused in words (codegen/tests/hostile.rs).
+"""Makes the files of hostile/: each is to be refused in words (codegen/nn/tests/hostile.rs).
 
 Usage: hostile.py, with the packages of requirements.txt.
 """

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use sinew_model::{store, to_network};
+use sinew_model::{import, store};
 use sinew_nn::commands;
 use sinew_nn::emit::{Accuracy, Options, Weights};
 use sinew_nn::store::NETWORK_FILE;
@@ -47,7 +47,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             c_abi: arguments.c_abi,
         };
         let network =
-            to_network::read(&arguments.model).map_err(|e| Error::arguments(e.to_string()))?;
+            import::read(&arguments.model).map_err(|e| Error::arguments(e.to_string()))?;
         let text = commands::emit(&network, &arguments.out, &options);
         print!("{}", text.map_err(Error::arguments)?);
         return Ok(());

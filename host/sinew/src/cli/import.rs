@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use sinew_model::{store, to_network};
+use sinew_model::{import, store};
 use sinew_nn::commands;
 use sinew_sim::{Plant, Rig};
 
@@ -39,8 +39,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     match (&arguments.rig, &arguments.out) {
         (Some(rig), Some(out)) => model(arguments, rig, out),
         (_, out) => {
-            let network = to_network::read(&arguments.network)
-                .map_err(|e| Error::arguments(e.to_string()))?;
+            let network =
+                import::read(&arguments.network).map_err(|e| Error::arguments(e.to_string()))?;
             let text = commands::import(&network, out.as_deref());
             print!("{}", text.map_err(Error::arguments)?);
             Ok(())
@@ -57,8 +57,7 @@ fn model(arguments: &Arguments, rig: &Path, out: &Path) -> Result<()> {
         ))
         .help("name another"));
     }
-    let network =
-        to_network::read(&arguments.network).map_err(|e| Error::arguments(e.to_string()))?;
+    let network = import::read(&arguments.network).map_err(|e| Error::arguments(e.to_string()))?;
     let text = commands::import(&network, None).map_err(Error::arguments)?;
     let rig = Rig::load(rig)?;
     let plant = Plant::new(&rig)?;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use sinew_model::{store, to_network};
+use sinew_model::{import, store};
 use sinew_nn::commands;
 use sinew_nn::emit::{Accuracy, Options, Weights};
 
@@ -81,7 +81,7 @@ fn bare(arguments: &Arguments, board: &str) -> Result<()> {
         weights: arguments.weights,
         ..Options::default()
     };
-    let network = to_network::read(&arguments.network).map_err(|e| Error::failed(e.to_string()))?;
+    let network = import::read(&arguments.network).map_err(|e| Error::failed(e.to_string()))?;
     let text = commands::size(&network, board, &options, &arguments.build_dir);
     print!("{}", text.map_err(Error::failed)?);
     Ok(())

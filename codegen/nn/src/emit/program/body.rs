@@ -1,6 +1,6 @@
 //! The passes forward and backward, and what every printed network has.
 
-use super::seeded::Seed;
+use super::seed::Seed;
 use crate::emit::plan::Plan;
 use crate::emit::{backward, forward};
 

@@ -1,6 +1,7 @@
 //! The printed `src/network.rs`: shapes, state, predictions and derivatives.
 
 mod body;
+mod seed;
 mod seeded;
 mod stateful;
 mod stateless;
@@ -10,7 +11,7 @@ mod uses;
 use super::HEADER;
 use super::plan::Plan;
 use body::Body;
-use seeded::Seed;
+use seed::Seed;
 
 /// Whether derivatives pass by the units that a rectifier shuts.
 pub(super) fn is_rectified(plan: &Plan<'_>) -> bool {

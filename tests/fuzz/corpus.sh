@@ -2,7 +2,7 @@
 # Inputs to begin with, one folder a target, from the files that are committed.
 set -eu
 cd "$(dirname "$0")"
-frameworks=../tests/frameworks
+frameworks=../../codegen/nn/tests/frameworks
 mkdir -p corpus/import corpus/emit corpus/network corpus/model corpus/rig corpus/frame corpus/recording
 for file in $frameworks/models/*.onnx $frameworks/models/*.h5 $frameworks/models/*.keras \
     $frameworks/models/*.tflite $frameworks/hostile/*; do
@@ -26,10 +26,10 @@ printf '\001\007\002\000\000\200\077\000\000\000\100\000\001\000\000\200\077' > 
 printf '\003\002\000\000\200\077\000\000\000\100' > corpus/frame/probe
 printf '\002\001\000\000\200\077\001\000\000\200\077' > corpus/frame/prediction
 # A printed folder of each framework network, where the program is there to write it.
-if command -v sinew-codegen > /dev/null; then
+if command -v sinew > /dev/null; then
     for file in $frameworks/models/*.onnx $frameworks/models/*.keras; do
         name=$(basename "$file")
-        sinew-codegen import "$file" --out "corpus/folder" > /dev/null
+        sinew import "$file" --out "corpus/folder" > /dev/null
         { cat corpus/folder/network.toml; printf '\000'; cat corpus/folder/weights.safetensors; } > "corpus/network/$name"
         rm -r corpus/folder
     done

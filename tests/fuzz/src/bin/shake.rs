@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use sinew_codegen_fuzz::TARGETS;
+use sinew_fuzz::TARGETS;
 
 /// Longer is a finding. By the clock on the wall: what takes 0.04 s alone took 2 s on a crowded machine.
 const SLOW: Duration = Duration::from_secs(20);
