@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use sinew::device::Device;
-use sinew::error::{Error, Result};
 use sinew::project::{Board, Built, board_folder, compile};
+use sinew_ident::error::{Error, Result};
 
 /// Top folder of the repository.
 pub fn root() -> PathBuf {

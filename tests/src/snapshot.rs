@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use sinew::device::Device;
-use sinew::error::{Error, Result};
 use sinew::project::{Board, Sizes, image::sizes};
+use sinew_ident::error::{Error, Result};
 
 use crate::{closed_loop, image};
 
@@ -157,9 +157,11 @@ pub fn expected(name: &str) -> PathBuf {
 /// `tests/budgets.toml` cannot be read, holds something else, or has no such table.
 pub fn budget(name: &str) -> Result<Budget> {
     let path = image::root().join("tests/budgets.toml");
-    let mut tables: std::collections::BTreeMap<String, Budget> = read(&path)?;
-    let missing = || Error::file(&path, format!("no table [{name}]"));
-    tables.remove(name).ok_or_else(missing)
+    // Other tables are budgets of other things.
+    let mut tables: toml::Table = read(&path)?;
+    let table =
+        (tables.remove(name)).ok_or_else(|| Error::file(&path, format!("no table [{name}]")))?;
+    Budget::deserialize(table).map_err(|error| Error::file(&path, error.to_string()))
 }
 
 fn read<T: for<'de> Deserialize<'de>>(path: &Path) -> Result<T> {

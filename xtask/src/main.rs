@@ -8,11 +8,13 @@ mod evaluation;
 mod generate;
 mod help;
 mod modules;
+mod prose;
 mod references;
 mod snapshots;
 mod survive;
 mod tally;
 mod test;
+mod tutorials;
 
 use std::process::ExitCode;
 
@@ -108,6 +110,12 @@ const VERBS: &[Verb] = &[
         run: |arguments| evaluation::run("experiments", arguments),
     },
     Verb {
+        name: "tutorials",
+        arguments: "[--program PATH]",
+        line: "The tutorials of docs/tutorials, executed line by line",
+        run: |arguments| tutorials::run(&setup::run(setup::Extent::Build)?, arguments),
+    },
+    Verb {
         name: "survive",
         arguments: "",
         line: "Long runs: 10 million hostile frames, 100,000 random states, an hour of control in QEMU",
@@ -115,12 +123,9 @@ const VERBS: &[Verb] = &[
     },
     Verb {
         name: "references",
-        arguments: "",
-        line: "Links between pages, and the equations that code cites, lead somewhere",
-        run: |arguments| {
-            none(arguments)?;
-            references::check()
-        },
+        arguments: "[--list]",
+        line: "Links and cited equations lead somewhere; sentences, openings and lines keep their budget",
+        run: references::check,
     },
     Verb {
         name: "cycles",

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Coefficients of firmware/src/math.rs: the minimax rational x P(x^2) / Q(x^2) of tanh on [0, C].
+"""Coefficients of firmware/mpc/src/math.rs: the minimax rational x P(x^2) / Q(x^2) of tanh on [0, C].
 
 Remez exchange in double precision, Q(0) = 1. Usage: tanh_minimax.py [M N C]
 M, N: degrees of P and Q in x^2. Prints the coefficients and the levelled error.
