@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, ensure};
 
 use crate::arguments::none;
-use crate::{demo, evaluation, modules, references, snapshots, test};
+use crate::{demo, deny, evaluation, modules, references, snapshots, test};
 use xtask::process::{self, cargo, root, target_folder};
 use xtask::setup::{self, Extent, Toolchain};
 
@@ -51,6 +51,7 @@ const FIRST: &[Stage] = &[
     ("format", |_| format()),
     ("references", |_| references::check(&[])),
     ("cycles", |_| modules::check()),
+    ("dependencies", |_| deny::check()),
     ("foreign recordings up to date", |_| foreign()),
 ];
 

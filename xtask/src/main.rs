@@ -4,6 +4,7 @@
 mod arguments;
 mod ci;
 mod demo;
+mod deny;
 mod evaluation;
 mod generate;
 mod help;
@@ -127,6 +128,15 @@ const VERBS: &[Verb] = &[
         run: |arguments| {
             none(arguments)?;
             modules::check()
+        },
+    },
+    Verb {
+        name: "deny",
+        arguments: "",
+        line: "Licences, sources and versions of dependencies (deny.toml)",
+        run: |arguments| {
+            none(arguments)?;
+            deny::check()
         },
     },
     Verb {
