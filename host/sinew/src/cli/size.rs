@@ -8,7 +8,7 @@ use sinew_codegen::network::emit::{Accuracy, Options, Weights};
 use sinew_codegen::store;
 
 use super::speed_alone;
-use crate::chain::size::{REMARK, measure, table};
+use crate::pipeline::footprint::{REMARK, measure, table};
 use crate::project::{Board, Optimise};
 use sinew_ident::error::{Error, Result};
 
