@@ -3,7 +3,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use sinew_codegen::spec::ControlSpec;
+use sinew_model::spec::ControlSpec;
 
 use crate::closed_loop::mpc::Weights;
 use crate::tuning::optimise::{self, Found, Range, minimise, search};
