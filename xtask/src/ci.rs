@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, ensure};
 
 use crate::arguments::none;
-use crate::{demo, evaluation, modules, references, snapshots, test};
+use crate::{demo, evaluation, modules, references, snapshots, test, tutorials};
 use xtask::process::{self, cargo, root, target_folder};
 use xtask::setup::{self, Extent, Toolchain};
 
@@ -67,6 +67,7 @@ const LAST: &[Stage] = &[
     }),
     ("budgets", |_| snapshots::budget(&[])),
     ("documentation", |_| documentation()),
+    ("tutorials", |toolchain| tutorials::run(toolchain, &[])),
     ("demo", |_| demo::demo(&[])),
 ];
 

@@ -14,6 +14,7 @@ mod snapshots;
 mod survive;
 mod tally;
 mod test;
+mod tutorials;
 
 use std::process::ExitCode;
 
@@ -107,6 +108,12 @@ const VERBS: &[Verb] = &[
         arguments: "[NAMES] [--seed S] [--controllers A,B] [--cases A,B]",
         line: "Questions whose answer is measured: what a controller gains from a mended model (mended)",
         run: |arguments| evaluation::run("experiments", arguments),
+    },
+    Verb {
+        name: "tutorials",
+        arguments: "[--program PATH]",
+        line: "The tutorials of docs/tutorials, executed line by line",
+        run: |arguments| tutorials::run(&setup::run(setup::Extent::Build)?, arguments),
     },
     Verb {
         name: "survive",
