@@ -3,7 +3,7 @@
 
 use std::process::{Command, Stdio};
 
-use sinew::chain::size::count;
+use sinew::pipeline::footprint::count;
 use sinew::device::{Workplace, decode_log};
 use sinew::project::checks as checks_of;
 use sinew_firmware::checks::{self, Golden, Subject, Wrong};

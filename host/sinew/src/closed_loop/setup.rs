@@ -6,35 +6,37 @@ use sinew_firmware::pid::PidState;
 use sinew_firmware::protocol::Summary;
 use sinew_sim::Plant;
 
-use super::moved::{Moved, moved};
-use super::task::{Source, Task};
-use crate::compare::closed_loop::{Run, Scenario, Score};
-use crate::compare::disturbance::Disturbance;
-use crate::compare::feedback::{FeedbackController, Opponent, Training, Tuning, tune};
-use crate::compare::mpc::{Answer, MpcController};
-use crate::compare::objective::Objective;
-use crate::compare::optimise::Budget;
-use crate::compare::plant_program::PlantProgram;
-use crate::compare::reference::Reference;
+use crate::closed_loop::baseline::{
+    BaselineController, FeedbackController, Training, Tuning, tune,
+};
+use crate::closed_loop::control_problem::{ControlProblem, Source};
+use crate::closed_loop::disturbance::Disturbance;
+use crate::closed_loop::mpc::{Answer, MpcController};
+use crate::closed_loop::perturbed_plant::{PerturbedParameter, perturbed};
+use crate::closed_loop::plant_program::PlantProgram;
+use crate::closed_loop::reference::Reference;
+use crate::closed_loop::scenario::{Run, Scenario, Score};
 use crate::device::{Device, End, decode_log};
 use crate::project::{Board, Built};
+use crate::tuning::objective::Objective;
+use crate::tuning::optimise::Budget;
 use sinew_ident::error::{Error, Result};
 
 /// How far the plant of the comparison lies from the fitted one.
-pub const LEAST_MOVED: f64 = 0.10;
-/// See [`LEAST_MOVED`].
-pub const MOST_MOVED: f64 = 0.20;
+pub const LEAST_PERTURBATION: f64 = 0.10;
+/// See [`LEAST_PERTURBATION`].
+pub const MOST_PERTURBATION: f64 = 0.20;
 /// Steps of a reference that only tuning sees.
 const TUNING_STEPS: usize = 1000;
 /// What tuning a controller without a model for a comparison may cost: the same for all of them.
 pub const BUDGET: Budget = Budget::Thorough(200, 250);
 
 /// What the comparison needs to know of a plant.
-pub struct Bench<'a> {
+pub struct Setup<'a> {
     /// The fitted plant.
     pub plant: &'a Plant,
     /// The task.
-    pub task: &'a Task,
+    pub task: &'a ControlProblem,
     /// Seed of everything drawn.
     pub seed: u64,
     /// What is added to the commands; with its sign turned in loops for tuning.
@@ -62,7 +64,7 @@ pub struct DeviceRun {
 }
 
 /// A loop run with a controller without a model.
-pub struct OpponentRun<L: Opponent> {
+pub struct BaselineRun<L: BaselineController> {
     /// The loop.
     pub run: Run,
     /// Its score.
@@ -72,7 +74,7 @@ pub struct OpponentRun<L: Opponent> {
 }
 
 /// A loop run with the PID.
-pub type PidRun = OpponentRun<PidState>;
+pub type PidRun = BaselineRun<PidState>;
 
 /// Whom a loop is for.
 #[derive(Clone, Copy, PartialEq)]
@@ -81,10 +83,10 @@ enum For {
     Report,
 }
 
-impl Bench<'_> {
+impl Setup<'_> {
     /// The plant of the comparison: the fitted one with its parameters moved by 10 to 20 %.
-    pub fn moved_plant(&self) -> (Vec<f64>, Vec<Moved>) {
-        moved(self.plant, LEAST_MOVED, MOST_MOVED, self.seed)
+    pub fn perturbed_plant(&self) -> (Vec<f64>, Vec<PerturbedParameter>) {
+        perturbed(self.plant, LEAST_PERTURBATION, MOST_PERTURBATION, self.seed)
     }
 
     /// The loop that is reported.
@@ -100,7 +102,7 @@ impl Bench<'_> {
     /// moves over the same workspace. Tuning sees none of them.
     ///
     /// # Errors
-    /// As [`Bench::scenario`].
+    /// As [`Setup::scenario`].
     pub fn scenarios(&self, values: &[f64], count: usize) -> Result<Vec<Scenario>> {
         let of = |k: usize| {
             let (asked, task) = (&self.task.reference, self.task);
@@ -119,7 +121,7 @@ impl Bench<'_> {
     /// The loop that is reported on each of `plants`, with other noise on each. Tuning sees none of them.
     ///
     /// # Errors
-    /// As [`Bench::scenario`].
+    /// As [`Setup::scenario`].
     pub fn scenarios_of(&self, plants: &[Vec<f64>]) -> Result<Vec<Scenario>> {
         let of = |(k, values): (usize, &Vec<f64>)| -> Result<Scenario> {
             Ok(Scenario {
@@ -134,7 +136,7 @@ impl Bench<'_> {
     /// Loops for tuning: other references and other noise, the k-th on the k-th plant of a program.
     ///
     /// # Errors
-    /// As [`Bench::scenario`].
+    /// As [`Setup::scenario`].
     pub fn tuning_scenarios(&self, plants: &[Vec<f64>]) -> Result<Vec<Scenario>> {
         let scenarios = plants.iter().enumerate().map(|(i, values)| {
             let seed = self.seed.wrapping_add(1000 + i as u64);
@@ -163,10 +165,10 @@ impl Bench<'_> {
     /// the plant of the comparison does, elsewhere.
     pub fn tuning_plants(&self) -> Vec<Vec<f64>> {
         let draw = |k: u64| {
-            moved(
+            perturbed(
                 self.plant,
-                LEAST_MOVED,
-                MOST_MOVED,
+                LEAST_PERTURBATION,
+                MOST_PERTURBATION,
                 self.seed.wrapping_add(k),
             )
             .0
@@ -293,17 +295,17 @@ impl Bench<'_> {
     /// Tunes the PID on the plant of the comparison, and runs it.
     ///
     /// # Errors
-    /// As [`Bench::tuned`] and [`Bench::run_opponent`].
+    /// As [`Setup::tuned`] and [`Setup::run_baseline`].
     pub fn pid(&self, values: &[f64], scenario: &Scenario) -> Result<PidRun> {
         let plants = [values.to_vec(), values.to_vec()];
-        self.run_opponent(self.tuned::<PidState>(&plants, BUDGET)?, scenario)
+        self.run_baseline(self.tuned::<PidState>(&plants, BUDGET)?, scenario)
     }
 
     /// Tunes a controller without a model on plants of the comparison, with references it will not be judged on.
     ///
     /// # Errors
     /// Inputs and outputs do not pair off.
-    pub fn tuned<L: Opponent>(
+    pub fn tuned<L: BaselineController>(
         &self,
         plants: &[Vec<f64>],
         budget: Budget,
@@ -329,14 +331,14 @@ impl Bench<'_> {
     ///
     /// # Errors
     /// The plant diverges.
-    pub fn run_opponent<L: Opponent>(
+    pub fn run_baseline<L: BaselineController>(
         &self,
         tuning: Vec<Tuning<L::Gains>>,
         scenario: &Scenario,
-    ) -> Result<OpponentRun<L>> {
+    ) -> Result<BaselineRun<L>> {
         let (limits, period_s) = (&self.task.limits, self.task.period_s);
         let run = scenario.run(&mut FeedbackController::<L>::new(&tuning, limits, period_s))?;
-        Ok(OpponentRun {
+        Ok(BaselineRun {
             score: run.score(limits),
             run,
             tuning,

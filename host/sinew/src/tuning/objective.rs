@@ -1,6 +1,6 @@
 //! What a controller is tuned for.
 
-use super::closed_loop::Score;
+use crate::closed_loop::scenario::Score;
 
 /// Weight of the command's change where it only keeps a controller from chattering for nothing.
 pub const EFFORT: f64 = 1e-5;

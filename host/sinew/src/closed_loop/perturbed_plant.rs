@@ -6,7 +6,7 @@ use sinew_sim::Plant;
 
 /// A parameter that was moved, for the report.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Moved {
+pub struct PerturbedParameter {
     /// `carriage.inertia`.
     pub name: String,
     /// Its SI unit.
@@ -19,7 +19,12 @@ pub struct Moved {
 
 /// Moves every free parameter by a factor 1 - `most` to 1 - `least` or 1 + `least` to 1 + `most`,
 /// seeded; bounds of the rig are kept.
-pub fn moved(plant: &Plant, least: f64, most: f64, seed: u64) -> (Vec<f64>, Vec<Moved>) {
+pub fn perturbed(
+    plant: &Plant,
+    least: f64,
+    most: f64,
+    seed: u64,
+) -> (Vec<f64>, Vec<PerturbedParameter>) {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut values = plant.values();
     let mut list = Vec::new();
@@ -31,7 +36,7 @@ pub fn moved(plant: &Plant, least: f64, most: f64, seed: u64) -> (Vec<f64>, Vec<
         values[slot] = wished
             .max(parameter.min.unwrap_or(f64::NEG_INFINITY))
             .min(parameter.max.unwrap_or(f64::INFINITY));
-        list.push(Moved {
+        list.push(PerturbedParameter {
             name: parameter.name.clone(),
             unit: parameter.unit.clone(),
             fitted: parameter.value,

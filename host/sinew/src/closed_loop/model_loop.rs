@@ -8,13 +8,12 @@ use sinew_model::spec::{ModelSpec, Signal};
 use sinew_model::store;
 use sinew_sim::{Plant, Rig};
 
-use super::build::compile_in;
-use super::moved::{Moved, moved};
-use super::side_by_side::{Bench, DeviceRun, LEAST_MOVED, MOST_MOVED};
-use super::task::Task;
-use crate::compare::closed_loop::Scenario;
-use crate::compare::disturbance::Disturbance;
-use crate::compare::plant_program::PlantProgram;
+use crate::closed_loop::control_problem::ControlProblem;
+use crate::closed_loop::disturbance::Disturbance;
+use crate::closed_loop::perturbed_plant::{PerturbedParameter, perturbed};
+use crate::closed_loop::plant_program::PlantProgram;
+use crate::closed_loop::scenario::Scenario;
+use crate::closed_loop::setup::{DeviceRun, LEAST_PERTURBATION, MOST_PERTURBATION, Setup};
 use crate::progress::Stage;
 use crate::project::image::Sizes;
 use crate::project::{self, Board, Optimise};
@@ -22,7 +21,7 @@ use sinew_ident::error::{Error, Result};
 use sinew_ident::recording::Recording;
 
 /// Loops that were run on a board.
-pub struct Ran {
+pub struct BoardRuns {
     /// One a scenario.
     pub runs: Vec<DeviceRun>,
     /// The image by its sections; none on the host.
@@ -30,7 +29,7 @@ pub struct Ran {
 }
 
 /// A rig's task and the plant of its loop.
-pub struct Loop {
+pub struct ModelLoop {
     /// The rig's file, for errors.
     rig: String,
     /// The plant of the loop.
@@ -38,11 +37,11 @@ pub struct Loop {
     /// Its parameters.
     pub values: Vec<f64>,
     /// Those that were moved.
-    pub moved: Vec<Moved>,
+    pub moved: Vec<PerturbedParameter>,
     /// Plants drawn around this one, a loop each; none: `values` alone.
     pub drawn: Vec<Vec<f64>>,
     /// What the controller is asked for.
-    pub task: Task,
+    pub task: ControlProblem,
     /// What is added to the commands on their way to the plant.
     pub disturbance: Disturbance,
     /// Age of the measurements when a controller gets them, seconds.
@@ -53,7 +52,7 @@ pub struct Loop {
     pub program: Option<PlantProgram>,
 }
 
-impl Loop {
+impl ModelLoop {
     /// Reads the files and checks that they belong together. The plant of the loop is that of `real` as it is written,
     /// or else the rig's with every free parameter moved; the task is the rig's either way.
     ///
@@ -79,10 +78,11 @@ impl Loop {
             .first()
             .or(recordings.last())
             .ok_or_else(|| Error::arguments("no recording").help("name one with --fit"))?;
-        let task = Task::new(&rig, &plant, &recordings, reference)?;
+        let task = ControlProblem::new(&rig, &plant, &recordings, reference)?;
         let (plant, values, moved) = match real {
             None => {
-                let (values, moved) = moved(&plant, LEAST_MOVED, MOST_MOVED, seed);
+                let (values, moved) =
+                    perturbed(&plant, LEAST_PERTURBATION, MOST_PERTURBATION, seed);
                 (plant, values, moved)
             }
             Some(path) => {
@@ -130,8 +130,8 @@ impl Loop {
     }
 
     /// What runs of this loop share.
-    pub fn bench(&self) -> Bench<'_> {
-        Bench {
+    pub fn bench(&self) -> Setup<'_> {
+        Setup {
             plant: &self.plant,
             task: &self.task,
             seed: self.seed,
@@ -144,13 +144,13 @@ impl Loop {
     /// Draws `count` plants about the one in the loop: every free parameter is that of the rig or the real one as
     /// written, times 1 - `spread` to 1 + `spread`.
     pub fn draw(&mut self, spread: f64, count: usize) {
-        let of = |k: u64| moved(&self.plant, 0.0, spread, self.seed.wrapping_add(4000 + k)).0;
+        let of = |k: u64| perturbed(&self.plant, 0.0, spread, self.seed.wrapping_add(4000 + k)).0;
         self.drawn = (0..count as u64).map(of).collect();
         self.values = self.plant.values();
         self.moved.clear();
     }
 
-    /// Lets a program be the plant; nothing of the rig's is moved. With [`Loop::draw`], it draws.
+    /// Lets a program be the plant; nothing of the rig's is moved. With [`ModelLoop::draw`], it draws.
     pub fn let_be_the_plant(&mut self, command: &str, spread: f64) {
         self.program = Some(PlantProgram {
             command: command.into(),
@@ -185,9 +185,9 @@ impl Loop {
         cache: Option<&Path>,
         quiet: bool,
         scenarios: &[Scenario],
-    ) -> Result<Ran> {
+    ) -> Result<BoardRuns> {
         project::write(folder, spec, optimise)?;
-        let built = compile_in(folder, board, cache, quiet)?;
+        let built = project::build_shown(folder, board, cache, quiet)?;
         let stage = Stage::begin(format!("run it on {}", board.name()), quiet);
         let (bench, hash) = (self.bench(), fingerprint(spec));
         let runs: Vec<DeviceRun> = scenarios
@@ -200,7 +200,7 @@ impl Loop {
             Board::Host => None,
             _ => Some(project::image::sizes(&built.lockstep)?),
         };
-        Ok(Ran { runs, image })
+        Ok(BoardRuns { runs, image })
     }
 
     /// The model's signals of one role are the rig's, in number, name and order.

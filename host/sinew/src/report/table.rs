@@ -1,7 +1,7 @@
 //! `loop.csv`.
 
-use crate::chain::build::Outcome;
-use crate::compare::closed_loop::Run;
+use crate::closed_loop::scenario::Run;
+use crate::pipeline::build::Outcome;
 
 /// The loop as a recording: time, reference, output and command of both controllers.
 pub(super) fn loop_csv(outcome: &Outcome) -> String {

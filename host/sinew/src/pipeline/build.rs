@@ -10,14 +10,14 @@ use sinew_model::spec::ModelSpec;
 use sinew_model::store;
 use sinew_sim::{Plant, Rig};
 
-use super::learn::{CHECKPOINT_FILE, Record, VISITS, learn, save};
-use super::moved::Moved;
-use super::side_by_side::{Bench, DeviceRun, PidRun, same_bits};
-use super::task::Task;
-use super::tune::tuned;
-use crate::compare::disturbance::Disturbance;
+use crate::closed_loop::control_problem::ControlProblem;
+use crate::closed_loop::disturbance::Disturbance;
+use crate::closed_loop::perturbed_plant::PerturbedParameter;
+use crate::closed_loop::setup::{DeviceRun, PidRun, Setup, same_bits};
+use crate::pipeline::learn::{CHECKPOINT_FILE, Record, VISITS, learn, save};
 use crate::progress::Stage;
 use crate::project::{self, Board, Built, Optimise, Sizes};
+use crate::tuning::tune::tune_quickly;
 use sinew_ident::diagnose::{Diagnosis, Options, Recordings, diagnose};
 use sinew_ident::error::{Error, Result};
 use sinew_ident::fit::{Fit, FitOptions, FreeRun, doubt, fit, free_run};
@@ -76,7 +76,7 @@ pub struct Outcome {
     /// Signals that the refitted rig does not explain, a sentence each.
     pub doubts: Vec<String>,
     /// The task.
-    pub task: Task,
+    pub task: ControlProblem,
     /// Units of the outputs.
     pub units: Vec<String>,
     /// Columns of the inputs.
@@ -92,7 +92,7 @@ pub struct Outcome {
     /// The model came from an earlier run on the same files.
     pub reused: bool,
     /// Parameters of the plant that differ from the model's.
-    pub moved: Vec<Moved>,
+    pub moved: Vec<PerturbedParameter>,
     /// Where the controller ran.
     pub board: Board,
     /// What its image was made for.
@@ -153,8 +153,8 @@ pub fn build(request: &Request) -> Result<Outcome> {
         .first()
         .or(recordings.last())
         .ok_or_else(no_recording)?;
-    let task = Task::new(&fitted.rig, &plant, &recordings, reference)?;
-    let bench = Bench {
+    let task = ControlProblem::new(&fitted.rig, &plant, &recordings, reference)?;
+    let bench = Setup {
         plant: &plant,
         task: &task,
         seed: request.seed,
@@ -179,7 +179,7 @@ pub fn build(request: &Request) -> Result<Outcome> {
     };
     let hash = fingerprint(&spec);
 
-    let (values, moved) = bench.moved_plant();
+    let (values, moved) = bench.perturbed_plant();
     let scenario = bench.scenario(&values)?;
     let steps = scenario.reference.steps();
     let stage = Stage::begin(format!("run it on {}", request.board.name()), request.quiet);
@@ -317,7 +317,7 @@ fn model(
     plant: &Plant,
     recordings: &[Recording],
     free_runs: &[Fitted],
-    bench: &Bench<'_>,
+    bench: &Setup<'_>,
 ) -> Result<(ModelSpec, Record, bool)> {
     let folder = request.out.join("model");
     let kept = request.out.join("training.json");
@@ -354,7 +354,7 @@ fn model(
     ));
 
     let mut spec = learned.spec;
-    tuned(
+    tune_quickly(
         &mut spec,
         bench,
         &request.out,
@@ -426,25 +426,5 @@ pub fn starts(plant: &Plant, recordings: &[Recording], runs: &[FreeRun]) -> Resu
 }
 
 fn compile(request: &Request, board: Board) -> Result<Built> {
-    compile_in(&request.out, board, request.cache.as_deref(), request.quiet)
-}
-
-/// Builds one board of the project in `folder`, with progress.
-///
-/// # Errors
-/// As [`project::build`].
-pub fn compile_in(folder: &Path, board: Board, cache: Option<&Path>, quiet: bool) -> Result<Built> {
-    let stage = Stage::begin(format!("build the firmware for {}", board.name()), quiet);
-    let built = project::build(folder, board, cache)?;
-    stage.end(match board {
-        Board::Host => "the same code for this computer".to_string(),
-        _ => {
-            let sizes = project::image::sizes(&built.lockstep)?;
-            format!(
-                "{} B flash, {} B RAM before its stack",
-                sizes.flash_bytes, sizes.ram_bytes
-            )
-        }
-    });
-    Ok(built)
+    project::build_shown(&request.out, board, request.cache.as_deref(), request.quiet)
 }

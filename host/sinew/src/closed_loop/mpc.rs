@@ -4,8 +4,8 @@ use heapless::Vec as FixedVec;
 use sinew_firmware::protocol::{Identity, ToDevice, ToHost};
 use sinew_firmware::status::Status;
 
-use super::closed_loop::Controller;
-use super::reference::Reference;
+use crate::closed_loop::reference::Reference;
+use crate::closed_loop::scenario::Controller;
 use crate::device::Device;
 use sinew_ident::error::{Error, Result};
 

@@ -3,8 +3,8 @@
 use sinew_firmware::protocol::MAX_PREVIEW;
 use sinew_sim::{Plant, Rig, Stepper};
 
-use crate::compare::closed_loop::InputLimits;
-use crate::compare::reference::{Reference, Workspace};
+use crate::closed_loop::reference::{Reference, Workspace};
+use crate::closed_loop::scenario::InputLimits;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::noise::noise_level;
 use sinew_ident::recording::Recording;
@@ -36,7 +36,7 @@ pub enum Source {
 
 /// The control problem in physical units, before any weight is tuned.
 #[derive(Clone, Debug)]
-pub struct Task {
+pub struct ControlProblem {
     /// Control period, seconds.
     pub period_s: f64,
     /// Indices of the sensors that are outputs.
@@ -81,7 +81,7 @@ pub struct Task {
     pub reference_source: String,
 }
 
-impl Task {
+impl ControlProblem {
     /// How long the reference is.
     pub fn duration_s(&self) -> f64 {
         self.reference.steps() as f64 * self.period_s

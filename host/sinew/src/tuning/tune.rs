@@ -1,7 +1,8 @@
-//! Every controller tuned for one objective, by one search with one budget, on the same loops, and reported on a
-//! loop with another plant, reference and noise.
+//! Tuning of every controller for one objective with one budget, on the same closed loops. The
+//! report is on a closed loop with another plant, reference and noise.
 
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 use sinew_firmware::protocol::MAX_PREVIEW;
 use sinew_model::fingerprint;
@@ -9,21 +10,21 @@ use sinew_model::spec::{ControlSpec, ModelSpec};
 use sinew_sim::Rig;
 use toml_edit::{Array, DocumentMut, Item, Table, Value};
 
-use super::build::compile_in;
-use super::side_by_side::Bench;
-use super::weights::Searched;
-use crate::compare::closed_loop::{Run, Scenario, Score};
-use crate::compare::feedback::{Opponent, Training, Tuning, tune};
-use crate::compare::mpc::{MpcController, Weights};
-use crate::compare::optimise::Budget;
+use crate::closed_loop::baseline::{BaselineController, Training, Tuning, tune};
+use crate::closed_loop::mpc::{MpcController, Weights};
+use crate::closed_loop::scenario::{Run, Scenario, Score};
+use crate::closed_loop::setup::Setup;
 use crate::progress::Stage;
 use crate::project::{self, Board, Built, Optimise};
+use crate::tuning::objective::Objective;
+use crate::tuning::optimise;
+use crate::tuning::search_space::{Budget, Cheapest, SearchSpace};
 use sinew_ident::error::{Error, Result};
 
 /// What is tuned on, and what is reported on.
 pub struct Request<'a> {
     /// The loop's task.
-    pub bench: &'a Bench<'a>,
+    pub bench: &'a Setup<'a>,
     /// Loops for tuning.
     pub training: Training<'a>,
     /// The loop that is reported.
@@ -63,7 +64,7 @@ pub struct Line {
 }
 
 /// A controller without a model, tuned.
-pub struct TunedFeedback<L: Opponent> {
+pub struct TunedFeedback<L: BaselineController> {
     /// What tuning did.
     pub line: Line,
     /// The gains found.
@@ -83,14 +84,14 @@ impl Request<'_> {
 ///
 /// # Errors
 /// Inputs and outputs do not pair off, or the reported plant diverges under gains that the others bore.
-pub fn tune_feedback<L: Opponent>(request: &Request<'_>) -> Result<TunedFeedback<L>> {
+pub fn tune_feedback<L: BaselineController>(request: &Request<'_>) -> Result<TunedFeedback<L>> {
     let stage = Stage::begin(format!("tune the {}", L::NAME), request.quiet);
     let told = counter(&stage, request.evaluations);
-    let budget = Budget::Apart(request.evaluations);
+    let budget = optimise::Budget::Apart(request.evaluations);
     let tuned = tune::<L>(&request.training, budget, &told)?;
     drop(told);
     let judged = |tuning: Vec<Tuning<L::Gains>>| -> Result<HeldOut> {
-        let run = request.bench.run_opponent::<L>(tuning, request.held_out)?;
+        let run = request.bench.run_baseline::<L>(tuning, request.held_out)?;
         Ok(request.judged(run.run))
     };
     let line = Line {
@@ -217,18 +218,84 @@ impl<'a> Firmware<'a> {
         project::write(folder, spec, Optimise::Speed)?;
         Ok(Self {
             folder,
-            built: compile_in(folder, Board::Host, cache, quiet)?,
+            built: project::build_shown(folder, Board::Host, cache, quiet)?,
             model: fingerprint(spec),
         })
     }
 
+    /// Searches the weights of this firmware; with the last failure of a run, where there was one.
+    fn cheapest(
+        &self,
+        space: &SearchSpace,
+        budget: Budget,
+        training: &Training<'_>,
+        progress: &(dyn Fn() + Sync),
+    ) -> (Cheapest, Option<Error>) {
+        let failure = Mutex::new(None);
+        let found = space.cheapest(budget, |weights| {
+            progress();
+            let cost = training.cost(|scenario| self.run(weights, scenario));
+            cost.unwrap_or_else(|error| {
+                // A panic elsewhere cannot leave an error half stored.
+                *failure.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
+                f64::INFINITY
+            })
+        });
+        let failure = failure.into_inner();
+        (found, failure.unwrap_or_else(PoisonError::into_inner))
+    }
+
     /// A device that has run nothing yet, since a reset keeps the command applied last.
     fn run(&self, weights: &Weights, scenario: &Scenario) -> Result<Run> {
-        let mut device = Bench::start(self.folder, Board::Host, &self.built)?;
+        let mut device = Setup::start(self.folder, Board::Host, &self.built)?;
         let mut mpc = MpcController::new(&mut device, self.model)?;
         mpc.tune(weights)?;
         scenario.run(&mut mpc)
     }
+}
+
+fn no_weights() -> Error {
+    Error::failed("no weights give a loop that stays finite")
+}
+
+/// Iterations of the simplex from each start in `sinew build`.
+const QUICK: Budget = Budget::Iterations(30);
+
+/// Tunes the weights of a network straight from training with a small budget: on the fitted plant and
+/// plants near it, never on the plant, the reference or the noise of the comparison. The weights are
+/// left in `spec`.
+///
+/// # Errors
+/// Firmware that does not build or run, or no weights that give a finite cost.
+pub fn tune_quickly(
+    spec: &mut ModelSpec,
+    setup: &Setup<'_>,
+    folder: &Path,
+    cache: Option<&Path>,
+    quiet: bool,
+) -> Result<()> {
+    let firmware = Firmware::build(spec, folder, cache, quiet)?;
+    let stage = Stage::begin("tune the controller", quiet);
+    let scenarios = setup.tuning_scenarios(&setup.tuning_plants())?;
+    let task = setup.task;
+    let space = SearchSpace::untuned(
+        &task.tracking_weight,
+        task.move_suppression.as_deref(),
+        task.limits.len(),
+        spec.control.iterations,
+    );
+    let training = setup.training(&scenarios, Objective::Tracking);
+    let (found, failure) = firmware.cheapest(&space, QUICK, &training, &|| ());
+    if !(found.cost < f64::MAX) {
+        return Err(failure.unwrap_or_else(no_weights));
+    }
+    spec.control.move_suppression = found.weights.move_suppression;
+    spec.control.disturbance_gain = found.weights.disturbance_gain;
+    stage.end(format!(
+        "move suppression {:.1e}, disturbance gain {:.2}",
+        spec.control.move_suppression[0], spec.control.disturbance_gain
+    ));
+    Ok(())
 }
 
 /// Tunes the predictive controller: for each shape a share of the budget on Q (the first output's is 1, as only ratios
@@ -250,7 +317,7 @@ pub fn tune_mpc(
         disturbance_gain: control.disturbance_gain,
         iterations: control.iterations,
     };
-    let searched = Searched::about(
+    let space = SearchSpace::about(
         control,
         request.disturbance_gain,
         request.iterations,
@@ -268,6 +335,7 @@ pub fn tune_mpc(
         )
     };
     let mut best: Option<(f64, ModelSpec)> = None;
+    let mut failure = None;
     let (mut evaluations, share) = (0, request.evaluations / shapes.len().max(1));
     for shape in shapes {
         let mut candidate = shape.of(spec).map_err(Error::arguments)?;
@@ -278,15 +346,11 @@ pub fn tune_mpc(
         );
         let stage = Stage::begin(title, request.quiet);
         let told = counter(&stage, share);
-        let found = searched.search(share, |weights| {
-            told();
-            let cost = request
-                .training
-                .cost(|scenario| firmware.run(weights, scenario));
-            cost.unwrap_or(f64::INFINITY)
-        });
+        let budget = Budget::Evaluations(share);
+        let (found, error) = firmware.cheapest(&space, budget, &request.training, &told);
         drop(told);
-        let weights = searched.weights(&found.best);
+        failure = failure.or(error);
+        let weights = found.weights;
         candidate.control.tracking_weight = weights.tracking_weight;
         candidate.control.move_suppression = weights.move_suppression;
         candidate.control.disturbance_gain = weights.disturbance_gain;
@@ -298,7 +362,7 @@ pub fn tune_mpc(
         }
     }
     let Some((cost, tuned)) = best else {
-        return Err(Error::failed("no weights give a loop that stays finite"));
+        return Err(failure.unwrap_or_else(no_weights));
     };
     // The firmware that is reported carries its weights itself.
     let firmware = Firmware::build(&tuned, folder, cache, request.quiet)?;
@@ -364,9 +428,8 @@ mod tests {
     use sinew_sim::Plant;
 
     use super::*;
-    use crate::chain::task::Task;
-    use crate::compare::disturbance::Disturbance;
-    use crate::compare::objective::Objective;
+    use crate::closed_loop::control_problem::ControlProblem;
+    use crate::closed_loop::disturbance::Disturbance;
     use sinew_ident::recording::Recording;
 
     fn checkout(file: &str) -> std::path::PathBuf {
@@ -385,9 +448,9 @@ mod tests {
         let plant = Plant::new(&rig).expect("it can be simulated");
         let recording =
             Recording::read(checkout("rigs/mass-spring-damper.fit.csv")).expect("it can be read");
-        let task = Task::new(&rig, &plant, std::slice::from_ref(&recording), &recording)
+        let task = ControlProblem::new(&rig, &plant, std::slice::from_ref(&recording), &recording)
             .expect("it fits the rig");
-        let bench = Bench {
+        let bench = Setup {
             plant: &plant,
             task: &task,
             seed: 3,
@@ -398,7 +461,7 @@ mod tests {
         let scenarios = bench
             .tuning_scenarios(&[plant.values()])
             .expect("it starts");
-        let (values, _) = bench.moved_plant();
+        let (values, _) = bench.perturbed_plant();
         let held_out = bench.scenario(&values).expect("it starts");
         assert_ne!(scenarios[0].reference, held_out.reference);
         let request = |objective| Request {

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use crate::chain::build::Outcome;
-use crate::chain::summary::Summary;
+use crate::pipeline::build::Outcome;
+use crate::pipeline::summary::Summary;
 use sinew_ident::report::quantity;
 
 /// The lines that a person reads at the end.

@@ -8,7 +8,7 @@ use sinew_model::spec::{ControlSpec, ModelSpec, OutputForm, Signal};
 use sinew_model::store;
 use sinew_sim::{FirstLayer, Form, Plant, Rig};
 
-use super::task::Task;
+use crate::closed_loop::control_problem::ControlProblem;
 use sinew_ident::error::{Error, Result};
 use sinew_train::dataset::{Recipe, Slope, Stretch, Visit, draw, slopes};
 use sinew_train::train::{
@@ -89,7 +89,7 @@ pub fn learn(
     plant: &Plant,
     values: &[f64],
     visits: &[Visit],
-    task: &Task,
+    task: &ControlProblem,
     (seed, checkpoint): (u64, &Path),
     mut progress: impl FnMut(usize, usize, Epoch),
 ) -> Result<Learned> {
@@ -101,7 +101,7 @@ pub fn learn(
         );
     }
     fits(rig, plant, task)?;
-    let mut attempt = |task: &Task| {
+    let mut attempt = |task: &ControlProblem| {
         learned(
             rig,
             plant,
@@ -114,7 +114,7 @@ pub fn learn(
     };
     let noise = roughened(&task.noise, &task.output_range);
     match attempt(task) {
-        Err(_) if noise != task.noise => attempt(&Task {
+        Err(_) if noise != task.noise => attempt(&ControlProblem {
             noise,
             ..task.clone()
         }),
@@ -128,7 +128,7 @@ fn learned(
     plant: &Plant,
     values: &[f64],
     visits: &[Visit],
-    task: &Task,
+    task: &ControlProblem,
     (seed, checkpoint): (u64, &Path),
     progress: impl FnMut(usize, usize, Epoch),
 ) -> Result<Learned> {
@@ -262,7 +262,7 @@ fn in_model_units(
 ///
 /// # Errors
 /// It does not.
-pub fn fits(rig: &Rig, plant: &Plant, task: &Task) -> Result<()> {
+pub fn fits(rig: &Rig, plant: &Plant, task: &ControlProblem) -> Result<()> {
     let (shape, options) = options(rig, task.horizon, 0);
     let shape = Shape {
         n_u: plant.inputs().len(),
@@ -306,7 +306,7 @@ pub fn save(folder: &Path, spec: &ModelSpec) -> Result<()> {
 }
 
 /// Settings that hold until they are tuned.
-pub(super) fn control(task: &Task) -> ControlSpec {
+pub(super) fn control(task: &ControlProblem) -> ControlSpec {
     ControlSpec {
         horizon: task.horizon,
         control_horizon: task.control_horizon,
@@ -352,7 +352,7 @@ pub(super) fn score(
     spec: &ModelSpec,
     shape: Shape,
     warm_up: usize,
-    task: &Task,
+    task: &ControlProblem,
     test: &[Scaled],
     y_scaling: &[(f64, f64)],
 ) -> (Vec<f64>, Vec<f64>) {

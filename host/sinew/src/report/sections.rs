@@ -1,8 +1,8 @@
 //! The chapters of the page.
 
-use crate::chain::build::Outcome;
-use crate::chain::summary::Summary;
-use crate::compare::closed_loop::Run;
+use crate::closed_loop::scenario::Run;
+use crate::pipeline::build::Outcome;
+use crate::pipeline::summary::Summary;
 use sinew_ident::report::{
     Block, Plot, Section, Series, Stroke, Table, TableColumn, Tone, quantity, significant,
 };
@@ -69,7 +69,7 @@ fn columns(titles: &[(&str, bool)]) -> Vec<TableColumn> {
 
 fn scores(outcome: &Outcome) -> Table {
     let mut rows = Vec::new();
-    let mut add = |controller: &str, score: &crate::compare::closed_loop::Score| {
+    let mut add = |controller: &str, score: &crate::closed_loop::scenario::Score| {
         for (i, (name, unit)) in outcome.outputs.iter().zip(&outcome.units).enumerate() {
             rows.push(vec![
                 controller.into(),

@@ -2,10 +2,10 @@
 
 use sinew_firmware::rise::{RiseGains, RiseState};
 
-use super::feedback::Opponent;
-use super::optimise::Range;
+use crate::closed_loop::baseline::BaselineController;
+use crate::tuning::optimise::Range;
 
-impl Opponent for RiseState {
+impl BaselineController for RiseState {
     const NAME: &'static str = "RISE";
 
     /// In the terms of the PID that it is without its sign, so that both search the same ground:

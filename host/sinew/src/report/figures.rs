@@ -1,7 +1,7 @@
 //! `summary.json` of an outcome.
 
-use crate::chain::build::{Fitted, Outcome};
-use crate::chain::summary::{FitError, Found, NetworkError, Summary, Tracking, instructions};
+use crate::pipeline::build::{Fitted, Outcome};
+use crate::pipeline::summary::{FitError, Found, NetworkError, Summary, Tracking, instructions};
 use crate::project::Board;
 use sinew_ident::fit::pool;
 

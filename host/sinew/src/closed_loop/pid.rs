@@ -2,10 +2,10 @@
 
 use sinew_firmware::pid::{PidGains, PidState};
 
-use super::feedback::Opponent;
-use super::optimise::Range;
+use crate::closed_loop::baseline::BaselineController;
+use crate::tuning::optimise::Range;
 
-impl Opponent for PidState {
+impl BaselineController for PidState {
     const NAME: &'static str = "PID";
 
     fn ranges() -> Vec<Range> {

@@ -4,19 +4,19 @@ use rayon::prelude::*;
 use sinew_firmware::feedback::{Feedback, Law};
 use sinew_firmware::safety::Limits;
 
-use super::closed_loop::{Controller, InputLimits, Run, Scenario};
-use super::objective::Objective;
-use super::optimise::{Budget, Found, Range, search};
-use super::reference::Reference;
+use crate::closed_loop::reference::Reference;
+use crate::closed_loop::scenario::{Controller, InputLimits, Run, Scenario};
+use crate::tuning::objective::Objective;
+use crate::tuning::optimise::{Budget, Found, Range, search};
 use sinew_ident::error::{Error, Result};
 
 /// A law that can be tuned: what is searched, where, and what a point of the search means.
-pub trait Opponent: Law<Gains: Send + Sync> + Send + Sync {
+pub trait BaselineController: Law<Gains: Send + Sync> + Send + Sync {
     /// As it stands in tables.
     const NAME: &'static str;
     /// One range a setting, the lead left out.
     fn ranges() -> Vec<Range>;
-    /// Where the search begins; settings as in [`Opponent::ranges`].
+    /// Where the search begins; settings as in [`BaselineController::ranges`].
     fn starts() -> Vec<Vec<f64>>;
     /// The gains of settings `g`; half the ranges of input and output.
     fn gains(g: &[f64], ranges: (f64, f64), period_s: f64) -> Self::Gains;
@@ -131,7 +131,7 @@ impl Training<'_> {
     }
 
     /// The cost of gains; infinite where a plant diverges under them.
-    pub fn cost_of<L: Opponent>(&self, tuning: &[Tuning<L::Gains>]) -> f64 {
+    pub fn cost_of<L: BaselineController>(&self, tuning: &[Tuning<L::Gains>]) -> f64 {
         let run = |scenario: &Scenario| {
             let mut controller = FeedbackController::<L>::new(tuning, self.limits, self.period_s());
             scenario.run(&mut controller)
@@ -154,7 +154,7 @@ pub struct Tuned<G> {
 const LEADS: [usize; 3] = [1, 3, 5];
 
 /// Where a law's search begins: each of its starts with each preview that is no longer than `longest`; with none, each as it is.
-fn starts<L: Opponent>(longest: usize) -> Vec<Vec<f64>> {
+fn starts<L: BaselineController>(longest: usize) -> Vec<Vec<f64>> {
     if longest == 0 {
         return L::starts();
     }
@@ -173,7 +173,7 @@ fn starts<L: Opponent>(longest: usize) -> Vec<Vec<f64>> {
 ///
 /// # Errors
 /// A rig with fewer outputs than inputs.
-pub fn tune<L: Opponent>(
+pub fn tune<L: BaselineController>(
     training: &Training<'_>,
     budget: Budget,
     told: &(dyn Fn() + Sync),
@@ -220,7 +220,7 @@ mod tests {
 
     use super::*;
 
-    fn begins_inside<L: Opponent>() {
+    fn begins_inside<L: BaselineController>() {
         let all = starts::<L>(4);
         assert_eq!(all.len(), 2 * L::starts().len());
         let leads = |lead: f64| {

@@ -11,8 +11,8 @@ use std::path::Path;
 pub use closing::closing_lines;
 pub use figures::summary;
 
-use super::build::Outcome;
-use super::summary::Summary;
+use crate::pipeline::build::Outcome;
+use crate::pipeline::summary::Summary;
 use sections::{conditions, fit_section, loop_section, network_section};
 use sinew_ident::error::Result;
 use sinew_ident::report::{Report, quantity};

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use crate::compare::mpc::Answer;
+use crate::closed_loop::mpc::Answer;
 use sinew_ident::error::{Error, Result};
 
 /// Ticks of QEMU's 25 MHz timer last 40 ns and an instruction 32 ns of virtual time (`-icount shift=5`,

@@ -4,9 +4,9 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sinew_sim::{Plant, Stepper};
 
-use super::disturbance::Disturbance;
-use super::plant_program::{PlantProgram, Running};
-use super::reference::Reference;
+use crate::closed_loop::disturbance::Disturbance;
+use crate::closed_loop::plant_program::{PlantProgram, Running};
+use crate::closed_loop::reference::Reference;
 use sinew_ident::error::Result;
 use sinew_ident::noise::gaussian;
 

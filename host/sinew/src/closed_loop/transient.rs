@@ -1,6 +1,6 @@
 //! What textbooks ask of a step response, of any reference that moves and rests (docs/explanation/comparison.md, eq. 4).
 
-use super::closed_loop::{InputLimits, Run};
+use crate::closed_loop::scenario::{InputLimits, Run};
 
 /// Steps for which a reference that does not change is a rest.
 const REST: usize = 20;

@@ -2,12 +2,12 @@
 
 use serde::Serialize;
 
-use super::built::Ran;
-use super::side_by_side::{DeviceRun, same_bits};
-use super::summary::{Spread, instructions};
-use super::task::Task;
-use crate::compare::closed_loop::{Distance, Run, Score};
-use crate::compare::transient::Transient;
+use crate::closed_loop::control_problem::ControlProblem;
+use crate::closed_loop::model_loop::BoardRuns;
+use crate::closed_loop::scenario::{Distance, Run, Score};
+use crate::closed_loop::setup::{DeviceRun, same_bits};
+use crate::closed_loop::transient::Transient;
+use crate::pipeline::summary::{Spread, instructions};
 use crate::project::image::Sizes;
 use sinew_ident::error::{Error, Result};
 
@@ -26,7 +26,7 @@ pub struct Judged {
 }
 
 impl Judged {
-    fn of(run: &Run, task: &Task) -> Self {
+    fn of(run: &Run, task: &ControlProblem) -> Self {
         let outputs = 0..task.outputs.len();
         let judged = task.judged_s.map(|[from, to]| run.between(from, to));
         let judged = judged.as_ref().unwrap_or(run);
@@ -47,7 +47,7 @@ impl Judged {
 
 /// One controller and its loops.
 #[derive(Clone, Debug, Serialize)]
-pub struct Contestant {
+pub struct ControllerResult {
     /// `PID`, `RISE`, or what its model's folder is called.
     pub name: String,
     /// Each of its loops.
@@ -65,12 +65,12 @@ pub struct Contestant {
     pub first: Run,
 }
 
-impl Contestant {
+impl ControllerResult {
     /// A controller on this computer.
     ///
     /// # Errors
     /// No loop.
-    pub fn new(name: impl Into<String>, runs: Vec<Run>, task: &Task) -> Result<Self> {
+    pub fn new(name: impl Into<String>, runs: Vec<Run>, task: &ControlProblem) -> Result<Self> {
         let loops = runs.iter().map(|run| Judged::of(run, task)).collect();
         let first = runs.into_iter().next();
         Ok(Self {
@@ -91,8 +91,8 @@ impl Contestant {
     pub fn mpc(
         name: String,
         loops: Vec<DeviceRun>,
-        board: Option<&Ran>,
-        task: &Task,
+        board: Option<&BoardRuns>,
+        task: &ControlProblem,
     ) -> Result<Self> {
         let image = board.and_then(|board| board.image);
         let board = board.map(|board| &board.runs);

@@ -7,8 +7,8 @@ use sinew_model::spec::{ControlSpec, ModelSpec, OutputForm, Signal};
 use sinew_nn::Network;
 use sinew_sim::{Form, Plant, Rig};
 
-use super::learn::{control, crate_name, options, score, unit_of};
-use super::task::Task;
+use crate::closed_loop::control_problem::ControlProblem;
+use crate::pipeline::learn::{control, crate_name, options, score, unit_of};
 use sinew_ident::error::{Error, Result};
 use sinew_ident::recording::Recording;
 use sinew_train::train::{Scaled, Shape, Windows};
@@ -24,7 +24,7 @@ const SAME_RATE: f64 = 0.01;
 pub fn adopt(
     rig: &Rig,
     plant: &Plant,
-    task: &Task,
+    task: &ControlProblem,
     recordings: &[Recording],
     (network, from): (&Network, &Path),
 ) -> Result<ModelSpec> {
@@ -132,7 +132,7 @@ pub fn adopt(
 pub fn judged(
     rig: &Rig,
     plant: &Plant,
-    task: &Task,
+    task: &ControlProblem,
     spec: &ModelSpec,
     recordings: &[Recording],
 ) -> Option<(Vec<f64>, Vec<f64>)> {
@@ -148,7 +148,7 @@ pub fn judged(
     Some(score(spec, shape, 0, task, &episodes, &scaling))
 }
 
-fn shape(rig: &Rig, plant: &Plant, task: &Task) -> Shape {
+fn shape(rig: &Rig, plant: &Plant, task: &ControlProblem) -> Shape {
     Shape {
         n_u: plant.inputs().len(),
         n_y: task.outputs.len(),
@@ -184,7 +184,12 @@ fn range(recordings: &[Recording], column: &str, sensor: &str) -> Result<(f64, f
         .expected("a recording in which every output and channel moves"))
 }
 
-fn episode(plant: &Plant, task: &Task, spec: &ModelSpec, recording: &Recording) -> Option<Scaled> {
+fn episode(
+    plant: &Plant,
+    task: &ControlProblem,
+    spec: &ModelSpec,
+    recording: &Recording,
+) -> Option<Scaled> {
     let t = recording.t();
     let even = |pair: &[f64]| ((pair[1] - pair[0]) / task.period_s - 1.0).abs() < SAME_RATE;
     if t.len() < 2 || !t.windows(2).all(even) {

@@ -5,11 +5,11 @@ use std::path::Path;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use super::built::Loop;
-use super::contestant::Contestant;
-use super::moved::Moved;
-use crate::compare::closed_loop::{Distance, Run};
-use crate::compare::disturbance::Disturbance;
+use crate::closed_loop::controller_result::ControllerResult;
+use crate::closed_loop::disturbance::Disturbance;
+use crate::closed_loop::model_loop::ModelLoop;
+use crate::closed_loop::perturbed_plant::PerturbedParameter;
+use crate::closed_loop::scenario::{Distance, Run};
 use crate::project::Optimise;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::report::{
@@ -27,7 +27,7 @@ const TONES: [Tone; 5] = [
 
 /// `sinew-comparison/1` (docs/reference/results.md): every number in it was measured in the run that wrote it.
 #[derive(Serialize)]
-pub struct Contest {
+pub struct Benchmark {
     format: &'static str,
     /// What the controllers were asked for comes from this rig.
     rig: String,
@@ -45,7 +45,7 @@ pub struct Contest {
     /// Where the first loop's reference comes from.
     reference: String,
     /// What differs between model and plant; empty with a real rig.
-    moved: Vec<Moved>,
+    moved: Vec<PerturbedParameter>,
     /// Age of the measurements when a controller gets them.
     delay_s: f64,
     /// What errors, effort and time at limits were judged between, seconds; absent where it is the whole run.
@@ -58,7 +58,7 @@ pub struct Contest {
     /// Gains by name, an object a channel, of controllers without a model.
     gains: Map<String, Value>,
     /// In the order of the table.
-    pub controllers: Vec<Contestant>,
+    pub controllers: Vec<ControllerResult>,
     #[serde(skip)]
     inputs: Vec<Signal>,
 }
@@ -69,14 +69,14 @@ struct Signal {
     unit: String,
 }
 
-impl Contest {
+impl Benchmark {
     /// What `controllers` did in `ready`.
     pub fn new(
-        ready: &Loop,
+        ready: &ModelLoop,
         rig: &Path,
         plant: Option<String>,
         board: &'static str,
-        controllers: Vec<Contestant>,
+        controllers: Vec<ControllerResult>,
         gains: Map<String, Value>,
     ) -> Self {
         let sensors = ready
@@ -197,7 +197,7 @@ impl Contest {
     }
 
     /// The row of the error of all outputs together, where they share a unit.
-    fn distances(&self, of: &Contestant, loops: usize, counted: bool) -> Option<Vec<String>> {
+    fn distances(&self, of: &ControllerResult, loops: usize, counted: bool) -> Option<Vec<String>> {
         let unit = &self.outputs.first()?.unit;
         of.loops.first()?.distance?;
         let over = |what: fn(Distance) -> f64| of.over(|l| l.distance.map_or(f64::NAN, what));
