@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use sinew::project::{Board, Optimise, compile, image::sizes, write};
-use sinew_codegen::store;
+use sinew_model::store;
 use sinew_tests::callgraph::CallGraph;
 use sinew_tests::{image, skip};
 

@@ -25,7 +25,7 @@ fn check() -> Result<()> {
 }
 
 fn codegen(arguments: &[&str]) -> std::process::Command {
-    let mut command = cargo(&["run", "--quiet", "--package", "sinew-codegen", "--"]);
+    let mut command = cargo(&["run", "--quiet", "--package", "sinew-model", "--"]);
     command.args(arguments);
     command
 }

@@ -4,21 +4,21 @@
     reason = "a printed crate copies only what its network needs"
 )]
 
-#[path = "../../../codegen/kernels/src/layers/along.rs"]
+#[path = "../../../codegen/nn/kernels/layers/along.rs"]
 pub mod along;
-#[path = "../../../codegen/kernels/src/layers/dense.rs"]
+#[path = "../../../codegen/nn/kernels/layers/dense.rs"]
 pub mod dense;
-#[path = "../../../codegen/kernels/src/layers/elementwise.rs"]
+#[path = "../../../codegen/nn/kernels/layers/elementwise.rs"]
 pub mod elementwise;
-#[path = "../../../codegen/kernels/src/layers/gate.rs"]
+#[path = "../../../codegen/nn/kernels/layers/gate.rs"]
 pub mod gate;
-#[path = "../../../codegen/kernels/src/layers/gru.rs"]
+#[path = "../../../codegen/nn/kernels/layers/gru.rs"]
 pub mod gru;
-#[path = "../../../codegen/kernels/src/layers/lstm.rs"]
+#[path = "../../../codegen/nn/kernels/layers/lstm.rs"]
 pub mod lstm;
-#[path = "../../../codegen/kernels/src/layers/rows.rs"]
+#[path = "../../../codegen/nn/kernels/layers/rows.rs"]
 pub mod rows;
-#[path = "../../../codegen/kernels/src/layers/activation/sigmoid.rs"]
+#[path = "../../../codegen/nn/kernels/layers/activation/sigmoid.rs"]
 pub mod sigmoid;
-#[path = "../../../codegen/kernels/src/layers/activation/tanh.rs"]
+#[path = "../../../codegen/nn/kernels/layers/activation/tanh.rs"]
 pub mod tanh;

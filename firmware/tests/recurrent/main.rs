@@ -12,7 +12,7 @@ use sinew_firmware::math;
     dead_code,
     reason = "a printed crate copies only what its network needs"
 )]
-#[path = "../../../codegen/kernels/src/number.rs"]
+#[path = "../../../codegen/nn/kernels/number.rs"]
 mod number;
 
 #[path = "../common/mod.rs"]

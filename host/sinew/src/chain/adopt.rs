@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use sinew_codegen::network::{Network, to_model};
-use sinew_codegen::spec::{ControlSpec, ModelSpec, OutputForm, Signal};
+use sinew_model::from_network;
+use sinew_model::spec::{ControlSpec, ModelSpec, OutputForm, Signal};
+use sinew_nn::Network;
 use sinew_sim::{Form, Plant, Rig};
 
 use super::learn::{control, crate_name, options, score, unit_of};
@@ -97,7 +98,7 @@ pub fn adopt(
             ))
             .help("`past_inputs`, `past_outputs` and `channels` say what it is given"));
     }
-    let layers = to_model::layers(network, &regressor, &given)
+    let layers = from_network::layers(network, &regressor, &given)
         .map_err(|e| Error::file(from, e.to_string()))?;
     let bare = |signals: Vec<(Signal, f64)>| signals.into_iter().map(|(s, _)| s).collect();
     let spec = ModelSpec {

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
-use sinew_codegen::fingerprint;
-use sinew_codegen::spec::ModelSpec;
-use sinew_codegen::store;
+use sinew_model::fingerprint;
+use sinew_model::spec::ModelSpec;
+use sinew_model::store;
 use sinew_sim::{Plant, Rig};
 
 use super::learn::{CHECKPOINT_FILE, Record, VISITS, learn, save};

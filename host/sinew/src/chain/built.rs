@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
-use sinew_codegen::fingerprint;
-use sinew_codegen::spec::{ModelSpec, Signal};
-use sinew_codegen::store;
+use sinew_model::fingerprint;
+use sinew_model::spec::{ModelSpec, Signal};
+use sinew_model::store;
 use sinew_sim::{Plant, Rig};
 
 use super::build::compile_in;

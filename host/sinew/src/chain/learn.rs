@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use sinew_codegen::evaluate::advance;
-use sinew_codegen::spec::limits::MAX_REGRESSOR;
-use sinew_codegen::spec::{ControlSpec, ModelSpec, OutputForm, Signal};
-use sinew_codegen::store;
+use sinew_model::evaluate::advance;
+use sinew_model::spec::limits::MAX_REGRESSOR;
+use sinew_model::spec::{ControlSpec, ModelSpec, OutputForm, Signal};
+use sinew_model::store;
 use sinew_sim::{FirstLayer, Form, Plant, Rig};
 
 use super::task::Task;

@@ -3,9 +3,9 @@
 
 use std::path::Path;
 
-use sinew_codegen::fingerprint;
-use sinew_codegen::spec::{ControlSpec, ModelSpec};
 use sinew_firmware::protocol::MAX_PREVIEW;
+use sinew_model::fingerprint;
+use sinew_model::spec::{ControlSpec, ModelSpec};
 use sinew_sim::Rig;
 use toml_edit::{Array, DocumentMut, Item, Table, Value};
 
@@ -445,7 +445,7 @@ mod tests {
     #[test]
     fn horizons_are_those_that_a_firmware_carries() {
         let folder = checkout("models/reference-s");
-        let spec = sinew_codegen::store::load(&folder).expect("it is committed");
+        let spec = sinew_model::store::load(&folder).expect("it is committed");
         let of = |n: &[usize], nc: &[usize]| Shape::candidates(&spec, n, nc);
         let near = of(&[], &[]).expect("its own at least");
         assert_eq!(near[0].horizon, spec.control.horizon);
@@ -462,7 +462,7 @@ mod tests {
     fn a_tuned_rig_keeps_its_text() {
         let rig = rig();
         let spec =
-            sinew_codegen::store::load(&checkout("models/reference-s")).expect("it is committed");
+            sinew_model::store::load(&checkout("models/reference-s")).expect("it is committed");
         let control = ControlSpec {
             horizon: 9,
             control_horizon: 2,

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use sinew_codegen::network::size::CYCLES_PER_INSTRUCTION;
-use sinew_codegen::spec::ModelSpec;
+use sinew_model::spec::ModelSpec;
+use sinew_nn::footprint::CYCLES_PER_INSTRUCTION;
 
 use crate::device::{Device, decode_log};
 use crate::progress::Stage;

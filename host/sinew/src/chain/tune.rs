@@ -4,8 +4,8 @@
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-use sinew_codegen::fingerprint;
-use sinew_codegen::spec::ModelSpec;
+use sinew_model::fingerprint;
+use sinew_model::spec::ModelSpec;
 
 use crate::compare::closed_loop::Scenario;
 use crate::compare::mpc::{MpcController, Weights};

@@ -1,6 +1,6 @@
 //! The predictive controller's weights as a search sees them: first tied together, then each of its own.
 
-use sinew_codegen::spec::ControlSpec;
+use sinew_model::spec::ControlSpec;
 
 use crate::compare::mpc::Weights;
 use crate::compare::optimise::{Budget, Found, Range, search};

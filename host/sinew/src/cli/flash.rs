@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use sinew_codegen::store;
+use sinew_model::store;
 
 use crate::chain::build::compile_in;
 use crate::flash::{Options, chip, flash, list};

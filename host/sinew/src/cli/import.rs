@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use sinew_codegen::network::{commands, import};
-use sinew_codegen::store;
+use sinew_model::{import, store};
+use sinew_nn::commands;
 use sinew_sim::{Plant, Rig};
 
 use crate::chain::adopt::{adopt, judged};
@@ -39,7 +39,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     match (&arguments.rig, &arguments.out) {
         (Some(rig), Some(out)) => model(arguments, rig, out),
         (_, out) => {
-            let text = commands::import(&arguments.network, out.as_deref());
+            let network =
+                import::read(&arguments.network).map_err(|e| Error::arguments(e.to_string()))?;
+            let text = commands::import(&network, out.as_deref());
             print!("{}", text.map_err(Error::arguments)?);
             Ok(())
         }
@@ -55,9 +57,8 @@ fn model(arguments: &Arguments, rig: &Path, out: &Path) -> Result<()> {
         ))
         .help("name another"));
     }
-    let text = commands::import(&arguments.network, None).map_err(Error::arguments)?;
-    let network = import::read(&arguments.network)
-        .map_err(|e| Error::file(&arguments.network, e.to_string()))?;
+    let network = import::read(&arguments.network).map_err(|e| Error::arguments(e.to_string()))?;
+    let text = commands::import(&network, None).map_err(Error::arguments)?;
     let rig = Rig::load(rig)?;
     let plant = Plant::new(&rig)?;
     let read = |paths: &[PathBuf]| {

@@ -31,9 +31,9 @@ use crate::device::Device;
 use crate::flash as probes;
 use crate::live::Names;
 use crate::project::{Board, Optimise};
-use sinew_codegen::spec::ModelSpec;
 use sinew_firmware::protocol::Identity;
 use sinew_ident::error::{Error, Result};
+use sinew_model::spec::ModelSpec;
 
 /// From a recording and a rig to a controlled Cortex-M4F.
 #[derive(Parser)]

@@ -45,7 +45,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let device = match &arguments.port {
         None => run(arguments.board)?,
         Some(port) => {
-            let model = sinew_codegen::fingerprint(&spec);
+            let model = sinew_model::fingerprint(&spec);
             bench.loop_with(Device::port(port)?, model, &scenario[0])?.0
         }
     };

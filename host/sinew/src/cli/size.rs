@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use sinew_codegen::network::commands;
-use sinew_codegen::network::emit::{Accuracy, Options, Weights};
-use sinew_codegen::store;
+use sinew_model::{import, store};
+use sinew_nn::commands;
+use sinew_nn::emit::{Accuracy, Options, Weights};
 
 use super::speed_alone;
 use crate::chain::size::{REMARK, measure, table};
@@ -81,8 +81,8 @@ fn bare(arguments: &Arguments, board: &str) -> Result<()> {
         weights: arguments.weights,
         ..Options::default()
     };
-    let (network, folder) = (&arguments.network, &arguments.build_dir);
-    let text = commands::size(network, board, &options, folder);
+    let network = import::read(&arguments.network).map_err(|e| Error::failed(e.to_string()))?;
+    let text = commands::size(&network, board, &options, &arguments.build_dir);
     print!("{}", text.map_err(Error::failed)?);
     Ok(())
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use sinew_codegen::store;
+use sinew_model::store;
 use sinew_sim::{Plant, Rig};
 
 use super::{Common, Recordings, overwrite};

@@ -236,7 +236,7 @@ fn refuse(arguments: &Arguments) -> Result<()> {
         .chain(test)
         .chain(&arguments.conditions.reference)
         .map(|path| ("a recording", path.as_path()));
-    let file = |folder: &PathBuf| folder.join(sinew_codegen::store::MODEL_FILE);
+    let file = |folder: &PathBuf| folder.join(sinew_model::store::MODEL_FILE);
     let model = file(&arguments.model);
     let model_out = arguments.model_out.as_ref().map(file);
     overwrite::refuse(

@@ -16,8 +16,8 @@ mod sources;
 
 use std::path::{Path, PathBuf};
 
-use sinew_codegen::emit::{EmitOptions, emit};
-use sinew_codegen::spec::ModelSpec;
+use sinew_model::emit::{EmitOptions, emit};
+use sinew_model::spec::ModelSpec;
 use toml_edit::{DocumentMut, Item, Table, value};
 
 pub use build::{Built, Machine, build, checks, compile, run_cargo};
@@ -184,7 +184,7 @@ mod tests {
 
     fn manifest(optimise: Optimise) -> DocumentMut {
         let model = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/reference-s");
-        let mut spec = sinew_codegen::store::load(&model).expect("it ships with the project");
+        let mut spec = sinew_model::store::load(&model).expect("it ships with the project");
         spec.name = "finger".into();
         let (_, contents) = sources::SOURCES
             .iter()

@@ -1,0 +1,83 @@
+//! What the command lines do with networks: `sinew import`, `sinew size`, and `sinew emit` of a network.
+
+use std::path::{Path, PathBuf};
+
+use super::emit::{self, LIBRARY, Options, Weights};
+use super::footprint::{self, BOARDS, Board};
+use super::{Network, quantise, store, summary, target};
+use crate::files;
+
+/// Writes a network as a folder, if `out` is given; the answer is its table.
+///
+/// # Errors
+/// In words, for a person.
+pub fn import(network: &Network, out: Option<&Path>) -> Result<String, String> {
+    if let Some(out) = out {
+        store::save(out, network).map_err(|error| format!("{}: {error}", out.display()))?;
+    }
+    let written = out.map_or(String::new(), |out| format!("\nwrote {}\n", out.display()));
+    Ok(format!(
+        "{}\n\n{}{written}",
+        network.name,
+        summary::table(network)
+    ))
+}
+
+/// Prints the crate of a network into `out`, and with the C interface builds its library; the answer names what
+/// was written.
+///
+/// # Errors
+/// In words, for a person.
+pub fn emit(network: &Network, out: &Path, options: &Options) -> Result<String, String> {
+    for file in emit::emit(network, options).map_err(|error| error.to_string())? {
+        files::write_changed(&out.join(file.path), file.text.as_bytes())
+            .map_err(|error| error.to_string())?;
+    }
+    let mut text = format!("wrote {}\n{}", out.display(), loss(network, options));
+    if options.c_abi {
+        let folder = absolute(&out.join("c"))?;
+        target::build(&folder, &format!("{}-c", network.name))?;
+        let library = format!("target/{}/release/lib{LIBRARY}.a", target::TARGET);
+        text += &format!("library {}\n", folder.join(library).display());
+        text += &format!("header {}\n", folder.join(format!("{LIBRARY}.h")).display());
+    }
+    Ok(text)
+}
+
+/// What a network takes on a board; `folder` keeps what is compiled for the next time.
+///
+/// # Errors
+/// In words, for a person.
+pub fn size(
+    network: &Network,
+    board: &str,
+    options: &Options,
+    folder: &Path,
+) -> Result<String, String> {
+    let board = self::board(board)?;
+    let folder = absolute(folder)?;
+    let size = footprint::measure(network, options, &folder)?;
+    Ok(footprint::table(network, &size, board) + &loss(network, options))
+}
+
+/// The line that says what integers cost; nothing where weights stay as they are.
+fn loss(network: &Network, options: &Options) -> String {
+    match options.weights {
+        Weights::Float32 => String::new(),
+        Weights::Int8 => format!("{}\n", quantise::loss(network)),
+    }
+}
+
+fn absolute(path: &Path) -> Result<PathBuf, String> {
+    std::path::absolute(path).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// The board of a name.
+///
+/// # Errors
+/// There is none; the message has the names.
+pub fn board(name: &str) -> Result<&'static Board, String> {
+    let names = BOARDS.map(|board| board.name).join(", ");
+    let found = BOARDS.iter().find(|board| board.name == name);
+    found.ok_or_else(|| format!("there is no board {name:?}: expected one of {names}"))
+}
