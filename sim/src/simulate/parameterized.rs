@@ -22,7 +22,7 @@ pub struct ParameterizedPlant<'a, S> {
 
 impl Plant {
     /// `values` has one entry a parameter slot; `interval` is the sample interval of most simulations, s.
-    pub fn numbers<S: Simulated>(
+    pub fn parameterized<S: Simulated>(
         &self,
         values: Vec<S>,
         interval: f64,
