@@ -1,5 +1,5 @@
-//! docs/reference/faults.md, row by row, on the board in QEMU: each fault is made, and the rig behind the converters sees what
-//! the firmware does about it.
+//! docs/reference/faults.md, row by row, on the board in QEMU: each fault is made, and the rig
+//! behind the converters sees what the firmware does about it.
 
 use std::time::{Duration, Instant};
 

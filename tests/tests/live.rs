@@ -1,5 +1,5 @@
-//! `sinew record` and `sinew monitor` against the board in QEMU, over its serial port, with a simulated rig behind
-//! its converters: the code that a real board meets.
+//! `sinew record` and `sinew monitor` against the board in QEMU, over its serial port, with a
+//! simulated rig behind its converters: the code that a real board meets.
 
 use std::path::Path;
 use std::thread::sleep;

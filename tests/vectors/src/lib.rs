@@ -1,8 +1,9 @@
-//! Predictors and problems of the controller drawn from seeds, and what the controller makes of them: the same numbers on
-//! this computer and on a Cortex-M4F, bit by bit.
+//! Predictors and problems of the controller drawn from seeds, and what the controller makes of
+//! them: the same numbers on this computer and on a Cortex-M4F, bit by bit.
 //!
-//! `firmware/tests/hessian.rs` and `firmware/tests/recurrent` hold thousands of the same cases, of the same seeds, against
-//! double precision; `tests/tests/vectors.rs` runs the program of this crate in QEMU and compares bits.
+//! `firmware/tests/hessian.rs` and `firmware/tests/recurrent` hold thousands of the same cases, of
+//! the same seeds, against double precision; `tests/tests/vectors.rs` runs the program of this
+//! crate in QEMU and compares bits.
 
 #![no_std]
 

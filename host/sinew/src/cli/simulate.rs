@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use sinew_sim::{InputTrajectory, Plant, RecordingRun, Rig};
 
 use super::overwrite;
-use crate::compare::plant_program::{PlantProgram, Recorded};
+use crate::closed_loop::plant_program::{PlantProgram, Recorded};
 use crate::view::{self, Animation};
 use sinew_ident::error::{Error, Result};
 use sinew_ident::noise::gaussian;

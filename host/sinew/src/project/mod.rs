@@ -24,6 +24,7 @@ pub use build::{Built, Machine, build, checks, compile, run_cargo};
 pub use chip::Chip;
 pub use image::Sizes;
 
+use crate::progress::Stage;
 use sinew_ident::error::{Error, Result};
 
 /// Everything that the firmware is built from, for telling whether a result still holds.
@@ -171,6 +172,31 @@ fn update(path: &Path, contents: &[u8]) -> Result<()> {
         std::fs::create_dir_all(parent).map_err(|e| Error::write(parent, e))?;
     }
     sinew_ident::atomic::write(path, contents)
+}
+
+/// Builds one board of the project in `folder`, with progress.
+///
+/// # Errors
+/// As [`project::build`].
+pub fn build_shown(
+    folder: &Path,
+    board: Board,
+    cache: Option<&Path>,
+    quiet: bool,
+) -> Result<Built> {
+    let stage = Stage::begin(format!("build the firmware for {}", board.name()), quiet);
+    let built = build(folder, board, cache)?;
+    stage.end(match board {
+        Board::Host => "the same code for this computer".to_string(),
+        _ => {
+            let sizes = image::sizes(&built.lockstep)?;
+            format!(
+                "{} B flash, {} B RAM before its stack",
+                sizes.flash_bytes, sizes.ram_bytes
+            )
+        }
+    });
+    Ok(built)
 }
 
 /// The board's folder in a project.

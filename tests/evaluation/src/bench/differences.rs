@@ -1,5 +1,5 @@
-//! Exact derivatives beside differences of predictions, in the same controller on the same problem: what the derivatives of a
-//! generated network are worth.
+//! Exact derivatives beside differences of predictions, in the same controller on the same problem:
+//! what the derivatives of a generated network are worth.
 
 use std::fs;
 use std::path::Path;

@@ -78,7 +78,8 @@ impl Around {
     }
 }
 
-/// Builds program `bin` of `boards/step` around a model of the reference problem and copies it to `target/bench/MODEL.NAME.elf`.
+/// Builds program `bin` of `boards/step` around a model of the reference problem and copies it to
+/// `target/bench/MODEL.NAME.elf`.
 ///
 /// # Errors
 /// As [`build_around`].
@@ -91,7 +92,8 @@ pub fn build(
     build_around(toolchain, &Around::reference(model), bin, content)
 }
 
-/// Builds program `bin` of `boards/step` around a model and copies it to `target/bench/AROUND.NAME.elf`.
+/// Builds program `bin` of `boards/step` around a model and copies it to
+/// `target/bench/AROUND.NAME.elf`.
 ///
 /// # Errors
 /// It does not build or link.
@@ -212,7 +214,8 @@ pub fn start(image: &Path) -> Result<Child> {
         .context("QEMU does not start")
 }
 
-/// Flash (code, constants, initial values) and statics in bytes, from the ELF file's program headers.
+/// Flash (code, constants, initial values) and statics in bytes, from the ELF file's program
+/// headers.
 ///
 /// # Errors
 /// It is no 32-bit little-endian ELF file.
