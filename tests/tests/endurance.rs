@@ -5,7 +5,7 @@
 
 use sinew::device::Device;
 use sinew::project::Board;
-use sinew_firmware::protocol::{ToDevice, ToHost};
+use sinew_device::protocol::{ToDevice, ToHost};
 use sinew_tests::closed_loop::sample;
 use sinew_tests::reference::{INPUT_LIMIT, OUTPUTS, Plant, Reference, STEPS};
 use sinew_tests::{image, skip, snapshot};

@@ -4,8 +4,8 @@
 use std::time::{Duration, Instant};
 
 use sinew::device::Device;
-use sinew_firmware::mode::{Cause, Drive, Mode, State};
-use sinew_firmware::protocol::{ToDevice, ToHost};
+use sinew_device::mode::{Cause, Drive, Mode, State};
+use sinew_device::protocol::{ToDevice, ToHost};
 use sinew_tests::board::{Desk, codes};
 use sinew_tests::reference::OUTPUTS;
 use sinew_tests::{image, skip};

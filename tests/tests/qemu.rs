@@ -3,7 +3,7 @@
 
 use sinew::device::{Device, End, decode_log};
 use sinew::project::Board;
-use sinew_firmware::protocol::{Reason, ToDevice, ToHost};
+use sinew_device::protocol::{Reason, ToDevice, ToHost};
 use sinew_model_reference_s::golden::GOLDEN;
 use sinew_tests::closed_loop::{self, sample};
 use sinew_tests::reference::{INPUT_LIMIT, INPUTS, OUTPUTS, Plant, RATE_LIMIT, Reference, STEPS};

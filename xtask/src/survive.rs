@@ -21,7 +21,7 @@ const LONG: &[(&str, &str)] = &[
 pub fn run(arguments: &[String]) -> Result<()> {
     none(arguments)?;
     let toolchain = setup::run(Extent::Build)?;
-    for (package, test) in [("sinew-firmware", "hostile"), ("sinew-tests", "endurance")] {
+    for (package, test) in [("sinew-device", "hostile"), ("sinew-tests", "endurance")] {
         let mut command = long(package, test);
         process::run(toolchain.equip(&mut command))?;
     }

@@ -1,9 +1,9 @@
 //! GRU and LSTM with a linear layer behind, as predictors: the kernels of a printed network, and
 //! what it remembers as channels that it predicts.
 
-use sinew_firmware::memory;
-use sinew_firmware::model::{ChannelJacobian, Jacobian, Model, Regressor};
-use sinew_firmware::mpc::tangent::{self, Stage, Tangent};
+use sinew_mpc::memory;
+use sinew_mpc::model::{ChannelJacobian, Jacobian, Model, Regressor};
+use sinew_mpc::mpc::tangent::{self, Stage, Tangent};
 
 use crate::layers::gru::{self, Gru};
 use crate::layers::lstm::{self, Lstm};

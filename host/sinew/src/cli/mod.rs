@@ -31,7 +31,7 @@ use crate::device::Device;
 use crate::flash as probes;
 use crate::live::Names;
 use crate::project::{Board, Optimise};
-use sinew_firmware::protocol::Identity;
+use sinew_device::protocol::Identity;
 use sinew_ident::error::{Error, Result};
 use sinew_model::spec::ModelSpec;
 

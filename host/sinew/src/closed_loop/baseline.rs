@@ -1,8 +1,8 @@
 //! Controllers without a model as opponents: the firmware's own code, and how any of them is tuned.
 
 use rayon::prelude::*;
-use sinew_firmware::feedback::{Feedback, Law};
-use sinew_firmware::safety::Limits;
+use sinew_mpc::feedback::{Feedback, Law};
+use sinew_mpc::safety::Limits;
 
 use crate::closed_loop::reference::Reference;
 use crate::closed_loop::scenario::{Controller, InputLimits, Run, Scenario};
@@ -215,8 +215,8 @@ pub fn tune<L: BaselineController>(
 
 #[cfg(test)]
 mod tests {
-    use sinew_firmware::pid::PidState;
-    use sinew_firmware::rise::RiseState;
+    use sinew_mpc::pid::PidState;
+    use sinew_mpc::rise::RiseState;
 
     use super::*;
 

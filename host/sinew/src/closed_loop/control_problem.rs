@@ -1,6 +1,6 @@
 //! What the controller is asked for: the rig's `[control]` table, filled in from the recordings.
 
-use sinew_firmware::protocol::MAX_PREVIEW;
+use sinew_device::protocol::MAX_PREVIEW;
 use sinew_sim::{Plant, Rig, Stepper};
 
 use crate::closed_loop::reference::{Reference, Workspace};

@@ -1,8 +1,8 @@
 //! The predictive controller on a device, as an opponent like any other.
 
 use heapless::Vec as FixedVec;
-use sinew_firmware::protocol::{Identity, ToDevice, ToHost};
-use sinew_firmware::status::Status;
+use sinew_device::protocol::{Identity, ToDevice, ToHost};
+use sinew_mpc::status::Status;
 
 use crate::closed_loop::reference::Reference;
 use crate::closed_loop::scenario::Controller;

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use sinew_firmware::pid::PidState;
-use sinew_firmware::protocol::Summary;
+use sinew_device::protocol::Summary;
+use sinew_mpc::pid::PidState;
 use sinew_sim::Plant;
 
 use crate::closed_loop::baseline::{

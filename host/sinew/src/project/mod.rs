@@ -2,7 +2,7 @@
 //! builds with cargo and needs nothing of this checkout.
 //!
 //! ```text
-//! DIR/Cargo.toml       workspace settings that firmware/ inherits
+//! DIR/Cargo.toml       workspace settings that firmware/* inherit
 //! DIR/firmware/        the controller
 //! DIR/model/           the generated model crate
 //! DIR/boards/NAME/     one board, a workspace of its own
@@ -105,11 +105,13 @@ pub fn write(folder: &Path, spec: &ModelSpec, optimise: Optimise) -> Result<()> 
     Ok(())
 }
 
-/// The workspace settings that `firmware/` inherits, without the members that are not there.
+/// The workspace settings that `firmware/*` inherit, without the members that are not there.
 fn workspace(contents: &[u8]) -> Result<String> {
     let mut document = parse("Cargo.toml", contents)?;
     if let Some(workspace) = document["workspace"].as_table_mut() {
-        let members = ["firmware"].into_iter().collect::<toml_edit::Array>();
+        let members = ["firmware/mpc", "firmware/device"]
+            .into_iter()
+            .collect::<toml_edit::Array>();
         workspace.insert("members", value(members));
         let apart = ["boards", "model"]
             .into_iter()

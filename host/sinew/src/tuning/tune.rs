@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-use sinew_firmware::protocol::MAX_PREVIEW;
+use sinew_device::protocol::MAX_PREVIEW;
 use sinew_model::fingerprint;
 use sinew_model::spec::{ControlSpec, ModelSpec};
 use sinew_sim::Rig;
@@ -423,8 +423,8 @@ pub fn controlled(rig: &Rig, control: &ControlSpec) -> Result<Rig> {
 
 #[cfg(test)]
 mod tests {
-    use sinew_firmware::pid::PidState;
-    use sinew_firmware::rise::RiseState;
+    use sinew_mpc::pid::PidState;
+    use sinew_mpc::rise::RiseState;
     use sinew_sim::Plant;
 
     use super::*;

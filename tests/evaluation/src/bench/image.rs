@@ -118,8 +118,8 @@ pub fn build_around(
     for line in read("Cargo.toml")?.lines() {
         let line = if line.starts_with("model = ") {
             model_line.clone()
-        } else if line.starts_with("sinew-firmware = ") {
-            format!("sinew-firmware = {{ path = {:?} }}", around.firmware)
+        } else if line.starts_with("sinew-mpc = ") {
+            format!("sinew-mpc = {{ path = {:?} }}", around.firmware.join("mpc"))
         } else if around.small && line == "[profile.release.package.\"*\"]" {
             of_model = true;
             format!("[profile.release.package.{package}]")
