@@ -1,9 +1,10 @@
-//! One door: every task of this repository is `cargo xtask VERB`, and continuous integration calls the same
-//! verbs as a person does.
+//! One door: every task of this repository is `cargo xtask VERB`, and continuous integration calls
+//! the same verbs as a person does.
 
 mod arguments;
 mod ci;
 mod demo;
+mod deny;
 mod evaluation;
 mod generate;
 mod help;
@@ -14,6 +15,7 @@ mod snapshots;
 mod survive;
 mod tally;
 mod test;
+mod tutorials;
 
 use std::process::ExitCode;
 
@@ -109,6 +111,12 @@ const VERBS: &[Verb] = &[
         run: |arguments| evaluation::run("experiments", arguments),
     },
     Verb {
+        name: "tutorials",
+        arguments: "[--program PATH]",
+        line: "The tutorials of docs/tutorials, executed line by line",
+        run: |arguments| tutorials::run(&setup::run(setup::Extent::Build)?, arguments),
+    },
+    Verb {
         name: "survive",
         arguments: "",
         line: "Long runs: 10 million hostile frames, 100,000 random states, an hour of control in QEMU",
@@ -127,6 +135,15 @@ const VERBS: &[Verb] = &[
         run: |arguments| {
             none(arguments)?;
             modules::check()
+        },
+    },
+    Verb {
+        name: "deny",
+        arguments: "",
+        line: "Licences, sources and versions of dependencies (deny.toml)",
+        run: |arguments| {
+            none(arguments)?;
+            deny::check()
         },
     },
     Verb {

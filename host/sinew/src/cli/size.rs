@@ -8,7 +8,7 @@ use sinew_nn::commands;
 use sinew_nn::emit::{Accuracy, Options, Weights};
 
 use super::speed_alone;
-use crate::chain::size::{REMARK, measure, table};
+use crate::pipeline::footprint::{REMARK, measure, table};
 use crate::project::{Board, Optimise};
 use sinew_ident::error::{Error, Result};
 
