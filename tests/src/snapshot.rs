@@ -1,4 +1,5 @@
-//! What is measured on an image, as it is kept in `tests/expected/` and held against `tests/budgets.toml`.
+//! What is measured on an image, as it is kept in `tests/expected/` and held against
+//! `tests/budgets.toml`.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -11,8 +12,8 @@ use sinew_ident::error::{Error, Result};
 
 use crate::{closed_loop, image};
 
-/// One tick of the board's counter is 40 ns, one instruction 32 ns (boards/qemu/run.sh, `shift=5`): counts
-/// are right to about an instruction, and the same in every run.
+/// One tick of the board's counter is 40 ns, one instruction 32 ns (boards/qemu/run.sh, `shift=5`):
+/// counts are right to about an instruction, and the same in every run.
 const INSTRUCTIONS_PER_TICK: f64 = 40.0 / 32.0;
 
 /// The reference closed loop in QEMU, in numbers. Contents of a file in `tests/expected/`.

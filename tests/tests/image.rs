@@ -1,4 +1,5 @@
-//! What the linked images hold and what they do not: no heap, and no way from the control step to a panic.
+//! What the linked images hold and what they do not: no heap, and no way from the control step to a
+//! panic.
 
 use std::path::Path;
 

@@ -18,8 +18,8 @@ fn emit() -> Result<()> {
     process::run(&mut codegen(&["write", "models"]))
 }
 
-/// Not a stage of CI: a test of codegen asks the same, and this builds half its libraries once more, with the
-/// features of one crate alone.
+/// Not a stage of CI: a test of codegen asks the same, and this builds half its libraries once
+/// more, with the features of one crate alone.
 fn check() -> Result<()> {
     process::run(&mut codegen(&["check", "models"]))
 }

@@ -1,9 +1,10 @@
-//! One door: every task of this repository is `cargo xtask VERB`, and continuous integration calls the same
-//! verbs as a person does.
+//! One door: every task of this repository is `cargo xtask VERB`, and continuous integration calls
+//! the same verbs as a person does.
 
 mod arguments;
 mod ci;
 mod demo;
+mod deny;
 mod evaluation;
 mod generate;
 mod help;
@@ -134,6 +135,15 @@ const VERBS: &[Verb] = &[
         run: |arguments| {
             none(arguments)?;
             modules::check()
+        },
+    },
+    Verb {
+        name: "deny",
+        arguments: "",
+        line: "Licences, sources and versions of dependencies (deny.toml)",
+        run: |arguments| {
+            none(arguments)?;
+            deny::check()
         },
     },
     Verb {

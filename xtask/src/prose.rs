@@ -1,7 +1,8 @@
 //! Measures of the project's prose: length of sentences and lines, first words of doc comments.
 //!
-//! Counted of pages: paragraphs and lists. Tables, code, headings, equations and quoted output are not. `docs/lab` holds
-//! dated notes that stay as they were written; only its lines count. The budget stands in `tests/budgets.toml` and falls.
+//! Counted of pages: paragraphs and lists. Tables, code, headings, equations and quoted output are
+//! not. `docs/lab` holds dated notes that stay as they were written; only its lines count. The
+//! budget stands in `tests/budgets.toml` and falls.
 
 use std::fmt::Write;
 use std::fs;

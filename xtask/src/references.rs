@@ -1,4 +1,5 @@
-//! References that a reader follows: links between pages, equations that are cited, heads of decisions.
+//! References that a reader follows: links between pages, equations that are cited, heads of
+//! decisions.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -14,8 +15,9 @@ use crate::prose::{self, Counts};
 /// With `--list`, every place that counts against the budget of prose as well.
 ///
 /// # Errors
-/// A link of a page leads to no file or heading, a decision is not in the table or has no status, an equation is cited
-/// that its page does not have: each by file and line. Or the prose is over its budget.
+/// A link of a page leads to no file or heading, a decision is not in the table or has no status,
+/// an equation is cited that its page does not have: each by file and line. Or the prose is over
+/// its budget.
 pub fn check(arguments: &[String]) -> Result<()> {
     let list = match arguments {
         [] => false,
@@ -144,9 +146,9 @@ fn anchors(text: &str) -> BTreeSet<String> {
         .collect()
 }
 
-/// Citations of the form "PAGE, eq. 7" (or "7 to 9", or "2a and 5") whose page has no such equation. A
-/// family, "eq. 10", is there when its first member, (10a), is. Where no page stands beside the number, one of the
-/// pages that the file names, or the file itself, has to have it.
+/// Citations of the form "PAGE, eq. 7" (or "7 to 9", or "2a and 5") whose page has no such
+/// equation. A family, "eq. 10", is there when its first member, (10a), is. Where no page stands
+/// beside the number, one of the pages that the file names, or the file itself, has to have it.
 fn missing_equations(path: &str, text: &str) -> Vec<String> {
     let mut wrong = Vec::new();
     let named = pages(path, text);
@@ -205,7 +207,8 @@ fn labels(text: &str) -> Vec<&str> {
     found
 }
 
-/// Pages that a text names, in its order, and the page itself: `docs/...` from the root, other names from its folder.
+/// Pages that a text names, in its order, and the page itself: `docs/...` from the root, other
+/// names from its folder.
 fn pages(path: &str, text: &str) -> Vec<String> {
     let mut found: Vec<String> = Vec::new();
     if path.ends_with(".md") {

@@ -1,7 +1,7 @@
 //! `cargo xtask tutorials`: the tutorials, executed line by line.
 //!
-//! Each page of `docs/tutorials` runs in an empty folder that holds a copy of `rigs/`, with `sinew` on the
-//! PATH. `docs/tutorials/README.md` documents the conventions of the fenced blocks.
+//! Each page of `docs/tutorials` runs in an empty folder that holds a copy of `rigs/`, with `sinew`
+//! on the PATH. `docs/tutorials/README.md` documents the conventions of the fenced blocks.
 
 use std::fs;
 use std::path::{Path, PathBuf};

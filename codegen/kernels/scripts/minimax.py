@@ -8,7 +8,7 @@ import math
 import pathlib
 import sys
 
-sys.path.append(str(pathlib.Path(__file__).resolve().parents[3] / "firmware/scripts"))
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[3] / "firmware/mpc/scripts"))
 from tanh_minimax import solve  # noqa: E402
 
 

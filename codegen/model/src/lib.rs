@@ -3,7 +3,7 @@
 //! - [`spec`]: signals, network and control problem, and what makes them valid.
 //! - [`store`]: that description on disk, `model.toml` and `weights.safetensors`.
 //! - [`evaluate`]: the predictor and its Jacobian in double precision, the reference for everything.
-//! - [`emit`]: the description as a Rust crate that depends only on `sinew-firmware`.
+//! - [`emit`]: the description as a Rust crate that depends only on `sinew-mpc` and `sinew-device`.
 //! - [`regenerate`]: committed models, printed again and compared.
 //! - [`mod@reference`]: the importer of the reference problem.
 //! - [`import`]: a network in any file or folder that this project reads.

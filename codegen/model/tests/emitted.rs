@@ -152,7 +152,7 @@ fn emit(workspace: &Path, specs: &[ModelSpec]) {
         firmware: firmware.display().to_string(),
         ..EmitOptions::default()
     };
-    let mut dependencies = format!("sinew-firmware = {{ path = {firmware:?} }}\n");
+    let mut dependencies = format!("sinew-mpc = {{ path = {:?} }}\n", firmware.join("mpc"));
     for spec in specs {
         let model = workspace.join("models").join(&spec.name);
         store::save(&model, spec).unwrap();
@@ -229,9 +229,9 @@ fn parse_errors(line: &str) -> Errors {
 /// The program that holds each model against its golden vectors: the bits of both predictions are
 /// compared here, the errors are printed for the test to judge.
 const CHECK: &str = r#"
-use sinew_firmware::model::{ChannelJacobian, Jacobian, Model, Regressor};
-use sinew_firmware::mpc::tangent::{self, Place, Stage, Tangent};
-use sinew_firmware::network::unflatten;
+use sinew_mpc::model::{ChannelJacobian, Jacobian, Model, Regressor};
+use sinew_mpc::mpc::tangent::{self, Place, Stage, Tangent};
+use sinew_mpc::network::unflatten;
 
 /// What is remembered and its derivatives against double precision; derivatives along directions against all of
 /// the Jacobian.

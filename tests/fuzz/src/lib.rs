@@ -4,7 +4,7 @@ use serde::ser::{Serialize, SerializeTuple, Serializer};
 use sinew_nn::emit::{Options, Weights, emit as print};
 use sinew_nn::{import as importers, store as networks};
 use sinew_model::store as models;
-use sinew_firmware::protocol::{self, MAX_FRAME, ToDevice, ToHost};
+use sinew_device::protocol::{self, MAX_FRAME, ToDevice, ToHost};
 use sinew_ident::recording::Recording;
 
 /// Its name, and what is done with bytes.

@@ -30,12 +30,12 @@ pub(super) fn print(spec: &ModelSpec) -> String {
 //!
 //! {HEADER}
 
-use sinew_firmware::control_loop::{{ControlLoop, Settings}};
-use sinew_firmware::mpc::Horizons;
-use sinew_firmware::protocol::{{Identity, PROTOCOL}};
-use sinew_firmware::safety::Limits;
-use sinew_firmware::scaling::{{ModelScaling, Scaling}};
-use sinew_firmware::session;
+use sinew_device::protocol::{{Identity, PROTOCOL}};
+use sinew_device::session;
+use sinew_mpc::control_loop::{{ControlLoop, Settings}};
+use sinew_mpc::mpc::Horizons;
+use sinew_mpc::safety::Limits;
+use sinew_mpc::scaling::{{ModelScaling, Scaling}};
 
 use crate::network::Network;
 

@@ -16,7 +16,7 @@ pub(super) fn print(spec: &ModelSpec) -> String {
     let (modules, of_layers, of_numbers) = match spec.memory() {
         0 => ("", "", ""),
         _ => (
-            "\n// The kernels of `layers` find it here.\nuse sinew_firmware::math;\n",
+            "\n// The kernels of `layers` find it here.\nuse sinew_mpc::math;\n",
             "pub mod layers;\n",
             "pub mod number;\n",
         ),

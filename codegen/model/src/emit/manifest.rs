@@ -6,7 +6,8 @@ use crate::spec::ModelSpec;
 pub(super) fn print(spec: &ModelSpec, options: &EmitOptions) -> String {
     let name = &spec.name;
     let library = name.replace('-', "_");
-    let firmware = toml::Value::from(options.firmware.as_str());
+    let [device, mpc] =
+        ["device", "mpc"].map(|part| toml::Value::from(format!("{}/{part}", options.firmware)));
     format!(
         r#"# {HEADER}
 
@@ -22,7 +23,8 @@ publish = false
 name = "sinew_model_{library}"
 
 [dependencies]
-sinew-firmware = {{ path = {firmware} }}
+sinew-device = {{ path = {device} }}
+sinew-mpc = {{ path = {mpc} }}
 
 # A workspace of its own: boards, which are workspaces too, and tests depend on it by path.
 [workspace]

@@ -89,9 +89,9 @@ pub(super) fn print(spec: &ModelSpec) -> String {
 //!
 //! {HEADER}
 
-use sinew_firmware::model::{{self, Model}};
-use sinew_firmware::mpc::{{prediction, tangent}};
-use sinew_firmware::{kernels};
+use sinew_mpc::model::{{self, Model}};
+use sinew_mpc::mpc::{{prediction, tangent}};
+use sinew_mpc::{kernels};
 
 {uses}
 type Regressor = model::Regressor<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS>;

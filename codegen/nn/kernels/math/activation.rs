@@ -1,1 +1,1 @@
-../../../../firmware/src/math/activation.rs
+../../../../firmware/mpc/src/math/activation.rs

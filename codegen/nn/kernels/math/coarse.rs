@@ -6,7 +6,7 @@ use super::clamp;
 const TANH_END: f32 = 5.0;
 
 /// Numerator and denominator of [`tanh`] in x^2, lowest power first: minimax on [0, 5], levelled
-/// error 4.3e-5 (`firmware/scripts/tanh_minimax.py 2 2 5` prints them).
+/// error 4.3e-5 (`firmware/mpc/scripts/tanh_minimax.py 2 2 5` prints them).
 const TANH_P: [f32; 3] = [0.999_810_14, 0.101_723_16, 6.549_443e-4];
 const TANH_Q: [f32; 3] = [1.0, 0.434_504_1, 1.263_918_5e-2];
 

@@ -6,7 +6,7 @@ use super::clamp;
 const TANH_END: f32 = 4.2;
 
 /// Numerator and denominator of [`tanh`] in x^2, lowest power first: minimax on [0, 4.2], levelled
-/// error 3.7e-4 (`firmware/scripts/tanh_minimax.py 1 2 4.2` prints them).
+/// error 3.7e-4 (`firmware/mpc/scripts/tanh_minimax.py 1 2 4.2` prints them).
 const TANH_P: [f32; 2] = [0.998_490_65, 8.014_093e-2];
 const TANH_Q: [f32; 3] = [1.0, 0.409_690_2, 6.146_089e-3];
 

@@ -6,7 +6,7 @@ use super::clamp;
 const TANH_END: f32 = 3.2;
 
 /// Numerator and denominator of [`tanh`] in x^2, lowest power first: minimax on [0, 3.2], levelled
-/// error 2.4e-3 (`firmware/scripts/tanh_minimax.py 1 1 3.2` prints them).
+/// error 2.4e-3 (`firmware/mpc/scripts/tanh_minimax.py 1 1 3.2` prints them).
 const TANH_P: [f32; 2] = [0.990_696_25, 4.592_789_6e-2];
 const TANH_Q: [f32; 2] = [1.0, 0.359_307_1];
 

@@ -7,9 +7,9 @@ use sinew_model::{import, store};
 use sinew_nn::commands;
 use sinew_sim::{Plant, Rig};
 
-use crate::chain::adopt::{adopt, judged};
-use crate::chain::learn::save;
-use crate::chain::task::Task;
+use crate::closed_loop::control_problem::ControlProblem;
+use crate::pipeline::import::{adopt, judged};
+use crate::pipeline::learn::save;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::recording::Recording;
 use sinew_ident::report::quantity;
@@ -42,7 +42,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             let network =
                 import::read(&arguments.network).map_err(|e| Error::arguments(e.to_string()))?;
             let text = commands::import(&network, out.as_deref());
-            print!("{}", text.map_err(Error::arguments)?);
+            print!("{}", text.map_err(|e| Error::arguments(e.to_string()))?);
             Ok(())
         }
     }
@@ -58,7 +58,7 @@ fn model(arguments: &Arguments, rig: &Path, out: &Path) -> Result<()> {
         .help("name another"));
     }
     let network = import::read(&arguments.network).map_err(|e| Error::arguments(e.to_string()))?;
-    let text = commands::import(&network, None).map_err(Error::arguments)?;
+    let text = commands::import(&network, None).map_err(|e| Error::arguments(e.to_string()))?;
     let rig = Rig::load(rig)?;
     let plant = Plant::new(&rig)?;
     let read = |paths: &[PathBuf]| {
@@ -68,7 +68,7 @@ fn model(arguments: &Arguments, rig: &Path, out: &Path) -> Result<()> {
             .collect::<Result<Vec<_>>>()
     };
     let (fit, test) = (read(&arguments.fit)?, read(&arguments.test)?);
-    let task = Task::new(&rig, &plant, &fit, test.first().unwrap_or(&fit[0]))?;
+    let task = ControlProblem::new(&rig, &plant, &fit, test.first().unwrap_or(&fit[0]))?;
     let spec = adopt(&rig, &plant, &task, &fit, (&network, &arguments.network))?;
     save(out, &spec)?;
     print!("{text}");

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::LoopArguments;
-use crate::chain::side_by_side::{DeviceRun, same_bits};
+use crate::closed_loop::setup::{DeviceRun, same_bits};
 use crate::device::Device;
 use crate::project::Board;
 use sinew_ident::error::{Error, Result};

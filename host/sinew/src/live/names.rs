@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use sinew_firmware::protocol::{Identity, PROTOCOL, ToDevice, ToHost};
+use sinew_device::protocol::{Identity, PROTOCOL, ToDevice, ToHost};
 use sinew_model::fingerprint;
 use sinew_model::spec::{ModelSpec, Signal};
 use sinew_model::store;
