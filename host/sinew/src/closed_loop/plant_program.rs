@@ -6,7 +6,7 @@ use std::process::{ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::{Duration, Instant};
 
-use sinew_sim::{Drive, Plant};
+use sinew_sim::{InputTrajectory, Plant};
 
 use crate::device::Guarded;
 use sinew_ident::error::{Error, Result};
@@ -137,7 +137,7 @@ impl PlantProgram {
     ///
     /// # Errors
     /// As [`PlantProgram::start`] and [`Running::advance`].
-    pub fn record(&self, plant: &Plant, t: &[f64], drive: &Drive) -> Result<Recorded> {
+    pub fn record(&self, plant: &Plant, t: &[f64], drive: &InputTrajectory) -> Result<Recorded> {
         let mut running = self.start(plant, &[])?;
         let mut signals: Vec<Option<Vec<f64>>> = running
             .sensors
@@ -275,7 +275,7 @@ mod tests {
                     [[sensor]]\nname = \"ruler\"\nreads = \"cart.position\"\nsignal = \"q_m\"\n";
         let rig = Rig::parse(text, "cart.toml").expect("it is a rig");
         let plant = Plant::new(&rig).expect("it can be simulated");
-        let drive = Drive::new(&plant, 1, &[&[0.0]]).expect("one row");
+        let drive = InputTrajectory::new(&plant, 1, &[&[0.0]]).expect("one row");
         let program = PlantProgram {
             // It stays: what is noticed is what it says, not that it has gone.
             command: format!("printf '{FORMAT}\\nu_N\\nq_m\\n{says}'; exec sleep 60"),

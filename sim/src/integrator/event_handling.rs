@@ -1,11 +1,13 @@
 //! Through the events of a sub-step: to each, what becomes of the mode that ends there, and on.
 
-use super::dynamics::{Mode, Start};
 use super::event::{self, Event};
+use super::modes::Mode;
+use super::runge_kutta::Start;
 use super::substep::Substep;
-use super::{Report, rest, sticking};
+use super::{sticking, stiction_set};
 use crate::plant::topology::Topology;
 use crate::scalar::Scalar;
+use crate::settings::Report;
 
 impl<S: Scalar> Substep<S> {
     /// Goes through the first event and all that follow it on the sub-step.
@@ -117,7 +119,7 @@ impl<S: Scalar> Substep<S> {
                 let direction = if ahead { 1.0 } else { -1.0 };
                 let modes = &mut self.modes.friction;
                 if topology.coupled {
-                    rest::overcome(&self.plain.dynamics, topology, modes, index, direction);
+                    stiction_set::overcome(&self.plain.dynamics, topology, modes, index, direction);
                 } else {
                     modes[index] = Mode::Slide(direction);
                 }

@@ -3,13 +3,14 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use super::Plant;
-use crate::drive::Drive;
+use super::simulated::Simulated;
 use crate::error::SimulationError;
+use crate::input_trajectory::InputTrajectory;
+use crate::integrator::Stepper;
 use crate::integrator::exact::Kept;
-use crate::integrator::{Report, Stepper};
+use crate::plant::Plant;
 use crate::scalar::Scalar;
-use crate::simulated::Simulated;
+use crate::settings::Report;
 
 /// What a simulation gives.
 #[derive(Clone, Debug)]
@@ -82,7 +83,7 @@ impl Plant {
         &self,
         values: &[S],
         start: &[S],
-        drive: &Drive,
+        drive: &InputTrajectory,
         times: &[f64],
     ) -> Result<Trajectory<S>, SimulationError> {
         let sensors = self.sensors().len();
@@ -101,7 +102,7 @@ impl Plant {
         &self,
         values: &[S],
         start: &[S],
-        drive: &Drive,
+        drive: &InputTrajectory,
         times: &[f64],
         mut visit: impl FnMut(usize, &Stepper<S>),
     ) -> Result<Stepper<S>, SimulationError> {
@@ -119,7 +120,7 @@ impl Plant {
         &self,
         values: &[S],
         start: &[S],
-        drive: &Drive,
+        drive: &InputTrajectory,
         times: &[f64],
         mut visit: impl FnMut(usize, &Stepper<S>) -> ControlFlow<()>,
     ) -> Result<Stepper<S>, SimulationError> {
@@ -130,7 +131,7 @@ impl Plant {
         &self,
         [values, start]: [&[S]; 2],
         kept: Option<&Arc<Kept<S>>>,
-        drive: &Drive,
+        drive: &InputTrajectory,
         times: &[f64],
         visit: &mut dyn FnMut(usize, &Stepper<S>) -> ControlFlow<()>,
     ) -> Result<Stepper<S>, SimulationError> {
@@ -177,7 +178,7 @@ impl Plant {
         inputs: &[&[f64]],
         signals: &[&[f64]],
     ) -> Result<RecordingRun, SimulationError> {
-        let drive = Drive::new(self, times.len(), inputs)?;
+        let drive = InputTrajectory::new(self, times.len(), inputs)?;
         let first: Vec<Option<f64>> = signals
             .iter()
             .map(|column| column.iter().copied().find(|sample| sample.is_finite()))

@@ -1,9 +1,10 @@
 //! Derivatives of one number by everything: parameters, start and all inputs (docs/explanation/plant.md, eq. 22).
 
-use super::{Plant, Trajectory};
-use crate::drive::Drive;
+use super::run::Trajectory;
 use crate::error::SimulationError;
+use crate::input_trajectory::InputTrajectory;
 use crate::integrator::Stepper;
+use crate::plant::Plant;
 use crate::reverse::{self, Reverse};
 use crate::scalar::Scalar;
 use std::collections::HashMap;
@@ -28,7 +29,7 @@ pub struct Gradient {
 struct Backward<'a> {
     plant: &'a Plant,
     values: &'a [f64],
-    drive: &'a Drive,
+    drive: &'a InputTrajectory,
     times: &'a [f64],
     /// Derivatives of the loss by the signals.
     cotangent: &'a [f64],
@@ -51,9 +52,9 @@ impl Plant {
     /// # let text = "format='sinew-rig/1'\nname='x'\n[[body]]\nname='m'\nmotion='slide'\ninertia=2.0\n\
     /// # [[actuator]]\nname='a'\ndrives='m'\ninput='u_N'\ngain=1.0\n\
     /// # [[sensor]]\nname='s'\nreads='m.velocity'\nsignal='v_m_s'\n";
-    /// use sinew_sim::{Drive, Plant, Rig};
+    /// use sinew_sim::{InputTrajectory, Plant, Rig};
     /// let plant = Plant::new(&Rig::parse(text, "x.toml")?)?;
-    /// let drive = Drive::new(&plant, 3, &[&[4.0, 4.0, 4.0]])?;
+    /// let drive = InputTrajectory::new(&plant, 3, &[&[4.0, 4.0, 4.0]])?;
     /// // The last velocity of 2 kg by each force, held for 0.5 s: 0.25 m/s per N, and none by the last.
     /// let last = |run: &sinew_sim::Trajectory<f64>| (run.signal(2, 0), vec![0.0, 0.0, 1.0]);
     /// let gradient =
@@ -72,7 +73,7 @@ impl Plant {
         &self,
         values: &[f64],
         start: &[f64],
-        drive: &Drive,
+        drive: &InputTrajectory,
         times: &[f64],
         loss: impl FnOnce(&Trajectory<f64>) -> (f64, Vec<f64>),
     ) -> Result<Gradient, SimulationError> {
@@ -161,7 +162,9 @@ impl Backward<'_> {
             Some(before) => {
                 let clock = &self.clock;
                 let history = |column: usize, time: f64| {
-                    if let Some((value, slope)) = drive.past().sampled(column, time, drive) {
+                    if let Some((value, slope)) =
+                        drive.past().sampled(column, time, drive.at(0, column))
+                    {
                         return (Reverse::constant(value), Reverse::constant(slope));
                     }
                     let row = clock.partition_point(|&t| t < time);

@@ -1,10 +1,10 @@
 //! From recorded columns to what the actuators take: delay, play, dead zone, curvature, saturation and
 //! lag (docs/explanation/plant.md, eq. 14), in stretches of time on which each is one formula.
 
-use crate::drive::Drive;
+use crate::input_trajectory::InputTrajectory;
 use crate::plant::forces::not_below_zero;
+use crate::plant::input_signal::{InputSignal, Shape};
 use crate::plant::topology::{Line, Topology};
-use crate::plant::wave::{Shape, Wave};
 use crate::scalar::Scalar;
 use std::collections::VecDeque;
 
@@ -23,7 +23,7 @@ pub(crate) struct Sample<S> {
 
 /// The columns as they came, and what the stages of the lines remember.
 #[derive(Clone, Debug)]
-pub(crate) struct Supply<S> {
+pub(crate) struct InputChain<S> {
     /// Samples of each column that may still be wanted, the present one last.
     columns: Vec<VecDeque<Sample<S>>>,
     lines: Vec<Kept<S>>,
@@ -67,7 +67,7 @@ impl<S: Scalar> Straight<S> {
     }
 }
 
-impl<S: Scalar> Supply<S> {
+impl<S: Scalar> InputChain<S> {
     pub(crate) fn new(topology: &Topology) -> Self {
         let kept = Kept {
             play: None,
@@ -80,12 +80,12 @@ impl<S: Scalar> Supply<S> {
         }
     }
 
-    /// The same in other numbers: `kept` as [`Supply::kept`] gives it, samples by their column and time.
+    /// The same in other numbers: `kept` as [`InputChain::kept`] gives it, samples by their column and time.
     pub(crate) fn lifted<T: Scalar>(
         &self,
         kept: &[T],
         mut sample: impl FnMut(usize, f64) -> (T, T),
-    ) -> Supply<T> {
+    ) -> InputChain<T> {
         let mut kept = kept.iter().copied();
         let columns = self.columns.iter().enumerate().map(|(index, column)| {
             let lift = |old: &Sample<S>| {
@@ -102,7 +102,7 @@ impl<S: Scalar> Supply<S> {
             };
             column.iter().map(lift).collect()
         });
-        Supply {
+        InputChain {
             columns: columns.collect(),
             lines: (self.lines.iter())
                 .map(|line| Kept {
@@ -174,7 +174,7 @@ impl<S: Scalar> Supply<S> {
         now: f64,
         cursor: S,
         end: f64,
-        waves: &mut [Wave<S>],
+        waves: &mut [InputSignal<S>],
     ) -> Option<S> {
         let mut first: Option<S> = None;
         for (index, line) in topology.lines.iter().enumerate() {
@@ -208,8 +208,8 @@ impl<S: Scalar> Supply<S> {
         &mut self,
         topology: &Topology,
         values: &[S],
-        drive: &Drive,
-        waves: &mut [Wave<S>],
+        drive: &InputTrajectory,
+        waves: &mut [InputSignal<S>],
     ) {
         let past = drive.past();
         for (kept, line) in self.lines.iter_mut().zip(&topology.lines) {
@@ -286,7 +286,7 @@ impl<S: Scalar> Supply<S> {
         values: &[S],
         now: f64,
         cursor: S,
-        waves: &[Wave<S>],
+        waves: &[InputSignal<S>],
     ) {
         for (index, line) in topology.lines.iter().enumerate() {
             let (raw, until) = self.raw(index, line, values, now);
@@ -307,7 +307,7 @@ impl<S: Scalar> Supply<S> {
     }
 
     /// The shortest time constant of a lag that has not settled, s.
-    pub(crate) fn unsettled(waves: &[Wave<S>]) -> Option<S> {
+    pub(crate) fn unsettled(waves: &[InputSignal<S>]) -> Option<S> {
         (waves.iter())
             .filter(|wave| wave.shape == Shape::Lagged && wave.decay.value() != 0.0)
             .map(|wave| S::constant(1.0) / wave.rate)
@@ -338,8 +338,14 @@ fn begun<S: Scalar>(output: Option<S>, input: S, gap: S) -> S {
 }
 
 /// The wave of a line whose stages before the lag give a parabola from `cursor` on.
-fn wave<S: Scalar>(line: &Line, values: &[S], kept: &mut Kept<S>, cursor: S, c: [S; 3]) -> Wave<S> {
-    let straight = Wave {
+fn wave<S: Scalar>(
+    line: &Line,
+    values: &[S],
+    kept: &mut Kept<S>,
+    cursor: S,
+    c: [S; 3],
+) -> InputSignal<S> {
+    let straight = InputSignal {
         shape: if line.linear {
             Shape::Parabola
         } else {
@@ -363,7 +369,7 @@ fn wave<S: Scalar>(line: &Line, values: &[S], kept: &mut Kept<S>, cursor: S, c: 
     let c2 = c[2];
     let c1 = c[1] - time * c2 * 2.0;
     let c0 = c[0] - time * c1;
-    Wave {
+    InputSignal {
         shape: Shape::Lagged,
         c: [c0, c1, c2],
         decay: lag - c0,

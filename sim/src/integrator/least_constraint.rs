@@ -5,8 +5,8 @@
 //! one at its hold opposes a path that goes its way. Found by descent over sets of reactions inside their holds: the
 //! value never rises, so that no set comes twice but by rounding.
 
-use super::dynamics::{Dynamics, Mode};
-use super::settle::decide;
+use super::dynamics::Dynamics;
+use super::modes::{Mode, decide};
 use super::sticking::{coupling, solve};
 use crate::plant::topology::Topology;
 

@@ -1,8 +1,9 @@
 //! Who rests where paths share bodies: found from the state, chosen among what is at rest, and found anew where
 //! one is overcome.
 
-use super::dynamics::{Dynamics, Mode};
-use super::least;
+use super::dynamics::Dynamics;
+use super::least_constraint;
+use super::modes::Mode;
 use super::sticking::{self, DEPENDENT, coupling, eliminate};
 use crate::plant::forces::{Point, State};
 use crate::plant::topology::{Friction, Topology};
@@ -32,7 +33,7 @@ pub(super) fn follow(dynamics: &Dynamics<f64>, topology: &Topology, resting: &mu
 }
 
 /// Chooses who is held among the frictions at rest, for the forces at a point: those whose reaction is inside its
-/// hold ([`least`]). Of the others those yield that cannot move since others hold their path.
+/// hold ([`least_constraint`]). Of the others those yield that cannot move since others hold their path.
 pub(super) fn choose(
     dynamics: &Dynamics<f64>,
     topology: &Topology,
@@ -59,7 +60,7 @@ pub(super) fn choose(
     let wanted = sticking::along(topology, at.values, resting, &accelerations);
     let hold = |&index: &usize| topology.frictions[index].hold(at.values, load, at.branches);
     let holds: Vec<[f64; 2]> = resting.iter().map(hold).collect();
-    let borne = least::reactions(dynamics, topology, resting, &wanted, &holds);
+    let borne = least_constraint::reactions(dynamics, topology, resting, &wanted, &holds);
     for (&index, borne) in resting.iter().zip(borne) {
         modes[index] = borne;
     }
@@ -141,7 +142,7 @@ fn beyond(
 
 #[cfg(test)]
 mod tests {
-    use super::super::dynamics::{Held, Mode};
+    use super::super::modes::{Held, Mode};
     use super::super::substep::Substep;
     use super::overcome;
     use crate::plant::Plant;

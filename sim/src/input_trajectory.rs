@@ -1,21 +1,21 @@
 //! What drives a plant over a recording: its input columns, without gaps.
 
 use crate::error::SimulationError;
-use crate::past::Past;
+use crate::input_history::InputHistory;
 use crate::plant::Plant;
 
 /// The inputs of a plant at every row of a recording, SI.
 #[derive(Clone, Debug)]
-pub struct Drive {
+pub struct InputTrajectory {
     columns: Vec<Vec<f64>>,
     rows: usize,
     held: Vec<usize>,
-    past: Past,
+    past: InputHistory,
 }
 
-impl Drive {
+impl InputTrajectory {
     /// From one column an input, in the order of [`Plant::inputs`]. A missing sample (NaN) holds the
-    /// last value, and before the first valid one that one; [`Drive::held`] counts them.
+    /// last value, and before the first valid one that one; [`InputTrajectory::held`] counts them.
     ///
     /// # Errors
     /// [`SimulationError::Shape`] for a wrong number of columns or rows,
@@ -26,7 +26,7 @@ impl Drive {
             columns: Vec::with_capacity(columns.len()),
             rows,
             held: Vec::with_capacity(columns.len()),
-            past: Past::default(),
+            past: InputHistory::default(),
         };
         for (input, column) in plant.inputs().iter().zip(columns) {
             let what = format!("input column `{}`", input.column);
@@ -84,12 +84,12 @@ impl Drive {
                 return Err(SimulationError::NotFinite { what });
             }
         }
-        self.past = Past::new(times, now, columns);
+        self.past = InputHistory::new(times, now, columns);
         Ok(self)
     }
 
     /// What the inputs did before the first row; empty where that is not known.
-    pub(crate) fn past(&self) -> &Past {
+    pub(crate) fn past(&self) -> &InputHistory {
         &self.past
     }
 

@@ -1,14 +1,12 @@
 //! What inputs did before the first row (docs/explanation/plant.md, "Inputs"): a stretch out of a recording begins with delays, plays and
 //! lags where the recording left them.
 
-use crate::drive::Drive;
-
 /// Rows before the first that the stages go through one by one.
 const ROWS: usize = 64;
 
 /// The past of all inputs.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Past {
+pub(crate) struct InputHistory {
     /// When the last of its rows were, in seconds from the first row of the drive on: below zero, ascending.
     pub(crate) times: Vec<f64>,
     /// Each input in these rows.
@@ -17,7 +15,7 @@ pub(crate) struct Past {
     pub(crate) extremes: Vec<Vec<f64>>,
 }
 
-impl Past {
+impl InputHistory {
     /// From rows at `times`, `now` being that of the drive's first.
     pub(crate) fn new(times: &[f64], now: f64, columns: &[&[f64]]) -> Self {
         let first = times.len().saturating_sub(ROWS);
@@ -28,15 +26,15 @@ impl Past {
         }
     }
 
-    /// An input at a time before the first row, or before all times, with its slope; `None` where there is no past or the
-    /// time is not before the first row.
-    pub(crate) fn sampled(&self, input: usize, time: f64, drive: &Drive) -> Option<(f64, f64)> {
+    /// An input at a time before the first row, or before all times, with its slope; `next` is the input at the first row.
+    /// `None` where there is no past or the time is not before the first row.
+    pub(crate) fn sampled(&self, input: usize, time: f64, next: f64) -> Option<(f64, f64)> {
         let row = self.times.partition_point(|&t| t < time);
         let there = row < self.times.len();
-        there.then(|| self.at(row, input, drive.at(0, input)))
+        there.then(|| self.at(row, input, next))
     }
 
-    /// An input at one of [`Past::times`], with its slope to the row after; `next` is the drive's own first value.
+    /// An input at one of [`InputHistory::times`], with its slope to the row after; `next` is the drive's own first value.
     pub(crate) fn at(&self, row: usize, input: usize, next: f64) -> (f64, f64) {
         let column = &self.columns[input];
         let (after, until) = match column.get(row + 1) {

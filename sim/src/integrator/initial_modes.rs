@@ -1,24 +1,11 @@
 //! The modes at the beginning of a sub-step: who slides, who rests, which branch each law is on.
 
-use super::dynamics::Mode;
-use super::search::Plain;
+use super::modes::{Mode, decide};
+use super::plain::Plain;
 use super::substep::Substep;
-use super::{rest, sticking};
+use super::{sticking, stiction_set};
 use crate::plant::topology::Topology;
 use crate::scalar::Scalar;
-
-/// Whether a resting body is held, or which way it starts (eq. 6): held while the other force stays
-/// within what friction can oppose.
-pub(super) fn decide(force: f64, [forward, backward]: [f64; 2]) -> Mode {
-    match (force > forward, force < -backward) {
-        (false, false) => Mode::Stick,
-        (true, false) => Mode::Slide(1.0),
-        (false, true) => Mode::Slide(-1.0),
-        // Only a negative friction, which a fit may try, pushes out of rest both ways.
-        (true, true) if 2.0 * force >= forward - backward => Mode::Slide(1.0),
-        (true, true) => Mode::Slide(-1.0),
-    }
-}
 
 impl<S: Scalar> Substep<S> {
     /// The modes at the beginning of a sub-step follow from the state: what moves slides its way, what
@@ -86,12 +73,15 @@ impl<S: Scalar> Substep<S> {
         for (index, friction) in topology.frictions.iter().enumerate() {
             // What rested does until it is overcome, whatever rounding left of its velocity.
             let rested = !matches!(self.modes.friction[index], Mode::Slide(_));
-            if rested || stopped == Some(index) || rest::at_rest(friction, values, &self.state) {
+            if rested
+                || stopped == Some(index)
+                || stiction_set::at_rest(friction, values, &self.state)
+            {
                 resting.push(index);
             }
         }
         if !resting.is_empty() {
-            rest::follow(&self.plain.dynamics, topology, &mut resting);
+            stiction_set::follow(&self.plain.dynamics, topology, &mut resting);
         }
         for (index, friction) in topology.frictions.iter().enumerate() {
             if !resting.contains(&index) {
@@ -106,7 +96,7 @@ impl<S: Scalar> Substep<S> {
         let plain = &self.plain;
         let branches = &self.modes.branches;
         let at = (plain.dynamics).at(&plain.state, &plain.waves, tau.value(), branches);
-        rest::choose(
+        stiction_set::choose(
             &plain.dynamics,
             topology,
             &at,
@@ -117,25 +107,5 @@ impl<S: Scalar> Substep<S> {
         );
         let modes = &self.modes.friction;
         sticking::project(&self.dynamics, topology, modes, &mut self.state);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{Mode, decide};
-
-    #[test]
-    fn rest_is_kept_up_to_the_level_and_left_beyond_it() {
-        let hold = [2.0, 3.0];
-        assert_eq!(decide(2.0, hold), Mode::Stick);
-        assert_eq!(decide(-3.0, hold), Mode::Stick);
-        assert_eq!(decide(2.0 + 1e-15, hold), Mode::Slide(1.0));
-        assert_eq!(decide(-3.0 - 1e-15, hold), Mode::Slide(-1.0));
-    }
-
-    #[test]
-    fn a_negative_level_leaves_rest_with_the_force() {
-        assert_eq!(decide(0.5, [-1.0, -1.0]), Mode::Slide(1.0));
-        assert_eq!(decide(-0.5, [-1.0, -1.0]), Mode::Slide(-1.0));
     }
 }

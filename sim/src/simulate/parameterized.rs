@@ -3,18 +3,18 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use super::Plant;
 use super::run::Trajectory;
-use crate::drive::Drive;
+use super::simulated::Simulated;
 use crate::error::SimulationError;
+use crate::input_trajectory::InputTrajectory;
 use crate::integrator::Stepper;
 use crate::integrator::exact::Kept;
-use crate::simulated::Simulated;
+use crate::plant::Plant;
 
 /// What depends on nothing but the numbers and the sample interval is found once for all simulations (the matrix of a
 /// linear rig, docs/explanation/plant.md, eq. 18b), also for those that run at the same time.
 #[derive(Debug)]
-pub struct Numbers<'a, S> {
+pub struct ParameterizedPlant<'a, S> {
     plant: &'a Plant,
     values: Vec<S>,
     kept: Arc<Kept<S>>,
@@ -22,8 +22,12 @@ pub struct Numbers<'a, S> {
 
 impl Plant {
     /// `values` has one entry a parameter slot; `interval` is the sample interval of most simulations, s.
-    pub fn numbers<S: Simulated>(&self, values: Vec<S>, interval: f64) -> Numbers<'_, S> {
-        Numbers {
+    pub fn parameterized<S: Simulated>(
+        &self,
+        values: Vec<S>,
+        interval: f64,
+    ) -> ParameterizedPlant<'_, S> {
+        ParameterizedPlant {
             plant: self,
             values,
             kept: Arc::new(Kept::new(interval)),
@@ -31,7 +35,7 @@ impl Plant {
     }
 }
 
-impl<S: Simulated> Numbers<'_, S> {
+impl<S: Simulated> ParameterizedPlant<'_, S> {
     /// As [`Plant::simulate_until`].
     ///
     /// # Errors
@@ -39,7 +43,7 @@ impl<S: Simulated> Numbers<'_, S> {
     pub fn simulate_until(
         &self,
         start: &[S],
-        drive: &Drive,
+        drive: &InputTrajectory,
         times: &[f64],
         mut visit: impl FnMut(usize, &Stepper<S>) -> ControlFlow<()>,
     ) -> Result<Stepper<S>, SimulationError> {
@@ -61,7 +65,7 @@ impl<S: Simulated> Numbers<'_, S> {
     pub fn simulate(
         &self,
         start: &[S],
-        drive: &Drive,
+        drive: &InputTrajectory,
         times: &[f64],
     ) -> Result<Trajectory<S>, SimulationError> {
         let sensors = self.plant.sensors().len();

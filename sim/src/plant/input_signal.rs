@@ -18,7 +18,7 @@ pub(crate) enum Shape {
 /// One line's input before its gain: `c_0 + c_1 s + c_2 s^2 + decay exp(-rate s)`, with `s` seconds
 /// after `origin`.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Wave<S> {
+pub(crate) struct InputSignal<S> {
     pub(crate) shape: Shape,
     pub(crate) c: [S; 3],
     pub(crate) decay: S,
@@ -26,7 +26,7 @@ pub(crate) struct Wave<S> {
     pub(crate) origin: S,
 }
 
-impl<S: Scalar> Wave<S> {
+impl<S: Scalar> InputSignal<S> {
     pub(crate) const ZERO: Self = Self {
         shape: Shape::Held,
         c: [S::ZERO; 3],
@@ -54,8 +54,8 @@ impl<S: Scalar> Wave<S> {
     }
 
     /// The same without derivatives.
-    pub(crate) fn plain(&self) -> Wave<f64> {
-        Wave {
+    pub(crate) fn plain(&self) -> InputSignal<f64> {
+        InputSignal {
             shape: self.shape,
             c: self.c.map(S::value),
             decay: self.decay.value(),

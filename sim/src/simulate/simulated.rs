@@ -6,9 +6,9 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use crate::drive::Drive;
 use crate::dual::Dual;
 use crate::error::SimulationError;
+use crate::input_trajectory::InputTrajectory;
 use crate::integrator::Stepper;
 use crate::integrator::exact::Kept;
 use crate::plant::Plant;
@@ -60,12 +60,12 @@ macro_rules! bodies {
             plant.start(values, first)
         }
 
-        /// [`Plant::simulate_until`], and [`Numbers::simulate_until`](crate::Numbers::simulate_until) with what is kept.
+        /// [`Plant::simulate_until`], and [`ParameterizedPlant::simulate_until`](crate::ParameterizedPlant::simulate_until) with what is kept.
         fn run(
             plant: &Plant,
             values_and_start: [&[Self]; 2],
             kept: Option<&Arc<Kept<Self>>>,
-            drive: &Drive,
+            drive: &InputTrajectory,
             times: &[f64],
             visit: &mut dyn FnMut(usize, &Stepper<Self>) -> ControlFlow<()>,
         ) -> Result<Stepper<Self>, SimulationError> {
