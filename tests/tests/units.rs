@@ -1,11 +1,11 @@
-//! `sinew diagnose` knows no absolute sizes: a device that is a thousand times as long, as heavy or as slow has what the
-//! device has, in numbers as much larger.
+//! `sinew diagnose` knows no absolute sizes: a device that is a thousand times as long, as heavy or
+//! as slow has what the device has, in numbers as much larger.
 
 use std::fs;
 use std::path::PathBuf;
 
-use sinew::diagnose::{self, Diagnosis, Estimate, Options, Recordings};
-use sinew::recording::{Column, Recording};
+use sinew_ident::diagnose::{self, Diagnosis, Estimate, Options, Recordings};
+use sinew_ident::recording::{Column, Recording};
 use sinew_sim::Rig;
 use toml::{Table, Value};
 

@@ -1,29 +1,29 @@
-//! One door: every task of this repository is `cargo xtask VERB`, and continuous integration calls the same
-//! verbs as a person does.
+//! One door: every task of this repository is `cargo xtask VERB`, and continuous integration calls
+//! the same verbs as a person does.
 
+mod arguments;
 mod ci;
 mod demo;
+mod deny;
 mod evaluation;
 mod generate;
 mod help;
+mod modules;
+mod package;
+mod prose;
 mod references;
 mod snapshots;
 mod survive;
 mod tally;
 mod test;
+mod tutorials;
 
 use std::process::ExitCode;
 
 use anyhow::{Result, bail};
+use arguments::none;
+use help::Verb;
 use xtask::{process, setup};
-
-/// One verb: what is typed, what it takes, what it does in one line, and the doing.
-struct Verb {
-    name: &'static str,
-    arguments: &'static str,
-    line: &'static str,
-    run: fn(&[String]) -> Result<()>,
-}
 
 /// In the order a newcomer meets them; `help` prints this table.
 const VERBS: &[Verb] = &[
@@ -112,6 +112,12 @@ const VERBS: &[Verb] = &[
         run: |arguments| evaluation::run("experiments", arguments),
     },
     Verb {
+        name: "tutorials",
+        arguments: "[--program PATH]",
+        line: "The tutorials of docs/tutorials, executed line by line",
+        run: |arguments| tutorials::run(&setup::run(setup::Extent::Build)?, arguments),
+    },
+    Verb {
         name: "survive",
         arguments: "",
         line: "Long runs: 10 million hostile frames, 100,000 random states, an hour of control in QEMU",
@@ -119,11 +125,35 @@ const VERBS: &[Verb] = &[
     },
     Verb {
         name: "references",
+        arguments: "[--list]",
+        line: "Links and cited equations lead somewhere; sentences, openings and lines keep their budget",
+        run: references::check,
+    },
+    Verb {
+        name: "cycles",
         arguments: "",
-        line: "Links between pages, and the equations that code cites, lead somewhere",
+        line: "No file depends on itself through others, no crate on what it must not know",
         run: |arguments| {
             none(arguments)?;
-            references::check()
+            modules::check()
+        },
+    },
+    Verb {
+        name: "deny",
+        arguments: "",
+        line: "Licences, sources and versions of dependencies (deny.toml)",
+        run: |arguments| {
+            none(arguments)?;
+            deny::check()
+        },
+    },
+    Verb {
+        name: "package",
+        arguments: "",
+        line: "Every crate that can be published packages, and its package compiles",
+        run: |arguments| {
+            none(arguments)?;
+            package::check()
         },
     },
     Verb {
@@ -148,14 +178,6 @@ const VERBS: &[Verb] = &[
         },
     },
 ];
-
-/// For verbs without arguments.
-fn none(arguments: &[String]) -> Result<()> {
-    match arguments.first() {
-        None => Ok(()),
-        Some(argument) => bail!("unexpected argument '{argument}'"),
-    }
-}
 
 fn dispatch(arguments: &[String]) -> Result<()> {
     let Some((name, rest)) = arguments.split_first() else {

@@ -3,12 +3,13 @@
 
 use anyhow::Result;
 
-use crate::none;
+use crate::arguments::none;
 use xtask::process::{self, cargo};
 use xtask::setup::{self, Extent};
 
 /// # Errors
-/// Setup, or the measurement failed; differences from the snapshots and budgets are printed and accepted.
+/// Setup, or the measurement failed; differences from the snapshots and budgets are printed and
+/// accepted.
 pub fn measure(arguments: &[String]) -> Result<()> {
     none(arguments)?;
     run("measure", &[])

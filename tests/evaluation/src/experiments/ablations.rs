@@ -1,13 +1,16 @@
-//! What a part of the controller is worth, a figure each: the published problems with it and without it, on the same plants.
+//! What a part of the controller is worth, a figure each: the published problems with it and
+//! without it, on the same plants.
 //!
-//! Exact derivatives have a benchmark (`cargo xtask bench differences`), mended physics an experiment of its own.
+//! Exact derivatives have a benchmark (`cargo xtask bench differences`), mended physics an
+//! experiment of its own.
 
 use anyhow::{Context, Result};
 use serde_json::{Value, json};
 
 use super::bench::Bench;
+use super::problem::Problem;
 use super::problems::{HASEL, MASS, TENDON};
-use super::published::{self, Problem};
+use super::published;
 use crate::figure::{Row, loops};
 
 /// As on the command line, and the folder of its results.
@@ -42,7 +45,8 @@ const ABLATIONS: [Ablation; 2] = [
     },
 ];
 
-/// Of what the problems' own experiments have left; those that have not been run with this seed are run first.
+/// Of what the problems' own experiments have left; those that have not been run with this seed are
+/// run first.
 ///
 /// # Errors
 /// Those of the problems' experiments.

@@ -1,4 +1,5 @@
-//! The published problems, a file each: rigs, paths, controllers and targets (docs/evaluation/published.md).
+//! The published problems, a file each: rigs, paths, controllers and targets
+//! (docs/evaluation/published.md).
 
 mod hasel;
 mod mass;
@@ -11,7 +12,7 @@ pub use mass::MASS;
 pub use steps::STEPS;
 pub use tendon::{EIGHT, TENDON, TENDON_CALM};
 
-use super::published::{Knowledge, Variant};
+use super::problem::{Knowledge, Variant};
 
 /// The published rate, which any controller is to keep.
 const FLOOR_HZ: f64 = 120.0;
@@ -27,7 +28,8 @@ const PLAIN: Variant = Variant {
     small: None,
 };
 
-/// What a controller is called that sees no more of the reference than where the output should be now.
+/// What a controller is called that sees no more of the reference than where the output should be
+/// now.
 pub fn without_preview(name: &str) -> String {
     format!("{name} without preview")
 }
