@@ -325,9 +325,7 @@ def tflite_exporter(out):
         x = draw(rng, net.input_shape[1:])
         file = f"{name}.tflite"
         try:
-            function = tf.function(lambda v, net=net: net(v), input_signature=[tf.TensorSpec((1, *x.shape[1:]), tf.float32)])
-            converter = tf.lite.TFLiteConverter.from_concrete_functions([function.get_concrete_function()], net)
-            converter.target_spec.supported_ops = [tf.lite.OpsSet.TFLITE_BUILTINS]
+            converter = tf.lite.TFLiteConverter.from_keras_model(net)
             data = converter.convert()
             (folder.path / file).write_bytes(data)
             run = Interpreter(model_content=data)

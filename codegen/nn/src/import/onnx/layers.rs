@@ -26,8 +26,6 @@ const NEAREST: &[(&str, &str)] = &[
     ("Pow", "the nearest is Relu or Softplus"),
     ("Sqrt", "the nearest is Relu"),
     ("Log", "the nearest is Softplus"),
-    ("Max", "the nearest is MaxPool, or Relu for Max(x, 0)"),
-    ("Min", "the nearest is Clip"),
     ("Einsum", "use MatMul with weights"),
     ("If", "export the branch that is taken"),
     ("Loop", "export an RNN, GRU or LSTM, or steps written out"),
@@ -67,6 +65,7 @@ impl Import<'_> {
             "Cast" => self.cast(node),
             "Clip" => self.clip(node),
             "Neg" => self.negated(node),
+            "Max" | "Min" => self.bounded(node),
             "Celu" => self.celu(node),
             "Gather" => self.gather(node),
             "Slice" => self.slice(node),
@@ -910,6 +909,41 @@ impl Import<'_> {
             })
         };
         let (low, high) = (bound(1, "min", f32::MIN)?, bound(2, "max", f32::MAX)?);
+        let place = self.clipped(node, value.place, low, high)?;
+        Ok(vec![Value { place, ..value }])
+    }
+
+    /// The larger, or the smaller, of a value and one number.
+    fn bounded(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
+        let is_constant = |input: usize| {
+            let name = node.input(input).unwrap_or("");
+            self.constants.contains_key(name)
+        };
+        let (value, bound) = match [is_constant(0), is_constant(1)] {
+            [false, true] if node.proto.input.len() == 2 => (0, 1),
+            [true, false] if node.proto.input.len() == 2 => (1, 0),
+            _ => {
+                let what = format!("{} of values", node.proto.op_type);
+                return Err(node.unsupported(what, "a value and one number work"));
+            }
+        };
+        let bound = self.needed(node, bound)?.values.clone();
+        let Some(&first) = bound
+            .first()
+            .filter(|&first| bound.iter().all(|c| c == first))
+        else {
+            let what = format!("{} of a value and several numbers", node.proto.op_type);
+            return Err(node.unsupported(what, "a value and one number work"));
+        };
+        let value = self.value(node, value)?;
+        if bound.len() > value.len() {
+            return Err(node.unsupported("a bound larger than its value", "one number works"));
+        }
+        let (low, high) = if node.proto.op_type == "Max" {
+            (first, f32::MAX)
+        } else {
+            (f32::MIN, first)
+        };
         let place = self.clipped(node, value.place, low, high)?;
         Ok(vec![Value { place, ..value }])
     }

@@ -288,7 +288,6 @@ impl<'a> Import<'a> {
                 let what = format!("output {name:?} of {}", proto.op_type);
                 return Err(node.unsupported(what, "read only its first outputs"));
             }
-            let outputs = self.node(&node)?;
             for (name, value) in proto.output.iter().zip(outputs) {
                 if !name.is_empty() && self.values.insert(name, value).is_some() {
                     return Err(node.malformed(format!("{name:?} is given twice")));

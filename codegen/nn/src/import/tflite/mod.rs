@@ -21,6 +21,11 @@ const NEAREST: &[(i32, &str, &str)] = &[
     (7, "EMBEDDING_LOOKUP", "use Dense on one-hot inputs"),
     (53, "CAST", "convert a model of float32"),
     (32, "CUSTOM", "use TensorFlow Lite's own operators"),
+    (
+        142,
+        "VAR_HANDLE",
+        "convert with TFLiteConverter.from_keras_model, which freezes the weights",
+    ),
     (42, "DIV", "division by a constant works"),
     (54, "PRELU", "use LeakyReLU"),
     (75, "SQRT", "use Normalization"),
@@ -472,6 +477,17 @@ impl Import<'_> {
         let image = self.image(x, name)?;
         let weights = self.weights(operator, 1, name)?;
         weights.expect_axes(name, 4)?;
+        let channels = self.network.nodes[x].shape.last().copied().unwrap_or(1);
+        if weights.shape[3] != channels && channels.is_multiple_of(weights.shape[3].max(1)) {
+            return Err(NetworkError::unsupported(
+                name,
+                format!(
+                    "a convolution in {} groups",
+                    channels / weights.shape[3].max(1)
+                ),
+                "use groups=1",
+            ));
+        }
         let size = [weights.shape[1], weights.shape[2]];
         let window = self.window(operator, image, size, Some([5, 4]))?;
         let bias = self.bias(operator, weights.shape[0], name)?;
