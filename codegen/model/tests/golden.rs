@@ -3,6 +3,8 @@
 
 mod support;
 
+use std::path::Path;
+
 use sinew_model::evaluate;
 use sinew_model::spec::{Activation, ModelSpec, OutputForm, gru_cell, lstm_cell};
 use sinew_model::to_network;
@@ -109,6 +111,23 @@ fn central_difference(spec: &ModelSpec, x: &[f64], column: usize) -> Vec<f64> {
     pairs
         .map(|(above, below)| (above - below) / (2.0 * h))
         .collect()
+}
+
+/// The tests of `sinew-nn` read the networks of the reference problem from its own folder.
+#[test]
+fn the_committed_reference_networks_are_those_of_the_models() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../nn/tests/reference");
+    for name in ["S", "L", "P"] {
+        let network = to_network::network(&support::reference(name)).unwrap();
+        let folder = folder.join(&network.name);
+        if std::env::var("SINEW_SNAPSHOTS").is_ok_and(|mode| mode == "bless") {
+            sinew_nn::store::save(&folder, &network).unwrap();
+        }
+        for (file, contents) in sinew_nn::store::print(&network).unwrap() {
+            let committed = std::fs::read(folder.join(file)).expect("each network is committed");
+            assert!(committed == contents, "{name}: {file} is another");
+        }
+    }
 }
 
 /// What `sinew size` and `--c-abi` make of a model: scaling inside, its memory the network's state.

@@ -6,9 +6,9 @@ use clap::{Args, ValueEnum};
 use sinew_sim::{Plant, Rig};
 
 use super::overwrite;
-use crate::progress::Stage;
-use sinew_ident::error::{Error, Result};
-use sinew_ident::excite::{Kind, Options, design, reveal, table};
+use super::progress::Stage;
+use crate::error::{Error, Result};
+use crate::excite::{Kind, Options, design, reveal, table};
 
 /// Shapes of the inputs, by their names on the command line.
 #[derive(Clone, Copy, ValueEnum)]
