@@ -17,7 +17,7 @@ use crate::recording::Recording;
 #[derive(Args)]
 pub struct Arguments {
     /// The rig file (TOML): what is believed.
-    rig: PathBuf,
+    pub rig: PathBuf,
     /// A recording (CSV) that estimates parameters; may be repeated.
     #[arg(long, value_name = "CSV", required = true)]
     fit: Vec<PathBuf>,

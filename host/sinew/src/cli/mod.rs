@@ -19,6 +19,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
+use sinew_sim::Rig;
 
 use crate::closed_loop::model_loop::{BoardRuns, ModelLoop};
 use crate::closed_loop::scenario::Scenario;
@@ -245,12 +246,21 @@ fn end_with_the_reader() {
     }));
 }
 
+/// Control rate of a rig, where its `[control]` table has one.
+///
+/// # Errors
+/// A bad rig.
+fn control_rate_hz(rig: &Path) -> Result<Option<f64>> {
+    let rig = Rig::load(rig)?;
+    Ok(rig.control.as_ref().and_then(|control| control.rate_hz))
+}
+
 fn run(verb: Verb) -> Result<()> {
     match verb {
         Verb::Build(arguments) => build::run(&arguments),
         Verb::New(arguments) => new::run(&arguments),
         Verb::Simulate(arguments) => simulate::run(&arguments),
-        Verb::Excite(arguments) => excite::run(&arguments),
+        Verb::Excite(arguments) => excite::run(&arguments, control_rate_hz(&arguments.rig)?),
         Verb::Fit(arguments) => fit::run(&arguments),
         Verb::Diagnose(arguments) => diagnose::run(&arguments),
         Verb::Mjcf(arguments) => mjcf::run(&arguments),
