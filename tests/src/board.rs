@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use nix::sys::stat::Mode;
 use sinew::device::{Device, Guarded, Workplace, decode_log};
-use sinew::error::{Error, Result};
+use sinew_ident::error::{Error, Result};
 use sinew::project::{Board, board_folder};
 
 use crate::gdb::Gdb;

@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use object::{Object, ObjectSection, ObjectSymbol, SymbolKind};
-use sinew::error::{Error, Result};
+use sinew_ident::error::{Error, Result};
 
 /// Functions and what each can branch to.
 pub struct CallGraph {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use sinew::device::Device;
-use sinew::error::{Error, Result};
+use sinew_ident::error::{Error, Result};
 use sinew::project::{Board, Built, board_folder, compile};
 
 /// Top folder of the repository.

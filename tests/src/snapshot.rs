@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use sinew::device::Device;
-use sinew::error::{Error, Result};
+use sinew_ident::error::{Error, Result};
 use sinew::project::{Board, Sizes, image::sizes};
 
 use crate::{closed_loop, image};

@@ -5,8 +5,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use sinew::diagnose::{self, Options, Recordings, output};
-use sinew::recording::Recording;
+use sinew_ident::diagnose::{self, Options, Recordings, output};
+use sinew_ident::recording::Recording;
 use sinew_scorer::{Answer, Scored, Truth, outcome, table};
 use sinew_sim::Rig;
 

@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use sinew::recording::Recording;
+use sinew_ident::recording::Recording;
 use sinew_sim::{Plant, Rig};
 
 /// Error that is allowed, as a part of a signal's range. MuJoCo's dry friction and stops are a little soft.

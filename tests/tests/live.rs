@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use sinew::device::Device;
 use sinew::live::Names;
 use sinew::live::record::{Recorded, excitation, record};
-use sinew::recording::Recording;
+use sinew_ident::recording::Recording;
 use sinew_firmware::mode::{Drive, Mode};
 use sinew_firmware::protocol::{Telemetry, ToDevice, ToHost};
 use sinew_tests::board::{Desk, FULL_SCALE, codes};

@@ -4,8 +4,8 @@
 use std::fs;
 use std::path::PathBuf;
 
-use sinew::diagnose::{self, Diagnosis, Estimate, Options, Recordings};
-use sinew::recording::{Column, Recording};
+use sinew_ident::diagnose::{self, Diagnosis, Estimate, Options, Recordings};
+use sinew_ident::recording::{Column, Recording};
 use sinew_sim::Rig;
 use toml::{Table, Value};
 

@@ -10,7 +10,8 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
 
-use crate::{demo, evaluation, none, references, snapshots, test};
+use crate::arguments::none;
+use crate::{demo, evaluation, modules, references, snapshots, test};
 use xtask::process::{self, cargo, root, target_folder};
 use xtask::setup::{self, Extent, Toolchain};
 
@@ -49,6 +50,7 @@ type Stage = (&'static str, fn(&Toolchain) -> Result<()>);
 const FIRST: &[Stage] = &[
     ("format", |_| format()),
     ("references", |_| references::check()),
+    ("cycles", |_| modules::check()),
     ("foreign recordings up to date", |_| foreign()),
 ];
 

@@ -1,6 +1,14 @@
 //! `cargo xtask help`.
 
-use crate::Verb;
+use anyhow::Result;
+
+/// A verb: its name, its arguments, its purpose in one line, and the function that runs it.
+pub struct Verb {
+    pub name: &'static str,
+    pub arguments: &'static str,
+    pub line: &'static str,
+    pub run: fn(&[String]) -> Result<()>,
+}
 
 /// One line a verb, aligned.
 pub fn print(verbs: &[Verb]) {

@@ -1,11 +1,13 @@
 //! One door: every task of this repository is `cargo xtask VERB`, and continuous integration calls the same
 //! verbs as a person does.
 
+mod arguments;
 mod ci;
 mod demo;
 mod evaluation;
 mod generate;
 mod help;
+mod modules;
 mod references;
 mod snapshots;
 mod survive;
@@ -15,15 +17,9 @@ mod test;
 use std::process::ExitCode;
 
 use anyhow::{Result, bail};
+use arguments::none;
+use help::Verb;
 use xtask::{process, setup};
-
-/// One verb: what is typed, what it takes, what it does in one line, and the doing.
-struct Verb {
-    name: &'static str,
-    arguments: &'static str,
-    line: &'static str,
-    run: fn(&[String]) -> Result<()>,
-}
 
 /// In the order a newcomer meets them; `help` prints this table.
 const VERBS: &[Verb] = &[
@@ -127,6 +123,15 @@ const VERBS: &[Verb] = &[
         },
     },
     Verb {
+        name: "cycles",
+        arguments: "",
+        line: "No file depends on itself through others, no crate on what it must not know",
+        run: |arguments| {
+            none(arguments)?;
+            modules::check()
+        },
+    },
+    Verb {
         name: "boards",
         arguments: "",
         line: "Lint boards and models, and link the images that no test builds",
@@ -148,14 +153,6 @@ const VERBS: &[Verb] = &[
         },
     },
 ];
-
-/// For verbs without arguments.
-fn none(arguments: &[String]) -> Result<()> {
-    match arguments.first() {
-        None => Ok(()),
-        Some(argument) => bail!("unexpected argument '{argument}'"),
-    }
-}
 
 fn dispatch(arguments: &[String]) -> Result<()> {
     let Some((name, rest)) = arguments.split_first() else {

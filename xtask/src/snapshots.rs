@@ -3,7 +3,7 @@
 
 use anyhow::Result;
 
-use crate::none;
+use crate::arguments::none;
 use xtask::process::{self, cargo};
 use xtask::setup::{self, Extent};
 

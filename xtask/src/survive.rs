@@ -4,7 +4,7 @@ use std::process::Command;
 
 use anyhow::Result;
 
-use crate::none;
+use crate::arguments::none;
 use xtask::process::{self, cargo};
 use xtask::setup::{self, Extent};
 

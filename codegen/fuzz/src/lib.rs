@@ -1,25 +1,11 @@
 //! What is fuzzed: any bytes give an error or a value, never a panic.
 
-// The host's own reader of recordings, without the rest of that crate, which trains networks and takes minutes to compile.
-#[path = "../../../host/src/atomic.rs"]
-#[allow(dead_code, reason = "reading writes nothing")]
-mod atomic;
-#[path = "../../../host/src/error.rs"]
-#[allow(dead_code, reason = "the host has more to fail at")]
-mod error;
-#[path = "../../../host/src/recording/mod.rs"]
-#[allow(
-    dead_code,
-    reason = "only reading and writing of bytes are of interest"
-)]
-mod recording;
-
-use recording::Recording;
 use serde::ser::{Serialize, SerializeTuple, Serializer};
 use sinew_codegen::network::emit::{Options, Weights, emit as print};
 use sinew_codegen::network::{import as importers, store as networks};
 use sinew_codegen::store as models;
 use sinew_firmware::protocol::{self, MAX_FRAME, ToDevice, ToHost};
+use sinew_ident::recording::Recording;
 
 /// Its name, and what is done with bytes.
 pub type Target = (&'static str, fn(&[u8]));

@@ -6,8 +6,9 @@ use anyhow::{Context, Result};
 use serde_json::{Value, json};
 
 use super::bench::Bench;
+use super::problem::Problem;
 use super::problems::{HASEL, MASS, TENDON};
-use super::published::{self, Problem};
+use super::published;
 use crate::figure::{Row, loops};
 
 /// As on the command line, and the folder of its results.

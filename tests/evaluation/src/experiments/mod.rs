@@ -4,6 +4,7 @@ mod ablations;
 mod alike;
 mod bench;
 mod bound;
+mod problem;
 mod problems;
 mod published;
 mod rehearsal;

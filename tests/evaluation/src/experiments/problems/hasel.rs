@@ -2,7 +2,7 @@
 
 use super::PLAIN;
 use super::paths::{small_swirl, swirl, table};
-use crate::experiments::published::{Problem, Variant};
+use crate::experiments::problem::{Problem, Variant};
 use crate::experiments::targets::{Target, errors};
 
 macro_rules! supply_delay {

@@ -1,7 +1,7 @@
 //! A mass on a spring and damper.
 
 use super::{FLOOR_HZ, PLAIN};
-use crate::experiments::published::{Knowledge, Problem, Variant};
+use crate::experiments::problem::{Knowledge, Problem, Variant};
 use crate::experiments::targets::{Target, errors};
 
 /// The rig's own tables, its network taught by the simulator's derivatives as well, as all networks here are but HASEL's that

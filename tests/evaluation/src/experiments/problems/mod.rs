@@ -11,7 +11,7 @@ pub use mass::MASS;
 pub use steps::STEPS;
 pub use tendon::{EIGHT, TENDON, TENDON_CALM};
 
-use super::published::{Knowledge, Variant};
+use super::problem::{Knowledge, Variant};
 
 /// The published rate, which any controller is to keep.
 const FLOOR_HZ: f64 = 120.0;

@@ -2,7 +2,7 @@
 
 use super::paths::jumps;
 use super::{MASS, PLAIN, without_preview};
-use crate::experiments::published::{Knowledge, Problem, Variant};
+use crate::experiments::problem::{Knowledge, Problem, Variant};
 use crate::experiments::targets::{Target, errors};
 
 macro_rules! steps_tables {

@@ -2,7 +2,7 @@
 
 use super::PLAIN;
 use super::paths::{circle, eight, tendon_path};
-use crate::experiments::published::{Knowledge, Problem, Variant};
+use crate::experiments::problem::{Knowledge, Problem, Variant};
 use crate::experiments::targets::{Target, errors};
 
 macro_rules! tendon_tables {

@@ -1,0 +1,469 @@
+//! A rig that is being tried: its plant, which of its numbers may move, and how far.
+
+use std::collections::BTreeMap;
+
+use sinew_sim::{Plant, Rig, Settings};
+
+use super::data::Data;
+use crate::error::Result;
+use crate::fit::levenberg::{Belief, Effort, Stop, Unknowns, minimise};
+use crate::fit::segment::{Problem, Segment};
+use crate::fit::stages::{bounds, fitted_slots};
+use crate::fit::uncertainty;
+
+/// Standard deviation of the prior around what the rig says, as a multiple of each value (as in a fit).
+const PRIOR_WIDTH: f64 = 3.0;
+
+/// Multiple of its start that the sharpness of a loop of hysteresis may grow to; and the exponents that it may have.
+const SHARPEST: f64 = 8.0;
+const EXPONENTS: [f64; 2] = [0.7, 5.0];
+
+/// Part of its start that the wave number of a ripple may fall to. The longest start is a wave over all of the
+/// motion; of a longer one nobody has seen that it is one.
+const LONGEST_WAVE: f64 = 0.7;
+
+/// Part of its start that the speed at which a Stribeck friction has fallen may shrink to. Below, it is dry friction
+/// with a static level that no sample shows, and as steep as the fit likes.
+const STEEPEST: f64 = 0.25;
+
+/// A rig under trial.
+#[derive(Clone)]
+pub(super) struct Model {
+    /// The rig, effects under trial included.
+    pub rig: Rig,
+    /// Compiled.
+    pub plant: Plant,
+    /// Slots of the parameters that are fitted: those of the rig, then those of the effects.
+    pub slots: Vec<usize>,
+    /// How many of `slots` belong to the rig itself; the others are under trial.
+    pub believed: usize,
+    /// What the rig says, for the prior, one entry a slot of `slots`.
+    written: Vec<f64>,
+    bounds: Vec<[f64; 2]>,
+    /// Standard deviation of the prior of what is under trial, in units of its scale.
+    trial_width: f64,
+    /// Indices into `slots` of parameters that change together.
+    tied: Vec<Vec<usize>>,
+}
+
+/// Where a search ended.
+#[derive(Clone)]
+pub(super) struct Point {
+    /// Every parameter of the plant, SI.
+    pub values: Vec<f64>,
+    /// One start state a stretch, SI.
+    pub states: Vec<Vec<f64>>,
+    /// Half the squared residuals in units of the weights, prior included.
+    pub cost: f64,
+    /// Why the search ended.
+    pub stop: Stop,
+}
+
+/// Steps of a fit of start states alone.
+const STATE_STEPS: usize = 6;
+
+impl Model {
+    /// A model whose parameters named in `trial` are under trial: free, without prior or bounds but those of
+    /// their law.
+    ///
+    /// # Errors
+    /// A rig that cannot be compiled.
+    pub fn new(
+        rig: &Rig,
+        written: &Rig,
+        trial: &[(String, f64)],
+        settings: Settings,
+    ) -> Result<Self> {
+        let plant = Plant::new(rig)?.with_settings(settings);
+        let as_written = Plant::new(written)?;
+        let mut slots: Vec<usize> = fitted_slots(&plant)
+            .into_iter()
+            .filter(|&slot| {
+                let name = &plant.parameters()[slot].name;
+                !trial.iter().any(|(tried, _)| tried == name)
+            })
+            .collect();
+        let believed = slots.len();
+        slots.extend(trial.iter().filter_map(|(name, _)| plant.slot(name)));
+        let known = plant.parameters();
+        let said = as_written.values();
+        let written = slots
+            .iter()
+            .map(|&slot| {
+                as_written
+                    .slot(&known[slot].name)
+                    .map_or(known[slot].value, |at| said[at])
+            })
+            .collect();
+        let limits = slots
+            .iter()
+            .enumerate()
+            .map(|(index, &slot)| {
+                if index < believed {
+                    bounds(&known[slot])
+                } else {
+                    let (name, low) = &trial[index - believed];
+                    let [least, most] = reach(&plant, name);
+                    [low.max(least), most]
+                }
+            })
+            .collect();
+        Ok(Self {
+            rig: rig.clone(),
+            slots,
+            believed,
+            written,
+            bounds: limits,
+            trial_width: f64::INFINITY,
+            tied: Vec::new(),
+            plant,
+        })
+    }
+
+    /// The same with a prior of that width, in units of their scale, about what the rig says of what is under trial.
+    pub fn doubting(self, width: f64) -> Self {
+        Self {
+            trial_width: width,
+            ..self
+        }
+    }
+
+    /// The same, with the parameters of each of these lists changing by the same part of their scales.
+    pub fn tied(self, lists: &[Vec<String>]) -> Self {
+        let known = self.plant.parameters();
+        let index = |name: &String| {
+            let named = |&slot: &usize| known[slot].name == *name;
+            self.slots.iter().position(named)
+        };
+        let tied = lists
+            .iter()
+            .map(|names| names.iter().filter_map(index).collect());
+        Self {
+            tied: tied.collect(),
+            ..self
+        }
+    }
+
+    /// The same, with these parameters kept at zero or more.
+    pub fn signed(mut self, names: &[String]) -> Self {
+        for name in names {
+            let slot = self.plant.slot(name);
+            let at = self.slots.iter().position(|known| Some(*known) == slot);
+            if let Some(at) = at {
+                self.bounds[at][0] = self.bounds[at][0].max(0.0);
+            }
+        }
+        self
+    }
+
+    /// These values, taken back within the bounds.
+    pub fn within(&self, values: &[f64]) -> Vec<f64> {
+        let mut values = values.to_vec();
+        for (&slot, [low, high]) in self.slots.iter().zip(&self.bounds) {
+            values[slot] = values[slot].clamp(*low, *high);
+        }
+        values
+    }
+
+    /// The same, integrated as `settings` say.
+    pub fn integrated(&self, settings: Settings) -> Self {
+        Self {
+            plant: self.plant.clone().with_settings(settings),
+            ..self.clone()
+        }
+    }
+
+    /// The fitted parameters of the rig itself: slots, and what the rig says.
+    pub fn believed(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let slots = self.slots.iter().zip(&self.written);
+        slots
+            .take(self.believed)
+            .map(|(slot, written)| (*slot, *written))
+    }
+
+    /// The problem of fitting this model to data, its scales taken at `values`.
+    pub fn problem<'a>(
+        &'a self,
+        data: &'a Data,
+        segments: &[Segment],
+        point: &Unknowns,
+    ) -> Problem<'a> {
+        let mut problem = Problem {
+            scale: self
+                .slots
+                .iter()
+                .zip(&self.written)
+                .map(|(&slot, written)| point.values[slot].abs().max(written.abs()))
+                .collect(),
+            slots: self.slots.clone(),
+            ..data.judging(&self.plant)
+        };
+        if problem.scale.contains(&0.0) {
+            give_scales(&mut problem, segments, point);
+        }
+        problem
+    }
+
+    fn belief(&self, problem: &Problem) -> Belief {
+        Belief {
+            bounds: self.bounds.clone(),
+            written: self.written.clone(),
+            widths: (0..problem.parameters())
+                .map(|index| {
+                    if index < self.believed {
+                        PRIOR_WIDTH
+                    } else {
+                        self.trial_width
+                    }
+                })
+                .collect(),
+            tied: self.tied.clone(),
+        }
+    }
+
+    /// The same with every parameter held: a fit is of start states alone.
+    pub fn held(&self) -> Self {
+        self.holding(|_| true)
+    }
+
+    /// The same with those parameters held whose names are.
+    pub fn holding(&self, held: impl Fn(&str) -> bool) -> Self {
+        let known = self.plant.parameters();
+        let free = |&index: &usize| !held(&known[self.slots[index]].name);
+        let free: Vec<usize> = (0..self.slots.len()).filter(free).collect();
+        Self {
+            slots: free.iter().map(|&index| self.slots[index]).collect(),
+            believed: free.iter().filter(|&&index| index < self.believed).count(),
+            bounds: free.iter().map(|&index| self.bounds[index]).collect(),
+            written: free.iter().map(|&index| self.written[index]).collect(),
+            tied: Vec::new(),
+            ..self.clone()
+        }
+    }
+
+    /// The start states fitted alone, where tendons may pull against each other. States that are far off are otherwise made up
+    /// for by letting tendons hang, and those stay slack: one tendon of twice the stiffness moves a rig as two taut ones do.
+    pub fn begun(&self, data: &Data, segments: &mut [Segment], from: Unknowns) -> Unknowns {
+        if self.rig.tendons.len() < 2 {
+            return from;
+        }
+        let point = self
+            .held()
+            .improve(data, segments, from.clone(), STATE_STEPS, 1e-4);
+        point.map_or(from, |point| Unknowns {
+            values: point.values,
+            states: point.states,
+        })
+    }
+
+    /// Improves a point by at most `steps` steps. `None` where it cannot be simulated.
+    pub fn improve(
+        &self,
+        data: &Data,
+        segments: &mut [Segment],
+        from: Unknowns,
+        steps: usize,
+        relative: f64,
+    ) -> Option<Point> {
+        for (segment, state) in segments.iter_mut().zip(&from.states) {
+            if segment.rows.start == 0 {
+                data.hold(&self.plant, segment, state);
+            }
+        }
+        let segments = &*segments;
+        let problem = self.problem(data, segments, &from);
+        let belief = self.belief(&problem);
+        let mut unknowns = from;
+        let effort = Effort {
+            iterations: steps,
+            relative,
+        };
+        let (stop, _) = minimise(
+            &problem,
+            &belief,
+            segments,
+            &mut unknowns,
+            &effort,
+            &mut |_, _| {},
+        )?;
+        let cost = problem.cost(segments, &unknowns.values, &unknowns.states);
+        cost.is_finite().then_some(Point {
+            values: unknowns.values,
+            states: unknowns.states,
+            cost,
+            stop,
+        })
+    }
+
+    /// Half widths of the 95 % intervals of the fitted parameters, by name (docs/explanation/identification.md, eq. 12).
+    pub fn half_widths(
+        &self,
+        data: &Data,
+        segments: &[Segment],
+        point: &Point,
+    ) -> BTreeMap<String, f64> {
+        let unknowns = Unknowns {
+            values: point.values.clone(),
+            states: point.states.clone(),
+        };
+        let problem = self.problem(data, segments, &unknowns);
+        let belief = self.belief(&problem);
+        let widths = uncertainty::half_widths(&problem, &belief, segments, &unknowns);
+        let known = self.plant.parameters();
+        self.slots
+            .iter()
+            .zip(widths)
+            .filter_map(|(&slot, width)| Some((known[slot].name.clone(), width?)))
+            .collect()
+    }
+
+    /// The plant's parameters with those of another plant where the names agree.
+    pub fn inherit(&self, other: &Plant, values: &[f64]) -> Vec<f64> {
+        self.plant
+            .parameters()
+            .iter()
+            .map(|parameter| {
+                other
+                    .slot(&parameter.name)
+                    .map_or(parameter.value, |slot| values[slot])
+            })
+            .collect()
+    }
+
+    /// The rig with these values in it.
+    ///
+    /// # Errors
+    /// A value that a rig file cannot hold.
+    pub fn with(&self, values: &[f64]) -> Result<Rig> {
+        let known = self.plant.parameters();
+        let named: Vec<(&str, f64)> = self
+            .slots
+            .iter()
+            .map(|&slot| (known[slot].name.as_str(), values[slot]))
+            .collect();
+        Ok(self.rig.with_values(&named)?)
+    }
+}
+
+/// How far a parameter under trial may go from its start. A loop of hysteresis has a limit: as sharp as
+/// this multiple of its start (`SHARPEST`) it is dry friction by now and costs thousands of sub-steps a row. A Stribeck
+/// friction (`STEEPEST`) and a ripple (`LONGEST_WAVE`) have one too; nothing else has.
+fn reach(plant: &Plant, name: &str) -> [f64; 2] {
+    let unlimited = [f64::NEG_INFINITY, f64::INFINITY];
+    let Some((effect, parameter)) = name.rsplit_once('.') else {
+        return unlimited;
+    };
+    let value = |parameter: &str| {
+        let slot = plant.slot(&format!("{effect}.{parameter}"));
+        slot.map_or(0.0, |slot| plant.parameters()[slot].value.abs())
+    };
+    if effect.ends_with(".position_ripple") && parameter == "wave_number" {
+        return [LONGEST_WAVE * value(parameter), f64::INFINITY];
+    }
+    if effect.ends_with(".stribeck_friction") && parameter == "velocity" {
+        return [STEEPEST * value(parameter), f64::INFINITY];
+    }
+    if !effect.ends_with(".hysteresis") {
+        return unlimited;
+    }
+    match parameter {
+        "beta" | "gamma" => {
+            let most = SHARPEST * value("beta").max(value("gamma"));
+            [-most, most]
+        }
+        "exponent" => EXPONENTS,
+        _ => unlimited,
+    }
+}
+
+/// A parameter that is zero takes the size that would move the signals by their weight.
+fn give_scales(problem: &mut Problem, segments: &[Segment], point: &Unknowns) {
+    let silent: Vec<usize> = (0..problem.parameters())
+        .filter(|&j| problem.scale[j] == 0.0)
+        .collect();
+    for &j in &silent {
+        problem.scale[j] = 1.0;
+    }
+    let alone = Problem {
+        slots: silent.iter().map(|&j| problem.slots[j]).collect(),
+        scale: vec![1.0; silent.len()],
+        ..problem.clone()
+    };
+    let Some((squares, samples)) = alone.sensitivities(segments, &point.values, &point.states)
+    else {
+        return;
+    };
+    for (&j, squares) in silent.iter().zip(squares) {
+        let scale = (samples.max(1) as f64 / squares).sqrt();
+        if scale.is_finite() && scale > 0.0 {
+            problem.scale[j] = scale;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::suspect::Suspect;
+
+    /// What the only parameter of that name may be, with an effect at the demo's mass that begins like this.
+    fn bounds(effect: &str, begun: &[f64], parameter: &str) -> [f64; 2] {
+        let file = concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../../rigs/mass-spring-damper.toml"
+        );
+        let rig = Rig::load(file).expect("the demo's rig ships with the project");
+        let suspect = Suspect::Effect {
+            kind: sinew_sim::effects::Kind::named(effect).expect("it is one"),
+            component: "mass".into(),
+        };
+        let (with, trial) = suspect.apply(&rig, begun).expect("it can sit there");
+        let model = Model::new(&with, &rig, &trial, Settings::default()).expect("it is sound");
+        let named = |slot: &usize| model.plant.parameters()[*slot].name.ends_with(parameter);
+        let at = model.slots.iter().position(named);
+        model.bounds[at.expect("it is under trial")]
+    }
+
+    /// A damping that is zero in truth ended a thousandth below it, and the friction was refused for its sign.
+    #[test]
+    fn what_a_trial_leaves_below_zero_is_taken_back_to_the_bound_and_the_rest_stays() {
+        let file = concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../../rigs/mass-spring-damper.toml"
+        );
+        let rig = Rig::load(file).expect("the demo's rig ships with the project");
+        let suspect = Suspect::Effect {
+            kind: sinew_sim::effects::Kind::named("direction_dependent_friction")
+                .expect("it is one"),
+            component: "mass".into(),
+        };
+        let (with, trial) = suspect
+            .apply(&rig, &[1.0, 2.0, 0.5, 0.5])
+            .expect("it can sit there");
+        let model = Model::new(&with, &rig, &trial, Settings::default()).expect("it is sound");
+        let damping = model
+            .plant
+            .slot("mass.direction_dependent_friction.damping_pos");
+        let mut ended = model.plant.values();
+        ended[damping.expect("it has one")] = -1e-3;
+        assert_eq!(model.within(&ended), ended);
+        let signed = model.clone().signed(&suspect.not_below_zero());
+        let back = signed.within(&ended);
+        ended[damping.expect("it has one")] = 0.0;
+        assert_eq!(back, ended);
+    }
+
+    /// A ripple of 400 m over a fall of 47 m was once named where a ball only met the air.
+    #[test]
+    fn a_ripple_under_trial_gets_no_longer_than_the_motion_it_began_with() {
+        let found = bounds("position_ripple", &[1.0, 20.0, 0.0], "wave_number");
+        assert_eq!(found, [LONGEST_WAVE * 20.0, f64::INFINITY]);
+    }
+
+    /// As steep as it likes, it is dry friction, at the price of thousands of sub-steps.
+    #[test]
+    fn a_stribeck_friction_under_trial_gets_no_steeper_than_a_few_times_what_it_began_with() {
+        let found = bounds("stribeck_friction", &[1.0, 2.0, 0.1], ".velocity");
+        assert_eq!(found, [STEEPEST * 0.1, f64::INFINITY]);
+    }
+}

@@ -1,0 +1,248 @@
+//! Identification: the rig's free parameters from recordings (docs/explanation/identification.md).
+//!
+//! An output-error fit: the parameters and one start state a recording are those for which the rig, driven by
+//! the recorded inputs alone, comes closest to what the sensors measured. Levenberg–Marquardt with exact
+//! derivatives does the work, first over short stretches with start states of their own, then over whole
+//! recordings, so that a device that drifts and a poor first guess do no harm.
+
+pub(crate) mod experiment;
+pub(crate) mod levenberg;
+pub(crate) mod pace;
+pub(crate) mod score;
+pub(crate) mod segment;
+pub(crate) mod stages;
+pub(crate) mod start;
+pub(crate) mod uncertainty;
+
+use sinew_sim::{Plant, Rig};
+
+use self::experiment::Experiment;
+pub use self::levenberg::Stop;
+pub use self::score::{FreeRun, FreeRunSensor, SensorError, doubt, free_run, pool, score};
+use crate::error::{Error, Result};
+use crate::recording::Recording;
+
+/// How to fit. The default serves; nothing here depends on the device.
+#[derive(Debug, Clone)]
+pub struct FitOptions {
+    /// Most steps a stage.
+    pub iterations: usize,
+    /// Standard deviation of the prior around the rig's values, as a multiple of each value. Wide: it decides
+    /// only where the data do not.
+    pub prior_width: f64,
+    /// The rig's values are near: whole recordings at once, where short stretches would lead away first.
+    pub near: bool,
+}
+
+impl Default for FitOptions {
+    fn default() -> Self {
+        Self {
+            iterations: 60,
+            prior_width: 3.0,
+            near: false,
+        }
+    }
+}
+
+/// What a caller hears while a fit runs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// Stage, from 1.
+    pub stage: usize,
+    /// Rows simulated in one go in this stage, of the longest recording.
+    pub horizon: usize,
+    /// Steps taken in this stage.
+    pub step: usize,
+    /// Error over this stage's stretches, as a part of the signals' own spread.
+    pub error: f64,
+}
+
+/// What a fit gives.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    /// The rig with the fitted values, comments kept.
+    pub rig: Rig,
+    /// The fitted parameters in the rig's order.
+    pub parameters: Vec<FittedParameter>,
+    /// Free-run error on the recordings of the fit, rig as written and refitted, one entry a sensor.
+    pub sensors: Vec<SensorFit>,
+    /// Inputs with missing samples, which held their last value.
+    pub held: Vec<HeldInput>,
+    /// How the last stage ended.
+    pub stop: Stop,
+    /// Steps of all stages.
+    pub steps: usize,
+    /// Wall-clock time.
+    pub seconds: f64,
+}
+
+/// One fitted parameter, SI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FittedParameter {
+    /// `carriage.inertia`.
+    pub name: String,
+    /// `kg`.
+    pub unit: String,
+    /// What the rig said.
+    pub as_written: f64,
+    /// What the recordings say.
+    pub value: f64,
+    /// Where it lies nineteen times in twenty; `None` where the recordings do not determine it, so that it
+    /// stays near what the rig said, or where it rests at a bound.
+    pub ci95: Option<[f64; 2]>,
+    /// It rests at a bound of the rig's, or at zero where the sign is fixed.
+    pub at_bound: bool,
+}
+
+/// Error of one sensor over the recordings of the fit, SI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SensorFit {
+    /// Its column.
+    pub signal: String,
+    /// Its unit.
+    pub unit: String,
+    /// Free-run error of the rig as written; infinite where it cannot be simulated.
+    pub as_written_rms: f64,
+    /// Free-run error of the refitted rig.
+    pub rms: f64,
+    /// Standard deviation of the measurement itself.
+    pub spread: f64,
+    /// Samples judged.
+    pub samples: usize,
+}
+
+/// An input with missing samples.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct HeldInput {
+    /// Name of the recording's file.
+    pub recording: String,
+    /// Its column.
+    pub column: String,
+    /// How many samples were missing.
+    pub missing: usize,
+}
+
+/// Fits the rig's free parameters to recordings.
+///
+/// ```
+/// # use sinew_ident::{fit::{FitOptions, fit}, recording::{Column, Recording}};
+/// let rig = sinew_sim::Rig::parse(r#"
+/// format = "sinew-rig/1"
+/// name = "cart"
+/// [[body]]
+/// name = "cart"
+/// motion = "slide"
+/// inertia = { value = 5.0 }
+/// [[actuator]]
+/// name = "motor"
+/// drives = "cart"
+/// input = "u_N"
+/// gain = 1.0
+/// [[sensor]]
+/// name = "encoder"
+/// reads = "cart.position"
+/// signal = "q_m"
+/// "#, "cart.toml").unwrap();
+/// // 2 kg under 1 N from rest: q = t^2 / 4.
+/// let t: Vec<f64> = (0..200).map(|k| 0.01 * f64::from(k)).collect();
+/// let column = |name: &str, values| Column { name: name.into(), values };
+/// let q = t.iter().map(|t| t * t / 4.0).collect();
+/// let columns = vec![column("u_N", vec![1.0; 200]), column("q_m", q)];
+/// let recording = Recording::new("cart.csv", t, columns)?;
+/// let fitted = fit(&rig, &[recording], &FitOptions::default(), &mut |_| {})?;
+/// assert!((fitted.parameters[0].value - 2.0).abs() < 1e-4);
+/// # Ok::<(), sinew_ident::error::Error>(())
+/// ```
+///
+/// # Errors
+/// `File` for a recording that lacks a column of the rig, has no sample of any sensor, or is too short;
+/// `Arguments` without a recording; `Failed` where the rig cannot be simulated even over short stretches.
+pub fn fit(
+    rig: &Rig,
+    recordings: &[Recording],
+    options: &FitOptions,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Fit> {
+    let begun = std::time::Instant::now();
+    if recordings.is_empty() {
+        return Err(Error::arguments("a fit needs at least one recording"));
+    }
+    let plant = Plant::new(rig)?;
+    let as_written = score(rig, recordings)?;
+    let experiments = recordings
+        .iter()
+        .map(|recording| Experiment::new(&plant, recording))
+        .collect::<Result<Vec<_>>>()?;
+    let step = plant.settings().rate_step;
+    let settings = pace::settings(&plant, &plant.values(), &experiments, step);
+    let plant = plant.with_settings(settings);
+    let found = stages::run(rig, &plant, &experiments, options, progress)?;
+
+    let known = plant.parameters();
+    let named: Vec<(&str, f64)> = found
+        .slots
+        .iter()
+        .map(|&slot| (known[slot].name.as_str(), found.values[slot]))
+        .collect();
+    let fitted = rig.with_values(&named)?;
+    let after = score(&fitted, recordings)?;
+
+    let parameters = found.slots.iter().enumerate().map(|(j, &slot)| {
+        let (parameter, value) = (&known[slot], found.values[slot]);
+        let [low, high] = stages::bounds(parameter);
+        FittedParameter {
+            name: parameter.name.clone(),
+            unit: parameter.unit.clone(),
+            as_written: parameter.value,
+            value,
+            ci95: found.half_widths[j].map(|half| [value - half, value + half]),
+            at_bound: value <= low || value >= high,
+        }
+    });
+    let sensors = as_written
+        .iter()
+        .zip(after)
+        .map(|(before, after)| SensorFit {
+            signal: after.signal,
+            unit: after.unit,
+            as_written_rms: before.rms,
+            rms: after.rms,
+            spread: after.spread,
+            samples: after.samples,
+        });
+    let held = experiments.iter().flat_map(|experiment| {
+        experiment.held.iter().map(|(column, missing)| HeldInput {
+            recording: experiment.name.clone(),
+            column: column.clone(),
+            missing: *missing,
+        })
+    });
+    Ok(Fit {
+        parameters: parameters.collect(),
+        sensors: sensors.collect(),
+        held: held.collect(),
+        rig: fitted,
+        stop: found.stop,
+        steps: found.steps,
+        seconds: begun.elapsed().as_secs_f64(),
+    })
+}
+
+/// Size of each sensor's variations over all recordings, never zero.
+pub(crate) fn spreads(experiments: &[Experiment]) -> Vec<f64> {
+    let sensors = experiments
+        .first()
+        .map_or(0, |experiment| experiment.signals.len());
+    (0..sensors)
+        .map(|sensor| {
+            let spread = experiments
+                .iter()
+                .map(|experiment| experiment.spread(sensor))
+                .fold(0.0, f64::max);
+            if spread > 0.0 { spread } else { 1.0 }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,21 @@
+//! System identification of mechanical plants described by a rig file.
+//!
+//! | module | turns | into |
+//! |---|---|---|
+//! | [`recording`] | a CSV file | columns |
+//! | [`fit`] | a rig and recordings | the rig with its parameters refitted |
+//! | [`diagnose`] | a rig and recordings | the physics that the rig lacks |
+//! | [`excite`] | a rig with limits | inputs for an experiment |
+//! | [`mjcf`] | a rig | a MuJoCo model |
+//! | [`report`] | results | a page |
+
+pub mod atomic;
+pub mod diagnose;
+pub mod error;
+pub mod excite;
+pub mod fit;
+pub mod mjcf;
+pub mod noise;
+pub mod recording;
+pub mod report;
+mod scales;

@@ -1,0 +1,74 @@
+//! `sinew build`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{Common, Recordings};
+use crate::chain::build::{Request, build};
+use crate::chain::page;
+use crate::project::{Board, Optimise};
+use sinew_ident::error::{Error, Result};
+
+/// Arguments of `sinew build`.
+#[derive(Args)]
+pub struct Arguments {
+    /// The rig file (TOML).
+    rig: PathBuf,
+    #[command(flatten)]
+    recordings: Recordings,
+    /// Where the controller runs.
+    #[arg(long, value_enum, default_value = "qemu")]
+    board: Board,
+    /// What the compiler makes its image for.
+    #[arg(long, value_enum, default_value = "speed")]
+    optimise: Optimise,
+    /// Folder of everything that is written.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Folder of cargo's build outputs, if they are to be shared; otherwise DIR/target.
+    #[arg(long, value_name = "DIR", env = "SINEW_BUILD_DIR")]
+    build_dir: Option<PathBuf>,
+    /// Also say what physics the rig lacks (as `sinew diagnose`), in the report and in mended.toml.
+    #[arg(long)]
+    diagnose: bool,
+    /// The kind of effect that was concealed in the recordings, to stand beside what was found.
+    #[arg(long, value_name = "KIND", requires = "diagnose")]
+    hidden: Option<String>,
+    #[command(flatten)]
+    common: Common,
+}
+
+/// # Errors
+/// Any link of the chain.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    if arguments.board.chip().is_some() {
+        return Err(Error::arguments(format!(
+            "a {} does not run here: its loop cannot be closed by this command",
+            arguments.board.name()
+        ))
+        .help("build for qemu, the same controller to the bit; then sinew flash"));
+    }
+    let request = Request {
+        rig: arguments.rig.clone(),
+        fit: arguments.recordings.fit.clone(),
+        test: arguments.recordings.test.clone(),
+        board: arguments.board,
+        optimise: arguments.optimise,
+        out: arguments.out.clone(),
+        seed: arguments.common.seed,
+        cache: arguments.build_dir.clone(),
+        diagnose: arguments.diagnose,
+        hidden: arguments.hidden.clone(),
+        quiet: arguments.common.quiet,
+    };
+    let outcome = build(&request)?;
+    let summary = page::summary(&outcome);
+    let command = format!("sinew build {}", arguments.rig.display());
+    page::write(&outcome, &summary, &arguments.out, &command)?;
+    println!();
+    for line in page::closing_lines(&outcome, &summary, &arguments.out) {
+        println!("{line}");
+    }
+    Ok(())
+}

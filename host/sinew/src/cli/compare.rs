@@ -1,0 +1,311 @@
+//! `sinew compare`: predictive controllers beside a tuned PID and a tuned RISE, on one plant.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use clap::builder::RangedU64ValueParser;
+use rayon::prelude::*;
+use serde_json::{Map, Value, json};
+use sinew_firmware::pid::PidState;
+use sinew_firmware::rise::RiseState;
+
+use super::conditions::Conditions;
+use super::{LoopArguments, overwrite};
+use crate::chain::built::Loop;
+use crate::chain::contest::Contest;
+use crate::chain::contestant::Contestant;
+use crate::chain::side_by_side::BUDGET;
+use crate::compare::closed_loop::Scenario;
+use crate::compare::feedback::{Opponent, Tuning};
+use crate::compare::optimise::Budget;
+use crate::progress::Stage;
+use crate::project::Board;
+use sinew_ident::error::{Error, Result};
+use sinew_ident::report::{quantity, sheet};
+
+/// Arguments of `sinew compare`.
+#[derive(Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    of_loop: LoopArguments,
+    /// Folder of a model: model.toml and weights.safetensors; several are compared, each called by its folder's name.
+    #[arg(required = true)]
+    models: Vec<PathBuf>,
+    /// The rig file of the plant in the loop, taken as written; without it, RIG with every free parameter moved.
+    #[arg(long, value_name = "RIG")]
+    plant: Option<PathBuf>,
+    /// A program that is the plant instead, as a line for `sh`; with --draws it is told which of its plants is wanted.
+    #[arg(long, value_name = "COMMAND", conflicts_with = "plant")]
+    plant_program: Option<String>,
+    /// Loops a controller; all but the first have other noise and other moves.
+    #[arg(long, value_name = "N", default_value = "1", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1000))]
+    loops: usize,
+    /// Loops a controller, each with the same reference on another plant: every free parameter of --plant, or of RIG,
+    /// is drawn within --spread.
+    #[arg(long, value_name = "N", conflicts_with = "loops", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1000))]
+    draws: Option<usize>,
+    /// How far a drawn parameter may lie from what is written, as a fraction of it.
+    #[arg(
+        long,
+        value_name = "FRACTION",
+        requires = "draws",
+        default_value_t = 0.2
+    )]
+    spread: f64,
+    #[command(flatten)]
+    conditions: Conditions,
+    /// Judge errors, effort and time at limits between these times only: a path may begin or end where a plant that
+    /// was drawn cannot rest. Commands have to stay inside their limits all the time.
+    #[arg(long, value_name = "FROM,TO", value_delimiter = ',', num_args = 1)]
+    judged: Vec<f64>,
+    /// Evaluations that tuning PID and RISE may cost each, where the plant is slow to simulate; otherwise some thousands.
+    #[arg(long, value_name = "COUNT", value_parser = RangedU64ValueParser::<usize>::new().range(20..))]
+    evaluations: Option<usize>,
+    /// Most steps that PID and RISE may look ahead at the reference; 0 is the textbook's, which sees where it should be now.
+    /// As many as the horizon without it, and never more.
+    #[arg(long, value_name = "STEPS")]
+    longest_lead: Option<usize>,
+    /// Where the models run; commands of another board must have the bits of this computer's.
+    #[arg(long, value_enum, default_value = "host")]
+    board: Board,
+    /// Where the scores are written for programs (sinew-comparison/1).
+    #[arg(long, value_name = "JSON")]
+    json: Option<PathBuf>,
+    /// Where a page with plots is written.
+    #[arg(long, value_name = "HTML")]
+    report: Option<PathBuf>,
+    /// Where the tracking error over the first loop is drawn.
+    #[arg(long, value_name = "SVG")]
+    plot: Option<PathBuf>,
+}
+
+/// # Errors
+/// A bad file, or a model that does not fit the rig.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let of_loop = &arguments.of_loop;
+    let names = names(&arguments.models)?;
+    let recordings = &of_loop.recordings;
+    let recordings = recordings.fit.iter().chain(&recordings.test);
+    arguments.conditions.refuse()?;
+    judged(&arguments.judged, f64::INFINITY)?;
+    if !(0.0..1.0).contains(&arguments.spread) {
+        return Err(Error::arguments(format!(
+            "`--spread {}` is no fraction of a parameter",
+            arguments.spread
+        ))
+        .expected("0 or more, and less than 1")
+        .help("0.2 draws from 20 % below to 20 % above"));
+    }
+    let read = std::iter::once(("RIG", of_loop.rig.as_path()))
+        .chain(arguments.plant.iter().map(|p| ("--plant", p.as_path())))
+        .chain(
+            arguments
+                .conditions
+                .reference
+                .iter()
+                .map(|p| ("--reference", p.as_path())),
+        )
+        .chain(recordings.map(|p| ("a recording", p.as_path())));
+    overwrite::refuse(
+        read,
+        [
+            ("--json", arguments.json.as_deref()),
+            ("--report", arguments.report.as_deref()),
+            ("--plot", arguments.plot.as_deref()),
+        ],
+    )?;
+    let mut ready = of_loop.load(arguments.plant.as_deref())?;
+    arguments.conditions.apply(&mut ready)?;
+    ready.task.judged_s = judged(&arguments.judged, ready.task.duration_s())?;
+    if let Some(longest) = arguments.longest_lead {
+        ready.task.longest_lead = longest.min(ready.task.horizon);
+    }
+    if let Some(command) = &arguments.plant_program {
+        ready.let_be_the_plant(command, arguments.spread);
+    }
+    if let Some(count) = arguments.draws {
+        ready.draw(arguments.spread, count);
+    }
+    let quiet = of_loop.common.quiet;
+    let specs = arguments
+        .models
+        .iter()
+        .map(|model| ready.model(model))
+        .collect::<Result<Vec<_>>>()?;
+    let bench = ready.bench();
+    let scenarios = match ready.drawn.as_slice() {
+        [] => bench.scenarios(&ready.values, arguments.loops)?,
+        drawn => bench.scenarios_of(drawn)?,
+    };
+    let mut controllers = Vec::new();
+    for (name, spec) in names.into_iter().zip(&specs) {
+        let folder = match specs.len() {
+            1 => of_loop.out.clone(),
+            _ => of_loop.out.join(&name),
+        };
+        let run = |board, scenarios| of_loop.run(&ready, spec, &folder, board, scenarios);
+        let on_board = match arguments.board {
+            Board::Host => None,
+            board => Some(run(board, &scenarios)?),
+        };
+        let loops = run(Board::Host, &scenarios)?;
+        let judged = Contestant::mpc(name, loops.runs, on_board.as_ref(), &ready.task)?;
+        controllers.push(Contestant {
+            parameters: Some(spec.parameters()),
+            ..judged
+        });
+    }
+    let mut gains = Map::new();
+    let budget = arguments.evaluations.map_or(BUDGET, Budget::Apart);
+    let mut others = Others {
+        ready: &ready,
+        scenarios: &scenarios,
+        budget,
+        quiet,
+        controllers: &mut controllers,
+        gains: &mut gains,
+    };
+    others.with::<PidState>()?;
+    others.with::<RiseState>()?;
+
+    println!("reference: {}", ready.task.reference_source);
+    for m in &ready.moved {
+        println!(
+            "{:<32} {:>14} in the model, {:>14} in the plant",
+            m.name,
+            quantity(m.fitted, &m.unit),
+            quantity(m.plant, &m.unit)
+        );
+    }
+    let plant = arguments.plant.as_ref().map(|p| p.display().to_string());
+    let plant = plant.or(arguments.plant_program.clone());
+    let board = arguments.board.name();
+    let spread = arguments.draws.map(|_| arguments.spread);
+    let contest =
+        Contest::new(&ready, &of_loop.rig, plant, board, controllers, gains).spread(spread);
+    let contest = match arguments.board {
+        Board::Host => contest,
+        _ => contest.optimise(of_loop.optimise),
+    };
+    print!("{}", contest.table().text());
+    if let Some(path) = &arguments.json {
+        sinew_ident::atomic::write(path, format!("{:#}\n", contest.value()?))?;
+        println!("{}", path.display());
+    }
+    if let Some(path) = &arguments.report {
+        let command = format!("sinew compare {}", of_loop.rig.display());
+        contest.report(&command).write(path)?;
+        println!("{}", path.display());
+    }
+    if let Some(path) = &arguments.plot {
+        sinew_ident::atomic::write(path, sheet(&contest.errors()))?;
+        println!("{}", path.display());
+    }
+    Ok(())
+}
+
+/// The times between which loops are judged; `duration_s` of the reference, once it is known.
+fn judged(asked: &[f64], duration_s: f64) -> Result<Option<[f64; 2]>> {
+    let within = |from: f64, to: f64| 0.0 <= from && from < to && from < duration_s;
+    match *asked {
+        [] => Ok(None),
+        [from, to] if within(from, to) => Ok(Some([from, to])),
+        _ => {
+            let given: Vec<String> = asked.iter().map(f64::to_string).collect();
+            let within = match duration_s.is_finite() {
+                true => format!(", the first before the reference ends at {duration_s:.1} s"),
+                false => String::new(),
+            };
+            Err(Error::arguments(format!(
+                "`--judged {}` is no stretch of a run",
+                given.join(",")
+            ))
+            .expected(format!(
+                "two times in seconds, the earlier one first{within}"
+            ))
+            .help("--judged 2.5,19"))
+        }
+    }
+}
+
+/// Tunes a controller without a model on the plant that it is judged on, and runs it; what inputs and outputs that do
+/// not pair off withhold is no reason to withhold the others.
+struct Others<'a> {
+    ready: &'a Loop,
+    scenarios: &'a [Scenario],
+    budget: Budget,
+    quiet: bool,
+    controllers: &'a mut Vec<Contestant>,
+    gains: &'a mut Map<String, Value>,
+}
+
+impl Others<'_> {
+    fn with<L: Opponent>(&mut self) -> Result<()> {
+        let stage = Stage::begin(format!("tune and run the {}", L::NAME), self.quiet);
+        let bench = self.ready.bench();
+        // Twice the one plant, with other moves; of plants that were drawn the middle one and the first two.
+        let middle = std::iter::once(&self.ready.values);
+        let plants: Vec<Vec<f64>> = match self.ready.drawn.as_slice() {
+            [] => vec![self.ready.values.clone(); 2],
+            drawn => middle.chain(drawn.iter().take(2)).cloned().collect(),
+        };
+        let tuning = match bench.tuned::<L>(&plants, self.budget) {
+            Ok(tuning) => tuning,
+            Err(reason) => {
+                stage.end(format!("none: {reason}"));
+                return Ok(());
+            }
+        };
+        let runs = self.scenarios.par_iter();
+        let runs = runs.map(|s| Ok(bench.run_opponent::<L>(tuning.clone(), s)?.run));
+        let runs = runs.collect::<Result<Vec<_>>>()?;
+        let judged = Contestant::new(L::NAME, runs, &self.ready.task)?;
+        self.controllers.push(judged);
+        self.gains.insert(L::NAME.into(), by_name::<L>(&tuning));
+        stage.end(match self.ready.drawn.len() {
+            0 => "on the plant that it is judged on",
+            1 => "on the plant as written and on the one that it is judged on",
+            _ => "on the plant as written and on the first two that it is judged on",
+        });
+        Ok(())
+    }
+}
+
+/// Gains by name, one object a channel.
+pub(super) fn by_name<L: Opponent>(tuning: &[Tuning<L::Gains>]) -> Value {
+    let channels = tuning.iter().map(|tuning| {
+        let mut named: Map<_, _> = L::named(&tuning.gains)
+            .into_iter()
+            .map(|(name, value)| (name.to_string(), json!(value)))
+            .collect();
+        named.insert("lead_steps".into(), json!(tuning.lead));
+        Value::from(named)
+    });
+    channels.collect()
+}
+
+/// What a table calls the models: `MPC`, or with several of them their folders' names.
+fn names(models: &[PathBuf]) -> Result<Vec<String>> {
+    if models.len() == 1 {
+        return Ok(vec!["MPC".into()]);
+    }
+    let name = |model: &Path| model.file_name().map(|n| n.to_string_lossy().into_owned());
+    let mut names: Vec<String> = Vec::new();
+    for model in models {
+        let name = name(model).unwrap_or_default();
+        if name.is_empty()
+            || [PidState::NAME, RiseState::NAME].contains(&name.as_str())
+            || names.contains(&name)
+        {
+            let message = format!(
+                "{}: several models need folders with names of their own",
+                model.display()
+            );
+            return Err(
+                Error::arguments(message).help("they name rows of the table, and folders of --out")
+            );
+        }
+        names.push(name);
+    }
+    Ok(names)
+}

@@ -1,0 +1,56 @@
+//! What a loop is run under, beside its plant: what `compare` and `tune` share.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::chain::built::Loop;
+use crate::compare::disturbance::Disturbance;
+use sinew_ident::error::{Error, Result};
+
+/// Reference, disturbance and delay of a loop.
+#[derive(Args, Clone, Debug)]
+pub struct Conditions {
+    /// A path to follow instead: a table like a recording, with a column an output, called as in the recordings.
+    #[arg(long, value_name = "CSV")]
+    pub reference: Option<PathBuf>,
+    /// What is added to the commands on their way to the plant; no controller is told of it.
+    #[arg(long, value_enum, default_value = "none")]
+    disturbance: Disturbance,
+    /// Age of the measurements when a controller gets them; no controller is told of it.
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
+    delay: f64,
+}
+
+/// Longer than this is not meant: it would be hundreds of steps.
+const LONGEST_DELAY_S: f64 = 1.0;
+
+impl Conditions {
+    /// Before anything is read.
+    ///
+    /// # Errors
+    /// A delay that is none.
+    pub fn refuse(&self) -> Result<()> {
+        if (0.0..=LONGEST_DELAY_S).contains(&self.delay) {
+            return Ok(());
+        }
+        Err(
+            Error::arguments(format!("`--delay {}` is no delay", self.delay))
+                .expected(format!("seconds from 0 to {LONGEST_DELAY_S}"))
+                .help("0.008 is a camera's frame at 125 Hz"),
+        )
+    }
+
+    /// Puts a loop under them.
+    ///
+    /// # Errors
+    /// A path that cannot be read or lacks an output.
+    pub fn apply(&self, ready: &mut Loop) -> Result<()> {
+        ready.disturbance = self.disturbance;
+        ready.delay_s = self.delay;
+        if let Some(path) = &self.reference {
+            ready.follow(path)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,71 @@
+//! `sinew emit`: the firmware of a model, or a network as a crate and as a library for C.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use sinew_codegen::network::commands;
+use sinew_codegen::network::emit::{Accuracy, Options, Weights};
+use sinew_codegen::network::store::NETWORK_FILE;
+use sinew_codegen::store;
+
+use super::speed_alone;
+use crate::project::{self, Optimise};
+use sinew_ident::error::{Error, Result};
+
+/// Arguments of `sinew emit`.
+#[derive(Args)]
+pub struct Arguments {
+    /// A model of `sinew train` (model.toml and weights.safetensors), or a network that `sinew import` reads.
+    model: PathBuf,
+    /// Folder of the sources.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// The network alone, with a static library and a header for C; a model's scaling is inside.
+    #[arg(long)]
+    c_abi: bool,
+    /// Largest error of tanh, in a network alone: the cheapest function within it is printed.
+    #[arg(long, value_name = "T", default_value = "2e-6")]
+    tanh_tolerance: Accuracy,
+    /// float32, or int8: a quarter of the flash for weights; the loss of accuracy is printed.
+    #[arg(long, value_name = "KIND", default_value = "float32")]
+    weights: Weights,
+    /// What the compiler makes a controller's image for.
+    #[arg(long, value_enum, default_value = "speed")]
+    optimise: Optimise,
+}
+
+/// # Errors
+/// A bad model, a file that cannot be written, or a library that does not build.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let folder = arguments.model.join(NETWORK_FILE);
+    let is_network = arguments.model.is_file() || folder.is_file();
+    if is_network || arguments.c_abi {
+        speed_alone(arguments.optimise)?;
+        let options = Options {
+            accuracy: arguments.tanh_tolerance,
+            weights: arguments.weights,
+            c_abi: arguments.c_abi,
+        };
+        let text = commands::emit(&arguments.model, &arguments.out, &options);
+        print!("{}", text.map_err(Error::arguments)?);
+        return Ok(());
+    }
+    let plain =
+        arguments.tanh_tolerance == Accuracy::default() && arguments.weights == Weights::default();
+    if !plain {
+        return Err(Error::arguments(
+            "--tanh-tolerance and --weights are for a network alone, not for a controller",
+        ));
+    }
+    let spec = store::load(&arguments.model).map_err(Error::refused)?;
+    project::write(&arguments.out, &spec, arguments.optimise)?;
+    println!(
+        "{}: the model, as Rust",
+        arguments.out.join("model").display()
+    );
+    println!(
+        "{}: `cargo build --release` makes its image",
+        arguments.out.join("boards/qemu").display()
+    );
+    Ok(())
+}

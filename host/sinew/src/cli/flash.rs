@@ -1,0 +1,71 @@
+//! `sinew flash`: build the firmware for a board, write it into its flash, show its log.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use sinew_codegen::store;
+
+use crate::chain::build::compile_in;
+use crate::flash::{Options, chip, flash, list};
+use crate::project::{self, Board, Optimise};
+use sinew_ident::error::{Error, Result};
+
+/// Arguments of `sinew flash`.
+#[derive(Args)]
+pub struct Arguments {
+    /// The board.
+    #[arg(long, value_enum, required_unless_present = "list")]
+    board: Option<Board>,
+    /// Folder of the model: model.toml and weights.safetensors.
+    #[arg(long, value_name = "DIR", required_unless_present = "list")]
+    model: Option<PathBuf>,
+    /// Folder of the firmware's sources and images; otherwise target/flash.
+    #[arg(long, value_name = "DIR", default_value = "target/flash")]
+    out: PathBuf,
+    /// Folder of cargo's build outputs, if they are to be shared; otherwise OUT/target.
+    #[arg(long, value_name = "DIR", env = "SINEW_BUILD_DIR")]
+    build_dir: Option<PathBuf>,
+    /// What the compiler makes the image for.
+    #[arg(long, value_enum, default_value = "speed")]
+    optimise: Optimise,
+    /// Only list the debug probes that are connected.
+    #[arg(long)]
+    list: bool,
+    /// The probe with this serial number.
+    #[arg(long, value_name = "SERIAL")]
+    select: Option<String>,
+    /// Erase a locked chip, all of it, and unlock it.
+    #[arg(long)]
+    unlock: bool,
+    /// Do not stay to show the board's log.
+    #[arg(long)]
+    no_log: bool,
+    /// No progress.
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// # Errors
+/// A bad model, firmware that does not build, and whatever stands between it and the board.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let (Some(board), Some(model)) = (arguments.board, &arguments.model) else {
+        let probes = list()?;
+        if probes.is_empty() {
+            println!("no debug probe is connected");
+        }
+        probes.iter().for_each(|probe| println!("{probe}"));
+        return Ok(());
+    };
+    let chip = chip(board)?;
+    let spec = store::load(model).map_err(Error::refused)?;
+    project::write(&arguments.out, &spec, arguments.optimise)?;
+    let cache = arguments.build_dir.as_deref();
+    let built = compile_in(&arguments.out, board, cache, arguments.quiet)?;
+    let options = Options {
+        select: arguments.select.clone(),
+        unlock: arguments.unlock,
+        no_log: arguments.no_log,
+        quiet: arguments.quiet,
+    };
+    flash(chip, &built.lockstep, &options)
+}

@@ -1,0 +1,100 @@
+//! `sinew import`: a network of another tool.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use sinew_codegen::network::{commands, import};
+use sinew_codegen::store;
+use sinew_sim::{Plant, Rig};
+
+use crate::chain::adopt::{adopt, judged};
+use crate::chain::learn::save;
+use crate::chain::task::Task;
+use sinew_ident::error::{Error, Result};
+use sinew_ident::recording::Recording;
+use sinew_ident::report::quantity;
+
+/// Arguments of `sinew import`.
+#[derive(Args)]
+pub struct Arguments {
+    /// The network: .onnx, .keras, .h5, .tflite, or a folder with network.toml or model.toml.
+    network: PathBuf,
+    /// Folder to write it to, as network.toml and weights.safetensors; with --rig as a model.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Make it the predictor of this rig's controller: a model for tune, compare, emit and flash.
+    #[arg(long, value_name = "RIG", requires_all = ["fit", "out"])]
+    rig: Option<PathBuf>,
+    /// A recording (CSV) that says how far signals go; may be repeated.
+    #[arg(long, value_name = "CSV", requires = "rig")]
+    fit: Vec<PathBuf>,
+    /// A recording that the model is judged on; may be repeated.
+    #[arg(long, value_name = "CSV", requires = "rig")]
+    test: Vec<PathBuf>,
+}
+
+/// # Errors
+/// A file that is no network, or one with a layer that cannot be emitted; a network that does not fit the rig.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    match (&arguments.rig, &arguments.out) {
+        (Some(rig), Some(out)) => model(arguments, rig, out),
+        (_, out) => {
+            let text = commands::import(&arguments.network, out.as_deref());
+            print!("{}", text.map_err(Error::arguments)?);
+            Ok(())
+        }
+    }
+}
+
+fn model(arguments: &Arguments, rig: &Path, out: &Path) -> Result<()> {
+    let folder = |path: &Path| path.canonicalize().ok();
+    if arguments.network.is_dir() && folder(out) == folder(&arguments.network) {
+        return Err(Error::arguments(format!(
+            "--out {} is the network's own folder, whose weights it would replace",
+            out.display()
+        ))
+        .help("name another"));
+    }
+    let text = commands::import(&arguments.network, None).map_err(Error::arguments)?;
+    let network = import::read(&arguments.network)
+        .map_err(|e| Error::file(&arguments.network, e.to_string()))?;
+    let rig = Rig::load(rig)?;
+    let plant = Plant::new(&rig)?;
+    let read = |paths: &[PathBuf]| {
+        paths
+            .iter()
+            .map(Recording::read)
+            .collect::<Result<Vec<_>>>()
+    };
+    let (fit, test) = (read(&arguments.fit)?, read(&arguments.test)?);
+    let task = Task::new(&rig, &plant, &fit, test.first().unwrap_or(&fit[0]))?;
+    let spec = adopt(&rig, &plant, &task, &fit, (&network, &arguments.network))?;
+    save(out, &spec)?;
+    print!("{text}");
+    match judged(
+        &rig,
+        &plant,
+        &task,
+        &spec,
+        if test.is_empty() { &fit } else { &test },
+    ) {
+        Some((next, last)) => {
+            for (i, unit) in task.units(&plant).enumerate() {
+                println!(
+                    "{}: {} off after one step, {} after {}, on recordings with their noise",
+                    spec.outputs[i].name,
+                    quantity(next[i], unit),
+                    quantity(last[i], unit),
+                    task.horizon
+                );
+            }
+        }
+        None => {
+            println!(
+                "not judged: the recordings have gaps, another rate than the controller, or too few rows"
+            )
+        }
+    }
+    println!("{}", out.join(store::MODEL_FILE).display());
+    Ok(())
+}

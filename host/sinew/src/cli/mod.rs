@@ -1,0 +1,293 @@
+//! The command line: one file a verb; the exit status is decided here and nowhere else.
+
+mod build;
+mod compare;
+mod conditions;
+mod diagnose;
+mod emit;
+mod excite;
+mod fit;
+mod flash;
+mod import;
+mod mjcf;
+mod monitor;
+mod new;
+mod overwrite;
+mod pil;
+mod record;
+mod simulate;
+mod size;
+mod train;
+mod tune;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand};
+
+use crate::chain::built::{Loop, Ran};
+use crate::compare::closed_loop::Scenario;
+use crate::device::Device;
+use crate::flash as probes;
+use crate::live::Names;
+use crate::project::{Board, Optimise};
+use sinew_codegen::spec::ModelSpec;
+use sinew_firmware::protocol::Identity;
+use sinew_ident::error::{Error, Result};
+
+/// From a recording and a rig to a controlled Cortex-M4F.
+#[derive(Parser)]
+#[command(name = "sinew", version, about, arg_required_else_help = true)]
+struct Program {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Subcommand)]
+enum Verb {
+    /// Everything: fit, train, tune, emit, build, run on a board, compare with a PID, report.
+    Build(build::Arguments),
+    /// Write a first rig file from a recording's columns.
+    New(crate::new_rig::NewArgs),
+    /// Drive a rig with a recording's inputs and write what its sensors would have shown.
+    Simulate(simulate::Arguments),
+    /// Design an experiment inside a rig's limits, and say which effects it would reveal.
+    Excite(excite::Arguments),
+    /// Refit a rig's parameters to recordings.
+    Fit(fit::Arguments),
+    /// Say where a rig and recordings differ, and which physics the rig lacks.
+    Diagnose(diagnose::Arguments),
+    /// Write a rig, its effects included, for MuJoCo.
+    Mjcf(mjcf::Arguments),
+    /// Train a network on a rig and write the model.
+    Train(train::Arguments),
+    /// Write the firmware of a model, or a network alone: sources that build anywhere.
+    Emit(emit::Arguments),
+    /// Read a network of another tool and show its layers.
+    Import(import::Arguments),
+    /// Show what a network takes on a board: flash, RAM, stack and time.
+    Size(size::Arguments),
+    /// Find the predictive controller's weights and horizons, and the gains of PID and RISE, for an objective.
+    Tune(tune::Arguments),
+    /// Run predictive controllers, a tuned PID and a tuned RISE on the same plant.
+    Compare(compare::Arguments),
+    /// Run the firmware on a board against the simulated plant, frame by frame.
+    Pil(pil::Arguments),
+    /// Build the firmware for a board and write it into its flash.
+    Flash(flash::Arguments),
+    /// Play an excitation on a board's own rig and write a recording.
+    Record(record::Arguments),
+    /// Watch and steer a board's own rig, live.
+    Monitor(monitor::Arguments),
+}
+
+/// Recordings, for verbs that fit or learn.
+#[derive(Args, Clone, Debug)]
+pub struct Recordings {
+    /// A recording (CSV) to learn from; may be repeated.
+    #[arg(long, value_name = "CSV", required = true)]
+    pub fit: Vec<PathBuf>,
+    /// A recording that is only scored; may be repeated.
+    #[arg(long, value_name = "CSV")]
+    pub test: Vec<PathBuf>,
+}
+
+/// Refuses what an image is made for where no image is made.
+///
+/// # Errors
+/// It was asked for.
+fn speed_alone(optimise: Optimise) -> Result<()> {
+    if optimise.is_speed() {
+        return Ok(());
+    }
+    Err(
+        Error::arguments("--optimise is for a controller, not for a network alone")
+            .expected("a model of `sinew train`")
+            .help("name one, or leave --optimise out"),
+    )
+}
+
+/// A rig, its recordings and where its loop is built: what `compare` and `pil` take.
+#[derive(Args, Clone, Debug)]
+pub struct LoopArguments {
+    /// The rig file (TOML), fitted.
+    rig: PathBuf,
+    #[command(flatten)]
+    recordings: Recordings,
+    /// Folder of the firmware's sources and images.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Folder of cargo's build outputs, if they are to be shared; otherwise DIR/target.
+    #[arg(long, value_name = "DIR", env = "SINEW_BUILD_DIR")]
+    build_dir: Option<PathBuf>,
+    /// What the compiler makes an image for; this computer's program is the same either way.
+    #[arg(long, value_enum, default_value = "speed")]
+    optimise: Optimise,
+    #[command(flatten)]
+    common: Common,
+}
+
+impl LoopArguments {
+    /// Reads the files.
+    ///
+    /// # Errors
+    /// As [`Loop::load`].
+    fn load(&self, plant: Option<&Path>) -> Result<Loop> {
+        Loop::load(
+            &self.rig,
+            plant,
+            &self.recordings.fit,
+            &self.recordings.test,
+            self.common.seed,
+        )
+    }
+
+    /// Runs loops of a model on a board.
+    ///
+    /// # Errors
+    /// As [`Loop::run`].
+    fn run(
+        &self,
+        ready: &Loop,
+        spec: &ModelSpec,
+        folder: &Path,
+        board: Board,
+        scenarios: &[Scenario],
+    ) -> Result<Ran> {
+        ready.run(
+            spec,
+            folder,
+            (board, self.optimise),
+            self.build_dir.as_deref(),
+            self.common.quiet,
+            scenarios,
+        )
+    }
+}
+
+/// A board that runs, and the model that it carries: what `record` and `monitor` take.
+#[derive(Args, Clone, Debug)]
+pub struct LiveArguments {
+    /// The board's serial port, or the socket of one in QEMU.
+    #[arg(
+        long,
+        value_name = "PORT",
+        required_unless_present = "probe",
+        conflicts_with = "probe"
+    )]
+    port: Option<PathBuf>,
+    /// Through the debug probe of this board instead: no serial port is needed.
+    #[arg(long, value_name = "BOARD", value_enum)]
+    probe: Option<Board>,
+    /// The probe with this serial number.
+    #[arg(long, value_name = "SERIAL", requires = "probe")]
+    select: Option<String>,
+    /// Folder of the model that the board carries: model.toml and weights.safetensors.
+    #[arg(long, value_name = "DIR")]
+    model: PathBuf,
+}
+
+impl LiveArguments {
+    /// Opens the port and makes sure of who is there.
+    ///
+    /// # Errors
+    /// A bad model, no port, the wrong board.
+    fn connect(&self) -> Result<(Device, Names, Identity)> {
+        let names = Names::load(&self.model)?;
+        let mut device = match (&self.port, self.probe) {
+            (Some(port), _) => Device::port(port)?,
+            (None, Some(board)) => {
+                let select = self.select.clone();
+                let options = probes::Options {
+                    select,
+                    ..probes::Options::default()
+                };
+                probes::connect(probes::chip(board)?, &options)?
+            }
+            (None, None) => {
+                return Err(Error::arguments("no board").help("name one with --port or --probe"));
+            }
+        };
+        let identity = names.greet(&mut device)?;
+        Ok((device, names, identity))
+    }
+}
+
+/// What most verbs take.
+#[derive(Args, Clone, Debug)]
+pub struct Common {
+    /// Seed of everything that is drawn.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// No progress.
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// Runs the program: 0 when it did what was asked, 2 for bad arguments or bad files, 130 after Ctrl-C, 141 where nobody reads on, 1
+/// for anything else.
+pub fn main() -> ExitCode {
+    // A handler that cannot be installed costs only the tidying up; the system still ends the process.
+    let _ = ctrlc::set_handler(|| {
+        // Held until the process is gone: nothing starts a child, makes a file, or takes a killed
+        // child for a failure of its own any more.
+        let _children = crate::device::kill_all();
+        let _files = sinew_ident::atomic::remove_unfinished();
+        eprintln!("\nstopped; no file was left half written");
+        std::process::exit(130);
+    });
+    end_with_the_reader();
+    let program = match Program::try_parse() {
+        Ok(program) => program,
+        Err(error) => {
+            // clap's own words, on the stream that fits: help is no error.
+            let _ = error.print();
+            return ExitCode::from(if error.use_stderr() { 2 } else { 0 });
+        }
+    };
+    match run(program.verb) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+/// Where the reader of standard output has gone away (`sinew train .. | head -1`), `println` panics. That is no failure of this
+/// program: it ends with the status that a shell gives to one that the closed pipe has killed.
+fn end_with_the_reader() {
+    const CLOSED_PIPE: i32 = 128 + 13;
+    let usual = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        let words = panic.payload_as_str().unwrap_or_default();
+        if words.starts_with("failed printing to stdout") && words.contains("Broken pipe") {
+            let _children = crate::device::kill_all();
+            let _files = sinew_ident::atomic::remove_unfinished();
+            std::process::exit(CLOSED_PIPE);
+        }
+        usual(panic);
+    }));
+}
+
+fn run(verb: Verb) -> Result<()> {
+    match verb {
+        Verb::Build(arguments) => build::run(&arguments),
+        Verb::New(arguments) => new::run(&arguments),
+        Verb::Simulate(arguments) => simulate::run(&arguments),
+        Verb::Excite(arguments) => excite::run(&arguments),
+        Verb::Fit(arguments) => fit::run(&arguments),
+        Verb::Diagnose(arguments) => diagnose::run(&arguments),
+        Verb::Mjcf(arguments) => mjcf::run(&arguments),
+        Verb::Train(arguments) => train::run(&arguments),
+        Verb::Tune(arguments) => tune::run(&arguments),
+        Verb::Emit(arguments) => emit::run(&arguments),
+        Verb::Import(arguments) => import::run(&arguments),
+        Verb::Size(arguments) => size::run(&arguments),
+        Verb::Compare(arguments) => compare::run(&arguments),
+        Verb::Pil(arguments) => pil::run(&arguments),
+        Verb::Flash(arguments) => flash::run(&arguments),
+        Verb::Record(arguments) => record::run(&arguments),
+        Verb::Monitor(arguments) => monitor::run(&arguments),
+    }
+}

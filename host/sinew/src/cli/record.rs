@@ -1,0 +1,55 @@
+//! `sinew record`: play an excitation on a board and write what its sensors said.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::LiveArguments;
+use crate::live::record::{excitation, record};
+use sinew_ident::error::{Error, Result};
+use sinew_ident::recording::Recording;
+
+/// Arguments of `sinew record`.
+#[derive(Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    live: LiveArguments,
+    /// The excitation: a CSV with a column for each of the model's inputs.
+    #[arg(long, value_name = "CSV")]
+    input: PathBuf,
+    /// The recording to write.
+    #[arg(long, value_name = "CSV")]
+    out: PathBuf,
+    /// No progress.
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// # Errors
+/// A bad file, a board that cannot be reached or is the wrong one, one that stopped by itself.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let input = Recording::read(&arguments.input)?;
+    let (mut device, names, identity) = arguments.live.connect()?;
+    let rows = excitation(&input, &names, identity.rate_mhz)?;
+    let recorded = record(&mut device, &names, &rows, &arguments.out, arguments.quiet)?;
+    recorded.recording.write(&arguments.out)?;
+    println!(
+        "{}: {} rows; {} ticks lost on the way, {} samples missing, {} commands held for want of a row, {} changed by the limits",
+        arguments.out.display(),
+        recorded.recording.len(),
+        recorded.lost_ticks,
+        recorded.missing_samples,
+        recorded.held_ticks,
+        recorded.limited_rows
+    );
+    match recorded.ended {
+        None => Ok(()),
+        Some(state) => Err(Error::failed(format!(
+            "the board stopped by itself ({:?}) after {} of {} rows; what came before is in the file",
+            state.cause,
+            recorded.recording.len(),
+            rows.len()
+        ))
+        .help("docs/reference/faults.md says what this means")),
+    }
+}

@@ -1,0 +1,258 @@
+//! `sinew simulate`: a rig driven by a recording's inputs.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use sinew_sim::{Drive, Plant, RecordingRun, Rig};
+
+use super::overwrite;
+use crate::compare::plant_program::{PlantProgram, Recorded};
+use crate::view::{self, Animation};
+use sinew_ident::error::{Error, Result};
+use sinew_ident::noise::gaussian;
+use sinew_ident::recording::{Column, Recording};
+
+/// Arguments of `sinew simulate`.
+#[derive(Args)]
+pub struct Arguments {
+    /// The rig file (TOML).
+    rig: PathBuf,
+    /// The recording whose input columns and times are used.
+    #[arg(long, value_name = "CSV")]
+    input: PathBuf,
+    /// Where the signals of all sensors are written.
+    #[arg(long, value_name = "CSV")]
+    out: PathBuf,
+    /// Write the input columns as well, so that the file is a recording to fit to.
+    #[arg(long)]
+    with_inputs: bool,
+    /// Standard deviation of white noise on every signal, as a fraction of what the signal ranges over.
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.0)]
+    noise: f64,
+    /// A program that is the plant instead, as a line for `sh`; only signals that it has are written.
+    #[arg(long, value_name = "COMMAND", conflicts_with_all = ["plot", "html"])]
+    plant_program: Option<String>,
+    /// Seed of the noise.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Draw signals and inputs over time.
+    #[arg(long, value_name = "SVG")]
+    plot: Option<PathBuf>,
+    /// Write a page with the plots and, where the rig has a shape, its animation.
+    #[arg(long, value_name = "HTML")]
+    html: Option<PathBuf>,
+    /// No remarks.
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// Columns of a recording in SI, in the plant's order.
+fn columns<'a>(
+    recording: &Recording,
+    wanted: impl Iterator<Item = (&'a str, &'a str, f64)>,
+) -> Result<Vec<Vec<f64>>> {
+    wanted
+        .map(|(column, by, factor)| {
+            let values = recording.require(column, &format!("actuator `{by}` of the rig"))?;
+            if !values.iter().any(|value| value.is_finite()) {
+                let message = format!("input column `{column}` has no valid sample to hold");
+                return Err(Error::file(recording.path(), message)
+                    .at(1, 1)
+                    .expected("a number in at least one row"));
+            }
+            Ok(values.iter().map(|v| v * factor).collect())
+        })
+        .collect()
+}
+
+/// White noise on a signal, its deviation a fraction of the signal's range.
+fn disturb(signal: &mut [f64], fraction: f64, random: &mut ChaCha8Rng) {
+    let low = signal.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = signal.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    for value in signal {
+        *value += fraction * (high - low) * gaussian(random);
+    }
+}
+
+/// # Errors
+/// A bad file, or a rig that diverges.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    if !(0.0..=1.0).contains(&arguments.noise) {
+        return Err(Error::arguments(format!(
+            "`--noise {}` is no fraction of a signal's range",
+            arguments.noise
+        ))
+        .help("0.005 is half a percent"));
+    }
+    overwrite::refuse(
+        [
+            ("the rig", arguments.rig.as_path()),
+            ("--input", arguments.input.as_path()),
+        ],
+        [
+            ("--out", Some(arguments.out.as_path())),
+            ("--plot", arguments.plot.as_deref()),
+            ("--html", arguments.html.as_deref()),
+        ],
+    )?;
+    let rig = Rig::load(&arguments.rig)?;
+    let plant = Plant::new(&rig)?;
+    let recording = Recording::read(&arguments.input)?;
+    let inputs = plant
+        .inputs()
+        .iter()
+        .map(|i| (i.column.as_str(), i.actuator.as_str(), i.column_factor));
+    let inputs = columns(&recording, inputs)?;
+    let driven: Vec<&[f64]> = inputs.iter().map(Vec::as_slice).collect();
+    let drive = Drive::new(&plant, recording.len(), &driven)?;
+    let signals = match &arguments.plant_program {
+        Some(command) => {
+            let program = PlantProgram {
+                command: command.clone(),
+                draw: 0,
+                spread: 0.0,
+            };
+            let recorded = program.record(&plant, recording.t(), &drive)?;
+            if !arguments.quiet {
+                remark(&plant, &recorded);
+            }
+            recorded.signals
+        }
+        None => simulated(arguments, &rig, &plant, &recording, &inputs)?,
+    };
+
+    let mut random = ChaCha8Rng::seed_from_u64(arguments.seed);
+    let mut written = Vec::new();
+    for (input, held) in plant
+        .inputs()
+        .iter()
+        .zip(&inputs)
+        .filter(|_| arguments.with_inputs)
+    {
+        written.push(Column {
+            name: input.column.clone(),
+            values: held.iter().map(|v| v / input.column_factor).collect(),
+        });
+    }
+    let mut signals_written = 0;
+    for (sensor, values) in plant.sensors().iter().zip(signals) {
+        let Some(mut values) = values else { continue };
+        signals_written += 1;
+        if arguments.noise > 0.0 {
+            disturb(&mut values, arguments.noise, &mut random);
+        }
+        values.iter_mut().for_each(|v| *v /= sensor.column_factor);
+        written.push(Column {
+            name: sensor.column.clone(),
+            values,
+        });
+    }
+    Recording::new(&arguments.out, recording.t().to_vec(), written)?.write(&arguments.out)?;
+    if !arguments.quiet {
+        for (input, held) in plant.inputs().iter().zip(drive.held()) {
+            if *held > 0 {
+                eprintln!(
+                    "{}: {held} samples are missing and held their last value",
+                    input.column
+                );
+            }
+        }
+        println!(
+            "{} rows of {} signals in {}",
+            recording.len(),
+            signals_written,
+            arguments.out.display()
+        );
+        for path in [&arguments.plot, &arguments.html].into_iter().flatten() {
+            println!("{}", path.display());
+        }
+    }
+    Ok(())
+}
+
+/// Which signals of the program and of the rig are not in what is written.
+fn remark(plant: &Plant, recorded: &Recorded) {
+    for name in &recorded.strangers {
+        eprintln!("`{name}` of the program is not written: no sensor of the rig is called so");
+    }
+    for (sensor, signal) in plant.sensors().iter().zip(&recorded.signals) {
+        if signal.is_none() {
+            eprintln!(
+                "`{}` of the rig is not written: the program has no such signal",
+                sensor.column
+            );
+        }
+    }
+}
+
+/// What every sensor shows, SI; plot and page are written where they were asked for.
+fn simulated(
+    arguments: &Arguments,
+    rig: &Rig,
+    plant: &Plant,
+    recording: &Recording,
+    inputs: &[Vec<f64>],
+) -> Result<Vec<Option<Vec<f64>>>> {
+    // A sensor that was not recorded starts from nothing and is simulated all the same.
+    let signals: Vec<Vec<f64>> = plant
+        .sensors()
+        .iter()
+        .map(|sensor| match recording.column(&sensor.column) {
+            Some(values) => values.iter().map(|v| v * sensor.column_factor).collect(),
+            None => vec![f64::NAN; recording.len()],
+        })
+        .collect();
+    let driven: Vec<&[f64]> = inputs.iter().map(Vec::as_slice).collect();
+    let signals: Vec<&[f64]> = signals.iter().map(Vec::as_slice).collect();
+    let run = plant.simulate_recording(recording.t(), &driven, &signals)?;
+    draw(arguments, rig, plant, recording, inputs, &run)?;
+    let columns = 0..plant.sensors().len();
+    Ok(columns.map(|i| Some(run.trajectory.column(i))).collect())
+}
+
+/// Writes the plot and the page, where they were asked for.
+fn draw(
+    arguments: &Arguments,
+    rig: &Rig,
+    plant: &Plant,
+    recording: &Recording,
+    inputs: &[Vec<f64>],
+    run: &RecordingRun,
+) -> Result<()> {
+    let plots = || view::simulation(plant, recording.t(), inputs, &run.trajectory);
+    if let Some(path) = &arguments.plot {
+        sinew_ident::atomic::write(path, sinew_ident::report::sheet(&plots()))?;
+    }
+    let Some(path) = &arguments.html else {
+        return Ok(());
+    };
+    let mut animation = Animation::new(recording.len());
+    let driven: Vec<&[f64]> = inputs.iter().map(Vec::as_slice).collect();
+    let drive = Drive::new(plant, recording.len(), &driven)?;
+    let values = plant.values();
+    let mut looked = Ok(());
+    plant.simulate_with(
+        &values,
+        &run.start,
+        &drive,
+        recording.t(),
+        |row, stepper| {
+            let (time, state) = (recording.t()[row], stepper.state());
+            if looked.is_ok() {
+                looked = animation.take(row, time, plant, &values, &state);
+            }
+        },
+    )?;
+    looked?;
+    let lead = format!(
+        "{} rows from {} s to {} s, driven by {}.",
+        recording.len(),
+        recording.t()[0],
+        recording.t()[recording.len() - 1],
+        recording.name(),
+    );
+    let shape = (!animation.is_empty()).then_some(&animation);
+    view::page(&rig.name, lead, shape, plots()).write(path)
+}

@@ -1,0 +1,88 @@
+//! `sinew size`: what a network, and the controller around it, takes on a board, before anything is flashed.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use sinew_codegen::network::commands;
+use sinew_codegen::network::emit::{Accuracy, Options, Weights};
+use sinew_codegen::store;
+
+use super::speed_alone;
+use crate::chain::size::{REMARK, measure, table};
+use crate::project::{Board, Optimise};
+use sinew_ident::error::{Error, Result};
+
+/// Arguments of `sinew size`.
+#[derive(Args)]
+pub struct Arguments {
+    /// The network: a file or folder that `sinew import` reads, or a model of `sinew train`.
+    network: PathBuf,
+    /// stm32f446, nrf52840 or qemu; without it, the controller of a model on every board.
+    #[arg(long)]
+    board: Option<String>,
+    /// Largest error of tanh: the cheapest function within it is taken.
+    #[arg(long, value_name = "T", default_value = "2e-6")]
+    tanh_tolerance: Accuracy,
+    /// float32, or int8: a quarter of the flash for weights; the loss of accuracy is printed.
+    #[arg(long, value_name = "KIND", default_value = "float32")]
+    weights: Weights,
+    /// What the compiler makes a controller's image for.
+    #[arg(long, value_enum, default_value = "speed")]
+    optimise: Optimise,
+    /// Folder that keeps what is compiled, for the next time.
+    #[arg(
+        long,
+        value_name = "DIR",
+        env = "SINEW_BUILD_DIR",
+        default_value = "target/size"
+    )]
+    build_dir: PathBuf,
+    /// No progress.
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// # Errors
+/// A network that cannot be emitted, a board that is not there, or no compiler for the target.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let (network, folder) = (&arguments.network, &arguments.build_dir);
+    // A model of `sinew train` has a controller around its network.
+    let spec = match network.join(store::MODEL_FILE).is_file() {
+        true => store::load(network).ok(),
+        false => None,
+    };
+    if spec.is_none() {
+        speed_alone(arguments.optimise)?;
+    }
+    if let Some(board) = &arguments.board {
+        bare(arguments, board)?;
+    } else if spec.is_none() {
+        return Err(Error::arguments("a network alone is sized for one board")
+            .help("name it: --board stm32f446, nrf52840 or qemu"));
+    }
+    if let Some(spec) = spec {
+        let asked = |board: &Board| {
+            let named = arguments.board.as_deref();
+            named.is_none_or(|name| name == board.folder())
+        };
+        let boards: Vec<Board> = Board::ALL.into_iter().filter(asked).collect();
+        let (steps, rows) = measure(&spec, &boards, arguments.optimise, folder, arguments.quiet)?;
+        println!();
+        print!("{}\n{REMARK}", table(&spec, &steps, &rows).text());
+    }
+    Ok(())
+}
+
+/// The network alone.
+fn bare(arguments: &Arguments, board: &str) -> Result<()> {
+    commands::board(board).map_err(Error::arguments)?;
+    let options = Options {
+        accuracy: arguments.tanh_tolerance,
+        weights: arguments.weights,
+        ..Options::default()
+    };
+    let (network, folder) = (&arguments.network, &arguments.build_dir);
+    let text = commands::size(network, board, &options, folder);
+    print!("{}", text.map_err(Error::failed)?);
+    Ok(())
+}

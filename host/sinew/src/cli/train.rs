@@ -1,0 +1,97 @@
+//! `sinew train`: a network for a rig.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use sinew_codegen::store;
+use sinew_sim::{Plant, Rig};
+
+use super::{Common, Recordings, overwrite};
+use crate::chain::build::starts;
+use crate::chain::learn::{CHECKPOINT_FILE, fits, learn, save};
+use crate::chain::task::Task;
+use crate::progress::Stage;
+use sinew_ident::error::{Error, Result};
+use sinew_ident::fit::free_run;
+use sinew_ident::recording::Recording;
+use sinew_ident::report::quantity;
+
+/// Arguments of `sinew train`.
+#[derive(Args)]
+pub struct Arguments {
+    /// The rig file (TOML), fitted.
+    rig: PathBuf,
+    #[command(flatten)]
+    recordings: Recordings,
+    /// Folder of the model: model.toml and weights.safetensors.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Where losses and errors are written for programs.
+    #[arg(long, value_name = "JSON")]
+    json: Option<PathBuf>,
+    #[command(flatten)]
+    common: Common,
+}
+
+/// # Errors
+/// A bad file, or a training that does not converge.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let read = |paths: &[PathBuf]| {
+        paths
+            .iter()
+            .map(Recording::read)
+            .collect::<Result<Vec<_>>>()
+    };
+    let Recordings { fit, test } = &arguments.recordings;
+    let recordings = fit.iter().chain(test);
+    overwrite::refuse(
+        std::iter::once(("RIG", arguments.rig.as_path()))
+            .chain(recordings.map(|path| ("a recording", path.as_path()))),
+        [("--json", arguments.json.as_deref())],
+    )?;
+    let rig = Rig::load(&arguments.rig)?;
+    let plant = Plant::new(&rig)?;
+    let (recordings, tests) = (
+        read(&arguments.recordings.fit)?,
+        read(&arguments.recordings.test)?,
+    );
+    let reference = tests.first().unwrap_or(&recordings[0]);
+    let task = Task::new(&rig, &plant, &recordings, reference)?;
+    fits(&rig, &plant, &task)?;
+    let runs = recordings
+        .iter()
+        .map(|r| free_run(&rig, r))
+        .collect::<Result<Vec<_>>>()?;
+    let visits = starts(&plant, &recordings, &runs)?;
+    let stage = Stage::begin("train the network", arguments.common.quiet);
+    let learned = learn(
+        &rig,
+        &plant,
+        &plant.values(),
+        &visits,
+        &task,
+        (arguments.common.seed, &arguments.out.join(CHECKPOINT_FILE)),
+        |done, of, losses| {
+            stage.share(done, of, &format!("passes, loss {:.4}", losses.validation));
+        },
+    )?;
+    stage.end(format!("{} weights", learned.record.parameters));
+    save(&arguments.out, &learned.spec)?;
+    for (i, unit) in task.units(&plant).enumerate() {
+        println!(
+            "{}: {} off after one step, {} after {}, on stretches that trained nothing",
+            learned.spec.outputs[i].name,
+            quantity(learned.record.one_step_rms[i], unit),
+            quantity(learned.record.horizon_rms[i], unit),
+            learned.record.horizon
+        );
+    }
+    if let Some(path) = &arguments.json {
+        let text = serde_json::to_string_pretty(&learned.record)
+            .map_err(|e| Error::failed(format!("{}: {e}", path.display())))?;
+        sinew_ident::atomic::write(path, text + "\n")?;
+        println!("{}", path.display());
+    }
+    println!("{}", arguments.out.join(store::MODEL_FILE).display());
+    Ok(())
+}

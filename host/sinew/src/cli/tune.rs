@@ -1,0 +1,296 @@
+//! `sinew tune`: weights and horizons of the predictive controller, gains of the PID and RISE, for a stated objective.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use serde_json::{Map, Value, json};
+use sinew_firmware::mpc::MAX_ITERATIONS;
+use sinew_firmware::pid::PidState;
+use sinew_firmware::rise::RiseState;
+use sinew_sim::Rig;
+
+use super::compare::by_name;
+use super::conditions::Conditions;
+use super::{Common, Recordings, overwrite};
+use crate::chain::built::Loop;
+use crate::chain::contest::Contest;
+use crate::chain::contestant::Contestant;
+use crate::chain::learn::save;
+use crate::chain::retune::{
+    Line, Request, Shape, TunedFeedback, controlled, tune_feedback, tune_mpc,
+};
+use crate::compare::feedback::{Opponent, Tuning};
+use crate::compare::objective::Objective;
+use crate::project::Board;
+use sinew_ident::error::{Error, Result};
+use sinew_ident::report::{Table, significant};
+
+/// Arguments of `sinew tune`.
+#[derive(Args)]
+pub struct Arguments {
+    /// The rig file (TOML), fitted.
+    rig: PathBuf,
+    /// Folder of the model: model.toml and weights.safetensors.
+    model: PathBuf,
+    #[command(flatten)]
+    recordings: Recordings,
+    /// Where the rig with the tuned [control] table is written; the rig's own text and comments are kept.
+    #[arg(long, value_name = "TOML")]
+    out: PathBuf,
+    /// Where the model with the tuned [control] table is written: what `compare`, `pil` and `emit` take.
+    #[arg(long, value_name = "DIR")]
+    model_out: Option<PathBuf>,
+    /// Where everything is written for programs (sinew-tuning/1).
+    #[arg(long, value_name = "JSON")]
+    json: Option<PathBuf>,
+    /// What is minimised.
+    #[arg(long, value_enum, default_value = "tracking")]
+    objective: Objective,
+    #[command(flatten)]
+    conditions: Conditions,
+    /// Horizons to try, in steps; otherwise the model's, half of it, and half as much again.
+    #[arg(long, value_name = "STEPS", value_delimiter = ',')]
+    horizons: Vec<usize>,
+    /// Control horizons to try with each of them; otherwise the model's, half of it, and twice it.
+    #[arg(long, value_name = "STEPS", value_delimiter = ',')]
+    control_horizons: Vec<usize>,
+    /// Evaluations of the objective for each controller.
+    #[arg(long, value_name = "COUNT", default_value_t = 300)]
+    evaluations: usize,
+    /// Keep the gain of the disturbance estimate at this instead of searching it; 0 switches the estimate off.
+    #[arg(long, value_name = "GAIN")]
+    disturbance_gain: Option<f64>,
+    /// Most Newton iterations in a control step, 1 to 8, instead of the model's. One bounds the longest step: a second follows
+    /// only where the first was far off.
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u8).range(1..=i64::from(MAX_ITERATIONS)))]
+    iterations: Option<u8>,
+    /// Search one factor of all move suppression and the gain of the disturbance estimate, nothing else: of inputs that are alike,
+    /// weights of their own fit the plants of tuning and no other.
+    #[arg(long)]
+    tied: bool,
+    /// Leave PID and RISE as they are.
+    #[arg(long)]
+    mpc_only: bool,
+    /// Folder of cargo's build outputs, if they are to be kept.
+    #[arg(long, value_name = "DIR", env = "SINEW_BUILD_DIR")]
+    build_dir: Option<PathBuf>,
+    #[command(flatten)]
+    common: Common,
+}
+
+/// # Errors
+/// A bad file, a model that does not fit the rig, a horizon that no firmware could carry.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    refuse(arguments)?;
+    let rig = Rig::load(&arguments.rig)?;
+    let Recordings { fit, test } = &arguments.recordings;
+    let mut ready = Loop::load(&arguments.rig, None, fit, test, arguments.common.seed)?;
+    arguments.conditions.apply(&mut ready)?;
+    let believed = ready.model(&arguments.model)?;
+    let bench = ready.bench();
+    let shapes = Shape::candidates(&believed, &arguments.horizons, &arguments.control_horizons)?;
+    let scenarios = bench.tuning_scenarios(&bench.tuning_plants())?;
+    let request = Request {
+        bench: &bench,
+        training: bench.training(&scenarios, arguments.objective),
+        held_out: &bench.scenario(&ready.values)?,
+        evaluations: arguments.evaluations,
+        disturbance_gain: arguments.disturbance_gain,
+        iterations: arguments.iterations,
+        tied: arguments.tied,
+        quiet: arguments.common.quiet,
+    };
+    let folder = tempfile::tempdir()
+        .map_err(|e| Error::failed(format!("no temporary folder can be made: {e}")))?;
+    let cache = arguments.build_dir.as_deref();
+    let (mpc, spec) = tune_mpc(&request, &believed, &shapes, folder.path(), cache)?;
+    let mut found = Found {
+        lines: vec![mpc],
+        ..Found::default()
+    };
+    if !arguments.mpc_only {
+        found.with(tune_feedback::<PidState>(&request)?);
+        found.with(tune_feedback::<RiseState>(&request)?);
+    }
+
+    let written = controlled(&rig, &spec.control)?;
+    sinew_ident::atomic::write(&arguments.out, written.to_toml())?;
+    if let Some(folder) = &arguments.model_out {
+        save(folder, &spec)?;
+    }
+
+    println!(
+        "objective: {}, of three plants over references that are not reported on; reported: {}",
+        arguments.objective.name(),
+        ready.task.reference_source
+    );
+    print!("{}", found.objectives().text());
+    let contest = Contest::new(
+        &ready,
+        &arguments.rig,
+        None,
+        Board::Host.name(),
+        found.contestants(&ready)?,
+        std::mem::take(&mut found.gains),
+    );
+    print!("{}", contest.table().text());
+    let control = &spec.control;
+    println!(
+        "MPC: horizon {}, control horizon {}, Q {}, Lambda {}, disturbance gain {}, iterations {}",
+        control.horizon,
+        control.control_horizon,
+        list(&control.tracking_weight),
+        list(&control.move_suppression),
+        significant(control.disturbance_gain, 3),
+        control.iterations
+    );
+    print!("{}", found.said);
+    println!("{}", arguments.out.display());
+    if let Some(path) = &arguments.json {
+        let mut document = contest.value()?;
+        document["format"] = json!("sinew-tuning/1");
+        document["objective"] = json!(arguments.objective);
+        document["objectives"] = found.lines.iter().map(row).collect();
+        document["control"] = json!({
+            "horizon": control.horizon,
+            "control_horizon": control.control_horizon,
+            "tracking_weight": control.tracking_weight,
+            "move_suppression": control.move_suppression,
+            "disturbance_gain": control.disturbance_gain,
+            "iterations": control.iterations,
+        });
+        sinew_ident::atomic::write(path, format!("{document:#}\n"))?;
+        println!("{}", path.display());
+    }
+    Ok(())
+}
+
+/// What was found for every controller.
+#[derive(Default)]
+struct Found {
+    lines: Vec<Line>,
+    gains: Map<String, Value>,
+    said: String,
+}
+
+impl Found {
+    fn with<L: Opponent>(&mut self, tuned: TunedFeedback<L>) {
+        self.gains
+            .insert(L::NAME.into(), by_name::<L>(&tuned.tuning));
+        self.said += &said::<L>(&tuned.tuning);
+        self.lines.push(tuned.line);
+    }
+
+    /// The objective of each controller before and after, where it was tuned and where not.
+    fn objectives(&self) -> Table {
+        let titles = [
+            "controller",
+            "#evaluations",
+            "#objective, training",
+            "#objective, held out",
+        ];
+        let pair = |[a, b]: [f64; 2]| format!("{} → {}", significant(a, 3), significant(b, 3));
+        let table = Table::new("before → tuned", titles);
+        self.lines.iter().fold(table, |table, line| {
+            table.row([
+                line.name.to_string(),
+                line.evaluations.to_string(),
+                pair(line.training),
+                pair([line.held_out[0].cost, line.held_out[1].cost]),
+            ])
+        })
+    }
+
+    fn contestants(&self, ready: &Loop) -> Result<Vec<Contestant>> {
+        let mut all = Vec::new();
+        for line in &self.lines {
+            for (when, held_out) in ["before", "tuned"].iter().zip(&line.held_out) {
+                let runs = vec![held_out.run.clone()];
+                all.push(Contestant::new(
+                    format!("{} {when}", line.name),
+                    runs,
+                    &ready.task,
+                )?);
+            }
+        }
+        Ok(all)
+    }
+}
+
+/// For programs.
+fn row(line: &Line) -> Value {
+    json!({
+        "name": line.name,
+        "evaluations": line.evaluations,
+        "training": { "before": line.training[0], "after": line.training[1] },
+        "held_out": { "before": line.held_out[0].cost, "after": line.held_out[1].cost },
+    })
+}
+
+/// Before anything is read: what would be overwritten, and a budget that searches nothing.
+fn refuse(arguments: &Arguments) -> Result<()> {
+    let Recordings { fit, test } = &arguments.recordings;
+    arguments.conditions.refuse()?;
+    let recordings = fit
+        .iter()
+        .chain(test)
+        .chain(&arguments.conditions.reference)
+        .map(|path| ("a recording", path.as_path()));
+    let file = |folder: &PathBuf| folder.join(sinew_codegen::store::MODEL_FILE);
+    let model = file(&arguments.model);
+    let model_out = arguments.model_out.as_ref().map(file);
+    overwrite::refuse(
+        recordings.chain([
+            ("RIG", arguments.rig.as_path()),
+            ("MODEL", arguments.model.as_path()),
+            ("MODEL", model.as_path()),
+        ]),
+        [
+            ("--out", Some(arguments.out.as_path())),
+            ("--model-out", model_out.as_deref()),
+            ("--json", arguments.json.as_deref()),
+        ],
+    )?;
+    if let Some(gain) = arguments.disturbance_gain
+        && !(0.0..=1.0).contains(&gain)
+    {
+        return Err(Error::arguments(format!(
+            "`--disturbance-gain {gain}` is no share of a prediction's error"
+        ))
+        .expected("0 to 1"));
+    }
+    const LEAST: usize = 20;
+    if arguments.evaluations < LEAST {
+        return Err(Error::arguments(format!(
+            "--evaluations {} leaves nothing to search with",
+            arguments.evaluations
+        ))
+        .expected(format!(
+            "{LEAST} or more: starts come first, and a search needs some beyond them"
+        ))
+        .help("leave it out for 300"));
+    }
+    Ok(())
+}
+
+fn list(values: &[f64]) -> String {
+    let texts: Vec<String> = values.iter().map(|v| significant(*v, 3)).collect();
+    format!("[{}]", texts.join(", "))
+}
+
+/// `PID 0: kp 12.0, ki 3.00, ..., lead 2 steps`, a line a channel.
+fn said<L: Opponent>(tuning: &[Tuning<L::Gains>]) -> String {
+    let lines = tuning.iter().enumerate().map(|(i, tuning)| {
+        let named = L::named(&tuning.gains).into_iter();
+        let gains: Vec<String> = named
+            .map(|(name, value)| format!("{name} {}", significant(value, 3)))
+            .collect();
+        format!(
+            "{} {i}: {}, lead {} steps\n",
+            L::NAME,
+            gains.join(", "),
+            tuning.lead
+        )
+    });
+    lines.collect()
+}

@@ -1,0 +1,122 @@
+//! A board behind a debug probe: flashed, and talked to without a serial port.
+//!
+//! The work is `sinew-probe`'s, a crate behind the cargo feature `probe` (docs/decisions/0032-probe-rs-as-a-feature.md); here
+//! is the table of chips, and what is said to somebody whose program was built without it.
+
+use std::path::Path;
+
+use crate::device::Device;
+use crate::project::{Board, Chip};
+use sinew_ident::error::{Error, Result};
+
+/// How to reach the board.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Serial number of the probe, where there are several.
+    pub select: Option<String>,
+    /// Erase and unlock a locked chip.
+    pub unlock: bool,
+    /// End once flashed; otherwise the log is shown until Ctrl-C.
+    pub no_log: bool,
+    /// No progress.
+    pub quiet: bool,
+}
+
+/// The chip of a board that can be flashed.
+///
+/// # Errors
+/// The board is none.
+pub fn chip(board: Board) -> Result<&'static Chip> {
+    board.chip().ok_or_else(|| {
+        Error::arguments(format!("{} is not flashed, it runs here", board.name()))
+            .help("boards with a flash: stm32f446, nrf52840")
+    })
+}
+
+#[cfg(feature = "probe")]
+mod with {
+    use super::{Chip, Device, Error, Options, Path, Result};
+    use crate::progress::Stage;
+
+    impl From<sinew_probe::Trouble> for Error {
+        fn from(trouble: sinew_probe::Trouble) -> Self {
+            let (message, help) = trouble.told();
+            Self::failed(message).help(help)
+        }
+    }
+
+    fn asked(options: &Options) -> sinew_probe::Options {
+        sinew_probe::Options {
+            select: options.select.clone(),
+            unlock: options.unlock,
+        }
+    }
+
+    pub fn list() -> Result<Vec<String>> {
+        Ok(sinew_probe::list())
+    }
+
+    pub fn flash(chip: &Chip, image: &Path, options: &Options) -> Result<()> {
+        let stage = Stage::begin(format!("flash {}", chip.name), options.quiet);
+        let flashed = || stage.end("flashed and verified");
+        let mut tell = |line: &str| println!("{line}");
+        let log: Option<&mut dyn FnMut(&str)> = match options.no_log {
+            true => None,
+            false => Some(&mut tell),
+        };
+        sinew_probe::flash(&chip.probed(), image, &asked(options), flashed, log)?;
+        Ok(())
+    }
+
+    pub fn connect(chip: &Chip, options: &Options) -> Result<Device> {
+        let (to, from) = sinew_probe::line(&chip.probed(), &asked(options))?;
+        Device::over(to, from)
+    }
+}
+
+#[cfg(not(feature = "probe"))]
+mod with {
+    use super::{Chip, Device, Error, Options, Path, Result};
+
+    fn without(what: &str) -> Error {
+        Error::failed(format!("{what}: this sinew was built without probe support")).help(
+            "cargo install --path host --features probe; or `cargo run --release` in the board's folder, with probe-rs-tools",
+        )
+    }
+
+    pub fn list() -> Result<Vec<String>> {
+        Err(without("--list"))
+    }
+
+    pub fn flash(_: &Chip, image: &Path, _: &Options) -> Result<()> {
+        Err(without(&image.display().to_string()))
+    }
+
+    pub fn connect(_: &Chip, _: &Options) -> Result<Device> {
+        Err(without("--probe"))
+    }
+}
+
+/// The probes that are connected, a line each.
+///
+/// # Errors
+/// This program was built without probe support.
+pub fn list() -> Result<Vec<String>> {
+    with::list()
+}
+
+/// Flashes `image` and shows the board's log.
+///
+/// # Errors
+/// Whatever stands between this program and the board, as one line; an image that is none.
+pub fn flash(chip: &Chip, image: &Path, options: &Options) -> Result<()> {
+    with::flash(chip, image, options)
+}
+
+/// Talks to the firmware that runs on a board, through its probe.
+///
+/// # Errors
+/// As [`flash`].
+pub fn connect(chip: &Chip, options: &Options) -> Result<Device> {
+    with::connect(chip, options)
+}

@@ -1,0 +1,21 @@
+//! From a recording and a rig to a controlled Cortex-M4F: the library behind the `sinew` program.
+//!
+//! | module | turns | into |
+//! |---|---|---|
+//! | [`sinew_ident`] | a rig and recordings | fitted parameters, named physics |
+//! | [`sinew_train`] | the fitted rig | a small network |
+//! | [`project`] | the network | firmware sources and images |
+//! | [`device`], [`compare`] | an image, a plant | a closed loop, beside a PID |
+//! | [`flash`] | an image | a board that runs it |
+//! | [`live`] | a board with a rig | a recording, a watched run |
+
+pub mod chain;
+pub mod cli;
+pub mod compare;
+pub mod device;
+pub mod flash;
+pub mod live;
+pub mod new_rig;
+pub mod progress;
+pub mod project;
+pub mod view;

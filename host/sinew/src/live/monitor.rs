@@ -1,0 +1,392 @@
+//! A run on a board, watched and steered from a terminal, and saved.
+//!
+//! A line typed is an order ([`order`]); what the board thinks of it is shown. Everything that is shown is a row
+//! of the file, with the board's own time.
+
+use std::fmt::Write as _;
+use std::io::{BufRead, IsTerminal, Write};
+use std::path::Path;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::time::{Duration, Instant};
+
+use sinew_firmware::mode::{Drive, Mode};
+use sinew_firmware::protocol::{Identity, Telemetry, ToDevice, ToHost};
+
+use super::Names;
+use crate::device::Device;
+use sinew_ident::error::{Error, Result};
+
+/// How often the terminal is written.
+const REFRESH: Duration = Duration::from_millis(100);
+/// How often a line is said so that the board knows that somebody is there.
+const ALIVE: Duration = Duration::from_millis(500);
+/// Longest silence of a board.
+const SILENCE: Duration = Duration::from_secs(3);
+
+/// What a typed line says to the board; `None`: disarm, save, end. `arm` reaches the reference in a second.
+///
+/// # Errors
+/// What is wrong with it, in one line.
+pub fn order(line: &str, identity: &Identity) -> std::result::Result<Option<ToDevice>, String> {
+    let mut words = line.split_whitespace();
+    let verb = words.next().unwrap_or_default();
+    let numbers = words
+        .map(|word| {
+            let number = word.parse::<f32>().ok().filter(|number| number.is_finite());
+            number.ok_or(format!("`{word}` is not a number"))
+        })
+        .collect::<std::result::Result<Vec<f32>, String>>()?;
+    let count = |wanted: usize, what: &str| match numbers.len() {
+        n if n == wanted => Ok(()),
+        n => Err(format!("{what} takes {wanted} numbers, not {n}")),
+    };
+    let (n_u, n_y) = (usize::from(identity.n_u), usize::from(identity.n_y));
+    let said = match verb {
+        "arm" => {
+            count(0, "arm")?;
+            ToDevice::Arm {
+                drive: Drive::Rig,
+                blend_steps: u16::try_from(identity.rate_mhz.div_ceil(1000)).unwrap_or(u16::MAX),
+            }
+        }
+        "disarm" => ToDevice::Disarm,
+        "stop" | "" => ToDevice::EmergencyStop,
+        "r" => {
+            count(n_y, "r (a reference for each output)")?;
+            let reference = numbers.iter().copied().collect();
+            ToDevice::Follow { reference }
+        }
+        "limit" => {
+            count(
+                3 * n_u,
+                "limit (lower, upper, rate a step, of each command)",
+            )?;
+            let part = |i: usize| numbers.chunks(3).map(|three| three[i]).collect();
+            ToDevice::Limit {
+                lower: part(0),
+                upper: part(1),
+                rate: part(2),
+            }
+        }
+        "quit" => return Ok(None),
+        other => {
+            return Err(format!(
+                "there is no `{other}`; arm, disarm, stop (or an empty line), r, limit, quit"
+            ));
+        }
+    };
+    Ok(Some(said))
+}
+
+/// What was seen, in numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Watched {
+    /// Ticks that were told.
+    pub ticks: u64,
+    /// Ticks whose frame was lost.
+    pub lost: u64,
+}
+
+/// Watches until `quit`, the end of the orders, or `seconds`; the board is disarmed at the end.
+///
+/// # Errors
+/// The board is gone, or the file cannot be written.
+pub fn monitor(
+    device: &mut Device,
+    names: &Names,
+    identity: &Identity,
+    out: Option<&Path>,
+    seconds: Option<f64>,
+) -> Result<Watched> {
+    let mut file = match out {
+        Some(path) => Some(Saved::create(path, names)?),
+        None => None,
+    };
+    let typed = lines();
+    let stream = ToDevice::Stream { every: 1 };
+    device.insist(&stream, |answer| matches!(answer, ToHost::State(_)))?;
+    let watched = watch(device, names, identity, &typed, seconds, &mut file);
+    // Whatever happened.
+    let disarmed = device.insist(&ToDevice::Disarm, |a| matches!(a, ToHost::State(_)));
+    if let Some(file) = &mut file {
+        file.flush()?;
+    }
+    let watched = watched?;
+    disarmed?;
+    Ok(watched)
+}
+
+fn watch(
+    device: &mut Device,
+    names: &Names,
+    identity: &Identity,
+    typed: &Receiver<String>,
+    seconds: Option<f64>,
+    file: &mut Option<Saved>,
+) -> Result<Watched> {
+    let began = Instant::now();
+    let (mut heard, mut shown, mut said) = (began, began, began);
+    let mut watched = Watched::default();
+    let mut before: Option<u32> = None;
+    let mut orders_end = false;
+    let screen = std::io::stdout().is_terminal();
+    loop {
+        match typed.try_recv() {
+            Ok(line) => match order(&line, identity) {
+                Ok(None) => return Ok(watched),
+                Ok(Some(message)) => device.send(&message)?,
+                Err(what) => println!("{what}"),
+            },
+            // A terminal that was closed, or a script that has ended: with a time to end, go on until then.
+            Err(TryRecvError::Disconnected) => orders_end = true,
+            Err(TryRecvError::Empty) => {}
+        }
+        let over = seconds.is_some_and(|s| began.elapsed().as_secs_f64() > s);
+        if over || (orders_end && seconds.is_none()) {
+            return Ok(watched);
+        }
+        if said.elapsed() > ALIVE {
+            device.send(&ToDevice::Stream { every: 1 })?;
+            said = Instant::now();
+        }
+        while let Some(answer) = device.answer(Instant::now())? {
+            match answer {
+                ToHost::Refused { reason } => println!("refused, nothing changed: {reason:?}"),
+                ToHost::Hello(_) => println!("the board has restarted"),
+                _ => {}
+            }
+        }
+        if let Some(seen) = device.telemetry(Instant::now() + Duration::from_millis(5))? {
+            heard = Instant::now();
+            let gap = before.map_or(1, |before| seen.tick.wrapping_sub(before));
+            // A board that restarted counts from the start again.
+            watched.lost += u64::from(gap.saturating_sub(1)) * u64::from(gap < 1 << 31);
+            watched.ticks += 1;
+            before = Some(seen.tick);
+            if let Some(file) = file {
+                file.row(&seen)?;
+            }
+            if shown.elapsed() > REFRESH {
+                shown = Instant::now();
+                show(&seen, names, screen);
+            }
+        }
+        if heard.elapsed() > SILENCE {
+            return Err(Error::failed("the board says nothing any more").help(
+                "is it powered, and the cable in? It disarms itself when the line is silent",
+            ));
+        }
+    }
+}
+
+/// Lines of standard input, as they come.
+fn lines() -> Receiver<String> {
+    let (sender, receiver) = channel();
+    std::thread::spawn(move || {
+        for line in std::io::stdin().lock().lines().map_while(|line| line.ok()) {
+            if sender.send(line).is_err() {
+                break;
+            }
+        }
+    });
+    receiver
+}
+
+/// The state of the run, over the lines of the last time where there is a screen.
+fn show(seen: &Telemetry, names: &Names, screen: bool) {
+    let mode = match seen.state.mode {
+        Mode::Disarmed => "disarmed".to_string(),
+        Mode::Armed(drive) => format!("armed ({drive:?})"),
+        Mode::Tripped => "EMERGENCY STOP (disarm acknowledges it)".to_string(),
+    };
+    let mut text = String::new();
+    // Writing to a String cannot fail.
+    let _ = writeln!(
+        text,
+        "{:9.3} s  {mode}, {:?}  {:?} after {} iterations, {} ticks, {} late, {} frames dropped",
+        seen.at_us as f64 * 1e-6,
+        seen.state.cause,
+        seen.status,
+        seen.iterations,
+        seen.ticks,
+        seen.deadline_misses,
+        seen.dropped
+    );
+    for (i, name) in names.outputs.iter().enumerate() {
+        let at = |values: &[f32]| values.get(i).copied().unwrap_or(f32::NAN);
+        let _ = writeln!(
+            text,
+            "  {name:>12}  asked {:11.4e}  measured {:11.4e}  estimate {:11.4e}  disturbance {:10.3e}",
+            at(&seen.reference),
+            at(&seen.y),
+            at(&seen.estimate),
+            at(&seen.disturbance)
+        );
+    }
+    for (name, u) in names.inputs.iter().zip(&seen.u) {
+        let _ = writeln!(text, "  {name:>12}  command {u:11.4e}");
+    }
+    if screen {
+        let lines = text.lines().count();
+        // Each line cleared to its end, and back to the first: the next turn writes over it.
+        print!("{}\x1b[{lines}A", text.replace('\n', "\x1b[K\n"));
+    } else {
+        print!("{text}");
+    }
+    let _ = std::io::stdout().flush();
+}
+
+/// The file of a run, written as it goes, so that it is whole up to the moment when something breaks.
+struct Saved {
+    path: std::path::PathBuf,
+    file: std::io::BufWriter<std::fs::File>,
+}
+
+impl Saved {
+    fn create(path: &Path, names: &Names) -> Result<Self> {
+        let file = std::fs::File::create(path).map_err(|e| Error::write(path, e))?;
+        let mut saved = Self {
+            path: path.to_path_buf(),
+            file: std::io::BufWriter::new(file),
+        };
+        let of = |what: &str| {
+            names
+                .outputs
+                .iter()
+                .map(move |n| format!("{what}_{n}"))
+                .collect()
+        };
+        let groups: [Vec<String>; 5] = [
+            names.inputs.clone(),
+            names.outputs.clone(),
+            of("reference"),
+            of("estimate"),
+            of("disturbance"),
+        ];
+        let header = groups.concat().join(",");
+        saved.line(&format!("# status: {}", statuses()))?;
+        saved.line(&format!(
+            "t,{header},armed_1,status_1,iterations_1,step_ticks_1,late_1,tick_1"
+        ))?;
+        Ok(saved)
+    }
+
+    fn row(&mut self, seen: &Telemetry) -> Result<()> {
+        let mut line = format!("{}", seen.at_us as f64 * 1e-6);
+        for values in [
+            &seen.u,
+            &seen.y,
+            &seen.reference,
+            &seen.estimate,
+            &seen.disturbance,
+        ] {
+            for value in values {
+                // A missing value is an empty field.
+                let text = if value.is_nan() {
+                    String::new()
+                } else {
+                    value.to_string()
+                };
+                let _ = write!(line, ",{text}");
+            }
+        }
+        let armed = u8::from(matches!(seen.state.mode, Mode::Armed(_)));
+        let _ = write!(
+            line,
+            ",{armed},{},{},{},{},{}",
+            seen.status as u8, seen.iterations, seen.ticks, seen.deadline_misses, seen.tick
+        );
+        self.line(&line)
+    }
+
+    fn line(&mut self, text: &str) -> Result<()> {
+        writeln!(self.file, "{text}").map_err(|e| Error::write(&self.path, e))
+    }
+
+    fn flush(&mut self) -> Result<()> {
+        self.file.flush().map_err(|e| Error::write(&self.path, e))
+    }
+}
+
+/// What the numbers in the status column mean.
+fn statuses() -> String {
+    use sinew_firmware::status::Status;
+    let all = [
+        Status::Converged,
+        Status::IterationLimit,
+        Status::NoDecrease,
+        Status::BadReference,
+        Status::BadSettings,
+        Status::NotFinite,
+        Status::Lost,
+        Status::Disarmed,
+        Status::OpenLoop,
+    ];
+    all.map(|status| format!("{} {status:?}", status as u8))
+        .join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn identity() -> Identity {
+        Identity {
+            protocol: 2,
+            model: 0,
+            n_u: 2,
+            n_y: 3,
+            n_s: 0,
+            past_inputs: 1,
+            past_outputs: 1,
+            horizon: 5,
+            control_horizon: 5,
+            rate_mhz: 120_000,
+        }
+    }
+
+    #[test]
+    fn orders_are_understood_or_refused_with_the_reason() {
+        let say = |line: &str| order(line, &identity());
+        fn fixed<const L: usize>(values: &[f32]) -> heapless::Vec<f32, L> {
+            values.iter().copied().collect()
+        }
+        assert_eq!(
+            say("arm"),
+            Ok(Some(ToDevice::Arm {
+                drive: Drive::Rig,
+                blend_steps: 120
+            }))
+        );
+        // Whoever hits Return in a hurry means it.
+        assert_eq!(say(""), Ok(Some(ToDevice::EmergencyStop)));
+        assert_eq!(
+            say(" r 0.1 -2e-3  0"),
+            Ok(Some(ToDevice::Follow {
+                reference: fixed(&[0.1, -2e-3, 0.0])
+            }))
+        );
+        assert_eq!(
+            say("limit -1 1 0.1 -2 2 0.2"),
+            Ok(Some(ToDevice::Limit {
+                lower: fixed(&[-1.0, -2.0]),
+                upper: fixed(&[1.0, 2.0]),
+                rate: fixed(&[0.1, 0.2]),
+            }))
+        );
+        for (line, reason) in [
+            (
+                "r 0.1",
+                "r (a reference for each output) takes 3 numbers, not 1",
+            ),
+            ("r 0.1 x 3", "`x` is not a number"),
+            ("r 0.1 nan 3", "`nan` is not a number"),
+            (
+                "go",
+                "there is no `go`; arm, disarm, stop (or an empty line), r, limit, quit",
+            ),
+        ] {
+            assert_eq!(say(line), Err(reason.to_string()));
+        }
+    }
+}

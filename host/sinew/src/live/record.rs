@@ -1,0 +1,305 @@
+//! An excitation, played on a board, and what its sensors said meanwhile.
+//!
+//! Time is the board's. Every tick between the first row and the last is a row of the recording; what is not
+//! known of it stays empty: a sample that the board missed, a whole tick whose frame was lost on the way.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use sinew_firmware::mode::{Drive, Mode, State};
+use sinew_firmware::protocol::{Reason, Telemetry, ToDevice, ToHost};
+
+use super::Names;
+use crate::device::Device;
+use crate::progress::Stage;
+use sinew_ident::error::{Error, Result};
+use sinew_ident::recording::{Column, Recording};
+
+/// Longest silence of a board that plays.
+const SILENCE: Duration = Duration::from_secs(2);
+/// How long the answer to a row may take before the row is sent again.
+const ANSWER: Duration = Duration::from_millis(200);
+
+/// What was recorded, and how well.
+pub struct Recorded {
+    /// Time, inputs as applied, outputs, channels.
+    pub recording: Recording,
+    /// Ticks whose frame was lost.
+    pub lost_ticks: usize,
+    /// Samples that the board itself missed, one for each output and channel.
+    pub missing_samples: usize,
+    /// Ticks for which no row of the excitation was there in time; the last command was held.
+    pub held_ticks: usize,
+    /// Rows whose command the limits changed.
+    pub limited_rows: usize,
+    /// Why the board stopped before the last row, if it did.
+    pub ended: Option<State>,
+}
+
+/// Commands for each tick at `rate_mhz`, from a recording's input columns: each tick takes the row that holds
+/// at its time.
+///
+/// # Errors
+/// A column that is missing, or one without any value.
+pub fn excitation(input: &Recording, names: &Names, rate_mhz: u32) -> Result<Vec<Vec<f32>>> {
+    let mut columns = Vec::new();
+    for name in &names.inputs {
+        columns.push(input.held(name, "the board")?.values);
+    }
+    let t = input.t();
+    let period_s = 1000.0 / f64::from(rate_mhz);
+    let ticks = (input.duration() / period_s).floor() as usize + 1;
+    let rows = (0..ticks).map(|k| {
+        // A thousandth of a period for the rounding of the times in the file.
+        let now = t[0] + (k as f64 + 1e-3) * period_s;
+        let row = t.partition_point(|t| *t <= now).saturating_sub(1);
+        columns.iter().map(|column| column[row] as f32).collect()
+    });
+    Ok(rows.collect())
+}
+
+/// Plays `rows` and records until the last of them; the board is disarmed afterwards, whatever happens.
+///
+/// # Errors
+/// The board cannot be reached, refuses, or falls silent.
+pub fn record(
+    device: &mut Device,
+    names: &Names,
+    rows: &[Vec<f32>],
+    out: &Path,
+    quiet: bool,
+) -> Result<Recorded> {
+    let state = |answer: &ToHost| matches!(answer, ToHost::State(_));
+    device.insist(&ToDevice::Disarm, state)?;
+    device.insist(&ToDevice::Stream { every: 1 }, state)?;
+    let stage = Stage::begin("record", quiet);
+    let played = play(device, rows, &stage);
+    // Before anything is said about what went wrong.
+    let disarmed = device.insist(&ToDevice::Disarm, state);
+    let silenced = device.insist(&ToDevice::Stream { every: 0 }, state);
+    let (telemetry, ended) = played?;
+    disarmed?;
+    silenced?;
+    stage.end(format!("{} ticks", telemetry.len()));
+    table(&telemetry, names, rows, out, ended)
+}
+
+/// Sends rows ahead of their ticks and takes what comes back, to the last row or to the end of arming.
+fn play(
+    device: &mut Device,
+    rows: &[Vec<f32>],
+    stage: &Stage,
+) -> Result<(Vec<Telemetry>, Option<State>)> {
+    let mut seen: Vec<Telemetry> = Vec::new();
+    let (mut next, mut armed) = (0, false);
+    let mut asked: Option<Instant> = None;
+    let mut heard = Instant::now();
+    loop {
+        let overdue = asked.is_none_or(|at| at.elapsed() > ANSWER);
+        if next < rows.len() && overdue {
+            device.send(&ToDevice::Excite {
+                row: next as u32,
+                u: rows[next].iter().copied().collect(),
+            })?;
+            asked = Some(Instant::now());
+        }
+        let mut full = false;
+        match device.answer(Instant::now() + Duration::from_millis(2))? {
+            Some(ToHost::Queued { row, room }) if row as usize == next => {
+                next += 1;
+                asked = None;
+                full = room == 0;
+            }
+            Some(ToHost::Refused {
+                reason: Reason::Full,
+            }) => full = true,
+            // Something on the way was damaged; the row is sent again in time.
+            Some(ToHost::Refused {
+                reason: Reason::Damaged | Reason::Order,
+            }) => {}
+            // Armed, it has disarmed itself: the telemetry below says why.
+            Some(ToHost::Refused { reason }) if !armed => {
+                return Err(Error::failed(format!(
+                    "the board refused a row: {reason:?}"
+                )));
+            }
+            _ => {}
+        }
+        if !armed && (full || next == rows.len()) {
+            let (drive, blend_steps) = (Drive::Excitation, 0);
+            device.insist(&ToDevice::Arm { drive, blend_steps }, |answer| {
+                matches!(answer, ToHost::State(_))
+            })?;
+            // What was told before belongs to no row.
+            heard = Instant::now();
+            armed = true;
+        }
+        if full {
+            // Until there is room again: a tick or two.
+            asked = Some(Instant::now() - ANSWER + Duration::from_millis(5));
+        }
+        while let Some(telemetry) = device.telemetry(Instant::now())? {
+            heard = Instant::now();
+            let state = telemetry.state;
+            let playing = telemetry.row.is_some() || !seen.is_empty();
+            let last = telemetry.row.map(|row| row as usize + 1) == Some(rows.len());
+            if playing && armed {
+                stage.share(seen.len(), rows.len(), "ticks");
+                seen.push(telemetry);
+            }
+            if last {
+                return Ok((seen, None));
+            }
+            if !seen.is_empty() && !matches!(state.mode, Mode::Armed(_)) {
+                return Ok((seen, Some(state)));
+            }
+        }
+        if heard.elapsed() > SILENCE {
+            return Err(Error::failed("the board says nothing any more").help(
+                "is it powered, and the cable in? It disarms itself when the line is silent",
+            ));
+        }
+    }
+}
+
+/// One row a tick, between the first and the last that were heard of.
+fn table(
+    telemetry: &[Telemetry],
+    names: &Names,
+    rows: &[Vec<f32>],
+    out: &Path,
+    ended: Option<State>,
+) -> Result<Recorded> {
+    let Some(first) = telemetry.first() else {
+        return Err(Error::failed("the board played no row"));
+    };
+    let groups = [&names.inputs, &names.outputs, &names.channels];
+    let mut columns: Vec<Column> = groups
+        .into_iter()
+        .flatten()
+        .map(|name| Column {
+            name: name.clone(),
+            values: Vec::new(),
+        })
+        .collect();
+    let mut t = Vec::new();
+    let (mut lost_ticks, mut missing, mut held, mut limited) = (0, 0, 0, 0);
+    let mut before: Option<&Telemetry> = None;
+    for tick in telemetry {
+        if let Some(before) = before {
+            let gap = tick.tick.wrapping_sub(before.tick);
+            for lost in 1..gap {
+                // The timer's ticks are evenly spaced, so the time of a lost one is known. Nothing else is.
+                let share = f64::from(lost) / f64::from(gap);
+                let us = (tick.at_us - before.at_us) as f64 * share
+                    + (before.at_us - first.at_us) as f64;
+                t.push(us * 1e-6);
+                columns.iter_mut().for_each(|c| c.values.push(f64::NAN));
+                lost_ticks += 1;
+            }
+        }
+        t.push((tick.at_us - first.at_us) as f64 * 1e-6);
+        let values = tick.u.iter().chain(&tick.y).chain(&tick.s);
+        for (column, value) in columns.iter_mut().zip(values) {
+            column.values.push(f64::from(*value));
+        }
+        missing += tick.y.iter().chain(&tick.s).filter(|v| v.is_nan()).count();
+        match tick.row.and_then(|row| rows.get(row as usize)) {
+            Some(row) => limited += usize::from(row.as_slice() != tick.u.as_slice()),
+            None => held += 1,
+        }
+        before = Some(tick);
+    }
+    Ok(Recorded {
+        recording: Recording::new(out, t, columns)?,
+        lost_ticks,
+        missing_samples: missing,
+        held_ticks: held,
+        limited_rows: limited,
+        ended,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sinew_firmware::mode::Cause;
+    use sinew_firmware::status::Status;
+
+    fn names() -> Names {
+        Names::for_test(vec!["u_V".into()], vec!["q_m".into()])
+    }
+
+    fn tick(tick: u32, row: Option<u32>, u: f32, y: f32) -> Telemetry {
+        let one = |v: f32| [v].into_iter().collect();
+        Telemetry {
+            tick,
+            at_us: u64::from(tick) * 8_000 + 1_000_000,
+            state: State {
+                mode: Mode::Armed(Drive::Excitation),
+                cause: Cause::Asked,
+            },
+            row,
+            y: one(y),
+            s: heapless::Vec::new(),
+            u: one(u),
+            reference: one(f32::NAN),
+            estimate: one(y),
+            disturbance: one(0.0),
+            status: Status::OpenLoop,
+            iterations: 0,
+            ticks: 0,
+            deadline_misses: 0,
+            dropped: 0,
+        }
+    }
+
+    #[test]
+    fn what_was_lost_is_marked_and_never_invented() {
+        let rows = vec![
+            vec![0.1],
+            vec![0.2],
+            vec![0.3],
+            vec![0.4],
+            vec![0.5],
+            vec![9.0],
+        ];
+        let heard = [
+            tick(70, Some(0), 0.1, 1.0),
+            tick(71, Some(1), 0.2, f32::NAN),
+            // 72 and 73 were lost on the way; at 74 no row was there.
+            tick(74, None, 0.4, 1.4),
+            tick(75, Some(4), 0.5, 1.5),
+            tick(76, Some(5), 1.0, 1.6),
+        ];
+        let recorded = table(&heard, &names(), &rows, Path::new("x.csv"), None).unwrap();
+        let text = recorded.recording.to_csv();
+        assert_eq!(
+            text,
+            "t,u_V,q_m\n0.0,0.10000000149011612,1.0\n0.008,0.20000000298023224,\n0.016,,\n0.024,,\n\
+             0.032,0.4000000059604645,1.399999976158142\n0.04,0.5,1.5\n0.048,1.0,1.600000023841858\n"
+        );
+        assert_eq!(
+            (
+                recorded.lost_ticks,
+                recorded.missing_samples,
+                recorded.held_ticks,
+                recorded.limited_rows
+            ),
+            (2, 1, 1, 1)
+        );
+    }
+
+    #[test]
+    fn each_tick_takes_the_row_that_holds_then() {
+        let csv = b"t,u_V\n5.0,1\n5.01,2\n5.1,\n5.2,4\n";
+        let input = Recording::parse(csv, "excitation.csv").unwrap();
+        // 50 Hz: 5.00, 5.02 .. 5.20.
+        let rows = excitation(&input, &names(), 50_000).unwrap();
+        let flat: Vec<f32> = rows.into_iter().flatten().collect();
+        assert_eq!(
+            flat,
+            [1.0, 2.0, 2.0, 2.0, 2.0, 2.0, 2.0, 2.0, 2.0, 2.0, 4.0]
+        );
+    }
+}

@@ -1,0 +1,238 @@
+//! What the columns of a recording are, as far as their names tell.
+
+use sinew_sim::unit;
+
+use super::Motion;
+use sinew_ident::error::{Error, Result};
+use sinew_ident::recording::Recording;
+
+/// What a column measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Quantity {
+    Position(Motion),
+    Velocity(Motion),
+    Force(Motion),
+    /// Volts, amperes, a plain number: what an amplifier or a program is told.
+    Drive,
+    Unknown,
+}
+
+/// The columns by the part they play.
+#[derive(Debug)]
+pub(super) struct Columns {
+    /// Columns that drive the device.
+    pub inputs: Vec<String>,
+    /// Positions; each becomes a body.
+    pub positions: Vec<String>,
+    /// Velocities, each of the body at the same place in `positions`.
+    pub velocities: Vec<Option<String>>,
+    /// The reference that each position was to follow, where one was recorded.
+    pub references: Vec<Option<String>>,
+    /// As the units of the positions tell.
+    pub motion: Option<Motion>,
+}
+
+fn quantity(column: &str) -> Quantity {
+    match unit::of_column(column) {
+        "m" | "mm" | "cm" | "um" | "km" => Quantity::Position(Motion::Slide),
+        "rad" | "mrad" | "deg" | "rev" => Quantity::Position(Motion::Hinge),
+        "m/s" | "mm/s" => Quantity::Velocity(Motion::Slide),
+        "rad/s" | "deg/s" | "rpm" => Quantity::Velocity(Motion::Hinge),
+        "N" | "kN" | "mN" => Quantity::Force(Motion::Slide),
+        "N m" | "N mm" | "mN m" => Quantity::Force(Motion::Hinge),
+        "V" | "kV" | "mV" | "A" | "mA" | "1" | "%" => Quantity::Drive,
+        _ => Quantity::Unknown,
+    }
+}
+
+/// The input is a force or torque already.
+pub(super) fn is_force(column: &str) -> bool {
+    matches!(quantity(column), Quantity::Force(_))
+}
+
+/// Looks like what a position was meant to be rather than what it was.
+fn is_reference(column: &str) -> bool {
+    let name = column.to_lowercase();
+    ["ref", "target", "setpoint", "desired", "goal"]
+        .iter()
+        .any(|word| name.contains(word))
+}
+
+/// Looks like what somebody commanded: `u_V`, `u1_N`, `cmd_A`, `input_V`.
+fn is_command(column: &str) -> bool {
+    let name = column.to_lowercase();
+    let after_u = name
+        .strip_prefix('u')
+        .map(|rest| rest.trim_start_matches(|c: char| c.is_ascii_digit()));
+    after_u.is_some_and(|rest| rest.starts_with('_'))
+        || ["cmd", "command", "input", "control"]
+            .iter()
+            .any(|word| name.starts_with(word))
+}
+
+/// The name without its unit, fit for a component: `load` of `load_rad`.
+pub(super) fn stem(column: &str) -> &str {
+    let symbol = unit::of_column(column);
+    let cut = column
+        .char_indices()
+        .filter(|(_, c)| *c == '_')
+        .map(|(at, _)| at)
+        .find(|&at| {
+            // The same question that found the unit: is the rest, as a whole, this unit?
+            unit::of_column(&column[at..]) == symbol
+                && !column[..at].is_empty()
+                && !symbol.is_empty()
+        });
+    cut.map_or(column, |at| &column[..at])
+}
+
+impl Columns {
+    /// Sorts the columns; those that flags name come first and exclude guesses of their kind.
+    ///
+    /// # Errors
+    /// As [`super::rig_text`].
+    pub fn of(recording: &Recording, inputs: &[String], outputs: &[String]) -> Result<Self> {
+        for column in inputs {
+            recording.require(column, "`--input`")?;
+        }
+        for column in outputs {
+            recording.require(column, "`--output`")?;
+        }
+        let names = || recording.columns().iter().map(|column| column.name.clone());
+        let shown = |name: &String| {
+            if outputs.is_empty() {
+                !is_reference(name)
+            } else {
+                outputs.contains(name)
+            }
+        };
+        let positions: Vec<String> = names()
+            .filter(|name| !inputs.contains(name) && shown(name))
+            .filter(|name| match quantity(name) {
+                Quantity::Position(_) => true,
+                // Asked for by name: taken for a position whatever its unit is.
+                Quantity::Unknown => !outputs.is_empty(),
+                _ => false,
+            })
+            .collect();
+        let inputs = if inputs.is_empty() {
+            guess_inputs(recording, outputs)
+        } else {
+            inputs.to_vec()
+        };
+        let listed = names()
+            .map(|name| format!("`{name}`"))
+            .collect::<Vec<_>>()
+            .join(", ");
+        if inputs.is_empty() {
+            return Err(Error::file(
+                recording.path(),
+                format!("no column looks like an input among {listed}"),
+            )
+            .expected("a unit such as `_V`, `_A`, `_N`, `_Nm` or `_1` at the end of its name")
+            .help("say which one drives the device: --input COLUMN"));
+        }
+        if positions.is_empty() {
+            return Err(Error::file(
+                recording.path(),
+                format!("no column looks like a position among {listed}"),
+            )
+            .expected("a unit such as `_m`, `_mm`, `_rad` or `_deg` at the end of its name")
+            .help("say which one shows where the device is: --output COLUMN"));
+        }
+        let motions: Vec<Motion> = positions
+            .iter()
+            .filter_map(|name| match quantity(name) {
+                Quantity::Position(motion) => Some(motion),
+                _ => None,
+            })
+            .collect();
+        let velocities = pair(
+            &positions,
+            names().filter(|name| {
+                matches!(quantity(name), Quantity::Velocity(_))
+                    && !is_reference(name)
+                    && shown(name)
+            }),
+        );
+        let references = pair(
+            &positions,
+            names().filter(|name| {
+                matches!(quantity(name), Quantity::Position(_))
+                    && is_reference(name)
+                    && !outputs.contains(name)
+            }),
+        );
+        Ok(Self {
+            inputs,
+            motion: motions.first().copied(),
+            velocities,
+            references,
+            positions,
+        })
+    }
+
+    /// Columns of the recording that have no part.
+    pub fn unused(&self, recording: &Recording) -> Vec<String> {
+        let velocities = self.velocities.iter().flatten();
+        let references = self.references.iter().flatten();
+        let used: Vec<&String> = self
+            .inputs
+            .iter()
+            .chain(&self.positions)
+            .chain(velocities)
+            .chain(references)
+            .collect();
+        let names = recording.columns().iter().map(|column| column.name.clone());
+        names.filter(|name| !used.contains(&name)).collect()
+    }
+}
+
+/// What is called a command, or else the first voltage and the like, or else the first force.
+fn guess_inputs(recording: &Recording, outputs: &[String]) -> Vec<String> {
+    let drives = |name: &String| {
+        !outputs.contains(name) && matches!(quantity(name), Quantity::Drive | Quantity::Force(_))
+    };
+    let names: Vec<String> = recording
+        .columns()
+        .iter()
+        .map(|column| column.name.clone())
+        .filter(drives)
+        .collect();
+    let commands: Vec<String> = names
+        .iter()
+        .filter(|name| is_command(name))
+        .cloned()
+        .collect();
+    if !commands.is_empty() {
+        return commands;
+    }
+    let first = names
+        .iter()
+        .find(|name| quantity(name) == Quantity::Drive)
+        .or_else(|| names.first());
+    first.cloned().into_iter().collect()
+}
+
+/// Lays companions beside positions: the one whose name begins alike, or the next that is free where there are
+/// as many of them as positions.
+fn pair(positions: &[String], companions: impl Iterator<Item = String>) -> Vec<Option<String>> {
+    let companions: Vec<String> = companions.collect();
+    positions
+        .iter()
+        .enumerate()
+        .map(|(index, position)| {
+            let alike = companions
+                .iter()
+                .find(|companion| companion.starts_with(stem(position)));
+            let same_place = companions
+                .get(index)
+                .filter(|_| companions.len() == positions.len());
+            // One companion belongs to one position.
+            alike
+                .filter(|_| positions.len() == 1 || companions.len() > 1)
+                .or(same_place)
+                .cloned()
+        })
+        .collect()
+}

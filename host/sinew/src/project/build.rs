@@ -1,0 +1,197 @@
+//! Runs cargo on one board of a project.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitStatus, Stdio};
+
+use super::{Board, board_folder};
+use crate::device::Guarded;
+use sinew_ident::error::{Error, Result};
+
+/// The target of every Cortex-M4F with its floating-point unit in use.
+const TARGET: &str = "thumbv7em-none-eabihf";
+
+/// Binaries of one board, ready to run.
+#[derive(Clone, Debug)]
+pub struct Built {
+    /// Frames in lockstep; where there is one program only, that.
+    pub lockstep: PathBuf,
+    /// Beside it, paced by its own clock, frames over the serial line: in QEMU.
+    pub free: Option<PathBuf>,
+}
+
+/// Builds `board` of the project in `folder`, release, and copies the programs to
+/// `folder/images/BOARD/`. Build outputs go to `cache`, which projects may share, or to
+/// `folder/target`.
+///
+/// # Errors
+/// As [`compile`]; a copy that cannot be written.
+pub fn build(folder: &Path, board: Board, cache: Option<&Path>) -> Result<Built> {
+    let own = folder.join("target");
+    let cache = cache.unwrap_or(&own);
+    // Until the copies are there: another `sinew` would put its program in the place of this one. The system gives it back
+    // when the process ends, however it ends.
+    let lock = lock(cache)?;
+    let built = compile(folder, board, cache)?;
+    let images = folder.join("images").join(board.folder());
+    let copy = |from: &Path, name: &str| -> Result<PathBuf> {
+        let to = images.join(name);
+        sinew_ident::atomic::copy(from, &to)?;
+        std::path::absolute(&to).map_err(|e| Error::write(&to, e))
+    };
+    let name = match board {
+        Board::Host => board.program().to_string(),
+        _ => format!("{}.elf", board.program()),
+    };
+    let copies = Built {
+        lockstep: copy(&built.lockstep, &name)?,
+        free: built
+            .free
+            .as_ref()
+            .map(|free| copy(free, "free.elf"))
+            .transpose()?,
+    };
+    drop(lock);
+    Ok(copies)
+}
+
+/// Waits until no other process copies from `cache`, and keeps others waiting while it lives.
+fn lock(cache: &Path) -> Result<File> {
+    std::fs::create_dir_all(cache).map_err(|e| Error::write(cache, e))?;
+    let path = cache.join(".sinew-lock");
+    let file = File::create(&path).map_err(|e| Error::write(&path, e))?;
+    file.lock().map_err(|e| Error::write(&path, e))?;
+    Ok(file)
+}
+
+/// Builds `board` of the project in `folder`, release; the programs are left where cargo puts them, in
+/// `cache`.
+///
+/// # Errors
+/// [`Error`] with the compiler's words when the build fails, and with what to install when the
+/// compiler or its target is missing.
+pub fn compile(folder: &Path, board: Board, cache: &Path) -> Result<Built> {
+    let release = run(folder, board, cache, &[])?;
+    Ok(Built {
+        lockstep: release.join(board.program()),
+        free: (board == Board::Qemu).then(|| release.join("free")),
+    })
+}
+
+/// Builds the program in which a board in QEMU checks itself and says what its control steps take.
+///
+/// # Errors
+/// As [`compile`].
+pub fn checks(folder: &Path, cache: &Path) -> Result<PathBuf> {
+    let program = ["--features", "checks", "--bin", "checks"];
+    Ok(run(folder, Board::Qemu, cache, &program)?.join("checks"))
+}
+
+/// Builds a board's programs: their folder.
+fn run(folder: &Path, board: Board, cache: &Path, more: &[&str]) -> Result<PathBuf> {
+    let on = match board {
+        Board::Host => Machine::ThisOne,
+        Board::Qemu | Board::Stm32f446 | Board::Nrf52840 => Machine::Microcontroller,
+    };
+    let arguments: Vec<&str> = ["build"].iter().chain(more).copied().collect();
+    run_cargo(&board_folder(folder, board), on, cache, &arguments)
+}
+
+/// What a crate is built for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Machine {
+    /// The one that this program runs on.
+    ThisOne,
+    /// A Cortex-M4F, by the toolchain that `cargo xtask setup` found.
+    Microcontroller,
+}
+
+/// Runs cargo with `--release` in a crate that is a workspace of its own: the folder of what it built, in `cache`.
+///
+/// # Errors
+/// As [`compile`].
+pub fn run_cargo(
+    crate_folder: &Path,
+    on: Machine,
+    cache: &Path,
+    arguments: &[&str],
+) -> Result<PathBuf> {
+    let cache = std::path::absolute(cache).map_err(|e| Error::write(cache, e))?;
+    let mut command = match on {
+        Machine::ThisOne => cargo("cargo"),
+        Machine::Microcontroller => firmware_cargo(),
+    };
+    command
+        .args(arguments)
+        .args(["--release", "--quiet"])
+        .current_dir(crate_folder)
+        .env("CARGO_TARGET_DIR", &cache)
+        // Flags meant for the program that calls are not the firmware's.
+        .env_remove("RUSTFLAGS")
+        .env_remove("CARGO_ENCODED_RUSTFLAGS");
+    if on == Machine::Microcontroller {
+        command.args(["--target", TARGET]);
+    }
+    let (status, words) = complaints(&mut command).map_err(|e| {
+        Error::failed(format!("cargo cannot be run: {e}"))
+            .help("install Rust from rustup, or name cargo in SINEW_FIRMWARE_CARGO")
+    })?;
+    if !status.success() {
+        let error = Error::failed(format!(
+            "building {} failed:\n{}",
+            crate_folder.display(),
+            words.trim_end()
+        ));
+        return Err(if words.contains("target may not be installed") {
+            error.help(format!(
+                "run `cargo xtask setup`, or `rustup target add {TARGET}`"
+            ))
+        } else {
+            error
+        });
+    }
+    Ok(match on {
+        Machine::ThisOne => cache.join("release"),
+        Machine::Microcontroller => cache.join(TARGET).join("release"),
+    })
+}
+
+/// Runs `command` to its end: how it ended, and what it wrote to standard error.
+fn complaints(command: &mut Command) -> std::io::Result<(ExitStatus, String)> {
+    command
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped());
+    // Guarded, because a build of minutes must not go on after Ctrl-C.
+    let mut child = Guarded::spawn(command)?;
+    let mut words = Vec::new();
+    if let Some(mut errors) = child.stderr() {
+        errors.read_to_end(&mut words)?;
+    }
+    Ok((child.wait()?, String::from_utf8_lossy(&words).into_owned()))
+}
+
+fn cargo(program: &str) -> Command {
+    let mut command = Command::new(program);
+    // A cargo that runs this program hands its own settings down; the firmware's build has its own.
+    for name in ["RUSTC", "RUSTC_WRAPPER", "RUSTDOC", "CARGO_BUILD_TARGET"] {
+        command.env_remove(name);
+    }
+    command
+}
+
+/// cargo for the microcontroller: rustup's by default, another as `cargo xtask setup` found it.
+fn firmware_cargo() -> Command {
+    let program = std::env::var("SINEW_FIRMWARE_CARGO").unwrap_or_else(|_| "cargo".into());
+    let mut command = cargo(&program);
+    if let Ok(rustc) = std::env::var("SINEW_FIRMWARE_RUSTC") {
+        command.env("RUSTC", rustc);
+    }
+    if std::env::var("SINEW_FIRMWARE_BUILD_STD").is_ok_and(|v| v == "1") {
+        command
+            .env("RUSTC_BOOTSTRAP", "1")
+            .env("CARGO_UNSTABLE_BUILD_STD", "core");
+    }
+    command
+}

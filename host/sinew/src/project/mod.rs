@@ -1,0 +1,211 @@
+//! A project of the user's own: the firmware's sources, one model and the boards, in one folder that
+//! builds with cargo and needs nothing of this checkout.
+//!
+//! ```text
+//! DIR/Cargo.toml       workspace settings that firmware/ inherits
+//! DIR/firmware/        the controller
+//! DIR/model/           the generated model crate
+//! DIR/boards/NAME/     one board, a workspace of its own
+//! ```
+
+mod board;
+mod build;
+mod chip;
+pub mod image;
+mod sources;
+
+use std::path::{Path, PathBuf};
+
+use sinew_codegen::emit::{EmitOptions, emit};
+use sinew_codegen::spec::ModelSpec;
+use toml_edit::{DocumentMut, Item, Table, value};
+
+pub use build::{Built, Machine, build, checks, compile, run_cargo};
+pub use chip::Chip;
+pub use image::Sizes;
+
+use sinew_ident::error::{Error, Result};
+
+/// Everything that the firmware is built from, for telling whether a result still holds.
+pub fn hash_sources(hasher: &mut impl std::hash::Hasher) {
+    use std::hash::Hash;
+    sources::SOURCES.hash(hasher);
+}
+
+/// What the compiler makes a microcontroller's image for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Optimise {
+    /// As few instructions a step as it knows how to.
+    #[default]
+    Speed,
+    /// A quarter to nearly half less flash, 12 to 36 % more instructions a step (docs/lab/0055): loops stay loops, but for the
+    /// network's own.
+    Size,
+}
+
+impl Optimise {
+    /// Whether it is [`Optimise::Speed`].
+    pub fn is_speed(&self) -> bool {
+        *self == Self::Speed
+    }
+
+    /// What is said of an image beside its size: nothing, where it is made as images are made.
+    pub fn note(self) -> &'static str {
+        match self {
+            Self::Speed => "",
+            Self::Size => ", made for size",
+        }
+    }
+}
+
+/// Where a controller runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Board {
+    /// QEMU's mps2-an386, a Cortex-M4F: instruction counts are exact, time is not.
+    Qemu,
+    /// This computer, the same code over a pipe.
+    Host,
+    /// A Nucleo-F446RE.
+    Stm32f446,
+    /// An nRF52840 DK.
+    Nrf52840,
+}
+
+/// Writes the project of `spec` to `folder`; files that would not change are left alone, so that a
+/// second build has nothing to do.
+///
+/// # Errors
+/// [`Error`] when the specification is not valid or a file cannot be written.
+pub fn write(folder: &Path, spec: &ModelSpec, optimise: Optimise) -> Result<()> {
+    let options = EmitOptions {
+        firmware: "../firmware".into(),
+        ..EmitOptions::default()
+    };
+    let generated = emit(spec, &options).map_err(|e| Error::failed(e.to_string()))?;
+    for file in generated {
+        update(&folder.join("model").join(file.path), file.text.as_bytes())?;
+    }
+    for (path, contents) in sources::SOURCES {
+        let target = folder.join(path);
+        match *path {
+            "Cargo.toml" => update(&target, workspace(contents)?.as_bytes())?,
+            path if path.starts_with("boards/") && path.ends_with("Cargo.toml") => {
+                update(
+                    &target,
+                    board_manifest(contents, spec, optimise)?.as_bytes(),
+                )?;
+            }
+            // A board's lock names the model that it was made with; cargo mends it in place.
+            path if path.ends_with("Cargo.lock") && target.exists() => {}
+            _ => update(&target, contents)?,
+        }
+    }
+    Ok(())
+}
+
+/// The workspace settings that `firmware/` inherits, without the members that are not there.
+fn workspace(contents: &[u8]) -> Result<String> {
+    let mut document = parse("Cargo.toml", contents)?;
+    if let Some(workspace) = document["workspace"].as_table_mut() {
+        let members = ["firmware"].into_iter().collect::<toml_edit::Array>();
+        workspace.insert("members", value(members));
+        let apart = ["boards", "model"]
+            .into_iter()
+            .collect::<toml_edit::Array>();
+        workspace.insert("exclude", value(apart));
+    }
+    document.remove("profile");
+    Ok(document.to_string())
+}
+
+/// A manifest under `boards/`; its `model` line, where it has one, points at this project's model, and its profile says what the
+/// image is made for.
+fn board_manifest(contents: &[u8], spec: &ModelSpec, optimise: Optimise) -> Result<String> {
+    let mut document = parse("boards/*/Cargo.toml", contents)?;
+    if optimise == Optimise::Size && document.get("profile").is_some() {
+        small(&mut document, &spec.name);
+    }
+    let Some(dependencies) = document
+        .get_mut("dependencies")
+        .and_then(Item::as_table_mut)
+    else {
+        return Err(Error::failed(
+            "the board's Cargo.toml has no [dependencies]",
+        ));
+    };
+    if !dependencies.contains_key("model") {
+        return Ok(document.to_string());
+    }
+    let mut model = Table::new();
+    model.insert("package", value(format!("sinew-model-{}", spec.name)));
+    model.insert("path", value("../../model"));
+    dependencies.insert("model", value(model.into_inline_table()));
+    Ok(document.to_string())
+}
+
+/// Everything for size but the model of this name, in a manifest that has a profile: the sums over its weights take more than half of a step's instructions.
+fn small(document: &mut DocumentMut, model: &str) {
+    let release = &mut document["profile"]["release"];
+    release["opt-level"] = value("s");
+    let mut of_model = Table::new();
+    of_model.insert("opt-level", value(2));
+    let mut packages = Table::new();
+    packages.set_implicit(true);
+    packages.insert(&format!("sinew-model-{model}"), Item::Table(of_model));
+    release["package"] = Item::Table(packages);
+}
+
+fn parse(name: &str, contents: &[u8]) -> Result<DocumentMut> {
+    let text = String::from_utf8_lossy(contents);
+    text.parse()
+        .map_err(|e| Error::failed(format!("the embedded {name}: {e}")))
+}
+
+/// Writes `contents` where they differ from what is there.
+fn update(path: &Path, contents: &[u8]) -> Result<()> {
+    if std::fs::read(path).is_ok_and(|old| old == contents) {
+        return Ok(());
+    }
+    if let Some(parent) = path.parent() {
+        std::fs::create_dir_all(parent).map_err(|e| Error::write(parent, e))?;
+    }
+    sinew_ident::atomic::write(path, contents)
+}
+
+/// The board's folder in a project.
+pub fn board_folder(folder: &Path, board: Board) -> PathBuf {
+    folder.join("boards").join(board.folder())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn manifest(optimise: Optimise) -> DocumentMut {
+        let model = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/reference-s");
+        let mut spec = sinew_codegen::store::load(&model).expect("it ships with the project");
+        spec.name = "finger".into();
+        let (_, contents) = sources::SOURCES
+            .iter()
+            .find(|(path, _)| *path == "boards/stm32f446/Cargo.toml")
+            .expect("it is embedded");
+        let text = board_manifest(contents, &spec, optimise).expect("it is TOML");
+        text.parse().expect("it still is")
+    }
+
+    #[test]
+    fn an_image_for_size_keeps_the_model_quick() {
+        let release = &manifest(Optimise::Size)["profile"]["release"];
+        assert_eq!(release["opt-level"].as_str(), Some("s"));
+        let model = &release["package"]["sinew-model-finger"]["opt-level"];
+        assert_eq!(model.as_integer(), Some(2));
+    }
+
+    #[test]
+    fn an_image_for_speed_is_as_the_board_has_it() {
+        let release = &manifest(Optimise::Speed)["profile"]["release"];
+        assert_eq!(release["opt-level"].as_integer(), Some(3));
+        assert!(release.get("package").is_none());
+    }
+}

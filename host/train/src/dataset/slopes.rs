@@ -1,0 +1,232 @@
+//! What the simulator's exact derivatives say of an episode: how its outputs change when its inputs do.
+
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use sinew_sim::{Dual, Plant, Scalar, Stepper};
+
+use super::{Episode, Recipe};
+use sinew_ident::error::Result;
+
+/// Places of an episode that are differentiated at once, each by a seed of its own.
+const PLACES: usize = 8;
+
+/// How the outputs of an episode answer when all inputs from a step on are moved along one direction.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Slope {
+    /// The step k from which on the inputs move.
+    pub from: usize,
+    /// The direction, one entry an input.
+    pub along: Vec<f64>,
+    /// Derivatives of y(k+1) .. y(k+steps) along it, `[steps][n_y]`.
+    pub of: Vec<f64>,
+}
+
+/// Where the outputs of an episode are differentiated, and for how long.
+#[derive(Clone, Copy, Debug)]
+pub struct Stretch<'a> {
+    /// The first step from which on inputs may move.
+    pub first: usize,
+    /// Steps that they are followed for.
+    pub steps: usize,
+    /// Largest move of each input.
+    pub reach: &'a [f64],
+}
+
+/// Slopes of every episode, at up to eight places each that `recipe`'s seed draws, along directions within `stretch.reach`. None
+/// where an input would leave its limits, or at a kink whose derivative is not finite.
+///
+/// # Errors
+/// The plant diverges, or the episodes are not of this plant.
+pub fn slopes(
+    plant: &Plant,
+    values: &[f64],
+    episodes: &[Episode],
+    recipe: &Recipe,
+    stretch: Stretch<'_>,
+) -> Result<Vec<Vec<Slope>>> {
+    let each = episodes.par_iter().enumerate();
+    each.map(|(number, episode)| {
+        let mut random = ChaCha8Rng::seed_from_u64(recipe.seed);
+        // Stream 0 drew the episodes.
+        random.set_stream(1 + number as u64);
+        of_one(plant, values, episode, recipe, stretch, &mut random)
+    })
+    .collect()
+}
+
+fn of_one(
+    plant: &Plant,
+    values: &[f64],
+    episode: &Episode,
+    recipe: &Recipe,
+    stretch: Stretch<'_>,
+    random: &mut ChaCha8Rng,
+) -> Result<Vec<Slope>> {
+    let n_u = plant.inputs().len();
+    let steps = episode.u.len() / n_u;
+    let Some(room) = (steps + 1).checked_sub(stretch.first + stretch.steps) else {
+        return Ok(vec![]);
+    };
+    let mut slopes: Vec<Slope> = (0..PLACES.min(room))
+        .map(|_| Slope {
+            from: stretch.first + random.random_range(0..room),
+            along: (stretch.reach.iter())
+                .map(|reach| reach * random.random_range(-1.0..1.0))
+                .collect(),
+            of: Vec::with_capacity(stretch.steps * recipe.outputs.len()),
+        })
+        .collect();
+    slopes.retain(|slope| stays_inside(plant, episode, slope, stretch.steps));
+    let constant = |values: &[f64]| -> Vec<Dual<PLACES>> {
+        values.iter().map(|v| Dual::constant(*v)).collect()
+    };
+    let mut stepper = Stepper::new(plant, &constant(values), &constant(&episode.start))?;
+    for (k, row) in episode.u.chunks(n_u).enumerate() {
+        let moving = |slope: &Slope| (slope.from..slope.from + stretch.steps).contains(&k);
+        let mut inputs = constant(row);
+        for (seed, slope) in slopes.iter().enumerate().filter(|(_, s)| moving(s)) {
+            for (input, along) in inputs.iter_mut().zip(&slope.along) {
+                input.derivative[seed] = *along;
+            }
+        }
+        stepper.advance(recipe.period_s, &inputs)?;
+        for (seed, slope) in slopes.iter_mut().enumerate().filter(|(_, s)| moving(s)) {
+            let outputs = recipe.outputs.iter();
+            slope
+                .of
+                .extend(outputs.map(|sensor| stepper.signal(*sensor).derivative[seed]));
+        }
+    }
+    slopes.retain(|slope| slope.of.iter().all(|v| v.is_finite()));
+    Ok(slopes)
+}
+
+/// Part of a direction that inputs have to be able to move by for a derivative along it to be of use.
+const ROOM: f64 = 0.02;
+
+/// Whether all inputs of the stretch can be moved a little along the direction. Beyond a limit no controller may ask, and what
+/// answers there, such as a pull that is flat at 0 V, is not what it would get from the move it may make.
+fn stays_inside(plant: &Plant, episode: &Episode, slope: &Slope, steps: usize) -> bool {
+    let n_u = plant.inputs().len();
+    let rows = episode.u.chunks(n_u).skip(slope.from).take(steps);
+    rows.flat_map(|row| row.iter().zip(&slope.along).zip(plant.inputs()))
+        .all(|((u, along), input)| {
+            let moved = u + ROOM * along;
+            input
+                .limit
+                .is_none_or(|(low, high)| (low..=high).contains(&moved))
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use sinew_sim::Rig;
+
+    use super::*;
+    use crate::dataset::{draw, visits};
+
+    /// Pulls that go with the square of a voltage.
+    const RIG: &str = include_str!("../../../../rigs/hasel.toml");
+    const STEPS: usize = 40;
+    const STRETCH: usize = 12;
+
+    fn recipe() -> Recipe {
+        Recipe {
+            period_s: 0.008,
+            steps: STEPS,
+            outputs: vec![0, 1, 2],
+            noise: vec![0.0; 3],
+            channels: vec![],
+            channel_noise: vec![],
+            seed: 5,
+        }
+    }
+
+    #[test]
+    fn where_an_input_cannot_move_there_is_no_slope() {
+        let rig = Rig::parse(RIG, "hasel.toml").expect("it is sound");
+        let plant = Plant::new(&rig).expect("it is whole");
+        let stretch = Stretch {
+            first: 4,
+            steps: STRETCH,
+            reach: &[500.0; 6],
+        };
+        let count = |volts: f64| {
+            let episode = Episode {
+                start: vec![0.0; plant.state_len()],
+                u: vec![volts; 6 * STEPS],
+                y: vec![],
+                measured: vec![],
+                channels: vec![],
+            };
+            let found = slopes(&plant, &plant.values(), &[episode], &recipe(), stretch);
+            found.expect("it is stable")[0].len()
+        };
+        assert_eq!([count(0.0), count(4000.0), count(8000.0)], [0, PLACES, 0]);
+    }
+
+    #[test]
+    fn a_slope_is_what_two_simulations_differ_by() {
+        let rig = Rig::parse(RIG, "hasel.toml").expect("it is sound");
+        let plant = Plant::new(&rig).expect("it is whole");
+        let values = plant.values();
+        let times: Vec<f64> = (0..100).map(|k| f64::from(k) * 0.008).collect();
+        let column = |i: usize| -> Vec<f64> {
+            let wave = |t: &f64| 4000.0 + 2500.0 * (9.0 * t + i as f64).sin();
+            times.iter().map(wave).collect()
+        };
+        let columns: Vec<Vec<f64>> = (0..6).map(column).collect();
+        let inputs: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+        let start = vec![0.0; plant.state_len()];
+        let seen = visits(&plant, &values, &start, &times, &inputs, 50).expect("it is stable");
+        let recipe = recipe();
+        let episodes = draw(&plant, &values, &seen, &recipe, 4).expect("it is stable");
+        let stretch = Stretch {
+            first: 4,
+            steps: STRETCH,
+            reach: &[500.0; 6],
+        };
+        let found = slopes(&plant, &values, &episodes, &recipe, stretch).expect("it is stable");
+        assert_eq!(
+            found,
+            slopes(&plant, &values, &episodes, &recipe, stretch).expect("the same")
+        );
+
+        let mut compared = 0;
+        for (episode, slopes) in episodes.iter().zip(&found) {
+            for slope in slopes {
+                assert!((4..=STEPS - STRETCH).contains(&slope.from));
+                assert!(slope.along.iter().all(|v| v.abs() <= 500.0));
+                let [ahead, behind] = [1e-4, -1e-4].map(|part| {
+                    let mut stepper =
+                        Stepper::new(&plant, &values, &episode.start).expect("a start");
+                    let mut y = Vec::new();
+                    for (k, row) in episode.u.chunks(6).enumerate() {
+                        let moves = slope.from <= k;
+                        let part = if moves { part } else { 0.0 };
+                        let row: Vec<f64> =
+                            (row.iter().zip(&slope.along).map(|(u, d)| u + part * d)).collect();
+                        stepper
+                            .advance(recipe.period_s, &row)
+                            .expect("it is stable");
+                        if moves && k < slope.from + STRETCH {
+                            y.extend((0..3).map(|sensor| stepper.signal(sensor)));
+                        }
+                    }
+                    y
+                });
+                let size = slope.of.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+                for ((ahead, behind), exact) in ahead.iter().zip(&behind).zip(&slope.of) {
+                    let difference = (ahead - behind) / 2e-4;
+                    assert!(
+                        (difference - exact).abs() < 1e-4 * size + 1e-9,
+                        "{difference} {exact}"
+                    );
+                    compared += usize::from(exact.abs() > 0.1 * size);
+                }
+            }
+        }
+        assert!(compared > 300, "{compared}");
+    }
+}

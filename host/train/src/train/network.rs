@@ -1,0 +1,584 @@
+//! The predictor as burn sees it: a linear path beside a small network, rolled out through its own predictions.
+
+use burn::module::{Module, Param};
+use burn::nn::{Linear, LinearConfig};
+use burn::tensor::{Device, Tensor, TensorData};
+use nalgebra::{DMatrix, DVector};
+use sinew_sim::FirstLayer;
+
+use super::Options;
+use super::basis::Basis;
+use super::cell::{Cell, State, Weights};
+use super::windows::{Shape, Windows};
+
+/// y(k+1) = y(k) + step * (linear(z) + gain * network(z)), z the features of the regressor.
+#[derive(Module, Debug)]
+pub struct Predictor {
+    linear: Linear,
+    cell: Option<Cell>,
+    hidden: Vec<Linear>,
+    last: Linear,
+}
+
+/// What stays fixed while the predictor learns.
+pub struct Frame {
+    /// Counts of the regressor.
+    pub shape: Shape,
+    /// z = features x + offset, transposed for row vectors: `[n][n]`.
+    features: Tensor<2>,
+    offset: Tensor<2>,
+    /// Typical change of each output in one period, `[1][n_y]`.
+    step: Tensor<2>,
+    /// How much of that change the linear path leaves unexplained.
+    gain: f32,
+    /// What the network begins with.
+    first: FirstLayer,
+    /// L of docs/explanation/controller.md, eq. 10c.
+    observer_gain: f64,
+}
+
+/// One batch on the device: history, inputs and targets of `rows` windows.
+pub struct Batch {
+    /// Regressors of the warm-up, `[steps rows][n]`, the oldest step first.
+    before: Option<Tensor<2>>,
+    /// Past values of u, newest first, without u(k).
+    past_u: Vec<Tensor<2>>,
+    /// Past values of y, newest first, y(k) included.
+    past_y: Vec<Tensor<2>>,
+    /// Channels, where there are any, one tensor a correction, then s(k), which stays.
+    channels: Vec<Tensor<2>>,
+    /// Measurements by which the first predictions are corrected, one tensor a step: what an observer begins with.
+    corrections: Vec<Tensor<2>>,
+    /// u(k + j), one tensor a step, those of the corrections first.
+    inputs: Vec<Tensor<2>>,
+    /// y(k + 1 + j), one tensor a step.
+    targets: Vec<Tensor<2>>,
+}
+
+pub(super) fn tensor(rows: usize, columns: usize, values: Vec<f32>, device: &Device) -> Tensor<2> {
+    Tensor::from_data(TensorData::new(values, [rows, columns]), device)
+}
+
+fn matrix(m: &DMatrix<f64>, device: &Device) -> Tensor<2> {
+    let values = m
+        .row_iter()
+        .flat_map(|r| r.iter().map(|v| *v as f32).collect::<Vec<_>>());
+    tensor(m.nrows(), m.ncols(), values.collect(), device)
+}
+
+pub(super) fn to_matrix(t: Tensor<2>) -> DMatrix<f64> {
+    let [rows, columns] = t.dims();
+    let values: Vec<f64> = t.into_data().iter::<f64>().collect();
+    DMatrix::from_row_slice(rows, columns, &values)
+}
+
+impl Frame {
+    /// A frame on `device` for `basis`; `step` and `gain` as in [`Predictor`], what the network begins with and its observer from
+    /// `options`.
+    pub fn new(
+        shape: Shape,
+        basis: &Basis,
+        step: &DVector<f64>,
+        gain: f64,
+        options: &Options,
+        device: &Device,
+    ) -> Self {
+        let (a, offset) = basis.affine();
+        Self {
+            shape,
+            features: matrix(&a.transpose(), device),
+            offset: matrix(
+                &DMatrix::from_row_slice(1, offset.len(), offset.as_slice()),
+                device,
+            ),
+            step: matrix(
+                &DMatrix::from_row_slice(1, step.len(), step.as_slice()),
+                device,
+            ),
+            gain: gain as f32,
+            first: options.first,
+            observer_gain: options.observer_gain,
+        }
+    }
+
+    /// Copies the windows `chosen` to the device.
+    pub fn batch(
+        &self,
+        windows: &Windows<'_>,
+        chosen: &[usize],
+        rollout: usize,
+        device: &Device,
+    ) -> Batch {
+        let Shape {
+            n_u,
+            n_y,
+            past_inputs,
+            past_outputs,
+            n_s,
+        } = self.shape;
+        let (rows, n) = (chosen.len(), self.shape.regressor_len());
+        // An observer begins before the window, at what was measured there; a memory is warmed up by what was.
+        let observed = match self.observer_gain < 1.0 {
+            true => windows.warm_up(),
+            false => 0,
+        };
+        let (mut x, mut inputs, mut targets) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut measured, mut channels) = (Vec::new(), Vec::new());
+        for w in chosen {
+            windows.regressor_before(*w, observed, &mut x);
+            channels.extend_from_slice(windows.channels_since(*w, observed));
+            inputs.extend_from_slice(windows.inputs_from(*w, observed));
+            measured.extend_from_slice(windows.measured_since(*w, observed));
+            targets.extend_from_slice(windows.targets(*w));
+        }
+        let columns = |of: &[f64], stride: usize, start: usize, width: usize| {
+            let values =
+                (0..rows).flat_map(|r| &of[r * stride + start..r * stride + start + width]);
+            tensor(rows, width, values.map(|v| *v as f32).collect(), device)
+        };
+        let column = |start: usize, width: usize| columns(&x, n, start, width);
+        let mut before = Vec::new();
+        for back in (1..=windows.warm_up() - observed).rev() {
+            for w in chosen {
+                windows.regressor_before(*w, back, &mut before);
+            }
+        }
+        let before = (!before.is_empty()).then(|| {
+            let values = before.iter().map(|v| *v as f32).collect();
+            tensor(before.len() / n, n, values, device)
+        });
+        Batch {
+            before,
+            past_u: (1..past_inputs).map(|lag| column(lag * n_u, n_u)).collect(),
+            past_y: (0..past_outputs)
+                .map(|lag| column(past_inputs * n_u + lag * n_y, n_y))
+                .collect(),
+            channels: (0..=observed)
+                .filter(|_| n_s > 0)
+                .map(|j| columns(&channels, (observed + 1) * n_s, j * n_s, n_s))
+                .collect(),
+            corrections: (0..observed)
+                .map(|j| columns(&measured, observed * n_y, j * n_y, n_y))
+                .collect(),
+            inputs: (0..observed + rollout)
+                .map(|j| columns(&inputs, (observed + rollout) * n_u, j * n_u, n_u))
+                .collect(),
+            targets: (0..rollout)
+                .map(|j| columns(&targets, rollout * n_y, j * n_y, n_y))
+                .collect(),
+        }
+    }
+}
+
+impl Batch {
+    /// The same with u(k) and all that follow moved by `moves`, `[rows][n_u]`; what was before k stays.
+    pub fn moved(self, moves: &Tensor<2>) -> Self {
+        let before = self.corrections.len();
+        let inputs = self.inputs.into_iter().enumerate();
+        let inputs = inputs.map(|(j, u)| match j < before {
+            true => u,
+            false => u + moves.clone(),
+        });
+        Self {
+            inputs: inputs.collect(),
+            ..self
+        }
+    }
+}
+
+impl Predictor {
+    /// A predictor whose linear path is (`w` `[n_y][n]`, `b` `[n_y]`) and whose network starts at zero
+    /// output: the first layers are random, the last is zero.
+    pub fn new(
+        (first, hidden): (FirstLayer, &[usize]),
+        w: &DMatrix<f64>,
+        b: &DVector<f64>,
+        device: &Device,
+    ) -> Self {
+        let (n_y, n) = w.shape();
+        let units = hidden.first().copied().unwrap_or(0);
+        let cell = Cell::new(first, n, units, device);
+        let mut widths = match cell {
+            Some(_) => vec![],
+            None => vec![n],
+        };
+        widths.extend_from_slice(hidden);
+        let bias = |values: Vec<f32>| {
+            let length = values.len();
+            Some(Param::from_tensor(Tensor::<1>::from_data(
+                TensorData::new(values, [length]),
+                device,
+            )))
+        };
+        let linear = Linear {
+            weight: Param::from_tensor(matrix(&w.transpose(), device)),
+            bias: bias(b.iter().map(|v| *v as f32).collect()),
+        };
+        let last = widths[widths.len() - 1];
+        Self {
+            linear,
+            cell,
+            hidden: widths
+                .windows(2)
+                .map(|p| LinearConfig::new(p[0], p[1]).init(device))
+                .collect(),
+            last: Linear {
+                weight: Param::from_tensor(tensor(last, n_y, vec![0.0; last * n_y], device)),
+                bias: bias(vec![0.0; n_y]),
+            },
+        }
+    }
+
+    /// Predicted outputs for each step of the batch, those that are corrected left out.
+    pub fn roll_out(&self, frame: &Frame, batch: &Batch) -> Vec<Tensor<2>> {
+        let (mut past_u, mut past_y) = (batch.past_u.clone(), batch.past_y.clone());
+        let mut predictions = Vec::with_capacity(batch.targets.len());
+        let mut corrections = batch.corrections.iter();
+        let mut channels = batch.channels.iter();
+        let mut channel = None;
+        let cell = self.cell.as_ref().map(Cell::learned);
+        let mut state = cell.as_ref().map(|cell| warmed_up(cell, frame, batch));
+        for u in &batch.inputs {
+            let mut parts = vec![u.clone()];
+            parts.extend(past_u.iter().cloned());
+            parts.extend(past_y.iter().cloned());
+            channel = channels.next().or(channel);
+            parts.extend(channel.cloned());
+            let z = Tensor::cat(parts, 1).matmul(frame.features.clone()) + frame.offset.clone();
+            let mut h = z.clone();
+            if let (Some(cell), Some(state)) = (&cell, &mut state) {
+                *state = cell.step(cell.by_input(z.clone()), state);
+                h = state[0].clone();
+            }
+            for (i, layer) in self.hidden.iter().enumerate() {
+                let sum = layer.forward(h);
+                h = match frame.first {
+                    FirstLayer::Relu if i == 0 => burn::tensor::activation::relu(sum),
+                    _ => sum.tanh(),
+                };
+            }
+            let change = self.linear.forward(z) + self.last.forward(h).mul_scalar(frame.gain);
+            let predicted = past_y[0].clone() + change * frame.step.clone();
+            let y = match corrections.next() {
+                Some(measured) => {
+                    let innovation = measured.clone() - predicted.clone();
+                    predicted + innovation.mul_scalar(frame.observer_gain)
+                }
+                None => {
+                    predictions.push(predicted.clone());
+                    predicted
+                }
+            };
+            past_u.insert(0, u.clone());
+            past_u.truncate(frame.shape.past_inputs - 1);
+            past_y.insert(0, y);
+            past_y.truncate(frame.shape.past_outputs);
+        }
+        predictions
+    }
+
+    /// Mean over the rollout of the squared errors, each step weighted by `weights[j]` (`[1][n_y]`).
+    pub fn loss(&self, frame: &Frame, batch: &Batch, weights: &[Tensor<2>]) -> Tensor<1> {
+        let predictions = self.roll_out(frame, batch);
+        let steps = predictions.len() as f32;
+        let errors = predictions.into_iter().zip(&batch.targets).zip(weights);
+        let total = errors
+            .map(|((y, target), weight)| {
+                let e = (y - target.clone()) * weight.clone();
+                (e.clone() * e).mean()
+            })
+            .reduce(|a, b| a + b);
+        // A rollout has at least one step (checked where options are read).
+        total.map_or_else(|| frame.step.clone().sum() * 0.0, |t| t.div_scalar(steps))
+    }
+
+    /// Root mean square error of every step, `[steps][n_y]`, over one batch.
+    pub fn step_errors(&self, frame: &Frame, batch: &Batch) -> Vec<Vec<f64>> {
+        let predictions = self.roll_out(frame, batch);
+        let squares = predictions
+            .into_iter()
+            .zip(&batch.targets)
+            .map(|(y, target)| {
+                let e = y - target.clone();
+                to_matrix((e.clone() * e).mean_dim(0))
+                    .iter()
+                    .map(|v| v.sqrt())
+                    .collect()
+            });
+        squares.collect()
+    }
+
+    /// The recurrent first layer, where there is one.
+    pub fn cell(&self) -> Option<&Cell> {
+        self.cell.as_ref()
+    }
+
+    /// Weights as matrices, without a recurrent layer: linear (W, w), then each layer of the network (W, w), all in features.
+    pub fn weights(&self) -> Vec<(DMatrix<f64>, DVector<f64>)> {
+        let layers = std::iter::once(&self.linear)
+            .chain(&self.hidden)
+            .chain(std::iter::once(&self.last));
+        layers
+            .map(|layer| {
+                let w = to_matrix(layer.weight.val()).transpose();
+                let b = layer.bias.as_ref().map_or_else(
+                    || DVector::zeros(w.nrows()),
+                    |b| DVector::from_vec(b.val().into_data().iter::<f64>().collect()),
+                );
+                (w, b)
+            })
+            .collect()
+    }
+}
+
+/// Steps of a warm-up that are learned from; before them the state is only computed.
+const LEARNED_WARM_UP: usize = 8;
+
+/// What the network remembers after the warm-up, from rest: back-propagation through time is truncated there.
+fn warmed_up(cell: &Weights, frame: &Frame, batch: &Batch) -> State {
+    let rows = batch.inputs.first().map_or(0, |u| u.dims()[0]);
+    let Some(before) = &batch.before else {
+        return cell.rest(rows);
+    };
+    let steps = before.dims()[0] / rows.max(1);
+    let still = cell.still();
+    let plain = |t: &Tensor<2>| t.clone().inner();
+    let count = steps.saturating_sub(LEARNED_WARM_UP);
+    let mut state = still.rest(rows);
+    if count > 0 {
+        let x = plain(before).narrow(0, 0, count * rows);
+        let z = x.matmul(plain(&frame.features)) + plain(&frame.offset);
+        let by_input = still.by_input(z);
+        for step in 0..count {
+            state = still.step(by_input.clone().narrow(0, step * rows, rows), &state);
+        }
+    }
+    let mut state: State = state.into_iter().map(Tensor::autodiff).collect();
+    let x = before
+        .clone()
+        .narrow(0, count * rows, (steps - count) * rows);
+    let z = x.matmul(frame.features.clone()) + frame.offset.clone();
+    let by_input = cell.by_input(z);
+    for step in 0..steps - count {
+        state = cell.step(by_input.clone().narrow(0, step * rows, rows), &state);
+    }
+    state
+}
+
+/// Weights of the loss on the device: one over the size that an error at step j would usually have.
+pub fn loss_weights(sizes: &[Vec<f64>], device: &Device) -> Vec<Tensor<2>> {
+    sizes
+        .iter()
+        .map(|s| {
+            tensor(
+                1,
+                s.len(),
+                s.iter().map(|v| (1.0 / v) as f32).collect(),
+                device,
+            )
+        })
+        .collect()
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use sinew_codegen::evaluate::advance;
+    use sinew_codegen::spec::{ControlSpec, ModelSpec, OutputForm, Signal};
+
+    use super::super::fold::Folded;
+    use super::super::layers;
+    use super::*;
+    use crate::train::Scaled;
+
+    const SHAPE: Shape = Shape {
+        n_u: 1,
+        n_y: 2,
+        past_inputs: 2,
+        past_outputs: 3,
+        n_s: 1,
+    };
+
+    /// Sums of sines that repeat nowhere.
+    fn episode() -> Scaled {
+        let steps = 60;
+        let wave = |k: usize, c: usize| ((k * (c + 3)) as f64 * 0.37).sin() * 0.6;
+        let rows = |count: usize, width: usize, from: usize| -> Vec<f64> {
+            let each = (0..count).flat_map(|k| (0..width).map(move |c| wave(k, from + c)));
+            each.collect()
+        };
+        Scaled {
+            u: rows(steps, 1, 0),
+            y: rows(steps + 1, 2, 1),
+            measured: rows(steps + 1, 2, 1),
+            channels: rows(steps + 1, 1, 5),
+            slopes: vec![],
+            steps,
+        }
+    }
+
+    /// The model that the firmware gets.
+    pub fn spec(folded: &Folded, shape: Shape) -> ModelSpec {
+        let signals = |count: usize| {
+            let signal = |_| Signal {
+                name: "s".into(),
+                unit: "1".into(),
+                span: 1.0,
+                offset: 0.0,
+            };
+            (0..count).map(signal).collect()
+        };
+        ModelSpec {
+            name: "test".into(),
+            period_s: 0.01,
+            inputs: signals(shape.n_u),
+            outputs: signals(shape.n_y),
+            channels: signals(shape.n_s),
+            past_inputs: shape.past_inputs,
+            past_outputs: shape.past_outputs,
+            form: OutputForm::Increment,
+            shortcut: Some(folded.linear.concat()),
+            layers: layers(folded).expect("folded layers are whole"),
+            control: ControlSpec {
+                horizon: 1,
+                control_horizon: 1,
+                move_blocks: vec![],
+                first_step: 1,
+                tracking_weight: vec![],
+                move_suppression: vec![],
+                command_weight: 0.0,
+                observer_gain: 1.0,
+                lower: vec![],
+                upper: vec![],
+                rate_limit: vec![],
+                safe: vec![],
+                disturbance_gain: 0.0,
+                iterations: 1,
+                gap_limit: 0,
+            },
+            golden: vec![],
+        }
+    }
+
+    /// Largest difference of any output over warm-up and rollout, and how far the network moves an output.
+    fn difference(first: FirstLayer, observer_gain: f64) -> (f64, f64) {
+        const ROLLOUT: usize = 6;
+        let options = Options {
+            first,
+            observer_gain,
+            ..Options::default()
+        };
+        let warm_up = options.warm_up();
+        let episodes = [episode()];
+        let windows = Windows::new(SHAPE, warm_up, ROLLOUT, &episodes);
+        let x = windows.regressors();
+        let basis = Basis::fit(&SHAPE, &x);
+        let step = DVector::from_vec(vec![0.2, 0.3]);
+        let device = Device::default().autodiff();
+        device.seed(7);
+        let gain = 0.7;
+        let frame = Frame::new(SHAPE, &basis, &step, gain, &options, &device);
+        let n = SHAPE.regressor_len();
+        let w = DMatrix::from_fn(SHAPE.n_y, n, |r, c| 0.05 * ((r + 3 * c) as f64).cos());
+        let b = DVector::from_vec(vec![0.1, -0.1]);
+        let mut predictor = Predictor::new((first, &[5, 4]), &w, &b, &device);
+        // Drawn, so that the network says something.
+        predictor.last = LinearConfig::new(4, SHAPE.n_y).init(&device);
+        let chosen: Vec<usize> = (0..windows.len()).collect();
+        let batch = frame.batch(&windows, &chosen, ROLLOUT, &device);
+        let found = predictor.roll_out(&frame, &batch);
+
+        let folded = Folded::new(&basis, (&step, gain), &predictor, first, SHAPE);
+        let spec = spec(&folded, SHAPE);
+        let linear = {
+            let mut spec = spec.clone();
+            for layer in &mut spec.layers {
+                if let sinew_codegen::spec::Layer::Dense(dense) = layer {
+                    dense.weights.fill(0.0);
+                }
+            }
+            spec
+        };
+        let (mut worst, mut said) = (0.0_f64, 0.0_f64);
+        for w in &chosen {
+            let mut memory = vec![0.0; spec.memory()];
+            // What was measured, or what the firmware's estimator made of it (docs/explanation/controller.md, eq. 10c).
+            let mut observed = vec![];
+            for back in (1..=warm_up).rev() {
+                let mut x = Vec::new();
+                windows.regressor_before(*w, back, &mut x);
+                entered(&mut x, &observed);
+                let (predicted, next) = advance(&spec, &[x, memory].concat());
+                memory = next;
+                let measured = &windows.measured_since(*w, back)[..SHAPE.n_y];
+                let both = predicted.iter().zip(measured);
+                observed.splice(0..0, both.map(|(p, y)| p + observer_gain * (y - p)));
+            }
+            let mut x = Vec::new();
+            windows.regressor(*w, &mut x);
+            entered(&mut x, &observed);
+            for (j, y) in found.iter().enumerate() {
+                if j > 0 {
+                    x[1] = x[0];
+                    x[0] = windows.inputs(*w)[j];
+                }
+                let point = [x.clone(), memory.clone()].concat();
+                let (exact, next) = advance(&spec, &point);
+                said = said.max((exact[0] - advance(&linear, &point).0[0]).abs());
+                memory = next;
+                let y = to_matrix(y.clone());
+                for r in 0..SHAPE.n_y {
+                    worst = worst.max((y[(*w, r)] - exact[r]).abs());
+                }
+                x.copy_within(2..6, 4);
+                x[2..4].copy_from_slice(&exact);
+            }
+        }
+        (worst, said)
+    }
+
+    /// Puts what was observed, newest first, in the place of what was measured.
+    fn entered(x: &mut [f64], observed: &[f64]) {
+        let outputs = &mut x[2..8];
+        let known = observed.len().min(outputs.len());
+        outputs[..known].copy_from_slice(&observed[..known]);
+    }
+
+    #[test]
+    fn inputs_move_from_the_window_on_and_not_under_the_observer_before_it() {
+        let options = Options {
+            observer_gain: 0.6,
+            ..Options::default()
+        };
+        let episodes = [episode()];
+        let windows = Windows::new(SHAPE, options.warm_up(), 4, &episodes);
+        let basis = Basis::fit(&SHAPE, &windows.regressors());
+        let device = Device::default().autodiff();
+        let step = DVector::from_vec(vec![0.2, 0.3]);
+        let frame = Frame::new(SHAPE, &basis, &step, 0.7, &options, &device);
+        let batch = || frame.batch(&windows, &[3], 4, &device).inputs;
+        let moves = tensor(1, 1, vec![0.5], &device);
+        let moved = frame.batch(&windows, &[3], 4, &device).moved(&moves).inputs;
+        let by: Vec<f64> = (moved.into_iter().zip(batch()))
+            .map(|(after, before)| to_matrix(after - before)[(0, 0)])
+            .collect();
+        let (observed, ahead) = by.split_at(options.warm_up());
+        assert!(!observed.is_empty() && observed.iter().all(|v| *v == 0.0));
+        assert_eq!(ahead.len(), 4);
+        assert!(ahead.iter().all(|v| (v - 0.5).abs() < 1e-6), "{ahead:?}");
+    }
+
+    #[test]
+    fn what_was_trained_is_what_the_evaluator_computes() {
+        for (first, observer_gain) in [
+            (FirstLayer::Tanh, 1.0),
+            (FirstLayer::Tanh, 0.6),
+            (FirstLayer::Relu, 1.0),
+            (FirstLayer::Gru, 1.0),
+            (FirstLayer::Lstm, 1.0),
+        ] {
+            let (worst, said) = difference(first, observer_gain);
+            assert!(said > 1e-2, "{first:?}: the network says nothing: {said:e}");
+            assert!(worst < 2e-5, "{first:?}: {worst:e}");
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! A published problem: what is asked, of which plants, of which controllers.
+
+use serde_json::Value;
+
+use super::targets::Target;
+
+/// One of the published problems.
+pub struct Problem {
+    /// As on the command line, and the folder of its results.
+    pub name: &'static str,
+    /// What the controller's owner knows.
+    pub believed: &'static str,
+    /// Effects that the owner knows of beside the rig, such as the delay of his electronics.
+    pub known: &'static str,
+    /// How much of the inputs' range the recordings use: enough to go a little beyond what is asked.
+    pub amplitude: &'static str,
+    /// What the inputs look like.
+    pub kind: &'static str,
+    /// Effects that only the plants have.
+    pub left_out: &'static str,
+    /// What is asked, and what tuning follows backwards: tables with a column an output. Without, smooth moves to the levels
+    /// of the staircase.
+    pub paths: Option<[fn() -> String; 2]>,
+    /// PID and RISE once more as textbooks have them, without a look ahead at the reference.
+    pub textbook: bool,
+    /// What errors are judged between, seconds; all of it without.
+    pub judged: Option<&'static str>,
+    /// Age of the measurements, seconds.
+    pub delay: &'static str,
+    /// Rate that its controller is to reach on an 84 MHz part, by estimate.
+    pub rate_hz: f64,
+    /// A load at the inputs, in tuning with the opposite sign.
+    pub disturbance: &'static str,
+    /// Evaluations that tuning may cost each MPC, and each of PID and RISE where the plant is slow.
+    pub evaluations: (&'static str, Option<&'static str>),
+    /// Controllers, the one that is held against the targets first.
+    pub variants: &'static [Variant],
+    /// What is to be reached, from the comparison.
+    pub targets: fn(&Value) -> Vec<Target>,
+}
+
+/// A predictive controller.
+pub struct Variant {
+    /// Its name in tables.
+    pub name: &'static str,
+    /// `[control]` and `[network]` instead of the rig's own.
+    pub tables: Option<&'static str>,
+    /// The rig it is trained on.
+    pub knows: Knowledge,
+    /// A file of another tool with its network, which takes the place of training.
+    pub imported: Option<&'static str>,
+    /// The variant whose network it has; without, one is trained.
+    pub network_of: Option<&'static str>,
+    /// Further arguments of `sinew tune`.
+    pub tune: &'static [&'static str],
+    /// The variant whose model it has, weights and all, in an image made for size.
+    pub small: Option<&'static str>,
+}
+
+impl Variant {
+    /// The variant whose model it has: itself, but where an image is made for size.
+    pub fn model(&self) -> &'static str {
+        self.small.unwrap_or(self.name)
+    }
+}
+
+/// What a controller's model knows of the plants.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Knowledge {
+    /// The believed rig.
+    Believed,
+    /// What `sinew diagnose` made of it, from recordings of the plant in the middle of those drawn.
+    Mended,
+}
