@@ -4,9 +4,9 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew_sim::effects::Family;
 
-use super::judge::Remains;
-use super::race::Tried;
-use super::suspect::Suspect;
+use crate::diagnose::candidate::Term;
+use crate::diagnose::residuals::Residuals;
+use crate::diagnose::search::halving::Trial;
 
 /// Resamplings of the blocks of time.
 const RESAMPLINGS: usize = 200;
@@ -16,23 +16,23 @@ const ARITHMETIC: f64 = 1e-5;
 
 /// An explanation fitted to all of the fit recordings, and what it leaves.
 #[derive(Clone)]
-pub(super) struct Contender {
-    pub tried: Tried,
-    pub fit: Remains,
-    pub check: Remains,
+pub(crate) struct Candidate {
+    pub trial: Trial,
+    pub fit: Residuals,
+    pub check: Residuals,
     /// Its numbers are what the whole of the fit recordings says, where finals are fitted to stretches of them.
     pub all_rows: bool,
 }
 
-impl Contender {
+impl Candidate {
     /// Number of fitted parameters.
     pub fn parameters(&self) -> usize {
-        self.tried.model.slots.len()
+        self.trial.model.slots.len()
     }
 
     /// Whether it has a coordinate that nobody sees.
     pub fn has_mode(&self) -> bool {
-        let mut families = self.tried.suspects.iter().map(Suspect::family);
+        let mut families = self.trial.terms.iter().map(Term::family);
         families.any(|family| family == Some(Family::Mode))
     }
 }
@@ -45,7 +45,7 @@ struct Book {
 }
 
 /// Everything that is needed to compare explanations of the same recordings.
-pub(super) struct Court {
+pub(crate) struct Comparison {
     books: Vec<Book>,
     /// Variance of each sensor that arithmetic alone explains.
     floor: Vec<f64>,
@@ -54,35 +54,39 @@ pub(super) struct Court {
     seed: u64,
 }
 
-impl Court {
+impl Comparison {
     /// `spread` has one entry a sensor; memory is taken from the best explanation.
-    pub fn new(contenders: &[Contender], spread: &[f64], seed: u64) -> Self {
+    pub fn new(candidates: &[Candidate], spread: &[f64], seed: u64) -> Self {
         let floor: Vec<f64> = spread.iter().map(|s| (ARITHMETIC * s).powi(2)).collect();
-        let least = contenders.iter().min_by(|a, b| {
-            let of = |c: &Contender| -> f64 {
+        let least = candidates.iter().min_by(|a, b| {
+            let of = |c: &Candidate| -> f64 {
                 (0..floor.len())
                     .map(|s| (c.check.rms(s).powi(2) + floor[s]).ln())
                     .sum()
             };
             of(a).total_cmp(&of(b))
         });
-        let memory = least.map_or(1.0, |best| best.check.memory().max(best.fit.memory()));
-        let samples = |remains: &Remains| -> usize {
-            remains
+        let memory = least.map_or(1.0, |best| {
+            best.check
+                .correlation_time()
+                .max(best.fit.correlation_time())
+        });
+        let samples = |residuals: &Residuals| -> usize {
+            residuals
                 .series
                 .first()
                 .map_or(0, |series| series.iter().map(Vec::len).sum::<usize>())
         };
-        let books = contenders
+        let books = candidates
             .iter()
-            .map(|contender| Book {
-                fit: contender
+            .map(|candidate| Book {
+                fit: candidate
                     .fit
-                    .blocks(block_length(samples(&contender.fit), memory)),
-                check: contender
+                    .blocks(block_length(samples(&candidate.fit), memory)),
+                check: candidate
                     .check
-                    .blocks(block_length(samples(&contender.check), memory)),
-                parameters: contender.parameters() as f64,
+                    .blocks(block_length(samples(&candidate.check), memory)),
+                parameters: candidate.parameters() as f64,
             })
             .collect();
         Self {
@@ -209,7 +213,7 @@ struct Weights {
 
 /// What an explanation gains on the check recordings.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Gain {
+pub(crate) struct Gain {
     /// First percentile, under resampling, of the log ratio of root mean squares.
     pub low: f64,
 }

@@ -28,7 +28,7 @@ signal = "q_m"
 "#;
 
 /// Dry friction at a carriage.
-pub(super) fn carriage() -> Diagnosis {
+pub(crate) fn carriage() -> Diagnosis {
     let written = sinew_sim::Rig::parse(RIG, "axis.toml").expect("it is sound");
     let refitted = written
         .with_values(&[("carriage.inertia", 95.2)])

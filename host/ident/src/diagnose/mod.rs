@@ -1,42 +1,30 @@
 //! Diagnosis: where a simulation and a recording differ, and which physics was left out (docs/explanation/diagnosis.md).
 
-mod alike;
-mod begin;
-mod belief;
-mod conclude;
+mod acceptance;
+mod calibration;
+mod candidate;
+mod canonical;
+mod corrected;
 mod data;
 mod details;
-mod elsewhere;
 mod evidence;
 #[cfg(test)]
 mod example;
-mod finals;
 mod finding;
-mod follows;
-mod gauge;
-mod judge;
-mod kin;
-mod ladder;
-mod latent;
+mod identical;
 mod locate;
-mod mend;
 mod model;
-mod name;
-mod neighbours;
-mod next;
+mod next_experiment;
 mod noise;
-mod numbers;
 pub mod output;
-mod pairs;
-mod race;
-mod residual;
-mod roles;
-mod rows;
-mod screen;
+mod progress;
+mod report;
+mod residuals;
 mod search;
-mod settle;
-mod suspect;
-mod told;
+mod split;
+#[cfg(test)]
+mod tests;
+mod verify;
 
 use sinew_sim::{Plant, Rig};
 
@@ -45,8 +33,8 @@ pub use self::details::{Details, Finalist, ForceTrace, Recovered};
 pub use self::finding::{
     Diagnosis, Errors, Estimate, FORMAT, FoundEffect, Interval, Location, Rival, SignalFit, Verdict,
 };
-use self::roles::Roles;
-use self::search::Bench;
+use self::search::Case;
+use self::split::Roles;
 use crate::error::Result;
 use crate::fit::pace::pace;
 use crate::fit::{Fit, FitOptions, fit};
@@ -108,7 +96,7 @@ pub fn diagnose(
     rig: &Rig,
     recordings: &Recordings,
     options: &Options,
-    told: &(dyn Fn(&str, usize, usize) + Sync),
+    progress: &(dyn Fn(&str, usize, usize) + Sync),
 ) -> Result<Diagnosis> {
     let begun = std::time::Instant::now();
     let roles = Roles::new(&recordings.fit, &recordings.check, &recordings.test)?;
@@ -119,43 +107,43 @@ pub fn diagnose(
     let both_data = Data::new(rig, &plant, &all)?;
     fit_data.learn_steps(&both_data);
     check_data.learn_steps(&both_data);
-    told("refitting the rig", 0, 1);
+    progress("refitting the rig", 0, 1);
     let mut refitted = fit(rig, &roles.fit, &FitOptions::default(), &mut |_| {})?;
     let in_parts = integrates(rig);
     let mut parts = if in_parts { PARTS } else { 1 };
     let values = Plant::new(&refitted.rig)?.values();
     let (settings, budget) =
         search::finals(&Plant::new(&refitted.rig)?, &values, &fit_data, &both_data);
-    let mut bench = Bench {
+    let mut case = Case {
         written: rig,
         in_parts,
         settings,
-        fit_stretches: fit_data.select(parts, budget),
-        check_stretches: check_data.select(parts, budget),
+        fit_intervals: fit_data.select(parts, budget),
+        check_intervals: check_data.select(parts, budget),
         fit: &fit_data,
         check: &check_data,
         both: &both_data,
         seed: options.seed,
         trust: if roles.by_itself { 0.7 } else { 1.0 },
-        told,
+        progress,
     };
-    let mut found = bench.search(&refitted.rig, &values)?;
+    let mut found = case.search(&refitted.rig, &values)?;
     // Start states of its own in every stretch may follow what the rig misses: then fewer and longer ones, from where the rig
     // ended on the shorter ones.
     while parts > 1
-        && let Some(nothing) = found.as_ref().filter(|found| bench.nothing_in(found))
+        && let Some(nothing) = found.as_ref().filter(|found| case.nothing_in(found))
     {
         parts /= 2;
         let longer = [&fit_data, &check_data].map(|data| data.select(parts, budget));
-        if longer == [&bench.fit_stretches, &bench.check_stretches].map(Clone::clone) {
+        if longer == [&case.fit_intervals, &case.check_intervals].map(Clone::clone) {
             break;
         }
-        let values = nothing.base.tried.point.values.clone();
-        [bench.fit_stretches, bench.check_stretches] = longer;
-        found = bench.search(&refitted.rig, &values)?;
+        let values = nothing.base.trial.point.values.clone();
+        [case.fit_intervals, case.check_intervals] = longer;
+        found = case.search(&refitted.rig, &values)?;
     }
     if let Some(short) = found.as_ref().filter(|found| found.stopped_short) {
-        let base = &short.base.tried;
+        let base = &short.base.trial;
         let of = |values: &[f64]| pace(&base.model.plant, values, &fit_data.experiments);
         // Not where the rig got so stiff on the way that a fit to whole recordings takes minutes.
         if of(&base.point.values) < DEAREST * of(&values) {
@@ -172,10 +160,10 @@ pub fn diagnose(
         }
     }
     let named = match &mut found {
-        Some(found) => settle::settle(found, &refitted, &bench, &roles)?,
+        Some(found) => verify::settle(found, &refitted, &case, &roles)?,
         None => None,
     };
-    let mut diagnosis = conclude::conclude(rig, &refitted, &bench, found.as_ref(), named, &roles)?;
+    let mut diagnosis = report::conclude(rig, &refitted, &case, found.as_ref(), named, &roles)?;
     diagnosis.seconds = begun.elapsed().as_secs_f64();
     Ok(diagnosis)
 }
@@ -217,6 +205,3 @@ fn integrates(rig: &Rig) -> bool {
     }
     held.contains(&false)
 }
-
-#[cfg(test)]
-mod tests;

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 /// Columns that a force may follow, one entry a row.
-pub(super) struct Company<'a> {
+pub(crate) struct Company<'a> {
     pub t: &'a [f64],
     pub force: &'a [f64],
     pub deviation: &'a [f64],
@@ -20,7 +20,7 @@ const PLAINER: f64 = 0.03;
 
 /// The quantity that explains most of a force beyond a straight line in position and velocity, which the
 /// refitted parameters have taken already; and the part of the variance that it explains.
-pub(super) fn follows(company: &Company) -> (&'static str, f64) {
+pub(crate) fn follows(company: &Company) -> (&'static str, f64) {
     let (q, v) = (company.position, company.velocity);
     let most = |column: &[f64]| column.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     let (reach, speed) = (most(q).max(1e-300), most(v).max(1e-300));

@@ -1,68 +1,62 @@
 //! Where a suspect begins: starts without scale, weak and strong, and the few of them that promise most.
 
 use sinew_sim::Rig;
-use sinew_sim::effects::Kind;
+use sinew_sim::effects::{Kind, Role};
 
-use super::model::Model;
-use super::race::{Track, Tried};
-use super::screen::Screen;
-use super::suspect::Suspect;
+use crate::diagnose::candidate::Term;
+use crate::diagnose::model::Model;
+use crate::diagnose::search::halving::{Subset, Trial};
+use crate::diagnose::search::screen::Screen;
 use crate::error::Result;
 use crate::fit::levenberg::Unknowns;
 use crate::scales::Run;
 
-impl Track<'_> {
+impl Subset<'_> {
     /// The starts of a suspect that promise most, the best one first: two, and a weak and a strong one among them.
     /// From a weak start the way to a strong effect is long, and a strong start promises less than it holds.
     pub fn look(
         &self,
-        parent: &Tried,
+        parent: &Trial,
         run: &Run,
         screen: &Screen,
-        suspect: &Suspect,
-    ) -> Result<Vec<Begun>> {
+        term: &Term,
+    ) -> Result<Vec<Start>> {
         let mut begun = Vec::new();
-        for (start, weak) in self.starts(parent, run, suspect)? {
-            let mut one = self.begin(parent, suspect, &start)?;
-            one.promise = screen.promise(self, &one.model, &one.from)?;
-            if one.promise.is_finite() {
+        for (start, weak) in self.starts(run, term)? {
+            let mut one = self.begin(parent, term, &start)?;
+            one.predicted_cost = screen.predicted_cost(self, &one.model, &one.from)?;
+            if one.predicted_cost.is_finite() {
                 begun.push((one, weak));
             }
         }
-        begun.sort_by(|(a, _), (b, _)| a.promise.total_cmp(&b.promise));
+        begun.sort_by(|(a, _), (b, _)| a.predicted_cost.total_cmp(&b.predicted_cost));
         let first = |wanted: bool| begun.iter().position(|(_, weak)| *weak == wanted);
         let (weak, strong) = (first(true), first(false));
-        let kept = |&(at, _): &(usize, Begun)| at < 2 || Some(at) == weak || Some(at) == strong;
+        let kept = |&(at, _): &(usize, Start)| at < 2 || Some(at) == weak || Some(at) == strong;
         let begun = begun.into_iter().map(|(begun, _)| begun).enumerate();
         Ok(begun.filter(kept).map(|(_, begun)| begun).collect())
     }
 
     /// The parent with a suspect at one start.
-    pub fn begin(&self, parent: &Tried, suspect: &Suspect, start: &[f64]) -> Result<Begun> {
-        let (rig, new) = suspect.apply(&parent.model.rig, start)?;
-        let mut trial: Vec<_> = parent
-            .suspects
-            .iter()
-            .flat_map(|suspect| suspect.trial())
-            .collect();
-        trial.extend(new);
-        let model = Model::new(&rig, self.written, &trial, self.settings)?;
+    pub fn begin(&self, parent: &Trial, term: &Term, start: &[f64]) -> Result<Start> {
+        let rig = term.apply(&parent.model.rig, start)?;
+        let mut terms = parent.terms.clone();
+        terms.push(term.clone());
+        let model = Model::new(&rig, self.written, &terms, self.settings)?;
         let values = model.inherit(&parent.model.plant, &parent.point.values);
         let states = self.inherited(parent, &rig, &model, &values)?;
-        let mut suspects = parent.suspects.clone();
-        suspects.push(suspect.clone());
-        Ok(Begun {
-            suspects,
+        Ok(Start {
+            terms,
             model,
             from: Unknowns { values, states },
-            promise: f64::INFINITY,
+            predicted_cost: f64::INFINITY,
         })
     }
 
     /// Start states of the parent; what the suspect brings itself begins as a recording shows it.
     fn inherited(
         &self,
-        parent: &Tried,
+        parent: &Trial,
         rig: &Rig,
         model: &Model,
         values: &[f64],
@@ -71,7 +65,7 @@ impl Track<'_> {
         if names == known {
             return Ok(parent.point.states.clone());
         }
-        let segments = self.data.segments(&model.plant, &self.stretches)?;
+        let segments = self.data.segments(&model.plant, &self.intervals)?;
         let mut states = self.data.starts(rig, &model.plant, &segments, values)?;
         for (index, name) in names.iter().enumerate() {
             if let Some(at) = known.iter().position(|known| known == name) {
@@ -85,20 +79,12 @@ impl Track<'_> {
 
     /// Where a suspect starts from: nowhere in particular for a number, scale-free places for an effect, weak
     /// (`true`) and as strong as the port.
-    fn starts(
-        &self,
-        parent: &Tried,
-        run: &Run,
-        suspect: &Suspect,
-    ) -> Result<Vec<(Vec<f64>, bool)>> {
-        match suspect.places() {
+    fn starts(&self, run: &Run, term: &Term) -> Result<Vec<(Vec<f64>, bool)>> {
+        match term.effect() {
             None => Ok(vec![(Vec::new(), false)]),
-            Some((kind, components)) => {
-                let of = |component: &&str| {
-                    let site = parent.model.rig.site(kind, component)?;
-                    Ok(kind.starts(&run.at(site)))
-                };
-                let each = components.iter().map(of).collect::<Result<Vec<_>>>()?;
+            Some((kind, sites)) => {
+                let each = sites.iter().map(|place| kind.starts(&run.at(place.site)));
+                let each: Vec<Vec<Vec<f64>>> = each.collect();
                 let count = each.iter().map(Vec::len).min().unwrap_or(0);
                 let start = |k: usize| {
                     let starts: Vec<&[f64]> = each.iter().map(|starts| &starts[k][..]).collect();
@@ -128,24 +114,24 @@ fn mean(starts: &[&[f64]]) -> Vec<f64> {
 }
 
 /// A suspect before its first step.
-pub(super) struct Begun {
-    pub suspects: Vec<Suspect>,
+pub(crate) struct Start {
+    pub terms: Vec<Term>,
     pub model: Model,
     pub from: Unknowns,
-    pub promise: f64,
+    pub predicted_cost: f64,
 }
 
 /// How many of the best promises are refitted, beside the best of each family.
 const REFITTED: usize = 12;
 
 /// The best promises, and the best of each family: a promise is no verdict.
-pub(super) fn promising(looked: Vec<Vec<Begun>>) -> Vec<Vec<Begun>> {
-    let mut looked: Vec<Vec<Begun>> = looked.into_iter().filter(|l| !l.is_empty()).collect();
-    looked.sort_by(|a, b| a[0].promise.total_cmp(&b[0].promise));
+pub(crate) fn promising(looked: Vec<Vec<Start>>) -> Vec<Vec<Start>> {
+    let mut looked: Vec<Vec<Start>> = looked.into_iter().filter(|l| !l.is_empty()).collect();
+    looked.sort_by(|a, b| a[0].predicted_cost.total_cmp(&b[0].predicted_cost));
     let mut families = Vec::new();
     let mut kept = Vec::new();
     for begun in looked {
-        let family = begun[0].suspects.last().and_then(Suspect::family);
+        let family = begun[0].terms.last().and_then(Term::family);
         if kept.len() < REFITTED || !families.contains(&family) {
             families.push(family);
             kept.push(begun);
@@ -163,7 +149,7 @@ fn with_weak(kind: Kind, starts: Vec<Vec<f64>>) -> Vec<(Vec<f64>, bool)> {
         specs
             .zip(start)
             .map(|(spec, value)| {
-                if STRENGTHS.contains(&spec.name) {
+                if spec.role == Role::Strength {
                     WEAK * value
                 } else {
                     *value
@@ -184,26 +170,6 @@ fn with_weak(kind: Kind, starts: Vec<Vec<f64>>) -> Vec<(Vec<f64>, bool)> {
 
 /// How much weaker.
 const WEAK: f64 = 0.02;
-
-/// Parameters that make an effect strong; the others say where, how fast or how far it works.
-const STRENGTHS: &[&str] = &[
-    "level",
-    "static_level",
-    "level_pos",
-    "level_neg",
-    "damping_pos",
-    "damping_neg",
-    "damping",
-    "coefficient",
-    "stiffness",
-    "alpha",
-    "amplitude",
-    "inertia",
-    "gap",
-    "width",
-    "quadratic",
-    "cubic",
-];
 
 #[cfg(test)]
 mod tests {

@@ -6,12 +6,12 @@ use std::ops::Range;
 use rayon::prelude::*;
 use sinew_sim::{Plant, Rig};
 
-use super::data::Starts;
-use super::evidence::Contender;
-use super::model::Model;
-use super::race::{HEAT, MORE_STEPS, Track, Tried, merit};
-use super::search::Bench;
-use super::suspect::Suspect;
+use crate::diagnose::candidate::Term;
+use crate::diagnose::data::Starts;
+use crate::diagnose::evidence::Candidate;
+use crate::diagnose::model::Model;
+use crate::diagnose::search::Case;
+use crate::diagnose::search::halving::{HEAT, MORE_STEPS, Subset, Trial, merit};
 use crate::error::Result;
 use crate::fit::levenberg::Unknowns;
 
@@ -40,29 +40,29 @@ const TWO: &str = "two effects, short stretches";
 
 /// A race on short stretches: the believed rig there, and what it was raced with, best first.
 #[derive(Default)]
-pub(super) struct Short {
-    parent: Option<Tried>,
-    singles: Vec<Tried>,
+pub(crate) struct Short {
+    parent: Option<Trial>,
+    singles: Vec<Trial>,
 }
 
-impl Bench<'_> {
+impl Case<'_> {
     /// A race of one effect on pieces of the track, its best taken rung by rung to all of it and fitted to everything;
     /// and the race as it ended on the pieces.
     pub fn climb(
         &self,
-        track: &Track,
+        subset: &Subset,
         rig: &Rig,
-        all: &[Suspect],
-    ) -> Result<(Vec<Contender>, Short)> {
+        all: &[Term],
+    ) -> Result<(Vec<Candidate>, Short)> {
         let written = Plant::new(self.written)?;
-        let model = Model::new(rig, self.written, &[], track.settings)?;
+        let model = Model::new(rig, self.written, &[], subset.settings)?;
         let values = model.inherit(&written, &written.values());
-        let below = track.pieces(RUNGS[0]);
+        let below = subset.pieces(RUNGS[0]);
         let Some(parent) = below.first(rig, &values, 15)? else {
             return Ok((Vec::new(), Short::default()));
         };
         let singles = self.raced(&below, &parent, all, ONE)?;
-        let finals = self.up(track, below, singles.clone(), ONE)?;
+        let finals = self.up(subset, below, singles.clone(), ONE)?;
         let parent = Some(parent);
         Ok((finals, Short { parent, singles }))
     }
@@ -72,38 +72,37 @@ impl Bench<'_> {
     /// anything that is worth looking for; what is best on longer stretches, the `leader`, has its turn before.
     pub fn climb_twice(
         &self,
-        track: &Track,
+        subset: &Subset,
         short: &Short,
-        leader: Option<&Suspect>,
-        all: &[Suspect],
-    ) -> Result<Option<Vec<Contender>>> {
-        let below = track.pieces(RUNGS[0]);
+        leader: Option<&Term>,
+        all: &[Term],
+    ) -> Result<Option<Vec<Candidate>>> {
+        let below = subset.pieces(RUNGS[0]);
         let Some(bare) = &short.parent else {
             return Ok(Some(Vec::new()));
         };
         let noise = 0.5 * below.samples();
-        let beside = |tried: &Tried| tried.point.cost - noise;
-        let mut parents: Vec<Tried> = (short.singles.iter().enumerate())
-            .filter(|(rank, tried)| matches!(&tried.suspects[..], [one] if one.may_lead(*rank)))
-            .map(|(_, tried)| tried)
-            .filter(|tried| tried.point.cost < HOPELESS * bare.point.cost)
+        let beside = |trial: &Trial| trial.point.cost - noise;
+        let mut parents: Vec<Trial> = (short.singles.iter().enumerate())
+            .filter(|(rank, trial)| matches!(&trial.terms[..], [one] if one.may_lead(*rank)))
+            .map(|(_, trial)| trial)
+            .filter(|trial| trial.point.cost < HOPELESS * bare.point.cost)
             .take(PARENTS)
             .cloned()
             .collect();
-        let mut pairs: Vec<Tried> = Vec::new();
+        let mut pairs: Vec<Trial> = Vec::new();
         let mut raced = 0;
         while raced < parents.len() {
             let parent = &parents[raced];
             raced += 1;
-            let second = |suspect: &&Suspect| suspect.may_join(&parent.suspects);
-            let rest: Vec<Suspect> = all.iter().filter(second).cloned().collect();
+            let second = |term: &&Term| term.may_join(&parent.terms);
+            let rest: Vec<Term> = all.iter().filter(second).cloned().collect();
             pairs.extend(self.raced(&below, parent, &rest, TWO)?);
             pairs.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
-            let least = |all: &[Tried]| all.iter().map(beside).fold(f64::INFINITY, f64::min);
+            let least = |all: &[Trial]| all.iter().map(beside).fold(f64::INFINITY, f64::min);
             let (single, pair) = (least(&parents), least(&pairs));
             let in_vain = IN_VAIN.get(raced - 1).map(|part| part * single);
-            let led =
-                raced >= PARENTS || (leader.iter()).all(|one| parents[0].suspects[0] == **one);
+            let led = raced >= PARENTS || (leader.iter()).all(|one| parents[0].terms[0] == **one);
             if led && single > noise && in_vain.is_some_and(|most| pair > most) {
                 return Ok(None);
             }
@@ -111,14 +110,14 @@ impl Bench<'_> {
                 .first()
                 .is_some_and(|best| beside(best) < HOPEFUL * beside(bare));
             if hopeful && raced == parents.len() && raced < PARENTS + EXCHANGES {
-                let known = |suspect: &Suspect| parents.iter().any(|p| p.suspects[0] == *suspect);
+                let known = |term: &Term| parents.iter().any(|p| p.terms[0] == *term);
                 let newcomers = pairs.iter().filter_map(|pair| {
-                    let fresh = pair.suspects.iter().find(|suspect| !known(suspect));
+                    let fresh = pair.terms.iter().find(|term| !known(term));
                     fresh.map(|fresh| (pair, fresh))
                 });
                 // A softening spring without the load that it carries falls over: then the next one.
                 for (pair, fresh) in newcomers {
-                    let single = |tried: &&Tried| tried.suspects[0] == *fresh;
+                    let single = |trial: &&Trial| trial.terms[0] == *fresh;
                     let alone = match short.singles.iter().find(single) {
                         Some(alone) => Some(alone.clone()),
                         None => below.alone(bare, pair, fresh, MORE_STEPS)?,
@@ -130,68 +129,68 @@ impl Bench<'_> {
                 }
             }
         }
-        let mut kept: Vec<Tried> = Vec::new();
+        let mut kept: Vec<Trial> = Vec::new();
         for pair in pairs {
-            let same = |other: &Tried| pair.suspects.iter().all(|s| other.suspects.contains(s));
+            let same = |other: &Trial| pair.terms.iter().all(|s| other.terms.contains(s));
             if kept.len() < HEAT && !kept.iter().any(same) {
                 kept.push(pair);
             }
         }
-        self.up(track, below, kept, TWO).map(Some)
+        self.up(subset, below, kept, TWO).map(Some)
     }
 
     /// From rung to rung, and the finals.
     fn up<'a>(
         &self,
-        track: &Track<'a>,
-        mut below: Track<'a>,
-        mut tried: Vec<Tried>,
+        subset: &Subset<'a>,
+        mut below: Subset<'a>,
+        mut trial: Vec<Trial>,
         what: &str,
-    ) -> Result<Vec<Contender>> {
+    ) -> Result<Vec<Candidate>> {
         for pieces in RUNGS[1..].iter().copied().chain([1]) {
-            let above = track.pieces(pieces);
-            let leg = self.doing(what).leg("joined", tried.len());
-            tried = tried
+            let above = subset.pieces(pieces);
+            let count = self.doing(what).count("joined", trial.len());
+            trial = trial
                 .into_par_iter()
-                .filter_map(|tried| {
-                    let taken = above.taken(&below, tried).ok().flatten();
-                    leg.one();
+                .filter_map(|trial| {
+                    let taken = above.taken(&below, trial).ok().flatten();
+                    count.one();
                     taken
                 })
                 .collect();
             below = above;
         }
-        tried.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
-        self.finals(track, &tried, what)
+        trial.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
+        self.finals(subset, &trial, what)
     }
 }
 
-impl<'a> Track<'a> {
+impl<'a> Subset<'a> {
     /// The same rows, each stretch in that many pieces.
-    fn pieces(&self, pieces: usize) -> Track<'a> {
-        self.on(pieces_of(&self.stretches, pieces))
+    fn pieces(&self, pieces: usize) -> Subset<'a> {
+        self.on(pieces_of(&self.intervals, pieces))
     }
 
     /// What was fitted to the track `below`, a few steps further on this one. Stretches that begin where one of its
     /// did begin with the state that was found there.
-    pub fn taken(&self, below: &Track, tried: Tried) -> Result<Option<Tried>> {
-        let model = &tried.model;
-        let values = tried.point.values.clone();
-        let segments = self.data.segments(&model.plant, &self.stretches)?;
+    pub fn taken(&self, below: &Subset, trial: Trial) -> Result<Option<Trial>> {
+        let model = &trial.model;
+        let values = trial.point.values.clone();
+        let segments = self.data.segments(&model.plant, &self.intervals)?;
         let found = Starts {
             data: below.data,
-            stretches: &below.stretches,
-            states: &tried.point.states,
+            intervals: &below.intervals,
+            states: &trial.point.states,
         };
         let states = (self.data).carried((&model.rig, &model.plant), &values, &segments, found)?;
         let from = Unknowns { values, states };
-        Ok(self.improved(tried.suspects.clone(), model.clone(), from, MORE_STEPS))
+        Ok(self.improved(trial.terms.clone(), model.clone(), from, MORE_STEPS))
     }
 }
 
 /// Each stretch in that many pieces, or as many as it has rows for.
-pub(super) fn pieces_of(
-    stretches: &[(usize, Range<usize>)],
+pub(crate) fn pieces_of(
+    intervals: &[(usize, Range<usize>)],
     pieces: usize,
 ) -> Vec<(usize, Range<usize>)> {
     let cut = |(index, rows): &(usize, Range<usize>)| {
@@ -202,5 +201,5 @@ pub(super) fn pieces_of(
             (index, at(k)..at(k + 1))
         })
     };
-    stretches.iter().flat_map(cut).collect()
+    intervals.iter().flat_map(cut).collect()
 }

@@ -2,13 +2,13 @@
 
 use sinew_sim::{Plant, Rig, Settings};
 
-use super::data::Starts;
-use super::finding::Estimate;
-use super::model::Point;
-use super::name::Known;
-use super::race::Tried;
-use super::roles::Roles;
-use super::search::{Bench, Found};
+use crate::diagnose::calibration::Known;
+use crate::diagnose::data::Starts;
+use crate::diagnose::finding::Estimate;
+use crate::diagnose::model::Point;
+use crate::diagnose::search::halving::Trial;
+use crate::diagnose::search::{Case, Found};
+use crate::diagnose::split::Roles;
 use crate::error::Result;
 use crate::fit::levenberg::Unknowns;
 use crate::fit::segment::Segment;
@@ -19,18 +19,18 @@ const LAST_STEPS: usize = 15;
 
 /// The rig with what was found; its parameters with intervals. Where the search saw the recordings in pieces,
 /// the rig is refitted once more to the whole of them if that helps there.
-pub(super) fn mend(
+pub(crate) fn mend(
     found: &Found,
     index: usize,
-    bench: &Bench,
+    case: &Case,
     roles: &Roles,
 ) -> Result<(Rig, Known)> {
-    let best = &found.finalists[index].tried;
+    let best = &found.finalists[index].trial;
     let rig = best.model.with(&best.point.values)?;
-    if !bench.in_parts {
-        let (point, segments) = whole(best, bench, LAST_STEPS)?;
+    if !case.in_parts {
+        let (point, segments) = whole(best, case, LAST_STEPS)?;
         let model = best.model.integrated(Settings::default());
-        let widths = model.half_widths(bench.fit, &segments, &point);
+        let widths = model.half_widths(case.fit, &segments, &point);
         let rig = best.model.with(&point.values)?;
         let known = estimates(&rig, |name| widths.get(name).copied())?;
         return Ok((rig, known));
@@ -58,14 +58,14 @@ pub(super) fn mend(
 
 /// What was found fitted to the whole of the recordings, integrated as a simulation is, from where the search ended; and the
 /// recordings as that fit saw them.
-pub(super) fn whole(best: &Tried, bench: &Bench, steps: usize) -> Result<(Point, Vec<Segment>)> {
+pub(crate) fn whole(best: &Trial, case: &Case, steps: usize) -> Result<(Point, Vec<Segment>)> {
     let model = &best.model.integrated(Settings::default());
-    let data = bench.fit;
+    let data = case.fit;
     let mut segments = data.segments(&model.plant, &data.cut(1))?;
     let values = best.point.values.clone();
     let found = Starts {
         data,
-        stretches: &bench.fit_stretches,
+        intervals: &case.fit_intervals,
         states: &best.point.states,
     };
     let states = data.carried((&model.rig, &model.plant), &values, &segments, found)?;
@@ -73,7 +73,7 @@ pub(super) fn whole(best: &Tried, bench: &Bench, steps: usize) -> Result<(Point,
     let mut point = model
         .improve(data, &mut segments, from, steps, 1e-5)
         .unwrap_or_else(|| best.point.clone());
-    super::gauge::settle(model, &best.suspects, &mut point);
+    crate::diagnose::canonical::settle(model, &best.terms, &mut point);
     Ok((point, segments))
 }
 
@@ -94,7 +94,7 @@ fn estimates(rig: &Rig, width: impl Fn(&str) -> Option<f64>) -> Result<Known> {
 
 /// Whether the free-run error on the check recordings falls to this part, all sensors together; it does not where
 /// the mended rig cannot be simulated.
-pub(super) fn falls(before: &Rig, after: &Rig, roles: &Roles, part: f64) -> bool {
+pub(crate) fn falls(before: &Rig, after: &Rig, roles: &Roles, part: f64) -> bool {
     let of = |rig: &Rig| -> Option<f64> {
         let all = score(rig, &roles.check).ok()?;
         let logs = all.iter().map(|s| s.rms.max(f64::MIN_POSITIVE).ln());

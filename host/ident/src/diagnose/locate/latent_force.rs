@@ -7,7 +7,7 @@ use sinew_sim::effects::Kind;
 use sinew_sim::rig::{End, Reads, Site};
 use sinew_sim::{Dual, Plant, Rig, Scalar, Stepper};
 
-use super::data::Data;
+use crate::diagnose::data::Data;
 use crate::error::Result;
 use crate::fit::experiment::Experiment;
 
@@ -16,7 +16,7 @@ const WIDE: usize = 8;
 
 /// Where a latent force acts: forward on one body, backward on another.
 #[derive(Clone, Debug)]
-pub(super) struct Place {
+pub(crate) struct Place {
     /// The component's name.
     pub component: String,
     /// Body that is pushed.
@@ -26,7 +26,7 @@ pub(super) struct Place {
 }
 
 /// Every body, and every spring between two bodies.
-pub(super) fn places(rig: &Rig) -> Vec<Place> {
+pub(crate) fn places(rig: &Rig) -> Vec<Place> {
     let bodies = rig.bodies.iter().enumerate().map(|(to, body)| Place {
         component: body.name.clone(),
         to,
@@ -47,7 +47,7 @@ pub(super) fn places(rig: &Rig) -> Vec<Place> {
 }
 
 /// A rig with a load of zero at every body, to push by.
-pub(super) struct Pushed {
+pub(crate) struct Pushed {
     plant: Plant,
     values: Vec<f64>,
     /// Slot of each body's load.
@@ -96,7 +96,7 @@ impl Pushed {
 
 /// How a latent force wanders.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Wander {
+pub(crate) struct Wander {
     /// Its standard deviation, N or N m.
     pub size: f64,
     /// Its correlation time, s.
@@ -105,7 +105,7 @@ pub(super) struct Wander {
 
 /// A recovered force, one entry a row.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Trace {
+pub(crate) struct Trace {
     pub force: Vec<f64>,
     pub deviation: Vec<f64>,
     pub position: Vec<f64>,

@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 use sinew_sim::effects::Family;
 use sinew_sim::{Rig, Settings};
 
-use super::data::Data;
-use super::evidence::{Contender, Court, Gain};
-use super::judge::Remains;
-use super::model::Model;
-use super::name::{SAME, apart};
-use super::search::{Bench, FINAL_STEPS, Found};
-use super::suspect::Suspect;
+use crate::diagnose::calibration::{SAME, apart};
+use crate::diagnose::candidate::Term;
+use crate::diagnose::data::Data;
+use crate::diagnose::evidence::{Candidate, Comparison, Gain};
+use crate::diagnose::model::Model;
+use crate::diagnose::residuals::Residuals;
+use crate::diagnose::search::{Case, FINAL_STEPS, Found};
 use crate::error::Result;
 use crate::fit::levenberg::Unknowns;
 
@@ -32,10 +32,10 @@ const ENOUGH: f64 = 0.1;
 /// Half-widths of a 95 % interval that some parameter of an effect is away from zero: three standard deviations.
 const CERTAIN: f64 = 1.5;
 
-impl Bench<'_> {
+impl Case<'_> {
     /// Whether an explanation leaves something that noise does not explain and that matters.
-    pub fn leaves_something(&self, contender: &Contender) -> bool {
-        stands_out(&contender.fit, self.fit) || stands_out(&contender.check, self.check)
+    pub fn leaves_something(&self, candidate: &Candidate) -> bool {
+        stands_out(&candidate.fit, self.fit) || stands_out(&candidate.check, self.check)
     }
 
     /// Whether the search ended with the believed rig, which leaves nothing that noise does not explain.
@@ -50,12 +50,12 @@ impl Bench<'_> {
     pub fn explains_as_written(&self, rig: &Rig) -> Result<bool> {
         let model = Model::new(rig, rig, &[], Settings::default())?;
         let values = model.plant.values();
-        for (data, stretches) in [
-            (self.fit, &self.fit_stretches),
-            (self.check, &self.check_stretches),
+        for (data, intervals) in [
+            (self.fit, &self.fit_intervals),
+            (self.check, &self.check_intervals),
         ] {
-            match Remains::of(&model, &values, data, stretches, None)? {
-                Some(remains) if !stands_out(&remains, data) => {}
+            match Residuals::of(&model, &values, data, intervals, None)? {
+                Some(residuals) if !stands_out(&residuals, data) => {}
                 _ => return Ok(false),
             }
         }
@@ -71,27 +71,27 @@ impl Bench<'_> {
         let left = |rig: &Rig| -> Result<Option<f64>> {
             let model = Model::new(rig, rig, &[], Settings::default())?;
             let (values, whole) = (model.plant.values(), self.check.cut(1));
-            let remains = Remains::of(&model, &values, self.check, &whole, None)?;
-            Ok(remains.map(|remains| beside_noise(&remains, self.check)))
+            let residuals = Residuals::of(&model, &values, self.check, &whole, None)?;
+            Ok(residuals.map(|residuals| beside_noise(&residuals, self.check)))
         };
         let both = left(before)?.zip(left(after)?);
         Ok(both.is_some_and(|(before, after)| after < MOST_LEFT * before))
     }
 
     /// The part of what `before` left beside noise on the check recordings that `after` still leaves: 0 is all explained.
-    pub fn share_left(&self, after: &Contender, before: &Contender) -> f64 {
-        let left = |contender: &Contender| beside_noise(&contender.check, self.check);
+    pub fn share_left(&self, after: &Candidate, before: &Candidate) -> f64 {
+        let left = |candidate: &Candidate| beside_noise(&candidate.check, self.check);
         share(left(after), left(before))
     }
 
     /// The same on the recordings that they were fitted to.
-    pub fn share_fitted(&self, after: &Contender, before: &Contender) -> f64 {
-        let left = |contender: &Contender| beside_noise(&contender.fit, self.fit);
+    pub fn share_fitted(&self, after: &Candidate, before: &Candidate) -> f64 {
+        let left = |candidate: &Candidate| beside_noise(&candidate.fit, self.fit);
         share(left(after), left(before))
     }
 
     /// A gain that counts: sure under resampling, and large enough to matter.
-    pub fn believable(&self, gain: Gain, after: &Contender, before: &Contender) -> bool {
+    pub fn believable(&self, gain: Gain, after: &Candidate, before: &Candidate) -> bool {
         let matters = (0..self.check.noise.len()).any(|sensor| {
             let removed = before.check.rms(sensor).powi(2) - after.check.rms(sensor).powi(2);
             removed.max(0.0).sqrt()
@@ -101,68 +101,68 @@ impl Bench<'_> {
     }
 
     /// Whether every effect has parameters that make sense here.
-    fn sane(&self, contender: &Contender) -> bool {
-        let (model, values) = (&contender.tried.model, &contender.tried.point.values);
+    fn plausible(&self, candidate: &Candidate) -> bool {
+        let (model, values) = (&candidate.trial.model, &candidate.trial.point.values);
         let longest = self
             .fit
             .experiments
             .iter()
             .map(|e| e.t[e.rows() - 1] - e.t[0])
             .fold(0.0, f64::max);
-        let mut all = contender.tried.suspects.iter();
-        all.all(|suspect| suspect.sane(&model.plant, values, longest))
+        let mut all = candidate.trial.terms.iter();
+        all.all(|term| term.plausible(&model.plant, values, longest))
     }
 
     /// Parameters of the right sign, and most of what the base left explained: a disturbance can be followed a
     /// little by many an effect, and none of them is its name.
-    fn holds(&self, contender: &Contender, base: &Contender) -> bool {
-        let most = if contender.has_mode() {
+    fn holds(&self, candidate: &Candidate, base: &Candidate) -> bool {
+        let most = if candidate.has_mode() {
             MOST_LEFT_OF_MODE
         } else {
             MOST_LEFT
         };
-        self.sane(contender)
-            && self.share_left(contender, base) < most
-            && !self.within_a_step(contender, base)
-            && !self.follows_anything(contender)
+        self.plausible(candidate)
+            && self.share_left(candidate, base) < most
+            && !self.within_a_step(candidate, base)
+            && !self.follows_anything(candidate)
     }
 
     /// A dozen numbers at components that are alike follow what another mechanism does: they bend the rig out of shape, and
     /// still leave something.
-    fn follows_anything(&self, contender: &Contender) -> bool {
-        let mut suspects = contender.tried.suspects.iter();
-        suspects.any(|suspect| matches!(suspect, Suspect::Everywhere { .. }))
-            && contender.tried.bent()
-            && self.leaves_something(contender)
+    fn follows_anything(&self, candidate: &Candidate) -> bool {
+        let mut terms = candidate.trial.terms.iter();
+        terms.any(Term::is_group)
+            && candidate.trial.implausible()
+            && self.leaves_something(candidate)
     }
 
     /// A sensor that is bent by less than half a step of its own scale is as straight as that scale.
-    fn within_a_step(&self, contender: &Contender, base: &Contender) -> bool {
-        let mut suspects = contender.tried.suspects.iter();
-        suspects.any(|suspect| suspect.family() == Some(Family::Sensor))
+    fn within_a_step(&self, candidate: &Candidate, base: &Candidate) -> bool {
+        let mut terms = candidate.trial.terms.iter();
+        terms.any(|term| term.family() == Some(Family::Sensor))
             && (0..self.check.step.len()).all(|sensor| {
-                let squares = base.check.rms(sensor).powi(2) - contender.check.rms(sensor).powi(2);
+                let squares = base.check.rms(sensor).powi(2) - candidate.check.rms(sensor).powi(2);
                 squares.max(0.0).sqrt() < 0.5 * self.check.step[sensor]
             })
     }
 
     /// Whether what an explanation removes from some sensor exceeds the noise.
-    pub fn large(&self, contender: &Contender, base: &Contender) -> bool {
+    pub fn large(&self, candidate: &Candidate, base: &Candidate) -> bool {
         (0..self.check.noise.len()).any(|sensor| {
-            let squares = base.check.rms(sensor).powi(2) - contender.check.rms(sensor).powi(2);
+            let squares = base.check.rms(sensor).powi(2) - candidate.check.rms(sensor).powi(2);
             squares.max(0.0).sqrt() > LARGE * self.check.sigma[sensor]
         })
     }
 
     /// Whether a small gain holds the other way round too: fitted to the check recordings alone, judged by the
     /// fit recordings, against a rig that was fitted to both. Large gains need no second witness.
-    fn holds_both_ways(&self, contender: &Contender, base: &Contender) -> Result<bool> {
+    fn holds_both_ways(&self, candidate: &Candidate, base: &Candidate) -> Result<bool> {
         let sensors = 0..self.check.noise.len();
-        if self.large(contender, base) {
+        if self.large(candidate, base) {
             return Ok(true);
         }
-        let (model, values) = (&contender.tried.model, &contender.tried.point.values);
-        let mut segments = self.check.segments(&model.plant, &self.check_stretches)?;
+        let (model, values) = (&candidate.trial.model, &candidate.trial.point.values);
+        let mut segments = self.check.segments(&model.plant, &self.check_intervals)?;
         let states = (self.check).starts(&model.rig, &model.plant, &segments, values)?;
         let from = Unknowns {
             values: values.clone(),
@@ -171,7 +171,7 @@ impl Bench<'_> {
         let Some(point) = model.improve(self.check, &mut segments, from, FINAL_STEPS, 1e-4) else {
             return Ok(false);
         };
-        let swapped = Remains::of(model, &point.values, self.fit, &self.fit_stretches, None)?;
+        let swapped = Residuals::of(model, &point.values, self.fit, &self.fit_intervals, None)?;
         Ok(swapped.is_some_and(|swapped| {
             let gains = sensors.map(|s| (base.fit.rms(s) / swapped.rms(s)).ln());
             gains.sum::<f64>() > 0.0
@@ -179,24 +179,24 @@ impl Bench<'_> {
     }
 
     /// Indices of finalists by evidence, best first.
-    pub fn order(&self, base: &Contender, finalists: &[Contender]) -> Vec<usize> {
-        let evidence = self.court(base, finalists).evidence();
+    pub fn order(&self, base: &Candidate, finalists: &[Candidate]) -> Vec<usize> {
+        let evidence = self.comparison(base, finalists).evidence();
         let mut order: Vec<usize> = (0..finalists.len()).collect();
         order.sort_by(|&a, &b| evidence[b + 1].total_cmp(&evidence[a + 1]));
         order
     }
 
     /// The base is number 0, finalists follow.
-    pub fn court(&self, base: &Contender, finalists: &[Contender]) -> Court {
-        let all: Vec<Contender> = std::iter::once(base).chain(finalists).cloned().collect();
-        Court::new(&all, &self.check.spread, self.seed)
+    pub fn comparison(&self, base: &Candidate, finalists: &[Candidate]) -> Comparison {
+        let all: Vec<Candidate> = std::iter::once(base).chain(finalists).cloned().collect();
+        Comparison::new(&all, &self.check.spread, self.seed)
     }
 
     /// The best finalist that is believable against the base.
-    pub fn best(&self, base: &Contender, finalists: &[Contender]) -> Option<usize> {
-        let court = self.court(base, finalists);
+    pub fn best(&self, base: &Candidate, finalists: &[Candidate]) -> Option<usize> {
+        let comparison = self.comparison(base, finalists);
         self.order(base, finalists).into_iter().find(|&index| {
-            self.believable(court.gain(index + 1, 0), &finalists[index], base)
+            self.believable(comparison.gain(index + 1, 0), &finalists[index], base)
                 && self.holds(&finalists[index], base)
                 && self
                     .holds_both_ways(&finalists[index], base)
@@ -206,29 +206,29 @@ impl Bench<'_> {
 
     /// As [`Bench::best`], but two effects only where they are believable against the best single one. A mode of no size
     /// beside it follows a little of the noise.
-    pub fn best_of_sizes(&self, base: &Contender, finalists: &[Contender]) -> Option<usize> {
-        let court = self.court(base, finalists);
+    pub fn best_of_sizes(&self, base: &Candidate, finalists: &[Candidate]) -> Option<usize> {
+        let comparison = self.comparison(base, finalists);
         let order = self.order(base, finalists);
-        let sane: Vec<usize> = order
+        let plausible: Vec<usize> = order
             .into_iter()
             .filter(|&index| {
                 self.holds(&finalists[index], base)
-                    && self.believable(court.gain(index + 1, 0), &finalists[index], base)
+                    && self.believable(comparison.gain(index + 1, 0), &finalists[index], base)
             })
             .collect();
-        let size = |index: usize| finalists[index].tried.suspects.len();
-        let single = sane.iter().copied().find(|&index| size(index) == 1);
+        let size = |index: usize| finalists[index].trial.terms.len();
+        let single = plausible.iter().copied().find(|&index| size(index) == 1);
         let single = single.filter(|&index| {
             self.holds_both_ways(&finalists[index], base)
                 .unwrap_or(false)
         });
-        let mut pairs = sane.iter().copied().filter(|&index| size(index) == 2);
+        let mut pairs = plausible.iter().copied().filter(|&index| size(index) == 2);
         let Some(single) = single else {
             return pairs.next();
         };
         let over = |pair: usize| {
             let (pair_of, single_of) = (&finalists[pair], &finalists[single]);
-            self.believable(court.gain(pair + 1, single + 1), pair_of, single_of)
+            self.believable(comparison.gain(pair + 1, single + 1), pair_of, single_of)
                 && self.share_left(pair_of, single_of) < MOST_LEFT
                 && self.holds_both_ways(pair_of, single_of).unwrap_or(false)
                 && (!pair_of.has_mode() || self.has_size(pair_of).unwrap_or(false))
@@ -240,48 +240,47 @@ impl Bench<'_> {
     /// are not known it is taken to be, but for a mode: one of which nobody knows how heavy it is, is a damper or a spring that the
     /// rig has. What two that are alike have together may be known and no part of it: two winches
     /// that wind the same joint. Each of them is there where it is known once the others are as found.
-    pub fn has_size(&self, contender: &Contender) -> Result<bool> {
-        let (model, point) = (&contender.tried.model, &contender.tried.point);
-        let segments = self.fit.segments(&model.plant, &self.fit_stretches)?;
+    pub fn has_size(&self, candidate: &Candidate) -> Result<bool> {
+        let (model, point) = (&candidate.trial.model, &candidate.trial.point);
+        let segments = self.fit.segments(&model.plant, &self.fit_intervals)?;
         let widths = |model: &Model| model.half_widths(self.fit, &segments, point);
-        let certain = |suspect: &Suspect, widths: &BTreeMap<String, f64>, sizes: &[String]| {
+        let certain = |term: &Term, widths: &BTreeMap<String, f64>, sizes: &[String]| {
             let away = |name: &String| {
                 let slot = model.plant.slot(name)?;
                 Some(point.values[slot].abs() / widths.get(name)?)
             };
             let farthest = sizes.iter().filter_map(away).reduce(f64::max);
-            let unknown = suspect.family() != Some(Family::Mode);
+            let unknown = term.family() != Some(Family::Mode);
             farthest.map_or(unknown, |farthest| farthest >= CERTAIN)
         };
         let alone = widths(model);
-        let there = |suspect: &Suspect| {
-            let all = suspect.sizes();
+        let there = |term: &Term| {
+            let all = term.sizes();
             let beside = |sizes: &Vec<String>| {
                 let mut others = all.iter().filter(|other| *other != sizes).flatten();
                 let held = model.holding(|name| others.clone().any(|other| other == name));
-                others.next().is_some() && certain(suspect, &widths(&held), sizes)
+                others.next().is_some() && certain(term, &widths(&held), sizes)
             };
-            all.iter().all(|sizes| certain(suspect, &alone, sizes)) || all.iter().all(beside)
+            all.iter().all(|sizes| certain(term, &alone, sizes)) || all.iter().all(beside)
         };
-        Ok(contender.tried.suspects.iter().all(there))
+        Ok(candidate.trial.terms.iter().all(there))
     }
 
     /// What is named of the chosen one and its like: of the same motion by two names the simpler, and at one component what need
     /// not be at all that are alike.
-    pub fn simplest(&self, base: &Contender, chosen: usize, finalists: &[Contender]) -> usize {
+    pub fn simplest(&self, base: &Candidate, chosen: usize, finalists: &[Candidate]) -> usize {
         let chosen = self.at_body(chosen, finalists);
         self.at_one(base, chosen, finalists)
     }
 
     /// Of what is the same motion by two names, the simpler: an effect at a body rather than in a spring that
     /// holds it (contract of the vocabulary).
-    fn at_body(&self, chosen: usize, finalists: &[Contender]) -> usize {
+    fn at_body(&self, chosen: usize, finalists: &[Candidate]) -> usize {
         let best = &finalists[chosen];
-        let rig = &best.tried.model.rig;
-        let simpler = |other: &Contender| {
+        let simpler = |other: &Candidate| {
             let differ = only(best, other).zip(only(other, best));
             differ.is_some_and(|(mine, its)| {
-                mine.kind() == its.kind() && !mine.at_body(rig) && its.at_body(rig)
+                mine.kind() == its.kind() && !mine.at_body() && its.at_body()
             }) && apart(best, other, self) < SAME
         };
         let other = (0..finalists.len()).find(|&index| simpler(&finalists[index]));
@@ -289,11 +288,11 @@ impl Bench<'_> {
     }
 
     /// An effect at one component rather than at all that are alike, where it is about as probable.
-    fn at_one(&self, base: &Contender, chosen: usize, finalists: &[Contender]) -> usize {
+    fn at_one(&self, base: &Candidate, chosen: usize, finalists: &[Candidate]) -> usize {
         let best = &finalists[chosen];
-        let one_of_them = |other: &Contender| {
+        let one_of_them = |other: &Candidate| {
             let differ = only(best, other).zip(only(other, best));
-            differ.is_some_and(|(mine, its)| mine.says(its)) && self.sane(other)
+            differ.is_some_and(|(mine, its)| mine.says(its)) && self.plausible(other)
         };
         let ones = (0..finalists.len()).filter(|&index| one_of_them(&finalists[index]));
         let ones: Vec<usize> = ones.collect();
@@ -312,18 +311,19 @@ impl Bench<'_> {
     /// were found to matter.
     pub fn probabilities(
         &self,
-        base: &Contender,
-        finalists: &[Contender],
+        base: &Candidate,
+        finalists: &[Candidate],
         chosen: Option<usize>,
     ) -> Vec<f64> {
-        let most = chosen.map_or(2, |index| finalists[index].tried.suspects.len());
-        let possible =
-            |contender: &Contender| self.sane(contender) && contender.tried.suspects.len() <= most;
+        let most = chosen.map_or(2, |index| finalists[index].trial.terms.len());
+        let possible = |candidate: &Candidate| {
+            self.plausible(candidate) && candidate.trial.terms.len() <= most
+        };
         let able: Vec<usize> = (0..finalists.len())
             .filter(|&index| possible(&finalists[index]))
             .collect();
-        let rivals: Vec<Contender> = able.iter().map(|&index| finalists[index].clone()).collect();
-        let shares = self.court(base, &rivals).probabilities().split_off(1);
+        let rivals: Vec<Candidate> = able.iter().map(|&index| finalists[index].clone()).collect();
+        let shares = self.comparison(base, &rivals).probabilities().split_off(1);
         let mut all = vec![0.0; finalists.len()];
         for (index, share) in able.into_iter().zip(shares) {
             all[index] = share;
@@ -333,14 +333,14 @@ impl Bench<'_> {
 }
 
 /// The one suspect of `a` that `b` has not, if it is one.
-pub(super) fn only<'a>(a: &'a Contender, b: &Contender) -> Option<&'a Suspect> {
-    let mut of_a = (a.tried.suspects.iter()).filter(|s| !b.tried.suspects.contains(s));
+pub(crate) fn only<'a>(a: &'a Candidate, b: &Candidate) -> Option<&'a Term> {
+    let mut of_a = (a.trial.terms.iter()).filter(|s| !b.trial.terms.contains(s));
     of_a.next().filter(|_| of_a.next().is_none())
 }
 
 /// Whether residuals hold something that noise does not explain and that matters.
-pub(super) fn stands_out(remains: &Remains, data: &Data) -> bool {
-    let mut sensors = remains.excess(data).into_iter().enumerate();
+pub(crate) fn stands_out(residuals: &Residuals, data: &Data) -> bool {
+    let mut sensors = residuals.excess(data).into_iter().enumerate();
     sensors.any(|(sensor, e)| {
         let matters = 0.1 * data.noise[sensor] + 1e-3 * data.spread[sensor];
         e.significance > 5.0 && e.rms > matters
@@ -348,8 +348,8 @@ pub(super) fn stands_out(remains: &Remains, data: &Data) -> bool {
 }
 
 /// Squares beside noise, of all sensors, each in its spread.
-fn beside_noise(remains: &Remains, data: &Data) -> f64 {
-    let excess = remains.excess(data).into_iter().enumerate();
+fn beside_noise(residuals: &Residuals, data: &Data) -> f64 {
+    let excess = residuals.excess(data).into_iter().enumerate();
     excess.map(|(s, e)| (e.rms / data.spread[s]).powi(2)).sum()
 }
 

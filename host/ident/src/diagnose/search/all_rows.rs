@@ -2,16 +2,16 @@
 
 use std::ops::Range;
 
-use super::evidence::Contender;
-use super::mend::whole;
-use super::search::Bench;
-use super::suspect::Suspect;
+use crate::diagnose::candidate::Term;
+use crate::diagnose::corrected::whole;
+use crate::diagnose::evidence::Candidate;
+use crate::diagnose::search::Case;
 use crate::error::Result;
 
 /// Steps of a fit to all rows, from where a final ended.
 const STEPS: usize = 6;
 
-impl Bench<'_> {
+impl Case<'_> {
     /// What `best` chooses of the finalists. Finals of a dear rig are fitted to a part of the rows, and what is chosen at
     /// components that are alike has a dozen numbers: what it leaves may be what so few rows left unknown of them. It is
     /// chosen, or not, by what all rows say.
@@ -20,18 +20,18 @@ impl Bench<'_> {
     /// None that reading the recordings has not excluded.
     pub fn choose(
         &self,
-        finalists: &mut [Contender],
-        best: impl Fn(&[Contender]) -> Option<usize>,
+        finalists: &mut [Candidate],
+        best: impl Fn(&[Candidate]) -> Option<usize>,
     ) -> Result<Option<usize>> {
         loop {
             let chosen = best(finalists);
             let Some(index) = chosen.filter(|&index| self.lacks_rows(&finalists[index])) else {
                 return Ok(chosen);
             };
-            (self.told)("what was chosen, to all rows", 0, 1);
-            let tried = &finalists[index].tried;
-            let (point, _) = whole(tried, self, STEPS)?;
-            if let Some(better) = self.with_values(tried, point.values)? {
+            (self.progress)("what was chosen, to all rows", 0, 1);
+            let trial = &finalists[index].trial;
+            let (point, _) = whole(trial, self, STEPS)?;
+            if let Some(better) = self.with_values(trial, point.values)? {
                 finalists[index] = better;
             }
             finalists[index].all_rows = true;
@@ -39,14 +39,14 @@ impl Bench<'_> {
     }
 
     /// Whether more rows than it was fitted to may say that it leaves nothing.
-    fn lacks_rows(&self, chosen: &Contender) -> bool {
+    fn lacks_rows(&self, chosen: &Candidate) -> bool {
         let rows = |(_, rows): &(usize, Range<usize>)| rows.len();
-        let seen: usize = self.fit_stretches.iter().map(rows).sum();
-        let mut suspects = chosen.tried.suspects.iter();
+        let seen: usize = self.fit_intervals.iter().map(rows).sum();
+        let mut terms = chosen.trial.terms.iter();
         !chosen.all_rows
             && !self.in_parts
             && seen < self.fit.rows()
-            && suspects.any(|suspect| matches!(suspect, Suspect::Everywhere { .. }))
+            && terms.any(Term::is_group)
             && self.leaves_something(chosen)
     }
 }

@@ -4,18 +4,18 @@ use std::collections::BTreeMap;
 
 use sinew_sim::{Plant, Rig};
 
-use super::details::Details;
-use super::finding::{
+use crate::diagnose::calibration::{Known, effects, finalists};
+use crate::diagnose::details::Details;
+use crate::diagnose::finding::{
     Diagnosis, Errors, Estimate, FORMAT, FoundEffect, Location, SignalFit, Verdict,
 };
-use super::locate::{intervals, locate};
-use super::name::{Known, effects, finalists};
-use super::next::next_experiment;
-use super::race::bent;
-use super::residual::learn;
-use super::roles::Roles;
-use super::search::{Bench, Found};
-use super::settle::{Named, number};
+use crate::diagnose::locate::learned_force::learn;
+use crate::diagnose::locate::{intervals, locate};
+use crate::diagnose::next_experiment::next_experiment;
+use crate::diagnose::search::halving::implausible;
+use crate::diagnose::search::{Case, Found};
+use crate::diagnose::split::Roles;
+use crate::diagnose::verify::{Named, number};
 use crate::error::Result;
 use crate::fit::{Fit, FittedParameter, score};
 use crate::recording::Recording;
@@ -25,10 +25,10 @@ use crate::report::significant;
 ///
 /// # Errors
 /// As [`fit`].
-pub(super) fn conclude(
+pub(crate) fn conclude(
     rig: &Rig,
     refitted: &Fit,
-    bench: &Bench,
+    case: &Case,
     found: Option<&Found>,
     named: Option<Named>,
     roles: &Roles,
@@ -43,12 +43,12 @@ pub(super) fn conclude(
     };
     let (mended, known) = mended.unwrap_or_else(|| (refitted.rig.clone(), estimates(refitted)));
     let effects = named.map_or_else(Vec::new, |(found, index)| {
-        effects(found, index, bench, &known)
+        effects(found, index, case, &known)
     });
     let verdict = match found {
         _ if named.is_some() => Verdict::MissingPhysics,
-        Some(found) if bench.nothing_in(found) => {
-            if bench.explains_as_written(rig)? {
+        Some(found) if case.nothing_in(found) => {
+            if case.explains_as_written(rig)? {
                 Verdict::Consistent
             } else {
                 Verdict::Parameters
@@ -61,7 +61,7 @@ pub(super) fn conclude(
     let (location, recovered) = match found {
         Some(found) if wrong => {
             let body = wanted.filter(|at| rig.bodies.iter().any(|body| body.name == *at));
-            let located = locate(&refitted.rig, bench.fit, body)?;
+            let located = locate(&refitted.rig, case.fit, body)?;
             let component = wanted
                 .map(ToOwned::to_owned)
                 .or(located.as_ref().map(|located| located.component.clone()))
@@ -72,7 +72,7 @@ pub(super) fn conclude(
                     || "no quantity that was recorded".into(),
                     |located| located.follows.clone(),
                 ),
-                intervals: intervals(&found.base.fit, bench.fit),
+                intervals: intervals(&found.base.fit, case.fit),
             };
             (Some(location), located.map(|located| located.recovered))
         }
@@ -80,7 +80,7 @@ pub(super) fn conclude(
     };
     let learned = match (verdict, &location, &recovered) {
         (Verdict::Unexplained, Some(location), Some(recovered)) => {
-            learn(&refitted.rig, &location.component, recovered, bench, roles)?
+            learn(&refitted.rig, &location.component, recovered, case, roles)?
         }
         _ => None,
     };
@@ -94,7 +94,7 @@ pub(super) fn conclude(
             Some(far) if verdict == Verdict::Parameters => far,
             _ => sentence(verdict, &effects, suspected, location.as_ref(), stands_in),
         },
-        fit: signals(rig, [rig, &refitted.rig, &mended], bench, roles)?,
+        fit: signals(rig, [rig, &refitted.rig, &mended], case, roles)?,
         parameters: known
             .iter()
             .filter(|(name, _)| refitted.parameters.iter().any(|p| p.name == **name))
@@ -178,7 +178,7 @@ fn sentence(
 fn far(refitted: &Fit) -> Option<String> {
     let known = |p: &&FittedParameter| {
         p.ci95
-            .is_some_and(|ends| ends.iter().all(|end| bent(*end, p.as_written)))
+            .is_some_and(|ends| ends.iter().all(|end| implausible(*end, p.as_written)))
     };
     let of = |p: &FittedParameter| {
         let times = significant(p.value / p.as_written, 2);
@@ -221,7 +221,7 @@ fn notes(refitted: &Fit) -> Vec<String> {
 fn signals(
     rig: &Rig,
     rigs: [&Rig; 3],
-    bench: &Bench,
+    case: &Case,
     roles: &Roles,
 ) -> Result<BTreeMap<String, SignalFit>> {
     let fit = errors(rigs, &roles.fit)?;
@@ -237,7 +237,7 @@ fn signals(
             fit: fit[sensor],
             check: check[sensor],
             test: test.as_ref().map(|test| test[sensor]),
-            noise_rms: bench.check.noise[sensor],
+            noise_rms: case.check.noise[sensor],
         };
         (known.column.clone(), signal)
     });

@@ -26,7 +26,7 @@ enum Make {
 const JOINTS: [Family; 3] = [Family::Friction, Family::Damping, Family::Gap];
 
 /// The components that an effect can sit at, by what makes them alike: groups of two and more, in file order.
-pub(super) fn groups(rig: &Rig, kind: Kind) -> Vec<Vec<Site>> {
+pub(crate) fn groups(rig: &Rig, kind: Kind) -> Vec<Vec<Site>> {
     let mut groups: Vec<(Make, Vec<Site>)> = Vec::new();
     let of_joints = JOINTS.contains(&kind.description().family);
     for site in kind.sites(rig) {

@@ -1,30 +1,56 @@
-//! What may be wrong with a rig: an effect that it lacks, or a bare number in it.
-
-use std::f64::consts::TAU;
+//! Terms of a candidate: effects that a rig may lack and bare numbers in it that may be wrong.
 
 use sinew_sim::effects::{Description, Family, Kind, ParameterSpec, Sign};
+use sinew_sim::rig::Site;
 use sinew_sim::{Plant, Rig};
 
-use super::alike;
+use crate::diagnose::identical;
 use crate::error::Result;
 
-/// One thing that may be wrong.
+/// Site of an effect with the name of its component.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Suspect {
-    /// An effect of the vocabulary, at a component.
-    Effect { kind: Kind, component: String },
-    /// The same effect at each of several components, joined by a plus, with numbers of its own at each: what one tendon
-    /// does in its guide, every tendon of the rig does.
-    Everywhere { kind: Kind, components: String },
+pub(crate) struct Place {
+    /// Component of the rig.
+    pub site: Site,
+    /// Name of the component; a pair of bodies is written `a+b`.
+    pub name: String,
+}
+
+/// One hypothesis about what a rig lacks.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Term {
+    /// An effect of the vocabulary with parameters of its own at each of its sites: at one component, or at every one of a
+    /// group of identical components.
+    Effect { kind: Kind, sites: Vec<Place> },
     /// A parameter that the rig holds as known.
     Number { name: String },
 }
 
-impl Suspect {
+/// Parameter of a term before its first step: its name and the values that a search may try.
+pub(crate) struct Tried {
+    /// Full name in the plant.
+    pub name: String,
+    /// Lowest and highest value.
+    pub bounds: [f64; 2],
+}
+
+impl Term {
+    /// An effect at these sites of a rig.
+    pub fn at(rig: &Rig, kind: Kind, sites: &[Site]) -> Self {
+        let place = |&site: &Site| Place {
+            site,
+            name: rig.site_name(site),
+        };
+        Self::Effect {
+            kind,
+            sites: sites.iter().map(place).collect(),
+        }
+    }
+
     /// Its kind as a report names it.
     pub fn kind(&self) -> &str {
         match self {
-            Self::Effect { kind, .. } | Self::Everywhere { kind, .. } => kind.description().kind,
+            Self::Effect { kind, .. } => kind.description().kind,
             Self::Number { .. } => "wrong_number",
         }
     }
@@ -32,56 +58,76 @@ impl Suspect {
     /// The family of an effect.
     pub fn family(&self) -> Option<Family> {
         match self {
-            Self::Effect { kind, .. } | Self::Everywhere { kind, .. } => {
-                Some(kind.description().family)
-            }
+            Self::Effect { kind, .. } => Some(kind.description().family),
             Self::Number { .. } => None,
         }
     }
 
     /// The effect and every component that it sits at; `None` of a number.
-    pub fn places(&self) -> Option<(Kind, Vec<&str>)> {
+    pub fn effect(&self) -> Option<(Kind, &[Place])> {
         match self {
-            Self::Effect { kind, component } => Some((*kind, vec![component])),
-            Self::Everywhere { kind, components } => Some((*kind, components.split('+').collect())),
+            Self::Effect { kind, sites } => Some((*kind, sites)),
             Self::Number { .. } => None,
+        }
+    }
+
+    /// The effect and its component, where it sits at one alone.
+    pub fn single(&self) -> Option<(Kind, &Place)> {
+        match self {
+            Self::Effect { kind, sites } => match &sites[..] {
+                [one] => Some((*kind, one)),
+                _ => None,
+            },
+            Self::Number { .. } => None,
+        }
+    }
+
+    /// Whether it is an effect at a group of identical components.
+    pub fn is_group(&self) -> bool {
+        matches!(self, Self::Effect { sites, .. } if sites.len() > 1)
+    }
+
+    /// Whether another term has the same place: the same components, or the same number.
+    pub fn has_place_of(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Effect { sites: mine, .. }, Self::Effect { sites: its, .. }) => mine == its,
+            _ => self == other,
         }
     }
 
     /// Full names of the parameters that `which` admits, a list for each component.
     fn named(&self, which: impl Fn(&ParameterSpec) -> bool) -> Vec<Vec<String>> {
-        let Some((kind, components)) = self.places() else {
+        let Some((kind, sites)) = self.effect() else {
             return Vec::new();
         };
         let Description {
             kind, parameters, ..
         } = kind.description();
-        let at = |component: &str| -> Vec<String> {
+        let at = |place: &Place| -> Vec<String> {
             let specs = parameters.iter().filter(|spec| which(spec));
             specs
-                .map(|spec| format!("{component}.{kind}.{}", spec.name))
+                .map(|spec| format!("{}.{kind}.{}", place.name, spec.name))
                 .collect()
         };
-        components.into_iter().map(at).collect()
+        sites.iter().map(at).collect()
     }
 
-    /// Whether a second effect is looked for on top of it where it came out at `rank`, 0 for the best: what all of a kind
-    /// do costs minutes there, so only where nothing alone does better.
+    /// Whether a second effect is looked for on top of it where it came out at `rank`, 0 for the best. A group costs minutes
+    /// there, so it leads only where nothing alone does better.
     pub fn may_lead(&self, rank: usize) -> bool {
         match self {
-            Self::Effect { .. } => true,
-            Self::Everywhere { .. } => rank == 0,
+            Self::Effect { sites, .. } => sites.len() == 1 || rank == 0,
             Self::Number { .. } => false,
         }
     }
 
     /// Whether it is a second effect beside these: no place has the same effect twice.
     pub fn may_join(&self, others: &[Self]) -> bool {
-        let Some((kind, places)) = self.places() else {
+        let Some((kind, places)) = self.effect() else {
             return false;
         };
         let repeats = |other: &Self| {
-            let there = other.places().filter(|(its, _)| *its == kind);
+            let there = other.effect().filter(|(its, _)| *its == kind);
             there.is_some_and(|(_, taken)| places.iter().any(|place| taken.contains(place)))
         };
         !others.iter().any(repeats)
@@ -89,89 +135,92 @@ impl Suspect {
 
     /// Whether it says at least what another says: the same, or the same effect there and elsewhere.
     pub fn says(&self, other: &Self) -> bool {
-        let both = self.places().zip(other.places());
+        let both = self.effect().zip(other.effect());
         let covers = both.is_some_and(|((kind, mine), (its, theirs))| {
             kind == its && theirs.iter().all(|place| mine.contains(place))
         });
         covers || self == other
     }
 
-    /// Where it sits: a component, or the parameter's full name.
-    pub fn component(&self) -> &str {
+    /// Name of its place in a report: components joined by a plus, or the parameter's full name.
+    pub fn component(&self) -> String {
         match self {
-            Self::Effect { component, .. } => component,
-            Self::Everywhere { components, .. } => components,
-            Self::Number { name } => name,
+            Self::Effect { sites, .. } => {
+                let names: Vec<&str> = sites.iter().map(|place| place.name.as_str()).collect();
+                names.join("+")
+            }
+            Self::Number { name } => name.clone(),
         }
     }
 
-    /// The rig with it, at some values, those of each component after the other; and the parameters that it puts under
-    /// trial.
+    /// The rig with it, at some values, those of each component after the other.
     ///
     /// # Errors
     /// A place or a value that the rig cannot take.
-    pub fn apply(&self, rig: &Rig, values: &[f64]) -> Result<(Rig, Vec<(String, f64)>)> {
+    pub fn apply(&self, rig: &Rig, values: &[f64]) -> Result<Rig> {
         let mut rig = rig.clone();
-        if let Some((kind, components)) = self.places() {
+        if let Some((kind, sites)) = self.effect() {
             let each = kind.description().parameters.len();
-            for (component, values) in components.iter().zip(values.chunks(each)) {
-                let site = rig.site(kind, component)?;
-                rig = rig.with_effect(kind, site, values)?;
+            for (place, values) in sites.iter().zip(values.chunks(each)) {
+                rig = rig.with_effect(kind, place.site, values)?;
             }
         }
-        Ok((rig, self.trial()))
+        Ok(rig)
     }
 
-    /// The parameters that it puts under trial, each with its lowest value. Forces are signed, so that a
-    /// wrong sign shows instead of hiding behind a bound; what has no meaning below zero (a time, a gap, a
+    /// The parameters that it puts under trial, with the values that a search may try from those that `plant` has. Forces are
+    /// signed, so that a wrong sign shows instead of hiding behind a bound; what has no meaning below zero (a time, a gap, a
     /// mass) stays above it.
-    pub fn trial(&self) -> Vec<(String, f64)> {
-        let Some((kind, _)) = self.places() else {
-            return vec![(self.component().to_owned(), f64::NEG_INFINITY)];
+    pub fn tried(&self, plant: &Plant) -> Vec<Tried> {
+        let Some((kind, sites)) = self.effect() else {
+            return vec![Tried {
+                name: self.component(),
+                bounds: [f64::NEG_INFINITY, f64::INFINITY],
+            }];
         };
         let description = kind.description();
-        let signed = [
-            Family::Friction,
-            Family::Damping,
-            Family::Stiffness,
-            Family::Load,
-        ]
-        .contains(&description.family);
+        let signed = description.family.searched_with_either_sign();
         let lowest = |spec: &ParameterSpec| match spec.sign {
             Sign::Positive => f64::MIN_POSITIVE,
             Sign::NonNegative if !signed => 0.0,
             _ => f64::NEG_INFINITY,
         };
-        let free = description.parameters.iter().filter(|spec| !spec.held);
-        let lows: Vec<f64> = free.map(lowest).collect();
-        let names = self.named(|spec| !spec.held);
-        let of_each = names
-            .into_iter()
-            .map(|names| names.into_iter().zip(lows.clone()));
-        of_each.flatten().collect()
+        let at = |place: &Place| {
+            let full = |name: &str| format!("{}.{}.{name}", place.name, description.kind);
+            let start = |name: &str| {
+                let slot = plant.slot(&full(name));
+                slot.map_or(0.0, |slot| plant.parameters()[slot].value)
+            };
+            let free = description.parameters.iter().filter(|spec| !spec.held);
+            let tried = free.map(|spec| {
+                let [least, most] = spec.range.bounds(spec.name, start);
+                Tried {
+                    name: full(spec.name),
+                    bounds: [lowest(spec).max(least), most],
+                }
+            });
+            tried.collect::<Vec<_>>()
+        };
+        sites.iter().flat_map(at).collect()
     }
 
-    /// Whether it sits at a body, and not in what holds one.
-    pub fn at_body(&self, rig: &Rig) -> bool {
-        let mut bodies = rig.bodies.iter();
-        bodies.any(|body| body.name == self.component())
+    /// Whether it sits at one body, and not in what holds one.
+    pub fn at_body(&self) -> bool {
+        matches!(self.single(), Some((_, place)) if matches!(place.site, Site::Body(_)))
     }
 
-    /// Every parameter of an effect, as [`Suspect::apply`] takes their values.
+    /// Every parameter of an effect, as [`Term::apply`] takes their values.
     pub fn parameters(&self) -> Vec<String> {
         self.named(|_| true).into_iter().flatten().collect()
     }
 
     /// Parameters of an effect that can be zero, a list for each component: where none of a list is known to be away from it,
-    /// nothing shows that the effect is there. Without its inertia a mode pushes nothing, whatever it is damped by.
+    /// nothing shows that the effect is there.
     pub fn sizes(&self) -> Vec<Vec<String>> {
-        match self.family() {
-            Some(Family::Mode) => self.named(|spec| spec.name == "inertia"),
-            _ => self.named(|spec| !spec.held && spec.sign != Sign::Positive),
-        }
+        self.named(|spec| spec.zero_means_absent)
     }
 
-    /// Its parameters at components that are alike, a list for each that they all have; none of what sits at one component.
+    /// Its parameters at identical components, a list for each that they all have; none of what sits at one component.
     pub fn alike(&self) -> Vec<Vec<String>> {
         match self.named(|spec| !spec.held) {
             each if each.len() > 1 => (0..each[0].len())
@@ -187,57 +236,37 @@ impl Suspect {
         each.into_iter().flatten().collect()
     }
 
-    /// Whether fitted parameters have the signs that the vocabulary gives them, and what they describe happens
-    /// within a recording of `duration` seconds.
-    pub fn sane(&self, plant: &Plant, values: &[f64], duration: f64) -> bool {
-        let Some((kind, components)) = self.places() else {
+    /// Whether fitted parameters have the signs that the vocabulary gives them, and describe what shows within a recording of
+    /// `duration` seconds.
+    pub fn plausible(&self, plant: &Plant, values: &[f64], duration: f64) -> bool {
+        let Some((kind, _)) = self.effect() else {
             return true;
         };
-        let at = |component: &&str| sane(kind, component, plant, values, duration);
-        components.iter().all(at)
+        let specs = kind.description().parameters;
+        let at = |names: &Vec<String>| {
+            let slots = names.iter().map(|name| plant.slot(name));
+            let Some(slots) = slots.collect::<Option<Vec<usize>>>() else {
+                return false;
+            };
+            let own: Vec<f64> = slots.into_iter().map(|slot| values[slot]).collect();
+            let mut signs = specs.iter().zip(&own);
+            signs.all(|(spec, value)| spec.sign.admits(*value)) && kind.plausible(&own, duration)
+        };
+        self.named(|_| true).iter().all(at)
     }
 }
 
-/// [`Suspect::sane`] of an effect at one component.
-fn sane(kind: Kind, component: &str, plant: &Plant, values: &[f64], duration: f64) -> bool {
-    let description = kind.description();
-    let value = |name: &str| {
-        let slot = plant.slot(&format!("{component}.{}.{name}", description.kind));
-        slot.map(|slot| values[slot])
-    };
-    let signs = description
-        .parameters
-        .iter()
-        .all(|spec| value(spec.name).is_some_and(|value| spec.sign.admits(value)));
-    // A mode that does not swing once, or a lag that does not end, is a slow drift under another name.
-    let within = match (value("inertia"), value("stiffness"), value("time_constant")) {
-        (Some(inertia), Some(stiffness), _) => TAU * (inertia / stiffness).sqrt() < duration,
-        (_, _, Some(time)) => time < duration,
-        _ => true,
-    };
-    // Friction that is larger in motion than at rest is some damping under another name.
-    let falls = match (value("level"), value("static_level")) {
-        (Some(moving), Some(at_rest)) => at_rest >= moving,
-        _ => true,
-    };
-    signs && within && falls
-}
-
-/// Everything that may be wrong with a rig.
-pub(super) fn suspects(rig: &Rig, plant: &Plant) -> Vec<Suspect> {
+/// Every term that may be missing from a rig: these effects at each component, at each group of identical ones, and the rig's
+/// bare numbers.
+pub(crate) fn terms(rig: &Rig, plant: &Plant, effects: &[Kind]) -> Vec<Term> {
     let mut all = Vec::new();
-    for &kind in Kind::ALL {
-        for site in kind.sites(rig) {
-            let component = rig.site_name(site);
-            all.push(Suspect::Effect { kind, component });
-        }
+    for &kind in effects {
+        let sites = kind.sites(rig).into_iter();
+        all.extend(sites.map(|site| Term::at(rig, kind, &[site])));
     }
-    for &kind in Kind::ALL {
-        for sites in alike::groups(rig, kind) {
-            let names: Vec<String> = sites.into_iter().map(|site| rig.site_name(site)).collect();
-            let components = names.join("+");
-            all.push(Suspect::Everywhere { kind, components });
-        }
+    for &kind in effects {
+        let groups = identical::groups(rig, kind).into_iter();
+        all.extend(groups.map(|sites| Term::at(rig, kind, &sites)));
     }
     // A number that is not zero has a size to be wrong by; a zero (an offset, a rest) is left to the loads.
     for parameter in plant.parameters() {
@@ -245,7 +274,7 @@ pub(super) fn suspects(rig: &Rig, plant: &Plant) -> Vec<Suspect> {
             parameter.name.ends_with(".start") || parameter.name.ends_with(".start_velocity");
         if !parameter.free && !starts && parameter.value != 0.0 && !of_effect(rig, &parameter.name)
         {
-            all.push(Suspect::Number {
+            all.push(Term::Number {
                 name: parameter.name.clone(),
             });
         }
@@ -264,6 +293,14 @@ fn of_effect(rig: &Rig, name: &str) -> bool {
     })
 }
 
+/// An effect at one component of a rig, or at all of several.
+#[cfg(test)]
+pub(crate) fn term(rig: &Rig, kind: &str, at: &[&str]) -> Term {
+    let kind = Kind::named(kind).expect("the vocabulary has it");
+    let site = |name: &&str| rig.site(kind, name).expect("the rig has such a component");
+    Term::at(rig, kind, &at.iter().map(site).collect::<Vec<_>>())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -279,28 +316,25 @@ mod tests {
     /// A damping by the root of speed was once named as friction that "falls" from 0.06 to 0.15 N m.
     #[test]
     fn friction_that_is_larger_in_motion_than_at_rest_makes_no_sense() {
-        let stribeck = Suspect::Effect {
-            kind: Kind::named("stribeck_friction").expect("it is in the vocabulary"),
-            component: "mass".into(),
-        };
-        let sane = |level: f64, at_rest: f64| {
-            let (rig, _) = stribeck
+        let stribeck = term(&shipped(), "stribeck_friction", &["mass"]);
+        let plausible = |level: f64, at_rest: f64| {
+            let rig = stribeck
                 .apply(&shipped(), &[level, at_rest, 0.1])
                 .expect("it can sit there");
             let plant = Plant::new(&rig).expect("it is sound");
-            stribeck.sane(&plant, &plant.values(), 10.0)
+            stribeck.plausible(&plant, &plant.values(), 10.0)
         };
-        assert!(sane(1.0, 1.5));
-        assert!(!sane(1.5, 1.0));
+        assert!(plausible(1.0, 1.5));
+        assert!(!plausible(1.5, 1.0));
     }
 
     /// A shipped rig, and the suspects that put an effect at several places of it.
-    fn alike(name: &str) -> (Rig, Vec<Suspect>) {
+    fn alike(name: &str) -> (Rig, Vec<Term>) {
         let rig = Rig::load(format!("{}/../../rigs/{name}", env!("CARGO_MANIFEST_DIR")));
         let rig = rig.expect("it ships with the project");
         let plant = Plant::new(&rig).expect("it is sound");
-        let all = suspects(&rig, &plant).into_iter();
-        let together = all.filter(|one| matches!(one, Suspect::Everywhere { .. }));
+        let all = terms(&rig, &plant, Kind::ALL).into_iter();
+        let together = all.filter(Term::is_group);
         let together = together.collect();
         (rig, together)
     }
@@ -310,7 +344,7 @@ mod tests {
         let (rig, together) = alike("tendon.toml");
         let of = |components: &str| -> Vec<&str> {
             let them = together.iter().filter(|one| one.component() == components);
-            them.map(Suspect::kind).collect()
+            them.map(Term::kind).collect()
         };
         let tendons = of("east+west+north+south");
         assert_eq!(
@@ -321,20 +355,19 @@ mod tests {
         assert!(of(&joints.join("+")).contains(&"viscoelastic_creep"));
         assert!(of("pull_east+pay_out_west+pull_north+pay_out_south").contains(&"input_dead_zone"));
         assert_eq!(of("tip_x+tip_y+tip_z"), ["sensor_lag", "sensor_curvature"]);
-        let rub = Suspect::Everywhere {
-            kind: Kind::named("load_dependent_friction").expect("it is in the vocabulary"),
-            components: "east+west+north+south".into(),
-        };
-        let (with, trial) = rub
+        let tendons = ["east", "west", "north", "south"];
+        let rub = term(&rig, "load_dependent_friction", &tendons);
+        let with = rub
             .apply(&rig, &[0.1, 0.2, 0.3, 0.4])
             .expect("it can sit there");
-        assert_eq!((with.effects.len(), trial.len()), (4, 4));
+        assert_eq!(with.effects.len(), 4);
         assert_eq!(
             rub.sizes().len(),
             4,
             "each of them has to show that it is there"
         );
         let plant = Plant::new(&with).expect("it is sound");
+        assert_eq!(rub.tried(&plant).len(), 4);
         let slot = |name: &String| plant.values()[plant.slot(name).expect("it has one")];
         let values: Vec<f64> = rub.parameters().iter().map(slot).collect();
         assert_eq!(values, [0.1, 0.2, 0.3, 0.4]);
@@ -361,7 +394,7 @@ mod tests {
         let (_, together) = alike("tendon.toml");
         let joints = "spine.x1+spine.y1+spine.x2+spine.y2+spine.x3+spine.y3";
         let at_joints = together.iter().filter(|one| one.component() == joints);
-        let kinds: Vec<&str> = at_joints.map(Suspect::kind).collect();
+        let kinds: Vec<&str> = at_joints.map(Term::kind).collect();
         for kind in ["coulomb_friction", "viscous_damping", "end_stop"] {
             assert!(kinds.contains(&kind), "{kind}");
         }
@@ -372,16 +405,10 @@ mod tests {
 
     #[test]
     fn no_place_is_suspected_of_the_same_effect_twice() {
-        let kind = |name: &str| Kind::named(name).expect("it is in the vocabulary");
-        let at = |name: &str, component: &str| Suspect::Effect {
-            kind: kind(name),
-            component: component.into(),
-        };
-        let all = Suspect::Everywhere {
-            kind: kind("tendon_slack"),
-            components: "east+west".into(),
-        };
-        let number = Suspect::Number {
+        let (rig, _) = alike("tendon.toml");
+        let at = |name: &str, component: &str| term(&rig, name, &[component]);
+        let all = term(&rig, "tendon_slack", &["east", "west"]);
+        let number = Term::Number {
             name: "east.stiffness".into(),
         };
         assert!(!at("tendon_slack", "west").may_join(std::slice::from_ref(&all)));
@@ -398,19 +425,13 @@ mod tests {
 
     #[test]
     fn a_second_effect_is_looked_for_on_top_of_many_only_where_they_did_best() {
-        let kind = Kind::named("tendon_slack").expect("it is in the vocabulary");
-        let one = Suspect::Effect {
-            kind,
-            component: "west".into(),
-        };
-        let all = Suspect::Everywhere {
-            kind,
-            components: "east+west".into(),
-        };
-        let number = Suspect::Number {
+        let (rig, _) = alike("tendon.toml");
+        let one = term(&rig, "tendon_slack", &["west"]);
+        let all = term(&rig, "tendon_slack", &["east", "west"]);
+        let number = Term::Number {
             name: "east.stiffness".into(),
         };
-        let lead = |rank| [&one, &all, &number].map(|suspect| suspect.may_lead(rank));
+        let lead = |rank| [&one, &all, &number].map(|term| term.may_lead(rank));
         assert_eq!(lead(0), [true, true, false]);
         assert_eq!(lead(1), [true, false, false]);
     }

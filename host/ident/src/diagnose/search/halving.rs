@@ -3,21 +3,21 @@
 use rayon::prelude::*;
 use sinew_sim::{Plant, Rig, Settings};
 
-use super::begin::{Begun, promising};
-use super::data::Data;
-use super::model::{Model, Point};
-use super::screen::Screen;
-use super::suspect::Suspect;
-use super::told::Told;
+use crate::diagnose::candidate::Term;
+use crate::diagnose::data::Data;
+use crate::diagnose::model::{Model, Point};
+use crate::diagnose::progress::Progress;
+use crate::diagnose::search::screen::Screen;
+use crate::diagnose::search::start::{Start, promising};
 use crate::error::Result;
 use crate::fit::levenberg::{Stop, Unknowns};
 use crate::scales::Run;
 
 /// A rig with some suspects in it, as far as it was fitted.
 #[derive(Clone)]
-pub(super) struct Tried {
+pub(crate) struct Trial {
     /// What was added to the believed rig; empty for that rig itself.
-    pub suspects: Vec<Suspect>,
+    pub terms: Vec<Term>,
     pub model: Model,
     pub point: Point,
 }
@@ -26,24 +26,24 @@ pub(super) struct Tried {
 const BENT: f64 = 5.0;
 
 /// Whether a parameter is that far from what its owner wrote.
-pub(super) fn bent(value: f64, written: f64) -> bool {
+pub(crate) fn implausible(value: f64, written: f64) -> bool {
     written != 0.0 && !(1.0 / BENT..=BENT).contains(&(value / written))
 }
 
-impl Tried {
+impl Trial {
     /// Some parameter of the rig itself is far from what its owner wrote.
-    pub fn bent(&self) -> bool {
-        let mut believed = self.model.believed();
-        believed.any(|(slot, written)| bent(self.point.values[slot], written))
+    pub fn implausible(&self) -> bool {
+        let mut own = self.model.own();
+        own.any(|(slot, written)| implausible(self.point.values[slot], written))
     }
 }
 
 /// Steps of those that are refitted, and of the best of them further.
 const FIRST_STEPS: usize = 6;
-pub(super) const MORE_STEPS: usize = 8;
+pub(crate) const MORE_STEPS: usize = 8;
 
 /// How many of them go further.
-pub(super) const HEAT: usize = 8;
+pub(crate) const HEAT: usize = 8;
 
 /// How many are refitted before asking whether the mismatch is explained already.
 const AT_ONCE: usize = 8;
@@ -52,34 +52,34 @@ const AT_ONCE: usize = 8;
 const EXPLAINED: f64 = 0.1;
 
 /// Part of the data that is small enough to try everything on, cut into stretches.
-pub(super) struct Track<'a> {
+pub(crate) struct Subset<'a> {
     pub written: &'a Rig,
     pub data: &'a Data,
-    pub stretches: Vec<(usize, std::ops::Range<usize>)>,
+    pub intervals: Vec<(usize, std::ops::Range<usize>)>,
     /// How trials are integrated: coarsely, and not at all where they would be too dear.
     pub settings: Settings,
 }
 
-impl<'a> Track<'a> {
+impl<'a> Subset<'a> {
     /// Other stretches of the same recordings.
-    pub fn on(&self, stretches: Vec<(usize, std::ops::Range<usize>)>) -> Track<'a> {
-        Track {
+    pub fn on(&self, intervals: Vec<(usize, std::ops::Range<usize>)>) -> Subset<'a> {
+        Subset {
             written: self.written,
             data: self.data,
-            stretches,
+            intervals,
             settings: self.settings,
         }
     }
 }
 
-impl Track<'_> {
+impl Subset<'_> {
     /// A rig fitted to the track, from values that are known to be near.
     ///
     /// # Errors
     /// A rig that cannot be compiled.
-    pub fn first(&self, rig: &Rig, values: &[f64], steps: usize) -> Result<Option<Tried>> {
+    pub fn first(&self, rig: &Rig, values: &[f64], steps: usize) -> Result<Option<Trial>> {
         let model = Model::new(rig, self.written, &[], self.settings)?;
-        let mut segments = self.data.segments(&model.plant, &self.stretches)?;
+        let mut segments = self.data.segments(&model.plant, &self.intervals)?;
         let states = self.data.starts(rig, &model.plant, &segments, values)?;
         let from = Unknowns {
             values: values.to_vec(),
@@ -87,8 +87,8 @@ impl Track<'_> {
         };
         let from = model.begun(self.data, &mut segments, from);
         let point = model.improve(self.data, &mut segments, from, steps, 1e-5);
-        Ok(point.map(|point| Tried {
-            suspects: Vec::new(),
+        Ok(point.map(|point| Trial {
+            terms: Vec::new(),
             model,
             point,
         }))
@@ -98,72 +98,72 @@ impl Track<'_> {
     ///
     /// # Errors
     /// A rig that cannot be compiled.
-    pub fn as_written(&self, rig: &Rig) -> Result<Option<Tried>> {
+    pub fn as_written(&self, rig: &Rig) -> Result<Option<Trial>> {
         let model = Model::new(rig, self.written, &[], self.settings)?;
         let written = Plant::new(self.written)?;
         let values = model.inherit(&written, &written.values());
-        let mut segments = self.data.segments(&model.plant, &self.stretches)?;
+        let mut segments = self.data.segments(&model.plant, &self.intervals)?;
         let states = self.data.starts(rig, &model.plant, &segments, &values)?;
         let from = model.begun(self.data, &mut segments, Unknowns { values, states });
         let point = model.improve(self.data, &mut segments, from, 0, 1e-3);
-        Ok(point.map(|point| Tried {
-            suspects: Vec::new(),
+        Ok(point.map(|point| Trial {
+            terms: Vec::new(),
             model,
             point,
         }))
     }
 
     /// Every suspect on top of `parent`, best first; what cannot be simulated is left out.
-    pub fn race(&self, parent: &Tried, suspects: &[Suspect], told: Told) -> Result<Vec<Tried>> {
+    pub fn race(&self, parent: &Trial, terms: &[Term], progress: Progress) -> Result<Vec<Trial>> {
         let run = self.run(parent)?;
         let Some(screen) = Screen::new(self, parent)? else {
             return Ok(Vec::new());
         };
-        let leg = told.leg("looked at", suspects.len());
-        let looked: Vec<Vec<Begun>> = suspects
+        let count = progress.count("looked at", terms.len());
+        let looked: Vec<Vec<Start>> = terms
             .par_iter()
-            .map(|suspect| {
-                let look = self.look(parent, &run, &screen, suspect);
-                leg.one();
+            .map(|term| {
+                let look = self.look(parent, &run, &screen, term);
+                count.one();
                 look.unwrap_or_default()
             })
             .collect();
         let mut first = promising(looked);
         let rest = first.split_off(AT_ONCE.min(first.len()));
-        let mut tried = self.refitted(first, told);
-        if !self.explained(parent, &tried) {
-            tried.extend(self.refitted(rest, told));
+        let mut trial = self.refitted(first, progress);
+        if !self.explained(parent, &trial) {
+            trial.extend(self.refitted(rest, progress));
         }
-        self.thin_out(parent, &mut tried);
-        let leg = told.leg("fitted further", tried.len());
-        let mut further: Vec<Tried> = tried
+        self.thin_out(parent, &mut trial);
+        let count = progress.count("fitted further", trial.len());
+        let mut further: Vec<Trial> = trial
             .into_par_iter()
-            .map(|tried| {
-                let further = self.further(tried);
-                leg.one();
+            .map(|trial| {
+                let further = self.further(trial);
+                count.one();
                 further
             })
             .collect();
         if !self.explained(parent, &further) {
-            let leg = told.leg("fitted afresh", further.len());
+            let count = progress.count("fitted afresh", further.len());
             further = further
                 .into_par_iter()
-                .map(|tried| {
-                    let afresh = self.afresh(tried);
-                    leg.one();
+                .map(|trial| {
+                    let afresh = self.afresh(trial);
+                    count.one();
                     afresh
                 })
                 .collect();
         }
-        let kin = self.kin(parent, &further, suspects)?;
-        let again = self.refitted(kin, told).into_par_iter();
-        let again: Vec<Tried> = again.map(|tried| self.further(tried)).collect();
+        let kin = self.kin(parent, &further, terms)?;
+        let again = self.refitted(kin, progress).into_par_iter();
+        let again: Vec<Trial> = again.map(|trial| self.further(trial)).collect();
         further.extend(again);
-        let mut kept: Vec<Tried> = Vec::new();
+        let mut kept: Vec<Trial> = Vec::new();
         further.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
-        for tried in further {
-            if !kept.iter().any(|kept| kept.suspects == tried.suspects) {
-                kept.push(tried);
+        for trial in further {
+            if !kept.iter().any(|kept| kept.terms == trial.terms) {
+                kept.push(trial);
             }
         }
         self.thin_out(parent, &mut kept);
@@ -171,15 +171,15 @@ impl Track<'_> {
     }
 
     /// The better end of each suspect's starts after a few steps.
-    fn refitted(&self, begun: Vec<Vec<Begun>>, told: Told) -> Vec<Tried> {
-        let leg = told.leg("fitted", begun.len());
+    fn refitted(&self, begun: Vec<Vec<Start>>, progress: Progress) -> Vec<Trial> {
+        let count = progress.count("fitted", begun.len());
         begun
             .into_par_iter()
             .filter_map(|starts| {
                 let ends = (self.as_one(starts).into_iter())
-                    .filter_map(|b| self.improved(b.suspects, b.model, b.from, FIRST_STEPS));
+                    .filter_map(|b| self.improved(b.terms, b.model, b.from, FIRST_STEPS));
                 let best = ends.min_by(|a, b| a.point.cost.total_cmp(&b.point.cost));
-                leg.one();
+                count.one();
                 best
             })
             .collect()
@@ -188,59 +188,59 @@ impl Track<'_> {
     /// What is suspected of components that are alike as one, a few steps from each start, and the best end of them: a dozen
     /// numbers that nobody knows yet would each follow what the others miss (docs/lab/0066-tied-start-of-identical-components.md).
     /// Other starts as they are.
-    pub fn as_one(&self, starts: Vec<Begun>) -> Vec<Begun> {
-        let newest = starts.first().and_then(|begun| begun.suspects.last());
-        let alike = newest.map(Suspect::alike).unwrap_or_default();
+    pub fn as_one(&self, starts: Vec<Start>) -> Vec<Start> {
+        let newest = starts.first().and_then(|begun| begun.terms.last());
+        let alike = newest.map(Term::alike).unwrap_or_default();
         if alike.is_empty() {
             return starts;
         }
         let ends = starts.into_iter().filter_map(|begun| {
             let model = begun.model.clone().tied(&alike);
-            let mut segments = self.data.segments(&model.plant, &self.stretches).ok()?;
+            let mut segments = self.data.segments(&model.plant, &self.intervals).ok()?;
             let from = begun.from.clone();
             let point = model.improve(self.data, &mut segments, from, FIRST_STEPS, 1e-3)?;
             let from = Unknowns {
                 values: point.values,
                 states: point.states,
             };
-            Some((point.cost, Begun { from, ..begun }))
+            Some((point.cost, Start { from, ..begun }))
         });
         let best = ends.min_by(|(a, _), (b, _)| a.total_cmp(b));
         best.map(|(_, begun)| begun).into_iter().collect()
     }
 
     /// Whether the best of them leaves noise and little else: then those that are far behind are spared.
-    fn explained(&self, parent: &Tried, tried: &[Tried]) -> bool {
+    fn explained(&self, parent: &Trial, trial: &[Trial]) -> bool {
         let noise = 0.5 * self.samples();
-        let left = tried
+        let left = trial
             .iter()
-            .map(|tried| tried.point.cost - noise)
+            .map(|trial| trial.point.cost - noise)
             .fold(f64::INFINITY, f64::min);
         left < EXPLAINED * noise && left < EXPLAINED * (parent.point.cost - noise)
     }
 
     /// The best first, the hopeless left out.
-    fn thin_out(&self, parent: &Tried, tried: &mut Vec<Tried>) {
-        tried.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
-        tried.truncate(HEAT);
-        if self.explained(parent, tried) {
-            let best = tried[0].point.cost;
-            tried.retain(|tried| tried.point.cost <= 0.5 * (parent.point.cost + best));
+    fn thin_out(&self, parent: &Trial, trial: &mut Vec<Trial>) {
+        trial.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
+        trial.truncate(HEAT);
+        if self.explained(parent, trial) {
+            let best = trial[0].point.cost;
+            trial.retain(|trial| trial.point.cost <= 0.5 * (parent.point.cost + best));
         }
     }
 
     /// Valid samples of all sensors.
     pub fn samples(&self) -> f64 {
-        self.data.samples(&self.stretches)
+        self.data.samples(&self.intervals)
     }
 
     /// A fitted rig run over the stretches that it was fitted to, for the sizes of things.
-    pub fn run<'a>(&self, tried: &'a Tried) -> Result<Run<'a>> {
-        let (model, point) = (&tried.model, &tried.point);
+    pub fn run<'a>(&self, trial: &'a Trial) -> Result<Run<'a>> {
+        let (model, point) = (&trial.model, &trial.point);
         let inputs = self.data.experiments.iter().map(|e| e.inputs.as_slice());
         let inputs: Vec<&[Vec<f64>]> = inputs.collect();
         let mut run = Run::new(&model.rig, &model.plant, &point.values, &inputs);
-        for ((index, rows), start) in self.stretches.iter().zip(&point.states) {
+        for ((index, rows), start) in self.intervals.iter().zip(&point.states) {
             let experiment = &self.data.experiments[*index];
             let drive = experiment.drive(&model.plant, rows.clone())?;
             run.take(start, &drive, &experiment.t[rows.clone()])?;
@@ -250,73 +250,73 @@ impl Track<'_> {
 
     pub fn improved(
         &self,
-        suspects: Vec<Suspect>,
+        terms: Vec<Term>,
         model: Model,
         from: Unknowns,
         steps: usize,
-    ) -> Option<Tried> {
-        let mut segments = self.data.segments(&model.plant, &self.stretches).ok()?;
+    ) -> Option<Trial> {
+        let mut segments = self.data.segments(&model.plant, &self.intervals).ok()?;
         let point = model.improve(self.data, &mut segments, from, steps, 1e-3)?;
-        Some(Tried {
-            suspects,
+        Some(Trial {
+            terms,
             model,
             point,
         })
     }
 
     /// More steps from where it stands.
-    fn further(&self, tried: Tried) -> Tried {
-        if tried.point.stop == Stop::Converged {
-            return tried;
+    fn further(&self, trial: Trial) -> Trial {
+        if trial.point.stop == Stop::Converged {
+            return trial;
         }
-        let Ok(mut segments) = self.data.segments(&tried.model.plant, &self.stretches) else {
-            return tried;
+        let Ok(mut segments) = self.data.segments(&trial.model.plant, &self.intervals) else {
+            return trial;
         };
         let from = Unknowns {
-            values: tried.point.values.clone(),
-            states: tried.point.states.clone(),
+            values: trial.point.values.clone(),
+            states: trial.point.states.clone(),
         };
-        match tried
+        match trial
             .model
             .improve(self.data, &mut segments, from, MORE_STEPS, 1e-3)
         {
-            Some(point) if point.cost < tried.point.cost => Tried { point, ..tried },
-            _ => tried,
+            Some(point) if point.cost < trial.point.cost => Trial { point, ..trial },
+            _ => trial,
         }
     }
 
     /// From what the rig says of itself instead: without the effect its parameters were bent to make up for it,
     /// and the way back may be longer than the way from the beginning.
-    fn afresh(&self, tried: Tried) -> Tried {
-        let model = &tried.model;
-        let mut values = tried.point.values.clone();
-        for (slot, written) in model.believed() {
+    fn afresh(&self, trial: Trial) -> Trial {
+        let model = &trial.model;
+        let mut values = trial.point.values.clone();
+        for (slot, written) in model.own() {
             values[slot] = written;
         }
-        let from = self.data.segments(&model.plant, &self.stretches);
+        let from = self.data.segments(&model.plant, &self.intervals);
         let from = from.and_then(|mut segments| {
             let states = (self.data).starts(&model.rig, &model.plant, &segments, &values)?;
             Ok(model.begun(self.data, &mut segments, Unknowns { values, states }))
         });
         let again = from.ok().and_then(|from| {
             let steps = FIRST_STEPS + MORE_STEPS;
-            self.improved(tried.suspects.clone(), model.clone(), from, steps)
+            self.improved(trial.terms.clone(), model.clone(), from, steps)
         });
         match again {
-            Some(again) if again.point.cost < tried.point.cost => again,
-            _ => tried,
+            Some(again) if again.point.cost < trial.point.cost => again,
+            _ => trial,
         }
     }
 
     /// One of a pair without the other, some steps on from where the pair ended; `base` is the rig without either.
     pub fn alone(
         &self,
-        base: &Tried,
-        pair: &Tried,
-        kept: &Suspect,
+        base: &Trial,
+        pair: &Trial,
+        kept: &Term,
         steps: usize,
-    ) -> Result<Option<Tried>> {
-        if kept.places().is_none() {
+    ) -> Result<Option<Trial>> {
+        if kept.effect().is_none() {
             return Ok(None);
         }
         let plant = &pair.model.plant;
@@ -326,15 +326,16 @@ impl Track<'_> {
             slot.map_or(0.0, |slot| pair.point.values[slot])
         });
         // A force of the wrong sign is no effect that a rig can hold.
-        let Ok((rig, trial)) = kept.apply(&base.model.rig, &found.collect::<Vec<_>>()) else {
+        let Ok(rig) = kept.apply(&base.model.rig, &found.collect::<Vec<_>>()) else {
             return Ok(None);
         };
-        let model = Model::new(&rig, self.written, &trial, self.settings)?;
+        let terms = vec![kept.clone()];
+        let model = Model::new(&rig, self.written, &terms, self.settings)?;
         let values = model.inherit(plant, &pair.point.values);
-        let segments = self.data.segments(&model.plant, &self.stretches)?;
+        let segments = self.data.segments(&model.plant, &self.intervals)?;
         let states = (self.data).starts(&rig, &model.plant, &segments, &values)?;
         let from = Unknowns { values, states };
-        Ok(self.improved(vec![kept.clone()], model, from, steps))
+        Ok(self.improved(terms, model, from, steps))
     }
 }
 
@@ -342,6 +343,6 @@ impl Track<'_> {
 const FINE: f64 = 3.5;
 
 /// Cost with a fine for every parameter: what the race is decided by.
-pub(super) fn merit(tried: &Tried) -> f64 {
-    tried.point.cost + FINE * tried.model.slots.len() as f64
+pub(crate) fn merit(trial: &Trial) -> f64 {
+    trial.point.cost + FINE * trial.model.slots.len() as f64
 }

@@ -3,11 +3,11 @@
 
 use rayon::prelude::*;
 
-use super::data::Starts;
-use super::evidence::Contender;
-use super::race::{MORE_STEPS, Track, Tried};
-use super::search::{Bench, FINAL_STEPS};
-use super::suspect::Suspect;
+use crate::diagnose::candidate::Term;
+use crate::diagnose::data::Starts;
+use crate::diagnose::evidence::Candidate;
+use crate::diagnose::search::halving::{MORE_STEPS, Subset, Trial};
+use crate::diagnose::search::{Case, FINAL_STEPS};
 use crate::error::Result;
 use crate::fit::levenberg::Unknowns;
 
@@ -30,27 +30,27 @@ const EXCHANGES: usize = 2;
 /// How many pairs are taken apart, to see whether one effect does it after all.
 const HALVED: usize = 3;
 
-impl Bench<'_> {
+impl Case<'_> {
     /// A second effect on top of the best single ones, unless one of the pairs that were found on `short` stretches
     /// explains everything. Once something leaves no more than noise, only what came
     /// close to the best is tried as well. Then the best pair's newcomer is kept and its parent exchanged: once in
     /// any case, for something simpler may do beside it, and again as long as nothing explains all.
     pub fn pairs(
         &self,
-        track: &Track,
-        start: &Tried,
-        base: &Contender,
-        singles: &[Contender],
-        short: Vec<Contender>,
-        all: &[Suspect],
-    ) -> Result<Vec<Contender>> {
+        subset: &Subset,
+        start: &Trial,
+        base: &Candidate,
+        singles: &[Candidate],
+        short: Vec<Candidate>,
+        all: &[Term],
+    ) -> Result<Vec<Candidate>> {
         let left = |index: usize| self.share_left(&singles[index], base);
         let order = self.order(base, singles);
         let least = order.iter().map(|&index| left(index)).fold(1.0, f64::min);
         let leads =
-            |rank: usize, tried: &Tried| matches!(&tried.suspects[..], [one] if one.may_lead(rank));
+            |rank: usize, trial: &Trial| matches!(&trial.terms[..], [one] if one.may_lead(rank));
         let beam = (order.into_iter().enumerate())
-            .filter(|&(rank, index)| leads(rank, &singles[index].tried))
+            .filter(|&(rank, index)| leads(rank, &singles[index].trial))
             .map(|(_, index)| index)
             .filter(|&index| {
                 let fitted = self.share_fitted(&singles[index], base);
@@ -60,7 +60,7 @@ impl Bench<'_> {
         if short.iter().any(|pair| !self.leaves_something(pair)) {
             return Ok(short);
         }
-        let mut parents: Vec<Suspect> = Vec::new();
+        let mut parents: Vec<Term> = Vec::new();
         let mut pairs = short;
         for index in beam {
             let done = pairs.iter().any(|pair| !self.leaves_something(pair));
@@ -69,12 +69,12 @@ impl Bench<'_> {
             }
             let found = Starts {
                 data: self.fit,
-                stretches: &self.fit_stretches,
-                states: &singles[index].tried.point.states,
+                intervals: &self.fit_intervals,
+                states: &singles[index].trial.point.states,
             };
-            if let Some(parent) = on_track(track, &singles[index].tried, found)? {
-                parents.extend(parent.suspects.clone());
-                pairs.extend(self.seconds(track, &parent, all)?);
+            if let Some(parent) = on_track(subset, &singles[index].trial, found)? {
+                parents.extend(parent.terms.clone());
+                pairs.extend(self.seconds(subset, &parent, all)?);
             }
         }
         for exchange in 0..EXCHANGES {
@@ -84,14 +84,14 @@ impl Bench<'_> {
             let Some(&best) = self.order(base, &pairs).first() else {
                 break;
             };
-            let pair = &pairs[best].tried;
-            let fresh = |suspect: &&Suspect| !parents.contains(suspect);
-            let Some(kept) = pair.suspects.iter().find(fresh).cloned() else {
+            let pair = &pairs[best].trial;
+            let fresh = |term: &&Term| !parents.contains(term);
+            let Some(kept) = pair.terms.iter().find(fresh).cloned() else {
                 break;
             };
             parents.push(kept.clone());
-            if let Some(parent) = track.alone(start, pair, &kept, MORE_STEPS)? {
-                pairs.extend(self.seconds(track, &parent, all)?);
+            if let Some(parent) = subset.alone(start, pair, &kept, MORE_STEPS)? {
+                pairs.extend(self.seconds(subset, &parent, all)?);
             }
         }
         Ok(pairs)
@@ -101,42 +101,42 @@ impl Bench<'_> {
     /// the way to it was too long, another has paved it.
     pub fn halves(
         &self,
-        track: &Track,
-        start: &Tried,
-        base: &Contender,
-        pairs: &[Contender],
-    ) -> Result<Vec<Contender>> {
+        subset: &Subset,
+        start: &Trial,
+        base: &Candidate,
+        pairs: &[Candidate],
+    ) -> Result<Vec<Candidate>> {
         let order = self.order(base, pairs).into_iter().take(HALVED);
-        let halves: Vec<(&Tried, &Suspect)> = order
-            .map(|index| &pairs[index].tried)
-            .flat_map(|pair| pair.suspects.iter().map(move |suspect| (pair, suspect)))
+        let halves: Vec<(&Trial, &Term)> = order
+            .map(|index| &pairs[index].trial)
+            .flat_map(|pair| pair.terms.iter().map(move |term| (pair, term)))
             .collect();
-        let leg = self.doing("halves of pairs").leg("fitted", halves.len());
-        let alone = halves.into_par_iter().map(|(pair, suspect)| {
-            let half = track.alone(start, pair, suspect, MORE_STEPS)?;
-            let half = half.map(|half| self.contender(track, &half, FINAL_STEPS));
-            leg.one();
+        let count = self.doing("halves of pairs").count("fitted", halves.len());
+        let alone = halves.into_par_iter().map(|(pair, term)| {
+            let half = subset.alone(start, pair, term, MORE_STEPS)?;
+            let half = half.map(|half| self.candidate(subset, &half, FINAL_STEPS));
+            count.one();
             half.transpose().map(Option::flatten)
         });
-        let halves: Vec<Option<Contender>> = alone.collect::<Result<_>>()?;
+        let halves: Vec<Option<Candidate>> = alone.collect::<Result<_>>()?;
         Ok(halves.into_iter().flatten().collect())
     }
 
     /// Every other effect on top of one.
-    fn seconds(&self, track: &Track, parent: &Tried, all: &[Suspect]) -> Result<Vec<Contender>> {
-        let second = |suspect: &&Suspect| suspect.may_join(&parent.suspects);
-        let rest: Vec<Suspect> = all.iter().filter(second).cloned().collect();
+    fn seconds(&self, subset: &Subset, parent: &Trial, all: &[Term]) -> Result<Vec<Candidate>> {
+        let second = |term: &&Term| term.may_join(&parent.terms);
+        let rest: Vec<Term> = all.iter().filter(second).cloned().collect();
         // Where the parent explains the whole track, what it lacks lies between the track's stretches.
-        let own = match track.elsewhere(parent)? {
+        let own = match subset.elsewhere(parent)? {
             Some(own) => own,
-            None => self.affordable(track, parent)?,
+            None => self.affordable(subset, parent)?,
         };
-        if own.stretches == track.stretches {
-            return self.round(track, parent, &rest, "two effects");
+        if own.intervals == subset.intervals {
+            return self.round(subset, parent, &rest, "two effects");
         }
         let found = Starts {
-            data: track.data,
-            stretches: &track.stretches,
+            data: subset.data,
+            intervals: &subset.intervals,
             states: &parent.point.states,
         };
         match on_track(&own, parent, found)? {
@@ -147,33 +147,33 @@ impl Bench<'_> {
 }
 
 /// What was fitted elsewhere, taken to a track; `found` are its start states there.
-fn on_track(track: &Track, tried: &Tried, found: Starts) -> Result<Option<Tried>> {
-    let model = tried.model.integrated(track.settings);
-    let mut segments = track.data.segments(&model.plant, &track.stretches)?;
-    let values = tried.point.values.clone();
-    let states = (track.data).along((&model.rig, &model.plant), &values, &segments, found)?;
+fn on_track(subset: &Subset, trial: &Trial, found: Starts) -> Result<Option<Trial>> {
+    let model = trial.model.integrated(subset.settings);
+    let mut segments = subset.data.segments(&model.plant, &subset.intervals)?;
+    let values = trial.point.values.clone();
+    let states = (subset.data).along((&model.rig, &model.plant), &values, &segments, found)?;
     let from = Unknowns { values, states };
-    let point = model.improve(track.data, &mut segments, from, 6, 1e-4);
-    Ok(point.map(|point| Tried {
+    let point = model.improve(subset.data, &mut segments, from, 6, 1e-4);
+    Ok(point.map(|point| Trial {
         model,
         point,
-        ..tried.clone()
+        ..trial.clone()
     }))
 }
 
 /// Of those who hold the same effects, the one that was fitted to the most rows, and of those the one that was fitted best.
-pub(super) fn once(finalists: Vec<Contender>) -> Vec<Contender> {
-    let mut kept: Vec<Contender> = Vec::new();
-    for contender in finalists {
-        let same = |known: &Contender| {
-            let (ours, theirs) = (&contender.tried.suspects, &known.tried.suspects);
-            ours.len() == theirs.len() && ours.iter().all(|suspect| theirs.contains(suspect))
+pub(crate) fn once(finalists: Vec<Candidate>) -> Vec<Candidate> {
+    let mut kept: Vec<Candidate> = Vec::new();
+    for candidate in finalists {
+        let same = |known: &Candidate| {
+            let (ours, theirs) = (&candidate.trial.terms, &known.trial.terms);
+            ours.len() == theirs.len() && ours.iter().all(|term| theirs.contains(term))
         };
         match kept.iter_mut().find(|known| same(known)) {
-            Some(known) if known.all_rows && !contender.all_rows => {}
-            Some(known) if known.tried.point.cost <= contender.tried.point.cost => {}
-            Some(known) => *known = contender,
-            None => kept.push(contender),
+            Some(known) if known.all_rows && !candidate.all_rows => {}
+            Some(known) if known.trial.point.cost <= candidate.trial.point.cost => {}
+            Some(known) => *known = candidate,
+            None => kept.push(candidate),
         }
     }
     kept

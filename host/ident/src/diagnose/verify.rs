@@ -2,13 +2,13 @@
 
 use sinew_sim::Rig;
 
-use super::belief::only;
-use super::evidence::Contender;
-use super::mend::{falls, mend};
-use super::name::{ALIKE, Known, apart, least_sure};
-use super::roles::Roles;
-use super::search::{Bench, Found};
-use super::suspect::Suspect;
+use crate::diagnose::acceptance::only;
+use crate::diagnose::calibration::{ALIKE, Known, apart, least_sure};
+use crate::diagnose::candidate::Term;
+use crate::diagnose::corrected::{falls, mend};
+use crate::diagnose::evidence::Candidate;
+use crate::diagnose::search::{Case, Found};
+use crate::diagnose::split::Roles;
 use crate::error::Result;
 use crate::fit::Fit;
 
@@ -31,7 +31,7 @@ const LOST_IN_WELLS: f64 = 2.0;
 const REFUTED: usize = 5;
 
 /// What is named.
-pub(super) struct Named {
+pub(crate) struct Named {
     /// Index into the finalists.
     pub index: usize,
     /// The mended rig.
@@ -45,34 +45,34 @@ pub(super) struct Named {
 ///
 /// # Errors
 /// A rig that cannot be compiled.
-pub(super) fn settle(
+pub(crate) fn settle(
     found: &mut Found,
     refitted: &Fit,
-    bench: &Bench,
+    case: &Case,
     roles: &Roles,
 ) -> Result<Option<Named>> {
     for round in 0..=REFUTED {
         let Some(index) = found.chosen else { break };
-        (bench.told)("free runs of the best one", 0, 1);
+        (case.progress)("free runs of the best one", 0, 1);
         if number(found, index).is_some() {
             break;
         }
         // An effect of no size only led away from where the refit of the rig had stopped, as its rivals may have.
-        let known = bench.has_size(&found.finalists[index])?;
+        let known = case.has_size(&found.finalists[index])?;
         let unsure = match found.finalists[index].has_mode() {
             true => UNSURE_OF_MODE,
             false => UNSURE,
         };
-        if known && least_sure(found, index, bench) < unsure * bench.trust {
+        if known && least_sure(found, index, case) < unsure * case.trust {
             break;
         }
-        if known && let Some(named) = holds(found, index, refitted, bench, roles)? {
+        if known && let Some(named) = holds(found, index, refitted, case, roles)? {
             return Ok(Some(named));
         }
-        if !bench.in_parts || round == REFUTED {
+        if !case.in_parts || round == REFUTED {
             break;
         }
-        refute(found, index, bench);
+        refute(found, index, case);
         found.chosen = found.chosen.filter(|&index| number(found, index).is_none());
     }
     found.chosen = found.chosen.filter(|&index| number(found, index).is_some());
@@ -87,52 +87,52 @@ fn holds(
     found: &Found,
     index: usize,
     refitted: &Fit,
-    bench: &Bench,
+    case: &Case,
     roles: &Roles,
 ) -> Result<Option<Named>> {
-    let (rig, known) = mend(found, index, bench, roles)?;
+    let (rig, known) = mend(found, index, case, roles)?;
     let finalist = &found.finalists[index];
-    let all = !bench.leaves_something(finalist);
-    let mut suspects = finalist.tried.suspects.iter();
-    let wells = suspects.any(|suspect| suspect.kind() == "position_ripple");
+    let all = !case.leaves_something(finalist);
+    let mut terms = finalist.trial.terms.iter();
+    let wells = terms.any(|term| term.effect().is_some_and(|(kind, _)| kind.has_many_rests()));
     let lost = if wells { LOST_IN_WELLS } else { LOST };
     let holds = falls(&refitted.rig, &rig, roles, 1.0)
-        || bench.in_parts
+        || case.in_parts
             && all
             && (falls(&refitted.rig, &rig, roles, lost)
-                || bench.runs_through(&refitted.rig, &rig)?);
+                || case.runs_through(&refitted.rig, &rig)?);
     Ok(holds.then_some(Named { index, rig, known }))
 }
 
 /// Takes an explanation out, what builds on it and what is the same motion by a richer law in the same place, and judges the
 /// rest without them.
-fn refute(found: &mut Found, index: usize, bench: &Bench) {
+fn refute(found: &mut Found, index: usize, case: &Case) {
     let refuted = found.finalists[index].clone();
     let (out, rest) = std::mem::take(&mut found.finalists)
         .into_iter()
         .partition(|finalist| {
-            let holds = |suspect| finalist.tried.suspects.contains(suspect);
-            refuted.tried.suspects.iter().all(holds) || richer(&refuted, finalist, bench)
+            let holds = |term| finalist.trial.terms.contains(term);
+            refuted.trial.terms.iter().all(holds) || richer(&refuted, finalist, case)
         });
     found.finalists = rest;
     found.refuted.extend::<Vec<_>>(out);
-    let chosen = bench.best_of_sizes(&found.base, &found.finalists);
-    found.chosen = chosen.map(|index| bench.simplest(&found.base, index, &found.finalists));
-    found.probabilities = bench.probabilities(&found.base, &found.finalists, found.chosen);
+    let chosen = case.best_of_sizes(&found.base, &found.finalists);
+    found.chosen = chosen.map(|index| case.simplest(&found.base, index, &found.finalists));
+    found.probabilities = case.probabilities(&found.base, &found.finalists, found.chosen);
 }
 
 /// Whether `other` has another law with more parameters in the place of one of what was refuted, and moves as that does.
-fn richer(refuted: &Contender, other: &Contender, bench: &Bench) -> bool {
+fn richer(refuted: &Candidate, other: &Candidate, case: &Case) -> bool {
     let differ = only(refuted, other).zip(only(other, refuted));
-    differ.is_some_and(|(refuted, other)| refuted.component() == other.component())
+    differ.is_some_and(|(refuted, other)| refuted.has_place_of(other))
         && other.parameters() > refuted.parameters()
-        && apart(refuted, other, bench) < ALIKE
+        && apart(refuted, other, case) < ALIKE
 }
 
 /// The bare number that explains the recordings better than any effect, if one does.
-pub(super) fn number(found: &Found, index: usize) -> Option<&str> {
-    match &found.finalists[index].tried.suspects[..] {
-        [Suspect::Number { name }] => Some(name),
+pub(crate) fn number(found: &Found, index: usize) -> Option<&str> {
+    match &found.finalists[index].trial.terms[..] {
+        [Term::Number { name }] => Some(name),
         _ => None,
     }
 }

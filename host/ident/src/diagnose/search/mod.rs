@@ -1,16 +1,25 @@
 //! The search for what is missing: races, finals, pairs (docs/explanation/diagnosis.md).
 
+pub(crate) mod all_rows;
+pub(crate) mod family;
+pub(crate) mod halving;
+pub(crate) mod moves;
+pub(crate) mod refit;
+pub(crate) mod refocus;
+pub(crate) mod screen;
+pub(crate) mod start;
+
 use std::ops::Range;
 
 use rayon::prelude::*;
 use sinew_sim::{Plant, Rig, Settings};
 
-use super::data::Data;
-use super::evidence::Contender;
-use super::ladder::Short;
-use super::race::{Track, Tried};
-use super::suspect::{Suspect, suspects};
-use super::told::Told;
+use crate::diagnose::candidate::{Term, terms};
+use crate::diagnose::data::Data;
+use crate::diagnose::evidence::Candidate;
+use crate::diagnose::progress::Progress;
+use crate::diagnose::search::halving::{Subset, Trial};
+use crate::diagnose::search::moves::short_horizon::Short;
 use crate::error::Result;
 use crate::fit::pace::{dearness, pace, settings, substeps};
 
@@ -44,10 +53,10 @@ const FINAL_ROWS: usize = 2000;
 const VALLEYS: usize = 3;
 
 /// Steps of a final fit.
-pub(super) const FINAL_STEPS: usize = 12;
+pub(crate) const FINAL_STEPS: usize = 12;
 
 /// Recordings and how they are cut for judging.
-pub(super) struct Bench<'a> {
+pub(crate) struct Case<'a> {
     pub written: &'a Rig,
     pub fit: &'a Data,
     pub check: &'a Data,
@@ -57,18 +66,18 @@ pub(super) struct Bench<'a> {
     pub in_parts: bool,
     /// How finals are integrated.
     pub settings: Settings,
-    pub fit_stretches: Vec<(usize, Range<usize>)>,
-    pub check_stretches: Vec<(usize, Range<usize>)>,
+    pub fit_intervals: Vec<(usize, Range<usize>)>,
+    pub check_intervals: Vec<(usize, Range<usize>)>,
     pub seed: u64,
     /// Less than 1 where recordings are too short to be checked by others.
     pub trust: f64,
-    pub told: &'a (dyn Fn(&str, usize, usize) + Sync),
+    pub progress: &'a (dyn Fn(&str, usize, usize) + Sync),
 }
 
 /// What the search found: contenders, best first; the believed rig itself is `base`.
-pub(super) struct Found {
-    pub base: Contender,
-    pub finalists: Vec<Contender>,
+pub(crate) struct Found {
+    pub base: Candidate,
+    pub finalists: Vec<Candidate>,
     /// Index into `finalists` of what is believed.
     pub chosen: Option<usize>,
     /// What was believed on the way: the chosen one's effects in the order in which they were found.
@@ -76,7 +85,7 @@ pub(super) struct Found {
     /// The refit of the rig alone had stopped short of what `base` is now: its refit begins again from there.
     pub stopped_short: bool,
     /// Finalists that win in stretches and have no size or lose free runs over whole recordings, and those that build on them.
-    pub refuted: Vec<Contender>,
+    pub refuted: Vec<Candidate>,
 }
 
 /// What is tried where the race from the refitted rig explains nothing, or only with a rig that is bent out of shape.
@@ -89,7 +98,7 @@ enum Attempt {
     Short,
 }
 
-impl Bench<'_> {
+impl Case<'_> {
     /// The whole search.
     pub fn search(&self, rig: &Rig, values: &[f64]) -> Result<Option<Found>> {
         let plant = Plant::new(rig)?;
@@ -106,17 +115,17 @@ impl Bench<'_> {
         let step = RACE_STEP * dear;
         let settings = settings(&plant, values, &data.experiments, step);
         let budget = RACE_WORK / substeps(pace * thin as f64, step);
-        let mut track = Track {
+        let mut subset = Subset {
             written: self.written,
             data,
-            stretches: data.select(RACE_PARTS, budget.max(race_rows(&plant))),
+            intervals: data.select(RACE_PARTS, budget.max(race_rows(&plant))),
             settings,
         };
-        let Some(mut start) = track.first(rig, values, 15)? else {
+        let Some(mut start) = subset.first(rig, values, 15)? else {
             return Ok(None);
         };
         // The believed rig may have run along the bound, and nothing may be added to it there.
-        track.settings.max_substeps *= 2;
+        subset.settings.max_substeps *= 2;
         let Some(mut base) = self.base(&start)? else {
             return Ok(None);
         };
@@ -139,20 +148,20 @@ impl Bench<'_> {
                 refuted: Vec::new(),
             }));
         }
-        if let Some(own) = track.elsewhere(&start)?
+        if let Some(own) = subset.elsewhere(&start)?
             && let Some(moved) = own.first(rig, values, 15)?
         {
-            (track, start) = (own, moved);
+            (subset, start) = (own, moved);
         }
-        let all = suspects(rig, &plant);
-        let mut finalists = self.round(&track, &start, &all, "one effect")?;
-        let best = |all: &[Contender]| self.best(&base, all);
+        let all = terms(rig, &plant, sinew_sim::effects::Kind::ALL);
+        let mut finalists = self.round(&subset, &start, &all, "one effect")?;
+        let best = |all: &[Candidate]| self.best(&base, all);
         let mut chosen = self.choose(&mut finalists, best)?;
-        let explained = |chosen: Option<usize>, finalists: &[Contender]| {
+        let explained = |chosen: Option<usize>, finalists: &[Candidate]| {
             chosen.is_some_and(|index| !self.leaves_something(&finalists[index]))
         };
-        let straight = |chosen: Option<usize>, finalists: &[Contender]| {
-            chosen.is_some_and(|index| !finalists[index].tried.bent())
+        let straight = |chosen: Option<usize>, finalists: &[Candidate]| {
+            chosen.is_some_and(|index| !finalists[index].trial.implausible())
         };
         let mut short = Short::default();
         for attempt in [Attempt::AsWritten, Attempt::Short] {
@@ -161,53 +170,53 @@ impl Bench<'_> {
             }
             match attempt {
                 Attempt::AsWritten => {
-                    if let Some(written) = track.as_written(rig)? {
-                        finalists.extend(self.round(&track, &written, &all, "one effect")?);
+                    if let Some(written) = subset.as_written(rig)? {
+                        finalists.extend(self.round(&subset, &written, &all, "one effect")?);
                     }
                 }
                 Attempt::Short => {
-                    let (found, best) = self.climb(&track, rig, &all)?;
+                    let (found, best) = self.climb(&subset, rig, &all)?;
                     finalists.extend(found);
                     short = best;
                 }
             }
-            finalists = super::pairs::once(finalists);
+            finalists = crate::diagnose::search::moves::pair::once(finalists);
             chosen = self.choose(&mut finalists, best)?;
         }
         let done = explained(chosen, &finalists);
-        let best_of_sizes = |all: &[Contender]| self.best_of_sizes(&base, all);
+        let best_of_sizes = |all: &[Candidate]| self.best_of_sizes(&base, all);
         // A second effect in a few dozen rows is whatever the first one got wrong.
-        let enough = self.fit.rows().min(self.check.rows()) >= super::roles::SHORTEST;
+        let enough = self.fit.rows().min(self.check.rows()) >= crate::diagnose::split::SHORTEST;
         let second = !done && enough && !finalists.is_empty();
         let short = if second {
             let order = self.order(&base, &finalists);
-            let leader = order.first().map(|&index| &finalists[index].tried.suspects);
-            self.climb_twice(&track, &short, leader.and_then(|one| one.first()), &all)?
+            let leader = order.first().map(|&index| &finalists[index].trial.terms);
+            self.climb_twice(&subset, &short, leader.and_then(|one| one.first()), &all)?
         } else {
             None
         };
         if let Some(short) = short {
-            let pairs = self.pairs(&track, &start, &base, &finalists, short, &all)?;
-            let halves = self.halves(&track, &start, &base, &pairs)?;
+            let pairs = self.pairs(&subset, &start, &base, &finalists, short, &all)?;
+            let halves = self.halves(&subset, &start, &base, &pairs)?;
             finalists.extend(pairs);
             finalists.extend(halves);
-            finalists = super::pairs::once(finalists);
+            finalists = crate::diagnose::search::moves::pair::once(finalists);
             chosen = self.choose(&mut finalists, best_of_sizes)?;
         }
         // A pair that is not believed may be right in one half: the best that explains all, or the best. In a few dozen
         // rows one neighbour is as good as another: they would only share what is believed.
         let near_miss = || {
             let mut pairs = self.order(&base, &finalists);
-            pairs.retain(|&index| finalists[index].tried.suspects.len() == 2);
+            pairs.retain(|&index| finalists[index].trial.terms.len() == 2);
             let explains = |index: &usize| !self.leaves_something(&finalists[*index]);
             let best = pairs.first().copied();
             pairs.into_iter().find(explains).or(best)
         };
         if let Some(index) = chosen.or_else(near_miss).filter(|_| enough) {
-            let best = &finalists[index].tried;
-            let near = self.neighbours(&track, &start, best, &finalists, &all)?;
+            let best = &finalists[index].trial;
+            let near = self.neighbours(&subset, &start, best, &finalists, &all)?;
             finalists.extend(near);
-            finalists = super::pairs::once(finalists);
+            finalists = crate::diagnose::search::moves::pair::once(finalists);
             chosen = self.choose(&mut finalists, best_of_sizes)?;
         }
         // A fit ends in the nearest valley: rivals begin where the best one ended, and so does the rig without any effect.
@@ -215,18 +224,18 @@ impl Bench<'_> {
             let Some(index) = chosen.filter(|_| enough) else {
                 break;
             };
-            let begun = finalists[index].tried.suspects.clone();
+            let begun = finalists[index].trial.terms.clone();
             let again = self.rivals_from(&finalists[index], &base, &finalists)?;
             finalists.extend(again);
-            finalists = super::pairs::once(finalists);
+            finalists = crate::diagnose::search::moves::pair::once(finalists);
             chosen = self.choose(&mut finalists, best_of_sizes)?;
-            if chosen.is_some_and(|index| finalists[index].tried.suspects == begun) {
+            if chosen.is_some_and(|index| finalists[index].trial.terms == begun) {
                 break;
             }
         }
         let best = chosen.or_else(|| self.order(&base, &finalists).first().copied());
         let alone = match best {
-            Some(index) => self.alone_from(&start, &finalists[index].tried, &base)?,
+            Some(index) => self.alone_from(&start, &finalists[index].trial, &base)?,
             None => None,
         };
         let stopped_short = alone.is_some();
@@ -253,10 +262,10 @@ impl Bench<'_> {
 
     /// The track of a second effect: as many sub-steps as that of the first, counted in what the parent takes, so
     /// fewer rows where it takes many for each.
-    pub fn affordable<'a>(&self, track: &Track<'a>, parent: &Tried) -> Result<Track<'a>> {
-        let data = track.data;
+    pub fn affordable<'a>(&self, subset: &Subset<'a>, parent: &Trial) -> Result<Subset<'a>> {
+        let data = subset.data;
         let (mut rows, mut taken) = (0, 0);
-        for ((index, range), start) in track.stretches.iter().zip(&parent.point.states) {
+        for ((index, range), start) in subset.intervals.iter().zip(&parent.point.states) {
             let experiment = &data.experiments[*index];
             let drive = experiment.drive(&parent.model.plant, range.clone())?;
             let times = &experiment.t[range.clone()];
@@ -268,11 +277,11 @@ impl Bench<'_> {
             }
         }
         let budget = (RACE_WORK * rows / taken.max(1)).max(race_rows(&parent.model.plant));
-        let rows: usize = track.stretches.iter().map(|(_, rows)| rows.len()).sum();
-        Ok(track.on(if budget < rows {
+        let rows: usize = subset.intervals.iter().map(|(_, rows)| rows.len()).sum();
+        Ok(subset.on(if budget < rows {
             data.select(RACE_PARTS, budget)
         } else {
-            track.stretches.clone()
+            subset.intervals.clone()
         }))
     }
 
@@ -289,47 +298,47 @@ impl Bench<'_> {
     /// One race and its final.
     pub fn round(
         &self,
-        track: &Track,
-        parent: &Tried,
-        all: &[Suspect],
+        subset: &Subset,
+        parent: &Trial,
+        all: &[Term],
         what: &str,
-    ) -> Result<Vec<Contender>> {
-        let tried = self.raced(track, parent, all, what)?;
-        self.finals(track, &tried, what)
+    ) -> Result<Vec<Candidate>> {
+        let trial = self.raced(subset, parent, all, what)?;
+        self.finals(subset, &trial, what)
     }
 
     /// One race, its progress told.
     pub fn raced(
         &self,
-        track: &Track,
-        parent: &Tried,
-        all: &[Suspect],
+        subset: &Subset,
+        parent: &Trial,
+        all: &[Term],
         what: &str,
-    ) -> Result<Vec<Tried>> {
-        track.race(parent, all, self.doing(what))
+    ) -> Result<Vec<Trial>> {
+        subset.race(parent, all, self.doing(what))
     }
 
     /// A part of the search by its name, for who hears of its progress.
-    pub fn doing<'s>(&'s self, what: &'s str) -> Told<'s> {
-        let hears = self.told;
-        Told { hears, what }
+    pub fn doing<'s>(&'s self, what: &'s str) -> Progress<'s> {
+        let callback = self.progress;
+        Progress { callback, what }
     }
 
     /// The best of a race, fitted to everything.
-    pub fn finals(&self, track: &Track, tried: &[Tried], what: &str) -> Result<Vec<Contender>> {
-        let leg = self
+    pub fn finals(&self, subset: &Subset, trial: &[Trial], what: &str) -> Result<Vec<Candidate>> {
+        let count = self
             .doing(what)
-            .leg("fitted to everything", tried.len().min(FINALISTS));
-        let finals: Vec<Option<Contender>> = tried
+            .count("fitted to everything", trial.len().min(FINALISTS));
+        let finals: Vec<Option<Candidate>> = trial
             .par_iter()
             .take(FINALISTS)
-            .map(|tried| {
-                let contender = self.contender(track, tried, FINAL_STEPS).ok().flatten();
-                leg.one();
-                contender
+            .map(|trial| {
+                let candidate = self.candidate(subset, trial, FINAL_STEPS).ok().flatten();
+                count.one();
+                candidate
             })
             .collect();
-        let finals: Vec<Contender> = finals.into_iter().flatten().collect();
+        let finals: Vec<Candidate> = finals.into_iter().flatten().collect();
         Ok(finals)
     }
 }
@@ -340,7 +349,7 @@ fn race_rows(plant: &Plant) -> usize {
 }
 
 /// How finals are integrated, and how many rows one may take: what a whole simulation may cost.
-pub(super) fn finals(plant: &Plant, values: &[f64], fit: &Data, both: &Data) -> (Settings, usize) {
+pub(crate) fn finals(plant: &Plant, values: &[f64], fit: &Data, both: &Data) -> (Settings, usize) {
     let pace = pace(plant, values, &fit.experiments);
     let dear = dearness(plant);
     let step = FINAL_STEP * dear;

@@ -4,18 +4,18 @@ use std::collections::BTreeMap;
 
 use sinew_sim::effects::Kind;
 
-use super::details::Finalist;
-use super::evidence::Contender;
-use super::finding::{Estimate, FoundEffect, Rival};
-use super::judge::Remains;
-use super::search::{Bench, Found};
-use super::suspect::Suspect;
+use crate::diagnose::candidate::Term;
+use crate::diagnose::details::Finalist;
+use crate::diagnose::evidence::Candidate;
+use crate::diagnose::finding::{Estimate, FoundEffect, Rival};
+use crate::diagnose::residuals::Residuals;
+use crate::diagnose::search::{Case, Found};
 
 /// Predictions that differ by less than this part of the noise are the same.
-pub(super) const SAME: f64 = 0.02;
+pub(crate) const SAME: f64 = 0.02;
 
 /// Predictions that differ by less than this part of the noise cannot be told apart by these recordings.
-pub(super) const ALIKE: f64 = 0.25;
+pub(crate) const ALIKE: f64 = 0.25;
 
 /// Doubt that remains however well everything fits: nobody has tried what is not in the vocabulary.
 const MOST: f64 = 0.99;
@@ -29,7 +29,7 @@ const SMALL: f64 = 0.85;
 
 /// Where statements are as often right as they say. Below, of seeds 2029 to 2031, 15 of 25 around 0.75 were right, 5 of 25
 /// around 0.58, and 2 of 40 around 0.4 (docs/lab/0058): a line down to `LEAST` at half (eq. 11a).
-const HONEST: f64 = 0.86;
+const CALIBRATED_ABOVE: f64 = 0.86;
 
 /// What a half is worth.
 const LEAST: f64 = 0.1;
@@ -38,27 +38,27 @@ const LEAST: f64 = 0.1;
 const REFUTED: &str = "holds what has no size, or loses free runs over whole recordings";
 
 /// Values and intervals of the mended rig's parameters, by name.
-pub(super) type Known = BTreeMap<String, Estimate>;
+pub(crate) type Known = BTreeMap<String, Estimate>;
 
 /// What is named, most important first.
-pub(super) fn effects(
+pub(crate) fn effects(
     found: &Found,
     chosen: usize,
-    bench: &Bench,
+    case: &Case,
     known: &Known,
 ) -> Vec<FoundEffect> {
     let best = &found.finalists[chosen];
-    let surety = surety(found, chosen, bench);
+    let joint_confidence = joint_confidence(found, chosen, case);
     let mut effects: Vec<FoundEffect> = best
-        .tried
-        .suspects
+        .trial
+        .terms
         .iter()
-        .filter_map(|suspect| Some((suspect, suspect.places()?)))
-        .flat_map(|(suspect, (kind, components))| {
-            let about = Rivalry::of(found, chosen, suspect, bench, surety);
-            let about = about.honest(bench.trust);
-            let each = components.into_iter();
-            each.map(move |component| one(kind, component, about.clone(), known))
+        .filter_map(|term| Some((term, term.effect()?)))
+        .flat_map(|(term, (kind, sites))| {
+            let about = Alternatives::of(found, chosen, term, case, joint_confidence);
+            let about = about.calibrated(case.trust);
+            let each = sites.iter();
+            each.map(move |place| one(kind, &place.name, about.clone(), known))
         })
         .collect();
     effects.sort_by(|a, b| b.confidence.total_cmp(&a.confidence));
@@ -66,32 +66,32 @@ pub(super) fn effects(
 }
 
 /// The confidence of the least sure of what would be named.
-pub(super) fn least_sure(found: &Found, chosen: usize, bench: &Bench) -> f64 {
-    let surety = surety(found, chosen, bench);
-    let suspects = found.finalists[chosen].tried.suspects.iter();
-    suspects
-        .map(|suspect| Rivalry::of(found, chosen, suspect, bench, surety).confidence)
+pub(crate) fn least_sure(found: &Found, chosen: usize, case: &Case) -> f64 {
+    let joint_confidence = joint_confidence(found, chosen, case);
+    let terms = found.finalists[chosen].trial.terms.iter();
+    terms
+        .map(|term| Alternatives::of(found, chosen, term, case, joint_confidence).confidence)
         .fold(1.0, f64::min)
 }
 
 /// How sure the finalists are together (eq. 9).
-fn surety(found: &Found, chosen: usize, bench: &Bench) -> f64 {
+fn joint_confidence(found: &Found, chosen: usize, case: &Case) -> f64 {
     let best = &found.finalists[chosen];
-    let left = bench.share_left(best, &found.base);
-    let whole = if bench.leaves_something(best) {
+    let left = case.share_left(best, &found.base);
+    let whole = if case.leaves_something(best) {
         PART
     } else {
         1.0
     };
-    let small = if bench.large(best, &found.base) {
+    let small = if case.large(best, &found.base) {
         1.0
     } else {
         SMALL
     };
-    bench.trust * whole * small * MOST * (1.0 - left.sqrt().min(0.6))
+    case.trust * whole * small * MOST * (1.0 - left.sqrt().min(0.6))
 }
 
-fn one(kind: Kind, component: &str, about: Rivalry, known: &Known) -> FoundEffect {
+fn one(kind: Kind, component: &str, about: Alternatives, known: &Known) -> FoundEffect {
     let description = kind.description();
     let parameters: BTreeMap<String, Estimate> = description
         .parameters
@@ -122,14 +122,14 @@ fn one(kind: Kind, component: &str, about: Rivalry, known: &Known) -> FoundEffec
 
 /// How one named effect stands among the finalists.
 #[derive(Clone)]
-struct Rivalry {
+struct Alternatives {
     confidence: f64,
     rivals: Vec<Rival>,
     indistinguishable: Vec<Rival>,
 }
 
-impl Rivalry {
-    fn of(found: &Found, chosen: usize, suspect: &Suspect, bench: &Bench, surety: f64) -> Self {
+impl Alternatives {
+    fn of(found: &Found, chosen: usize, term: &Term, case: &Case, joint_confidence: f64) -> Self {
         let best = &found.finalists[chosen];
         let mut about = Self {
             confidence: 0.0,
@@ -137,24 +137,24 @@ impl Rivalry {
             indistinguishable: Vec::new(),
         };
         for (finalist, p) in found.finalists.iter().zip(&found.probabilities) {
-            let share = p * surety;
-            if finalist.tried.suspects.iter().any(|its| its.says(suspect)) {
+            let share = p * joint_confidence;
+            if finalist.trial.terms.iter().any(|its| its.says(term)) {
                 about.confidence += share;
                 continue;
             }
-            let others: Vec<&Suspect> = finalist
-                .tried
-                .suspects
+            let others: Vec<&Term> = finalist
+                .trial
+                .terms
                 .iter()
-                .filter(|other| !best.tried.suspects.contains(other))
+                .filter(|other| !best.trial.terms.contains(other))
                 .collect();
             let Some(other) = others.first() else {
                 continue;
             };
-            let apart = apart(best, finalist, bench);
+            let apart = apart(best, finalist, case);
             let rival = Rival {
                 kind: other.kind().into(),
-                component: other.component().into(),
+                component: other.component(),
                 confidence: share,
             };
             if others.len() == 1 && apart < SAME {
@@ -168,7 +168,8 @@ impl Rivalry {
                 // A law that holds the named one as a special case always comes as close; it is an
                 // alternative only where it is as simple or about as probable.
                 let simple = finalist.parameters() <= best.parameters();
-                if others.len() == 1 && apart < ALIKE && (simple || share > 0.1 * surety) {
+                if others.len() == 1 && apart < ALIKE && (simple || share > 0.1 * joint_confidence)
+                {
                     about.indistinguishable.push(rival.clone());
                 }
                 about.rivals.push(rival);
@@ -180,9 +181,9 @@ impl Rivalry {
     }
 
     /// As sure as such statements have turned out to be; rivals in proportion. `trust` is what recordings leave of any statement.
-    fn honest(mut self, trust: f64) -> Self {
+    fn calibrated(mut self, trust: f64) -> Self {
         let factor =
-            honest(self.confidence / trust) * trust / self.confidence.max(f64::MIN_POSITIVE);
+            calibrated(self.confidence / trust) * trust / self.confidence.max(f64::MIN_POSITIVE);
         self.confidence *= factor;
         for rival in self.rivals.iter_mut().chain(&mut self.indistinguishable) {
             rival.confidence *= factor;
@@ -192,11 +193,11 @@ impl Rivalry {
 }
 
 /// What a statement of this confidence is worth (eq. 11a).
-fn honest(stated: f64) -> f64 {
-    if stated >= HONEST {
+fn calibrated(stated: f64) -> f64 {
+    if stated >= CALIBRATED_ABOVE {
         return stated;
     }
-    let line = LEAST + (HONEST - LEAST) * (stated - 0.5) / (HONEST - 0.5);
+    let line = LEAST + (CALIBRATED_ABOVE - LEAST) * (stated - 0.5) / (CALIBRATED_ABOVE - 0.5);
     line.max(2.0 * LEAST * stated)
 }
 
@@ -218,7 +219,7 @@ fn join(rivals: &mut Vec<Rival>) {
 
 /// How far two explanations' predictions of the check recordings lie apart, in units of the noise: the
 /// largest of the sensors (eq. 10).
-pub(super) fn apart(a: &Contender, b: &Contender, bench: &Bench) -> f64 {
+pub(crate) fn apart(a: &Candidate, b: &Candidate, case: &Case) -> f64 {
     let of_sensor = |sensor: usize| {
         let (mut squares, mut count) = (0.0, 0.0);
         let pairs = a.check.series[sensor].iter().zip(&b.check.series[sensor]);
@@ -226,33 +227,33 @@ pub(super) fn apart(a: &Contender, b: &Contender, bench: &Bench) -> f64 {
             squares += (a - b).powi(2);
             count += 1.0;
         }
-        let scale = bench.check.noise[sensor] + 1e-4 * bench.check.spread[sensor];
+        let scale = case.check.noise[sensor] + 1e-4 * case.check.spread[sensor];
         (squares / f64::max(count, 1.0)).sqrt() / scale
     };
     (0..a.check.series.len()).map(of_sensor).fold(0.0, f64::max)
 }
 
 /// Every explanation that was fitted to everything, the best first.
-pub(super) fn finalists(found: &Found, chosen: Option<usize>) -> Vec<Finalist> {
-    let gain = |after: &Remains, before: &Remains| {
+pub(crate) fn finalists(found: &Found, chosen: Option<usize>) -> Vec<Finalist> {
+    let gain = |after: &Residuals, before: &Residuals| {
         let sensors = before.series.len();
         let logs = (0..sensors).map(|s| (after.rms(s) / before.rms(s)).ln());
         (logs.sum::<f64>() / sensors.max(1) as f64).exp()
     };
     let base = &found.base;
-    let of = |contender: &Contender, probability: f64, lost: &str| Finalist {
-        name: name(contender),
-        parameters: contender.parameters(),
-        fit_error: gain(&contender.fit, &base.fit),
-        check_error: gain(&contender.check, &base.check),
+    let of = |candidate: &Candidate, probability: f64, lost: &str| Finalist {
+        name: name(candidate),
+        parameters: candidate.parameters(),
+        fit_error: gain(&candidate.fit, &base.fit),
+        check_error: gain(&candidate.check, &base.check),
         probability,
         lost: lost.into(),
     };
     let mut order: Vec<usize> = (0..found.finalists.len()).collect();
     order.sort_by(|&a, &b| found.probabilities[b].total_cmp(&found.probabilities[a]));
-    let size = |index: usize| found.finalists[index].tried.suspects.len();
+    let size = |index: usize| found.finalists[index].trial.terms.len();
     let refuted = found.refuted.iter();
-    let refuted = refuted.map(|contender| of(contender, 0.0, REFUTED));
+    let refuted = refuted.map(|candidate| of(candidate, 0.0, REFUTED));
     order
         .into_iter()
         .map(|index| {
@@ -270,10 +271,10 @@ pub(super) fn finalists(found: &Found, chosen: Option<usize>) -> Vec<Finalist> {
         .collect()
 }
 
-fn name(contender: &Contender) -> String {
-    let suspects = contender.tried.suspects.iter();
-    let parts: Vec<String> = suspects
-        .map(|suspect| format!("{} at {}", suspect.kind(), suspect.component()))
+fn name(candidate: &Candidate) -> String {
+    let terms = candidate.trial.terms.iter();
+    let parts: Vec<String> = terms
+        .map(|term| format!("{} at {}", term.kind(), term.component()))
         .collect();
     parts.join(" + ")
 }
@@ -284,20 +285,20 @@ mod tests {
 
     #[test]
     fn doubtful_statements_are_worth_less_than_they_say_and_sure_ones_what_they_say() {
-        assert_eq!(honest(0.99), 0.99);
-        assert_eq!(honest(HONEST), HONEST);
-        assert!((honest(0.5) - LEAST).abs() < 1e-12);
+        assert_eq!(calibrated(0.99), 0.99);
+        assert_eq!(calibrated(CALIBRATED_ABOVE), CALIBRATED_ABOVE);
+        assert!((calibrated(0.5) - LEAST).abs() < 1e-12);
         let mut before = 0.0;
         for percent in 1..=99 {
             let stated = f64::from(percent) / 100.0;
-            assert!(honest(stated) > before && honest(stated) <= stated);
-            before = honest(stated);
+            assert!(calibrated(stated) > before && calibrated(stated) <= stated);
+            before = calibrated(stated);
         }
     }
 
     #[test]
     fn rivals_keep_their_proportion_and_doubt_about_recordings_is_taken_once() {
-        let of = |confidence: f64, rival: f64| Rivalry {
+        let of = |confidence: f64, rival: f64| Alternatives {
             confidence,
             rivals: vec![Rival {
                 kind: "backlash".into(),
@@ -306,12 +307,12 @@ mod tests {
             }],
             indistinguishable: Vec::new(),
         };
-        let sure = of(0.9, 0.05).honest(1.0);
+        let sure = of(0.9, 0.05).calibrated(1.0);
         assert_eq!((sure.confidence, sure.rivals[0].confidence), (0.9, 0.05));
-        let unsure = of(0.6, 0.3).honest(1.0);
-        assert!((unsure.confidence - honest(0.6)).abs() < 1e-12);
+        let unsure = of(0.6, 0.3).calibrated(1.0);
+        assert!((unsure.confidence - calibrated(0.6)).abs() < 1e-12);
         assert!((unsure.rivals[0].confidence - 0.5 * unsure.confidence).abs() < 1e-12);
-        let short = of(0.7 * 0.9, 0.0).honest(0.7);
+        let short = of(0.7 * 0.9, 0.0).calibrated(0.7);
         assert!((short.confidence - 0.7 * 0.9).abs() < 1e-12);
     }
 }

@@ -3,39 +3,33 @@
 
 use sinew_sim::effects::{Kind, Quantity};
 
-use super::begin::Begun;
-use super::race::{Track, Tried, merit};
-use super::suspect::Suspect;
+use crate::diagnose::candidate::Term;
+use crate::diagnose::search::halving::{Subset, Trial, merit};
+use crate::diagnose::search::start::Start;
 use crate::error::Result;
 
 /// Kin are tried again where they leave more than this many times what the best one leaves.
 const FAR: f64 = 1.5;
 
-impl Track<'_> {
+impl Subset<'_> {
     /// The kin of the best of a race among `suspects`, before their first step from where it ended; `parent` is the rig that
     /// was raced. Those in `known` that came as close as `FAR` are not begun again.
-    pub fn kin(
-        &self,
-        parent: &Tried,
-        known: &[Tried],
-        suspects: &[Suspect],
-    ) -> Result<Vec<Vec<Begun>>> {
+    pub fn kin(&self, parent: &Trial, known: &[Trial], terms: &[Term]) -> Result<Vec<Vec<Start>>> {
         let Some(best) = known.iter().min_by(|a, b| merit(a).total_cmp(&merit(b))) else {
             return Ok(Vec::new());
         };
-        let Some((newest, size)) = (best.suspects.last()).and_then(|newest| sized(newest, best))
+        let Some((newest, size)) = (best.terms.last()).and_then(|newest| sized(newest, best))
         else {
             return Ok(Vec::new());
         };
-        let near = |suspect: &Suspect| {
-            let mut ends = known.iter().filter(|t| t.suspects.last() == Some(suspect));
-            ends.any(|tried| tried.point.cost < FAR * best.point.cost)
+        let near = |term: &Term| {
+            let mut ends = known.iter().filter(|t| t.terms.last() == Some(term));
+            ends.any(|trial| trial.point.cost < FAR * best.point.cost)
         };
-        let others = suspects.iter().filter(|suspect| {
-            let same = suspect.family() == newest.family()
-                && suspect.component() == newest.component()
-                && *suspect != newest;
-            same && !near(suspect)
+        let others = terms.iter().filter(|term| {
+            let same =
+                term.family() == newest.family() && term.has_place_of(newest) && *term != newest;
+            same && !near(term)
         });
         let mut ended = parent.clone();
         let plant = &best.model.plant;
@@ -48,15 +42,14 @@ impl Track<'_> {
             return Ok(Vec::new());
         };
         let mut begun = Vec::new();
-        for suspect in others {
-            let Suspect::Effect { kind, component } = suspect else {
+        for term in others {
+            let Some((kind, place)) = term.single() else {
                 continue;
             };
-            let site = ended.model.rig.site(*kind, component)?;
-            let starts = kind.starts(&run.at(site)).into_iter();
-            let starts = starts.filter_map(|start| resized(*kind, start, size));
-            let starts: Vec<Begun> = starts
-                .filter_map(|start| self.begin(&ended, suspect, &start).ok())
+            let starts = kind.starts(&run.at(place.site)).into_iter();
+            let starts = starts.filter_map(|start| resized(kind, start, size));
+            let starts: Vec<Start> = starts
+                .filter_map(|start| self.begin(&ended, term, &start).ok())
                 .collect();
             if !starts.is_empty() {
                 begun.push(starts);
@@ -67,17 +60,15 @@ impl Track<'_> {
 }
 
 /// An effect and the mean size of its forces where it was fitted; `None` of one that has no forces.
-fn sized<'s>(suspect: &'s Suspect, tried: &Tried) -> Option<(&'s Suspect, f64)> {
-    let Suspect::Effect { kind, .. } = suspect else {
-        return None;
-    };
-    let plant = &tried.model.plant;
-    let names = suspect.parameters();
+fn sized<'s>(term: &'s Term, trial: &Trial) -> Option<(&'s Term, f64)> {
+    let (kind, _) = term.single()?;
+    let plant = &trial.model.plant;
+    let names = term.parameters();
     let values: Option<Vec<f64>> = names
         .iter()
-        .map(|name| plant.slot(name).map(|slot| tried.point.values[slot]))
+        .map(|name| plant.slot(name).map(|slot| trial.point.values[slot]))
         .collect();
-    mean_force(*kind, &values?).map(|size| (suspect, size))
+    mean_force(kind, &values?).map(|size| (term, size))
 }
 
 /// A start with forces of that mean size instead; `None` of an effect that has no forces.

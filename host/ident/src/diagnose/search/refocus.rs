@@ -3,37 +3,37 @@
 
 use std::ops::Range;
 
-use super::belief::stands_out;
-use super::judge::Remains;
-use super::race::{Track, Tried};
+use crate::diagnose::acceptance::stands_out;
+use crate::diagnose::residuals::Residuals;
+use crate::diagnose::search::halving::{Subset, Trial};
 use crate::error::Result;
 
-impl<'a> Track<'a> {
+impl<'a> Subset<'a> {
     /// The track with as many stretches as it has, and no longer, where the fitted rig leaves most of the squares. `None` where
     /// something stands out on the track as it is: a stop that is met once in a recording may lie between its stretches.
     ///
     /// # Errors
     /// None that fitting the rig has not excluded.
-    pub fn elsewhere(&self, fitted: &Tried) -> Result<Option<Track<'a>>> {
-        let left = |stretches: &[(usize, Range<usize>)], states: Option<&[Vec<f64>]>| {
-            Remains::of(
+    pub fn elsewhere(&self, fitted: &Trial) -> Result<Option<Subset<'a>>> {
+        let left = |intervals: &[(usize, Range<usize>)], states: Option<&[Vec<f64>]>| {
+            Residuals::of(
                 &fitted.model,
                 &fitted.point.values,
                 self.data,
-                stretches,
+                intervals,
                 states,
             )
         };
-        let here = left(&self.stretches, Some(&fitted.point.states))?;
+        let here = left(&self.intervals, Some(&fitted.point.states))?;
         if here.is_none_or(|here| stands_out(&here, self.data)) {
             return Ok(None);
         }
         let all = self.windows();
-        let Some(remains) = left(&all, None)? else {
+        let Some(residuals) = left(&all, None)? else {
             return Ok(None);
         };
         let squares = |window: usize| -> f64 {
-            let sensors = remains.series.iter().zip(&self.data.sigma);
+            let sensors = residuals.series.iter().zip(&self.data.sigma);
             let of = |(series, sigma): (&Vec<Vec<f64>>, &f64)| {
                 let beyond = series[window].iter().map(|r| (r / sigma).powi(2) - 1.0);
                 beyond.sum::<f64>()
@@ -43,15 +43,15 @@ impl<'a> Track<'a> {
         let mut worst: Vec<(f64, usize)> = (0..all.len()).map(|w| (squares(w), w)).collect();
         worst.sort_by(|a, b| b.0.total_cmp(&a.0));
         let mut kept: Vec<usize> = worst.into_iter().map(|(_, window)| window).collect();
-        kept.truncate(self.stretches.len());
+        kept.truncate(self.intervals.len());
         kept.sort_unstable();
-        let stretches = kept.into_iter().map(|w| all[w].clone());
-        Ok(Some(self.on(stretches.collect())))
+        let intervals = kept.into_iter().map(|w| all[w].clone());
+        Ok(Some(self.on(intervals.collect())))
     }
 
     /// The whole of the recordings in windows no longer than the track's stretches.
     fn windows(&self) -> Vec<(usize, Range<usize>)> {
-        let lengths = self.stretches.iter().map(|(_, rows)| rows.len());
+        let lengths = self.intervals.iter().map(|(_, rows)| rows.len());
         let longest = lengths.max().unwrap_or(1).max(1);
         let of = |(index, rows): (usize, usize)| {
             let count = rows.div_ceil(longest);
@@ -66,8 +66,8 @@ impl<'a> Track<'a> {
 mod tests {
     use sinew_sim::{Plant, Rig, Settings};
 
-    use super::super::data::Data;
     use super::*;
+    use crate::diagnose::data::Data;
     use crate::noise::gaussian;
     use crate::recording::{Column, Recording};
     use rand::SeedableRng;
@@ -111,17 +111,17 @@ mod tests {
         let rig = Rig::load(file).expect("it ships with the project");
         let plant = Plant::new(&rig).expect("it can be simulated");
         let data = Data::new(&rig, &plant, &[stopped()]).expect("it is driven by the input");
-        let of = |stretches: &[Range<usize>]| {
-            let track = Track {
+        let of = |intervals: &[Range<usize>]| {
+            let subset = Subset {
                 written: &rig,
                 data: &data,
-                stretches: stretches.iter().map(|rows| (0, rows.clone())).collect(),
+                intervals: intervals.iter().map(|rows| (0, rows.clone())).collect(),
                 settings: Settings::default(),
             };
-            let fitted = track.first(&rig, &plant.values(), 15).expect("a rig");
+            let fitted = subset.first(&rig, &plant.values(), 15).expect("a rig");
             let fitted = fitted.expect("it can be simulated");
-            let found = track.elsewhere(&fitted).expect("it was fitted");
-            (track.stretches.len(), found.map(|found| found.stretches))
+            let found = subset.elsewhere(&fitted).expect("it was fitted");
+            (subset.intervals.len(), found.map(|found| found.intervals))
         };
         let (count, moved) = of(&[0..200, 600..800, 1200..1400, 1800..2000]);
         let moved = moved.expect("the track sees nothing of the stop");

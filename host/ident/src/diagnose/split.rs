@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use crate::recording::Recording;
 
 /// Recordings by role, as a diagnosis uses them.
-pub(super) struct Roles {
+pub(crate) struct Roles {
     /// These estimate parameters.
     pub fit: Vec<Recording>,
     /// These decide what is believed.
@@ -21,7 +21,7 @@ pub(super) struct Roles {
 const ASIDE: f64 = 0.35;
 
 /// A recording with fewer rows than this is not cut, and shows no second effect.
-pub(super) const SHORTEST: usize = 100;
+pub(crate) const SHORTEST: usize = 100;
 
 impl Roles {
     /// Splits the fit recordings where there are none to check by.

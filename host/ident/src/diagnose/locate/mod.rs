@@ -1,24 +1,28 @@
 //! Where and when the mismatch sits: a force without a law is tried at every place, and the one that explains
 //! the recordings best is shown (docs/explanation/diagnosis.md, eq. 12 to 17).
 
+mod latent_force;
+pub(crate) mod learned_force;
+mod regressors;
+
 use rayon::prelude::*;
 use sinew_sim::Rig;
 use sinew_sim::effects::Quantity;
 use sinew_sim::rig::Drives;
 
-use super::data::Data;
-use super::details::{ForceTrace, Recovered};
-use super::finding::Interval;
-use super::follows::{Company, follows};
-use super::judge::Remains;
-use super::latent::{Place, Pushed, Trace, Wander, places};
+use crate::diagnose::data::Data;
+use crate::diagnose::details::{ForceTrace, Recovered};
+use crate::diagnose::finding::Interval;
+use crate::diagnose::locate::latent_force::{Place, Pushed, Trace, Wander, places};
+use crate::diagnose::locate::regressors::{Company, follows};
+use crate::diagnose::residuals::Residuals;
 use crate::error::Result;
 
 /// Rows of one recording that a force is recovered from, about.
 const ROWS: usize = 800;
 
 /// A place with the force that it lacks.
-pub(super) struct Located {
+pub(crate) struct Located {
     pub component: String,
     pub follows: String,
     pub recovered: Recovered,
@@ -28,7 +32,7 @@ pub(super) struct Located {
 ///
 /// # Errors
 /// None that reading the recordings has not excluded.
-pub(super) fn locate(rig: &Rig, data: &Data, at: Option<&str>) -> Result<Option<Located>> {
+pub(crate) fn locate(rig: &Rig, data: &Data, at: Option<&str>) -> Result<Option<Located>> {
     let Some(pushed) = Pushed::new(rig) else {
         return Ok(None);
     };
@@ -149,14 +153,15 @@ fn wanders(rig: &Rig, data: &Data, place: &Place) -> Vec<Wander> {
 
 /// When a rig misses a recording most: stretches of a fortieth of it that are missed by more than half as
 /// much as the worst, at most five (eq. 17).
-pub(super) fn intervals(remains: &Remains, data: &Data) -> Vec<Interval> {
+pub(crate) fn intervals(residuals: &Residuals, data: &Data) -> Vec<Interval> {
     let mut windows: Vec<Interval> = Vec::new();
     for (index, experiment) in data.experiments.iter().enumerate() {
         let rows = experiment.rows();
         let length = (rows / 40).max(1);
         let count = rows.div_ceil(length);
         let (mut squares, mut counts) = (vec![0.0; count], vec![0.0; count]);
-        for (sensor, (series, origin)) in remains.series.iter().zip(&remains.origin).enumerate() {
+        for (sensor, (series, origin)) in residuals.series.iter().zip(&residuals.origin).enumerate()
+        {
             for (residual, (of, row)) in series.iter().flatten().zip(origin) {
                 if *of == index {
                     squares[row / length] += (residual / data.sigma[sensor]).powi(2);

@@ -3,8 +3,8 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::model::Model;
-use super::race::{Track, Tried};
+use crate::diagnose::model::Model;
+use crate::diagnose::search::halving::{Subset, Trial};
 use crate::error::Result;
 use crate::fit::levenberg::Unknowns;
 use crate::fit::segment::Rows;
@@ -13,8 +13,8 @@ use crate::fit::segment::Rows;
 const TRACE: f64 = 1e-9;
 
 /// Derivatives of the parent's residuals in its own parameters and start states, factored once.
-pub(super) struct Screen {
-    stretches: Vec<Stretch>,
+pub(crate) struct Screen {
+    intervals: Vec<Stretch>,
     /// Parameters, start states eliminated.
     reduced: Cholesky<f64, Dyn>,
 }
@@ -33,18 +33,18 @@ impl Screen {
     ///
     /// # Errors
     /// None that fitting the parent has not excluded.
-    pub fn new(track: &Track, parent: &Tried) -> Result<Option<Self>> {
+    pub fn new(subset: &Subset, parent: &Trial) -> Result<Option<Self>> {
         let model = &parent.model;
-        let segments = track.data.segments(&model.plant, &track.stretches)?;
+        let segments = subset.data.segments(&model.plant, &subset.intervals)?;
         let from = Unknowns {
             values: parent.point.values.clone(),
             states: parent.point.states.clone(),
         };
-        let problem = model.problem(track.data, &segments, &from);
+        let problem = model.problem(subset.data, &segments, &from);
         let parameters = problem.parameters();
         // The prior of a fit: what the data leave open stays near what the rig says.
         let mut reduced = DMatrix::<f64>::identity(parameters, parameters) / 9.0;
-        let mut stretches = Vec::new();
+        let mut intervals = Vec::new();
         let width = parameters + problem.state_scale.len();
         let seeded = problem.seeded::<8>(&segments, &from.values, width);
         for (segment, state) in segments.iter().zip(&from.states) {
@@ -57,7 +57,7 @@ impl Screen {
             };
             let back = states.solve(&normal.zx.transpose());
             reduced += &normal.zz - &normal.zx * &back;
-            stretches.push(Stretch {
+            intervals.push(Stretch {
                 own,
                 width: parameters + state.len(),
                 states,
@@ -66,7 +66,7 @@ impl Screen {
         }
         Ok(traced(reduced)
             .cholesky()
-            .map(|reduced| Self { stretches, reduced }))
+            .map(|reduced| Self { intervals, reduced }))
     }
 
     /// Half the squares that a model with new parameters would keep after one joint linear step from
@@ -74,12 +74,12 @@ impl Screen {
     ///
     /// # Errors
     /// None that fitting the parent has not excluded.
-    pub fn promise(&self, track: &Track, model: &Model, from: &Unknowns) -> Result<f64> {
-        let segments = track.data.segments(&model.plant, &track.stretches)?;
-        let mut problem = model.problem(track.data, &segments, from);
+    pub fn predicted_cost(&self, subset: &Subset, model: &Model, from: &Unknowns) -> Result<f64> {
+        let segments = subset.data.segments(&model.plant, &subset.intervals)?;
+        let mut problem = model.problem(subset.data, &segments, from);
         let slots = problem
             .slots
-            .split_off(model.believed.max(self.own_parameters()));
+            .split_off(model.own.max(self.own_parameters()));
         let scale = problem.scale.split_off(problem.slots.len());
         problem.slots = slots;
         problem.scale = scale;
@@ -89,7 +89,7 @@ impl Screen {
         let parameters = self.own_parameters();
         let mut across = DMatrix::<f64>::zeros(parameters, fresh + 1);
         let seeded = problem.seeded::<4>(&segments, &from.values, fresh);
-        for ((segment, state), stretch) in segments.iter().zip(&from.states).zip(&self.stretches) {
+        for ((segment, state), stretch) in segments.iter().zip(&from.states).zip(&self.intervals) {
             let Some(rows) = problem.rows_by(&seeded, segment, state) else {
                 return Ok(f64::INFINITY);
             };
@@ -114,7 +114,7 @@ impl Screen {
     }
 
     fn own_parameters(&self) -> usize {
-        self.stretches.first().map_or(0, |s| s.back.ncols())
+        self.intervals.first().map_or(0, |s| s.back.ncols())
     }
 }
 

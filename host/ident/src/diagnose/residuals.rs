@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use super::data::Data;
-use super::model::Model;
-use super::noise::{Excess, beyond_rounding, excess};
+use crate::diagnose::data::Data;
+use crate::diagnose::model::Model;
+use crate::diagnose::noise::{Excess, beyond_rounding, excess};
 use crate::error::Result;
 use crate::fit::experiment::Views;
 use crate::fit::levenberg::Unknowns;
@@ -13,14 +13,14 @@ use crate::fit::start;
 
 /// What a rig leaves of the recordings of one role, start states fitted to each stretch.
 #[derive(Clone)]
-pub(super) struct Remains {
+pub(crate) struct Residuals {
     /// One entry a sensor: the residuals of each stretch, SI, valid samples only.
     pub series: Vec<Vec<Vec<f64>>>,
     /// Rows and values beside them, for plots: (recording, row, residual).
     pub origin: Vec<Vec<(usize, usize)>>,
 }
 
-impl Remains {
+impl Residuals {
     /// Runs a rig over stretches of the data, each from the start state that explains it best.
     ///
     /// # Errors
@@ -29,10 +29,10 @@ impl Remains {
         model: &Model,
         values: &[f64],
         data: &Data,
-        stretches: &[(usize, Range<usize>)],
+        intervals: &[(usize, Range<usize>)],
         known: Option<&[Vec<f64>]>,
     ) -> Result<Option<Self>> {
-        let mut segments = data.segments(&model.plant, stretches)?;
+        let mut segments = data.segments(&model.plant, intervals)?;
         let problem = data.judging(&model.plant);
         let whole = segments.iter().all(|segment| segment.rows.start == 0);
         let states = match known {
@@ -44,7 +44,7 @@ impl Remains {
             states,
         };
         let sensors = data.sigma.len();
-        let mut remains = Self {
+        let mut residuals = Self {
             series: vec![Vec::new(); sensors],
             origin: vec![Vec::new(); sensors],
         };
@@ -58,13 +58,13 @@ impl Remains {
                 for (at, row) in segment.rows.clone().enumerate() {
                     if measured[row].is_finite() {
                         series.push(measured[row] - signals[at * sensors + sensor]);
-                        remains.origin[sensor].push((segment.experiment, row));
+                        residuals.origin[sensor].push((segment.experiment, row));
                     }
                 }
-                remains.series[sensor].push(series);
+                residuals.series[sensor].push(series);
             }
         }
-        Ok(Some(remains))
+        Ok(Some(residuals))
     }
 
     /// What is left of each sensor beside noise, roundings to an encoder's step forgiven.
@@ -109,7 +109,7 @@ impl Remains {
     }
 
     /// Samples over which the residuals remember themselves: 1 for white noise, the longest of the sensors.
-    pub fn memory(&self) -> f64 {
+    pub fn correlation_time(&self) -> f64 {
         let of_sensor = |series: &Vec<Vec<f64>>| {
             let long: Vec<&Vec<f64>> = series.iter().filter(|part| part.len() >= 40).collect();
             let sum: f64 = long

@@ -6,13 +6,13 @@ use sinew_sim::Rig;
 use sinew_sim::effects::{Kind, Sign, learned_force};
 use sinew_sim::rig::Site;
 
-use super::details::Recovered;
-use super::judge::Remains;
-use super::mend::falls;
-use super::model::Model;
-use super::roles::Roles;
-use super::search::Bench;
-use super::suspect::Suspect;
+use crate::diagnose::candidate::Term;
+use crate::diagnose::corrected::falls;
+use crate::diagnose::details::Recovered;
+use crate::diagnose::model::Model;
+use crate::diagnose::residuals::Residuals;
+use crate::diagnose::search::Case;
+use crate::diagnose::split::Roles;
 use crate::error::Result;
 use crate::fit::levenberg::Unknowns;
 use crate::fit::{SensorError, score};
@@ -34,11 +34,11 @@ const WORTH: f64 = 0.9;
 ///
 /// # Errors
 /// A rig that cannot be compiled.
-pub(super) fn learn(
+pub(crate) fn learn(
     refitted: &Rig,
     component: &str,
     recovered: &Recovered,
-    bench: &Bench,
+    case: &Case,
     roles: &Roles,
 ) -> Result<Option<Rig>> {
     let kind = Kind::Learned;
@@ -49,14 +49,11 @@ pub(super) fn learn(
         return Ok(None);
     };
     let (values, _) = from_recovered(frame, rest(refitted, site), recovered);
-    let suspect = Suspect::Effect {
-        kind,
-        component: component.to_owned(),
-    };
-    let (rig, trial) = suspect.apply(refitted, &values)?;
-    let model = Model::new(&rig, refitted, &trial, bench.settings)?.doubting(WIDTH);
-    let data = bench.fit;
-    let mut segments = data.segments(&model.plant, &bench.fit_stretches)?;
+    let term = Term::at(refitted, kind, &[site]);
+    let rig = term.apply(refitted, &values)?;
+    let model = Model::new(&rig, refitted, &[term], case.settings)?.doubting(WIDTH);
+    let data = case.fit;
+    let mut segments = data.segments(&model.plant, &case.fit_intervals)?;
     let values = model.plant.values();
     let from = Unknowns {
         states: data.starts(&rig, &model.plant, &segments, &values)?,
@@ -67,8 +64,8 @@ pub(super) fn learn(
     };
     let learned = model.with(&point.values)?;
     let helps = falls(refitted, &learned, roles, WORTH)
-        && in_stretches(refitted, &learned, bench)?
-        && everywhere(refitted, &learned, bench.in_parts, roles)?;
+        && in_stretches(refitted, &learned, case)?
+        && everywhere(refitted, &learned, case.in_parts, roles)?;
     Ok(helps.then_some(learned))
 }
 
@@ -98,25 +95,25 @@ fn keeps_up(before: &SensorError, after: &SensorError, in_parts: bool) -> bool {
 
 /// Whether the error over the check stretches falls as well: over a whole recording, that of a body which nothing
 /// holds in place is mostly how far it has drifted.
-fn in_stretches(before: &Rig, after: &Rig, bench: &Bench) -> Result<bool> {
+fn in_stretches(before: &Rig, after: &Rig, case: &Case) -> Result<bool> {
     let of = |rig: &Rig| -> Result<f64> {
-        let model = Model::new(rig, rig, &[], bench.settings)?;
+        let model = Model::new(rig, rig, &[], case.settings)?;
         let values = model.plant.values();
-        let remains = Remains::of(&model, &values, bench.check, &bench.check_stretches, None)?;
-        let sensors = bench.check.noise.len();
-        let logs = |remains: Remains| {
+        let residuals = Residuals::of(&model, &values, case.check, &case.check_intervals, None)?;
+        let sensors = case.check.noise.len();
+        let logs = |residuals: Residuals| {
             (0..sensors)
-                .map(|s| remains.rms(s).max(f64::MIN_POSITIVE).ln())
+                .map(|s| residuals.rms(s).max(f64::MIN_POSITIVE).ln())
                 .sum()
         };
-        Ok(remains.map_or(f64::INFINITY, logs) / sensors as f64)
+        Ok(residuals.map_or(f64::INFINITY, logs) / sensors as f64)
     };
     Ok(of(after)? < of(before)? + WORTH.ln())
 }
 
 /// Middle and reach of the position, and the largest speed, that the place has met but rarely.
 fn frame(rest: f64, recovered: &Recovered) -> Option<[f64; 3]> {
-    let all = |of: fn(&super::ForceTrace) -> &Vec<f64>| -> Vec<f64> {
+    let all = |of: fn(&crate::diagnose::ForceTrace) -> &Vec<f64>| -> Vec<f64> {
         let mut all: Vec<f64> = recovered
             .traces
             .iter()
@@ -195,8 +192,8 @@ fn from_recovered(frame: [f64; 3], rest: f64, recovered: &Recovered) -> (Vec<f64
         }
     }
     unit[frame.len()..].copy_from_slice(&found[..knots]);
-    let bent = [found[knots] / frame[1], found[knots + 1] / frame[2]];
-    (unit, bent)
+    let implausible = [found[knots] / frame[1], found[knots + 1] / frame[2]];
+    (unit, implausible)
 }
 
 #[cfg(test)]
@@ -227,9 +224,9 @@ mod tests {
     fn a_force_is_not_trusted_where_it_spoils_what_it_was_learned_from() -> Result<()> {
         use crate::recording::Recording;
         let rigs = concat!(env!("CARGO_MANIFEST_DIR"), "/../../rigs/mass-spring-damper");
-        let believed = Rig::load(format!("{rigs}.toml"))?;
+        let own = Rig::load(format!("{rigs}.toml"))?;
         let dry = Kind::named("coulomb_friction").expect("it is in the vocabulary");
-        let rubs = believed.with_effect(dry, believed.site(dry, "mass")?, &[0.58])?;
+        let rubs = own.with_effect(dry, own.site(dry, "mass")?, &[0.58])?;
         let roles = Roles {
             fit: vec![Recording::read(format!("{rigs}.fit.csv"))?],
             check: Vec::new(),
@@ -237,8 +234,8 @@ mod tests {
             set_aside: None,
             by_itself: false,
         };
-        assert!(everywhere(&believed, &rubs, false, &roles)?);
-        assert!(!everywhere(&rubs, &believed, false, &roles)?);
+        assert!(everywhere(&own, &rubs, false, &roles)?);
+        assert!(!everywhere(&rubs, &own, false, &roles)?);
         Ok(())
     }
 
@@ -267,12 +264,12 @@ mod tests {
             }],
         };
         let frame = frame(0.0, &recovered).expect("it moves");
-        let (found, bent) = from_recovered(frame, 0.0, &recovered);
+        let (found, implausible) = from_recovered(frame, 0.0, &recovered);
         assert!(found[12..].iter().all(|damping| *damping >= 0.0));
         let squares =
             |of: &dyn Fn(f64, f64) -> f64| pairs().map(|(x, v)| of(*x, *v).powi(2)).sum::<f64>();
         let left = squares(&|x, v| {
-            let straight = bent[0] * (x - frame[0]) + bent[1] * v;
+            let straight = implausible[0] * (x - frame[0]) + implausible[1] * v;
             learned_force(&found, x, v) + straight - law(x, v)
         }) / squares(&law);
         assert!(left < 0.01, "{left}");

@@ -2,13 +2,13 @@
 
 use sinew_sim::effects::{Family, Kind};
 
-use super::finding::{FoundEffect, Verdict};
+use crate::diagnose::finding::{FoundEffect, Verdict};
 
 /// A rival less probable than this needs no experiment.
 const DOUBT: f64 = 0.02;
 
 /// The experiment and the command that designs it.
-pub(super) fn next_experiment(verdict: Verdict, effects: &[FoundEffect], place: &str) -> String {
+pub(crate) fn next_experiment(verdict: Verdict, effects: &[FoundEffect], place: &str) -> String {
     match verdict {
         Verdict::Consistent | Verdict::Parameters => {
             "None is needed for what the rig is used for here; motion beyond what these recordings visit \
