@@ -2,20 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use sinew_sim::effects::Kind;
-
-use crate::diagnose::candidate::Term;
+use crate::diagnose::acceptance::{exceeds_noise, leaves_something, share_left};
+use crate::diagnose::candidate::Candidate;
+use crate::diagnose::case::Case;
 use crate::diagnose::details::Finalist;
-use crate::diagnose::evidence::Candidate;
+use crate::diagnose::evidence::{ALIKE, SAME, apart};
 use crate::diagnose::finding::{Estimate, FoundEffect, Rival};
+use crate::diagnose::pool::Pool;
 use crate::diagnose::residuals::Residuals;
-use crate::diagnose::search::{Case, Found};
-
-/// Predictions that differ by less than this part of the noise are the same.
-pub(crate) const SAME: f64 = 0.02;
-
-/// Predictions that differ by less than this part of the noise cannot be told apart by these recordings.
-pub(crate) const ALIKE: f64 = 0.25;
+use crate::diagnose::term::Term;
+use sinew_sim::effects::Kind;
 
 /// Doubt that remains however well everything fits: nobody has tried what is not in the vocabulary.
 const MOST: f64 = 0.99;
@@ -41,13 +37,8 @@ const REFUTED: &str = "holds what has no size, or loses free runs over whole rec
 pub(crate) type Known = BTreeMap<String, Estimate>;
 
 /// What is named, most important first.
-pub(crate) fn effects(
-    found: &Found,
-    chosen: usize,
-    case: &Case,
-    known: &Known,
-) -> Vec<FoundEffect> {
-    let best = &found.finalists[chosen];
+pub(crate) fn effects(found: &Pool, chosen: usize, case: &Case, known: &Known) -> Vec<FoundEffect> {
+    let best = &found.candidates[chosen];
     let joint_confidence = joint_confidence(found, chosen, case);
     let mut effects: Vec<FoundEffect> = best
         .trial
@@ -66,24 +57,24 @@ pub(crate) fn effects(
 }
 
 /// The confidence of the least sure of what would be named.
-pub(crate) fn least_sure(found: &Found, chosen: usize, case: &Case) -> f64 {
+pub(crate) fn least_sure(found: &Pool, chosen: usize, case: &Case) -> f64 {
     let joint_confidence = joint_confidence(found, chosen, case);
-    let terms = found.finalists[chosen].trial.terms.iter();
+    let terms = found.candidates[chosen].trial.terms.iter();
     terms
         .map(|term| Alternatives::of(found, chosen, term, case, joint_confidence).confidence)
         .fold(1.0, f64::min)
 }
 
 /// How sure the finalists are together (eq. 9).
-fn joint_confidence(found: &Found, chosen: usize, case: &Case) -> f64 {
-    let best = &found.finalists[chosen];
-    let left = case.share_left(best, &found.base);
-    let whole = if case.leaves_something(best) {
+fn joint_confidence(found: &Pool, chosen: usize, case: &Case) -> f64 {
+    let best = &found.candidates[chosen];
+    let left = share_left(case, best, &found.baseline);
+    let whole = if leaves_something(case, best) {
         PART
     } else {
         1.0
     };
-    let small = if case.large(best, &found.base) {
+    let small = if exceeds_noise(case, best, &found.baseline) {
         1.0
     } else {
         SMALL
@@ -129,14 +120,14 @@ struct Alternatives {
 }
 
 impl Alternatives {
-    fn of(found: &Found, chosen: usize, term: &Term, case: &Case, joint_confidence: f64) -> Self {
-        let best = &found.finalists[chosen];
+    fn of(found: &Pool, chosen: usize, term: &Term, case: &Case, joint_confidence: f64) -> Self {
+        let best = &found.candidates[chosen];
         let mut about = Self {
             confidence: 0.0,
             rivals: Vec::new(),
             indistinguishable: Vec::new(),
         };
-        for (finalist, p) in found.finalists.iter().zip(&found.probabilities) {
+        for (finalist, p) in found.candidates.iter().zip(&found.probabilities) {
             let share = p * joint_confidence;
             if finalist.trial.terms.iter().any(|its| its.says(term)) {
                 about.confidence += share;
@@ -217,30 +208,14 @@ fn join(rivals: &mut Vec<Rival>) {
     *rivals = joined;
 }
 
-/// How far two explanations' predictions of the check recordings lie apart, in units of the noise: the
-/// largest of the sensors (eq. 10).
-pub(crate) fn apart(a: &Candidate, b: &Candidate, case: &Case) -> f64 {
-    let of_sensor = |sensor: usize| {
-        let (mut squares, mut count) = (0.0, 0.0);
-        let pairs = a.check.series[sensor].iter().zip(&b.check.series[sensor]);
-        for (a, b) in pairs.flat_map(|(a, b)| a.iter().zip(b)) {
-            squares += (a - b).powi(2);
-            count += 1.0;
-        }
-        let scale = case.check.noise[sensor] + 1e-4 * case.check.spread[sensor];
-        (squares / f64::max(count, 1.0)).sqrt() / scale
-    };
-    (0..a.check.series.len()).map(of_sensor).fold(0.0, f64::max)
-}
-
 /// Every explanation that was fitted to everything, the best first.
-pub(crate) fn finalists(found: &Found, chosen: Option<usize>) -> Vec<Finalist> {
+pub(crate) fn finalists(found: &Pool, chosen: Option<usize>) -> Vec<Finalist> {
     let gain = |after: &Residuals, before: &Residuals| {
         let sensors = before.series.len();
         let logs = (0..sensors).map(|s| (after.rms(s) / before.rms(s)).ln());
         (logs.sum::<f64>() / sensors.max(1) as f64).exp()
     };
-    let base = &found.base;
+    let base = &found.baseline;
     let of = |candidate: &Candidate, probability: f64, lost: &str| Finalist {
         name: name(candidate),
         parameters: candidate.parameters(),
@@ -249,9 +224,9 @@ pub(crate) fn finalists(found: &Found, chosen: Option<usize>) -> Vec<Finalist> {
         probability,
         lost: lost.into(),
     };
-    let mut order: Vec<usize> = (0..found.finalists.len()).collect();
+    let mut order: Vec<usize> = (0..found.candidates.len()).collect();
     order.sort_by(|&a, &b| found.probabilities[b].total_cmp(&found.probabilities[a]));
-    let size = |index: usize| found.finalists[index].trial.terms.len();
+    let size = |index: usize| found.candidates[index].trial.terms.len();
     let refuted = found.refuted.iter();
     let refuted = refuted.map(|candidate| of(candidate, 0.0, REFUTED));
     order
@@ -265,7 +240,7 @@ pub(crate) fn finalists(found: &Found, chosen: Option<usize>) -> Vec<Finalist> {
                 Some(_) => "explains the recordings less well",
                 None => "does not hold on the check recordings, or leaves too much to be a name",
             };
-            of(&found.finalists[index], found.probabilities[index], lost)
+            of(&found.candidates[index], found.probabilities[index], lost)
         })
         .chain(refuted)
         .collect()

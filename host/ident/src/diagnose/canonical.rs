@@ -1,9 +1,8 @@
 //! The form in which parameters are reported where several describe the same motion.
 
-use sinew_sim::rig::{End, Site};
-
-use crate::diagnose::candidate::Term;
 use crate::diagnose::model::{Model, Point};
+use crate::diagnose::term::Term;
+use sinew_sim::rig::{End, Site};
 
 /// Brings every effect at a body beside a free damper of the rig to its canonical form (contract of the vocabulary): what the
 /// rig's own damper can take over stands there.

@@ -3,11 +3,12 @@
 use sinew_sim::{Plant, Rig, Settings};
 
 use crate::diagnose::calibration::Known;
+use crate::diagnose::candidate::Trial;
+use crate::diagnose::case::Case;
 use crate::diagnose::data::Starts;
 use crate::diagnose::finding::Estimate;
 use crate::diagnose::model::Point;
-use crate::diagnose::search::halving::Trial;
-use crate::diagnose::search::{Case, Found};
+use crate::diagnose::pool::Pool;
 use crate::diagnose::split::Roles;
 use crate::error::Result;
 use crate::fit::levenberg::Unknowns;
@@ -19,13 +20,8 @@ const LAST_STEPS: usize = 15;
 
 /// The rig with what was found; its parameters with intervals. Where the search saw the recordings in pieces,
 /// the rig is refitted once more to the whole of them if that helps there.
-pub(crate) fn mend(
-    found: &Found,
-    index: usize,
-    case: &Case,
-    roles: &Roles,
-) -> Result<(Rig, Known)> {
-    let best = &found.finalists[index].trial;
+pub(crate) fn mend(found: &Pool, index: usize, case: &Case, roles: &Roles) -> Result<(Rig, Known)> {
+    let best = &found.candidates[index].trial;
     let rig = best.model.with(&best.point.values)?;
     if !case.in_parts {
         let (point, segments) = whole(best, case, LAST_STEPS)?;

@@ -1,41 +1,16 @@
 //! What speaks for one explanation against another, and how surely (docs/explanation/diagnosis.md, eq. 6 to 8).
 
+use crate::diagnose::candidate::Candidate;
+use crate::diagnose::case::Case;
+use crate::diagnose::residuals::Residuals;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use sinew_sim::effects::Family;
-
-use crate::diagnose::candidate::Term;
-use crate::diagnose::residuals::Residuals;
-use crate::diagnose::search::halving::Trial;
 
 /// Resamplings of the blocks of time.
 const RESAMPLINGS: usize = 200;
 
 /// Residuals this much below a signal's spread are arithmetic: they speak for nobody.
 const ARITHMETIC: f64 = 1e-5;
-
-/// An explanation fitted to all of the fit recordings, and what it leaves.
-#[derive(Clone)]
-pub(crate) struct Candidate {
-    pub trial: Trial,
-    pub fit: Residuals,
-    pub check: Residuals,
-    /// Its numbers are what the whole of the fit recordings says, where finals are fitted to stretches of them.
-    pub all_rows: bool,
-}
-
-impl Candidate {
-    /// Number of fitted parameters.
-    pub fn parameters(&self) -> usize {
-        self.trial.model.slots.len()
-    }
-
-    /// Whether it has a coordinate that nobody sees.
-    pub fn has_mode(&self) -> bool {
-        let mut families = self.trial.terms.iter().map(Term::family);
-        families.any(|family| family == Some(Family::Mode))
-    }
-}
 
 /// Sums of squares of one explanation, block by block, for both roles.
 struct Book {
@@ -229,4 +204,26 @@ fn draw(random: &mut ChaCha8Rng, count: usize) -> Vec<f64> {
 /// Rows a block: five times the residuals' memory, but no fewer than 12 blocks and no more than 100.
 fn block_length(samples: usize, memory: f64) -> usize {
     ((5.0 * memory) as usize).clamp((samples / 100).max(1), (samples / 12).max(1))
+}
+
+/// Predictions that differ by less than this part of the noise are the same.
+pub(crate) const SAME: f64 = 0.02;
+
+/// Predictions that differ by less than this part of the noise cannot be told apart by these recordings.
+pub(crate) const ALIKE: f64 = 0.25;
+
+/// How far two explanations' predictions of the check recordings lie apart, in units of the noise: the
+/// largest of the sensors (eq. 10).
+pub(crate) fn apart(a: &Candidate, b: &Candidate, case: &Case) -> f64 {
+    let of_sensor = |sensor: usize| {
+        let (mut squares, mut count) = (0.0, 0.0);
+        let pairs = a.check.series[sensor].iter().zip(&b.check.series[sensor]);
+        for (a, b) in pairs.flat_map(|(a, b)| a.iter().zip(b)) {
+            squares += (a - b).powi(2);
+            count += 1.0;
+        }
+        let scale = case.check.noise[sensor] + 1e-4 * case.check.spread[sensor];
+        (squares / f64::max(count, 1.0)).sqrt() / scale
+    };
+    (0..a.check.series.len()).map(of_sensor).fold(0.0, f64::max)
 }

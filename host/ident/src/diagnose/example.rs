@@ -1,8 +1,8 @@
 //! A finding for the tests of what shows it: the example of docs/reference/results.md.
 
-use super::{
-    Details, Diagnosis, Errors, Estimate, FORMAT, FoundEffect, Interval, Location, Rival,
-    SignalFit, Verdict,
+use crate::diagnose::details::Details;
+use crate::diagnose::finding::{
+    Diagnosis, Errors, Estimate, FORMAT, FoundEffect, Interval, Location, Rival, SignalFit, Verdict,
 };
 
 const RIG: &str = r#"format = "sinew-rig/1"

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use sinew_sim::{Plant, Rig, Settings};
 
-use crate::diagnose::candidate::{Term, Tried};
 use crate::diagnose::data::Data;
+use crate::diagnose::term::{Term, Tried};
 use crate::error::Result;
 use crate::fit::levenberg::{Belief, Effort, Stop, Unknowns, minimise};
 use crate::fit::segment::{Problem, Segment};
@@ -356,7 +356,7 @@ fn give_scales(problem: &mut Problem, segments: &[Segment], point: &Unknowns) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::candidate::term;
+    use crate::diagnose::term::term;
 
     /// What the only parameter of that name may be, with an effect at the demo's mass that begins like this.
     fn bounds(effect: &str, begun: &[f64], parameter: &str) -> [f64; 2] {

@@ -1,8 +1,7 @@
 //! What to record next: an experiment that would tell rivals apart.
 
-use sinew_sim::effects::{Family, Kind};
-
 use crate::diagnose::finding::{FoundEffect, Verdict};
+use sinew_sim::effects::{Family, Kind};
 
 /// A rival less probable than this needs no experiment.
 const DOUBT: f64 = 0.02;

@@ -4,7 +4,10 @@ use std::collections::BTreeMap;
 
 use sinew_sim::{Plant, Rig};
 
+use crate::diagnose::baseline::explains_as_written;
 use crate::diagnose::calibration::{Known, effects, finalists};
+use crate::diagnose::candidate::implausible;
+use crate::diagnose::case::Case;
 use crate::diagnose::details::Details;
 use crate::diagnose::finding::{
     Diagnosis, Errors, Estimate, FORMAT, FoundEffect, Location, SignalFit, Verdict,
@@ -12,8 +15,7 @@ use crate::diagnose::finding::{
 use crate::diagnose::locate::learned_force::learn;
 use crate::diagnose::locate::{intervals, locate};
 use crate::diagnose::next_experiment::next_experiment;
-use crate::diagnose::search::halving::implausible;
-use crate::diagnose::search::{Case, Found};
+use crate::diagnose::pool::Pool;
 use crate::diagnose::split::Roles;
 use crate::diagnose::verify::{Named, number};
 use crate::error::Result;
@@ -29,7 +31,7 @@ pub(crate) fn conclude(
     rig: &Rig,
     refitted: &Fit,
     case: &Case,
-    found: Option<&Found>,
+    found: Option<&Pool>,
     named: Option<Named>,
     roles: &Roles,
 ) -> Result<Diagnosis> {
@@ -47,8 +49,8 @@ pub(crate) fn conclude(
     });
     let verdict = match found {
         _ if named.is_some() => Verdict::MissingPhysics,
-        Some(found) if case.nothing_in(found) => {
-            if case.explains_as_written(rig)? {
+        Some(found) if found.needs_nothing(case) => {
+            if explains_as_written(case, rig)? {
                 Verdict::Consistent
             } else {
                 Verdict::Parameters
@@ -72,7 +74,7 @@ pub(crate) fn conclude(
                     || "no quantity that was recorded".into(),
                     |located| located.follows.clone(),
                 ),
-                intervals: intervals(&found.base.fit, case.fit),
+                intervals: intervals(&found.baseline.fit, case.fit),
             };
             (Some(location), located.map(|located| located.recovered))
         }

@@ -1,5 +1,8 @@
 //! Which recording decides what.
 
+use sinew_sim::{Plant, Rig};
+
+use crate::diagnose::data::Data;
 use crate::error::{Error, Result};
 use crate::recording::Recording;
 
@@ -23,7 +26,29 @@ const ASIDE: f64 = 0.35;
 /// A recording with fewer rows than this is not cut, and shows no second effect.
 pub(crate) const SHORTEST: usize = 100;
 
+/// Confidence of a diagnosis whose recordings check themselves, as a part of what it were else.
+const TRUST_BY_ITSELF: f64 = 0.7;
+
 impl Roles {
+    /// The recordings of the fit, of the check and of both, laid against the rig.
+    ///
+    /// # Errors
+    /// As [`Data::new`].
+    pub fn data(&self, rig: &Rig, plant: &Plant) -> Result<[Data; 3]> {
+        let mut fit = Data::new(rig, plant, &self.fit)?;
+        let mut check = Data::new(rig, plant, &self.check)?;
+        let all: Vec<Recording> = self.fit.iter().chain(&self.check).cloned().collect();
+        let both = Data::new(rig, plant, &all)?;
+        fit.learn_steps(&both);
+        check.learn_steps(&both);
+        Ok([fit, check, both])
+    }
+
+    /// Part of a confidence that these recordings leave: 1 where others check.
+    pub fn trust(&self) -> f64 {
+        if self.by_itself { TRUST_BY_ITSELF } else { 1.0 }
+    }
+
     /// Splits the fit recordings where there are none to check by.
     ///
     /// # Errors

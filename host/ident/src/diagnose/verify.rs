@@ -2,13 +2,18 @@
 
 use sinew_sim::Rig;
 
-use crate::diagnose::acceptance::only;
-use crate::diagnose::calibration::{ALIKE, Known, apart, least_sure};
-use crate::diagnose::candidate::Term;
+use crate::diagnose::acceptance::{
+    best_acceptable_by_size, holds_over_whole_recordings, is_determined, leaves_something, only,
+    probabilities, simplest,
+};
+use crate::diagnose::calibration::{Known, least_sure};
+use crate::diagnose::candidate::Candidate;
+use crate::diagnose::case::Case;
 use crate::diagnose::corrected::{falls, mend};
-use crate::diagnose::evidence::Candidate;
-use crate::diagnose::search::{Case, Found};
+use crate::diagnose::evidence::{ALIKE, apart};
+use crate::diagnose::pool::Pool;
 use crate::diagnose::split::Roles;
+use crate::diagnose::term::Term;
 use crate::error::Result;
 use crate::fit::Fit;
 
@@ -45,8 +50,8 @@ pub(crate) struct Named {
 ///
 /// # Errors
 /// A rig that cannot be compiled.
-pub(crate) fn settle(
-    found: &mut Found,
+pub(crate) fn verify(
+    found: &mut Pool,
     refitted: &Fit,
     case: &Case,
     roles: &Roles,
@@ -58,8 +63,8 @@ pub(crate) fn settle(
             break;
         }
         // An effect of no size only led away from where the refit of the rig had stopped, as its rivals may have.
-        let known = case.has_size(&found.finalists[index])?;
-        let unsure = match found.finalists[index].has_mode() {
+        let known = is_determined(case, &found.candidates[index])?;
+        let unsure = match found.candidates[index].has_mode() {
             true => UNSURE_OF_MODE,
             false => UNSURE,
         };
@@ -84,15 +89,15 @@ pub(crate) fn settle(
 /// ripple ends a whole recording in one well or in another, and a start that the first rows hardly show, of a memory above all,
 /// carries it away.
 fn holds(
-    found: &Found,
+    found: &Pool,
     index: usize,
     refitted: &Fit,
     case: &Case,
     roles: &Roles,
 ) -> Result<Option<Named>> {
     let (rig, known) = mend(found, index, case, roles)?;
-    let finalist = &found.finalists[index];
-    let all = !case.leaves_something(finalist);
+    let finalist = &found.candidates[index];
+    let all = !leaves_something(case, finalist);
     let mut terms = finalist.trial.terms.iter();
     let wells = terms.any(|term| term.effect().is_some_and(|(kind, _)| kind.has_many_rests()));
     let lost = if wells { LOST_IN_WELLS } else { LOST };
@@ -100,25 +105,25 @@ fn holds(
         || case.in_parts
             && all
             && (falls(&refitted.rig, &rig, roles, lost)
-                || case.runs_through(&refitted.rig, &rig)?);
+                || holds_over_whole_recordings(case, &refitted.rig, &rig)?);
     Ok(holds.then_some(Named { index, rig, known }))
 }
 
 /// Takes an explanation out, what builds on it and what is the same motion by a richer law in the same place, and judges the
 /// rest without them.
-fn refute(found: &mut Found, index: usize, case: &Case) {
-    let refuted = found.finalists[index].clone();
-    let (out, rest) = std::mem::take(&mut found.finalists)
+fn refute(found: &mut Pool, index: usize, case: &Case) {
+    let refuted = found.candidates[index].clone();
+    let (out, rest) = std::mem::take(&mut found.candidates)
         .into_iter()
         .partition(|finalist| {
             let holds = |term| finalist.trial.terms.contains(term);
             refuted.trial.terms.iter().all(holds) || richer(&refuted, finalist, case)
         });
-    found.finalists = rest;
+    found.candidates = rest;
     found.refuted.extend::<Vec<_>>(out);
-    let chosen = case.best_of_sizes(&found.base, &found.finalists);
-    found.chosen = chosen.map(|index| case.simplest(&found.base, index, &found.finalists));
-    found.probabilities = case.probabilities(&found.base, &found.finalists, found.chosen);
+    let chosen = best_acceptable_by_size(case, &found.baseline, &found.candidates);
+    found.chosen = chosen.map(|index| simplest(case, &found.baseline, index, &found.candidates));
+    found.probabilities = probabilities(case, &found.baseline, &found.candidates, found.chosen);
 }
 
 /// Whether `other` has another law with more parameters in the place of one of what was refuted, and moves as that does.
@@ -130,8 +135,8 @@ fn richer(refuted: &Candidate, other: &Candidate, case: &Case) -> bool {
 }
 
 /// The bare number that explains the recordings better than any effect, if one does.
-pub(crate) fn number(found: &Found, index: usize) -> Option<&str> {
-    match &found.finalists[index].trial.terms[..] {
+pub(crate) fn number(found: &Pool, index: usize) -> Option<&str> {
+    match &found.candidates[index].trial.terms[..] {
         [Term::Number { name }] => Some(name),
         _ => None,
     }

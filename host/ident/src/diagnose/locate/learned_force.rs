@@ -6,13 +6,13 @@ use sinew_sim::Rig;
 use sinew_sim::effects::{Kind, Sign, learned_force};
 use sinew_sim::rig::Site;
 
-use crate::diagnose::candidate::Term;
+use crate::diagnose::case::Case;
 use crate::diagnose::corrected::falls;
 use crate::diagnose::details::Recovered;
 use crate::diagnose::model::Model;
 use crate::diagnose::residuals::Residuals;
-use crate::diagnose::search::Case;
 use crate::diagnose::split::Roles;
+use crate::diagnose::term::Term;
 use crate::error::Result;
 use crate::fit::levenberg::Unknowns;
 use crate::fit::{SensorError, score};

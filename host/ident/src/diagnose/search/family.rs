@@ -3,60 +3,62 @@
 
 use sinew_sim::effects::{Kind, Quantity};
 
-use crate::diagnose::candidate::Term;
-use crate::diagnose::search::halving::{Subset, Trial, merit};
-use crate::diagnose::search::start::Start;
+use crate::diagnose::candidate::{Trial, merit};
+use crate::diagnose::search::start::{Start, begin};
+use crate::diagnose::search::subset::Subset;
+use crate::diagnose::term::Term;
 use crate::error::Result;
 
 /// Kin are tried again where they leave more than this many times what the best one leaves.
 const FAR: f64 = 1.5;
 
-impl Subset<'_> {
-    /// The kin of the best of a race among `suspects`, before their first step from where it ended; `parent` is the rig that
-    /// was raced. Those in `known` that came as close as `FAR` are not begun again.
-    pub fn kin(&self, parent: &Trial, known: &[Trial], terms: &[Term]) -> Result<Vec<Vec<Start>>> {
-        let Some(best) = known.iter().min_by(|a, b| merit(a).total_cmp(&merit(b))) else {
-            return Ok(Vec::new());
-        };
-        let Some((newest, size)) = (best.terms.last()).and_then(|newest| sized(newest, best))
-        else {
-            return Ok(Vec::new());
-        };
-        let near = |term: &Term| {
-            let mut ends = known.iter().filter(|t| t.terms.last() == Some(term));
-            ends.any(|trial| trial.point.cost < FAR * best.point.cost)
-        };
-        let others = terms.iter().filter(|term| {
-            let same =
-                term.family() == newest.family() && term.has_place_of(newest) && *term != newest;
-            same && !near(term)
-        });
-        let mut ended = parent.clone();
-        let plant = &best.model.plant;
-        ended.point.values = ended.model.inherit(plant, &best.point.values);
-        if plant.state_len() == ended.model.plant.state_len() {
-            ended.point.states.clone_from(&best.point.states);
-        }
-        // Without what held it, the rig may run away from there.
-        let Ok(run) = self.run(&ended) else {
-            return Ok(Vec::new());
-        };
-        let mut begun = Vec::new();
-        for term in others {
-            let Some((kind, place)) = term.single() else {
-                continue;
-            };
-            let starts = kind.starts(&run.at(place.site)).into_iter();
-            let starts = starts.filter_map(|start| resized(kind, start, size));
-            let starts: Vec<Start> = starts
-                .filter_map(|start| self.begin(&ended, term, &start).ok())
-                .collect();
-            if !starts.is_empty() {
-                begun.push(starts);
-            }
-        }
-        Ok(begun)
+/// The kin of the best of a race among `suspects`, before their first step from where it ended; `parent` is the rig that
+/// was raced. Those in `known` that came as close as `FAR` are not begun again.
+pub(crate) fn same_family(
+    subset: &Subset,
+    parent: &Trial,
+    known: &[Trial],
+    terms: &[Term],
+) -> Result<Vec<Vec<Start>>> {
+    let Some(best) = known.iter().min_by(|a, b| merit(a).total_cmp(&merit(b))) else {
+        return Ok(Vec::new());
+    };
+    let Some((newest, size)) = (best.terms.last()).and_then(|newest| sized(newest, best)) else {
+        return Ok(Vec::new());
+    };
+    let near = |term: &Term| {
+        let mut ends = known.iter().filter(|t| t.terms.last() == Some(term));
+        ends.any(|trial| trial.point.cost < FAR * best.point.cost)
+    };
+    let others = terms.iter().filter(|term| {
+        let same = term.family() == newest.family() && term.has_place_of(newest) && *term != newest;
+        same && !near(term)
+    });
+    let mut ended = parent.clone();
+    let plant = &best.model.plant;
+    ended.point.values = ended.model.inherit(plant, &best.point.values);
+    if plant.state_len() == ended.model.plant.state_len() {
+        ended.point.states.clone_from(&best.point.states);
     }
+    // Without what held it, the rig may run away from there.
+    let Ok(run) = subset.run(&ended) else {
+        return Ok(Vec::new());
+    };
+    let mut begun = Vec::new();
+    for term in others {
+        let Some((kind, place)) = term.single() else {
+            continue;
+        };
+        let starts = kind.starts(&run.at(place.site)).into_iter();
+        let starts = starts.filter_map(|start| resized(kind, start, size));
+        let starts: Vec<Start> = starts
+            .filter_map(|start| begin(subset, &ended, term, &start).ok())
+            .collect();
+        if !starts.is_empty() {
+            begun.push(starts);
+        }
+    }
+    Ok(begun)
 }
 
 /// An effect and the mean size of its forces where it was fitted; `None` of one that has no forces.

@@ -3,8 +3,9 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
+use crate::diagnose::candidate::Trial;
 use crate::diagnose::model::Model;
-use crate::diagnose::search::halving::{Subset, Trial};
+use crate::diagnose::search::subset::Subset;
 use crate::error::Result;
 use crate::fit::levenberg::Unknowns;
 use crate::fit::segment::Rows;

@@ -3,95 +3,94 @@
 use sinew_sim::Rig;
 use sinew_sim::effects::{Kind, Role};
 
-use crate::diagnose::candidate::Term;
+use crate::diagnose::candidate::Trial;
 use crate::diagnose::model::Model;
-use crate::diagnose::search::halving::{Subset, Trial};
 use crate::diagnose::search::screen::Screen;
+use crate::diagnose::search::subset::Subset;
+use crate::diagnose::term::Term;
 use crate::error::Result;
 use crate::fit::levenberg::Unknowns;
 use crate::scales::Run;
 
-impl Subset<'_> {
-    /// The starts of a suspect that promise most, the best one first: two, and a weak and a strong one among them.
-    /// From a weak start the way to a strong effect is long, and a strong start promises less than it holds.
-    pub fn look(
-        &self,
-        parent: &Trial,
-        run: &Run,
-        screen: &Screen,
-        term: &Term,
-    ) -> Result<Vec<Start>> {
-        let mut begun = Vec::new();
-        for (start, weak) in self.starts(run, term)? {
-            let mut one = self.begin(parent, term, &start)?;
-            one.predicted_cost = screen.predicted_cost(self, &one.model, &one.from)?;
-            if one.predicted_cost.is_finite() {
-                begun.push((one, weak));
+/// The starts of a suspect that promise most, the best one first: two, and a weak and a strong one among them.
+/// From a weak start the way to a strong effect is long, and a strong start promises less than it holds.
+pub(crate) fn best_starts(
+    subset: &Subset,
+    parent: &Trial,
+    run: &Run,
+    screen: &Screen,
+    term: &Term,
+) -> Result<Vec<Start>> {
+    let mut begun = Vec::new();
+    for (start, weak) in starts(run, term)? {
+        let mut one = begin(subset, parent, term, &start)?;
+        one.predicted_cost = screen.predicted_cost(subset, &one.model, &one.from)?;
+        if one.predicted_cost.is_finite() {
+            begun.push((one, weak));
+        }
+    }
+    begun.sort_by(|(a, _), (b, _)| a.predicted_cost.total_cmp(&b.predicted_cost));
+    let first = |wanted: bool| begun.iter().position(|(_, weak)| *weak == wanted);
+    let (weak, strong) = (first(true), first(false));
+    let kept = |&(at, _): &(usize, Start)| at < 2 || Some(at) == weak || Some(at) == strong;
+    let begun = begun.into_iter().map(|(begun, _)| begun).enumerate();
+    Ok(begun.filter(kept).map(|(_, begun)| begun).collect())
+}
+
+/// The parent with a suspect at one start.
+pub(crate) fn begin(subset: &Subset, parent: &Trial, term: &Term, start: &[f64]) -> Result<Start> {
+    let rig = term.apply(&parent.model.rig, start)?;
+    let mut terms = parent.terms.clone();
+    terms.push(term.clone());
+    let model = Model::new(&rig, subset.written, &terms, subset.settings)?;
+    let values = model.inherit(&parent.model.plant, &parent.point.values);
+    let states = inherited(subset, parent, &rig, &model, &values)?;
+    Ok(Start {
+        terms,
+        model,
+        from: Unknowns { values, states },
+        predicted_cost: f64::INFINITY,
+    })
+}
+
+/// Start states of the parent; what the suspect brings itself begins as a recording shows it.
+fn inherited(
+    subset: &Subset,
+    parent: &Trial,
+    rig: &Rig,
+    model: &Model,
+    values: &[f64],
+) -> Result<Vec<Vec<f64>>> {
+    let (names, known) = (model.plant.state_names(), parent.model.plant.state_names());
+    if names == known {
+        return Ok(parent.point.states.clone());
+    }
+    let segments = subset.data.segments(&model.plant, &subset.intervals)?;
+    let mut states = subset.data.starts(rig, &model.plant, &segments, values)?;
+    for (index, name) in names.iter().enumerate() {
+        if let Some(at) = known.iter().position(|known| known == name) {
+            for (state, known) in states.iter_mut().zip(&parent.point.states) {
+                state[index] = known[at];
             }
         }
-        begun.sort_by(|(a, _), (b, _)| a.predicted_cost.total_cmp(&b.predicted_cost));
-        let first = |wanted: bool| begun.iter().position(|(_, weak)| *weak == wanted);
-        let (weak, strong) = (first(true), first(false));
-        let kept = |&(at, _): &(usize, Start)| at < 2 || Some(at) == weak || Some(at) == strong;
-        let begun = begun.into_iter().map(|(begun, _)| begun).enumerate();
-        Ok(begun.filter(kept).map(|(_, begun)| begun).collect())
     }
+    Ok(states)
+}
 
-    /// The parent with a suspect at one start.
-    pub fn begin(&self, parent: &Trial, term: &Term, start: &[f64]) -> Result<Start> {
-        let rig = term.apply(&parent.model.rig, start)?;
-        let mut terms = parent.terms.clone();
-        terms.push(term.clone());
-        let model = Model::new(&rig, self.written, &terms, self.settings)?;
-        let values = model.inherit(&parent.model.plant, &parent.point.values);
-        let states = self.inherited(parent, &rig, &model, &values)?;
-        Ok(Start {
-            terms,
-            model,
-            from: Unknowns { values, states },
-            predicted_cost: f64::INFINITY,
-        })
-    }
-
-    /// Start states of the parent; what the suspect brings itself begins as a recording shows it.
-    fn inherited(
-        &self,
-        parent: &Trial,
-        rig: &Rig,
-        model: &Model,
-        values: &[f64],
-    ) -> Result<Vec<Vec<f64>>> {
-        let (names, known) = (model.plant.state_names(), parent.model.plant.state_names());
-        if names == known {
-            return Ok(parent.point.states.clone());
-        }
-        let segments = self.data.segments(&model.plant, &self.intervals)?;
-        let mut states = self.data.starts(rig, &model.plant, &segments, values)?;
-        for (index, name) in names.iter().enumerate() {
-            if let Some(at) = known.iter().position(|known| known == name) {
-                for (state, known) in states.iter_mut().zip(&parent.point.states) {
-                    state[index] = known[at];
-                }
-            }
-        }
-        Ok(states)
-    }
-
-    /// Where a suspect starts from: nowhere in particular for a number, scale-free places for an effect, weak
-    /// (`true`) and as strong as the port.
-    fn starts(&self, run: &Run, term: &Term) -> Result<Vec<(Vec<f64>, bool)>> {
-        match term.effect() {
-            None => Ok(vec![(Vec::new(), false)]),
-            Some((kind, sites)) => {
-                let each = sites.iter().map(|place| kind.starts(&run.at(place.site)));
-                let each: Vec<Vec<Vec<f64>>> = each.collect();
-                let count = each.iter().map(Vec::len).min().unwrap_or(0);
-                let start = |k: usize| {
-                    let starts: Vec<&[f64]> = each.iter().map(|starts| &starts[k][..]).collect();
-                    mean(&starts).repeat(starts.len())
-                };
-                Ok(with_weak(kind, (0..count).map(start).collect()))
-            }
+/// Where a suspect starts from: nowhere in particular for a number, scale-free places for an effect, weak
+/// (`true`) and as strong as the port.
+fn starts(run: &Run, term: &Term) -> Result<Vec<(Vec<f64>, bool)>> {
+    match term.effect() {
+        None => Ok(vec![(Vec::new(), false)]),
+        Some((kind, sites)) => {
+            let each = sites.iter().map(|place| kind.starts(&run.at(place.site)));
+            let each: Vec<Vec<Vec<f64>>> = each.collect();
+            let count = each.iter().map(Vec::len).min().unwrap_or(0);
+            let start = |k: usize| {
+                let starts: Vec<&[f64]> = each.iter().map(|starts| &starts[k][..]).collect();
+                mean(&starts).repeat(starts.len())
+            };
+            Ok(with_weak(kind, (0..count).map(start).collect()))
         }
     }
 }

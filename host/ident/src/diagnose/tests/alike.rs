@@ -1,9 +1,10 @@
 //! What one component does, all that are alike do: judged on recordings by closed formulas (`tests/foreign`).
 
+use crate::diagnose::finding::{Diagnosis, FoundEffect, Verdict};
+use crate::diagnose::{Options, Recordings, diagnose};
 use sinew_sim::Rig;
 
 use super::recorded;
-use crate::diagnose::{Diagnosis, FoundEffect, Options, Recordings, Verdict, diagnose};
 use crate::recording::Recording;
 
 /// A file of `tests/foreign/finger`, whose two tendons rub in their guides, or of `foam`, which creeps along three axes.

@@ -1,12 +1,13 @@
 //! A finger between two tendons with something hidden, and what is needed to look at one step of its diagnosis.
 
+use crate::diagnose::case::{Case, refit_settings};
+use crate::diagnose::data::Data;
+use crate::diagnose::search::subset::Subset;
 use sinew_sim::Rig;
+use sinew_sim::effects::Kind;
 
 use super::alike::foreign;
 use super::{compiled, recorded};
-use crate::diagnose::data::Data;
-use crate::diagnose::search::halving::Subset;
-use crate::diagnose::search::{self, Case};
 use crate::recording::Recording;
 
 /// A rig and its recordings.
@@ -57,7 +58,7 @@ pub fn case<'a>(
     fit_intervals: Vec<(usize, std::ops::Range<usize>)>,
 ) -> Case<'a> {
     let plant = compiled(written);
-    let (settings, _) = search::finals(&plant, &plant.values(), fit, both);
+    let (settings, _) = refit_settings(&plant, &plant.values(), fit, both);
     Case {
         written,
         fit,
@@ -67,6 +68,8 @@ pub fn case<'a>(
         settings,
         fit_intervals,
         check_intervals: check.cut(1),
+        effects: Kind::ALL,
+        without_moves: &[],
         seed: 0,
         trust: 1.0,
         progress: &|_, _, _| {},

@@ -1,33 +1,40 @@
 //! How what is made alike is judged: finals of a finger between two tendons, put together by hand.
 
+use crate::diagnose::acceptance::{best_acceptable, is_determined, leaves_something, simplest};
+use crate::diagnose::baseline::fit_baseline;
+use crate::diagnose::candidate::Candidate;
+use crate::diagnose::case::Case;
+use crate::diagnose::model::Model;
+use crate::diagnose::search::all_rows::select;
+use crate::diagnose::search::refit::{refit, with_values};
+use crate::diagnose::search::start::begin;
+use crate::diagnose::term::term;
 use std::slice::from_ref;
 
 use super::compiled;
 use super::finger::{Finger, RUBS, effect, subset};
-use crate::diagnose::candidate::term;
-use crate::diagnose::evidence::Candidate;
-use crate::diagnose::model::Model;
-use crate::diagnose::search::Case;
 
 /// The believed rig, and its final with a friction at each of these tendons that follows their load.
-fn finals(case: &Case, tendons: &[&str]) -> (Candidate, Candidate) {
+pub fn finals(case: &Case, tendons: &[&str]) -> (Candidate, Candidate) {
     let begun = vec![0.1; tendons.len()];
     finals_of(case, RUBS, tendons, &begun)
 }
 
 /// The believed rig, and its final with an effect at each of these components that begins like this.
-fn finals_of(case: &Case, kind: &str, at: &[&str], start: &[f64]) -> (Candidate, Candidate) {
+pub fn finals_of(case: &Case, kind: &str, at: &[&str], start: &[f64]) -> (Candidate, Candidate) {
     let term = term(case.written, kind, at);
     let subset = subset(case);
     let values = compiled(case.written).values();
     let parent = subset.first(case.written, &values, 15).expect("a rig");
     let parent = parent.expect("it can be simulated");
-    let begun = subset.begin(&parent, &term, start);
+    let begun = begin(&subset, &parent, &term, start);
     let begun = begun.expect("it can sit there");
     let trial = subset.improved(begun.terms, begun.model, begun.from, 10);
     let trial = trial.expect("it can be simulated");
-    let base = case.base(&parent).expect("a rig").expect("it is finite");
-    let last = case.candidate(&subset, &trial, 12).expect("a rig");
+    let base = fit_baseline(&case, &parent)
+        .expect("a rig")
+        .expect("it is finite");
+    let last = refit(&case, &subset, &trial, 12).expect("a rig");
     (base, last.expect("it is finite"))
 }
 
@@ -43,7 +50,7 @@ fn a_quarter_off(case: &Case, last: &Candidate) -> Candidate {
     for tendon in ["east", "west"] {
         values[slot(last, tendon)] *= 0.75;
     }
-    let off = case.with_values(&last.trial, values).expect("a rig");
+    let off = with_values(&case, &last.trial, values).expect("a rig");
     off.expect("it is finite")
 }
 
@@ -53,12 +60,14 @@ fn what_a_few_rows_say_of_what_is_alike_is_judged_by_all_rows() {
     let case = finger.case(100);
     let (base, last) = finals(&case, &["east", "west"]);
     let few = a_quarter_off(&case, &last);
-    assert!(case.leaves_something(&few));
+    assert!(leaves_something(&case, &few));
     let mut finalists = vec![few.clone()];
-    let chosen = case.choose(&mut finalists, |all| case.best(&base, all));
+    let chosen = select(&case, &mut finalists, |all| {
+        best_acceptable(&case, &base, all)
+    });
     assert_eq!(chosen.expect("a rig"), Some(0));
     let all = &finalists[0];
-    assert!(all.all_rows && !case.leaves_something(all));
+    assert!(all.all_rows && !leaves_something(&case, all));
     for (tendon, truth) in [("east", 0.17), ("west", 0.22)] {
         let found = all.trial.point.values[slot(all, tendon)];
         assert!((found / truth - 1.0).abs() < 0.03, "{tendon}: {found}");
@@ -70,7 +79,7 @@ fn many_numbers_that_bend_the_rig_and_leave_something_are_not_believed() {
     let finger = Finger::rubbing([0.17, 0.22]);
     let case = finger.case(200);
     let (base, group) = finals(&case, &["east", "west"]);
-    assert_eq!(case.best(&base, from_ref(&group)), Some(0));
+    assert_eq!(best_acceptable(&case, &base, from_ref(&group)), Some(0));
     // As if its owner had written a sixth of the stiffness.
     let soft = finger.own.with_values(&[("spine.stiffness", 0.4 / 6.0)]);
     let soft = soft.expect("a rig file can hold it");
@@ -89,9 +98,15 @@ fn many_numbers_that_bend_the_rig_and_leave_something_are_not_believed() {
         }
         leaves
     };
-    assert_eq!(case.best(&base, &[implausible(&group)]), Some(0));
-    assert_eq!(case.best(&base, &[leaves(&group)]), Some(0));
-    assert_eq!(case.best(&base, &[leaves(&implausible(&group))]), None);
+    assert_eq!(
+        best_acceptable(&case, &base, &[implausible(&group)]),
+        Some(0)
+    );
+    assert_eq!(best_acceptable(&case, &base, &[leaves(&group)]), Some(0));
+    assert_eq!(
+        best_acceptable(&case, &base, &[leaves(&implausible(&group))]),
+        None
+    );
 }
 
 #[test]
@@ -99,11 +114,11 @@ fn of_one_tendon_and_all_of_them_the_one_is_named_where_it_is_as_good() {
     let finger = Finger::rubbing([0.0, 0.2]);
     let case = finger.case(200);
     let (base, all) = finals(&case, &["east", "west"]);
-    assert!(!case.has_size(&all).expect("a rig"));
+    assert!(!is_determined(&case, &all).expect("a rig"));
     let (_, right) = finals(&case, &["west"]);
     let (_, wrong) = finals(&case, &["east"]);
-    assert_eq!(case.simplest(&base, 0, &[all.clone(), right]), 1);
-    assert_eq!(case.simplest(&base, 0, &[all, wrong]), 0);
+    assert_eq!(simplest(&case, &base, 0, &[all.clone(), right]), 1);
+    assert_eq!(simplest(&case, &base, 0, &[all, wrong]), 0);
 }
 
 #[test]
@@ -112,13 +127,13 @@ fn what_leaves_nothing_or_saw_all_rows_is_not_fitted_again() {
     let part = finger.case(100);
     let (_, last) = finals(&part, &["east", "west"]);
     let mut finalists = [last.clone()];
-    let chosen = part.choose(&mut finalists, |_| Some(0));
+    let chosen = select(&part, &mut finalists, |_| Some(0));
     assert_eq!(chosen.expect("a rig"), Some(0));
     assert!(!finalists[0].all_rows);
     let whole = finger.case(finger.fit.rows());
     let mut finalists = [a_quarter_off(&whole, &last)];
-    assert!(whole.leaves_something(&finalists[0]));
-    let chosen = whole.choose(&mut finalists, |_| Some(0));
+    assert!(leaves_something(&whole, &finalists[0]));
+    let chosen = select(&whole, &mut finalists, |_| Some(0));
     assert_eq!(chosen.expect("a rig"), Some(0));
     assert!(!finalists[0].all_rows);
 }
@@ -130,6 +145,6 @@ fn what_two_winches_of_one_joint_have_together_is_there_though_neither_is_known(
     let finger = Finger::with(&zones.concat());
     let case = finger.case(200);
     let (_, both) = finals_of(&case, "input_dead_zone", &winches, &[0.015, 0.015]);
-    assert!(!case.leaves_something(&both));
-    assert!(case.has_size(&both).expect("a rig"));
+    assert!(!leaves_something(&case, &both));
+    assert!(is_determined(&case, &both).expect("a rig"));
 }

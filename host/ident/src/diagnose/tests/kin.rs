@@ -1,11 +1,14 @@
 //! Laws of the best one's family begin where it ended.
 
+use crate::diagnose::candidate::Trial;
+use crate::diagnose::data::Data;
+use crate::diagnose::search::family::same_family;
+use crate::diagnose::search::start::begin;
+use crate::diagnose::search::subset::Subset;
+use crate::diagnose::term::term;
 use sinew_sim::Settings;
 
 use super::{compiled, recordings, rig};
-use crate::diagnose::candidate::term;
-use crate::diagnose::data::Data;
-use crate::diagnose::search::halving::{Subset, Trial};
 
 const DRY: &str = "coulomb_friction";
 
@@ -22,7 +25,7 @@ fn laws_of_the_best_ones_family_begin_where_it_ended_unless_they_are_near() {
     };
     let parent = subset.first(&rig, &compiled(&rig).values(), 15);
     let parent = parent.expect("a rig").expect("it can be simulated");
-    let dry = subset.begin(&parent, &term(&rig, DRY, &["mass"]), &[0.3]);
+    let dry = begin(&subset, &parent, &term(&rig, DRY, &["mass"]), &[0.3]);
     let dry = dry.expect("it can sit there");
     let dry = subset.improved(dry.terms, dry.model, dry.from, 15);
     let dry = dry.expect("it can be simulated");
@@ -39,7 +42,7 @@ fn laws_of_the_best_ones_family_begin_where_it_ended_unless_they_are_near() {
         kind("viscous_damping"),
     ];
     let known = [parent.clone(), dry.clone()];
-    let kin = subset.kin(&parent, &known, &all).expect("a rig");
+    let kin = same_family(&subset, &parent, &known, &all).expect("a rig");
     let begun: Vec<&str> = kin.iter().map(|one| one[0].terms[0].kind()).collect();
     assert_eq!(begun, ["stribeck_friction", "direction_dependent_friction"]);
 
@@ -67,7 +70,7 @@ fn laws_of_the_best_ones_family_begin_where_it_ended_unless_they_are_near() {
     let start = start.expect("there is one");
     let near = subset.improved(start.terms, start.model, start.from, 15);
     let known = [parent.clone(), dry, near.expect("it can be simulated")];
-    let kin = subset.kin(&parent, &known, &all).expect("a rig");
+    let kin = same_family(&subset, &parent, &known, &all).expect("a rig");
     let begun: Vec<&str> = kin.iter().map(|one| one[0].terms[0].kind()).collect();
     assert_eq!(begun, ["direction_dependent_friction"]);
 }

@@ -5,6 +5,7 @@ mod finger;
 mod judged;
 mod kin;
 mod mode;
+mod moves;
 mod parts;
 mod taut;
 mod together;

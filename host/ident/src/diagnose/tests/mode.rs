@@ -1,5 +1,12 @@
 //! A mode counts as there only where it is known how heavy it is.
 
+use crate::diagnose::acceptance::is_determined;
+use crate::diagnose::candidate::Candidate;
+use crate::diagnose::case::Case;
+use crate::diagnose::data::Data;
+use crate::diagnose::search::refit::refit;
+use crate::diagnose::search::start::begin;
+use crate::diagnose::term::term;
 use std::slice::from_ref;
 
 use rand::SeedableRng;
@@ -7,10 +14,6 @@ use sinew_sim::Rig;
 
 use super::finger::{case, subset};
 use super::{compiled, pushed};
-use crate::diagnose::candidate::term;
-use crate::diagnose::data::Data;
-use crate::diagnose::evidence::Candidate;
-use crate::diagnose::search::Case;
 use crate::noise::gaussian;
 use crate::recording::Recording;
 
@@ -77,7 +80,8 @@ fn last(case: &Case, start: &[f64]) -> Candidate {
     let values = compiled(case.written).values();
     let parent = subset.first(case.written, &values, 15).expect("a rig");
     let parent = parent.expect("it can be simulated");
-    let begun = subset.begin(
+    let begun = begin(
+        &subset,
         &parent,
         &term(case.written, "hidden_mode", &["mass"]),
         start,
@@ -85,7 +89,7 @@ fn last(case: &Case, start: &[f64]) -> Candidate {
     let begun = begun.expect("it can sit there");
     let trial = subset.improved(begun.terms, begun.model, begun.from, 10);
     let trial = trial.expect("it can be simulated");
-    let last = case.candidate(&subset, &trial, 12).expect("a rig");
+    let last = refit(&case, &subset, &trial, 12).expect("a rig");
     last.expect("it is finite")
 }
 
@@ -110,7 +114,7 @@ fn a_mode_that_swings_has_a_size_and_one_as_good_as_rigid_has_none() {
     for (carried, start, there) in [(0.4, [0.02, 7.0, 0.04], true), (0.0, RIGID, false)] {
         judged(carried, |case| {
             let mode = last(case, &start);
-            assert_eq!(case.has_size(&mode).expect("a rig"), there);
+            assert_eq!(is_determined(&case, &mode).expect("a rig"), there);
         });
     }
 }

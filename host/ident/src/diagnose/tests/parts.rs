@@ -1,15 +1,17 @@
 //! Recordings of what nothing holds are judged in fewer and longer stretches where eight leave nothing.
 
+use crate::diagnose::acceptance::holds_over_whole_recordings;
+use crate::diagnose::case::Case;
+use crate::diagnose::corrected::falls;
+use crate::diagnose::data::Data;
+use crate::diagnose::finding::{Diagnosis, Verdict};
+use crate::diagnose::split::Roles;
+use crate::diagnose::{Options, Recordings, diagnose};
 use rand::SeedableRng;
 use sinew_sim::Rig;
 
 use super::finger::case;
 use super::{compiled, finger, pushed};
-use crate::diagnose::corrected::falls;
-use crate::diagnose::data::Data;
-use crate::diagnose::search::Case;
-use crate::diagnose::split::Roles;
-use crate::diagnose::{Diagnosis, Options, Recordings, Verdict, diagnose};
 use crate::noise::gaussian;
 use crate::recording::Recording;
 
@@ -148,7 +150,7 @@ fn what_only_its_start_carries_away_runs_through_and_what_is_wrong_does_not() {
         check_intervals: check.cut(8),
         ..case(&before, [&fit, &check, &both], fit.cut(8))
     };
-    let through = |after: &Rig| case.runs_through(&before, after).expect("a rig");
+    let through = |after: &Rig| holds_over_whole_recordings(&case, &before, after).expect("a rig");
     assert!(
         !falls(&before, &right, &roles, 1.25),
         "its start is no bad one"

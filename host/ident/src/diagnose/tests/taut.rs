@@ -1,10 +1,10 @@
 //! Tendons that pull against each other stay taut in a fit (docs/lab/0063-initial-states-before-parameters.md).
 
+use crate::diagnose::data::Data;
+use crate::diagnose::search::subset::Subset;
 use sinew_sim::{Rig, Settings};
 
 use super::{compiled, recorded};
-use crate::diagnose::data::Data;
-use crate::diagnose::search::halving::Subset;
 
 /// The shipped tendon platform without its fibres: of six bodies the tip is all that is seen.
 fn platform(stiffness: &str, effect: &str) -> Rig {

@@ -2,7 +2,9 @@
 
 use super::compiled;
 use super::finger::{Finger, RUBS, subset};
-use crate::diagnose::candidate::term;
+use crate::diagnose::search::halving::tied;
+use crate::diagnose::search::start::begin;
+use crate::diagnose::term::term;
 
 #[test]
 fn what_is_alike_is_fitted_as_one_before_each_has_its_own_number() {
@@ -13,7 +15,8 @@ fn what_is_alike_is_fitted_as_one_before_each_has_its_own_number() {
     let parent = subset.first(case.written, &values, 15).expect("a rig");
     let parent = parent.expect("it can be simulated");
     let begin = |at: &[&str], level: f64| {
-        let begun = subset.begin(
+        let begun = begin(
+            &subset,
             &parent,
             &term(case.written, RUBS, at),
             &vec![level; at.len()],
@@ -22,7 +25,7 @@ fn what_is_alike_is_fitted_as_one_before_each_has_its_own_number() {
     };
 
     let starts = [0.001, 0.1].map(|level| begin(&["east", "west"], level));
-    let mut ends = subset.as_one(starts.into());
+    let mut ends = tied(&subset, starts.into());
     assert_eq!(ends.len(), 1);
     let end = ends.remove(0);
     let plant = end.model.plant.clone();
@@ -40,6 +43,6 @@ fn what_is_alike_is_fitted_as_one_before_each_has_its_own_number() {
 
     let starts = [0.001, 0.1].map(|level| begin(&["west"], level));
     let values = starts.each_ref().map(|begun| begun.from.values.clone());
-    let same = subset.as_one(starts.into());
+    let same = tied(&subset, starts.into());
     assert!(same.iter().map(|begun| &begun.from.values).eq(&values));
 }

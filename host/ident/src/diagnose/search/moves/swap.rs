@@ -4,62 +4,117 @@
 use sinew_sim::Rig;
 use sinew_sim::rig::{End, Site};
 
-use crate::diagnose::candidate::Term;
-use crate::diagnose::evidence::Candidate;
-use crate::diagnose::search::Case;
-use crate::diagnose::search::halving::{Subset, Trial};
+use crate::diagnose::acceptance::{leaves_something, ranking};
+use crate::diagnose::candidate::{Candidate, Trial};
+use crate::diagnose::case::Case;
+use crate::diagnose::pool::{Pool, Proposal, Selection};
+use crate::diagnose::search::context::{Context, Move};
+use crate::diagnose::search::refit::screen_and_refit;
+use crate::diagnose::search::subset::Subset;
+use crate::diagnose::term::Term;
 use crate::error::Result;
 
-impl Case<'_> {
-    /// Each effect of `best` exchanged for those that are near it, from where `best` ended; `start` is the rig without
-    /// effects. What `known` holds is not tried again.
-    pub fn neighbours(
-        &self,
-        subset: &Subset,
-        start: &Trial,
-        best: &Trial,
-        known: &[Candidate],
-        all: &[Term],
-    ) -> Result<Vec<Candidate>> {
-        let mut found = Vec::new();
-        for (at, replaced) in best.terms.iter().enumerate() {
-            let mut others = best.terms.clone();
-            others.remove(at);
-            let trial = |term: &Term| {
-                known.iter().any(|candidate| {
-                    let terms = &candidate.trial.terms;
-                    terms.len() == best.terms.len()
-                        && terms.contains(term)
-                        && others.iter().all(|other| terms.contains(other))
-                })
-            };
-            let rig = &start.model.rig;
-            let alone = |term: &Term| {
-                let singles = known.iter().map(|candidate| &candidate.trial.terms[..]);
-                let mut singles = singles.filter(|_| !others.is_empty());
-                singles.any(|single| single == std::slice::from_ref(term))
-                    && touch(rig, replaced, term)
-            };
-            let exchanged: Vec<Term> = all
-                .iter()
-                .filter(|term| term.may_join(&others) && !trial(term))
-                .filter(|term| near(rig, replaced, term) || alone(term))
-                .cloned()
-                .collect();
-            if exchanged.is_empty() {
-                continue;
-            }
-            let parent = match &others[..] {
-                [] => subset.as_written(&start.model.rig)?,
-                [other] => subset.alone(start, best, other, 0)?,
-                _ => None,
-            };
-            if let Some(parent) = parent {
-                found.extend(self.round(subset, &parent, &exchanged, "neighbours")?);
-            }
-        }
-        Ok(found)
+/// Exchanges each term of the best candidate for those that are easily taken for it, in its place or beside it.
+pub(crate) struct Swap;
+
+impl Move for Swap {
+    fn name(&self) -> &'static str {
+        "swap"
     }
+
+    fn applies(&self, context: &Context, pool: &Pool) -> bool {
+        context.case.has_rows_for_two() && promising(context, pool).is_some()
+    }
+
+    fn propose(&self, context: &Context, pool: &Pool) -> Result<Option<Proposal>> {
+        let Context {
+            case,
+            subset,
+            start,
+            terms,
+            ..
+        } = context;
+        let Some(index) = promising(context, pool) else {
+            return Ok(None);
+        };
+        let best = &pool.candidates[index].trial;
+        Ok(Some(Proposal {
+            candidates: swapped(case, subset, start, best, &pool.candidates, terms)?,
+            ..Proposal::default()
+        }))
+    }
+
+    fn selection(&self) -> Selection {
+        Selection::BestBySize
+    }
+}
+
+/// The chosen candidate; or, as a pair that is not believed may be right in one half, the best pair that explains all, or the best
+/// pair.
+fn promising(context: &Context, pool: &Pool) -> Option<usize> {
+    let near_miss = || {
+        let mut pairs = ranking(context.case, &pool.baseline, &pool.candidates);
+        pairs.retain(|&index| pool.candidates[index].terms().len() == 2);
+        let explains = |index: &usize| !leaves_something(context.case, &pool.candidates[*index]);
+        let best = pairs.first().copied();
+        pairs.into_iter().find(explains).or(best)
+    };
+    pool.chosen.or_else(near_miss)
+}
+
+/// Each effect of `best` exchanged for those that are near it, from where `best` ended; `start` is the rig without
+/// effects. What `known` holds is not tried again.
+pub(crate) fn swapped(
+    case: &Case,
+    subset: &Subset,
+    start: &Trial,
+    best: &Trial,
+    known: &[Candidate],
+    all: &[Term],
+) -> Result<Vec<Candidate>> {
+    let mut found = Vec::new();
+    for (at, replaced) in best.terms.iter().enumerate() {
+        let mut others = best.terms.clone();
+        others.remove(at);
+        let trial = |term: &Term| {
+            known.iter().any(|candidate| {
+                let terms = &candidate.trial.terms;
+                terms.len() == best.terms.len()
+                    && terms.contains(term)
+                    && others.iter().all(|other| terms.contains(other))
+            })
+        };
+        let rig = &start.model.rig;
+        let alone = |term: &Term| {
+            let singles = known.iter().map(|candidate| &candidate.trial.terms[..]);
+            let mut singles = singles.filter(|_| !others.is_empty());
+            singles.any(|single| single == std::slice::from_ref(term)) && touch(rig, replaced, term)
+        };
+        let exchanged: Vec<Term> = all
+            .iter()
+            .filter(|term| term.may_join(&others) && !trial(term))
+            .filter(|term| near(rig, replaced, term) || alone(term))
+            .cloned()
+            .collect();
+        if exchanged.is_empty() {
+            continue;
+        }
+        let parent = match &others[..] {
+            [] => subset.as_written(&start.model.rig)?,
+            [other] => subset.alone(start, best, other, 0)?,
+            _ => None,
+        };
+        if let Some(parent) = parent {
+            found.extend(screen_and_refit(
+                case,
+                subset,
+                &parent,
+                &exchanged,
+                "neighbours",
+            )?);
+        }
+    }
+    Ok(found)
 }
 
 /// Whether `other` may be what was taken for `found`: confusable with it, at the same component or one that touches it; or the
@@ -105,10 +160,10 @@ fn touch(rig: &Rig, a: &Term, b: &Term) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::candidate;
+    use crate::diagnose::term;
 
     fn term(kind: &str, component: &str) -> Term {
-        candidate::term(&rig(), kind, &[component])
+        term::term(&rig(), kind, &[component])
     }
 
     fn rig() -> Rig {
