@@ -5,7 +5,7 @@
 #![no_main]
 
 use sinew_board_runtime::checks::Cycles;
-use sinew_firmware::for_each_check;
+use sinew_device::for_each_check;
 
 /// The core's, whatever the crystal.
 const CLOCK_HZ: u32 = 64_000_000;
@@ -22,10 +22,10 @@ macro_rules! tests {
         mod tests {
             $(
                 #[test]
-                fn $name() -> sinew_firmware::checks::Outcome {
+                fn $name() -> sinew_device::checks::Outcome {
                     super::start();
                     let make = || subject(super::Cycles, super::CLOCK_HZ);
-                    sinew_firmware::checks::$name(make, golden())
+                    sinew_device::checks::$name(make, golden())
                 }
             )*
             use sinew_board_runtime::checks::{golden, subject};

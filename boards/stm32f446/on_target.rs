@@ -9,7 +9,7 @@
 mod clocks;
 
 use sinew_board_runtime::checks::Cycles;
-use sinew_firmware::for_each_check;
+use sinew_device::for_each_check;
 
 /// As `src/clocks.rs` sets it.
 const CLOCK_HZ: u32 = 180_000_000;
@@ -26,10 +26,10 @@ macro_rules! tests {
         mod tests {
             $(
                 #[test]
-                fn $name() -> sinew_firmware::checks::Outcome {
+                fn $name() -> sinew_device::checks::Outcome {
                     super::start();
                     let make = || subject(super::Cycles, super::CLOCK_HZ);
-                    sinew_firmware::checks::$name(make, golden())
+                    sinew_device::checks::$name(make, golden())
                 }
             )*
             use sinew_board_runtime::checks::{golden, subject};

@@ -3,7 +3,7 @@
 //!
 //! `cargo run --release -p sinew-sim --example plant_speed -- FOLDER NAME...`
 
-use sinew_sim::{Drive, Dual, Plant, Rig, Scalar, Simulated};
+use sinew_sim::{Dual, InputTrajectory, Plant, Rig, Scalar, Simulated};
 use std::error::Error;
 use std::time::Instant;
 
@@ -57,7 +57,7 @@ impl Device {
         input: &[f64],
         every: usize,
     ) -> Result<Vec<Vec<f64>>, Box<dyn Error>> {
-        let drive = Drive::new(&self.plant, times.len(), &[input])?;
+        let drive = InputTrajectory::new(&self.plant, times.len(), &[input])?;
         let run = self
             .plant
             .simulate(&self.plant.values(), &self.start, &drive, times)?;
@@ -86,7 +86,7 @@ impl Device {
 
     /// Simulated seconds a second.
     fn speed(&self) -> Result<f64, Box<dyn Error>> {
-        let drive = Drive::new(&self.plant, self.times.len(), &[&self.input])?;
+        let drive = InputTrajectory::new(&self.plant, self.times.len(), &[&self.input])?;
         let values = self.plant.values();
         let seconds = best_of(30, || {
             self.plant
@@ -106,7 +106,7 @@ impl Device {
         let input: Vec<f64> = (0..samples)
             .map(|k| self.input[k % self.input.len()])
             .collect();
-        let drive = Drive::new(&self.plant, samples, &[&input])?;
+        let drive = InputTrajectory::new(&self.plant, samples, &[&input])?;
         let values = self.plant.values();
         let mut dual: Vec<Dual<N>> = values.iter().map(|&v| Dual::constant(v)).collect();
         let mut start: Vec<Dual<N>> = self.start.iter().map(|&x| Dual::constant(x)).collect();

@@ -4,7 +4,7 @@
 //!
 //! `cargo run --release -p sinew-sim --example speed -- [RECORDING.csv]`
 
-use sinew_sim::{Drive, Dual, Plant, Rig, Scalar, Simulated};
+use sinew_sim::{Dual, InputTrajectory, Plant, Rig, Scalar, Simulated};
 use std::error::Error;
 use std::time::Instant;
 
@@ -94,7 +94,7 @@ offset = { value = 0.0 }
 fn jacobian<const P: usize>(
     plant: &Plant,
     start: &[f64],
-    drive: &Drive,
+    drive: &InputTrajectory,
     times: &[f64],
 ) -> Result<f64, Box<dyn Error>>
 where
@@ -116,7 +116,7 @@ fn two_mass() -> Result<(), Box<dyn Error>> {
     let plant = Plant::new(&Rig::parse(TWO_MASS, "two-mass")?)?;
     let times: Vec<f64> = (0..4000).map(|k| 1e-3 * f64::from(k)).collect();
     let input: Vec<f64> = times.iter().map(|t| 3.0 * (7.0 * t).sin()).collect();
-    let drive = Drive::new(&plant, times.len(), &[&input])?;
+    let drive = InputTrajectory::new(&plant, times.len(), &[&input])?;
     let values = plant.values();
     let start = plant.initial_state(&values, &[None])?;
     let report = plant.simulate(&values, &start, &drive, &times)?.report;
@@ -151,7 +151,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         None => chirp(),
     };
     let plant = Plant::new(&Rig::parse(RIG, "rigs/emps.toml")?)?;
-    let drive = Drive::new(&plant, times.len(), &[&input])?;
+    let drive = InputTrajectory::new(&plant, times.len(), &[&input])?;
     let values = plant.values();
     let start = plant.initial_state(&values, &[Some(position[0])])?;
     let run = plant.simulate(&values, &start, &drive, &times)?;

@@ -6,7 +6,7 @@
 //! [`Dual`]. The equations are numbered in `docs/explanation/plant.md`.
 //!
 //! ```
-//! use sinew_sim::{Drive, Plant, Rig};
+//! use sinew_sim::{InputTrajectory, Plant, Rig};
 //!
 //! let rig = Rig::parse(
 //!     r#"
@@ -33,7 +33,7 @@
 //! let values = plant.values();
 //! let start = plant.initial_state(&values, &[None])?;
 //! let times: Vec<f64> = (0..100).map(|k| 0.01 * f64::from(k)).collect();
-//! let drive = Drive::new(&plant, times.len(), &[])?;
+//! let drive = InputTrajectory::new(&plant, times.len(), &[])?;
 //! let run = plant.simulate(&values, &start, &drive, &times)?;
 //! assert!((run.signal(99, 0) - 0.1 * (40f64.sqrt() * 0.99).cos()).abs() < 1e-6);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -48,30 +48,29 @@
 //! assert!(error.contains("did you mean `slide`?"), "{error}");
 //! ```
 
-mod drive;
 mod dual;
 pub mod effects;
 mod error;
 mod geometry;
+mod input_history;
+mod input_trajectory;
 mod integrator;
 mod math;
-mod past;
 mod plant;
 mod reverse;
 pub mod rig;
 mod scalar;
-mod simulated;
+mod settings;
+mod simulate;
 mod suggest;
 pub mod unit;
 
-pub use drive::Drive;
 pub use dual::Dual;
 pub use error::{BodyPlace, Error, SimulationError};
-pub use integrator::{Report, Settings, Stepper};
-pub use plant::{
-    Gradient, Input, Numbers, Outline, Parameter, Plant, RecordingRun, Role, SensorChannel,
-    Trajectory,
-};
+pub use input_trajectory::InputTrajectory;
+pub use integrator::Stepper;
+pub use plant::{Input, Outline, Parameter, Plant, Role, SensorChannel};
 pub use rig::{ControlTable, FirstLayer, Form, NetworkTable, Rig};
 pub use scalar::Scalar;
-pub use simulated::Simulated;
+pub use settings::{Report, Settings};
+pub use simulate::{Gradient, ParameterizedPlant, RecordingRun, Simulated, Trajectory};

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A predictor trained in Keras, as somebody who has TensorFlow would: from recordings alone, in their own units.
 
-    python3 keras_predictor.py OUT fit.csv [more.csv ...]       (packages: codegen/tests/frameworks/requirements.txt)
+    python3 keras_predictor.py OUT fit.csv [more.csv ...]       (packages: codegen/nn/tests/frameworks/requirements.txt)
 
 OUT.keras and OUT.tflite take u(k) .. u(k-3) and y(k) .. y(k-7) of the mass on a spring and give y(k+1) - y(k). The
 normalisation is inside. rigs/experiments/mass-spring-damper.tflite was made by it from fit.csv of `cargo xtask experiments

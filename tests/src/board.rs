@@ -1,5 +1,5 @@
-//! A board in QEMU as a person has it on the desk: a serial port to it, and a rig behind its converters that
-//! this end simulates.
+//! A board in QEMU as a person has it on the desk: a serial port to it, and a rig behind its
+//! converters that this end simulates.
 
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};
@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 
 use nix::sys::stat::Mode;
 use sinew::device::{Device, Guarded, Workplace, decode_log};
-use sinew_ident::error::{Error, Result};
 use sinew::project::{Board, board_folder};
+use sinew_ident::error::{Error, Result};
 
 use crate::gdb::Gdb;
 use crate::image;
@@ -50,8 +50,8 @@ pub fn codes(y: [f64; OUTPUTS]) -> [u16; OUTPUTS] {
 }
 
 impl Desk {
-    /// Starts the board; `sensors` turns the tick's number and the rig's outputs into converter codes, and
-    /// `inject` is a fault on order (boards/qemu/src/inject.rs).
+    /// Starts the board; `sensors` turns the tick's number and the rig's outputs into converter
+    /// codes, and `inject` is a fault on order (boards/qemu/src/inject.rs).
     ///
     /// # Errors
     /// The image does not build, QEMU does not start.
@@ -161,7 +161,8 @@ impl Desk {
     }
 }
 
-/// What `connect` gives, once it gives something: a socket is there a moment before somebody listens on it.
+/// What `connect` gives, once it gives something: a socket is there a moment before somebody
+/// listens on it.
 fn patiently<T, E>(
     mut connect: impl FnMut() -> std::result::Result<T, E>,
 ) -> std::result::Result<T, E> {

@@ -1,8 +1,9 @@
 //! Which functions of a linked image a function can reach: Thumb-2 branches, decoded.
 //!
-//! Direct calls and tail calls are `BL` and `B.W` (Armv7-M Architecture Reference Manual, A7.7.12 and A7.7.18); a
-//! call through a register (`BLX Rm`) is reported, since it could go anywhere. Literal pools are left out by the
-//! ELF's mapping symbols `$d` and `$t` (ELF for the Arm Architecture, 5.5.5).
+//! Direct calls and tail calls are `BL` and `B.W` (Armv7-M Architecture Reference Manual, A7.7.12
+//! and A7.7.18); a call through a register (`BLX Rm`) is reported, since it could go anywhere.
+//! Literal pools are left out by the ELF's mapping symbols `$d` and `$t` (ELF for the Arm
+//! Architecture, 5.5.5).
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -170,7 +171,8 @@ fn branch_offset(first: u16, second: u16) -> Option<i64> {
         let value = s << 24 | i1 << 23 | i2 << 22 | high << 12 | low << 1;
         return Some(sign(value, 25));
     }
-    // B<cond>.W: condition 111x is another instruction; BL has bit 14 set and bit 12 as well, so not here.
+    // B<cond>.W: condition 111x is another instruction; BL has bit 14 set and bit 12 as well, so
+    // not here.
     let condition = first >> 6 & 0xF;
     if second >> 14 & 1 == 1 || condition >= 0b1110 {
         return None;
@@ -186,7 +188,8 @@ mod tests {
 
     #[test]
     fn branches_are_decoded_as_the_manual_has_them() {
-        // From the assembler: `bl .+4`, `bl .` (offset -4), `b.w .+2052`, `beq.w .+1028`, and no branches.
+        // From the assembler: `bl .+4`, `bl .` (offset -4), `b.w .+2052`, `beq.w .+1028`, and no
+        // branches.
         assert_eq!(branch_offset(0xF000, 0xF800), Some(0));
         assert_eq!(branch_offset(0xF7FF, 0xFFFE), Some(-4));
         assert_eq!(branch_offset(0xF000, 0xBC00), Some(2048));

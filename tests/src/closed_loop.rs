@@ -1,8 +1,8 @@
 //! The reference closed loop: the reference plant, and a device that holds model S.
 
 use sinew::device::Device;
+use sinew_device::protocol::{Identity, Summary, ToDevice, ToHost};
 use sinew_ident::error::{Error, Result};
-use sinew_firmware::protocol::{Identity, Summary, ToDevice, ToHost};
 
 use crate::reference::{OUTPUTS, Plant, Reference, STEPS};
 

@@ -1,5 +1,6 @@
-//! Memory of a board in QEMU while it runs, by QEMU's GDB server (GDB manual, appendix E): what a debug probe does with
-//! a real one. The machine stands still for as long as it is looked at, and its clocks with it.
+//! Memory of a board in QEMU while it runs, by QEMU's GDB server (GDB manual, appendix E): what a
+//! debug probe does with a real one. The machine stands still for as long as it is looked at, and
+//! its clocks with it.
 
 use std::io::{self, Read, Write};
 use std::os::unix::net::UnixStream;
@@ -45,8 +46,8 @@ impl Gdb {
         self.0.write_all(format!("${text}#{sum:02x}").as_bytes())
     }
 
-    /// The answer to `text`. Why the machine stands still (a packet of T or S) is said late on a busy computer, and
-    /// answers nothing that is asked here.
+    /// The answer to `text`. Why the machine stands still (a packet of T or S) is said late on a
+    /// busy computer, and answers nothing that is asked here.
     fn ask(&mut self, text: &str) -> io::Result<String> {
         self.send(text)?;
         loop {

@@ -1,5 +1,5 @@
-//! What the tests of `tests/tests` share: the images of this checkout, the reference problem's plant, and the
-//! loop around it. Talking to a device is `sinew::device`.
+//! What the tests of `tests/tests` share: the images of this checkout, the reference problem's
+//! plant, and the loop around it. Talking to a device is `sinew::device`.
 
 pub mod board;
 pub mod callgraph;
@@ -12,7 +12,8 @@ pub mod snapshot;
 
 use std::io::Write;
 
-/// Says why a test cannot run here; the caller returns. `cargo xtask test` counts these and lists them.
+/// Says why a test cannot run here; the caller returns. `cargo xtask test` counts these and lists
+/// them.
 pub fn skip(reason: &str) {
     // Written, not printed: the test harness would swallow the output of a test that "passes".
     let _ = writeln!(std::io::stdout(), "SKIPPED: {reason}");

@@ -1,5 +1,5 @@
-//! The reference problem's plant and reference: what closes the loop around model S. The plant is given by
-//! its equations, not by the network that predicts it, and shares nothing with `sim`.
+//! The reference problem's plant and reference: what closes the loop around model S. The plant is
+//! given by its equations, not by the network that predicts it, and shares nothing with `sim`.
 
 /// Control periods per second.
 pub const RATE_HZ: f64 = 120.0;

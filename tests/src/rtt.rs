@@ -1,5 +1,6 @@
-//! The host's side of two RTT channels (SEGGER UM08001, "Real-Time Transfer"), of a board whose memory can be had: a line to the
-//! firmware without a serial port. On a real board probe-rs does this.
+//! The host's side of two RTT channels (SEGGER UM08001, "Real-Time Transfer"), of a board whose
+//! memory can be had: a line to the firmware without a serial port. On a real board probe-rs does
+//! this.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::os::unix::net::UnixStream;
@@ -10,10 +11,12 @@ use object::{Object, ObjectSymbol};
 
 use crate::gdb::{Gdb, Halted};
 
-/// Bytes of the control block before its channels, and of a channel: name, buffer, size, write, read, flags.
+/// Bytes of the control block before its channels, and of a channel: name, buffer, size, write,
+/// read, flags.
 const HEADER: u32 = 24;
 const CHANNEL: u32 = 24;
-/// How the control block begins once the firmware has made its channels (UM08001, "RTT control block").
+/// How the control block begins once the firmware has made its channels (UM08001, "RTT control
+/// block").
 const READY: &[u8; 16] = b"SEGGER RTT\0\0\0\0\0\0";
 /// The firmware's channels (boards/runtime/src/probe.rs).
 const UP: u32 = 1;

@@ -1,4 +1,5 @@
-//! What is measured on an image, as it is kept in `tests/expected/` and held against `tests/budgets.toml`.
+//! What is measured on an image, as it is kept in `tests/expected/` and held against
+//! `tests/budgets.toml`.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -6,13 +7,13 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use sinew::device::Device;
-use sinew_ident::error::{Error, Result};
 use sinew::project::{Board, Sizes, image::sizes};
+use sinew_ident::error::{Error, Result};
 
 use crate::{closed_loop, image};
 
-/// One tick of the board's counter is 40 ns, one instruction 32 ns (boards/qemu/run.sh, `shift=5`): counts
-/// are right to about an instruction, and the same in every run.
+/// One tick of the board's counter is 40 ns, one instruction 32 ns (boards/qemu/run.sh, `shift=5`):
+/// counts are right to about an instruction, and the same in every run.
 const INSTRUCTIONS_PER_TICK: f64 = 40.0 / 32.0;
 
 /// The reference closed loop in QEMU, in numbers. Contents of a file in `tests/expected/`.
@@ -157,9 +158,11 @@ pub fn expected(name: &str) -> PathBuf {
 /// `tests/budgets.toml` cannot be read, holds something else, or has no such table.
 pub fn budget(name: &str) -> Result<Budget> {
     let path = image::root().join("tests/budgets.toml");
-    let mut tables: std::collections::BTreeMap<String, Budget> = read(&path)?;
-    let missing = || Error::file(&path, format!("no table [{name}]"));
-    tables.remove(name).ok_or_else(missing)
+    // Other tables are budgets of other things.
+    let mut tables: toml::Table = read(&path)?;
+    let table =
+        (tables.remove(name)).ok_or_else(|| Error::file(&path, format!("no table [{name}]")))?;
+    Budget::deserialize(table).map_err(|error| Error::file(&path, error.to_string()))
 }
 
 fn read<T: for<'de> Deserialize<'de>>(path: &Path) -> Result<T> {

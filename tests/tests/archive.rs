@@ -1,4 +1,5 @@
-//! The control step as a C library (contract section 6): what it needs, what it cannot reach, and a C program that calls it.
+//! The control step as a C library (contract section 6): what it needs, what it cannot reach, and a
+//! C program that calls it.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

@@ -1,6 +1,6 @@
-//! Instructions, flash, RAM, stack and command bits of the reference controller in QEMU, against the
-//! snapshot and against the budget. `cargo xtask measure`, `bless` and `budget` are this file, by the
-//! variable SINEW_SNAPSHOTS.
+//! Instructions, flash, RAM, stack and command bits of the reference controller in QEMU, against
+//! the snapshot and against the budget. `cargo xtask measure`, `bless` and `budget` are this file,
+//! by the variable SINEW_SNAPSHOTS.
 
 use std::fs;
 use std::sync::OnceLock;
@@ -11,13 +11,14 @@ use sinew_tests::{image, skip};
 /// Model S of the reference problem, horizon 10, nothing blocked.
 const NAME: &str = "reference_s_n10";
 
-/// Bytes of flash by which two checkouts may differ: panic messages of dependencies hold the path of cargo's
-/// registry, six times.
+/// Bytes of flash by which two checkouts may differ: panic messages of dependencies hold the path
+/// of cargo's registry, six times.
 const PATHS: u64 = 200;
 
-/// One in so many instructions by which two checkouts may differ: cargo names the crates of a board by their
-/// folder, the compiler sorts by those names, and what it does with the network's longest function then comes
-/// out in one of two ways (of fourteen folders, seven had 36,397 instructions in the mean, seven 36,408).
+/// One in so many instructions by which two checkouts may differ: cargo names the crates of a board
+/// by their folder, the compiler sorts by those names, and what it does with the network's longest
+/// function then comes out in one of two ways (of fourteen folders, seven had 36,397 instructions
+/// in the mean, seven 36,408).
 const ORDER: u64 = 500;
 
 /// One run serves both tests. `None`: this machine cannot run images, and it has been said.

@@ -1,14 +1,14 @@
-//! The checks that a device makes of itself, on this computer and in QEMU; a board with a probe runs the same list
-//! (docs/how-to/port-a-board.md).
+//! The checks that a device makes of itself, on this computer and in QEMU; a board with a probe
+//! runs the same list (docs/how-to/port-a-board.md).
 
 use std::process::{Command, Stdio};
 
-use sinew::chain::size::count;
 use sinew::device::{Workplace, decode_log};
+use sinew::pipeline::footprint::count;
 use sinew::project::checks as checks_of;
-use sinew_firmware::checks::{self, Golden, Subject, Wrong};
-use sinew_firmware::clock::Clock;
-use sinew_firmware::for_each_check;
+use sinew_device::checks::{self, Golden, Subject, Wrong};
+use sinew_device::clock::Clock;
+use sinew_device::for_each_check;
 use sinew_model_reference_s::control::Session;
 use sinew_model_reference_s::golden::GOLDEN;
 use sinew_model_reference_s::session;

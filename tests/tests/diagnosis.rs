@@ -1,6 +1,6 @@
-//! `sinew diagnose` on recordings with concealed physics that foreign physics wrote: twelve of the committed cases
-//! (`tests/foreign/cases`, made by `tests/foreign/hardlaw/committed.py`). All are `cargo xtask proof --committed`,
-//! the hundreds `cargo xtask proof`.
+//! `sinew diagnose` on recordings with concealed physics that foreign physics wrote: twelve of the
+//! committed cases (`tests/foreign/cases`, made by `tests/foreign/hardlaw/committed.py`). All are
+//! `cargo xtask proof --committed`, the hundreds `cargo xtask proof`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,9 +10,9 @@ use sinew_ident::recording::Recording;
 use sinew_scorer::{Answer, Scored, Truth, outcome, table};
 use sinew_sim::Rig;
 
-/// Dry friction, backlash, a cubic spring, a hysteresis, an end stop, Stribeck friction; friction with a saturation; a rig
-/// that is exact, one with wrong parameters, a disturbance, heavy noise; a gain that depends on the sign. `cargo xtask ci`
-/// asks nearly all of them.
+/// Dry friction, backlash, a cubic spring, a hysteresis, an end stop, Stribeck friction; friction
+/// with a saturation; a rig that is exact, one with wrong parameters, a disturbance, heavy noise; a
+/// gain that depends on the sign. `cargo xtask ci` asks nearly all of them.
 const CASES: [usize; 12] = [0, 1, 2, 3, 5, 6, 7, 8, 9, 10, 11, 12];
 
 fn foreign() -> PathBuf {

@@ -1,11 +1,11 @@
 //! Long runs on the board in QEMU: random states for the longest step, and hours of control.
 //!
-//! Short by default; `cargo xtask survive` sets SINEW_WORST_STATES=100000 and SINEW_SOAK_STEPS=432000 (an hour at
-//! 120 Hz).
+//! Short by default; `cargo xtask survive` sets SINEW_WORST_STATES=100000 and
+//! SINEW_SOAK_STEPS=432000 (an hour at 120 Hz).
 
 use sinew::device::Device;
 use sinew::project::Board;
-use sinew_firmware::protocol::{ToDevice, ToHost};
+use sinew_device::protocol::{ToDevice, ToHost};
 use sinew_tests::closed_loop::sample;
 use sinew_tests::reference::{INPUT_LIMIT, OUTPUTS, Plant, Reference, STEPS};
 use sinew_tests::{image, skip, snapshot};
@@ -79,8 +79,9 @@ fn random_states_and_references_take_less_than_a_period() {
         "{states} random states: {} instructions a step in the mean, {longest} in the longest; a period has {PERIOD}",
         sum / states as u64
     );
-    // References that jump at random at every step of the horizon ask far more of the optimisation than a
-    // trajectory does: here the deadline is what has to hold, not the budget of the reference run.
+    // References that jump at random at every step of the horizon ask far more of the optimisation
+    // than a trajectory does: here the deadline is what has to hold, not the budget of the
+    // reference run.
     assert!(longest <= PERIOD, "{longest}");
 }
 

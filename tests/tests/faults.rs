@@ -1,11 +1,11 @@
-//! docs/reference/faults.md, row by row, on the board in QEMU: each fault is made, and the rig behind the converters sees what
-//! the firmware does about it.
+//! docs/reference/faults.md, row by row, on the board in QEMU: each fault is made, and the rig
+//! behind the converters sees what the firmware does about it.
 
 use std::time::{Duration, Instant};
 
 use sinew::device::Device;
-use sinew_firmware::mode::{Cause, Drive, Mode, State};
-use sinew_firmware::protocol::{ToDevice, ToHost};
+use sinew_device::mode::{Cause, Drive, Mode, State};
+use sinew_device::protocol::{ToDevice, ToHost};
 use sinew_tests::board::{Desk, codes};
 use sinew_tests::reference::OUTPUTS;
 use sinew_tests::{image, skip};

@@ -1,12 +1,13 @@
-//! What `sinew mjcf` writes means the same to MuJoCo: `tests/foreign/mjcf.py` let MuJoCo run the file, and our
-//! simulator runs the rig that the file was written from.
+//! What `sinew mjcf` writes means the same to MuJoCo: `tests/foreign/mjcf.py` let MuJoCo run the
+//! file, and our simulator runs the rig that the file was written from.
 
 use std::path::PathBuf;
 
 use sinew_ident::recording::Recording;
 use sinew_sim::{Plant, Rig};
 
-/// Error that is allowed, as a part of a signal's range. MuJoCo's dry friction and stops are a little soft.
+/// Error that is allowed, as a part of a signal's range. MuJoCo's dry friction and stops are a
+/// little soft.
 const TOLERANCE: f64 = 2e-3;
 
 fn foreign(name: &str) -> PathBuf {
@@ -15,8 +16,8 @@ fn foreign(name: &str) -> PathBuf {
         .join(name)
 }
 
-/// Largest differences between MuJoCo and a rig, as parts of the signals' ranges; infinite for a rig that flies
-/// away.
+/// Largest differences between MuJoCo and a rig, as parts of the signals' ranges; infinite for a
+/// rig that flies away.
 fn differences(rig: &Rig) -> Vec<(String, f64)> {
     let theirs = Recording::read(foreign("all.csv")).expect("it is committed");
     let plant = Plant::new(rig).expect("it compiles");

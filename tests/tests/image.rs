@@ -1,9 +1,10 @@
-//! What the linked images hold and what they do not: no heap, and no way from the control step to a panic.
+//! What the linked images hold and what they do not: no heap, and no way from the control step to a
+//! panic.
 
 use std::path::Path;
 
 use sinew::project::{Board, Optimise, compile, image::sizes, write};
-use sinew_codegen::store;
+use sinew_model::store;
 use sinew_tests::callgraph::CallGraph;
 use sinew_tests::{image, skip};
 

@@ -1,5 +1,5 @@
-//! `sinew record` and `sinew monitor` against the board in QEMU, over its serial port, with a simulated rig behind
-//! its converters: the code that a real board meets.
+//! `sinew record` and `sinew monitor` against the board in QEMU, over its serial port, with a
+//! simulated rig behind its converters: the code that a real board meets.
 
 use std::path::Path;
 use std::thread::sleep;
@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 use sinew::device::Device;
 use sinew::live::Names;
 use sinew::live::record::{Recorded, excitation, record};
+use sinew_device::mode::{Drive, Mode};
+use sinew_device::protocol::{Telemetry, ToDevice, ToHost};
 use sinew_ident::recording::Recording;
-use sinew_firmware::mode::{Drive, Mode};
-use sinew_firmware::protocol::{Telemetry, ToDevice, ToHost};
 use sinew_tests::board::{Desk, FULL_SCALE, codes};
 use sinew_tests::reference::{INPUT_LIMIT, Plant, RATE_LIMIT};
 use sinew_tests::{image, skip};

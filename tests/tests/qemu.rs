@@ -1,8 +1,9 @@
-//! The image in QEMU: the same bits as on the host, the same instructions twice, nothing left behind.
+//! The image in QEMU: the same bits as on the host, the same instructions twice, nothing left
+//! behind.
 
 use sinew::device::{Device, End, decode_log};
 use sinew::project::Board;
-use sinew_firmware::protocol::{Reason, ToDevice, ToHost};
+use sinew_device::protocol::{Reason, ToDevice, ToHost};
 use sinew_model_reference_s::golden::GOLDEN;
 use sinew_tests::closed_loop::{self, sample};
 use sinew_tests::reference::{INPUT_LIMIT, INPUTS, OUTPUTS, Plant, RATE_LIMIT, Reference, STEPS};
@@ -24,8 +25,8 @@ fn on_the_host() -> Device {
 /// More than decoding a sample and encoding its answer take: 62,500 instructions.
 const TRANSPORT_TICKS: u64 = 50_000;
 
-/// How many steps end after their period when each takes its ticks and `overhead` more, and a late one
-/// delays the next.
+/// How many steps end after their period when each takes its ticks and `overhead` more, and a late
+/// one delays the next.
 fn late_steps(ticks: &[u64], overhead: u64) -> u64 {
     const PERIOD: u64 = 8333 * 25;
     let (mut now, mut late) = (0, 0);
@@ -185,7 +186,8 @@ fn the_reference_run_meets_its_deadlines_limits_and_reference() {
         check_limits(k, previous, u);
         previous = u;
     }
-    // An IPOPT optimum over the same horizon tracks with 0.0218; at rest all the time it would be 0.2.
+    // An IPOPT optimum over the same horizon tracks with 0.0218; at rest all the time it would be
+    // 0.2.
     assert!(
         run.tracking_rms < 0.03,
         "tracking error {}",
@@ -277,8 +279,8 @@ fn over_the_serial_line_no_frame_is_lost() {
         device
             .send(&question)
             .unwrap_or_else(|error| panic!("{error}"));
-        // Every tick brings a command. Those for which no sample came in time are bridged and repeat the
-        // number of the last; sooner or later the answer to this one comes.
+        // Every tick brings a command. Those for which no sample came in time are bridged and
+        // repeat the number of the last; sooner or later the answer to this one comes.
         loop {
             let answer = device.receive().unwrap_or_else(|error| panic!("{error}"));
             let ToHost::Command { seq, u, .. } = answer else {

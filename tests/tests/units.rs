@@ -1,5 +1,5 @@
-//! `sinew diagnose` knows no absolute sizes: a device that is a thousand times as long, as heavy or as slow has what the
-//! device has, in numbers as much larger.
+//! `sinew diagnose` knows no absolute sizes: a device that is a thousand times as long, as heavy or
+//! as slow has what the device has, in numbers as much larger.
 
 use std::fs;
 use std::path::PathBuf;

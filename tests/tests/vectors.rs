@@ -1,18 +1,19 @@
-//! The controller's derivatives on a Cortex-M4F: exact Hessian, Gauss-Newton's, and through recurrent cells.
+//! The controller's derivatives on a Cortex-M4F: exact Hessian, Gauss-Newton's, and through
+//! recurrent cells.
 
 use std::process::{Command, Stdio};
 
 use sinew::device::Workplace;
 use sinew::project::{Machine, run_cargo};
-use sinew_firmware::model::{Jacobian, Model};
+use sinew_mpc::model::{Jacobian, Model};
 use sinew_tests::{image, skip};
 use sinew_vectors::case::{Case, FAR};
 use sinew_vectors::differenced::Differenced;
 use sinew_vectors::random::Random;
 use sinew_vectors::shallow::Shallow;
 
-/// The same cases are held against double precision by `firmware/tests/hessian.rs` and `firmware/tests/recurrent`, so equal
-/// bits here are vectors of double precision there.
+/// The same cases are held against double precision by `firmware/mpc/tests/hessian.rs` and
+/// `firmware/mpc/tests/recurrent`, so equal bits here are vectors of double precision there.
 #[test]
 fn hessians_and_recurrent_cells_have_the_same_bits_in_qemu() {
     if let Some(reason) = image::cannot_run() {

@@ -1,7 +1,7 @@
 //! `cargo xtask ci`: what guards the main branch.
 //!
-//! Cheap stages come first, so that a stray blank fails in seconds. No stage sets RUSTFLAGS or a profile of
-//! its own: cargo would build the dependencies (burn: minutes) once more for each.
+//! Cheap stages come first, so that a stray blank fails in seconds. No stage sets RUSTFLAGS or a
+//! profile of its own: cargo would build the dependencies (burn: minutes) once more for each.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, ensure};
 
 use crate::arguments::none;
-use crate::{demo, evaluation, modules, references, snapshots, test};
+use crate::{demo, deny, evaluation, modules, package, references, snapshots, test, tutorials};
 use xtask::process::{self, cargo, root, target_folder};
 use xtask::setup::{self, Extent, Toolchain};
 
@@ -49,14 +49,17 @@ type Stage = (&'static str, fn(&Toolchain) -> Result<()>);
 /// Before anything is compiled.
 const FIRST: &[Stage] = &[
     ("format", |_| format()),
-    ("references", |_| references::check()),
+    ("references", |_| references::check(&[])),
     ("cycles", |_| modules::check()),
+    ("dependencies", |_| deny::check()),
     ("foreign recordings up to date", |_| foreign()),
 ];
 
-/// Beside the boards, which have target folders of their own: each alone leaves a core idle for a while.
+/// Beside the boards, which have target folders of their own: each alone leaves a core idle for a
+/// while.
 const BESIDE: &[Stage] = &[
     ("clippy, workspace", |_| clippy_workspace()),
+    ("packages", |_| package::check()),
     ("tests compile", test::compile),
 ];
 
@@ -67,6 +70,7 @@ const LAST: &[Stage] = &[
     }),
     ("budgets", |_| snapshots::budget(&[])),
     ("documentation", |_| documentation()),
+    ("tutorials", |toolchain| tutorials::run(toolchain, &[])),
     ("demo", |_| demo::demo(&[])),
 ];
 
@@ -85,7 +89,8 @@ pub fn run(arguments: &[String]) -> Result<()> {
         .and_then(|()| {
             let boards = Boards::begin()?;
             let beside = stages(BESIDE, &toolchain, &mut times);
-            // Whatever came of the others: half an hour later nobody wants to hear of the next failure.
+            // Whatever came of the others: half an hour later nobody wants to hear of the next
+            // failure.
             boards.end(&mut times).and(beside)
         })
         .and_then(|()| stages(LAST, &toolchain, &mut times));
@@ -197,7 +202,8 @@ fn link_boards(toolchain: &Toolchain) -> Result<()> {
     Ok(())
 }
 
-/// What can be known about flashing without a board: chips, memories and images, as probe-rs sees them.
+/// What can be known about flashing without a board: chips, memories and images, as probe-rs sees
+/// them.
 fn probe() -> Result<()> {
     let target = target_folder().join("boards");
     let mut command = cargo(&["test", "--manifest-path", "boards/probe/Cargo.toml"]);

@@ -1,4 +1,5 @@
-//! Verbs that `tests/evaluation` carries out, so that whoever only builds or tests does not compile them.
+//! Verbs that `tests/evaluation` carries out, so that whoever only builds or tests does not compile
+//! them.
 
 use anyhow::Result;
 

@@ -18,14 +18,14 @@ fn emit() -> Result<()> {
     process::run(&mut codegen(&["write", "models"]))
 }
 
-/// Not a stage of CI: a test of codegen asks the same, and this builds half its libraries once more, with the
-/// features of one crate alone.
+/// Not a stage of CI: a test of codegen asks the same, and this builds half its libraries once
+/// more, with the features of one crate alone.
 fn check() -> Result<()> {
     process::run(&mut codegen(&["check", "models"]))
 }
 
 fn codegen(arguments: &[&str]) -> std::process::Command {
-    let mut command = cargo(&["run", "--quiet", "--package", "sinew-codegen", "--"]);
+    let mut command = cargo(&["run", "--quiet", "--package", "sinew-model", "--"]);
     command.args(arguments);
     command
 }

@@ -1,18 +1,22 @@
-//! One door: every task of this repository is `cargo xtask VERB`, and continuous integration calls the same
-//! verbs as a person does.
+//! One door: every task of this repository is `cargo xtask VERB`, and continuous integration calls
+//! the same verbs as a person does.
 
 mod arguments;
 mod ci;
 mod demo;
+mod deny;
 mod evaluation;
 mod generate;
 mod help;
 mod modules;
+mod package;
+mod prose;
 mod references;
 mod snapshots;
 mod survive;
 mod tally;
 mod test;
+mod tutorials;
 
 use std::process::ExitCode;
 
@@ -108,6 +112,12 @@ const VERBS: &[Verb] = &[
         run: |arguments| evaluation::run("experiments", arguments),
     },
     Verb {
+        name: "tutorials",
+        arguments: "[--program PATH]",
+        line: "The tutorials of docs/tutorials, executed line by line",
+        run: |arguments| tutorials::run(&setup::run(setup::Extent::Build)?, arguments),
+    },
+    Verb {
         name: "survive",
         arguments: "",
         line: "Long runs: 10 million hostile frames, 100,000 random states, an hour of control in QEMU",
@@ -115,12 +125,9 @@ const VERBS: &[Verb] = &[
     },
     Verb {
         name: "references",
-        arguments: "",
-        line: "Links between pages, and the equations that code cites, lead somewhere",
-        run: |arguments| {
-            none(arguments)?;
-            references::check()
-        },
+        arguments: "[--list]",
+        line: "Links and cited equations lead somewhere; sentences, openings and lines keep their budget",
+        run: references::check,
     },
     Verb {
         name: "cycles",
@@ -129,6 +136,24 @@ const VERBS: &[Verb] = &[
         run: |arguments| {
             none(arguments)?;
             modules::check()
+        },
+    },
+    Verb {
+        name: "deny",
+        arguments: "",
+        line: "Licences, sources and versions of dependencies (deny.toml)",
+        run: |arguments| {
+            none(arguments)?;
+            deny::check()
+        },
+    },
+    Verb {
+        name: "package",
+        arguments: "",
+        line: "Every crate that can be published packages, and its package compiles",
+        run: |arguments| {
+            none(arguments)?;
+            package::check()
         },
     },
     Verb {

@@ -23,7 +23,8 @@ pub fn target_folder() -> PathBuf {
     }
 }
 
-/// Folder of the recordings that do not ship with the project: `$SINEW_DATA`, or beside the checkout.
+/// Folder of the recordings that do not ship with the project: `$SINEW_DATA`, or beside the
+/// checkout.
 pub fn data_folder() -> PathBuf {
     std::env::var_os("SINEW_DATA").map_or_else(|| root().join("../shared/data"), PathBuf::from)
 }

@@ -1,7 +1,8 @@
 //! `cargo xtask setup`: what a bare machine lacks. Silent and quick when nothing is missing.
 //!
-//! The target comes from rustup. Where rustup is absent or cannot add it, Debian's Rust builds `core` from
-//! its own sources (packages rustc-web, cargo-web, rust-web-src) and links with Debian's lld.
+//! The target comes from rustup. Where rustup is absent or cannot add it, Debian's Rust builds
+//! `core` from its own sources (packages rustc-web, cargo-web, rust-web-src) and links with
+//! Debian's lld.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -60,8 +61,9 @@ impl Toolchain {
             .or_else(|| std::env::var(name).ok())
     }
 
-    /// `cargo VERB --release ARGUMENTS` for a board, to be run in `boards/NAME`, where its configuration
-    /// stands. A board that names no target there is built for this machine, by the plain cargo.
+    /// `cargo VERB --release ARGUMENTS` for a board, to be run in `boards/NAME`, where its
+    /// configuration stands. A board that names no target there is built for this machine, by the
+    /// plain cargo.
     pub fn board_cargo(&self, board: &Path, verb: &str, arguments: &[&str]) -> Command {
         let for_a_chip = board.join(".cargo/config.toml").is_file();
         let mut command = match self.variable("SINEW_FIRMWARE_CARGO") {
@@ -71,8 +73,8 @@ impl Toolchain {
         command
             .current_dir(board)
             .args([verb, "--release", "--target-dir"]);
-        // Not in the board's folder: the host program embeds that, and would be built again after each build
-        // there. The tests look in the same place (tests/src/image.rs).
+        // Not in the board's folder: the host program embeds that, and would be built again after
+        // each build there. The tests look in the same place (tests/src/image.rs).
         command.arg(target_folder().join("boards"));
         if for_a_chip {
             if let Some(rustc) = self.variable("SINEW_FIRMWARE_RUSTC") {
@@ -156,7 +158,8 @@ fn target() -> Result<Toolchain> {
     Ok(Toolchain::debian())
 }
 
-/// A component of the toolchain that only `ci` needs: what cannot be had there is said and skipped here.
+/// A component of the toolchain that only `ci` needs: what cannot be had there is said and skipped
+/// here.
 fn component(name: &str, verb: &str) {
     if component_present(verb) {
         return;

@@ -8,7 +8,8 @@ use xtask::process::{self, cargo};
 use xtask::setup::{self, Extent};
 
 /// # Errors
-/// Setup, or the measurement failed; differences from the snapshots and budgets are printed and accepted.
+/// Setup, or the measurement failed; differences from the snapshots and budgets are printed and
+/// accepted.
 pub fn measure(arguments: &[String]) -> Result<()> {
     none(arguments)?;
     run("measure", &[])

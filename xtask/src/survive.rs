@@ -8,7 +8,8 @@ use crate::arguments::none;
 use xtask::process::{self, cargo};
 use xtask::setup::{self, Extent};
 
-/// Ten million frames from a hostile peer, a hundred thousand random states, an hour of control at 120 Hz.
+/// Ten million frames from a hostile peer, a hundred thousand random states, an hour of control at
+/// 120 Hz.
 const LONG: &[(&str, &str)] = &[
     ("SINEW_HOSTILE_FRAMES", "10000000"),
     ("SINEW_WORST_STATES", "100000"),
@@ -20,7 +21,7 @@ const LONG: &[(&str, &str)] = &[
 pub fn run(arguments: &[String]) -> Result<()> {
     none(arguments)?;
     let toolchain = setup::run(Extent::Build)?;
-    for (package, test) in [("sinew-firmware", "hostile"), ("sinew-tests", "endurance")] {
+    for (package, test) in [("sinew-device", "hostile"), ("sinew-tests", "endurance")] {
         let mut command = long(package, test);
         process::run(toolchain.equip(&mut command))?;
     }

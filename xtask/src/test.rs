@@ -11,7 +11,8 @@ use xtask::setup::Toolchain;
 /// Boards whose images take part in tests.
 const TESTED_BOARDS: &[&str] = &["qemu", "host"];
 
-/// Everything that holds tests, but for documentation. Examples do not, and cargo would compile them all the same.
+/// Everything that holds tests, but for documentation. Examples do not, and cargo would compile
+/// them all the same.
 const PROGRAMS: &[&str] = &["--tests"];
 
 /// # Errors
@@ -60,7 +61,8 @@ pub fn build_board(toolchain: &Toolchain, board: &str) -> Result<()> {
     process::run(&mut toolchain.board_cargo(&folder, "build", &[]))
 }
 
-/// Runs tests and counts them. A failing test does not stop the count, a program that breaks off is noted.
+/// Runs tests and counts them. A failing test does not stop the count, a program that breaks off is
+/// noted.
 fn count(tally: &mut Tally, command: &mut Command) -> Result<()> {
     let failed_before = tally.failed;
     match run_watched(command, |line| tally.see(line)) {

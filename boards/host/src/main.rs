@@ -7,7 +7,7 @@
 use std::io::{self, Read, Write};
 use std::process::ExitCode;
 
-use sinew_firmware::clock::Clock;
+use sinew_device::clock::Clock;
 
 /// Steps are not timed here: this machine's time says nothing about a chip's.
 struct NoClock;

@@ -3,7 +3,7 @@
 use embassy_nrf::pac::power::vals::Threshold;
 use embassy_nrf::{interrupt, pac};
 use sinew_board_runtime::restart;
-use sinew_firmware::mode::Cause;
+use sinew_device::mode::Cause;
 
 /// Of port 1: D4, high while the power stages may drive. Pull it down on your board.
 const ENABLE_PIN: usize = 5;

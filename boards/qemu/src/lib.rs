@@ -2,7 +2,7 @@
 //! mathematics.
 //!
 //! A program of `src/bin` is a transport and a pace; what boards share is `sinew_board_runtime`, what a frame
-//! means, `sinew_firmware::session` knows.
+//! means, `sinew_device::session` knows.
 
 #![no_std]
 
@@ -21,7 +21,7 @@ pub mod uart;
 
 use semihosting::ExitCode;
 use sinew_board_runtime::restart;
-use sinew_firmware::mode::Cause;
+use sinew_device::mode::Cause;
 
 // Log times in microseconds of virtual time.
 defmt::timestamp!("{=u64:us}", embassy_time::Instant::now().as_micros());

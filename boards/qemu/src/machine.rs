@@ -9,8 +9,8 @@ use sinew_board_runtime::outbox::Outbox;
 use sinew_board_runtime::pacer::Pacer;
 use sinew_board_runtime::wiring::SENSORS;
 use sinew_board_runtime::{Board, restart, stack};
-use sinew_firmware::clock::Clock;
-use sinew_firmware::mode::Cause;
+use sinew_device::clock::Clock;
+use sinew_device::mode::Cause;
 
 use crate::inject::Inject;
 use crate::pac::{self, Interrupt};

@@ -10,7 +10,7 @@ use embassy_time::Duration;
 use embassy_time_driver::{Driver, TICK_HZ};
 use embassy_time_queue_utils::Queue;
 
-use sinew_firmware::clock::Clock;
+use sinew_device::clock::Clock;
 
 use crate::pac::{self, Interrupt};
 

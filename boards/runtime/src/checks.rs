@@ -1,9 +1,9 @@
-//! The subject of `sinew_firmware::checks` on a board: its model's session, and its model's golden vectors.
+//! The subject of `sinew_device::checks` on a board: its model's session, and its model's golden vectors.
 
 use model::control::{IDENTITY, Session};
 use model::golden::GOLDEN;
-use sinew_firmware::checks::{Golden, Subject};
-use sinew_firmware::clock::Clock;
+use sinew_device::checks::{Golden, Subject};
+use sinew_device::clock::Clock;
 
 /// The core's cycle counter, for boards that have one.
 pub struct Cycles;

@@ -2,7 +2,7 @@
 //! [`Board`]; `docs/how-to/port-a-board.md` shows the way.
 //!
 //! A frame's bytes go through [`link`], a tick of the timer through [`serve()`], converter codes through
-//! [`wiring`]. Whether anything may move, `sinew_firmware::session` decides.
+//! [`wiring`]. Whether anything may move, `sinew_device::session` decides.
 
 #![no_std]
 #![allow(

@@ -1,7 +1,7 @@
 //! A transport's bytes to messages and back, and what is worth a line in the log.
 
 use defmt::{info, warn};
-use sinew_firmware::protocol::{
+use sinew_device::protocol::{
     Accumulator, Fed, Identity, MAX_FRAME, Reason, ToDevice, ToHost, decode, encode,
 };
 

@@ -1,6 +1,6 @@
 //! The sample that the next tick answers.
 
-use sinew_firmware::protocol::ToDevice;
+use sinew_device::protocol::ToDevice;
 
 /// Holds one sample. A later one replaces it; taken once, it counts as missing afterwards.
 pub struct Newest {

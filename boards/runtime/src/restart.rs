@@ -3,7 +3,7 @@
 use core::mem::MaybeUninit;
 use core::ptr::{addr_of, addr_of_mut};
 
-use sinew_firmware::mode::Cause;
+use sinew_device::mode::Cause;
 
 /// Stands beside the cause: RAM after power-on holds anything.
 const SEAL: u32 = 0x5AFE_57A7;

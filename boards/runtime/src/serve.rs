@@ -6,9 +6,9 @@ use embassy_futures::select::{Either, select};
 use embassy_futures::yield_now;
 use embedded_io_async::Read;
 use model::control::{NU, Session};
-use sinew_firmware::clock::Clock;
-use sinew_firmware::mode::{Cause, Drive, Mode};
-use sinew_firmware::protocol::{ToDevice, ToHost};
+use sinew_device::clock::Clock;
+use sinew_device::mode::{Cause, Drive, Mode};
+use sinew_device::protocol::{ToDevice, ToHost};
 
 use crate::link::{Heard, Link};
 use crate::newest::Newest;

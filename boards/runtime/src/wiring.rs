@@ -5,7 +5,7 @@
 //! [`Span`]s where your sensors and amplifiers differ; the order is the model's.
 
 use model::control::{LIMITS, MEASURED, NS, NU, NY, SCALING};
-use sinew_firmware::converter::Span;
+use sinew_device::converter::Span;
 
 /// Converter channels: the outputs, then the sensor channels.
 pub const SENSORS: usize = NY + MEASURED;

@@ -9,7 +9,7 @@ use core::cell::UnsafeCell;
 use core::slice;
 
 use model::control::{Controller, DECISIONS, HORIZON, MEASURED, NS, NU, NY};
-use sinew_firmware::status::Status;
+use sinew_mpc::status::Status;
 
 /// The controller and what its last step said.
 struct State {

@@ -3,7 +3,7 @@
 use embassy_stm32::interrupt;
 use embassy_stm32::pac;
 use sinew_board_runtime::restart;
-use sinew_firmware::mode::Cause;
+use sinew_device::mode::Cause;
 
 /// Of port B: D4, high while the power stages may drive. Pull it down on your board.
 const ENABLE_PIN: usize = 5;

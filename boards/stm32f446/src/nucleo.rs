@@ -16,7 +16,7 @@ use sinew_board_runtime::model::IDENTITY;
 use sinew_board_runtime::model::control::NU;
 use sinew_board_runtime::pacer::Pacer;
 use sinew_board_runtime::wiring::SENSORS;
-use sinew_firmware::clock::Clock;
+use sinew_device::clock::Clock;
 use static_cell::ConstStaticCell;
 
 use crate::clocks::APB1_TIMER_HZ;

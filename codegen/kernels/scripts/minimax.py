@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Coefficients of codegen/kernels/src/math/exponential.rs: minimax fits by Lawson's iteration.
+"""Coefficients of codegen/nn/kernels/math/exponential.rs: minimax fits by Lawson's iteration.
 
 Usage: minimax.py. Prints, for each function, numerator and denominator, lowest power first, and the
 levelled error. Each fit minimises |weight(x) (f(x) - s(x) P(v(x)) / Q(v(x)))| over an interval.
@@ -8,7 +8,7 @@ import math
 import pathlib
 import sys
 
-sys.path.append(str(pathlib.Path(__file__).resolve().parents[3] / "firmware/scripts"))
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[3] / "firmware/mpc/scripts"))
 from tanh_minimax import solve  # noqa: E402
 
 

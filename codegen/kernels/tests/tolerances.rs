@@ -2,7 +2,7 @@
 
 use sinew_kernels::math::{self, coarse, precise, rough, rougher};
 
-/// Name, tanh, sigmoid, stated error of tanh (`Accuracy::error` in codegen/src/network/emit/accuracy.rs), and
+/// Name, tanh, sigmoid, stated error of tanh (`Accuracy::error` in codegen/nn/src/emit/accuracy.rs), and
 /// by how much the slope `1 - y^2` may differ from the derivative of the kernel itself.
 type Kernel = (&'static str, fn(f32) -> f32, fn(f32) -> f32, f64, f64);
 

@@ -3,7 +3,7 @@
 
 use sinew_sim::effects::Scales;
 use sinew_sim::rig::{Drives, End, Reads, Site};
-use sinew_sim::{Drive, Plant, Rig};
+use sinew_sim::{InputTrajectory, Plant, Rig};
 
 use crate::error::Result;
 
@@ -73,7 +73,12 @@ impl<'a> Run<'a> {
     ///
     /// # Errors
     /// `Simulation` where the rig cannot be simulated.
-    pub(crate) fn take(&mut self, start: &[f64], drive: &Drive, times: &[f64]) -> Result<()> {
+    pub(crate) fn take(
+        &mut self,
+        start: &[f64],
+        drive: &InputTrajectory,
+        times: &[f64],
+    ) -> Result<()> {
         let plant = self.plant;
         let (bodies, moving) = (self.rig.bodies.len(), plant.bodies());
         let mut before: Option<(f64, Vec<f64>)> = None;

@@ -5,17 +5,21 @@
 //! | [`sinew_ident`] | a rig and recordings | fitted parameters, named physics |
 //! | [`sinew_train`] | the fitted rig | a small network |
 //! | [`project`] | the network | firmware sources and images |
-//! | [`device`], [`compare`] | an image, a plant | a closed loop, beside a PID |
+//! | [`device`], [`closed_loop`] | an image, a plant | a closed loop, beside a PID |
+//! | [`tuning`] | a closed loop | weights and gains |
+//! | [`pipeline`] | a recording | all of it, and a [`report`] |
 //! | [`flash`] | an image | a board that runs it |
 //! | [`live`] | a board with a rig | a recording, a watched run |
 
-pub mod chain;
 pub mod cli;
-pub mod compare;
+pub mod closed_loop;
 pub mod device;
 pub mod flash;
 pub mod live;
 pub mod new_rig;
+pub mod pipeline;
 pub mod progress;
 pub mod project;
+pub mod report;
+pub mod tuning;
 pub mod view;

@@ -1,7 +1,9 @@
 //! Where on a step a mode ends (a body stops or breaks away, a law changes its branch): found on the
 //! plain numbers, by stepping there.
 
-use super::dynamics::{Dynamics, Mode, Scratch, Start};
+use super::dynamics::Dynamics;
+use super::modes::Mode;
+use super::runge_kutta::{Scratch, Start};
 use crate::plant::forces::Forces;
 use crate::plant::topology::{Switch, Topology};
 use crate::scalar::Scalar;

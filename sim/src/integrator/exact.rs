@@ -9,12 +9,10 @@ use std::sync::{Arc, OnceLock};
 use super::dynamics::Dynamics;
 use super::linear::Linear;
 use crate::plant::forces::State;
+use crate::plant::input_signal::{InputSignal, Shape};
 use crate::plant::topology::Topology;
-use crate::plant::wave::{Shape, Wave};
 use crate::scalar::Scalar;
 
-/// Most states; beyond, a product costs more than it saves.
-pub(crate) const MOST_STATES: usize = 12;
 /// Intervals this much alike, relatively, are one: timestamps in decimals differ by their rounding. What
 /// they differ by is owed to the next.
 const ALIKE: f64 = 1e-9;
@@ -96,7 +94,7 @@ impl<S: Scalar> Exact<S> {
         &mut self,
         topology: &Topology,
         dynamics: &Dynamics<S>,
-        waves: &[Wave<S>],
+        waves: &[InputSignal<S>],
         state: &mut State<S>,
         (dt, rate): (f64, f64),
     ) {
@@ -188,7 +186,7 @@ impl<S: Scalar> Step<S> {
         (TERMS as f64 + 2.0 + 3.0 * doublings) * (rates.states() as f64).powi(3)
     }
 
-    fn take(&self, waves: &[Wave<S>], state: &mut [S], next: &mut Vec<S>) {
+    fn take(&self, waves: &[InputSignal<S>], state: &mut [S], next: &mut Vec<S>) {
         next.clone_from(&self.constant);
         let lines = waves.iter().zip(self.held.iter().zip(&self.ramp));
         for (wave, (held, ramp)) in lines {
@@ -268,7 +266,7 @@ mod tests {
     use super::{Step, phi};
     use crate::dual::Dual;
     use crate::integrator::linear::Linear;
-    use crate::plant::wave::{Shape, Wave};
+    use crate::plant::input_signal::{InputSignal, Shape};
     use crate::scalar::Scalar;
 
     /// Slow, as fast as samples, and stiff; with a straight input, and derivatives in the stiffness.
@@ -282,10 +280,10 @@ mod tests {
             let zero = vec![one(0.0), one(0.7)];
             let lines = vec![vec![one(0.0), one(2.0)]];
             let rates = Linear::asked(matrix, zero, lines, (1, stiffness.sqrt()));
-            let wave = Wave {
+            let wave = InputSignal {
                 shape: Shape::Ramp,
                 c: [one(0.5), one(-1.5), one(0.0)],
-                ..Wave::ZERO
+                ..InputSignal::ZERO
             };
             let dt = 0.4;
             let start = [one(0.2), one(-0.1)];

@@ -1,8 +1,8 @@
 //! A sample interval: in how many sub-steps it is taken, and taken again for a tolerance.
 
+use super::input_chain::InputChain;
 use super::rate;
 use super::stepper::Stepper;
-use super::supply::Supply;
 use crate::error::SimulationError;
 use crate::scalar::Scalar;
 
@@ -176,7 +176,7 @@ impl<S: Scalar> Stepper<S> {
         let count = factor * rate::substeps(&self.topology, rate, whole.max(0.0), settings)?;
         let step = whole / count as f64;
         let mut cuts = vec![S::ZERO];
-        if let Some(time) = Supply::unsettled(&self.work.waves) {
+        if let Some(time) = InputChain::unsettled(&self.work.waves) {
             // In units of the time constant, so that the cuts move with it.
             let mut at = 0.0;
             loop {

@@ -1,9 +1,10 @@
 //! The rates of a linear rig's states, and an interval by their series (docs/explanation/plant.md, eq. 18b and 18c).
 
-use super::dynamics::{Dynamics, Modes};
+use super::dynamics::Dynamics;
+use super::modes::Modes;
 use crate::plant::forces::{Forces, State};
+use crate::plant::input_signal::{InputSignal, Shape};
 use crate::plant::topology::Topology;
-use crate::plant::wave::{Shape, Wave};
 use crate::scalar::Scalar;
 
 /// Norm up to which the series is summed at once: beyond, its terms grow before they fall, and cancel.
@@ -31,7 +32,7 @@ impl<S: Scalar> Linear<S> {
         let asked = Asked { topology, dynamics };
         let bodies = topology.bodies.len();
         let rest = State::rest(topology);
-        let still = vec![Wave::ZERO; lines];
+        let still = vec![InputSignal::ZERO; lines];
         let zero = asked.rates(&rest, &still);
         let n = zero.len();
         let beyond = |rates: Vec<S>| -> Vec<S> {
@@ -119,7 +120,7 @@ impl<S: Scalar> Linear<S> {
     /// matrix: that bounds the parts.
     pub(super) fn take(
         &self,
-        waves: &[Wave<S>],
+        waves: &[InputSignal<S>],
         dt: f64,
         state: &mut [S],
         [term, last]: &mut [Vec<S>; 2],
@@ -180,7 +181,7 @@ struct Asked<'a, S> {
 }
 
 impl<S: Scalar> Asked<'_, S> {
-    fn rates(&self, state: &State<S>, waves: &[Wave<S>]) -> Vec<S> {
+    fn rates(&self, state: &State<S>, waves: &[InputSignal<S>]) -> Vec<S> {
         let modes = Modes {
             friction: Vec::new(),
             branches: Vec::new(),

@@ -1,10 +1,10 @@
 //! How fast the rig can move, and how many sub-steps that takes (docs/explanation/plant.md, eq. 19).
 
-use super::{MOST_RATE_STEP, Settings};
 use crate::effects::{At, Slopes};
 use crate::error::SimulationError;
 use crate::plant::forces::State;
 use crate::plant::topology::{Followed, Memory, Topology};
+use crate::settings::{MOST_RATE_STEP, Settings};
 
 /// Row sums of |M^-1/2 K M^-1/2| and |M^-1/2 C M^-1/2|, an upper bound on their eigenvalues.
 struct RowSums<'a> {

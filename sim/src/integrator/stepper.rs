@@ -1,17 +1,16 @@
 //! A plant in time: state, inputs, and the step from one sample to the next.
 
 use super::exact::{Exact, Kept};
+use super::input_chain::InputChain;
 use super::substep::Substep;
-use super::supply::Supply;
-use super::{Report, Settings};
-use crate::drive::Drive;
 use crate::error::SimulationError;
+use crate::input_trajectory::InputTrajectory;
 use crate::plant::Plant;
+use crate::plant::input_signal::{InputSignal, Shape};
 use crate::plant::topology::Topology;
-use crate::plant::wave::{Shape, Wave};
 use crate::rig::Reads;
 use crate::scalar::Scalar;
-use crate::simulated::Simulated;
+use crate::settings::{Report, Settings};
 use std::sync::Arc;
 
 /// A plant that is stepped sample by sample: what a controller is tested against.
@@ -32,9 +31,9 @@ use std::sync::Arc;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Stepper<S> {
-    pub(super) topology: Arc<Topology>,
+    pub(crate) topology: Arc<Topology>,
     pub(super) work: Substep<S>,
-    pub(super) supply: Supply<S>,
+    pub(super) supply: InputChain<S>,
     pub(super) report: Report,
     pub(super) rate: (f64, usize),
     pub(super) time: f64,
@@ -50,68 +49,7 @@ pub struct Stepper<S> {
     pub(super) exact: Exact<S>,
 }
 
-impl<S: Simulated> Stepper<S> {
-    /// A plant at its start, inputs zero. `values` has one entry a parameter slot, `start` one a state
-    /// ([`Plant::state_names`]).
-    ///
-    /// # Errors
-    /// `Shape`, `NotFinite`, or `Inertia` for a body whose inertia is not positive.
-    pub fn new(plant: &Plant, values: &[S], start: &[S]) -> Result<Self, SimulationError> {
-        S::begin(plant, values, start)
-    }
-
-    /// Moves the plant to another state; time and inputs stay.
-    ///
-    /// # Errors
-    /// `Shape`.
-    pub fn set_state(&mut self, state: &[S]) -> Result<(), SimulationError> {
-        S::place(self, state)
-    }
-
-    /// Advances by `dt` seconds with these inputs, one a column ([`Plant::inputs`]), SI, held.
-    ///
-    /// # Errors
-    /// `Shape`, `NotFinite` for an input or `dt`, `TooStiff`, `Diverged`.
-    pub fn advance(&mut self, dt: f64, input: &[S]) -> Result<(), SimulationError> {
-        S::pass(self, dt, [input, input])
-    }
-
-    /// Advances by `dt` seconds; an actuator that holds linearly goes from the first inputs to the
-    /// second, others hold the first.
-    ///
-    /// # Errors
-    /// As [`Stepper::advance`].
-    pub fn advance_between(
-        &mut self,
-        dt: f64,
-        from: &[S],
-        to: &[S],
-    ) -> Result<(), SimulationError> {
-        S::pass(self, dt, [from, to])
-    }
-
-    /// The signal of a sensor now, SI.
-    ///
-    /// # Panics
-    /// When the plant has no such sensor.
-    pub fn signal(&self, sensor: usize) -> S {
-        S::signal(self, sensor)
-    }
-
-    /// Every sensor's signal now, SI.
-    pub fn signals(&self) -> Vec<S> {
-        let mut signals = Vec::with_capacity(self.topology.sensors.len());
-        self.read(&mut signals);
-        signals
-    }
-
-    /// Adds every sensor's signal now, SI, to `out`.
-    pub fn read(&self, out: &mut Vec<S>) {
-        S::signals(self, out);
-    }
-}
-
-/// What [`Simulated`] compiles, once a type.
+/// Bodies of the methods that [`Simulated`](crate::simulate::simulated::Simulated) compiles, once a type.
 impl<S: Scalar> Stepper<S> {
     pub(crate) fn begin(plant: &Plant, values: &[S], start: &[S]) -> Result<Self, SimulationError> {
         plant.expect("parameter values", plant.parameters().len(), values.len())?;
@@ -142,7 +80,7 @@ impl<S: Scalar> Stepper<S> {
         }
         let mut stepper = Self {
             work: Substep::new(&topology, values, plant.settings().smoothing),
-            supply: Supply::new(&topology),
+            supply: InputChain::new(&topology),
             topology,
             report: Report::default(),
             rate: (0.0, 0),
@@ -165,7 +103,7 @@ impl<S: Scalar> Stepper<S> {
     }
 
     /// Stages of inputs begin where what was before the first row leaves them.
-    pub(crate) fn lead_in(&mut self, drive: &Drive) {
+    pub(crate) fn lead_in(&mut self, drive: &InputTrajectory) {
         let work = &mut self.work;
         let (values, waves) = (&work.dynamics.values, &mut work.waves);
         self.supply.lead_in(&self.topology, values, drive, waves);
@@ -243,7 +181,7 @@ impl<S: Scalar> Stepper<S> {
     }
 
     /// Takes the inputs of a row, on the way to the next where an actuator holds linearly.
-    pub(crate) fn take_inputs(&mut self, drive: &Drive, row: usize, ahead: Option<f64>) {
+    pub(crate) fn take_inputs(&mut self, drive: &InputTrajectory, row: usize, ahead: Option<f64>) {
         for input in 0..self.topology.inputs {
             let now = drive.at(row, input);
             let slope = ahead.map_or(0.0, |dt| (drive.at(row + 1, input) - now) / dt);
@@ -260,14 +198,14 @@ impl<S: Scalar> Stepper<S> {
         }
         for (wave, line) in self.work.waves.iter_mut().zip(&self.topology.lines) {
             if line.input == input {
-                *wave = Wave {
+                *wave = InputSignal {
                     shape: if line.linear {
                         Shape::Ramp
                     } else {
                         Shape::Held
                     },
                     c: [value, slope, S::ZERO],
-                    ..Wave::ZERO
+                    ..InputSignal::ZERO
                 };
             }
         }

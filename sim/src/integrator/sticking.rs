@@ -4,7 +4,8 @@
 //! With B the paths of what rests, M the inertias and f the other forces, the reactions solve
 //! `B M^-1 B' lambda = -B M^-1 f`, each within its hold.
 
-use super::dynamics::{Dynamics, Held, Mode};
+use super::dynamics::Dynamics;
+use super::modes::{Held, Mode};
 use crate::plant::forces::{Point, State};
 use crate::plant::topology::{Friction, Topology};
 use crate::scalar::Scalar;

@@ -1,13 +1,16 @@
-//! One sub-step: modes from the state (`settle`), a step with modes held (`dynamics`), and where a mode ends on
-//! it (`search`), through what ends it (`passage`).
+//! One sub-step: modes from the state (`initial_modes`), a step with modes held (`runge_kutta`), the place on
+//! it where a mode ends (`event_location`), and what follows (`event_handling`).
 
-use super::dynamics::{Dynamics, Mode, Modes, Scratch, Start};
-use super::search::Plain;
-use super::{Report, rate};
+use super::dynamics::Dynamics;
+use super::modes::{Mode, Modes};
+use super::plain::Plain;
+use super::rate;
+use super::runge_kutta::{Scratch, Start};
 use crate::plant::forces::{Forces, Point, State};
+use crate::plant::input_signal::InputSignal;
 use crate::plant::topology::Topology;
-use crate::plant::wave::Wave;
 use crate::scalar::Scalar;
+use crate::settings::Report;
 use std::ops::{Add, Mul};
 
 /// Everything that a sub-step works in; allocated once a simulation.
@@ -16,7 +19,7 @@ pub(super) struct Substep<S> {
     pub(super) dynamics: Dynamics<S>,
     pub(super) state: State<S>,
     /// What the actuators take: one entry a line.
-    pub(super) waves: Vec<Wave<S>>,
+    pub(super) waves: Vec<InputSignal<S>>,
     pub(super) modes: Modes,
     /// Forces at the beginning of the sub-step.
     pub(super) first: Forces<S>,
@@ -33,7 +36,7 @@ impl<S: Scalar> Substep<S> {
             plain: Plain::new(topology, dynamics.plain(topology)),
             dynamics,
             state: State::rest(topology),
-            waves: vec![Wave::ZERO; topology.lines.len()],
+            waves: vec![InputSignal::ZERO; topology.lines.len()],
             modes: Modes {
                 friction: vec![Mode::Stick; topology.frictions.len()],
                 branches: vec![0; topology.switches.len()],

@@ -1,6 +1,6 @@
 //! Effects put where they sit: laws at ports, states, switches, stages of inputs and readings.
 
-use super::compile::{Slots, input_unit, reading_unit};
+use super::slots::{Slots, input_unit, reading_unit};
 use super::topology::{
     BodySlots, Damper, Follow, Followed, Friction, Gap, Law, Load, Memory, Spring, Stop, Switch,
     Topology,

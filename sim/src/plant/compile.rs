@@ -3,111 +3,17 @@
 use super::attach;
 use super::hasel;
 use super::shapes;
+use super::slots::{Slots, input_unit, reading_unit};
 use super::topology::{
     BodySlots, Damper, Law, Line, Load, Motor, Sensor, Spring, Stages, Switch, Tendon, Topology,
 };
 use super::{Input, Parameter, Plant, SensorChannel};
 use crate::effects::{Kind, Sign};
 use crate::error::Error;
-use crate::integrator::Settings;
-use crate::rig::{Actuator, Drives, End, HaselReading, Hold, Place, Reads, Rig, Value};
+use crate::rig::{Drives, End, Hold, Place, Reads, Rig};
+use crate::settings::Settings;
 use crate::unit::{self, Motion, Quantity};
 use std::sync::Arc;
-
-/// The slots as they are handed out.
-#[derive(Default)]
-pub(super) struct Slots<'a> {
-    entries: Vec<(Parameter, Place)>,
-    /// Names of the chains and of the plates, whose numbers their bodies share.
-    owners: [Vec<&'a str>; 2],
-}
-
-impl<'a> Slots<'a> {
-    fn new(rig: &'a Rig) -> Self {
-        let chains = rig.geometry.chains.iter().map(|chain| chain.name.as_str());
-        let plates = rig.geometry.plates.iter().map(|plate| plate.name.as_str());
-        Self {
-            entries: Vec::new(),
-            owners: [chains.collect(), plates.collect()],
-        }
-    }
-
-    /// Slots so far.
-    pub(super) fn len(&self) -> usize {
-        self.entries.len()
-    }
-
-    /// A parameter of any sign, its name in parts.
-    pub(super) fn add_as(&mut self, name: &[&str], unit: &str, value: &Value) -> usize {
-        self.add(name.join("."), unit, Sign::Any, value)
-    }
-
-    /// A parameter, its name in parts.
-    pub(super) fn add_signed(
-        &mut self,
-        name: &[&str],
-        unit: &str,
-        sign: Sign,
-        value: &Value,
-    ) -> usize {
-        self.add(name.join("."), unit, sign, value)
-    }
-
-    /// The name of a number that stands at a chain or a plate: theirs, whichever body or spring of
-    /// theirs takes it (`spine.inertia`, `spine.inertia.2`).
-    fn shared(&self, place: &Place) -> Option<String> {
-        let owner = match place.table {
-            "chain" => self.owners[0][place.index],
-            "plate" => self.owners[1][place.index],
-            _ => return None,
-        };
-        Some(match place.within {
-            Some((_, segment)) => format!("{owner}.{}.{}", place.key, segment + 1),
-            None => format!("{owner}.{}", place.key),
-        })
-    }
-
-    /// A slot for a number of the file; one number has one slot, however many take it.
-    pub(super) fn add(
-        &mut self,
-        name: String,
-        unit: impl Into<String>,
-        sign: Sign,
-        value: &Value,
-    ) -> usize {
-        let same = |(_, place): &(Parameter, Place)| *place == value.place;
-        if let Some(slot) = self.entries.iter().position(same) {
-            return slot;
-        }
-        let name = self.shared(&value.place).unwrap_or(name);
-        self.entries.push((
-            Parameter {
-                name,
-                unit: unit.into(),
-                value: value.value,
-                min: value.min,
-                max: value.max,
-                free: value.free,
-                non_negative: matches!(sign, Sign::NonNegative | Sign::Positive),
-            },
-            value.place.clone(),
-        ));
-        self.entries.len() - 1
-    }
-
-    /// A parameter of a component whose quantity follows from the motion.
-    fn of(
-        &mut self,
-        component: &str,
-        key: &str,
-        quantity: (Quantity, Motion),
-        sign: Sign,
-        value: &Value,
-    ) -> usize {
-        let unit = quantity.0.unit(quantity.1);
-        self.add(format!("{component}.{key}"), unit, sign, value)
-    }
-}
 
 /// Every parameter of a rig with its place in the file, in slot order.
 pub(crate) fn parameters(rig: &Rig) -> Vec<(Parameter, Place)> {
@@ -177,26 +83,6 @@ fn inputs(rig: &Rig) -> Result<Vec<Input>, Error> {
         };
     }
     Ok(inputs)
-}
-
-/// Unit of what an actuator's gain multiplies: SI where a `unit` key converts the column.
-pub(super) fn input_unit(actuator: &Actuator) -> &str {
-    if actuator.column_factor == 1.0 {
-        unit::of_column(&actuator.input)
-    } else {
-        ""
-    }
-}
-
-pub(super) fn reading_unit(rig: &Rig, reads: Reads) -> &'static str {
-    match reads {
-        Reads::Position(body) => Quantity::Coordinate.unit(rig.bodies[body].motion),
-        Reads::Velocity(body) => Quantity::Velocity.unit(rig.bodies[body].motion),
-        Reads::Tension(_) => "N",
-        Reads::Shape(shape) => shape.unit(),
-        Reads::Hasel(_, HaselReading::Voltage) => "V",
-        Reads::Hasel(_, HaselReading::Stroke) => "m",
-    }
 }
 
 /// Unit of a signal in SI: of the column, or of the reading where a `unit` key converts the column.

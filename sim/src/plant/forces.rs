@@ -1,8 +1,8 @@
 //! The forces on the bodies, and the rates of internal states (docs/explanation/plant.md, eq. 1 to 17).
 
+use super::input_signal::InputSignal;
 use super::shapes::Seen;
 use super::topology::{Followed, Friction, Memory, Spring, Tendon, Topology};
-use super::wave::Wave;
 use crate::effects::{At, creep_rate, curve, dead_band, hysteresis_rate, press};
 use crate::rig::Reads;
 use crate::scalar::Scalar;
@@ -32,7 +32,7 @@ pub(crate) struct Point<'a, S> {
     pub(crate) values: &'a [S],
     pub(crate) state: &'a State<S>,
     /// One entry a line.
-    pub(crate) waves: &'a [Wave<S>],
+    pub(crate) waves: &'a [InputSignal<S>],
     /// Seconds into the sample interval.
     pub(crate) tau: S,
     /// One entry a switch.

@@ -1,35 +1,12 @@
 //! HASEL actuators as slots: contraction, charge, pull (docs/explanation/geometry.md, eq. 9).
 
-use super::compile::Slots;
 use super::forces::{Point, State};
-use super::topology::Topology;
+use super::slots::Slots;
+use super::topology::{Hasel, Topology};
 use crate::effects::Sign;
 use crate::geometry::zip::{self, EPSILON_0, Pouch};
 use crate::rig::{HaselReading, Rig, Value};
 use crate::scalar::Scalar;
-
-/// A row of zipping pouches.
-#[derive(Debug)]
-pub(crate) struct Hasel {
-    /// (body, slot of its arm).
-    pub(crate) path: Vec<(usize, usize)>,
-    /// What charges it: indices of lines.
-    pub(crate) lines: Vec<usize>,
-    /// Index of the internal state that is its charge, C.
-    pub(crate) charge: usize,
-    pub(crate) pouches: f64,
-    pub(crate) slack: usize,
-    pub(crate) pouch_length: usize,
-    pub(crate) width: usize,
-    pub(crate) film_thickness: usize,
-    pub(crate) permittivity: usize,
-    pub(crate) fill_angle: usize,
-    /// The first of the numbers that follow from it, behind all parameters.
-    pub(crate) pouch: usize,
-    pub(crate) capacitance: usize,
-    pub(crate) resistance: usize,
-    pub(crate) film_stiffness: usize,
-}
 
 /// What an actuator does in a state.
 #[derive(Clone, Copy, Debug)]

@@ -1,29 +1,13 @@
-//! Where a simulation starts.
+//! The initial state of a simulation.
 
 use super::Plant;
 use super::forces::{Point, State};
-use super::wave::Wave;
+use super::input_signal::InputSignal;
 use crate::error::SimulationError;
 use crate::rig::Reads;
 use crate::scalar::Scalar;
-use crate::simulated::Simulated;
 
 impl Plant {
-    /// The state that a simulation starts from: a body with a position sensor starts at (its first
-    /// valid sample - offset) / gain, others at 0, velocities 0; a body's `start` and
-    /// `start_velocity` in the rig come first. A hidden mode starts with its host, a lagged reading at
-    /// the reading, other internal states relaxed at 0. `first` has one entry a sensor, SI.
-    ///
-    /// # Errors
-    /// [`SimulationError::Shape`].
-    pub fn initial_state<S: Simulated>(
-        &self,
-        values: &[S],
-        first: &[Option<f64>],
-    ) -> Result<Vec<S>, SimulationError> {
-        S::start(self, values, first)
-    }
-
     pub(crate) fn start<S: Scalar>(
         &self,
         values: &[S],
@@ -62,7 +46,7 @@ impl Plant {
         };
         for &sensor in &topology.lagging {
             let branches = vec![1; topology.switches.len()];
-            let waves = vec![Wave::ZERO; topology.lines.len()];
+            let waves = vec![InputSignal::ZERO; topology.lines.len()];
             let at = Point {
                 values: &complete,
                 state: &state,

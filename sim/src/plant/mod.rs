@@ -3,23 +3,18 @@
 mod attach;
 mod compile;
 pub(crate) mod forces;
-mod gradient;
 pub(crate) mod hasel;
 mod initial;
-mod numbers;
-mod run;
+pub(crate) mod input_signal;
 mod shapes;
+mod slots;
 mod switch;
 pub(crate) mod topology;
-pub(crate) mod wave;
 
 use crate::error::Error;
-use crate::integrator::Settings;
 use crate::rig::{Hold, Rig};
+use crate::settings::Settings;
 pub(crate) use compile::parameters;
-pub use gradient::Gradient;
-pub use numbers::Numbers;
-pub use run::{RecordingRun, Trajectory};
 pub use shapes::{Outline, Role};
 use std::sync::Arc;
 use topology::Topology;

@@ -1,13 +1,14 @@
 //! The rig as indices: everything about a plant but its numbers, which are slots of a parameter
 //! vector.
 
-use super::hasel::Hasel;
 use super::shapes::Shapes;
 use crate::effects::Kind;
 use crate::error::BodyPlace;
-use crate::integrator::exact::MOST_STATES;
 use crate::rig::Reads;
 use crate::unit::Motion;
+
+/// Most states of a rig that is solved exactly; beyond, a product costs more than it saves.
+const MOST_STATES: usize = 12;
 
 /// The ground is the body after the last one: it has position and velocity zero, and what pushes it
 /// is forgotten.
@@ -221,6 +222,29 @@ pub(crate) struct Sensor {
     pub(crate) curvature: Option<usize>,
     /// Slot of its time constant and its internal state.
     pub(crate) lag: Option<(usize, usize)>,
+}
+
+/// A row of zipping pouches.
+#[derive(Debug)]
+pub(crate) struct Hasel {
+    /// (body, slot of its arm).
+    pub(crate) path: Vec<(usize, usize)>,
+    /// What charges it: indices of lines.
+    pub(crate) lines: Vec<usize>,
+    /// Index of the internal state that is its charge, C.
+    pub(crate) charge: usize,
+    pub(crate) pouches: f64,
+    pub(crate) slack: usize,
+    pub(crate) pouch_length: usize,
+    pub(crate) width: usize,
+    pub(crate) film_thickness: usize,
+    pub(crate) permittivity: usize,
+    pub(crate) fill_angle: usize,
+    /// The first of the numbers that follow from it, behind all parameters.
+    pub(crate) pouch: usize,
+    pub(crate) capacitance: usize,
+    pub(crate) resistance: usize,
+    pub(crate) film_stiffness: usize,
 }
 
 /// A quantity whose sign or range selects the branch of a law. The branch stays put within a step,

@@ -1,13 +1,14 @@
 //! The components of a rig, from their tables.
 
 use super::control;
-use super::effect::read_effects;
+use super::effect_tables::read_effects;
 use super::geometry::{
     self, Geometry, Reading, read_hasel, read_magnet, read_magnetometer, read_path, read_waveguide,
     split,
 };
 use super::names::{Component, Names};
 use super::reader::{Reader, Source, Spanned};
+use super::sections::read_names;
 use super::{
     Actuator, Body, Damper, Drives, End, FORMAT, Gravity, Hold, Reads, Rig, Sensor, Spring, Tendon,
 };
@@ -56,7 +57,7 @@ pub(super) fn read_rig<'a>(source: &'a Source<'a>, table: &'a dyn TableLike) -> 
     root.allow(TOP)?;
     let name = root.text("name")?.value.to_owned();
 
-    let names = Names::read(&root)?;
+    let names = read_names(&root)?;
     let bodies: Vec<Body> = each(&root, "body", read_body)?;
     let mut rig = Rig {
         text: source.text().to_owned(),

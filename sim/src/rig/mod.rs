@@ -2,11 +2,12 @@
 
 mod components;
 mod control;
-mod effect;
+mod effect_tables;
 mod extend;
 mod geometry;
 mod names;
 mod reader;
+mod sections;
 mod write;
 
 use crate::effects::Kind;

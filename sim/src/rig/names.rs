@@ -1,7 +1,7 @@
 //! The names of a rig file and what they stand for.
 
+use super::End;
 use super::reader::{Reader, Source, Spanned};
-use super::{End, geometry};
 use crate::error::Error;
 use crate::suggest;
 use std::borrow::Cow;
@@ -53,47 +53,13 @@ pub(super) struct Names<'a> {
 }
 
 impl<'a> Names<'a> {
-    /// All names of a file, first of all: a component may name one that stands further down.
-    pub(super) fn read(root: &Reader<'a>) -> Result<Self, Error> {
-        let mut names = Self::default();
-        for (section, keys, component) in SECTIONS.iter().chain(geometry::SECTIONS) {
-            for (index, table) in root.tables(section)?.iter().enumerate() {
-                table.allow(keys)?;
-                names.enter(table, component(index))?;
-            }
-        }
-        names.enter_generated(root)?;
-        Ok(names)
+    /// Notes a generated name, which no check of the file concerns.
+    pub(super) fn enter_generated(&mut self, name: String, component: Component, line: usize) {
+        self.known.insert(name.clone().into(), (component, line));
+        self.order.push(name.into());
     }
 
-    /// The bodies and springs that chains and plates become; they come after those of the file. Their
-    /// names hold a dot, which no name in a file may, so that none is taken.
-    fn enter_generated(&mut self, root: &Reader<'a>) -> Result<(), Error> {
-        let mut bodies = root.tables("body")?.len();
-        let mut springs = root.tables("spring")?.len();
-        let mut add = |name: String, line: usize, count: &mut usize, of: fn(usize) -> Component| {
-            self.known.insert(name.clone().into(), (of(*count), line));
-            self.order.push(name.into());
-            *count += 1;
-        };
-        for table in &root.tables("chain")? {
-            let [own_bodies, own_springs] = geometry::chain_names(table)?;
-            for name in own_bodies {
-                add(name, table.own_line(), &mut bodies, Component::Body);
-            }
-            for name in own_springs {
-                add(name, table.own_line(), &mut springs, Component::Spring);
-            }
-        }
-        for table in &root.tables("plate")? {
-            for name in geometry::plate_names(table)? {
-                add(name, table.own_line(), &mut bodies, Component::Body);
-            }
-        }
-        Ok(())
-    }
-
-    fn enter(&mut self, table: &Reader<'a>, component: Component) -> Result<(), Error> {
+    pub(super) fn enter(&mut self, table: &Reader<'a>, component: Component) -> Result<(), Error> {
         let name = table.text("name")?;
         if name.value == "ground" {
             return Err(table.error_at("name", "`ground` is the name of what does not move"));
@@ -219,53 +185,3 @@ pub(super) type Section = (
     &'static [&'static str],
     fn(usize) -> Component,
 );
-
-const SECTIONS: &[Section] = &[
-    (
-        "body",
-        &["name", "motion", "inertia", "start", "start_velocity"],
-        Component::Body,
-    ),
-    (
-        "spring",
-        &["name", "from", "to", "stiffness", "rest"],
-        Component::Spring,
-    ),
-    ("damper", &["name", "from", "to", "damping"], |_| {
-        Component::Damper
-    }),
-    ("gravity", &["name", "body", "amplitude", "zero"], |_| {
-        Component::Gravity
-    }),
-    (
-        "tendon",
-        &[
-            "name",
-            "path",
-            "stiffness",
-            "damping",
-            "pretension",
-            "unilateral",
-        ],
-        Component::Tendon,
-    ),
-    (
-        "actuator",
-        &[
-            "name",
-            "drives",
-            "input",
-            "hold",
-            "gain",
-            "limit",
-            "rate_limit",
-            "unit",
-        ],
-        Component::Actuator,
-    ),
-    (
-        "sensor",
-        &["name", "reads", "signal", "gain", "offset", "unit"],
-        Component::Sensor,
-    ),
-];

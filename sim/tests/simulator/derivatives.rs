@@ -3,7 +3,7 @@
 
 use crate::complex::Complex;
 use crate::mechanisms::{RAMP, effect, plant, times};
-use sinew_sim::{Drive, Dual, Plant, Scalar, Simulated, Stepper, Trajectory};
+use sinew_sim::{Dual, InputTrajectory, Plant, Scalar, Simulated, Stepper, Trajectory};
 
 const SEEDS: usize = 20;
 
@@ -31,7 +31,7 @@ fn torque(times: &[f64]) -> Vec<f64> {
 }
 
 fn simulate<S: Simulated>(plant: &Plant, values: &[S], times: &[f64]) -> Trajectory<S> {
-    let drive = Drive::new(plant, times.len(), &[&torque(times)]).unwrap();
+    let drive = InputTrajectory::new(plant, times.len(), &[&torque(times)]).unwrap();
     let start = plant.initial_state(values, &[None, None]).unwrap();
     plant.simulate(values, &start, &drive, times).unwrap()
 }
@@ -149,7 +149,7 @@ fn derivatives_through_a_reversal_are_those_of_the_closed_form() {
     }
     let start = plant.initial_state(&values, &[None, None]).unwrap();
     let times = times(5, 0.1);
-    let drive = Drive::new(&plant, 5, &[]).unwrap();
+    let drive = InputTrajectory::new(&plant, 5, &[]).unwrap();
     let run = plant.simulate(&values, &start, &drive, &times).unwrap();
     let (v0, level, push) = (
         Dual::<3>::variable(1.0, 0),

@@ -3,7 +3,7 @@
 
 use crate::mechanisms::{effect, plant, run, times};
 use proptest::prelude::*;
-use sinew_sim::{Drive, Dual, Plant, Scalar};
+use sinew_sim::{Dual, InputTrajectory, Plant, Scalar};
 
 /// Speed along a path at which the smoothed friction has three quarters of its level, m/s.
 const CREEP: f64 = 2e-5;
@@ -184,7 +184,7 @@ fn derivatives_go_through_the_rest_of_opposite_tendons() {
     let plant = rig(&tendons, 0.0);
     let times = times(300, 0.01);
     let columns = inputs(&times);
-    let drive = Drive::new(&plant, times.len(), &[&columns[0], &columns[1]]).unwrap();
+    let drive = InputTrajectory::new(&plant, times.len(), &[&columns[0], &columns[1]]).unwrap();
     let slot = |k: usize| plant.slot(&format!("line_{k}.load_dependent_friction.coefficient"));
     let slots: Vec<usize> = (0..3).map(|k| slot(k).unwrap()).collect();
     let values = plant.values();

@@ -4,7 +4,7 @@
 use crate::complex::Complex;
 use crate::mechanisms::{effect, plant, times};
 use sinew_sim::effects::Kind;
-use sinew_sim::{Drive, Dual, Plant, Scalar, Settings, Simulated, Trajectory};
+use sinew_sim::{Dual, InputTrajectory, Plant, Scalar, Settings, Simulated, Trajectory};
 
 const SEEDS: usize = 24;
 
@@ -238,7 +238,7 @@ fn force(times: &[f64]) -> Vec<f64> {
 }
 
 fn simulate<S: Simulated>(plant: &Plant, values: &[S], times: &[f64]) -> Trajectory<S> {
-    let drive = Drive::new(plant, times.len(), &[&force(times)]).unwrap();
+    let drive = InputTrajectory::new(plant, times.len(), &[&force(times)]).unwrap();
     let start = plant.initial_state(values, &[None, None, None]).unwrap();
     plant.simulate(values, &start, &drive, times).unwrap()
 }
@@ -363,7 +363,7 @@ fn the_gradient_backwards_is_the_one_forwards_for_every_kind() {
         let weights = weights(dual.signals.len());
         let plain = plant.values();
         let start = plant.initial_state(&plain, &[None, None, None]).unwrap();
-        let drive = Drive::new(&plant, times.len(), &[&input]).unwrap();
+        let drive = InputTrajectory::new(&plant, times.len(), &[&input]).unwrap();
         let loss = |run: &Trajectory<f64>| -> f64 {
             run.signals.iter().zip(&weights).map(|(s, w)| s * w).sum()
         };
@@ -396,7 +396,7 @@ fn the_gradient_backwards_is_the_one_forwards_for_every_kind() {
             let beside = |step: f64| {
                 let mut input = input.clone();
                 input[row] += step;
-                let drive = Drive::new(&plant, times.len(), &[&input]).unwrap();
+                let drive = InputTrajectory::new(&plant, times.len(), &[&input]).unwrap();
                 loss(&plant.simulate(&plain, &start, &drive, &times).unwrap())
             };
             let exact = (beside(1e-5) - beside(-1e-5)) / 2e-5;

@@ -3,7 +3,7 @@
 
 use crate::complex::Complex;
 use crate::mechanisms::{DAMPER, RAMP, SPRING, distance, effect, slide};
-use sinew_sim::{Drive, Dual, Plant, Scalar, Settings, Stepper};
+use sinew_sim::{Dual, InputTrajectory, Plant, Scalar, Settings, Stepper};
 
 /// Everything that is linear at once: a spring that creeps, a body that hangs on another, a weight, a tendon
 /// that may push.
@@ -40,9 +40,9 @@ fn inputs(times: &[f64]) -> [Vec<f64>; 2] {
     [of(|t| 3.0 * (5.0 * t).sin()), of(|t| 0.1 * (2.0 * t).cos())]
 }
 
-fn drive(plant: &Plant, times: &[f64]) -> Drive {
+fn drive(plant: &Plant, times: &[f64]) -> InputTrajectory {
     let [force, winch] = inputs(times);
-    Drive::new(plant, times.len(), &[&force, &winch]).unwrap()
+    InputTrajectory::new(plant, times.len(), &[&force, &winch]).unwrap()
 }
 
 fn start<S: sinew_sim::Simulated>(plant: &Plant, values: &[S]) -> Vec<S> {
@@ -88,7 +88,7 @@ fn simulations_that_share_their_numbers_are_those_that_find_everything_themselve
     let held: Vec<Dual<4>> = (start(&plant, &plain).into_iter())
         .map(Dual::constant)
         .collect();
-    let numbers = plant.numbers(values.clone(), 0.05);
+    let numbers = plant.parameterized(values.clone(), 0.05);
     let even = |k: usize| 0.05 * k as f64;
     let gap = |k: usize| 0.05 * (k + usize::from(k > 20)) as f64;
     let jittered = |k: usize| 0.05 * k as f64 + 0.02 * (7.0 * k as f64).sin();

@@ -1,7 +1,7 @@
 //! Chains, plates and what reads them, held against closed forms.
 
 use crate::mechanisms::{plant, run};
-use sinew_sim::{Drive, Dual, Plant, Rig, Scalar, Stepper};
+use sinew_sim::{Dual, InputTrajectory, Plant, Rig, Scalar, Stepper};
 
 /// A chain with an antagonistic pair about y, and what reads it.
 fn chain(segments: usize, more: &str) -> String {
@@ -90,7 +90,7 @@ fn derivatives_reach_shared_and_derived_numbers() {
     let slots = names.map(|name| plant.slot(name).unwrap_or_else(|| panic!("no {name}")));
     let times: Vec<f64> = (0..40).map(|k| 0.01 * f64::from(k)).collect();
     let input: Vec<f64> = times.iter().map(|t| 0.004 * (9.0 * t).sin()).collect();
-    let drive = Drive::new(&plant, times.len(), &[&input]).expect("one column");
+    let drive = InputTrajectory::new(&plant, times.len(), &[&input]).expect("one column");
     let start = vec![Dual::<3>::ZERO; plant.state_len()];
     let mut values: Vec<Dual<3>> = plant.values().into_iter().map(Dual::constant).collect();
     for (seed, &slot) in slots.iter().enumerate() {
@@ -138,7 +138,7 @@ fn a_chain_let_go_never_gains_energy() {
     let plant = plant(&chain(3, &more));
     let times: Vec<f64> = (0..400).map(|k| 0.002 * f64::from(k)).collect();
     let still = vec![0.0; times.len()];
-    let drive = Drive::new(&plant, times.len(), &[&still]).expect("one column");
+    let drive = InputTrajectory::new(&plant, times.len(), &[&still]).expect("one column");
     let mut start = vec![0.0; plant.state_len()];
     start[..6].copy_from_slice(&[0.3, -0.4, 0.1, 0.5, -0.2, 0.35]);
     let run = plant

@@ -1,7 +1,7 @@
 //! HASEL actuators: the published static force, the charge, and energy that nobody makes.
 
 use crate::mechanisms::{plant, run, times};
-use sinew_sim::{Drive, Dual, Plant, Rig, Scalar, Settings, Stepper};
+use sinew_sim::{Dual, InputTrajectory, Plant, Rig, Scalar, Settings, Stepper};
 
 const EPSILON_0: f64 = 8.854_187_818_8e-12;
 const LENGTH: f64 = 0.02;
@@ -86,7 +86,8 @@ fn it_charges_with_the_time_constant_of_its_capacitance() {
     let mut values = plant.values();
     values[still] = 1e9;
     let times = times(60, 2e-4);
-    let drive = Drive::new(&plant, times.len(), &[&vec![1000.0; times.len()]]).expect("one column");
+    let drive = InputTrajectory::new(&plant, times.len(), &[&vec![1000.0; times.len()]])
+        .expect("one column");
     let start = vec![0.0; plant.state_len()];
     let run = plant
         .simulate(&values, &start, &drive, &times)
@@ -125,7 +126,7 @@ fn energy_in_is_energy_kept_and_lost() {
         .iter()
         .map(|t| 4000.0 + 3900.0 * (40.0 * t).sin())
         .collect();
-    let drive = Drive::new(&plant, times.len(), &[&input]).expect("one column");
+    let drive = InputTrajectory::new(&plant, times.len(), &[&input]).expect("one column");
     let mut rows = Vec::new();
     let start = vec![0.0; plant.state_len()];
     let charge = plant
@@ -167,7 +168,8 @@ fn cut_off_it_never_gains_energy() {
     let mut values = plant.values();
     values[plant.slot("muscle.resistance").expect("it is there")] = 1e18;
     let times = times(4000, 1e-4);
-    let drive = Drive::new(&plant, times.len(), &[&vec![0.0; times.len()]]).expect("one column");
+    let drive =
+        InputTrajectory::new(&plant, times.len(), &[&vec![0.0; times.len()]]).expect("one column");
     let mut start = plant
         .initial_state(&values, &[None; 4])
         .expect("four sensors");
@@ -195,7 +197,8 @@ fn derivatives_reach_through_the_pouch() {
     let names = ["muscle.fill_angle", "muscle.width", "muscle.resistance"];
     let slots = names.map(|name| plant.slot(name).unwrap_or_else(|| panic!("no {name}")));
     let times = times(40, 0.004);
-    let drive = Drive::new(&plant, times.len(), &[&vec![6000.0; times.len()]]).expect("one column");
+    let drive = InputTrajectory::new(&plant, times.len(), &[&vec![6000.0; times.len()]])
+        .expect("one column");
     let mut values: Vec<Dual<3>> = plant.values().into_iter().map(Dual::constant).collect();
     for (seed, &slot) in slots.iter().enumerate() {
         values[slot] = Dual::variable(values[slot].value, seed);

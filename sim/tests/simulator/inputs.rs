@@ -4,7 +4,7 @@
 use std::ops::ControlFlow;
 
 use crate::mechanisms::{RAMP, distance, effect, plant, run, slide, times};
-use sinew_sim::{Drive, SimulationError, Stepper};
+use sinew_sim::{InputTrajectory, SimulationError, Stepper};
 
 const HELD: &str =
     "[[actuator]]\nname = \"push\"\ndrives = \"mass\"\ninput = \"u_N\"\ngain = 2.0\n";
@@ -14,7 +14,7 @@ const HELD: &str =
 fn a_simulation_that_is_broken_off_has_seen_the_same_rows_up_to_there() {
     let plant = slide(0.2, -0.3, HELD);
     let times = times(50, 0.01);
-    let drive = Drive::new(&plant, times.len(), &[&vec![1.5; 50]]).unwrap();
+    let drive = InputTrajectory::new(&plant, times.len(), &[&vec![1.5; 50]]).unwrap();
     let values = plant.values();
     let start = [0.2, -0.3];
     let whole = plant.simulate(&values, &start, &drive, &times).unwrap();
@@ -75,13 +75,13 @@ fn a_missing_input_holds_its_last_value_and_is_counted() {
     let plant = slide(0.0, 0.0, HELD);
     let times = times(6, 0.1);
     let holes = [f64::NAN, 1.0, f64::NAN, f64::NAN, -2.0, f64::NAN];
-    let drive = Drive::new(&plant, 6, &[&holes]).unwrap();
+    let drive = InputTrajectory::new(&plant, 6, &[&holes]).unwrap();
     assert_eq!(drive.held(), [4]);
     let with_holes = run(&plant, &times, &[&holes]);
     let filled = run(&plant, &times, &[&[1.0, 1.0, 1.0, 1.0, -2.0, -2.0]]);
     assert_eq!(with_holes.signals, filled.signals);
     assert!(filled.signal(5, 0).abs() > 0.1);
-    let nothing = Drive::new(&plant, 6, &[&[f64::NAN; 6]]).unwrap_err();
+    let nothing = InputTrajectory::new(&plant, 6, &[&[f64::NAN; 6]]).unwrap_err();
     assert_eq!(
         nothing.to_string(),
         "input column `u_N` has no valid sample to hold"
@@ -222,7 +222,7 @@ fn substeps_follow_the_fastest_rate_and_a_rig_too_stiff_is_refused() {
     let error = distance(&run.column(0), exact);
     assert!(error < 0.001 * 0.1, "{error:e}");
     let plant = stiff(1e14);
-    let drive = Drive::new(&plant, 121, &[]).unwrap();
+    let drive = InputTrajectory::new(&plant, 121, &[]).unwrap();
     let refused = plant
         .simulate(&plant.values(), &[0.001, 0.0], &drive, &times)
         .unwrap_err();
@@ -251,7 +251,7 @@ fn a_stiffening_spring_gets_more_substeps_where_it_is_stiff() {
 fn what_cannot_be_simulated_is_refused_with_the_reason() {
     let plant = slide(0.0, 0.0, HELD);
     let times = times(3, 0.1);
-    let drive = Drive::new(&plant, 3, &[&[1.0; 3]]).unwrap();
+    let drive = InputTrajectory::new(&plant, 3, &[&[1.0; 3]]).unwrap();
     let values = plant.values();
     let refuse = |values: &[f64], start: &[f64], times: &[f64]| {
         let refused = plant.simulate(values, start, &drive, times).unwrap_err();
@@ -269,8 +269,12 @@ fn what_cannot_be_simulated_is_refused_with_the_reason() {
         refuse(&values, &[0.0, f64::INFINITY], &times),
         refuse(&values, &still, &[0.0, 0.1, 0.1]),
         refuse(&values[1..], &still, &times),
-        Drive::new(&plant, 3, &[]).unwrap_err().to_string(),
-        Drive::new(&plant, 3, &[&[1.0; 2]]).unwrap_err().to_string(),
+        InputTrajectory::new(&plant, 3, &[])
+            .unwrap_err()
+            .to_string(),
+        InputTrajectory::new(&plant, 3, &[&[1.0; 2]])
+            .unwrap_err()
+            .to_string(),
         {
             let mut unstable = values.clone();
             unstable[plant.slot("push.gain").unwrap()] = 1e308;

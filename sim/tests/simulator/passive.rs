@@ -3,7 +3,7 @@
 
 use crate::mechanisms::{effect, plant, times};
 use proptest::prelude::*;
-use sinew_sim::{Drive, Plant};
+use sinew_sim::{InputTrajectory, Plant};
 
 const BODIES: &str = r#"
 [[body]]
@@ -164,7 +164,7 @@ proptest! {
             + &passive(second.0, second.1, second.2);
         let plant = plant(&text);
         let times = times(300, 0.01);
-        let drive = Drive::new(&plant, times.len(), &[]).unwrap();
+        let drive = InputTrajectory::new(&plant, times.len(), &[]).unwrap();
         let values = plant.values();
         let start = plant.initial_state(&values, &[]).unwrap();
         let mut energies = Vec::new();

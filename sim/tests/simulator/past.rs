@@ -1,6 +1,6 @@
 //! A stretch out of a recording: what delays, plays and lags remember from before it.
 
-use sinew_sim::{Drive, Dual, Plant, Scalar, SimulationError};
+use sinew_sim::{Dual, InputTrajectory, Plant, Scalar, SimulationError};
 
 use crate::mechanisms::{DAMPER, SPRING, effect, slide, times};
 
@@ -38,8 +38,8 @@ fn input() -> Vec<f64> {
     (0..ROWS).map(at).collect()
 }
 
-fn stretch(plant: &Plant, t: &[f64], input: &[f64]) -> Drive {
-    let drive = Drive::new(plant, ROWS - CUT, &[&input[CUT..]]).expect("a drive");
+fn stretch(plant: &Plant, t: &[f64], input: &[f64]) -> InputTrajectory {
+    let drive = InputTrajectory::new(plant, ROWS - CUT, &[&input[CUT..]]).expect("a drive");
     let past = drive.after(plant, &t[..CUT], t[CUT], &[&input[..CUT]]);
     past.expect("a past")
 }
@@ -50,7 +50,7 @@ fn a_stretch_with_its_past_goes_on_as_the_whole_recording_does() {
     for hold in ["zero", "linear"] {
         for stages in [&[0][..], &[1], &[2], &[0, 1], &[1, 2], &[0, 1, 2]] {
             let plant = rig(hold, stages);
-            let whole = Drive::new(&plant, ROWS, &[&input]).expect("a drive");
+            let whole = InputTrajectory::new(&plant, ROWS, &[&input]).expect("a drive");
             let mut state = Vec::new();
             let mut signals = Vec::new();
             let values = plant.values();
@@ -66,7 +66,7 @@ fn a_stretch_with_its_past_goes_on_as_the_whole_recording_does() {
                 .simulate_with(&values, &[0.1, 0.0], &whole, &t, see)
                 .expect("it can be simulated");
             let largest = signals.iter().fold(0.0f64, |m, s| m.max(s.abs()));
-            let missed = |drive: &Drive| {
+            let missed = |drive: &InputTrajectory| {
                 let part = plant.simulate(&values, &state, drive, &t[CUT..]);
                 let part = part.expect("it can be simulated");
                 let apart = part.signals.iter().zip(&signals);
@@ -75,7 +75,8 @@ fn a_stretch_with_its_past_goes_on_as_the_whole_recording_does() {
             let tolerance = stages.iter().map(|&s| STAGES[s].2).fold(0.0, f64::max);
             let with = missed(&stretch(&plant, &t, &input));
             assert!(with < tolerance, "{hold}, {stages:?}: {with}");
-            let without = missed(&Drive::new(&plant, ROWS - CUT, &[&input[CUT..]]).expect("one"));
+            let without =
+                missed(&InputTrajectory::new(&plant, ROWS - CUT, &[&input[CUT..]]).expect("one"));
             assert!(without > 1e-3 * largest, "{hold}, {stages:?}: {without}");
         }
     }
@@ -86,7 +87,7 @@ fn a_stretch_with_its_past_goes_on_as_the_whole_recording_does() {
 fn a_recording_begins_with_a_play_whose_input_came_from_nothing() {
     let t = times(ROWS, INTERVAL);
     let moved = |plant: &Plant, input: f64| {
-        let drive = Drive::new(plant, ROWS, &[&[input; ROWS]]).expect("a drive");
+        let drive = InputTrajectory::new(plant, ROWS, &[&[input; ROWS]]).expect("a drive");
         let run = plant.simulate(&plant.values(), &[0.0, 0.0], &drive, &t);
         run.expect("it can be simulated").signals
     };
@@ -155,7 +156,7 @@ fn derivatives_see_the_past_forwards_and_backwards() {
 #[test]
 fn a_past_that_does_not_fit_is_refused() {
     let plant = rig("zero", &[1]);
-    let drive = || Drive::new(&plant, 2, &[&[1.0, 2.0]]).expect("a drive");
+    let drive = || InputTrajectory::new(&plant, 2, &[&[1.0, 2.0]]).expect("a drive");
     let refused = |times: &[f64], columns: &[&[f64]]| {
         let refusal = drive().after(&plant, times, 0.0, columns).err();
         refusal.expect("a refusal")
@@ -166,7 +167,7 @@ fn a_past_that_does_not_fit_is_refused() {
     let late = refused(&[-0.1, 0.0], &[&[1.0, 2.0]]);
     assert!(matches!(late, SimulationError::Time { row: 2 }), "{late}");
     // Without a row there is nothing that it could come before.
-    let none = Drive::new(&plant, 0, &[&[]]).expect("a drive");
+    let none = InputTrajectory::new(&plant, 0, &[&[]]).expect("a drive");
     let none = none.after(&plant, &[-0.1], 0.0, &[&[1.0]]).expect("a past");
     let values = plant.values();
     assert!(plant.simulate(&values, &[0.1, 0.0], &none, &[]).is_ok());

@@ -97,8 +97,9 @@ pub fn loops(title: &str, rows: &[Row]) -> String {
     dots(title, &lines, tick_name)
 }
 
-/// One line a name, a dot a value, a bar at the median; the axis is logarithmic, since a bad one would otherwise hide the
-/// differences of the good ones. Colours follow the reader's light or dark setting.
+/// One line a name, a dot a value, a bar at the median; the axis is logarithmic, since a bad one
+/// would otherwise hide the differences of the good ones. Colours follow the reader's light or dark
+/// setting.
 pub fn dots(title: &str, rows: &[(&str, &[f64])], tick_name: fn(f64) -> String) -> String {
     let all = || rows.iter().flat_map(|(_, values)| values.iter().copied());
     let low = all().fold(f64::INFINITY, f64::min) * 0.8;

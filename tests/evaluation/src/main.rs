@@ -1,4 +1,5 @@
-//! Measurements of the program, as verbs: `cargo run -p sinew-evaluation -- VERB`, or `cargo xtask VERB`.
+//! Measurements of the program, as verbs: `cargo run -p sinew-evaluation -- VERB`, or
+//! `cargo xtask VERB`.
 
 mod bench;
 mod experiments;

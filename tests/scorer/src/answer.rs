@@ -1,4 +1,5 @@
-//! What `sinew diagnose` said about a case: the part of its JSON (docs/explanation/diagnosis.md) that is scored.
+//! What `sinew diagnose` said about a case: the part of its JSON (docs/explanation/diagnosis.md)
+//! that is scored.
 
 use std::collections::BTreeMap;
 

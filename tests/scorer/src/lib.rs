@@ -1,5 +1,6 @@
-//! Answers of `sinew diagnose` against what was concealed: `cargo xtask proof` and the committed cases are scored
-//! by the same rules. Knows nothing of the program under test but the JSON of its answers.
+//! Answers of `sinew diagnose` against what was concealed: `cargo xtask proof` and the committed
+//! cases are scored by the same rules. Knows nothing of the program under test but the JSON of its
+//! answers.
 
 pub mod answer;
 pub mod calibration;

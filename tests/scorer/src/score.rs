@@ -9,10 +9,11 @@ const SURE: f64 = 0.9;
 /// How an answer does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Outcome {
-    /// Exactly the concealed effects, each with its kind and place; nothing where there is nothing; no name
-    /// or an unsure one for what has none.
+    /// Exactly the concealed effects, each with its kind and place; nothing where there is nothing;
+    /// no name or an unsure one for what has none.
     Right,
-    /// As many effects as are concealed, and each that is not the truth says that it cannot be told from it.
+    /// As many effects as are concealed, and each that is not the truth says that it cannot be told
+    /// from it.
     NotToldApart,
     /// Right family, wrong kind or place.
     Family,
@@ -44,7 +45,8 @@ impl Outcome {
     }
 }
 
-/// Kinds and their families, as the vocabulary has them; the concealed ones say theirs, the named ones need this.
+/// Kinds and their families, as the vocabulary has them; the concealed ones say theirs, the named
+/// ones need this.
 const FAMILIES: &[(&str, &[&str])] = &[
     (
         "friction",
@@ -171,8 +173,8 @@ fn says_so(effect: &Named, concealed: &Concealed) -> bool {
         .any(|other| concealed.is(&other.kind, &other.component))
 }
 
-/// Relative errors of the parameters of an effect that was named rightly: zeros and sides left out, phases
-/// wrapped and over one radian.
+/// Relative errors of the parameters of an effect that was named rightly: zeros and sides left out,
+/// phases wrapped and over one radian.
 pub fn parameter_errors(named: &Named, concealed: &Concealed) -> Vec<(String, f64)> {
     if named.kind != concealed.kind {
         return Vec::new(); // the same thing by another name has other parameters
@@ -207,7 +209,8 @@ pub fn parameter_errors(named: &Named, concealed: &Concealed) -> Vec<(String, f6
     errors
 }
 
-/// Free-run error on the test recording over that of the true model: root mean square over the signals.
+/// Free-run error on the test recording over that of the true model: root mean square over the
+/// signals.
 pub fn free_run_ratio(answer: &Answer, truth: &Truth) -> Option<f64> {
     let mut squares = Vec::new();
     for (signal, &best) in &truth.true_model_test_rms {

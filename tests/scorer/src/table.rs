@@ -1,4 +1,5 @@
-//! The table of the proof, in Markdown: what is counted, per kind and per family of rigs, and every failure.
+//! The table of the proof, in Markdown: what is counted, per kind and per family of rigs, and every
+//! failure.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;

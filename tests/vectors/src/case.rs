@@ -1,8 +1,8 @@
 //! A problem of the controller, drawn.
 
-use sinew_firmware::model::{Model, Regressor};
-use sinew_firmware::mpc::prediction::Trajectory;
-use sinew_firmware::mpc::{Bounds, Horizons, Problem, Quadratic, Weights};
+use sinew_mpc::model::{Model, Regressor};
+use sinew_mpc::mpc::prediction::Trajectory;
+use sinew_mpc::mpc::{Bounds, Horizons, Problem, Quadratic, Weights};
 
 use super::random::Random;
 

@@ -1,9 +1,9 @@
-//! GRU and LSTM with a linear layer behind, as predictors: the kernels of a printed network, and what it remembers as
-//! channels that it predicts.
+//! GRU and LSTM with a linear layer behind, as predictors: the kernels of a printed network, and
+//! what it remembers as channels that it predicts.
 
-use sinew_firmware::memory;
-use sinew_firmware::model::{ChannelJacobian, Jacobian, Model, Regressor};
-use sinew_firmware::mpc::tangent::{self, Stage, Tangent};
+use sinew_mpc::memory;
+use sinew_mpc::model::{ChannelJacobian, Jacobian, Model, Regressor};
+use sinew_mpc::mpc::tangent::{self, Stage, Tangent};
 
 use crate::layers::gru::{self, Gru};
 use crate::layers::lstm::{self, Lstm};
@@ -127,7 +127,8 @@ impl<const NX: usize, const H: usize, const NU: usize, const NY: usize> Model<NU
         jacobian.s = turn(&t_h, 0);
     }
 
-    /// Along the commands' directions, as printed predictors do; the LSTM below goes by all of the Jacobian.
+    /// Along the commands' directions, as printed predictors do; the LSTM below goes by all of the
+    /// Jacobian.
     fn carry_channels(
         &self,
         step: &Self::Trace,

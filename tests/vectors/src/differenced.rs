@@ -1,11 +1,11 @@
-//! A predictor whose derivatives are differences of its predictions: what exact ones are held against, in instructions
-//! (`cargo xtask bench differences`) and in accuracy.
+//! A predictor whose derivatives are differences of its predictions: what exact ones are held
+//! against, in instructions (`cargo xtask bench differences`) and in accuracy.
 
-use sinew_firmware::model::{Jacobian, Model, Regressor};
-use sinew_firmware::mpc::tangent::{self, Stage, Tangent};
+use sinew_mpc::model::{Jacobian, Model, Regressor};
+use sinew_mpc::mpc::tangent::{self, Stage, Tangent};
 
-/// Step of a difference, model units: about the root of f32's resolution, where rounding and curvature are level, and a power
-/// of two.
+/// Step of a difference, model units: about the root of f32's resolution, where rounding and
+/// curvature are level, and a power of two.
 pub const STEP: f32 = 1.0 / 2048.0;
 
 /// A predictor without its own derivatives.

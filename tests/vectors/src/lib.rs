@@ -1,8 +1,9 @@
-//! Predictors and problems of the controller drawn from seeds, and what the controller makes of them: the same numbers on
-//! this computer and on a Cortex-M4F, bit by bit.
+//! Predictors and problems of the controller drawn from seeds, and what the controller makes of
+//! them: the same numbers on this computer and on a Cortex-M4F, bit by bit.
 //!
-//! `firmware/tests/hessian.rs` and `firmware/tests/recurrent` hold thousands of the same cases, of the same seeds, against
-//! double precision; `tests/tests/vectors.rs` runs the program of this crate in QEMU and compares bits.
+//! `firmware/mpc/tests/hessian.rs` and `firmware/mpc/tests/recurrent` hold thousands of the same cases, of
+//! the same seeds, against double precision; `tests/tests/vectors.rs` runs the program of this
+//! crate in QEMU and compares bits.
 
 #![no_std]
 
@@ -17,9 +18,9 @@ mod layers {
     pub use sinew_kernels::layers::{activation as sigmoid, activation as tanh, gru, lstm};
 }
 
-use sinew_firmware::model::{Model, SecondOrder};
-use sinew_firmware::mpc::exact::Exact;
-use sinew_firmware::mpc::{Horizons, Quadratic};
+use sinew_mpc::model::{Model, SecondOrder};
+use sinew_mpc::mpc::exact::Exact;
+use sinew_mpc::mpc::{Horizons, Quadratic};
 
 use case::{Case, FAR, REMEMBERED};
 use cells::{Drawn, GruNet, LstmNet};

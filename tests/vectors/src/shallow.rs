@@ -1,7 +1,7 @@
 //! A network with one hidden layer as predictor, by the kernels that printed networks call.
 
-use sinew_firmware::model::{Jacobian, Model, Regressor, SecondOrder};
-use sinew_firmware::network::{self, curvature};
+use sinew_mpc::model::{Jacobian, Model, Regressor, SecondOrder};
+use sinew_mpc::network::{self, curvature};
 
 use super::random::Random;
 

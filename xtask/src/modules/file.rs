@@ -1,5 +1,5 @@
-//! One source file as the graph sees it: modules, imports, paths, definitions. What is compiled for tests alone is
-//! left out.
+//! One source file as the graph sees it: modules, imports, paths, definitions. What is compiled for
+//! tests alone is left out.
 
 use std::collections::BTreeSet;
 

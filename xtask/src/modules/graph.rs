@@ -1,9 +1,9 @@
 //! The module graph of a crate: which file takes what from which.
 //!
-//! An edge leads to the file that *defines* what is taken. A name that a parent hands on (`pub use fit::Fit;`, or a
-//! plain import that a child takes by `super::Fit`) is followed to where it comes from, so that a `mod.rs` that
-//! declares and hands on depends on nothing and nothing depends on it. Methods carry no name of a file and are not
-//! seen.
+//! An edge leads to the file that *defines* what is taken. A name that a parent hands on
+//! (`pub use fit::Fit;`, or a plain import that a child takes by `super::Fit`) is followed to where
+//! it comes from, so that a `mod.rs` that declares and hands on depends on nothing and nothing
+//! depends on it. Methods carry no name of a file and are not seen.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};

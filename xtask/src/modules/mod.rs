@@ -1,4 +1,5 @@
-//! `cargo xtask cycles`: no file of a crate depends, through others, on itself; no crate on what it must not know.
+//! `cargo xtask cycles`: no file of a crate depends, through others, on itself; no crate on what it
+//! must not know.
 
 mod file;
 mod graph;
@@ -16,7 +17,8 @@ use xtask::process::{self, cargo, root};
 use graph::Graph;
 
 /// # Errors
-/// A ring of files, each of its edges by file and line; or a crate that depends on what it must not know.
+/// A ring of files, each of its edges by file and line; or a crate that depends on what it must not
+/// know.
 pub fn check() -> Result<()> {
     let mut wrong = rules::broken()?;
     let mut files = 0;

@@ -1,8 +1,8 @@
 //! Rings of a graph: its strongly connected parts of more than one file.
 //!
-//! A parent may define what its children take and call them: a trait, those who implement it, and their list. So a
-//! ring that lies in one folder and holds the folder's own `mod.rs` is looked at without that file. The top file of a
-//! crate has no such right.
+//! A parent may define what its children take and call them: a trait, those who implement it, and
+//! their list. So a ring that lies in one folder and holds the folder's own `mod.rs` is looked at
+//! without that file. The top file of a crate has no such right.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::path::Path;

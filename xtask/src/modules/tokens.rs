@@ -18,8 +18,8 @@ impl Token {
     }
 }
 
-/// Words, `::` and single characters of punctuation. Comments are left out; a string keeps its quotes, a character
-/// or a number is left out.
+/// Words, `::` and single characters of punctuation. Comments are left out; a string keeps its
+/// quotes, a character or a number is left out.
 pub fn tokens(source: &str) -> Vec<Token> {
     let mut reader = Reader {
         rest: source,

@@ -1,4 +1,4 @@
-//! The checks that a board makes of itself (`sinew_firmware::checks`), one after another. Ends with status 0 when all
+//! The checks that a board makes of itself (`sinew_device::checks`), one after another. Ends with status 0 when all
 //! hold and 4 when one does not; the log has a line for what control steps take,
 //! and one for each.
 
@@ -11,8 +11,8 @@ use sinew_board_qemu::time::{self, Counter};
 use sinew_board_runtime::checks::{golden, subject};
 use sinew_board_runtime::model::control::Controller;
 use sinew_board_runtime::{model, stack};
-use sinew_firmware::checks::{self, Outcome, Ticks, times};
-use sinew_firmware::for_each_check;
+use sinew_device::checks::{self, Outcome, Ticks, times};
+use sinew_device::for_each_check;
 use static_cell::StaticCell;
 
 static CONTROLLER: StaticCell<Controller> = StaticCell::new();

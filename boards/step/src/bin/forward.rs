@@ -18,8 +18,8 @@ use model::golden::GOLDEN;
 use semihosting::fs::File;
 use semihosting::io::Write;
 use semihosting::process;
-use sinew_firmware::model::{Model, Regressor};
-use sinew_firmware::network::unflatten;
+use sinew_mpc::model::{Model, Regressor};
+use sinew_mpc::network::unflatten;
 use timer::ticks;
 
 type Input = Regressor<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS>;

@@ -1,6 +1,6 @@
 //! What an experiment would show: each effect of the vocabulary, weak, at each place where it could sit,
 //! measured against noise and against what the rig's own parameters could imitate (docs/explanation/experiments.md,
-//! eq. 5 to 7).
+//! eq. 5 and 6).
 
 mod imitation;
 
@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 use sinew_sim::effects::Kind;
 use sinew_sim::rig::Site;
-use sinew_sim::{Drive, Plant, Rig, Settings};
+use sinew_sim::{InputTrajectory, Plant, Rig, Settings};
 
 use super::Experiment;
 use crate::error::{Error, Result};
@@ -87,7 +87,7 @@ pub fn reveal(
     };
     let plant = Plant::new(rig)?.with_settings(settings);
     let columns: Vec<&[f64]> = experiment.inputs.iter().map(Vec::as_slice).collect();
-    let drive = Drive::new(&plant, experiment.t.len(), &columns)?;
+    let drive = InputTrajectory::new(&plant, experiment.t.len(), &columns)?;
     let start = plant.initial_state(&plant.values(), &vec![None; plant.sensors().len()])?;
     let plain = plant.simulate(&plant.values(), &start, &drive, &experiment.t)?;
     settings.max_substeps = (DEARER * plain.report.most_substeps).min(settings.max_substeps);
@@ -146,7 +146,7 @@ fn with_effect(
     let plant = Plant::new(&rig.with_effect(kind, site, values).ok()?).ok()?;
     let plant = plant.with_settings(settings);
     let columns: Vec<&[f64]> = experiment.inputs.iter().map(Vec::as_slice).collect();
-    let drive = Drive::new(&plant, experiment.t.len(), &columns).ok()?;
+    let drive = InputTrajectory::new(&plant, experiment.t.len(), &columns).ok()?;
     let values = plant.values();
     let start = plant.initial_state(&values, &vec![None; plant.sensors().len()]);
     let run = plant

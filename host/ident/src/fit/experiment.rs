@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use sinew_sim::rig::Reads;
-use sinew_sim::{Drive, Plant, Rig};
+use sinew_sim::{InputTrajectory, Plant, Rig};
 
 use crate::error::{Error, Result};
 use crate::recording::Recording;
@@ -134,12 +134,12 @@ impl Experiment {
     ///
     /// # Errors
     /// None that [`Experiment::new`] has not excluded.
-    pub fn drive(&self, plant: &Plant, rows: Range<usize>) -> Result<Drive> {
+    pub fn drive(&self, plant: &Plant, rows: Range<usize>) -> Result<InputTrajectory> {
         let over = |rows: Range<usize>| -> Vec<&[f64]> {
             let inputs = self.inputs.iter();
             inputs.map(|column| &column[rows.clone()]).collect()
         };
-        let drive = Drive::new(plant, rows.len(), &over(rows.clone()))?;
+        let drive = InputTrajectory::new(plant, rows.len(), &over(rows.clone()))?;
         let Some(&now) = self.t.get(rows.start) else {
             return Ok(drive);
         };

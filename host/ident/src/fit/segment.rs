@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use sinew_sim::{Drive, Dual, Numbers, Plant, Scalar, Simulated};
+use sinew_sim::{Dual, InputTrajectory, ParameterizedPlant, Plant, Scalar, Simulated};
 
 use super::experiment::Experiment;
 use crate::error::Result;
@@ -27,7 +27,7 @@ pub(crate) struct Segment {
     pub rows: Range<usize>,
     /// What is known of its start.
     pub anchor: Anchor,
-    drive: Drive,
+    drive: InputTrajectory,
 }
 
 /// What is the same for all segments while the unknowns change.
@@ -93,7 +93,7 @@ pub(crate) struct Normal {
 /// A plant with numbers that carry derivatives, for many segments ([`Problem::seeded`]).
 pub(crate) struct Seeded<'a, const D: usize> {
     width: usize,
-    numbers: Vec<Numbers<'a, Dual<D>>>,
+    numbers: Vec<ParameterizedPlant<'a, Dual<D>>>,
 }
 
 /// A number whose `direction` is one of the `D` that are followed from `first` on, or none of them.
@@ -254,12 +254,16 @@ impl Problem<'_> {
     }
 
     /// The plant with numbers for all of these segments.
-    fn numbers<S: Simulated>(&self, segments: &[Segment], values: Vec<S>) -> Numbers<'_, S> {
+    fn numbers<S: Simulated>(
+        &self,
+        segments: &[Segment],
+        values: Vec<S>,
+    ) -> ParameterizedPlant<'_, S> {
         let interval = segments.first().map_or(0.0, |first| {
             let times = self.times(first);
             times.get(1).map_or(0.0, |second| second - times[0])
         });
-        self.plant.numbers(values, interval)
+        self.plant.parameterized(values, interval)
     }
 
     /// The plant with numbers that carry derivatives in the first `width` directions, `D` at a time: parameters, then

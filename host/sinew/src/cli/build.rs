@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{Common, Recordings};
-use crate::chain::build::{Request, build};
-use crate::chain::page;
+use crate::pipeline::build::{Request, build};
 use crate::project::{Board, Optimise};
+use crate::report;
 use sinew_ident::error::{Error, Result};
 
 /// Arguments of `sinew build`.
@@ -63,11 +63,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         quiet: arguments.common.quiet,
     };
     let outcome = build(&request)?;
-    let summary = page::summary(&outcome);
+    let summary = report::summary(&outcome);
     let command = format!("sinew build {}", arguments.rig.display());
-    page::write(&outcome, &summary, &arguments.out, &command)?;
+    report::write(&outcome, &summary, &arguments.out, &command)?;
     println!();
-    for line in page::closing_lines(&outcome, &summary, &arguments.out) {
+    for line in report::closing_lines(&outcome, &summary, &arguments.out) {
         println!("{line}");
     }
     Ok(())

@@ -6,20 +6,20 @@ use clap::Args;
 use clap::builder::RangedU64ValueParser;
 use rayon::prelude::*;
 use serde_json::{Map, Value, json};
-use sinew_firmware::pid::PidState;
-use sinew_firmware::rise::RiseState;
+use sinew_mpc::pid::PidState;
+use sinew_mpc::rise::RiseState;
 
 use super::conditions::Conditions;
 use super::{LoopArguments, overwrite};
-use crate::chain::built::Loop;
-use crate::chain::contest::Contest;
-use crate::chain::contestant::Contestant;
-use crate::chain::side_by_side::BUDGET;
-use crate::compare::closed_loop::Scenario;
-use crate::compare::feedback::{Opponent, Tuning};
-use crate::compare::optimise::Budget;
+use crate::closed_loop::baseline::{BaselineController, Tuning};
+use crate::closed_loop::benchmark::Benchmark;
+use crate::closed_loop::controller_result::ControllerResult;
+use crate::closed_loop::model_loop::ModelLoop;
+use crate::closed_loop::scenario::Scenario;
+use crate::closed_loop::setup::BUDGET;
 use crate::progress::Stage;
 use crate::project::Board;
+use crate::tuning::optimise::Budget;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::report::{quantity, sheet};
 
@@ -149,8 +149,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             board => Some(run(board, &scenarios)?),
         };
         let loops = run(Board::Host, &scenarios)?;
-        let judged = Contestant::mpc(name, loops.runs, on_board.as_ref(), &ready.task)?;
-        controllers.push(Contestant {
+        let judged = ControllerResult::mpc(name, loops.runs, on_board.as_ref(), &ready.task)?;
+        controllers.push(ControllerResult {
             parameters: Some(spec.parameters()),
             ..judged
         });
@@ -182,7 +182,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let board = arguments.board.name();
     let spread = arguments.draws.map(|_| arguments.spread);
     let contest =
-        Contest::new(&ready, &of_loop.rig, plant, board, controllers, gains).spread(spread);
+        Benchmark::new(&ready, &of_loop.rig, plant, board, controllers, gains).spread(spread);
     let contest = match arguments.board {
         Board::Host => contest,
         _ => contest.optimise(of_loop.optimise),
@@ -231,16 +231,16 @@ fn judged(asked: &[f64], duration_s: f64) -> Result<Option<[f64; 2]>> {
 /// Tunes a controller without a model on the plant that it is judged on, and runs it; what inputs and outputs that do
 /// not pair off withhold is no reason to withhold the others.
 struct Others<'a> {
-    ready: &'a Loop,
+    ready: &'a ModelLoop,
     scenarios: &'a [Scenario],
     budget: Budget,
     quiet: bool,
-    controllers: &'a mut Vec<Contestant>,
+    controllers: &'a mut Vec<ControllerResult>,
     gains: &'a mut Map<String, Value>,
 }
 
 impl Others<'_> {
-    fn with<L: Opponent>(&mut self) -> Result<()> {
+    fn with<L: BaselineController>(&mut self) -> Result<()> {
         let stage = Stage::begin(format!("tune and run the {}", L::NAME), self.quiet);
         let bench = self.ready.bench();
         // Twice the one plant, with other moves; of plants that were drawn the middle one and the first two.
@@ -257,9 +257,9 @@ impl Others<'_> {
             }
         };
         let runs = self.scenarios.par_iter();
-        let runs = runs.map(|s| Ok(bench.run_opponent::<L>(tuning.clone(), s)?.run));
+        let runs = runs.map(|s| Ok(bench.run_baseline::<L>(tuning.clone(), s)?.run));
         let runs = runs.collect::<Result<Vec<_>>>()?;
-        let judged = Contestant::new(L::NAME, runs, &self.ready.task)?;
+        let judged = ControllerResult::new(L::NAME, runs, &self.ready.task)?;
         self.controllers.push(judged);
         self.gains.insert(L::NAME.into(), by_name::<L>(&tuning));
         stage.end(match self.ready.drawn.len() {
@@ -272,7 +272,7 @@ impl Others<'_> {
 }
 
 /// Gains by name, one object a channel.
-pub(super) fn by_name<L: Opponent>(tuning: &[Tuning<L::Gains>]) -> Value {
+pub(super) fn by_name<L: BaselineController>(tuning: &[Tuning<L::Gains>]) -> Value {
     let channels = tuning.iter().map(|tuning| {
         let mut named: Map<_, _> = L::named(&tuning.gains)
             .into_iter()

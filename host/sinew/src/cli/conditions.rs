@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::chain::built::Loop;
-use crate::compare::disturbance::Disturbance;
+use crate::closed_loop::disturbance::Disturbance;
+use crate::closed_loop::model_loop::ModelLoop;
 use sinew_ident::error::{Error, Result};
 
 /// Reference, disturbance and delay of a loop.
@@ -45,7 +45,7 @@ impl Conditions {
     ///
     /// # Errors
     /// A path that cannot be read or lacks an output.
-    pub fn apply(&self, ready: &mut Loop) -> Result<()> {
+    pub fn apply(&self, ready: &mut ModelLoop) -> Result<()> {
         ready.disturbance = self.disturbance;
         ready.delay_s = self.delay;
         if let Some(path) = &self.reference {

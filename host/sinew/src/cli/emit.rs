@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use sinew_codegen::network::commands;
-use sinew_codegen::network::emit::{Accuracy, Options, Weights};
-use sinew_codegen::network::store::NETWORK_FILE;
-use sinew_codegen::store;
+use sinew_model::{import, store};
+use sinew_nn::commands;
+use sinew_nn::emit::{Accuracy, Options, Weights};
+use sinew_nn::store::NETWORK_FILE;
 
 use super::speed_alone;
 use crate::project::{self, Optimise};
@@ -46,8 +46,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             weights: arguments.weights,
             c_abi: arguments.c_abi,
         };
-        let text = commands::emit(&arguments.model, &arguments.out, &options);
-        print!("{}", text.map_err(Error::arguments)?);
+        let network =
+            import::read(&arguments.model).map_err(|e| Error::arguments(e.to_string()))?;
+        let text = commands::emit(&network, &arguments.out, &options);
+        print!("{}", text.map_err(|e| Error::arguments(e.to_string()))?);
         return Ok(());
     }
     let plain =

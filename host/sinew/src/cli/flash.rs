@@ -3,9 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use sinew_codegen::store;
+use sinew_model::store;
 
-use crate::chain::build::compile_in;
 use crate::flash::{Options, chip, flash, list};
 use crate::project::{self, Board, Optimise};
 use sinew_ident::error::{Error, Result};
@@ -60,7 +59,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let spec = store::load(model).map_err(Error::refused)?;
     project::write(&arguments.out, &spec, arguments.optimise)?;
     let cache = arguments.build_dir.as_deref();
-    let built = compile_in(&arguments.out, board, cache, arguments.quiet)?;
+    let built = project::build_shown(&arguments.out, board, cache, arguments.quiet)?;
     let options = Options {
         select: arguments.select.clone(),
         unlock: arguments.unlock,

@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use sinew_codegen::network::{commands, import};
-use sinew_codegen::store;
+use sinew_model::{import, store};
+use sinew_nn::commands;
 use sinew_sim::{Plant, Rig};
 
-use crate::chain::adopt::{adopt, judged};
-use crate::chain::learn::save;
-use crate::chain::task::Task;
+use crate::closed_loop::control_problem::ControlProblem;
+use crate::pipeline::import::{adopt, judged};
+use crate::pipeline::learn::save;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::recording::Recording;
 use sinew_ident::report::quantity;
@@ -39,8 +39,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     match (&arguments.rig, &arguments.out) {
         (Some(rig), Some(out)) => model(arguments, rig, out),
         (_, out) => {
-            let text = commands::import(&arguments.network, out.as_deref());
-            print!("{}", text.map_err(Error::arguments)?);
+            let network =
+                import::read(&arguments.network).map_err(|e| Error::arguments(e.to_string()))?;
+            let text = commands::import(&network, out.as_deref());
+            print!("{}", text.map_err(|e| Error::arguments(e.to_string()))?);
             Ok(())
         }
     }
@@ -55,9 +57,8 @@ fn model(arguments: &Arguments, rig: &Path, out: &Path) -> Result<()> {
         ))
         .help("name another"));
     }
-    let text = commands::import(&arguments.network, None).map_err(Error::arguments)?;
-    let network = import::read(&arguments.network)
-        .map_err(|e| Error::file(&arguments.network, e.to_string()))?;
+    let network = import::read(&arguments.network).map_err(|e| Error::arguments(e.to_string()))?;
+    let text = commands::import(&network, None).map_err(|e| Error::arguments(e.to_string()))?;
     let rig = Rig::load(rig)?;
     let plant = Plant::new(&rig)?;
     let read = |paths: &[PathBuf]| {
@@ -67,7 +68,7 @@ fn model(arguments: &Arguments, rig: &Path, out: &Path) -> Result<()> {
             .collect::<Result<Vec<_>>>()
     };
     let (fit, test) = (read(&arguments.fit)?, read(&arguments.test)?);
-    let task = Task::new(&rig, &plant, &fit, test.first().unwrap_or(&fit[0]))?;
+    let task = ControlProblem::new(&rig, &plant, &fit, test.first().unwrap_or(&fit[0]))?;
     let spec = adopt(&rig, &plant, &task, &fit, (&network, &arguments.network))?;
     save(out, &spec)?;
     print!("{text}");

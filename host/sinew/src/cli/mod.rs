@@ -25,15 +25,15 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::chain::built::{Loop, Ran};
-use crate::compare::closed_loop::Scenario;
+use crate::closed_loop::model_loop::{BoardRuns, ModelLoop};
+use crate::closed_loop::scenario::Scenario;
 use crate::device::Device;
 use crate::flash as probes;
 use crate::live::Names;
 use crate::project::{Board, Optimise};
-use sinew_codegen::spec::ModelSpec;
-use sinew_firmware::protocol::Identity;
+use sinew_device::protocol::Identity;
 use sinew_ident::error::{Error, Result};
+use sinew_model::spec::ModelSpec;
 
 /// From a recording and a rig to a controlled Cortex-M4F.
 #[derive(Parser)]
@@ -131,9 +131,9 @@ impl LoopArguments {
     /// Reads the files.
     ///
     /// # Errors
-    /// As [`Loop::load`].
-    fn load(&self, plant: Option<&Path>) -> Result<Loop> {
-        Loop::load(
+    /// As [`ModelLoop::load`].
+    fn load(&self, plant: Option<&Path>) -> Result<ModelLoop> {
+        ModelLoop::load(
             &self.rig,
             plant,
             &self.recordings.fit,
@@ -145,15 +145,15 @@ impl LoopArguments {
     /// Runs loops of a model on a board.
     ///
     /// # Errors
-    /// As [`Loop::run`].
+    /// As [`ModelLoop::run`].
     fn run(
         &self,
-        ready: &Loop,
+        ready: &ModelLoop,
         spec: &ModelSpec,
         folder: &Path,
         board: Board,
         scenarios: &[Scenario],
-    ) -> Result<Ran> {
+    ) -> Result<BoardRuns> {
         ready.run(
             spec,
             folder,

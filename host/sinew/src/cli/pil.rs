@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::LoopArguments;
-use crate::chain::side_by_side::{DeviceRun, same_bits};
+use crate::closed_loop::setup::{DeviceRun, same_bits};
 use crate::device::Device;
 use crate::project::Board;
 use sinew_ident::error::{Error, Result};
@@ -45,7 +45,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let device = match &arguments.port {
         None => run(arguments.board)?,
         Some(port) => {
-            let model = sinew_codegen::fingerprint(&spec);
+            let model = sinew_model::fingerprint(&spec);
             bench.loop_with(Device::port(port)?, model, &scenario[0])?.0
         }
     };

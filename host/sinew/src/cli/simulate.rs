@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use clap::Args;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use sinew_sim::{Drive, Plant, RecordingRun, Rig};
+use sinew_sim::{InputTrajectory, Plant, RecordingRun, Rig};
 
 use super::overwrite;
-use crate::compare::plant_program::{PlantProgram, Recorded};
+use crate::closed_loop::plant_program::{PlantProgram, Recorded};
 use crate::view::{self, Animation};
 use sinew_ident::error::{Error, Result};
 use sinew_ident::noise::gaussian;
@@ -106,7 +106,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .map(|i| (i.column.as_str(), i.actuator.as_str(), i.column_factor));
     let inputs = columns(&recording, inputs)?;
     let driven: Vec<&[f64]> = inputs.iter().map(Vec::as_slice).collect();
-    let drive = Drive::new(&plant, recording.len(), &driven)?;
+    let drive = InputTrajectory::new(&plant, recording.len(), &driven)?;
     let signals = match &arguments.plant_program {
         Some(command) => {
             let program = PlantProgram {
@@ -230,7 +230,7 @@ fn draw(
     };
     let mut animation = Animation::new(recording.len());
     let driven: Vec<&[f64]> = inputs.iter().map(Vec::as_slice).collect();
-    let drive = Drive::new(plant, recording.len(), &driven)?;
+    let drive = InputTrajectory::new(plant, recording.len(), &driven)?;
     let values = plant.values();
     let mut looked = Ok(());
     plant.simulate_with(

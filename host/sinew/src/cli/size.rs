@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use sinew_codegen::network::commands;
-use sinew_codegen::network::emit::{Accuracy, Options, Weights};
-use sinew_codegen::store;
+use sinew_model::{import, store};
+use sinew_nn::commands;
+use sinew_nn::emit::{Accuracy, Options, Weights};
 
 use super::speed_alone;
-use crate::chain::size::{REMARK, measure, table};
+use crate::pipeline::footprint::{REMARK, measure, table};
 use crate::project::{Board, Optimise};
 use sinew_ident::error::{Error, Result};
 
@@ -75,14 +75,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 
 /// The network alone.
 fn bare(arguments: &Arguments, board: &str) -> Result<()> {
-    commands::board(board).map_err(Error::arguments)?;
+    commands::board(board).map_err(|e| Error::arguments(e.to_string()))?;
     let options = Options {
         accuracy: arguments.tanh_tolerance,
         weights: arguments.weights,
         ..Options::default()
     };
-    let (network, folder) = (&arguments.network, &arguments.build_dir);
-    let text = commands::size(network, board, &options, folder);
-    print!("{}", text.map_err(Error::failed)?);
+    let network = import::read(&arguments.network).map_err(|e| Error::failed(e.to_string()))?;
+    let text = commands::size(&network, board, &options, &arguments.build_dir);
+    print!("{}", text.map_err(|e| Error::failed(e.to_string()))?);
     Ok(())
 }

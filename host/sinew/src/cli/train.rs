@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use sinew_codegen::store;
+use sinew_model::store;
 use sinew_sim::{Plant, Rig};
 
 use super::{Common, Recordings, overwrite};
-use crate::chain::build::starts;
-use crate::chain::learn::{CHECKPOINT_FILE, fits, learn, save};
-use crate::chain::task::Task;
+use crate::closed_loop::control_problem::ControlProblem;
+use crate::pipeline::build::starts;
+use crate::pipeline::learn::{CHECKPOINT_FILE, fits, learn, save};
 use crate::progress::Stage;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::fit::free_run;
@@ -56,7 +56,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         read(&arguments.recordings.test)?,
     );
     let reference = tests.first().unwrap_or(&recordings[0]);
-    let task = Task::new(&rig, &plant, &recordings, reference)?;
+    let task = ControlProblem::new(&rig, &plant, &recordings, reference)?;
     fits(&rig, &plant, &task)?;
     let runs = recordings
         .iter()

@@ -4,24 +4,24 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::{Map, Value, json};
-use sinew_firmware::mpc::MAX_ITERATIONS;
-use sinew_firmware::pid::PidState;
-use sinew_firmware::rise::RiseState;
+use sinew_mpc::mpc::MAX_ITERATIONS;
+use sinew_mpc::pid::PidState;
+use sinew_mpc::rise::RiseState;
 use sinew_sim::Rig;
 
 use super::compare::by_name;
 use super::conditions::Conditions;
 use super::{Common, Recordings, overwrite};
-use crate::chain::built::Loop;
-use crate::chain::contest::Contest;
-use crate::chain::contestant::Contestant;
-use crate::chain::learn::save;
-use crate::chain::retune::{
+use crate::closed_loop::baseline::{BaselineController, Tuning};
+use crate::closed_loop::benchmark::Benchmark;
+use crate::closed_loop::controller_result::ControllerResult;
+use crate::closed_loop::model_loop::ModelLoop;
+use crate::pipeline::learn::save;
+use crate::project::Board;
+use crate::tuning::objective::Objective;
+use crate::tuning::tune::{
     Line, Request, Shape, TunedFeedback, controlled, tune_feedback, tune_mpc,
 };
-use crate::compare::feedback::{Opponent, Tuning};
-use crate::compare::objective::Objective;
-use crate::project::Board;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::report::{Table, significant};
 
@@ -84,7 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     refuse(arguments)?;
     let rig = Rig::load(&arguments.rig)?;
     let Recordings { fit, test } = &arguments.recordings;
-    let mut ready = Loop::load(&arguments.rig, None, fit, test, arguments.common.seed)?;
+    let mut ready = ModelLoop::load(&arguments.rig, None, fit, test, arguments.common.seed)?;
     arguments.conditions.apply(&mut ready)?;
     let believed = ready.model(&arguments.model)?;
     let bench = ready.bench();
@@ -125,7 +125,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         ready.task.reference_source
     );
     print!("{}", found.objectives().text());
-    let contest = Contest::new(
+    let contest = Benchmark::new(
         &ready,
         &arguments.rig,
         None,
@@ -174,7 +174,7 @@ struct Found {
 }
 
 impl Found {
-    fn with<L: Opponent>(&mut self, tuned: TunedFeedback<L>) {
+    fn with<L: BaselineController>(&mut self, tuned: TunedFeedback<L>) {
         self.gains
             .insert(L::NAME.into(), by_name::<L>(&tuned.tuning));
         self.said += &said::<L>(&tuned.tuning);
@@ -201,12 +201,12 @@ impl Found {
         })
     }
 
-    fn contestants(&self, ready: &Loop) -> Result<Vec<Contestant>> {
+    fn contestants(&self, ready: &ModelLoop) -> Result<Vec<ControllerResult>> {
         let mut all = Vec::new();
         for line in &self.lines {
             for (when, held_out) in ["before", "tuned"].iter().zip(&line.held_out) {
                 let runs = vec![held_out.run.clone()];
-                all.push(Contestant::new(
+                all.push(ControllerResult::new(
                     format!("{} {when}", line.name),
                     runs,
                     &ready.task,
@@ -236,7 +236,7 @@ fn refuse(arguments: &Arguments) -> Result<()> {
         .chain(test)
         .chain(&arguments.conditions.reference)
         .map(|path| ("a recording", path.as_path()));
-    let file = |folder: &PathBuf| folder.join(sinew_codegen::store::MODEL_FILE);
+    let file = |folder: &PathBuf| folder.join(sinew_model::store::MODEL_FILE);
     let model = file(&arguments.model);
     let model_out = arguments.model_out.as_ref().map(file);
     overwrite::refuse(
@@ -279,7 +279,7 @@ fn list(values: &[f64]) -> String {
 }
 
 /// `PID 0: kp 12.0, ki 3.00, ..., lead 2 steps`, a line a channel.
-fn said<L: Opponent>(tuning: &[Tuning<L::Gains>]) -> String {
+fn said<L: BaselineController>(tuning: &[Tuning<L::Gains>]) -> String {
     let lines = tuning.iter().enumerate().map(|(i, tuning)| {
         let named = L::named(&tuning.gains).into_iter();
         let gains: Vec<String> = named

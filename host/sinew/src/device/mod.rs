@@ -15,8 +15,8 @@ use std::time::{Duration, Instant};
 
 pub use children::{AllKilled, Guarded, Workplace, kill_all};
 pub use log::decode_log;
-use sinew_firmware::mode::Drive;
-use sinew_firmware::protocol::{
+use sinew_device::mode::Drive;
+use sinew_device::protocol::{
     Accumulator, Fed, Identity, MAX_FRAME, PROTOCOL, Summary, Telemetry, ToDevice, ToHost, decode,
     encode,
 };

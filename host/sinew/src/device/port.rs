@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use nix::fcntl::OFlag;
 use nix::sys::termios::{self, BaudRate, ControlFlags, FlushArg, SetArg, SpecialCharacterIndices};
-use sinew_firmware::protocol::{Telemetry, ToDevice, ToHost};
+use sinew_device::protocol::{Telemetry, ToDevice, ToHost};
 
 use super::Device;
 use sinew_ident::error::{Error, Result};

@@ -9,8 +9,8 @@ use std::path::Path;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::{Duration, Instant};
 
-use sinew_firmware::mode::{Drive, Mode};
-use sinew_firmware::protocol::{Identity, Telemetry, ToDevice, ToHost};
+use sinew_device::mode::{Drive, Mode};
+use sinew_device::protocol::{Identity, Telemetry, ToDevice, ToHost};
 
 use super::Names;
 use crate::device::Device;
@@ -310,7 +310,7 @@ impl Saved {
 
 /// What the numbers in the status column mean.
 fn statuses() -> String {
-    use sinew_firmware::status::Status;
+    use sinew_mpc::status::Status;
     let all = [
         Status::Converged,
         Status::IterationLimit,

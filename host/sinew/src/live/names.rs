@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use sinew_codegen::fingerprint;
-use sinew_codegen::spec::{ModelSpec, Signal};
-use sinew_codegen::store;
-use sinew_firmware::protocol::{Identity, PROTOCOL, ToDevice, ToHost};
+use sinew_device::protocol::{Identity, PROTOCOL, ToDevice, ToHost};
+use sinew_model::fingerprint;
+use sinew_model::spec::{ModelSpec, Signal};
+use sinew_model::store;
 
 use crate::device::Device;
 use sinew_ident::error::{Error, Result};

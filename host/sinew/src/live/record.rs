@@ -6,8 +6,8 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use sinew_firmware::mode::{Drive, Mode, State};
-use sinew_firmware::protocol::{Reason, Telemetry, ToDevice, ToHost};
+use sinew_device::mode::{Drive, Mode, State};
+use sinew_device::protocol::{Reason, Telemetry, ToDevice, ToHost};
 
 use super::Names;
 use crate::device::Device;
@@ -223,8 +223,8 @@ fn table(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sinew_firmware::mode::Cause;
-    use sinew_firmware::status::Status;
+    use sinew_device::mode::Cause;
+    use sinew_mpc::status::Status;
 
     fn names() -> Names {
         Names::for_test(vec!["u_V".into()], vec!["q_m".into()])

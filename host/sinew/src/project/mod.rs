@@ -2,7 +2,7 @@
 //! builds with cargo and needs nothing of this checkout.
 //!
 //! ```text
-//! DIR/Cargo.toml       workspace settings that firmware/ inherits
+//! DIR/Cargo.toml       workspace settings that firmware/* inherit
 //! DIR/firmware/        the controller
 //! DIR/model/           the generated model crate
 //! DIR/boards/NAME/     one board, a workspace of its own
@@ -10,20 +10,20 @@
 
 mod board;
 mod build;
-mod chip;
 pub mod image;
 mod sources;
 
 use std::path::{Path, PathBuf};
 
-use sinew_codegen::emit::{EmitOptions, emit};
-use sinew_codegen::spec::ModelSpec;
+use sinew_model::emit::{EmitOptions, emit};
+use sinew_model::spec::ModelSpec;
 use toml_edit::{DocumentMut, Item, Table, value};
 
 pub use build::{Built, Machine, build, checks, compile, run_cargo};
-pub use chip::Chip;
 pub use image::Sizes;
+pub use sinew_nn::footprint::chip::Chip;
 
+use crate::progress::Stage;
 use sinew_ident::error::{Error, Result};
 
 /// Everything that the firmware is built from, for telling whether a result still holds.
@@ -104,11 +104,13 @@ pub fn write(folder: &Path, spec: &ModelSpec, optimise: Optimise) -> Result<()> 
     Ok(())
 }
 
-/// The workspace settings that `firmware/` inherits, without the members that are not there.
+/// The workspace settings that `firmware/*` inherit, without the members that are not there.
 fn workspace(contents: &[u8]) -> Result<String> {
     let mut document = parse("Cargo.toml", contents)?;
     if let Some(workspace) = document["workspace"].as_table_mut() {
-        let members = ["firmware"].into_iter().collect::<toml_edit::Array>();
+        let members = ["firmware/mpc", "firmware/device"]
+            .into_iter()
+            .collect::<toml_edit::Array>();
         workspace.insert("members", value(members));
         let apart = ["boards", "model"]
             .into_iter()
@@ -173,6 +175,31 @@ fn update(path: &Path, contents: &[u8]) -> Result<()> {
     sinew_ident::atomic::write(path, contents)
 }
 
+/// Builds one board of the project in `folder`, with progress.
+///
+/// # Errors
+/// As [`project::build`].
+pub fn build_shown(
+    folder: &Path,
+    board: Board,
+    cache: Option<&Path>,
+    quiet: bool,
+) -> Result<Built> {
+    let stage = Stage::begin(format!("build the firmware for {}", board.name()), quiet);
+    let built = build(folder, board, cache)?;
+    stage.end(match board {
+        Board::Host => "the same code for this computer".to_string(),
+        _ => {
+            let sizes = image::sizes(&built.lockstep)?;
+            format!(
+                "{} B flash, {} B RAM before its stack",
+                sizes.flash_bytes, sizes.ram_bytes
+            )
+        }
+    });
+    Ok(built)
+}
+
 /// The board's folder in a project.
 pub fn board_folder(folder: &Path, board: Board) -> PathBuf {
     folder.join("boards").join(board.folder())
@@ -184,7 +211,7 @@ mod tests {
 
     fn manifest(optimise: Optimise) -> DocumentMut {
         let model = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/reference-s");
-        let mut spec = sinew_codegen::store::load(&model).expect("it ships with the project");
+        let mut spec = sinew_model::store::load(&model).expect("it ships with the project");
         spec.name = "finger".into();
         let (_, contents) = sources::SOURCES
             .iter()

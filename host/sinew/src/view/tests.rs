@@ -1,4 +1,4 @@
-use sinew_sim::{Drive, Plant, Rig};
+use sinew_sim::{InputTrajectory, Plant, Rig};
 
 use super::{Animation, page, simulation};
 use sinew_ident::report::sheet;
@@ -16,7 +16,7 @@ fn pulled() -> (Plant, Vec<f64>, Vec<Vec<f64>>, Animation) {
     let t: Vec<f64> = (0..1000).map(|k| 0.001 * f64::from(k)).collect();
     let inputs = vec![t.iter().map(|t| t.min(0.5)).collect(), vec![0.0; t.len()]];
     let columns: Vec<&[f64]> = inputs.iter().map(Vec::as_slice).collect();
-    let drive = Drive::new(&plant, t.len(), &columns).expect("two columns");
+    let drive = InputTrajectory::new(&plant, t.len(), &columns).expect("two columns");
     let (values, start) = (plant.values(), vec![0.0; plant.state_len()]);
     let mut animation = Animation::new(t.len());
     plant
@@ -56,7 +56,7 @@ fn an_animation_holds_every_outline_in_every_picture() {
 #[test]
 fn a_page_loads_nothing_and_ends_its_script_once() {
     let (plant, t, inputs, animation) = pulled();
-    let run = Drive::new(&plant, t.len(), &[&inputs[0], &inputs[1]])
+    let run = InputTrajectory::new(&plant, t.len(), &[&inputs[0], &inputs[1]])
         .and_then(|drive| {
             plant.simulate(&plant.values(), &vec![0.0; plant.state_len()], &drive, &t)
         })
@@ -80,7 +80,8 @@ fn a_page_loads_nothing_and_ends_its_script_once() {
 #[test]
 fn a_sheet_has_every_column_once_and_at_most_five_lines_a_plot() {
     let (plant, t, inputs, _) = pulled();
-    let drive = Drive::new(&plant, t.len(), &[&inputs[0], &inputs[1]]).expect("two columns");
+    let drive =
+        InputTrajectory::new(&plant, t.len(), &[&inputs[0], &inputs[1]]).expect("two columns");
     let run = plant
         .simulate(&plant.values(), &vec![0.0; plant.state_len()], &drive, &t)
         .expect("it runs");

@@ -480,7 +480,7 @@ fn a_network_of_another_tool_becomes_a_model_of_a_rig() {
          --out model",
     );
     assert!(said.contains("dense_1/BiasAdd"), "{said}");
-    let spec = sinew_codegen::store::load(&desk.path("model")).expect("it is a model");
+    let spec = sinew_model::store::load(&desk.path("model")).expect("it is a model");
     assert_eq!((spec.past_inputs, spec.past_outputs), (4, 8));
     assert_eq!(spec.outputs[0].name, "q_m");
     // It has seen another mass than that of these recordings, and still foresees most of a step.
@@ -502,10 +502,10 @@ fn projects_that_share_build_outputs_keep_their_own_programs() {
     let desk = Desk::new();
     let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pil");
     let models = ["reference-s", "reference-s-n5"].map(|model| {
-        let spec = sinew_codegen::store::load(&checkout().join("models").join(model));
+        let spec = sinew_model::store::load(&checkout().join("models").join(model));
         let spec = spec.expect("it ships with the project");
         project::write(&desk.path(model), &spec, Optimise::Speed).expect("it can be written");
-        (model, sinew_codegen::fingerprint(&spec))
+        (model, sinew_model::fingerprint(&spec))
     });
     let built = |(model, hash): (&str, u32)| {
         for round in 0..8 {

@@ -8,7 +8,7 @@ mod slopes;
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use sinew_sim::{Drive, Plant, Stepper};
+use sinew_sim::{InputTrajectory, Plant, Stepper};
 
 pub use slopes::{Slope, Stretch, slopes};
 
@@ -68,7 +68,7 @@ pub fn visits(
     inputs: &[&[f64]],
     count: usize,
 ) -> Result<Vec<Visit>> {
-    let drive = Drive::new(plant, times.len(), inputs)?;
+    let drive = InputTrajectory::new(plant, times.len(), inputs)?;
     let every = (times.len() / count.max(1)).max(1);
     let mut visits = Vec::with_capacity(count + 1);
     plant.simulate_with(values, start, &drive, times, |row, stepper| {

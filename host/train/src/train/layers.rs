@@ -1,8 +1,8 @@
 //! Trained weights as layers of a controller model.
 
-use sinew_codegen::network::Recurrent;
-use sinew_codegen::spec::{Activation, Dense, Layer, gru_cell, lstm_cell, unfilled};
 use sinew_ident::error::{Error, Result};
+use sinew_model::spec::{Activation, Dense, Layer, gru_cell, lstm_cell, unfilled};
+use sinew_nn::Recurrent;
 use sinew_sim::FirstLayer;
 
 use super::fold::Folded;

@@ -382,8 +382,8 @@ pub fn loss_weights(sizes: &[Vec<f64>], device: &Device) -> Vec<Tensor<2>> {
 
 #[cfg(test)]
 pub(super) mod tests {
-    use sinew_codegen::evaluate::advance;
-    use sinew_codegen::spec::{ControlSpec, ModelSpec, OutputForm, Signal};
+    use sinew_model::evaluate::advance;
+    use sinew_model::spec::{ControlSpec, ModelSpec, OutputForm, Signal};
 
     use super::super::fold::Folded;
     use super::super::layers;
@@ -492,7 +492,7 @@ pub(super) mod tests {
         let linear = {
             let mut spec = spec.clone();
             for layer in &mut spec.layers {
-                if let sinew_codegen::spec::Layer::Dense(dense) = layer {
+                if let sinew_model::spec::Layer::Dense(dense) = layer {
                     dense.weights.fill(0.0);
                 }
             }

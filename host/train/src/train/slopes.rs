@@ -97,7 +97,7 @@ impl<'a> Slopes<'a> {
 #[cfg(test)]
 mod tests {
     use rand::SeedableRng;
-    use sinew_codegen::evaluate::advance;
+    use sinew_model::evaluate::advance;
     use sinew_sim::FirstLayer;
 
     use super::*;

@@ -5,7 +5,7 @@ use super::{
 };
 use crate::effects::Sign;
 use crate::geometry::zip;
-use crate::plant::compile::Slots;
+use crate::plant::slots::Slots;
 use crate::plant::topology::Topology;
 use crate::rig::{Rig, Route, Value};
 use crate::unit::Motion;

@@ -76,7 +76,7 @@ fn of_segments(
         .collect()
 }
 
-/// Reads a chain and adds its bodies, springs and dampers to the rig. Numbers that the segments share
+/// Reads a chain and adds its bodies, springs and dampers to the rig. ParameterizedPlant that the segments share
 /// share their place in the file, and so their parameter.
 pub(in crate::rig) fn expand(table: &Reader, rig: &mut Rig) -> Result<(), Error> {
     let count = segments(table)?;

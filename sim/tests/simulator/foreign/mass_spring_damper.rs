@@ -1,7 +1,7 @@
 //! Somebody else's physics judges ours: `tests/foreign/mass_spring_damper.py` solves the same device in closed
 //! form between its stops, shares no code with the simulator, and wrote the recording that is compared here.
 
-use sinew_sim::{Drive, Plant, Rig};
+use sinew_sim::{InputTrajectory, Plant, Rig};
 
 use super::recording::{Columns, range, text};
 
@@ -58,7 +58,7 @@ level = {level:?}
 fn largest_error(plant: &Plant) -> f64 {
     let recording = Columns::read("mass_spring_damper.exact.csv");
     let [t, u, q] = ["t", "u_N", "q_m"].map(|name| recording.get(name));
-    let drive = Drive::new(plant, t.len(), &[u]).expect("one input");
+    let drive = InputTrajectory::new(plant, t.len(), &[u]).expect("one input");
     let run = plant
         .simulate(&plant.values(), &[0.0, 0.0], &drive, t)
         .expect("it can be simulated");

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use sinew_sim::{Drive, Plant, Rig};
+use sinew_sim::{InputTrajectory, Plant, Rig};
 
 /// Path of a file of `tests/foreign`.
 fn path(name: &str) -> PathBuf {
@@ -82,7 +82,7 @@ pub fn error(folder: &str, device: &str, scaled: Option<(&str, f64)>) -> f64 {
     let inputs: Vec<&[f64]> = (plant.inputs().iter())
         .map(|input| recording.get(&input.column))
         .collect();
-    let drive = Drive::new(&plant, t.len(), &inputs).expect("every input is there");
+    let drive = InputTrajectory::new(&plant, t.len(), &inputs).expect("every input is there");
     let mut values = plant.values();
     if let Some((name, factor)) = scaled {
         let slot = plant.slot(name);

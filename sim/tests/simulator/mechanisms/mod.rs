@@ -1,6 +1,6 @@
 //! Small mechanisms that several tests use, and how to run one.
 
-use sinew_sim::{Drive, Plant, Rig, Trajectory};
+use sinew_sim::{InputTrajectory, Plant, Rig, Trajectory};
 
 pub const HEADER: &str = "format = \"sinew-rig/1\"\nname = \"test\"\n";
 
@@ -60,7 +60,7 @@ pub fn run_with(
 ) -> Trajectory<f64> {
     let none = vec![None; plant.sensors().len()];
     let start = plant.initial_state(values, &none).unwrap();
-    let drive = Drive::new(plant, times.len(), columns).unwrap();
+    let drive = InputTrajectory::new(plant, times.len(), columns).unwrap();
     plant.simulate(values, &start, &drive, times).unwrap()
 }
 

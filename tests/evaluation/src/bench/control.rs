@@ -1,5 +1,6 @@
-//! The control step on the reference problem: instructions along its closed loop in QEMU, cost over the optimum
-//! by IPOPT, flash and RAM of the step alone (its image less the same image without it).
+//! The control step on the reference problem: instructions along its closed loop in QEMU, cost over
+//! the optimum by IPOPT, flash and RAM of the step alone (its image less the same image without
+//! it).
 
 use anyhow::{Result, bail};
 use serde_json::{Map, Value, json};
@@ -8,6 +9,7 @@ use super::image::{self, Content};
 use super::lockstep::{Run, close};
 use super::reference::STEPS;
 use crate::foreign::python::{self, Python};
+use sinew_nn::footprint::CYCLES_PER_INSTRUCTION;
 use xtask::process::{self, root};
 use xtask::setup::{self, Extent};
 
@@ -53,11 +55,11 @@ const CASES: &[Case] = &[
     },
 ];
 
-/// Cycles an instruction and clocks for the estimate.
-const CYCLES_PER_INSTRUCTION: f64 = 1.7;
+/// Clocks for the estimate.
 const CLOCKS_MHZ: [f64; 3] = [84.0, 100.0, 168.0];
 
-/// Counts, prints and returns `mpc_instructions`. Without a Python the costs over the optimum are left out, and that is said.
+/// Counts, prints and returns `mpc_instructions`. Without a Python the costs over the optimum are
+/// left out, and that is said.
 ///
 /// # Errors
 /// An image does not build or run, or IPOPT fails.
@@ -141,7 +143,8 @@ pub fn image() -> Result<Value> {
     Ok(section)
 }
 
-/// Microseconds by clock: an estimate, no measurement (docs/evaluation/benchmarks.md says from what).
+/// Microseconds by clock: an estimate, no measurement (docs/evaluation/benchmarks.md says from
+/// what).
 fn estimates(instructions: u64) -> Value {
     let at = |mhz: f64| (instructions as f64 * CYCLES_PER_INSTRUCTION / mhz).round();
     let rows = CLOCKS_MHZ.map(|mhz| (format!("{mhz} MHz"), json!(at(mhz))));

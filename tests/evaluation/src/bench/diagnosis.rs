@@ -1,4 +1,5 @@
-//! Time and memory of `sinew diagnose` by length of recording, on a rig of two bodies whose real one rubs.
+//! Time and memory of `sinew diagnose` by length of recording, on a rig of two bodies whose real
+//! one rubs.
 
 use std::fs;
 use std::path::Path;

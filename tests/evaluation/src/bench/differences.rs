@@ -1,5 +1,5 @@
-//! Exact derivatives beside differences of predictions, in the same controller on the same problem: what the derivatives of a
-//! generated network are worth.
+//! Exact derivatives beside differences of predictions, in the same controller on the same problem:
+//! what the derivatives of a generated network are worth.
 
 use std::fs;
 use std::path::Path;
@@ -63,13 +63,13 @@ fn wrap(folder: &Path) -> Result<()> {
         let path = ours.join(file);
         fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))
     };
-    let firmware = format!("{:?}", root().join("firmware"));
+    let firmware = root().join("firmware").display().to_string();
     let manifest = read("Cargo.toml")?
         .replace(
             &format!("\"sinew-model-{MODEL}\""),
             &format!("\"sinew-model-{DIFFERENCED}\""),
         )
-        .replace("\"../../firmware\"", &firmware);
+        .replace("../../firmware", &firmware);
     ensure!(
         manifest.contains(DIFFERENCED) && manifest.contains(&firmware),
         "the manifest of {MODEL} has another form"

@@ -1,4 +1,5 @@
-//! Instructions of one prediction of each network of the reference problem, largest over its golden vectors.
+//! Instructions of one prediction of each network of the reference problem, largest over its golden
+//! vectors.
 
 use std::io::Read;
 

@@ -78,7 +78,8 @@ impl Around {
     }
 }
 
-/// Builds program `bin` of `boards/step` around a model of the reference problem and copies it to `target/bench/MODEL.NAME.elf`.
+/// Builds program `bin` of `boards/step` around a model of the reference problem and copies it to
+/// `target/bench/MODEL.NAME.elf`.
 ///
 /// # Errors
 /// As [`build_around`].
@@ -91,7 +92,8 @@ pub fn build(
     build_around(toolchain, &Around::reference(model), bin, content)
 }
 
-/// Builds program `bin` of `boards/step` around a model and copies it to `target/bench/AROUND.NAME.elf`.
+/// Builds program `bin` of `boards/step` around a model and copies it to
+/// `target/bench/AROUND.NAME.elf`.
 ///
 /// # Errors
 /// It does not build or link.
@@ -116,8 +118,8 @@ pub fn build_around(
     for line in read("Cargo.toml")?.lines() {
         let line = if line.starts_with("model = ") {
             model_line.clone()
-        } else if line.starts_with("sinew-firmware = ") {
-            format!("sinew-firmware = {{ path = {:?} }}", around.firmware)
+        } else if line.starts_with("sinew-mpc = ") {
+            format!("sinew-mpc = {{ path = {:?} }}", around.firmware.join("mpc"))
         } else if around.small && line == "[profile.release.package.\"*\"]" {
             of_model = true;
             format!("[profile.release.package.{package}]")
@@ -212,7 +214,8 @@ pub fn start(image: &Path) -> Result<Child> {
         .context("QEMU does not start")
 }
 
-/// Flash (code, constants, initial values) and statics in bytes, from the ELF file's program headers.
+/// Flash (code, constants, initial values) and statics in bytes, from the ELF file's program
+/// headers.
 ///
 /// # Errors
 /// It is no 32-bit little-endian ELF file.

@@ -39,7 +39,8 @@ impl Run {
     }
 }
 
-/// Closes the loop around an image of the program `count`; leaves every step in `target/bench/NAME.csv`.
+/// Closes the loop around an image of the program `count`; leaves every step in
+/// `target/bench/NAME.csv`.
 ///
 /// # Errors
 /// QEMU does not start, or the image breaks off.

@@ -1,5 +1,6 @@
-//! `cargo xtask bench [SECTION...]`: what is measured, as tables and in `target/bench/summary.json`. `--publish` also
-//! writes the controller's table into `docs/evaluation/benchmarks.md`.
+//! `cargo xtask bench [SECTION...]`: what is measured, as tables and in
+//! `target/bench/summary.json`. `--publish` also writes the controller's table into
+//! `docs/evaluation/benchmarks.md`.
 
 mod control;
 mod diagnosis;

@@ -1,5 +1,6 @@
-//! Other people's code for the same shapes, printed, compiled and counted in the same way: emlearn for the
-//! prediction, an embedded OSQP on the linearised problem for the step (`tests/foreign/peers.py`).
+//! Other people's code for the same shapes, printed, compiled and counted in the same way: emlearn
+//! for the prediction, an embedded OSQP on the linearised problem for the step
+//! (`tests/foreign/peers.py`).
 
 use std::path::PathBuf;
 

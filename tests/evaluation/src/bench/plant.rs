@@ -1,4 +1,5 @@
-//! The simulator beside MuJoCo at equal accuracy, and what derivatives cost; both on one core, in one run.
+//! The simulator beside MuJoCo at equal accuracy, and what derivatives cost; both on one core, in
+//! one run.
 
 use anyhow::{Context, Result};
 use serde_json::{Value, json};
@@ -46,7 +47,8 @@ pub fn run() -> Result<Value> {
     for device in DEVICES {
         let (mine, its) = (&ours["devices"][device], &theirs["devices"][device]);
         let speed = number(&mine["seconds_per_second"])?;
-        // At no step as accurate as the simulator: its most accurate one then, which is a lower bound.
+        // At no step as accurate as the simulator: its most accurate one then, which is a lower
+        // bound.
         let reached = its["reached"] == true;
         let ratio = speed / number(&its["seconds_per_second"])?;
         println!(

@@ -1,8 +1,10 @@
-//! The controller's part of the summary as a page of tables, each figure beside its goal and other people's.
+//! The controller's part of the summary as a page of tables, each figure beside its goal and other
+//! people's.
 
 use serde_json::{Map, Value};
 
-/// The page `docs/evaluation/benchmarks.md`; `None` where no section of the controller has been measured.
+/// The page `docs/evaluation/benchmarks.md`; `None` where no section of the controller has been
+/// measured.
 pub fn of_the_controller(summary: &Map<String, Value>) -> Option<String> {
     summary.get("mpc_instructions").or(summary.get("image"))?;
     let at = |path: &str| summary_at(summary, path);

@@ -1,6 +1,8 @@
-//! What a part of the controller is worth, a figure each: the published problems with it and without it, on the same plants.
+//! What a part of the controller is worth, a figure each: the published problems with it and
+//! without it, on the same plants.
 //!
-//! Exact derivatives have a benchmark (`cargo xtask bench differences`), mended physics an experiment of its own.
+//! Exact derivatives have a benchmark (`cargo xtask bench differences`), mended physics an
+//! experiment of its own.
 
 use anyhow::{Context, Result};
 use serde_json::{Value, json};
@@ -43,7 +45,8 @@ const ABLATIONS: [Ablation; 2] = [
     },
 ];
 
-/// Of what the problems' own experiments have left; those that have not been run with this seed are run first.
+/// Of what the problems' own experiments have left; those that have not been run with this seed are
+/// run first.
 ///
 /// # Errors
 /// Those of the problems' experiments.

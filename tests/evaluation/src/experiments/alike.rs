@@ -1,5 +1,6 @@
-//! What `sinew diagnose` says where components that are alike have an effect, each or one of them: the tendon platform, of
-//! which a camera sees the tip and nothing else (docs/lab/0066-tied-start-of-identical-components.md).
+//! What `sinew diagnose` says where components that are alike have an effect, each or one of them:
+//! the tendon platform, of which a camera sees the tip and nothing else
+//! (docs/lab/0066-tied-start-of-identical-components.md).
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -174,8 +175,8 @@ pub fn run(seed: u64, only: &[String]) -> Result<()> {
     bench.summary(json!({ "format": "sinew-experiment-alike/1", "seed": seed, "cases": all }))
 }
 
-/// Three recordings of the platform with what is hidden, its joints 6 % stiffer and 16 % more damped than its owner wrote; and what
-/// is said of them.
+/// Three recordings of the platform with what is hidden, its joints 6 % stiffer and 16 % more
+/// damped than its owner wrote; and what is said of them.
 fn diagnosed(bench: &Bench, believed: &Path, bare: &str, case: &Case) -> Result<Value> {
     let stiffer = bare.replace("value = 0.293", "value = 0.310");
     let mut text = stiffer.replace("value = 0.0019", "value = 0.0022");

@@ -59,8 +59,8 @@ impl Bench {
         command
     }
 
-    /// Flash of the smallest image that controls with a model, made for size, and of the same image without the control step: start-up
-    /// code and the counting program of `boards/step`. In bytes.
+    /// Flash of the smallest image that controls with a model, made for size, and of the same image
+    /// without the control step: start-up code and the counting program of `boards/step`. In bytes.
     ///
     /// # Errors
     /// It does not build.

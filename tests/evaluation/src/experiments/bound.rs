@@ -1,5 +1,6 @@
-//! How small the error on the staircase can be: what the best linear controller has that knows the plant's own numbers, without
-//! friction and without limits (`tests/foreign/linear_bound.py` says how). A target below it says nothing about a controller.
+//! How small the error on the staircase can be: what the best linear controller has that knows the
+//! plant's own numbers, without friction and without limits (`tests/foreign/linear_bound.py` says
+//! how). A target below it says nothing about a controller.
 
 use std::path::Path;
 
@@ -14,7 +15,8 @@ use xtask::process::{self, root};
 
 /// As on the command line, and the folder of its results.
 pub const NAME: &str = "mass-bound";
-/// Command changes a period that the bound is printed for, N root mean square; the first row has none.
+/// Command changes a period that the bound is printed for, N root mean square; the first row has
+/// none.
 const CHANGES: [&str; 5] = ["3", "2.5", "2", "1.5", "1"];
 
 /// # Errors

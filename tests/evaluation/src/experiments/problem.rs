@@ -12,14 +12,15 @@ pub struct Problem {
     pub believed: &'static str,
     /// Effects that the owner knows of beside the rig, such as the delay of his electronics.
     pub known: &'static str,
-    /// How much of the inputs' range the recordings use: enough to go a little beyond what is asked.
+    /// How much of the inputs' range the recordings use: enough to go a little beyond what is
+    /// asked.
     pub amplitude: &'static str,
     /// What the inputs look like.
     pub kind: &'static str,
     /// Effects that only the plants have.
     pub left_out: &'static str,
-    /// What is asked, and what tuning follows backwards: tables with a column an output. Without, smooth moves to the levels
-    /// of the staircase.
+    /// What is asked, and what tuning follows backwards: tables with a column an output. Without,
+    /// smooth moves to the levels of the staircase.
     pub paths: Option<[fn() -> String; 2]>,
     /// PID and RISE once more as textbooks have them, without a look ahead at the reference.
     pub textbook: bool,

@@ -1,8 +1,9 @@
-//! The published problems, run again (docs/evaluation/published.md): from the believed rig to firmware in QEMU, on plants that the
-//! controller has not seen.
+//! The published problems, run again (docs/evaluation/published.md): from the believed rig to
+//! firmware in QEMU, on plants that the controller has not seen.
 //!
-//! Training and tuning see the believed rig and recordings simulated with it, nothing else. The plants are the believed
-//! rig with what [`Problem::left_out`] adds, every free parameter drawn within 20 %, one a loop, with noise and a delay.
+//! Training and tuning see the believed rig and recordings simulated with it, nothing else. The
+//! plants are the believed rig with what [`Problem::left_out`] adds, every free parameter drawn
+//! within 20 %, one a loop, with noise and a delay.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -23,8 +24,8 @@ const SECONDS: &str = "30";
 const DRAWS: &str = "10";
 const SPREAD: &str = "0.2";
 
-/// Answers for a seed; everything lies in target/experiments/NAME. With names in `only`, those controllers alone, on the same
-/// plants, without PID, RISE and targets.
+/// Answers for a seed; everything lies in target/experiments/NAME. With names in `only`, those
+/// controllers alone, on the same plants, without PID, RISE and targets.
 ///
 /// # Errors
 /// A controller that there is not, setup, or the exit status of `sinew`.
@@ -64,7 +65,8 @@ pub fn run(problem: &Problem, seed: u64, only: &[String]) -> Result<()> {
     run.conclude()
 }
 
-/// A rig without its tables `[control]` and `[network]`; effects that a diagnosis has put behind them stay.
+/// A rig without its tables `[control]` and `[network]`; effects that a diagnosis has put behind
+/// them stay.
 fn without_controller(rig: &str) -> String {
     let mut drops = false;
     let keeps = |line: &&str| {
@@ -224,8 +226,8 @@ impl Run<'_> {
         self.bench.path("models").join(variant.model())
     }
 
-    /// All of them on the same plants: what a channel is, the rig says, so those with channels have a call of their own, and so have
-    /// images made for size.
+    /// All of them on the same plants: what a channel is, the rig says, so those with channels have
+    /// a call of their own, and so have images made for size.
     fn compare(&self) -> Result<()> {
         let mut groups: Vec<(String, Vec<&Variant>)> = Vec::new();
         for variant in &self.variants {
@@ -311,7 +313,8 @@ impl Run<'_> {
         Some(compare)
     }
 
-    /// PID and RISE, tuned and run in the same loops, that see where the output should be now and no further.
+    /// PID and RISE, tuned and run in the same loops, that see where the output should be now and
+    /// no further.
     fn without_preview(&self, group: &[&Variant]) -> Result<Vec<Value>> {
         let first = group.get(..1).context("no controller")?;
         let mut compare = self.loops(first).context("no controller")?;

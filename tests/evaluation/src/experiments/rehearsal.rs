@@ -1,9 +1,10 @@
-//! `cargo xtask experiments mended`, `mass-on-mujoco` and `tendon-on-mujoco`: does a controller gain from recordings of the real
-//! rig, and from `sinew diagnose`? (docs/evaluation/correction.md, docs/evaluation/published.md)
+//! `cargo xtask experiments mended`, `mass-on-mujoco` and `tendon-on-mujoco`: does a controller
+//! gain from recordings of the real rig, and from `sinew diagnose`? (docs/evaluation/correction.md,
+//! docs/evaluation/published.md)
 //!
-//! Everything goes through the program as a user would call it. The real rig is seen by what writes the recordings and by the
-//! plant of the loop, and by the tuning of PID and RISE; fit, diagnosis, training and the tuning of every MPC see recordings and the
-//! believed rig.
+//! Everything goes through the program as a user would call it. The real rig is seen by what writes
+//! the recordings and by the plant of the loop, and by the tuning of PID and RISE; fit, diagnosis,
+//! training and the tuning of every MPC see recordings and the believed rig.
 
 use std::path::Path;
 use std::process::Command;
@@ -91,7 +92,8 @@ pub const MASS: Rehearsal = Rehearsal {
     ..STAGE
 };
 
-/// The tendon platform, as MuJoCo has it: a chain of links, tendons from hole to hole that rub and have slack.
+/// The tendon platform, as MuJoCo has it: a chain of links, tendons from hole to hole that rub and
+/// have slack.
 pub const TENDON: Rehearsal = Rehearsal {
     name: "tendon-on-mujoco",
     believed: "rigs/tendon.toml",
@@ -108,7 +110,8 @@ pub const TENDON: Rehearsal = Rehearsal {
         "10",
         "--control-horizons",
         "3",
-        // The camera is a period late, which its owner knows: weights that were tuned without it let the tip swing.
+        // The camera is a period late, which its owner knows: weights that were tuned without it
+        // let the tip swing.
         "--delay",
         "0.008",
     ],
@@ -154,7 +157,8 @@ pub fn run(rehearsal: &Rehearsal, seed: u64) -> Result<()> {
     run.summary()
 }
 
-/// What the controllers know: the rig as written, refitted to the recordings, mended by the diagnosis.
+/// What the controllers know: the rig as written, refitted to the recordings, mended by the
+/// diagnosis.
 const NAMES: [&str; 3] = ["MPC-believed", "MPC-refitted", "MPC-mended"];
 
 struct Run<'a> {

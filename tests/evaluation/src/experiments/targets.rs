@@ -2,6 +2,8 @@
 
 use serde_json::{Value, json};
 
+use sinew_nn::footprint::CYCLES_PER_INSTRUCTION;
+
 use crate::figure::{Row, middle};
 
 /// A number that is to be reached.
@@ -91,19 +93,17 @@ pub fn errors(comparison: &Value, name: Option<&str>) -> [(f64, f64); 2] {
     })
 }
 
-/// Cycles an instruction on a Cortex-M4F that runs from flash: an estimate, measured on no board.
-const CYCLES: f64 = 1.7;
 /// The part that figures are for: an 84 MHz Cortex-M4F.
 const CLOCK_HZ: f64 = 84e6;
-/// Watts while it runs: 146 uA a MHz at 3.3 V and [`CLOCK_HZ`], what an STM32F401xD/E is sold with (run mode, peripherals
-/// off). An estimate with no board behind it.
+/// Watts while it runs: 146 uA a MHz at 3.3 V and [`CLOCK_HZ`], what an STM32F401xD/E is sold with
+/// (run mode, peripherals off). An estimate with no board behind it.
 const RUNNING_W: f64 = 146e-6 * 84.0 * 3.3;
 /// Flash of such a part, bytes.
 const FLASH: f64 = 512.0 * 1024.0;
 
 /// Seconds of so many instructions.
 fn seconds(instructions: f64) -> f64 {
-    instructions * CYCLES / CLOCK_HZ
+    instructions * CYCLES_PER_INSTRUCTION / CLOCK_HZ
 }
 
 /// A part of the flash, in percent.
@@ -111,8 +111,9 @@ fn share(bytes: f64) -> f64 {
     100.0 * bytes / FLASH
 }
 
-/// Targets of the first controller in an image made for size, which the comparison has by `name`: flash in bytes of the `control`
-/// image, of that without the control step, and of the whole image; and its rate, `rate_hz` at least, which is what it costs.
+/// Targets of the first controller in an image made for size, which the comparison has by `name`:
+/// flash in bytes of the `control` image, of that without the control step, and of the whole image;
+/// and its rate, `rate_hz` at least, which is what it costs.
 pub fn for_size(
     comparison: &Value,
     name: &str,

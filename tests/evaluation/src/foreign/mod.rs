@@ -1,7 +1,7 @@
 //! `cargo xtask foreign`: what other people's physics wrote is written again.
 //!
-//! The only part of the repository that needs Python. What it writes is committed, so that tests and
-//! continuous integration do without.
+//! The only part of the repository that needs Python. What it writes is committed, so that tests
+//! and continuous integration do without.
 
 pub mod python;
 

@@ -1,4 +1,5 @@
-//! Python environments of their own under `target/`, with the packages that a file of `tests/foreign` lists.
+//! Python environments of their own under `target/`, with the packages that a file of
+//! `tests/foreign` lists.
 
 use std::fs;
 use std::path::PathBuf;
@@ -47,7 +48,8 @@ pub fn environment() -> Result<Python> {
     with_packages("venv", "requirements.txt")
 }
 
-/// The environment of what the controller is measured against: solvers, code generators, a C compiler.
+/// The environment of what the controller is measured against: solvers, code generators, a C
+/// compiler.
 ///
 /// # Errors
 /// As [`environment`].

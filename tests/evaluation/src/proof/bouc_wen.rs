@@ -1,5 +1,5 @@
-//! The Bouc-Wen benchmark with its published parameters, written by the foreign integrator: error in metres on two
-//! tests without noise, beside the best published.
+//! The Bouc-Wen benchmark with its published parameters, written by the foreign integrator: error
+//! in metres on two tests without noise, beside the best published.
 
 use std::fs;
 use std::process::Command;
@@ -11,7 +11,8 @@ use super::run::program;
 use crate::foreign::python;
 use xtask::process::{self, target_folder};
 
-/// Best published free-run error on the benchmark's multisine test, m (a NARX-like model; see docs/evaluation/proof-cases.md).
+/// Best published free-run error on the benchmark's multisine test, m (a NARX-like model; see
+/// docs/evaluation/proof-cases.md).
 const BEST_PUBLISHED_M: f64 = 1.87e-5;
 
 /// # Errors

@@ -1,4 +1,5 @@
-//! The answers of the published table, kept in `tests/foreign/answers`: from them everybody can make it again.
+//! The answers of the published table, kept in `tests/foreign/answers`: from them everybody can
+//! make it again.
 
 use std::fs;
 use std::path::PathBuf;
@@ -17,7 +18,8 @@ fn file(seed: u64) -> PathBuf {
     root().join(format!("tests/foreign/answers/{seed}.jsonl"))
 }
 
-/// Puts the answers of `tests/foreign/answers` where they are looked for: what was asked before is not asked again.
+/// Puts the answers of `tests/foreign/answers` where they are looked for: what was asked before is
+/// not asked again.
 ///
 /// # Errors
 /// A line is neither an answer nor a refusal, or a file cannot be written.
@@ -66,8 +68,8 @@ fn read(line: &str) -> Result<(usize, Said)> {
     Ok((usize::try_from(number)?, said))
 }
 
-/// Keeps the answers of all cases, what was refused among them. Those that were kept before are what they were: they may have
-/// been restored from there.
+/// Keeps the answers of all cases, what was refused among them. Those that were kept before are
+/// what they were: they may have been restored from there.
 ///
 /// # Errors
 /// A case without either, or a file that cannot be read or written.

@@ -1,7 +1,9 @@
-//! `cargo xtask proof`: recordings with concealed physics, put to `sinew diagnose`, and what came of it.
+//! `cargo xtask proof`: recordings with concealed physics, put to `sinew diagnose`, and what came
+//! of it.
 //!
-//! The cases are written by `tests/foreign/hardlaw`, which shares nothing with the simulator; what they hide lies in
-//! another folder, which is opened only after the last answer is in. Everything resumes where it was stopped.
+//! The cases are written by `tests/foreign/hardlaw`, which shares nothing with the simulator; what
+//! they hide lies in another folder, which is opened only after the last answer is in. Everything
+//! resumes where it was stopped.
 
 mod bouc_wen;
 mod kept;
@@ -15,14 +17,16 @@ use sinew_scorer::{Answer, Scored, Truth, calibration, outcome, table};
 use run::Folder;
 use xtask::process::root;
 
-/// The seed of the next table. The method is tuned on others; of 2026 to 2038, the published one, somebody has seen failures.
+/// The seed of the next table. The method is tuned on others; of 2026 to 2038, the published one,
+/// somebody has seen failures.
 const SEED: u64 = 2039;
 /// Eight rounds of 85: 304 cases with effects, 320 controls, 56 outside the vocabulary.
 const CASES: usize = 680;
-/// Cases in `tests/foreign/cases`: all have to be right, or missed where weak. Their recordings and the seed are fixed.
+/// Cases in `tests/foreign/cases`: all have to be right, or missed where weak. Their recordings and
+/// the seed are fixed.
 const COMMITTED: usize = 56;
-/// Those of them that take half of the time of all. Whoever changes the search asks them too; continuous integration,
-/// which has 25 minutes, does not.
+/// Those of them that take half of the time of all. Whoever changes the search asks them too;
+/// continuous integration, which has 25 minutes, does not.
 const LONGEST: [usize; 8] = [40, 41, 43, 45, 46, 48, 51, 55];
 
 /// What to put to the program.
@@ -79,8 +83,8 @@ fn options(arguments: &[String]) -> Result<Options> {
 }
 
 /// # Errors
-/// No Python, the program does not build, a file cannot be read or written; of the committed cases, a name where
-/// there is nothing to be named.
+/// No Python, the program does not build, a file cannot be read or written; of the committed cases,
+/// a name where there is nothing to be named.
 pub fn run(arguments: &[String]) -> Result<()> {
     let options = options(arguments)?;
     match options.set {

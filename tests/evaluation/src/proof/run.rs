@@ -153,8 +153,8 @@ pub fn program() -> Result<PathBuf> {
 /// Puts every one of these cases that has no answer to the program.
 ///
 /// # Errors
-/// The program does not build or cannot be started; an answer cannot be written. A case on which it fails is no
-/// error: it is counted.
+/// The program does not build or cannot be started; an answer cannot be written. A case on which it
+/// fails is no error: it is counted.
 pub fn ask(folder: &Folder, cases: &[usize]) -> Result<()> {
     let sinew = program()?;
     let asked = |number: usize| folder.answer(number).exists() || folder.refusal(number).exists();

@@ -48,7 +48,8 @@ macro_rules! servo {
     };
 }
 
-/// Checked by the highest of the three gains that its data's description trains on; the rows after it, by the other two.
+/// Checked by the highest of the three gains that its data's description trains on; the rows after
+/// it, by the other two.
 const SERVO: Case = Case {
     name: "servo",
     rig: "rigs/recorded/servo.toml",

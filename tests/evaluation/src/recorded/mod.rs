@@ -1,4 +1,5 @@
-//! `cargo xtask recorded`: real devices, put to `sinew diagnose`, beside what the literature knows of them.
+//! `cargo xtask recorded`: real devices, put to `sinew diagnose`, beside what the literature knows
+//! of them.
 
 mod case;
 mod prepare;
@@ -12,11 +13,12 @@ use anyhow::{Context, Result, bail};
 use case::{CASES, Case, Source};
 use xtask::process::{self, cargo, data_folder, root, target_folder};
 
-/// With names, only those cases; with `--publish`, the table goes to docs/evaluation/devices.md; with `--score`, nothing is asked
-/// anew and the page is made of the answers that are there.
+/// With names, only those cases; with `--publish`, the table goes to docs/evaluation/devices.md;
+/// with `--score`, nothing is asked anew and the page is made of the answers that are there.
 ///
 /// # Errors
-/// `sinew` does not build, or a file cannot be read or written. A case that is refused stands in the table.
+/// `sinew` does not build, or a file cannot be read or written. A case that is refused stands in
+/// the table.
 pub fn run(arguments: &[String]) -> Result<()> {
     let (flags, names): (Vec<&String>, Vec<&String>) = arguments
         .iter()

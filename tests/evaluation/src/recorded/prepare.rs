@@ -9,8 +9,8 @@ pub enum Part {
     Early,
     /// The rest.
     Late,
-    /// All rows; the angle is missing where the servo's torque was off, since a motor without current is another
-    /// device (its back-EMF does not brake).
+    /// All rows; the angle is missing where the servo's torque was off, since a motor without
+    /// current is another device (its back-EMF does not brake).
     Powered,
 }
 

@@ -1,5 +1,5 @@
 //! Laws of one family in one place: where the best of a race is one of them, the others begin where it ended. Of two that
-//! nearly agree one may have found its valley and the other, from starts without scale, not (docs/explanation/diagnosis.md, "Kin").
+//! nearly agree one may have found its valley and the other, from starts without scale, not (docs/explanation/diagnosis.md, "Moves").
 
 use sinew_sim::effects::{Kind, Quantity};
 

@@ -1,4 +1,4 @@
-//! Finals: what a race found, fitted to everything (docs/explanation/diagnosis.md, "The race").
+//! Finals: what a race found, fitted to everything (docs/explanation/diagnosis.md, "Successive halving").
 
 use crate::diagnose::candidate::{Candidate, Trial};
 use crate::diagnose::case::{Case, FINAL_STEPS};

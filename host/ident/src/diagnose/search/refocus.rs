@@ -1,5 +1,5 @@
 //! Where a race is run: where the mismatch is, if the rows that were spread over the recordings hold none of it
-//! (docs/explanation/diagnosis.md, "The race").
+//! (docs/explanation/diagnosis.md, "Successive halving").
 
 use std::ops::Range;
 

@@ -2,7 +2,7 @@
 //! that it lacks (docs/explanation/experiments.md, eq. 5).
 
 use rayon::prelude::*;
-use sinew_sim::{Drive, Dual, Plant, Scalar};
+use sinew_sim::{Dual, InputTrajectory, Plant, Scalar};
 
 use crate::error::Result;
 
@@ -19,7 +19,7 @@ const WORTH: f64 = 0.8;
 /// then start states.
 pub(super) struct Imitation<'a> {
     plant: &'a Plant,
-    drive: &'a Drive,
+    drive: &'a InputTrajectory,
     times: &'a [f64],
     /// Of the noise, one entry a sensor.
     deviations: &'a [f64],
@@ -55,7 +55,7 @@ impl<'a> Imitation<'a> {
     pub(super) fn of(
         plant: &'a Plant,
         start: &[f64],
-        (drive, times): (&'a Drive, &'a [f64]),
+        (drive, times): (&'a InputTrajectory, &'a [f64]),
         deviations: &'a [f64],
     ) -> Result<Self> {
         let values = plant.values();

@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use sinew_sim::Drive;
+use sinew_sim::InputTrajectory;
 
 use super::levenberg::{Belief, Effort, Unknowns, descend, minimise, total_cost};
 use super::segment::{Problem, Segment};
@@ -67,7 +67,7 @@ fn recorded(rig: &Rig, rows: usize, interval: f64, push: f64, noise: f64, seed: 
         })
         .collect();
     let inputs: Vec<&[f64]> = plant.inputs().iter().map(|_| u.as_slice()).collect();
-    let drive = Drive::new(&plant, rows, &inputs).unwrap();
+    let drive = InputTrajectory::new(&plant, rows, &inputs).unwrap();
     let start = vec![0.0; plant.state_len()];
     let run = plant.simulate(&plant.values(), &start, &drive, &t).unwrap();
     let mut columns: Vec<Column> = plant

@@ -42,7 +42,8 @@ macro_rules! hasel_memory {
 }
 
 const HASEL_TABLES: &str = hasel_tables!("[8]", "2", "3");
-/// Six inputs that are alike, and a worst moment that is asked for (docs/lab/0067-input-redundancy.md).
+/// Six inputs that are alike, and a worst moment that is asked for
+/// (docs/lab/0067-input-redundancy.md).
 const HASEL_TUNE: &[&str] = &[
     "--horizons",
     "10",
@@ -57,8 +58,8 @@ const HASEL_TUNE: &[&str] = &[
 pub const HASEL: Problem = Problem {
     name: "hasel",
     believed: "rigs/hasel.toml",
-    // One period between a command and its voltage, as the owner knows from the amplifiers' bus; without it in the model
-    // the controller swings the plate up.
+    // One period between a command and its voltage, as the owner knows from the amplifiers' bus;
+    // without it in the model the controller swings the plate up.
     known: concat!(
         supply_delay!("1"),
         supply_delay!("2"),
@@ -68,16 +69,16 @@ pub const HASEL: Problem = Problem {
         supply_delay!("6")
     ),
     amplitude: "0.65",
-    // Sines of six supplies range over +-11 mm, where the path goes to 7; levels at random throw the tip to 24 mm and more, and
-    // noise is reckoned by the range.
+    // Sines of six supplies range over +-11 mm, where the path goes to 7; levels at random throw
+    // the tip to 24 mm and more, and noise is reckoned by the range.
     kind: "multisine",
     left_out: "rigs/experiments/hasel.left-out.toml",
     paths: Some([
         || table(swirl, 22.0, 125.0),
         || table(small_swirl, 11.5, 125.0),
     ]),
-    // Until it goes home: foam that has crept then keeps the plate up to 0.8 mm below where the path ends, and voltages only
-    // pull.
+    // Until it goes home: foam that has crept then keeps the plate up to 0.8 mm below where the
+    // path ends, and voltages only pull.
     judged: Some("0,19"),
     delay: "0",
     disturbance: "none",

@@ -4,8 +4,9 @@ use super::{FLOOR_HZ, PLAIN};
 use crate::experiments::problem::{Knowledge, Problem, Variant};
 use crate::experiments::targets::{Target, errors};
 
-/// The rig's own tables, its network taught by the simulator's derivatives as well, as all networks here are but HASEL's that
-/// remember and those of the mended mass (docs/lab/0069-sobolev-training.md).
+/// The rig's own tables, its network taught by the simulator's derivatives as well, as all networks
+/// here are but HASEL's that remember and those of the mended mass
+/// (docs/lab/0069-sobolev-training.md).
 const MASS_TABLES: &str = "[control]\nrate_hz = 120.0\noutputs = [\"encoder\"]\nhorizon = 12\ncontrol_horizon = 4\n\n\
      [network]\nhidden = [12]\npast_inputs = 4\npast_outputs = 8\nderivative_weight = 1.0\n";
 
@@ -28,7 +29,8 @@ macro_rules! mass_tables {
     };
 }
 
-/// A mass on a spring and damper, smooth moves to the levels of the staircase, beside a PID; the plants rub.
+/// A mass on a spring and damper, smooth moves to the levels of the staircase, beside a PID; the
+/// plants rub.
 pub const MASS: Problem = Problem {
     name: "mass-spring-damper",
     believed: "rigs/mass-spring-damper.toml",

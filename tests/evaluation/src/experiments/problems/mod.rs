@@ -1,4 +1,5 @@
-//! The published problems, a file each: rigs, paths, controllers and targets (docs/evaluation/published.md).
+//! The published problems, a file each: rigs, paths, controllers and targets
+//! (docs/evaluation/published.md).
 
 mod hasel;
 mod mass;
@@ -27,7 +28,8 @@ const PLAIN: Variant = Variant {
     small: None,
 };
 
-/// What a controller is called that sees no more of the reference than where the output should be now.
+/// What a controller is called that sees no more of the reference than where the output should be
+/// now.
 pub fn without_preview(name: &str) -> String {
     format!("{name} without preview")
 }

@@ -30,8 +30,8 @@ pub fn circle(t: f64) -> (f64, f64) {
     (size * angle.cos(), size * angle.sin())
 }
 
-/// From rest down by 5 mm, twice and a half around a circle of 7 mm, 6 s a turn, while the height goes 2 mm up and down, and
-/// back: +-7 mm in x and y and 4 mm in z, as published.
+/// From rest down by 5 mm, twice and a half around a circle of 7 mm, 6 s a turn, while the height
+/// goes 2 mm up and down, and back: +-7 mm in x and y and 4 mm in z, as published.
 pub fn swirl(t: f64) -> [f64; 3] {
     let (around, back) = (eased((t - 2.5) / 2.0), 1.0 - eased((t - 17.0) / 2.0));
     let angle = TAU * (t - 2.5).max(0.0) / 6.0;
@@ -75,8 +75,8 @@ pub fn table(at: fn(f64) -> [f64; 3], seconds: f64, rate: f64) -> String {
     text
 }
 
-/// The path of a tip, with the height that a segment has there which bends everywhere alike: by the angle a its tip goes
-/// sideways by L (1 - cos a) / a and stands at L sin a / a.
+/// The path of a tip, with the height that a segment has there which bends everywhere alike: by the
+/// angle a its tip goes sideways by L (1 - cos a) / a and stands at L sin a / a.
 pub fn tendon_path(sideways: fn(f64) -> (f64, f64), seconds: f64) -> String {
     let mut text = String::from("t,x_m,y_m,z_m\n");
     for k in 0..=(seconds * PATH_HZ) as usize {

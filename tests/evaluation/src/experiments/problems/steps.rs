@@ -18,8 +18,8 @@ macro_rules! steps_tables {
 const STEPS_TABLES: &str = steps_tables!("derivative_weight = 1.0\n");
 const STEPS_TUNE: &[&str] = &["--horizons", "20", "--control-horizons", "5"];
 
-/// The same mass on the staircase as published: levels, and jumps between them. The horizon is as long as half of what the largest
-/// jump takes.
+/// The same mass on the staircase as published: levels, and jumps between them. The horizon is as
+/// long as half of what the largest jump takes.
 pub const STEPS: Problem = Problem {
     name: "mass-on-steps",
     paths: Some([

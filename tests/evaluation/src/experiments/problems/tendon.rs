@@ -28,8 +28,8 @@ const TENDON_RELU: &str = tendon_tables!(
 );
 const TENDON_LAGS: &str = tendon_tables!("hidden = [8]\npast_inputs = 3\npast_outputs = 3\n");
 
-/// The 32 inputs without the derivatives, tuned from a calm start: from a hundredth of this move suppression a search in loops that are late ends where the tip
-/// swings.
+/// The 32 inputs without the derivatives, tuned from a calm start: from a hundredth of this move
+/// suppression a search in loops that are late ends where the tip swings.
 pub const TENDON_CALM: &str = "[control]\nrate_hz = 120.0\noutputs = [\"tip_x\", \"tip_y\", \"tip_z\"]\nhorizon = 10\ncontrol_horizon = 3\n\
      move_suppression = [1.0, 1.0]\n\n[network]\nhidden = [8]\npast_inputs = 4\npast_outputs = 8\n";
 

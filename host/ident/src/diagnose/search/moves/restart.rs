@@ -1,5 +1,5 @@
 //! Numbers that one explanation found, given to others: each was fitted from where its own race had left it, and a fit ends
-//! in the nearest valley (docs/explanation/diagnosis.md, "The order of work", 6).
+//! in the nearest valley (docs/explanation/diagnosis.md, "Moves").
 
 use rayon::prelude::*;
 

@@ -1,5 +1,5 @@
 //! From short stretches to long ones: over a few dozen rows the linear theory holds for strong effects too, and what
-//! begins near the truth stays there as stretches are joined (docs/explanation/diagnosis.md, "Short stretches").
+//! begins near the truth stays there as stretches are joined (docs/explanation/diagnosis.md, "Moves").
 
 use rayon::prelude::*;
 use sinew_sim::{Plant, Rig};

@@ -1,5 +1,5 @@
 //! What is easily taken for what was found, in its place: a race is coarse, and of two laws that nearly agree it may have
-//! brought the wrong one to the final (docs/explanation/diagnosis.md, "Neighbours").
+//! brought the wrong one to the final (docs/explanation/diagnosis.md, "Moves").
 
 use sinew_sim::Rig;
 use sinew_sim::rig::{End, Site};

@@ -1,0 +1,228 @@
+//! The emitted `src/control.rs`: shapes, scaling, limits, settings, and the controller they make.
+
+use super::HEADER;
+use crate::fingerprint::fingerprint;
+use crate::spec::{ModelSpec, Role};
+use sinew_nn::literal;
+
+pub(super) fn print(spec: &ModelSpec) -> String {
+    let control = &spec.control;
+    let (n_u, n_y, measured) = (spec.inputs.len(), spec.outputs.len(), spec.channels.len());
+    let n_s = measured + spec.memory();
+    let (past_inputs, past_outputs) = (spec.past_inputs, spec.past_outputs);
+    let (horizon, control_horizon) = (control.horizon, control.control_horizon);
+    let blocks = control.blocks();
+    let (n_blocks, decisions) = (blocks.len(), blocks.len() * n_u);
+    let lengths = literal::list(blocks.iter().map(ToString::to_string));
+    let first_step = control.first_step;
+    let period_s = spec.period_s;
+    let rate_mhz = rate_mhz(period_s);
+    let model = fingerprint(spec);
+    let [u, y, s] = Role::ALL.map(|role| scaling(spec, role));
+    let limits = limits(spec);
+    let narrow = |values: &[f64]| literal::list(values.iter().map(|&x| literal::float(x as f32)));
+    let tracking_weight = narrow(&control.tracking_weight);
+    let move_suppression = narrow(&control.move_suppression);
+    let disturbance_gain = literal::float(control.disturbance_gain as f32);
+    let (iterations, gap_limit) = (control.iterations, control.gap_limit);
+    format!(
+        "//! The control problem: shapes, scaling, limits, settings, and the controller they make.
+//!
+//! {HEADER}
+
+use sinew_device::protocol::{{Identity, PROTOCOL}};
+use sinew_device::session;
+use sinew_mpc::control_loop::{{ControlLoop, Settings}};
+use sinew_mpc::mpc::Horizons;
+use sinew_mpc::safety::Limits;
+use sinew_mpc::scaling::{{ModelScaling, Scaling}};
+
+use crate::network::Network;
+
+/// Commands.
+pub const NU: usize = {n_u};
+/// Outputs.
+pub const NY: usize = {n_y};
+/// Channels: what sensors give, then what the network remembers.
+pub const NS: usize = {n_s};
+/// Channels that sensors give.
+pub const MEASURED: usize = {measured};
+/// Values of each command that the network sees, the one being decided included.
+pub const PAST_INPUTS: usize = {past_inputs};
+/// Values of each output that the network sees, the present one included.
+pub const PAST_OUTPUTS: usize = {past_outputs};
+/// Steps that are predicted.
+pub const HORIZON: usize = {horizon};
+/// Steps that are decided; the last command is held after them.
+pub const CONTROL_HORIZON: usize = {control_horizon};
+/// Blocks of equal moves that these steps have.
+pub const MOVE_BLOCKS: usize = {n_blocks};
+/// Decision variables: `MOVE_BLOCKS * NU`.
+pub const DECISIONS: usize = {decisions};
+/// The period, seconds.
+pub const PERIOD_S: f32 = {period};
+
+/// Physical units to model units and back.
+#[rustfmt::skip]
+pub const SCALING: ModelScaling<NU, NY, NS> = ModelScaling {{
+    u: {u},
+    y: {y},
+    s: {s},
+}};
+
+/// What a command may be, physical units, and how far it may move in one step. Rounded inwards to
+/// f32: what is within these is within the model's limits.
+#[rustfmt::skip]
+pub const LIMITS: Limits<NU> = {limits};
+
+/// What the controller starts with; a session may change it.
+#[rustfmt::skip]
+pub const SETTINGS: Settings<NU, NY> = Settings {{
+    tracking_weight: {tracking_weight},
+    move_suppression: {move_suppression},
+    disturbance_gain: {disturbance_gain},
+    iterations: {iterations},
+    gap_limit: {gap_limit},
+}};
+
+/// The first step that counts, and the lengths of the blocks of equal moves.
+#[rustfmt::skip]
+pub const HORIZONS: Horizons<HORIZON, MOVE_BLOCKS> = Horizons::new({first_step}, {lengths});
+
+/// What the device says it is.
+pub const IDENTITY: Identity = Identity {{
+    protocol: PROTOCOL,
+    model: 0x{model:08x},
+    n_u: NU as u8,
+    n_y: NY as u8,
+    n_s: MEASURED as u8,
+    past_inputs: PAST_INPUTS as u8,
+    past_outputs: PAST_OUTPUTS as u8,
+    horizon: HORIZON as u8,
+    control_horizon: CONTROL_HORIZON as u8,
+    rate_mhz: {rate_mhz},
+}};
+
+/// The controller of this model.
+pub type Controller =
+    ControlLoop<Network, NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS, HORIZON, MOVE_BLOCKS, DECISIONS>;
+
+/// The controller with frames around it.
+pub type Session = session::Session<
+    Network,
+    NU,
+    NY,
+    NS,
+    PAST_INPUTS,
+    PAST_OUTPUTS,
+    HORIZON,
+    MOVE_BLOCKS,
+    DECISIONS,
+>;
+
+/// A controller at rest.
+pub const fn controller() -> Controller {{
+    ControlLoop::new(Network, SCALING, LIMITS, SETTINGS, HORIZONS)
+}}
+
+/// A session at rest: what a board feeds with bytes.
+pub const fn session() -> Session {{
+    Session::new(controller(), IDENTITY)
+}}
+",
+        period = literal::float(period_s as f32),
+    )
+}
+
+/// The rate in millihertz, to the nearest; a rate beyond u32 cannot come out of a valid period.
+fn rate_mhz(period_s: f64) -> u32 {
+    (1e3 / period_s).round() as u32
+}
+
+fn scaling(spec: &ModelSpec, role: Role) -> String {
+    let signals = spec.signals(role);
+    // What is remembered has no unit.
+    let remembered = match role {
+        Role::Channel => spec.memory(),
+        _ => 0,
+    };
+    let plain = |value| std::iter::repeat_n(literal::float(value), remembered);
+    let spans = signals.iter().map(|s| literal::float(s.span as f32));
+    let offsets = signals.iter().map(|s| literal::float(s.offset as f32));
+    let (spans, offsets) = (spans.chain(plain(1.0)), offsets.chain(plain(0.0)));
+    format!(
+        "Scaling {{\n        span: {},\n        offset: {},\n    }}",
+        literal::block(spans, 8, 7),
+        literal::block(offsets, 8, 9)
+    )
+}
+
+fn limits(spec: &ModelSpec) -> String {
+    let control = &spec.control;
+    let row = |values: &[f64], narrow: fn(f64) -> f32| {
+        literal::list(values.iter().map(|&x| literal::float(narrow(x))))
+    };
+    let rate: Vec<f64> = control
+        .rate_limit
+        .iter()
+        .map(|rate| rate * spec.period_s)
+        .collect();
+    // At an end of its range, the safe command is rounded as that end is.
+    let range = control.lower.iter().zip(&control.upper);
+    let safe = range
+        .zip(&control.safe)
+        .map(|((&lower, &upper), &safe)| (safe as f32).clamp(up(lower), down(upper)));
+    format!(
+        "Limits {{\n    lower: {},\n    upper: {},\n    rate: {},\n    safe: {},\n}}",
+        row(&control.lower, up),
+        row(&control.upper, down),
+        row(&rate, down),
+        literal::list(safe.map(literal::float)),
+    )
+}
+
+/// The largest f32 that is not above `x`.
+fn down(x: f64) -> f32 {
+    let nearest = x as f32;
+    if f64::from(nearest) > x {
+        nearest.next_down()
+    } else {
+        nearest
+    }
+}
+
+/// The smallest f32 that is not below `x`.
+fn up(x: f64) -> f32 {
+    -down(-x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_are_rounded_inwards() {
+        let mut moved = 0;
+        for i in 1..1000 {
+            let x = f64::from(i) * 0.1;
+            assert!(f64::from(down(x)) <= x && f64::from(up(x)) >= x);
+            assert!(up(x) == down(x) || up(x) == down(x).next_up());
+            moved += i32::from(up(x) != x as f32 || down(x) != x as f32);
+        }
+        assert!(
+            moved > 500,
+            "nearest was inwards already: this tests nothing"
+        );
+        assert_eq!((down(0.5), up(-0.5)), (0.5, -0.5));
+        assert_eq!(
+            (down(f64::INFINITY), up(f64::NEG_INFINITY)),
+            (f32::INFINITY, f32::NEG_INFINITY)
+        );
+    }
+
+    #[test]
+    fn the_rate_of_a_period() {
+        assert_eq!(rate_mhz(1.0 / 120.0), 120_000);
+        assert_eq!(rate_mhz(1000.0), 1);
+    }
+}

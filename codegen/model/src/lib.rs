@@ -1,0 +1,27 @@
+#![doc = include_str!("../README.md")]
+//!
+//! # Modules
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`spec`] | signals, network and control problem, and the checks that make them valid |
+//! | [`store`] | the model on disk: `model.toml` and `weights.safetensors` |
+//! | [`evaluate`] | the predictor and its Jacobian in double precision, the reference of every test |
+//! | [`emit`] | the printed crate |
+//! | [`regenerate`] | committed models, printed again and compared |
+//! | [`mod@reference`] | the importer of the reference problem |
+//! | [`import`] | a network in any file or folder that this project reads |
+//! | [`from_network`], [`to_network`] | a network as a predictor, and back |
+
+pub mod emit;
+pub mod evaluate;
+mod fingerprint;
+pub mod from_network;
+pub mod import;
+pub mod reference;
+pub mod regenerate;
+pub mod spec;
+pub mod store;
+pub mod to_network;
+
+pub use fingerprint::fingerprint;

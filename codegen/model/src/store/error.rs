@@ -1,0 +1,94 @@
+//! Why a model cannot be read or written.
+
+use std::path::{Path, PathBuf};
+
+use sinew_nn::files::FileError;
+
+use crate::spec::SpecError;
+
+/// Why a model cannot be read or written; every message begins with the file.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// The file system refused.
+    #[error("{}: {error}", file.display())]
+    Io {
+        /// Which file.
+        file: PathBuf,
+        /// What it said.
+        #[source]
+        error: std::io::Error,
+    },
+    /// The file is larger than any model's.
+    #[error("{}: larger than the {max} bytes that a model's file may have", file.display())]
+    TooLarge {
+        /// Which file.
+        file: PathBuf,
+        /// Largest accepted.
+        max: u64,
+    },
+    /// `model.toml` is not in the format.
+    #[error("{}:{line}: {message}", file.display())]
+    Text {
+        /// Which file.
+        file: PathBuf,
+        /// From 1.
+        line: usize,
+        /// What is wrong there.
+        message: String,
+    },
+    /// `weights.safetensors` is not a safetensors file, or a tensor in it is not as `model.toml` says.
+    #[error("{}: {message}", file.display())]
+    Weights {
+        /// Which file.
+        file: PathBuf,
+        /// What is wrong, naming the tensor.
+        message: String,
+    },
+    /// Both files are in the format, but together they are no valid model.
+    #[error("{}{}: {error}", file.display(), line.map_or(String::new(), |line| format!(":{line}")))]
+    Spec {
+        /// The file that states what is wrong.
+        file: PathBuf,
+        /// From 1, where the cause has one.
+        line: Option<usize>,
+        /// What is wrong.
+        #[source]
+        error: SpecError,
+    },
+}
+
+impl StoreError {
+    pub(crate) fn io(file: &Path, error: std::io::Error) -> Self {
+        Self::Io {
+            file: file.into(),
+            error,
+        }
+    }
+
+    pub(super) fn weights(message: impl Into<String>) -> Self {
+        Self::Weights {
+            file: super::WEIGHTS_FILE.into(),
+            message: message.into(),
+        }
+    }
+
+    /// The same error with the file's name made a path.
+    pub(super) fn within(mut self, directory: &Path) -> Self {
+        let (Self::Io { file, .. }
+        | Self::TooLarge { file, .. }
+        | Self::Text { file, .. }
+        | Self::Weights { file, .. }
+        | Self::Spec { file, .. }) = &mut self;
+        *file = directory.join(&*file);
+        self
+    }
+}
+
+impl From<FileError> for StoreError {
+    fn from(error: FileError) -> Self {
+        match error {
+            FileError::Io { file, error } => Self::Io { file, error },
+            FileError::TooLarge { file, max } => Self::TooLarge { file, max },
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! Models that several tests use.
+#![allow(dead_code)] // each test program uses some of them
+
+use std::path::{Path, PathBuf};
+
+use sinew_model::reference;
+use sinew_model::spec::{
+    Activation, ControlSpec, Dense, Golden, Layer, ModelSpec, OutputForm, Signal, unfilled,
+};
+use sinew_nn::{Cell, Recurrent};
+
+/// The directory of committed models.
+pub fn models() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models")
+}
+
+/// The reference network S, L or P with the reference problem.
+pub fn reference(name: &str) -> ModelSpec {
+    let read = |file: &str| std::fs::read_to_string(models().join("reference").join(file)).unwrap();
+    let network = read(&format!("{name}.json"));
+    reference::import(&network, &read("problem.json"), 10, &[2, 2, 3, 3]).unwrap()
+}
+
+/// A model small enough to be read whole: one input, one output, one channel, 3 -> 2 -> 1.
+pub fn tiny() -> ModelSpec {
+    ModelSpec {
+        name: "tiny".into(),
+        period_s: 0.01,
+        inputs: vec![signal("u_V", "V", 12.0, 0.0)],
+        outputs: vec![signal("q_m", "m", 0.05, 0.1)],
+        channels: vec![signal("tension_N", "N", 40.0, 5.0)],
+        past_inputs: 1,
+        past_outputs: 1,
+        form: OutputForm::Increment,
+        shortcut: None,
+        layers: vec![
+            dense(3, 2, Activation::Tanh, 0.4),
+            dense(2, 1, Activation::Linear, 0.25),
+        ],
+        control: control(1, 1),
+        golden: vec![],
+    }
+}
+
+/// [`tiny`] with a linear path beside its network.
+pub fn with_shortcut() -> ModelSpec {
+    ModelSpec {
+        name: "shortcut".into(),
+        shortcut: Some(vec![0.375, -0.125, 0.0625]),
+        ..tiny()
+    }
+}
+
+/// A model of the given layers with 2 inputs, 2 outputs and the given number of channels; two
+/// values of each input, one of each output.
+pub fn network(
+    name: &str,
+    form: OutputForm,
+    channels: usize,
+    widths: &[(usize, Activation)],
+) -> ModelSpec {
+    let mut inputs = 6 + channels;
+    let mut layers = Vec::new();
+    for (place, &(outputs, activation)) in widths.iter().enumerate() {
+        layers.push(dense(inputs, outputs, activation, 0.6 + 0.1 * place as f32));
+        inputs = outputs;
+    }
+    ModelSpec {
+        name: name.into(),
+        period_s: 0.002,
+        inputs: (1..=2)
+            .map(|i| signal(&format!("u{i}"), "1", 1.0, 0.0))
+            .collect(),
+        outputs: (1..=2)
+            .map(|i| signal(&format!("y{i}"), "1", 1.0, 0.0))
+            .collect(),
+        channels: (1..=channels)
+            .map(|i| signal(&format!("s{i}"), "1", 1.0, 0.0))
+            .collect(),
+        past_inputs: 2,
+        past_outputs: 1,
+        form,
+        shortcut: None,
+        layers,
+        control: control(2, 2),
+        golden: vec![],
+    }
+}
+
+pub fn signal(name: &str, unit: &str, span: f64, offset: f64) -> Signal {
+    Signal {
+        name: name.into(),
+        unit: unit.into(),
+        span,
+        offset,
+    }
+}
+
+/// A layer whose weights are spread over +-`size` without a pattern that could hide a swapped index.
+pub fn dense(inputs: usize, outputs: usize, activation: Activation, size: f32) -> Layer {
+    let mut state = (inputs * 31 + outputs) as u32;
+    let mut next = || {
+        state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+        // Three decimals, so that snapshots can be read.
+        ((state >> 8) as f32 / 16_777_216.0 * 2000.0 - 1000.0).round() / 1000.0 * size
+    };
+    Layer::Dense(Dense {
+        inputs,
+        outputs,
+        weights: (0..inputs * outputs).map(|_| next()).collect(),
+        bias: (0..outputs).map(|_| next()).collect(),
+        activation,
+    })
+}
+
+/// A model as [`network`], with a recurrent layer of `units` before the dense ones.
+pub fn recurrent(
+    name: &str,
+    cell: Cell,
+    units: usize,
+    channels: usize,
+    widths: &[(usize, Activation)],
+) -> ModelSpec {
+    let mut spec = network(
+        name,
+        OutputForm::Increment,
+        channels,
+        &[(units, Activation::Tanh)],
+    );
+    let inputs = spec.regressor_len();
+    let gates = cell.gates();
+    // The weights of wide dense layers, without their pattern.
+    let values =
+        |rows: usize, columns: usize, size: f32| match dense(columns, rows, Activation::Tanh, size)
+        {
+            Layer::Dense(dense) => dense.weights,
+            Layer::Recurrent(_) => unreachable!("it is dense"),
+        };
+    spec.layers = vec![Layer::Recurrent(Recurrent {
+        kernel: values(gates * units, inputs, 0.9),
+        recurrent: values(gates * units, units, 0.7),
+        bias: values(gates * units, 1, 0.3),
+        inner_bias: match cell {
+            Cell::Gru { .. } => values(units, 1, 0.2),
+            _ => vec![],
+        },
+        ..unfilled(cell, units)
+    })];
+    let mut inputs = units;
+    for &(outputs, activation) in widths {
+        spec.layers.push(dense(inputs, outputs, activation, 0.8));
+        inputs = outputs;
+    }
+    spec.shortcut = Some(values(2, spec.regressor_len(), 0.3));
+    spec
+}
+
+pub fn control(inputs: usize, outputs: usize) -> ControlSpec {
+    ControlSpec {
+        horizon: 10,
+        control_horizon: 3,
+        move_blocks: vec![],
+        first_step: 1,
+        tracking_weight: vec![1.0; outputs],
+        move_suppression: vec![0.1; inputs],
+        command_weight: 0.0,
+        observer_gain: 1.0,
+        lower: vec![-10.0; inputs],
+        upper: vec![10.0; inputs],
+        rate_limit: vec![f64::INFINITY; inputs],
+        safe: vec![0.0; inputs],
+        disturbance_gain: 0.2,
+        iterations: 2,
+        gap_limit: 12,
+    }
+}
+
+pub fn golden(x: &[f32], y: &[f64]) -> Golden {
+    Golden {
+        x: x.to_vec(),
+        y: y.to_vec(),
+    }
+}

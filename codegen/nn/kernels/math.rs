@@ -1,0 +1,12 @@
+//! The only home of transcendental functions. They use `+ - * /`, comparisons and shifts of an exponent,
+//! each rounded once, so that every machine gives the same bits.
+
+mod activation;
+pub mod coarse;
+mod exponential;
+pub mod precise;
+pub mod rough;
+pub mod rougher;
+
+pub use activation::*;
+pub use exponential::{erf, exp, ln_1p};

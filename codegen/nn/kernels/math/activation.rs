@@ -1,0 +1,1 @@
+../../../../firmware/mpc/src/math/activation.rs

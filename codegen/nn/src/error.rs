@@ -1,0 +1,80 @@
+//! Why a network is refused.
+
+/// Why a network cannot be read, or cannot be emitted.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum NetworkError {
+    /// The file is not what it claims to be, or contradicts itself.
+    #[error("{place}: {message}")]
+    Malformed {
+        /// Layer, tensor or part of the file.
+        place: String,
+        /// What is wrong, and what was expected.
+        message: String,
+    },
+    /// It is sound, but not among what can be emitted.
+    #[error("layer {layer:?}: {what} is not supported; {nearest}")]
+    Unsupported {
+        /// The layer.
+        layer: String,
+        /// What about it.
+        what: String,
+        /// The nearest thing that would work.
+        nearest: String,
+    },
+    /// It is larger than any board.
+    #[error("{place}: {message}")]
+    TooLarge {
+        /// Layer, tensor or file.
+        place: String,
+        /// What is too large, and the limit.
+        message: String,
+    },
+}
+
+impl NetworkError {
+    /// What is not what it claims to be.
+    pub fn malformed(place: impl Into<String>, message: impl Into<String>) -> Self {
+        Self::Malformed {
+            place: place.into(),
+            message: message.into(),
+        }
+    }
+
+    /// What is larger than any board.
+    pub fn too_large(place: impl Into<String>, message: impl Into<String>) -> Self {
+        Self::TooLarge {
+            place: place.into(),
+            message: message.into(),
+        }
+    }
+
+    /// What is sound, and cannot be emitted.
+    pub fn unsupported(
+        layer: impl Into<String>,
+        what: impl Into<String>,
+        nearest: impl Into<String>,
+    ) -> Self {
+        Self::Unsupported {
+            layer: layer.into(),
+            what: what.into(),
+            nearest: nearest.into(),
+        }
+    }
+}
+
+impl NetworkError {
+    /// The same error with the file before it.
+    #[must_use]
+    pub fn within(self, file: &str) -> Self {
+        match self {
+            Self::Malformed { place, message } => {
+                Self::malformed(format!("{file}: {place}"), message)
+            }
+            Self::TooLarge { place, message } => {
+                Self::too_large(format!("{file}: {place}"), message)
+            }
+            // Its own words begin with the layer, and the file is what was asked for.
+            unsupported @ Self::Unsupported { .. } => unsupported,
+        }
+    }
+}

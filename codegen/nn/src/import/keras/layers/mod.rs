@@ -1,0 +1,365 @@
+//! Each class of Keras layers as nodes of the network.
+
+mod normalisation;
+mod recurrent;
+mod values;
+mod windows;
+
+use serde_json::Value;
+
+use super::config::Layer;
+use super::weights::Weights;
+use crate::import::shapes;
+use crate::{Activation, Convolution, Dense, Network, NetworkError, Op, PoolKind, Window};
+pub(in crate::import) use normalisation::normalise;
+use values::{activation_name, axis_of, float};
+
+/// Layers that do nothing once a network is trained.
+const IDLE: &[&str] = &[
+    "Dropout",
+    "SpatialDropout1D",
+    "SpatialDropout2D",
+    "AlphaDropout",
+    "GaussianDropout",
+    "GaussianNoise",
+    "ActivityRegularization",
+    "Identity",
+];
+
+/// Classes that are known not to work, and what is nearest.
+const NEAREST: &[(&str, &str)] = &[
+    ("DepthwiseConv2D", "use Conv2D"),
+    ("DepthwiseConv1D", "use Conv1D"),
+    ("SeparableConv2D", "use Conv2D"),
+    ("SeparableConv1D", "use Conv1D"),
+    ("Conv2DTranspose", "use Conv2D"),
+    ("Conv3D", "use Conv2D"),
+    (
+        "Bidirectional",
+        "use two layers, the second on reversed input, and concatenate",
+    ),
+    ("ConvLSTM2D", "use Conv2D and LSTM"),
+    ("PReLU", "use LeakyReLU"),
+    ("ThresholdedReLU", "use ReLU"),
+    (
+        "LayerNormalization",
+        "use BatchNormalization, which is folded into weights",
+    ),
+    ("GroupNormalization", "use BatchNormalization"),
+    ("MultiHeadAttention", "use GRU"),
+    ("Embedding", "use Dense on one-hot inputs"),
+    ("ZeroPadding1D", "use padding='same' in the convolution"),
+    ("ZeroPadding2D", "use padding='same' in the convolution"),
+    ("Subtract", "use Add after a Dense of negative weights"),
+    ("Multiply", "use Add or Concatenate"),
+    ("Average", "use Add and halve the weights after it"),
+    ("Lambda", "write it as layers"),
+    (
+        "Sequential",
+        "write its layers into the model that holds it",
+    ),
+    (
+        "Functional",
+        "write its layers into the model that holds it",
+    ),
+];
+
+/// A network under construction.
+pub(super) struct Import<'a> {
+    network: Network,
+    weights: &'a Weights,
+    keras_2: bool,
+    /// A call is one step of a sequence.
+    streaming: bool,
+}
+
+impl<'a> Import<'a> {
+    pub(super) fn new(
+        network: Network,
+        weights: &'a Weights,
+        keras_2: bool,
+        streaming: bool,
+    ) -> Self {
+        Self {
+            network,
+            weights,
+            keras_2,
+            streaming,
+        }
+    }
+
+    /// The network, with `output` its last layer.
+    pub(super) fn finish(mut self, output: usize) -> Network {
+        if output > 0 && output + 1 < self.network.nodes.len() {
+            self.network.nodes.truncate(output + 1);
+        }
+        self.network.drop_unread();
+        self.network
+    }
+
+    /// Adds a layer and gives the place of its result.
+    ///
+    /// # Errors
+    /// [`NetworkError`].
+    pub(super) fn layer(
+        &mut self,
+        layer: &Layer<'_>,
+        from: &[usize],
+    ) -> Result<usize, NetworkError> {
+        let name = layer.name.as_str();
+        let config = layer.config;
+        let x = from[0];
+        if config["data_format"].as_str() == Some("channels_first") {
+            return Err(NetworkError::unsupported(
+                name,
+                "channels first",
+                "use data_format='channels_last'",
+            ));
+        }
+        if IDLE.contains(&layer.class) {
+            return Ok(x);
+        }
+        self.refuse_across_time(layer, x)?;
+        match layer.class {
+            "Dense" => {
+                let dense = self.dense(layer, x)?;
+                self.activate(layer, dense)
+            }
+            "TimeDistributed" => self.time_distributed(layer, x),
+            "Conv1D" | "Conv2D" => {
+                let convolution = self.convolution(layer, x)?;
+                self.activate(layer, convolution)
+            }
+            "MaxPooling1D" | "MaxPooling2D" => self.pool(layer, x, PoolKind::Max),
+            "AveragePooling1D" | "AveragePooling2D" => self.pool(layer, x, PoolKind::Average),
+            "GlobalMaxPooling1D" | "GlobalMaxPooling2D" => {
+                self.global_pool(layer, x, PoolKind::Max)
+            }
+            "GlobalAveragePooling1D" | "GlobalAveragePooling2D" => {
+                self.global_pool(layer, x, PoolKind::Average)
+            }
+            "Flatten" => {
+                let length = self.network.nodes[x].len();
+                self.push(name, Op::Reshape(vec![length]), x)
+            }
+            "Reshape" => {
+                let target = config["target_shape"]
+                    .as_array()
+                    .cloned()
+                    .unwrap_or_default();
+                let target: Vec<i64> = target.iter().map(|n| n.as_i64().unwrap_or(0)).collect();
+                let shape = shapes::open(name, &target, self.network.nodes[x].len())?;
+                self.push(name, Op::Reshape(shape), x)
+            }
+            "Permute" => {
+                let dims = config["dims"].as_array().cloned().unwrap_or_default();
+                let axis = |n: &Value| {
+                    n.as_u64()
+                        .map_or(usize::MAX, |n| (n as usize).wrapping_sub(1))
+                };
+                self.push(name, Op::Permute(dims.iter().map(axis).collect()), x)
+            }
+            "Activation" => self.activate(layer, x),
+            "ReLU" => self.relu(layer, x),
+            "LeakyReLU" => {
+                let alpha = float(&config["negative_slope"])
+                    .or(float(&config["alpha"]))
+                    .unwrap_or(0.3);
+                self.push(name, Op::Activation(Activation::LeakyRelu { alpha }), x)
+            }
+            "ELU" => {
+                let alpha = float(&config["alpha"]).unwrap_or(1.0);
+                self.push(
+                    name,
+                    Op::Activation(Activation::Elu { alpha, scale: 1.0 }),
+                    x,
+                )
+            }
+            "Softmax" => {
+                self.expect_last_axis(layer, &config["axis"], x)?;
+                self.push(name, Op::Softmax, x)
+            }
+            "BatchNormalization" => self.batch_norm(layer, x),
+            "Normalization" => self.normalization(layer, x),
+            "Rescaling" => self.rescaling(layer, x),
+            "SimpleRNN" | "GRU" | "LSTM" => self.recurrent(layer, x),
+            "Add" => self.network.push(name, Op::Add, from.to_vec()),
+            "Concatenate" => {
+                let axes = self.network.nodes[x].shape.len();
+                let axis = axis_of(name, &config["axis"], axes)?;
+                self.network
+                    .push(name, Op::Concatenate(axis), from.to_vec())
+            }
+            other => {
+                let nearest = NEAREST.iter().find(|(class, _)| *class == other);
+                let nearest = nearest.map_or(
+                    "see docs/reference/networks.md for the layers that are",
+                    |(_, n)| n,
+                );
+                Err(NetworkError::unsupported(
+                    name,
+                    format!("the layer {other}"),
+                    nearest,
+                ))
+            }
+        }
+    }
+
+    fn push(&mut self, name: &str, op: Op, from: usize) -> Result<usize, NetworkError> {
+        self.network.push(name, op, vec![from])
+    }
+
+    /// With one step a call, a layer cannot see the steps beside it.
+    fn refuse_across_time(&self, layer: &Layer<'_>, from: usize) -> Result<(), NetworkError> {
+        let across = [
+            "Conv1D",
+            "MaxPooling1D",
+            "AveragePooling1D",
+            "GlobalMaxPooling1D",
+            "GlobalAveragePooling1D",
+            "Permute",
+        ];
+        let over_time = self.network.nodes[from].shape.len() == 2;
+        if self.streaming && over_time && across.contains(&layer.class) {
+            return Err(NetworkError::unsupported(
+                &layer.name,
+                format!("{} over a sequence of open length", layer.class),
+                "give the model a fixed number of steps, Input((steps, features))",
+            ));
+        }
+        Ok(())
+    }
+
+    /// The layer's `activation`, after node `from`.
+    fn activate(&mut self, layer: &Layer<'_>, from: usize) -> Result<usize, NetworkError> {
+        let name = format!("{} activation", layer.name);
+        let name = if layer.class == "Activation" {
+            layer.name.clone()
+        } else {
+            name
+        };
+        match activation_name(layer.config, "activation") {
+            "softmax" => self.push(&name, Op::Softmax, from),
+            other => match self.activation(&layer.name, other)? {
+                Activation::Linear => Ok(from),
+                g => self.push(&name, Op::Activation(g), from),
+            },
+        }
+    }
+
+    fn activation(&self, layer: &str, name: &str) -> Result<Activation, NetworkError> {
+        if self.keras_2 && name == "hard_sigmoid" {
+            return Ok(Activation::HardSigmoid {
+                alpha: 0.2,
+                beta: 0.5,
+            });
+        }
+        Activation::named(layer, name)
+    }
+
+    fn dense(&mut self, layer: &Layer<'_>, x: usize) -> Result<usize, NetworkError> {
+        let name = &layer.name;
+        let kernel = self.weights.get(layer, "kernel", 0)?;
+        kernel.expect_axes(name, 2)?;
+        let units = kernel.shape[1];
+        let bias = self.bias(layer, 1, units)?;
+        let weights = kernel.transposed(name)?.values;
+        // One row of features is the whole input of a dense layer; several are a convolution's.
+        let shape = &self.network.nodes[x].shape;
+        if shape.iter().rev().skip(1).all(|&axis| axis == 1) {
+            return self.push(name, Op::Dense(Dense { weights, bias }), x);
+        }
+        let window = Window {
+            size: [1; 2],
+            stride: [1; 2],
+            dilation: [1; 2],
+            before: [0; 2],
+            after: [0; 2],
+        };
+        self.push(
+            name,
+            Op::Convolution(Convolution {
+                window,
+                weights,
+                bias,
+            }),
+            x,
+        )
+    }
+
+    /// The bias, or zeros where the layer has none.
+    fn bias(
+        &self,
+        layer: &Layer<'_>,
+        number: usize,
+        units: usize,
+    ) -> Result<Vec<f32>, NetworkError> {
+        if layer.config["use_bias"].as_bool() == Some(false) {
+            return Ok(vec![0.0; units]);
+        }
+        let bias = self.weights.get(layer, "bias", number)?;
+        bias.expect_shape(&layer.name, &[units])?;
+        Ok(bias.values.clone())
+    }
+
+    fn time_distributed(&mut self, layer: &Layer<'_>, x: usize) -> Result<usize, NetworkError> {
+        let inner = &layer.config["layer"];
+        let class = inner["class_name"].as_str().unwrap_or("");
+        if !["Dense", "Activation"].contains(&class) {
+            return Err(NetworkError::unsupported(
+                &layer.name,
+                format!("{class} at each step"),
+                "TimeDistributed works with Dense and Activation",
+            ));
+        }
+        // Its weights are found under the wrapper's own class.
+        let inside = Layer {
+            name: layer.name.clone(),
+            class: layer.class,
+            config: &inner["config"],
+            from: Vec::new(),
+            number: layer.number,
+        };
+        let place = if class == "Dense" {
+            self.dense(&inside, x)?
+        } else {
+            x
+        };
+        self.activate(&inside, place)
+    }
+
+    fn relu(&mut self, layer: &Layer<'_>, x: usize) -> Result<usize, NetworkError> {
+        let config = layer.config;
+        let zero = |key: &str| float(&config[key]).unwrap_or(0.0);
+        if !config["max_value"].is_null() || zero("threshold") != 0.0 {
+            return Err(NetworkError::unsupported(
+                &layer.name,
+                "a ReLU with max_value or threshold",
+                "use ReLU without them",
+            ));
+        }
+        let g = match zero("negative_slope") {
+            0.0 => Activation::Relu,
+            alpha => Activation::LeakyRelu { alpha },
+        };
+        self.push(&layer.name, Op::Activation(g), x)
+    }
+
+    fn expect_last_axis(
+        &self,
+        layer: &Layer<'_>,
+        axis: &Value,
+        x: usize,
+    ) -> Result<(), NetworkError> {
+        let axes = self.network.nodes[x].shape.len();
+        let axis = if axis.is_array() { &axis[0] } else { axis };
+        if axis.is_null() || axis_of(&layer.name, axis, axes)? + 1 == axes {
+            return Ok(());
+        }
+        Err(NetworkError::unsupported(
+            &layer.name,
+            format!("axis {axis}"),
+            "use the last axis, -1",
+        ))
+    }
+}

@@ -1,0 +1,101 @@
+//! Layers that only scale and shift, folded into one operation.
+
+use super::Import;
+use super::values::numbers;
+use crate::import::keras::config::Layer;
+use crate::{NetworkError, Op};
+
+impl Import<'_> {
+    pub(super) fn batch_norm(
+        &mut self,
+        layer: &Layer<'_>,
+        x: usize,
+    ) -> Result<usize, NetworkError> {
+        self.expect_last_axis(layer, &layer.config["axis"], x)?;
+        let channels = self.network.nodes[x].shape.last().copied().unwrap_or(0);
+        let mut number = 0;
+        let mut next = |name: &str, present: bool, otherwise: f32| {
+            if !present {
+                return Ok(vec![otherwise; channels]);
+            }
+            let tensor = self.weights.get(layer, name, number)?;
+            number += 1;
+            tensor.expect_shape(&layer.name, &[channels])?;
+            Ok(tensor.values.clone())
+        };
+        let has = |key: &str| layer.config[key].as_bool() != Some(false);
+        let gamma = next("gamma", has("scale"), 1.0)?;
+        let beta = next("beta", has("center"), 0.0)?;
+        let mean = next("moving_mean", true, 0.0)?;
+        let variance = next("moving_variance", true, 1.0)?;
+        let epsilon = layer.config["epsilon"].as_f64().unwrap_or(1e-3);
+        let op = normalise([&gamma, &beta, &mean, &variance], epsilon);
+        self.push(&layer.name, op, x)
+    }
+
+    pub(super) fn normalization(
+        &mut self,
+        layer: &Layer<'_>,
+        x: usize,
+    ) -> Result<usize, NetworkError> {
+        self.expect_last_axis(layer, &layer.config["axis"], x)?;
+        let channels = self.network.nodes[x].shape.last().copied().unwrap_or(0);
+        let list = |key: &str, number: usize| -> Result<Vec<f32>, NetworkError> {
+            let mut values = numbers(&layer.config[key]);
+            if values.is_empty() {
+                values = self.weights.get(layer, key, number)?.values.clone();
+            }
+            if values.len() == 1 {
+                values = vec![values[0]; channels];
+            }
+            if values.len() != channels {
+                let message = format!("{} values of {key}: expected {channels}", values.len());
+                return Err(NetworkError::malformed(&layer.name, message));
+            }
+            Ok(values)
+        };
+        let (mean, variance) = (list("mean", 0)?, list("variance", 1)?);
+        // Keras holds the standard deviation above its epsilon, 1e-7.
+        let gain = |&v: &f32| 1.0 / f64::from(v).sqrt().max(1e-7);
+        let op = Op::Scale {
+            gain: variance.iter().map(|v| gain(v) as f32).collect(),
+            offset: mean
+                .iter()
+                .zip(&variance)
+                .map(|(m, v)| (-f64::from(*m) * gain(v)) as f32)
+                .collect(),
+        };
+        self.push(&layer.name, op, x)
+    }
+
+    pub(super) fn rescaling(&mut self, layer: &Layer<'_>, x: usize) -> Result<usize, NetworkError> {
+        let channels = self.network.nodes[x].shape.last().copied().unwrap_or(0);
+        let number = |key: &str, otherwise| {
+            let values = numbers(&layer.config[key]);
+            match values.len() {
+                0 => vec![otherwise; channels],
+                1 => vec![values[0]; channels],
+                _ => values,
+            }
+        };
+        let op = Op::Scale {
+            gain: number("scale", 1.0),
+            offset: number("offset", 0.0),
+        };
+        self.push(&layer.name, op, x)
+    }
+}
+
+/// Batch normalisation as a scale: `gamma (x - mean) / sqrt(variance + epsilon) + beta`.
+pub(in crate::import) fn normalise([gamma, beta, mean, variance]: [&[f32]; 4], epsilon: f64) -> Op {
+    let gain: Vec<f64> = (gamma.iter().zip(variance))
+        .map(|(&g, &v)| f64::from(g) / (f64::from(v) + epsilon).sqrt())
+        .collect();
+    let offset = beta.iter().zip(mean).zip(&gain);
+    Op::Scale {
+        offset: offset
+            .map(|((&b, &m), g)| (f64::from(b) - f64::from(m) * g) as f32)
+            .collect(),
+        gain: gain.iter().map(|&g| g as f32).collect(),
+    }
+}

@@ -1,0 +1,56 @@
+//! What a layer's settings say, in the forms that Keras writes.
+
+use serde_json::Value;
+
+use crate::NetworkError;
+
+/// The name of an activation: a text, or an object with one.
+pub(super) fn activation_name<'v>(config: &'v Value, key: &str) -> &'v str {
+    let value = &config[key];
+    let inner = value["config"].as_str().or(value["class_name"].as_str());
+    value.as_str().or(inner).unwrap_or("linear")
+}
+
+pub(super) fn float(value: &Value) -> Option<f32> {
+    value.as_f64().map(|x| x as f32)
+}
+
+/// Numbers in a list, in lists, or one alone.
+pub(super) fn numbers(value: &Value) -> Vec<f32> {
+    match value {
+        Value::Array(list) => list.iter().flat_map(numbers).collect(),
+        _ => float(value).into_iter().collect(),
+    }
+}
+
+/// Rows and columns of a size; one number stands for both, and for the columns where there is one axis.
+pub(super) fn pair(value: &Value, one: bool, otherwise: usize) -> [usize; 2] {
+    let size = |value: &Value| value.as_u64().and_then(|n| usize::try_from(n).ok());
+    let list: Vec<usize> = match value {
+        Value::Array(list) => list.iter().filter_map(size).collect(),
+        _ => size(value).into_iter().collect(),
+    };
+    match (one, list.as_slice()) {
+        (true, [columns, ..]) => [1, *columns],
+        (true, []) => [1, otherwise],
+        (false, [rows, columns, ..]) => [*rows, *columns],
+        (false, [both]) => [*both, *both],
+        (false, []) => [otherwise; 2],
+    }
+}
+
+/// An axis without the batch; negative ones count from the end.
+pub(super) fn axis_of(layer: &str, value: &Value, axes: usize) -> Result<usize, NetworkError> {
+    let axis = value.as_i64().unwrap_or(-1);
+    let place = if axis < 0 {
+        axis + axes as i64
+    } else {
+        axis - 1
+    };
+    usize::try_from(place)
+        .ok()
+        .filter(|&place| place < axes)
+        .ok_or_else(|| {
+            NetworkError::malformed(layer, format!("axis {axis} of {axes} axes and the batch"))
+        })
+}

@@ -1,0 +1,114 @@
+//! Keras: `.h5` of Keras 2 (and of Keras 3, on request), `.keras` of Keras 3.
+
+mod config;
+mod layers;
+mod weights;
+
+use std::collections::HashMap;
+use std::io::{Cursor, Read};
+
+use serde_json::Value;
+
+use super::hdf5::Hdf5;
+use crate::limits::MAX_FILE_BYTES;
+use crate::{Network, NetworkError};
+use config::Model;
+use layers::Import;
+pub(super) use layers::normalise;
+use weights::Weights;
+
+/// # Errors
+/// [`NetworkError`].
+pub(super) fn import_h5(name: &str, bytes: &[u8]) -> Result<Network, NetworkError> {
+    let file = Hdf5::new(bytes)?;
+    let text = file.text("model_config")?.ok_or_else(|| {
+        NetworkError::malformed(
+            "model_config",
+            "the file has weights only: save the whole model, with model.save",
+        )
+    })?;
+    let version = file.text("keras_version")?.unwrap_or_default();
+    let weights = Weights::named(&file)?;
+    build(name, &text, &weights, version.starts_with('2'))
+}
+
+/// # Errors
+/// [`NetworkError`].
+pub(super) fn import_archive(name: &str, bytes: &[u8]) -> Result<Network, NetworkError> {
+    let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|error| {
+        let message = format!("no whole .keras file, perhaps cut off: {error}");
+        NetworkError::malformed("archive", message)
+    })?;
+    let mut entry = |name: &str| {
+        let broken = |error: String| NetworkError::malformed(name, error);
+        let entry = archive
+            .by_name(name)
+            .map_err(|error| broken(error.to_string()))?;
+        let mut contents = Vec::new();
+        // An archive of a few bytes can unpack to gigabytes.
+        entry
+            .take(MAX_FILE_BYTES + 1)
+            .read_to_end(&mut contents)
+            .map_err(|error| broken(error.to_string()))?;
+        if contents.len() as u64 > MAX_FILE_BYTES {
+            return Err(NetworkError::too_large(
+                name,
+                format!("larger than {MAX_FILE_BYTES} bytes"),
+            ));
+        }
+        Ok(contents)
+    };
+    let text = String::from_utf8(entry("config.json")?)
+        .map_err(|_| NetworkError::malformed("config.json", "it is not UTF-8 text"))?;
+    let weights = Weights::numbered(&Hdf5::new(&entry("model.weights.h5")?)?)?;
+    build(name, &text, &weights, false)
+}
+
+fn build(
+    name: &str,
+    text: &str,
+    weights: &Weights,
+    keras_2: bool,
+) -> Result<Network, NetworkError> {
+    let config: Value = serde_json::from_str(text)
+        .map_err(|error| NetworkError::malformed("model configuration", error.to_string()))?;
+    let model = Model::new(&config)?;
+    let streaming = model.steps_open;
+    let network = Network::new(name, &model.input, model.shape.clone());
+    let mut import = Import::new(network, weights, keras_2, streaming);
+    let mut places: HashMap<&str, usize> = HashMap::from([(model.input.as_str(), 0)]);
+    // A layer may stand before what it reads in the list; each round reads those that are ready.
+    let mut waiting: Vec<usize> = (0..model.layers.len()).collect();
+    while !waiting.is_empty() {
+        let before = waiting.len();
+        let mut later = Vec::new();
+        for index in waiting {
+            let layer = &model.layers[index];
+            let from: Option<Vec<usize>> = layer
+                .from
+                .iter()
+                .map(|from| places.get(from.as_str()).copied())
+                .collect();
+            match from {
+                Some(from) => {
+                    let place = import.layer(layer, &from)?;
+                    places.insert(&layer.name, place);
+                }
+                None => later.push(index),
+            }
+        }
+        if later.len() == before {
+            let layer = &model.layers[later[0]];
+            let message = format!(
+                "it reads {:?}: a layer that is not there, or a cycle",
+                layer.from
+            );
+            return Err(NetworkError::malformed(&layer.name, message));
+        }
+        waiting = later;
+    }
+    let output = places.get(model.output.as_str()).copied().ok_or_else(|| {
+        NetworkError::malformed(&model.output, "the output is none of the layers")
+    })?;
+    Ok(import.finish(output))
+}

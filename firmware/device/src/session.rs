@@ -1,0 +1,445 @@
+//! Frame in, frame out: a pure state machine around the control loop. Boards move bytes, this answers.
+
+mod rig;
+
+use heapless::Vec;
+
+pub use rig::Outputs;
+
+use crate::blend::Blend;
+use crate::clock::Clock;
+use crate::mode::{Cause, Drive, Mode, State};
+use crate::protocol::{
+    Accumulator, Fed, Identity, MAX_JACOBIAN, MAX_REGRESSOR, PROTOCOL, Reason, Summary, ToDevice,
+    ToHost, decode, encode,
+};
+use crate::watch::Watch;
+use sinew_mpc::control_loop::{ControlLoop, Settings, Step};
+use sinew_mpc::model::{Jacobian, Model};
+use sinew_mpc::network::unflatten;
+use sinew_mpc::safety::Limits;
+
+/// Rows of an excitation that wait for their tick: a quarter of a second at 120 Hz.
+pub const EXCITATION_ROWS: usize = 32;
+
+/// One controller at one link. Counts since it was made; a [`ToDevice::Reset`] does not clear counts.
+pub struct Session<
+    M,
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const ND: usize,
+    const DD: usize,
+    const N: usize,
+    const NB: usize,
+    const NV: usize,
+> {
+    controller: ControlLoop<M, NU, NY, NS, ND, DD, N, NB, NV>,
+    identity: Identity,
+    accumulator: Accumulator,
+    summary: Summary,
+    stopped: bool,
+    state: State,
+    watch: Watch<NU, NY>,
+    blend: Blend<NY>,
+    /// The model's own limits: those in force may be narrower.
+    widest: Limits<NU>,
+    own: rig::Own<NU, NY, N>,
+}
+
+impl<
+    M: Model<NU, NY, NS, ND, DD>,
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const ND: usize,
+    const DD: usize,
+    const N: usize,
+    const NB: usize,
+    const NV: usize,
+> Session<M, NU, NY, NS, ND, DD, N, NB, NV>
+{
+    /// Who this controller is: the shapes are its own. `model`: hash of the model and its control
+    /// problem; `rate_mhz`: steps per 1000 seconds; `control_horizon`: steps that are decided.
+    pub const fn identity_of(model: u32, rate_mhz: u32, control_horizon: u8) -> Identity {
+        const {
+            assert!(NU < 256 && NY < 256 && NS < 256 && ND < 256 && DD < 256 && N < 256);
+        }
+        Identity {
+            protocol: PROTOCOL,
+            model,
+            n_u: NU as u8,
+            n_y: NY as u8,
+            n_s: NS as u8,
+            past_inputs: ND as u8,
+            past_outputs: DD as u8,
+            horizon: N as u8,
+            control_horizon,
+            rate_mhz,
+        }
+    }
+
+    /// A session that has heard nothing yet.
+    pub const fn new(
+        controller: ControlLoop<M, NU, NY, NS, ND, DD, N, NB, NV>,
+        identity: Identity,
+    ) -> Self {
+        const {
+            use crate::protocol::{MAX_CHANNELS, MAX_PREVIEW, MAX_SIGNALS};
+            assert!(NU <= MAX_SIGNALS && NY <= MAX_SIGNALS);
+            // What a network remembers is in no frame.
+            assert!(NS <= MAX_CHANNELS || M::PREDICTS_CHANNELS);
+            assert!(NY <= MAX_PREVIEW && NU * ND + NY * DD + NS <= MAX_REGRESSOR);
+        }
+        Self {
+            widest: *controller.limits(),
+            controller,
+            identity,
+            accumulator: Accumulator::new(),
+            summary: Summary {
+                steps: 0,
+                deadline_misses: 0,
+                missed_samples: 0,
+                stack_high_water_bytes: 0,
+                frames_rejected: 0,
+            },
+            stopped: false,
+            state: State::disarmed(Cause::Start),
+            watch: Watch::new(),
+            blend: Blend::NONE,
+            own: rig::Own::new(),
+        }
+    }
+
+    /// Takes any number of bytes; for every whole frame among them calls `reply` with one answer, an
+    /// encoded frame. Damaged frames are counted and answered by [`ToHost::Refused`].
+    pub fn receive(&mut self, bytes: &[u8], clock: &impl Clock, mut reply: impl FnMut(&[u8])) {
+        for byte in bytes {
+            let message = match self.accumulator.feed(*byte) {
+                Fed::Nothing => continue,
+                Fed::Frame(frame) => decode(frame).ok(),
+                Fed::TooLong => None,
+            };
+            let answer = match message {
+                Some(message) => self.answer(&message, clock),
+                None => {
+                    self.summary.frames_rejected = self.summary.frames_rejected.wrapping_add(1);
+                    refused(Reason::Damaged)
+                }
+            };
+            if let Some(frame) = encode(&answer, self.accumulator.scratch()) {
+                reply(frame);
+            }
+        }
+    }
+
+    /// The answer to one message.
+    #[inline(never)]
+    pub fn answer(&mut self, message: &ToDevice, clock: &impl Clock) -> ToHost {
+        if self.stopped && !matches!(message, ToDevice::Stop | ToDevice::Hello) {
+            return refused(Reason::Stopped);
+        }
+        match message {
+            ToDevice::Hello => ToHost::Hello(self.identity),
+            ToDevice::Sample {
+                seq,
+                y,
+                s,
+                reference,
+            } => self.sample(*seq, y, s, reference, clock),
+            ToDevice::Tune {
+                tracking_weight,
+                move_suppression,
+                disturbance_gain,
+                iterations,
+            } => self.tune(
+                tracking_weight,
+                move_suppression,
+                *disturbance_gain,
+                *iterations,
+            ),
+            ToDevice::Probe { x } => self.probe(x),
+            ToDevice::Reset => {
+                self.controller.reset();
+                self.watch = Watch::new();
+                ToHost::Tuned
+            }
+            ToDevice::Stop => {
+                self.disarm(Cause::Asked);
+                self.stopped = true;
+                ToHost::Done(self.summary())
+            }
+            ToDevice::Arm { drive, blend_steps } => self.arm(*drive, *blend_steps),
+            ToDevice::Disarm => {
+                self.disarm(Cause::Asked);
+                ToHost::State(self.state)
+            }
+            ToDevice::EmergencyStop => {
+                self.trip();
+                ToHost::State(self.state)
+            }
+            ToDevice::Limit { lower, upper, rate } => self.limit(lower, upper, rate),
+            ToDevice::Follow { reference } => self.follow(reference),
+            ToDevice::Excite { row, u } => self.excite(*row, u),
+            ToDevice::Stream { every } => self.stream(*every),
+        }
+    }
+
+    fn sample(
+        &mut self,
+        seq: u32,
+        y: &[f32],
+        s: &[f32],
+        rows: &[f32],
+        clock: &impl Clock,
+    ) -> ToHost {
+        let (Ok(y), Some(s)) = (y.try_into(), self.channels(s)) else {
+            return refused(Reason::Shape);
+        };
+        let s = &s;
+        let Some(mut reference) = preview(rows) else {
+            return refused(Reason::Shape);
+        };
+        if self.state.drive().is_some_and(Drive::is_on_board) {
+            return refused(Reason::Mode);
+        }
+        let missed = self.controller.estimator().missed();
+        let (step, ticks) = match self.state.mode {
+            Mode::Armed(_) => {
+                self.blend.apply(y, &mut reference);
+                let start = clock.ticks();
+                let step = self.controller.step(y, s, &reference);
+                let ticks = clock.ticks().wrapping_sub(start);
+                self.judge(y, &step);
+                (step, ticks)
+            }
+            Mode::Disarmed | Mode::Tripped => (self.controller.open_loop(y, s, None), 0),
+        };
+        self.count(missed);
+        ToHost::Command {
+            seq,
+            u: Vec::from_slice(&step.u).unwrap_or_default(),
+            status: step.status,
+            iterations: step.iterations,
+            cost: step.cost,
+            ticks,
+            bridged: step.bridged,
+        }
+    }
+
+    /// The channels of a frame; those that nobody measures are missing in it.
+    #[inline(always)]
+    fn channels(&self, s: &[f32]) -> Option<[f32; NS]> {
+        if !M::PREDICTS_CHANNELS {
+            return s.try_into().ok();
+        }
+        let mut channels = [f32::NAN; NS];
+        for (place, value) in channels.iter_mut().zip(s) {
+            *place = *value;
+        }
+        (s.len() == usize::from(self.identity.n_s)).then_some(channels)
+    }
+
+    /// Counts a step and the samples that were missed in it; `missed` before it.
+    fn count(&mut self, missed: u32) {
+        self.summary.steps = self.summary.steps.wrapping_add(1);
+        let missed = self.controller.estimator().missed().wrapping_sub(missed);
+        self.summary.missed_samples = self.summary.missed_samples.wrapping_add(missed);
+    }
+
+    /// Ends control where an armed step shows that it should.
+    fn judge(&mut self, y: &[f32; NY], step: &Step<NU>) {
+        let scaling = self.controller.scaling();
+        let (y, u) = (scaling.y.to_model(y), scaling.u.to_model(&step.u));
+        let gap_limit = self.controller.settings().gap_limit;
+        let Some(cause) = self.watch.judge(&y, &u, step.status, gap_limit) else {
+            return;
+        };
+        // A host that is late moves nothing: the command retreats while its samples are missing, and goes on
+        // with them.
+        let is_of_host = self.state.drive() == Some(Drive::Host);
+        if !(is_of_host && matches!(cause, Cause::SamplesLost | Cause::Late)) {
+            self.disarm(cause);
+        }
+    }
+
+    // These are not inlined into `answer`: their locals would lie on the stack under a control step.
+    #[inline(never)]
+    fn arm(&mut self, drive: Drive, blend_steps: u16) -> ToHost {
+        if self.state.mode != Mode::Disarmed {
+            return refused(Reason::Mode);
+        }
+        self.watch = Watch::new();
+        self.blend = Blend::over(blend_steps);
+        self.state = State {
+            mode: Mode::Armed(drive),
+            cause: Cause::Asked,
+        };
+        self.own.arm(drive);
+        if drive == Drive::Host {
+            // Until now the board's own sensors were looked at.
+            self.controller.reset();
+        }
+        ToHost::State(self.state)
+    }
+
+    /// To the safe command within the rate. A trip that is acknowledged ends here too.
+    pub fn disarm(&mut self, cause: Cause) {
+        self.state = State::disarmed(cause);
+        self.own.disarm();
+    }
+
+    #[inline(never)]
+    fn trip(&mut self) {
+        self.controller.trip();
+        self.own.trip();
+        self.state = State {
+            mode: Mode::Tripped,
+            cause: Cause::EmergencyStop,
+        };
+    }
+
+    #[inline(never)]
+    fn limit(&mut self, lower: &[f32], upper: &[f32], rate: &[f32]) -> ToHost {
+        let (Ok(lower), Ok(upper), Ok(rate)) =
+            (lower.try_into(), upper.try_into(), rate.try_into())
+        else {
+            return refused(Reason::Shape);
+        };
+        let limits = Limits {
+            lower,
+            upper,
+            rate,
+            safe: self.widest.safe,
+        };
+        if self.controller.set_limits(limits, &self.widest) {
+            ToHost::Tuned
+        } else {
+            refused(Reason::Limits)
+        }
+    }
+
+    #[inline(never)]
+    fn tune(
+        &mut self,
+        tracking_weight: &[f32],
+        move_suppression: &[f32],
+        disturbance_gain: f32,
+        iterations: u8,
+    ) -> ToHost {
+        let (Ok(tracking_weight), Ok(move_suppression)) =
+            (tracking_weight.try_into(), move_suppression.try_into())
+        else {
+            return refused(Reason::Shape);
+        };
+        let settings = Settings {
+            tracking_weight,
+            move_suppression,
+            disturbance_gain,
+            iterations,
+            gap_limit: self.controller.settings().gap_limit,
+        };
+        if !settings.is_valid() {
+            return refused(Reason::Settings);
+        }
+        *self.controller.settings_mut() = settings;
+        ToHost::Tuned
+    }
+
+    #[inline(never)]
+    fn probe(&self, x: &[f32]) -> ToHost {
+        let Some(regressor) = unflatten::<NU, NY, NS, ND, DD>(x) else {
+            return refused(Reason::Shape);
+        };
+        let (mut trace, mut jacobian) = (M::TRACE, Jacobian::ZERO);
+        let model = self.controller.model();
+        let y = model.predict(&regressor, &mut trace);
+        model.jacobian(&trace, &mut jacobian);
+        let mut flat = Vec::new();
+        if NY * (NU * ND + NY * DD) <= MAX_JACOBIAN {
+            for r in 0..NY {
+                let inputs = jacobian.u.iter().filter_map(|lag| lag.get(r)).flatten();
+                let outputs = jacobian.y.iter().filter_map(|lag| lag.get(r)).flatten();
+                for derivative in inputs.chain(outputs) {
+                    // Room was checked; `extend` would leave a panic in the image.
+                    let _ = flat.push(*derivative);
+                }
+            }
+        }
+        ToHost::Prediction {
+            y: Vec::from_slice(&y).unwrap_or_default(),
+            jacobian: flat,
+        }
+    }
+
+    /// The board saw a step end after its period.
+    pub fn note_deadline_miss(&mut self) {
+        self.summary.deadline_misses = self.summary.deadline_misses.wrapping_add(1);
+        self.watch.note_late();
+    }
+
+    /// The board knows why it starts anew. Before anything is armed.
+    pub const fn note_restart(&mut self, cause: Cause) {
+        self.state = State::disarmed(cause);
+    }
+
+    /// The mode and why.
+    pub const fn state(&self) -> State {
+        self.state
+    }
+
+    /// After [`ToDevice::Stop`]: ready for another run, disarmed. For boards that go on; a program ends.
+    pub const fn reopen(&mut self) {
+        self.stopped = false;
+    }
+
+    /// The board measured its stack; the deepest value is kept and reported at [`ToDevice::Stop`].
+    pub fn note_stack(&mut self, high_water_bytes: u32) {
+        if high_water_bytes > self.summary.stack_high_water_bytes {
+            self.summary.stack_high_water_bytes = high_water_bytes;
+        }
+    }
+
+    /// [`ToDevice::Stop`] has come.
+    pub const fn is_stopped(&self) -> bool {
+        self.stopped
+    }
+
+    /// The counts so far.
+    pub const fn summary(&self) -> Summary {
+        self.summary
+    }
+
+    /// Who this is.
+    pub const fn identity(&self) -> &Identity {
+        &self.identity
+    }
+
+    /// The controller.
+    pub const fn controller(&self) -> &ControlLoop<M, NU, NY, NS, ND, DD, N, NB, NV> {
+        &self.controller
+    }
+
+    /// The controller, to be changed.
+    pub const fn controller_mut(&mut self) -> &mut ControlLoop<M, NU, NY, NS, ND, DD, N, NB, NV> {
+        &mut self.controller
+    }
+}
+
+/// Rows r(k+1) .. of a frame, the last one held to the horizon; `None` where they are not whole or too many.
+fn preview<const NY: usize, const N: usize>(rows: &[f32]) -> Option<[[f32; NY]; N]> {
+    let (rows, rest) = rows.as_chunks::<NY>();
+    let last = rows.last()?;
+    if !rest.is_empty() || rows.len() > N {
+        return None;
+    }
+    let mut reference = [*last; N];
+    for (place, row) in reference.iter_mut().zip(rows) {
+        *place = *row;
+    }
+    Some(reference)
+}
+
+const fn refused(reason: Reason) -> ToHost {
+    ToHost::Refused { reason }
+}

@@ -1,0 +1,36 @@
+//! What a control step says of itself.
+
+/// What happened in a step. Whatever it says, the command is inside the limits.
+#[must_use]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Status {
+    /// The plan is optimal as far as f32 can tell.
+    Converged,
+    /// The plan improved until the iterations were used up: the usual case.
+    IterationLimit,
+    /// A step was found that should lower the cost and did not; the better plan is kept.
+    NoDecrease,
+    /// The reference holds a NaN or infinity; the earlier plan is followed.
+    BadReference,
+    /// The settings are not valid ([`Settings::is_valid`](crate::control_loop::Settings::is_valid)); the earlier plan is followed.
+    BadSettings,
+    /// The prediction is not finite; the earlier plan is followed.
+    NotFinite,
+    /// No sample yet, or too many missing in a row; going to the safe command.
+    Lost,
+    /// Nothing is armed; going to the safe command.
+    Disarmed,
+    /// The command is one that was asked for, inside the limits; nothing was optimised.
+    OpenLoop,
+}
+
+impl Status {
+    /// The command comes from an optimisation of this step.
+    pub const fn is_controlled(self) -> bool {
+        matches!(
+            self,
+            Status::Converged | Status::IterationLimit | Status::NoDecrease
+        )
+    }
+}

@@ -1,0 +1,415 @@
+//! What the controller is asked for: the rig's `[control]` table, filled in from the recordings.
+
+use sinew_device::protocol::MAX_PREVIEW;
+use sinew_sim::{Plant, Rig, Stepper};
+
+use crate::closed_loop::reference::{Reference, Workspace};
+use crate::closed_loop::scenario::InputLimits;
+use sinew_ident::error::{Error, Result};
+use sinew_ident::noise::noise_level;
+use sinew_ident::recording::Recording;
+
+/// Control rate where the rig names none, in hertz.
+const RATE_HZ: f64 = 120.0;
+/// Steps of each level of the staircase (the published experiment).
+const STAIRCASE: usize = 333;
+/// How much of each input's limit a reference may need at rest: a plant a fifth stiffer still gets
+/// there, with something left for moving.
+const REACH: f64 = 0.7;
+/// How fast a designed reference moves, as a part of the speed that was recorded.
+const LED: f64 = 0.25;
+/// A reach smaller than this part of what was recorded is none.
+const LEAST_REACH: f64 = 0.05;
+/// Seconds within which a plant that settles has settled.
+const SETTLING_S: f64 = 60.0;
+
+/// Where a reference comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// Designed here: tuning follows random moves.
+    Designed,
+    /// A column of the recording an output: tuning follows their mirror image.
+    Recorded,
+    /// A file whose columns belong together: tuning follows it backwards.
+    Path,
+}
+
+/// The control problem in physical units, before any weight is tuned.
+#[derive(Clone, Debug)]
+pub struct ControlProblem {
+    /// Control period, seconds.
+    pub period_s: f64,
+    /// Indices of the sensors that are outputs.
+    pub outputs: Vec<usize>,
+    /// Steps predicted.
+    pub horizon: usize,
+    /// Steps with commands of their own.
+    pub control_horizon: usize,
+    /// Q, one an output.
+    pub tracking_weight: Vec<f64>,
+    /// Lambda where the rig fixes it; otherwise it is tuned.
+    pub move_suppression: Option<Vec<f64>>,
+    /// R of eq. 4c, in model units; 0: none.
+    pub command_weight: f64,
+    /// Lower, upper, change a period of each input.
+    pub limits: Vec<InputLimits>,
+    /// Half the range of each input's limits.
+    pub input_range: Vec<f64>,
+    /// Where each output went in the recordings.
+    pub workspaces: Vec<Workspace>,
+    /// Half the recorded range of each output.
+    pub output_range: Vec<f64>,
+    /// Standard deviation of each output's noise.
+    pub noise: Vec<f64>,
+    /// Indices of the sensors that are the network's channels.
+    pub channels: Vec<usize>,
+    /// Standard deviation of each channel's noise.
+    pub channel_noise: Vec<f64>,
+    /// First valid sample of every sensor: where a loop starts.
+    pub home: Vec<Option<f64>>,
+    /// What the comparison asks, and where it comes from.
+    pub reference: Reference,
+    /// Where it comes from, which says what tuning follows instead.
+    pub source: Source,
+    /// Errors are judged from here to there, seconds; without, over the whole run.
+    pub judged_s: Option<[f64; 2]>,
+    /// Most steps that a controller without a model may look ahead; as far as the horizon, where nothing else is asked.
+    pub longest_lead: usize,
+    /// All outputs have one unit, so that the length of their error means something.
+    pub one_unit: bool,
+    /// One line that says where the reference comes from.
+    pub reference_source: String,
+}
+
+impl ControlProblem {
+    /// How long the reference is.
+    pub fn duration_s(&self) -> f64 {
+        self.reference.steps() as f64 * self.period_s
+    }
+
+    /// The task of a rig. Ranges and noise come from `recordings`; a recorded reference from
+    /// `reference`.
+    ///
+    /// # Errors
+    /// No output, no input, an input without a limit that was never moved, a column that is not there.
+    pub fn new(
+        rig: &Rig,
+        plant: &Plant,
+        recordings: &[Recording],
+        reference: &Recording,
+    ) -> Result<Self> {
+        let control = rig.control.as_ref();
+        let outputs = match control {
+            Some(control) => control.outputs.clone(),
+            None => position_sensors(plant),
+        };
+        if outputs.is_empty() {
+            return Err(
+                Error::file(&rig.file, "nothing to control: no sensor reads a position")
+                    .expected("`outputs` in [control], or a sensor that reads BODY.position"),
+            );
+        }
+        if plant.inputs().is_empty() {
+            let message = "nothing to control with: the rig has no actuator";
+            return Err(
+                Error::file(&rig.file, message).expected("an [[actuator]] with its `input`")
+            );
+        }
+        let period_s = 1.0 / control.and_then(|c| c.rate_hz).unwrap_or(RATE_HZ);
+        let horizon = control.and_then(|c| c.horizon).unwrap_or(10);
+        carried(rig, period_s, horizon * outputs.len())?;
+        let control_horizon = control
+            .and_then(|c| c.control_horizon)
+            .unwrap_or(3)
+            .min(horizon);
+
+        let column = |recording: &Recording, sensor: usize| -> Result<Vec<f64>> {
+            let sensor = &plant.sensors()[sensor];
+            let values = recording.require(&sensor.column, &sensor.name)?;
+            Ok(values.iter().map(|v| v * sensor.column_factor).collect())
+        };
+        let mut workspaces = Vec::new();
+        let mut noise = Vec::new();
+        for &sensor in &outputs {
+            let (mut low, mut high, mut speed, mut level) =
+                (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64, f64::INFINITY);
+            for recording in recordings {
+                let y = column(recording, sensor)?;
+                low = y.iter().copied().fold(low, f64::min);
+                high = y.iter().copied().fold(high, f64::max);
+                level = level.min(noise_level(&y));
+                speed = speed.max(typical_speed(recording.t(), &y));
+            }
+            if high <= low {
+                let first = recordings.first().map_or(reference.path(), Recording::path);
+                let column = &plant.sensors()[sensor].column;
+                let message = format!("`{column}` never moves, so there is nothing to learn from");
+                return Err(Error::file(first, message)
+                    .at(1, 1)
+                    .expected("a recording in which every output moves"));
+            }
+            workspaces.push(Workspace { low, high, speed });
+            noise.push(level);
+        }
+        let channels = rig.network.as_ref().map(|network| network.channels.clone());
+        let channels = channels.unwrap_or_default();
+        let quietest = |sensor: &usize| -> Result<f64> {
+            let levels = recordings
+                .iter()
+                .map(|r| Ok(noise_level(&column(r, *sensor)?)));
+            let levels = levels.collect::<Result<Vec<f64>>>()?;
+            Ok(levels.into_iter().fold(f64::INFINITY, f64::min))
+        };
+        let channel_noise = channels.iter().map(quietest).collect::<Result<Vec<_>>>()?;
+        let home: Vec<Option<f64>> = (0..plant.sensors().len())
+            .map(|sensor| {
+                let y = column(reference, sensor)?;
+                Ok(y.into_iter().find(|v| v.is_finite()))
+            })
+            .collect::<Result<_>>()?;
+
+        let limits = limits(plant, recordings, period_s)?;
+        let ends = [
+            rest(plant, &home, &outputs, &limits, |(_, high, _)| REACH * high)?,
+            rest(plant, &home, &outputs, &limits, |(low, _, _)| REACH * low)?,
+        ];
+        for (i, workspace) in workspaces.iter_mut().enumerate() {
+            if let (Some(a), Some(b)) = (ends[0][i], ends[1][i]) {
+                // Opposite pushes that lead to the same place, as to a tip's height, say nothing about its reach.
+                if (a - b).abs() > LEAST_REACH * (workspace.high - workspace.low) {
+                    workspace.low = workspace.low.max(a.min(b));
+                    workspace.high = workspace.high.min(a.max(b));
+                }
+            }
+        }
+        let names: &[String] = control.map_or(&[], |c| &c.reference);
+        if names.is_empty() {
+            // A springy plant was recorded swinging; being led somewhere is another matter.
+            workspaces.iter_mut().for_each(|w| w.speed *= LED);
+        }
+        let (asked, reference_source) = if names.is_empty() {
+            let reach: Vec<Workspace> = workspaces
+                .iter()
+                .zip(&outputs)
+                .map(|(w, sensor)| Workspace {
+                    low: home[*sensor].unwrap_or(w.low),
+                    ..*w
+                })
+                .collect();
+            (
+                Reference::staircase(&reach, STAIRCASE, period_s),
+                "minimum-jerk moves to 20, 40 and 80 % of the reach".into(),
+            )
+        } else {
+            let columns: Vec<Vec<f64>> = names
+                .iter()
+                .zip(&outputs)
+                .map(|(name, sensor)| {
+                    let factor = plant.sensors()[*sensor].column_factor;
+                    Ok(reference
+                        .require(name, "[control] reference")?
+                        .iter()
+                        .map(|v| v * factor)
+                        .collect())
+                })
+                .collect::<Result<_>>()?;
+            let slices: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+            (
+                Reference::recorded(reference.t(), &slices, period_s),
+                format!("`{}` of {}", names.join("`, `"), reference.name()),
+            )
+        };
+        long_enough(&asked, horizon)?;
+        let mut units = outputs.iter().map(|s| plant.sensors()[*s].unit.as_str());
+        let unit = units.next();
+        Ok(Self {
+            judged_s: None,
+            longest_lead: horizon,
+            one_unit: outputs.len() > 1 && units.all(|other| Some(other) == unit),
+            period_s,
+            horizon,
+            control_horizon,
+            tracking_weight: control
+                .and_then(|c| c.tracking_weight.clone())
+                .unwrap_or_else(|| vec![1.0; outputs.len()]),
+            move_suppression: control.and_then(|c| c.move_suppression.clone()),
+            command_weight: control.and_then(|c| c.command_weight).unwrap_or(0.0),
+            input_range: limits
+                .iter()
+                .map(|(low, high, _)| (high - low) / 2.0)
+                .collect(),
+            limits,
+            output_range: workspaces.iter().map(|w| (w.high - w.low) / 2.0).collect(),
+            workspaces,
+            noise,
+            channels,
+            channel_noise,
+            home,
+            outputs,
+            source: match names {
+                [] => Source::Designed,
+                _ => Source::Recorded,
+            },
+            reference: asked,
+            reference_source,
+        })
+    }
+
+    /// Asks for `path` instead: a column an output, called what the output's own is called.
+    ///
+    /// # Errors
+    /// A column that is not there or has no valid sample, or fewer steps than the horizon.
+    pub fn follow(&mut self, path: &Recording, plant: &Plant) -> Result<()> {
+        let column = |sensor: &usize| -> Result<Vec<f64>> {
+            let sensor = &plant.sensors()[*sensor];
+            let values = path.require(&sensor.column, &format!("output `{}`", sensor.name))?;
+            if !values.iter().any(|v| v.is_finite()) {
+                let message = format!("`{}` has no valid sample to go to", sensor.column);
+                return Err(Error::file(path.path(), message)
+                    .at(1, 1)
+                    .expected("a number in at least one row"));
+            }
+            Ok(values.iter().map(|v| v * sensor.column_factor).collect())
+        };
+        let columns = self
+            .outputs
+            .iter()
+            .map(column)
+            .collect::<Result<Vec<_>>>()?;
+        let slices: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+        let asked = Reference::recorded(path.t(), &slices, self.period_s);
+        long_enough(&asked, self.horizon)?;
+        self.reference = asked;
+        self.source = Source::Path;
+        self.reference_source = format!("the path of {}", path.name());
+        Ok(())
+    }
+
+    /// Units of the outputs.
+    pub fn units<'a>(&'a self, plant: &'a Plant) -> impl Iterator<Item = &'a str> {
+        self.outputs
+            .iter()
+            .map(|sensor| plant.sensors()[*sensor].unit.as_str())
+    }
+}
+
+fn long_enough(asked: &Reference, horizon: usize) -> Result<()> {
+    if asked.steps() >= horizon {
+        return Ok(());
+    }
+    Err(Error::failed(format!(
+        "the reference has {} steps and the horizon {horizon}",
+        asked.steps()
+    )))
+}
+
+/// Where each output comes to rest under constant inputs; `None` where it does not, such as an axis
+/// that drifts. What was recorded may lie beyond: a springy plant swings further than it can be held.
+fn rest(
+    plant: &Plant,
+    home: &[Option<f64>],
+    outputs: &[usize],
+    limits: &[InputLimits],
+    push: impl Fn(&InputLimits) -> f64,
+) -> Result<Vec<Option<f64>>> {
+    let values = plant.values();
+    let start = plant.initial_state(&values, home)?;
+    let mut stepper = Stepper::new(plant, &values, &start)?;
+    let inputs: Vec<f64> = limits.iter().map(push).collect();
+    if !inputs.iter().all(|u| u.is_finite()) {
+        return Ok(vec![None; outputs.len()]);
+    }
+    const ROWS: usize = 600;
+    let mut seen = vec![(f64::INFINITY, f64::NEG_INFINITY); outputs.len()];
+    for row in 0..ROWS {
+        if stepper.advance(SETTLING_S / ROWS as f64, &inputs).is_err() {
+            return Ok(vec![None; outputs.len()]);
+        }
+        if row >= ROWS * 9 / 10 {
+            for (seen, sensor) in seen.iter_mut().zip(outputs) {
+                let y = stepper.signal(*sensor);
+                *seen = (seen.0.min(y), seen.1.max(y));
+            }
+        }
+    }
+    let settled = seen.iter().zip(outputs).map(|((low, high), sensor)| {
+        let travel = ((low + high) / 2.0 - home[*sensor].unwrap_or(0.0)).abs();
+        (high - low < 0.02 * travel).then_some((low + high) / 2.0)
+    });
+    Ok(settled.collect())
+}
+
+/// Refuses, before anything is trained, what no firmware could carry.
+fn carried(rig: &Rig, period_s: f64, preview: usize) -> Result<()> {
+    let refuse = |message: String, expected: &str| {
+        let line = rig.control.as_ref().map_or(1, |control| control.line);
+        Err(Error::file(&rig.file, message)
+            .at(line, 1)
+            .expected(expected))
+    };
+    if !(1e-5..=1000.0).contains(&period_s) {
+        return refuse(
+            format!("[control] asks for {} steps a second", 1.0 / period_s),
+            "`rate_hz` from 0.001 to 100000",
+        );
+    }
+    if preview > MAX_PREVIEW {
+        return refuse(
+            format!("[control] asks for a reference preview of {preview} values"),
+            &format!("`horizon` times the number of outputs at most {MAX_PREVIEW}"),
+        );
+    }
+    Ok(())
+}
+
+fn position_sensors(plant: &Plant) -> Vec<usize> {
+    let sensors = plant.sensors().iter().enumerate();
+    sensors
+        .filter(|(_, s)| s.position_of.is_some())
+        .map(|(i, _)| i)
+        .collect()
+}
+
+/// The rig's limits; an input without one may go a fifth beyond what was recorded.
+fn limits(plant: &Plant, recordings: &[Recording], period: f64) -> Result<Vec<InputLimits>> {
+    let of = |input: &sinew_sim::Input| -> Result<InputLimits> {
+        let (low, high) = match input.limit {
+            Some(limit) => limit,
+            None => {
+                let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+                for recording in recordings {
+                    for value in recording.require(&input.column, &input.actuator)? {
+                        low = low.min(value * input.column_factor);
+                        high = high.max(value * input.column_factor);
+                    }
+                }
+                let margin = 0.1 * (high - low);
+                (low - margin, high + margin)
+            }
+        };
+        if high.partial_cmp(&low) != Some(std::cmp::Ordering::Greater) {
+            return Err(Error::failed(format!(
+                "`{}` has no limit and never moves in the recordings",
+                input.column
+            ))
+            .help(format!("give the actuator `{}` a `limit`", input.actuator)));
+        }
+        Ok((
+            low,
+            high,
+            input.rate_limit.map_or(f64::INFINITY, |rate| rate * period),
+        ))
+    };
+    plant.inputs().iter().map(of).collect()
+}
+
+/// Root mean square speed over stretches of a hundredth of the recording, so that noise averages out.
+fn typical_speed(t: &[f64], y: &[f64]) -> f64 {
+    let stride = (t.len() / 100).max(1);
+    let speeds: Vec<f64> = (stride..t.len())
+        .step_by(stride)
+        .map(|i| (y[i] - y[i - stride]) / (t[i] - t[i - stride]))
+        .filter(|v| v.is_finite())
+        .collect();
+    (speeds.iter().map(|v| v * v).sum::<f64>() / speeds.len().max(1) as f64).sqrt()
+}

@@ -1,0 +1,141 @@
+//! The predictive controller on a device, as an opponent like any other.
+
+use heapless::Vec as FixedVec;
+use sinew_device::protocol::{Identity, ToDevice, ToHost};
+use sinew_mpc::status::Status;
+
+use crate::closed_loop::reference::Reference;
+use crate::closed_loop::scenario::Controller;
+use crate::device::Device;
+use sinew_ident::error::{Error, Result};
+
+/// What the device said of one step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Answer {
+    /// Bits of the commands.
+    pub bits: Vec<u32>,
+    /// What the solver said.
+    pub status: Status,
+    /// Newton iterations.
+    pub iterations: u8,
+    /// Cost of the plan.
+    pub cost: f32,
+    /// Ticks of the device's counter spent in the step.
+    pub ticks: u32,
+}
+
+/// A device that controls.
+pub struct MpcController<'a> {
+    device: &'a mut Device,
+    identity: Identity,
+    /// One entry a step.
+    pub answers: Vec<Answer>,
+    /// Ticks of a board that paces itself for which the sample came too late.
+    pub late: usize,
+}
+
+/// Weights that a session may change while it runs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Weights {
+    /// Q, one an output.
+    pub tracking_weight: Vec<f64>,
+    /// Lambda, one an input.
+    pub move_suppression: Vec<f64>,
+    /// Gain of the disturbance estimate.
+    pub disturbance_gain: f64,
+    /// Newton iterations a step.
+    pub iterations: u8,
+}
+
+fn fixed<const N: usize>(
+    values: impl IntoIterator<Item = f64>,
+    what: &str,
+) -> Result<FixedVec<f32, N>> {
+    let mut fixed = FixedVec::new();
+    for value in values {
+        fixed
+            .push(value as f32)
+            .map_err(|_| Error::failed(format!("more than {N} {what} in one frame")))?;
+    }
+    Ok(fixed)
+}
+
+impl<'a> MpcController<'a> {
+    /// Takes over a device that has just started; refuses one that does not carry `model`.
+    ///
+    /// # Errors
+    /// The device does not answer, or is not the one.
+    pub fn new(device: &'a mut Device, model: u32) -> Result<Self> {
+        let identity = device.hello(Some(model))?;
+        device.arm()?;
+        Ok(Self {
+            device,
+            identity,
+            answers: Vec::new(),
+            late: 0,
+        })
+    }
+
+    /// Replaces the weights.
+    ///
+    /// # Errors
+    /// The device refuses them.
+    pub fn tune(&mut self, weights: &Weights) -> Result<()> {
+        self.device.ask(&ToDevice::Tune {
+            tracking_weight: fixed(weights.tracking_weight.iter().copied(), "outputs")?,
+            move_suppression: fixed(weights.move_suppression.iter().copied(), "inputs")?,
+            disturbance_gain: weights.disturbance_gain as f32,
+            iterations: weights.iterations,
+        })?;
+        Ok(())
+    }
+}
+
+impl Controller for MpcController<'_> {
+    fn command(
+        &mut self,
+        k: usize,
+        y: &[f64],
+        s: &[f64],
+        reference: &Reference,
+    ) -> Result<Vec<f64>> {
+        let horizon = usize::from(self.identity.horizon);
+        let preview = (1..=horizon).flat_map(|j| reference.row(k + j).iter().copied());
+        let sample = ToDevice::Sample {
+            seq: k as u32,
+            y: fixed(y.iter().copied(), "outputs")?,
+            s: fixed(s.iter().copied(), "channels")?,
+            reference: fixed(preview, "values of the reference")?,
+        };
+        self.device.send(&sample)?;
+        let (u, status, iterations, cost, ticks) = loop {
+            match self.device.receive()? {
+                ToHost::Command {
+                    seq,
+                    u,
+                    status,
+                    iterations,
+                    cost,
+                    ticks,
+                    ..
+                } if seq == k as u32 => break (u, status, iterations, cost, ticks),
+                // A board that paces itself: a tick for which this sample came too late.
+                ToHost::Command { seq, .. } if seq.wrapping_add(1) == k as u32 => self.late += 1,
+                other => {
+                    return Err(Error::failed(format!(
+                        "sample {k} was answered by {other:?}"
+                    )));
+                }
+            }
+        };
+        let bits = u.iter().map(|v| v.to_bits()).collect();
+        self.answers.push(Answer {
+            bits,
+            status,
+            iterations,
+            cost,
+            ticks,
+        });
+        Ok(u.iter().map(|v| f64::from(*v)).collect())
+    }
+}

@@ -1,0 +1,47 @@
+//! The plant that the controller does not know: the fitted rig with its parameters moved.
+
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use sinew_sim::Plant;
+
+/// A parameter that was moved, for the report.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct PerturbedParameter {
+    /// `carriage.inertia`.
+    pub name: String,
+    /// Its SI unit.
+    pub unit: String,
+    /// What the controller's model was trained with.
+    pub fitted: f64,
+    /// What the plant has.
+    pub plant: f64,
+}
+
+/// Moves every free parameter by a factor 1 - `most` to 1 - `least` or 1 + `least` to 1 + `most`,
+/// seeded; bounds of the rig are kept.
+pub fn perturbed(
+    plant: &Plant,
+    least: f64,
+    most: f64,
+    seed: u64,
+) -> (Vec<f64>, Vec<PerturbedParameter>) {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut values = plant.values();
+    let mut list = Vec::new();
+    for slot in plant.free_slots() {
+        let parameter = &plant.parameters()[slot];
+        let share = random.random_range(least..=most);
+        let sign = if random.random_bool(0.5) { 1.0 } else { -1.0 };
+        let wished = values[slot] * (1.0 + sign * share);
+        values[slot] = wished
+            .max(parameter.min.unwrap_or(f64::NEG_INFINITY))
+            .min(parameter.max.unwrap_or(f64::INFINITY));
+        list.push(PerturbedParameter {
+            name: parameter.name.clone(),
+            unit: parameter.unit.clone(),
+            fitted: parameter.value,
+            plant: values[slot],
+        });
+    }
+    (values, list)
+}

@@ -1,0 +1,430 @@
+//! The whole chain: a rig and recordings in, a controller that has run on a board out.
+
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+use sinew_model::fingerprint;
+use sinew_model::spec::ModelSpec;
+use sinew_model::store;
+use sinew_sim::{Plant, Rig};
+
+use crate::closed_loop::control_problem::ControlProblem;
+use crate::closed_loop::disturbance::Disturbance;
+use crate::closed_loop::perturbed_plant::PerturbedParameter;
+use crate::closed_loop::setup::{DeviceRun, PidRun, Setup, same_bits};
+use crate::pipeline::learn::{CHECKPOINT_FILE, Record, VISITS, learn, save};
+use crate::progress::Stage;
+use crate::project::{self, Board, Built, Optimise, Sizes};
+use crate::tuning::tune::tune_quickly;
+use sinew_ident::diagnose::{Diagnosis, Options, Recordings, diagnose};
+use sinew_ident::error::{Error, Result};
+use sinew_ident::fit::{Fit, FitOptions, FreeRun, doubt, fit, free_run};
+use sinew_ident::recording::Recording;
+use sinew_train::dataset::{Visit, visits};
+
+/// What the chain is run on.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// The rig file.
+    pub rig: PathBuf,
+    /// Recordings that estimate.
+    pub fit: Vec<PathBuf>,
+    /// Recordings that are only scored.
+    pub test: Vec<PathBuf>,
+    /// Where the controller runs.
+    pub board: Board,
+    /// What its image is made for.
+    pub optimise: Optimise,
+    /// Folder of everything that is written.
+    pub out: PathBuf,
+    /// Seed of everything that is drawn.
+    pub seed: u64,
+    /// Folder of cargo's build outputs; `out/target` without one.
+    pub cache: Option<PathBuf>,
+    /// Also say what physics the rig lacks.
+    pub diagnose: bool,
+    /// The kind of effect that is known to be missing, where somebody concealed one.
+    pub hidden: Option<String>,
+    /// No progress.
+    pub quiet: bool,
+}
+
+/// A signal before and after the fit, on one recording.
+pub struct Fitted {
+    /// `fit` or `test`.
+    pub role: &'static str,
+    /// The rig as written.
+    pub before: FreeRun,
+    /// The rig refitted.
+    pub after: FreeRun,
+}
+
+/// Everything that the chain found out.
+pub struct Outcome {
+    /// The rig's name.
+    pub name: String,
+    /// The fit.
+    pub fit: Fit,
+    /// What physics the rig lacks, if that was asked.
+    pub diagnosis: Option<Diagnosis>,
+    /// The kind of effect that is known to be missing.
+    pub hidden: Option<String>,
+    /// Free runs on every recording.
+    pub free_runs: Vec<Fitted>,
+    /// Signals that the refitted rig does not explain, a sentence each.
+    pub doubts: Vec<String>,
+    /// The task.
+    pub task: ControlProblem,
+    /// Units of the outputs.
+    pub units: Vec<String>,
+    /// Columns of the inputs.
+    pub inputs: Vec<String>,
+    /// Units of the inputs.
+    pub input_units: Vec<String>,
+    /// Columns of the outputs.
+    pub outputs: Vec<String>,
+    /// The model with its tuned settings.
+    pub spec: ModelSpec,
+    /// How it was trained.
+    pub record: Record,
+    /// The model came from an earlier run on the same files.
+    pub reused: bool,
+    /// Parameters of the plant that differ from the model's.
+    pub moved: Vec<PerturbedParameter>,
+    /// Where the controller ran.
+    pub board: Board,
+    /// What its image was made for.
+    pub optimise: Optimise,
+    /// Its run.
+    pub mpc: DeviceRun,
+    /// The PID's run; `None` with the reason where there is none.
+    pub pid: std::result::Result<PidRun, String>,
+    /// The board's commands have the bits of the host's; `None` where the host is the board.
+    pub host_equals_device: Option<bool>,
+    /// Sizes of the image; `None` on the host.
+    pub sizes: Option<Sizes>,
+    /// Wall time, seconds.
+    pub seconds: f64,
+}
+
+/// What tells an earlier training apart from one that can be used again.
+#[derive(Serialize, Deserialize)]
+struct Kept {
+    key: u64,
+    record: Record,
+}
+
+/// Runs the chain; leaves `out/rig.toml`, `out/model/`, `out/firmware/`, `out/boards/`, `out/images/`.
+///
+/// # Errors
+/// [`Error`] from any link, with the file that it is about.
+pub fn build(request: &Request) -> Result<Outcome> {
+    let begun = Instant::now();
+    let (rig, recordings, tests) = load(request)?;
+    let stage = Stage::begin("fit the rig to the recordings", request.quiet);
+    let fitted = fit(&rig, &recordings, &FitOptions::default(), &mut |p| {
+        stage.say(format!(
+            "stage {}, step {}, {:.2} % of the signal",
+            p.stage,
+            p.step,
+            100.0 * p.error
+        ));
+    })?;
+    sinew_ident::atomic::write(request.out.join("rig.toml"), fitted.rig.to_toml())?;
+    let free_runs = free_runs(&rig, &fitted.rig, &recordings, &tests)?;
+    stage.end(fit_sentence(&fitted));
+    let doubts = doubts(&fitted);
+    if !request.quiet {
+        // Before minutes go into what is made on it.
+        doubts
+            .iter()
+            .for_each(|doubt| eprintln!("  warning: {doubt}"));
+    }
+
+    let diagnosis = match request.diagnose {
+        true => Some(find(request, &rig, &recordings, &tests)?),
+        false => None,
+    };
+
+    let plant = Plant::new(&fitted.rig)?;
+    let reference = tests
+        .first()
+        .or(recordings.last())
+        .ok_or_else(no_recording)?;
+    let task = ControlProblem::new(&fitted.rig, &plant, &recordings, reference)?;
+    let bench = Setup {
+        plant: &plant,
+        task: &task,
+        seed: request.seed,
+        disturbance: Disturbance::None,
+        delay_s: 0.0,
+        program: None,
+    };
+    let (spec, record, reused) = model(
+        request,
+        &fitted.rig,
+        &plant,
+        &recordings,
+        &free_runs,
+        &bench,
+    )?;
+
+    project::write(&request.out, &spec, request.optimise)?;
+    let host = compile(request, Board::Host)?;
+    let board = match request.board {
+        Board::Host => host.clone(),
+        board => compile(request, board)?,
+    };
+    let hash = fingerprint(&spec);
+
+    let (values, moved) = bench.perturbed_plant();
+    let scenario = bench.scenario(&values)?;
+    let steps = scenario.reference.steps();
+    let stage = Stage::begin(format!("run it on {}", request.board.name()), request.quiet);
+    let mpc = bench.on_device(&request.out, request.board, &board, hash, &scenario)?;
+    stage.end(format!("{steps} steps at {:.0} Hz", 1.0 / task.period_s));
+    let host_equals_device = match request.board {
+        Board::Host => None,
+        _ => {
+            let stage = Stage::begin("run it on this computer", request.quiet);
+            let same = bench.on_device(&request.out, Board::Host, &host, hash, &scenario)?;
+            let equal = same_bits(&mpc.answers, &same.answers);
+            stage.end(if equal { "the same bits" } else { "OTHER bits" });
+            Some(equal)
+        }
+    };
+    let stage = Stage::begin("tune and run the PID", request.quiet);
+    let pid = bench.pid(&values, &scenario).map_err(|e| e.to_string());
+    stage.end(match &pid {
+        Ok(_) => "on the plant that it is judged on",
+        Err(_) => "none",
+    });
+    let sizes = match request.board {
+        Board::Host => None,
+        _ => Some(project::image::sizes(&board.lockstep)?),
+    };
+    let sensors = || task.outputs.iter().map(|s| &plant.sensors()[*s]);
+    Ok(Outcome {
+        name: rig.name.clone(),
+        fit: fitted,
+        diagnosis,
+        hidden: request.hidden.clone(),
+        free_runs,
+        doubts,
+        units: sensors().map(|s| s.unit.clone()).collect(),
+        outputs: sensors().map(|s| s.column.clone()).collect(),
+        inputs: plant.inputs().iter().map(|i| i.column.clone()).collect(),
+        input_units: plant.inputs().iter().map(|i| i.unit().into()).collect(),
+        task,
+        spec,
+        record,
+        reused,
+        moved,
+        board: request.board,
+        optimise: request.optimise,
+        mpc,
+        pid,
+        host_equals_device,
+        sizes,
+        seconds: begun.elapsed().as_secs_f64(),
+    })
+}
+
+/// What the rig lacks; leaves `out/mended.toml`.
+fn find(
+    request: &Request,
+    rig: &Rig,
+    recordings: &[Recording],
+    tests: &[Recording],
+) -> Result<Diagnosis> {
+    let stage = Stage::begin("diagnose what the rig lacks", request.quiet);
+    let recordings = Recordings {
+        fit: recordings.to_vec(),
+        check: Vec::new(),
+        test: tests.to_vec(),
+    };
+    let options = Options { seed: request.seed };
+    let told = |what: &str, done: usize, of: usize| stage.count(done, of, what);
+    let found = diagnose(rig, &recordings, &options, &told)?;
+    let mended = sinew_ident::diagnose::output::mended(&found);
+    sinew_ident::atomic::write(request.out.join("mended.toml"), mended)?;
+    stage.end(&found.sentence);
+    Ok(found)
+}
+
+fn load(request: &Request) -> Result<(Rig, Vec<Recording>, Vec<Recording>)> {
+    let read = |paths: &[PathBuf]| {
+        paths
+            .iter()
+            .map(Recording::read)
+            .collect::<Result<Vec<_>>>()
+    };
+    let rig = Rig::load(&request.rig)?;
+    let (recordings, tests) = (read(&request.fit)?, read(&request.test)?);
+    if recordings.is_empty() {
+        return Err(no_recording());
+    }
+    Ok((rig, recordings, tests))
+}
+
+fn no_recording() -> Error {
+    Error::arguments("no recording to fit the rig to").help("name one with --fit")
+}
+
+fn free_runs(
+    before: &Rig,
+    after: &Rig,
+    fit: &[Recording],
+    test: &[Recording],
+) -> Result<Vec<Fitted>> {
+    let of = |role: &'static str, recording: &Recording| -> Result<Fitted> {
+        Ok(Fitted {
+            role,
+            before: free_run(before, recording)?,
+            after: free_run(after, recording)?,
+        })
+    };
+    let fit = fit.iter().map(|r| of("fit", r));
+    fit.chain(test.iter().map(|r| of("test", r))).collect()
+}
+
+/// What the refitted rig does not explain of the recordings that it was fitted to.
+fn doubts(fit: &Fit) -> Vec<String> {
+    let sensors = fit.sensors.iter();
+    sensors
+        .filter_map(|s| doubt(&s.signal, &s.unit, s.rms, s.spread))
+        .collect()
+}
+
+fn fit_sentence(fit: &Fit) -> String {
+    match fit.sensors.first() {
+        Some(sensor) => format!(
+            "{} {} → {}",
+            sensor.signal,
+            sinew_ident::report::quantity(sensor.as_written_rms, &sensor.unit),
+            sinew_ident::report::quantity(sensor.rms, &sensor.unit)
+        ),
+        None => "no sensor".into(),
+    }
+}
+
+/// The model: from an earlier run on the same files, or trained and tuned now.
+fn model(
+    request: &Request,
+    rig: &Rig,
+    plant: &Plant,
+    recordings: &[Recording],
+    free_runs: &[Fitted],
+    bench: &Setup<'_>,
+) -> Result<(ModelSpec, Record, bool)> {
+    let folder = request.out.join("model");
+    let kept = request.out.join("training.json");
+    let key = key(rig, recordings, request.seed);
+    if let Some(found) = earlier(&kept, key)
+        && let Ok(spec) = store::load(&folder)
+    {
+        Stage::begin("train the network", request.quiet)
+            .end("as before: same rig, recordings and seed");
+        return Ok((spec, found.record, true));
+    }
+    let stage = Stage::begin("train the network", request.quiet);
+    let after: Vec<FreeRun> = free_runs.iter().map(|run| run.after.clone()).collect();
+    let starts = starts(plant, recordings, &after)?;
+    let learned = learn(
+        rig,
+        plant,
+        &plant.values(),
+        &starts,
+        bench.task,
+        (request.seed, &request.out.join(CHECKPOINT_FILE)),
+        |done, of, losses| {
+            stage.share(done, of, &format!("passes, loss {:.4}", losses.validation));
+        },
+    )?;
+    stage.end(format!(
+        "{} weights, {} after {} steps",
+        learned.record.parameters,
+        sinew_ident::report::quantity(
+            learned.record.horizon_rms[0],
+            &plant.sensors()[bench.task.outputs[0]].unit
+        ),
+        learned.record.horizon
+    ));
+
+    let mut spec = learned.spec;
+    tune_quickly(
+        &mut spec,
+        bench,
+        &request.out,
+        request.cache.as_deref(),
+        request.quiet,
+    )?;
+
+    save(&folder, &spec)?;
+    let text = serde_json::to_string(&Kept {
+        key,
+        record: learned.record.clone(),
+    })
+    .map_err(|e| Error::failed(format!("{}: {e}", kept.display())))?;
+    sinew_ident::atomic::write(&kept, text)?;
+    Ok((spec, learned.record, false))
+}
+
+fn earlier(path: &Path, key: u64) -> Option<Kept> {
+    let kept: Kept = serde_json::from_slice(&std::fs::read(path).ok()?).ok()?;
+    (kept.key == key).then_some(kept)
+}
+
+/// Changes with anything that training depends on.
+fn key(rig: &Rig, recordings: &[Recording], seed: u64) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    env!("CARGO_PKG_VERSION").hash(&mut hasher);
+    format!("{:?}", sinew_train::train::Options::default()).hash(&mut hasher);
+    // Tuning runs the firmware.
+    project::hash_sources(&mut hasher);
+    rig.to_toml().hash(&mut hasher);
+    seed.hash(&mut hasher);
+    for recording in recordings {
+        recording.to_csv().hash(&mut hasher);
+    }
+    hasher.finish()
+}
+
+/// States along the recordings of the fit, from the fitted rig's free runs.
+///
+/// # Errors
+/// A column is missing, or the plant diverges.
+pub fn starts(plant: &Plant, recordings: &[Recording], runs: &[FreeRun]) -> Result<Vec<Visit>> {
+    let mut all = Vec::new();
+    for (recording, run) in recordings.iter().zip(runs) {
+        let columns = plant
+            .inputs()
+            .iter()
+            .map(|input| {
+                let held = recording.held(&input.column, &input.actuator)?;
+                Ok(held
+                    .values
+                    .iter()
+                    .map(|v| v * input.column_factor)
+                    .collect::<Vec<f64>>())
+            })
+            .collect::<Result<Vec<_>>>()?;
+        let slices: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+        let count = VISITS / recordings.len().max(1);
+        all.extend(visits(
+            plant,
+            &plant.values(),
+            &run.start,
+            recording.t(),
+            &slices,
+            count,
+        )?);
+    }
+    Ok(all)
+}
+
+fn compile(request: &Request, board: Board) -> Result<Built> {
+    project::build_shown(&request.out, board, request.cache.as_deref(), request.quiet)
+}

@@ -1,0 +1,179 @@
+//! What a controller takes on a board, before anything is flashed: its linked images, and its steps counted in QEMU.
+
+use std::path::Path;
+
+use sinew_model::spec::ModelSpec;
+use sinew_nn::footprint::CYCLES_PER_INSTRUCTION;
+
+use crate::device::{Device, decode_log};
+use crate::progress::Stage;
+use crate::project::{self, Board, Chip, Optimise, Sizes, board_folder, image};
+use sinew_ident::error::{Error, Result};
+use sinew_ident::report::{Table, quantity, significant};
+
+/// Instructions in a tick of QEMU's counter: 40 ns and 32 ns (boards/qemu/README.md).
+const INSTRUCTIONS_PER_TICK: f64 = 1.25;
+
+/// What control steps take in QEMU, at random states with random references.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Steps {
+    /// Steps counted.
+    pub steps: u64,
+    /// Instructions of one, in the mean.
+    pub mean: u64,
+    /// Of the longest.
+    pub longest: u64,
+    /// Every part of a step at its longest, as often as it may occur (docs/explanation/controller.md, section 5).
+    pub bound: u64,
+    /// Deepest stack of a step, bytes.
+    pub stack_bytes: u64,
+}
+
+/// A board's row.
+pub struct OnBoard {
+    chip: &'static Chip,
+    name: &'static str,
+    sizes: Sizes,
+}
+
+/// Counts the steps of the project in `folder`.
+///
+/// # Errors
+/// It does not build or run, or its checks of itself fail.
+pub fn count(folder: &Path, cache: &Path) -> Result<Steps> {
+    let program = project::checks(folder, cache)?;
+    let runner = board_folder(folder, Board::Qemu).join("run.sh");
+    let end = Device::qemu(&runner, &program)?.end()?;
+    let log = decode_log(&program, &end.log)?;
+    if end.status != Some(0) {
+        return Err(Error::failed(format!(
+            "the checks of the firmware fail in QEMU:\n{log}"
+        )));
+    }
+    parse(&log).ok_or_else(|| Error::failed(format!("no counts in the firmware's log:\n{log}")))
+}
+
+/// The line `ticks: steps 400 mean 1 longest 2 bound 3 stack 4` of a log.
+fn parse(log: &str) -> Option<Steps> {
+    let (_, line) = log.split_once("ticks: ")?;
+    let words: Vec<&str> = line.lines().next()?.split_whitespace().collect();
+    let after = |name: &str| -> Option<f64> {
+        let at = words.iter().position(|word| *word == name)?;
+        words.get(at + 1)?.parse().ok()
+    };
+    let instructions = |name| Some((after(name)? * INSTRUCTIONS_PER_TICK).round() as u64);
+    Some(Steps {
+        steps: after("steps")? as u64,
+        mean: instructions("mean")?,
+        longest: instructions("longest")?,
+        bound: instructions("bound")?,
+        stack_bytes: after("stack")? as u64,
+    })
+}
+
+/// Counts the steps of a model's controller, and links its image for each of `boards`; build outputs go to `cache`.
+///
+/// # Errors
+/// It does not build or run.
+pub fn measure(
+    spec: &ModelSpec,
+    boards: &[Board],
+    optimise: Optimise,
+    cache: &Path,
+    quiet: bool,
+) -> Result<(Steps, Vec<OnBoard>)> {
+    let folder = cache.join("projects").join(&spec.name);
+    project::write(&folder, spec, optimise)?;
+    let stage = Stage::begin("count its steps in QEMU", quiet);
+    let steps = count(&folder, cache)?;
+    stage.end(format!("{} steps", steps.steps));
+    let mut rows = Vec::new();
+    for board in boards {
+        let Some(chip) = board.chip() else { continue };
+        let stage = Stage::begin(format!("link it for {}", board.folder()), quiet);
+        let built = project::compile(&folder, *board, cache)?;
+        let sizes = image::sizes(&built.lockstep)?;
+        stage.end(format!("{} B of flash", sizes.flash_bytes));
+        rows.push(OnBoard {
+            chip,
+            name: board.folder(),
+            sizes,
+        });
+    }
+    Ok((steps, rows))
+}
+
+/// One row a board. Time and power are estimates.
+pub fn table(spec: &ModelSpec, steps: &Steps, rows: &[OnBoard]) -> Table {
+    let period_s = spec.period_s;
+    let caption = format!(
+        "controller of {}, a step every {}: {} instructions in the mean of {}, {} in the longest, {} by the bound; {} B of stack",
+        spec.name,
+        quantity(period_s, "s"),
+        steps.mean,
+        steps.steps,
+        steps.longest,
+        steps.bound,
+        steps.stack_bytes
+    );
+    let titles = [
+        "board",
+        "#flash, B",
+        "#of it",
+        "#RAM, B",
+        "#of it",
+        "#step, mean",
+        "#longest",
+        "#bound",
+        "#of the period",
+        "#power",
+    ];
+    let share = |part: u64, of: u32| format!("{:.1} %", 100.0 * part as f64 / f64::from(of));
+    rows.iter().fold(Table::new(caption, titles), |table, row| {
+        let chip = row.chip;
+        let time = |instructions: u64| {
+            instructions as f64 * CYCLES_PER_INSTRUCTION / f64::from(chip.clock_hz)
+        };
+        let busy = (time(steps.mean) / period_s).min(1.0);
+        let current_ma = busy * chip.run_current_ma + (1.0 - busy) * chip.sleep_current_ma;
+        let ram = row.sizes.ram_bytes + steps.stack_bytes;
+        table.row([
+            row.name.to_string(),
+            row.sizes.flash_bytes.to_string(),
+            share(row.sizes.flash_bytes, chip.flash_bytes),
+            ram.to_string(),
+            share(ram, chip.ram_bytes),
+            quantity(time(steps.mean), "s"),
+            quantity(time(steps.longest), "s"),
+            quantity(time(steps.bound), "s"),
+            format!("{:.1} %", 100.0 * time(steps.longest) / period_s),
+            format!("{} mW", significant(current_ma * chip.supply_v, 3)),
+        ])
+    })
+}
+
+/// What the figures are worth.
+pub const REMARK: &str = "\
+Flash and RAM are the linked image's, RAM with the stack of a control step. Instructions are counted in QEMU at random states with
+random references; the bound is every part of a step at its longest, as often as it can occur. Times and power are estimates, measured
+on no board: 1.7 cycles an instruction, and the data sheet's currents for running during the mean step and sleeping after it.
+";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_are_read_from_the_firmwares_log() {
+        let log = "0.1 INFO it holds ... ok\n0.2 INFO ticks: steps 400 mean 800 longest 1600 bound 4000 stack 2832\n";
+        let steps = Steps {
+            steps: 400,
+            mean: 1000,
+            longest: 2000,
+            bound: 5000,
+            stack_bytes: 2832,
+        };
+        assert_eq!(parse(log), Some(steps));
+        assert_eq!(parse("0.1 INFO it holds ... ok\n"), None);
+    }
+}

@@ -1,0 +1,473 @@
+//! From the fitted rig to a model: episodes, training, and the score on stretches that trained nothing.
+
+use std::path::Path;
+
+use sinew_model::evaluate::advance;
+use sinew_model::spec::limits::MAX_REGRESSOR;
+use sinew_model::spec::{ControlSpec, ModelSpec, OutputForm, Signal};
+use sinew_model::store;
+use sinew_sim::{FirstLayer, Form, Plant, Rig};
+
+use crate::closed_loop::control_problem::ControlProblem;
+use sinew_ident::error::{Error, Result};
+use sinew_train::dataset::{Recipe, Slope, Stretch, Visit, draw, slopes};
+use sinew_train::train::{
+    Checkpoint, Epoch, Options, Scaled, Shape, Windows, gates, layers, scale, scaling, train,
+};
+
+/// How far a training is, in the folder of its result, until it has come to its end.
+pub const CHECKPOINT_FILE: &str = "training.checkpoint";
+
+/// Steps of an episode beyond the history and the rollout.
+const EPISODE_STEPS: usize = 60;
+/// Episodes to train on, to choose the pass by, and to score on.
+const EPISODES: [usize; 3] = [400, 80, 80];
+/// States of the recordings from which episodes may begin.
+pub const VISITS: usize = 4000;
+
+/// A trained model and how good it is.
+#[derive(Clone, Debug)]
+pub struct Learned {
+    /// The model with provisional control settings.
+    pub spec: ModelSpec,
+    /// The record of its training.
+    pub record: Record,
+}
+
+/// How training went; lengths in SI.
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
+pub struct Record {
+    /// One entry a pass.
+    pub history: Vec<Epoch>,
+    /// The pass that was kept.
+    pub kept: usize,
+    /// Weights and biases.
+    pub parameters: usize,
+    /// Root mean square error one step ahead, each output, on episodes that trained and chose nothing.
+    pub one_step_rms: Vec<f64>,
+    /// The same at the end of the horizon, the network fed with its own predictions.
+    pub horizon_rms: Vec<f64>,
+    /// Steps of that horizon.
+    pub horizon: usize,
+}
+
+/// What the rig's `[network]` table leaves open is filled in here.
+pub fn options(rig: &Rig, horizon: usize, seed: u64) -> (Shape, Options) {
+    let table = rig.network.as_ref();
+    let shape = Shape {
+        n_u: 0,
+        n_y: 0,
+        past_inputs: table.and_then(|t| t.past_inputs).unwrap_or(2),
+        past_outputs: table.and_then(|t| t.past_outputs).unwrap_or(3),
+        n_s: table.map_or(0, |t| t.channels.len()),
+    };
+    let hidden = table
+        .and_then(|t| t.hidden.clone())
+        .unwrap_or_else(|| vec![12]);
+    let first = table
+        .and_then(|t| t.first_layer)
+        .unwrap_or(FirstLayer::Tanh);
+    (
+        shape,
+        Options {
+            hidden,
+            observer_gain: table.and_then(|t| t.observer_gain).unwrap_or(1.0),
+            derivative_weight: table.and_then(|t| t.derivative_weight).unwrap_or(0.0),
+            rollout: horizon.clamp(1, 12),
+            seed,
+            ..Options::of(first)
+        },
+    )
+}
+
+/// Trains the model of `rig` on episodes of `plant` with `values`, begun at `visits`, with a seed and a file for its checkpoint.
+///
+/// # Errors
+/// The rig asks for a form that training does not make, the plant diverges, or nothing is learned.
+pub fn learn(
+    rig: &Rig,
+    plant: &Plant,
+    values: &[f64],
+    visits: &[Visit],
+    task: &ControlProblem,
+    (seed, checkpoint): (u64, &Path),
+    mut progress: impl FnMut(usize, usize, Epoch),
+) -> Result<Learned> {
+    if rig.network.as_ref().and_then(|t| t.form) == Some(Form::Absolute) {
+        return Err(
+            Error::file(&rig.file, "`form = \"absolute\"` is for imported networks").expected(
+                "`form = \"increment\"`, or no `form`: training learns the change of the output",
+            ),
+        );
+    }
+    fits(rig, plant, task)?;
+    let mut attempt = |task: &ControlProblem| {
+        learned(
+            rig,
+            plant,
+            values,
+            visits,
+            task,
+            (seed, checkpoint),
+            &mut progress,
+        )
+    };
+    let noise = roughened(&task.noise, &task.output_range);
+    match attempt(task) {
+        Err(_) if noise != task.noise => attempt(&ControlProblem {
+            noise,
+            ..task.clone()
+        }),
+        outcome => outcome,
+    }
+}
+
+/// [`learn`], with the noise that the task says.
+fn learned(
+    rig: &Rig,
+    plant: &Plant,
+    values: &[f64],
+    visits: &[Visit],
+    task: &ControlProblem,
+    (seed, checkpoint): (u64, &Path),
+    progress: impl FnMut(usize, usize, Epoch),
+) -> Result<Learned> {
+    let (shape, options) = options(rig, task.horizon, seed);
+    let shape = Shape {
+        n_u: plant.inputs().len(),
+        n_y: task.outputs.len(),
+        ..shape
+    };
+    let recipe = Recipe {
+        period_s: task.period_s,
+        steps: EPISODE_STEPS + shape.history() + options.warm_up() + options.rollout,
+        outputs: task.outputs.clone(),
+        noise: task.noise.clone(),
+        channels: task.channels.clone(),
+        channel_noise: task.channel_noise.clone(),
+        seed,
+    };
+    let drawn = draw(plant, values, visits, &recipe, EPISODES.iter().sum())?;
+    let column = |of: fn(&sinew_train::dataset::Episode) -> &[f64], width: usize, i: usize| {
+        drawn
+            .iter()
+            .flat_map(move |e| of(e).iter().skip(i).step_by(width).copied())
+    };
+    let u_scaling: Vec<_> = (0..shape.n_u)
+        .map(|i| scaling(column(|e| &e.u, shape.n_u, i)))
+        .collect();
+    let y_scaling: Vec<_> = (0..shape.n_y)
+        .map(|i| scaling(column(|e| &e.y, shape.n_y, i)))
+        .collect();
+    let s_scaling: Vec<_> = (0..shape.n_s)
+        .map(|i| scaling(column(|e| &e.channels, shape.n_s, i)))
+        .collect();
+    let mut scaled = scale(&drawn, &u_scaling, &y_scaling, &s_scaling);
+    if options.derivative_weight > 0.0 {
+        let reach: Vec<f64> = u_scaling.iter().map(|(span, _)| *span).collect();
+        let stretch = Stretch {
+            first: shape.history() + options.warm_up(),
+            steps: options.rollout,
+            reach: &reach,
+        };
+        let slopes = slopes(
+            plant,
+            values,
+            &drawn[..EPISODES[0] + EPISODES[1]],
+            &recipe,
+            stretch,
+        )?;
+        for (episode, slopes) in scaled.iter_mut().zip(slopes) {
+            episode.slopes = in_model_units(slopes, &u_scaling, &y_scaling);
+        }
+    }
+    let (training, rest) = scaled.split_at(EPISODES[0]);
+    let (validation, test) = rest.split_at(EPISODES[1]);
+
+    let mut checkpoint = Checkpoint::new(checkpoint);
+    let checkpoint = Some(&mut checkpoint);
+    let trained = train(shape, training, validation, &options, checkpoint, progress)?;
+    let signal = |name: &str, unit: &str, (span, offset): (f64, f64)| Signal {
+        name: name.into(),
+        unit: unit.into(),
+        span,
+        offset,
+    };
+    let inputs = plant.inputs().iter().zip(&u_scaling);
+    let outputs = task
+        .outputs
+        .iter()
+        .map(|s| &plant.sensors()[*s])
+        .zip(&y_scaling);
+    let spec = ModelSpec {
+        name: crate_name(&rig.name),
+        period_s: task.period_s,
+        inputs: inputs
+            .map(|(i, s)| signal(&i.column, unit_of(i.unit()), *s))
+            .collect(),
+        outputs: outputs
+            .map(|(o, s)| signal(&o.column, &o.unit, *s))
+            .collect(),
+        channels: task
+            .channels
+            .iter()
+            .map(|s| &plant.sensors()[*s])
+            .zip(&s_scaling)
+            .map(|(c, s)| signal(&c.column, &c.unit, *s))
+            .collect(),
+        past_inputs: shape.past_inputs,
+        past_outputs: shape.past_outputs,
+        form: OutputForm::Increment,
+        shortcut: Some(trained.folded.linear.concat()),
+        layers: layers(&trained.folded)?,
+        control: ControlSpec {
+            observer_gain: options.observer_gain,
+            ..control(task)
+        },
+        golden: vec![],
+    };
+    spec.validate()
+        .map_err(|e| Error::failed(format!("the trained model: {e}")))?;
+    let (one_step_rms, horizon_rms) =
+        score(&spec, shape, options.warm_up(), task, test, &y_scaling);
+    let record = Record {
+        history: trained.history,
+        kept: trained.kept,
+        parameters: spec.parameters(),
+        one_step_rms,
+        horizon_rms,
+        horizon: task.horizon,
+    };
+    Ok(Learned { spec, record })
+}
+
+/// Slopes with inputs and outputs in units of their spans.
+fn in_model_units(
+    mut slopes: Vec<Slope>,
+    u_scaling: &[(f64, f64)],
+    y_scaling: &[(f64, f64)],
+) -> Vec<Slope> {
+    let divide = |values: &mut [f64], scaling: &[(f64, f64)]| {
+        let each = values.iter_mut().zip(scaling.iter().cycle());
+        each.for_each(|(value, (span, _))| *value /= span);
+    };
+    for slope in &mut slopes {
+        divide(&mut slope.along, u_scaling);
+        divide(&mut slope.of, y_scaling);
+    }
+    slopes
+}
+
+/// What a network remembers has to fit a frame beside the regressor; said before anything is simulated.
+///
+/// # Errors
+/// It does not.
+pub fn fits(rig: &Rig, plant: &Plant, task: &ControlProblem) -> Result<()> {
+    let (shape, options) = options(rig, task.horizon, 0);
+    let shape = Shape {
+        n_u: plant.inputs().len(),
+        n_y: task.outputs.len(),
+        ..shape
+    };
+    let line = rig.network.as_ref().map_or(1, |table| table.line);
+    if gates(options.first).is_some() && options.observer_gain < 1.0 {
+        let message = "`observer_gain` of [network] is for networks without memory: one that remembers filters for itself";
+        return Err(Error::file(&rig.file, message)
+            .at(line, 1)
+            .expected("`first_layer = \"tanh\"` or `\"relu\"`, or no `observer_gain`"));
+    }
+    let vectors = match options.first {
+        FirstLayer::Tanh | FirstLayer::Relu => 0,
+        FirstLayer::Gru => 1,
+        FirstLayer::Lstm => 2,
+    };
+    let remembered = vectors * options.hidden.first().copied().unwrap_or(0);
+    let looked_at = shape.regressor_len();
+    if remembered == 0 || looked_at + remembered <= MAX_REGRESSOR {
+        return Ok(());
+    }
+    let message = format!(
+        "[network] looks at {looked_at} numbers and remembers {remembered}, more than the {MAX_REGRESSOR} of a frame"
+    );
+    Err(Error::file(&rig.file, message)
+        .at(line, 1)
+        .expected("a smaller first width in `hidden`, or fewer `past_inputs` and `past_outputs`"))
+}
+
+/// Writes a model's files, each whole or not at all.
+///
+/// # Errors
+/// The specification is not valid, or a file cannot be written.
+pub fn save(folder: &Path, spec: &ModelSpec) -> Result<()> {
+    for (file, contents) in store::print(spec).map_err(Error::refused)? {
+        sinew_ident::atomic::write(folder.join(file), contents)?;
+    }
+    Ok(())
+}
+
+/// Settings that hold until they are tuned.
+pub(super) fn control(task: &ControlProblem) -> ControlSpec {
+    ControlSpec {
+        horizon: task.horizon,
+        control_horizon: task.control_horizon,
+        move_blocks: vec![],
+        first_step: 1,
+        tracking_weight: task.tracking_weight.clone(),
+        move_suppression: task
+            .move_suppression
+            .clone()
+            .unwrap_or_else(|| vec![0.01; task.limits.len()]),
+        command_weight: task.command_weight,
+        lower: task.limits.iter().map(|l| l.0).collect(),
+        upper: task.limits.iter().map(|l| l.1).collect(),
+        rate_limit: task.limits.iter().map(|l| l.2 / task.period_s).collect(),
+        safe: task
+            .limits
+            .iter()
+            .map(|(low, high, _)| 0.0_f64.clamp(*low, *high))
+            .collect(),
+        disturbance_gain: 0.2,
+        observer_gain: 1.0,
+        iterations: 2,
+        gap_limit: 10,
+    }
+}
+
+/// Least noise of a second attempt, as a part of half an output's range. Not of the first: real sensors can be quieter, and
+/// what they say is worth learning.
+const QUIET: f64 = 1e-5;
+
+/// At least a little noise on every output. Simulated recordings have none: the past of a smooth signal is all but linearly
+/// dependent, and weights that rely on its last digits may make rollouts that f32 cannot follow.
+fn roughened(noise: &[f64], range: &[f64]) -> Vec<f64> {
+    let each = noise.iter().zip(range);
+    each.map(|(noise, range)| noise.max(QUIET * range))
+        .collect()
+}
+
+/// Root mean square errors on `test`, one step ahead and at the horizon, in physical units. What a network remembers
+/// follows from the measured past of the episode, from rest on, as in the firmware; the first `warm_up` steps are not
+/// scored.
+pub(super) fn score(
+    spec: &ModelSpec,
+    shape: Shape,
+    warm_up: usize,
+    task: &ControlProblem,
+    test: &[Scaled],
+    y_scaling: &[(f64, f64)],
+) -> (Vec<f64>, Vec<f64>) {
+    let test = observed(spec, shape, test);
+    let windows = Windows::new(shape, warm_up, task.horizon, &test);
+    let mut warm = vec![0.0; spec.memory()];
+    let mut squares = [vec![0.0; shape.n_y], vec![0.0; shape.n_y]];
+    let newest = shape.n_u * shape.past_inputs;
+    for w in 0..windows.len() {
+        let mut x = Vec::new();
+        let first = windows.begins_episode(w);
+        if first {
+            warm.fill(0.0);
+        }
+        for back in (1..=if first { warm_up } else { warm_up.min(1) }).rev() {
+            windows.regressor_before(w, back, &mut x);
+            x.extend_from_slice(&warm);
+            warm = advance(spec, &x).1;
+            x.clear();
+        }
+        windows.regressor(w, &mut x);
+        x.extend_from_slice(&warm);
+        let seen = x.len() - warm.len();
+        for (j, target) in windows.targets(w).chunks(shape.n_y).enumerate() {
+            if j > 0 {
+                x.copy_within(..newest - shape.n_u, shape.n_u);
+                x[..shape.n_u]
+                    .copy_from_slice(&windows.inputs(w)[j * shape.n_u..(j + 1) * shape.n_u]);
+            }
+            let (y, memory) = advance(spec, &x);
+            x[seen..].copy_from_slice(&memory);
+            let last = seen - shape.n_s - shape.n_y;
+            x.copy_within(newest..last, newest + shape.n_y);
+            x[newest..newest + shape.n_y].copy_from_slice(&y);
+            let place = match j {
+                0 => 0,
+                j if j + 1 == task.horizon => 1,
+                _ => continue,
+            };
+            for r in 0..shape.n_y {
+                squares[place][r] += ((y[r] - target[r]) * y_scaling[r].0).powi(2);
+            }
+        }
+    }
+    let count = windows.len().max(1) as f64;
+    let rms = |s: &[f64]| s.iter().map(|v| (v / count).sqrt()).collect();
+    if task.horizon == 1 {
+        return (rms(&squares[0]), rms(&squares[0]));
+    }
+    (rms(&squares[0]), rms(&squares[1]))
+}
+
+/// Episodes as the firmware's history holds them: what is measured entered by the observer (docs/explanation/controller.md, eq. 10c), no disturbance.
+fn observed(spec: &ModelSpec, shape: Shape, episodes: &[Scaled]) -> Vec<Scaled> {
+    let gain = spec.control.observer_gain;
+    let mut episodes = episodes.to_vec();
+    if gain == 1.0 {
+        return episodes;
+    }
+    for episode in &mut episodes {
+        let mut memory = vec![0.0; spec.memory()];
+        for k in shape.history()..episode.steps {
+            let mut x = Vec::new();
+            episode.regressor(&shape, k, &mut x);
+            x.extend_from_slice(&memory);
+            let (predicted, next) = advance(spec, &x);
+            memory = next;
+            let place = &mut episode.measured[(k + 1) * shape.n_y..(k + 2) * shape.n_y];
+            for (place, predicted) in place.iter_mut().zip(&predicted) {
+                *place = predicted + gain * (*place - predicted);
+            }
+        }
+    }
+    episodes
+}
+
+/// A unit; `1` for none, since a model names a unit for every signal.
+pub(super) fn unit_of(unit: &str) -> &str {
+    match unit {
+        "" => "1",
+        unit => unit,
+    }
+}
+
+/// A rig's name as cargo takes it: lower-case letters, digits and `-`.
+pub fn crate_name(name: &str) -> String {
+    let mut text = String::new();
+    for c in name.chars() {
+        if c.is_ascii_alphanumeric() {
+            text.push(c.to_ascii_lowercase());
+        } else if !text.ends_with('-') && !text.is_empty() {
+            text.push('-');
+        }
+    }
+    let text = text.trim_end_matches('-');
+    if text.is_empty() {
+        "rig".into()
+    } else {
+        text.into()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{crate_name, roughened};
+
+    #[test]
+    fn an_output_without_noise_gets_a_little() {
+        assert_eq!(roughened(&[0.0, 0.2], &[2.0, 1.0]), [2e-5, 0.2]);
+    }
+
+    #[test]
+    fn any_rig_name_becomes_a_crate_name() {
+        assert_eq!(crate_name("EMPS positioning axis"), "emps-positioning-axis");
+        assert_eq!(crate_name("  ümläut (2) "), "ml-ut-2");
+        assert_eq!(crate_name("***"), "rig");
+    }
+}

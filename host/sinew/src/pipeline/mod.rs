@@ -1,0 +1,7 @@
+//! The pipeline from a recording to a controlled microcontroller.
+
+pub mod build;
+pub mod footprint;
+pub mod import;
+pub mod learn;
+pub mod summary;

@@ -1,0 +1,112 @@
+//! The lines that a person reads at the end.
+
+use std::path::Path;
+
+use crate::pipeline::build::Outcome;
+use crate::pipeline::summary::Summary;
+use sinew_ident::report::quantity;
+
+/// The lines that a person reads at the end.
+pub fn closing_lines(outcome: &Outcome, summary: &Summary, folder: &Path) -> Vec<String> {
+    let unit = &summary.tracking.unit;
+    let mut lines = Vec::new();
+    let mut line = |label: &str, text: String| lines.push(format!("{label:<14}{text}"));
+    for e in &summary.fit {
+        line(
+            if e.role == "fit" {
+                "fit"
+            } else {
+                "held-out fit"
+            },
+            format!(
+                "{}: free-run error {} as written, {} refitted",
+                e.signal,
+                quantity(e.as_written_rms, &e.unit),
+                quantity(e.fitted_rms, &e.unit)
+            ),
+        );
+    }
+    for doubt in &outcome.doubts {
+        line("warning", doubt.clone());
+    }
+    if let Some(found) = &summary.diagnosis {
+        line(
+            "diagnosis",
+            format!(
+                "{}: free-run error {} refitted, {} mended",
+                found.found,
+                quantity(found.before_rms, &found.unit),
+                quantity(found.after_rms, &found.unit)
+            ),
+        );
+    }
+    line(
+        "network",
+        format!(
+            "{} weights, {} off after one step, {} after {}",
+            summary.network.parameters,
+            quantity(summary.network.one_step_rms, unit),
+            quantity(summary.network.horizon_rms, unit),
+            outcome.record.horizon
+        ),
+    );
+    line(
+        "loop",
+        format!(
+            "{} steps at {:.0} Hz on {}, {} late, {} commands outside the limits",
+            summary.steps,
+            summary.rate_hz,
+            summary.board,
+            summary.deadline_misses,
+            summary.commands_outside_limits
+        ),
+    );
+    line(
+        "tracking",
+        match &outcome.pid {
+            Ok(_) => format!(
+                "MPC {} RMS ({} at most), tuned PID {} ({})",
+                quantity(summary.tracking.mpc_rms, unit),
+                quantity(summary.tracking.mpc_max, unit),
+                quantity(summary.tracking.pid_rms, unit),
+                quantity(summary.tracking.pid_max, unit)
+            ),
+            Err(reason) => format!(
+                "MPC {} RMS ({} at most); no PID: {reason}",
+                quantity(summary.tracking.mpc_rms, unit),
+                quantity(summary.tracking.mpc_max, unit)
+            ),
+        },
+    );
+    if let Some(count) = summary.instructions_per_step {
+        line(
+            "step",
+            format!(
+                "{:.0} instructions, {} at most (counted in QEMU)",
+                count.mean, count.max
+            ),
+        );
+    }
+    if let (Some(flash), Some(ram), Some(stack)) =
+        (summary.flash_bytes, summary.ram_bytes, summary.stack_bytes)
+    {
+        line(
+            "image",
+            format!(
+                "{flash} B flash, {ram} B RAM, {stack} B stack, no heap{}",
+                outcome.optimise.note()
+            ),
+        );
+    }
+    match summary.host_equals_device {
+        Some(true) => line(
+            "parity",
+            "the same bits on this computer and on the chip".into(),
+        ),
+        Some(false) => line("parity", "THIS COMPUTER AND THE CHIP DIFFER".into()),
+        None => {}
+    }
+    line("report", folder.join("report.html").display().to_string());
+    line("figures", folder.join("summary.json").display().to_string());
+    lines
+}

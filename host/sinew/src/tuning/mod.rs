@@ -1,0 +1,6 @@
+//! Search for controller settings: one optimiser, one objective and one budget for every controller.
+
+pub mod objective;
+pub mod optimise;
+pub mod search_space;
+pub mod tune;

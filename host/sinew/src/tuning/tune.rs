@@ -1,0 +1,549 @@
+//! Tuning of every controller for one objective with one budget, on the same closed loops. The
+//! report is on a closed loop with another plant, reference and noise.
+
+use std::path::Path;
+use std::sync::{Mutex, PoisonError};
+
+use sinew_device::protocol::MAX_PREVIEW;
+use sinew_model::fingerprint;
+use sinew_model::spec::{ControlSpec, ModelSpec};
+use sinew_sim::Rig;
+use toml_edit::{Array, DocumentMut, Item, Table, Value};
+
+use crate::closed_loop::baseline::{BaselineController, Training, Tuning, tune};
+use crate::closed_loop::mpc::{MpcController, Weights};
+use crate::closed_loop::scenario::{Run, Scenario, Score};
+use crate::closed_loop::setup::Setup;
+use crate::progress::Stage;
+use crate::project::{self, Board, Built, Optimise};
+use crate::tuning::objective::Objective;
+use crate::tuning::optimise;
+use crate::tuning::search_space::{Budget, Cheapest, SearchSpace};
+use sinew_ident::error::{Error, Result};
+
+/// What is tuned on, and what is reported on.
+pub struct Request<'a> {
+    /// The loop's task.
+    pub bench: &'a Setup<'a>,
+    /// Loops for tuning.
+    pub training: Training<'a>,
+    /// The loop that is reported.
+    pub held_out: &'a Scenario,
+    /// Evaluations of the objective for each controller.
+    pub evaluations: usize,
+    /// The gain of the disturbance estimate, where it is not searched.
+    pub disturbance_gain: Option<f64>,
+    /// Most Newton iterations a step, where they are not the model's.
+    pub iterations: Option<u8>,
+    /// One factor of all of Lambda, and Q as it is.
+    pub tied: bool,
+    /// No progress.
+    pub quiet: bool,
+}
+
+/// The loop that is reported, run.
+pub struct HeldOut {
+    /// The loop.
+    pub run: Run,
+    /// Its score.
+    pub score: Score,
+    /// Its objective.
+    pub cost: f64,
+}
+
+/// What tuning did to one controller; before and after.
+pub struct Line {
+    /// `MPC`, `PID`, `RISE`.
+    pub name: &'static str,
+    /// Evaluations of the objective that were made.
+    pub evaluations: usize,
+    /// Objective over the loops for tuning.
+    pub training: [f64; 2],
+    /// The loop that is reported.
+    pub held_out: [HeldOut; 2],
+}
+
+/// A controller without a model, tuned.
+pub struct TunedFeedback<L: BaselineController> {
+    /// What tuning did.
+    pub line: Line,
+    /// The gains found.
+    pub tuning: Vec<Tuning<L::Gains>>,
+}
+
+impl Request<'_> {
+    fn judged(&self, run: Run) -> HeldOut {
+        let t = &self.training;
+        let score = run.score(t.limits);
+        let cost = t.objective.cost(&score, t.output_range, t.input_range);
+        HeldOut { run, score, cost }
+    }
+}
+
+/// Tunes a controller without a model; before: the cheapest start of the search.
+///
+/// # Errors
+/// Inputs and outputs do not pair off, or the reported plant diverges under gains that the others bore.
+pub fn tune_feedback<L: BaselineController>(request: &Request<'_>) -> Result<TunedFeedback<L>> {
+    let stage = Stage::begin(format!("tune the {}", L::NAME), request.quiet);
+    let told = counter(&stage, request.evaluations);
+    let budget = optimise::Budget::Apart(request.evaluations);
+    let tuned = tune::<L>(&request.training, budget, &told)?;
+    drop(told);
+    let judged = |tuning: Vec<Tuning<L::Gains>>| -> Result<HeldOut> {
+        let run = request.bench.run_baseline::<L>(tuning, request.held_out)?;
+        Ok(request.judged(run.run))
+    };
+    let line = Line {
+        name: L::NAME,
+        evaluations: tuned.found.evaluations,
+        training: [tuned.found.start_cost, tuned.found.cost],
+        held_out: [judged(tuned.before)?, judged(tuned.after.clone())?],
+    };
+    stage.end(format!("{} evaluations", line.evaluations));
+    Ok(TunedFeedback {
+        line,
+        tuning: tuned.after,
+    })
+}
+
+/// A progress line that counts evaluations.
+fn counter(stage: &Stage, of: usize) -> impl Fn() + Sync + '_ {
+    let done = std::sync::atomic::AtomicUsize::new(0);
+    move || {
+        let done = 1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        stage.share(done, of.max(done), "evaluations");
+    }
+}
+
+/// Horizons of a firmware: what its const parameters are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shape {
+    /// Steps predicted.
+    pub horizon: usize,
+    /// Steps decided.
+    pub control_horizon: usize,
+}
+
+impl Shape {
+    /// The shapes to try, the model's own first. Without any asked for: the model's, and what differs from it in
+    /// one horizon, as far as a firmware carries it.
+    ///
+    /// # Errors
+    /// One that was asked for and that no firmware could carry.
+    pub fn candidates(
+        spec: &ModelSpec,
+        horizons: &[usize],
+        control_horizons: &[usize],
+    ) -> Result<Vec<Self>> {
+        let own = Self {
+            horizon: spec.control.horizon,
+            control_horizon: spec.control.control_horizon,
+        };
+        let shape = |horizon: usize, control_horizon: usize| Self {
+            horizon,
+            control_horizon,
+        };
+        let mut shapes = Vec::new();
+        if horizons.is_empty() && control_horizons.is_empty() {
+            let (n, nc) = (own.horizon, own.control_horizon);
+            let near = [
+                own,
+                shape(n / 2, nc.min(n / 2)),
+                shape(n + n / 2, nc),
+                shape(n, nc / 2),
+                shape(n, (2 * nc).min(n)),
+            ];
+            shapes.extend(near.into_iter().filter(|s| s.of(spec).is_ok()));
+        } else {
+            let or_own = |asked: &[usize], own: usize| match asked {
+                [] => vec![own],
+                asked => asked.to_vec(),
+            };
+            for n in or_own(horizons, own.horizon) {
+                for nc in or_own(control_horizons, own.control_horizon.min(n)) {
+                    shape(n, nc).of(spec).map_err(|e| {
+                        Error::arguments(format!(
+                            "horizon {n} with control horizon {nc} is no firmware: {e}"
+                        ))
+                        .help("name others with --horizons and --control-horizons")
+                    })?;
+                    shapes.push(shape(n, nc));
+                }
+            }
+        }
+        let mut kept: Vec<Self> = Vec::new();
+        for shape in shapes {
+            if !kept.contains(&shape) {
+                kept.push(shape);
+            }
+        }
+        Ok(kept)
+    }
+
+    /// The model with these horizons; blocks of moves are kept where they still fit.
+    fn of(self, spec: &ModelSpec) -> std::result::Result<ModelSpec, String> {
+        let mut spec = spec.clone();
+        if self.control_horizon != spec.control.control_horizon {
+            spec.control.move_blocks.clear();
+        }
+        spec.control.first_step = spec.control.first_step.min(self.horizon.max(1));
+        spec.control.horizon = self.horizon;
+        spec.control.control_horizon = self.control_horizon;
+        let preview = self.horizon.saturating_mul(spec.outputs.len());
+        if preview > MAX_PREVIEW {
+            return Err(format!(
+                "it previews {preview} values of the reference, and a frame carries {MAX_PREVIEW}"
+            ));
+        }
+        spec.validate().map_err(|e| e.to_string())?;
+        Ok(spec)
+    }
+}
+
+/// One firmware, built for this computer.
+struct Firmware<'a> {
+    folder: &'a Path,
+    built: Built,
+    model: u32,
+}
+
+impl<'a> Firmware<'a> {
+    fn build(
+        spec: &ModelSpec,
+        folder: &'a Path,
+        cache: Option<&Path>,
+        quiet: bool,
+    ) -> Result<Self> {
+        project::write(folder, spec, Optimise::Speed)?;
+        Ok(Self {
+            folder,
+            built: project::build_shown(folder, Board::Host, cache, quiet)?,
+            model: fingerprint(spec),
+        })
+    }
+
+    /// Searches the weights of this firmware; with the last failure of a run, where there was one.
+    fn cheapest(
+        &self,
+        space: &SearchSpace,
+        budget: Budget,
+        training: &Training<'_>,
+        progress: &(dyn Fn() + Sync),
+    ) -> (Cheapest, Option<Error>) {
+        let failure = Mutex::new(None);
+        let found = space.cheapest(budget, |weights| {
+            progress();
+            let cost = training.cost(|scenario| self.run(weights, scenario));
+            cost.unwrap_or_else(|error| {
+                // A panic elsewhere cannot leave an error half stored.
+                *failure.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
+                f64::INFINITY
+            })
+        });
+        let failure = failure.into_inner();
+        (found, failure.unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// A device that has run nothing yet, since a reset keeps the command applied last.
+    fn run(&self, weights: &Weights, scenario: &Scenario) -> Result<Run> {
+        let mut device = Setup::start(self.folder, Board::Host, &self.built)?;
+        let mut mpc = MpcController::new(&mut device, self.model)?;
+        mpc.tune(weights)?;
+        scenario.run(&mut mpc)
+    }
+}
+
+fn no_weights() -> Error {
+    Error::failed("no weights give a loop that stays finite")
+}
+
+/// Iterations of the simplex from each start in `sinew build`.
+const QUICK: Budget = Budget::Iterations(30);
+
+/// Tunes the weights of a network straight from training with a small budget: on the fitted plant and
+/// plants near it, never on the plant, the reference or the noise of the comparison. The weights are
+/// left in `spec`.
+///
+/// # Errors
+/// Firmware that does not build or run, or no weights that give a finite cost.
+pub fn tune_quickly(
+    spec: &mut ModelSpec,
+    setup: &Setup<'_>,
+    folder: &Path,
+    cache: Option<&Path>,
+    quiet: bool,
+) -> Result<()> {
+    let firmware = Firmware::build(spec, folder, cache, quiet)?;
+    let stage = Stage::begin("tune the controller", quiet);
+    let scenarios = setup.tuning_scenarios(&setup.tuning_plants())?;
+    let task = setup.task;
+    let space = SearchSpace::untuned(
+        &task.tracking_weight,
+        task.move_suppression.as_deref(),
+        task.limits.len(),
+        spec.control.iterations,
+    );
+    let training = setup.training(&scenarios, Objective::Tracking);
+    let (found, failure) = firmware.cheapest(&space, QUICK, &training, &|| ());
+    if !(found.cost < f64::MAX) {
+        return Err(failure.unwrap_or_else(no_weights));
+    }
+    spec.control.move_suppression = found.weights.move_suppression;
+    spec.control.disturbance_gain = found.weights.disturbance_gain;
+    stage.end(format!(
+        "move suppression {:.1e}, disturbance gain {:.2}",
+        spec.control.move_suppression[0], spec.control.disturbance_gain
+    ));
+    Ok(())
+}
+
+/// Tunes the predictive controller: for each shape a share of the budget on Q (the first output's is 1, as only ratios
+/// count), Lambda and the gain of the disturbance estimate. Before: the model as it came.
+///
+/// # Errors
+/// Firmware that does not build or run, or no weights that give a finite cost.
+pub fn tune_mpc(
+    request: &Request<'_>,
+    spec: &ModelSpec,
+    shapes: &[Shape],
+    folder: &Path,
+    cache: Option<&Path>,
+) -> Result<(Line, ModelSpec)> {
+    let control = &spec.control;
+    let own = Weights {
+        tracking_weight: control.tracking_weight.clone(),
+        move_suppression: control.move_suppression.clone(),
+        disturbance_gain: control.disturbance_gain,
+        iterations: control.iterations,
+    };
+    let space = SearchSpace::about(
+        control,
+        request.disturbance_gain,
+        request.iterations,
+        request.tied,
+    );
+
+    let before = {
+        let firmware = Firmware::build(spec, folder, cache, request.quiet)?;
+        let trained = request
+            .training
+            .cost(|scenario| firmware.run(&own, scenario))?;
+        (
+            trained,
+            request.judged(firmware.run(&own, request.held_out)?),
+        )
+    };
+    let mut best: Option<(f64, ModelSpec)> = None;
+    let mut failure = None;
+    let (mut evaluations, share) = (0, request.evaluations / shapes.len().max(1));
+    for shape in shapes {
+        let mut candidate = shape.of(spec).map_err(Error::arguments)?;
+        let firmware = Firmware::build(&candidate, folder, cache, request.quiet)?;
+        let title = format!(
+            "tune the MPC, {} and {} steps",
+            shape.horizon, shape.control_horizon
+        );
+        let stage = Stage::begin(title, request.quiet);
+        let told = counter(&stage, share);
+        let budget = Budget::Evaluations(share);
+        let (found, error) = firmware.cheapest(&space, budget, &request.training, &told);
+        drop(told);
+        failure = failure.or(error);
+        let weights = found.weights;
+        candidate.control.tracking_weight = weights.tracking_weight;
+        candidate.control.move_suppression = weights.move_suppression;
+        candidate.control.disturbance_gain = weights.disturbance_gain;
+        candidate.control.iterations = weights.iterations;
+        evaluations += found.evaluations;
+        stage.end(format!("objective {:.3e}", found.cost));
+        if found.cost < best.as_ref().map_or(f64::MAX, |(cost, _)| *cost) {
+            best = Some((found.cost, candidate));
+        }
+    }
+    let Some((cost, tuned)) = best else {
+        return Err(failure.unwrap_or_else(no_weights));
+    };
+    // The firmware that is reported carries its weights itself.
+    let firmware = Firmware::build(&tuned, folder, cache, request.quiet)?;
+    let weights = Weights {
+        tracking_weight: tuned.control.tracking_weight.clone(),
+        move_suppression: tuned.control.move_suppression.clone(),
+        disturbance_gain: tuned.control.disturbance_gain,
+        iterations: tuned.control.iterations,
+    };
+    let after = request.judged(firmware.run(&weights, request.held_out)?);
+    let line = Line {
+        name: "MPC",
+        evaluations,
+        training: [before.0, cost],
+        held_out: [before.1, after],
+    };
+    Ok((line, tuned))
+}
+
+/// The rig with another `[control]` table; its text, comments and other keys stay.
+///
+/// # Errors
+/// A rig whose `[control]` is no table.
+pub fn controlled(rig: &Rig, control: &ControlSpec) -> Result<Rig> {
+    let refused = |what: String| Error::file(&rig.file, format!("cannot write [control]: {what}"));
+    let mut document: DocumentMut = rig
+        .to_toml()
+        .parse()
+        .map_err(|e: toml_edit::TomlError| refused(e.to_string()))?;
+    let table = document
+        .entry("control")
+        .or_insert(Item::Table(Table::new()))
+        .as_table_like_mut()
+        .ok_or_else(|| refused("it is no table".into()))?;
+    let numbers = |values: &[f64]| Value::from(values.iter().copied().collect::<Array>());
+    for (key, mut value) in [
+        ("horizon", Value::from(control.horizon as i64)),
+        (
+            "control_horizon",
+            Value::from(control.control_horizon as i64),
+        ),
+        ("tracking_weight", numbers(&control.tracking_weight)),
+        ("move_suppression", numbers(&control.move_suppression)),
+    ] {
+        match table.get_mut(key).and_then(Item::as_value_mut) {
+            Some(old) => {
+                // What stands before and after the number is the user's.
+                *value.decor_mut() = old.decor().clone();
+                *old = value;
+            }
+            None => {
+                table.insert(key, Item::Value(value));
+            }
+        }
+    }
+    Ok(Rig::parse(&document.to_string(), &rig.file)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use sinew_mpc::pid::PidState;
+    use sinew_mpc::rise::RiseState;
+    use sinew_sim::Plant;
+
+    use super::*;
+    use crate::closed_loop::control_problem::ControlProblem;
+    use crate::closed_loop::disturbance::Disturbance;
+    use sinew_ident::recording::Recording;
+
+    fn checkout(file: &str) -> std::path::PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("../..")
+            .join(file)
+    }
+
+    fn rig() -> Rig {
+        Rig::load(checkout("rigs/mass-spring-damper.toml")).expect("the shipped rig is sound")
+    }
+
+    #[test]
+    fn the_objective_falls_on_references_that_tuning_has_not_seen() {
+        let rig = rig();
+        let plant = Plant::new(&rig).expect("it can be simulated");
+        let recording =
+            Recording::read(checkout("rigs/mass-spring-damper.fit.csv")).expect("it can be read");
+        let task = ControlProblem::new(&rig, &plant, std::slice::from_ref(&recording), &recording)
+            .expect("it fits the rig");
+        let bench = Setup {
+            plant: &plant,
+            task: &task,
+            seed: 3,
+            disturbance: Disturbance::Ramp,
+            delay_s: 0.0,
+            program: None,
+        };
+        let scenarios = bench
+            .tuning_scenarios(&[plant.values()])
+            .expect("it starts");
+        let (values, _) = bench.perturbed_plant();
+        let held_out = bench.scenario(&values).expect("it starts");
+        assert_ne!(scenarios[0].reference, held_out.reference);
+        let request = |objective| Request {
+            bench: &bench,
+            training: bench.training(&scenarios, objective),
+            held_out: &held_out,
+            evaluations: 120,
+            disturbance_gain: None,
+            iterations: None,
+            tied: false,
+            quiet: true,
+        };
+        let falls = |line: &Line| {
+            let [before, after] = [line.held_out[0].cost, line.held_out[1].cost];
+            assert!(
+                line.training[1] < 0.8 * line.training[0],
+                "{}: {:?}",
+                line.name,
+                line.training
+            );
+            assert!(after < 0.9 * before, "{}: {before} to {after}", line.name);
+            assert!(line.evaluations <= 120);
+        };
+        let of = |objective| {
+            let pid = tune_feedback::<PidState>(&request(objective)).expect("the plant bears it");
+            let rise = tune_feedback::<RiseState>(&request(objective)).expect("the plant bears it");
+            falls(&pid.line);
+            falls(&rise.line);
+            pid
+        };
+        let accurate = of(Objective::Tracking);
+        let smooth =
+            tune_feedback::<PidState>(&request(Objective::Smooth)).expect("the plant bears it");
+        let effort = |line: &Line| line.held_out[1].score.effort[0];
+        assert!(
+            effort(&smooth.line) < 0.7 * effort(&accurate.line),
+            "another objective, the same gains"
+        );
+        let again =
+            tune_feedback::<PidState>(&request(Objective::Tracking)).expect("the plant bears it");
+        assert_eq!(accurate.tuning, again.tuning);
+    }
+
+    #[test]
+    fn horizons_are_those_that_a_firmware_carries() {
+        let folder = checkout("models/reference-s");
+        let spec = sinew_model::store::load(&folder).expect("it is committed");
+        let of = |n: &[usize], nc: &[usize]| Shape::candidates(&spec, n, nc);
+        let near = of(&[], &[]).expect("its own at least");
+        assert_eq!(near[0].horizon, spec.control.horizon);
+        assert!(near.len() > 2 && near.iter().all(|s| s.of(&spec).is_ok()));
+        let asked = of(&[6, 8, 6], &[2]).expect("a firmware carries both");
+        assert_eq!(asked.iter().map(|s| s.horizon).collect::<Vec<_>>(), [6, 8]);
+        for (n, nc) in [(0, 1), (4, 5), (129, 2), (100, 2), (4, 0)] {
+            let refusal = of(&[n], &[nc]).expect_err("no firmware");
+            assert_eq!(refusal.exit_code(), 2, "{n}, {nc}: {refusal}");
+        }
+    }
+
+    #[test]
+    fn a_tuned_rig_keeps_its_text() {
+        let rig = rig();
+        let spec =
+            sinew_model::store::load(&checkout("models/reference-s")).expect("it is committed");
+        let control = ControlSpec {
+            horizon: 9,
+            control_horizon: 2,
+            tracking_weight: vec![1.0],
+            move_suppression: vec![0.003],
+            ..spec.control
+        };
+        let tuned = controlled(&rig, &control).expect("it has a [control] table");
+        let table = tuned.control.as_ref().expect("it still has");
+        assert_eq!((table.horizon, table.control_horizon), (Some(9), Some(2)));
+        assert_eq!(table.move_suppression, Some(vec![0.003]));
+        assert_eq!(table.rate_hz, Some(120.0));
+        let same = |line: &&str| tuned.to_toml().contains(*line);
+        let kept = rig.to_toml().lines().filter(same).count();
+        assert_eq!(
+            kept,
+            rig.to_toml().lines().count() - 2,
+            "only two lines are replaced"
+        );
+    }
+}

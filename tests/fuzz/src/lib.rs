@@ -1,0 +1,111 @@
+//! What is fuzzed: any bytes give an error or a value, never a panic.
+
+use serde::ser::{Serialize, SerializeTuple, Serializer};
+use sinew_nn::emit::{Options, Weights, emit as print};
+use sinew_nn::{import as importers, store as networks};
+use sinew_model::store as models;
+use sinew_device::protocol::{self, MAX_FRAME, ToDevice, ToHost};
+use sinew_ident::recording::Recording;
+
+/// Its name, and what is done with bytes.
+pub type Target = (&'static str, fn(&[u8]));
+
+/// The targets.
+pub const TARGETS: [Target; 7] = [
+    ("import", import),
+    ("emit", emit),
+    ("network", network),
+    ("model", model),
+    ("rig", rig),
+    ("frame", frame),
+    ("recording", recording),
+];
+
+/// A file of another tool. The first byte chooses its name; HDF5, zip and TensorFlow Lite are known by their
+/// own first bytes.
+pub fn import(data: &[u8]) {
+    let Some((first, data)) = data.split_first() else {
+        return;
+    };
+    let name = ["a.onnx", "a.h5", "a.keras", "a.tflite"][usize::from(first % 4)];
+    let _ = importers::parse(name, data);
+}
+
+/// Any network that is accepted is printed, either way.
+pub fn emit(data: &[u8]) {
+    let Some((_, bytes)) = data.split_first() else {
+        return;
+    };
+    if let Ok(network) = importers::parse("a.onnx", bytes) {
+        for weights in [Weights::Float32, Weights::Int8] {
+            let options = Options {
+                weights,
+                ..Options::default()
+            };
+            print(&network, &options).expect("a valid network is printed");
+        }
+    }
+}
+
+/// `network.toml`, up to the first zero byte, and `weights.safetensors` after it.
+pub fn network(data: &[u8]) {
+    let (text, weights) = two(data);
+    let _ = networks::parse(&text, weights);
+}
+
+/// `model.toml`, up to the first zero byte, and `weights.safetensors` after it.
+pub fn model(data: &[u8]) {
+    let (text, weights) = two(data);
+    let _ = models::parse(&text, weights);
+}
+
+/// `rig.toml`.
+pub fn rig(data: &[u8]) {
+    let _ = sinew_sim::Rig::parse(&String::from_utf8_lossy(data), "rig.toml");
+}
+
+/// A frame of the protocol, as it is and as the contents of a sound frame, whose checksum would stop the rest; either
+/// way round. What is read can be written.
+pub fn frame(data: &[u8]) {
+    let mut buffer = [0; MAX_FRAME];
+    let sent = protocol::encode(&Raw(data), &mut buffer).and_then(|frame| frame.split_last());
+    let sound = sent.map_or(&[][..], |(_, body)| body);
+    for bytes in [data, sound] {
+        let mut again = [0; MAX_FRAME];
+        if let Ok(message) = protocol::decode::<ToDevice>(&mut bytes.to_vec()) {
+            protocol::encode(&message, &mut again).expect("what was read fits");
+        }
+        if let Ok(message) = protocol::decode::<ToHost>(&mut bytes.to_vec()) {
+            protocol::encode(&message, &mut again).expect("what was read fits");
+        }
+    }
+}
+
+/// A recording as CSV. What is read can be written, and reads back the same.
+pub fn recording(data: &[u8]) {
+    let text = match Recording::parse(data, "a.csv") {
+        Ok(recording) => recording.to_csv(),
+        Err(error) => return drop(error.to_string()),
+    };
+    let again = Recording::parse(text.as_bytes(), "a.csv").expect("what was written is read");
+    assert_eq!(again.to_csv(), text);
+}
+
+/// Bytes that go into a frame as they are.
+struct Raw<'a>(&'a [u8]);
+
+impl Serialize for Raw<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut tuple = serializer.serialize_tuple(self.0.len())?;
+        for byte in self.0 {
+            tuple.serialize_element(byte)?;
+        }
+        tuple.end()
+    }
+}
+
+fn two(data: &[u8]) -> (std::borrow::Cow<'_, str>, &[u8]) {
+    let end = data.iter().position(|byte| *byte == 0);
+    let (text, rest) = data.split_at(end.unwrap_or(data.len()));
+    (String::from_utf8_lossy(text), rest.get(1..).unwrap_or(&[]))
+}
