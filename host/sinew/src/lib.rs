@@ -21,5 +21,6 @@ pub mod pipeline;
 pub mod progress;
 pub mod project;
 pub mod report;
+pub mod rig_file;
 pub mod tuning;
 pub mod view;

@@ -8,6 +8,7 @@ use sinew_sim::Rig;
 use super::Common;
 use super::overwrite::{self, identity};
 use crate::progress::Stage;
+use crate::rig_file;
 use sinew_ident::diagnose::output::{self, Shown};
 use sinew_ident::diagnose::{Diagnosis, Options, Recordings, diagnose};
 use sinew_ident::error::{Error, Result};
@@ -48,7 +49,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     refuse_two_roles(arguments)?;
     refuse_overwriting(arguments)?;
-    let rig = Rig::load(&arguments.rig)?;
+    let rig = rig_file::load(&arguments.rig)?;
     let recordings = Recordings {
         fit: read(&arguments.fit)?,
         check: read(&arguments.check)?,

@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use sinew_sim::{Plant, Rig};
+use sinew_sim::Plant;
 
 use super::overwrite;
 use crate::progress::Stage;
+use crate::rig_file::{self, ControlTable};
 use sinew_ident::error::{Error, Result};
 use sinew_ident::excite::{Kind, Options, design, reveal, table};
 
@@ -81,9 +82,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         [("the rig", arguments.rig.as_path())],
         [("--out", Some(arguments.out.as_path()))],
     )?;
-    let rig = Rig::load(&arguments.rig)?;
+    let rig = rig_file::load(&arguments.rig)?;
     let plant = Plant::new(&rig)?;
-    let of_rig = rig.control.as_ref().and_then(|control| control.rate_hz);
+    let of_rig = ControlTable::read(&rig)?.and_then(|control| control.rate_hz);
     let options = Options {
         kind: arguments.kind.into(),
         seconds: arguments.seconds,

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use sinew_sim::Rig;
 
 use super::Recordings;
 use crate::progress::Stage;
+use crate::rig_file;
 use sinew_ident::error::Result;
 use sinew_ident::fit::{FitOptions, doubt, fit, score};
 use sinew_ident::recording::Recording;
@@ -39,7 +39,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if let Some(path) = &arguments.out {
         sinew_ident::atomic::prepare(path)?;
     }
-    let rig = Rig::load(&arguments.rig)?;
+    let rig = rig_file::load(&arguments.rig)?;
     let (recordings, tests) = (
         read(&arguments.recordings.fit)?,
         read(&arguments.recordings.test)?,

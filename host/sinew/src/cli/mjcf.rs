@@ -1,5 +1,6 @@
 //! `sinew mjcf`: a rig for MuJoCo.
 
+use crate::rig_file;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -24,7 +25,11 @@ pub struct Arguments {
 /// # Errors
 /// A bad rig, or a file that cannot be written.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    write(&Rig::load(&arguments.rig)?, &arguments.out, arguments.quiet)
+    write(
+        &rig_file::load(&arguments.rig)?,
+        &arguments.out,
+        arguments.quiet,
+    )
 }
 
 /// Writes a rig for MuJoCo and says what it lost.
