@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, ensure};
 
 use crate::arguments::none;
-use crate::{demo, deny, evaluation, modules, references, snapshots, test, tutorials};
+use crate::{demo, deny, evaluation, modules, package, references, snapshots, test, tutorials};
 use xtask::process::{self, cargo, root, target_folder};
 use xtask::setup::{self, Extent, Toolchain};
 
@@ -59,6 +59,7 @@ const FIRST: &[Stage] = &[
 /// while.
 const BESIDE: &[Stage] = &[
     ("clippy, workspace", |_| clippy_workspace()),
+    ("packages", |_| package::check()),
     ("tests compile", test::compile),
 ];
 

@@ -9,6 +9,7 @@ mod evaluation;
 mod generate;
 mod help;
 mod modules;
+mod package;
 mod prose;
 mod references;
 mod snapshots;
@@ -144,6 +145,15 @@ const VERBS: &[Verb] = &[
         run: |arguments| {
             none(arguments)?;
             deny::check()
+        },
+    },
+    Verb {
+        name: "package",
+        arguments: "",
+        line: "Every crate that can be published packages, and its package compiles",
+        run: |arguments| {
+            none(arguments)?;
+            package::check()
         },
     },
     Verb {

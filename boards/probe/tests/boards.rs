@@ -4,7 +4,7 @@ use object::{Object, ObjectSegment};
 use probe_rs::config::{MemoryRegion, Registry};
 use probe_rs::flashing::FlashError;
 
-#[path = "../../../host/sinew/src/project/chip.rs"]
+#[path = "../../../codegen/nn/src/footprint/chip.rs"]
 #[allow(dead_code, reason = "currents and clocks are of no interest here")]
 mod chip;
 use chip::{Chip, NRF52840, STM32F446};

@@ -5,15 +5,16 @@ use std::path::{Path, PathBuf};
 use super::emit::{self, LIBRARY, Options, Weights};
 use super::footprint::{self, BOARDS, Board};
 use super::{Network, quantise, store, summary, target};
-use crate::files;
+use crate::BuildError;
+use crate::files::{self, FileError};
 
 /// Writes a network as a folder, if `out` is given; the answer is its table.
 ///
 /// # Errors
-/// In words, for a person.
-pub fn import(network: &Network, out: Option<&Path>) -> Result<String, String> {
+/// [`BuildError`].
+pub fn import(network: &Network, out: Option<&Path>) -> Result<String, BuildError> {
     if let Some(out) = out {
-        store::save(out, network).map_err(|error| format!("{}: {error}", out.display()))?;
+        store::save(out, network).map_err(|error| error.within(&out.display().to_string()))?;
     }
     let written = out.map_or(String::new(), |out| format!("\nwrote {}\n", out.display()));
     Ok(format!(
@@ -27,11 +28,10 @@ pub fn import(network: &Network, out: Option<&Path>) -> Result<String, String> {
 /// was written.
 ///
 /// # Errors
-/// In words, for a person.
-pub fn emit(network: &Network, out: &Path, options: &Options) -> Result<String, String> {
-    for file in emit::emit(network, options).map_err(|error| error.to_string())? {
-        files::write_changed(&out.join(file.path), file.text.as_bytes())
-            .map_err(|error| error.to_string())?;
+/// [`BuildError`].
+pub fn emit(network: &Network, out: &Path, options: &Options) -> Result<String, BuildError> {
+    for file in emit::emit(network, options)? {
+        files::write_changed(&out.join(file.path), file.text.as_bytes())?;
     }
     let mut text = format!("wrote {}\n{}", out.display(), loss(network, options));
     if options.c_abi {
@@ -47,13 +47,13 @@ pub fn emit(network: &Network, out: &Path, options: &Options) -> Result<String, 
 /// What a network takes on a board; `folder` keeps what is compiled for the next time.
 ///
 /// # Errors
-/// In words, for a person.
+/// [`BuildError`].
 pub fn size(
     network: &Network,
     board: &str,
     options: &Options,
     folder: &Path,
-) -> Result<String, String> {
+) -> Result<String, BuildError> {
     let board = self::board(board)?;
     let folder = absolute(folder)?;
     let size = footprint::measure(network, options, &folder)?;
@@ -68,16 +68,17 @@ fn loss(network: &Network, options: &Options) -> String {
     }
 }
 
-fn absolute(path: &Path) -> Result<PathBuf, String> {
-    std::path::absolute(path).map_err(|error| format!("{}: {error}", path.display()))
+fn absolute(path: &Path) -> Result<PathBuf, FileError> {
+    std::path::absolute(path).map_err(|error| FileError::io(path, error))
 }
 
 /// The board of a name.
 ///
 /// # Errors
-/// There is none; the message has the names.
-pub fn board(name: &str) -> Result<&'static Board, String> {
-    let names = BOARDS.map(|board| board.name).join(", ");
-    let found = BOARDS.iter().find(|board| board.name == name);
-    found.ok_or_else(|| format!("there is no board {name:?}: expected one of {names}"))
+/// [`BuildError::Board`]; the message has the names.
+pub fn board(name: &str) -> Result<&'static Board, BuildError> {
+    Board::named(name).ok_or_else(|| BuildError::Board {
+        name: name.into(),
+        expected: BOARDS.map(|board| board.name).join(", "),
+    })
 }

@@ -27,7 +27,7 @@ pub enum FileError {
 }
 
 impl FileError {
-    fn io(file: &Path, error: std::io::Error) -> Self {
+    pub(crate) fn io(file: &Path, error: std::io::Error) -> Self {
         Self::Io {
             file: file.into(),
             error,

@@ -10,6 +10,7 @@
 //! Equations and file formats: docs/reference/networks.md.
 
 pub mod activation;
+mod build_error;
 pub mod commands;
 pub mod emit;
 mod error;
@@ -31,6 +32,7 @@ pub mod target;
 mod validate;
 
 pub use activation::Activation;
+pub use build_error::BuildError;
 pub use error::NetworkError;
 pub use graph::{Golden, Network, Node};
 pub use layer::{Cell, Convolution, Dense, Op, Pool, PoolKind, Recurrent, Window};

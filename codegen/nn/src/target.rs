@@ -3,6 +3,8 @@
 use std::path::Path;
 use std::process::Command;
 
+use crate::BuildError;
+
 /// Every Cortex-M4F with its floating-point unit in use.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
 
@@ -50,34 +52,22 @@ fn cargo() -> Command {
 /// Builds a package of the workspace in `folder`, release, into `folder/target`.
 ///
 /// # Errors
-/// Cargo cannot be run, or complains: a warning is a complaint too.
-pub fn build(folder: &Path, package: &str) -> Result<(), String> {
+/// [`BuildError::Cargo`], or [`BuildError::Compile`] for an error or a warning.
+pub fn build(folder: &Path, package: &str) -> Result<(), BuildError> {
     let output = cargo()
-        .args([
-            "build",
-            "--quiet",
-            "--release",
-            "--package",
-            package,
-            "--target",
-            TARGET,
-        ])
+        .args(["build", "--quiet", "--release"])
+        .args(["--package", package, "--target", TARGET])
         .current_dir(folder)
         .env("CARGO_TARGET_DIR", folder.join("target"))
         .output()
-        .map_err(|error| format!("cargo cannot be run: {error}"))?;
+        .map_err(BuildError::Cargo)?;
     let complaints = String::from_utf8_lossy(&output.stderr);
     if output.status.success() && complaints.is_empty() {
         return Ok(());
     }
-    let help = if complaints.contains("target may not be installed") {
-        "\nhelp: cargo xtask setup, or rustup target add thumbv7em-none-eabihf"
-    } else {
-        ""
-    };
-    Err(format!(
-        "building {package} in {} failed:\n{}{help}",
-        folder.display(),
-        complaints.trim_end()
-    ))
+    Err(BuildError::Compile {
+        package: package.into(),
+        folder: folder.into(),
+        complaints: complaints.trim_end().into(),
+    })
 }

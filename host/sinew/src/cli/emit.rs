@@ -49,7 +49,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         let network =
             import::read(&arguments.model).map_err(|e| Error::arguments(e.to_string()))?;
         let text = commands::emit(&network, &arguments.out, &options);
-        print!("{}", text.map_err(Error::arguments)?);
+        print!("{}", text.map_err(|e| Error::arguments(e.to_string()))?);
         return Ok(());
     }
     let plain =

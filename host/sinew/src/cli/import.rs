@@ -43,7 +43,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             let network =
                 import::read(&arguments.network).map_err(|e| Error::arguments(e.to_string()))?;
             let text = commands::import(&network, out.as_deref());
-            print!("{}", text.map_err(Error::arguments)?);
+            print!("{}", text.map_err(|e| Error::arguments(e.to_string()))?);
             Ok(())
         }
     }
@@ -59,7 +59,7 @@ fn model(arguments: &Arguments, rig: &Path, out: &Path) -> Result<()> {
         .help("name another"));
     }
     let network = import::read(&arguments.network).map_err(|e| Error::arguments(e.to_string()))?;
-    let text = commands::import(&network, None).map_err(Error::arguments)?;
+    let text = commands::import(&network, None).map_err(|e| Error::arguments(e.to_string()))?;
     let rig = rig_file::load(rig)?;
     let plant = Plant::new(&rig)?;
     let read = |paths: &[PathBuf]| {

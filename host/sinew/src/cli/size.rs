@@ -75,7 +75,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 
 /// The network alone.
 fn bare(arguments: &Arguments, board: &str) -> Result<()> {
-    commands::board(board).map_err(Error::arguments)?;
+    commands::board(board).map_err(|e| Error::arguments(e.to_string()))?;
     let options = Options {
         accuracy: arguments.tanh_tolerance,
         weights: arguments.weights,
@@ -83,6 +83,6 @@ fn bare(arguments: &Arguments, board: &str) -> Result<()> {
     };
     let network = import::read(&arguments.network).map_err(|e| Error::failed(e.to_string()))?;
     let text = commands::size(&network, board, &options, &arguments.build_dir);
-    print!("{}", text.map_err(Error::failed)?);
+    print!("{}", text.map_err(|e| Error::failed(e.to_string()))?);
     Ok(())
 }

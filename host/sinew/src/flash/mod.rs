@@ -45,6 +45,15 @@ mod with {
         }
     }
 
+    fn probed(chip: &Chip) -> sinew_probe::Chip {
+        sinew_probe::Chip {
+            name: chip.name,
+            address: chip.identification.address,
+            mask: chip.identification.mask,
+            value: chip.identification.value,
+        }
+    }
+
     fn asked(options: &Options) -> sinew_probe::Options {
         sinew_probe::Options {
             select: options.select.clone(),
@@ -64,12 +73,12 @@ mod with {
             true => None,
             false => Some(&mut tell),
         };
-        sinew_probe::flash(&chip.probed(), image, &asked(options), flashed, log)?;
+        sinew_probe::flash(&probed(chip), image, &asked(options), flashed, log)?;
         Ok(())
     }
 
     pub fn connect(chip: &Chip, options: &Options) -> Result<Device> {
-        let (to, from) = sinew_probe::line(&chip.probed(), &asked(options))?;
+        let (to, from) = sinew_probe::line(&probed(chip), &asked(options))?;
         Device::over(to, from)
     }
 }

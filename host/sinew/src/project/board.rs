@@ -1,20 +1,7 @@
 //! What is known of each board: one table for building, flashing and sizing.
 
 use super::Board;
-use super::chip::{Chip, NRF52840, STM32F446};
-
-#[cfg(feature = "probe")]
-impl Chip {
-    /// As `sinew-probe` takes it.
-    pub(crate) fn probed(&self) -> sinew_probe::Chip {
-        sinew_probe::Chip {
-            name: self.name,
-            address: self.identification.address,
-            mask: self.identification.mask,
-            value: self.identification.value,
-        }
-    }
-}
+use sinew_nn::footprint::chip::{Chip, NRF52840, STM32F446};
 
 impl Board {
     /// Every board.

@@ -10,7 +10,6 @@
 
 mod board;
 mod build;
-mod chip;
 pub mod image;
 mod sources;
 
@@ -21,8 +20,8 @@ use sinew_model::spec::ModelSpec;
 use toml_edit::{DocumentMut, Item, Table, value};
 
 pub use build::{Built, Machine, build, checks, compile, run_cargo};
-pub use chip::Chip;
 pub use image::Sizes;
+pub use sinew_nn::footprint::chip::Chip;
 
 use crate::progress::Stage;
 use sinew_ident::error::{Error, Result};

@@ -9,6 +9,7 @@ use super::image::{self, Content};
 use super::lockstep::{Run, close};
 use super::reference::STEPS;
 use crate::foreign::python::{self, Python};
+use sinew_nn::footprint::CYCLES_PER_INSTRUCTION;
 use xtask::process::{self, root};
 use xtask::setup::{self, Extent};
 
@@ -54,8 +55,7 @@ const CASES: &[Case] = &[
     },
 ];
 
-/// Cycles an instruction and clocks for the estimate.
-const CYCLES_PER_INSTRUCTION: f64 = 1.7;
+/// Clocks for the estimate.
 const CLOCKS_MHZ: [f64; 3] = [84.0, 100.0, 168.0];
 
 /// Counts, prints and returns `mpc_instructions`. Without a Python the costs over the optimum are

@@ -2,6 +2,8 @@
 
 use serde_json::{Value, json};
 
+use sinew_nn::footprint::CYCLES_PER_INSTRUCTION;
+
 use crate::figure::{Row, middle};
 
 /// A number that is to be reached.
@@ -91,8 +93,6 @@ pub fn errors(comparison: &Value, name: Option<&str>) -> [(f64, f64); 2] {
     })
 }
 
-/// Cycles an instruction on a Cortex-M4F that runs from flash: an estimate, measured on no board.
-const CYCLES: f64 = 1.7;
 /// The part that figures are for: an 84 MHz Cortex-M4F.
 const CLOCK_HZ: f64 = 84e6;
 /// Watts while it runs: 146 uA a MHz at 3.3 V and [`CLOCK_HZ`], what an STM32F401xD/E is sold with
@@ -103,7 +103,7 @@ const FLASH: f64 = 512.0 * 1024.0;
 
 /// Seconds of so many instructions.
 fn seconds(instructions: f64) -> f64 {
-    instructions * CYCLES / CLOCK_HZ
+    instructions * CYCLES_PER_INSTRUCTION / CLOCK_HZ
 }
 
 /// A part of the flash, in percent.

@@ -1,39 +1,91 @@
-//! A bare image for QEMU's Cortex-M4F that tries networks: results, instructions, stack. The sources lie beside
-//! this file; what is tried is a crate `cases` with a function `run` and a trait `Bench`.
+//! Bare images for a Cortex-M4F: one for QEMU, which tries networks, and one that is only linked.
+//!
+//! The sources lie beside this file. The crate `cases` holds the tried networks, by a function `run` and a
+//! trait `Bench`.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::files;
 use crate::target::{self, TARGET};
+use crate::{BuildError, Network};
 
-/// The crate's files.
-const FILES: &[(&str, &str)] = &[
-    ("Cargo.toml", include_str!("image.toml")),
-    ("memory.x", include_str!("memory.x")),
-    ("build.rs", include_str!("build_script.rs")),
-    ("src/main.rs", include_str!("image.rs")),
+/// Files of the crate `image`, which runs in QEMU.
+const IMAGE: [(&str, &str); 4] = [
+    ("image/Cargo.toml", include_str!("image.toml")),
+    ("image/memory.x", include_str!("memory.x")),
+    ("image/build.rs", include_str!("build_script.rs")),
+    ("image/src/main.rs", include_str!("image.rs")),
 ];
 
-/// What the crate `cases` has to say besides its `run`.
-pub const BENCH: &str = "
-/// What tries networks: a computer, or a board.
-pub trait Bench {
-    /// Prints numbers.
-    fn numbers(&mut self, name: &str, values: &mut dyn Iterator<Item = f32>);
-    /// Runs and measures.
-    fn measure(&mut self, name: &str, work: &mut dyn FnMut());
-}
-";
+/// Files of the workspace and of the crates `cases` and `bare`, whatever the network.
+const WORKSPACE: [(&str, &str); 3] = [
+    ("Cargo.toml", include_str!("workspace.toml")),
+    ("cases/src/bench.rs", BENCH),
+    ("bare/build.rs", include_str!("bare/build_script.rs")),
+];
 
-/// Writes the crate into `workspace/image`, touching only files that differ.
+/// Calls of a network without state.
+const STATELESS: [(&str, &str); 3] = [
+    ("cases/src/lib.rs", include_str!("cases/stateless.rs")),
+    (
+        "bare/src/bin/predict.rs",
+        include_str!("bare/stateless_predict.rs"),
+    ),
+    (
+        "bare/src/bin/jacobian.rs",
+        include_str!("bare/stateless_jacobian.rs"),
+    ),
+];
+
+/// Calls of a network with state.
+const STATEFUL: [(&str, &str); 3] = [
+    ("cases/src/lib.rs", include_str!("cases/stateful.rs")),
+    (
+        "bare/src/bin/predict.rs",
+        include_str!("bare/stateful_predict.rs"),
+    ),
+    (
+        "bare/src/bin/jacobian.rs",
+        include_str!("bare/stateful_jacobian.rs"),
+    ),
+];
+
+/// Manifests that end with the table of the dependency `network`, to which its package is added.
+const MANIFESTS: [(&str, &str); 2] = [
+    ("cases/Cargo.toml", include_str!("cases/manifest.toml")),
+    ("bare/Cargo.toml", include_str!("bare/manifest.toml")),
+];
+
+/// The trait of the crate `cases`.
+pub const BENCH: &str = include_str!("bench.rs");
+
+/// Writes the crate `image` into a workspace, touching only files that differ.
 ///
 /// # Errors
-/// A file cannot be written.
-pub fn write(workspace: &Path) -> Result<(), String> {
-    for (path, text) in FILES {
-        files::write_changed(&workspace.join("image").join(path), text.as_bytes())
-            .map_err(|error| error.to_string())?;
+/// [`BuildError::File`].
+pub fn write(workspace: &Path) -> Result<(), BuildError> {
+    put(workspace, &IMAGE)
+}
+
+/// Writes a whole workspace around the crate `network`, which is there already.
+///
+/// # Errors
+/// [`BuildError::File`].
+pub(super) fn write_workspace(network: &Network, folder: &Path) -> Result<(), BuildError> {
+    put(folder, &IMAGE)?;
+    put(folder, &WORKSPACE)?;
+    for (path, text) in MANIFESTS {
+        let text = format!("{text}package = \"{}\"\n", network.name);
+        put(folder, &[(path, &text)])?;
+    }
+    let is_stateful = network.state() > 0;
+    put(folder, if is_stateful { &STATEFUL } else { &STATELESS })
+}
+
+fn put(folder: &Path, files: &[(&str, &str)]) -> Result<(), BuildError> {
+    for (path, text) in files {
+        files::write_changed(&folder.join(path), text.as_bytes())?;
     }
     Ok(())
 }
@@ -41,37 +93,31 @@ pub fn write(workspace: &Path) -> Result<(), String> {
 /// Builds the image and gives its path.
 ///
 /// # Errors
-/// What cargo says.
-pub fn build(workspace: &Path) -> Result<PathBuf, String> {
+/// As [`target::build`].
+pub fn build(workspace: &Path) -> Result<PathBuf, BuildError> {
     target::build(workspace, "image")?;
     Ok(workspace.join("target").join(TARGET).join("release/image"))
 }
 
-/// What the image says when it runs in QEMU, where an instruction takes 1,024 ns: the timer of 40 ns counts
-/// them exactly.
+/// Runs the image in QEMU and returns its output. An instruction takes 1,024 ns there: the timer of 40 ns
+/// counts them exactly.
 ///
 /// # Errors
-/// QEMU is not there, or the image did not end well.
-pub fn run(image: &Path) -> Result<String, String> {
+/// [`BuildError::Qemu`] if QEMU cannot be started, [`BuildError::Run`] if the image did not end well.
+pub fn run(image: &Path) -> Result<String, BuildError> {
     let output = Command::new("qemu-system-arm")
-        .args([
-            "-machine",
-            "mps2-an386",
-            "-cpu",
-            "cortex-m4",
-            "-display",
-            "none",
-            "-monitor",
-            "none",
-        ])
+        .args(["-machine", "mps2-an386", "-cpu", "cortex-m4"])
+        .args(["-display", "none", "-monitor", "none"])
         .args(["-serial", "null", "-icount", "shift=10,sleep=off"])
         .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
         .arg(image)
         .output()
-        .map_err(|error| format!("qemu-system-arm: {error} (cargo xtask setup installs it)"))?;
+        .map_err(BuildError::Qemu)?;
     if !output.status.success() {
-        let complaints = String::from_utf8_lossy(&output.stderr);
-        return Err(format!("QEMU ended with {}: {complaints}", output.status));
+        return Err(BuildError::Run {
+            status: output.status,
+            complaints: String::from_utf8_lossy(&output.stderr).into(),
+        });
     }
     Ok(String::from_utf8_lossy(&output.stdout).into())
 }

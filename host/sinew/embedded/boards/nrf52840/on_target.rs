@@ -1,0 +1,1 @@
+../../../../../boards/nrf52840/on_target.rs

@@ -1,0 +1,1 @@
+../../../../../boards/qemu/run.sh

@@ -1,0 +1,1 @@
+../../../../../boards/stm32f446/build.rs
