@@ -1,8 +1,10 @@
-//! `cargo xtask package`: every crate that can be published packages, and what lies in the packages compiles.
+//! `cargo xtask package`: every crate that can be published packages, and what lies in the packages
+//! compiles.
 //!
-//! Cargo's own verification would build each package with the profile of its own manifest: burn once more, in full.
-//! So the packages are unpacked side by side into a workspace that has this one's lock file and profiles, and
-//! checked there with the dependencies that the other stages have compiled.
+//! Cargo's own verification would build each package with the profile of its own manifest: burn
+//! once more, in full. So the packages are unpacked side by side into a workspace that has this
+//! one's lock file and profiles, and checked there with the dependencies that the other stages have
+//! compiled.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -34,7 +36,8 @@ struct Package {
 }
 
 /// # Errors
-/// A crate does not package, a package does not compile, or an embedded file differs from its source.
+/// A crate does not package, a package does not compile, or an embedded file differs from its
+/// source.
 pub fn check() -> Result<()> {
     let packages = publishable()?;
     let mut command = cargo(&["package", "--offline", "--no-verify", "--quiet"]);
@@ -54,7 +57,11 @@ pub fn check() -> Result<()> {
     for package in &packages {
         let archive = target_folder().join(format!("package/{}.crate", package.stem()));
         let mut tar = Command::new("tar");
-        tar.arg("-xzf").arg(archive).arg("-C").arg(&folder);
+        // Of this moment: cargo would take what it compiled of an older package for up to date.
+        tar.args(["--touch", "-xzf"])
+            .arg(archive)
+            .arg("-C")
+            .arg(&folder);
         process::run(&mut tar)?;
     }
     embedded(&folder, &packages)?;

@@ -57,6 +57,9 @@ pub fn check(arguments: &[String]) -> Result<()> {
             wrong.extend(missing_lines(&path, &text, lines));
         }
     }
+    let guide = fs::read_to_string(root().join("CONTRIBUTING.md"))?;
+    let table = fs::read_to_string(root().join("xtask/src/main.rs"))?;
+    wrong.extend(missing_verbs(&guide, names(&table)));
     if list {
         counts.list();
     }
@@ -65,6 +68,14 @@ pub fn check(arguments: &[String]) -> Result<()> {
         return Ok(());
     }
     bail!("{}\n{} in all", wrong.join("\n"), wrong.len())
+}
+
+/// Names in the table of verbs: what stands behind `name:`.
+fn names(table: &str) -> impl Iterator<Item = &str> {
+    let entries = table
+        .lines()
+        .filter_map(|line| line.trim().strip_prefix("name: \""));
+    entries.filter_map(|entry| entry.strip_suffix("\","))
 }
 
 /// The head of a page: a title, and lines that begin in a given way.
@@ -80,6 +91,22 @@ fn missing_lines(path: &str, text: &str, lines: &[&str]) -> Vec<String> {
         }
     }
     wrong
+}
+
+/// Verbs without a row in the table of the contributor's guide.
+fn missing_verbs<'a>(guide: &str, verbs: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let has = |verb: &str| {
+        guide.lines().any(|line| {
+            let rest = line
+                .strip_prefix("| `")
+                .and_then(|line| line.strip_prefix(verb));
+            rest.is_some_and(|rest| rest.starts_with([' ', '`']))
+        })
+    };
+    verbs
+        .filter(|verb| !has(verb))
+        .map(|verb| format!("CONTRIBUTING.md: the table lacks the verb {verb}"))
+        .collect()
 }
 
 /// Files that git knows or would add, relative to the root.
@@ -289,5 +316,12 @@ mod tests {
         let text = "# 1: A\n\n- Status: accepted\n- Date: 2026-01-01\n";
         assert_eq!(missing_lines("d", text, &lines), [""; 0]);
         assert_eq!(missing_lines("d", "A\n- Status: \n", &lines).len(), 3);
+    }
+
+    #[test]
+    fn every_verb_has_a_row() {
+        let guide = "| `test` | every test |\n| `bench SECTION` | speeds |\n";
+        let missing = missing_verbs(guide, ["test", "bench", "tes"].into_iter());
+        assert_eq!(missing, ["CONTRIBUTING.md: the table lacks the verb tes"]);
     }
 }

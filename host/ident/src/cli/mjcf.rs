@@ -1,19 +1,18 @@
 //! `sinew mjcf`: a rig for MuJoCo.
 
-use crate::rig_file;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use sinew_sim::Rig;
 
-use sinew_ident::error::Result;
-use sinew_ident::mjcf::mjcf;
+use crate::error::Result;
+use crate::mjcf::mjcf;
 
 /// Arguments of `sinew mjcf`.
 #[derive(Args)]
 pub struct Arguments {
     /// The rig file (TOML).
-    rig: PathBuf,
+    pub rig: PathBuf,
     /// Where MuJoCo's file is written.
     #[arg(long, value_name = "XML")]
     out: PathBuf,
@@ -25,20 +24,16 @@ pub struct Arguments {
 /// # Errors
 /// A bad rig, or a file that cannot be written.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    write(
-        &rig_file::load(&arguments.rig)?,
-        &arguments.out,
-        arguments.quiet,
-    )
+    write(&Rig::load(&arguments.rig)?, &arguments.out, arguments.quiet)
 }
 
 /// Writes a rig for MuJoCo and says what it lost.
 ///
 /// # Errors
 /// `Write`.
-pub(super) fn write(rig: &Rig, path: &Path, quiet: bool) -> Result<()> {
+pub fn write(rig: &Rig, path: &Path, quiet: bool) -> Result<()> {
     let written = mjcf(rig);
-    sinew_ident::atomic::write(path, &written.text)?;
+    crate::atomic::write(path, &written.text)?;
     if !quiet {
         for what in &written.left_out {
             eprintln!("left out of {}: {what}", path.display());
