@@ -16,6 +16,7 @@ use crate::closed_loop::perturbed_plant::PerturbedParameter;
 use crate::closed_loop::setup::{DeviceRun, PidRun, Setup, same_bits};
 use crate::pipeline::learn::{CHECKPOINT_FILE, Record, VISITS, learn, save};
 use crate::project::{self, Board, Built, Optimise, Sizes};
+use crate::rig_file;
 use crate::tuning::tune::tune_quickly;
 use sinew_ident::cli::progress::Stage;
 use sinew_ident::diagnose::{Diagnosis, Options, Recordings, diagnose};
@@ -264,7 +265,7 @@ fn load(request: &Request) -> Result<(Rig, Vec<Recording>, Vec<Recording>)> {
             .map(Recording::read)
             .collect::<Result<Vec<_>>>()
     };
-    let rig = Rig::load(&request.rig)?;
+    let rig = rig_file::load(&request.rig)?;
     let (recordings, tests) = (read(&request.fit)?, read(&request.test)?);
     if recordings.is_empty() {
         return Err(no_recording());
