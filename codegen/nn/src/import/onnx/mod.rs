@@ -28,16 +28,16 @@ const MAX_COMPUTED: usize = 4 * MAX_PARAMETERS;
 /// Versions of ONNX's operators whose meaning is known here.
 const OPSETS: std::ops::RangeInclusive<i64> = 7..=26;
 
-/// What a name in the graph stands for.
+/// Meaning of a name in the graph.
 #[derive(Clone, Debug)]
 struct Value {
     /// The node that holds it.
     place: usize,
     /// Its shape as ONNX has it, without the batch.
     shape: Vec<usize>,
-    /// Where in ONNX's shape the batch stands, an axis of length 1; none where no axis is 1.
+    /// Axis of the batch in ONNX's shape, an axis of length 1; none where no axis is 1.
     batch: Option<usize>,
-    /// Whether the node holds it with ONNX's first axis last.
+    /// True if the node holds it with ONNX's first axis last.
     last: bool,
     /// On the way to becoming a GELU.
     gelu: Option<Gelu>,

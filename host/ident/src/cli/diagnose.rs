@@ -1,0 +1,189 @@
+//! `sinew diagnose`: what physics a rig lacks.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use sinew_sim::Rig;
+
+use super::Common;
+use super::overwrite::{self, identity};
+use super::progress::Stage;
+use crate::diagnose::output::{self, Shown};
+use crate::diagnose::{Diagnosis, Options, Recordings, diagnose};
+use crate::error::{Error, Result};
+use crate::recording::Recording;
+
+/// Arguments of `sinew diagnose`.
+#[derive(Args)]
+pub struct Arguments {
+    /// The rig file (TOML): what is believed.
+    pub rig: PathBuf,
+    /// A recording (CSV) that estimates parameters; may be repeated.
+    #[arg(long, value_name = "CSV", required = true)]
+    fit: Vec<PathBuf>,
+    /// A recording that decides what is believed; may be repeated. Without one, part of --fit is set aside.
+    #[arg(long, value_name = "CSV")]
+    check: Vec<PathBuf>,
+    /// A recording that is only scored, once, at the end; may be repeated.
+    #[arg(long, value_name = "CSV")]
+    test: Vec<PathBuf>,
+    /// Where the findings are written for programs (sinew-diagnosis/1); otherwise they are printed for a person.
+    #[arg(long, value_name = "JSON")]
+    json: Option<PathBuf>,
+    /// Where a page with plots is written.
+    #[arg(long, value_name = "HTML")]
+    report: Option<PathBuf>,
+    /// Where the mended rig is written; the rig's own text and comments are kept.
+    #[arg(long, value_name = "TOML")]
+    rig_out: Option<PathBuf>,
+    /// Where the mended rig is written for MuJoCo.
+    #[arg(long, value_name = "XML")]
+    mjcf: Option<PathBuf>,
+    #[command(flatten)]
+    common: Common,
+}
+
+/// # Errors
+/// Arguments that contradict each other, a bad file, or a rig that cannot be fitted.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    refuse_two_roles(arguments)?;
+    refuse_overwriting(arguments)?;
+    let rig = Rig::load(&arguments.rig)?;
+    let recordings = Recordings {
+        fit: read(&arguments.fit)?,
+        check: read(&arguments.check)?,
+        test: read(&arguments.test)?,
+    };
+    let quiet = arguments.common.quiet;
+    let stage = Stage::begin("diagnose", quiet);
+    let options = Options {
+        seed: arguments.common.seed,
+        ..Options::default()
+    };
+    let told = |what: &str, done: usize, of: usize| stage.count(done, of, what);
+    let found = diagnose(&rig, &recordings, &options, &told)?;
+    stage.end(verdict(&found));
+    leave(arguments, &rig, &recordings, &found)
+}
+
+/// The contract's word for the verdict, for a line of progress.
+fn verdict(found: &Diagnosis) -> String {
+    let names: Vec<&str> = found.effects.iter().map(|e| e.kind.as_str()).collect();
+    match names[..] {
+        [] => found.verdict.name().to_owned(),
+        _ => names.join(", "),
+    }
+}
+
+/// Prints and writes what was asked for.
+fn leave(
+    arguments: &Arguments,
+    rig: &Rig,
+    recordings: &Recordings,
+    found: &Diagnosis,
+) -> Result<()> {
+    let quiet = arguments.common.quiet;
+    let mut written: Vec<&Path> = Vec::new();
+    match &arguments.json {
+        Some(path) => {
+            crate::atomic::write(path, output::json(found)?)?;
+            written.push(path);
+            if !quiet {
+                println!("{}", found.sentence);
+            }
+        }
+        None => print!("{}", output::text(found)),
+    }
+    if let Some(path) = &arguments.report {
+        let shown: Vec<Shown<'_>> = [
+            ("fit", &recordings.fit),
+            ("check", &recordings.check),
+            ("test", &recordings.test),
+        ]
+        .into_iter()
+        .flat_map(|(role, of)| of.iter().map(move |recording| Shown { role, recording }))
+        .collect();
+        output::report(found, rig, &shown, &command(arguments))?.write(path)?;
+        written.push(path);
+    }
+    if let Some(path) = &arguments.rig_out {
+        crate::atomic::write(path, output::mended(found))?;
+        written.push(path);
+    }
+    if let Some(path) = &arguments.mjcf {
+        super::mjcf::write(&found.mended, path, quiet)?;
+        written.push(path);
+    }
+    if !quiet {
+        for path in written {
+            println!("{}", path.display());
+        }
+    }
+    Ok(())
+}
+
+fn read(paths: &[PathBuf]) -> Result<Vec<Recording>> {
+    paths.iter().map(Recording::read).collect()
+}
+
+/// What made the page, as it would be typed again.
+fn command(arguments: &Arguments) -> String {
+    let mut words = vec![
+        "sinew diagnose".to_owned(),
+        arguments.rig.display().to_string(),
+    ];
+    for (flag, paths) in roles(arguments) {
+        for path in paths {
+            words.push(format!("{flag} {}", path.display()));
+        }
+    }
+    words.push(format!("--seed {}", arguments.common.seed));
+    words.join(" ")
+}
+
+fn roles(arguments: &Arguments) -> [(&'static str, &Vec<PathBuf>); 3] {
+    [
+        ("--fit", &arguments.fit),
+        ("--check", &arguments.check),
+        ("--test", &arguments.test),
+    ]
+}
+
+/// A recording that estimates or chooses cannot judge as well.
+fn refuse_two_roles(arguments: &Arguments) -> Result<()> {
+    let mut seen: Vec<(PathBuf, &str)> = Vec::new();
+    for (flag, paths) in roles(arguments) {
+        for path in paths {
+            let file = identity(path);
+            if let Some((_, before)) = seen.iter().find(|(other, _)| *other == file) {
+                let what = if *before == flag {
+                    format!("{} is given to {flag} twice", path.display())
+                } else {
+                    format!("{} is given to {before} and to {flag}", path.display())
+                };
+                return Err(Error::arguments(what).help(
+                    "each recording has one role: fit estimates, check decides, test is only scored; cut a long \
+                     recording in two if there is only one",
+                ));
+            }
+            seen.push((file, flag));
+        }
+    }
+    Ok(())
+}
+
+/// No result may replace what it was made from, or another result.
+fn refuse_overwriting(arguments: &Arguments) -> Result<()> {
+    let recordings = roles(arguments).into_iter();
+    let recordings = recordings.flat_map(|(flag, paths)| paths.iter().map(move |p| (flag, p)));
+    let recordings = recordings.map(|(flag, path)| (flag, path.as_path()));
+    overwrite::refuse(
+        std::iter::once(("the rig", arguments.rig.as_path())).chain(recordings),
+        [
+            ("--json", arguments.json.as_deref()),
+            ("--report", arguments.report.as_deref()),
+            ("--rig-out", arguments.rig_out.as_deref()),
+            ("--mjcf", arguments.mjcf.as_deref()),
+        ],
+    )
+}

@@ -1,0 +1,137 @@
+//! `sinew excite`: an experiment for identification, and what it would reveal.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use sinew_sim::{Plant, Rig};
+
+use super::overwrite;
+use super::progress::Stage;
+use crate::error::{Error, Result};
+use crate::excite::{Kind, Options, design, reveal, table};
+
+/// Shapes of the inputs, by their names on the command line.
+#[derive(Clone, Copy, ValueEnum)]
+enum Shape {
+    /// Sines of many frequencies at once, each input with frequencies of its own.
+    Multisine,
+    /// Levels at random, held for times at random.
+    Steps,
+    /// Slow triangles that grow: small and large loops, almost without inertia.
+    Triangle,
+    /// A sine whose frequency rises.
+    Chirp,
+    /// A quarter of each.
+    Mixed,
+}
+
+impl From<Shape> for Kind {
+    fn from(shape: Shape) -> Self {
+        match shape {
+            Shape::Multisine => Self::Multisine,
+            Shape::Steps => Self::Steps,
+            Shape::Triangle => Self::Triangle,
+            Shape::Chirp => Self::Chirp,
+            Shape::Mixed => Self::Mixed,
+        }
+    }
+}
+
+/// Arguments of `sinew excite`.
+#[derive(Args)]
+pub struct Arguments {
+    /// The rig file (TOML); its actuators' limits are kept.
+    pub rig: PathBuf,
+    /// Where the input columns are written: what `sinew simulate --input` and a test bench take.
+    #[arg(long, value_name = "CSV")]
+    out: PathBuf,
+    /// What the inputs look like.
+    #[arg(long, value_enum, default_value_t = Shape::Mixed)]
+    kind: Shape,
+    /// How long it takes.
+    #[arg(long, default_value_t = 30.0)]
+    seconds: f64,
+    /// Samples a second; without it the rig's `rate_hz`, or 120.
+    #[arg(long, value_name = "HZ")]
+    rate: Option<f64>,
+    /// Seed of everything that is drawn.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Fraction of each input's range that is used, about its middle.
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.8)]
+    amplitude: f64,
+    /// Lowest and highest frequency of its sines; without it two periods in all, and a twelfth of the rate.
+    #[arg(long, value_name = "LOW,HIGH")]
+    band: Option<String>,
+    /// Noise of the sensors that is reckoned with, as a fraction of what each signal ranges over.
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.005)]
+    noise: f64,
+    /// Write the inputs only, without measuring what they would reveal.
+    #[arg(long)]
+    no_table: bool,
+    /// No progress and no remarks.
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// Designs the experiment; without `--rate` at the control rate of the rig, where it has one.
+///
+/// # Errors
+/// Bad arguments, a bad rig, one without limits or one that cannot be simulated.
+pub fn run(arguments: &Arguments, control_rate_hz: Option<f64>) -> Result<()> {
+    overwrite::refuse(
+        [("the rig", arguments.rig.as_path())],
+        [("--out", Some(arguments.out.as_path()))],
+    )?;
+    let rig = Rig::load(&arguments.rig)?;
+    let plant = Plant::new(&rig)?;
+    let options = Options {
+        kind: arguments.kind.into(),
+        seconds: arguments.seconds,
+        rate_hz: arguments.rate.or(control_rate_hz).unwrap_or(120.0),
+        seed: arguments.seed,
+        amplitude: arguments.amplitude,
+        band_hz: arguments.band.as_deref().map(band).transpose()?,
+    };
+    let experiment = design(&plant, &arguments.rig, &options)?;
+    let revelation = if arguments.no_table {
+        None
+    } else {
+        let title = "measure what it would reveal";
+        let stage = Stage::begin(title, arguments.quiet);
+        let found = reveal::reveal(&rig, &experiment, arguments.noise, &|done, of| {
+            stage.share(done, of, "effects tried");
+        })?;
+        stage.end(format!("{} effects tried", found.effects.len()));
+        Some(found)
+    };
+    experiment
+        .recording(&plant, &arguments.out)?
+        .write(&arguments.out)?;
+    if let Some(found) = &revelation {
+        print!("{}", table(found));
+    }
+    if !arguments.quiet {
+        println!(
+            "{} rows of {} inputs in {}",
+            experiment.t.len(),
+            experiment.inputs.len(),
+            arguments.out.display()
+        );
+    }
+    Ok(())
+}
+
+/// `LOW,HIGH`.
+fn band(text: &str) -> Result<[f64; 2]> {
+    let ends = text
+        .split_once(',')
+        .map(|(a, b)| (a.trim().parse(), b.trim().parse()));
+    match ends {
+        Some((Ok(low), Ok(high))) => Ok([low, high]),
+        _ => Err(
+            Error::arguments(format!("`--band {text}` is no pair of frequencies"))
+                .help("--band 0.1,10: from 0.1 to 10 Hz"),
+        ),
+    }
+}

@@ -1,0 +1,110 @@
+//! `sinew fit`: the rig's free parameters from recordings.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use sinew_sim::Rig;
+
+use super::Recordings;
+use super::progress::Stage;
+use crate::error::Result;
+use crate::fit::{FitOptions, doubt, fit, score};
+use crate::recording::Recording;
+use crate::report::quantity;
+
+/// Arguments of `sinew fit`.
+#[derive(Args)]
+pub struct Arguments {
+    /// The rig file (TOML).
+    pub rig: PathBuf,
+    #[command(flatten)]
+    recordings: Recordings,
+    /// Where the rig with its new numbers is written; its comments are kept.
+    #[arg(long, value_name = "TOML")]
+    out: Option<PathBuf>,
+    /// No progress.
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// # Errors
+/// A bad file, or a rig that cannot be fitted.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let read = |paths: &[PathBuf]| {
+        paths
+            .iter()
+            .map(Recording::read)
+            .collect::<Result<Vec<_>>>()
+    };
+    if let Some(path) = &arguments.out {
+        crate::atomic::prepare(path)?;
+    }
+    let rig = Rig::load(&arguments.rig)?;
+    let (recordings, tests) = (
+        read(&arguments.recordings.fit)?,
+        read(&arguments.recordings.test)?,
+    );
+    let stage = Stage::begin("fit the rig to the recordings", arguments.quiet);
+    let found = fit(&rig, &recordings, &FitOptions::default(), &mut |p| {
+        stage.say(format!(
+            "stage {}, step {}, {:.2} % of the signal",
+            p.stage,
+            p.step,
+            100.0 * p.error
+        ));
+    })?;
+    stage.end(format!("{} steps", found.steps));
+
+    for p in &found.parameters {
+        let interval = match p.ci95 {
+            Some([low, high]) => {
+                format!("{} to {}", quantity(low, &p.unit), quantity(high, &p.unit))
+            }
+            None if p.at_bound => "at its bound".into(),
+            None => "not determined by these recordings".into(),
+        };
+        println!(
+            "{:<32} {:>14} → {:>14}   ({interval})",
+            p.name,
+            quantity(p.as_written, &p.unit),
+            quantity(p.value, &p.unit)
+        );
+    }
+    for held in &found.held {
+        println!(
+            "{}: {} samples of {} are missing and held their last value",
+            held.recording, held.missing, held.column
+        );
+    }
+    for s in &found.sensors {
+        println!(
+            "fit   {}: free-run error {} as written, {} refitted",
+            s.signal,
+            quantity(s.as_written_rms, &s.unit),
+            quantity(s.rms, &s.unit)
+        );
+    }
+    if !tests.is_empty() {
+        for (before, after) in score(&rig, &tests)?.iter().zip(score(&found.rig, &tests)?) {
+            println!(
+                "test  {}: free-run error {} as written, {} refitted",
+                after.signal,
+                quantity(before.rms, &after.unit),
+                quantity(after.rms, &after.unit)
+            );
+        }
+    }
+    for s in &found.sensors {
+        if let Some(doubt) = doubt(&s.signal, &s.unit, s.rms, s.spread) {
+            println!("warning: {doubt}");
+        }
+    }
+    match &arguments.out {
+        Some(path) => {
+            crate::atomic::write(path, found.rig.to_toml())?;
+            println!("{}", path.display());
+        }
+        None => println!("nothing written; --out RIG.toml keeps the fitted rig"),
+    }
+    Ok(())
+}

@@ -1,0 +1,43 @@
+//! `sinew mjcf`: a rig for MuJoCo.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use sinew_sim::Rig;
+
+use crate::error::Result;
+use crate::mjcf::mjcf;
+
+/// Arguments of `sinew mjcf`.
+#[derive(Args)]
+pub struct Arguments {
+    /// The rig file (TOML).
+    pub rig: PathBuf,
+    /// Where MuJoCo's file is written.
+    #[arg(long, value_name = "XML")]
+    out: PathBuf,
+    /// Say nothing of what MuJoCo cannot carry; the file says it.
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// # Errors
+/// A bad rig, or a file that cannot be written.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    write(&Rig::load(&arguments.rig)?, &arguments.out, arguments.quiet)
+}
+
+/// Writes a rig for MuJoCo and says what it lost.
+///
+/// # Errors
+/// `Write`.
+pub fn write(rig: &Rig, path: &Path, quiet: bool) -> Result<()> {
+    let written = mjcf(rig);
+    crate::atomic::write(path, &written.text)?;
+    if !quiet {
+        for what in &written.left_out {
+            eprintln!("left out of {}: {what}", path.display());
+        }
+    }
+    Ok(())
+}
