@@ -465,10 +465,10 @@ impl Import<'_> {
         let window = self.window(node, image, size, one)?;
         if node.int("ceil_mode", 0) != 0 {
             // It differs only where the last window would not fit.
-            for axis in 0..2 {
+            for (axis, &length) in image.iter().enumerate() {
                 let reach =
                     (window.size[axis].max(1) - 1).saturating_mul(window.dilation[axis]) + 1;
-                let padded = image[axis]
+                let padded = length
                     .saturating_add(window.before[axis])
                     .saturating_add(window.after[axis]);
                 let left = padded
@@ -1012,7 +1012,8 @@ fn ungrouped(node: &Node<'_>, weights: Tensor, channels: usize) -> Result<Tensor
     }
     let groups = usize::try_from(group).unwrap_or(0);
     let (filters, own) = (weights.shape[0], weights.shape[1]);
-    let whole = groups > 0 && filters % groups == 0 && own.checked_mul(groups) == Some(channels);
+    let whole =
+        groups > 0 && filters.is_multiple_of(groups) && own.checked_mul(groups) == Some(channels);
     if !whole {
         let message = format!("{group} groups for weights of shape {:?}", weights.shape);
         return Err(node.malformed(message));

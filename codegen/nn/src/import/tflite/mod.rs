@@ -397,7 +397,7 @@ impl Import<'_> {
         let bias = self.bias(operator, outputs, name)?;
         let weights = weights.values.clone();
         let length = self.network.nodes[x].len();
-        if length == inputs || length % inputs != 0 {
+        if length == inputs || !length.is_multiple_of(inputs) {
             return self
                 .network
                 .push(name, Op::Dense(Dense { weights, bias }), vec![x]);
@@ -524,7 +524,7 @@ impl Import<'_> {
         let (size, filters) = ([weights.shape[1], weights.shape[2]], weights.shape[3]);
         let channels = self.network.nodes[x].shape.last().copied().unwrap_or(1);
         let places = size[0].saturating_mul(size[1]);
-        if weights.shape[0] != 1 || filters % channels != 0 {
+        if weights.shape[0] != 1 || !filters.is_multiple_of(channels) {
             return Err(NetworkError::malformed(
                 name,
                 format!(
