@@ -38,7 +38,7 @@ impl Case<'_> {
     /// Tells whether there are enough rows to tell two effects apart: a second effect in a few
     /// dozen rows is whatever the first one got wrong.
     pub fn has_rows_for_two(&self) -> bool {
-        self.fit.rows().min(self.check.rows()) >= crate::diagnose::split::SHORTEST
+        self.fit.rows().min(self.check.rows()) >= CONFIG.split.shortest
     }
 
     /// Progress of a part of the search.

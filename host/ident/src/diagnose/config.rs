@@ -7,7 +7,7 @@
 
 /// Test that a change of a constant asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Change {
+pub enum Change {
     /// The committed cases: it changes what is said about a place, or a force without a name, and
     /// no name or confidence.
     Free,
@@ -17,7 +17,7 @@ pub(crate) enum Change {
 
 /// A constant as the test of this file sees it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Constant {
+pub struct Constant {
     /// `section.field`.
     pub name: &'static str,
     /// Unit; 1 for counts and ratios.
@@ -33,19 +33,18 @@ macro_rules! constants {
         $(
             $(#[$of])*
             #[derive(Clone, Debug, PartialEq)]
-            pub(crate) struct $name { $($(#[$doc])* pub $field: $type,)* }
+            pub struct $name { $($(#[$doc])* pub $field: $type,)* }
         )*
 
         /// Every constant.
         #[derive(Clone, Debug, PartialEq)]
-        pub(crate) struct Config { $($(#[$of])* pub $section: $name,)* }
+        pub struct Config { $($(#[$of])* pub $section: $name,)* }
 
         impl Config {
             /// Today's values.
             pub const TODAY: Self = Self { $($section: $name { $($field: $value,)* },)* };
 
             /// Every constant with its unit and with what its change asks for.
-            #[cfg_attr(not(test), expect(dead_code, reason = "the test of this file reads it"))]
             pub const ALL: &[Constant] = &[$($(Constant {
                 name: concat!(stringify!($section), ".", stringify!($field)),
                 unit: $unit,
@@ -312,7 +311,7 @@ impl Default for Config {
 }
 
 /// The constants that a diagnosis uses.
-pub(crate) static CONFIG: Config = Config::TODAY;
+pub static CONFIG: Config = Config::TODAY;
 
 #[cfg(test)]
 mod tests {

@@ -155,7 +155,7 @@ impl Comparison {
             .books
             .first()
             .map_or((0, 0), |book| (blocks(&book.fit), blocks(&book.check)));
-        (0..RESAMPLINGS).map(move |_| Weights {
+        (0..CONFIG.evidence.resamplings).map(move |_| Weights {
             fit: draw(&mut random, counts.0),
             check: draw(&mut random, counts.1),
         })

@@ -7,7 +7,7 @@ mod calibration;
 mod candidate;
 mod canonical;
 mod case;
-mod config;
+pub mod config;
 mod corrected;
 mod data;
 mod details;

@@ -177,7 +177,7 @@ fn from_recovered(frame: [f64; 3], rest: f64, recovered: &Recovered) -> (Vec<f64
         }
     }
     let mut found = vec![0.0; columns];
-    for _ in 0..SWEEPS {
+    for _ in 0..CONFIG.learned_force.sweeps {
         for knot in 0..columns {
             let others: f64 = (0..columns).map(|k| normal[(knot, k)] * found[k]).sum();
             let own = normal[(knot, knot)];

@@ -106,7 +106,7 @@ pub(crate) fn pairs(
             pairs.extend(with_second(case, subset, &parent, all)?);
         }
     }
-    for exchange in 0..EXCHANGES {
+    for exchange in 0..CONFIG.pair.exchanges {
         if exchange > 0 && pairs.iter().any(|pair| !leaves_something(case, pair)) {
             break;
         }
