@@ -119,7 +119,7 @@ impl Effect for PositionRipple {
         ..BASE
     };
 
-    /// InputSignal numbers from one period in the range to twelve, at two phases a quarter apart.
+    /// Wave numbers from one period in the range to twelve, at two phases a quarter apart.
     fn starts(scales: &Scales) -> Vec<Vec<f64>> {
         let span = (scales.range.1 - scales.range.0).max(scales.position);
         let turn = std::f64::consts::TAU / span;
