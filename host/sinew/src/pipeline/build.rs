@@ -246,7 +246,10 @@ fn find(
         check: Vec::new(),
         test: tests.to_vec(),
     };
-    let options = Options { seed: request.seed };
+    let options = Options {
+        seed: request.seed,
+        ..Options::default()
+    };
     let told = |what: &str, done: usize, of: usize| stage.count(done, of, what);
     let found = diagnose(rig, &recordings, &options, &told)?;
     let mended = sinew_ident::diagnose::output::mended(&found);
