@@ -5,7 +5,7 @@
 //! where the plant integrates.
 
 use crate::model::{Model, Regressor};
-use crate::mpc::prediction::shift;
+use crate::rollout::shift;
 
 /// A measurement further than this from model zero, in model units, is no measurement: a thousand
 /// times the range that was seen in training. It also keeps every sum below finite.

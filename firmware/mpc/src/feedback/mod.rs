@@ -1,7 +1,10 @@
 //! Controllers without a model: one law a channel, output i to command i, and around it what they share: limits
 //! by the same code as everything else, anti-windup, missing samples, a start without a bump.
 
-use crate::safety::{Limiter, Limits};
+pub mod pid;
+pub mod rise;
+
+use crate::limits::{Limiter, Limits};
 
 /// One channel's law and its memory; physical units.
 pub trait Law: Clone {

@@ -1,11 +1,15 @@
 //! One step of the loop: measure, estimate, optimise, limit.
 
+use crate::constraints::Bounds;
+use crate::cost::CostTerm;
 use crate::estimator::{Estimator, Sample};
-use crate::model::Model;
-use crate::mpc::{self, Bounds, Horizons, MAX_ITERATIONS, Plan, Problem, Weights};
-use crate::safety::{Limiter, Limits};
+use crate::limits::{Limiter, Limits};
+use crate::move_blocking::Horizons;
+use crate::newton::{self, MAX_ITERATIONS};
+use crate::problem::{Plan, Problem, Weights};
 use crate::scaling::ModelScaling;
 use crate::status::Status;
+use crate::work_bound::Parts;
 
 /// Everything that may change between two calls; model units except where stated.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,7 +80,7 @@ pub struct ControlLoop<
 }
 
 impl<
-    M: Model<NU, NY, NS, ND, DD>,
+    M: CostTerm<NU, NY, NS, ND, DD>,
     const NU: usize,
     const NY: usize,
     const NS: usize,
@@ -181,7 +185,7 @@ impl<
             0.0
         };
         self.estimator.observe(
-            &self.model,
+            self.model.model(),
             &self.scaling.y.to_model(y),
             &self.scaling.s.to_model(s),
             gain,
@@ -222,15 +226,15 @@ impl<
             bounds: &self.bounds,
             horizons: &self.horizons,
         };
-        let outcome = mpc::solve(&problem, &mut self.plan, self.settings.iterations);
+        let outcome = newton::solve(&problem, &mut self.plan, self.settings.iterations);
         step.status = outcome.status;
         step.iterations = outcome.iterations;
         step.cost = outcome.cost;
     }
 
     /// What the parts of an optimisation cost here and now, with a reference of zeros: for bounds, not for
-    /// control ([`mpc::work`]). Changes nothing.
-    pub fn parts(&self, plan: &[f32; NV], ticks: impl Fn() -> u32) -> mpc::Parts {
+    /// control ([`work_bound`](crate::work_bound)). Changes nothing.
+    pub fn parts(&self, plan: &[f32; NV], ticks: impl Fn() -> u32) -> Parts {
         let problem = Problem {
             model: &self.model,
             start: self.estimator.regressor(),
@@ -243,7 +247,7 @@ impl<
             bounds: &self.bounds,
             horizons: &self.horizons,
         };
-        mpc::Parts::measure(&problem, plan, ticks)
+        Parts::measure(&problem, plan, ticks)
     }
 
     /// Forgets the plan, the history and the disturbance. The command applied last is *not*
@@ -300,8 +304,8 @@ impl<
     }
 
     /// The predictor.
-    pub const fn model(&self) -> &M {
-        &self.model
+    pub fn model(&self) -> &M::Model {
+        self.model.model()
     }
 
     /// The estimator.
