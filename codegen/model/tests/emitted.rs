@@ -181,7 +181,7 @@ fn library(name: &str) -> String {
 
 fn check_call(spec: &ModelSpec) -> String {
     let (name, library) = (&spec.name, library(&spec.name));
-    let memory = match spec.memory() {
+    let memory = match spec.hidden_state_len() {
         0 => String::new(),
         _ => format!("    check_memory!({library}, {name:?});\n"),
     };
@@ -234,7 +234,7 @@ use sinew_mpc::move_blocking::Interpolation;
 use sinew_mpc::sensitivity::{self, Sensitivities, Stage};
 use sinew_mpc::network::unflatten;
 
-/// What is remembered and its derivatives against double precision; derivatives along directions against all of
+/// Hidden state and its derivatives against double precision; derivatives along directions against all of
 /// the Jacobian.
 macro_rules! check_memory {
     ($model:ident, $name:literal) => {{

@@ -1,13 +1,17 @@
-//! A trained network in, a `no_std` Rust crate with exact derivatives out.
+#![doc = include_str!("../README.md")]
 //!
-//! - [`import`]: ONNX, Keras and TensorFlow Lite files as a [`Network`].
-//! - [`Network`]: layers as a directed graph without cycles, with shapes checked.
-//! - [`store`]: a network on disk, `network.toml` and `weights.safetensors`.
-//! - [`evaluate`]: the network and its Jacobian in double precision, the reference for everything.
-//! - [`emit`]: the network as a Rust crate that depends on nothing.
-//! - [`footprint`]: flash, RAM, stack and instructions of that crate on a Cortex-M4F.
+//! # Modules
 //!
-//! Equations and file formats: docs/reference/networks.md.
+//! | module | holds |
+//! |---|---|
+//! | [`import`] | importers of ONNX, Keras and TensorFlow Lite files |
+//! | [`layer`], [`activation`] | the kinds of nodes of a [`Network`], a directed acyclic graph with shapes checked |
+//! | [`store`] | a network on disk: `network.toml` and `weights.safetensors` |
+//! | [`evaluate`] | outputs and Jacobian in double precision, the reference of every test |
+//! | [`quantise`] | int8 weights with one scale a row |
+//! | [`emit`] | the printed crate |
+//! | [`footprint`] | flash, RAM, stack and instructions on a Cortex-M4F; the table of boards |
+//! | [`summary`] | a network as a table of text |
 
 pub mod activation;
 mod build_error;

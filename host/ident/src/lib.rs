@@ -10,6 +10,8 @@
 //! | [`report`] | results | a page |
 
 pub mod atomic;
+#[cfg(feature = "cli")]
+pub mod cli;
 pub mod diagnose;
 pub mod error;
 pub mod excite;

@@ -18,7 +18,6 @@ pub mod flash;
 pub mod live;
 pub mod new_rig;
 pub mod pipeline;
-pub mod progress;
 pub mod project;
 pub mod report;
 pub mod tuning;

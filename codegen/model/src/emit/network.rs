@@ -43,7 +43,7 @@ pub(super) fn print(spec: &ModelSpec) -> String {
         None => "network",
         Some(_) => "network::{self, recurrent}",
     };
-    if let Some(values) = &spec.shortcut {
+    if let Some(values) = &spec.skip {
         let last = layers.len();
         forward.push_str(&format!("    skip::add(&SHORTCUT, &x, &mut a.a{last});\n"));
         jacobian.push_str("    skip::add_jacobian(&SHORTCUT, jacobian);\n");
@@ -130,7 +130,7 @@ impl Propagate<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS> for Network {{
     }}
 {propagation}}}
 
-/// What the layers give; the last is {meaning}.
+/// Outputs of the layers; the last is {meaning}.
 #[derive({derives})]
 pub struct Activations {{
 {fields}}}
@@ -158,7 +158,7 @@ fn derive({trace}: &Activations, {bool}jacobian: &mut Jacobian) {{
     )
 }
 
-/// What depends on whether the first layer remembers.
+/// Parts that differ between a recurrent and a dense first layer.
 struct Parts {
     uses: String,
     state: &'static str,

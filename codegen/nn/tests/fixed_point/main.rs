@@ -5,9 +5,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::process::Command;
 
-use sinew_model::{reference, to_network};
 use sinew_nn::emit::{Accuracy, Options};
-use sinew_nn::{Activation, Network, Op, evaluate, footprint, target};
+use sinew_nn::{Activation, Network, Op, evaluate, footprint, store, target};
 
 /// Largest sum of the sizes of a row's integers: with inputs of 15 bits no sum leaves 32.
 const LARGEST: f64 = 65_000.0;
@@ -139,13 +138,10 @@ fn drawn(count: usize) -> Vec<f32> {
 }
 
 fn networks() -> [Network; 3] {
-    ["S", "L", "P"].map(|name| {
-        let read = |file: &str| {
-            let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/reference/");
-            std::fs::read_to_string(format!("{folder}{file}.json")).expect("it is committed")
-        };
-        let spec = reference::import(&read(name), &read("problem"), 10, &[]).expect("it is valid");
-        to_network::network(&spec).expect("it is valid").folded()
+    ["s", "l", "p"].map(|name| {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference");
+        let network = store::load(&folder.join(format!("reference-{name}")));
+        network.expect("the folder is committed").folded()
     })
 }
 

@@ -1,8 +1,9 @@
-//! What the networks of the reference problem may cost, at most, on a Cortex-M4F: numbers that a person chose.
+//! Budgets of the networks of the reference problem on a Cortex-M4F: numbers that a person chose.
 //! The best peer takes 1,343, 15,351 and 1,494 instructions forward.
 
-use sinew_model::{reference, to_network};
-use sinew_nn::Op;
+use sinew_nn::{Op, store};
+use std::path::Path;
+
 use sinew_nn::emit::{Accuracy, Options};
 
 use super::bench::Case;
@@ -21,7 +22,7 @@ const BUDGETS: [(&str, u64, f64); 7] = [
     ("reference-p-8-open", 750, 2.6),
 ];
 
-/// How many units of P are open in the cases of these names.
+/// Open units of P in the cases of these names.
 const OPEN: [usize; 4] = [4, 6, 7, 8];
 
 /// The network S with every tanh that a tolerance may choose; the quick one is among the budgets.
@@ -33,22 +34,18 @@ const TOLERANCES: [(&str, Accuracy); 5] = [
     ("reference-s-rougher", Accuracy::Rougher),
 ];
 
-/// The networks of models/reference.
+/// The networks of the reference problem, written by a test of `sinew-model`.
 pub fn cases() -> Vec<Case> {
     let network = |name: &str| {
-        let read = |file: &str| {
-            let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/reference/");
-            std::fs::read_to_string(format!("{folder}{file}.json")).expect("it is committed")
-        };
-        let spec = reference::import(&read(name), &read("problem"), 10, &[]).expect("it is valid");
-        to_network::network(&spec).expect("it is valid")
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference");
+        store::load(&folder.join(format!("reference-{name}"))).expect("the folder is committed")
     };
-    let exact = ["S", "L", "P"].map(|name| random::case(network(name), Options::default()));
+    let exact = ["s", "l", "p"].map(|name| random::case(network(name), Options::default()));
     let others = TOLERANCES
         .into_iter()
         .filter(|(_, accuracy)| *accuracy != Accuracy::default());
     let others = others.map(|(name, accuracy)| {
-        let mut network = network("S");
+        let mut network = network("s");
         network.name = name.into();
         let options = Options {
             accuracy,
@@ -57,7 +54,7 @@ pub fn cases() -> Vec<Case> {
         random::case(network, options)
     });
     let open = OPEN.map(|count| {
-        let mut case = random::case(network("P").folded(), Options::default());
+        let mut case = random::case(network("p").folded(), Options::default());
         leave_open(&mut case, count);
         case
     });

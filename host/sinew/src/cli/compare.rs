@@ -9,17 +9,18 @@ use serde_json::{Map, Value, json};
 use sinew_mpc::feedback::pid::PidState;
 use sinew_mpc::feedback::rise::RiseState;
 
+use super::LoopArguments;
 use super::conditions::Conditions;
-use super::{LoopArguments, overwrite};
 use crate::closed_loop::baseline::{BaselineController, Tuning};
 use crate::closed_loop::benchmark::Benchmark;
 use crate::closed_loop::controller_result::ControllerResult;
 use crate::closed_loop::model_loop::ModelLoop;
 use crate::closed_loop::scenario::Scenario;
 use crate::closed_loop::setup::BUDGET;
-use crate::progress::Stage;
 use crate::project::Board;
 use crate::tuning::optimise::Budget;
+use sinew_ident::cli::overwrite;
+use sinew_ident::cli::progress::Stage;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::report::{quantity, sheet};
 

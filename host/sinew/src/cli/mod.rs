@@ -3,16 +3,11 @@
 mod build;
 mod compare;
 mod conditions;
-mod diagnose;
 mod emit;
-mod excite;
-mod fit;
 mod flash;
 mod import;
-mod mjcf;
 mod monitor;
 mod new;
-mod overwrite;
 mod pil;
 mod record;
 mod simulate;
@@ -24,6 +19,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
+use sinew_sim::Rig;
 
 use crate::closed_loop::model_loop::{BoardRuns, ModelLoop};
 use crate::closed_loop::scenario::Scenario;
@@ -32,6 +28,8 @@ use crate::flash as probes;
 use crate::live::Names;
 use crate::project::{Board, Optimise};
 use sinew_device::protocol::Identity;
+pub use sinew_ident::cli::{Common, Recordings};
+use sinew_ident::cli::{diagnose, excite, fit, mjcf};
 use sinew_ident::error::{Error, Result};
 use sinew_model::spec::ModelSpec;
 
@@ -79,17 +77,6 @@ enum Verb {
     Record(record::Arguments),
     /// Watch and steer a board's own rig, live.
     Monitor(monitor::Arguments),
-}
-
-/// Recordings, for verbs that fit or learn.
-#[derive(Args, Clone, Debug)]
-pub struct Recordings {
-    /// A recording (CSV) to learn from; may be repeated.
-    #[arg(long, value_name = "CSV", required = true)]
-    pub fit: Vec<PathBuf>,
-    /// A recording that is only scored; may be repeated.
-    #[arg(long, value_name = "CSV")]
-    pub test: Vec<PathBuf>,
 }
 
 /// Refuses what an image is made for where no image is made.
@@ -213,17 +200,6 @@ impl LiveArguments {
     }
 }
 
-/// What most verbs take.
-#[derive(Args, Clone, Debug)]
-pub struct Common {
-    /// Seed of everything that is drawn.
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
-    /// No progress.
-    #[arg(long)]
-    pub quiet: bool,
-}
-
 /// Runs the program: 0 when it did what was asked, 2 for bad arguments or bad files, 130 after Ctrl-C, 141 where nobody reads on, 1
 /// for anything else.
 pub fn main() -> ExitCode {
@@ -270,12 +246,21 @@ fn end_with_the_reader() {
     }));
 }
 
+/// Control rate of a rig, where its `[control]` table has one.
+///
+/// # Errors
+/// A bad rig.
+fn control_rate_hz(rig: &Path) -> Result<Option<f64>> {
+    let rig = Rig::load(rig)?;
+    Ok(rig.control.as_ref().and_then(|control| control.rate_hz))
+}
+
 fn run(verb: Verb) -> Result<()> {
     match verb {
         Verb::Build(arguments) => build::run(&arguments),
         Verb::New(arguments) => new::run(&arguments),
         Verb::Simulate(arguments) => simulate::run(&arguments),
-        Verb::Excite(arguments) => excite::run(&arguments),
+        Verb::Excite(arguments) => excite::run(&arguments, control_rate_hz(&arguments.rig)?),
         Verb::Fit(arguments) => fit::run(&arguments),
         Verb::Diagnose(arguments) => diagnose::run(&arguments),
         Verb::Mjcf(arguments) => mjcf::run(&arguments),

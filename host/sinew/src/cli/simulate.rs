@@ -7,9 +7,9 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sinew_sim::{InputTrajectory, Plant, RecordingRun, Rig};
 
-use super::overwrite;
 use crate::closed_loop::plant_program::{PlantProgram, Recorded};
 use crate::view::{self, Animation};
+use sinew_ident::cli::overwrite;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::noise::gaussian;
 use sinew_ident::recording::{Column, Recording};

@@ -6,11 +6,12 @@ use clap::Args;
 use sinew_model::store;
 use sinew_sim::{Plant, Rig};
 
-use super::{Common, Recordings, overwrite};
+use super::{Common, Recordings};
 use crate::closed_loop::control_problem::ControlProblem;
 use crate::pipeline::build::starts;
 use crate::pipeline::learn::{CHECKPOINT_FILE, fits, learn, save};
-use crate::progress::Stage;
+use sinew_ident::cli::overwrite;
+use sinew_ident::cli::progress::Stage;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::fit::free_run;
 use sinew_ident::recording::Recording;

@@ -11,7 +11,7 @@ use sinew_sim::Rig;
 
 use super::compare::by_name;
 use super::conditions::Conditions;
-use super::{Common, Recordings, overwrite};
+use super::{Common, Recordings};
 use crate::closed_loop::baseline::{BaselineController, Tuning};
 use crate::closed_loop::benchmark::Benchmark;
 use crate::closed_loop::controller_result::ControllerResult;
@@ -22,6 +22,7 @@ use crate::tuning::objective::Objective;
 use crate::tuning::tune::{
     Line, Request, Shape, TunedFeedback, controlled, tune_feedback, tune_mpc,
 };
+use sinew_ident::cli::overwrite;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::report::{Table, significant};
 

@@ -14,9 +14,9 @@ use crate::closed_loop::perturbed_plant::{PerturbedParameter, perturbed};
 use crate::closed_loop::plant_program::PlantProgram;
 use crate::closed_loop::scenario::Scenario;
 use crate::closed_loop::setup::{DeviceRun, LEAST_PERTURBATION, MOST_PERTURBATION, Setup};
-use crate::progress::Stage;
 use crate::project::image::Sizes;
 use crate::project::{self, Board, Optimise};
+use sinew_ident::cli::progress::Stage;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::recording::Recording;
 

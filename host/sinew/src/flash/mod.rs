@@ -36,7 +36,7 @@ pub fn chip(board: Board) -> Result<&'static Chip> {
 #[cfg(feature = "probe")]
 mod with {
     use super::{Chip, Device, Error, Options, Path, Result};
-    use crate::progress::Stage;
+    use sinew_ident::cli::progress::Stage;
 
     impl From<sinew_probe::Trouble> for Error {
         fn from(trouble: sinew_probe::Trouble) -> Self {

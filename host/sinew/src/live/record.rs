@@ -11,7 +11,7 @@ use sinew_device::protocol::{Reason, Telemetry, ToDevice, ToHost};
 
 use super::Names;
 use crate::device::Device;
-use crate::progress::Stage;
+use sinew_ident::cli::progress::Stage;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::recording::{Column, Recording};
 

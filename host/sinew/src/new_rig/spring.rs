@@ -2,7 +2,7 @@
 
 use sinew_sim::Rig;
 
-use crate::progress::Stage;
+use sinew_ident::cli::progress::Stage;
 use sinew_ident::fit::{FitOptions, SensorFit, fit};
 use sinew_ident::recording::Recording;
 

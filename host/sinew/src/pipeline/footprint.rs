@@ -6,8 +6,8 @@ use sinew_model::spec::ModelSpec;
 use sinew_nn::footprint::CYCLES_PER_INSTRUCTION;
 
 use crate::device::{Device, decode_log};
-use crate::progress::Stage;
 use crate::project::{self, Board, Chip, Optimise, Sizes, board_folder, image};
+use sinew_ident::cli::progress::Stage;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::report::{Table, quantity, significant};
 

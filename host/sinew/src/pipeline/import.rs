@@ -110,7 +110,7 @@ pub fn adopt(
         past_inputs: shape.past_inputs,
         past_outputs: shape.past_outputs,
         form,
-        shortcut: None,
+        skip: None,
         layers,
         control: ControlSpec {
             observer_gain: rig

@@ -218,7 +218,7 @@ fn learned(
         past_inputs: shape.past_inputs,
         past_outputs: shape.past_outputs,
         form: OutputForm::Increment,
-        shortcut: Some(trained.folded.linear.concat()),
+        skip: Some(trained.folded.linear.concat()),
         layers: layers(&trained.folded)?,
         control: ControlSpec {
             observer_gain: options.observer_gain,
@@ -358,7 +358,7 @@ pub(super) fn score(
 ) -> (Vec<f64>, Vec<f64>) {
     let test = observed(spec, shape, test);
     let windows = Windows::new(shape, warm_up, task.horizon, &test);
-    let mut warm = vec![0.0; spec.memory()];
+    let mut warm = vec![0.0; spec.hidden_state_len()];
     let mut squares = [vec![0.0; shape.n_y], vec![0.0; shape.n_y]];
     let newest = shape.n_u * shape.past_inputs;
     for w in 0..windows.len() {
@@ -413,7 +413,7 @@ fn observed(spec: &ModelSpec, shape: Shape, episodes: &[Scaled]) -> Vec<Scaled> 
         return episodes;
     }
     for episode in &mut episodes {
-        let mut memory = vec![0.0; spec.memory()];
+        let mut memory = vec![0.0; spec.hidden_state_len()];
         for k in shape.history()..episode.steps {
             let mut x = Vec::new();
             episode.regressor(&shape, k, &mut x);

@@ -23,7 +23,7 @@ pub use build::{Built, Machine, build, checks, compile, run_cargo};
 pub use image::Sizes;
 pub use sinew_nn::footprint::chip::Chip;
 
-use crate::progress::Stage;
+use sinew_ident::cli::progress::Stage;
 use sinew_ident::error::{Error, Result};
 
 /// Everything that the firmware is built from, for telling whether a result still holds.

@@ -14,11 +14,11 @@ use crate::closed_loop::baseline::{BaselineController, Training, Tuning, tune};
 use crate::closed_loop::mpc::{MpcController, Weights};
 use crate::closed_loop::scenario::{Run, Scenario, Score};
 use crate::closed_loop::setup::Setup;
-use crate::progress::Stage;
 use crate::project::{self, Board, Built, Optimise};
 use crate::tuning::objective::Objective;
 use crate::tuning::optimise;
 use crate::tuning::search_space::{Budget, Cheapest, SearchSpace};
+use sinew_ident::cli::progress::Stage;
 use sinew_ident::error::{Error, Result};
 
 /// What is tuned on, and what is reported on.

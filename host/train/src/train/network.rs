@@ -436,7 +436,7 @@ pub(super) mod tests {
             past_inputs: shape.past_inputs,
             past_outputs: shape.past_outputs,
             form: OutputForm::Increment,
-            shortcut: Some(folded.linear.concat()),
+            skip: Some(folded.linear.concat()),
             layers: layers(folded).expect("folded layers are whole"),
             control: ControlSpec {
                 horizon: 1,
@@ -500,7 +500,7 @@ pub(super) mod tests {
         };
         let (mut worst, mut said) = (0.0_f64, 0.0_f64);
         for w in &chosen {
-            let mut memory = vec![0.0; spec.memory()];
+            let mut memory = vec![0.0; spec.hidden_state_len()];
             // What was measured, or what the firmware's estimator made of it (docs/explanation/controller.md, eq. 10c).
             let mut observed = vec![];
             for back in (1..=warm_up).rev() {

@@ -162,7 +162,7 @@ mod tests {
         );
         let spec =
             crate::train::network::tests::spec(&trained.expect("it converges").folded, SHAPE);
-        let memory = vec![0.0; spec.memory()];
+        let memory = vec![0.0; spec.hidden_state_len()];
         let at = |u: [f64; 2]| advance(&spec, &[&u[..], &[0.0], &memory].concat()).0[0];
         [
             (at([0.1, 0.0]) - at([-0.1, 0.0])) / 0.2,

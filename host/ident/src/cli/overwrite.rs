@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use sinew_ident::error::{Error, Result};
+use crate::error::{Error, Result};
 
 /// The same file, however it is written; a file that does not exist is only itself.
-pub(super) fn identity(path: &Path) -> PathBuf {
+pub fn identity(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.to_path_buf())
 }
 
@@ -14,7 +14,7 @@ pub(super) fn identity(path: &Path) -> PathBuf {
 ///
 /// # Errors
 /// `Arguments`, with both names; `Write`.
-pub(super) fn refuse<'a>(
+pub fn refuse<'a>(
     read: impl IntoIterator<Item = (&'static str, &'a Path)>,
     written: impl IntoIterator<Item = (&'static str, Option<&'a Path>)>,
 ) -> Result<()> {
@@ -30,7 +30,7 @@ pub(super) fn refuse<'a>(
             ))
             .help("give it another name"));
         }
-        sinew_ident::atomic::prepare(path)?;
+        crate::atomic::prepare(path)?;
         taken.push((file, flag));
     }
     Ok(())

@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use sinew_sim::Rig;
 
-use sinew_ident::error::Result;
-use sinew_ident::mjcf::mjcf;
+use crate::error::Result;
+use crate::mjcf::mjcf;
 
 /// Arguments of `sinew mjcf`.
 #[derive(Args)]
 pub struct Arguments {
     /// The rig file (TOML).
-    rig: PathBuf,
+    pub rig: PathBuf,
     /// Where MuJoCo's file is written.
     #[arg(long, value_name = "XML")]
     out: PathBuf,
@@ -31,9 +31,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 ///
 /// # Errors
 /// `Write`.
-pub(super) fn write(rig: &Rig, path: &Path, quiet: bool) -> Result<()> {
+pub fn write(rig: &Rig, path: &Path, quiet: bool) -> Result<()> {
     let written = mjcf(rig);
-    sinew_ident::atomic::write(path, &written.text)?;
+    crate::atomic::write(path, &written.text)?;
     if !quiet {
         for what in &written.left_out {
             eprintln!("left out of {}: {what}", path.display());

@@ -6,17 +6,17 @@ use clap::Args;
 use sinew_sim::Rig;
 
 use super::Recordings;
-use crate::progress::Stage;
-use sinew_ident::error::Result;
-use sinew_ident::fit::{FitOptions, doubt, fit, score};
-use sinew_ident::recording::Recording;
-use sinew_ident::report::quantity;
+use super::progress::Stage;
+use crate::error::Result;
+use crate::fit::{FitOptions, doubt, fit, score};
+use crate::recording::Recording;
+use crate::report::quantity;
 
 /// Arguments of `sinew fit`.
 #[derive(Args)]
 pub struct Arguments {
     /// The rig file (TOML).
-    rig: PathBuf,
+    pub rig: PathBuf,
     #[command(flatten)]
     recordings: Recordings,
     /// Where the rig with its new numbers is written; its comments are kept.
@@ -37,7 +37,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             .collect::<Result<Vec<_>>>()
     };
     if let Some(path) = &arguments.out {
-        sinew_ident::atomic::prepare(path)?;
+        crate::atomic::prepare(path)?;
     }
     let rig = Rig::load(&arguments.rig)?;
     let (recordings, tests) = (
@@ -101,7 +101,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     match &arguments.out {
         Some(path) => {
-            sinew_ident::atomic::write(path, found.rig.to_toml())?;
+            crate::atomic::write(path, found.rig.to_toml())?;
             println!("{}", path.display());
         }
         None => println!("nothing written; --out RIG.toml keeps the fitted rig"),

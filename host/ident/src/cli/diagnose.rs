@@ -7,17 +7,17 @@ use sinew_sim::Rig;
 
 use super::Common;
 use super::overwrite::{self, identity};
-use crate::progress::Stage;
-use sinew_ident::diagnose::output::{self, Shown};
-use sinew_ident::diagnose::{Diagnosis, Options, Recordings, diagnose};
-use sinew_ident::error::{Error, Result};
-use sinew_ident::recording::Recording;
+use super::progress::Stage;
+use crate::diagnose::output::{self, Shown};
+use crate::diagnose::{Diagnosis, Options, Recordings, diagnose};
+use crate::error::{Error, Result};
+use crate::recording::Recording;
 
 /// Arguments of `sinew diagnose`.
 #[derive(Args)]
 pub struct Arguments {
     /// The rig file (TOML): what is believed.
-    rig: PathBuf,
+    pub rig: PathBuf,
     /// A recording (CSV) that estimates parameters; may be repeated.
     #[arg(long, value_name = "CSV", required = true)]
     fit: Vec<PathBuf>,
@@ -85,7 +85,7 @@ fn leave(
     let mut written: Vec<&Path> = Vec::new();
     match &arguments.json {
         Some(path) => {
-            sinew_ident::atomic::write(path, output::json(found)?)?;
+            crate::atomic::write(path, output::json(found)?)?;
             written.push(path);
             if !quiet {
                 println!("{}", found.sentence);
@@ -106,7 +106,7 @@ fn leave(
         written.push(path);
     }
     if let Some(path) = &arguments.rig_out {
-        sinew_ident::atomic::write(path, output::mended(found))?;
+        crate::atomic::write(path, output::mended(found))?;
         written.push(path);
     }
     if let Some(path) = &arguments.mjcf {

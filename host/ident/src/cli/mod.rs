@@ -1,0 +1,87 @@
+//! Command line of identification: the verbs that the programs `sinew` and `sinew-ident` share.
+
+pub mod diagnose;
+pub mod excite;
+pub mod fit;
+pub mod mjcf;
+pub mod overwrite;
+pub mod progress;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand};
+
+use crate::error::Result;
+
+/// Identification of a mechanical plant: fit, diagnosis, experiments.
+#[derive(Parser)]
+#[command(name = "sinew-ident", version, about, arg_required_else_help = true)]
+struct Program {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+/// The verbs of identification.
+#[derive(Subcommand)]
+enum Verb {
+    /// Fit the parameters of a rig to recordings.
+    Fit(fit::Arguments),
+    /// Find the physics that a rig lacks.
+    Diagnose(diagnose::Arguments),
+    /// Design an experiment within the limits of a rig.
+    Excite(excite::Arguments),
+    /// Write a rig for MuJoCo.
+    Mjcf(mjcf::Arguments),
+}
+
+/// Recordings, for verbs that fit or learn.
+#[derive(Args, Clone, Debug)]
+pub struct Recordings {
+    /// A recording (CSV) to learn from; may be repeated.
+    #[arg(long, value_name = "CSV", required = true)]
+    pub fit: Vec<PathBuf>,
+    /// A recording that is only scored; may be repeated.
+    #[arg(long, value_name = "CSV")]
+    pub test: Vec<PathBuf>,
+}
+
+/// Arguments of most verbs.
+#[derive(Args, Clone, Debug)]
+pub struct Common {
+    /// Seed of everything that is drawn.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// No progress.
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// Runs the program `sinew-ident`: 0 on success, 2 for bad arguments or bad files, 1 for anything
+/// else.
+pub fn main() -> ExitCode {
+    let program = match Program::try_parse() {
+        Ok(program) => program,
+        Err(error) => {
+            // clap's own words, on the stream that fits: help is no error.
+            let _ = error.print();
+            return ExitCode::from(if error.use_stderr() { 2 } else { 0 });
+        }
+    };
+    match run(program.verb) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+fn run(verb: Verb) -> Result<()> {
+    match verb {
+        Verb::Fit(arguments) => fit::run(&arguments),
+        Verb::Diagnose(arguments) => diagnose::run(&arguments),
+        Verb::Excite(arguments) => excite::run(&arguments, None),
+        Verb::Mjcf(arguments) => mjcf::run(&arguments),
+    }
+}
