@@ -37,6 +37,16 @@ impl Interpolation {
 }
 
 /// The horizons of a problem: `N` steps are predicted (N2), the commands have `NB` blocks.
+///
+/// ```
+/// use sinew_mpc::Horizons;
+///
+/// // 10 steps are predicted; commands change over blocks of 1, 2 and 3 steps and are held after.
+/// let horizons: Horizons<10, 3> = Horizons::new(1, [1, 2, 3]);
+/// assert_eq!(horizons.control_horizon(), 6);
+/// // Halfway through the second block.
+/// assert_eq!((horizons.interpolation[1].block, horizons.interpolation[1].weight), (1, 0.5));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Horizons<const N: usize, const NB: usize> {
     /// N1: the first predicted step that counts, from 1.
