@@ -6,9 +6,11 @@ use sinew_model::evaluate::advance;
 use sinew_model::spec::limits::MAX_REGRESSOR;
 use sinew_model::spec::{ControlSpec, ModelSpec, OutputForm, Signal};
 use sinew_model::store;
-use sinew_sim::{FirstLayer, Form, Plant, Rig};
+use sinew_sim::{Plant, Rig};
+use sinew_train::{FirstLayer, Form};
 
 use crate::closed_loop::control_problem::ControlProblem;
+use crate::rig_file;
 use sinew_ident::error::{Error, Result};
 use sinew_train::dataset::{Recipe, Slope, Stretch, Visit, draw, slopes};
 use sinew_train::train::{
@@ -51,9 +53,13 @@ pub struct Record {
     pub horizon: usize,
 }
 
-/// What the rig's `[network]` table leaves open is filled in here.
-pub fn options(rig: &Rig, horizon: usize, seed: u64) -> (Shape, Options) {
-    let table = rig.network.as_ref();
+/// The rig's `[network]` table, what it leaves open filled in.
+///
+/// # Errors
+/// The table is not sound.
+pub fn options(rig: &Rig, horizon: usize, seed: u64) -> Result<(Shape, Options)> {
+    let table = rig_file::network_table(rig)?;
+    let table = table.as_ref();
     let shape = Shape {
         n_u: 0,
         n_y: 0,
@@ -67,7 +73,7 @@ pub fn options(rig: &Rig, horizon: usize, seed: u64) -> (Shape, Options) {
     let first = table
         .and_then(|t| t.first_layer)
         .unwrap_or(FirstLayer::Tanh);
-    (
+    Ok((
         shape,
         Options {
             hidden,
@@ -77,7 +83,7 @@ pub fn options(rig: &Rig, horizon: usize, seed: u64) -> (Shape, Options) {
             seed,
             ..Options::of(first)
         },
-    )
+    ))
 }
 
 /// Trains the model of `rig` on episodes of `plant` with `values`, begun at `visits`, with a seed and a file for its checkpoint.
@@ -93,7 +99,7 @@ pub fn learn(
     (seed, checkpoint): (u64, &Path),
     mut progress: impl FnMut(usize, usize, Epoch),
 ) -> Result<Learned> {
-    if rig.network.as_ref().and_then(|t| t.form) == Some(Form::Absolute) {
+    if rig_file::network_table(rig)?.and_then(|t| t.form) == Some(Form::Absolute) {
         return Err(
             Error::file(&rig.file, "`form = \"absolute\"` is for imported networks").expected(
                 "`form = \"increment\"`, or no `form`: training learns the change of the output",
@@ -132,7 +138,7 @@ fn learned(
     (seed, checkpoint): (u64, &Path),
     progress: impl FnMut(usize, usize, Epoch),
 ) -> Result<Learned> {
-    let (shape, options) = options(rig, task.horizon, seed);
+    let (shape, options) = options(rig, task.horizon, seed)?;
     let shape = Shape {
         n_u: plant.inputs().len(),
         n_y: task.outputs.len(),
@@ -263,13 +269,13 @@ fn in_model_units(
 /// # Errors
 /// It does not.
 pub fn fits(rig: &Rig, plant: &Plant, task: &ControlProblem) -> Result<()> {
-    let (shape, options) = options(rig, task.horizon, 0);
+    let (shape, options) = options(rig, task.horizon, 0)?;
     let shape = Shape {
         n_u: plant.inputs().len(),
         n_y: task.outputs.len(),
         ..shape
     };
-    let line = rig.network.as_ref().map_or(1, |table| table.line);
+    let line = rig_file::network_table(rig)?.map_or(1, |table| table.line);
     if gates(options.first).is_some() && options.observer_gain < 1.0 {
         let message = "`observer_gain` of [network] is for networks without memory: one that remembers filters for itself";
         return Err(Error::file(&rig.file, message)

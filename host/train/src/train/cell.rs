@@ -1,11 +1,11 @@
 //! A GRU or an LSTM as the predictor's first layer (docs/reference/networks.md, eq. 5 and 6).
 
+use crate::network_table::FirstLayer;
 use burn::module::{Module, Param};
 use burn::nn::{Linear, LinearConfig};
 use burn::tensor::activation::sigmoid;
 use burn::tensor::{Device, Tensor, TensorData};
 use nalgebra::{DMatrix, DVector};
-use sinew_sim::FirstLayer;
 
 use super::gates;
 use super::network::to_matrix;

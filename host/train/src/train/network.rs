@@ -1,10 +1,10 @@
 //! The predictor as burn sees it: a linear path beside a small network, rolled out through its own predictions.
 
+use crate::network_table::FirstLayer;
 use burn::module::{Module, Param};
 use burn::nn::{Linear, LinearConfig};
 use burn::tensor::{Device, Tensor, TensorData};
 use nalgebra::{DMatrix, DVector};
-use sinew_sim::FirstLayer;
 
 use super::Options;
 use super::basis::Basis;

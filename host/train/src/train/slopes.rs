@@ -96,9 +96,9 @@ impl<'a> Slopes<'a> {
 
 #[cfg(test)]
 mod tests {
+    use crate::network_table::FirstLayer;
     use rand::SeedableRng;
     use sinew_model::evaluate::advance;
-    use sinew_sim::FirstLayer;
 
     use super::*;
     use crate::train::{Options, Scaled, Shape, train};
