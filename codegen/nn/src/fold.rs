@@ -42,6 +42,15 @@ impl Network {
         }
     }
 
+    /// Whether node `place` gives the values that it reads, in their order.
+    pub(crate) fn is_no_move(&self, place: usize) -> bool {
+        match &self.nodes[place].op {
+            Op::Reshape(_) => true,
+            Op::Permute(axes) => is_no_move(axes, &self.nodes[self.nodes[place].from[0]].shape),
+            _ => false,
+        }
+    }
+
     /// Takes node `place` out; what read it reads `instead`, a node before it.
     fn remove(&mut self, place: usize, instead: usize) {
         self.nodes.remove(place);

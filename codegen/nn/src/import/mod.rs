@@ -143,3 +143,16 @@ fn gru_bias(bias: &[f32], rows: usize, units: usize, reset_after: bool) -> (Vec<
     let sum = sum.map(|(i, (a, b))| if i < gates { a + b } else { *a });
     (sum.collect(), state[gates..].to_vec())
 }
+
+/// IEEE 754 half precision.
+fn half(bits: u16) -> f64 {
+    let sign = if bits >> 15 == 1 { -1.0 } else { 1.0 };
+    let exponent = i32::from(bits >> 10 & 31);
+    let fraction = f64::from(bits & 1023) / 1024.0;
+    sign * match exponent {
+        0 => fraction * (-14_f64).exp2(),
+        31 if fraction == 0.0 => f64::INFINITY,
+        31 => f64::NAN,
+        _ => (1.0 + fraction) * f64::from(exponent - 15).exp2(),
+    }
+}
