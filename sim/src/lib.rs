@@ -70,7 +70,7 @@ pub use error::{BodyPlace, Error, SimulationError};
 pub use input_trajectory::InputTrajectory;
 pub use integrator::Stepper;
 pub use plant::{Input, Outline, Parameter, Plant, Role, SensorChannel};
-pub use rig::{ControlTable, FirstLayer, Form, NetworkTable, Rig};
+pub use rig::Rig;
 pub use scalar::Scalar;
 pub use settings::{Report, Settings};
 pub use simulate::{Gradient, ParameterizedPlant, RecordingRun, Simulated, Trajectory};

@@ -35,8 +35,8 @@ pub fn network(spec: &ModelSpec) -> Result<Network, NetworkError> {
         offset: spec.outputs.iter().map(|s| s.offset as f32).collect(),
     };
     network.push("physical units", physical, vec![last])?;
-    if spec.memory() == 0 {
-        // Vectors of a network that remembers begin at rest; those of a model begin anywhere.
+    if spec.hidden_state_len() == 0 {
+        // Vectors of a recurrent network begin at rest; those of a model begin anywhere.
         network.golden = golden(spec, &inputs);
     }
     Ok(network)
@@ -62,7 +62,7 @@ fn layers(spec: &ModelSpec, network: &mut Network, scaled: usize) -> Result<usiz
                 let step = Op::Reshape(vec![1, layer.inputs()]);
                 let sequence = network.push("step", step, vec![last])?;
                 let op = Op::Recurrent(layer.clone());
-                last = network.push("memory", op, vec![sequence])?;
+                last = network.push("recurrent", op, vec![sequence])?;
                 continue;
             }
         };
@@ -82,19 +82,18 @@ fn layers(spec: &ModelSpec, network: &mut Network, scaled: usize) -> Result<usiz
             vec![last],
         )?;
     }
-    if let Some(weights) = beside(spec) {
+    if let Some(weights) = skip(spec) {
         let bias = vec![0.0; spec.outputs.len()];
-        let shortcut =
-            network.push("shortcut", Op::Dense(Dense { weights, bias }), vec![scaled])?;
-        last = network.push("sum", Op::Add, vec![last, shortcut])?;
+        let skip = network.push("skip", Op::Dense(Dense { weights, bias }), vec![scaled])?;
+        last = network.push("sum", Op::Add, vec![last, skip])?;
     }
     Ok(last)
 }
 
-/// The linear path of eq. 4 with, for an increment, the present output in it.
-fn beside(spec: &ModelSpec) -> Option<Vec<f32>> {
+/// The skip connection of eq. 4 with, for an increment, the present output in it.
+fn skip(spec: &ModelSpec) -> Option<Vec<f32>> {
     let length = spec.regressor_len();
-    let mut weights = spec.shortcut.clone();
+    let mut weights = spec.skip.clone();
     if spec.form == OutputForm::Increment {
         let weights = weights.get_or_insert_with(|| vec![0.0; spec.outputs.len() * length]);
         let present = spec.past_inputs * spec.inputs.len();

@@ -181,7 +181,7 @@ fn library(name: &str) -> String {
 
 fn check_call(spec: &ModelSpec) -> String {
     let (name, library) = (&spec.name, library(&spec.name));
-    let memory = match spec.memory() {
+    let memory = match spec.hidden_state_len() {
         0 => String::new(),
         _ => format!("    check_memory!({library}, {name:?});\n"),
     };
@@ -233,7 +233,7 @@ use sinew_mpc::model::{ChannelJacobian, Jacobian, Model, Regressor};
 use sinew_mpc::mpc::tangent::{self, Place, Stage, Tangent};
 use sinew_mpc::network::unflatten;
 
-/// What is remembered and its derivatives against double precision; derivatives along directions against all of
+/// Hidden state and its derivatives against double precision; derivatives along directions against all of
 /// the Jacobian.
 macro_rules! check_memory {
     ($model:ident, $name:literal) => {{

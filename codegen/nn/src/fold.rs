@@ -1,4 +1,4 @@
-//! What can be computed once, here, is not computed at every call: batch normalisation and scaling go into
+//! Constant folding, once instead of at every call: batch normalisation and scaling go into
 //! the weights beside them, orders of axes into the columns of a dense layer, and layers without an effect go.
 
 use super::{Activation, Dense, Network, Op};
@@ -45,7 +45,7 @@ impl Network {
         }
     }
 
-    /// How many layers read node `place`.
+    /// Number of layers that read node `place`.
     fn readers(&self, place: usize) -> usize {
         self.nodes
             .iter()
@@ -150,7 +150,7 @@ impl Network {
     }
 }
 
-/// Whether an order of axes leaves every value where it is.
+/// Returns true if an order of axes moves no value.
 fn is_no_move(axes: &[usize], shape: &[usize]) -> bool {
     let long: Vec<usize> = axes
         .iter()

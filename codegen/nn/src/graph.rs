@@ -18,24 +18,24 @@ pub struct Network {
 /// One layer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Node {
-    /// As the file that it came from calls it.
+    /// Name in the imported file.
     pub name: String,
-    /// What it does.
+    /// Operation of the node.
     pub op: Op,
-    /// The nodes that it reads, by their place.
+    /// Indices of the nodes that it reads.
     pub from: Vec<usize>,
-    /// Shape of what it gives: features; steps and features; or rows, columns and channels.
+    /// Shape of the output: features; steps and features; or rows, columns and channels.
     pub shape: Vec<usize>,
 }
 
 impl Node {
-    /// Number of values that it gives.
+    /// Number of values of the output.
     #[must_use]
     pub fn len(&self) -> usize {
         self.shape.iter().product()
     }
 
-    /// Whether it gives nothing, which no valid node does.
+    /// Returns true if the output is empty, as that of no valid node is.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0

@@ -89,7 +89,7 @@ fn wide(x: &[f32]) -> Vec<f64> {
     x.iter().copied().map(f64::from).collect()
 }
 
-/// What integers cost in accuracy.
+/// Loss of accuracy by integer weights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Loss {
     /// Largest difference of an output, relative to the range of all outputs.
@@ -98,7 +98,7 @@ pub struct Loss {
     pub rms: f64,
     /// Vectors compared.
     pub vectors: usize,
-    /// Whether the inputs were drawn, between -1 and 1, because the network brings none.
+    /// True if the inputs were drawn, between -1 and 1, because the network brings none.
     pub drawn: bool,
 }
 

@@ -15,7 +15,7 @@ use super::{
 };
 use crate::files;
 
-/// What `network.toml` begins with.
+/// Format that `network.toml` names.
 pub const FORMAT: &str = "sinew-network/1";
 /// The description's file name.
 pub const NETWORK_FILE: &str = "network.toml";

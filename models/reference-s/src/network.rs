@@ -49,7 +49,7 @@ impl Model<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS> for Network {
     }
 }
 
-/// What the layers give; the last is the next output.
+/// Outputs of the layers; the last is the next output.
 #[derive(Clone, Copy, Debug)]
 pub struct Activations {
     a1: [f32; 10],

@@ -2,7 +2,7 @@
 
 use super::{
     At, Description, Effect, Energy, Family, ParameterSpec, Port, Quantity, Scales, Sign, Slopes,
-    parameter,
+    parameter, place, strength,
 };
 use crate::scalar::Scalar;
 
@@ -30,7 +30,7 @@ impl Effect for Learned {
         law: "F = -s(x) - d(x, |v|) v, s and d >= 0 straight between knots",
         equation: "12d",
         parameters: &[
-            held(parameter("middle", Quantity::Coordinate, Sign::Any)),
+            held(place("middle", Quantity::Coordinate, Sign::Any)),
             held(parameter("reach", Quantity::Coordinate, Sign::Positive)),
             held(parameter("speed", Quantity::Velocity, Sign::Positive)),
             spring("spring_1"),
@@ -123,15 +123,19 @@ pub fn learned_force(p: &[f64], position: f64, velocity: f64) -> f64 {
 }
 
 const fn held(spec: ParameterSpec) -> ParameterSpec {
-    ParameterSpec { held: true, ..spec }
+    ParameterSpec {
+        held: true,
+        zero_means_absent: false,
+        ..spec
+    }
 }
 
 const fn spring(name: &'static str) -> ParameterSpec {
-    parameter(name, Quantity::Force, Sign::Any)
+    strength(name, Quantity::Force, Sign::Any)
 }
 
 const fn damping(name: &'static str) -> ParameterSpec {
-    parameter(name, Quantity::Damping, Sign::NonNegative)
+    strength(name, Quantity::Damping, Sign::NonNegative)
 }
 
 /// A place between two knots.

@@ -147,7 +147,8 @@ fn at_body(rig: &Rig, kind: Kind, body: usize, slot: usize, topology: &mut Topol
             topology.frictions[friction].laws.push(law);
         }
         _ => {
-            if kind == Kind::QuadraticDrag {
+            topology.rates_vary |= matches!(kind, Kind::Added(_));
+            if kind.has_kink_at_rest() {
                 topology.rates_vary = true;
                 switch(topology, Switch::Velocity(body));
             }
@@ -213,7 +214,8 @@ fn at_spring(rig: &Rig, kind: Kind, spring: usize, slot: usize, topology: &mut T
             topology.springs[spring].memory.push(creep);
         }
         _ => {
-            topology.rates_vary |= kind.description().family == Family::Stiffness;
+            topology.rates_vary |=
+                kind.description().family == Family::Stiffness || matches!(kind, Kind::Added(_));
             topology.springs[spring].laws.push(Law { kind, slot });
         }
     }

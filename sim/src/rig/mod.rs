@@ -1,25 +1,27 @@
 //! The rig file: what the owner of a device believes about it, typed, and with its lines kept.
 
 mod components;
-mod control;
 mod effect_tables;
 mod extend;
 mod geometry;
 mod names;
 mod reader;
 mod sections;
+mod tables;
 mod write;
 
 use crate::effects::Kind;
 use crate::error::Error;
+use crate::suggest;
 use crate::unit::Motion;
-pub use control::{ControlTable, FirstLayer, Form, NetworkTable};
 pub use geometry::{
     Axis, Chain, Geometry, Hasel, HaselReading, Magnet, Magnetometer, Plate, Route, Shape,
     Waveguide,
 };
 use reader::Source;
+pub use reader::{Span, Spanned, TableReader};
 use std::path::Path;
+pub use tables::Tables;
 
 /// The name of the file format, and its version.
 pub const FORMAT: &str = "sinew-rig/1";
@@ -54,10 +56,6 @@ pub struct Rig {
     pub effects: Vec<EffectTable>,
     /// What has a shape: chains, plates and what reads them.
     pub geometry: Geometry,
-    /// What the controller should look like, if the rig says.
-    pub control: Option<ControlTable>,
-    /// What the network should look like, if the rig says.
-    pub network: Option<NetworkTable>,
 }
 
 /// A parameter: a bare number is known and held, `{ value, min, max }` is believed and free.
@@ -292,7 +290,9 @@ impl Rig {
             line: None,
             column: None,
             message: format!("cannot read the rig: {error}"),
-            help: None,
+            help: (error.kind() == std::io::ErrorKind::NotFound)
+                .then(|| suggest::nearest_file(path))
+                .flatten(),
         })?;
         Self::parse(&text, &file)
     }

@@ -43,7 +43,7 @@ pub(super) fn print(spec: &ModelSpec) -> String {
         None => "network",
         Some(_) => "{memory, network}",
     };
-    if let Some(values) = &spec.shortcut {
+    if let Some(values) = &spec.skip {
         let last = layers.len();
         forward.push_str(&format!(
             "    linear_path::add(&SHORTCUT, &x, &mut a.a{last});\n"
@@ -128,7 +128,7 @@ impl Model<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS> for Network {{
     }}
 {functions}}}
 
-/// What the layers give; the last is {meaning}.
+/// Outputs of the layers; the last is {meaning}.
 #[derive({derives})]
 pub struct Activations {{
 {fields}}}
@@ -156,7 +156,7 @@ fn derive({trace}: &Activations, {bool}jacobian: &mut Jacobian) {{
     )
 }
 
-/// What depends on whether the first layer remembers.
+/// Parts that differ between a recurrent and a dense first layer.
 struct Parts {
     uses: String,
     state: &'static str,

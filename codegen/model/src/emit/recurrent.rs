@@ -1,4 +1,4 @@
-//! What `src/network.rs` has more where the first layer is a GRU or an LSTM: its weights, what it remembers as channels
+//! Parts of `src/network.rs` for a first layer that is a GRU or an LSTM: its weights, its hidden state as channels
 //! that the model predicts, and derivatives along directions.
 
 use super::backward::{chain, slope};
@@ -44,7 +44,7 @@ static L{n}: {kind} = {value};
     )
 }
 
-/// What is imported for it.
+/// Imports of a recurrent layer.
 pub(super) fn uses(layer: &Recurrent) -> String {
     let kind = match layer.cell {
         Cell::Lstm { .. } => "Lstm",
@@ -100,7 +100,7 @@ pub(super) fn jacobian(layers: &[Layer], layer: &Recurrent) -> Vec<String> {
     lines
 }
 
-/// What the implementation of `Model` has more.
+/// Further functions of the implementation of `Model`.
 pub(super) fn functions(spec: &ModelSpec, layer: &Recurrent) -> String {
     let enter: String = parts(layer)
         .iter()
@@ -108,7 +108,7 @@ pub(super) fn functions(spec: &ModelSpec, layer: &Recurrent) -> String {
             format!("        memory::enter(&a.a1.{field}, {start}, &mut s);\n")
         })
         .collect();
-    let (units, remembered) = (layer.units, spec.memory());
+    let (units, remembered) = (layer.units, spec.hidden_state_len());
     let adjoints = match layer.cell {
         Cell::Lstm { .. } => "&[&t1, &c1]",
         _ => "&[&t1]",
@@ -117,7 +117,7 @@ pub(super) fn functions(spec: &ModelSpec, layer: &Recurrent) -> String {
     lines.push(format!(
         "memory::enter_by_channels(&t_x, {adjoints}, jacobian);"
     ));
-    if spec.shortcut.is_some() && !spec.channels.is_empty() {
+    if spec.skip.is_some() && !spec.channels.is_empty() {
         lines.push("memory::add_path(&SHORTCUT, jacobian);".into());
     }
     lines.push(format!(
@@ -191,7 +191,7 @@ pub(super) fn along(spec: &ModelSpec, layer: &Recurrent) -> String {
             "let {mutable}{name} = memory::dense_along(&W{n}, &d{n}, &{before});"
         ));
     }
-    if spec.shortcut.is_some() {
+    if spec.skip.is_some() {
         lines.push("memory::add_along(&SHORTCUT, &x, &mut y);".into());
     }
     if spec.form == OutputForm::Increment {

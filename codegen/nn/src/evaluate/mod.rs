@@ -11,7 +11,7 @@ pub use real::{Dual, Real};
 
 use super::{Activation, Network, Node, Op};
 
-/// What one call gives.
+/// Results of one call.
 pub struct Call<T> {
     /// The output.
     pub y: Vec<T>,

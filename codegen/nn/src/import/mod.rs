@@ -16,7 +16,7 @@ use std::path::Path;
 use super::limits::MAX_FILE_BYTES;
 use super::{Network, NetworkError, store};
 
-/// What a file is, by its first bytes and its name.
+/// Format of a file, by its first bytes and its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// ONNX.
@@ -30,7 +30,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// What a file is.
+    /// The format of a file.
     #[must_use]
     pub fn of(name: &str, bytes: &[u8]) -> Option<Self> {
         if bytes.starts_with(b"\x89HDF\r\n\x1a\n") {

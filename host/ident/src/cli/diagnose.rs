@@ -58,6 +58,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let stage = Stage::begin("diagnose", quiet);
     let options = Options {
         seed: arguments.common.seed,
+        ..Options::default()
     };
     let told = |what: &str, done: usize, of: usize| stage.count(done, of, what);
     let found = diagnose(&rig, &recordings, &options, &told)?;

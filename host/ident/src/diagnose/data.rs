@@ -5,11 +5,12 @@ use std::ops::Range;
 
 use sinew_sim::{Plant, Rig};
 
-use super::noise;
+use crate::diagnose::noise;
 use crate::error::Result;
+use crate::fit::experiment::spreads;
 use crate::fit::experiment::{Experiment, Views};
 use crate::fit::segment::{Problem, Segment};
-use crate::fit::{spreads, start};
+use crate::fit::start;
 use crate::recording::Recording;
 
 /// Weights are never finer than this part of a signal's spread: below it lies arithmetic.
@@ -19,7 +20,7 @@ const FINEST: f64 = 1e-6;
 const HELD: f64 = 3.0;
 
 /// Recordings as every candidate is held against them.
-pub(super) struct Data {
+pub(crate) struct Data {
     /// One entry a recording.
     pub experiments: Vec<Experiment>,
     /// Standard deviation of each sensor's measurement, SI; 0 where it has no noise.
@@ -36,9 +37,9 @@ pub(super) struct Data {
 
 /// Start states that were found for stretches.
 #[derive(Clone, Copy)]
-pub(super) struct Starts<'a> {
+pub(crate) struct Starts<'a> {
     pub data: &'a Data,
-    pub stretches: &'a [(usize, Range<usize>)],
+    pub intervals: &'a [(usize, Range<usize>)],
     pub states: &'a [Vec<f64>],
 }
 
@@ -113,8 +114,8 @@ impl Data {
     }
 
     /// Valid samples of all sensors in some stretches.
-    pub fn samples(&self, stretches: &[(usize, Range<usize>)]) -> f64 {
-        let counts = stretches.iter().map(|(index, rows)| {
+    pub fn samples(&self, intervals: &[(usize, Range<usize>)]) -> f64 {
+        let counts = intervals.iter().map(|(index, rows)| {
             let signals = self.experiments[*index].signals.iter();
             let of = |column: &Vec<f64>| {
                 let valid = column[rows.clone()].iter().filter(|y| y.is_finite());
@@ -127,15 +128,15 @@ impl Data {
 
     /// Each recording cut into at most `parts` equal stretches of at least 100 rows.
     pub fn cut(&self, parts: usize) -> Vec<(usize, Range<usize>)> {
-        let mut stretches = Vec::new();
+        let mut intervals = Vec::new();
         for (index, experiment) in self.experiments.iter().enumerate() {
             let rows = experiment.rows();
             let count = parts.min(rows / 100).max(1);
             for k in 0..count {
-                stretches.push((index, k * rows / count..(k + 1) * rows / count));
+                intervals.push((index, k * rows / count..(k + 1) * rows / count));
             }
         }
-        stretches
+        intervals
     }
 
     /// As [`Data::cut`], but of no more than about `budget` rows in all: stretches evenly spread over the
@@ -147,7 +148,7 @@ impl Data {
         }
         let wanted = parts.max(8);
         let length = (budget / wanted).max(100);
-        let mut stretches = Vec::new();
+        let mut intervals = Vec::new();
         for (index, experiment) in self.experiments.iter().enumerate() {
             let own = experiment.rows();
             let count = ((wanted * own) as f64 / rows as f64).round().max(1.0) as usize;
@@ -155,10 +156,10 @@ impl Data {
             for k in 0..count {
                 // The first begins where the recording does, the last ends where it ends.
                 let begin = (k * (own - length)).checked_div(count - 1).unwrap_or(0);
-                stretches.push((index, begin..begin + length));
+                intervals.push((index, begin..begin + length));
             }
         }
-        stretches
+        intervals
     }
 
     /// Stretches as a plant is driven over them.
@@ -168,9 +169,9 @@ impl Data {
     pub fn segments(
         &self,
         plant: &Plant,
-        stretches: &[(usize, Range<usize>)],
+        intervals: &[(usize, Range<usize>)],
     ) -> Result<Vec<Segment>> {
-        stretches
+        intervals
             .iter()
             .map(|(index, rows)| Segment::new(plant, &self.experiments, *index, rows.clone()))
             .collect()
@@ -234,7 +235,7 @@ impl Data {
         let time = |data: &Self, index: usize, row: usize| data.experiments[index].t[row];
         for (segment, state) in segments.iter().zip(&mut states) {
             let begins = time(self, segment.experiment, segment.rows.start);
-            for ((index, rows), known) in found.stretches.iter().zip(found.states) {
+            for ((index, rows), known) in found.intervals.iter().zip(found.states) {
                 if *index == segment.experiment && time(found.data, *index, rows.start) == begins {
                     state.clone_from(known);
                 }
@@ -262,7 +263,7 @@ impl Data {
         for (segment, state) in segments.iter().zip(&mut states) {
             let begins = self.experiments[segment.experiment].t[segment.rows.start];
             let times = &found.data.experiments[segment.experiment].t;
-            let all = found.stretches.iter().zip(found.states);
+            let all = found.intervals.iter().zip(found.states);
             let covers = |rows: &Range<usize>| {
                 let times = &times[rows.clone()];
                 times.first().is_some_and(|t| *t <= begins)
@@ -376,7 +377,7 @@ mod tests {
         let states = data.starts(&rig, &plant, &first, &values).expect("a start");
         let found = Starts {
             data: &data,
-            stretches: &whole,
+            intervals: &whole,
             states: &states,
         };
         let later: Vec<_> = (1..6).map(|k| (0, 100 * k..100 * k + 40)).collect();

@@ -36,7 +36,7 @@ pub struct Diagnosis {
     pub mended: sinew_sim::Rig,
     /// What the text and the plots say beyond the JSON.
     #[serde(skip)]
-    pub details: super::Details,
+    pub details: crate::diagnose::Details,
 }
 
 /// Which of the four findings it is.
@@ -189,7 +189,7 @@ mod tests {
     #[test]
     fn the_json_is_the_contracts_example_key_for_key() {
         let expected: serde_json::Value = serde_json::from_str(EXAMPLE).expect("it is JSON");
-        let written = json(&super::super::example::carriage());
+        let written = json(&crate::diagnose::example::carriage());
         assert_eq!(plain(written), plain(expected));
     }
 
@@ -206,7 +206,7 @@ mod tests {
 
     #[test]
     fn keys_without_anything_to_say_are_null_and_not_absent() {
-        let mut nothing = super::super::example::carriage();
+        let mut nothing = crate::diagnose::example::carriage();
         nothing.verdict = Verdict::Consistent;
         nothing.effects.clear();
         nothing.location = None;

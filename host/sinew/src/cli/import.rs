@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use sinew_model::{import, store};
 use sinew_nn::commands;
-use sinew_sim::{Plant, Rig};
+use sinew_sim::Plant;
 
 use crate::closed_loop::control_problem::ControlProblem;
 use crate::pipeline::import::{adopt, judged};
 use crate::pipeline::learn::save;
+use crate::rig_file;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::recording::Recording;
 use sinew_ident::report::quantity;
@@ -59,7 +60,7 @@ fn model(arguments: &Arguments, rig: &Path, out: &Path) -> Result<()> {
     }
     let network = import::read(&arguments.network).map_err(|e| Error::arguments(e.to_string()))?;
     let text = commands::import(&network, None).map_err(|e| Error::arguments(e.to_string()))?;
-    let rig = Rig::load(rig)?;
+    let rig = rig_file::load(rig)?;
     let plant = Plant::new(&rig)?;
     let read = |paths: &[PathBuf]| {
         paths

@@ -20,7 +20,6 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, FromArgMatches, Parser, Subcommand};
-use sinew_sim::Rig;
 
 use crate::closed_loop::model_loop::{BoardRuns, ModelLoop};
 use crate::closed_loop::scenario::Scenario;
@@ -28,6 +27,7 @@ use crate::device::Device;
 use crate::flash as probes;
 use crate::live::Names;
 use crate::project::{Board, Optimise};
+use crate::rig_file::{self, ControlTable};
 use sinew_device::protocol::Identity;
 pub use sinew_ident::cli::{Common, Recordings};
 use sinew_ident::cli::{diagnose, excite, fit, mjcf};
@@ -256,8 +256,8 @@ fn end_with_the_reader() {
 /// # Errors
 /// A bad rig.
 fn control_rate_hz(rig: &Path) -> Result<Option<f64>> {
-    let rig = Rig::load(rig)?;
-    Ok(rig.control.as_ref().and_then(|control| control.rate_hz))
+    let rig = rig_file::load(rig)?;
+    Ok(ControlTable::read(&rig)?.and_then(|control| control.rate_hz))
 }
 
 fn run(verb: Verb) -> Result<()> {
@@ -266,9 +266,18 @@ fn run(verb: Verb) -> Result<()> {
         Verb::New(arguments) => new::run(&arguments),
         Verb::Simulate(arguments) => simulate::run(&arguments),
         Verb::Excite(arguments) => excite::run(&arguments, control_rate_hz(&arguments.rig)?),
-        Verb::Fit(arguments) => fit::run(&arguments),
-        Verb::Diagnose(arguments) => diagnose::run(&arguments),
-        Verb::Mjcf(arguments) => mjcf::run(&arguments),
+        Verb::Fit(arguments) => {
+            rig_file::check(&arguments.rig)?;
+            fit::run(&arguments)
+        }
+        Verb::Diagnose(arguments) => {
+            rig_file::check(&arguments.rig)?;
+            diagnose::run(&arguments)
+        }
+        Verb::Mjcf(arguments) => {
+            rig_file::check(&arguments.rig)?;
+            mjcf::run(&arguments)
+        }
         Verb::Train(arguments) => train::run(&arguments),
         Verb::Tune(arguments) => tune::run(&arguments),
         Verb::Emit(arguments) => emit::run(&arguments),

@@ -181,7 +181,7 @@ fn hash(bytes: &[u8]) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use sinew_sim::FirstLayer;
+    use crate::network_table::FirstLayer;
 
     use super::*;
     use crate::dataset::Slope;

@@ -8,16 +8,17 @@ mod cell;
 mod checkpoint;
 mod fold;
 mod layers;
+mod matrix;
 mod network;
 mod slopes;
 mod windows;
 
+use crate::network_table::FirstLayer;
 use burn::optim::{AdamConfig, GradientsParams, grad_clipping::GradientClippingConfig};
 use burn::tensor::Device;
 use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use sinew_sim::FirstLayer;
 
 pub use checkpoint::Checkpoint;
 pub use fold::{Folded, Remembering};

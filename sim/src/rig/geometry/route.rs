@@ -5,7 +5,7 @@ use crate::effects::Sign;
 use crate::error::Error;
 use crate::math;
 use crate::rig::names::Names;
-use crate::rig::reader::Reader;
+use crate::rig::reader::TableReader;
 use crate::rig::{Rig, Tendon};
 
 /// Keys that make an entry of a path a route, and those that go with them.
@@ -16,7 +16,7 @@ const KEYS: [&[&str]; 2] = [
 
 /// The route that an entry of a path describes; none where it names a body.
 pub(in crate::rig) fn read_route(
-    part: &Reader,
+    part: &TableReader,
     names: &Names,
     rig: &Rig,
 ) -> Result<Option<Route>, Error> {

@@ -10,7 +10,7 @@ pub(super) struct Model<'a> {
     pub(super) input: String,
     /// Shape of the input, the batch aside; an open number of steps is 1.
     pub(super) shape: Vec<usize>,
-    /// Whether the number of steps is open: then a call is one step.
+    /// True if the number of steps is open: then a call is one step.
     pub(super) steps_open: bool,
     pub(super) layers: Vec<Layer<'a>>,
     pub(super) output: String,

@@ -158,7 +158,7 @@ impl Import<'_> {
         }
     }
 
-    /// Whether `place` is `factor` times `of`.
+    /// Returns true if `place` is `factor` times `of`.
     fn is_scaled(&self, place: usize, of: usize, factor: f32) -> bool {
         let node = &self.network.nodes[place];
         let Op::Scale { gain, offset } = &node.op else {

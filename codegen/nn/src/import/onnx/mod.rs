@@ -21,16 +21,16 @@ use proto::{GraphProto, ModelProto};
 /// Graph nodes that are looked at; several can make one layer.
 const MAX_GRAPH: usize = 8 * MAX_NODES;
 
-/// What a name in the graph stands for.
+/// Meaning of a name in the graph.
 #[derive(Clone, Debug)]
 struct Value {
     /// The node that holds it.
     place: usize,
     /// Its shape as ONNX has it, without the batch.
     shape: Vec<usize>,
-    /// Where in ONNX's shape the batch stands.
+    /// Axis of the batch in ONNX's shape.
     batch: usize,
-    /// Whether the node holds it with ONNX's first axis last.
+    /// True if the node holds it with ONNX's first axis last.
     last: bool,
     /// On the way to becoming a GELU.
     gelu: Option<Gelu>,

@@ -102,7 +102,7 @@ impl Import<'_> {
         Ok(vec![all, last])
     }
 
-    /// Whether anything reads a name; found when the graph was read.
+    /// Returns true if anything reads a name; found when the graph was read.
     fn is_read(&self, name: &str) -> bool {
         self.read.contains(name)
     }

@@ -28,7 +28,7 @@ pub(super) struct Model<'a> {
     pub(super) operators: Vec<Operator<'a>>,
     pub(super) inputs: Vec<i32>,
     pub(super) outputs: Vec<i32>,
-    /// How many there are; all above is of the first.
+    /// Number of subgraphs; everything above is of the first.
     pub(super) graphs: usize,
 }
 

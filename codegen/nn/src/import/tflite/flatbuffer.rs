@@ -36,7 +36,7 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// Where field `id` lies, if the table has it.
+    /// Offset of field `id`, if the table has it.
     fn field(&self, id: usize) -> Result<Option<usize>, NetworkError> {
         let back = i32::from_le_bytes(bytes(self.buffer, self.at)?);
         let table = i64::try_from(self.at)

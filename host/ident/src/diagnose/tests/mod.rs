@@ -5,6 +5,7 @@ mod finger;
 mod judged;
 mod kin;
 mod mode;
+mod moves;
 mod parts;
 mod taut;
 mod together;
@@ -122,19 +123,19 @@ fn compiled(rig: &Rig) -> Plant {
 
 /// What `real` answers to an experiment designed for `believed`, with this much noise on every signal.
 fn recorded(
-    [believed, real]: [&Rig; 2],
+    [own, real]: [&Rig; 2],
     (seconds, rate_hz): (f64, f64),
     noise: f64,
     seed: u64,
 ) -> Recording {
-    let (believed, real) = (compiled(believed), compiled(real));
+    let (own, real) = (compiled(own), compiled(real));
     let options = excite::Options {
         seconds,
         rate_hz,
         seed,
         ..excite::Options::default()
     };
-    let asked = excite::design(&believed, "believed", &options).expect("it has limits");
+    let asked = excite::design(&own, "believed", &options).expect("it has limits");
     let nothing = vec![f64::NAN; asked.t.len()];
     let inputs: Vec<&[f64]> = asked.inputs.iter().map(Vec::as_slice).collect();
     let unseen = vec![&nothing[..]; real.sensors().len()];

@@ -1,4 +1,4 @@
-//! What a layer's settings say, in the forms that Keras writes.
+//! Values of a layer's settings, in the forms that Keras writes.
 
 use serde_json::Value;
 
