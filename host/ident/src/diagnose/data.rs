@@ -7,9 +7,10 @@ use sinew_sim::{Plant, Rig};
 
 use crate::diagnose::noise;
 use crate::error::Result;
+use crate::fit::experiment::spreads;
 use crate::fit::experiment::{Experiment, Views};
 use crate::fit::segment::{Problem, Segment};
-use crate::fit::{spreads, start};
+use crate::fit::start;
 use crate::recording::Recording;
 
 /// Weights are never finer than this part of a signal's spread: below it lies arithmetic.
