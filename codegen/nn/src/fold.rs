@@ -4,7 +4,18 @@
 use super::{Activation, Dense, Network, Op};
 
 impl Network {
-    /// The same function with fewer layers. Weights are combined in double precision and rounded once.
+    /// The same function with fewer layers.
+    ///
+    /// ```
+    /// use sinew_nn::import;
+    ///
+    /// // dense, tanh, dense, bias: the bias goes into the dense layer.
+    /// let network = import::read("examples/mlp.onnx".as_ref())?;
+    /// assert_eq!((network.nodes.len(), network.folded().nodes.len()), (5, 4));
+    /// # Ok::<(), sinew_nn::NetworkError>(())
+    /// ```
+    ///
+    /// Weights are combined in double precision and rounded once.
     #[must_use]
     pub fn folded(&self) -> Self {
         let mut network = self.clone();
@@ -28,6 +39,15 @@ impl Network {
         }
         for place in (0..self.nodes.len()).rev().filter(|&place| !read[place]) {
             self.remove(place, 0);
+        }
+    }
+
+    /// Whether node `place` gives the values that it reads, in their order.
+    pub(crate) fn is_no_move(&self, place: usize) -> bool {
+        match &self.nodes[place].op {
+            Op::Reshape(_) => true,
+            Op::Permute(axes) => is_no_move(axes, &self.nodes[self.nodes[place].from[0]].shape),
+            _ => false,
         }
     }
 

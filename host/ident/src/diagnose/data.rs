@@ -8,9 +8,10 @@ use sinew_sim::{Plant, Rig};
 
 use crate::diagnose::noise;
 use crate::error::Result;
+use crate::fit::experiment::spreads;
 use crate::fit::experiment::{Experiment, Views};
 use crate::fit::segment::{Problem, Segment};
-use crate::fit::{spreads, start};
+use crate::fit::start;
 use crate::recording::Recording;
 
 /// Recordings as every candidate is held against them.
