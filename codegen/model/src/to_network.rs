@@ -4,7 +4,18 @@ use sinew_nn::{Activation, Dense, Golden, Network, NetworkError, Op};
 
 use crate::spec::{self, Layer, ModelSpec, OutputForm, Role};
 
-/// The network of a model, its scaling inside: `x` is the regressor of docs/reference/model-files.md, eq. 1, in physical
+/// The network of a model, in physical units.
+///
+/// ```no_run
+/// use sinew_model::{store, to_network};
+///
+/// let model = store::load("models/reference-s".as_ref())?;
+/// let network = to_network::network(&model)?;
+/// assert_eq!(network.inputs(), model.regressor_len());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// Its scaling is inside: `x` is the regressor of docs/reference/model-files.md, eq. 1, in physical
 /// units, and `y` the next output in its own.
 ///
 /// # Errors

@@ -4,7 +4,18 @@
 use super::{Activation, Dense, Network, Op};
 
 impl Network {
-    /// The same function with fewer layers. Weights are combined in double precision and rounded once.
+    /// The same function with fewer layers.
+    ///
+    /// ```
+    /// use sinew_nn::import;
+    ///
+    /// // dense, tanh, dense, bias: the bias goes into the dense layer.
+    /// let network = import::read("examples/mlp.onnx".as_ref())?;
+    /// assert_eq!((network.nodes.len(), network.folded().nodes.len()), (5, 4));
+    /// # Ok::<(), sinew_nn::NetworkError>(())
+    /// ```
+    ///
+    /// Weights are combined in double precision and rounded once.
     #[must_use]
     pub fn folded(&self) -> Self {
         let mut network = self.clone();

@@ -4,9 +4,9 @@
 
 use sinew_device::protocol::{Identity, PROTOCOL};
 use sinew_device::session;
-use sinew_mpc::control_loop::{ControlLoop, Settings};
-use sinew_mpc::mpc::Horizons;
-use sinew_mpc::safety::Limits;
+use sinew_mpc::controller::{ControlLoop, Settings};
+use sinew_mpc::limits::Limits;
+use sinew_mpc::move_blocking::Horizons;
 use sinew_mpc::scaling::{ModelScaling, Scaling};
 
 use crate::network::Network;

@@ -76,6 +76,17 @@ pub fn read(path: &Path) -> Result<Network, NetworkError> {
 
 /// The network in the contents of a file called `name`.
 ///
+/// ```
+/// use sinew_nn::import;
+///
+/// let network = import::parse("mlp.onnx", &std::fs::read("examples/mlp.onnx")?)?;
+/// assert_eq!((network.inputs(), network.outputs()), (12, 3));
+///
+/// let error = import::parse("notes.txt", b"no network").unwrap_err();
+/// assert!(error.to_string().contains("expected .onnx, .h5, .keras, .tflite"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 /// [`NetworkError`] if the contents are no network, or one that cannot be emitted.
 pub fn parse(name: &str, bytes: &[u8]) -> Result<Network, NetworkError> {

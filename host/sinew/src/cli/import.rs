@@ -40,10 +40,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     match (&arguments.rig, &arguments.out) {
         (Some(rig), Some(out)) => model(arguments, rig, out),
         (_, out) => {
-            let network =
-                import::read(&arguments.network).map_err(|e| Error::arguments(e.to_string()))?;
+            let network = import::read(&arguments.network).map_err(Error::refused)?;
             let text = commands::import(&network, out.as_deref());
-            print!("{}", text.map_err(|e| Error::arguments(e.to_string()))?);
+            print!("{}", text.map_err(Error::refused)?);
             Ok(())
         }
     }
@@ -58,8 +57,8 @@ fn model(arguments: &Arguments, rig: &Path, out: &Path) -> Result<()> {
         ))
         .help("name another"));
     }
-    let network = import::read(&arguments.network).map_err(|e| Error::arguments(e.to_string()))?;
-    let text = commands::import(&network, None).map_err(|e| Error::arguments(e.to_string()))?;
+    let network = import::read(&arguments.network).map_err(Error::refused)?;
+    let text = commands::import(&network, None).map_err(Error::refused)?;
     let rig = rig_file::load(rig)?;
     let plant = Plant::new(&rig)?;
     let read = |paths: &[PathBuf]| {

@@ -5,6 +5,7 @@ mod compare;
 mod conditions;
 mod emit;
 mod flash;
+mod help;
 mod import;
 mod monitor;
 mod new;
@@ -18,7 +19,7 @@ mod tune;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, FromArgMatches, Parser, Subcommand};
 
 use crate::closed_loop::model_loop::{BoardRuns, ModelLoop};
 use crate::closed_loop::scenario::Scenario;
@@ -43,40 +44,43 @@ struct Program {
 
 #[derive(Subcommand)]
 enum Verb {
-    /// Everything: fit, train, tune, emit, build, run on a board, compare with a PID, report.
+    /// Fit, train, tune, emit, build, run on a board, compare with a PID, report.
     Build(build::Arguments),
-    /// Write a first rig file from a recording's columns.
+    /// Write a first rig file from the columns of a recording.
     New(crate::new_rig::NewArgs),
-    /// Drive a rig with a recording's inputs and write what its sensors would have shown.
+    /// Simulate a rig with the inputs of a recording.
     Simulate(simulate::Arguments),
-    /// Design an experiment inside a rig's limits, and say which effects it would reveal.
+    /// Design an experiment within the limits of a rig.
     Excite(excite::Arguments),
-    /// Refit a rig's parameters to recordings.
+    /// Fit the parameters of a rig to recordings.
     Fit(fit::Arguments),
-    /// Say where a rig and recordings differ, and which physics the rig lacks.
+    /// Find the physics that a rig lacks.
     Diagnose(diagnose::Arguments),
-    /// Write a rig, its effects included, for MuJoCo.
+    /// Write a rig for MuJoCo.
     Mjcf(mjcf::Arguments),
     /// Train a network on a rig and write the model.
     Train(train::Arguments),
-    /// Write the firmware of a model, or a network alone: sources that build anywhere.
-    Emit(emit::Arguments),
     /// Read a network of another tool and show its layers.
     Import(import::Arguments),
-    /// Show what a network takes on a board: flash, RAM, stack and time.
+    /// Write the sources of a model's firmware, or of a network alone.
+    Emit(emit::Arguments),
+    /// Show the flash, RAM, stack and time of a network on a board.
     Size(size::Arguments),
-    /// Find the predictive controller's weights and horizons, and the gains of PID and RISE, for an objective.
+    /// Tune the MPC, PID and RISE for an objective.
     Tune(tune::Arguments),
-    /// Run predictive controllers, a tuned PID and a tuned RISE on the same plant.
+    /// Compare MPCs with a tuned PID and a tuned RISE on one plant.
     Compare(compare::Arguments),
-    /// Run the firmware on a board against the simulated plant, frame by frame.
+    /// Run the firmware on a board against the simulated plant (processor in the loop).
     Pil(pil::Arguments),
     /// Build the firmware for a board and write it into its flash.
     Flash(flash::Arguments),
-    /// Play an excitation on a board's own rig and write a recording.
+    /// Play an excitation on the hardware of a board and write a recording.
     Record(record::Arguments),
-    /// Watch and steer a board's own rig, live.
+    /// Watch and steer the hardware of a board, live.
     Monitor(monitor::Arguments),
+    /// Print the help of every verb as Markdown.
+    #[command(hide = true)]
+    CliReference,
 }
 
 /// Refuses what an image is made for where no image is made.
@@ -213,7 +217,8 @@ pub fn main() -> ExitCode {
         std::process::exit(130);
     });
     end_with_the_reader();
-    let program = match Program::try_parse() {
+    let parsed = help::command().try_get_matches();
+    let program = match parsed.and_then(|matches| Program::from_arg_matches(&matches)) {
         Ok(program) => program,
         Err(error) => {
             // clap's own words, on the stream that fits: help is no error.
@@ -283,5 +288,9 @@ fn run(verb: Verb) -> Result<()> {
         Verb::Flash(arguments) => flash::run(&arguments),
         Verb::Record(arguments) => record::run(&arguments),
         Verb::Monitor(arguments) => monitor::run(&arguments),
+        Verb::CliReference => {
+            print!("{}", help::reference());
+            Ok(())
+        }
     }
 }

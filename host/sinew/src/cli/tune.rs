@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::{Map, Value, json};
-use sinew_mpc::mpc::MAX_ITERATIONS;
-use sinew_mpc::pid::PidState;
-use sinew_mpc::rise::RiseState;
+use sinew_mpc::MAX_ITERATIONS;
+use sinew_mpc::feedback::pid::PidState;
+use sinew_mpc::feedback::rise::RiseState;
 
 use super::compare::by_name;
 use super::conditions::Conditions;

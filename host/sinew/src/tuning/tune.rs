@@ -424,8 +424,8 @@ pub fn controlled(rig: &Rig, control: &ControlSpec) -> Result<Rig> {
 
 #[cfg(test)]
 mod tests {
-    use sinew_mpc::pid::PidState;
-    use sinew_mpc::rise::RiseState;
+    use sinew_mpc::feedback::pid::PidState;
+    use sinew_mpc::feedback::rise::RiseState;
     use sinew_sim::Plant;
 
     use super::*;

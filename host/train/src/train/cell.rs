@@ -8,7 +8,7 @@ use burn::tensor::{Device, Tensor, TensorData};
 use nalgebra::{DMatrix, DVector};
 
 use super::gates;
-use super::network::to_matrix;
+use super::matrix::to_matrix;
 
 /// The layer's weights, the gates side by side: z r n of a GRU, i f g o of an LSTM.
 #[derive(Module, Debug)]

@@ -8,6 +8,7 @@ mod cell;
 mod checkpoint;
 mod fold;
 mod layers;
+mod matrix;
 mod network;
 mod slopes;
 mod windows;

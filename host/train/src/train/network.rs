@@ -9,6 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use super::Options;
 use super::basis::Basis;
 use super::cell::{Cell, State, Weights};
+use super::matrix::to_matrix;
 use super::windows::{Shape, Windows};
 
 /// y(k+1) = y(k) + step * (linear(z) + gain * network(z)), z the features of the regressor.
@@ -64,12 +65,6 @@ fn matrix(m: &DMatrix<f64>, device: &Device) -> Tensor<2> {
         .row_iter()
         .flat_map(|r| r.iter().map(|v| *v as f32).collect::<Vec<_>>());
     tensor(m.nrows(), m.ncols(), values.collect(), device)
-}
-
-pub(super) fn to_matrix(t: Tensor<2>) -> DMatrix<f64> {
-    let [rows, columns] = t.dims();
-    let values: Vec<f64> = t.into_data().iter::<f64>().collect();
-    DMatrix::from_row_slice(rows, columns, &values)
 }
 
 impl Frame {

@@ -1,18 +1,9 @@
 //! The cost J and its derivatives with respect to the plan (docs/explanation/controller.md, eq. 4 to 7).
 
-use super::Problem;
-use super::prediction::Trajectory;
-use super::tangent::{Stage, Tangent};
 use crate::model::{Model, Regressor};
-
-/// Diagonals of Q and Lambda.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Weights<const NU: usize, const NY: usize> {
-    /// Q: on the squared tracking error of each output.
-    pub tracking: [f32; NY],
-    /// Lambda: on the squared change of each command.
-    pub moves: [f32; NU],
-}
+use crate::problem::Problem;
+use crate::rollout::Trajectory;
+use crate::sensitivity::{Propagate, Sensitivities, Stage};
 
 /// The model of J around a plan. Gradient and Hessian are halved: `J(U + p) ~ J + 2 g'p + p'Hp`; the
 /// halves cancel in the Newton step.
@@ -35,7 +26,7 @@ impl<const NV: usize> Quadratic<NV> {
 
     /// Adds to an element of H; one outside is nowhere.
     #[inline(always)]
-    pub(super) fn add(&mut self, row: usize, column: usize, value: f32) {
+    pub(crate) fn add(&mut self, row: usize, column: usize, value: f32) {
         if let Some(place) = self
             .hessian
             .get_mut(row)
@@ -115,8 +106,73 @@ pub fn dot<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
     sum
 }
 
+/// A predictor, with what it adds to the cost J.
+///
+/// Every model with [`Propagate`] is one that adds nothing.
+/// [`Exact`](crate::exact_hessian::Exact) and [`Barred`](crate::barrier::Barred) go around a model.
+pub trait CostTerm<
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const ND: usize,
+    const DD: usize,
+>: Sized
+{
+    /// The predictor.
+    type Model: Propagate<NU, NY, NS, ND, DD>;
+
+    /// The predictor.
+    fn model(&self) -> &Self::Model;
+
+    /// The term's value at a plan; 0 by default.
+    #[inline(always)]
+    fn penalty<const N: usize, const NB: usize, const NV: usize>(
+        _problem: &Problem<'_, Self, NU, NY, NS, ND, DD, N, NB, NV>,
+        _plan: &[f32; NV],
+    ) -> f32 {
+        0.0
+    }
+
+    /// Adds the term's halved derivatives to gradient and Hessian; nothing by default.
+    #[inline(always)]
+    fn linearise<const N: usize, const NB: usize, const NV: usize>(
+        _problem: &Problem<'_, Self, NU, NY, NS, ND, DD, N, NB, NV>,
+        _plan: &[f32; NV],
+        _trajectory: &Trajectory<Trace<Self, NU, NY, NS, ND, DD>, NY, N>,
+        _quadratic: &mut Quadratic<NV>,
+    ) {
+    }
+}
+
+/// The trace of a cost term's model.
+pub type Trace<
+    C,
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const ND: usize,
+    const DD: usize,
+> = <<C as CostTerm<NU, NY, NS, ND, DD>>::Model as Model<NU, NY, NS, ND, DD>>::Trace;
+
 impl<
-    M: Model<NU, NY, NS, ND, DD>,
+    M: Propagate<NU, NY, NS, ND, DD>,
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const ND: usize,
+    const DD: usize,
+> CostTerm<NU, NY, NS, ND, DD> for M
+{
+    type Model = M;
+
+    #[inline(always)]
+    fn model(&self) -> &M {
+        self
+    }
+}
+
+impl<
+    M: CostTerm<NU, NY, NS, ND, DD>,
     const NU: usize,
     const NY: usize,
     const NS: usize,
@@ -127,9 +183,13 @@ impl<
     const NV: usize,
 > Problem<'_, M, NU, NY, NS, ND, DD, N, NB, NV>
 {
-    /// J of a plan (eq. 4): N predictions, which leave in `trajectory` what [`Problem::derive`] needs.
+    /// J of a plan (eq. 4): N predictions, which leave in `trajectory` what [`Problem::linearise`] needs.
     #[inline(never)]
-    pub fn roll(&self, plan: &[f32; NV], trajectory: &mut Trajectory<M::Trace, NY, N>) -> f32 {
+    pub fn rollout(
+        &self,
+        plan: &[f32; NV],
+        trajectory: &mut Trajectory<Trace<M, NU, NY, NS, ND, DD>, NY, N>,
+    ) -> f32 {
         // Part by part: what is copied whole becomes a call of memcpy.
         let Regressor { u, y, s } = self.start;
         let mut regressor = Regressor {
@@ -144,11 +204,15 @@ impl<
         let mut cost = self.cost_of_moves(plan) + M::penalty(self, plan);
         let mut uncounted = self.horizons.first.saturating_sub(1);
         let rows = self.reference.iter().zip(&mut trajectory.weighted);
-        let steps = trajectory.traces.iter_mut().zip(&self.horizons.place);
+        let steps = trajectory
+            .traces
+            .iter_mut()
+            .zip(&self.horizons.interpolation);
         for ((trace, place), (reference, weighted)) in steps.zip(rows) {
             let u = place.command(plan, &self.bounds.previous);
             let y = self
                 .model
+                .model()
                 .advance(&mut regressor, &u, self.disturbance, trace);
             let counted = if uncounted == 0 { NY } else { 0 };
             uncounted = uncounted.saturating_sub(1);
@@ -165,48 +229,54 @@ impl<
     /// The exact gradient of J through the recursion and its Gauss-Newton Hessian
     /// `sum_j S_j' Q S_j + D' Lambda D`, S_j = dy(k+j)/dv (eq. 5 to 7), at the plan that left `trajectory`.
     #[inline(never)]
-    pub fn derive(
+    pub fn linearise(
         &self,
         plan: &[f32; NV],
-        trajectory: &Trajectory<M::Trace, NY, N>,
+        trajectory: &Trajectory<Trace<M, NU, NY, NS, ND, DD>, NY, N>,
         quadratic: &mut Quadratic<NV>,
     ) {
         quadratic.gradient = [0.0; NV];
         let mut blocks = const { [[[[0.0; NU]; NY]; DD]; NB] };
         let mut pairs = const { [[[[0.0; NU]; NU]; NB]; NB] };
         let mut channels = const { [[[0.0; NU]; NS]; NB] };
-        let mut carried = 0;
+        let mut active_before = 0;
         for (j, (trace, weighted)) in trajectory
             .traces
             .iter()
             .zip(&trajectory.weighted)
             .enumerate()
         {
-            let inputs = self.horizons.place.get(..=j).unwrap_or_default();
-            let reached = inputs.last().map_or(0, |place| place.block + 1);
+            let inputs = self.horizons.interpolation.get(..=j).unwrap_or_default();
+            let active = inputs.last().map_or(0, |place| place.block + 1);
             let stage = Stage {
-                carried,
-                reached,
+                active_before,
+                active,
                 inputs,
                 weighted: (j + 1 >= self.horizons.first).then_some(weighted),
                 tracking: &self.weights.tracking,
             };
-            let mut tangent = Tangent {
+            let mut sensitivities = Sensitivities {
                 blocks: &mut blocks,
                 gradient: quadratic.gradient.as_chunks_mut().0,
                 pairs: pairs.as_flattened_mut(),
             };
-            if M::PREDICTS_CHANNELS {
-                self.model
-                    .carry_channels(trace, &stage, &mut tangent, &mut channels);
+            if M::Model::PREDICTS_CHANNELS {
+                self.model.model().propagate_channels(
+                    trace,
+                    &stage,
+                    &mut sensitivities,
+                    &mut channels,
+                );
             } else {
-                self.model.carry(trace, &stage, &mut tangent);
+                self.model
+                    .model()
+                    .propagate(trace, &stage, &mut sensitivities);
             }
-            carried = reached;
+            active_before = active;
         }
         quadratic.enter::<NU, NB>(&pairs);
         self.add_moves(plan, quadratic);
-        M::curve(self, plan, trajectory, quadratic);
+        M::linearise(self, plan, trajectory, quadratic);
     }
 
     /// Change over the block that ends at `v`, and Lambda for the whole of it: `L` equal moves.
@@ -230,8 +300,8 @@ impl<
         for v in 0..NV {
             let (change, lambda) = self.change(plan, v);
             cost += lambda * change * change;
-            if M::COMMAND_WEIGHT > 0.0 {
-                cost += M::COMMAND_WEIGHT * plan[v] * plan[v];
+            if M::Model::COMMAND_WEIGHT > 0.0 {
+                cost += M::Model::COMMAND_WEIGHT * plan[v] * plan[v];
             }
         }
         cost
@@ -244,9 +314,9 @@ impl<
             let force = lambda * change;
             quadratic.gradient[v] += force;
             quadratic.add(v, v, lambda);
-            if M::COMMAND_WEIGHT > 0.0 {
-                quadratic.gradient[v] += M::COMMAND_WEIGHT * plan[v];
-                quadratic.add(v, v, M::COMMAND_WEIGHT);
+            if M::Model::COMMAND_WEIGHT > 0.0 {
+                quadratic.gradient[v] += M::Model::COMMAND_WEIGHT * plan[v];
+                quadratic.add(v, v, M::Model::COMMAND_WEIGHT);
             }
             if let Some(before) = v.checked_sub(NU)
                 && let Some(gradient) = quadratic.gradient.get_mut(before)

@@ -2,7 +2,7 @@
 //! the network only what is not linear.
 
 use crate::model::Jacobian;
-use crate::network::{LARGE, row};
+use crate::network::dense::{LARGE, row};
 
 /// Adds the path to what the network gives.
 ///

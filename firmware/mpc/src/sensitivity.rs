@@ -1,47 +1,19 @@
 //! One step of the derivatives: sensitivities a prediction further, and what they add to gradient and
 //! Hessian (docs/explanation/controller.md, eq. 5 to 7). Most of a control step's work; slices over the blocks keep it small.
 
-use crate::model::{ChannelJacobian, Jacobian};
-
-/// Where a command stands among the decision variables: between the ends of two blocks.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
-    /// The block.
-    pub block: usize,
-    /// How much of the block's move has been made, 0 to 1.
-    pub share: f32,
-}
-
-impl Place {
-    /// The command here in a plan, each channel between the ends of the block; a block beyond the plan has no move.
-    #[inline(always)]
-    pub fn command<const NU: usize, const NV: usize>(
-        &self,
-        plan: &[f32; NV],
-        previous: &[f32; NU],
-    ) -> [f32; NU] {
-        let (ends, _) = plan.as_chunks();
-        let before = self.block.checked_sub(1).and_then(|b| ends.get(b));
-        let mut u = *before.unwrap_or(previous);
-        if let Some(ends) = ends.get(self.block) {
-            for (u, end) in u.iter_mut().zip(ends) {
-                // Exactly the end of the block at its last step.
-                *u = end - (1.0 - self.share) * (end - *u);
-            }
-        }
-        u
-    }
-}
+use crate::model::{ChannelJacobian, Jacobian, Model, Regressor};
+use crate::move_blocking::Interpolation;
+use crate::rollout;
 
 /// What a step of the horizon is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stage<'a, const NY: usize> {
     /// Blocks with an effect on the prediction before this one.
-    pub carried: usize,
+    pub active_before: usize,
     /// Blocks with an effect on this one.
-    pub reached: usize,
+    pub active: usize,
     /// Where u(k) .. u(k+j) stand, the newest last.
-    pub inputs: &'a [Place],
+    pub inputs: &'a [Interpolation],
     /// Q e of this prediction; `None`: it does not count (before N1).
     pub weighted: Option<&'a [f32; NY]>,
     /// Diagonal of Q.
@@ -49,7 +21,7 @@ pub struct Stage<'a, const NY: usize> {
 }
 
 /// What is being built, an entry for each block.
-pub struct Tangent<'a, const NU: usize, const NY: usize, const DD: usize> {
+pub struct Sensitivities<'a, const NU: usize, const NY: usize, const DD: usize> {
     /// dy/dv of the last DD predictions: `[b][lag][r][c]` is the derivative of y_r(k+j-lag) by the command
     /// of channel c at the end of block b.
     pub blocks: &'a mut [[[[f32; NU]; NY]; DD]],
@@ -59,34 +31,85 @@ pub struct Tangent<'a, const NU: usize, const NY: usize, const DD: usize> {
     pub pairs: &'a mut [[[f32; NU]; NU]],
 }
 
+/// One step of the horizon: a prediction, and the sensitivities of the plan through it.
+///
+/// The defaults are complete; a hand-written model needs `impl Propagate<..> for MyModel {}` only.
+/// Generated models repeat the bodies as code of their own crate: these functions are most of a
+/// control step, and are compiled for speed where the rest is compiled for size.
+pub trait Propagate<
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const ND: usize,
+    const DD: usize,
+>: Model<NU, NY, NS, ND, DD>
+{
+    /// Enters u(k+j) into `x`, predicts, adds the disturbance, and enters the result.
+    fn advance(
+        &self,
+        x: &mut Regressor<NU, NY, NS, ND, DD>,
+        u: &[f32; NU],
+        disturbance: &[f32; NY],
+        trace: &mut Self::Trace,
+    ) -> [f32; NY] {
+        rollout::advance(self, x, u, disturbance, trace)
+    }
+
+    /// Propagates the sensitivities through the prediction that left `trace`.
+    fn propagate(
+        &self,
+        trace: &Self::Trace,
+        stage: &Stage<'_, NY>,
+        sensitivities: &mut Sensitivities<'_, NU, NY, DD>,
+    ) {
+        let mut jacobian = Jacobian::ZERO;
+        self.jacobian(trace, &mut jacobian);
+        propagate(&jacobian, stage, sensitivities);
+    }
+
+    /// [`Propagate::propagate`] where the channels are predicted: their sensitivities are in `channels`.
+    fn propagate_channels(
+        &self,
+        trace: &Self::Trace,
+        stage: &Stage<'_, NY>,
+        sensitivities: &mut Sensitivities<'_, NU, NY, DD>,
+        channels: &mut [[[f32; NU]; NS]],
+    ) {
+        let (mut jacobian, mut of_channels) = (Jacobian::ZERO, ChannelJacobian::ZERO);
+        self.jacobian(trace, &mut jacobian);
+        self.channel_jacobian(trace, &mut of_channels);
+        propagate_channels(&jacobian, &of_channels, stage, sensitivities, channels);
+    }
+}
+
 /// One prediction further:
 ///
 /// dy(k+j+1)/dv_b = sum_lag df/dy(k+j-lag) dy(k+j-lag)/dv_b + sum_lag df/du(k+j-lag) du(k+j-lag)/dv_b.
 ///
 /// Cost: per block that has an effect `NY NY NU DD` multiply-adds, per pair of them `NU NU NY`.
 #[inline(always)]
-pub fn carry<const NU: usize, const NY: usize, const ND: usize, const DD: usize>(
+pub fn propagate<const NU: usize, const NY: usize, const ND: usize, const DD: usize>(
     jacobian: &Jacobian<NU, NY, ND, DD>,
     stage: &Stage<'_, NY>,
-    tangent: &mut Tangent<'_, NU, NY, DD>,
+    sensitivities: &mut Sensitivities<'_, NU, NY, DD>,
 ) {
-    for lags in tangent.blocks.iter_mut().take(stage.carried) {
+    for lags in sensitivities.blocks.iter_mut().take(stage.active_before) {
         let mut next = [[0.0; NU]; NY];
         for (jac, past) in jacobian.y.iter().zip(lags.iter()) {
             add_product(&mut next, jac, past);
         }
         push(lags, &next);
     }
-    enter_inputs(jacobian, stage, tangent);
-    add_up(stage, tangent);
+    enter_inputs(jacobian, stage, sensitivities);
+    add_up(stage, sensitivities);
 }
 
-/// [`carry`] where the channels are predicted too: `channels[b][r][c]` is the derivative of s_r(k+j) by the
+/// [`propagate`] where the channels are predicted too: `channels[b][r][c]` is the derivative of s_r(k+j) by the
 /// command of channel c at the end of block b.
 ///
 /// ds(k+j+1)/dv_b is the sum of ds/dx dx/dv_b over all of x, and dy(k+j+1)/dv_b has dy/ds ds/dv_b more.
 /// Cost: per block with an effect `NS NU (NY + NY DD + NS)` multiply-adds more.
-pub fn carry_channels<
+pub fn propagate_channels<
     const NU: usize,
     const NY: usize,
     const NS: usize,
@@ -96,11 +119,11 @@ pub fn carry_channels<
     jacobian: &Jacobian<NU, NY, ND, DD>,
     of_channels: &ChannelJacobian<NU, NY, NS, ND, DD>,
     stage: &Stage<'_, NY>,
-    tangent: &mut Tangent<'_, NU, NY, DD>,
+    sensitivities: &mut Sensitivities<'_, NU, NY, DD>,
     channels: &mut [[[f32; NU]; NS]],
 ) {
-    let blocks = tangent.blocks.iter_mut().zip(channels.iter_mut());
-    for (lags, channel) in blocks.take(stage.carried) {
+    let blocks = sensitivities.blocks.iter_mut().zip(channels.iter_mut());
+    for (lags, channel) in blocks.take(stage.active_before) {
         let (mut next, mut next_channel) = ([[0.0; NU]; NY], [[0.0; NU]; NS]);
         for ((by_y, of_s), past) in jacobian.y.iter().zip(&of_channels.y).zip(lags.iter()) {
             add_product(&mut next, by_y, past);
@@ -111,17 +134,17 @@ pub fn carry_channels<
         push(lags, &next);
         *channel = next_channel;
     }
-    enter_inputs(jacobian, stage, tangent);
+    enter_inputs(jacobian, stage, sensitivities);
     for (place, direct) in stage.inputs.iter().rev().zip(&of_channels.u) {
-        let Place { block, share } = *place;
+        let Interpolation { block, weight } = *place;
         if let Some(channel) = channels.get_mut(block) {
-            add_scaled(channel, share, direct);
+            add_scaled(channel, weight, direct);
         }
         if let Some(channel) = channels.get_mut(block.wrapping_sub(1)) {
-            add_scaled(channel, 1.0 - share, direct);
+            add_scaled(channel, 1.0 - weight, direct);
         }
     }
-    add_up(stage, tangent);
+    add_up(stage, sensitivities);
 }
 
 /// What a command at the end of a block does to all that a prediction looks at: `u[i]` is du(k+j-i)/dv_b, the
@@ -142,10 +165,10 @@ pub struct Direction<
     pub s: &'a [[f32; NU]; NS],
 }
 
-/// [`carry_channels`] by `along`, which takes a direction to the derivatives of the next output and channels: less work
+/// [`propagate_channels`] by `along`, which takes a direction to the derivatives of the next output and channels: less work
 /// than all of their Jacobian where there are fewer commands than channels.
 #[inline(always)]
-pub fn push_channels<
+pub fn propagate_along<
     const NU: usize,
     const NY: usize,
     const NS: usize,
@@ -153,19 +176,19 @@ pub fn push_channels<
     const DD: usize,
 >(
     stage: &Stage<'_, NY>,
-    tangent: &mut Tangent<'_, NU, NY, DD>,
+    sensitivities: &mut Sensitivities<'_, NU, NY, DD>,
     channels: &mut [[[f32; NU]; NS]],
     along: impl Fn(&Direction<'_, NU, NY, NS, ND, DD>) -> ([[f32; NU]; NY], [[f32; NU]; NS]),
 ) {
-    let blocks = tangent.blocks.iter_mut().zip(channels.iter_mut());
-    for (b, (lags, channel)) in blocks.take(stage.reached).enumerate() {
+    let blocks = sensitivities.blocks.iter_mut().zip(channels.iter_mut());
+    for (b, (lags, channel)) in blocks.take(stage.active).enumerate() {
         let mut u = [0.0; ND];
         for (u, place) in u.iter_mut().zip(stage.inputs.iter().rev()) {
-            let Place { block, share } = *place;
+            let Interpolation { block, weight } = *place;
             if block == b {
-                *u = share;
+                *u = weight;
             } else if block == b + 1 {
-                *u = 1.0 - share;
+                *u = 1.0 - weight;
             }
         }
         let (y, s) = along(&Direction {
@@ -176,7 +199,7 @@ pub fn push_channels<
         push(lags, &y);
         *channel = s;
     }
-    add_up(stage, tangent);
+    add_up(stage, sensitivities);
 }
 
 /// Makes room at the newest place; the oldest is lost. Element by element: rows that are moved whole become calls of memmove.
@@ -198,17 +221,17 @@ fn push<const NU: usize, const NY: usize, const DD: usize>(
 fn enter_inputs<const NU: usize, const NY: usize, const ND: usize, const DD: usize>(
     jacobian: &Jacobian<NU, NY, ND, DD>,
     stage: &Stage<'_, NY>,
-    tangent: &mut Tangent<'_, NU, NY, DD>,
+    sensitivities: &mut Sensitivities<'_, NU, NY, DD>,
 ) {
     for (place, direct) in stage.inputs.iter().rev().zip(&jacobian.u) {
-        let Place { block, share } = *place;
-        if let Some(lags) = tangent.blocks.get_mut(block) {
-            add(lags, share, direct);
+        let Interpolation { block, weight } = *place;
+        if let Some(lags) = sensitivities.blocks.get_mut(block) {
+            add(lags, weight, direct);
         }
-        if share < 1.0
-            && let Some(lags) = tangent.blocks.get_mut(block.wrapping_sub(1))
+        if weight < 1.0
+            && let Some(lags) = sensitivities.blocks.get_mut(block.wrapping_sub(1))
         {
-            add(lags, 1.0 - share, direct);
+            add(lags, 1.0 - weight, direct);
         }
     }
 }
@@ -217,16 +240,16 @@ fn enter_inputs<const NU: usize, const NY: usize, const ND: usize, const DD: usi
 #[inline(always)]
 fn add_up<const NU: usize, const NY: usize, const DD: usize>(
     stage: &Stage<'_, NY>,
-    tangent: &mut Tangent<'_, NU, NY, DD>,
+    sensitivities: &mut Sensitivities<'_, NU, NY, DD>,
 ) {
     let Some(weighted) = stage.weighted else {
         return;
     };
     // Copies: what lies behind references that might overlap would be read again for every product.
     let (weighted, tracking) = (*weighted, *stage.tracking);
-    let mut pairs = tangent.pairs.iter_mut();
-    let reached = tangent.blocks.iter().take(stage.reached);
-    for (b, (lags, gradient)) in reached.zip(tangent.gradient.iter_mut()).enumerate() {
+    let mut pairs = sensitivities.pairs.iter_mut();
+    let active = sensitivities.blocks.iter().take(stage.active);
+    for (b, (lags, gradient)) in active.zip(sensitivities.gradient.iter_mut()).enumerate() {
         let Some(s) = lags.first() else { continue };
         let (mut qs, mut sum) = ([[0.0; NU]; NY], *gradient);
         for (((qs, s), q), weighted) in qs.iter_mut().zip(s).zip(&tracking).zip(&weighted) {
@@ -236,7 +259,7 @@ fn add_up<const NU: usize, const NY: usize, const DD: usize>(
             }
         }
         *gradient = sum;
-        for (lags, pair) in tangent.blocks.iter().take(b + 1).zip(&mut pairs) {
+        for (lags, pair) in sensitivities.blocks.iter().take(b + 1).zip(&mut pairs) {
             let Some(s) = lags.first() else { continue };
             let s = *s;
             for (a, sums) in pair.iter_mut().enumerate() {
@@ -252,28 +275,28 @@ fn add_up<const NU: usize, const NY: usize, const DD: usize>(
     }
 }
 
-/// `newest += share direct`.
+/// `newest += weight direct`.
 #[inline(always)]
 fn add<const NU: usize, const NY: usize, const DD: usize>(
     lags: &mut [[[f32; NU]; NY]; DD],
-    share: f32,
+    weight: f32,
     direct: &[[f32; NU]; NY],
 ) {
     if let Some(newest) = lags.first_mut() {
-        add_scaled(newest, share, direct);
+        add_scaled(newest, weight, direct);
     }
 }
 
-/// `sum += share a`.
+/// `sum += weight a`.
 #[inline(always)]
 fn add_scaled<const R: usize, const C: usize>(
     sum: &mut [[f32; C]; R],
-    share: f32,
+    weight: f32,
     a: &[[f32; C]; R],
 ) {
     for (sum, a) in sum.iter_mut().zip(a) {
         for (sum, a) in sum.iter_mut().zip(a) {
-            *sum += share * a;
+            *sum += weight * a;
         }
     }
 }

@@ -1,11 +1,15 @@
 //! One step of the loop: measure, estimate, optimise, limit.
 
+use crate::constraints::Bounds;
+use crate::cost::CostTerm;
 use crate::estimator::{Estimator, Sample};
-use crate::model::Model;
-use crate::mpc::{self, Bounds, Horizons, MAX_ITERATIONS, Plan, Problem, Weights};
-use crate::safety::{Limiter, Limits};
+use crate::limits::{Limiter, Limits};
+use crate::move_blocking::Horizons;
+use crate::newton::{self, MAX_ITERATIONS};
+use crate::problem::{Plan, Problem, Weights};
 use crate::scaling::ModelScaling;
 use crate::status::Status;
+use crate::work_bound::Parts;
 
 /// Everything that may change between two calls; model units except where stated.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,14 +27,57 @@ pub struct Settings<const NU: usize, const NY: usize> {
 }
 
 impl<const NU: usize, const NY: usize> Settings<NU, NY> {
-    /// Weights finite and not negative, gain from 0 to 1, iterations from 1 to [`MAX_ITERATIONS`].
-    pub fn is_valid(&self) -> bool {
-        let weight = |w: &f32| (0.0..f32::INFINITY).contains(w);
-        self.tracking_weight.iter().all(weight)
-            && self.move_suppression.iter().all(weight)
-            && (0.0..=1.0).contains(&self.disturbance_gain)
-            && (1..=MAX_ITERATIONS).contains(&self.iterations)
+    /// Checks every field.
+    ///
+    /// ```
+    /// use sinew_mpc::controller::{InvalidSetting, Settings};
+    ///
+    /// let mut settings = Settings {
+    ///     tracking_weight: [1.0],
+    ///     move_suppression: [0.1],
+    ///     disturbance_gain: 0.5,
+    ///     iterations: 2,
+    ///     gap_limit: 10,
+    /// };
+    /// assert_eq!(settings.validate(), Ok(()));
+    /// settings.move_suppression = [-0.1];
+    /// assert_eq!(settings.validate(), Err(InvalidSetting::MoveSuppression));
+    /// ```
+    ///
+    /// # Errors
+    /// The first field that is out of its range.
+    pub fn validate(&self) -> Result<(), InvalidSetting> {
+        let is_weight = |w: &f32| (0.0..f32::INFINITY).contains(w);
+        if !self.tracking_weight.iter().all(is_weight) {
+            Err(InvalidSetting::TrackingWeight)
+        } else if !self.move_suppression.iter().all(is_weight) {
+            Err(InvalidSetting::MoveSuppression)
+        } else if !(0.0..=1.0).contains(&self.disturbance_gain) {
+            Err(InvalidSetting::DisturbanceGain)
+        } else if !(1..=MAX_ITERATIONS).contains(&self.iterations) {
+            Err(InvalidSetting::Iterations)
+        } else {
+            Ok(())
+        }
     }
+
+    /// Every field is valid ([`Settings::validate`]).
+    pub fn is_valid(&self) -> bool {
+        self.validate().is_ok()
+    }
+}
+
+/// A field of [`Settings`] that is out of its range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InvalidSetting {
+    /// A tracking weight is negative or not finite.
+    TrackingWeight,
+    /// A move suppression is negative or not finite.
+    MoveSuppression,
+    /// The gain is not from 0 to 1.
+    DisturbanceGain,
+    /// The iterations are not from 1 to [`MAX_ITERATIONS`].
+    Iterations,
 }
 
 /// The result of a step.
@@ -76,7 +123,7 @@ pub struct ControlLoop<
 }
 
 impl<
-    M: Model<NU, NY, NS, ND, DD>,
+    M: CostTerm<NU, NY, NS, ND, DD>,
     const NU: usize,
     const NY: usize,
     const NS: usize,
@@ -139,11 +186,11 @@ impl<
             self.warm = false;
         } else {
             self.optimise(reference, valid, &mut step);
-            let wish = self
+            let unsaturated = self
                 .scaling
                 .u
                 .to_physical(&self.plan.first(&self.horizons, &self.bounds.previous));
-            step.u = self.limiter.limit(&wish);
+            step.u = self.limiter.limit(&unsaturated);
         }
         self.estimator.apply(&self.scaling.u.to_model(&step.u));
         step
@@ -156,12 +203,12 @@ impl<
         &mut self,
         y: &[f32; NY],
         s: &[f32; NS],
-        wish: Option<&[f32; NU]>,
+        unsaturated: Option<&[f32; NU]>,
     ) -> Step<NU> {
         let sample = self.observe(y, s, self.settings.is_valid());
         self.warm = false;
-        let (u, status) = match wish {
-            Some(wish) => (self.limiter.limit(wish), Status::OpenLoop),
+        let (u, status) = match unsaturated {
+            Some(unsaturated) => (self.limiter.limit(unsaturated), Status::OpenLoop),
             None => (self.limiter.retreat(), Status::Disarmed),
         };
         self.estimator.apply(&self.scaling.u.to_model(&u));
@@ -181,7 +228,7 @@ impl<
             0.0
         };
         self.estimator.observe(
-            &self.model,
+            self.model.model(),
             &self.scaling.y.to_model(y),
             &self.scaling.s.to_model(s),
             gain,
@@ -222,15 +269,15 @@ impl<
             bounds: &self.bounds,
             horizons: &self.horizons,
         };
-        let outcome = mpc::solve(&problem, &mut self.plan, self.settings.iterations);
+        let outcome = newton::solve(&problem, &mut self.plan, self.settings.iterations);
         step.status = outcome.status;
         step.iterations = outcome.iterations;
         step.cost = outcome.cost;
     }
 
     /// What the parts of an optimisation cost here and now, with a reference of zeros: for bounds, not for
-    /// control ([`mpc::work`]). Changes nothing.
-    pub fn parts(&self, plan: &[f32; NV], ticks: impl Fn() -> u32) -> mpc::Parts {
+    /// control ([`work_bound`](crate::work_bound)). Changes nothing.
+    pub fn parts(&self, plan: &[f32; NV], ticks: impl Fn() -> u32) -> Parts {
         let problem = Problem {
             model: &self.model,
             start: self.estimator.regressor(),
@@ -243,7 +290,7 @@ impl<
             bounds: &self.bounds,
             horizons: &self.horizons,
         };
-        mpc::Parts::measure(&problem, plan, ticks)
+        Parts::measure(&problem, plan, ticks)
     }
 
     /// Forgets the plan, the history and the disturbance. The command applied last is *not*
@@ -300,8 +347,8 @@ impl<
     }
 
     /// The predictor.
-    pub const fn model(&self) -> &M {
-        &self.model
+    pub fn model(&self) -> &M::Model {
+        self.model.model()
     }
 
     /// The estimator.
@@ -359,4 +406,116 @@ const fn scaled_bounds<
         i += 1;
     }
     bounds
+}
+
+/// Names of a controller's const parameters, and its types.
+///
+/// Prints the constants `INPUTS`, `OUTPUTS`, `CHANNELS`, `PAST_INPUTS` and `PAST_OUTPUTS`, with which
+/// a [`Model`](crate::Model) is implemented, and the types `Regressor`, `Jacobian`, `Scaling`, `Horizons`
+/// and `Controller`.
+///
+/// ```
+/// use sinew_mpc::{Limits, Model, Propagate, Settings};
+///
+/// sinew_mpc::controller! {
+///     model: Lag,
+///     inputs: 1,
+///     outputs: 1,
+///     channels: 0,
+///     past_inputs: 1,
+///     past_outputs: 1,
+///     horizon: 10,
+///     move_blocks: 2,
+/// }
+///
+/// /// y(k+1) = 0.9 y(k) + 0.1 u(k).
+/// struct Lag;
+///
+/// impl Model<INPUTS, OUTPUTS, CHANNELS, PAST_INPUTS, PAST_OUTPUTS> for Lag {
+///     type Trace = ();
+///     const TRACE: () = ();
+///
+///     fn predict(&self, x: &Regressor, _: &mut ()) -> [f32; OUTPUTS] {
+///         [0.9 * x.y[0][0] + 0.1 * x.u[0][0]]
+///     }
+///
+///     fn jacobian(&self, _: &(), jacobian: &mut Jacobian) {
+///         jacobian.y[0][0][0] = 0.9;
+///         jacobian.u[0][0][0] = 0.1;
+///     }
+/// }
+///
+/// impl Propagate<INPUTS, OUTPUTS, CHANNELS, PAST_INPUTS, PAST_OUTPUTS> for Lag {}
+///
+/// let mut controller = Controller::new(
+///     Lag,
+///     Scaling::IDENTITY,
+///     Limits { lower: [-1.0], upper: [1.0], rate: [0.5], safe: [0.0] },
+///     Settings {
+///         tracking_weight: [1.0],
+///         move_suppression: [0.01],
+///         disturbance_gain: 0.5,
+///         iterations: 2,
+///         gap_limit: 5,
+///     },
+///     Horizons::new(1, [1, 2]),
+/// );
+/// let mut y = 0.0;
+/// for _ in 0..50 {
+///     let step = controller.step(&[y], &[], &[[0.5]; 10]);
+///     assert!(step.status.is_controlled());
+///     y = 0.9 * y + 0.1 * step.u[0];
+/// }
+/// assert!((y - 0.5).abs() < 1e-3);
+/// ```
+#[macro_export]
+macro_rules! controller {
+    (
+        model: $model:ty,
+        inputs: $inputs:expr,
+        outputs: $outputs:expr,
+        channels: $channels:expr,
+        past_inputs: $past_inputs:expr,
+        past_outputs: $past_outputs:expr,
+        horizon: $horizon:expr,
+        move_blocks: $move_blocks:expr $(,)?
+    ) => {
+        /// Commands.
+        pub const INPUTS: usize = $inputs;
+        /// Outputs.
+        pub const OUTPUTS: usize = $outputs;
+        /// Sensor channels.
+        pub const CHANNELS: usize = $channels;
+        /// Values of each command that the model sees, the one being decided included.
+        pub const PAST_INPUTS: usize = $past_inputs;
+        /// Values of each output that the model sees, the present one included.
+        pub const PAST_OUTPUTS: usize = $past_outputs;
+        /// Regressor of the model.
+        pub type Regressor = $crate::model::Regressor<
+            { $inputs },
+            { $outputs },
+            { $channels },
+            { $past_inputs },
+            { $past_outputs },
+        >;
+        /// Derivatives of the model.
+        pub type Jacobian =
+            $crate::model::Jacobian<{ $inputs }, { $outputs }, { $past_inputs }, { $past_outputs }>;
+        /// Scaling between physical and model units.
+        pub type Scaling = $crate::scaling::ModelScaling<{ $inputs }, { $outputs }, { $channels }>;
+        /// Horizons and the blocks of the plan.
+        pub type Horizons = $crate::move_blocking::Horizons<{ $horizon }, { $move_blocks }>;
+        /// The controller.
+        pub type Controller = $crate::controller::ControlLoop<
+            $model,
+            { $inputs },
+            { $outputs },
+            { $channels },
+            { $past_inputs },
+            { $past_outputs },
+            { $horizon },
+            { $move_blocks },
+            { $inputs * $move_blocks },
+        >;
+    };
 }

@@ -6,8 +6,6 @@
 //! further, [`input_jacobian`] the first layer, written where the controller wants it. The chain is
 //! held transposed, `[hidden][OUT]`, so that each product reads its operands in memory order.
 
-pub mod curvature;
-
 use crate::math;
 use crate::model::{Jacobian, Regressor};
 
@@ -80,7 +78,7 @@ pub fn dense<const IN: usize, const OUT: usize>(
     layer(w, b, x, y, |z| z);
 }
 
-/// [`dense`] with the hyperbolic tangent after it: `y = tanh(W x + b)`.
+/// [`dense`] with the hyperbolic sensitivities after it: `y = tanh(W x + b)`.
 #[inline(always)]
 pub fn dense_tanh<const IN: usize, const OUT: usize>(
     w: &[[f32; IN]; OUT],
@@ -126,7 +124,7 @@ pub(crate) fn row<const IN: usize>(w: &[f32; IN], b: f32, x: &[f32; IN]) -> f32 
     sum
 }
 
-/// Hyperbolic tangent of every element, in place.
+/// Hyperbolic sensitivities of every element, in place.
 #[inline(always)]
 pub fn tanh<const N: usize>(y: &mut [f32; N]) {
     for y in y {

@@ -6,32 +6,38 @@
 //! `sum_j X_j' (sum_r lambda_j,r d2 f_r / dx dx) X_j`: one sweep back along the horizon. It may be indefinite,
 //! which the factorisation notices and shifts.
 
-use super::prediction::Trajectory;
-use super::tangent::{Place, Stage, Tangent};
-use super::{Problem, Quadratic, hand_on};
-use crate::model::{ChannelJacobian, Jacobian, Model, Regressor, SecondOrder};
+use crate::cost::{CostTerm, Quadratic};
+use crate::model::{Jacobian, Regressor, SecondOrder};
+use crate::move_blocking::Interpolation;
+use crate::problem::Problem;
+use crate::rollout::Trajectory;
+use crate::sensitivity::Propagate;
 
 /// A model whose controller uses the exact Hessian.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Exact<M>(pub M);
 
 impl<
-    M: SecondOrder<NU, NY, NS, ND, DD>,
+    M: SecondOrder<NU, NY, NS, ND, DD> + Propagate<NU, NY, NS, ND, DD>,
     const NU: usize,
     const NY: usize,
     const NS: usize,
     const ND: usize,
     const DD: usize,
-> Model<NU, NY, NS, ND, DD> for Exact<M>
+> CostTerm<NU, NY, NS, ND, DD> for Exact<M>
 {
-    hand_on!();
+    type Model = M;
+
+    fn model(&self) -> &M {
+        &self.0
+    }
 
     /// Cost: per step of the horizon two Jacobians, `NV` products with the curvature of the model, and
     /// `NV^2 (NU ND + NY DD) / 2` multiply-adds.
-    fn curve<const N: usize, const NB: usize, const NV: usize>(
+    fn linearise<const N: usize, const NB: usize, const NV: usize>(
         problem: &Problem<'_, Self, NU, NY, NS, ND, DD, N, NB, NV>,
         _: &[f32; NV],
-        trajectory: &Trajectory<Self::Trace, NY, N>,
+        trajectory: &Trajectory<M::Trace, NY, N>,
         quadratic: &mut Quadratic<NV>,
     ) {
         const {
@@ -107,13 +113,15 @@ fn direction<
     };
     // The first step's command is the newest; those before it have been applied.
     for (lag, u) in x.u.iter_mut().enumerate().take(j + 1) {
-        let Some(Place { block, share }) = problem.horizons.place.get(j - lag).copied() else {
+        let Some(Interpolation { block, weight }) =
+            problem.horizons.interpolation.get(j - lag).copied()
+        else {
             continue;
         };
         let part = if v / NU == block {
-            share
+            weight
         } else if v / NU + 1 == block {
-            1.0 - share
+            1.0 - weight
         } else {
             continue;
         };

@@ -10,9 +10,9 @@
     reason = "one index runs through several arrays and their neighbours, as in the equations"
 )]
 
-use super::constraint::{ActiveSet, Bounds, Place, Side};
-use super::cost::{Quadratic, dot};
-use super::factor;
+use crate::constraints::{ActiveSet, Bounds, Constraint, Side};
+use crate::cost::{Quadratic, dot};
+use crate::ldl;
 
 /// Multipliers above this fraction of the largest gradient element count as not negative.
 const MULTIPLIER_TOLERANCE: f32 = 1e-5;
@@ -60,7 +60,7 @@ pub fn solve<const NU: usize, const NV: usize>(
         solution.iterations += 1;
         let free = active.is_empty();
         let p = reduced_step::<NU, NV>(quadratic, &residual, active, free);
-        let hit = active.first_hit(bounds, w, &p);
+        let hit = active.ratio_test(bounds, w, &p);
         let fraction = hit.as_ref().map_or(1.0, |hit| hit.fraction);
         for (w, p) in w.iter_mut().zip(&p) {
             *w += fraction * p;
@@ -101,7 +101,7 @@ fn reduced_step<const NU: usize, const NV: usize>(
         *p = -*p;
     }
     if free {
-        factor::solve(&quadratic.hessian, &mut p);
+        ldl::solve(&quadratic.hessian, &mut p);
         return p;
     }
     // A row that leaves the system becomes a pivot of ordinary size with nothing beside it.
@@ -138,7 +138,7 @@ fn reduced_step<const NU: usize, const NV: usize>(
             remove(&mut h, &mut p, v, pivot);
         }
     }
-    factor::solve(&h, &mut p);
+    ldl::solve(&h, &mut p);
     for v in NU..NV {
         if active.edge[v] != Side::Free {
             p[v] = p[v - NU];
@@ -167,7 +167,7 @@ fn worst_multiplier<const NU: usize, const NV: usize>(
     residual: &[f32; NV],
     active: &ActiveSet<NV>,
     tolerance: f32,
-) -> Option<Place> {
+) -> Option<Constraint> {
     // Sums from each command to the end of its group, and whether a box lies there.
     let mut after = *residual;
     let mut boxed: [bool; NV] = core::array::from_fn(|v| active.bound[v] != Side::Free);
@@ -202,8 +202,8 @@ fn worst_multiplier<const NU: usize, const NV: usize>(
         } else {
             after[v]
         };
-        consider(Place::Edge(v), active.edge[v], edge);
-        consider(Place::Bound(v), active.bound[v], before[v] + after[v]);
+        consider(Constraint::Edge(v), active.edge[v], edge);
+        consider(Constraint::Bound(v), active.bound[v], before[v] + after[v]);
     }
     worst
 }

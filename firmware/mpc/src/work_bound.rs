@@ -1,10 +1,12 @@
 //! The most that one optimisation may do, by its const parameters alone, and what that costs on a chip (docs/explanation/controller.md, section 6).
 
-use super::newton::{BACKTRACKS, MAX_ITERATIONS};
-use super::prediction::Trajectory;
-use super::qp::{self, iteration_limit};
-use super::{ActiveSet, Problem, Quadratic};
+use crate::active_set::{self, iteration_limit};
+use crate::constraints::ActiveSet;
+use crate::cost::{CostTerm, Quadratic};
 use crate::model::Model;
+use crate::newton::{BACKTRACKS, MAX_ITERATIONS};
+use crate::problem::Problem;
+use crate::rollout::Trajectory;
 
 /// Counts of the parts of an optimisation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,7 +51,7 @@ pub struct Parts {
 impl Parts {
     /// Measures at a plan; `ticks` reads a free-running counter that wraps at 32 bits.
     pub fn measure<
-        M: Model<NU, NY, NS, ND, DD>,
+        M: CostTerm<NU, NY, NS, ND, DD>,
         const NU: usize,
         const NY: usize,
         const NS: usize,
@@ -63,24 +65,24 @@ impl Parts {
         plan: &[f32; NV],
         ticks: impl Fn() -> u32,
     ) -> Self {
-        let mut trajectory = Trajectory::new(M::TRACE);
+        let mut trajectory = Trajectory::new(M::Model::TRACE);
         let mut quadratic = Quadratic::new();
         let mut active = ActiveSet::new();
         let mut step = *plan;
         let times = [
             ticks(),
             {
-                problem.roll(plan, &mut trajectory);
+                problem.rollout(plan, &mut trajectory);
                 ticks()
             },
             {
-                problem.derive(plan, &trajectory, &mut quadratic);
+                problem.linearise(plan, &trajectory, &mut quadratic);
                 let slope = quadratic.slope(plan) + quadratic.curvature(plan);
                 core::hint::black_box(slope);
                 ticks()
             },
         ];
-        let solution = qp::solve(&quadratic, problem.bounds, plan, &mut active, &mut step);
+        let solution = active_set::solve(&quadratic, problem.bounds, plan, &mut active, &mut step);
         let solved = ticks();
         let [start, rolled, derived] = times;
         Self {

@@ -1,9 +1,11 @@
 //! Safeguarded Newton iterations on the plan (docs/explanation/controller.md, section 5).
 
-use super::escape::{SUSPICIOUS, escape};
-use super::prediction::Trajectory;
-use super::{Plan, Problem, Quadratic, qp};
+use crate::active_set;
+use crate::cost::{CostTerm, Quadratic, Trace};
 use crate::model::Model;
+use crate::problem::{Plan, Problem};
+use crate::restart::{RESTART_RATIO, restart};
+use crate::rollout::Trajectory;
 use crate::status::Status;
 
 /// Largest number of Newton iterations a caller can ask for; with it the work of a step is bounded at
@@ -11,18 +13,18 @@ use crate::status::Status;
 pub const MAX_ITERATIONS: u8 = 8;
 
 /// Shorter steps tried when the full one does not lower the cost.
-pub(super) const BACKTRACKS: u8 = 2;
+pub(crate) const BACKTRACKS: u8 = 2;
 
-/// Part of the decrease promised by the slope that a step has to deliver.
-const SUFFICIENT: f32 = 1e-4;
+/// Fraction of the decrease predicted_reduction by the slope that a step has to deliver.
+const SUFFICIENT_DECREASE: f32 = 1e-4;
 
 /// A step that promises less than this fraction of J is taken without evaluating J once more: the
 /// plan is optimal to within that, whatever the promise is worth.
 const CONVERGED: f32 = 1e-4;
 
-/// A quadratic that has foretold J to within this fraction is right about the rest too: another iteration
+/// A quadratic that has predicted_cost J to within this fraction is right about the rest too: another iteration
 /// gains less.
-const FORETOLD: f32 = 5e-3;
+const MODEL_AGREEMENT: f32 = 5e-3;
 
 /// A step that promises less than this fraction of J, or less than this much at all, is rounding and
 /// is not taken: on a flat cost it could be long and gain nothing.
@@ -46,13 +48,13 @@ pub struct Outcome {
 /// The plan is moved inside the limits first; where it has become much dearer than the last one, its
 /// surroundings are tried before the search. Each of at most `iterations` (1 to [`MAX_ITERATIONS`])
 /// linearisations gives a quadratic subproblem; its solution is taken whole if J then decreases, else
-/// in part. Where the quadratic has foretold J well, or the step is too small to matter, another
+/// in fraction. Where the quadratic has predicted_cost J well, or the step is too small to matter, another
 /// iteration would gain next to nothing and is left out. Cost: one evaluation of J and, an iteration, one
 /// set of derivatives, one subproblem and at most three evaluations of J; the surroundings cost
 /// `2 NU + 1` evaluations and count as an iteration.
 #[inline(never)]
 pub fn solve<
-    M: Model<NU, NY, NS, ND, DD>,
+    M: CostTerm<NU, NY, NS, ND, DD>,
     const NU: usize,
     const NY: usize,
     const NS: usize,
@@ -69,25 +71,25 @@ pub fn solve<
     let allowed = iterations.clamp(1, MAX_ITERATIONS);
     problem.bounds.project(&mut plan.u);
     // Made by the compiler: one memset.
-    let mut trajectory = const { Trajectory::new(M::TRACE) };
+    let mut trajectory = const { Trajectory::new(M::Model::TRACE) };
     let mut outcome = Outcome {
         status: Status::IterationLimit,
         iterations: 0,
-        cost: problem.roll(&plan.u, &mut trajectory),
+        cost: problem.rollout(&plan.u, &mut trajectory),
     };
     if !outcome.cost.is_finite() {
         outcome.status = Status::NotFinite;
         return outcome;
     }
     let before = plan.cost;
-    let mut escaped = false;
+    let mut restarted = false;
     let mut quadratic = Quadratic::new();
     let mut candidate = plan.u;
     while outcome.iterations < allowed {
-        problem.derive(&plan.u, &trajectory, &mut quadratic);
+        problem.linearise(&plan.u, &trajectory, &mut quadratic);
         outcome.iterations += 1;
         let mut active = plan.active.clone();
-        qp::solve(
+        active_set::solve(
             &quadratic,
             problem.bounds,
             &plan.u,
@@ -97,37 +99,37 @@ pub fn solve<
         let step: [f32; NV] = core::array::from_fn(|v| candidate[v] - plan.u[v]);
         let slope = quadratic.slope(&step);
         let curvature = quadratic.curvature(&step);
-        let promised = -(slope + curvature);
-        if !promised.is_finite() {
+        let predicted_reduction = -(slope + curvature);
+        if !predicted_reduction.is_finite() {
             outcome.status = Status::NoDecrease;
             break;
         }
-        let trusted;
-        if promised <= CONVERGED * outcome.cost + NOISE_ABSOLUTE {
+        let agrees;
+        if predicted_reduction <= CONVERGED * outcome.cost + NOISE_ABSOLUTE {
             // Nothing to gain; where no limit is the reason, it may be that nothing has a slope here.
-            trusted = !active.is_empty();
-            if promised > NOISE * outcome.cost + NOISE_ABSOLUTE {
+            agrees = !active.is_empty();
+            if predicted_reduction > NOISE * outcome.cost + NOISE_ABSOLUTE {
                 plan.u = candidate;
                 plan.active = active;
-                outcome.cost -= promised;
+                outcome.cost -= predicted_reduction;
             }
             outcome.status = Status::Converged;
         } else {
-            let cost = problem.roll(&candidate, &mut trajectory);
-            if cost <= outcome.cost + SUFFICIENT * slope {
-                let foretold = outcome.cost - promised;
+            let cost = problem.rollout(&candidate, &mut trajectory);
+            if cost <= outcome.cost + SUFFICIENT_DECREASE * slope {
+                let predicted_cost = outcome.cost - predicted_reduction;
                 plan.u = candidate;
                 plan.active = active;
                 outcome.cost = cost;
-                trusted = (cost - foretold).abs() <= FORETOLD * cost;
-                outcome.status = if trusted {
+                agrees = (cost - predicted_cost).abs() <= MODEL_AGREEMENT * cost;
+                outcome.status = if agrees {
                     Status::Converged
                 } else {
                     Status::IterationLimit
                 };
             } else {
-                trusted = false;
-                outcome.status = if backtrack(
+                agrees = false;
+                outcome.status = if line_search(
                     problem,
                     plan,
                     &mut trajectory,
@@ -142,10 +144,10 @@ pub fn solve<
                 };
             }
         }
-        if !trusted && !escaped && outcome.cost > SUSPICIOUS * before {
-            escaped = true;
-            escape(problem, plan, &mut trajectory, outcome.cost);
-            outcome.cost = problem.roll(&plan.u, &mut trajectory);
+        if !agrees && !restarted && outcome.cost > RESTART_RATIO * before {
+            restarted = true;
+            restart(problem, plan, &mut trajectory, outcome.cost);
+            outcome.cost = problem.rollout(&plan.u, &mut trajectory);
             outcome.status = Status::IterationLimit;
         } else if outcome.status != Status::IterationLimit {
             break;
@@ -155,10 +157,10 @@ pub fn solve<
     outcome
 }
 
-/// Takes the part of `step` that lowers J, at the minimum of the parabola through what is known; the
-/// limits are convex, so every part is feasible. False: none of the tried parts did, the plan stays.
-fn backtrack<
-    M: Model<NU, NY, NS, ND, DD>,
+/// Takes the fraction of `step` that lowers J, at the minimum of the parabola through what is known; the
+/// limits are convex, so every fraction is feasible. False: none of the tried parts did, the plan stays.
+fn line_search<
+    M: CostTerm<NU, NY, NS, ND, DD>,
     const NU: usize,
     const NY: usize,
     const NS: usize,
@@ -170,31 +172,31 @@ fn backtrack<
 >(
     problem: &Problem<'_, M, NU, NY, NS, ND, DD, N, NB, NV>,
     plan: &mut Plan<NV>,
-    trajectory: &mut Trajectory<M::Trace, NY, N>,
+    trajectory: &mut Trajectory<Trace<M, NU, NY, NS, ND, DD>, NY, N>,
     step: &[f32; NV],
     slope: f32,
     cost_of_step: f32,
     outcome: &mut Outcome,
 ) -> bool {
-    let mut part = 1.0_f32;
+    let mut fraction = 1.0_f32;
     let mut cost = cost_of_step;
     for _ in 0..BACKTRACKS {
-        let rise = cost - outcome.cost - slope * part;
-        let minimum = -slope * part * part / (2.0 * rise);
-        // Written so that a NaN (cost not finite) takes the shortest part.
-        part = if minimum > 0.1 * part {
-            if minimum < 0.5 * part {
+        let rise = cost - outcome.cost - slope * fraction;
+        let minimum = -slope * fraction * fraction / (2.0 * rise);
+        // Written so that a NaN (cost not finite) takes the shortest fraction.
+        fraction = if minimum > 0.1 * fraction {
+            if minimum < 0.5 * fraction {
                 minimum
             } else {
-                0.5 * part
+                0.5 * fraction
             }
         } else {
-            0.1 * part
+            0.1 * fraction
         };
-        let mut shorter: [f32; NV] = core::array::from_fn(|v| plan.u[v] + part * step[v]);
+        let mut shorter: [f32; NV] = core::array::from_fn(|v| plan.u[v] + fraction * step[v]);
         problem.bounds.project(&mut shorter);
-        cost = problem.roll(&shorter, trajectory);
-        if cost <= outcome.cost + SUFFICIENT * part * slope {
+        cost = problem.rollout(&shorter, trajectory);
+        if cost <= outcome.cost + SUFFICIENT_DECREASE * fraction * slope {
             plan.u = shorter;
             outcome.cost = cost;
             return true;

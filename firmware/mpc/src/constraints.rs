@@ -66,7 +66,7 @@ pub struct ActiveSet<const NV: usize> {
 
 /// A limit by its place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum Constraint {
     /// The box of a variable.
     Bound(usize),
     /// The edge from a variable to the one before it.
@@ -113,10 +113,10 @@ impl<const NV: usize> ActiveSet<NV> {
     }
 
     /// Sets the side of one limit.
-    pub fn set(&mut self, place: Place, side: Side) {
+    pub fn set(&mut self, place: Constraint, side: Side) {
         let slot = match place {
-            Place::Bound(v) => self.bound.get_mut(v),
-            Place::Edge(v) => self.edge.get_mut(v),
+            Constraint::Bound(v) => self.bound.get_mut(v),
+            Constraint::Edge(v) => self.edge.get_mut(v),
         };
         if let Some(slot) = slot {
             *slot = side;
@@ -162,13 +162,13 @@ impl<const NV: usize> ActiveSet<NV> {
     }
 
     /// The first limit that a move from `u` by `p` runs into, and the fraction of `p` up to there.
-    pub fn first_hit<const NU: usize>(
+    pub fn ratio_test<const NU: usize>(
         &self,
         bounds: &Bounds<NU, NV>,
         u: &[f32; NV],
         p: &[f32; NV],
-    ) -> Option<Hit> {
-        let mut hit: Option<Hit> = None;
+    ) -> Option<BlockingConstraint> {
+        let mut hit: Option<BlockingConstraint> = None;
         let mut consider = |place, room_below: f32, room_above: f32, move_by: f32| {
             let (side, room, length) = if move_by > room_above {
                 (Side::Upper, room_above, move_by)
@@ -180,7 +180,7 @@ impl<const NV: usize> ActiveSet<NV> {
             // `room` may be a rounding below zero.
             let fraction = if room > 0.0 { room / length } else { 0.0 };
             if hit.as_ref().is_none_or(|h| fraction < h.fraction) {
-                hit = Some(Hit {
+                hit = Some(BlockingConstraint {
                     place,
                     side,
                     fraction,
@@ -195,7 +195,7 @@ impl<const NV: usize> ActiveSet<NV> {
             };
             if self.bound[v] == Side::Free && p[v] != 0.0 {
                 consider(
-                    Place::Bound(v),
+                    Constraint::Bound(v),
                     u[v] - bounds.lower[c],
                     bounds.upper[c] - u[v],
                     p[v],
@@ -205,7 +205,7 @@ impl<const NV: usize> ActiveSet<NV> {
                 let change = u[v] - u_before;
                 let rate = bounds.rate[v];
                 consider(
-                    Place::Edge(v),
+                    Constraint::Edge(v),
                     change + rate,
                     rate - change,
                     p[v] - p_before,
@@ -224,9 +224,9 @@ impl<const NV: usize> Default for ActiveSet<NV> {
 
 /// Where a move is stopped.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hit {
+pub struct BlockingConstraint {
     /// The limit.
-    pub place: Place,
+    pub place: Constraint,
     /// Its side.
     pub side: Side,
     /// Fraction of the move, 0 to 1.

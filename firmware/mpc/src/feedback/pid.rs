@@ -6,14 +6,14 @@
 
 use crate::feedback::{Feedback, Law, back_calculation};
 
-/// What a tuner chooses, per channel; physical units.
+/// Gains of one channel, physical units: `input` is a measured output, `output` a command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PidGains {
-    /// Proportional gain.
+    /// Proportional gain, `output/input`.
     pub kp: f32,
-    /// Integral gain, per second.
+    /// Integral gain, `output/input * s^-1`.
     pub ki: f32,
-    /// Derivative gain, seconds.
+    /// Derivative gain, `output/input * s`.
     pub kd: f32,
     /// Time constant of the derivative's filter, seconds.
     pub filter_s: f32,
@@ -26,7 +26,7 @@ pub struct PidGains {
     pub tracking_time_s: f32,
 }
 
-/// One channel's memory. The integral starts at the command that is applied, so the loop closes
+/// State of one channel. The integral starts at the command that is applied, so the loop closes
 /// without a bump.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PidState {
@@ -57,10 +57,35 @@ impl Law for PidState {
         gains.kp * (gains.proportional_setpoint * reference - y) + self.integral + self.derivative
     }
 
-    fn settle(&mut self, gains: &PidGains, period_s: f32, wish: f32, applied: f32) {
-        self.integral += back_calculation(gains.tracking_time_s, period_s) * (applied - wish);
+    fn anti_windup(&mut self, gains: &PidGains, period_s: f32, unsaturated: f32, applied: f32) {
+        self.integral +=
+            back_calculation(gains.tracking_time_s, period_s) * (applied - unsaturated);
     }
 }
 
 /// One PID per channel: output i to command i.
+///
+/// ```
+/// use sinew_mpc::Limits;
+/// use sinew_mpc::feedback::pid::{Pid, PidGains};
+///
+/// let gains = PidGains {
+///     kp: 2.0,
+///     ki: 4.0,
+///     kd: 0.0,
+///     filter_s: 0.0,
+///     proportional_setpoint: 1.0,
+///     derivative_setpoint: 0.0,
+///     tracking_time_s: 0.5,
+/// };
+/// let limits = Limits { lower: [-1.0], upper: [1.0], rate: [0.2], safe: [0.0] };
+/// let mut pid = Pid::new([gains], 0.01, limits, 5);
+/// // A first-order lag, y' = (u - y) / 0.5 s.
+/// let mut y = 0.0;
+/// for _ in 0..500 {
+///     let [u] = pid.step(&[y], &[0.5]);
+///     y += 0.01 / 0.5 * (u - y);
+/// }
+/// assert!((y - 0.5).abs() < 1e-3);
+/// ```
 pub type Pid<const NU: usize> = Feedback<PidState, NU>;

@@ -5,20 +5,21 @@
 //!
 //! e2 = de/dt + alpha1 e with e = r - y,
 //! u = u(0) + gain (e2 - e2(0)) + integral of (gain alpha2 e2 + beta sgn(e2)) + back-calculation; outside the integral e2
-//! may weigh the reference, as the PID does: without that a spring's force has to come from an error.
+//! has a setpoint weight, as the PID has. Without it a static spring force would require a
+//! steady-state error.
 
 use crate::feedback::{Feedback, Law, back_calculation};
 
-/// What a tuner chooses, per channel; physical units.
+/// Gains of one channel, physical units: `input` is a measured output, `output` a command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RiseGains {
-    /// ks + 1 of the paper, whose "+ 1" means something in its units only.
+    /// ks + 1 of the paper, `output/input * s`; the "+ 1" has a meaning in the paper's units only.
     pub gain: f32,
-    /// alpha1: how fast e falls once e2 is zero, per second.
+    /// alpha1: decay rate of e once e2 is zero, `s^-1`.
     pub alpha1: f32,
-    /// alpha2: gain of the integral of e2, per second.
+    /// alpha2: gain of the integral of e2, `s^-1`.
     pub alpha2: f32,
-    /// beta: the fastest disturbance that is rejected, commands per second.
+    /// beta: the fastest disturbance that is rejected, `output * s^-1`.
     pub beta: f32,
     /// Weight b of the reference in alpha1 (b r - y) outside the integral; 1: the paper's law.
     pub proportional_setpoint: f32,
@@ -28,7 +29,7 @@ pub struct RiseGains {
     pub tracking_time_s: f32,
 }
 
-/// One channel's memory.
+/// State of one channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RiseState {
     integral: f32,
@@ -65,8 +66,9 @@ impl Law for RiseState {
         gains.gain * (self.slope + weighted - origin) + self.integral
     }
 
-    fn settle(&mut self, gains: &RiseGains, period_s: f32, wish: f32, applied: f32) {
-        self.integral += back_calculation(gains.tracking_time_s, period_s) * (applied - wish);
+    fn anti_windup(&mut self, gains: &RiseGains, period_s: f32, unsaturated: f32, applied: f32) {
+        self.integral +=
+            back_calculation(gains.tracking_time_s, period_s) * (applied - unsaturated);
     }
 }
 
@@ -82,4 +84,28 @@ fn sign(x: f32) -> f32 {
 }
 
 /// One RISE per channel: output i to command i.
+///
+/// ```
+/// use sinew_mpc::Limits;
+/// use sinew_mpc::feedback::rise::{Rise, RiseGains};
+///
+/// let gains = RiseGains {
+///     gain: 0.5,
+///     alpha1: 4.0,
+///     alpha2: 1.0,
+///     beta: 0.2,
+///     proportional_setpoint: 1.0,
+///     filter_s: 0.02,
+///     tracking_time_s: 0.5,
+/// };
+/// let limits = Limits { lower: [-2.0], upper: [2.0], rate: [0.2], safe: [0.0] };
+/// let mut rise = Rise::new([gains], 0.01, limits, 5);
+/// // A first-order lag under a ramp of a load, y' = (u - y - t / 10) / 0.5 s.
+/// let mut y = 0.0;
+/// for k in 0..1000 {
+///     let [u] = rise.step(&[y], &[0.5]);
+///     y += 0.01 / 0.5 * (u - y - 0.001 * k as f32);
+/// }
+/// assert!((y - 0.5).abs() < 0.02);
+/// ```
 pub type Rise<const NU: usize> = Feedback<RiseState, NU>;

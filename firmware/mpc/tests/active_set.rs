@@ -7,7 +7,7 @@
 mod common;
 
 use common::Random;
-use sinew_mpc::mpc::{ActiveSet, Bounds, Quadratic, factor, qp};
+use sinew_mpc::{ActiveSet, Bounds, Quadratic, active_set, ldl};
 
 /// `g'p + p'Hp / 2` in f64 (the halves of `Quadratic` cancel).
 fn objective<const NV: usize>(q: &Quadratic<NV>, u: &[f32; NV], w: &[f64]) -> f64 {
@@ -173,7 +173,7 @@ fn check<const NU: usize, const NV: usize>(seed: u64, cases: usize) {
         let (q, bounds, u) = problem::<NU, NV>(&mut random);
         let mut active = ActiveSet::new();
         let mut w = [0.0; NV];
-        let solution = qp::solve(&q, &bounds, &u, &mut active, &mut w);
+        let solution = active_set::solve(&q, &bounds, &u, &mut active, &mut w);
         let wide = w.map(f64::from);
         assert!(
             violation::<NU, NV>(&bounds, &wide) < 2e-7,
@@ -190,7 +190,7 @@ fn check<const NU: usize, const NV: usize>(seed: u64, cases: usize) {
 
         // Warm: from the solution with its active set, one factorisation proves it.
         let mut again = w;
-        let warm = qp::solve(
+        let warm = active_set::solve(
             &requadratic(&q, &u, &w),
             &bounds,
             &w,
@@ -243,7 +243,7 @@ fn long_chains_are_optimal_by_first_order_probing() {
         let (q, bounds, u) = problem::<2, 20>(&mut random);
         let mut active = ActiveSet::new();
         let mut w = [0.0; 20];
-        let solution = qp::solve(&q, &bounds, &u, &mut active, &mut w);
+        let solution = active_set::solve(&q, &bounds, &u, &mut active, &mut w);
         assert!(solution.optimal, "case {case}: ended by the limit");
         let best = objective(&q, &u, &w.map(f64::from));
         for _ in 0..300 {
@@ -270,7 +270,7 @@ fn indefinite_and_flat_hessians_end_feasible_and_lower() {
             _ => q.hessian.iter_mut().flatten().for_each(|h| *h *= -1.0),
         }
         let mut w = [0.0; 6];
-        let _ = qp::solve(&q, &bounds, &u, &mut ActiveSet::new(), &mut w);
+        let _ = active_set::solve(&q, &bounds, &u, &mut ActiveSet::new(), &mut w);
         assert!(
             violation::<2, 6>(&bounds, &w.map(f64::from)) < 2e-7,
             "case {case}"
@@ -290,7 +290,7 @@ fn factorisation_solves_and_shifts() {
         let (q, _, _) = problem::<1, 8>(&mut random);
         let b: [f32; 8] = random.array(1.0);
         let mut x = b;
-        assert_eq!(factor::solve(&q.hessian, &mut x), 0.0);
+        assert_eq!(ldl::solve(&q.hessian, &mut x), 0.0);
         let back = q.hessian_times(&x);
         for (back, b) in back.iter().zip(&b) {
             assert!((back - b).abs() < 2e-3, "{back} and {b}");
@@ -298,7 +298,7 @@ fn factorisation_solves_and_shifts() {
         let mut indefinite = q.hessian;
         indefinite[3][3] = -2.0;
         let mut x = b;
-        let shift = factor::solve(&indefinite, &mut x);
+        let shift = ldl::solve(&indefinite, &mut x);
         assert!(shift > 2.0 && x.iter().all(|x| x.is_finite()));
         let downhill: f32 = x.iter().zip(&b).map(|(x, b)| x * b).sum();
         assert!(
@@ -307,6 +307,6 @@ fn factorisation_solves_and_shifts() {
         );
     }
     let mut x = [1.0, f32::NAN];
-    factor::solve(&[[1.0, 0.0], [0.0, 1.0]], &mut x);
+    ldl::solve(&[[1.0, 0.0], [0.0, 1.0]], &mut x);
     assert!(x[1].is_nan());
 }

@@ -1,23 +1,23 @@
-//! A way out of places where the quadratic says nothing (docs/explanation/controller.md, section 5): a device that sticks,
+//! Coordinate perturbation restart, for plans where the quadratic says nothing (docs/explanation/controller.md, section 5): a device that sticks,
 //! or an input in its dead zone, answers a small change by next to nothing, so that the step points far
 //! and wrong and its shortened parts gain little, while the reference is leaving.
 
-use super::prediction::Trajectory;
-use super::{Plan, Problem};
-use crate::model::Model;
+use crate::cost::{CostTerm, Trace};
+use crate::problem::{Plan, Problem};
+use crate::rollout::Trajectory;
 
 /// A plan whose J has grown by this factor since the last step, and whose quadratic could not be trusted,
 /// is distrusted.
-pub(super) const SUSPICIOUS: f32 = 8.0;
+pub(crate) const RESTART_RATIO: f32 = 8.0;
 
 /// How far the plan is moved to look further, as a part of the channel's range.
-const REACH: f32 = 0.125;
+const PERTURBATION: f32 = 0.125;
 
 /// Looks to both sides of a plan of this cost and replaces it by what is better. Cost: two evaluations of J
 /// a channel.
 #[inline(never)]
-pub(super) fn escape<
-    M: Model<NU, NY, NS, ND, DD>,
+pub(crate) fn restart<
+    M: CostTerm<NU, NY, NS, ND, DD>,
     const NU: usize,
     const NY: usize,
     const NS: usize,
@@ -29,7 +29,7 @@ pub(super) fn escape<
 >(
     problem: &Problem<'_, M, NU, NY, NS, ND, DD, N, NB, NV>,
     plan: &mut Plan<NV>,
-    trajectory: &mut Trajectory<M::Trace, NY, N>,
+    trajectory: &mut Trajectory<Trace<M, NU, NY, NS, ND, DD>, NY, N>,
     cost: f32,
 ) {
     let mut least = cost;
@@ -40,13 +40,13 @@ pub(super) fn escape<
         if !range.is_finite() {
             continue;
         }
-        for away in [REACH * range, -REACH * range] {
+        for perturbation in [PERTURBATION * range, -PERTURBATION * range] {
             let mut candidate = found;
             for u in candidate.iter_mut().skip(channel).step_by(NU) {
-                *u += away;
+                *u += perturbation;
             }
             bounds.project(&mut candidate);
-            let cost = problem.roll(&candidate, trajectory);
+            let cost = problem.rollout(&candidate, trajectory);
             if cost < least {
                 plan.replace(&candidate);
                 least = cost;

@@ -6,15 +6,13 @@
 //! command applied last may lie; below d = r / 256 it goes on as the parabola that has its value, slope and
 //! curvature there. That keeps J finite, convex in the command, and twice differentiable.
 
-use super::constraint::Bounds;
-use super::cost::Quadratic;
-use super::prediction::Trajectory;
-use super::tangent::{Stage, Tangent};
-use super::{Problem, hand_on};
-use crate::model::{ChannelJacobian, Jacobian, Model, Regressor};
+use crate::constraints::Bounds;
+use crate::cost::{CostTerm, Quadratic, Trace};
+use crate::problem::Problem;
+use crate::rollout::Trajectory;
 
 /// A model whose controller has the barrier, with the sharpness s. 0, a negative number and NaN: none. Goes
-/// around [`Exact`](super::exact::Exact) where both are wanted.
+/// around [`Exact`](crate::exact_hessian::Exact) where both are wanted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Barred<M>(pub M, pub f32);
 
@@ -46,15 +44,19 @@ impl<M> Barred<M> {
 }
 
 impl<
-    M: Model<NU, NY, NS, ND, DD>,
+    M: CostTerm<NU, NY, NS, ND, DD>,
     const NU: usize,
     const NY: usize,
     const NS: usize,
     const ND: usize,
     const DD: usize,
-> Model<NU, NY, NS, ND, DD> for Barred<M>
+> CostTerm<NU, NY, NS, ND, DD> for Barred<M>
 {
-    hand_on!();
+    type Model = M::Model;
+
+    fn model(&self) -> &M::Model {
+        self.0.model()
+    }
 
     fn penalty<const N: usize, const NB: usize, const NV: usize>(
         problem: &Problem<'_, Self, NU, NY, NS, ND, DD, N, NB, NV>,
@@ -69,16 +71,16 @@ impl<
         }
     }
 
-    fn curve<const N: usize, const NB: usize, const NV: usize>(
+    fn linearise<const N: usize, const NB: usize, const NV: usize>(
         problem: &Problem<'_, Self, NU, NY, NS, ND, DD, N, NB, NV>,
         plan: &[f32; NV],
-        trajectory: &Trajectory<Self::Trace, NY, N>,
+        trajectory: &Trajectory<Trace<M, NU, NY, NS, ND, DD>, NY, N>,
         quadratic: &mut Quadratic<NV>,
     ) {
-        M::curve(&Self::inside(problem), plan, trajectory, quadratic);
+        M::linearise(&Self::inside(problem), plan, trajectory, quadratic);
         let s = problem.model.1;
         if s > 0.0 && s.is_finite() {
-            derive(s, problem.bounds, plan, quadratic);
+            add_derivatives(s, problem.bounds, plan, quadratic);
         }
     }
 }
@@ -135,7 +137,7 @@ fn cost<const NU: usize, const NV: usize>(
 }
 
 /// Adds the halves of its gradient and of its Hessian, which is diagonal.
-fn derive<const NU: usize, const NV: usize>(
+fn add_derivatives<const NU: usize, const NV: usize>(
     s: f32,
     bounds: &Bounds<NU, NV>,
     plan: &[f32; NV],

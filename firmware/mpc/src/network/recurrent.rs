@@ -2,7 +2,7 @@
 //! and nobody measures (docs/explanation/controller.md, eq. 1a). The layer itself is a kernel of the printed crate.
 
 use crate::model::{ChannelJacobian, Jacobian, Regressor};
-use crate::mpc::tangent::Direction;
+use crate::sensitivity::Direction;
 
 /// The layer's input: u(k) .., y(k) .., and the channels before the memory.
 #[inline(always)]

@@ -1,18 +1,21 @@
 //! Controllers without a model: one law a channel, output i to command i, and around it what they share: limits
 //! by the same code as everything else, anti-windup, missing samples, a start without a bump.
 
-use crate::safety::{Limiter, Limits};
+pub mod pid;
+pub mod rise;
 
-/// One channel's law and its memory; physical units.
+use crate::limits::{Limiter, Limits};
+
+/// Control law of one channel and its state; physical units.
 pub trait Law: Clone {
-    /// What a tuner chooses.
+    /// Parameters of the law.
     type Gains: Copy;
-    /// At rest at `applied`: the first wish is near it, so the loop closes without a bump.
+    /// At rest at `applied`: the first command is near it, so the loop closes without a bump.
     fn new(applied: f32) -> Self;
     /// The command before limiting.
     fn advance(&mut self, gains: &Self::Gains, period_s: f32, reference: f32, y: f32) -> f32;
-    /// Told what became of the wish: the integral gives way by the part that was not applied.
-    fn settle(&mut self, gains: &Self::Gains, period_s: f32, wish: f32, applied: f32);
+    /// Anti-windup update: called with the unsaturated and the applied command.
+    fn anti_windup(&mut self, gains: &Self::Gains, period_s: f32, unsaturated: f32, applied: f32);
 }
 
 /// Back-calculation: the share of what was not applied by which an integral gives way in one period. At a time
@@ -67,16 +70,17 @@ impl<L: Law, const NU: usize> Feedback<L, NU> {
             self.restart(&applied);
             return applied;
         }
-        let mut wish = *self.limiter.applied();
+        let mut unsaturated = *self.limiter.applied();
         for i in 0..NU {
             if usable(i) {
-                wish[i] = self.state[i].advance(&self.gains[i], self.period_s, reference[i], y[i]);
+                unsaturated[i] =
+                    self.state[i].advance(&self.gains[i], self.period_s, reference[i], y[i]);
             }
         }
-        let applied = self.limiter.limit(&wish);
+        let applied = self.limiter.limit(&unsaturated);
         for i in 0..NU {
-            self.state[i].settle(&self.gains[i], self.period_s, wish[i], applied[i]);
-            if !wish[i].is_finite() {
+            self.state[i].anti_windup(&self.gains[i], self.period_s, unsaturated[i], applied[i]);
+            if !unsaturated[i].is_finite() {
                 self.state[i] = L::new(applied[i]);
             }
         }

@@ -1,94 +1,17 @@
-//! Newton-Raphson model predictive control (docs/explanation/controller.md).
-//!
-//! minimise over the commands u(k) .. u(k+Nc-1), held after that,
-//! J = sum_{j=N1..N} e_j' Q e_j + sum_{i=0..Nc-1} du_i' Lambda du_i, e_j = y(k+j) - r(k+j),
-//! subject to lower <= u_i <= upper and |du_i| <= rate (eq. 4).
-//!
-//! [`horizons`] describes the commands by few numbers, [`cost`] rolls the model out and adds J up and
-//! its derivatives ([`tangent`], a step at a time), [`qp`] finds the best step inside the limits,
-//! [`newton`] decides how much of it to take. [`exact`] and [`barrier`] are options. Everything is in model units.
+//! The optimal control problem and its decision variables (docs/explanation/controller.md, eq. 4).
 
-pub mod barrier;
-pub mod constraint;
-pub mod cost;
-mod escape;
-pub mod exact;
-pub mod factor;
-pub mod horizons;
-pub mod newton;
-pub mod prediction;
-pub mod qp;
-pub mod tangent;
-pub mod work;
-
-pub use constraint::{ActiveSet, Bounds};
-pub use cost::{Quadratic, Weights};
-pub use horizons::Horizons;
-pub use newton::{MAX_ITERATIONS, Outcome, solve};
-pub use work::{Parts, Work};
-
+use crate::constraints::{ActiveSet, Bounds};
 use crate::model::Regressor;
+use crate::move_blocking::Horizons;
 
-/// What an option around a model hands on to the model, `self.0`.
-macro_rules! hand_on {
-    () => {
-        type Trace = M::Trace;
-        const TRACE: Self::Trace = M::TRACE;
-        const PREDICTS_CHANNELS: bool = M::PREDICTS_CHANNELS;
-        const COMMAND_WEIGHT: f32 = M::COMMAND_WEIGHT;
-        const OBSERVER_GAIN: f32 = M::OBSERVER_GAIN;
-
-        fn predict(&self, x: &Regressor<NU, NY, NS, ND, DD>, trace: &mut Self::Trace) -> [f32; NY] {
-            self.0.predict(x, trace)
-        }
-
-        fn jacobian(&self, trace: &Self::Trace, jacobian: &mut Jacobian<NU, NY, ND, DD>) {
-            self.0.jacobian(trace, jacobian);
-        }
-
-        fn channels(&self, x: &Regressor<NU, NY, NS, ND, DD>, trace: &Self::Trace) -> [f32; NS] {
-            self.0.channels(x, trace)
-        }
-
-        fn channel_jacobian(
-            &self,
-            trace: &Self::Trace,
-            jacobian: &mut ChannelJacobian<NU, NY, NS, ND, DD>,
-        ) {
-            self.0.channel_jacobian(trace, jacobian);
-        }
-
-        fn advance(
-            &self,
-            x: &mut Regressor<NU, NY, NS, ND, DD>,
-            u: &[f32; NU],
-            disturbance: &[f32; NY],
-            trace: &mut Self::Trace,
-        ) -> [f32; NY] {
-            self.0.advance(x, u, disturbance, trace)
-        }
-
-        fn carry(
-            &self,
-            trace: &Self::Trace,
-            stage: &Stage<'_, NY>,
-            tangent: &mut Tangent<'_, NU, NY, DD>,
-        ) {
-            self.0.carry(trace, stage, tangent);
-        }
-
-        fn carry_channels(
-            &self,
-            trace: &Self::Trace,
-            stage: &Stage<'_, NY>,
-            tangent: &mut Tangent<'_, NU, NY, DD>,
-            channels: &mut [[[f32; NU]; NS]],
-        ) {
-            self.0.carry_channels(trace, stage, tangent, channels);
-        }
-    };
+/// Diagonals of Q and Lambda.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Weights<const NU: usize, const NY: usize> {
+    /// Q: on the squared tracking error of each output.
+    pub tracking: [f32; NY],
+    /// Lambda: on the squared change of each command.
+    pub moves: [f32; NU],
 }
-use hand_on;
 
 /// One optimisation: everything that stays the same while a step is computed.
 #[derive(Clone, Copy)]
@@ -104,7 +27,7 @@ pub struct Problem<
     const NB: usize,
     const NV: usize,
 > {
-    /// The predictor.
+    /// The predictor, or a cost term around it.
     pub model: &'a M,
     /// The regressor at k; `start.u[0]` is a place for u(k) and is not read.
     pub start: &'a Regressor<NU, NY, NS, ND, DD>,
@@ -188,7 +111,7 @@ impl<const NV: usize> Plan<NV> {
         previous: &[f32; NU],
     ) -> [f32; NU] {
         horizons
-            .place
+            .interpolation
             .first()
             .map_or(*previous, |place| place.command(&self.u, previous))
     }

@@ -7,6 +7,16 @@
 use crate::math::{add_down, add_up, clamp};
 
 /// Limits of the commands, physical units.
+///
+/// ```
+/// use sinew_mpc::limits::{Limiter, Limits};
+///
+/// let limits = Limits { lower: [-1.0], upper: [1.0], rate: [0.25], safe: [0.0] };
+/// let mut limiter = Limiter::new(limits);
+/// assert_eq!(limiter.limit(&[5.0]), [0.25]);
+/// assert_eq!(limiter.limit(&[f32::NAN]), [0.25]);
+/// assert!(limits.hold(limiter.applied()));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits<const NU: usize> {
     /// Smallest command; `-INFINITY`: none.
@@ -105,16 +115,16 @@ impl<const NU: usize> Limiter<NU> {
 
     /// The nearest command inside the limits; it counts as applied from here on.
     ///
-    /// A wish that is not finite holds the last command of its channel.
-    pub fn limit(&mut self, wish: &[f32; NU]) -> [f32; NU] {
+    /// A unsaturated that is not finite holds the last command of its channel.
+    pub fn limit(&mut self, unsaturated: &[f32; NU]) -> [f32; NU] {
         let Limits {
             lower, upper, rate, ..
         } = &self.limits;
         let boxes = lower.iter().zip(upper).zip(rate);
-        for ((applied, wish), ((lower, upper), rate)) in
-            self.applied.iter_mut().zip(wish).zip(boxes)
+        for ((applied, unsaturated), ((lower, upper), rate)) in
+            self.applied.iter_mut().zip(unsaturated).zip(boxes)
         {
-            *applied = limit(*wish, *applied, *lower, *upper, *rate);
+            *applied = limit(*unsaturated, *applied, *lower, *upper, *rate);
         }
         self.applied
     }
@@ -138,9 +148,13 @@ impl<const NU: usize> Limiter<NU> {
 
 /// The nearest command of one channel; never inlined, so that flash holds it once.
 #[inline(never)]
-fn limit(wish: f32, applied: f32, lower: f32, upper: f32, rate: f32) -> f32 {
-    let wish = if wish.is_finite() { wish } else { applied };
-    let boxed = clamp(wish, lower, upper);
+fn limit(unsaturated: f32, applied: f32, lower: f32, upper: f32, rate: f32) -> f32 {
+    let unsaturated = if unsaturated.is_finite() {
+        unsaturated
+    } else {
+        applied
+    };
+    let boxed = clamp(unsaturated, lower, upper);
     // The last command is inside the box, so the interval below holds it, and clamping to the rate never
     // leaves the box again. Rounding is inwards.
     clamp(boxed, add_up(applied, -rate), add_down(applied, rate))
