@@ -49,6 +49,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         let network = import::read(&arguments.model).map_err(Error::refused)?;
         let text = commands::emit(&network, &arguments.out, &options);
         print!("{}", text.map_err(Error::refused)?);
+        if arguments.model.is_file() {
+            println!(
+                "`sinew verify {} {}` compares it with its framework, by your own Python",
+                arguments.model.display(),
+                arguments.out.display()
+            );
+        }
         return Ok(());
     }
     let plain =

@@ -16,7 +16,7 @@ const GROUPS: &[(&str, &[&str])] = &[
     ("Train", &["train"]),
     ("Control", &["tune", "compare", "pil"]),
     ("Board", &["emit", "flash", "record", "monitor"]),
-    ("Networks", &["import", "size"]),
+    ("Networks", &["import", "size", "verify"]),
 ];
 
 /// The command line with its verbs in groups.

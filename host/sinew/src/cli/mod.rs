@@ -15,6 +15,7 @@ mod simulate;
 mod size;
 mod train;
 mod tune;
+mod verify;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -64,6 +65,8 @@ enum Verb {
     Import(import::Arguments),
     /// Write the sources of a model's firmware, or of a network alone.
     Emit(emit::Arguments),
+    /// Compare a network with the framework that wrote it, by your own Python.
+    Verify(verify::Arguments),
     /// Show the flash, RAM, stack and time of a network on a board.
     Size(size::Arguments),
     /// Tune the MPC, PID and RISE for an objective.
@@ -282,6 +285,7 @@ fn run(verb: Verb) -> Result<()> {
         Verb::Tune(arguments) => tune::run(&arguments),
         Verb::Emit(arguments) => emit::run(&arguments),
         Verb::Import(arguments) => import::run(&arguments),
+        Verb::Verify(arguments) => verify::run(&arguments),
         Verb::Size(arguments) => size::run(&arguments),
         Verb::Compare(arguments) => compare::run(&arguments),
         Verb::Pil(arguments) => pil::run(&arguments),

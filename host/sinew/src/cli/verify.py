@@ -1,0 +1,75 @@
+"""What the framework of a network gives for inputs: called by `sinew verify` with the user's own Python.
+
+verify.py NETWORK < JSON rows of inputs > JSON rows of outputs. An input of several axes is flattened, its last axis
+running fastest; batches and steps that are open are 1.
+"""
+import json
+import os
+import sys
+
+os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
+
+
+def of_onnx(path):
+    import numpy
+    import onnxruntime
+
+    session = onnxruntime.InferenceSession(path, providers=["CPUExecutionProvider"])
+    given = session.get_inputs()[0]
+    shape = [n if isinstance(n, int) and n > 0 else 1 for n in given.shape]
+    kind = numpy.float64 if "double" in given.type else numpy.float32
+    return lambda x: session.run(None, {given.name: numpy.asarray(x, kind).reshape(shape)})[0]
+
+
+def of_keras(path):
+    import numpy
+
+    try:
+        import keras
+
+        net = keras.models.load_model(path, compile=False)
+    except Exception:  # a file of Keras 2
+        import tf_keras
+
+        net = tf_keras.models.load_model(path, compile=False)
+    shape = [1] + [n or 1 for n in net.input_shape[1:]]
+
+    def call(x):
+        if hasattr(net, "reset_states"):
+            net.reset_states()
+        return numpy.asarray(net(numpy.asarray(x, numpy.float32).reshape(shape), training=False))
+
+    return call
+
+
+def of_tflite(path):
+    import numpy
+
+    try:
+        from ai_edge_litert.interpreter import Interpreter
+    except ImportError:
+        from tensorflow.lite import Interpreter
+    run = Interpreter(model_path=path)
+    run.allocate_tensors()
+    given, found = run.get_input_details()[0], run.get_output_details()[0]
+
+    def call(x):
+        x = numpy.asarray(x, numpy.float64).reshape(given["shape"])
+        scale, zero = given["quantization"]
+        if given["dtype"] != numpy.float32:
+            low, high = numpy.iinfo(given["dtype"]).min, numpy.iinfo(given["dtype"]).max
+            x = numpy.clip(numpy.round(x / scale) + zero, low, high)
+        run.set_tensor(given["index"], x.astype(given["dtype"]))
+        run.invoke()
+        y = run.get_tensor(found["index"]).astype(numpy.float64)
+        scale, zero = found["quantization"]
+        return y if found["dtype"] == numpy.float32 else (y - zero) * scale
+
+    return call
+
+
+if __name__ == "__main__":
+    ending = sys.argv[1].lower().rsplit(".", 1)[-1]
+    call = {"onnx": of_onnx, "keras": of_keras, "h5": of_keras, "tflite": of_tflite}[ending](sys.argv[1])
+    rows = json.load(sys.stdin)
+    json.dump([call(x).reshape(-1).tolist() for x in rows], sys.stdout)
