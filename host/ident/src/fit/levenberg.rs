@@ -39,15 +39,62 @@ pub enum Stop {
 /// How far to search.
 pub(crate) struct Effort {
     pub iterations: usize,
-    /// Stop when the promised decrease falls below this part of the cost.
+    /// Stops when the predicted reduction falls below this part of the cost.
     pub relative: f64,
 }
 
 /// A decrease of the cost, in units of noise squared, that is not worth a step.
 const NOTHING: f64 = 1e-3;
 
-/// The steepest damping tried before the search counts as stalled.
-const LARGEST_DAMPING: f64 = 1e9;
+/// Rules of the damping. The gain ratio is the reduction of the cost over the predicted reduction.
+struct Damping {
+    /// Damping of the first step.
+    first: f64,
+    /// Gain ratio above which a step is accepted.
+    accept: f64,
+    /// Gain ratio above which the damping shrinks.
+    good: f64,
+    /// Gain ratio below which the damping grows although the step is accepted.
+    fair: f64,
+    /// Factor of the damping after a good step.
+    shrink: f64,
+    /// Factor of the damping after an accepted step below the fair gain ratio.
+    grow: f64,
+    /// Factor of the damping after a rejected step.
+    grow_rejected: f64,
+    /// Smallest damping after an accepted step.
+    smallest: f64,
+    /// Smallest damping after a rejected step.
+    smallest_rejected: f64,
+    /// Largest damping; above it the search counts as stalled.
+    largest: f64,
+}
+
+const DAMPING: Damping = Damping {
+    first: 1e-3,
+    accept: 1e-3,
+    good: 0.7,
+    fair: 0.2,
+    shrink: 0.1,
+    grow: 4.0,
+    grow_rejected: 8.0,
+    smallest: 1e-12,
+    smallest_rejected: 1e-6,
+    largest: 1e9,
+};
+
+impl Damping {
+    /// Factor of the damping after an accepted step with this gain ratio.
+    fn factor(&self, gain_ratio: f64) -> f64 {
+        if gain_ratio > self.good {
+            self.shrink
+        } else if gain_ratio > self.fair {
+            1.0
+        } else {
+            self.grow
+        }
+    }
+}
 
 /// What the order of adding up may change in a cost, as part of it.
 const ROUNDING: f64 = 1e-9;
@@ -86,7 +133,7 @@ pub(super) fn descend(
     if !cost.is_finite() {
         return None;
     }
-    let mut damping = 1e-3;
+    let mut damping = DAMPING.first;
     let mut idle = 0;
     for iteration in 0..effort.iterations {
         let normals = problem.linearise(segments, &unknowns.values, &unknowns.states)?;
@@ -99,22 +146,22 @@ pub(super) fn descend(
             let candidate = step.apply(problem, belief, unknowns);
             let lower = judge(&candidate, cost);
             // A strongly damped step is short and promises little wherever it is.
-            if damping <= 1.0 && step.promised.abs() <= enough {
+            if damping <= 1.0 && step.predicted_reduction.abs() <= enough {
                 if lower <= cost {
                     *unknowns = candidate;
                 }
                 return Some((Stop::Converged, iteration + 1));
             }
-            let ratio = (cost - lower) / step.promised;
-            if lower < cost && ratio > 1e-3 {
-                damping = (damping * adaptation(ratio)).max(1e-12);
+            let ratio = (cost - lower) / step.predicted_reduction;
+            if lower < cost && ratio > DAMPING.accept {
+                damping = (damping * DAMPING.factor(ratio)).max(DAMPING.smallest);
                 idle = if cost - lower < enough { idle + 1 } else { 0 };
                 *unknowns = candidate;
                 cost = lower;
                 break;
             }
-            damping = (damping * 8.0).max(1e-6);
-            if damping > LARGEST_DAMPING {
+            damping = (damping * DAMPING.grow_rejected).max(DAMPING.smallest_rejected);
+            if damping > DAMPING.largest {
                 return Some((Stop::Stalled, iteration));
             }
         }
@@ -124,15 +171,6 @@ pub(super) fn descend(
         }
     }
     Some((Stop::IterationLimit, effort.iterations))
-}
-
-/// What happens to the damping after a step that kept this part of its promise.
-fn adaptation(ratio: f64) -> f64 {
-    match ratio {
-        _ if ratio > 0.7 => 0.1,
-        _ if ratio > 0.2 => 1.0,
-        _ => 4.0,
-    }
 }
 
 /// Half the weighted squares plus the prior.
@@ -177,7 +215,7 @@ struct Step {
     dz: DVector<f64>,
     dx: Vec<DVector<f64>>,
     /// What the linear theory says the cost falls by.
-    promised: f64,
+    predicted_reduction: f64,
 }
 
 impl Step {
@@ -231,8 +269,12 @@ impl Step {
             .zip(&factors)
             .map(|(normal, (factor, back))| factor.solve(&normal.bx) - back * &dz)
             .collect();
-        let promised = promised(belief, normals, &pull, &dz, &dx);
-        (promised.is_finite()).then_some(Self { dz, dx, promised })
+        let predicted_reduction = predicted_reduction(belief, normals, &pull, &dz, &dx);
+        (predicted_reduction.is_finite()).then_some(Self {
+            dz,
+            dx,
+            predicted_reduction,
+        })
     }
 
     fn apply(&self, problem: &Problem, belief: &Belief, unknowns: &Unknowns) -> Unknowns {
@@ -304,7 +346,7 @@ fn clip(problem: &Problem, belief: &Belief, unknowns: &Unknowns, dz: &mut DVecto
 }
 
 /// Decrease of the quadratic model along the step actually taken (eq. 8).
-fn promised(
+fn predicted_reduction(
     belief: &Belief,
     normals: &[Normal],
     pull: &[f64],

@@ -182,17 +182,13 @@ fn estimate_start(
     values: &[f64],
 ) -> Result<Vec<f64>> {
     let views = Views::new(rig, plant);
-    let problem = Problem {
+    let sigma = spreads(experiments).into_iter();
+    let problem = Problem::of_states(
         plant,
         experiments,
-        slots: Vec::new(),
-        scale: Vec::new(),
-        sigma: spreads(experiments)
-            .into_iter()
-            .map(|spread| 1e-3 * spread)
-            .collect(),
-        state_scale: start::scales(experiments, &views, values),
-    };
+        sigma.map(|spread| 1e-3 * spread).collect(),
+        start::scales(experiments, &views, values),
+    );
     let window = [Segment::new(
         plant,
         experiments,

@@ -153,7 +153,33 @@ impl Segment {
     }
 }
 
-impl Problem<'_> {
+impl<'a> Problem<'a> {
+    /// The same problem with every parameter fixed: only the initial states are fitted.
+    pub fn states_only(&self) -> Self {
+        Self {
+            slots: Vec::new(),
+            scale: Vec::new(),
+            ..self.clone()
+        }
+    }
+
+    /// A problem in which only the initial states are fitted.
+    pub fn of_states(
+        plant: &'a Plant,
+        experiments: &'a [Experiment],
+        sigma: Vec<f64>,
+        state_scale: Vec<f64>,
+    ) -> Self {
+        Self {
+            plant,
+            experiments,
+            slots: Vec::new(),
+            scale: Vec::new(),
+            sigma,
+            state_scale,
+        }
+    }
+
     /// Number of fitted parameters.
     pub fn parameters(&self) -> usize {
         self.slots.len()

@@ -194,11 +194,7 @@ fn best(
     values: &[f64],
     states: Vec<Vec<f64>>,
 ) -> Vec<Vec<f64>> {
-    let held = Problem {
-        slots: Vec::new(),
-        scale: Vec::new(),
-        ..problem.clone()
-    };
+    let held = problem.states_only();
     let belief = Belief {
         bounds: Vec::new(),
         written: Vec::new(),
@@ -236,11 +232,7 @@ pub(crate) fn estimate(
     guess: Vec<f64>,
 ) -> Result<(Vec<f64>, Anchor)> {
     let rows = problem.experiments[experiment].rows();
-    let held = Problem {
-        slots: Vec::new(),
-        scale: Vec::new(),
-        ..problem.clone()
-    };
+    let held = problem.states_only();
     let window = [Segment::new(
         problem.plant,
         problem.experiments,
