@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::segment::{Normal, Problem, Segment};
 
-/// Where the search stands. `z` is derived from `values`: `values[slot] = scale * z`.
+/// Decision variables: plant parameters and one initial state per segment. `z` is derived from `values`: `values[slot] = scale * z`.
 #[derive(Clone)]
 pub(crate) struct Unknowns {
     /// Every parameter of the plant, fitted or not, SI.
@@ -13,11 +13,11 @@ pub(crate) struct Unknowns {
     pub states: Vec<Vec<f64>>,
 }
 
-/// What the parameters may be, and what the rig says they are.
+/// Bounds and Gaussian prior of the fitted parameters.
 pub(crate) struct Belief {
     /// Bounds of each fitted parameter, SI; infinite where there are none.
     pub bounds: Vec<[f64; 2]>,
-    /// What the rig says, SI.
+    /// Nominal values of the rig, SI.
     pub written: Vec<f64>,
     /// Standard deviation of the prior around each, in units of `Problem::scale`: wide, or infinite.
     pub widths: Vec<f64>,
@@ -25,7 +25,7 @@ pub(crate) struct Belief {
     pub tied: Vec<Vec<usize>>,
 }
 
-/// How a search ended.
+/// Reason for which a search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stop {
     /// The next step would gain nothing that noise does not drown.
@@ -36,7 +36,7 @@ pub enum Stop {
     IterationLimit,
 }
 
-/// How far to search.
+/// Stopping criteria of a search.
 pub(crate) struct Effort {
     pub iterations: usize,
     /// Stops when the predicted reduction falls below this part of the cost.
@@ -96,7 +96,7 @@ impl Damping {
     }
 }
 
-/// What the order of adding up may change in a cost, as part of it.
+/// Relative rounding error of a cost that is summed in another order.
 const ROUNDING: f64 = 1e-9;
 
 /// Lowers the cost from `unknowns` on; `progress` hears of each accepted step. `None` where not even the
@@ -214,7 +214,7 @@ impl Belief {
 struct Step {
     dz: DVector<f64>,
     dx: Vec<DVector<f64>>,
-    /// What the linear theory says the cost falls by.
+    /// Reduction of the cost that the linearisation predicts.
     predicted_reduction: f64,
 }
 
@@ -320,7 +320,7 @@ fn unblocked(
         .collect()
 }
 
-/// What is free, those that are tied as one.
+/// Free variables; tied parameters count as one.
 fn together(free: &[usize], tied: &[Vec<usize>]) -> Vec<Vec<usize>> {
     let group = |&j: &usize| -> Vec<usize> {
         match tied.iter().find(|group| group.contains(&j)) {

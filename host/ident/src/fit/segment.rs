@@ -21,16 +21,16 @@ use crate::error::Result;
 
 /// A stretch of one recording, simulated from a start state of its own.
 pub(crate) struct Segment {
-    /// Which recording.
+    /// Index of the recording.
     pub experiment: usize,
-    /// Which of its rows.
+    /// Rows of the recording.
     pub rows: Range<usize>,
-    /// What is known of its start.
+    /// Prior of the initial state.
     pub anchor: Anchor,
     drive: InputTrajectory,
 }
 
-/// What is the same for all segments while the unknowns change.
+/// Data that all shooting segments share during a search.
 #[derive(Clone)]
 pub(crate) struct Problem<'a> {
     pub plant: &'a Plant,
@@ -45,7 +45,7 @@ pub(crate) struct Problem<'a> {
     pub state_scale: Vec<f64>,
 }
 
-/// What is known of a segment's start state before the segment is looked at: `(x - mean)' weight (x - mean)`
+/// Gaussian prior of a segment's initial state (arrival cost): `(x - mean)' weight (x - mean)`
 /// is added to the squares (docs/explanation/identification.md, eq. 3).
 #[derive(Clone)]
 pub(crate) struct Anchor {
@@ -118,7 +118,7 @@ pub(crate) struct Rows {
 /// Rows between two looks at what all segments have cost so far.
 const LOOK: usize = 16;
 
-/// What each segment of a cost has come to so far.
+/// Cost of each segment so far.
 struct Running(Vec<AtomicU64>);
 
 impl Running {

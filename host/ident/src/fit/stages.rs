@@ -17,7 +17,7 @@ const SHORTEST: usize = 25;
 /// A relative error below this is arithmetic, not noise.
 const FINEST: f64 = 1e-7;
 
-/// What the stages found.
+/// Result of the stages.
 pub(crate) struct Found {
     pub slots: Vec<usize>,
     pub values: Vec<f64>,

@@ -1,4 +1,4 @@
-//! Where segments start, as far as the recording shows it.
+//! Initial states of the shooting segments, as far as the recording shows them.
 
 use nalgebra::DVector;
 use sinew_sim::{Plant, SensorChannel};
@@ -220,7 +220,7 @@ fn best(
     unknowns.states
 }
 
-/// What the first 5 % of a recording say about its start, with the parameters as they are, and how firmly
+/// Estimates the initial state from the first 5 % of a recording, with the parameters as they are, and how firmly
 /// (docs/explanation/identification.md, eq. 10).
 ///
 /// # Errors

@@ -1,6 +1,6 @@
-//! How far the parameters are to be trusted (docs/explanation/identification.md, eq. 10 to 13).
+//! Confidence intervals of the parameters (docs/explanation/identification.md, eq. 10 to 13).
 //!
-//! What a model leaves out makes residuals that follow each other for seconds, and a formula that takes
+//! Missing physics makes residuals that follow each other for seconds, and a formula that takes
 //! them for independent noise would claim far too much. The covariance is therefore the sandwich
 //! `H^-1 B H^-1`, where `B` is summed over blocks of time longer than the residuals' memory.
 

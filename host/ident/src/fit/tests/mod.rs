@@ -1,4 +1,4 @@
-//! What a fit must find, and what it must not claim. The recordings of the mass on a spring are foreign
+//! Parameters that a fit must find, and claims that it must not make. The recordings of the mass on a spring are foreign
 //! (`tests/foreign/mass_spring_damper.py`); the others are simulated, with noise.
 
 use std::path::PathBuf;

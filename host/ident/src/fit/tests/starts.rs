@@ -1,4 +1,4 @@
-//! Where stretches of a recording start.
+//! Initial states of shooting segments.
 
 use super::*;
 use crate::fit::experiment::spreads;
