@@ -4,8 +4,8 @@ use std::path::Path;
 
 /// The candidate nearest to `word`, if near enough to be a slip of the fingers.
 ///
-/// Near, case aside: Damerau-Levenshtein distance at most a third of the longer word (at least one),
-/// or the beginning of it (three letters at least).
+/// Near, case aside: Damerau-Levenshtein distance at most a third of the longer word (at least
+/// one), or the beginning of it (three letters at least).
 pub(crate) fn nearest<'a>(
     word: &str,
     candidates: impl IntoIterator<Item = &'a str>,

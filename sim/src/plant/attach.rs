@@ -40,10 +40,10 @@ pub(super) fn add_effects(rig: &Rig, slots: &mut Slots, topology: &mut Topology)
             topology.lagging.push(index);
         }
     }
-    topology.shaped = (topology.lines.iter()).any(|line| line.stages != Default::default());
+    topology.shaped = (topology.lines.iter()).any(|line| line.chain != Default::default());
 }
 
-/// What can only be said once the paths of tendons are whole.
+/// Completes the topology once the paths of tendons are whole.
 pub(super) fn finish(topology: &mut Topology) {
     for friction in &mut topology.frictions {
         if let Some(tendon) = friction.along {
@@ -258,7 +258,7 @@ fn at_tendon(rig: &Rig, kind: Kind, index: usize, slot: usize, topology: &mut To
 }
 
 fn at_actuator(kind: Kind, line: usize, slot: usize, topology: &mut Topology) {
-    let stages = &mut topology.lines[line].stages;
+    let stages = &mut topology.lines[line].chain;
     let stage = match kind {
         Kind::InputDelay => &mut stages.delay,
         Kind::Backlash => &mut stages.play,

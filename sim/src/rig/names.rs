@@ -7,7 +7,7 @@ use crate::suggest;
 use std::borrow::Cow;
 use std::collections::HashMap;
 
-/// What a name in the file belongs to.
+/// Component that a name in the file belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Component {
     Body(usize),

@@ -1,4 +1,5 @@
-//! Reading TOML tables with their places: typed keys in, errors with line, column and suggestion out.
+//! Reading TOML tables with their places: typed keys in, errors with line, column and suggestion
+//! out.
 
 use super::{Place, Value};
 use crate::effects::Sign;
@@ -88,7 +89,7 @@ pub struct Spanned<T> {
 /// One table of a rig file: typed keys out, errors with line, column and suggestion.
 pub struct TableReader<'a> {
     pub(super) source: &'a Source<'a>,
-    /// What it is called in errors: "body `motor`".
+    /// Name in errors: "body `motor`".
     pub(super) what: String,
     table: &'a dyn TableLike,
     pub(super) span: Span,

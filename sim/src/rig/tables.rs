@@ -1,4 +1,5 @@
-//! Tables of a rig file that the plant does not use: kept in the text, read by the program that they are for.
+//! Tables of a rig file that the plant does not use: kept in the text, read by the program that
+//! they are for.
 
 use super::Rig;
 use super::names::{Component, Names};
@@ -13,8 +14,8 @@ pub struct Tables<'a> {
 }
 
 impl Rig {
-    /// Reads tables of the file that the plant does not use (`[control]`, `[network]`), with the errors of a rig file:
-    /// line, column, and the name that was probably meant.
+    /// Reads tables of the file that the plant does not use (`[control]`, `[network]`), with the
+    /// errors of a rig file: line, column, and the name that was probably meant.
     ///
     /// ```
     /// use sinew_sim::{Rig, effects::Sign};

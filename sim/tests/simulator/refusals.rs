@@ -1,4 +1,5 @@
-//! Every refusal of a rig file, word for word: file, line, column, what was expected, what was meant.
+//! Every refusal of a rig file, word for word: file, line, column, what was expected, what was
+//! meant.
 
 use sinew_sim::Rig;
 use sinew_sim::effects::{Kind, Sign};

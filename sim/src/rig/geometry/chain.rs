@@ -76,8 +76,8 @@ fn of_segments(
         .collect()
 }
 
-/// Reads a chain and adds its bodies, springs and dampers to the rig. ParameterizedPlant that the segments share
-/// share their place in the file, and so their parameter.
+/// Reads a chain and adds its bodies, springs and dampers to the rig. Numbers that the segments
+/// share share their place in the file, and so their parameter.
 pub(in crate::rig) fn expand(table: &TableReader, rig: &mut Rig) -> Result<(), Error> {
     let count = segments(table)?;
     let own = table.tables("segment")?;

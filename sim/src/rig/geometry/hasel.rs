@@ -72,7 +72,8 @@ pub(in crate::rig) fn read_hasel(
 ) -> Result<Hasel, Error> {
     let (path, routes) = read_path(table, names, rig)?;
     let fill_angle = table.parameter("fill_angle", Sign::Positive)?;
-    // At a right angle the pouch is full at rest and never pulls; the bounds of a fit have to keep off too.
+    // At a right angle the pouch is full at rest and never pulls; the bounds of a fit have to keep
+    // off too.
     let widest = fill_angle.max.unwrap_or(fill_angle.value);
     let narrowest = fill_angle.min.unwrap_or(fill_angle.value);
     if narrowest < 0.05 || widest > 1.5 {

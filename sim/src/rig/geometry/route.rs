@@ -43,7 +43,7 @@ pub(in crate::rig) fn read_route(
     Ok(None)
 }
 
-/// Whether two entries follow one chain or hold one plate.
+/// True for two entries that follow one chain or hold one plate.
 pub(in crate::rig) fn same_place(a: &Route, b: &Route) -> bool {
     match (a, b) {
         (Route::Chain { chain: a, .. }, Route::Chain { chain: b, .. }) => a == b,
@@ -53,8 +53,8 @@ pub(in crate::rig) fn same_place(a: &Route, b: &Route) -> bool {
 }
 
 impl Tendon {
-    /// Its arms at the bodies of its path as the rig is written, those that follow from its routes included
-    /// (docs/explanation/geometry.md, eq. 2a and 5): (index of the body, m or 1).
+    /// Its arms at the bodies of its path as the rig is written, those that follow from its routes
+    /// included (docs/explanation/geometry.md, eq. 2a and 5): (index of the body, m or 1).
     pub fn arms(&self, rig: &Rig) -> Vec<(usize, f64)> {
         let own = self.path.iter().map(|(body, arm)| (*body, arm.value));
         let mut arms: Vec<(usize, f64)> = own.collect();

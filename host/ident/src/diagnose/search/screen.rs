@@ -1,6 +1,8 @@
-//! A first look at every suspect, at the price of one simulation a start: what one joint step of the linear
-//! theory would leave (docs/explanation/diagnosis.md, eq. 5). It orders the race and only spares the hopeless from it.
+//! A first look at every term, at the price of one simulation a start: what one joint step of the
+//! linear theory would leave (docs/explanation/diagnosis.md, eq. 5). It orders the race and only
+//! spares the hopeless from it.
 
+use crate::diagnose::config::CONFIG;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use crate::diagnose::candidate::Trial;
@@ -9,9 +11,6 @@ use crate::diagnose::search::subset::Subset;
 use crate::error::Result;
 use crate::fit::levenberg::Unknowns;
 use crate::fit::segment::Rows;
-
-/// A trace on diagonals, so that columns without effect can be factored.
-const TRACE: f64 = 1e-9;
 
 /// Derivatives of the parent's residuals in its own parameters and start states, factored once.
 pub(crate) struct Screen {
@@ -70,8 +69,8 @@ impl Screen {
             .map(|reduced| Self { intervals, reduced }))
     }
 
-    /// Half the squares that a model with new parameters would keep after one joint linear step from
-    /// `from`; infinite where it cannot be simulated.
+    /// Half the squares that a model with new parameters would keep after one joint linear step
+    /// from `from`; infinite where it cannot be simulated.
     ///
     /// # Errors
     /// None that fitting the parent has not excluded.
@@ -144,7 +143,7 @@ impl Stretch {
 fn traced(mut matrix: DMatrix<f64>) -> DMatrix<f64> {
     let largest = matrix.diagonal().amax().max(f64::MIN_POSITIVE);
     for i in 0..matrix.nrows() {
-        matrix[(i, i)] += TRACE * largest;
+        matrix[(i, i)] += CONFIG.screening.regularisation * largest;
     }
     matrix
 }
