@@ -6,7 +6,7 @@ use super::segment::{Normal, Problem, Segment};
 
 /// Decision variables: plant parameters and one initial state per segment. `z` is derived from `values`: `values[slot] = scale * z`.
 #[derive(Clone)]
-pub(crate) struct Unknowns {
+pub(crate) struct DecisionVariables {
     /// Every parameter of the plant, fitted or not, SI.
     pub values: Vec<f64>,
     /// One start state a segment, SI.
@@ -14,7 +14,7 @@ pub(crate) struct Unknowns {
 }
 
 /// Bounds and Gaussian prior of the fitted parameters.
-pub(crate) struct Belief {
+pub(crate) struct Prior {
     /// Bounds of each fitted parameter, SI; infinite where there are none.
     pub bounds: Vec<[f64; 2]>,
     /// Nominal values of the rig, SI.
@@ -37,7 +37,7 @@ pub enum Stop {
 }
 
 /// Stopping criteria of a search.
-pub(crate) struct Effort {
+pub(crate) struct StoppingCriteria {
     pub iterations: usize,
     /// Stops when the predicted reduction falls below this part of the cost.
     pub relative: f64,
@@ -103,14 +103,14 @@ const ROUNDING: f64 = 1e-9;
 /// starting point can be simulated.
 pub(crate) fn minimise(
     problem: &Problem,
-    belief: &Belief,
+    belief: &Prior,
     segments: &[Segment],
-    unknowns: &mut Unknowns,
-    effort: &Effort,
+    unknowns: &mut DecisionVariables,
+    effort: &StoppingCriteria,
     progress: &mut dyn FnMut(usize, f64),
 ) -> Option<(Stop, usize)> {
     // What costs more than the best so far is not taken, however much more: its simulations need not end.
-    let judge = |candidate: &Unknowns, most| {
+    let judge = |candidate: &DecisionVariables, most| {
         let most = most + ROUNDING * most;
         cost_below(problem, belief, segments, candidate, most)
     };
@@ -122,12 +122,12 @@ pub(crate) fn minimise(
 /// [`minimise`] by what `judge` says of a candidate that has this cost to beat.
 pub(super) fn descend(
     problem: &Problem,
-    belief: &Belief,
+    belief: &Prior,
     segments: &[Segment],
-    unknowns: &mut Unknowns,
-    effort: &Effort,
+    unknowns: &mut DecisionVariables,
+    effort: &StoppingCriteria,
     progress: &mut dyn FnMut(usize, f64),
-    judge: &dyn Fn(&Unknowns, f64) -> f64,
+    judge: &dyn Fn(&DecisionVariables, f64) -> f64,
 ) -> Option<(Stop, usize)> {
     let mut cost = total_cost(problem, belief, segments, unknowns);
     if !cost.is_finite() {
@@ -176,9 +176,9 @@ pub(super) fn descend(
 /// Half the weighted squares plus the prior.
 pub(crate) fn total_cost(
     problem: &Problem,
-    belief: &Belief,
+    belief: &Prior,
     segments: &[Segment],
-    unknowns: &Unknowns,
+    unknowns: &DecisionVariables,
 ) -> f64 {
     cost_below(problem, belief, segments, unknowns, f64::INFINITY)
 }
@@ -186,9 +186,9 @@ pub(crate) fn total_cost(
 /// As [`total_cost`]; infinite where it exceeds `most` by more than rounding.
 fn cost_below(
     problem: &Problem,
-    belief: &Belief,
+    belief: &Prior,
     segments: &[Segment],
-    unknowns: &Unknowns,
+    unknowns: &DecisionVariables,
     most: f64,
 ) -> f64 {
     let prior: f64 = belief
@@ -199,7 +199,7 @@ fn cost_below(
     problem.cost_below(segments, &unknowns.values, &unknowns.states, most - prior) + prior
 }
 
-impl Belief {
+impl Prior {
     /// Distance of each fitted parameter from the rig, in standard deviations of the prior.
     fn pull(&self, problem: &Problem, values: &[f64]) -> Vec<f64> {
         (0..problem.parameters())
@@ -223,9 +223,9 @@ impl Step {
     /// and goes back for the states. `None` where the equations cannot be solved even damped.
     fn solve(
         problem: &Problem,
-        belief: &Belief,
+        belief: &Prior,
         normals: &[Normal],
-        unknowns: &Unknowns,
+        unknowns: &DecisionVariables,
         damping: f64,
     ) -> Option<Self> {
         let parameters = problem.parameters();
@@ -277,7 +277,12 @@ impl Step {
         })
     }
 
-    fn apply(&self, problem: &Problem, belief: &Belief, unknowns: &Unknowns) -> Unknowns {
+    fn apply(
+        &self,
+        problem: &Problem,
+        belief: &Prior,
+        unknowns: &DecisionVariables,
+    ) -> DecisionVariables {
         let mut next = unknowns.clone();
         for (j, &slot) in problem.slots.iter().enumerate() {
             let [low, high] = belief.bounds[j];
@@ -307,8 +312,8 @@ fn damped(matrix: &DMatrix<f64>, damping: f64) -> DMatrix<f64> {
 /// Parameters that are not held at a bound by the descent direction.
 fn unblocked(
     problem: &Problem,
-    belief: &Belief,
-    unknowns: &Unknowns,
+    belief: &Prior,
+    unknowns: &DecisionVariables,
     gradient: &DVector<f64>,
 ) -> Vec<usize> {
     (0..problem.parameters())
@@ -334,7 +339,7 @@ fn together(free: &[usize], tied: &[Vec<usize>]) -> Vec<Vec<usize>> {
 }
 
 /// Cuts each component of the step where it would leave its bounds.
-fn clip(problem: &Problem, belief: &Belief, unknowns: &Unknowns, dz: &mut DVector<f64>) {
+fn clip(problem: &Problem, belief: &Prior, unknowns: &DecisionVariables, dz: &mut DVector<f64>) {
     for j in 0..problem.parameters() {
         let value = unknowns.values[problem.slots[j]];
         let [low, high] = belief.bounds[j];
@@ -347,7 +352,7 @@ fn clip(problem: &Problem, belief: &Belief, unknowns: &Unknowns, dz: &mut DVecto
 
 /// Decrease of the quadratic model along the step actually taken (eq. 8).
 fn predicted_reduction(
-    belief: &Belief,
+    belief: &Prior,
     normals: &[Normal],
     pull: &[f64],
     dz: &DVector<f64>,

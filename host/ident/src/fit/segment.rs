@@ -26,7 +26,7 @@ pub(crate) struct Segment {
     /// Rows of the recording.
     pub rows: Range<usize>,
     /// Prior of the initial state.
-    pub anchor: Anchor,
+    pub anchor: InitialStatePrior,
     drive: InputTrajectory,
 }
 
@@ -48,13 +48,13 @@ pub(crate) struct Problem<'a> {
 /// Gaussian prior of a segment's initial state (arrival cost): `(x - mean)' weight (x - mean)`
 /// is added to the squares (docs/explanation/identification.md, eq. 3).
 #[derive(Clone)]
-pub(crate) struct Anchor {
+pub(crate) struct InitialStatePrior {
     /// In units of `Problem::state_scale`.
     pub mean: DVector<f64>,
     pub weight: DMatrix<f64>,
 }
 
-impl Anchor {
+impl InitialStatePrior {
     /// Next to nothing: a state moves ten times as far as it was ever seen to before this is felt. It holds a
     /// state that no sensor shows.
     pub fn loose(states: usize) -> Self {
@@ -147,7 +147,7 @@ impl Segment {
         Ok(Self {
             experiment,
             rows,
-            anchor: Anchor::loose(plant.state_len()),
+            anchor: InitialStatePrior::loose(plant.state_len()),
             drive,
         })
     }

@@ -4,8 +4,8 @@ use nalgebra::DVector;
 use sinew_sim::{Plant, SensorChannel};
 
 use super::experiment::{Experiment, View, Views, start_rows};
-use super::levenberg::{Belief, Effort, Unknowns, minimise};
-use super::segment::{Anchor, Problem, Segment};
+use super::levenberg::{DecisionVariables, Prior, StoppingCriteria, minimise};
+use super::segment::{InitialStatePrior, Problem, Segment};
 use crate::error::Result;
 
 /// Rows on either side of a start that its position and velocity are taken from.
@@ -195,17 +195,17 @@ fn best(
     states: Vec<Vec<f64>>,
 ) -> Vec<Vec<f64>> {
     let held = problem.states_only();
-    let belief = Belief {
+    let belief = Prior {
         bounds: Vec::new(),
         written: Vec::new(),
         widths: Vec::new(),
         tied: Vec::new(),
     };
-    let mut unknowns = Unknowns {
+    let mut unknowns = DecisionVariables {
         values: values.to_vec(),
         states,
     };
-    let effort = Effort {
+    let effort = StoppingCriteria {
         iterations: 40,
         relative: 1e-9,
     };
@@ -230,7 +230,7 @@ pub(crate) fn estimate(
     experiment: usize,
     values: &[f64],
     guess: Vec<f64>,
-) -> Result<(Vec<f64>, Anchor)> {
+) -> Result<(Vec<f64>, InitialStatePrior)> {
     let rows = problem.experiments[experiment].rows();
     let held = problem.states_only();
     let window = [Segment::new(
@@ -241,7 +241,7 @@ pub(crate) fn estimate(
     )?];
     let state = settle(&held, &window, values, vec![guess]).swap_remove(0);
     let Some(shown) = held.rows(&window[0], values, &state) else {
-        let loose = Anchor::loose(state.len());
+        let loose = InitialStatePrior::loose(state.len());
         return Ok((state, loose));
     };
     let normal = held.normal(&window[0], &shown, &state);
@@ -251,7 +251,7 @@ pub(crate) fn estimate(
     let mean = scaled(&state, &problem.state_scale);
     Ok((
         state,
-        Anchor {
+        InitialStatePrior {
             mean,
             weight: normal.xx / variance,
         },

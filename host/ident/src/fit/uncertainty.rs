@@ -6,7 +6,7 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use super::levenberg::{Belief, Unknowns};
+use super::levenberg::{DecisionVariables, Prior};
 use super::segment::{Normal, Problem, Rows, Segment};
 
 /// A direction of the parameters whose standard deviation exceeds this part of their size is not determined.
@@ -19,9 +19,9 @@ const SHARE: f64 = 0.01;
 /// where it rests at a bound.
 pub(crate) fn half_widths(
     problem: &Problem,
-    belief: &Belief,
+    belief: &Prior,
     segments: &[Segment],
-    unknowns: &Unknowns,
+    unknowns: &DecisionVariables,
 ) -> Vec<Option<f64>> {
     let parameters = problem.parameters();
     let nothing = vec![None; parameters];
