@@ -266,7 +266,8 @@ constants! {
         small: f64 = 0.85, "1", Table;
         /// Confidence from where on statements are as often right as they say. Below, of seeds 2029
         /// to 2031, 15 of 25 around 0.75 were right, 5 of 25 around 0.58, and 2 of 40 around 0.4
-        /// (docs/lab/0058-calibration-of-confidence.md): a line down to `half` (eq. 11a).
+        /// (docs/lab/0058-calibration-of-confidence.md): a line down to `half`
+        /// (docs/explanation/diagnosis.md, eq. 11a).
         calibrated_above: f64 = 0.86, "1", Table;
         /// Worth of a stated half.
         half: f64 = 0.1, "1", Table;
