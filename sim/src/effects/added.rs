@@ -12,7 +12,8 @@ pub type Jet = Dual<WIDTH>;
 
 const WIDTH: usize = 16;
 
-/// Law of an effect that is a force at a body or in a spring, written by a program that uses this crate.
+/// Law of an effect that is a force at a body or in a spring, written by a program that uses this
+/// crate.
 ///
 /// ```
 /// use sinew_sim::effects::{
@@ -57,13 +58,15 @@ const WIDTH: usize = 16;
 /// assert!(Kind::register(&CubicDrag).is_err(), "the name is taken");
 /// ```
 pub trait AddedEffect: Sync {
-    /// Name, ports, parameters and words of the effect. Ports other than a body and a spring are refused.
+    /// Name, ports, parameters and words of the effect. Ports other than a body and a spring are
+    /// refused.
     fn description(&self) -> &'static Description;
 
     /// Start values of a fit, made of typical sizes at the port, most likely first.
     fn starts(&self, scales: &Scales) -> Vec<Vec<f64>>;
 
-    /// Force at the port: on the body, or on `to` of the spring; `p` in the order of the description.
+    /// Force at the port: on the body, or on `to` of the spring; `p` in the order of the
+    /// description.
     fn force(&self, p: &[Jet], at: &At<Jet>) -> Jet;
 
     /// Bounds on the magnitude of its slopes near a state, for the choice of sub-steps.
@@ -120,12 +123,12 @@ pub(super) fn all() -> Vec<Kind> {
 }
 
 impl Kind {
-    /// Registers the law of an effect, so that rig files of this process may hold it. A diagnosis looks for it where
-    /// it is told to.
+    /// Registers the law of an effect, so that rig files of this process may hold it. A diagnosis
+    /// looks for it where it is told to.
     ///
     /// # Errors
-    /// A description that no rig file could use: its name is taken, it sits at another port than a body or a spring,
-    /// or it has more than fourteen parameters.
+    /// A description that no rig file could use: its name is taken, it sits at another port than a
+    /// body or a spring, or it has more than fourteen parameters.
     pub fn register(law: &'static dyn AddedEffect) -> Result<Self, String> {
         use super::Port;
         let description = law.description();

@@ -59,7 +59,8 @@ pub enum Family {
 }
 
 impl Family {
-    /// Whether a search takes its forces with either sign, so that a wrong sign shows instead of hiding behind a bound.
+    /// Whether a search takes its forces with either sign, so that a wrong sign shows instead of
+    /// hiding behind a bound.
     pub fn searched_with_either_sign(self) -> bool {
         matches!(
             self,
@@ -102,7 +103,8 @@ impl Energy {
     }
 }
 
-/// Which values of a parameter make sense in a rig file. A fit may go elsewhere and be judged after.
+/// Which values of a parameter make sense in a rig file. A fit may go elsewhere and be judged
+/// after.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sign {
     /// Any finite number.
@@ -161,7 +163,8 @@ pub enum SearchRange {
 }
 
 impl SearchRange {
-    /// Lowest and highest value for the parameter `own`; `start` gives the start of a parameter by its name.
+    /// Lowest and highest value for the parameter `own`; `start` gives the start of a parameter by
+    /// its name.
     pub fn bounds(self, own: &str, start: impl Fn(&str) -> f64) -> [f64; 2] {
         match self {
             Self::Unlimited => [f64::NEG_INFINITY, f64::INFINITY],
@@ -198,7 +201,8 @@ pub struct ParameterSpec {
 }
 
 impl ParameterSpec {
-    /// A required parameter that a fit may change, of the role [`Role::Shape`] and an unlimited range.
+    /// A required parameter that a fit may change, of the role [`Role::Shape`] and an unlimited
+    /// range.
     pub const fn new(name: &'static str, quantity: Quantity, sign: Sign) -> Self {
         Self {
             name,
@@ -241,7 +245,8 @@ pub struct Description {
     pub ports: &'static [Port],
     /// What it does to the energy of the rig.
     pub energy: Energy,
-    /// The law in one line, in the letters of docs/explanation/plant.md and the names of its parameters.
+    /// The law in one line, in the letters of docs/explanation/plant.md and the names of its
+    /// parameters.
     pub law: &'static str,
     /// The equation's number in docs/explanation/plant.md.
     pub equation: &'static str,
@@ -258,7 +263,8 @@ pub struct Description {
 /// Typical sizes at a port, from a recording: what start values of a fit are made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scales {
-    /// Half the range of the body's coordinate, or of the extension of a spring or tendon; m or rad.
+    /// Half the range of the body's coordinate, or of the extension of a spring or tendon; m or
+    /// rad.
     pub position: f64,
     /// RMS of its rate; m/s or rad/s.
     pub velocity: f64,

@@ -70,7 +70,8 @@ impl Effect for Stribeck {
             strength("level", Quantity::Force, Sign::NonNegative),
             strength("static_level", Quantity::Force, Sign::NonNegative),
             ParameterSpec {
-                // Below it is dry friction with a static level that no sample shows, and as steep as the fit likes.
+                // Below it is dry friction with a static level that no sample shows, and as steep
+                // as the fit likes.
                 range: SearchRange::AtLeast(0.25),
                 ..parameter("velocity", Quantity::Velocity, Sign::Positive)
             },
@@ -142,7 +143,8 @@ impl Effect for DirectionDependent {
         ..BASE
     };
 
-    /// The smaller of its dampings is a damper's: the motion stays the same to the bit but for rounding.
+    /// The smaller of its dampings is a damper's: the motion stays the same to the bit but for
+    /// rounding.
     fn canonical(p: &mut [f64], damper: &mut f64) {
         let common = p[2].min(p[3]);
         if *damper + common >= 0.0 {

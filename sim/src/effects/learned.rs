@@ -1,4 +1,5 @@
-//! A force without a name: what a diagnosis learns where no law of the vocabulary fits (docs/explanation/plant.md, eq. 12d).
+//! A force without a name: what a diagnosis learns where no law of the vocabulary fits
+//! (docs/explanation/plant.md, eq. 12d).
 
 use super::{
     At, Description, Effect, Energy, Family, ParameterSpec, Port, Quantity, Scales, Sign, Slopes,
@@ -10,15 +11,17 @@ use crate::scalar::Scalar;
 pub(super) const SPRING: usize = 9;
 /// Knots of the damping over the position, evenly.
 const PLACES: usize = 5;
-/// Knots of the damping over the speed, as parts of the largest: close together where friction changes.
+/// Knots of the damping over the speed, as parts of the largest: close together where friction
+/// changes.
 const SPEEDS: [f64; 5] = [0.0, 0.125, 0.25, 0.5, 1.0];
 /// Parameters before the knots: middle, reach, speed.
 const FRAME: usize = 3;
 
-/// A spring and a damping in knots, straight between them and level beyond: `F = -s(x) - d(x, |v|) v`.
+/// A spring and a damping in knots, straight between them and level beyond: `F = -s(x) - d(x, |v|)
+/// v`.
 ///
-/// A spring that depends on the position alone has a potential, and a damping that is nowhere below zero takes
-/// energy out: whatever was learned, it cannot drive the rig.
+/// A spring that depends on the position alone has a potential, and a damping that is nowhere below
+/// zero takes energy out: whatever was learned, it cannot drive the rig.
 pub(super) struct Learned;
 
 impl Effect for Learned {
@@ -104,14 +107,15 @@ impl Effect for Learned {
         let fast = at.velocity.abs().max(p[2]);
         Slopes {
             stiffness: (steepest + largest * fast * (PLACES - 1) as f64) / (2.0 * p[1]),
-            // Between two knots v is at most twice their distance, hence d + v d' at most three times the largest.
+            // Between two knots v is at most twice their distance, hence d + v d' at most three
+            // times the largest.
             damping: 3.0 * largest,
         }
     }
 }
 
-/// The force of [`super::Kind::Learned`] without a plant; `p` in the order of its description, SI. Linear in every
-/// parameter after the third.
+/// The force of [`super::Kind::Learned`] without a plant; `p` in the order of its description, SI.
+/// Linear in every parameter after the third.
 pub fn learned_force(p: &[f64], position: f64, velocity: f64) -> f64 {
     let at = At {
         position,
@@ -170,7 +174,8 @@ impl<S: Scalar> Between<S> {
         })
     }
 
-    /// `knot` says before which a place lies, `cell` where that one is and how far the next; level beyond 0 and `end`.
+    /// `knot` says before which a place lies, `cell` where that one is and how far the next; level
+    /// beyond 0 and `end`.
     #[inline]
     fn knots(
         place: S,

@@ -110,7 +110,8 @@ impl Effect for PositionRipple {
         parameters: &[
             strength("amplitude", Quantity::Force, Sign::Any),
             ParameterSpec {
-                // The longest start is a wave over all of the motion; of a longer one nobody has seen that it is one.
+                // The longest start is a wave over all of the motion; of a longer one nobody has
+                // seen that it is one.
                 range: SearchRange::AtLeast(0.7),
                 ..parameter("wave_number", Quantity::WaveNumber, Sign::Any)
             },

@@ -19,7 +19,8 @@ const BASE: Description = Description {
     sentence: "",
 };
 
-/// A rate of a loop. Eight times as sharp as its start, a loop is dry friction by now and costs thousands of sub-steps a row.
+/// A rate of a loop. Eight times as sharp as its start, a loop is dry friction by now and costs
+/// thousands of sub-steps a row.
 const fn loop_rate(name: &'static str, sign: Sign) -> ParameterSpec {
     ParameterSpec {
         range: SearchRange::WithinLargest(8.0, &["beta", "gamma"]),

@@ -1,9 +1,9 @@
 //! Effects: physics that a textbook model leaves out, by the names of the vocabulary.
 //!
 //! One file a family, one type an effect, one trait over all of them. An effect sits at a port (a
-//! body or a spring), sees the port's position and velocity, and answers with a force there.
-//! Adding one is: write its type in its family's file and name it in the list below. What a search
-//! has to know of it stands with it: roles and ranges of its parameters, what is plausible, how it is
+//! body or a spring), sees the port's position and velocity, and answers with a force there. Adding
+//! one is: write its type in its family's file and name it in the list below. What a search has to
+//! know of it stands with it: roles and ranges of its parameters, what is plausible, how it is
 //! written where parameters trade against the rig's own. A program adds an effect of its own with
 //! [`Kind::register`].
 
@@ -72,14 +72,15 @@ trait Effect {
     /// The slope of its force jumps where the velocity of its body passes zero.
     const KINK_AT_REST: bool = false;
 
-    /// Whether fitted parameters describe what shows within a recording of `duration` seconds. Signs are
-    /// judged by the description.
+    /// Whether fitted parameters describe what shows within a recording of `duration` seconds.
+    /// Signs are judged by the description.
     fn plausible(_p: &[f64], _duration: f64) -> bool {
         true
     }
 
-    /// Of parameters that describe the same motion, those that a report names; `damper` is the coefficient
-    /// of the rig's own viscous damper between the same body and the ground, which may take over a part.
+    /// Of parameters that describe the same motion, those that a report names; `damper` is the
+    /// coefficient of the rig's own viscous damper between the same body and the ground, which may
+    /// take over a part.
     fn canonical(_p: &mut [f64], _damper: &mut f64) {}
 
     /// The force at the port: on the body, or on `to` of the spring.
@@ -119,7 +120,8 @@ macro_rules! effects {
         [$($known:ident),*] [$($other:ident),*]
         $($name:ident = $file:ident::$law:ident,)*
     ) => {
-        /// An effect: one of the vocabulary, [`Kind::Learned`], or one that a program has registered.
+        /// An effect: one of the vocabulary, [`Kind::Learned`], or one that a program has
+        /// registered.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub enum Kind { $(
             #[doc = concat!("See `", stringify!($file), ".rs`.")]
@@ -151,8 +153,8 @@ macro_rules! effects {
                 }
             }
 
-            /// Whether fitted parameters, in the order of the description, describe what shows within a recording of
-            /// `duration` seconds. Signs are judged by the description.
+            /// Whether fitted parameters, in the order of the description, describe what shows
+            /// within a recording of `duration` seconds. Signs are judged by the description.
             pub fn plausible(self, p: &[f64], duration: f64) -> bool {
                 match self {
                     $(Self::$name => $file::$law::plausible(p, duration),)*
@@ -160,8 +162,9 @@ macro_rules! effects {
                 }
             }
 
-            /// Replaces parameters by those of the same motion that a report names; `damper` is the coefficient of
-            /// the rig's own viscous damper between the same body and the ground, which may take over a part.
+            /// Replaces parameters by those of the same motion that a report names; `damper` is the
+            /// coefficient of the rig's own viscous damper between the same body and the ground,
+            /// which may take over a part.
             pub fn canonical(self, p: &mut [f64], damper: &mut f64) {
                 match self {
                     $(Self::$name => $file::$law::canonical(p, damper),)*
@@ -169,7 +172,8 @@ macro_rules! effects {
                 }
             }
 
-            /// Whether a device with it has several rests, so that a free run ends in one or in another.
+            /// Whether a device with it has several rests, so that a free run ends in one or in
+            /// another.
             pub fn has_many_rests(self) -> bool {
                 match self {
                     $(Self::$name => <$file::$law as Effect>::MANY_RESTS,)*
@@ -330,7 +334,8 @@ mod tests {
         }
     }
 
-    /// A strength that is not marked as one has no weak start, and a strong effect is then seldom found.
+    /// A strength that is not marked as one has no weak start, and a strong effect is then seldom
+    /// found.
     #[test]
     fn roles_ranges_and_what_is_absent_at_zero_are_as_the_blind_tables_were_made_with() {
         let of = |wanted: &dyn Fn(&ParameterSpec) -> bool| {
@@ -384,8 +389,8 @@ mod tests {
         );
     }
 
-    /// With all scales ten times as large, start values are what their units make of it: none holds a
-    /// number of its own.
+    /// With all scales ten times as large, start values are what their units make of it: none holds
+    /// a number of its own.
     #[test]
     fn starts_scale_with_the_rig() {
         let lengths = Scales {

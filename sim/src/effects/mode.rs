@@ -4,8 +4,8 @@ use super::{
     Description, Effect, Energy, Family, ParameterSpec, Port, Quantity, Scales, Sign, strength,
 };
 
-/// An unmodelled mass on a spring and a damper (eq. 16). The plant makes it a body of its own, which
-/// starts with its host.
+/// An unmodelled mass on a spring and a damper (eq. 16). The plant makes it a body of its own,
+/// which starts with its host.
 pub(super) struct HiddenMode;
 
 impl Effect for HiddenMode {

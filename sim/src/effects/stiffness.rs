@@ -1,4 +1,5 @@
-//! What a spring does beyond Hooke, and springs that the rig does not have (docs/explanation/plant.md, eq. 11).
+//! What a spring does beyond Hooke, and springs that the rig does not have
+//! (docs/explanation/plant.md, eq. 11).
 
 use super::{
     At, Description, Effect, Energy, Family, Port, Quantity, Scales, Sign, Slopes, strength,

@@ -1,31 +1,25 @@
 //! The baseline model: the rig without any added effect, which every candidate is compared with.
 
+use crate::diagnose::config::CONFIG;
 use std::ops::Range;
 
 use sinew_sim::{Rig, Settings};
 
 use crate::diagnose::acceptance::{share_left, stands_out};
 use crate::diagnose::candidate::{Candidate, Trial};
-use crate::diagnose::case::{Case, FINAL_STEPS};
+use crate::diagnose::case::Case;
 use crate::diagnose::data::Data;
 use crate::diagnose::model::Model;
 use crate::diagnose::pool::Pool;
 use crate::diagnose::residuals::Residuals;
 use crate::diagnose::split::Roles;
 use crate::error::Result;
-use crate::fit::levenberg::Unknowns;
+use crate::fit::levenberg::DecisionVariables;
 use crate::fit::pace::pace;
 use crate::fit::start;
 use crate::fit::{Fit, FitOptions, fit};
 
-/// Steps of a refit that begins where an explanation ended, and how many times as fast the rig may have become there.
-const AGAIN: usize = 15;
-const DEAREST: f64 = 4.0;
-
-/// The rig alone must leave less than this part of what it left before, for its first refit to have stopped short.
-const SHORT_OF: f64 = 0.5;
-
-/// Whether the rig as it came leaves nothing but noise.
+/// Tells whether the rig as it came leaves nothing but noise.
 ///
 /// # Errors
 /// A rig that cannot be compiled.
@@ -44,8 +38,8 @@ pub(crate) fn explains_as_written(case: &Case, rig: &Rig) -> Result<bool> {
     Ok(true)
 }
 
-/// The believed rig with the benefit of the doubt: fitted to the check recordings too, so that nothing is
-/// called missing because a parameter was not known well enough.
+/// The baseline rig with the benefit of the doubt: fitted to the check recordings too, so that
+/// nothing is called missing because a parameter was not known well enough.
 pub(crate) fn fit_baseline(case: &Case, start: &Trial) -> Result<Option<Candidate>> {
     fit_baseline_from(case, start, &start.point.values)
 }
@@ -67,11 +61,12 @@ pub(crate) fn fit_baseline_from(
         .starts(&model.rig, &model.plant, &segments, values)?;
     let problem = case.both.judging(&model.plant);
     let states = start::near(&problem, &segments, values, states);
-    let from = Unknowns {
+    let from = DecisionVariables {
         values: values.to_vec(),
         states,
     };
-    let Some(point) = model.improve(case.both, &mut segments, from, FINAL_STEPS, 1e-4) else {
+    let Some(point) = model.improve(case.both, &mut segments, from, CONFIG.refit.steps, 1e-4)
+    else {
         return Ok(None);
     };
     let left = |data: &Data, intervals: &[(usize, Range<usize>)]| {
@@ -91,7 +86,8 @@ pub(crate) fn fit_baseline_from(
     }))
 }
 
-/// The rig alone from the numbers of an explanation, where it leaves much less there than after its own refit.
+/// The rig alone from the numbers of an explanation, where it leaves much less there than after its
+/// own refit.
 pub(crate) fn restart_baseline(
     case: &Case,
     start: &Trial,
@@ -101,11 +97,11 @@ pub(crate) fn restart_baseline(
     (case.progress)("the rig alone from the best one's numbers", 0, 1);
     let values = best.values_for(&start.model.plant, &start.point.values);
     let again = fit_baseline_from(case, start, &values)?;
-    Ok(again.filter(|again| share_left(case, again, base) < SHORT_OF))
+    Ok(again.filter(|again| share_left(case, again, base) < CONFIG.baseline.stopped_short))
 }
 
-/// The rig refitted to whole recordings from where the search took it, where the first refit had stopped short and this one leaves
-/// less.
+/// The rig refitted to whole recordings from where the search took it, where the first refit had
+/// stopped short and this one leaves less.
 pub(crate) fn refit_again(
     pool: &Pool,
     refitted: &Fit,
@@ -119,13 +115,13 @@ pub(crate) fn refit_again(
     let base = &pool.baseline.trial;
     let pace_at = |values: &[f64]| pace(&base.model.plant, values, &case.fit.experiments);
     // Not where the rig got so stiff on the way that a fit to whole recordings takes minutes.
-    let affordable = pace_at(&base.point.values) < DEAREST * pace_at(values);
+    let affordable = pace_at(&base.point.values) < CONFIG.baseline.slowest * pace_at(values);
     if !affordable {
         return Ok(None);
     }
     let nearer = base.model.with(&base.point.values)?;
     let options = FitOptions {
-        iterations: AGAIN,
+        iterations: CONFIG.baseline.again_steps,
         near: true,
         ..FitOptions::default()
     };
@@ -133,7 +129,7 @@ pub(crate) fn refit_again(
     Ok(again.filter(|again| error(again) < error(refitted)))
 }
 
-/// What a fit leaves of the recordings that it saw, all sensors together.
+/// Error that a fit leaves of the recordings that it saw, all sensors together.
 fn error(fitted: &Fit) -> f64 {
     let signals = fitted.sensors.iter();
     signals.map(|s| s.rms.max(f64::MIN_POSITIVE).ln()).sum()

@@ -1,42 +1,26 @@
 //! The effects that are named, with how sure that is (docs/explanation/diagnosis.md, eq. 8 to 11).
 
+use crate::diagnose::config::CONFIG;
 use std::collections::BTreeMap;
 
 use crate::diagnose::acceptance::{exceeds_noise, leaves_something, share_left};
 use crate::diagnose::candidate::Candidate;
 use crate::diagnose::case::Case;
 use crate::diagnose::details::Finalist;
-use crate::diagnose::evidence::{ALIKE, SAME, apart};
+use crate::diagnose::evidence::apart;
 use crate::diagnose::finding::{Estimate, FoundEffect, Rival};
 use crate::diagnose::pool::Pool;
 use crate::diagnose::residuals::Residuals;
 use crate::diagnose::term::Term;
 use sinew_sim::effects::Kind;
 
-/// Doubt that remains however well everything fits: nobody has tried what is not in the vocabulary.
-const MOST: f64 = 0.99;
-
-/// The same where something is left: what is named is not all, and may be the nearest name of something else.
-const PART: f64 = 0.9;
-
-/// The same of what removes less than the noise: there every effect looks a little like every other. Of 24 such answers of
-/// seed 2030, 19 were right.
-const SMALL: f64 = 0.85;
-
-/// Where statements are as often right as they say. Below, of seeds 2029 to 2031, 15 of 25 around 0.75 were right, 5 of 25
-/// around 0.58, and 2 of 40 around 0.4 (docs/lab/0058): a line down to `LEAST` at half (eq. 11a).
-const CALIBRATED_ABOVE: f64 = 0.86;
-
-/// What a half is worth.
-const LEAST: f64 = 0.1;
-
 /// Why an explanation was taken out.
 const REFUTED: &str = "holds what has no size, or loses free runs over whole recordings";
 
-/// Values and intervals of the mended rig's parameters, by name.
+/// Values and intervals of the corrected model's parameters, by name.
 pub(crate) type Known = BTreeMap<String, Estimate>;
 
-/// What is named, most important first.
+/// Named effects, most important first.
 pub(crate) fn effects(found: &Pool, chosen: usize, case: &Case, known: &Known) -> Vec<FoundEffect> {
     let best = &found.candidates[chosen];
     let joint_confidence = joint_confidence(found, chosen, case);
@@ -65,21 +49,21 @@ pub(crate) fn least_sure(found: &Pool, chosen: usize, case: &Case) -> f64 {
         .fold(1.0, f64::min)
 }
 
-/// How sure the finalists are together (eq. 9).
+/// Confidence of the candidates together (eq. 9).
 fn joint_confidence(found: &Pool, chosen: usize, case: &Case) -> f64 {
     let best = &found.candidates[chosen];
     let left = share_left(case, best, &found.baseline);
     let whole = if leaves_something(case, best) {
-        PART
+        CONFIG.calibration.part
     } else {
         1.0
     };
     let small = if exceeds_noise(case, best, &found.baseline) {
         1.0
     } else {
-        SMALL
+        CONFIG.calibration.small
     };
-    case.trust * whole * small * MOST * (1.0 - left.sqrt().min(0.6))
+    case.trust * whole * small * CONFIG.calibration.most * (1.0 - left.sqrt().min(0.6))
 }
 
 fn one(kind: Kind, component: &str, about: Alternatives, known: &Known) -> FoundEffect {
@@ -111,7 +95,7 @@ fn one(kind: Kind, component: &str, about: Alternatives, known: &Known) -> Found
     }
 }
 
-/// How one named effect stands among the finalists.
+/// One named effect among the candidates.
 #[derive(Clone)]
 struct Alternatives {
     confidence: f64,
@@ -148,7 +132,7 @@ impl Alternatives {
                 component: other.component(),
                 confidence: share,
             };
-            if others.len() == 1 && apart < SAME {
+            if others.len() == 1 && apart < CONFIG.evidence.same {
                 // The same motion by another name: whoever names one has named the other.
                 about.confidence += share;
                 about.indistinguishable.push(Rival {
@@ -159,7 +143,9 @@ impl Alternatives {
                 // A law that holds the named one as a special case always comes as close; it is an
                 // alternative only where it is as simple or about as probable.
                 let simple = finalist.parameters() <= best.parameters();
-                if others.len() == 1 && apart < ALIKE && (simple || share > 0.1 * joint_confidence)
+                if others.len() == 1
+                    && apart < CONFIG.evidence.alike
+                    && (simple || share > 0.1 * joint_confidence)
                 {
                     about.indistinguishable.push(rival.clone());
                 }
@@ -171,7 +157,8 @@ impl Alternatives {
         about
     }
 
-    /// As sure as such statements have turned out to be; rivals in proportion. `trust` is what recordings leave of any statement.
+    /// As sure as such statements have turned out to be; rivals in proportion. `trust` is what
+    /// recordings leave of any statement.
     fn calibrated(mut self, trust: f64) -> Self {
         let factor =
             calibrated(self.confidence / trust) * trust / self.confidence.max(f64::MIN_POSITIVE);
@@ -183,13 +170,15 @@ impl Alternatives {
     }
 }
 
-/// What a statement of this confidence is worth (eq. 11a).
+/// Calibrated confidence of a statement (eq. 11a).
 fn calibrated(stated: f64) -> f64 {
-    if stated >= CALIBRATED_ABOVE {
+    if stated >= CONFIG.calibration.calibrated_above {
         return stated;
     }
-    let line = LEAST + (CALIBRATED_ABOVE - LEAST) * (stated - 0.5) / (CALIBRATED_ABOVE - 0.5);
-    line.max(2.0 * LEAST * stated)
+    let line = CONFIG.calibration.half
+        + (CONFIG.calibration.calibrated_above - CONFIG.calibration.half) * (stated - 0.5)
+            / (CONFIG.calibration.calibrated_above - 0.5);
+    line.max(2.0 * CONFIG.calibration.half * stated)
 }
 
 /// One entry a rival, the most probable first.
@@ -261,8 +250,11 @@ mod tests {
     #[test]
     fn doubtful_statements_are_worth_less_than_they_say_and_sure_ones_what_they_say() {
         assert_eq!(calibrated(0.99), 0.99);
-        assert_eq!(calibrated(CALIBRATED_ABOVE), CALIBRATED_ABOVE);
-        assert!((calibrated(0.5) - LEAST).abs() < 1e-12);
+        assert_eq!(
+            calibrated(CONFIG.calibration.calibrated_above),
+            CONFIG.calibration.calibrated_above
+        );
+        assert!((calibrated(0.5) - CONFIG.calibration.half).abs() < 1e-12);
         let mut before = 0.0;
         for percent in 1..=99 {
             let stated = f64::from(percent) / 100.0;

@@ -1,5 +1,7 @@
-//! Candidates: the rig with some terms added, as far as it was fitted, and what it leaves of the recordings.
+//! Candidates: the rig with some terms added, as far as it was fitted, and what it leaves of the
+//! recordings.
 
+use crate::diagnose::config::CONFIG;
 use sinew_sim::effects::Family;
 use sinew_sim::{Parameter, Plant};
 
@@ -7,21 +9,20 @@ use crate::diagnose::model::{Model, Point};
 use crate::diagnose::residuals::Residuals;
 use crate::diagnose::term::Term;
 
-/// A rig with some suspects in it, as far as it was fitted.
+/// A rig with some terms in it, as far as it was fitted.
 #[derive(Clone)]
 pub(crate) struct Trial {
-    /// What was added to the believed rig; empty for that rig itself.
+    /// Terms that were added to the baseline rig; empty for that rig itself.
     pub terms: Vec<Term>,
     pub model: Model,
     pub point: Point,
 }
 
-/// A parameter of the rig this many times as large or as small as its owner wrote has changed its meaning.
-const BENT: f64 = 5.0;
-
-/// Whether a parameter is that far from what its owner wrote.
+/// Tells whether a parameter is that far from what its owner wrote.
 pub(crate) fn implausible(value: f64, written: f64) -> bool {
-    written != 0.0 && !(1.0 / BENT..=BENT).contains(&(value / written))
+    written != 0.0
+        && !(1.0 / CONFIG.model.implausible_change..=CONFIG.model.implausible_change)
+            .contains(&(value / written))
 }
 
 impl Trial {
@@ -31,7 +32,8 @@ impl Trial {
         own.any(|(slot, written)| implausible(self.point.values[slot], written))
     }
 
-    /// Values of a plant's parameters, with those of this trial wherever it has a parameter of that name.
+    /// Values of a plant's parameters, with those of this trial wherever it has a parameter of that
+    /// name.
     pub fn values_for(&self, plant: &Plant, values: &[f64]) -> Vec<f64> {
         let value_of = |(parameter, value): (&Parameter, &f64)| {
             let slot = self.model.plant.slot(&parameter.name);
@@ -46,12 +48,9 @@ impl Trial {
     }
 }
 
-/// What a parameter has to gain, in units of the noise squared: half the logarithm of some thousand samples.
-const FINE: f64 = 3.5;
-
-/// Cost with a fine for every parameter: what the race is decided by.
+/// Cost with a fine for every parameter: what the screening is decided by.
 pub(crate) fn merit(trial: &Trial) -> f64 {
-    trial.point.cost + FINE * trial.model.slots.len() as f64
+    trial.point.cost + CONFIG.screening.parameter_cost * trial.model.slots.len() as f64
 }
 
 /// An explanation fitted to all of the fit recordings, and what it leaves.
@@ -60,7 +59,8 @@ pub(crate) struct Candidate {
     pub trial: Trial,
     pub fit: Residuals,
     pub check: Residuals,
-    /// Its numbers are what the whole of the fit recordings says, where finals are fitted to stretches of them.
+    /// Its numbers are what the whole of the fit recordings says, where full refits are fitted to
+    /// intervals of them.
     pub all_rows: bool,
 }
 
@@ -70,7 +70,7 @@ impl Candidate {
         self.trial.model.slots.len()
     }
 
-    /// Whether it has a coordinate that nobody sees.
+    /// Tells whether it has a coordinate that nobody sees.
     pub fn has_mode(&self) -> bool {
         let mut families = self.trial.terms.iter().map(Term::family);
         families.any(|family| family == Some(Family::Mode))
@@ -81,7 +81,7 @@ impl Candidate {
         &self.trial.terms
     }
 
-    /// Whether it adds the same terms as another, in any order.
+    /// Tells whether it adds the same terms as another, in any order.
     pub fn has_terms_of(&self, other: &Self) -> bool {
         let (ours, theirs) = (self.terms(), other.terms());
         ours.len() == theirs.len() && ours.iter().all(|term| theirs.contains(term))

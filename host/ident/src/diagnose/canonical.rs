@@ -4,8 +4,8 @@ use crate::diagnose::model::{Model, Point};
 use crate::diagnose::term::Term;
 use sinew_sim::rig::{End, Site};
 
-/// Brings every effect at a body beside a free damper of the rig to its canonical form (contract of the vocabulary): what the
-/// rig's own damper can take over stands there.
+/// Brings every effect at a body beside a free damper of the rig to its canonical form (contract of
+/// the vocabulary): what the rig's own damper can take over stands there.
 pub(crate) fn settle(model: &Model, terms: &[Term], point: &mut Point) {
     for term in terms {
         let Some((kind, place)) = term.single() else {

@@ -1,5 +1,7 @@
-//! The recordings of one diagnosis: their roles, how they are cut and how candidates are integrated over them.
+//! The recordings of one diagnosis: their roles, how they are cut and how candidates are integrated
+//! over them.
 
+use crate::diagnose::config::CONFIG;
 use std::ops::Range;
 
 use sinew_sim::effects::Kind;
@@ -9,17 +11,6 @@ use crate::diagnose::data::Data;
 use crate::diagnose::progress::Progress;
 use crate::fit::pace::{dearness, pace, settings, substeps};
 
-const FINAL_WORK: usize = 8000;
-
-/// The same of a final, and of everything that is judged.
-const FINAL_STEP: f64 = 0.2;
-
-/// The fewest rows of a final.
-const FINAL_ROWS: usize = 2000;
-
-/// Steps of a final fit.
-pub(crate) const FINAL_STEPS: usize = 12;
-
 /// Recordings and how they are cut for judging.
 pub(crate) struct Case<'a> {
     pub written: &'a Rig,
@@ -27,9 +18,9 @@ pub(crate) struct Case<'a> {
     pub check: &'a Data,
     /// The recordings of both.
     pub both: &'a Data,
-    /// Recordings are judged in stretches with start states of their own: something integrates.
+    /// Recordings are judged in intervals with start states of their own: something integrates.
     pub in_parts: bool,
-    /// How finals are integrated.
+    /// Integration of full refits.
     pub settings: Settings,
     pub fit_intervals: Vec<(usize, Range<usize>)>,
     pub check_intervals: Vec<(usize, Range<usize>)>,
@@ -44,10 +35,10 @@ pub(crate) struct Case<'a> {
 }
 
 impl Case<'_> {
-    /// Whether there are enough rows to tell two effects apart: a second effect in a few dozen rows is whatever the first one got
-    /// wrong.
+    /// Tells whether there are enough rows to tell two effects apart: a second effect in a few
+    /// dozen rows is whatever the first one got wrong.
     pub fn has_rows_for_two(&self) -> bool {
-        self.fit.rows().min(self.check.rows()) >= crate::diagnose::split::SHORTEST
+        self.fit.rows().min(self.check.rows()) >= CONFIG.split.shortest
     }
 
     /// Progress of a part of the search.
@@ -59,7 +50,8 @@ impl Case<'_> {
     }
 }
 
-/// How finals are integrated, and how many rows one may take: what a whole simulation may cost.
+/// Integration of full refits, and the rows that one may take: what a whole simulation may
+/// cost.
 pub(crate) fn refit_settings(
     plant: &Plant,
     values: &[f64],
@@ -68,19 +60,19 @@ pub(crate) fn refit_settings(
 ) -> (Settings, usize) {
     let pace = pace(plant, values, &fit.experiments);
     let dear = dearness(plant);
-    let step = FINAL_STEP * dear;
-    let rows = FINAL_WORK / substeps(pace, step);
+    let step = CONFIG.refit.step * dear;
+    let rows = CONFIG.refit.work / substeps(pace, step);
     let mut settings = settings(plant, values, &both.experiments, step);
-    // What ran along the bound of a race is judged too.
+    // What ran along the bound of a screening is judged too.
     settings.max_substeps *= 2;
-    (settings, rows.max((FINAL_ROWS as f64 / dear) as usize))
+    (
+        settings,
+        rows.max((CONFIG.refit.rows as f64 / dear) as usize),
+    )
 }
 
-/// Stretches that a recording is judged in at first where something integrates; fewer where nothing is left in any of them.
-pub(crate) const PARTS: usize = 8;
-
-/// Some body is held in place by nothing: it integrates what pushes it, and a whole recording's error is
-/// mostly drift.
+/// Some body is held in place by nothing: it integrates what pushes it, and a whole recording's
+/// error is mostly drift.
 pub(crate) fn integrates(rig: &Rig) -> bool {
     use sinew_sim::effects::Motion;
     use sinew_sim::rig::End;

@@ -1,5 +1,6 @@
 //! The rig with what was found, fitted to whole recordings.
 
+use crate::diagnose::config::CONFIG;
 use sinew_sim::{Plant, Rig, Settings};
 
 use crate::diagnose::calibration::Known;
@@ -11,20 +12,17 @@ use crate::diagnose::model::Point;
 use crate::diagnose::pool::Pool;
 use crate::diagnose::split::Roles;
 use crate::error::Result;
-use crate::fit::levenberg::Unknowns;
+use crate::fit::levenberg::DecisionVariables;
 use crate::fit::segment::Segment;
 use crate::fit::{FitOptions, fit, score};
 
-/// Steps a stage of the last fit, which begins where the search ended.
-const LAST_STEPS: usize = 15;
-
-/// The rig with what was found; its parameters with intervals. Where the search saw the recordings in pieces,
-/// the rig is refitted once more to the whole of them if that helps there.
+/// The rig with what was found; its parameters with intervals. Where the search saw the recordings
+/// in pieces, the rig is refitted once more to the whole of them if that helps there.
 pub(crate) fn mend(found: &Pool, index: usize, case: &Case, roles: &Roles) -> Result<(Rig, Known)> {
     let best = &found.candidates[index].trial;
     let rig = best.model.with(&best.point.values)?;
     if !case.in_parts {
-        let (point, segments) = whole(best, case, LAST_STEPS)?;
+        let (point, segments) = whole(best, case, CONFIG.refit.corrected_steps)?;
         let model = best.model.integrated(Settings::default());
         let widths = model.half_widths(case.fit, &segments, &point);
         let rig = best.model.with(&point.values)?;
@@ -32,7 +30,7 @@ pub(crate) fn mend(found: &Pool, index: usize, case: &Case, roles: &Roles) -> Re
         return Ok((rig, known));
     }
     let options = FitOptions {
-        iterations: LAST_STEPS,
+        iterations: CONFIG.refit.corrected_steps,
         ..FitOptions::default()
     };
     let Ok(last) = fit(&rig, &roles.fit, &options, &mut |_| {}) else {
@@ -52,8 +50,8 @@ pub(crate) fn mend(found: &Pool, index: usize, case: &Case, roles: &Roles) -> Re
     Ok((rig, known))
 }
 
-/// What was found fitted to the whole of the recordings, integrated as a simulation is, from where the search ended; and the
-/// recordings as that fit saw them.
+/// The best candidate fitted to the whole of the recordings, integrated as a simulation is, from
+/// where the search ended; and the recordings as that fit saw them.
 pub(crate) fn whole(best: &Trial, case: &Case, steps: usize) -> Result<(Point, Vec<Segment>)> {
     let model = &best.model.integrated(Settings::default());
     let data = case.fit;
@@ -65,7 +63,7 @@ pub(crate) fn whole(best: &Trial, case: &Case, steps: usize) -> Result<(Point, V
         states: &best.point.states,
     };
     let states = data.carried((&model.rig, &model.plant), &values, &segments, found)?;
-    let from = Unknowns { values, states };
+    let from = DecisionVariables { values, states };
     let mut point = model
         .improve(data, &mut segments, from, steps, 1e-5)
         .unwrap_or_else(|| best.point.clone());
@@ -88,8 +86,8 @@ fn estimates(rig: &Rig, width: impl Fn(&str) -> Option<f64>) -> Result<Known> {
     Ok(known.collect())
 }
 
-/// Whether the free-run error on the check recordings falls to this part, all sensors together; it does not where
-/// the mended rig cannot be simulated.
+/// Tells whether the free-run error on the check recordings falls to this part, all sensors
+/// together; it does not where the corrected model cannot be simulated.
 pub(crate) fn falls(before: &Rig, after: &Rig, roles: &Roles, part: f64) -> bool {
     let of = |rig: &Rig| -> Option<f64> {
         let all = score(rig, &roles.check).ok()?;

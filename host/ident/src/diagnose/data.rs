@@ -1,5 +1,6 @@
 //! Recordings of one role, laid against the rig: SI, with what is known of their noise.
 
+use crate::diagnose::config::CONFIG;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -13,12 +14,6 @@ use crate::fit::segment::{Problem, Segment};
 use crate::fit::start;
 use crate::recording::Recording;
 
-/// Weights are never finer than this part of a signal's spread: below it lies arithmetic.
-const FINEST: f64 = 1e-6;
-
-/// How far an added state may start from where it is thought to, as a multiple of the noise.
-const HELD: f64 = 3.0;
-
 /// Recordings as every candidate is held against them.
 pub(crate) struct Data {
     /// One entry a recording.
@@ -31,11 +26,11 @@ pub(crate) struct Data {
     pub spread: Vec<f64>,
     /// One unit of residual, SI: the noise.
     pub sigma: Vec<f64>,
-    /// Natural sizes of the believed rig's states, by name.
+    /// Natural sizes of the baseline rig's states, by name.
     state_scale: BTreeMap<String, f64>,
 }
 
-/// Start states that were found for stretches.
+/// Start states that were found for intervals.
 #[derive(Clone, Copy)]
 pub(crate) struct Starts<'a> {
     pub data: &'a Data,
@@ -82,7 +77,7 @@ impl Data {
             sigma: noise
                 .iter()
                 .zip(&spread)
-                .map(|(noise, spread)| noise.max(FINEST * spread))
+                .map(|(noise, spread)| noise.max(CONFIG.model.finest_weight * spread))
                 .collect(),
             state_scale: plant
                 .state_names()
@@ -113,7 +108,7 @@ impl Data {
         self.experiments.iter().map(Experiment::rows).sum()
     }
 
-    /// Valid samples of all sensors in some stretches.
+    /// Valid samples of all sensors in some intervals.
     pub fn samples(&self, intervals: &[(usize, Range<usize>)]) -> f64 {
         let counts = intervals.iter().map(|(index, rows)| {
             let signals = self.experiments[*index].signals.iter();
@@ -126,7 +121,7 @@ impl Data {
         counts.sum::<usize>() as f64
     }
 
-    /// Each recording cut into at most `parts` equal stretches of at least 100 rows.
+    /// Each recording cut into at most `parts` equal intervals of at least 100 rows.
     pub fn cut(&self, parts: usize) -> Vec<(usize, Range<usize>)> {
         let mut intervals = Vec::new();
         for (index, experiment) in self.experiments.iter().enumerate() {
@@ -139,8 +134,8 @@ impl Data {
         intervals
     }
 
-    /// As [`Data::cut`], but of no more than about `budget` rows in all: stretches evenly spread over the
-    /// recordings, as long as they may be.
+    /// As [`Data::cut`], but of no more than about `budget` rows in all: intervals evenly spread
+    /// over the recordings, as long as they may be.
     pub fn select(&self, parts: usize, budget: usize) -> Vec<(usize, Range<usize>)> {
         let rows = self.rows();
         if rows <= budget {
@@ -162,7 +157,7 @@ impl Data {
         intervals
     }
 
-    /// Stretches as a plant is driven over them.
+    /// Intervals as a plant is driven over them.
     ///
     /// # Errors
     /// None that reading the recordings has not excluded.
@@ -177,7 +172,8 @@ impl Data {
             .collect()
     }
 
-    /// States that a plant has beyond those of the believed rig: memories, lags and masses that effects bring.
+    /// States that a plant has beyond those of the baseline rig: memories, lags and masses that
+    /// effects bring.
     pub fn added(&self, plant: &Plant) -> Vec<usize> {
         let names = plant.state_names();
         let added = names.iter().enumerate();
@@ -187,9 +183,9 @@ impl Data {
             .collect()
     }
 
-    /// Holds what effects have added to a start state where it is, to within the noise. A recording begins
-    /// relaxed, as far as anybody knows; a state that no sensor shows and that is free at every start
-    /// follows whatever the rig misses.
+    /// Holds what effects have added to a start state where it is, to within the noise. A recording
+    /// begins relaxed, as far as anybody knows; a state that no sensor shows and that is free at
+    /// every start follows whatever the rig misses.
     pub fn hold(&self, plant: &Plant, segment: &mut Segment, state: &[f64]) {
         let scale = self.state_scale(plant);
         let shares = self.noise.iter().zip(&self.spread);
@@ -197,14 +193,15 @@ impl Data {
             .map(|(noise, spread)| noise / spread)
             .filter(|share| share.is_finite())
             .fold(f64::INFINITY, f64::min)
-            .clamp(FINEST, 1.0);
+            .clamp(CONFIG.model.finest_weight, 1.0);
         for index in self.added(plant) {
             segment.anchor.mean[index] = state[index] / scale[index];
-            segment.anchor.weight[(index, index)] = (HELD * share).powi(-2);
+            segment.anchor.weight[(index, index)] =
+                (CONFIG.model.added_state_width * share).powi(-2);
         }
     }
 
-    /// Start states for stretches as the recordings show them.
+    /// Start states for intervals as the recordings show them.
     ///
     /// # Errors
     /// None that reading the recordings has not excluded.
@@ -219,8 +216,8 @@ impl Data {
         start::states(&problem, &Views::new(rig, plant), segments, values)
     }
 
-    /// [`Data::starts`], less the guess: what was `found` for stretches of other data of the same recordings, where one of
-    /// them begins at the same time; else what explains the first rows.
+    /// [`Data::starts`], less the guess: what was `found` for intervals of other data of the same
+    /// recordings, where one of them begins at the same time; else what explains the first rows.
     ///
     /// # Errors
     /// None that reading the recordings has not excluded.
@@ -245,8 +242,9 @@ impl Data {
         Ok(start::near(&problem, segments, values, states))
     }
 
-    /// [`Data::starts`], less the guess: where a stretch begins within one whose start state was `found`, what the plant
-    /// is in by then explains it better if anything of that was right; sliding or at rest, no measurement shows alone.
+    /// [`Data::starts`], less the guess: where a interval begins within one whose start state was
+    /// `found`, what the plant is in by then explains it better if anything of that was right;
+    /// sliding or at rest, no measurement shows alone.
     ///
     /// # Errors
     /// None that reading the recordings has not excluded.
@@ -323,8 +321,8 @@ impl Data {
             .collect()
     }
 
-    /// The same recordings with every `k`-th row: inputs averaged over what is left out, so that the plant
-    /// gets the same impulse.
+    /// The same recordings with every `k`-th row: inputs averaged over what is left out, so that
+    /// the plant gets the same impulse.
     pub fn thinned(&self, rig: &Rig, plant: &Plant, k: usize) -> Self {
         let experiments = self.experiments.iter().map(|full| {
             let rows: Vec<usize> = (0..full.rows()).step_by(k).collect();

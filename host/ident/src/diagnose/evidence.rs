@@ -1,16 +1,12 @@
-//! What speaks for one explanation against another, and how surely (docs/explanation/diagnosis.md, eq. 6 to 8).
+//! Evidence for one candidate against another, and its certainty (docs/explanation/diagnosis.md,
+//! eq. 6 to 8).
 
 use crate::diagnose::candidate::Candidate;
 use crate::diagnose::case::Case;
+use crate::diagnose::config::CONFIG;
 use crate::diagnose::residuals::Residuals;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-
-/// Resamplings of the blocks of time.
-const RESAMPLINGS: usize = 200;
-
-/// Residuals this much below a signal's spread are arithmetic: they speak for nobody.
-const ARITHMETIC: f64 = 1e-5;
 
 /// Sums of squares of one explanation, block by block, for both roles.
 struct Book {
@@ -32,7 +28,10 @@ pub(crate) struct Comparison {
 impl Comparison {
     /// `spread` has one entry a sensor; memory is taken from the best explanation.
     pub fn new(candidates: &[Candidate], spread: &[f64], seed: u64) -> Self {
-        let floor: Vec<f64> = spread.iter().map(|s| (ARITHMETIC * s).powi(2)).collect();
+        let floor: Vec<f64> = spread
+            .iter()
+            .map(|s| (CONFIG.evidence.round_off * s).powi(2))
+            .collect();
         let least = candidates.iter().min_by(|a, b| {
             let of = |c: &Candidate| -> f64 {
                 (0..floor.len())
@@ -72,16 +71,17 @@ impl Comparison {
         }
     }
 
-    /// Log evidence of each explanation (eq. 6): likelihood on both roles with one noise, a fine for parameters.
-    /// A noise of its own for each role would reward whoever follows what it was fitted to.
+    /// Log evidence of each explanation (eq. 6): likelihood on both roles with one noise, a fine
+    /// for parameters. A noise of its own for each role would reward whoever follows what it was
+    /// fitted to.
     pub fn evidence(&self) -> Vec<f64> {
         (0..self.books.len())
             .map(|index| self.evidence_of(index, None))
             .collect()
     }
 
-    /// Gain of each explanation over `reference` on the check recordings: log ratio of root mean squares
-    /// summed over sensors, its mean and its first percentile under resampling (eq. 7).
+    /// Gain of each explanation over `reference` on the check recordings: log ratio of root mean
+    /// squares summed over sensors, its mean and its first percentile under resampling (eq. 7).
     pub fn gain(&self, index: usize, reference: usize) -> Gain {
         let mut gains: Vec<f64> = self
             .resamplings()
@@ -96,7 +96,8 @@ impl Comparison {
         }
     }
 
-    /// How probable each explanation is: mean over resamplings of their shares of the evidence (eq. 8).
+    /// Probability of each candidate: mean over resamplings of their shares of the evidence (eq.
+    /// 8).
     pub fn probabilities(&self) -> Vec<f64> {
         let mut sums = vec![0.0; self.books.len()];
         let mut count = 0.0;
@@ -154,7 +155,7 @@ impl Comparison {
             .books
             .first()
             .map_or((0, 0), |book| (blocks(&book.fit), blocks(&book.check)));
-        (0..RESAMPLINGS).map(move |_| Weights {
+        (0..CONFIG.evidence.resamplings).map(move |_| Weights {
             fit: draw(&mut random, counts.0),
             check: draw(&mut random, counts.1),
         })
@@ -180,13 +181,13 @@ fn log_mean(squares: f64, count: f64, floor: f64) -> f64 {
     (squares / count + floor).max(f64::MIN_POSITIVE).ln()
 }
 
-/// How often each block was drawn.
+/// Number of times that each block was drawn.
 struct Weights {
     fit: Vec<f64>,
     check: Vec<f64>,
 }
 
-/// What an explanation gains on the check recordings.
+/// Gain of a candidate on the check recordings.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Gain {
     /// First percentile, under resampling, of the log ratio of root mean squares.
@@ -201,19 +202,14 @@ fn draw(random: &mut ChaCha8Rng, count: usize) -> Vec<f64> {
     weights
 }
 
-/// Rows a block: five times the residuals' memory, but no fewer than 12 blocks and no more than 100.
+/// Rows a block: five times the residuals' memory, but no fewer than 12 blocks and no more than
+/// 100.
 fn block_length(samples: usize, memory: f64) -> usize {
     ((5.0 * memory) as usize).clamp((samples / 100).max(1), (samples / 12).max(1))
 }
 
-/// Predictions that differ by less than this part of the noise are the same.
-pub(crate) const SAME: f64 = 0.02;
-
-/// Predictions that differ by less than this part of the noise cannot be told apart by these recordings.
-pub(crate) const ALIKE: f64 = 0.25;
-
-/// How far two explanations' predictions of the check recordings lie apart, in units of the noise: the
-/// largest of the sensors (eq. 10).
+/// Distance of two candidates' predictions of the check recordings, in units of the noise:
+/// the largest of the sensors (eq. 10).
 pub(crate) fn apart(a: &Candidate, b: &Candidate, case: &Case) -> f64 {
     let of_sensor = |sensor: usize| {
         let (mut squares, mut count) = (0.0, 0.0);

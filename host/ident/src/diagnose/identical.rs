@@ -1,11 +1,11 @@
-//! Which components of a rig are alike: what one of them does, all of them do
+//! Groups of identical components of a rig: what one of them does, all of them do
 //! (docs/lab/0060-friction-of-every-tendon.md, 0062-what-is-made-alike.md).
 
 use sinew_sim::Rig;
 use sinew_sim::effects::{Family, Kind};
 use sinew_sim::rig::{Chain, Drives, End, Plate, Reads, Shape, Site};
 
-/// What makes components alike.
+/// Reason for which components are identical.
 #[derive(Clone, Copy, PartialEq)]
 enum Make {
     /// Tendons of one rig run through guides that were made alike.
@@ -14,18 +14,21 @@ enum Make {
     Piece(usize),
     /// Coordinates of one chain or plate are joints of one make; which one.
     Joints(usize),
-    /// What winds tendons is one drive for each of them.
+    /// Actuators that wind tendons: one drive for each of them.
     Winch,
-    /// What feeds HASEL actuators is one amplifier of several channels.
+    /// Actuators that feed HASEL actuators: one amplifier of several channels.
     Supply,
-    /// Sensors of one point are one camera, those of one field one magnetometer; one of its sensors.
+    /// Sensors of one point are one camera, those of one field one magnetometer; one of its
+    /// sensors.
     Vector(Shape),
 }
 
-/// What a joint does because of how it was made; a load comes from outside, and a mass that nobody sees hangs at one place.
+/// Families that a joint has because of how it was made; a load comes from outside, and a mass that
+/// nobody sees hangs at one place.
 const JOINTS: [Family; 3] = [Family::Friction, Family::Damping, Family::Gap];
 
-/// The components that an effect can sit at, by what makes them alike: groups of two and more, in file order.
+/// The components that an effect can sit at, by what makes them alike: groups of two and more, in
+/// file order.
 pub(crate) fn groups(rig: &Rig, kind: Kind) -> Vec<Vec<Site>> {
     let mut groups: Vec<(Make, Vec<Site>)> = Vec::new();
     let of_joints = JOINTS.contains(&kind.description().family);
@@ -63,7 +66,7 @@ fn make(rig: &Rig, site: Site) -> Option<Make> {
     }
 }
 
-/// Which of the rig's chains and plates a spring holds to the ground, chains first.
+/// Index of the rig's chain or plate that a spring holds to the ground, chains first.
 fn piece(rig: &Rig, spring: usize) -> Option<usize> {
     let spring = &rig.springs[spring];
     let body = match (spring.from, spring.to) {
@@ -73,7 +76,7 @@ fn piece(rig: &Rig, spring: usize) -> Option<usize> {
     piece_of(rig, body)
 }
 
-/// Which of the rig's chains and plates a body is a coordinate of, chains first.
+/// Index of the rig's chain or plate that a body is a coordinate of, chains first.
 fn piece_of(rig: &Rig, body: usize) -> Option<usize> {
     let chains = rig.geometry.chains.iter().map(Chain::bodies);
     let plates = rig.geometry.plates.iter().map(Plate::bodies);

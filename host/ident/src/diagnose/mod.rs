@@ -1,4 +1,5 @@
-//! Diagnosis: where a simulation and a recording differ, and which physics was left out (docs/explanation/diagnosis.md).
+//! Diagnosis: where a simulation and a recording differ, and which physics was left out
+//! (docs/explanation/diagnosis.md).
 
 mod acceptance;
 mod baseline;
@@ -6,6 +7,7 @@ mod calibration;
 mod candidate;
 mod canonical;
 mod case;
+pub mod config;
 mod corrected;
 mod data;
 mod details;
@@ -30,6 +32,7 @@ mod term;
 mod tests;
 mod verify;
 
+use crate::diagnose::config::CONFIG;
 use sinew_sim::effects::Kind;
 use sinew_sim::{Plant, Rig};
 
@@ -56,7 +59,7 @@ pub struct Recordings {
     pub test: Vec<Recording>,
 }
 
-/// How to diagnose.
+/// Options of a diagnosis.
 #[derive(Clone, Debug)]
 pub struct Options {
     /// Seed of the resampling.
@@ -114,7 +117,7 @@ pub fn diagnose(
     let values = believed.values();
     let (settings, budget) = refit_settings(&believed, &values, &fit_data, &both_data);
     let in_parts = case::integrates(rig);
-    let parts = if in_parts { case::PARTS } else { 1 };
+    let parts = if in_parts { CONFIG.split.parts } else { 1 };
     let mut case = Case {
         written: rig,
         in_parts,

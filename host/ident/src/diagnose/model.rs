@@ -1,5 +1,6 @@
 //! A rig that is being tried: its plant, which of its numbers may move, and how far.
 
+use crate::diagnose::config::CONFIG;
 use std::collections::BTreeMap;
 
 use sinew_sim::{Plant, Rig, Settings};
@@ -7,13 +8,10 @@ use sinew_sim::{Plant, Rig, Settings};
 use crate::diagnose::data::Data;
 use crate::diagnose::term::{Term, Tried};
 use crate::error::Result;
-use crate::fit::levenberg::{Belief, Effort, Stop, Unknowns, minimise};
+use crate::fit::levenberg::{DecisionVariables, Prior, Stop, StoppingCriteria, minimise};
 use crate::fit::segment::{Problem, Segment};
 use crate::fit::stages::{bounds, fitted_slots};
 use crate::fit::uncertainty;
-
-/// Standard deviation of the prior around what the rig says, as a multiple of each value (as in a fit).
-const PRIOR_WIDTH: f64 = 3.0;
 
 /// A rig under trial.
 #[derive(Clone)]
@@ -24,9 +22,9 @@ pub(crate) struct Model {
     pub plant: Plant,
     /// Slots of the parameters that are fitted: those of the rig, then those of the effects.
     pub slots: Vec<usize>,
-    /// How many of `slots` belong to the rig itself; the others are under trial.
+    /// Number of `slots` that belong to the rig itself; the others are under trial.
     pub own: usize,
-    /// What the rig says, for the prior, one entry a slot of `slots`.
+    /// Nominal values of the rig, for the prior, one entry a slot of `slots`.
     written: Vec<f64>,
     bounds: Vec<[f64; 2]>,
     /// Standard deviation of the prior of what is under trial, in units of its scale.
@@ -35,12 +33,12 @@ pub(crate) struct Model {
     tied: Vec<Vec<usize>>,
 }
 
-/// Where a search ended.
+/// End of a search.
 #[derive(Clone)]
 pub(crate) struct Point {
     /// Every parameter of the plant, SI.
     pub values: Vec<f64>,
-    /// One start state a stretch, SI.
+    /// One start state a interval, SI.
     pub states: Vec<Vec<f64>>,
     /// Half the squared residuals in units of the weights, prior included.
     pub cost: f64,
@@ -48,12 +46,9 @@ pub(crate) struct Point {
     pub stop: Stop,
 }
 
-/// Steps of a fit of start states alone.
-const STATE_STEPS: usize = 6;
-
 impl Model {
-    /// A model in which the parameters of these terms are under trial: free, without prior or bounds but those of
-    /// their law.
+    /// A model in which the parameters of these terms are under trial: free, without prior or
+    /// bounds but those of their law.
     ///
     /// # Errors
     /// A rig that cannot be compiled.
@@ -103,7 +98,8 @@ impl Model {
         })
     }
 
-    /// The same with a prior of that width, in units of their scale, about what the rig says of what is under trial.
+    /// The same with a prior of that width, in units of their scale, about what the rig says of
+    /// what is under trial.
     pub fn doubting(self, width: f64) -> Self {
         Self {
             trial_width: width,
@@ -111,7 +107,8 @@ impl Model {
         }
     }
 
-    /// The same, with the parameters of each of these lists changing by the same part of their scales.
+    /// The same, with the parameters of each of these lists changing by the same part of their
+    /// scales.
     pub fn tied(self, lists: &[Vec<String>]) -> Self {
         let known = self.plant.parameters();
         let index = |name: &String| {
@@ -169,7 +166,7 @@ impl Model {
         &'a self,
         data: &'a Data,
         segments: &[Segment],
-        point: &Unknowns,
+        point: &DecisionVariables,
     ) -> Problem<'a> {
         let mut problem = Problem {
             scale: self
@@ -187,14 +184,14 @@ impl Model {
         problem
     }
 
-    fn prior(&self, problem: &Problem) -> Belief {
-        Belief {
+    fn prior(&self, problem: &Problem) -> Prior {
+        Prior {
             bounds: self.bounds.clone(),
             written: self.written.clone(),
             widths: (0..problem.parameters())
                 .map(|index| {
                     if index < self.own {
-                        PRIOR_WIDTH
+                        CONFIG.model.prior_width
                     } else {
                         self.trial_width
                     }
@@ -224,16 +221,22 @@ impl Model {
         }
     }
 
-    /// The start states fitted alone, where tendons may pull against each other. States that are far off are otherwise made up
-    /// for by letting tendons hang, and those stay slack: one tendon of twice the stiffness moves a rig as two taut ones do.
-    pub fn begun(&self, data: &Data, segments: &mut [Segment], from: Unknowns) -> Unknowns {
+    /// The start states fitted alone, where tendons may pull against each other. States that are
+    /// far off are otherwise made up for by letting tendons hang, and those stay slack: one tendon
+    /// of twice the stiffness moves a rig as two taut ones do.
+    pub fn begun(
+        &self,
+        data: &Data,
+        segments: &mut [Segment],
+        from: DecisionVariables,
+    ) -> DecisionVariables {
         if self.rig.tendons.len() < 2 {
             return from;
         }
-        let point = self
-            .held()
-            .improve(data, segments, from.clone(), STATE_STEPS, 1e-4);
-        point.map_or(from, |point| Unknowns {
+        let point =
+            self.held()
+                .improve(data, segments, from.clone(), CONFIG.model.state_steps, 1e-4);
+        point.map_or(from, |point| DecisionVariables {
             values: point.values,
             states: point.states,
         })
@@ -244,7 +247,7 @@ impl Model {
         &self,
         data: &Data,
         segments: &mut [Segment],
-        from: Unknowns,
+        from: DecisionVariables,
         steps: usize,
         relative: f64,
     ) -> Option<Point> {
@@ -257,7 +260,7 @@ impl Model {
         let problem = self.problem(data, segments, &from);
         let prior = self.prior(&problem);
         let mut unknowns = from;
-        let effort = Effort {
+        let effort = StoppingCriteria {
             iterations: steps,
             relative,
         };
@@ -278,14 +281,15 @@ impl Model {
         })
     }
 
-    /// Half widths of the 95 % intervals of the fitted parameters, by name (docs/explanation/identification.md, eq. 12).
+    /// Half widths of the 95 % intervals of the fitted parameters, by name
+    /// (docs/explanation/identification.md, eq. 12).
     pub fn half_widths(
         &self,
         data: &Data,
         segments: &[Segment],
         point: &Point,
     ) -> BTreeMap<String, f64> {
-        let unknowns = Unknowns {
+        let unknowns = DecisionVariables {
             values: point.values.clone(),
             states: point.states.clone(),
         };
@@ -329,7 +333,7 @@ impl Model {
 }
 
 /// A parameter that is zero takes the size that would move the signals by their weight.
-fn give_scales(problem: &mut Problem, segments: &[Segment], point: &Unknowns) {
+fn give_scales(problem: &mut Problem, segments: &[Segment], point: &DecisionVariables) {
     let silent: Vec<usize> = (0..problem.parameters())
         .filter(|&j| problem.scale[j] == 0.0)
         .collect();
@@ -358,7 +362,8 @@ mod tests {
     use super::*;
     use crate::diagnose::term::term;
 
-    /// What the only parameter of that name may be, with an effect at the demo's mass that begins like this.
+    /// Bounds of the only parameter of that name, with an effect at the demo's mass that begins
+    /// like this.
     fn bounds(effect: &str, begun: &[f64], parameter: &str) -> [f64; 2] {
         let file = concat!(
             env!("CARGO_MANIFEST_DIR"),
@@ -373,7 +378,8 @@ mod tests {
         model.bounds[at.expect("it is under trial")]
     }
 
-    /// A damping that is zero in truth ended a thousandth below it, and the friction was refused for its sign.
+    /// A damping that is zero in truth ended a thousandth below it, and the friction was refused
+    /// for its sign.
     #[test]
     fn what_a_trial_leaves_below_zero_is_taken_back_to_the_bound_and_the_rest_stays() {
         let file = concat!(

@@ -1,10 +1,8 @@
-//! What to record next: an experiment that would tell rivals apart.
+//! The next experiment: one that would tell rivals apart.
 
+use crate::diagnose::config::CONFIG;
 use crate::diagnose::finding::{FoundEffect, Verdict};
 use sinew_sim::effects::{Family, Kind};
-
-/// A rival less probable than this needs no experiment.
-const DOUBT: f64 = 0.02;
 
 /// The experiment and the command that designs it.
 pub(crate) fn next_experiment(verdict: Verdict, effects: &[FoundEffect], place: &str) -> String {
@@ -21,7 +19,7 @@ pub(crate) fn next_experiment(verdict: Verdict, effects: &[FoundEffect], place: 
         ),
         Verdict::MissingPhysics => {
             let doubt = effects.iter().find_map(|effect| {
-                let rivals = effect.rivals.iter().filter(|r| r.confidence > DOUBT);
+                let rivals = effect.rivals.iter().filter(|r| r.confidence > CONFIG.report.doubt);
                 let rival = effect.indistinguishable_from.iter().chain(rivals).next()?;
                 Some((effect, rival))
             });
@@ -54,7 +52,7 @@ fn command(shape: &str) -> String {
     format!("sinew excite RIG.toml --kind {shape} --out next.csv")
 }
 
-/// What shows an effect of this family best.
+/// Shape of an input that shows an effect of this family best.
 fn shape(kind: Kind) -> &'static str {
     match kind.description().family {
         Family::Friction | Family::Memory | Family::Gap => "triangle",

@@ -1,4 +1,5 @@
-//! The pool of a search: every candidate that was fitted to all recordings, and the best acceptable one.
+//! The pool of a search: every candidate that was fitted to all recordings, and the best acceptable
+//! one.
 
 use crate::diagnose::acceptance::{
     best_acceptable, best_acceptable_by_size, leaves_something, probabilities, simplest,
@@ -21,7 +22,8 @@ pub(crate) struct Pool {
     pub probabilities: Vec<f64>,
     /// The refit of the rig alone had stopped short of what `baseline` is now.
     pub stopped_short: bool,
-    /// Candidates that were taken out: of no known size, or lost over whole recordings; and those that build on them.
+    /// Candidates that were taken out: of no known size, or lost over whole recordings; and those
+    /// that build on them.
     pub refuted: Vec<Candidate>,
     /// Single terms as they were screened over short intervals.
     pub short: ShortHorizon,
@@ -85,19 +87,19 @@ impl Pool {
         self.best().map(|best| best.terms().to_vec())
     }
 
-    /// Whether the best acceptable candidate leaves nothing but noise.
+    /// Tells whether the best acceptable candidate leaves nothing but noise.
     pub fn is_explained(&self, case: &Case) -> bool {
         let best = self.best();
         best.is_some_and(|best| !leaves_something(case, best))
     }
 
-    /// Whether it does so without a number of the rig far from its nominal value.
+    /// Tells whether it does so without a number of the rig far from its nominal value.
     pub fn is_explained_plainly(&self, case: &Case) -> bool {
         let plain = |best: &Candidate| !best.trial.implausible();
         self.is_explained(case) && self.best().is_some_and(plain)
     }
 
-    /// Whether the rig alone leaves nothing but noise and no candidate is chosen.
+    /// Tells whether the rig alone leaves nothing but noise and no candidate is chosen.
     pub fn needs_nothing(&self, case: &Case) -> bool {
         self.chosen.is_none() && !leaves_something(case, &self.baseline)
     }
@@ -113,8 +115,8 @@ impl Pool {
         }
     }
 
-    /// Of those that have the same terms, the one that was fitted to the most rows stays, and of those the one that was fitted
-    /// best.
+    /// Of those that have the same terms, the one that was fitted to the most rows stays, and of
+    /// those the one that was fitted best.
     fn add(&mut self, candidate: Candidate) {
         let mut known = self.candidates.iter_mut();
         match known.find(|known| candidate.has_terms_of(known)) {
@@ -125,7 +127,8 @@ impl Pool {
         }
     }
 
-    /// Chooses the best acceptable candidate; one that needs more rows to be judged is refitted to all of them first.
+    /// Chooses the best acceptable candidate; one that needs more rows to be judged is refitted to
+    /// all of them first.
     ///
     /// # Errors
     /// None that reading the recordings has not excluded.
@@ -158,7 +161,8 @@ impl Pool {
         Ok(())
     }
 
-    /// Of what is the same motion by two names the simpler is chosen, and every candidate has its probability.
+    /// Of what is the same motion by two names the simpler is chosen, and every candidate has its
+    /// probability.
     pub fn conclude(&mut self, case: &Case) {
         let (base, all) = (&self.baseline, &self.candidates);
         self.chosen = self.chosen.map(|index| simplest(case, base, index, all));

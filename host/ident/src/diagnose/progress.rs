@@ -1,8 +1,8 @@
-//! What the search is doing, counted.
+//! Progress of the search, counted.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Who hears what is being done, how much of it is, and of how much.
+/// Callback with a part of the search, how much of it is done, and of how much.
 pub(crate) type Callback<'a> = dyn Fn(&str, usize, usize) + Sync + 'a;
 
 /// A part of the search, by its name.
@@ -21,7 +21,7 @@ pub(crate) struct Count<'a> {
 }
 
 impl<'a> Progress<'a> {
-    /// A leg of so many; heard of as it begins.
+    /// A count of so many things; reported as it begins.
     pub fn count(self, part: &str, of: usize) -> Count<'a> {
         let name = format!("{}: {part}", self.what);
         (self.callback)(&name, 0, of);

@@ -175,8 +175,8 @@ fn sentence(
     }
 }
 
-/// What is said of `parameters` where some are known to have changed their meaning: what explains the recordings may be no
-/// number.
+/// Sentence of the verdict `parameters` where some are known to have changed their meaning: what
+/// explains the recordings may be no number.
 fn far(refitted: &Fit) -> Option<String> {
     let known = |p: &&FittedParameter| {
         p.ci95

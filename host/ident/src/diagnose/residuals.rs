@@ -1,4 +1,5 @@
-//! How well a fitted rig explains recordings, block by block of time (docs/explanation/diagnosis.md).
+//! Residuals of a fitted rig over recordings, block by block of time
+//! (docs/explanation/diagnosis.md).
 
 use std::ops::Range;
 
@@ -7,21 +8,21 @@ use crate::diagnose::model::Model;
 use crate::diagnose::noise::{Excess, beyond_rounding, excess};
 use crate::error::Result;
 use crate::fit::experiment::Views;
-use crate::fit::levenberg::Unknowns;
+use crate::fit::levenberg::DecisionVariables;
 use crate::fit::segment::Segment;
 use crate::fit::start;
 
-/// What a rig leaves of the recordings of one role, start states fitted to each stretch.
+/// Residuals of a rig over the recordings of one role, start states fitted to each interval.
 #[derive(Clone)]
 pub(crate) struct Residuals {
-    /// One entry a sensor: the residuals of each stretch, SI, valid samples only.
+    /// One entry a sensor: the residuals of each interval, SI, valid samples only.
     pub series: Vec<Vec<Vec<f64>>>,
     /// Rows and values beside them, for plots: (recording, row, residual).
     pub origin: Vec<Vec<(usize, usize)>>,
 }
 
 impl Residuals {
-    /// Runs a rig over stretches of the data, each from the start state that explains it best.
+    /// Runs a rig over intervals of the data, each from the start state that explains it best.
     ///
     /// # Errors
     /// None that reading the recordings has not excluded.
@@ -39,7 +40,7 @@ impl Residuals {
             Some(states) if whole || data.added(&model.plant).is_empty() => states.to_vec(),
             _ => settled(model, values, data, &mut segments)?,
         };
-        let point = Unknowns {
+        let point = DecisionVariables {
             values: values.to_vec(),
             states,
         };
@@ -67,7 +68,7 @@ impl Residuals {
         Ok(Some(residuals))
     }
 
-    /// What is left of each sensor beside noise, roundings to an encoder's step forgiven.
+    /// Excess of each sensor beside noise, roundings to an encoder's step forgiven.
     pub fn excess(&self, data: &Data) -> Vec<Excess> {
         self.series
             .iter()
@@ -108,7 +109,8 @@ impl Residuals {
             .collect()
     }
 
-    /// Samples over which the residuals remember themselves: 1 for white noise, the longest of the sensors.
+    /// Samples over which the residuals remember themselves: 1 for white noise, the longest of the
+    /// sensors.
     pub fn correlation_time(&self) -> f64 {
         let of_sensor = |series: &Vec<Vec<f64>>| {
             let long: Vec<&Vec<f64>> = series.iter().filter(|part| part.len() >= 40).collect();
@@ -122,8 +124,8 @@ impl Residuals {
     }
 }
 
-/// The start state that explains each stretch best; what effects have added goes on from where the stretch
-/// before ended, so that no memory begins anew with every stretch.
+/// The start state that explains each interval best; what effects have added goes on from where the
+/// interval before ended, so that no memory begins anew with every interval.
 fn settled(
     model: &Model,
     values: &[f64],

@@ -1,5 +1,6 @@
-//! Which recording decides what.
+//! Roles of recordings.
 
+use crate::diagnose::config::CONFIG;
 use sinew_sim::{Plant, Rig};
 
 use crate::diagnose::data::Data;
@@ -14,20 +15,11 @@ pub(crate) struct Roles {
     pub check: Vec<Recording>,
     /// These are only scored.
     pub test: Vec<Recording>,
-    /// What was set aside where no check recording was given.
+    /// Parts that were set aside where no check recording was given.
     pub set_aside: Option<String>,
     /// Some recording was too short to be cut and checks itself.
     pub by_itself: bool,
 }
-
-/// The part of a single recording that is set aside, at its end.
-const ASIDE: f64 = 0.35;
-
-/// A recording with fewer rows than this is not cut, and shows no second effect.
-pub(crate) const SHORTEST: usize = 100;
-
-/// Confidence of a diagnosis whose recordings check themselves, as a part of what it were else.
-const TRUST_BY_ITSELF: f64 = 0.7;
 
 impl Roles {
     /// The recordings of the fit, of the check and of both, laid against the rig.
@@ -46,7 +38,11 @@ impl Roles {
 
     /// Part of a confidence that these recordings leave: 1 where others check.
     pub fn trust(&self) -> f64 {
-        if self.by_itself { TRUST_BY_ITSELF } else { 1.0 }
+        if self.by_itself {
+            CONFIG.split.trust_by_itself
+        } else {
+            1.0
+        }
     }
 
     /// Splits the fit recordings where there are none to check by.
@@ -78,7 +74,7 @@ impl Roles {
         roles.fit.clear();
         for recording in fit {
             let rows = recording.len();
-            if rows < SHORTEST {
+            if rows < CONFIG.split.shortest {
                 // Cut in two it would determine nothing: it checks itself, and that is said.
                 roles.fit.push(recording.clone());
                 roles.check.push(recording.clone());
@@ -89,7 +85,7 @@ impl Roles {
                 ));
                 continue;
             }
-            let cut = rows - (ASIDE * rows as f64) as usize;
+            let cut = rows - (CONFIG.split.aside * rows as f64) as usize;
             roles.fit.push(recording.rows(0..cut)?);
             roles.check.push(recording.rows(cut..rows)?);
             said.push(format!(

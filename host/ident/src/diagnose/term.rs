@@ -19,8 +19,8 @@ pub(crate) struct Place {
 /// One hypothesis about what a rig lacks.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Term {
-    /// An effect of the vocabulary with parameters of its own at each of its sites: at one component, or at every one of a
-    /// group of identical components.
+    /// An effect of the vocabulary with parameters of its own at each of its sites: at one
+    /// component, or at every one of a group of identical components.
     Effect { kind: Kind, sites: Vec<Place> },
     /// A parameter that the rig holds as known.
     Number { name: String },
@@ -82,12 +82,12 @@ impl Term {
         }
     }
 
-    /// Whether it is an effect at a group of identical components.
+    /// Tells whether it is an effect at a group of identical components.
     pub fn is_group(&self) -> bool {
         matches!(self, Self::Effect { sites, .. } if sites.len() > 1)
     }
 
-    /// Whether another term has the same place: the same components, or the same number.
+    /// Tells whether another term has the same place: the same components, or the same number.
     pub fn has_place_of(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Effect { sites: mine, .. }, Self::Effect { sites: its, .. }) => mine == its,
@@ -112,8 +112,8 @@ impl Term {
         sites.iter().map(at).collect()
     }
 
-    /// Whether a second effect is looked for on top of it where it came out at `rank`, 0 for the best. A group costs minutes
-    /// there, so it leads only where nothing alone does better.
+    /// Tells whether a second effect is looked for on top of it where it came out at `rank`, 0 for
+    /// the best. A group costs minutes there, so it leads only where nothing alone does better.
     pub fn may_lead(&self, rank: usize) -> bool {
         match self {
             Self::Effect { sites, .. } => sites.len() == 1 || rank == 0,
@@ -121,7 +121,7 @@ impl Term {
         }
     }
 
-    /// Whether it is a second effect beside these: no place has the same effect twice.
+    /// Tells whether it is a second effect beside these: no place has the same effect twice.
     pub fn may_join(&self, others: &[Self]) -> bool {
         let Some((kind, places)) = self.effect() else {
             return false;
@@ -133,7 +133,8 @@ impl Term {
         !others.iter().any(repeats)
     }
 
-    /// Whether it says at least what another says: the same, or the same effect there and elsewhere.
+    /// Tells whether it says at least what another says: the same, or the same effect there and
+    /// elsewhere.
     pub fn says(&self, other: &Self) -> bool {
         let both = self.effect().zip(other.effect());
         let covers = both.is_some_and(|((kind, mine), (its, theirs))| {
@@ -168,9 +169,9 @@ impl Term {
         Ok(rig)
     }
 
-    /// The parameters that it puts under trial, with the values that a search may try from those that `plant` has. Forces are
-    /// signed, so that a wrong sign shows instead of hiding behind a bound; what has no meaning below zero (a time, a gap, a
-    /// mass) stays above it.
+    /// The parameters that it puts under trial, with the values that a search may try from those
+    /// that `plant` has. Forces are signed, so that a wrong sign shows instead of hiding behind a
+    /// bound; what has no meaning below zero (a time, a gap, a mass) stays above it.
     pub fn tried(&self, plant: &Plant) -> Vec<Tried> {
         let Some((kind, sites)) = self.effect() else {
             return vec![Tried {
@@ -204,7 +205,7 @@ impl Term {
         sites.iter().flat_map(at).collect()
     }
 
-    /// Whether it sits at one body, and not in what holds one.
+    /// Tells whether it sits at one body, and not in what holds one.
     pub fn at_body(&self) -> bool {
         matches!(self.single(), Some((_, place)) if matches!(place.site, Site::Body(_)))
     }
@@ -214,13 +215,14 @@ impl Term {
         self.named(|_| true).into_iter().flatten().collect()
     }
 
-    /// Parameters of an effect that can be zero, a list for each component: where none of a list is known to be away from it,
-    /// nothing shows that the effect is there.
+    /// Parameters of an effect that can be zero, a list for each component: where none of a list is
+    /// known to be away from it, nothing shows that the effect is there.
     pub fn sizes(&self) -> Vec<Vec<String>> {
         self.named(|spec| spec.zero_means_absent)
     }
 
-    /// Its parameters at identical components, a list for each that they all have; none of what sits at one component.
+    /// Its parameters at identical components, a list for each that they all have; none of what
+    /// sits at one component.
     pub fn alike(&self) -> Vec<Vec<String>> {
         match self.named(|spec| !spec.held) {
             each if each.len() > 1 => (0..each[0].len())
@@ -236,8 +238,8 @@ impl Term {
         each.into_iter().flatten().collect()
     }
 
-    /// Whether fitted parameters have the signs that the vocabulary gives them, and describe what shows within a recording of
-    /// `duration` seconds.
+    /// Tells whether fitted parameters have the signs that the vocabulary gives them, and describe
+    /// what shows within a recording of `duration` seconds.
     pub fn plausible(&self, plant: &Plant, values: &[f64], duration: f64) -> bool {
         let Some((kind, _)) = self.effect() else {
             return true;
@@ -256,8 +258,8 @@ impl Term {
     }
 }
 
-/// Every term that may be missing from a rig: these effects at each component, at each group of identical ones, and the rig's
-/// bare numbers.
+/// Every term that may be missing from a rig: these effects at each component, at each group of
+/// identical ones, and the rig's bare numbers.
 pub(crate) fn terms(rig: &Rig, plant: &Plant, effects: &[Kind]) -> Vec<Term> {
     let mut all = Vec::new();
     for &kind in effects {
@@ -268,7 +270,8 @@ pub(crate) fn terms(rig: &Rig, plant: &Plant, effects: &[Kind]) -> Vec<Term> {
         let groups = identical::groups(rig, kind).into_iter();
         all.extend(groups.map(|sites| Term::at(rig, kind, &sites)));
     }
-    // A number that is not zero has a size to be wrong by; a zero (an offset, a rest) is left to the loads.
+    // A number that is not zero has a size to be wrong by; a zero (an offset, a rest) is left to
+    // the loads.
     for parameter in plant.parameters() {
         let starts =
             parameter.name.ends_with(".start") || parameter.name.ends_with(".start_velocity");
@@ -313,7 +316,8 @@ mod tests {
         Rig::load(file).expect("the demo's rig ships with the project")
     }
 
-    /// A damping by the root of speed was once named as friction that "falls" from 0.06 to 0.15 N m.
+    /// A damping by the root of speed was once named as friction that "falls" from 0.06 to 0.15 N
+    /// m.
     #[test]
     fn friction_that_is_larger_in_motion_than_at_rest_makes_no_sense() {
         let stribeck = term(&shipped(), "stribeck_friction", &["mass"]);
@@ -328,7 +332,7 @@ mod tests {
         assert!(!plausible(1.5, 1.0));
     }
 
-    /// A shipped rig, and the suspects that put an effect at several places of it.
+    /// A shipped rig, and the terms that put an effect at several places of it.
     fn alike(name: &str) -> (Rig, Vec<Term>) {
         let rig = Rig::load(format!("{}/../../rigs/{name}", env!("CARGO_MANIFEST_DIR")));
         let rig = rig.expect("it ships with the project");

@@ -1,5 +1,6 @@
-//! Which of the explanations is named: the best whose free runs over whole recordings hold.
+//! Verification of the best candidate: the one is named whose free runs over whole recordings hold.
 
+use crate::diagnose::config::CONFIG;
 use sinew_sim::Rig;
 
 use crate::diagnose::acceptance::{
@@ -10,43 +11,26 @@ use crate::diagnose::calibration::{Known, least_sure};
 use crate::diagnose::candidate::Candidate;
 use crate::diagnose::case::Case;
 use crate::diagnose::corrected::{falls, mend};
-use crate::diagnose::evidence::{ALIKE, apart};
+use crate::diagnose::evidence::apart;
 use crate::diagnose::pool::Pool;
 use crate::diagnose::split::Roles;
 use crate::diagnose::term::Term;
 use crate::error::Result;
 use crate::fit::Fit;
 
-/// What would be named with less confidence than this, doubt about the recordings aside, is not named: of 40 such statements of
-/// seeds 2029 to 2031, two were right.
-const UNSURE: f64 = 0.5;
-
-/// The same of a coordinate that nobody sees, which follows disturbances: the only two names that 1,280 controls of seeds 2032 to
-/// 2035 were given were modes, and of seed 2035 no mode was rightly named with less than 0.83.
-const UNSURE_OF_MODE: f64 = 0.8;
-
-/// What makes free runs over whole check recordings this many times as bad is no explanation, whatever it does on stretches. Of what
-/// was named rightly on seeds 2032 and 2033 none had more than 1.16; a damping by the root of speed, called friction, had 1.51.
-const LOST: f64 = 1.25;
-
-/// The same with a ripple, over which a free run ends in one well or in another: a right one of seed 2034 had 1.53.
-const LOST_IN_WELLS: f64 = 2.0;
-
-/// How many explanations may be refuted by free runs before nothing is named.
-const REFUTED: usize = 5;
-
-/// What is named.
+/// A named candidate.
 pub(crate) struct Named {
-    /// Index into the finalists.
+    /// Index into the candidates.
     pub index: usize,
-    /// The mended rig.
+    /// The corrected model.
     pub rig: Rig,
     /// Its parameters.
     pub known: Known,
 }
 
-/// The best explanation that holds. Stretches have start states of their own, so what drifts or is carried away over a
-/// whole recording may win there; such a one is taken out, and the rest are judged without it.
+/// The best explanation that holds. Intervals have start states of their own, so what drifts or is
+/// carried away over a whole recording may win there; such a one is taken out, and the rest are
+/// judged without it.
 ///
 /// # Errors
 /// A rig that cannot be compiled.
@@ -56,17 +40,18 @@ pub(crate) fn verify(
     case: &Case,
     roles: &Roles,
 ) -> Result<Option<Named>> {
-    for round in 0..=REFUTED {
+    for round in 0..=CONFIG.acceptance.refuted {
         let Some(index) = found.chosen else { break };
         (case.progress)("free runs of the best one", 0, 1);
         if number(found, index).is_some() {
             break;
         }
-        // An effect of no size only led away from where the refit of the rig had stopped, as its rivals may have.
+        // An effect of no size only led away from where the refit of the rig had stopped, as its
+        // rivals may have.
         let known = is_determined(case, &found.candidates[index])?;
         let unsure = match found.candidates[index].has_mode() {
-            true => UNSURE_OF_MODE,
-            false => UNSURE,
+            true => CONFIG.acceptance.unsure_of_mode,
+            false => CONFIG.acceptance.unsure,
         };
         if known && least_sure(found, index, case) < unsure * case.trust {
             break;
@@ -74,7 +59,7 @@ pub(crate) fn verify(
         if known && let Some(named) = holds(found, index, refitted, case, roles)? {
             return Ok(Some(named));
         }
-        if !case.in_parts || round == REFUTED {
+        if !case.in_parts || round == CONFIG.acceptance.refuted {
             break;
         }
         refute(found, index, case);
@@ -84,10 +69,10 @@ pub(crate) fn verify(
     Ok(None)
 }
 
-/// The mended rig, if its free runs hold. Judged in stretches, an explanation is believed only if the whole of a recording
-/// that chose nothing gains too; or if nothing is left in any stretch, and the whole is not lost: what integrates over a
-/// ripple ends a whole recording in one well or in another, and a start that the first rows hardly show, of a memory above all,
-/// carries it away.
+/// The corrected model, if its free runs hold. Judged in intervals, an explanation is believed only
+/// if the whole of a recording that chose nothing gains too; or if nothing is left in any interval,
+/// and the whole is not lost: what integrates over a ripple ends a whole recording in one well or
+/// in another, and a start that the first rows hardly show, of a memory above all, carries it away.
 fn holds(
     found: &Pool,
     index: usize,
@@ -100,7 +85,11 @@ fn holds(
     let all = !leaves_something(case, finalist);
     let mut terms = finalist.trial.terms.iter();
     let wells = terms.any(|term| term.effect().is_some_and(|(kind, _)| kind.has_many_rests()));
-    let lost = if wells { LOST_IN_WELLS } else { LOST };
+    let lost = if wells {
+        CONFIG.acceptance.lost_in_wells
+    } else {
+        CONFIG.acceptance.lost
+    };
     let holds = falls(&refitted.rig, &rig, roles, 1.0)
         || case.in_parts
             && all
@@ -109,8 +98,8 @@ fn holds(
     Ok(holds.then_some(Named { index, rig, known }))
 }
 
-/// Takes an explanation out, what builds on it and what is the same motion by a richer law in the same place, and judges the
-/// rest without them.
+/// Takes an explanation out, what builds on it and what is the same motion by a richer law in the
+/// same place, and judges the rest without them.
 fn refute(found: &mut Pool, index: usize, case: &Case) {
     let refuted = found.candidates[index].clone();
     let (out, rest) = std::mem::take(&mut found.candidates)
@@ -126,12 +115,13 @@ fn refute(found: &mut Pool, index: usize, case: &Case) {
     found.probabilities = probabilities(case, &found.baseline, &found.candidates, found.chosen);
 }
 
-/// Whether `other` has another law with more parameters in the place of one of what was refuted, and moves as that does.
+/// Tells whether `other` has another law with more parameters in the place of one of what was
+/// refuted, and moves as that does.
 fn richer(refuted: &Candidate, other: &Candidate, case: &Case) -> bool {
     let differ = only(refuted, other).zip(only(other, refuted));
     differ.is_some_and(|(refuted, other)| refuted.has_place_of(other))
         && other.parameters() > refuted.parameters()
-        && apart(refuted, other, case) < ALIKE
+        && apart(refuted, other, case) < CONFIG.evidence.alike
 }
 
 /// The bare number that explains the recordings better than any effect, if one does.

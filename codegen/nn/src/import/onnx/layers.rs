@@ -249,8 +249,14 @@ impl Import<'_> {
             })
         };
         let mut from = value.place;
-        if rows > 1 && (value.shape.len() < 2 || value.shape.len() > 3) {
-            from = self.held_as(node, from, vec![rows, inputs])?;
+        if rows > 1 {
+            let whole = (2..=3).contains(&value.shape.len()) && value.shape.last() == Some(&inputs);
+            let held = if whole {
+                value.shape.clone()
+            } else {
+                vec![rows, inputs]
+            };
+            from = self.held_as(node, from, held)?;
         }
         let place = self.push(node, op, from)?;
         Ok(vec![Value::of(place, dims, value.batch)])

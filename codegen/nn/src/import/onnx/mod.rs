@@ -385,6 +385,12 @@ impl<'a> Import<'a> {
                 .network
                 .push("output order", Op::Permute(order), vec![place])?;
         }
+        if place == 0 {
+            // A network has a layer besides its input.
+            let name = self.free_name(name);
+            let op = Op::Activation(Activation::Linear);
+            place = self.network.push(&name, op, vec![0])?;
+        }
         self.network.nodes.truncate(place + 1);
         self.network.drop_unread();
         Ok(self.network)

@@ -1,6 +1,7 @@
-//! A force that the rig lacks, recovered from a recording without a guess at its law (docs/explanation/diagnosis.md,
-//! eq. 12 to 15): the plant as it is fitted, plus a force at one place that wanders as an Ornstein–Uhlenbeck
-//! process, through an extended Kalman filter and the Rauch–Tung–Striebel smoother.
+//! A force that the rig lacks, recovered from a recording without a guess at its law
+//! (docs/explanation/diagnosis.md, eq. 12 to 15): the plant as it is fitted, plus a force at one
+//! place that wanders as an Ornstein–Uhlenbeck process, through an extended Kalman filter and the
+//! Rauch–Tung–Striebel smoother.
 
 use nalgebra::{DMatrix, DVector};
 use sinew_sim::effects::Kind;
@@ -14,7 +15,7 @@ use crate::fit::experiment::Experiment;
 /// Directions of one simulation that carries derivatives.
 const WIDE: usize = 8;
 
-/// Where a latent force acts: forward on one body, backward on another.
+/// Place of a latent force: forward on one body, backward on another.
 #[derive(Clone, Debug)]
 pub(crate) struct Place {
     /// The component's name.
@@ -94,7 +95,7 @@ impl Pushed {
     }
 }
 
-/// How a latent force wanders.
+/// Statistics of a latent force.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wander {
     /// Its standard deviation, N or N m.
@@ -123,14 +124,15 @@ struct Step {
     transition: DMatrix<f64>,
 }
 
-/// What a row's simulation says: readings and next state with their derivatives in state and force.
+/// Simulation of a row: readings and next state with their derivatives in state and force.
 struct Linear {
     signals: Vec<(f64, Vec<f64>)>,
     next: Vec<(f64, Vec<f64>)>,
 }
 
 impl Pushed {
-    /// Recovers the force at a place over one recording; `None` where the plant cannot be simulated.
+    /// Recovers the force at a place over one recording; `None` where the plant cannot be
+    /// simulated.
     ///
     /// # Errors
     /// None that reading the recording has not excluded.

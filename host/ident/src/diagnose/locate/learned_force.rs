@@ -1,6 +1,8 @@
-//! Where no law of the vocabulary fits: a force without a name is learned at the place of the mismatch, as a
-//! spring and a damping in knots (docs/explanation/plant.md, eq. 12d; docs/explanation/diagnosis.md, eq. 18).
+//! A learned force where no law of the vocabulary fits: one without a name is learned at the place
+//! of the mismatch, as a spring and a damping in knots (docs/explanation/plant.md, eq. 12d;
+//! docs/explanation/diagnosis.md, eq. 18).
 
+use crate::diagnose::config::CONFIG;
 use nalgebra::{DMatrix, DVector};
 use sinew_sim::Rig;
 use sinew_sim::effects::{Kind, Sign, learned_force};
@@ -14,23 +16,11 @@ use crate::diagnose::residuals::Residuals;
 use crate::diagnose::split::Roles;
 use crate::diagnose::term::Term;
 use crate::error::Result;
-use crate::fit::levenberg::Unknowns;
+use crate::fit::levenberg::DecisionVariables;
 use crate::fit::{SensorError, score};
 
-/// Steps of its fit.
-const STEPS: usize = 20;
-/// Standard deviation of the prior of each knot about no force, in sizes that move the signals by the noise.
-const WIDTH: f64 = 30.0;
-/// Part of the knots that is farther out than this of the motion is seldom met.
-const RARE: f64 = 0.005;
-/// Rounds over the knots of its start, and how much of a knot's own weight holds it to none.
-const SWEEPS: usize = 300;
-const HELD: f64 = 1e-3;
-/// It stands in where the free-run error on the check recordings falls to this part or less.
-const WORTH: f64 = 0.9;
-
-/// The refitted rig with a learned force at `component`; none where that does not help on recordings that it was
-/// not learned from, or where no force can sit there.
+/// The refitted rig with a learned force at `component`; none where that does not help on
+/// recordings that it was not learned from, or where no force can sit there.
 ///
 /// # Errors
 /// A rig that cannot be compiled.
@@ -51,27 +41,30 @@ pub(crate) fn learn(
     let (values, _) = from_recovered(frame, rest(refitted, site), recovered);
     let term = Term::at(refitted, kind, &[site]);
     let rig = term.apply(refitted, &values)?;
-    let model = Model::new(&rig, refitted, &[term], case.settings)?.doubting(WIDTH);
+    let model =
+        Model::new(&rig, refitted, &[term], case.settings)?.doubting(CONFIG.learned_force.width);
     let data = case.fit;
     let mut segments = data.segments(&model.plant, &case.fit_intervals)?;
     let values = model.plant.values();
-    let from = Unknowns {
+    let from = DecisionVariables {
         states: data.starts(&rig, &model.plant, &segments, &values)?,
         values,
     };
-    let Some(point) = model.improve(data, &mut segments, from, STEPS, 1e-4) else {
+    let Some(point) = model.improve(data, &mut segments, from, CONFIG.learned_force.steps, 1e-4)
+    else {
         return Ok(None);
     };
     let learned = model.with(&point.values)?;
-    let helps = falls(refitted, &learned, roles, WORTH)
+    let helps = falls(refitted, &learned, roles, CONFIG.learned_force.worth)
         && in_stretches(refitted, &learned, case)?
         && everywhere(refitted, &learned, case.in_parts, roles)?;
     Ok(helps.then_some(learned))
 }
 
-/// Whether no recording speaks against it, those that it was learned from among them: in stretches with start states of their
-/// own a force may help that carries a whole recording away. All together fall where one that both lose falls, and that says
-/// nothing of those that only the refitted rig follows.
+/// Tells whether no recording speaks against it, those that it was learned from among them: in
+/// intervals with start states of their own a force may help that carries a whole recording away.
+/// All together fall where one that both lose falls, and that says nothing of those that only the
+/// refitted rig follows.
 fn everywhere(before: &Rig, after: &Rig, in_parts: bool, roles: &Roles) -> Result<bool> {
     for recording in roles.fit.iter().chain(&roles.check) {
         let of = |rig: &Rig| score(rig, std::slice::from_ref(recording));
@@ -86,15 +79,16 @@ fn everywhere(before: &Rig, after: &Rig, in_parts: bool, roles: &Roles) -> Resul
     Ok(true)
 }
 
-/// Whether a free run gets no worse than by what is [`WORTH`] it elsewhere, and does not lose the device: its error stays
-/// below the signal's own spread, unless the device drifts by itself.
+/// Tells whether a free run gets no worse than by what is `CONFIG.learned_force.worth` it
+/// elsewhere, and does not lose the device: its error stays below the signal's own spread, unless
+/// the device drifts by itself.
 fn keeps_up(before: &SensorError, after: &SensorError, in_parts: bool) -> bool {
     let lost = after.rms.is_nan() || after.rms > after.spread;
-    after.rms * WORTH <= before.rms && (in_parts || !lost)
+    after.rms * CONFIG.learned_force.worth <= before.rms && (in_parts || !lost)
 }
 
-/// Whether the error over the check stretches falls as well: over a whole recording, that of a body which nothing
-/// holds in place is mostly how far it has drifted.
+/// Tells whether the error over the check intervals falls as well: over a whole recording, that of
+/// a body which nothing holds in place is mostly how far it has drifted.
 fn in_stretches(before: &Rig, after: &Rig, case: &Case) -> Result<bool> {
     let of = |rig: &Rig| -> Result<f64> {
         let model = Model::new(rig, rig, &[], case.settings)?;
@@ -108,7 +102,7 @@ fn in_stretches(before: &Rig, after: &Rig, case: &Case) -> Result<bool> {
         };
         Ok(residuals.map_or(f64::INFINITY, logs) / sensors as f64)
     };
-    Ok(of(after)? < of(before)? + WORTH.ln())
+    Ok(of(after)? < of(before)? + CONFIG.learned_force.worth.ln())
 }
 
 /// Middle and reach of the position, and the largest speed, that the place has met but rarely.
@@ -132,16 +126,19 @@ fn frame(rest: f64, recovered: &Recovered) -> Option<[f64; 3]> {
         let last = sorted.len().checked_sub(1)?;
         Some(sorted[(part * last as f64).round() as usize])
     };
-    let (low, high) = (at(&position, RARE)?, at(&position, 1.0 - RARE)?);
+    let (low, high) = (
+        at(&position, CONFIG.learned_force.rare)?,
+        at(&position, 1.0 - CONFIG.learned_force.rare)?,
+    );
     let frame = [
         0.5 * (low + high) - rest,
         0.5 * (high - low),
-        at(&speed, 1.0 - RARE)?,
+        at(&speed, 1.0 - CONFIG.learned_force.rare)?,
     ];
     (frame.iter().all(|x| x.is_finite()) && frame[1] > 0.0 && frame[2] > 0.0).then_some(frame)
 }
 
-/// What a law at a place does not count as extension.
+/// Rest length, which a law at a place does not count as extension.
 fn rest(rig: &Rig, site: Site) -> f64 {
     match site {
         Site::Spring(spring) => rig.springs[spring].rest.value,
@@ -149,13 +146,14 @@ fn rest(rig: &Rig, site: Site) -> f64 {
     }
 }
 
-/// The knots that follow the recovered force best, dampings not below zero, where the fit begins; and the slopes over
-/// position and velocity by which the refitted rig is bent. Coordinate by
+/// The knots that follow the recovered force best, dampings not below zero, where the fit begins;
+/// and the slopes over position and velocity by which the refitted rig is bent. Coordinate by
 /// coordinate on the normal equations, each knot held a little to none.
 fn from_recovered(frame: [f64; 3], rest: f64, recovered: &Recovered) -> (Vec<f64>, [f64; 2]) {
     let parameters = Kind::Learned.description().parameters;
-    // A refitted stiffness and damping are bent to make up for what is missing, and two more columns give that back: a
-    // damping that was fitted too large would else leave nothing for one that takes energy out.
+    // A refitted stiffness and damping are bent to make up for what is missing, and two more
+    // columns give that back: a damping that was fitted too large would else leave nothing for one
+    // that takes energy out.
     let knots = parameters.len() - frame.len();
     let columns = knots + 2;
     let mut normal = DMatrix::<f64>::zeros(columns, columns);
@@ -179,11 +177,12 @@ fn from_recovered(frame: [f64; 3], rest: f64, recovered: &Recovered) -> (Vec<f64
         }
     }
     let mut found = vec![0.0; columns];
-    for _ in 0..SWEEPS {
+    for _ in 0..CONFIG.learned_force.sweeps {
         for knot in 0..columns {
             let others: f64 = (0..columns).map(|k| normal[(knot, k)] * found[k]).sum();
             let own = normal[(knot, knot)];
-            let best = (right[knot] - others + own * found[knot]) / (own * (1.0 + HELD));
+            let best = (right[knot] - others + own * found[knot])
+                / (own * (1.0 + CONFIG.learned_force.shrinkage));
             let low = match parameters.get(frame.len() + knot).map(|spec| spec.sign) {
                 Some(Sign::NonNegative) => 0.0,
                 _ => f64::NEG_INFINITY,
@@ -201,8 +200,9 @@ mod tests {
     use super::*;
     use crate::diagnose::ForceTrace;
 
-    /// Free runs over two of the servo's four check recordings go round, by six turns and by one. A force brought their pooled
-    /// error from 7.8 to 4.3 rad, and was thirteen times worse on the test recordings.
+    /// Free runs over two of the servo's four check recordings go round, by six turns and by one. A
+    /// force brought their pooled error from 7.8 to 4.3 rad, and was thirteen times worse on the
+    /// test recordings.
     #[test]
     fn a_force_that_loses_a_recording_or_spoils_one_is_not_trusted() {
         let error = |rms: f64| SensorError {

@@ -1,10 +1,11 @@
-//! Where and when the mismatch sits: a force without a law is tried at every place, and the one that explains
-//! the recordings best is shown (docs/explanation/diagnosis.md, eq. 12 to 17).
+//! Place and time of the mismatch: a force without a law is tried at every place, and the one
+//! that explains the recordings best is shown (docs/explanation/diagnosis.md, eq. 12 to 17).
 
 mod latent_force;
 pub(crate) mod learned_force;
 mod regressors;
 
+use crate::diagnose::config::CONFIG;
 use rayon::prelude::*;
 use sinew_sim::Rig;
 use sinew_sim::effects::Quantity;
@@ -17,9 +18,6 @@ use crate::diagnose::locate::latent_force::{Place, Pushed, Trace, Wander, places
 use crate::diagnose::locate::regressors::{Company, follows};
 use crate::diagnose::residuals::Residuals;
 use crate::error::Result;
-
-/// Rows of one recording that a force is recovered from, about.
-const ROWS: usize = 800;
 
 /// A place with the force that it lacks.
 pub(crate) struct Located {
@@ -37,7 +35,7 @@ pub(crate) fn locate(rig: &Rig, data: &Data, at: Option<&str>) -> Result<Option<
         return Ok(None);
     };
     let plant = sinew_sim::Plant::new(rig)?;
-    let thin = (data.rows() / (ROWS * data.experiments.len().max(1))).max(1);
+    let thin = (data.rows() / (CONFIG.locate.rows * data.experiments.len().max(1))).max(1);
     let thinned = data.thinned(rig, &plant, thin);
     let tries: Vec<(Place, Wander)> = places(rig)
         .into_iter()
@@ -131,8 +129,8 @@ pub(crate) fn locate(rig: &Rig, data: &Data, at: Option<&str>) -> Result<Option<
     }))
 }
 
-/// Sizes and correlation times to try: parts of the force that moves the body, and of the time in which it
-/// moves.
+/// Sizes and correlation times to try: parts of the force that moves the body, and of the time in
+/// which it moves.
 fn wanders(rig: &Rig, data: &Data, place: &Place) -> Vec<Wander> {
     let Some((position, velocity)) = data.size_of(&rig.bodies[place.to].name) else {
         return Vec::new();
@@ -151,8 +149,8 @@ fn wanders(rig: &Rig, data: &Data, place: &Place) -> Vec<Wander> {
         .collect()
 }
 
-/// When a rig misses a recording most: stretches of a fortieth of it that are missed by more than half as
-/// much as the worst, at most five (eq. 17).
+/// When a rig misses a recording most: intervals of a fortieth of it that are missed by more than
+/// half as much as the worst, at most five (eq. 17).
 pub(crate) fn intervals(residuals: &Residuals, data: &Data) -> Vec<Interval> {
     let mut windows: Vec<Interval> = Vec::new();
     for (index, experiment) in data.experiments.iter().enumerate() {

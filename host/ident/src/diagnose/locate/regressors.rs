@@ -1,5 +1,7 @@
-//! What a recovered force follows (docs/explanation/diagnosis.md, eq. 16).
+//! Selection of the quantity that a recovered force follows (docs/explanation/diagnosis.md, eq.
+//! 16).
 
+use crate::diagnose::config::CONFIG;
 use nalgebra::{DMatrix, DVector};
 
 /// Columns that a force may follow, one entry a row.
@@ -12,14 +14,8 @@ pub(crate) struct Company<'a> {
     pub input: Option<&'a [f64]>,
 }
 
-/// Less than this part of the force's variance is not following.
-const LITTLE: f64 = 0.3;
-
-/// A plainer law wins unless another explains this much more of the variance.
-const PLAINER: f64 = 0.03;
-
-/// The quantity that explains most of a force beyond a straight line in position and velocity, which the
-/// refitted parameters have taken already; and the part of the variance that it explains.
+/// The quantity that explains most of a force beyond a straight line in position and velocity,
+/// which the refitted parameters have taken already; and the part of the variance that it explains.
 pub(crate) fn follows(company: &Company) -> (&'static str, f64) {
     let (q, v) = (company.position, company.velocity);
     let most = |column: &[f64]| column.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
@@ -61,15 +57,15 @@ pub(crate) fn follows(company: &Company) -> (&'static str, f64) {
             vec![&ones, q, v]
         };
         let explained = explained(company, &beside, column);
-        if explained > best.1 + PLAINER && explained > LITTLE {
+        if explained > best.1 + CONFIG.locate.plainer && explained > CONFIG.locate.little {
             best = (name, explained);
         }
     }
     best
 }
 
-/// Part of the squares that other columns leave which one more column explains, rows weighted by how well
-/// the force is known there.
+/// Part of the squares that other columns leave which one more column explains, rows weighted by
+/// how well the force is known there.
 fn explained(company: &Company, beside: &[&[f64]], column: &[f64]) -> f64 {
     let without = left(company, beside);
     let with = left(company, &[beside, &[column]].concat());

@@ -1,5 +1,6 @@
-//! What all rows say of what was chosen by a part of them (docs/lab/0065-refit-on-all-rows.md).
+//! Refit to all rows of what was chosen by a part of them (docs/lab/0065-refit-on-all-rows.md).
 
+use crate::diagnose::config::CONFIG;
 use std::ops::Range;
 
 use crate::diagnose::acceptance::leaves_something;
@@ -10,36 +11,33 @@ use crate::diagnose::search::refit::with_values;
 use crate::diagnose::term::Term;
 use crate::error::Result;
 
-/// Steps of a fit to all rows, from where a final ended.
-const STEPS: usize = 6;
-
-/// What `best` chooses of the finalists. Finals of a dear rig are fitted to a part of the rows, and what is chosen at
-/// components that are alike has a dozen numbers: what it leaves may be what so few rows left unknown of them. It is
-/// chosen, or not, by what all rows say.
+/// Returns what `best` chooses of the candidates. Full refits of a dear rig are fitted to a part of
+/// the rows, and what is chosen at components that are alike has a dozen numbers: what it leaves
+/// may be what so few rows left unknown of them. It is chosen, or not, by what all rows say.
 ///
 /// # Errors
 /// None that reading the recordings has not excluded.
 pub(crate) fn select(
     case: &Case,
-    finalists: &mut [Candidate],
+    candidates: &mut [Candidate],
     best: impl Fn(&[Candidate]) -> Option<usize>,
 ) -> Result<Option<usize>> {
     loop {
-        let chosen = best(finalists);
-        let Some(index) = chosen.filter(|&index| lacks_rows(case, &finalists[index])) else {
+        let chosen = best(candidates);
+        let Some(index) = chosen.filter(|&index| lacks_rows(case, &candidates[index])) else {
             return Ok(chosen);
         };
         (case.progress)("what was chosen, to all rows", 0, 1);
-        let trial = &finalists[index].trial;
-        let (point, _) = whole(trial, case, STEPS)?;
+        let trial = &candidates[index].trial;
+        let (point, _) = whole(trial, case, CONFIG.refit.all_rows_steps)?;
         if let Some(better) = with_values(case, trial, point.values)? {
-            finalists[index] = better;
+            candidates[index] = better;
         }
-        finalists[index].all_rows = true;
+        candidates[index].all_rows = true;
     }
 }
 
-/// Whether more rows than it was fitted to may say that it leaves nothing.
+/// Tells whether more rows than it was fitted to may say that it leaves nothing.
 fn lacks_rows(case: &Case, chosen: &Candidate) -> bool {
     let rows = |(_, rows): &(usize, Range<usize>)| rows.len();
     let seen: usize = case.fit_intervals.iter().map(rows).sum();

@@ -9,7 +9,7 @@ use crate::diagnose::search::subset::Subset;
 use crate::diagnose::term::Term;
 use crate::error::Result;
 
-/// What all moves of a search share.
+/// State that all moves of a search share.
 pub(crate) struct Context<'a> {
     /// The recordings.
     pub case: &'a Case<'a>,
@@ -28,10 +28,11 @@ pub(crate) trait Move: Sync {
     /// Name of the move.
     fn name(&self) -> &'static str;
 
-    /// Whether the move may improve the pool.
+    /// Tells whether the move may improve the pool.
     fn applies(&self, context: &Context, pool: &Pool) -> bool;
 
-    /// Candidates fitted to all recordings; `None` where the pool and its choice shall stay as they are.
+    /// Candidates fitted to all recordings; `None` where the pool and its choice shall stay as they
+    /// are.
     ///
     /// # Errors
     /// None that reading the recordings has not excluded.
@@ -40,7 +41,7 @@ pub(crate) trait Move: Sync {
     /// Rule by which a candidate is chosen after the move.
     fn selection(&self) -> Selection;
 
-    /// How often the move is made while it makes another candidate the best.
+    /// Number of times that the move is made while it makes another candidate the best.
     fn rounds(&self) -> usize {
         1
     }

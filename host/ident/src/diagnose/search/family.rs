@@ -1,6 +1,8 @@
-//! Laws of one family in one place: where the best of a race is one of them, the others begin where it ended. Of two that
-//! nearly agree one may have found its valley and the other, from starts without scale, not (docs/explanation/diagnosis.md, "Moves").
+//! Laws of one family in one place: where the best of a screening is one of them, the others begin
+//! where it ended. Of two that nearly agree one may have found its valley and the other, from
+//! starts without scale, not (docs/explanation/diagnosis.md, "Moves").
 
+use crate::diagnose::config::CONFIG;
 use sinew_sim::effects::{Kind, Quantity};
 
 use crate::diagnose::candidate::{Trial, merit};
@@ -9,11 +11,9 @@ use crate::diagnose::search::subset::Subset;
 use crate::diagnose::term::Term;
 use crate::error::Result;
 
-/// Kin are tried again where they leave more than this many times what the best one leaves.
-const FAR: f64 = 1.5;
-
-/// The kin of the best of a race among `suspects`, before their first step from where it ended; `parent` is the rig that
-/// was raced. Those in `known` that came as close as `FAR` are not begun again.
+/// Laws of the family of the best of a screening among `terms`, before their first step from where
+/// it ended; `parent` is the rig that was screened. Those in `known` that came as close as
+/// `CONFIG.screening.same_family` are not begun again.
 pub(crate) fn same_family(
     subset: &Subset,
     parent: &Trial,
@@ -28,7 +28,7 @@ pub(crate) fn same_family(
     };
     let near = |term: &Term| {
         let mut ends = known.iter().filter(|t| t.terms.last() == Some(term));
-        ends.any(|trial| trial.point.cost < FAR * best.point.cost)
+        ends.any(|trial| trial.point.cost < CONFIG.screening.same_family * best.point.cost)
     };
     let others = terms.iter().filter(|term| {
         let same = term.family() == newest.family() && term.has_place_of(newest) && *term != newest;

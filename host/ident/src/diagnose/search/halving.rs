@@ -1,5 +1,7 @@
-//! The race: every suspect refitted inside the simulator, on part of the data, a few steps from several starts.
+//! The screening: every term refitted inside the simulator, on part of the data, a few steps from
+//! several starts.
 
+use crate::diagnose::config::CONFIG;
 use rayon::prelude::*;
 
 use crate::diagnose::candidate::{Trial, merit};
@@ -10,22 +12,9 @@ use crate::diagnose::search::start::{Start, best_starts, promising};
 use crate::diagnose::search::subset::Subset;
 use crate::diagnose::term::Term;
 use crate::error::Result;
-use crate::fit::levenberg::{Stop, Unknowns};
+use crate::fit::levenberg::{DecisionVariables, Stop};
 
-/// Steps of those that are refitted, and of the best of them further.
-const FIRST_STEPS: usize = 6;
-pub(crate) const MORE_STEPS: usize = 8;
-
-/// How many of them go further.
-pub(crate) const HEAT: usize = 8;
-
-/// How many are refitted before asking whether the mismatch is explained already.
-const AT_ONCE: usize = 8;
-
-/// Explained: no more than this part of the noise, and of what there was, is left beside the noise.
-const EXPLAINED: f64 = 0.1;
-
-/// Every suspect on top of `parent`, best first; what cannot be simulated is left out.
+/// Every term on top of `parent`, best first; what cannot be simulated is left out.
 pub(crate) fn race(
     subset: &Subset,
     parent: &Trial,
@@ -46,7 +35,7 @@ pub(crate) fn race(
         })
         .collect();
     let mut first = promising(looked);
-    let rest = first.split_off(AT_ONCE.min(first.len()));
+    let rest = first.split_off(CONFIG.screening.at_once.min(first.len()));
     let mut trial = refitted(subset, first, progress);
     if !explained(subset, parent, &trial) {
         trial.extend(refitted(subset, rest, progress));
@@ -87,14 +76,15 @@ pub(crate) fn race(
     Ok(kept)
 }
 
-/// The better end of each suspect's starts after a few steps.
+/// The better end of each term's starts after a few steps.
 pub(crate) fn refitted(subset: &Subset, begun: Vec<Vec<Start>>, progress: Progress) -> Vec<Trial> {
     let count = progress.count("fitted", begun.len());
     begun
         .into_par_iter()
         .filter_map(|starts| {
-            let ends = (tied(subset, starts).into_iter())
-                .filter_map(|b| subset.improved(b.terms, b.model, b.from, FIRST_STEPS));
+            let ends = (tied(subset, starts).into_iter()).filter_map(|b| {
+                subset.improved(b.terms, b.model, b.from, CONFIG.screening.first_steps)
+            });
             let best = ends.min_by(|a, b| a.point.cost.total_cmp(&b.point.cost));
             count.one();
             best
@@ -102,9 +92,9 @@ pub(crate) fn refitted(subset: &Subset, begun: Vec<Vec<Start>>, progress: Progre
         .collect()
 }
 
-/// What is suspected of components that are alike as one, a few steps from each start, and the best end of them: a dozen
-/// numbers that nobody knows yet would each follow what the others miss (docs/lab/0066-tied-start-of-identical-components.md).
-/// Other starts as they are.
+/// A term at identical components, fitted as one, a few steps from each start, and the best
+/// end of them: a dozen numbers that nobody knows yet would each follow what the others miss
+/// (docs/lab/0066-tied-start-of-identical-components.md). Other starts as they are.
 pub(crate) fn tied(subset: &Subset, starts: Vec<Start>) -> Vec<Start> {
     let newest = starts.first().and_then(|begun| begun.terms.last());
     let alike = newest.map(Term::alike).unwrap_or_default();
@@ -115,8 +105,14 @@ pub(crate) fn tied(subset: &Subset, starts: Vec<Start>) -> Vec<Start> {
         let model = begun.model.clone().tied(&alike);
         let mut segments = subset.data.segments(&model.plant, &subset.intervals).ok()?;
         let from = begun.from.clone();
-        let point = model.improve(subset.data, &mut segments, from, FIRST_STEPS, 1e-3)?;
-        let from = Unknowns {
+        let point = model.improve(
+            subset.data,
+            &mut segments,
+            from,
+            CONFIG.screening.first_steps,
+            1e-3,
+        )?;
+        let from = DecisionVariables {
             values: point.values,
             states: point.states,
         };
@@ -126,20 +122,22 @@ pub(crate) fn tied(subset: &Subset, starts: Vec<Start>) -> Vec<Start> {
     best.map(|(_, begun)| begun).into_iter().collect()
 }
 
-/// Whether the best of them leaves noise and little else: then those that are far behind are spared.
+/// Tells whether the best of them leaves noise and little else: then those that are far behind are
+/// spared.
 pub(crate) fn explained(subset: &Subset, parent: &Trial, trial: &[Trial]) -> bool {
     let noise = 0.5 * subset.samples();
     let left = trial
         .iter()
         .map(|trial| trial.point.cost - noise)
         .fold(f64::INFINITY, f64::min);
-    left < EXPLAINED * noise && left < EXPLAINED * (parent.point.cost - noise)
+    left < CONFIG.screening.explained * noise
+        && left < CONFIG.screening.explained * (parent.point.cost - noise)
 }
 
 /// The best first, the hopeless left out.
 pub(crate) fn thin_out(subset: &Subset, parent: &Trial, trial: &mut Vec<Trial>) {
     trial.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
-    trial.truncate(HEAT);
+    trial.truncate(CONFIG.screening.kept);
     if explained(subset, parent, trial) {
         let best = trial[0].point.cost;
         trial.retain(|trial| trial.point.cost <= 0.5 * (parent.point.cost + best));
@@ -154,21 +152,24 @@ pub(crate) fn further(subset: &Subset, trial: Trial) -> Trial {
     let Ok(mut segments) = subset.data.segments(&trial.model.plant, &subset.intervals) else {
         return trial;
     };
-    let from = Unknowns {
+    let from = DecisionVariables {
         values: trial.point.values.clone(),
         states: trial.point.states.clone(),
     };
-    match trial
-        .model
-        .improve(subset.data, &mut segments, from, MORE_STEPS, 1e-3)
-    {
+    match trial.model.improve(
+        subset.data,
+        &mut segments,
+        from,
+        CONFIG.screening.more_steps,
+        1e-3,
+    ) {
         Some(point) if point.cost < trial.point.cost => Trial { point, ..trial },
         _ => trial,
     }
 }
 
-/// From what the rig says of itself instead: without the effect its parameters were bent to make up for it,
-/// and the way back may be longer than the way from the beginning.
+/// From what the rig says of itself instead: without the effect its parameters were bent to make up
+/// for it, and the way back may be longer than the way from the beginning.
 pub(crate) fn afresh(subset: &Subset, trial: Trial) -> Trial {
     let model = &trial.model;
     let mut values = trial.point.values.clone();
@@ -178,10 +179,14 @@ pub(crate) fn afresh(subset: &Subset, trial: Trial) -> Trial {
     let from = subset.data.segments(&model.plant, &subset.intervals);
     let from = from.and_then(|mut segments| {
         let states = (subset.data).starts(&model.rig, &model.plant, &segments, &values)?;
-        Ok(model.begun(subset.data, &mut segments, Unknowns { values, states }))
+        Ok(model.begun(
+            subset.data,
+            &mut segments,
+            DecisionVariables { values, states },
+        ))
     });
     let again = from.ok().and_then(|from| {
-        let steps = FIRST_STEPS + MORE_STEPS;
+        let steps = CONFIG.screening.first_steps + CONFIG.screening.more_steps;
         subset.improved(trial.terms.clone(), model.clone(), from, steps)
     });
     match again {

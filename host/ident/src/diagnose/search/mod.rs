@@ -1,4 +1,5 @@
-//! The search for missing terms: a pool of candidates and a list of moves that add to it (docs/explanation/diagnosis.md).
+//! The search for missing terms: a pool of candidates and a list of moves that add to it
+//! (docs/explanation/diagnosis.md).
 
 pub(crate) mod all_rows;
 pub(crate) mod context;
@@ -11,6 +12,7 @@ mod screen;
 pub(crate) mod start;
 pub(crate) mod subset;
 
+use crate::diagnose::config::CONFIG;
 use sinew_sim::{Plant, Rig};
 
 use self::context::Context;
@@ -19,17 +21,15 @@ use self::subset::Subset;
 use crate::diagnose::acceptance::{leaves_something, ranking};
 use crate::diagnose::baseline::{fit_baseline, fit_baseline_from, restart_baseline};
 use crate::diagnose::candidate::{Candidate, Trial};
-use crate::diagnose::case::{Case, PARTS};
+use crate::diagnose::case::Case;
 use crate::diagnose::pool::Pool;
 use crate::diagnose::search::refocus::refocused;
 use crate::diagnose::term::terms;
 use crate::error::Result;
 
-/// Steps of the first fit of the rig alone to a subset.
-const FIRST_FIT_STEPS: usize = 15;
-
-/// Searches over the intervals of the case; then over fewer and longer ones, from where the rig ended on the shorter ones, while the
-/// rig alone leaves nothing: start states of its own in every interval may follow what the rig misses.
+/// Searches over the intervals of the case; then over fewer and longer ones, from where the rig
+/// ended on the shorter ones, while the rig alone leaves nothing: start states of its own in every
+/// interval may follow what the rig misses.
 ///
 /// # Errors
 /// As [`search`].
@@ -40,7 +40,7 @@ pub(crate) fn search_in_parts(
     budget: usize,
 ) -> Result<Option<Pool>> {
     let mut pool = search(case, rig, values)?;
-    let mut parts = if case.in_parts { PARTS } else { 1 };
+    let mut parts = if case.in_parts { CONFIG.split.parts } else { 1 };
     while parts > 1
         && let Some(nothing) = pool.as_ref().filter(|pool| pool.needs_nothing(case))
     {
@@ -56,7 +56,8 @@ pub(crate) fn search_in_parts(
     Ok(pool)
 }
 
-/// Searches the terms that `rig` lacks, its parameters beginning at `values`. `None` where it cannot be simulated.
+/// Searches the terms that `rig` lacks, its parameters beginning at `values`. `None` where it
+/// cannot be simulated.
 ///
 /// # Errors
 /// None that reading the recordings has not excluded.
@@ -64,7 +65,7 @@ pub(crate) fn search(case: &Case, rig: &Rig, values: &[f64]) -> Result<Option<Po
     let plant = Plant::new(rig)?;
     let thinned = Subset::thinned(case, rig, &plant, values);
     let mut subset = Subset::new(case, thinned.as_ref().unwrap_or(case.fit), &plant, values);
-    let Some(start) = subset.first(rig, values, FIRST_FIT_STEPS)? else {
+    let Some(start) = subset.first(rig, values, CONFIG.screening.baseline_steps)? else {
         return Ok(None);
     };
     // The rig may have run along the bound, and nothing may be added to it there.
@@ -77,7 +78,7 @@ pub(crate) fn search(case: &Case, rig: &Rig, values: &[f64]) -> Result<Option<Po
         return Ok(Some(pool));
     }
     let (subset, start) = match refocused(&subset, &start)? {
-        Some(own) => match own.first(rig, values, FIRST_FIT_STEPS)? {
+        Some(own) => match own.first(rig, values, CONFIG.screening.baseline_steps)? {
             Some(moved) => (own, moved),
             None => (subset, start),
         },
@@ -134,7 +135,8 @@ fn improve(context: &Context, pool: &mut Pool) -> Result<()> {
     Ok(())
 }
 
-/// The rig alone. What shorter intervals made of it may lie in a local minimum in which the refit to whole recordings does not.
+/// The rig alone. What shorter intervals made of it may lie in a local minimum in which the refit
+/// to whole recordings does not.
 fn baseline(
     case: &Case,
     start: &Trial,

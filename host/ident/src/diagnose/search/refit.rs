@@ -1,23 +1,20 @@
-//! Finals: what a race found, fitted to everything (docs/explanation/diagnosis.md, "Successive halving").
+//! Finals: what a race found, fitted to everything (docs/explanation/diagnosis.md, "Successive
+//! halving").
 
 use crate::diagnose::candidate::{Candidate, Trial};
-use crate::diagnose::case::{Case, FINAL_STEPS};
+use crate::diagnose::case::Case;
+use crate::diagnose::config::CONFIG;
 use crate::diagnose::data::Starts;
 use crate::diagnose::residuals::Residuals;
 use crate::diagnose::search::halving::race;
 use crate::diagnose::search::subset::{Subset, pieces_of};
 use crate::diagnose::term::Term;
 use crate::error::Result;
-use crate::fit::levenberg::Unknowns;
+use crate::fit::levenberg::DecisionVariables;
 use rayon::prelude::*;
 
-/// Explained: a cost of no more than this many times what noise alone costs.
-const EXPLAINED: f64 = 1.5;
-
-/// Pieces of a stretch, from rung to rung, where a final has lost what its race had found.
-const JOINED: [usize; 4] = [8, 4, 2, 1];
-
-/// Fits what a race found to all of the fit recordings and looks at what it leaves of both roles.
+/// Fits what a screening found to all of the fit recordings and looks at what it leaves of both
+/// roles.
 pub(crate) fn refit(
     case: &Case,
     subset: &Subset,
@@ -37,12 +34,12 @@ pub(crate) fn refit(
         &segments,
         found,
     )?;
-    let from = Unknowns {
+    let from = DecisionVariables {
         values: trial.point.values.clone(),
         states,
     };
     let direct = refit_from(case, trial, from, steps)?;
-    let explained = |cost: f64, samples: f64| cost < EXPLAINED * 0.5 * samples;
+    let explained = |cost: f64, samples: f64| cost < CONFIG.refit.explained * 0.5 * samples;
     let lost = explained(trial.point.cost, subset.samples())
         && !direct.as_ref().is_some_and(|direct| {
             let samples = case.fit.samples(&case.fit_intervals);
@@ -59,8 +56,8 @@ pub(crate) fn refit(
         .min_by(|a, b| cost(a).total_cmp(&cost(b))))
 }
 
-/// As [`Bench::contender`], in pieces that are joined rung by rung: over a whole recording a friction that is a
-/// little off stops the device where it slid on, and no step from there leads back.
+/// As [`refit`], in pieces that are joined step by step: over a whole recording a friction that is
+/// a little off stops the device where it slid on, and no step from there leads back.
 fn refit_in_pieces(
     case: &Case,
     trial: &Trial,
@@ -72,7 +69,7 @@ fn refit_in_pieces(
     let mut intervals = found.intervals.to_vec();
     let mut states = found.states.to_vec();
     let mut data = found.data;
-    for pieces in JOINED {
+    for pieces in CONFIG.refit.pieces {
         let next = pieces_of(&case.fit_intervals, pieces);
         let mut segments = case.fit.segments(&model.plant, &next)?;
         let known = Starts {
@@ -81,7 +78,7 @@ fn refit_in_pieces(
             states: &states,
         };
         let starts = (case.fit).along((&model.rig, &model.plant), &values, &segments, known)?;
-        let from = Unknowns {
+        let from = DecisionVariables {
             values,
             states: starts,
         };
@@ -97,11 +94,11 @@ fn refit_in_pieces(
     Ok(None)
 }
 
-/// As [`Bench::contender`], from here.
+/// As [`refit`], from here.
 pub(crate) fn refit_from(
     case: &Case,
     trial: &Trial,
-    from: Unknowns,
+    from: DecisionVariables,
     steps: usize,
 ) -> Result<Option<Candidate>> {
     let model = &trial.model.integrated(case.settings);
@@ -123,7 +120,7 @@ pub(crate) fn refit_from(
     };
     if values != point.values {
         let states = point.states.clone();
-        let from = Unknowns { values, states };
+        let from = DecisionVariables { values, states };
         let within = model.improve(case.fit, &mut segments, from, steps, 1e-4);
         let Some(within) = within else {
             return Ok(None);
@@ -140,7 +137,7 @@ pub(crate) fn refit_from(
     )
 }
 
-/// What it leaves of both roles.
+/// Residuals of both roles.
 fn with_residuals(case: &Case, trial: Trial) -> Result<Option<Candidate>> {
     let (model, point) = (&trial.model, &trial.point);
     let left =
@@ -164,10 +161,10 @@ pub(crate) fn with_values(
     let model = &trial.model.integrated(case.settings);
     let mut segments = case.fit.segments(&model.plant, &case.fit_intervals)?;
     let states = trial.point.states.clone();
-    let from = Unknowns { values, states };
+    let from = DecisionVariables { values, states };
     let Some(point) = model
         .held()
-        .improve(case.fit, &mut segments, from, FINAL_STEPS, 1e-4)
+        .improve(case.fit, &mut segments, from, CONFIG.refit.steps, 1e-4)
     else {
         return Ok(None);
     };
@@ -181,10 +178,7 @@ pub(crate) fn with_values(
     )
 }
 
-/// How many of a race are fitted to everything.
-const FINALISTS: usize = 4;
-
-/// One race and its final.
+/// One screening and its final.
 pub(crate) fn screen_and_refit(
     case: &Case,
     subset: &Subset,
@@ -196,7 +190,7 @@ pub(crate) fn screen_and_refit(
     refit_best(case, subset, &trial, what)
 }
 
-/// One race, its progress told.
+/// One screening, its progress told.
 pub(crate) fn screened(
     case: &Case,
     subset: &Subset,
@@ -207,21 +201,24 @@ pub(crate) fn screened(
     race(subset, parent, all, case.progress_of(what))
 }
 
-/// The best of a race, fitted to everything.
+/// The best of a screening, fitted to everything.
 pub(crate) fn refit_best(
     case: &Case,
     subset: &Subset,
     trial: &[Trial],
     what: &str,
 ) -> Result<Vec<Candidate>> {
-    let count = case
-        .progress_of(what)
-        .count("fitted to everything", trial.len().min(FINALISTS));
+    let count = case.progress_of(what).count(
+        "fitted to everything",
+        trial.len().min(CONFIG.refit.candidates),
+    );
     let finals: Vec<Option<Candidate>> = trial
         .par_iter()
-        .take(FINALISTS)
+        .take(CONFIG.refit.candidates)
         .map(|trial| {
-            let candidate = refit(case, subset, trial, FINAL_STEPS).ok().flatten();
+            let candidate = refit(case, subset, trial, CONFIG.refit.steps)
+                .ok()
+                .flatten();
             count.one();
             candidate
         })

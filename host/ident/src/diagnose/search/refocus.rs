@@ -1,16 +1,18 @@
-//! Where a race is run: where the mismatch is, if the rows that were spread over the recordings hold none of it
-//! (docs/explanation/diagnosis.md, "Successive halving").
+//! Choice of the rows of a screening: where the mismatch is, if the rows that were spread over the
+//! recordings hold none of it (docs/explanation/diagnosis.md, "Successive halving").
 
+use crate::diagnose::config::CONFIG;
 use std::ops::Range;
 
 use crate::diagnose::acceptance::stands_out;
 use crate::diagnose::candidate::Trial;
 use crate::diagnose::residuals::Residuals;
-use crate::diagnose::search::subset::{RACE_PARTS, RACE_WORK, Subset, race_rows};
+use crate::diagnose::search::subset::{Subset, race_rows};
 use crate::error::Result;
 
-/// The track with as many stretches as it has, and no longer, where the fitted rig leaves most of the squares. `None` where
-/// something stands out on the track as it is: a stop that is met once in a recording may lie between its stretches.
+/// The subset with as many intervals as it has, and no longer, where the fitted rig leaves most of
+/// the squares. `None` where something stands out on the subset as it is: a stop that is met once
+/// in a recording may lie between its intervals.
 ///
 /// # Errors
 /// None that fitting the rig has not excluded.
@@ -49,7 +51,7 @@ pub(crate) fn refocused<'a>(subset: &Subset<'a>, fitted: &Trial) -> Result<Optio
     Ok(Some(subset.on(intervals.collect())))
 }
 
-/// The whole of the recordings in windows no longer than the track's stretches.
+/// The whole of the recordings in windows no longer than the intervals of the subset.
 fn windows(subset: &Subset) -> Vec<(usize, Range<usize>)> {
     let lengths = subset.intervals.iter().map(|(_, rows)| rows.len());
     let longest = lengths.max().unwrap_or(1).max(1);
@@ -61,8 +63,8 @@ fn windows(subset: &Subset) -> Vec<(usize, Range<usize>)> {
     rows.enumerate().flat_map(of).collect()
 }
 
-/// The track of a second effect: as many sub-steps as that of the first, counted in what the parent takes, so
-/// fewer rows where it takes many for each.
+/// The subset of a second effect: as many sub-steps as that of the first, counted in what the
+/// parent takes, so fewer rows where it takes many for each.
 pub(crate) fn affordable<'a>(subset: &Subset<'a>, parent: &Trial) -> Result<Subset<'a>> {
     let data = subset.data;
     let (mut rows, mut taken) = (0, 0);
@@ -71,16 +73,16 @@ pub(crate) fn affordable<'a>(subset: &Subset<'a>, parent: &Trial) -> Result<Subs
         let drive = experiment.drive(&parent.model.plant, range.clone())?;
         let times = &experiment.t[range.clone()];
         let plant = &parent.model.plant;
-        // What was fitted to the track can be simulated there.
+        // What was fitted to the subset can be simulated there.
         if let Ok(run) = plant.simulate(&parent.point.values, start, &drive, times) {
             rows += times.len();
             taken += run.report.substeps;
         }
     }
-    let budget = (RACE_WORK * rows / taken.max(1)).max(race_rows(&parent.model.plant));
+    let budget = (CONFIG.screening.work * rows / taken.max(1)).max(race_rows(&parent.model.plant));
     let rows: usize = subset.intervals.iter().map(|(_, rows)| rows.len()).sum();
     Ok(subset.on(if budget < rows {
-        data.select(RACE_PARTS, budget)
+        data.select(CONFIG.screening.intervals, budget)
     } else {
         subset.intervals.clone()
     }))
@@ -98,8 +100,8 @@ mod tests {
 
     const ROWS: usize = 2000;
 
-    /// The demo's mass, pushed hard once (rows 900 to 930) and gently before and after, with a stop that only the hard
-    /// push reaches: small steps of symplectic Euler.
+    /// The demo's mass, pushed hard once (rows 900 to 930) and gently before and after, with a stop
+    /// that only the hard push reaches: small steps of symplectic Euler.
     fn stopped() -> Recording {
         let (step, parts) = (1.0 / 120.0, 64);
         let h = step / f64::from(parts);

@@ -1,17 +1,16 @@
-//! A first look at every suspect, at the price of one simulation a start: what one joint step of the linear
-//! theory would leave (docs/explanation/diagnosis.md, eq. 5). It orders the race and only spares the hopeless from it.
+//! A first look at every term, at the price of one simulation a start: what one joint step of the
+//! linear theory would leave (docs/explanation/diagnosis.md, eq. 5). It orders the race and only
+//! spares the hopeless from it.
 
+use crate::diagnose::config::CONFIG;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use crate::diagnose::candidate::Trial;
 use crate::diagnose::model::Model;
 use crate::diagnose::search::subset::Subset;
 use crate::error::Result;
-use crate::fit::levenberg::Unknowns;
+use crate::fit::levenberg::DecisionVariables;
 use crate::fit::segment::Rows;
-
-/// A trace on diagonals, so that columns without effect can be factored.
-const TRACE: f64 = 1e-9;
 
 /// Derivatives of the parent's residuals in its own parameters and start states, factored once.
 pub(crate) struct Screen {
@@ -37,7 +36,7 @@ impl Screen {
     pub fn new(subset: &Subset, parent: &Trial) -> Result<Option<Self>> {
         let model = &parent.model;
         let segments = subset.data.segments(&model.plant, &subset.intervals)?;
-        let from = Unknowns {
+        let from = DecisionVariables {
             values: parent.point.values.clone(),
             states: parent.point.states.clone(),
         };
@@ -70,12 +69,17 @@ impl Screen {
             .map(|reduced| Self { intervals, reduced }))
     }
 
-    /// Half the squares that a model with new parameters would keep after one joint linear step from
-    /// `from`; infinite where it cannot be simulated.
+    /// Half the squares that a model with new parameters would keep after one joint linear step
+    /// from `from`; infinite where it cannot be simulated.
     ///
     /// # Errors
     /// None that fitting the parent has not excluded.
-    pub fn predicted_cost(&self, subset: &Subset, model: &Model, from: &Unknowns) -> Result<f64> {
+    pub fn predicted_cost(
+        &self,
+        subset: &Subset,
+        model: &Model,
+        from: &DecisionVariables,
+    ) -> Result<f64> {
         let segments = subset.data.segments(&model.plant, &subset.intervals)?;
         let mut problem = model.problem(subset.data, &segments, from);
         let slots = problem
@@ -144,7 +148,7 @@ impl Stretch {
 fn traced(mut matrix: DMatrix<f64>) -> DMatrix<f64> {
     let largest = matrix.diagonal().amax().max(f64::MIN_POSITIVE);
     for i in 0..matrix.nrows() {
-        matrix[(i, i)] += TRACE * largest;
+        matrix[(i, i)] += CONFIG.screening.regularisation * largest;
     }
     matrix
 }

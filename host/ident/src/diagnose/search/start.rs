@@ -1,5 +1,7 @@
-//! Where a suspect begins: starts without scale, weak and strong, and the few of them that promise most.
+//! Start values of a term: starts without scale, weak and strong, and the few of them that have the
+//! lowest predicted cost.
 
+use crate::diagnose::config::CONFIG;
 use sinew_sim::Rig;
 use sinew_sim::effects::{Kind, Role};
 
@@ -9,11 +11,12 @@ use crate::diagnose::search::screen::Screen;
 use crate::diagnose::search::subset::Subset;
 use crate::diagnose::term::Term;
 use crate::error::Result;
-use crate::fit::levenberg::Unknowns;
+use crate::fit::levenberg::DecisionVariables;
 use crate::scales::Run;
 
-/// The starts of a suspect that promise most, the best one first: two, and a weak and a strong one among them.
-/// From a weak start the way to a strong effect is long, and a strong start promises less than it holds.
+/// The starts of a term that have the lowest predicted cost, the best one first: two, and a weak
+/// and a strong one among them. From a weak start the way to a strong effect is long, and a strong
+/// start promises less than it holds.
 pub(crate) fn best_starts(
     subset: &Subset,
     parent: &Trial,
@@ -37,7 +40,7 @@ pub(crate) fn best_starts(
     Ok(begun.filter(kept).map(|(_, begun)| begun).collect())
 }
 
-/// The parent with a suspect at one start.
+/// The parent with a term at one start.
 pub(crate) fn begin(subset: &Subset, parent: &Trial, term: &Term, start: &[f64]) -> Result<Start> {
     let rig = term.apply(&parent.model.rig, start)?;
     let mut terms = parent.terms.clone();
@@ -48,12 +51,12 @@ pub(crate) fn begin(subset: &Subset, parent: &Trial, term: &Term, start: &[f64])
     Ok(Start {
         terms,
         model,
-        from: Unknowns { values, states },
+        from: DecisionVariables { values, states },
         predicted_cost: f64::INFINITY,
     })
 }
 
-/// Start states of the parent; what the suspect brings itself begins as a recording shows it.
+/// Start states of the parent; what the term brings itself begins as a recording shows it.
 fn inherited(
     subset: &Subset,
     parent: &Trial,
@@ -77,8 +80,8 @@ fn inherited(
     Ok(states)
 }
 
-/// Where a suspect starts from: nowhere in particular for a number, scale-free places for an effect, weak
-/// (`true`) and as strong as the port.
+/// Start values of a term: nowhere in particular for a number, scale-free places for an effect,
+/// weak (`true`) and as strong as the port.
 fn starts(run: &Run, term: &Term) -> Result<Vec<(Vec<f64>, bool)>> {
     match term.effect() {
         None => Ok(vec![(Vec::new(), false)]),
@@ -95,7 +98,8 @@ fn starts(run: &Run, term: &Term) -> Result<Vec<(Vec<f64>, bool)>> {
     }
 }
 
-/// Starts at components that are alike as one: the geometric mean of each number's sizes, and the sign of the first.
+/// Starts at components that are alike as one: the geometric mean of each number's sizes, and the
+/// sign of the first.
 fn mean(starts: &[&[f64]]) -> Vec<f64> {
     let Some((first, rest)) = starts.split_first() else {
         return Vec::new();
@@ -112,18 +116,15 @@ fn mean(starts: &[&[f64]]) -> Vec<f64> {
     first.iter().enumerate().map(of).collect()
 }
 
-/// A suspect before its first step.
+/// A term before its first step.
 pub(crate) struct Start {
     pub terms: Vec<Term>,
     pub model: Model,
-    pub from: Unknowns,
+    pub from: DecisionVariables,
     pub predicted_cost: f64,
 }
 
-/// How many of the best promises are refitted, beside the best of each family.
-const REFITTED: usize = 12;
-
-/// The best promises, and the best of each family: a promise is no verdict.
+/// The lowest predicted costs, and the lowest of each family: a prediction is no verdict.
 pub(crate) fn promising(looked: Vec<Vec<Start>>) -> Vec<Vec<Start>> {
     let mut looked: Vec<Vec<Start>> = looked.into_iter().filter(|l| !l.is_empty()).collect();
     looked.sort_by(|a, b| a[0].predicted_cost.total_cmp(&b[0].predicted_cost));
@@ -131,7 +132,7 @@ pub(crate) fn promising(looked: Vec<Vec<Start>>) -> Vec<Vec<Start>> {
     let mut kept = Vec::new();
     for begun in looked {
         let family = begun[0].terms.last().and_then(Term::family);
-        if kept.len() < REFITTED || !families.contains(&family) {
+        if kept.len() < CONFIG.screening.refitted || !families.contains(&family) {
             families.push(family);
             kept.push(begun);
         }
@@ -139,8 +140,8 @@ pub(crate) fn promising(looked: Vec<Vec<Start>>) -> Vec<Vec<Start>> {
     kept
 }
 
-/// A start and the same one so weak that the linear theory holds for it (`true`): a start that changes the
-/// motion a lot promises nothing, whatever the truth.
+/// A start and the same one so weak that the linear theory holds for it (`true`): a start that
+/// changes the motion a lot promises nothing, whatever the truth.
 fn with_weak(kind: Kind, starts: Vec<Vec<f64>>) -> Vec<(Vec<f64>, bool)> {
     let weak = |start: &Vec<f64>| -> Vec<f64> {
         // Of one component after the other.
@@ -149,7 +150,7 @@ fn with_weak(kind: Kind, starts: Vec<Vec<f64>>) -> Vec<(Vec<f64>, bool)> {
             .zip(start)
             .map(|(spec, value)| {
                 if spec.role == Role::Strength {
-                    WEAK * value
+                    CONFIG.screening.weak * value
                 } else {
                     *value
                 }
@@ -166,9 +167,6 @@ fn with_weak(kind: Kind, starts: Vec<Vec<f64>>) -> Vec<(Vec<f64>, bool)> {
     }
     all
 }
-
-/// How much weaker.
-const WEAK: f64 = 0.02;
 
 #[cfg(test)]
 mod tests {

@@ -1,5 +1,6 @@
 //! Part of the data that is small enough to try every term on.
 
+use crate::diagnose::config::CONFIG;
 use std::ops::Range;
 
 use sinew_sim::{Plant, Rig, Settings};
@@ -10,58 +11,43 @@ use crate::diagnose::data::Data;
 use crate::diagnose::model::Model;
 use crate::diagnose::term::Term;
 use crate::error::Result;
-use crate::fit::levenberg::Unknowns;
+use crate::fit::levenberg::DecisionVariables;
 use crate::fit::pace::{dearness, pace, settings, substeps};
 use crate::scales::Run;
 
-/// Sub-steps of the integrator that one simulation of a race takes, about; and one of a final.
-pub(crate) const RACE_WORK: usize = 2500;
-
-/// Longest sub-step of a race, in units of one over the fastest rate: three times a simulation's. An undamped
-/// mode is off by a ten-thousandth of its phase then, alike in all who race.
-const RACE_STEP: f64 = 0.3;
-
-/// Thinned recordings are still at least this dense, in steps per unit of the fastest rate.
-const THIN_RATE: f64 = 0.1;
-
-/// Stretches that a race is cut into, and the fewest rows that it is run on.
-pub(crate) const RACE_PARTS: usize = 8;
-
-const RACE_ROWS: usize = 1000;
-
-/// Part of the data that is small enough to try everything on, cut into stretches.
+/// Part of the data that is small enough to try everything on, cut into intervals.
 pub(crate) struct Subset<'a> {
     pub written: &'a Rig,
     pub data: &'a Data,
     pub intervals: Vec<(usize, std::ops::Range<usize>)>,
-    /// How trials are integrated: coarsely, and not at all where they would be too dear.
+    /// Integration of trials: coarsely, and not at all where they would be too dear.
     pub settings: Settings,
 }
 
 impl<'a> Subset<'a> {
-    /// Recordings of the fit with every few rows, where the plant hardly moves between them and there are more rows than screening
-    /// takes.
+    /// Recordings of the fit with every few rows, where the plant hardly moves between them and
+    /// there are more rows than screening takes.
     pub fn thinned(case: &Case, rig: &Rig, plant: &Plant, values: &[f64]) -> Option<Data> {
         let thin = thinning(case.fit, pace(plant, values, &case.fit.experiments));
         (thin > 1).then(|| case.fit.thinned(rig, plant, thin))
     }
 
-    /// Intervals spread over the recordings, of about as many sub-steps as screening may take; `data` are those of
-    /// [`Subset::thinned`] or all.
+    /// Intervals spread over the recordings, of about as many sub-steps as screening may take;
+    /// `data` are those of [`Subset::thinned`] or all.
     pub fn new(case: &Case<'a>, data: &'a Data, plant: &Plant, values: &[f64]) -> Self {
         let pace = pace(plant, values, &case.fit.experiments);
         let thin = thinning(case.fit, pace);
-        let step = RACE_STEP * dearness(plant);
-        let budget = RACE_WORK / substeps(pace * thin as f64, step);
+        let step = CONFIG.screening.step * dearness(plant);
+        let budget = CONFIG.screening.work / substeps(pace * thin as f64, step);
         Self {
             written: case.written,
             data,
-            intervals: data.select(RACE_PARTS, budget.max(race_rows(plant))),
+            intervals: data.select(CONFIG.screening.intervals, budget.max(race_rows(plant))),
             settings: settings(plant, values, &data.experiments, step),
         }
     }
 
-    /// Other stretches of the same recordings.
+    /// Other intervals of the same recordings.
     pub fn on(&self, intervals: Vec<(usize, std::ops::Range<usize>)>) -> Subset<'a> {
         Subset {
             written: self.written,
@@ -73,7 +59,7 @@ impl<'a> Subset<'a> {
 }
 
 impl Subset<'_> {
-    /// A rig fitted to the track, from values that are known to be near.
+    /// A rig fitted to the subset, from values that are known to be near.
     ///
     /// # Errors
     /// A rig that cannot be compiled.
@@ -81,7 +67,7 @@ impl Subset<'_> {
         let model = Model::new(rig, self.written, &[], self.settings)?;
         let mut segments = self.data.segments(&model.plant, &self.intervals)?;
         let states = self.data.starts(rig, &model.plant, &segments, values)?;
-        let from = Unknowns {
+        let from = DecisionVariables {
             values: values.to_vec(),
             states,
         };
@@ -94,7 +80,8 @@ impl Subset<'_> {
         }))
     }
 
-    /// The rig with what its owner wrote, only start states fitted. `None` where it cannot be simulated.
+    /// The rig with what its owner wrote, only start states fitted. `None` where it cannot be
+    /// simulated.
     ///
     /// # Errors
     /// A rig that cannot be compiled.
@@ -104,7 +91,11 @@ impl Subset<'_> {
         let values = model.inherit(&written, &written.values());
         let mut segments = self.data.segments(&model.plant, &self.intervals)?;
         let states = self.data.starts(rig, &model.plant, &segments, &values)?;
-        let from = model.begun(self.data, &mut segments, Unknowns { values, states });
+        let from = model.begun(
+            self.data,
+            &mut segments,
+            DecisionVariables { values, states },
+        );
         let point = model.improve(self.data, &mut segments, from, 0, 1e-3);
         Ok(point.map(|point| Trial {
             terms: Vec::new(),
@@ -118,7 +109,7 @@ impl Subset<'_> {
         self.data.samples(&self.intervals)
     }
 
-    /// A fitted rig run over the stretches that it was fitted to, for the sizes of things.
+    /// A fitted rig run over the intervals that it was fitted to, for the sizes of things.
     pub fn run<'a>(&self, trial: &'a Trial) -> Result<Run<'a>> {
         let (model, point) = (&trial.model, &trial.point);
         let inputs = self.data.experiments.iter().map(|e| e.inputs.as_slice());
@@ -136,7 +127,7 @@ impl Subset<'_> {
         &self,
         terms: Vec<Term>,
         model: Model,
-        from: Unknowns,
+        from: DecisionVariables,
         steps: usize,
     ) -> Option<Trial> {
         let mut segments = self.data.segments(&model.plant, &self.intervals).ok()?;
@@ -148,7 +139,8 @@ impl Subset<'_> {
         })
     }
 
-    /// One of a pair without the other, some steps on from where the pair ended; `base` is the rig without either.
+    /// One of a pair without the other, some steps on from where the pair ended; `base` is the rig
+    /// without either.
     pub fn alone(
         &self,
         base: &Trial,
@@ -174,31 +166,29 @@ impl Subset<'_> {
         let values = model.inherit(plant, &pair.point.values);
         let segments = self.data.segments(&model.plant, &self.intervals)?;
         let states = (self.data).starts(&rig, &model.plant, &segments, &values)?;
-        let from = Unknowns { values, states };
+        let from = DecisionVariables { values, states };
         Ok(self.improved(terms, model, from, steps))
     }
 }
 
-/// The fewest rows of a race.
+/// The fewest rows of a screening.
 pub(crate) fn race_rows(plant: &Plant) -> usize {
-    (RACE_ROWS as f64 / dearness(plant)) as usize
+    (CONFIG.screening.rows as f64 / dearness(plant)) as usize
 }
 
-const PIECE_ROWS: usize = 25;
-
-/// The same rows, each stretch in that many pieces.
+/// The same rows, each interval in that many pieces.
 pub(crate) fn cut_subset<'a>(subset: &Subset<'a>, pieces: usize) -> Subset<'a> {
     subset.on(pieces_of(&subset.intervals, pieces))
 }
 
-/// Each stretch in that many pieces, or as many as it has rows for.
+/// Each interval in that many pieces, or as many as it has rows for.
 pub(crate) fn pieces_of(
     intervals: &[(usize, Range<usize>)],
     pieces: usize,
 ) -> Vec<(usize, Range<usize>)> {
     let cut = |(index, rows): &(usize, Range<usize>)| {
         let (index, rows) = (*index, rows.clone());
-        let count = pieces.min(rows.len() / PIECE_ROWS).max(1);
+        let count = pieces.min(rows.len() / CONFIG.screening.piece_rows).max(1);
         (0..count).map(move |k| {
             let at = |k: usize| rows.start + k * rows.len() / count;
             (index, at(k)..at(k + 1))
@@ -207,12 +197,12 @@ pub(crate) fn pieces_of(
     intervals.iter().flat_map(cut).collect()
 }
 
-/// How many rows one may stand for in screening: the plant hardly moves between them.
+/// Number of rows that one may stand for in screening: the plant hardly moves between them.
 fn thinning(data: &Data, pace: f64) -> usize {
     let most = if pace > 0.0 {
-        (THIN_RATE / pace) as usize
+        (CONFIG.screening.density / pace) as usize
     } else {
         1
     };
-    (data.rows() / RACE_WORK).min(most).max(1)
+    (data.rows() / CONFIG.screening.work).min(most).max(1)
 }

@@ -1,4 +1,5 @@
-//! What one component does, all that are alike do: judged on recordings by closed formulas (`tests/foreign`).
+//! What one component does, all that are alike do: judged on recordings by closed formulas
+//! (`tests/foreign`).
 
 use crate::diagnose::finding::{Diagnosis, FoundEffect, Verdict};
 use crate::diagnose::{Options, Recordings, diagnose};
@@ -7,7 +8,8 @@ use sinew_sim::Rig;
 use super::recorded;
 use crate::recording::Recording;
 
-/// A file of `tests/foreign/finger`, whose two tendons rub in their guides, or of `foam`, which creeps along three axes.
+/// A file of `tests/foreign/finger`, whose two tendons rub in their guides, or of `foam`, which
+/// creeps along three axes.
 pub fn foreign(name: &str) -> String {
     format!("{}/../../tests/foreign/{name}", env!("CARGO_MANIFEST_DIR"))
 }

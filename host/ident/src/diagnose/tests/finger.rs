@@ -1,4 +1,5 @@
-//! A finger between two tendons with something hidden, and what is needed to look at one step of its diagnosis.
+//! A finger between two tendons with something hidden, and what is needed to look at one step of
+//! its diagnosis.
 
 use crate::diagnose::case::{Case, refit_settings};
 use crate::diagnose::data::Data;
@@ -44,7 +45,7 @@ impl Finger {
         }
     }
 
-    /// Finals are fitted to the first rows.
+    /// Full refits are fitted to the first rows.
     pub fn case(&self, rows: usize) -> Case<'_> {
         let data = [&self.fit, &self.check, &self.both];
         case(&self.own, data, vec![(0, 0..rows)])
@@ -83,7 +84,7 @@ pub fn effect(kind: &str, at: &str, parameter: &str) -> String {
     format!("\n[[effect]]\nkind = \"{kind}\"\ncomponent = \"{at}\"\n{parameter}\n")
 }
 
-/// A race on all that finals see.
+/// A screening on all that full refits see.
 pub fn subset<'a>(case: &Case<'a>) -> Subset<'a> {
     Subset {
         written: case.written,

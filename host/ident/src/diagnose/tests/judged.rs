@@ -1,4 +1,5 @@
-//! How what is made alike is judged: finals of a finger between two tendons, put together by hand.
+//! How what is made alike is judged: full refits of a finger between two tendons, put together by
+//! hand.
 
 use crate::diagnose::acceptance::{best_acceptable, is_determined, leaves_something, simplest};
 use crate::diagnose::baseline::fit_baseline;
@@ -14,13 +15,15 @@ use std::slice::from_ref;
 use super::compiled;
 use super::finger::{Finger, RUBS, effect, subset};
 
-/// The believed rig, and its final with a friction at each of these tendons that follows their load.
+/// The baseline rig, and its final with a friction at each of these tendons that follows their
+/// load.
 pub fn finals(case: &Case, tendons: &[&str]) -> (Candidate, Candidate) {
     let begun = vec![0.1; tendons.len()];
     finals_of(case, RUBS, tendons, &begun)
 }
 
-/// The believed rig, and its final with an effect at each of these components that begins like this.
+/// The baseline rig, and its final with an effect at each of these components that begins like
+/// this.
 pub fn finals_of(case: &Case, kind: &str, at: &[&str], start: &[f64]) -> (Candidate, Candidate) {
     let term = term(case.written, kind, at);
     let subset = subset(case);

@@ -45,8 +45,8 @@ reads = "mass.position"
 signal = "q_m"
 "#;
 
-/// A mass of 2 kg on a spring of 80 N/m, which carries a mode of this many kilograms at 3 Hz: ten seconds
-/// with noise of 2 mm, in small steps of symplectic Euler.
+/// A mass of 2 kg on a spring of 80 N/m, which carries a mode of this many kilograms at 3 Hz: ten
+/// seconds with noise of 2 mm, in small steps of symplectic Euler.
 fn recorded(carried: f64, seed: u64) -> Recording {
     let parts = 16;
     let h = 0.01 / f64::from(parts);

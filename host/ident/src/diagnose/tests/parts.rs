@@ -1,4 +1,5 @@
-//! Recordings of what nothing holds are judged in fewer and longer stretches where eight leave nothing.
+//! Recordings of what nothing holds are judged in fewer and longer intervals where eight leave
+//! nothing.
 
 use crate::diagnose::acceptance::holds_over_whole_recordings;
 use crate::diagnose::case::Case;
@@ -33,7 +34,8 @@ reads = "cart.position"
 signal = "q_m"
 "#;
 
-/// A cart of 2 kg under a load that nobody told, 20 s with noise of 1 mm: in small steps of symplectic Euler.
+/// A cart of 2 kg under a load that nobody told, 20 s with noise of 1 mm: in small steps of
+/// symplectic Euler.
 fn recorded(load: f64, seed: u64) -> Recording {
     let parts = 16;
     let h = 0.01 / f64::from(parts);
@@ -64,7 +66,7 @@ fn judged(load: f64) -> Diagnosis {
     found.expect("it can be diagnosed")
 }
 
-/// Less than a tenth of the noise in each of eight stretches, six times the noise over the whole.
+/// Less than a tenth of the noise in each of eight intervals, six times the noise over the whole.
 #[test]
 fn a_load_that_no_short_stretch_shows_is_named() {
     let found = judged(8e-4);
@@ -84,7 +86,8 @@ fn without_it_nothing_is_missing_over_the_whole_either() {
     assert_eq!(found.verdict, Verdict::Parameters, "{}", found.sentence);
 }
 
-/// A two-mass drive that lacks nothing (`tests/foreign/cases/case-54`), and a description that is up to a half off.
+/// A two-mass drive that lacks nothing (`tests/foreign/cases/case-54`), and a description that is
+/// up to a half off.
 #[test]
 fn a_refit_that_short_stretches_led_astray_names_nothing() {
     let file = |name: &str| super::alike::foreign(&format!("cases/case-54/{name}"));
@@ -122,7 +125,8 @@ fn progress(load: f64) -> Rig {
     Rig::parse(&(right + &effect), "cart.toml").expect("it is one")
 }
 
-/// An encoder that is fifty times as noisy in the first second: so bad a start carries any rig away.
+/// An encoder that is fifty times as noisy in the first second: so bad a start carries any rig
+/// away.
 fn recorded_badly_at_first(load: f64) -> Recording {
     let recorded = recorded(load, 2);
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(3);

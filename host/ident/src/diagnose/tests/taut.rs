@@ -1,4 +1,5 @@
-//! Tendons that pull against each other stay taut in a fit (docs/lab/0063-initial-states-before-parameters.md).
+//! Tendons that pull against each other stay taut in a fit
+//! (docs/lab/0063-initial-states-before-parameters.md).
 
 use crate::diagnose::data::Data;
 use crate::diagnose::search::subset::Subset;

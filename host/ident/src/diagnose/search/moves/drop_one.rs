@@ -1,13 +1,13 @@
 //! Halves of pairs: one of two terms may do alone.
 
+use crate::diagnose::config::CONFIG;
 use rayon::prelude::*;
 
 use crate::diagnose::acceptance::ranking;
 use crate::diagnose::candidate::{Candidate, Trial};
-use crate::diagnose::case::{Case, FINAL_STEPS};
+use crate::diagnose::case::Case;
 use crate::diagnose::pool::{Pool, Proposal, Selection};
 use crate::diagnose::search::context::{Context, Move};
-use crate::diagnose::search::halving::MORE_STEPS;
 use crate::diagnose::search::refit::refit;
 use crate::diagnose::search::subset::Subset;
 use crate::diagnose::term::Term;
@@ -46,11 +46,8 @@ impl Move for DropOne {
     }
 }
 
-/// How many pairs are taken apart, to see whether one effect does it after all.
-const HALVED: usize = 3;
-
-/// The halves of the best pairs, each from where its pair ended: where a single effect was not found because
-/// the way to it was too long, another has paved it.
+/// The halves of the best pairs, each from where its pair ended: where a single effect was not
+/// found because the way to it was too long, another has paved it.
 pub(crate) fn halves(
     case: &Case,
     subset: &Subset,
@@ -58,7 +55,9 @@ pub(crate) fn halves(
     base: &Candidate,
     pairs: &[Candidate],
 ) -> Result<Vec<Candidate>> {
-    let order = ranking(case, base, pairs).into_iter().take(HALVED);
+    let order = ranking(case, base, pairs)
+        .into_iter()
+        .take(CONFIG.pair.halved);
     let halves: Vec<(&Trial, &Term)> = order
         .map(|index| &pairs[index].trial)
         .flat_map(|pair| pair.terms.iter().map(move |term| (pair, term)))
@@ -67,8 +66,8 @@ pub(crate) fn halves(
         .progress_of("halves of pairs")
         .count("fitted", halves.len());
     let alone = halves.into_par_iter().map(|(pair, term)| {
-        let half = subset.alone(start, pair, term, MORE_STEPS)?;
-        let half = half.map(|half| refit(case, subset, &half, FINAL_STEPS));
+        let half = subset.alone(start, pair, term, CONFIG.screening.more_steps)?;
+        let half = half.map(|half| refit(case, subset, &half, CONFIG.refit.steps));
         count.one();
         half.transpose().map(Option::flatten)
     });

@@ -5,8 +5,8 @@ use crate::diagnose::search::context::{Context, Move};
 use crate::diagnose::search::refit::screen_and_refit;
 use crate::error::Result;
 
-/// Screens every term again from what the owner wrote: without the effect the parameters were fitted to make up for it, and the
-/// way back may be too long.
+/// Screens every term again from what the owner wrote: without the effect the parameters were
+/// fitted to make up for it, and the way back may be too long.
 pub(crate) struct FromNominal;
 
 impl Move for FromNominal {

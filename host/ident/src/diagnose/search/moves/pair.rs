@@ -1,20 +1,20 @@
-//! Two effects: which firsts a second one is looked for on, what is exchanged, and what does without
-//! (docs/lab/0037-exchange-of-paired-effects.md).
+//! Two effects: which firsts a second one is looked for on, what is exchanged, and what does
+//! without (docs/lab/0037-exchange-of-paired-effects.md).
 
 use crate::diagnose::acceptance::{leaves_something, ranking, share_fitted, share_left};
 use crate::diagnose::candidate::{Candidate, Trial};
 use crate::diagnose::case::Case;
+use crate::diagnose::config::CONFIG;
 use crate::diagnose::data::Starts;
 use crate::diagnose::pool::{Pool, Proposal, Selection};
 use crate::diagnose::search::context::{Context, Move};
-use crate::diagnose::search::halving::MORE_STEPS;
 use crate::diagnose::search::moves::short_horizon::pairs_on_short_intervals;
 use crate::diagnose::search::refit::screen_and_refit;
 use crate::diagnose::search::refocus::{affordable, refocused};
 use crate::diagnose::search::subset::Subset;
 use crate::diagnose::term::Term;
 use crate::error::Result;
-use crate::fit::levenberg::Unknowns;
+use crate::fit::levenberg::DecisionVariables;
 
 /// Adds a second term to the best single ones.
 pub(crate) struct Pair;
@@ -58,26 +58,11 @@ impl Move for Pair {
     }
 }
 
-/// How many explanations a second effect is looked for on top of.
-const BEAM: usize = 2;
-
-/// What leaves more than this part of the squares is no half of a pair.
-const HOPELESS: f64 = 0.9;
-
-/// But what leaves less than this part where it was fitted may be one, whatever it does elsewhere without the other half.
-const FITTED: f64 = 0.3;
-
-/// Nor what leaves this many times as much as another does; and this many times once a pair explains all.
-const BEHIND: f64 = 8.0;
-const CLOSE: f64 = 2.0;
-
-/// How often the first of a pair is exchanged: alone, it had to explain what the second does as well.
-const EXCHANGES: usize = 2;
-
-/// A second effect on top of the best single ones, unless one of the pairs that were found on `short` stretches
-/// explains everything. Once something leaves no more than noise, only what came
-/// close to the best is tried as well. Then the best pair's newcomer is kept and its parent exchanged: once in
-/// any case, for something simpler may do beside it, and again as long as nothing explains all.
+/// A second effect on top of the best single ones, unless one of the pairs that were found on
+/// `short` intervals explains everything. Once something leaves no more than noise, only what came
+/// close to the best is tried as well. Then the best pair's newcomer is kept and its parent
+/// exchanged: once in any case, for something simpler may do beside it, and again as long as
+/// nothing explains all.
 pub(crate) fn pairs(
     case: &Case,
     subset: &Subset,
@@ -97,9 +82,10 @@ pub(crate) fn pairs(
         .map(|(_, index)| index)
         .filter(|&index| {
             let fitted = share_fitted(case, &singles[index], base);
-            left(index) < HOPELESS.min(BEHIND * least) || fitted < FITTED
+            left(index) < CONFIG.pair.hopeless.min(CONFIG.pair.behind * least)
+                || fitted < CONFIG.pair.fitted
         })
-        .take(BEAM);
+        .take(CONFIG.pair.parents);
     if short.iter().any(|pair| !leaves_something(case, pair)) {
         return Ok(short);
     }
@@ -107,7 +93,7 @@ pub(crate) fn pairs(
     let mut pairs = short;
     for index in beam {
         let done = pairs.iter().any(|pair| !leaves_something(case, pair));
-        if done && left(index) > CLOSE * least {
+        if done && left(index) > CONFIG.pair.close * least {
             continue;
         }
         let found = Starts {
@@ -120,7 +106,7 @@ pub(crate) fn pairs(
             pairs.extend(with_second(case, subset, &parent, all)?);
         }
     }
-    for exchange in 0..EXCHANGES {
+    for exchange in 0..CONFIG.pair.exchanges {
         if exchange > 0 && pairs.iter().any(|pair| !leaves_something(case, pair)) {
             break;
         }
@@ -133,7 +119,7 @@ pub(crate) fn pairs(
             break;
         };
         parents.push(kept.clone());
-        if let Some(parent) = subset.alone(start, pair, &kept, MORE_STEPS)? {
+        if let Some(parent) = subset.alone(start, pair, &kept, CONFIG.screening.more_steps)? {
             pairs.extend(with_second(case, subset, &parent, all)?);
         }
     }
@@ -149,7 +135,8 @@ fn with_second(
 ) -> Result<Vec<Candidate>> {
     let second = |term: &&Term| term.may_join(&parent.terms);
     let rest: Vec<Term> = all.iter().filter(second).cloned().collect();
-    // Where the parent explains the whole track, what it lacks lies between the track's stretches.
+    // Where the parent explains the whole subset, what it lacks lies between the intervals of the
+    // subset.
     let own = match refocused(subset, parent)? {
         Some(own) => own,
         None => affordable(subset, parent)?,
@@ -168,13 +155,13 @@ fn with_second(
     }
 }
 
-/// What was fitted elsewhere, taken to a track; `found` are its start states there.
+/// A trial that was fitted elsewhere, taken to a subset; `found` are its start states there.
 fn on_track(subset: &Subset, trial: &Trial, found: Starts) -> Result<Option<Trial>> {
     let model = trial.model.integrated(subset.settings);
     let mut segments = subset.data.segments(&model.plant, &subset.intervals)?;
     let values = trial.point.values.clone();
     let states = (subset.data).along((&model.rig, &model.plant), &values, &segments, found)?;
-    let from = Unknowns { values, states };
+    let from = DecisionVariables { values, states };
     let point = model.improve(subset.data, &mut segments, from, 6, 1e-4);
     Ok(point.map(|point| Trial {
         model,

@@ -1,19 +1,22 @@
-//! Numbers that one explanation found, given to others: each was fitted from where its own race had left it, and a fit ends
-//! in the nearest valley (docs/explanation/diagnosis.md, "Moves").
+//! Numbers that one explanation found, given to others: each was fitted from where its own
+//! screening had left it, and a fit ends in the nearest valley (docs/explanation/diagnosis.md,
+//! "Moves").
 
+use crate::diagnose::config::CONFIG;
 use rayon::prelude::*;
 
 use crate::diagnose::acceptance::ranking;
 use crate::diagnose::candidate::Candidate;
-use crate::diagnose::case::{Case, FINAL_STEPS};
+use crate::diagnose::case::Case;
 use crate::diagnose::pool::{Pool, Proposal, Selection};
 use crate::diagnose::search::context::{Context, Move};
 use crate::diagnose::search::refit::refit_from;
 use crate::diagnose::term::Term;
 use crate::error::Result;
-use crate::fit::levenberg::Unknowns;
+use crate::fit::levenberg::DecisionVariables;
 
-/// Refits alternatives from the numbers of the best candidate: a fit ends in the nearest local minimum.
+/// Refits alternatives from the numbers of the best candidate: a fit ends in the nearest local
+/// minimum.
 pub(crate) struct Restart;
 
 impl Move for Restart {
@@ -40,23 +43,18 @@ impl Move for Restart {
     }
 
     fn rounds(&self) -> usize {
-        VALLEYS
+        CONFIG.restart.rounds
     }
 }
 
-/// How often alternatives are fitted once more from where the best one ended, while that makes another one the best.
-const VALLEYS: usize = 3;
-
-/// How many rivals are fitted once more.
-const RIVALS: usize = 4;
-
-/// The best rivals of as many effects as `best` has, all but one of them the same, and the best ones of fewer, refitted from
-/// its numbers: what two effects do together one may do where they ended.
+/// The best rivals of as many effects as `best` has, all but one of them the same, and the best
+/// ones of fewer, refitted from its numbers: what two effects do together one may do where they
+/// ended.
 pub(crate) fn restarted(
     case: &Case,
     best: &Candidate,
     base: &Candidate,
-    finalists: &[Candidate],
+    candidates: &[Candidate],
 ) -> Result<Vec<Candidate>> {
     let others = |candidate: &Candidate| {
         let terms = candidate.trial.terms.iter();
@@ -70,12 +68,15 @@ pub(crate) fn restarted(
         let mut terms = candidate.trial.terms.iter();
         terms.any(|one| best.trial.terms.iter().any(|other| kin(one, other)))
     };
-    let mut ordered = ranking(case, base, finalists);
-    ordered.sort_by_key(|&index| !of_kin(&finalists[index]));
-    let ordered = || ordered.iter().map(|&index| &finalists[index]);
+    let mut ordered = ranking(case, base, candidates);
+    ordered.sort_by_key(|&index| !of_kin(&candidates[index]));
+    let ordered = || ordered.iter().map(|&index| &candidates[index]);
     let alike = ordered().filter(|rival| size(rival) == size(best) && others(rival) == 1);
     let fewer = ordered().filter(|rival| size(rival) < size(best));
-    let rivals: Vec<&Candidate> = alike.take(RIVALS).chain(fewer.take(RIVALS)).collect();
+    let rivals: Vec<&Candidate> = alike
+        .take(CONFIG.restart.alternatives)
+        .chain(fewer.take(CONFIG.restart.alternatives))
+        .collect();
     let count = case
         .progress_of("rivals from the best one's numbers")
         .count("fitted", rivals.len());
@@ -85,11 +86,11 @@ pub(crate) fn restarted(
         let states = [plant, &best.trial.model.plant].map(sinew_sim::Plant::state_len);
         let alike = states == [base.trial.model.plant.state_len(); 2];
         let begins = if alike { &best.trial.point } else { known };
-        let from = Unknowns {
+        let from = DecisionVariables {
             values: best.trial.values_for(plant, &known.values),
             states: begins.states.clone(),
         };
-        let again = refit_from(case, &rival.trial, from, FINAL_STEPS);
+        let again = refit_from(case, &rival.trial, from, CONFIG.refit.steps);
         count.one();
         again
     });

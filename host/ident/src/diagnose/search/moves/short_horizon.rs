@@ -1,6 +1,8 @@
-//! From short stretches to long ones: over a few dozen rows the linear theory holds for strong effects too, and what
-//! begins near the truth stays there as stretches are joined (docs/explanation/diagnosis.md, "Moves").
+//! From short intervals to long ones: over a few dozen rows the linear theory holds for strong
+//! effects too, and what begins near the truth stays there as stretches are joined
+//! (docs/explanation/diagnosis.md, "Moves").
 
+use crate::diagnose::config::CONFIG;
 use rayon::prelude::*;
 use sinew_sim::{Plant, Rig};
 
@@ -10,12 +12,11 @@ use crate::diagnose::data::Starts;
 use crate::diagnose::model::Model;
 use crate::diagnose::pool::{Pool, Proposal, Selection, ShortHorizon};
 use crate::diagnose::search::context::{Context, Move};
-use crate::diagnose::search::halving::{HEAT, MORE_STEPS};
 use crate::diagnose::search::refit::{refit_best, screened};
 use crate::diagnose::search::subset::{Subset, cut_subset};
 use crate::diagnose::term::Term;
 use crate::error::Result;
-use crate::fit::levenberg::Unknowns;
+use crate::fit::levenberg::DecisionVariables;
 
 /// Screens every term over short intervals and follows the best to longer ones.
 pub(crate) struct ShortIntervals;
@@ -50,30 +51,12 @@ impl Move for ShortIntervals {
     }
 }
 
-/// Pieces that a stretch of the track is cut into, from rung to rung, and the fewest rows of one.
-const RUNGS: [usize; 2] = [4, 2];
-
-/// How many of a race on short stretches a second effect is looked for on top of; what leaves more than this part of
-/// the cost is none of them.
-const PARENTS: usize = 2;
-const HOPELESS: f64 = 0.9;
-
-/// How many newcomers of the best pairs are looked for a second effect on, too.
-const EXCHANGES: usize = 2;
-
-/// They are where the best pair leaves no more than this part of what there was beside the noise.
-const HOPEFUL: f64 = 0.3;
-
-/// There is no second effect where the best pair, after one parent and after two, leaves more than these parts of what
-/// the best single one leaves beside the noise: of true pairs none left more than 0.42 and 0.40.
-const IN_VAIN: [f64; 2] = [0.65, 0.5];
-
-/// What these races are called.
+/// Names of these screenings.
 const ONE: &str = "one effect, short stretches";
 const TWO: &str = "two effects, short stretches";
 
-/// A race of one effect on pieces of the track, its best taken rung by rung to all of it and fitted to everything;
-/// and the race as it ended on the pieces.
+/// A screening of one effect on pieces of the subset, its best taken step by step to all of it and
+/// fitted to everything; and the screening as it ended on the pieces.
 pub(crate) fn on_short_intervals(
     case: &Case,
     subset: &Subset,
@@ -83,7 +66,7 @@ pub(crate) fn on_short_intervals(
     let written = Plant::new(case.written)?;
     let model = Model::new(rig, case.written, &[], subset.settings)?;
     let values = model.inherit(&written, &written.values());
-    let below = cut_subset(subset, RUNGS[0]);
+    let below = cut_subset(subset, CONFIG.short_horizon.pieces[0]);
     let Some(parent) = below.first(rig, &values, 15)? else {
         return Ok((Vec::new(), ShortHorizon::default()));
     };
@@ -93,9 +76,10 @@ pub(crate) fn on_short_intervals(
     Ok((finals, ShortHorizon { parent, singles }))
 }
 
-/// Two effects on pieces of the track: on top of what was best there alone, then on top of the newcomers of the best
-/// pairs, for what was best alone had to explain what the other does as well. `None` where no second effect does
-/// anything that is worth looking for; what is best on longer stretches, the `leader`, has its turn before.
+/// Two effects on pieces of the subset: on top of what was best there alone, then on top of the
+/// newcomers of the best pairs, for what was best alone had to explain what the other does as well.
+/// `None` where no second effect does anything that is worth looking for; what is best on longer
+/// intervals, the `leader`, has its turn before.
 pub(crate) fn pairs_on_short_intervals(
     case: &Case,
     subset: &Subset,
@@ -103,7 +87,7 @@ pub(crate) fn pairs_on_short_intervals(
     leader: Option<&Term>,
     all: &[Term],
 ) -> Result<Option<Vec<Candidate>>> {
-    let below = cut_subset(subset, RUNGS[0]);
+    let below = cut_subset(subset, CONFIG.short_horizon.pieces[0]);
     let Some(bare) = &short.parent else {
         return Ok(Some(Vec::new()));
     };
@@ -112,8 +96,8 @@ pub(crate) fn pairs_on_short_intervals(
     let mut parents: Vec<Trial> = (short.singles.iter().enumerate())
         .filter(|(rank, trial)| matches!(&trial.terms[..], [one] if one.may_lead(*rank)))
         .map(|(_, trial)| trial)
-        .filter(|trial| trial.point.cost < HOPELESS * bare.point.cost)
-        .take(PARENTS)
+        .filter(|trial| trial.point.cost < CONFIG.short_horizon.hopeless * bare.point.cost)
+        .take(CONFIG.short_horizon.parents)
         .cloned()
         .collect();
     let mut pairs: Vec<Trial> = Vec::new();
@@ -127,15 +111,23 @@ pub(crate) fn pairs_on_short_intervals(
         pairs.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
         let least = |all: &[Trial]| all.iter().map(beside).fold(f64::INFINITY, f64::min);
         let (single, pair) = (least(&parents), least(&pairs));
-        let in_vain = IN_VAIN.get(raced - 1).map(|part| part * single);
-        let led = raced >= PARENTS || (leader.iter()).all(|one| parents[0].terms[0] == **one);
+        let in_vain = CONFIG
+            .short_horizon
+            .in_vain
+            .get(raced - 1)
+            .map(|part| part * single);
+        let led = raced >= CONFIG.short_horizon.parents
+            || (leader.iter()).all(|one| parents[0].terms[0] == **one);
         if led && single > noise && in_vain.is_some_and(|most| pair > most) {
             return Ok(None);
         }
         let hopeful = pairs
             .first()
-            .is_some_and(|best| beside(best) < HOPEFUL * beside(bare));
-        if hopeful && raced == parents.len() && raced < PARENTS + EXCHANGES {
+            .is_some_and(|best| beside(best) < CONFIG.short_horizon.hopeful * beside(bare));
+        if hopeful
+            && raced == parents.len()
+            && raced < CONFIG.short_horizon.parents + CONFIG.short_horizon.exchanges
+        {
             let known = |term: &Term| parents.iter().any(|p| p.terms[0] == *term);
             let newcomers = pairs.iter().filter_map(|pair| {
                 let fresh = pair.terms.iter().find(|term| !known(term));
@@ -146,7 +138,7 @@ pub(crate) fn pairs_on_short_intervals(
                 let single = |trial: &&Trial| trial.terms[0] == *fresh;
                 let alone = match short.singles.iter().find(single) {
                     Some(alone) => Some(alone.clone()),
-                    None => below.alone(bare, pair, fresh, MORE_STEPS)?,
+                    None => below.alone(bare, pair, fresh, CONFIG.screening.more_steps)?,
                 };
                 if let Some(alone) = alone {
                     parents.push(alone);
@@ -158,14 +150,14 @@ pub(crate) fn pairs_on_short_intervals(
     let mut kept: Vec<Trial> = Vec::new();
     for pair in pairs {
         let same = |other: &Trial| pair.terms.iter().all(|s| other.terms.contains(s));
-        if kept.len() < HEAT && !kept.iter().any(same) {
+        if kept.len() < CONFIG.screening.kept && !kept.iter().any(same) {
             kept.push(pair);
         }
     }
     lengthened(case, subset, below, kept, TWO).map(Some)
 }
 
-/// From rung to rung, and the finals.
+/// From short to long, and the full refits.
 fn lengthened<'a>(
     case: &Case,
     subset: &Subset<'a>,
@@ -173,7 +165,7 @@ fn lengthened<'a>(
     mut trial: Vec<Trial>,
     what: &str,
 ) -> Result<Vec<Candidate>> {
-    for pieces in RUNGS[1..].iter().copied().chain([1]) {
+    for pieces in CONFIG.short_horizon.pieces[1..].iter().copied().chain([1]) {
         let above = cut_subset(subset, pieces);
         let count = case.progress_of(what).count("joined", trial.len());
         trial = trial
@@ -190,8 +182,8 @@ fn lengthened<'a>(
     refit_best(case, subset, &trial, what)
 }
 
-/// What was fitted to the track `below`, a few steps further on this one. Stretches that begin where one of its
-/// did begin with the state that was found there.
+/// A trial of the subset `below`, a few steps further on this one. Intervals that begin
+/// where one of its did begin with the state that was found there.
 pub(crate) fn lengthened_to(
     subset: &Subset,
     below: &Subset,
@@ -206,6 +198,11 @@ pub(crate) fn lengthened_to(
         states: &trial.point.states,
     };
     let states = (subset.data).carried((&model.rig, &model.plant), &values, &segments, found)?;
-    let from = Unknowns { values, states };
-    Ok(subset.improved(trial.terms.clone(), model.clone(), from, MORE_STEPS))
+    let from = DecisionVariables { values, states };
+    Ok(subset.improved(
+        trial.terms.clone(),
+        model.clone(),
+        from,
+        CONFIG.screening.more_steps,
+    ))
 }

@@ -1,5 +1,6 @@
-//! What is easily taken for what was found, in its place: a race is coarse, and of two laws that nearly agree it may have
-//! brought the wrong one to the final (docs/explanation/diagnosis.md, "Moves").
+//! Exchange of a term for those that are easily taken for it, in its place: a screening is coarse,
+//! and of two laws that nearly agree it may have brought the wrong one to the final
+//! (docs/explanation/diagnosis.md, "Moves").
 
 use sinew_sim::Rig;
 use sinew_sim::rig::{End, Site};
@@ -14,7 +15,8 @@ use crate::diagnose::search::subset::Subset;
 use crate::diagnose::term::Term;
 use crate::error::Result;
 
-/// Exchanges each term of the best candidate for those that are easily taken for it, in its place or beside it.
+/// Exchanges each term of the best candidate for those that are easily taken for it, in its place
+/// or beside it.
 pub(crate) struct Swap;
 
 impl Move for Swap {
@@ -49,8 +51,8 @@ impl Move for Swap {
     }
 }
 
-/// The chosen candidate; or, as a pair that is not believed may be right in one half, the best pair that explains all, or the best
-/// pair.
+/// The chosen candidate; or, as a pair that is not believed may be right in one half, the best pair
+/// that explains all, or the best pair.
 fn promising(context: &Context, pool: &Pool) -> Option<usize> {
     let near_miss = || {
         let mut pairs = ranking(context.case, &pool.baseline, &pool.candidates);
@@ -62,8 +64,8 @@ fn promising(context: &Context, pool: &Pool) -> Option<usize> {
     pool.chosen.or_else(near_miss)
 }
 
-/// Each effect of `best` exchanged for those that are near it, from where `best` ended; `start` is the rig without
-/// effects. What `known` holds is not tried again.
+/// Each effect of `best` exchanged for those that are near it, from where `best` ended; `start` is
+/// the rig without effects. What `known` holds is not tried again.
 pub(crate) fn swapped(
     case: &Case,
     subset: &Subset,
@@ -117,14 +119,15 @@ pub(crate) fn swapped(
     Ok(found)
 }
 
-/// Whether `other` may be what was taken for `found`: confusable with it, at the same component or one that touches it; or the
-/// same, at a body that the spring which was found touches.
+/// Tells whether `other` may be what was taken for `found`: confusable with it, at the same
+/// component or one that touches it; or the same, at a body that the spring which was found
+/// touches.
 fn near(rig: &Rig, found: &Term, other: &Term) -> bool {
     let moved = found.kind() == other.kind() && !found.at_body() && other.at_body();
     (confusable(found, other) || moved) && touch(rig, found, other)
 }
 
-/// Whether one is called confusable with the other, either way round.
+/// Tells whether one is called confusable with the other, either way round.
 fn confusable(a: &Term, b: &Term) -> bool {
     let lists = |one: &Term, other: &Term| {
         let single = one.single();
