@@ -8,11 +8,12 @@ mod cell;
 mod checkpoint;
 mod fold;
 mod layers;
+mod linear;
 mod network;
 mod slopes;
 mod windows;
 
-use burn::optim::{AdamConfig, GradientsParams, grad_clipping::GradientClippingConfig};
+use burn_optim::{AdamConfig, GradientsParams, grad_clipping::GradientClippingConfig};
 use burn::tensor::Device;
 use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};

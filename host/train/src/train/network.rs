@@ -1,7 +1,6 @@
 //! The predictor as burn sees it: a linear path beside a small network, rolled out through its own predictions.
 
 use burn::module::{Module, Param};
-use burn::nn::{Linear, LinearConfig};
 use burn::tensor::{Device, Tensor, TensorData};
 use nalgebra::{DMatrix, DVector};
 use sinew_sim::FirstLayer;
@@ -9,6 +8,7 @@ use sinew_sim::FirstLayer;
 use super::Options;
 use super::basis::Basis;
 use super::cell::{Cell, State, Weights};
+use super::linear::Linear;
 use super::windows::{Shape, Windows};
 
 /// y(k+1) = y(k) + step * (linear(z) + gain * network(z)), z the features of the regressor.
@@ -220,7 +220,7 @@ impl Predictor {
             cell,
             hidden: widths
                 .windows(2)
-                .map(|p| LinearConfig::new(p[0], p[1]).init(device))
+                .map(|p| Linear::drawn(p[0], p[1], device))
                 .collect(),
             last: Linear {
                 weight: Param::from_tensor(tensor(last, n_y, vec![0.0; last * n_y], device)),
@@ -482,7 +482,7 @@ pub(super) mod tests {
         let b = DVector::from_vec(vec![0.1, -0.1]);
         let mut predictor = Predictor::new((first, &[5, 4]), &w, &b, &device);
         // Drawn, so that the network says something.
-        predictor.last = LinearConfig::new(4, SHAPE.n_y).init(&device);
+        predictor.last = Linear::drawn(4, SHAPE.n_y, &device);
         let chosen: Vec<usize> = (0..windows.len()).collect();
         let batch = frame.batch(&windows, &chosen, ROLLOUT, &device);
         let found = predictor.roll_out(&frame, &batch);
