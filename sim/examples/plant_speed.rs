@@ -1,5 +1,6 @@
-//! How fast the simulator is, for `cargo xtask bench plant`: devices of `tests/foreign/trajectories` over and over,
-//! on one core, and what derivatives cost. Prints one JSON object; times are the best of several rounds.
+//! How fast the simulator is, for `cargo xtask bench plant`: devices of
+//! `tests/foreign/trajectories` over and over, on one core, and what derivatives cost. Prints one
+//! JSON object; times are the best of several rounds.
 //!
 //! `cargo run --release -p sinew-sim --example plant_speed -- FOLDER NAME...`
 

@@ -1,4 +1,4 @@
-//! What goes wrong: a file that cannot be understood, and a simulation that cannot be run.
+//! Errors: a file that cannot be understood, and a simulation that cannot be run.
 
 use std::fmt;
 
@@ -11,7 +11,7 @@ pub struct Error {
     pub line: Option<usize>,
     /// Column in characters, from 1.
     pub column: Option<usize>,
-    /// What is wrong and what was expected.
+    /// The fault, and what was expected.
     pub message: String,
     /// The name that was probably meant, or what would be right.
     pub help: Option<String>,
@@ -36,8 +36,8 @@ impl fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
-/// A body of a rig and where its inertia stands in the rig's file: what to look at when it cannot be
-/// simulated.
+/// A body of a rig and where its inertia stands in the rig's file: what to look at when it cannot
+/// be simulated.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BodyPlace {
     /// The file as the user named it.
@@ -53,7 +53,7 @@ pub struct BodyPlace {
 pub enum SimulationError {
     /// A slice of the wrong length.
     Shape {
-        /// Which slice.
+        /// Name of the slice.
         what: String,
         /// The length that the plant has.
         expected: usize,
@@ -62,7 +62,7 @@ pub enum SimulationError {
     },
     /// A parameter value, state or input that is infinite or NaN.
     NotFinite {
-        /// Which number.
+        /// Name of the number.
         what: String,
     },
     /// A body whose inertia is zero or negative: its acceleration is not determined.

@@ -1,5 +1,5 @@
-//! What inputs did before the first row (docs/explanation/plant.md, "Inputs"): a stretch out of a recording begins with delays, plays and
-//! lags where the recording left them.
+//! History of the inputs before the first row (docs/explanation/plant.md, "Inputs"): a part of a
+//! recording begins with delays, plays and lags where the recording left them.
 
 /// Rows before the first that the stages go through one by one.
 const ROWS: usize = 64;
@@ -7,11 +7,13 @@ const ROWS: usize = 64;
 /// The past of all inputs.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct InputHistory {
-    /// When the last of its rows were, in seconds from the first row of the drive on: below zero, ascending.
+    /// When the last of its rows were, in seconds from the first row of the drive on: below zero,
+    /// ascending.
     pub(crate) times: Vec<f64>,
     /// Each input in these rows.
     pub(crate) columns: Vec<Vec<f64>>,
-    /// Each input before these rows: its first value, then what no later value outdoes, oldest first.
+    /// Each input before these rows: its first value, then what no later value outdoes, oldest
+    /// first.
     pub(crate) extremes: Vec<Vec<f64>>,
 }
 
@@ -26,15 +28,17 @@ impl InputHistory {
         }
     }
 
-    /// An input at a time before the first row, or before all times, with its slope; `next` is the input at the first row.
-    /// `None` where there is no past or the time is not before the first row.
+    /// An input at a time before the first row, or before all times, with its slope; `next` is the
+    /// input at the first row. `None` where there is no past or the time is not before the first
+    /// row.
     pub(crate) fn sampled(&self, input: usize, time: f64, next: f64) -> Option<(f64, f64)> {
         let row = self.times.partition_point(|&t| t < time);
         let there = row < self.times.len();
         there.then(|| self.at(row, input, next))
     }
 
-    /// An input at one of [`InputHistory::times`], with its slope to the row after; `next` is the drive's own first value.
+    /// An input at one of [`InputHistory::times`], with its slope to the row after; `next` is the
+    /// drive's own first value.
     pub(crate) fn at(&self, row: usize, input: usize, next: f64) -> (f64, f64) {
         let column = &self.columns[input];
         let (after, until) = match column.get(row + 1) {
@@ -48,8 +52,9 @@ impl InputHistory {
     }
 }
 
-/// A play of any gap ends after these values where it ends after the whole column (Brokate and Sprekels, Hysteresis and phase
-/// transitions, 1996, 2.2): the turns that, going back from the end, reach beyond all that came later. They alternate.
+/// A play of any gap ends after these values where it ends after the whole column (Brokate and
+/// Sprekels, Hysteresis and phase transitions, 1996, 2.2): the turns that, going back from the end,
+/// reach beyond all that came later. They alternate.
 fn extremes(column: &[f64]) -> Vec<f64> {
     let Some((&last, before)) = column.split_last() else {
         return Vec::new();

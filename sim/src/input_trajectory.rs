@@ -1,10 +1,21 @@
-//! What drives a plant over a recording: its input columns, without gaps.
+//! Input trajectory of a plant over a recording: its input columns, without gaps.
 
 use crate::error::SimulationError;
 use crate::input_history::InputHistory;
 use crate::plant::Plant;
 
 /// The inputs of a plant at every row of a recording, SI.
+///
+/// ```
+/// # let text = "format='sinew-rig/1'\nname='x'\n[[body]]\nname='m'\nmotion='slide'\ninertia=2.0\n\
+/// # [[actuator]]\nname='a'\ndrives='m'\ninput='u_N'\ngain=1.0\n";
+/// use sinew_sim::{InputTrajectory, Plant, Rig};
+/// let plant = Plant::new(&Rig::parse(text, "x.toml")?)?;
+/// let inputs = InputTrajectory::new(&plant, 4, &[&[1.0, f64::NAN, f64::NAN, 2.0]])?;
+/// assert_eq!(inputs.column(0), [1.0, 1.0, 1.0, 2.0]); // missing samples hold the last
+/// assert_eq!(inputs.held(), [2]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct InputTrajectory {
     columns: Vec<Vec<f64>>,
@@ -14,8 +25,9 @@ pub struct InputTrajectory {
 }
 
 impl InputTrajectory {
-    /// From one column an input, in the order of [`Plant::inputs`]. A missing sample (NaN) holds the
-    /// last value, and before the first valid one that one; [`InputTrajectory::held`] counts them.
+    /// From one column an input, in the order of [`Plant::inputs`]. A missing sample (NaN) holds
+    /// the last value, and before the first valid one that one; [`InputTrajectory::held`] counts
+    /// them.
     ///
     /// # Errors
     /// [`SimulationError::Shape`] for a wrong number of columns or rows,
@@ -52,13 +64,15 @@ impl InputTrajectory {
         Ok(drive)
     }
 
-    /// With what the inputs did before: rows of the same columns at `times`, all of them before `now`, when the first row of
-    /// the drive is. Delays, plays and lags of actuators then begin where that leaves them; a lag is taken to have settled
-    /// 64 rows before. Costs next to nothing where no actuator has any.
+    /// With what the inputs did before: rows of the same columns at `times`, all of them before
+    /// `now`, when the first row of the drive is. Delays, plays and lags of actuators then begin
+    /// where that leaves them; a lag is taken to have settled 64 rows before. Costs next to nothing
+    /// where no actuator has any.
     ///
     /// # Errors
-    /// [`SimulationError::Shape`] for a wrong number of columns or rows, [`SimulationError::NotFinite`] for a missing
-    /// sample, [`SimulationError::Time`] for times that do not increase.
+    /// [`SimulationError::Shape`] for a wrong number of columns or rows,
+    /// [`SimulationError::NotFinite`] for a missing sample, [`SimulationError::Time`] for times
+    /// that do not increase.
     pub fn after(
         mut self,
         plant: &Plant,
@@ -71,7 +85,7 @@ impl InputTrajectory {
             let what = format!("the past of input column `{}`", input.column);
             plant.expect(&what, times.len(), column.len())?;
         }
-        if !plant.topology.remembers() || self.rows == 0 {
+        if !plant.topology.has_memory() || self.rows == 0 {
             return Ok(self);
         }
         let next = times.iter().skip(1).chain([&now]);
@@ -88,7 +102,7 @@ impl InputTrajectory {
         Ok(self)
     }
 
-    /// What the inputs did before the first row; empty where that is not known.
+    /// History of the inputs before the first row; empty where that is not known.
     pub(crate) fn past(&self) -> &InputHistory {
         &self.past
     }

@@ -1,9 +1,34 @@
-//! `sinew-sim`: small actuated mechanisms, simulated with exact derivatives and true sticking.
+//! A differentiable simulator of small actuated mechanisms, with true sticking.
 //!
-//! A rig file (TOML) becomes a [`Rig`], a typed description that still knows its lines; a rig
-//! becomes a [`Plant`], an index-based topology whose every number is a parameter slot; a plant is
-//! simulated over any [`Scalar`], so that a trajectory carries its derivatives when the scalar is a
-//! [`Dual`]. The equations are numbered in `docs/explanation/plant.md`.
+//! A plant with positions `q`, velocities `v`, internal states `z` of effects, inputs `u` and sensor
+//! signals `y` obeys
+//!
+//! ```text
+//! q' = v,    M v' = f(q, v, z, u) + R(v, f),    z' = g(q, v, z, u),    y = h(q, v, z)
+//! ```
+//!
+//! The inertias `M` are diagonal. The forces `f` come from springs, dampers, tendons, actuators and
+//! effects. Dry friction `R` is set-valued at rest:
+//!
+//! ```text
+//! R = -level sign(v)  while a body slides,    R = -f and v = 0  while |f| <= break-away level
+//! ```
+//!
+//! The simulator does what smoothed ones do not:
+//!
+//! - **True sticking.** At rest the velocity is exactly 0 and the position keeps its bits. Friction
+//!   paths that share bodies obey Gauss's principle of least constraint.
+//! - **Events.** Stops, slack, backlash, break-away and reversal are located within a step, which is
+//!   cut there.
+//! - **Exact derivatives.** Forward with [`Dual`] numbers, backward with [`Plant::gradient`], through
+//!   every event and its time.
+//! - **Linear rigs in one step.** A sample interval is a matrix exponential, without truncation error.
+//!
+//! A rig file (TOML) becomes a [`Rig`], a typed description that keeps its text and lines. A rig
+//! becomes a [`Plant`], whose every number is a parameter slot. A plant is simulated over any
+//! [`Scalar`]: over recorded rows ([`Plant::simulate`]) or sample by sample ([`Stepper`]). Effects
+//! beyond the textbook are in [`effects`]. The equations are numbered in
+//! `docs/explanation/plant.md` of the repository.
 //!
 //! ```
 //! use sinew_sim::{InputTrajectory, Plant, Rig};
@@ -39,10 +64,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! What is refused says where and what was meant:
+//! An error names its place and the word that was probably meant:
 //!
 //! ```
-//! let text = "format = \"sinew-rig/1\"\nname = \"x\"\n[[body]]\nname = \"mass\"\nmotion = \"slid\"\ninertia = 1.0\n";
+//! let text = "format = \"sinew-rig/1\"\nname = \"x\"\n[[body]]\nname = \"mass\"\n\
+//!             motion = \"slid\"\ninertia = 1.0\n";
 //! let error = sinew_sim::Rig::parse(text, "x.toml").unwrap_err().to_string();
 //! assert!(error.starts_with("x.toml:5:10: "), "{error}");
 //! assert!(error.contains("did you mean `slide`?"), "{error}");
@@ -70,7 +96,7 @@ pub use error::{BodyPlace, Error, SimulationError};
 pub use input_trajectory::InputTrajectory;
 pub use integrator::Stepper;
 pub use plant::{Input, Outline, Parameter, Plant, Role, SensorChannel};
-pub use rig::{ControlTable, FirstLayer, Form, NetworkTable, Rig};
+pub use rig::Rig;
 pub use scalar::Scalar;
 pub use settings::{Report, Settings};
 pub use simulate::{Gradient, ParameterizedPlant, RecordingRun, Simulated, Trajectory};

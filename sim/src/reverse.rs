@@ -5,8 +5,8 @@ use crate::scalar::Scalar;
 use std::cell::RefCell;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-/// One operation: the numbers that went in, and the partial derivatives by them. Entry 0 of a tape is
-/// what depends on nothing.
+/// One operation: the numbers that went in, and the partial derivatives by them. Entry 0 of a tape
+/// is what depends on nothing.
 #[derive(Clone, Copy)]
 struct Node {
     from: [u32; 2],

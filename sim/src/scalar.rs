@@ -8,7 +8,8 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 ///
 /// Contract: every branch of the simulator is taken on [`Scalar::value`], and the value of each
 /// operation is the `f64` operation on the values. A simulation that carries derivatives therefore
-/// takes the same path, to the bit, as the plain one (`tests/simulator/derivatives.rs` holds it to that).
+/// takes the same path, to the bit, as the plain one (`tests/simulator/derivatives.rs` holds it to
+/// that).
 pub trait Scalar:
     Copy
     + Debug
@@ -36,7 +37,8 @@ pub trait Scalar:
     /// The number without its derivatives.
     fn value(self) -> f64;
 
-    /// Whether every derivative is known to be zero, so that what follows from such numbers alone may be computed without.
+    /// True where every derivative is known to be zero, so that results of such numbers alone need
+    /// none.
     fn is_constant(self) -> bool {
         false
     }

@@ -5,27 +5,41 @@
 /// of 2.8.
 const RATE_STEP: f64 = 0.1;
 
-/// The most that [`Settings::rate_step`] may be: what is left of the stability limit for a rate that
-/// grows within a sample.
+/// The most that [`Settings::rate_step`] may be: what is left of the stability limit for a rate
+/// that grows within a sample.
 pub(crate) const MOST_RATE_STEP: f64 = 1.0;
 
 /// Most sub-steps in one sample interval; a rig that needs more is refused as too stiff.
 pub(crate) const MAX_SUBSTEPS: usize = 1 << 14;
 
-/// How a plant is integrated.
+/// Settings of the integrator.
+///
+/// ```
+/// # use sinew_sim::{Plant, Rig};
+/// # let text = "format='sinew-rig/1'\nname='x'\n[[body]]\nname='m'\nmotion='slide'\ninertia=2.0\n";
+/// use sinew_sim::Settings;
+/// # let plant = Plant::new(&Rig::parse(text, "x.toml")?)?;
+/// let accurate = plant.with_settings(Settings {
+///     tolerance: Some(1e-9),
+///     ..plant.settings()
+/// });
+/// assert_eq!(accurate.settings().tolerance, Some(1e-9));
+/// # Ok::<(), sinew_sim::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Longest sub-step, in units of one over the bound on the fastest rate, up to 1. An undamped mode is
-    /// followed with a relative phase error of the fourth power of this over 120.
+    /// Longest sub-step, in units of one over the bound on the fastest rate, up to 1. An undamped
+    /// mode is followed with a relative phase error of the fourth power of this over 120.
     pub rate_step: f64,
-    /// Refines the sub-steps that follow from the rates until halving them changes no state by more than
-    /// this share of the largest that it has had; none: as the rates say.
+    /// Refines the sub-steps that follow from the rates until halving them changes no state by more
+    /// than this share of the largest that it has had; none: as the rates say.
     pub tolerance: Option<f64>,
-    /// Parameter of the central path, W for friction and J for contact: friction and contact as smooth
-    /// functions, for gradients that see through them. 0: the hard laws, which are its limit.
+    /// Parameter of the central path, W for friction and J for contact: friction and contact as
+    /// smooth functions, for gradients that see through them. 0: the hard laws, which are its
+    /// limit.
     pub smoothing: f64,
-    /// Most sub-steps in one sample interval; a rig that needs more is refused as too stiff. A fit that
-    /// tries many parameters may want fewer.
+    /// Most sub-steps in one sample interval; a rig that needs more is refused as too stiff. A fit
+    /// that tries many parameters may want fewer.
     pub max_substeps: usize,
 }
 
@@ -40,7 +54,7 @@ impl Default for Settings {
     }
 }
 
-/// How an integration fared.
+/// Report of an integration.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Report {
     /// Largest bound on the fastest rate that was met, 1/s.
@@ -51,8 +65,8 @@ pub struct Report {
     pub substeps: usize,
     /// Stops, reversals and breakaways that a step was cut at.
     pub events: usize,
-    /// Kinks and jumps of laws that a step was cut at: contact made and lost, slack and taut, the ends
-    /// of play, reversals of a drag or a hysteresis.
+    /// Kinks and jumps of laws that a step was cut at: contact made and lost, slack and taut, the
+    /// ends of play, reversals of a drag or a hysteresis.
     pub kinks: usize,
     /// Sub-steps with more events than are followed, which were ended with the body at rest.
     pub fallbacks: usize,

@@ -1,9 +1,11 @@
 //! The name that was probably meant.
 
+use std::path::Path;
+
 /// The candidate nearest to `word`, if near enough to be a slip of the fingers.
 ///
-/// Near, case aside: Damerau-Levenshtein distance at most a third of the longer word (at least one),
-/// or the beginning of it (three letters at least).
+/// Near, case aside: Damerau-Levenshtein distance at most a third of the longer word (at least
+/// one), or the beginning of it (three letters at least).
 pub(crate) fn nearest<'a>(
     word: &str,
     candidates: impl IntoIterator<Item = &'a str>,
@@ -22,6 +24,26 @@ pub(crate) fn nearest<'a>(
         })
         .min_by_key(|&(distance, _)| distance)
         .map(|(_, candidate)| candidate)
+}
+
+/// The help line of a file that is not there, from the other files of its folder.
+pub(crate) fn nearest_file(path: &Path) -> Option<String> {
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return Some(format!("there is no folder {}", folder.display()));
+    };
+    let names: Vec<String> = (entries.flatten())
+        .filter_map(|entry| entry.file_name().into_string().ok())
+        .collect();
+    let meant = nearest(
+        path.file_name()?.to_str()?,
+        names.iter().map(String::as_str),
+    )?;
+    let meant = path.with_file_name(meant);
+    Some(format!("did you mean {}?", meant.display()))
 }
 
 /// The help line of an unknown name: the nearest one if there is one, and the list of all.

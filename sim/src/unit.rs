@@ -3,7 +3,7 @@
 
 use crate::suggest;
 
-/// Whether a coordinate is a length or an angle.
+/// Kind of a coordinate: a length or an angle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motion {
     /// Along a line: m, N, kg.
@@ -12,7 +12,7 @@ pub enum Motion {
     Hinge,
 }
 
-/// What a parameter measures; with a [`Motion`] it becomes a unit.
+/// Physical quantity of a parameter; with a [`Motion`] it becomes a unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// Mass or moment of inertia.
@@ -45,7 +45,7 @@ pub enum Quantity {
     Memory,
     /// Play: a coordinate at a spring or tendon, an input at an actuator.
     Gap,
-    /// What an actuator takes.
+    /// Input of an actuator.
     Input,
     /// One over what an actuator takes.
     PerInput,
@@ -155,7 +155,7 @@ const KNOWN: &[Known] = &[
     known("1", "1", 1.0),
 ];
 
-/// What one of `unit` (a `unit` key: `mm`, `deg`, `mm_s` or `mm/s`) is in SI.
+/// Factor of `unit` (a `unit` key: `mm`, `deg`, `mm_s` or `mm/s`) to SI.
 ///
 /// # Errors
 /// The help line for a unit that is not known: the nearest one and the list.
@@ -188,7 +188,8 @@ pub fn of_column(column: &str) -> &str {
     column.rsplit_once('_').map_or("", |(_, suffix)| suffix)
 }
 
-/// The SI unit of what is written in `unit`, both as [`of_column`] gives them; one that is not known as it stands.
+/// The SI unit of what is written in `unit`, both as [`of_column`] gives them; one that is not
+/// known as it stands.
 ///
 /// ```
 /// assert_eq!(sinew_sim::unit::si("kV"), "V");

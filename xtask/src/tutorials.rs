@@ -1,7 +1,8 @@
 //! `cargo xtask tutorials`: the tutorials, executed line by line.
 //!
 //! Each page of `docs/tutorials` runs in an empty folder that holds a copy of `rigs/`, with `sinew`
-//! on the PATH. `docs/tutorials/README.md` documents the conventions of the fenced blocks.
+//! on the PATH. `docs/tutorials/README.md` documents the conventions of the fenced blocks. The page
+//! of the command line is compared with the program as well.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -56,6 +57,20 @@ pub fn run(toolchain: &Toolchain, arguments: &[String]) -> Result<()> {
         let name = page.strip_prefix(root()).unwrap_or(page);
         println!("{} [{:.0?}]", name.display(), start.elapsed());
     }
+    let reference = fs::read_to_string(root().join("docs/reference/cli.md"))?;
+    reference_is_current(&reference, &program)
+}
+
+/// Compares the page of the command line with the program, once the page is generated.
+fn reference_is_current(page: &str, program: &Path) -> Result<()> {
+    if !page.contains("sinew cli-reference") {
+        return Ok(());
+    }
+    let result = Command::new(program).arg("cli-reference").output()?;
+    ensure!(
+        result.status.success() && result.stdout == page.as_bytes(),
+        "docs/reference/cli.md is out of date: sinew cli-reference > docs/reference/cli.md"
+    );
     Ok(())
 }
 
@@ -184,6 +199,14 @@ mod tests {
         assert_eq!((found[0].line, found[0].language.as_str()), (3, "sh"));
         assert_eq!(found[0].text, "echo a\n");
         assert_eq!(found[1].file.as_deref(), Some("crate/src/main.rs"));
+    }
+
+    #[test]
+    fn a_generated_reference_is_compared_with_the_program() {
+        // `echo` prints its argument, "cli-reference", and not the page.
+        let program = Path::new("echo");
+        assert!(reference_is_current("written by hand", program).is_ok());
+        assert!(reference_is_current("`sinew cli-reference`", program).is_err());
     }
 
     #[test]

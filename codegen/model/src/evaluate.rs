@@ -13,16 +13,16 @@ use sinew_nn::math;
 pub struct Evaluation {
     /// `y(k+1)`, model units.
     pub y: Vec<f64>,
-    /// One row for each output, one column for each value of the regressor, channels included, then for each that
-    /// the network remembers.
+    /// A row for each output; a column for each value of the regressor, channels included, then for each
+    /// of the hidden state.
     pub jacobian: Vec<Vec<f64>>,
-    /// What the network remembers after it.
-    pub memory: Vec<f64>,
-    /// A row for each of these, the columns of `jacobian`.
-    pub memory_jacobian: Vec<Vec<f64>>,
+    /// Hidden state after it.
+    pub hidden_state: Vec<f64>,
+    /// A row for each value of `hidden_state`, the columns of `jacobian`.
+    pub hidden_state_jacobian: Vec<Vec<f64>>,
 }
 
-/// The next output `y(k+1)` in model units for the flattened regressor and the memory, `x`, in model units.
+/// The next output `y(k+1)` in model units for the flattened regressor and hidden state, `x`, in model units.
 ///
 /// # Panics
 /// If `x` is not as long as these, or the layers do not fit each other: the specification
@@ -32,16 +32,16 @@ pub fn predict(spec: &ModelSpec, x: &[f64]) -> Vec<f64> {
     advance(spec, x).0
 }
 
-/// As [`predict`], and what the network remembers afterwards.
+/// As [`predict`], and the hidden state afterwards.
 ///
 /// # Panics
 /// As [`predict`].
 #[must_use]
 pub fn advance(spec: &ModelSpec, x: &[f64]) -> (Vec<f64>, Vec<f64>) {
     check(spec, x);
-    if spec.memory() > 0 {
-        let (x, memory) = x.split_at(spec.regressor_len());
-        let Call { y, state } = recurrent::call(&unscaled(spec), x, memory);
+    if spec.hidden_state_len() > 0 {
+        let (x, hidden_state) = x.split_at(spec.regressor_len());
+        let Call { y, state } = recurrent::call(&unscaled(spec), x, hidden_state);
         return (y, state);
     }
     let mut a = x.to_vec();
@@ -50,12 +50,12 @@ pub fn advance(spec: &ModelSpec, x: &[f64]) -> (Vec<f64>, Vec<f64>) {
             a = dense_forward(dense, &a).0;
         }
     }
-    add_shortcut(spec, x, &mut a);
+    add_skip(spec, x, &mut a);
     add_present_output(spec, x, &mut a);
     (a, Vec::new())
 }
 
-/// A model with memory as a network of model units.
+/// A recurrent model as a network of model units.
 fn unscaled(spec: &ModelSpec) -> sinew_nn::Network {
     to_network::unscaled(spec).expect("a validated specification is a network")
 }
@@ -68,16 +68,16 @@ fn unscaled(spec: &ModelSpec) -> sinew_nn::Network {
 #[must_use]
 pub fn predict_with_jacobian(spec: &ModelSpec, x: &[f64]) -> Evaluation {
     check(spec, x);
-    if spec.memory() > 0 {
-        let (y, memory) = advance(spec, x);
+    if spec.hidden_state_len() > 0 {
+        let (y, hidden_state) = advance(spec, x);
         let (x, state) = x.split_at(spec.regressor_len());
         let mut jacobian = recurrent::jacobian(&unscaled(spec), x, state);
-        let memory_jacobian = jacobian.split_off(y.len());
+        let hidden_state_jacobian = jacobian.split_off(y.len());
         return Evaluation {
             y,
             jacobian,
-            memory,
-            memory_jacobian,
+            hidden_state,
+            hidden_state_jacobian,
         };
     }
     let mut a = x.to_vec();
@@ -94,8 +94,8 @@ pub fn predict_with_jacobian(spec: &ModelSpec, x: &[f64]) -> Evaluation {
             .collect();
         a = next;
     }
-    add_shortcut(spec, x, &mut a);
-    if let Some(weights) = &spec.shortcut {
+    add_skip(spec, x, &mut a);
+    if let Some(weights) = &spec.skip {
         for (row, weights) in jacobian.iter_mut().zip(weights.chunks(x.len().max(1))) {
             for (slope, weight) in row.iter_mut().zip(weights) {
                 *slope += f64::from(*weight);
@@ -111,8 +111,8 @@ pub fn predict_with_jacobian(spec: &ModelSpec, x: &[f64]) -> Evaluation {
     Evaluation {
         y: a,
         jacobian,
-        memory: Vec::new(),
-        memory_jacobian: Vec::new(),
+        hidden_state: Vec::new(),
+        hidden_state_jacobian: Vec::new(),
     }
 }
 
@@ -121,8 +121,8 @@ fn present_output(spec: &ModelSpec) -> usize {
     spec.past_inputs * spec.inputs.len()
 }
 
-fn add_shortcut(spec: &ModelSpec, x: &[f64], y: &mut [f64]) {
-    let Some(weights) = &spec.shortcut else {
+fn add_skip(spec: &ModelSpec, x: &[f64], y: &mut [f64]) {
+    let Some(weights) = &spec.skip else {
         return;
     };
     for (y, row) in y.iter_mut().zip(weights.chunks(x.len().max(1))) {
@@ -182,5 +182,9 @@ fn unit(length: usize, place: usize) -> Vec<f64> {
 }
 
 fn check(spec: &ModelSpec, x: &[f64]) {
-    assert_eq!(x.len(), spec.point_len(), "length of regressor and memory");
+    assert_eq!(
+        x.len(),
+        spec.point_len(),
+        "length of regressor and hidden state"
+    );
 }

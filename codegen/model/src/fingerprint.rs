@@ -22,10 +22,10 @@ pub fn fingerprint(spec: &ModelSpec) -> u32 {
     hash.count(spec.past_inputs);
     hash.count(spec.past_outputs);
     hash.text(spec.form.name());
-    if let Some(shortcut) = &spec.shortcut {
+    if let Some(skip) = &spec.skip {
         hash.text("shortcut");
-        hash.count(shortcut.len());
-        for value in shortcut {
+        hash.count(skip.len());
+        for value in skip {
             hash.bytes(&value.to_le_bytes());
         }
     }

@@ -4,7 +4,7 @@ use sinew_nn::{Activation, Dense, Network, NetworkError, Op};
 
 use crate::spec::{self, Layer};
 
-/// What would do instead of a layer that is refused.
+/// Supported networks, for the message of a refused layer.
 const NEAREST: &str =
     "the controller takes a chain of dense layers with tanh, relu or no activation";
 
@@ -135,7 +135,7 @@ mod tests {
         })
     }
 
-    /// What the layers give, signals scaled and back.
+    /// Output of the layers in physical units.
     fn predicted(layers: &[Layer], scales: [&[(f64, f64)]; 2], x: &[f64]) -> Vec<f64> {
         let each = x.iter().zip(scales[0]);
         let mut a: Vec<f64> = each

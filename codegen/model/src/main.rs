@@ -23,7 +23,7 @@ import-reference   writes the model of a reference network into DIR: horizon 10 
 /// Horizon of imported reference models: the longer of the problem's two.
 const REFERENCE_HORIZON: usize = 10;
 
-/// What ended the program early, and so its exit status.
+/// Failure of the program, which decides its exit status.
 enum Failure {
     /// The arguments make no sense: 2.
     Usage(String),

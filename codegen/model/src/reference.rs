@@ -8,16 +8,16 @@ use crate::spec::{
     SpecError,
 };
 
-/// What the files begin with.
+/// Format that the files name.
 pub const FORMAT: &str = "sinew-reference/1";
 
-/// Why a reference file is refused.
+/// Error of a reference file.
 #[derive(Debug, thiserror::Error)]
 pub enum ReferenceError {
     /// It is not JSON of this form.
     #[error("{what}: {error}")]
     Json {
-        /// Which of the two.
+        /// Name of the file.
         what: &'static str,
         /// Line, column and cause.
         #[source]
@@ -26,7 +26,7 @@ pub enum ReferenceError {
     /// It is of another format.
     #[error("{what}: the format is {found:?}: expected {FORMAT:?}")]
     Format {
-        /// Which of the two.
+        /// Name of the file.
         what: &'static str,
         /// As given.
         found: String,
@@ -60,9 +60,9 @@ pub enum ReferenceError {
     /// Rows of a weight matrix differ in length.
     #[error("network: layer {layer}: {error}")]
     Rows {
-        /// Which layer.
+        /// Index of the layer.
         layer: usize,
-        /// Which row.
+        /// Index of the row.
         #[source]
         error: RowsError,
     },
@@ -168,7 +168,7 @@ pub fn import(
         past_inputs: network.inputs_past,
         past_outputs: network.outputs_past,
         form: OutputForm::Absolute,
-        shortcut: None,
+        skip: None,
         layers,
         control: ControlSpec {
             horizon,

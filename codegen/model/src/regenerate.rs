@@ -10,7 +10,7 @@ use crate::emit::{self, EmitOptions};
 use crate::spec::SpecError;
 use crate::store::{self, MODEL_FILE, StoreError};
 
-/// Why models cannot be printed.
+/// Error of printing models.
 #[derive(Debug, thiserror::Error)]
 pub enum RegenerateError {
     /// A model cannot be read, or a file not written.
@@ -19,9 +19,9 @@ pub enum RegenerateError {
     /// A model is not valid.
     #[error("{}: {error}", directory.display())]
     Spec {
-        /// Which model.
+        /// Folder of the model.
         directory: PathBuf,
-        /// Why.
+        /// Cause.
         #[source]
         error: SpecError,
     },

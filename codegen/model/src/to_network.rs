@@ -4,7 +4,18 @@ use sinew_nn::{Activation, Dense, Golden, Network, NetworkError, Op};
 
 use crate::spec::{self, Layer, ModelSpec, OutputForm, Role};
 
-/// The network of a model, its scaling inside: `x` is the regressor of docs/reference/model-files.md, eq. 1, in physical
+/// The network of a model, in physical units.
+///
+/// ```no_run
+/// use sinew_model::{store, to_network};
+///
+/// let model = store::load("models/reference-s".as_ref())?;
+/// let network = to_network::network(&model)?;
+/// assert_eq!(network.inputs(), model.regressor_len());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// Its scaling is inside: `x` is the regressor of docs/reference/model-files.md, eq. 1, in physical
 /// units, and `y` the next output in its own.
 ///
 /// # Errors
@@ -35,8 +46,8 @@ pub fn network(spec: &ModelSpec) -> Result<Network, NetworkError> {
         offset: spec.outputs.iter().map(|s| s.offset as f32).collect(),
     };
     network.push("physical units", physical, vec![last])?;
-    if spec.memory() == 0 {
-        // Vectors of a network that remembers begin at rest; those of a model begin anywhere.
+    if spec.hidden_state_len() == 0 {
+        // Vectors of a recurrent network begin at rest; those of a model begin anywhere.
         network.golden = golden(spec, &inputs);
     }
     Ok(network)
@@ -62,7 +73,7 @@ fn layers(spec: &ModelSpec, network: &mut Network, scaled: usize) -> Result<usiz
                 let step = Op::Reshape(vec![1, layer.inputs()]);
                 let sequence = network.push("step", step, vec![last])?;
                 let op = Op::Recurrent(layer.clone());
-                last = network.push("memory", op, vec![sequence])?;
+                last = network.push("recurrent", op, vec![sequence])?;
                 continue;
             }
         };
@@ -82,19 +93,18 @@ fn layers(spec: &ModelSpec, network: &mut Network, scaled: usize) -> Result<usiz
             vec![last],
         )?;
     }
-    if let Some(weights) = beside(spec) {
+    if let Some(weights) = skip(spec) {
         let bias = vec![0.0; spec.outputs.len()];
-        let shortcut =
-            network.push("shortcut", Op::Dense(Dense { weights, bias }), vec![scaled])?;
-        last = network.push("sum", Op::Add, vec![last, shortcut])?;
+        let skip = network.push("skip", Op::Dense(Dense { weights, bias }), vec![scaled])?;
+        last = network.push("sum", Op::Add, vec![last, skip])?;
     }
     Ok(last)
 }
 
-/// The linear path of eq. 4 with, for an increment, the present output in it.
-fn beside(spec: &ModelSpec) -> Option<Vec<f32>> {
+/// The skip connection of eq. 4 with, for an increment, the present output in it.
+fn skip(spec: &ModelSpec) -> Option<Vec<f32>> {
     let length = spec.regressor_len();
-    let mut weights = spec.shortcut.clone();
+    let mut weights = spec.skip.clone();
     if spec.form == OutputForm::Increment {
         let weights = weights.get_or_insert_with(|| vec![0.0; spec.outputs.len() * length]);
         let present = spec.past_inputs * spec.inputs.len();

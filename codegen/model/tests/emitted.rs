@@ -181,7 +181,7 @@ fn library(name: &str) -> String {
 
 fn check_call(spec: &ModelSpec) -> String {
     let (name, library) = (&spec.name, library(&spec.name));
-    let memory = match spec.memory() {
+    let memory = match spec.hidden_state_len() {
         0 => String::new(),
         _ => format!("    check_memory!({library}, {name:?});\n"),
     };
@@ -230,10 +230,11 @@ fn parse_errors(line: &str) -> Errors {
 /// compared here, the errors are printed for the test to judge.
 const CHECK: &str = r#"
 use sinew_mpc::model::{ChannelJacobian, Jacobian, Model, Regressor};
-use sinew_mpc::mpc::tangent::{self, Place, Stage, Tangent};
+use sinew_mpc::move_blocking::Interpolation;
+use sinew_mpc::sensitivity::{self, Sensitivities, Stage};
 use sinew_mpc::network::unflatten;
 
-/// What is remembered and its derivatives against double precision; derivatives along directions against all of
+/// Hidden state and its derivatives against double precision; derivatives along directions against all of
 /// the Jacobian.
 macro_rules! check_memory {
     ($model:ident, $name:literal) => {{
@@ -270,11 +271,11 @@ macro_rules! check_memory {
                 }
                 (0..NS).for_each(|c| near(of_channels.s[MEASURED + m][c], row[lags + c]));
             }
-            let place = |block, share| Place { block, share };
+            let place = |block, weight| Interpolation { block, weight };
             let inputs = [place(0, 1.0), place(1, 0.5), place(1, 1.0), place(2, 0.25)];
             let stage = Stage {
-                carried: 2,
-                reached: 3,
+                active_before: 2,
+                active: 3,
                 inputs: &inputs,
                 weighted: Some(&[0.7; NY]),
                 tracking: &[1.5; NY],
@@ -293,15 +294,15 @@ macro_rules! check_memory {
                     }
                 }
                 let (mut gradient, mut pairs) = ([[0.0; NU]; 4], [[[0.0; NU]; NU]; 16]);
-                let mut tangent = Tangent {
+                let mut sensitivities = Sensitivities {
                     blocks: &mut blocks,
                     gradient: &mut gradient,
                     pairs: &mut pairs,
                 };
                 if all {
-                    tangent::carry_channels(&jacobian, &of_channels, &stage, &mut tangent, &mut channels);
+                    sensitivity::propagate_channels(&jacobian, &of_channels, &stage, &mut sensitivities, &mut channels);
                 } else {
-                    $model::Network.carry_channels(&trace, &stage, &mut tangent, &mut channels);
+                    $model::Network.propagate_channels(&trace, &stage, &mut sensitivities, &mut channels);
                 }
                 let parts = [
                     blocks.as_flattened().as_flattened().as_flattened(),

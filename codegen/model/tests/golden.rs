@@ -70,7 +70,7 @@ fn the_jacobian_is_the_derivative() {
                 "{name}: gradient vanished, this point tests nothing"
             );
             let rows = evaluation.jacobian.iter();
-            let rows: Vec<_> = rows.chain(&evaluation.memory_jacobian).collect();
+            let rows: Vec<_> = rows.chain(&evaluation.hidden_state_jacobian).collect();
             for column in 0..point.len() {
                 let difference = central_difference(&spec, &point, column);
                 assert_eq!(rows.len(), difference.len());
@@ -130,7 +130,7 @@ fn the_committed_reference_networks_are_those_of_the_models() {
     }
 }
 
-/// What `sinew size` and `--c-abi` make of a model: scaling inside, its memory the network's state.
+/// A model as the network of `sinew size` and `--c-abi`: scaling inside, its hidden state the network's state.
 #[test]
 fn a_model_that_remembers_is_a_network_with_state() {
     for (name, cell) in [("gru", gru_cell()), ("lstm", lstm_cell())] {
@@ -139,8 +139,11 @@ fn a_model_that_remembers_is_a_network_with_state() {
         spec.outputs[1].offset = -2.0;
         spec.outputs[1].span = 0.5;
         let network = to_network::network(&spec).unwrap();
-        assert_eq!(network.state(), spec.memory());
-        let (mut state, mut memory) = (vec![0.0; spec.memory()], vec![0.0; spec.memory()]);
+        assert_eq!(network.state(), spec.hidden_state_len());
+        let (mut state, mut memory) = (
+            vec![0.0; spec.hidden_state_len()],
+            vec![0.0; spec.hidden_state_len()],
+        );
         for k in 0..4 {
             let x: Vec<f64> = (0..7)
                 .map(|i| ((5 * i + 3 * k) % 7) as f64 / 4.0 - 0.8)

@@ -1,4 +1,4 @@
-//! What is refused, in the words a user reads.
+//! Refused models, in the words that a user reads.
 
 mod support;
 
@@ -43,10 +43,10 @@ fn specifications() {
         |spec| first_layer(spec).bias.push(0.0),
         |spec| first_layer(spec).weights[4] = f32::NAN,
         |spec| first_layer(spec).bias[1] = f32::NEG_INFINITY,
-        |spec| spec.shortcut = Some(vec![0.0; 4]),
-        |spec| spec.shortcut = Some(vec![0.0, f32::NAN, 0.0]),
+        |spec| spec.skip = Some(vec![0.0; 4]),
+        |spec| spec.skip = Some(vec![0.0, f32::NAN, 0.0]),
         |spec| {
-            spec.shortcut = Some(vec![0.0; 3]);
+            spec.skip = Some(vec![0.0; 3]);
             spec.layers[1] = support::dense(2, 1, Activation::Tanh, 1.0);
         },
         |spec| spec.layers[1] = Layer::Recurrent(unfilled(gru_cell(), 2)),

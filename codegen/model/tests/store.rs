@@ -209,7 +209,7 @@ fn model() -> impl Strategy<Value = ModelSpec> {
                     past_inputs,
                     past_outputs,
                     form,
-                    shortcut: None,
+                    skip: None,
                     layers,
                     control: sinew_model::spec::ControlSpec {
                         // Without one, and with one that no short decimal is.
@@ -226,7 +226,7 @@ fn model() -> impl Strategy<Value = ModelSpec> {
                     .is_some_and(|l| l.activation() == Some(Activation::Linear))
                 {
                     let weights = (0..spec.regressor_len() * n_y).map(|i| 1.0 / (i as f32 + 3.0));
-                    spec.shortcut = Some(weights.collect());
+                    spec.skip = Some(weights.collect());
                 }
                 spec.golden = golden
                     .into_iter()

@@ -124,7 +124,7 @@ impl Activation {
         })
     }
 
-    /// Whether the slope can be had from the value alone; where not, the emitted code keeps both.
+    /// Returns true if the slope is a function of the value alone; otherwise the emitted code keeps both.
     #[must_use]
     pub fn slope_from_value(self) -> bool {
         !matches!(

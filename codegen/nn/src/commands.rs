@@ -1,4 +1,4 @@
-//! What the command lines do with networks: `sinew import`, `sinew size`, and `sinew emit` of a network.
+//! Texts of `sinew import`, `sinew size`, and `sinew emit` of a network.
 
 use std::path::{Path, PathBuf};
 
@@ -44,7 +44,7 @@ pub fn emit(network: &Network, out: &Path, options: &Options) -> Result<String, 
     Ok(text)
 }
 
-/// What a network takes on a board; `folder` keeps what is compiled for the next time.
+/// The footprint of a network on a board; `folder` keeps the compiled parts for the next time.
 ///
 /// # Errors
 /// [`BuildError`].

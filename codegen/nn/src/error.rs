@@ -1,6 +1,6 @@
-//! Why a network is refused.
+//! Errors of a network.
 
-/// Why a network cannot be read, or cannot be emitted.
+/// Error of a network that cannot be read or emitted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NetworkError {
     /// The file is not what it claims to be, or contradicts itself.
@@ -8,7 +8,7 @@ pub enum NetworkError {
     Malformed {
         /// Layer, tensor or part of the file.
         place: String,
-        /// What is wrong, and what was expected.
+        /// Cause, and the expected form.
         message: String,
     },
     /// It is sound, but not among what can be emitted.
@@ -16,7 +16,7 @@ pub enum NetworkError {
     Unsupported {
         /// The layer.
         layer: String,
-        /// What about it.
+        /// Unsupported property.
         what: String,
         /// The nearest thing that would work.
         nearest: String,
@@ -26,13 +26,13 @@ pub enum NetworkError {
     TooLarge {
         /// Layer, tensor or file.
         place: String,
-        /// What is too large, and the limit.
+        /// Found size, and the limit.
         message: String,
     },
 }
 
 impl NetworkError {
-    /// What is not what it claims to be.
+    /// A [`NetworkError::Malformed`].
     pub fn malformed(place: impl Into<String>, message: impl Into<String>) -> Self {
         Self::Malformed {
             place: place.into(),
@@ -40,7 +40,7 @@ impl NetworkError {
         }
     }
 
-    /// What is larger than any board.
+    /// A [`NetworkError::TooLarge`].
     pub fn too_large(place: impl Into<String>, message: impl Into<String>) -> Self {
         Self::TooLarge {
             place: place.into(),
@@ -48,7 +48,7 @@ impl NetworkError {
         }
     }
 
-    /// What is sound, and cannot be emitted.
+    /// A [`NetworkError::Unsupported`].
     pub fn unsupported(
         layer: impl Into<String>,
         what: impl Into<String>,

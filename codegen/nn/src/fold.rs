@@ -1,10 +1,21 @@
-//! What can be computed once, here, is not computed at every call: batch normalisation and scaling go into
+//! Constant folding, once instead of at every call: batch normalisation and scaling go into
 //! the weights beside them, orders of axes into the columns of a dense layer, and layers without an effect go.
 
 use super::{Activation, Dense, Network, Op};
 
 impl Network {
-    /// The same function with fewer layers. Weights are combined in double precision and rounded once.
+    /// The same function with fewer layers.
+    ///
+    /// ```
+    /// use sinew_nn::import;
+    ///
+    /// // dense, tanh, dense, bias: the bias goes into the dense layer.
+    /// let network = import::read("examples/mlp.onnx".as_ref())?;
+    /// assert_eq!((network.nodes.len(), network.folded().nodes.len()), (5, 4));
+    /// # Ok::<(), sinew_nn::NetworkError>(())
+    /// ```
+    ///
+    /// Weights are combined in double precision and rounded once.
     #[must_use]
     pub fn folded(&self) -> Self {
         let mut network = self.clone();
@@ -31,6 +42,15 @@ impl Network {
         }
     }
 
+    /// Whether node `place` gives the values that it reads, in their order.
+    pub(crate) fn is_no_move(&self, place: usize) -> bool {
+        match &self.nodes[place].op {
+            Op::Reshape(_) => true,
+            Op::Permute(axes) => is_no_move(axes, &self.nodes[self.nodes[place].from[0]].shape),
+            _ => false,
+        }
+    }
+
     /// Takes node `place` out; what read it reads `instead`, a node before it.
     fn remove(&mut self, place: usize, instead: usize) {
         self.nodes.remove(place);
@@ -45,7 +65,7 @@ impl Network {
         }
     }
 
-    /// How many layers read node `place`.
+    /// Number of layers that read node `place`.
     fn readers(&self, place: usize) -> usize {
         self.nodes
             .iter()
@@ -150,7 +170,7 @@ impl Network {
     }
 }
 
-/// Whether an order of axes leaves every value where it is.
+/// Returns true if an order of axes moves no value.
 fn is_no_move(axes: &[usize], shape: &[usize]) -> bool {
     let long: Vec<usize> = axes
         .iter()

@@ -3,7 +3,32 @@
 use super::layer::Op;
 use super::{NetworkError, limits, shape};
 
-/// A network: nodes in an order in which each follows what it reads.
+/// Network: a directed acyclic graph of nodes, in an order in which each follows the nodes that it reads.
+///
+/// Importers make networks; a program can also build one. [`push`](Self::push) infers and checks the shape of
+/// each layer.
+///
+/// ```
+/// use sinew_nn::{Activation, Dense, Network, Op, evaluate};
+///
+/// // y = x + W tanh(x): a dense layer with a skip connection around it.
+/// let mut network = Network::new("residual", "x", vec![2]);
+/// let tanh = network.push("tanh", Op::Activation(Activation::Tanh), vec![0])?;
+/// let dense = Dense { weights: vec![0.5, 0.0, 0.0, -0.5], bias: vec![0.0, 0.0] };
+/// let dense = network.push("dense", Op::Dense(dense), vec![tanh])?;
+/// network.push("sum", Op::Add, vec![0, dense])?;
+/// network.validate()?;
+///
+/// assert_eq!((network.inputs(), network.outputs(), network.parameters()), (2, 2, 6));
+/// let jacobian = evaluate::jacobian(&network, &[0.0, 0.0], &[]);
+/// assert_eq!(jacobian, [[1.5, 0.0], [0.0, 0.5]]);
+///
+/// // A layer that does not fit is refused by its name.
+/// let short = Dense { weights: vec![1.0], bias: vec![0.0] };
+/// let error = network.push("short", Op::Dense(short), vec![0]).unwrap_err();
+/// assert!(error.to_string().starts_with("short: "));
+/// # Ok::<(), sinew_nn::NetworkError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Network {
     /// Name of the crate: lower-case letters, digits, `-`.
@@ -15,39 +40,39 @@ pub struct Network {
     pub golden: Vec<Golden>,
 }
 
-/// One layer.
+/// Node of a network: a layer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Node {
-    /// As the file that it came from calls it.
+    /// Name in the imported file.
     pub name: String,
-    /// What it does.
+    /// Operation of the node.
     pub op: Op,
-    /// The nodes that it reads, by their place.
+    /// Indices of the nodes that it reads.
     pub from: Vec<usize>,
-    /// Shape of what it gives: features; steps and features; or rows, columns and channels.
+    /// Shape of the output: features; steps and features; or rows, columns and channels.
     pub shape: Vec<usize>,
 }
 
 impl Node {
-    /// Number of values that it gives.
+    /// Number of values of the output.
     #[must_use]
     pub fn len(&self) -> usize {
         self.shape.iter().product()
     }
 
-    /// Whether it gives nothing, which no valid node does.
+    /// Returns true if the output is empty, as that of no valid node is.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 }
 
-/// Calls from a network at rest: inputs in turn, and the output after the last.
+/// Golden vector: inputs of calls in turn, from a network at rest, and the output after the last call.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Golden {
     /// One input after another, each flattened with the last axis running fastest.
     pub x: Vec<f32>,
-    /// The output after the last.
+    /// Output after the last call.
     pub y: Vec<f64>,
 }
 

@@ -1,11 +1,11 @@
-//! What a node can be.
+//! Operations of a node.
 
 use super::Activation;
 
 /// A layer.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Op {
-    /// What the network is given.
+    /// The input of the network.
     Input,
     /// `W x + b` of everything that it reads.
     Dense(Dense),
@@ -63,7 +63,7 @@ pub struct Window {
 /// Weights of a convolution.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Convolution {
-    /// How it moves.
+    /// Window of each output.
     pub window: Window,
     /// `[filters][rows][columns][channels]`.
     pub weights: Vec<f32>,
@@ -74,13 +74,13 @@ pub struct Convolution {
 /// A pool.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pool {
-    /// How it moves.
+    /// Window of each output.
     pub window: Window,
-    /// What it takes from a window.
+    /// Reduction of a window.
     pub kind: PoolKind,
 }
 
-/// What a pool takes from a window.
+/// Reduction of a window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PoolKind {
     /// The largest.
@@ -106,9 +106,9 @@ pub struct Recurrent {
     pub bias: Vec<f32>,
     /// `[units]`: the bias inside the reset of a GRU with `reset_after`; empty otherwise.
     pub inner_bias: Vec<f32>,
-    /// Whether it gives the state after every step, or after the last.
+    /// True if the output has the hidden state after every step; false if only after the last.
     pub sequences: bool,
-    /// Whether the state lasts from one call to the next, one step a call; otherwise a call is a whole
+    /// True if the hidden state lasts from one call to the next, one step a call; otherwise a call is a whole
     /// sequence, from rest.
     pub streaming: bool,
 }
@@ -127,7 +127,7 @@ pub enum Cell {
         activation: Activation,
         /// Of the gates.
         gates: Activation,
-        /// Whether the reset comes after the recurrent product.
+        /// True if the reset comes after the recurrent product.
         reset_after: bool,
     },
     /// Gates input, forget, candidate, output.
@@ -223,7 +223,7 @@ impl Op {
         }
     }
 
-    /// What it is called in tables and messages.
+    /// Name in tables and messages.
     #[must_use]
     pub fn kind(&self) -> &'static str {
         match self {

@@ -1,6 +1,6 @@
 //! Rust literals, laid out for a reader.
 
-/// Where a line of numbers is broken, rustfmt's own width.
+/// Width at which a line of numbers is broken, rustfmt's own.
 const WIDTH: usize = 100;
 
 /// A literal that the compiler reads back to the same bits; the shortest one there is.

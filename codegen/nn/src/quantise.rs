@@ -46,7 +46,18 @@ fn matrices(op: &mut Op) -> Vec<(&mut Vec<f32>, usize)> {
 }
 
 impl Network {
-    /// The network that integers of eight bits make of a valid one; the golden vectors are its own.
+    /// The network with its weights rounded to int8; its golden vectors are recomputed.
+    ///
+    /// ```
+    /// use sinew_nn::{evaluate, import};
+    ///
+    /// let network = import::read("examples/mlp.onnx".as_ref())?;
+    /// let x = [0.1; 12];
+    /// let exact = evaluate::run(&network, &x);
+    /// let rounded = evaluate::run(&network.quantised(), &x);
+    /// assert!(exact.iter().zip(&rounded).all(|(a, b)| (a - b).abs() < 0.02));
+    /// # Ok::<(), sinew_nn::NetworkError>(())
+    /// ```
     #[must_use]
     pub fn quantised(&self) -> Self {
         let mut network = self.clone();
@@ -89,7 +100,7 @@ fn wide(x: &[f32]) -> Vec<f64> {
     x.iter().copied().map(f64::from).collect()
 }
 
-/// What integers cost in accuracy.
+/// Loss of accuracy by integer weights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Loss {
     /// Largest difference of an output, relative to the range of all outputs.
@@ -98,7 +109,7 @@ pub struct Loss {
     pub rms: f64,
     /// Vectors compared.
     pub vectors: usize,
-    /// Whether the inputs were drawn, between -1 and 1, because the network brings none.
+    /// True if the inputs were drawn, between -1 and 1, because the network brings none.
     pub drawn: bool,
 }
 

@@ -15,7 +15,7 @@ use super::{
 };
 use crate::files;
 
-/// What `network.toml` begins with.
+/// Format that `network.toml` names.
 pub const FORMAT: &str = "sinew-network/1";
 /// The description's file name.
 pub const NETWORK_FILE: &str = "network.toml";
@@ -210,6 +210,14 @@ impl From<Window> for WindowText {
 }
 
 /// Reads and validates the network in `directory`.
+///
+/// ```no_run
+/// use sinew_nn::store;
+///
+/// let network = store::load("net".as_ref())?;
+/// store::save("copy".as_ref(), &network)?;
+/// # Ok::<(), sinew_nn::NetworkError>(())
+/// ```
 ///
 /// # Errors
 /// [`NetworkError`], naming the file and what is wrong in it.
@@ -485,6 +493,17 @@ fn golden(network: &Network, file: &SafeTensors<'_>) -> Result<Vec<Golden>, Netw
 }
 
 /// The files of a network by name; the same network gives the same bytes.
+///
+/// ```
+/// use sinew_nn::{import, store};
+///
+/// let network = import::read("examples/mlp.onnx".as_ref())?;
+/// let [(_, weights), (_, text)] = store::print(&network)?;
+/// let text = String::from_utf8_lossy(&text);
+/// assert!(text.starts_with("format = \"sinew-network/1\""));
+/// assert_eq!(store::parse(&text, &weights)?, network);
+/// # Ok::<(), sinew_nn::NetworkError>(())
+/// ```
 ///
 /// # Errors
 /// [`NetworkError`] if the network is not valid.

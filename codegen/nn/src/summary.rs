@@ -1,4 +1,4 @@
-//! What a network is, as a table: layers, shapes, parameters.
+//! A network as a table: layers, shapes, parameters.
 
 use super::{Activation, Cell, Network, Node, Op, PoolKind};
 

@@ -12,7 +12,7 @@ fn set(name: &str) -> Option<std::ffi::OsString> {
     std::env::var_os(name).filter(|value| !value.is_empty())
 }
 
-/// Whether this machine can build for the target.
+/// Returns true if this machine can build for the target.
 #[must_use]
 pub fn is_installed() -> bool {
     if set("SINEW_FIRMWARE_BUILD_STD").is_some_and(|value| value == "1") {

@@ -120,7 +120,7 @@ fn damaged_text(text: &str, random: &mut Random) -> String {
     String::from_utf8_lossy(&damaged(text.as_bytes(), random)).into_owned()
 }
 
-/// What readers did with damaged files.
+/// Outcomes of reading damaged files.
 #[derive(Default)]
 struct Tally {
     tried: usize,

@@ -1,4 +1,4 @@
-//! What `sinew size` says, held against images that are linked for the boards: what a network adds to a
+//! Figures of `sinew size` against images that are linked for the boards: the bytes that a network adds to a
 //! firmware that has a runtime, vectors and a main loop of its own.
 
 use std::fmt::Write as _;
@@ -10,7 +10,7 @@ use sinew_nn::emit::{Options, Weights, emit};
 use sinew_nn::footprint::{self, BOARDS};
 use sinew_nn::{Network, import, target};
 
-/// What is said may be off by this much.
+/// Relative tolerance of the figures.
 const TOLERANCE: f64 = 0.05;
 
 /// Networks and the boards that they are linked for. Every board is met, and on one of them every kind.

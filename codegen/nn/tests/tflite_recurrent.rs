@@ -25,14 +25,14 @@ fn word(bytes: &[u8], at: usize) -> usize {
     u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes")) as usize
 }
 
-/// Where field `id` of the table at `table` lies.
+/// Offset of field `id` of the table at `table`.
 fn field(bytes: &[u8], table: usize, id: usize) -> usize {
     let slots = table - word(bytes, table);
     let slot = slots + 4 + 2 * id;
     table + usize::from(u16::from_le_bytes([bytes[slot], bytes[slot + 1]]))
 }
 
-/// Where the first table of the vector in field `id` of the root lies.
+/// Offset of the first table of the vector in field `id` of the root.
 fn first(bytes: &[u8], id: usize) -> usize {
     let at = field(bytes, word(bytes, 0), id);
     let vector = at + word(bytes, at);

@@ -9,10 +9,10 @@ use crate::clock::Clock;
 use crate::mode::Drive;
 use crate::protocol::{Identity, MAX_FRAME, Reason, ToDevice, ToHost, decode, encode};
 use crate::session::Session;
-use sinew_mpc::control_loop::ControlLoop;
-use sinew_mpc::model::Model;
-use sinew_mpc::mpc::{Parts, Work};
-use sinew_mpc::safety::Limits;
+use sinew_mpc::CostTerm;
+use sinew_mpc::controller::ControlLoop;
+use sinew_mpc::limits::Limits;
+use sinew_mpc::{Parts, Work};
 
 /// The name of every check of this module, handed to the macro `$each`.
 #[macro_export]
@@ -91,7 +91,7 @@ pub trait Device {
 }
 
 impl<
-    M: Model<NU, NY, NS, ND, DD>,
+    M: CostTerm<NU, NY, NS, ND, DD>,
     const NU: usize,
     const NY: usize,
     const NS: usize,
@@ -460,7 +460,7 @@ pub struct Ticks {
 
 /// Times `steps` control steps at random states with random references, and the parts of an optimisation.
 pub fn times<
-    M: Model<NU, NY, NS, ND, DD>,
+    M: CostTerm<NU, NY, NS, ND, DD>,
     const NU: usize,
     const NY: usize,
     const NS: usize,

@@ -14,10 +14,11 @@ use crate::protocol::{
     ToHost, decode, encode,
 };
 use crate::watch::Watch;
-use sinew_mpc::control_loop::{ControlLoop, Settings, Step};
+use sinew_mpc::CostTerm;
+use sinew_mpc::controller::{ControlLoop, Settings, Step};
+use sinew_mpc::limits::Limits;
 use sinew_mpc::model::{Jacobian, Model};
 use sinew_mpc::network::unflatten;
-use sinew_mpc::safety::Limits;
 
 /// Rows of an excitation that wait for their tick: a quarter of a second at 120 Hz.
 pub const EXCITATION_ROWS: usize = 32;
@@ -48,7 +49,7 @@ pub struct Session<
 }
 
 impl<
-    M: Model<NU, NY, NS, ND, DD>,
+    M: CostTerm<NU, NY, NS, ND, DD>,
     const NU: usize,
     const NY: usize,
     const NS: usize,
@@ -88,7 +89,7 @@ impl<
             use crate::protocol::{MAX_CHANNELS, MAX_PREVIEW, MAX_SIGNALS};
             assert!(NU <= MAX_SIGNALS && NY <= MAX_SIGNALS);
             // What a network remembers is in no frame.
-            assert!(NS <= MAX_CHANNELS || M::PREDICTS_CHANNELS);
+            assert!(NS <= MAX_CHANNELS || M::Model::PREDICTS_CHANNELS);
             assert!(NY <= MAX_PREVIEW && NU * ND + NY * DD + NS <= MAX_REGRESSOR);
         }
         Self {
@@ -230,7 +231,7 @@ impl<
     /// The channels of a frame; those that nobody measures are missing in it.
     #[inline(always)]
     fn channels(&self, s: &[f32]) -> Option<[f32; NS]> {
-        if !M::PREDICTS_CHANNELS {
+        if !M::Model::PREDICTS_CHANNELS {
             return s.try_into().ok();
         }
         let mut channels = [f32::NAN; NS];
@@ -351,7 +352,7 @@ impl<
         let Some(regressor) = unflatten::<NU, NY, NS, ND, DD>(x) else {
             return refused(Reason::Shape);
         };
-        let (mut trace, mut jacobian) = (M::TRACE, Jacobian::ZERO);
+        let (mut trace, mut jacobian) = (M::Model::TRACE, Jacobian::ZERO);
         let model = self.controller.model();
         let y = model.predict(&regressor, &mut trace);
         model.jacobian(&trace, &mut jacobian);

@@ -10,9 +10,9 @@ use sinew_device::mode::{Cause, Drive, Mode};
 use sinew_device::protocol::{Reason, ToDevice, ToHost};
 use sinew_device::session::{EXCITATION_ROWS, Outputs, Session};
 use sinew_device::watch::{ENVELOPE, LATE_LIMIT, OUTSIDE_LIMIT, STUCK_LIMIT};
-use sinew_mpc::control_loop::{ControlLoop, Settings};
-use sinew_mpc::mpc::Horizons;
-use sinew_mpc::safety::Limits;
+use sinew_mpc::Horizons;
+use sinew_mpc::controller::{ControlLoop, Settings};
+use sinew_mpc::limits::Limits;
 use sinew_mpc::scaling::ModelScaling;
 use sinew_mpc::status::Status;
 

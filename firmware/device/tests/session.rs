@@ -14,9 +14,9 @@ use sinew_device::protocol::{
     Accumulator, Fed, FrameError, MAX_FRAME, PROTOCOL, Reason, ToDevice, ToHost, decode, encode,
 };
 use sinew_device::session::Session;
-use sinew_mpc::control_loop::{ControlLoop, Settings};
-use sinew_mpc::mpc::Horizons;
-use sinew_mpc::safety::Limits;
+use sinew_mpc::Horizons;
+use sinew_mpc::controller::{ControlLoop, Settings};
+use sinew_mpc::limits::Limits;
 use sinew_mpc::scaling::ModelScaling;
 
 const N: usize = 4;

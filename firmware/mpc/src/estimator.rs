@@ -5,13 +5,13 @@
 //! where the plant integrates.
 
 use crate::model::{Model, Regressor};
-use crate::mpc::prediction::shift;
+use crate::rollout::shift;
 
 /// A measurement further than this from model zero, in model units, is no measurement: a thousand
 /// times the range that was seen in training. It also keeps every sum below finite.
 const IMPLAUSIBLE: f32 = 1.0e3;
 
-/// What became of a sample.
+/// Result of taking a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sample {
     /// Every output was measured.
@@ -173,9 +173,10 @@ fn entered<const NY: usize>(y: &[f32; NY], predicted: &[f32; NY], gain: f32) -> 
     let mut entered = *predicted;
     for (entered, y) in entered.iter_mut().zip(y) {
         if plausible(*y) {
-            *entered = match gain < 1.0 {
-                true => *entered + gain * (y - *entered),
-                false => *y,
+            *entered = if gain < 1.0 {
+                *entered + gain * (y - *entered)
+            } else {
+                *y
             };
         }
     }

@@ -1,8 +1,4 @@
-//! What the controller asks of a predictor: the one trait that generated code implements.
-
-use crate::mpc::prediction::{self, Trajectory};
-use crate::mpc::tangent::{self, Stage, Tangent};
-use crate::mpc::{Problem, Quadratic};
+//! Predictor of the controlled device: [`Model`], what it sees and its derivatives.
 
 /// What a predictor looks at: the last `ND` inputs, the last `DD` outputs and `NS` sensor channels,
 /// all in model units (scaled). Index 0 is the newest: `u[0]` is u(k), `y[1]` is y(k-1).
@@ -97,71 +93,6 @@ pub trait Model<const NU: usize, const NY: usize, const NS: usize, const ND: usi
         _jacobian: &mut ChannelJacobian<NU, NY, NS, ND, DD>,
     ) {
     }
-
-    /// What a plan costs beside J: nothing, or the barrier of a [`Barred`](crate::mpc::barrier::Barred)
-    /// model (docs/explanation/controller.md, eq. 4b).
-    fn penalty<const N: usize, const NB: usize, const NV: usize>(
-        _problem: &Problem<'_, Self, NU, NY, NS, ND, DD, N, NB, NV>,
-        _plan: &[f32; NV],
-    ) -> f32
-    where
-        Self: Sized,
-    {
-        0.0
-    }
-
-    /// Adds the penalty's halved derivatives, and to H what Gauss-Newton leaves out: nothing, or, for an
-    /// [`Exact`](crate::mpc::exact::Exact) model, the second derivatives of the predictions (eq. 7a).
-    fn curve<const N: usize, const NB: usize, const NV: usize>(
-        _problem: &Problem<'_, Self, NU, NY, NS, ND, DD, N, NB, NV>,
-        _plan: &[f32; NV],
-        _trajectory: &Trajectory<Self::Trace, NY, N>,
-        _quadratic: &mut Quadratic<NV>,
-    ) where
-        Self: Sized,
-    {
-    }
-
-    /// A step of the horizon: enters u(k+j) into `x`, predicts, adds the disturbance, and enters the result.
-    ///
-    /// Generated models repeat this body, and that of [`Model::carry`], as code of their own crate: these
-    /// two are most of a control step, and are compiled for speed where the rest is compiled for size.
-    fn advance(
-        &self,
-        x: &mut Regressor<NU, NY, NS, ND, DD>,
-        u: &[f32; NU],
-        disturbance: &[f32; NY],
-        trace: &mut Self::Trace,
-    ) -> [f32; NY] {
-        prediction::advance(self, x, u, disturbance, trace)
-    }
-
-    /// A step of the derivatives: those of the prediction that left `trace`, and what follows from them.
-    fn carry(
-        &self,
-        trace: &Self::Trace,
-        stage: &Stage<'_, NY>,
-        tangent: &mut Tangent<'_, NU, NY, DD>,
-    ) {
-        let mut jacobian = Jacobian::ZERO;
-        self.jacobian(trace, &mut jacobian);
-        tangent::carry(&jacobian, stage, tangent);
-    }
-
-    /// As [`Model::carry`] where the channels are predicted: theirs are in `channels`
-    /// ([`tangent::carry_channels`]).
-    fn carry_channels(
-        &self,
-        trace: &Self::Trace,
-        stage: &Stage<'_, NY>,
-        tangent: &mut Tangent<'_, NU, NY, DD>,
-        channels: &mut [[[f32; NU]; NS]],
-    ) {
-        let (mut jacobian, mut of_channels) = (Jacobian::ZERO, ChannelJacobian::ZERO);
-        self.jacobian(trace, &mut jacobian);
-        self.channel_jacobian(trace, &mut of_channels);
-        tangent::carry_channels(&jacobian, &of_channels, stage, tangent, channels);
-    }
 }
 
 impl<const NU: usize, const NY: usize, const ND: usize, const DD: usize> Jacobian<NU, NY, ND, DD> {
@@ -184,7 +115,7 @@ impl<const NU: usize, const NY: usize, const NS: usize, const ND: usize, const D
     };
 }
 
-/// A predictor with second derivatives: what [`Exact`](crate::mpc::exact::Exact) asks for.
+/// A predictor with second derivatives: what [`Exact`](crate::exact_hessian::Exact) asks for.
 pub trait SecondOrder<
     const NU: usize,
     const NY: usize,

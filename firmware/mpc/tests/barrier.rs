@@ -3,12 +3,12 @@
 mod common;
 
 use common::{Linear, Random, quadratic};
-use sinew_mpc::control_loop::{ControlLoop, Settings};
+use sinew_mpc::barrier::Barred;
+use sinew_mpc::controller::{ControlLoop, Settings};
+use sinew_mpc::limits::Limits;
 use sinew_mpc::model::Regressor;
-use sinew_mpc::mpc::barrier::Barred;
-use sinew_mpc::mpc::{Bounds, Horizons, Problem, Quadratic, Weights};
-use sinew_mpc::safety::Limits;
 use sinew_mpc::scaling::ModelScaling;
+use sinew_mpc::{Bounds, Horizons, Problem, Quadratic, Weights};
 
 /// Steady gain 1.
 const MODEL: Linear = Linear {

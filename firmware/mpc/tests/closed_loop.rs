@@ -3,11 +3,12 @@
 mod common;
 
 use common::{Linear, Random, Shallow};
-use sinew_mpc::control_loop::{ControlLoop, Settings, Step};
+use sinew_mpc::Horizons;
+use sinew_mpc::controller::{ControlLoop, Settings, Step};
+use sinew_mpc::limits::Limits;
 use sinew_mpc::model::{Jacobian, Model, Regressor};
-use sinew_mpc::mpc::Horizons;
-use sinew_mpc::safety::Limits;
 use sinew_mpc::scaling::{ModelScaling, Scaling};
+use sinew_mpc::sensitivity::Propagate;
 use sinew_mpc::status::Status;
 
 const N: usize = 8;
@@ -498,6 +499,8 @@ impl Model<1, 1, 0, 2, 1> for Sticking {
         jacobian.y = [[[1.0]]];
     }
 }
+
+impl Propagate<1, 1, 0, 2, 1> for Sticking {}
 
 #[test]
 fn a_sticking_device_is_broken_free_at_once() {

@@ -3,11 +3,12 @@
 mod common;
 
 use common::quadratic;
-use sinew_mpc::control_loop::{ControlLoop, Settings};
+use sinew_mpc::controller::{ControlLoop, Settings};
+use sinew_mpc::limits::Limits;
 use sinew_mpc::model::{Jacobian, Model, Regressor};
-use sinew_mpc::mpc::{Bounds, Horizons, Problem, Quadratic, Weights};
-use sinew_mpc::safety::Limits;
 use sinew_mpc::scaling::ModelScaling;
+use sinew_mpc::sensitivity::Propagate;
+use sinew_mpc::{Bounds, Horizons, Problem, Quadratic, Weights};
 
 /// Two inputs that push one output alike; R in millionths.
 #[derive(Clone, Copy)]
@@ -27,6 +28,8 @@ impl<const MILLIONTHS: u32> Model<2, 1, 0, 1, 1> for Pair<MILLIONTHS> {
         jacobian.y[0] = [[0.5]];
     }
 }
+
+impl<const MILLIONTHS: u32> Propagate<2, 1, 0, 1, 1> for Pair<MILLIONTHS> {}
 
 /// Commands and output after `steps` from commands that pull against each other.
 fn after<const MILLIONTHS: u32>(steps: usize, reference: f32) -> ([f32; 2], f32) {

@@ -10,8 +10,8 @@ mod common;
 use common::rollout::exact_rollout;
 use common::{Random, Shallow};
 use sinew_mpc::model::{Model, Regressor};
-use sinew_mpc::mpc::prediction::Trajectory;
-use sinew_mpc::mpc::{Bounds, Horizons, Problem, Quadratic, Weights};
+use sinew_mpc::rollout::Trajectory;
+use sinew_mpc::{Bounds, Horizons, Problem, Quadratic, Weights};
 
 fn check<
     const NX: usize,
@@ -63,8 +63,8 @@ fn check<
         let mut quadratic = Quadratic::new();
         let mut trajectory =
             Trajectory::new(<Shallow<NX, H, NY> as Model<NU, NY, NS, ND, DD>>::TRACE);
-        let cost = problem.roll(&plan, &mut trajectory);
-        problem.derive(&plan, &trajectory, &mut quadratic);
+        let cost = problem.rollout(&plan, &mut trajectory);
+        problem.linearise(&plan, &trajectory, &mut quadratic);
         let wide: Vec<f64> = plan.iter().map(|u| f64::from(*u)).collect();
         let (exact, _) = exact_rollout(&net, &problem, &wide);
         assert!(

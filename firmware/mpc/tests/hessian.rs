@@ -9,13 +9,13 @@ mod common;
 use common::case::{Case, FAR};
 use common::rollout::exact_rollout;
 use common::{Random, Shallow};
-use sinew_mpc::control_loop::{ControlLoop, Settings};
+use sinew_mpc::controller::{ControlLoop, Settings};
+use sinew_mpc::exact_hessian::Exact;
+use sinew_mpc::limits::Limits;
 use sinew_mpc::model::{Model, Regressor, SecondOrder};
-use sinew_mpc::mpc::exact::Exact;
-use sinew_mpc::mpc::prediction::Trajectory;
-use sinew_mpc::mpc::{Bounds, Horizons, Plan, Problem, Quadratic, Weights, solve};
-use sinew_mpc::safety::Limits;
+use sinew_mpc::rollout::Trajectory;
 use sinew_mpc::scaling::ModelScaling;
+use sinew_mpc::{Bounds, CostTerm, Horizons, Plan, Problem, Quadratic, Weights, solve};
 
 /// Half of the Hessian of J by second differences of J in f64.
 fn second_differences<const NV: usize>(
@@ -125,7 +125,7 @@ fn exact_hessian_of_one_channel_and_with_held_channels() {
 type Net = Shallow<12, 10, 3>;
 
 /// The plan and the largest element of the gradient after `rounds` iterations, without limits in the way.
-fn descend<M: Model<2, 3, 0, 3, 2>>(
+fn descend<M: CostTerm<2, 3, 0, 3, 2>>(
     model: &M,
     start: &Regressor<2, 3, 0, 3, 2>,
     reference: &[[f32; 3]; 8],
@@ -154,10 +154,10 @@ fn descend<M: Model<2, 3, 0, 3, 2>>(
     for _ in 0..rounds {
         let _ = solve(&problem, &mut plan, 1);
     }
-    let mut trajectory = Trajectory::new(M::TRACE);
+    let mut trajectory = Trajectory::new(M::Model::TRACE);
     let mut quadratic = Quadratic::new();
-    problem.roll(&plan.u, &mut trajectory);
-    problem.derive(&plan.u, &trajectory, &mut quadratic);
+    problem.rollout(&plan.u, &mut trajectory);
+    problem.linearise(&plan.u, &trajectory, &mut quadratic);
     let steepest = quadratic.gradient.iter().fold(0.0, |m, g| g.abs().max(m));
     (plan.u, steepest)
 }

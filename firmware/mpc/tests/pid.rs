@@ -1,7 +1,7 @@
 //! The PID as an honest baseline: it settles, it does not wind up, it starts without a bump.
 
-use sinew_mpc::pid::{Pid, PidGains};
-use sinew_mpc::safety::Limits;
+use sinew_mpc::feedback::pid::{Pid, PidGains};
+use sinew_mpc::limits::Limits;
 
 const PERIOD_S: f32 = 0.01;
 

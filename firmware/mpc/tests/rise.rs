@@ -3,10 +3,10 @@
 mod common;
 
 use common::Random;
+use sinew_mpc::feedback::pid::{Pid, PidGains};
+use sinew_mpc::feedback::rise::{Rise, RiseGains};
 use sinew_mpc::feedback::{Feedback, Law};
-use sinew_mpc::pid::{Pid, PidGains};
-use sinew_mpc::rise::{Rise, RiseGains};
-use sinew_mpc::safety::Limits;
+use sinew_mpc::limits::Limits;
 
 const PERIOD_S: f32 = 0.002;
 

@@ -9,11 +9,11 @@ mod common;
 
 use common::{Linear, Random, Shallow, cases};
 use proptest::prelude::*;
-use sinew_mpc::control_loop::{ControlLoop, Settings};
-use sinew_mpc::mpc::Horizons;
-use sinew_mpc::pid::{Pid, PidGains};
-use sinew_mpc::rise::{Rise, RiseGains};
-use sinew_mpc::safety::{Limiter, Limits};
+use sinew_mpc::Horizons;
+use sinew_mpc::controller::{ControlLoop, Settings};
+use sinew_mpc::feedback::pid::{Pid, PidGains};
+use sinew_mpc::feedback::rise::{Rise, RiseGains};
+use sinew_mpc::limits::{Limiter, Limits};
 use sinew_mpc::scaling::ModelScaling;
 use sinew_mpc::status::Status;
 

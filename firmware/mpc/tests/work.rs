@@ -5,11 +5,12 @@ mod common;
 use std::cell::Cell;
 
 use common::{Random, Shallow};
-use sinew_mpc::control_loop::{ControlLoop, Settings};
+use sinew_mpc::controller::{ControlLoop, Settings};
+use sinew_mpc::limits::Limits;
 use sinew_mpc::model::{Jacobian, Model, Regressor};
-use sinew_mpc::mpc::{Horizons, MAX_ITERATIONS, Work};
-use sinew_mpc::safety::Limits;
 use sinew_mpc::scaling::ModelScaling;
+use sinew_mpc::sensitivity::Propagate;
+use sinew_mpc::{Horizons, MAX_ITERATIONS, Work};
 
 const NU: usize = 2;
 const NY: usize = 3;
@@ -38,6 +39,8 @@ impl Model<NU, NY, 0, 3, 2> for Counting<'_> {
         Model::<NU, NY, 0, 3, 2>::jacobian(&self.net, a, jacobian);
     }
 }
+
+impl Propagate<NU, NY, 0, 3, 2> for Counting<'_> {}
 
 /// Mostly ordinary, now and then any bits.
 fn hostile(random: &mut Random) -> f32 {

@@ -26,25 +26,20 @@ pub type Result<T> = std::result::Result<T, Error>;
 /// assert_eq!(error.exit_code(), 2);
 /// assert_eq!(Error::failed("the firmware stopped").exit_code(), 1);
 /// ```
-#[derive(Debug, thiserror::Error)]
-#[error(transparent)]
+#[derive(Debug)]
 pub struct Error(Box<Kind>);
 
 /// The kinds of failure; they decide the exit status.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug)]
 #[non_exhaustive]
 pub enum Kind {
     /// The command line asks for something that cannot be had.
-    #[error("{0}")]
     Arguments(Complaint),
     /// A file of the user's says something that cannot be used.
-    #[error("{0}")]
     File(Complaint),
     /// A file of the user's was refused by its own reader.
-    #[error("{0}")]
-    Refused(#[source] Box<dyn std::error::Error + Send + Sync>),
+    Refused(Box<dyn std::error::Error + Send + Sync>),
     /// A file of the user's cannot be read.
-    #[error("{}: cannot be read: {source}{}", path.display(), HelpLine(help.as_deref()))]
     Read {
         /// The file.
         path: PathBuf,
@@ -54,7 +49,6 @@ pub enum Kind {
         help: Option<String>,
     },
     /// A result cannot be written.
-    #[error("{}: cannot be written: {source}{}", path.display(), HelpLine(help.as_deref()))]
     Write {
         /// The file or folder.
         path: PathBuf,
@@ -64,17 +58,50 @@ pub enum Kind {
         help: Option<String>,
     },
     /// A rig file that was refused, with its place.
-    #[error("{0}")]
     Rig(sinew_sim::Error),
     /// A simulation that was refused or stopped.
-    #[error("{0}")]
     Simulation(SimulationError),
     /// Everything asked was sound, and still it did not work out.
-    #[error("{0}")]
     Failed(Complaint),
     /// The person in front of it stopped it.
-    #[error("stopped by the user")]
     Interrupted,
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let io = |f: &mut fmt::Formatter<'_>,
+                  path: &Path,
+                  what: &str,
+                  source: &std::io::Error,
+                  help: &Option<String>| {
+            let help = HelpLine(help.as_deref());
+            write!(f, "{}: cannot be {what}: {source}{help}", path.display())
+        };
+        match &*self.0 {
+            Kind::Arguments(complaint) | Kind::File(complaint) | Kind::Failed(complaint) => {
+                complaint.fmt(f)
+            }
+            Kind::Refused(source) => source.fmt(f),
+            Kind::Read { path, source, help } => io(f, path, "read", source, help),
+            Kind::Write { path, source, help } => io(f, path, "written", source, help),
+            Kind::Rig(error) => error.fmt(f),
+            Kind::Simulation(error) => error.fmt(f),
+            Kind::Interrupted => f.write_str("stopped by the user"),
+        }
+    }
+}
+
+impl std::error::Error for Error {
+    /// The cause of the error that this message repeats, where there is one.
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match &*self.0 {
+            Kind::Refused(source) => Some(source.as_ref()),
+            Kind::Read { source, .. } | Kind::Write { source, .. } => Some(source),
+            Kind::Rig(source) => Some(source),
+            Kind::Simulation(source) => Some(source),
+            Kind::Arguments(_) | Kind::File(_) | Kind::Failed(_) | Kind::Interrupted => None,
+        }
+    }
 }
 
 /// One message: place, what is wrong, what was expected, what to try. Whatever is absent is left out.
@@ -340,6 +367,17 @@ mod tests {
         let error = Error::read(&wanted, std::fs::read(&wanted).unwrap_err());
         assert!(error.to_string().contains("train.csv?"), "{error}");
         assert_eq!(error.exit_code(), 2);
+    }
+
+    #[test]
+    fn the_cause_is_kept() {
+        use std::error::Error as _;
+        let cause = std::io::Error::other("model.toml:3: no such layer");
+        let error = Error::refused(cause);
+        assert_eq!(error.to_string(), "model.toml:3: no such layer");
+        assert_eq!(error.exit_code(), 2);
+        let cause = error.source().expect("the reader's own error");
+        assert!(cause.is::<std::io::Error>());
     }
 
     #[test]

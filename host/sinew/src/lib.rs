@@ -20,5 +20,6 @@ pub mod new_rig;
 pub mod pipeline;
 pub mod project;
 pub mod report;
+pub mod rig_file;
 pub mod tuning;
 pub mod view;

@@ -6,4 +6,7 @@
 //! | [`train`] | those motions | a network's weights |
 
 pub mod dataset;
+mod network_table;
 pub mod train;
+
+pub use network_table::{FirstLayer, Form, NetworkTable};

@@ -4,9 +4,9 @@
 
 use sinew_device::protocol::{Identity, PROTOCOL};
 use sinew_device::session;
-use sinew_mpc::control_loop::{ControlLoop, Settings};
-use sinew_mpc::mpc::Horizons;
-use sinew_mpc::safety::Limits;
+use sinew_mpc::controller::{ControlLoop, Settings};
+use sinew_mpc::limits::Limits;
+use sinew_mpc::move_blocking::Horizons;
 use sinew_mpc::scaling::{ModelScaling, Scaling};
 
 use crate::network::Network;
@@ -51,7 +51,7 @@ pub const SCALING: ModelScaling<NU, NY, NS> = ModelScaling {
     },
 };
 
-/// What a command may be, physical units, and how far it may move in one step. Rounded inwards to
+/// Bounds of the commands in physical units, and of their change in one step. Rounded inwards to
 /// f32: what is within these is within the model's limits.
 #[rustfmt::skip]
 pub const LIMITS: Limits<NU> = Limits {
@@ -61,7 +61,7 @@ pub const LIMITS: Limits<NU> = Limits {
     safe: [0.0, 0.0],
 };
 
-/// What the controller starts with; a session may change it.
+/// Initial settings of the controller; a session may change them.
 #[rustfmt::skip]
 pub const SETTINGS: Settings<NU, NY> = Settings {
     tracking_weight: [1.0, 1.0, 0.5],
@@ -75,7 +75,7 @@ pub const SETTINGS: Settings<NU, NY> = Settings {
 #[rustfmt::skip]
 pub const HORIZONS: Horizons<HORIZON, MOVE_BLOCKS> = Horizons::new(1, [2, 2, 3, 3]);
 
-/// What the device says it is.
+/// Identity that the device reports.
 pub const IDENTITY: Identity = Identity {
     protocol: PROTOCOL,
     model: 0xd92d70ef,

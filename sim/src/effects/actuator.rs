@@ -1,6 +1,8 @@
 //! Between the recorded input and the force (docs/explanation/plant.md, eq. 14).
 
-use super::{Description, Effect, Energy, Family, Port, Quantity, Scales, Sign, parameter};
+use super::{
+    Description, Effect, Energy, Family, Port, Quantity, Scales, Sign, parameter, strength,
+};
 
 const BASE: Description = Description {
     kind: "",
@@ -55,6 +57,11 @@ impl Effect for Lag {
         ..BASE
     };
 
+    /// A lag that does not end is a slow drift under another name.
+    fn plausible(p: &[f64], duration: f64) -> bool {
+        p[0] < duration
+    }
+
     fn starts(scales: &Scales) -> Vec<Vec<f64>> {
         vec![vec![2.0 * scales.interval], vec![0.2 * scales.time]]
     }
@@ -68,7 +75,7 @@ impl Effect for DeadZone {
         kind: "input_dead_zone",
         law: "y = sign(u) max(0, |u| - width)",
         equation: "14b",
-        parameters: &[parameter("width", Quantity::Input, Sign::NonNegative)],
+        parameters: &[strength("width", Quantity::Input, Sign::NonNegative)],
         confusable: &["coulomb_friction", "backlash", "input_curvature"],
         excited_by: "small inputs of both signs as well as large ones",
         sentence: "The actuator {component} does nothing below {width} of its input.",
@@ -88,7 +95,7 @@ impl Effect for Curvature {
         kind: "input_curvature",
         law: "y = u + coefficient u |u|",
         equation: "14c",
-        parameters: &[parameter("coefficient", Quantity::PerInput, Sign::Any)],
+        parameters: &[strength("coefficient", Quantity::PerInput, Sign::Any)],
         confusable: &["input_saturation", "input_dead_zone"],
         excited_by: "small and large inputs of both signs",
         sentence: "The force of {component} is not proportional to its input: a curvature of \

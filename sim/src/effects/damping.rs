@@ -1,8 +1,7 @@
 //! Damping that the rig has no component for (docs/explanation/plant.md, eq. 10).
 
 use super::{
-    At, Description, Effect, Energy, Family, Motion, Port, Quantity, Scales, Sign, Slopes,
-    parameter,
+    At, Description, Effect, Energy, Family, Motion, Port, Quantity, Scales, Sign, Slopes, strength,
 };
 use crate::scalar::Scalar;
 
@@ -17,7 +16,7 @@ impl Effect for Viscous {
         energy: Energy::Dissipates,
         law: "F = -damping v",
         equation: "10a",
-        parameters: &[parameter("damping", Quantity::Damping, Sign::NonNegative)],
+        parameters: &[strength("damping", Quantity::Damping, Sign::NonNegative)],
         confusable: &["quadratic_drag", "viscoelastic_creep", "coulomb_friction"],
         excited_by: "motion at several speeds",
         sentence: "Viscous damping of {damping} at {component} is missing from the model.",
@@ -56,12 +55,14 @@ impl Effect for QuadraticDrag {
         energy: Energy::Dissipates,
         law: "F = -coefficient v |v|",
         equation: "10b",
-        parameters: &[parameter("coefficient", Quantity::Drag, Sign::NonNegative)],
+        parameters: &[strength("coefficient", Quantity::Drag, Sign::NonNegative)],
         confusable: &["viscous_damping"],
         excited_by: "motion at low and at high speed",
         sentence: "Drag of {coefficient} times the speed squared at {component} is missing from the \
                    model.",
     };
+
+    const KINK_AT_REST: bool = true;
 
     fn starts(scales: &Scales) -> Vec<Vec<f64>> {
         let drag = scales.force / (scales.velocity * scales.velocity);

@@ -59,6 +59,15 @@ pub enum Family {
 }
 
 impl Family {
+    /// Whether a search takes its forces with either sign, so that a wrong sign shows instead of
+    /// hiding behind a bound.
+    pub fn searched_with_either_sign(self) -> bool {
+        matches!(
+            self,
+            Self::Friction | Self::Damping | Self::Stiffness | Self::Load
+        )
+    }
+
     /// Its name in reports.
     pub fn name(self) -> &'static str {
         match self {
@@ -94,7 +103,8 @@ impl Energy {
     }
 }
 
-/// Which values of a parameter make sense in a rig file. A fit may go elsewhere and be judged after.
+/// Which values of a parameter make sense in a rig file. A fit may go elsewhere and be judged
+/// after.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sign {
     /// Any finite number.
@@ -128,6 +138,47 @@ impl Sign {
     }
 }
 
+/// Part of a parameter in the law of its effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// Scales the effect: a small value makes a weak effect, for which linear theory holds.
+    Strength,
+    /// Position at which the effect acts.
+    Place,
+    /// Rate, time or distance over which the effect acts.
+    Shape,
+}
+
+/// Values that a search may try for a parameter, relative to the values that it began with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SearchRange {
+    /// Any number.
+    Unlimited,
+    /// At least this part of the magnitude of its start.
+    AtLeast(f64),
+    /// Within these two numbers, in the unit of the parameter.
+    Fixed([f64; 2]),
+    /// Magnitude of at most this multiple of the largest start among the named parameters.
+    WithinLargest(f64, &'static [&'static str]),
+}
+
+impl SearchRange {
+    /// Lowest and highest value for the parameter `own`; `start` gives the start of a parameter by
+    /// its name.
+    pub fn bounds(self, own: &str, start: impl Fn(&str) -> f64) -> [f64; 2] {
+        match self {
+            Self::Unlimited => [f64::NEG_INFINITY, f64::INFINITY],
+            Self::AtLeast(part) => [part * start(own).abs(), f64::INFINITY],
+            Self::Fixed(range) => range,
+            Self::WithinLargest(times, names) => {
+                let starts = names.iter().map(|name| start(name).abs());
+                let most = times * starts.fold(0.0, f64::max);
+                [-most, most]
+            }
+        }
+    }
+}
+
 /// One parameter of an effect, as it is written in a rig and reported by a diagnosis.
 #[derive(Clone, Copy, Debug)]
 pub struct ParameterSpec {
@@ -141,16 +192,46 @@ pub struct ParameterSpec {
     pub default: Option<f64>,
     /// Says what is meant, and is not for a fit to change.
     pub held: bool,
+    /// Part in the law.
+    pub role: Role,
+    /// Values that a search may try.
+    pub range: SearchRange,
+    /// At zero, with the effect's other parameters of this sort, the effect is not there.
+    pub zero_means_absent: bool,
+}
+
+impl ParameterSpec {
+    /// A required parameter that a fit may change, of the role [`Role::Shape`] and an unlimited
+    /// range.
+    pub const fn new(name: &'static str, quantity: Quantity, sign: Sign) -> Self {
+        Self {
+            name,
+            quantity,
+            sign,
+            default: None,
+            held: matches!(sign, Sign::Side),
+            role: Role::Shape,
+            range: SearchRange::Unlimited,
+            zero_means_absent: !matches!(sign, Sign::Side | Sign::Positive),
+        }
+    }
+
+    /// The same, of another role.
+    pub const fn with_role(self, role: Role) -> Self {
+        Self { role, ..self }
+    }
 }
 
 pub(super) const fn parameter(name: &'static str, quantity: Quantity, sign: Sign) -> ParameterSpec {
-    ParameterSpec {
-        name,
-        quantity,
-        sign,
-        default: None,
-        held: matches!(sign, Sign::Side),
-    }
+    ParameterSpec::new(name, quantity, sign)
+}
+
+pub(super) const fn strength(name: &'static str, quantity: Quantity, sign: Sign) -> ParameterSpec {
+    ParameterSpec::new(name, quantity, sign).with_role(Role::Strength)
+}
+
+pub(super) const fn place(name: &'static str, quantity: Quantity, sign: Sign) -> ParameterSpec {
+    ParameterSpec::new(name, quantity, sign).with_role(Role::Place)
 }
 
 /// What is known about an effect without simulating it.
@@ -164,7 +245,8 @@ pub struct Description {
     pub ports: &'static [Port],
     /// What it does to the energy of the rig.
     pub energy: Energy,
-    /// The law in one line, in the letters of docs/explanation/plant.md and the names of its parameters.
+    /// The law in one line, in the letters of docs/explanation/plant.md and the names of its
+    /// parameters.
     pub law: &'static str,
     /// The equation's number in docs/explanation/plant.md.
     pub equation: &'static str,
@@ -181,7 +263,8 @@ pub struct Description {
 /// Typical sizes at a port, from a recording: what start values of a fit are made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scales {
-    /// Half the range of the body's coordinate, or of the extension of a spring or tendon; m or rad.
+    /// Half the range of the body's coordinate, or of the extension of a spring or tendon; m or
+    /// rad.
     pub position: f64,
     /// RMS of its rate; m/s or rad/s.
     pub velocity: f64,

@@ -5,7 +5,8 @@
 //! while the other forces stay within [`Effect::hold`]. Nothing is smoothed.
 
 use super::{
-    At, Description, Effect, Energy, Family, Port, Quantity, Scales, Sign, Slopes, parameter,
+    At, Description, Effect, Energy, Family, ParameterSpec, Port, Quantity, Scales, SearchRange,
+    Sign, Slopes, parameter, strength,
 };
 use crate::scalar::Scalar;
 
@@ -29,7 +30,7 @@ impl Effect for Coulomb {
     const DESCRIPTION: Description = Description {
         kind: "coulomb_friction",
         law: "F = -level sign(v)",
-        parameters: &[parameter("level", Quantity::Force, Sign::NonNegative)],
+        parameters: &[strength("level", Quantity::Force, Sign::NonNegative)],
         confusable: &[
             "stribeck_friction",
             "direction_dependent_friction",
@@ -66,9 +67,14 @@ impl Effect for Stribeck {
         law: "F = -(level + (static_level - level) exp(-(v/velocity)^2)) sign(v)",
         equation: "7",
         parameters: &[
-            parameter("level", Quantity::Force, Sign::NonNegative),
-            parameter("static_level", Quantity::Force, Sign::NonNegative),
-            parameter("velocity", Quantity::Velocity, Sign::Positive),
+            strength("level", Quantity::Force, Sign::NonNegative),
+            strength("static_level", Quantity::Force, Sign::NonNegative),
+            ParameterSpec {
+                // Below it is dry friction with a static level that no sample shows, and as steep
+                // as the fit likes.
+                range: SearchRange::AtLeast(0.25),
+                ..parameter("velocity", Quantity::Velocity, Sign::Positive)
+            },
         ],
         confusable: &["coulomb_friction", "direction_dependent_friction"],
         excited_by: "slow motion with rests, and motion well above the Stribeck velocity",
@@ -76,6 +82,11 @@ impl Effect for Stribeck {
                    {velocity}; the model has none.",
         ..BASE
     };
+
+    /// Friction that is larger in motion than at rest is some damping under another name.
+    fn plausible(p: &[f64], _duration: f64) -> bool {
+        p[1] >= p[0]
+    }
 
     fn starts(scales: &Scales) -> Vec<Vec<f64>> {
         let (force, velocity) = (scales.force, scales.velocity);
@@ -115,10 +126,10 @@ impl Effect for DirectionDependent {
         law: "F = -level_pos - damping_pos v forward, level_neg - damping_neg v backward",
         equation: "8",
         parameters: &[
-            parameter("level_pos", Quantity::Force, Sign::NonNegative),
-            parameter("level_neg", Quantity::Force, Sign::NonNegative),
-            parameter("damping_pos", Quantity::Damping, Sign::NonNegative),
-            parameter("damping_neg", Quantity::Damping, Sign::NonNegative),
+            strength("level_pos", Quantity::Force, Sign::NonNegative),
+            strength("level_neg", Quantity::Force, Sign::NonNegative),
+            strength("damping_pos", Quantity::Damping, Sign::NonNegative),
+            strength("damping_neg", Quantity::Damping, Sign::NonNegative),
         ],
         confusable: &[
             "coulomb_friction",
@@ -131,6 +142,17 @@ impl Effect for DirectionDependent {
                    forward, {level_neg} and {damping_neg} backward; the model has none.",
         ..BASE
     };
+
+    /// The smaller of its dampings is a damper's: the motion stays the same to the bit but for
+    /// rounding.
+    fn canonical(p: &mut [f64], damper: &mut f64) {
+        let common = p[2].min(p[3]);
+        if *damper + common >= 0.0 {
+            *damper += common;
+            p[2] -= common;
+            p[3] -= common;
+        }
+    }
 
     fn starts(scales: &Scales) -> Vec<Vec<f64>> {
         let (force, damping) = (scales.force, scales.force / scales.velocity);
@@ -170,7 +192,7 @@ impl Effect for LoadDependent {
         ports: &[Port::Body, Port::Tendon],
         law: "F = -coefficient |load| sign(v)",
         equation: "9",
-        parameters: &[parameter("coefficient", Quantity::Ratio, Sign::NonNegative)],
+        parameters: &[strength("coefficient", Quantity::Ratio, Sign::NonNegative)],
         confusable: &["coulomb_friction", "viscous_damping", "hysteresis"],
         excited_by: "reversals at several loads, from none to the largest",
         sentence: "Friction at {component} that grows with its load, {coefficient} times the load, \

@@ -1,6 +1,6 @@
 //! Forces that are there on one side of a position only (docs/explanation/plant.md, eq. 13).
 
-use super::{Description, Effect, Energy, Family, Port, Quantity, Scales, Sign, parameter};
+use super::{Description, Effect, Energy, Family, Port, Quantity, Scales, Sign, place, strength};
 use crate::scalar::Scalar;
 
 const BASE: Description = Description {
@@ -26,10 +26,10 @@ impl Effect for EndStop {
         law: "F = -side max(0, stiffness x + damping x') where x = side (q - position) > 0",
         equation: "13a",
         parameters: &[
-            parameter("position", Quantity::Coordinate, Sign::Any),
-            parameter("stiffness", Quantity::Stiffness, Sign::NonNegative),
-            parameter("damping", Quantity::Damping, Sign::NonNegative),
-            parameter("side", Quantity::Ratio, Sign::Side),
+            place("position", Quantity::Coordinate, Sign::Any),
+            strength("stiffness", Quantity::Stiffness, Sign::NonNegative),
+            strength("damping", Quantity::Damping, Sign::NonNegative),
+            place("side", Quantity::Ratio, Sign::Side),
         ],
         confusable: &["cubic_stiffness", "backlash", "input_saturation"],
         excited_by: "motion to both ends of the range, fast and slow",
@@ -76,7 +76,7 @@ impl Effect for Backlash {
         ports: &[Port::Spring, Port::Tendon, Port::Actuator],
         law: "no force within a dead band of gap, centred on zero force",
         equation: "13b",
-        parameters: &[parameter("gap", Quantity::Gap, Sign::NonNegative)],
+        parameters: &[strength("gap", Quantity::Gap, Sign::NonNegative)],
         confusable: &[
             "cubic_stiffness",
             "tendon_slack",
@@ -115,7 +115,7 @@ impl Effect for TendonSlack {
         ports: &[Port::Tendon],
         law: "T = max(0, T_0 + k (stretch - slack) + c stretch')",
         equation: "13c",
-        parameters: &[parameter("slack", Quantity::Coordinate, Sign::Any)],
+        parameters: &[place("slack", Quantity::Coordinate, Sign::Any)],
         confusable: &["backlash", "quadratic_stiffness"],
         excited_by: "motion that lets the tendon go slack and pulls it taut again",
         sentence: "The tendon {component} cannot push: it goes slack, by {slack}, where the model \

@@ -1,8 +1,9 @@
-//! A force without a name: what a diagnosis learns where no law of the vocabulary fits (docs/explanation/plant.md, eq. 12d).
+//! A force without a name: what a diagnosis learns where no law of the vocabulary fits
+//! (docs/explanation/plant.md, eq. 12d).
 
 use super::{
     At, Description, Effect, Energy, Family, ParameterSpec, Port, Quantity, Scales, Sign, Slopes,
-    parameter,
+    parameter, place, strength,
 };
 use crate::scalar::Scalar;
 
@@ -10,15 +11,17 @@ use crate::scalar::Scalar;
 pub(super) const SPRING: usize = 9;
 /// Knots of the damping over the position, evenly.
 const PLACES: usize = 5;
-/// Knots of the damping over the speed, as parts of the largest: close together where friction changes.
+/// Knots of the damping over the speed, as parts of the largest: close together where friction
+/// changes.
 const SPEEDS: [f64; 5] = [0.0, 0.125, 0.25, 0.5, 1.0];
 /// Parameters before the knots: middle, reach, speed.
 const FRAME: usize = 3;
 
-/// A spring and a damping in knots, straight between them and level beyond: `F = -s(x) - d(x, |v|) v`.
+/// A spring and a damping in knots, straight between them and level beyond: `F = -s(x) - d(x, |v|)
+/// v`.
 ///
-/// A spring that depends on the position alone has a potential, and a damping that is nowhere below zero takes
-/// energy out: whatever was learned, it cannot drive the rig.
+/// A spring that depends on the position alone has a potential, and a damping that is nowhere below
+/// zero takes energy out: whatever was learned, it cannot drive the rig.
 pub(super) struct Learned;
 
 impl Effect for Learned {
@@ -30,7 +33,7 @@ impl Effect for Learned {
         law: "F = -s(x) - d(x, |v|) v, s and d >= 0 straight between knots",
         equation: "12d",
         parameters: &[
-            held(parameter("middle", Quantity::Coordinate, Sign::Any)),
+            held(place("middle", Quantity::Coordinate, Sign::Any)),
             held(parameter("reach", Quantity::Coordinate, Sign::Positive)),
             held(parameter("speed", Quantity::Velocity, Sign::Positive)),
             spring("spring_1"),
@@ -104,14 +107,15 @@ impl Effect for Learned {
         let fast = at.velocity.abs().max(p[2]);
         Slopes {
             stiffness: (steepest + largest * fast * (PLACES - 1) as f64) / (2.0 * p[1]),
-            // Between two knots v is at most twice their distance, hence d + v d' at most three times the largest.
+            // Between two knots v is at most twice their distance, hence d + v d' at most three
+            // times the largest.
             damping: 3.0 * largest,
         }
     }
 }
 
-/// The force of [`super::Kind::Learned`] without a plant; `p` in the order of its description, SI. Linear in every
-/// parameter after the third.
+/// The force of [`super::Kind::Learned`] without a plant; `p` in the order of its description, SI.
+/// Linear in every parameter after the third.
 pub fn learned_force(p: &[f64], position: f64, velocity: f64) -> f64 {
     let at = At {
         position,
@@ -123,15 +127,19 @@ pub fn learned_force(p: &[f64], position: f64, velocity: f64) -> f64 {
 }
 
 const fn held(spec: ParameterSpec) -> ParameterSpec {
-    ParameterSpec { held: true, ..spec }
+    ParameterSpec {
+        held: true,
+        zero_means_absent: false,
+        ..spec
+    }
 }
 
 const fn spring(name: &'static str) -> ParameterSpec {
-    parameter(name, Quantity::Force, Sign::Any)
+    strength(name, Quantity::Force, Sign::Any)
 }
 
 const fn damping(name: &'static str) -> ParameterSpec {
-    parameter(name, Quantity::Damping, Sign::NonNegative)
+    strength(name, Quantity::Damping, Sign::NonNegative)
 }
 
 /// A place between two knots.
@@ -166,7 +174,8 @@ impl<S: Scalar> Between<S> {
         })
     }
 
-    /// `knot` says before which a place lies, `cell` where that one is and how far the next; level beyond 0 and `end`.
+    /// `knot` says before which a place lies, `cell` where that one is and how far the next; level
+    /// beyond 0 and `end`.
     #[inline]
     fn knots(
         place: S,

@@ -1,8 +1,8 @@
 //! Forces from outside (docs/explanation/plant.md, eq. 12).
 
 use super::{
-    At, Description, Effect, Energy, Family, Motion, ParameterSpec, Port, Quantity, Scales, Sign,
-    Slopes, parameter,
+    At, Description, Effect, Energy, Family, Motion, ParameterSpec, Port, Quantity, Scales,
+    SearchRange, Sign, Slopes, parameter, place, strength,
 };
 use crate::scalar::Scalar;
 
@@ -28,10 +28,10 @@ impl Effect for Gravity {
         law: "F = -amplitude on a slide, -amplitude sin(q - zero) on a hinge",
         equation: "12a",
         parameters: &[
-            parameter("amplitude", Quantity::Force, Sign::Any),
+            strength("amplitude", Quantity::Force, Sign::Any),
             ParameterSpec {
                 default: Some(0.0),
-                ..parameter("zero", Quantity::Coordinate, Sign::Any)
+                ..place("zero", Quantity::Coordinate, Sign::Any)
             },
         ],
         confusable: &["constant_load", "position_ripple", "cubic_stiffness"],
@@ -78,7 +78,7 @@ impl Effect for Constant {
         kind: "constant_load",
         law: "F = level",
         equation: "12b",
-        parameters: &[parameter("level", Quantity::Force, Sign::Any)],
+        parameters: &[strength("level", Quantity::Force, Sign::Any)],
         confusable: &["gravity_load", "direction_dependent_friction"],
         excited_by: "any motion; rests show it best",
         sentence: "A constant load of {level} at {component} is missing from the model.",
@@ -108,9 +108,14 @@ impl Effect for PositionRipple {
         law: "F = amplitude sin(wave_number q + phase)",
         equation: "12c",
         parameters: &[
-            parameter("amplitude", Quantity::Force, Sign::Any),
-            parameter("wave_number", Quantity::WaveNumber, Sign::Any),
-            parameter("phase", Quantity::Phase, Sign::Any),
+            strength("amplitude", Quantity::Force, Sign::Any),
+            ParameterSpec {
+                // The longest start is a wave over all of the motion; of a longer one nobody has
+                // seen that it is one.
+                range: SearchRange::AtLeast(0.7),
+                ..parameter("wave_number", Quantity::WaveNumber, Sign::Any)
+            },
+            place("phase", Quantity::Phase, Sign::Any),
         ],
         confusable: &["gravity_load", "cubic_stiffness"],
         excited_by: "slow motion over several periods of the ripple",
@@ -119,7 +124,10 @@ impl Effect for PositionRipple {
         ..BASE
     };
 
-    /// InputSignal numbers from one period in the range to twelve, at two phases a quarter apart.
+    /// A free run over a ripple ends in one of its wells or in another.
+    const MANY_RESTS: bool = true;
+
+    /// Wave numbers from one period in the range to twelve, at two phases a quarter apart.
     fn starts(scales: &Scales) -> Vec<Vec<f64>> {
         let span = (scales.range.1 - scales.range.0).max(scales.position);
         let turn = std::f64::consts::TAU / span;

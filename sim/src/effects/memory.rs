@@ -1,6 +1,9 @@
 //! Forces that depend on what went before (docs/explanation/plant.md, eq. 15).
 
-use super::{Description, Effect, Energy, Family, Port, Quantity, Scales, Sign, parameter};
+use super::{
+    Description, Effect, Energy, Family, ParameterSpec, Port, Quantity, Scales, SearchRange, Sign,
+    parameter, strength,
+};
 use crate::scalar::Scalar;
 
 const BASE: Description = Description {
@@ -16,6 +19,15 @@ const BASE: Description = Description {
     sentence: "",
 };
 
+/// A rate of a loop. Eight times as sharp as its start, a loop is dry friction by now and costs
+/// thousands of sub-steps a row.
+const fn loop_rate(name: &'static str, sign: Sign) -> ParameterSpec {
+    ParameterSpec {
+        range: SearchRange::WithinLargest(8.0, &["beta", "gamma"]),
+        ..parameter(name, Quantity::Memory, sign)
+    }
+}
+
 /// Bouc-Wen: `F = -alpha z, z' = v - beta |v| |z|^(n-1) z - gamma v |z|^n`, `z(0) = 0` (eq. 15a).
 pub(super) struct Hysteresis;
 
@@ -25,10 +37,13 @@ impl Effect for Hysteresis {
         law: "F = -alpha z, z' = v - beta |v| |z|^(exponent - 1) z - gamma v |z|^exponent",
         equation: "15a",
         parameters: &[
-            parameter("alpha", Quantity::Stiffness, Sign::NonNegative),
-            parameter("beta", Quantity::Memory, Sign::NonNegative),
-            parameter("gamma", Quantity::Memory, Sign::Any),
-            parameter("exponent", Quantity::Ratio, Sign::Positive),
+            strength("alpha", Quantity::Stiffness, Sign::NonNegative),
+            loop_rate("beta", Sign::NonNegative),
+            loop_rate("gamma", Sign::Any),
+            ParameterSpec {
+                range: SearchRange::Fixed([0.7, 5.0]),
+                ..parameter("exponent", Quantity::Ratio, Sign::Positive)
+            },
         ],
         confusable: &["coulomb_friction", "viscoelastic_creep", "backlash"],
         excited_by: "loops of several amplitudes, slow and fast",
@@ -86,7 +101,7 @@ impl Effect for Creep {
         law: "F = -f, f' = stiffness v - f/time_constant",
         equation: "15b",
         parameters: &[
-            parameter("stiffness", Quantity::Stiffness, Sign::NonNegative),
+            strength("stiffness", Quantity::Stiffness, Sign::NonNegative),
             parameter("time_constant", Quantity::Time, Sign::Positive),
         ],
         confusable: &["viscous_damping", "hysteresis", "hidden_mode"],
@@ -95,6 +110,11 @@ impl Effect for Creep {
                    {time_constant} is missing from the model.",
         ..BASE
     };
+
+    /// A lag that does not end is a slow drift under another name.
+    fn plausible(p: &[f64], duration: f64) -> bool {
+        p[1] < duration
+    }
 
     fn starts(scales: &Scales) -> Vec<Vec<f64>> {
         let stiffness = 0.3 * scales.force / scales.position;

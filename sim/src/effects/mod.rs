@@ -1,10 +1,14 @@
 //! Effects: physics that a textbook model leaves out, by the names of the vocabulary.
 //!
 //! One file a family, one type an effect, one trait over all of them. An effect sits at a port (a
-//! body or a spring), sees the port's position and velocity, and answers with a force there.
-//! Adding one is: write its type in its family's file and name it in the list below.
+//! body or a spring), sees the port's position and velocity, and answers with a force there. Adding
+//! one is: write its type in its family's file and name it in the list below. What a search has to
+//! know of it stands with it: roles and ranges of its parameters, what is plausible, how it is
+//! written where parameters trade against the rig's own. A program adds an effect of its own with
+//! [`Kind::register`].
 
 mod actuator;
+mod added;
 mod damping;
 mod description;
 mod friction;
@@ -19,8 +23,11 @@ mod stiffness;
 
 use crate::scalar::Scalar;
 pub use crate::unit::{Motion, Quantity};
-use description::parameter;
-pub use description::{Description, Energy, Family, ParameterSpec, Port, Scales, Sign};
+pub use added::{Added, AddedEffect, Jet};
+pub use description::{
+    Description, Energy, Family, ParameterSpec, Port, Role, Scales, SearchRange, Sign,
+};
+use description::{parameter, place, strength};
 pub(crate) use gap::{dead_band, press};
 pub use learned::learned_force;
 pub(crate) use memory::{creep_rate, hysteresis_rate};
@@ -59,6 +66,23 @@ trait Effect {
     /// Start values of a fit, made of typical sizes at the port, most likely first.
     fn starts(scales: &Scales) -> Vec<Vec<f64>>;
 
+    /// Several rests: a free run ends in one or in another.
+    const MANY_RESTS: bool = false;
+
+    /// The slope of its force jumps where the velocity of its body passes zero.
+    const KINK_AT_REST: bool = false;
+
+    /// Whether fitted parameters describe what shows within a recording of `duration` seconds.
+    /// Signs are judged by the description.
+    fn plausible(_p: &[f64], _duration: f64) -> bool {
+        true
+    }
+
+    /// Of parameters that describe the same motion, those that a report names; `damper` is the
+    /// coefficient of the rig's own viscous damper between the same body and the ground, which may
+    /// take over a part.
+    fn canonical(_p: &mut [f64], _damper: &mut f64) {}
+
     /// The force at the port: on the body, or on `to` of the spring.
     fn force<S: Scalar>(_p: &[S], _at: &At<S>) -> S {
         S::ZERO
@@ -96,12 +120,16 @@ macro_rules! effects {
         [$($known:ident),*] [$($other:ident),*]
         $($name:ident = $file:ident::$law:ident,)*
     ) => {
-        /// An effect: one of the vocabulary, or [`Kind::Learned`].
+        /// An effect: one of the vocabulary, [`Kind::Learned`], or one that a program has
+        /// registered.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub enum Kind { $(
             #[doc = concat!("See `", stringify!($file), ".rs`.")]
-            $name
-        ),* }
+            $name,
+        )*
+            /// An effect that a program has registered.
+            Added(Added),
+        }
 
         impl Kind {
             /// The vocabulary, in its order.
@@ -111,34 +139,88 @@ macro_rules! effects {
 
             /// What is known about it without simulating it.
             pub fn description(self) -> &'static Description {
-                match self { $(Self::$name => &<$file::$law as Effect>::DESCRIPTION),* }
+                match self {
+                    $(Self::$name => &<$file::$law as Effect>::DESCRIPTION,)*
+                    Self::Added(added) => added.law().description(),
+                }
             }
 
             /// Start values of a fit, most likely first; each in the order of the parameters.
             pub fn starts(self, scales: &Scales) -> Vec<Vec<f64>> {
-                match self { $(Self::$name => $file::$law::starts(scales)),* }
+                match self {
+                    $(Self::$name => $file::$law::starts(scales),)*
+                    Self::Added(added) => added.law().starts(scales),
+                }
+            }
+
+            /// Whether fitted parameters, in the order of the description, describe what shows
+            /// within a recording of `duration` seconds. Signs are judged by the description.
+            pub fn plausible(self, p: &[f64], duration: f64) -> bool {
+                match self {
+                    $(Self::$name => $file::$law::plausible(p, duration),)*
+                    Self::Added(added) => added.law().plausible(p, duration),
+                }
+            }
+
+            /// Replaces parameters by those of the same motion that a report names; `damper` is the
+            /// coefficient of the rig's own viscous damper between the same body and the ground,
+            /// which may take over a part.
+            pub fn canonical(self, p: &mut [f64], damper: &mut f64) {
+                match self {
+                    $(Self::$name => $file::$law::canonical(p, damper),)*
+                    Self::Added(_) => {}
+                }
+            }
+
+            /// Whether a device with it has several rests, so that a free run ends in one or in
+            /// another.
+            pub fn has_many_rests(self) -> bool {
+                match self {
+                    $(Self::$name => <$file::$law as Effect>::MANY_RESTS,)*
+                    Self::Added(added) => added.law().has_many_rests(),
+                }
+            }
+
+            /// Whether the slope of its force jumps where the velocity of its body passes zero.
+            pub(crate) fn has_kink_at_rest(self) -> bool {
+                match self {
+                    $(Self::$name => <$file::$law as Effect>::KINK_AT_REST,)*
+                    Self::Added(added) => added.law().has_kink_at_rest(),
+                }
             }
 
             /// The force at the port.
             #[inline]
             pub(crate) fn force<S: Scalar>(self, p: &[S], at: &At<S>) -> S {
-                match self { $(Self::$name => $file::$law::force(p, at)),* }
+                match self {
+                    $(Self::$name => $file::$law::force(p, at),)*
+                    Self::Added(added) => added.force(p, at),
+                }
             }
 
             /// Bounds on the slopes near a state.
             pub(crate) fn slopes(self, p: &[f64], at: &At<f64>) -> Slopes {
-                match self { $(Self::$name => $file::$law::slopes(p, at)),* }
+                match self {
+                    $(Self::$name => $file::$law::slopes(p, at),)*
+                    Self::Added(added) => added.law().slopes(p, at),
+                }
             }
 
             /// Whether the force at the port is affine in position and velocity.
             pub(crate) fn straight(self, motion: Motion) -> bool {
-                match self { $(Self::$name => $file::$law::straight(motion)),* }
+                match self {
+                    $(Self::$name => $file::$law::straight(motion),)*
+                    Self::Added(_) => false,
+                }
             }
 
             /// How much a resting body is held in the directions (+, -).
             #[inline]
             pub(crate) fn hold<S: Scalar>(self, p: &[S]) -> [S; 2] {
-                match self { $(Self::$name => $file::$law::hold(p)),* }
+                match self {
+                    $(Self::$name => $file::$law::hold(p),)*
+                    Self::Added(added) => added.hold(p),
+                }
             }
         }
     };
@@ -180,6 +262,7 @@ impl Kind {
     pub fn named(kind: &str) -> Option<Self> {
         (Self::ALL.iter().chain(Self::BESIDE))
             .copied()
+            .chain(added::all())
             .find(|candidate| candidate.description().kind == kind)
     }
 }
@@ -251,8 +334,63 @@ mod tests {
         }
     }
 
-    /// With all scales ten times as large, start values are what their units make of it: none holds a
-    /// number of its own.
+    /// A strength that is not marked as one has no weak start, and a strong effect is then seldom
+    /// found.
+    #[test]
+    fn roles_ranges_and_what_is_absent_at_zero_are_as_the_blind_tables_were_made_with() {
+        let of = |wanted: &dyn Fn(&ParameterSpec) -> bool| {
+            let mut all = Vec::new();
+            for &kind in Kind::ALL {
+                let Description {
+                    kind, parameters, ..
+                } = kind.description();
+                let named = parameters.iter().filter(|spec| wanted(spec));
+                all.extend(named.map(|spec| format!("{kind}.{}", spec.name)));
+            }
+            all
+        };
+        let strengths = of(&|spec| spec.role == Role::Strength);
+        let known = [
+            "level",
+            "static_level",
+            "level_pos",
+            "level_neg",
+            "damping_pos",
+            "damping_neg",
+            "damping",
+            "coefficient",
+            "stiffness",
+            "alpha",
+            "amplitude",
+            "inertia",
+            "gap",
+            "width",
+            "quadratic",
+            "cubic",
+        ];
+        assert_eq!(strengths, of(&|spec| known.contains(&spec.name)));
+        assert_eq!(
+            of(&|spec| spec.range != SearchRange::Unlimited),
+            [
+                "stribeck_friction.velocity",
+                "hysteresis.beta",
+                "hysteresis.gamma",
+                "hysteresis.exponent",
+                "position_ripple.wave_number",
+            ]
+        );
+        assert_eq!(
+            of(&|spec| spec.zero_means_absent == (spec.held || spec.sign == Sign::Positive)),
+            [
+                "hidden_mode.inertia",
+                "hidden_mode.stiffness",
+                "hidden_mode.damping"
+            ]
+        );
+    }
+
+    /// With all scales ten times as large, start values are what their units make of it: none holds
+    /// a number of its own.
     #[test]
     fn starts_scale_with_the_rig() {
         let lengths = Scales {

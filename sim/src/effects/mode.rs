@@ -1,9 +1,11 @@
 //! Coordinates that the rig does not have (docs/explanation/plant.md, eq. 16).
 
-use super::{Description, Effect, Energy, Family, Port, Quantity, Scales, Sign, parameter};
+use super::{
+    Description, Effect, Energy, Family, ParameterSpec, Port, Quantity, Scales, Sign, strength,
+};
 
-/// An unmodelled mass on a spring and a damper (eq. 16). The plant makes it a body of its own, which
-/// starts with its host.
+/// An unmodelled mass on a spring and a damper (eq. 16). The plant makes it a body of its own,
+/// which starts with its host.
 pub(super) struct HiddenMode;
 
 impl Effect for HiddenMode {
@@ -15,15 +17,30 @@ impl Effect for HiddenMode {
         law: "inertia x'' = F = stiffness (q - x) + damping (v - x'), -F on the body",
         equation: "16",
         parameters: &[
-            parameter("inertia", Quantity::Inertia, Sign::Positive),
-            parameter("stiffness", Quantity::Stiffness, Sign::NonNegative),
-            parameter("damping", Quantity::Damping, Sign::NonNegative),
+            // Without its inertia a mode pushes nothing, whatever holds and damps it.
+            ParameterSpec {
+                zero_means_absent: true,
+                ..strength("inertia", Quantity::Inertia, Sign::Positive)
+            },
+            ParameterSpec {
+                zero_means_absent: false,
+                ..strength("stiffness", Quantity::Stiffness, Sign::NonNegative)
+            },
+            ParameterSpec {
+                zero_means_absent: false,
+                ..strength("damping", Quantity::Damping, Sign::NonNegative)
+            },
         ],
         confusable: &["viscoelastic_creep", "cross_coupling", "sensor_lag"],
         excited_by: "fast steps and chirps through its resonance",
         sentence: "{component} carries a mass of {inertia} on a spring of {stiffness} and a damper \
                    of {damping} that the model does not have.",
     };
+
+    /// A mode that does not swing once is a slow drift under another name.
+    fn plausible(p: &[f64], duration: f64) -> bool {
+        std::f64::consts::TAU * (p[0] / p[1]).sqrt() < duration
+    }
 
     fn starts(scales: &Scales) -> Vec<Vec<f64>> {
         let start = |share: f64, periods: f64| {

@@ -1,6 +1,8 @@
 //! Between the reading and the recorded signal (docs/explanation/plant.md, eq. 17).
 
-use super::{Description, Effect, Energy, Family, Port, Quantity, Scales, Sign, parameter};
+use super::{
+    Description, Effect, Energy, Family, Port, Quantity, Scales, Sign, parameter, strength,
+};
 use crate::scalar::Scalar;
 
 const BASE: Description = Description {
@@ -36,6 +38,11 @@ impl Effect for Lag {
         ..BASE
     };
 
+    /// A lag that does not end is a slow drift under another name.
+    fn plausible(p: &[f64], duration: f64) -> bool {
+        p[0] < duration
+    }
+
     fn starts(scales: &Scales) -> Vec<Vec<f64>> {
         vec![vec![2.0 * scales.interval], vec![0.2 * scales.time]]
     }
@@ -50,8 +57,8 @@ impl Effect for Curvature {
         law: "y = r + quadratic r^2 + cubic r^3",
         equation: "17a",
         parameters: &[
-            parameter("quadratic", Quantity::PerReading, Sign::Any),
-            parameter("cubic", Quantity::PerReadingSquared, Sign::Any),
+            strength("quadratic", Quantity::PerReading, Sign::Any),
+            strength("cubic", Quantity::PerReadingSquared, Sign::Any),
         ],
         confusable: &["cubic_stiffness", "quadratic_stiffness"],
         excited_by: "small and large readings of both signs",

@@ -3,8 +3,8 @@
 use super::Kind;
 
 impl Kind {
-    /// The law with numbers for its parameters: `F = -20.1 N sign(v)`. `values` are value and unit, in
-    /// the order of the description.
+    /// The law with numbers for its parameters: `F = -20.1 N sign(v)`. `values` are value and unit,
+    /// in the order of the description.
     pub fn equation(self, values: &[(f64, &str)]) -> String {
         let description = self.description();
         let mut text = String::new();

@@ -1,7 +1,8 @@
-//! What a spring does beyond Hooke, and springs that the rig does not have (docs/explanation/plant.md, eq. 11).
+//! What a spring does beyond Hooke, and springs that the rig does not have
+//! (docs/explanation/plant.md, eq. 11).
 
 use super::{
-    At, Description, Effect, Energy, Family, Port, Quantity, Scales, Sign, Slopes, parameter,
+    At, Description, Effect, Energy, Family, Port, Quantity, Scales, Sign, Slopes, strength,
 };
 use crate::scalar::Scalar;
 
@@ -26,11 +27,7 @@ impl Effect for Cubic {
         kind: "cubic_stiffness",
         law: "F = -coefficient x^3",
         equation: "11a",
-        parameters: &[parameter(
-            "coefficient",
-            Quantity::CubicStiffness,
-            Sign::Any,
-        )],
+        parameters: &[strength("coefficient", Quantity::CubicStiffness, Sign::Any)],
         confusable: &[
             "quadratic_stiffness",
             "end_stop",
@@ -69,7 +66,7 @@ impl Effect for Quadratic {
         kind: "quadratic_stiffness",
         law: "F = -coefficient x^2",
         equation: "11b",
-        parameters: &[parameter(
+        parameters: &[strength(
             "coefficient",
             Quantity::QuadraticStiffness,
             Sign::Any,
@@ -109,7 +106,7 @@ impl Effect for CrossCoupling {
         ports: &[Port::Pair],
         law: "F = -stiffness (q_b - q_a)",
         equation: "11c",
-        parameters: &[parameter(
+        parameters: &[strength(
             "stiffness",
             Quantity::Stiffness,
             Sign::NonNegative,

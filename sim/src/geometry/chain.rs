@@ -3,16 +3,17 @@
 use super::Pose;
 use crate::scalar::Scalar;
 
-/// Below this squared angle the closed forms lose digits to cancellation and their series have all of
-/// them: the first term left out is 2e-17 of the sum.
+/// Below this squared angle the closed forms lose digits to cancellation and their series have all
+/// of them: the first term left out is 2e-17 of the sum.
 const SERIES: f64 = 0.1;
 
-/// `sin a / a`, `(1 - cos a) / a^2` of the squared angle `s = a^2`, smooth through zero, where the root
-/// of a dual number has no slope.
+/// `sin a / a`, `(1 - cos a) / a^2` of the squared angle `s = a^2`, smooth through zero, where the
+/// root of a dual number has no slope.
 fn quotients<S: Scalar>(s: S) -> (S, S) {
     if s.value() < SERIES {
         let series = |first: f64| {
-            // sum (-s)^k / (2k + first)!, by Horner; `first` is 1 for the sine and 2 for the cosine.
+            // sum (-s)^k / (2k + first)!, by Horner; `first` is 1 for the sine and 2 for the
+            // cosine.
             let ratio = |k: f64| (2.0 * k + first) * (2.0 * k + first - 1.0);
             let mut sum = S::constant(1.0);
             for k in (1..=6).rev() {
@@ -27,8 +28,8 @@ fn quotients<S: Scalar>(s: S) -> (S, S) {
     }
 }
 
-/// The far end of one segment seen from its near end, where it sets out along z: bent by the rotation
-/// vector `(x, y, 0)`, rad, with a middle line of `length` m (eq. 1).
+/// The far end of one segment seen from its near end, where it sets out along z: bent by the
+/// rotation vector `(x, y, 0)`, rad, with a middle line of `length` m (eq. 1).
 pub(crate) fn segment<S: Scalar>(length: S, [x, y]: [S; 2]) -> Pose<S> {
     let s = x * x + y * y;
     let (sinc, versine) = quotients(s);
@@ -58,7 +59,8 @@ mod tests {
         (0..3).map(|i| (a[i] - b[i]).abs()).fold(0.0, f64::max)
     }
 
-    /// Webster and Jones 2010, eq. 2: an arc of curvature kappa, length l, in the plane at angle phi.
+    /// Webster and Jones 2010, eq. 2: an arc of curvature kappa, length l, in the plane at angle
+    /// phi.
     #[test]
     fn one_segment_is_a_circular_arc() {
         for bend in [1e-9, 1e-3, 0.3, 0.3163, 1.0, 2.5] {

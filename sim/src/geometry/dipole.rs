@@ -6,7 +6,8 @@ use crate::scalar::Scalar;
 /// Vacuum permeability (CODATA 2022) over 4 pi, T m/A.
 const MU0_OVER_4PI: f64 = 1.256_637_061_27e-6 / (4.0 * std::f64::consts::PI);
 
-/// Field of a dipole of `moment` A m^2 at the end of `r` m from it, T. Infinite or NaN at the dipole itself.
+/// Field of a dipole of `moment` A m^2 at the end of `r` m from it, T. Infinite or NaN at the
+/// dipole itself.
 pub(crate) fn field<S: Scalar>(moment: Vector<S>, r: Vector<S>) -> Vector<S> {
     let dot = |a: Vector<S>, b: Vector<S>| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let square = dot(r, r);
@@ -19,8 +20,8 @@ pub(crate) fn field<S: Scalar>(moment: Vector<S>, r: Vector<S>) -> Vector<S> {
 mod tests {
     use super::*;
 
-    /// `magpylib.misc.Dipole(moment=m).getB(r)` of magpylib 6.1.0 (tests/foreign/dipole.py prints these
-    /// lines): moment, place, field.
+    /// `magpylib.misc.Dipole(moment=m).getB(r)` of magpylib 6.1.0 (tests/foreign/dipole.py prints
+    /// these lines): moment, place, field.
     const MAGPYLIB: &[[Vector<f64>; 3]] = &include!("dipole.magpylib.rs");
 
     #[test]

@@ -1,5 +1,5 @@
-//! Where points are and what fields they see: chains, plates, dipoles, zipping pouches. Pure functions
-//! over any [`Scalar`]; the equations are in docs/explanation/geometry.md.
+//! Positions of points and the fields there: chains, plates, dipoles, zipping pouches. Pure
+//! functions over any [`Scalar`]; the equations are in docs/explanation/geometry.md.
 
 pub(crate) mod chain;
 pub(crate) mod dipole;
@@ -11,7 +11,7 @@ use crate::scalar::Scalar;
 /// A vector, or a point, in the world: m, T, whatever it is of.
 pub(crate) type Vector<S> = [S; 3];
 
-/// Where something is and how it is turned: `world = origin + turn * own`.
+/// Position and rotation: `world = origin + turn * own`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pose<S> {
     pub(crate) origin: Vector<S>,

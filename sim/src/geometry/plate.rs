@@ -3,7 +3,7 @@
 use super::{Pose, chain};
 use crate::scalar::Scalar;
 
-/// Where a plate is: its middle `height + z` above the origin, turned by the rotation vector
+/// Pose of a plate: its middle `height + z` above the origin, turned by the rotation vector
 /// `(roll, pitch, 0)`.
 pub(crate) fn pose<S: Scalar>(height: S, z: S, roll: S, pitch: S) -> Pose<S> {
     // A plate does not twist, as a segment does not: the same rotation, the arc left out.
@@ -27,7 +27,7 @@ mod tests {
         assert!((z - 0.032 - 0.05 * math::cos(0.2)).abs() < 1e-15);
     }
 
-    /// What eq. 5 takes for the rise of a point on it is its rise to first order.
+    /// The rise of a point by eq. 5 is its rise to first order.
     #[test]
     fn a_point_on_it_rises_by_its_arms() {
         use crate::Dual;

@@ -1,6 +1,6 @@
-//! A pouch that zips: how far it has contracted, how far its electrodes have closed, how hard it pulls
-//! (docs/explanation/geometry.md, eq. 7 to 9; Kellaris, Venkata, Rothemund, Keplinger 2019, Extreme Mechanics Letters
-//! 29, 100449).
+//! A pouch that zips: how far it has contracted, how far its electrodes have closed, how hard it
+//! pulls (docs/explanation/geometry.md, eq. 7 to 9; Kellaris, Venkata, Rothemund, Keplinger 2019,
+//! Extreme Mechanics Letters 29, 100449).
 
 use crate::math;
 use crate::scalar::Scalar;
@@ -20,7 +20,7 @@ const CLOSE: f64 = 1e-6;
 /// Chebyshev coefficients of the angle over the contraction, for where to begin.
 const TERMS: usize = 12;
 
-/// How many numbers a pouch fixes.
+/// Number of constants of a pouch.
 pub(crate) const NUMBERS: usize = 4 + TERMS;
 
 /// Shape of a pouch, all lengths in units of its film length.
@@ -36,14 +36,14 @@ pub(crate) struct Zip<S> {
     pub(crate) bend: S,
 }
 
-/// What the rest angle of a pouch fixes once and for all.
+/// Constants that follow from the rest angle of a pouch.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pouch<S> {
     /// Half the angle of its arcs where nothing is zipped, rad.
     rest: S,
     /// Radius of the arcs times the root of [`lens`]: the oil keeps its area.
     oil: S,
-    /// How much of the film the arcs take up at rest.
+    /// Share of the film in the arcs at rest.
     bottom: S,
     /// The largest contraction, and what is zipped there.
     most: S,
@@ -57,7 +57,7 @@ fn lens<S: Scalar>(angle: S, (sin, cos): (S, S)) -> S {
     (angle - sin * cos) * 2.0
 }
 
-/// How much of the film's length the arcs take up beyond their chords.
+/// Share of the film's length in the arcs beyond their chords.
 fn taken<S: Scalar>(radius: S, angle: S, sin: S) -> S {
     radius * (angle - sin) * 2.0
 }
@@ -83,7 +83,7 @@ impl<S: Scalar> Pouch<S> {
         pouch
     }
 
-    /// What it fixes, for slots behind the parameters.
+    /// Its constants, for slots behind the parameters.
     pub(crate) fn numbers(&self) -> [S; NUMBERS] {
         let mut numbers = [S::ZERO; NUMBERS];
         numbers[..4].copy_from_slice(&[self.oil, self.bottom, self.most, self.zipped]);
@@ -103,8 +103,8 @@ impl<S: Scalar> Pouch<S> {
         }
     }
 
-    /// At an angle between its rest and a right one (eq. 7), and the slope of its contraction over the
-    /// angle.
+    /// At an angle between its rest and a right one (eq. 7), and the slope of its contraction over
+    /// the angle.
     fn at(&self, angle: S) -> (Zip<S>, S) {
         let one = S::constant(1.0);
         let (sin, cos) = angle.sin_cos();
@@ -122,7 +122,8 @@ impl<S: Scalar> Pouch<S> {
         (zip, growth)
     }
 
-    /// [`Pouch::at`] an angle without derivatives; most rigs hold the fill angle, and nothing there has any.
+    /// [`Pouch::at`] an angle without derivatives; most rigs hold the fill angle, and nothing there
+    /// has any.
     fn there(&self, angle: f64) -> (Zip<S>, f64) {
         if [self.rest, self.oil, self.bottom]
             .into_iter()
@@ -141,8 +142,8 @@ impl<S: Scalar> Pouch<S> {
         (zip, growth.value())
     }
 
-    /// Having contracted so far. Beyond either end it goes on straight: stretched, with the slope of its
-    /// rest; full, with none.
+    /// Having contracted so far. Beyond either end it goes on straight: stretched, with the slope
+    /// of its rest; full, with none.
     pub(crate) fn contracted(&self, contraction: S) -> Zip<S> {
         if contraction.value() <= 0.0 {
             let cos = self.rest.cos();
@@ -170,7 +171,8 @@ impl<S: Scalar> Pouch<S> {
             there = self.there(angle).0;
             beyond = contraction - there.contraction;
         }
-        // The value is all but found: along the curve's tangents for the rest, and for the derivatives.
+        // The value is all but found: along the curve's tangents for the rest, and for the
+        // derivatives.
         Zip {
             contraction,
             zipped: there.zipped + beyond * (there.slope + beyond * there.bend * 0.5),
@@ -204,7 +206,8 @@ impl<S: Scalar> Pouch<S> {
 }
 
 impl Pouch<f64> {
-    /// Coefficients of the angle over the contraction, from the angles at the roots of the next term.
+    /// Coefficients of the angle over the contraction, from the angles at the roots of the next
+    /// term.
     fn chebyshev(&self) -> [f64; TERMS] {
         let place = |k: usize| std::f64::consts::PI * (k as f64 + 0.5) / TERMS as f64;
         let angles: [f64; TERMS] = std::array::from_fn(|k| {
@@ -246,8 +249,8 @@ mod tests {
         })
     }
 
-    /// The film is as long, and the oil as much, as at rest: solved here by bisection over the angle,
-    /// from the geometry alone.
+    /// The film is as long, and the oil as much, as at rest: solved here by bisection over the
+    /// angle, from the geometry alone.
     #[test]
     fn film_and_oil_are_kept() {
         for (rest, contraction) in places() {
@@ -276,7 +279,7 @@ mod tests {
         }
     }
 
-    /// What the published force rests on, cos a / (1 - cos a), is the slope that virtual work asks for.
+    /// The published force's factor cos a / (1 - cos a) is the slope that virtual work asks for.
     #[test]
     fn the_published_force_is_the_slope_of_the_zipped_length() {
         for (rest, contraction) in places() {

@@ -37,14 +37,14 @@ impl<S: Scalar> Dynamics<S> {
     pub(super) fn at<'a>(
         &'a self,
         state: &'a State<S>,
-        waves: &'a [InputSignal<S>],
+        input_signals: &'a [InputSignal<S>],
         tau: S,
         branches: &'a [i8],
     ) -> Point<'a, S> {
         Point {
             values: &self.values,
             state,
-            waves,
+            input_signals,
             tau,
             branches,
             smoothing: self.smoothing,

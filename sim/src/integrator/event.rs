@@ -1,5 +1,5 @@
-//! Where on a step a mode ends (a body stops or breaks away, a law changes its branch): found on the
-//! plain numbers, by stepping there.
+//! Time of an event on a step: a body stops or breaks away, a law changes its branch. Found on
+//! values without derivatives, by stepping there.
 
 use super::dynamics::Dynamics;
 use super::modes::Mode;
@@ -8,7 +8,7 @@ use crate::plant::forces::Forces;
 use crate::plant::topology::{Switch, Topology};
 use crate::scalar::Scalar;
 
-/// What ends a step.
+/// Event that ends a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Event {
     /// A friction stops, turns or breaks away.
@@ -17,8 +17,8 @@ pub(super) enum Event {
     Switch(usize),
 }
 
-/// How far the end of the step that was just taken is from leaving a mode: the speed in its direction
-/// while something slides, the force to spare while it rests, the distance from the branch's border.
+/// Distance of the end of the last step from leaving a mode: the speed in its direction while
+/// something slides, the force to spare while it rests, the distance from the branch's border.
 #[inline]
 pub(super) fn margin<S: Scalar>(
     dynamics: &Dynamics<S>,
@@ -81,8 +81,8 @@ impl Probe<'_> {
 
     /// Rate of change of the margin at `t`, by a five-point difference (error about 1e-13).
     ///
-    /// Of the margin as it is computed: the acceleration there would be the rate of the exact margin,
-    /// which differs by the truncation error of the step, and so would the derivatives.
+    /// Of the margin as it is computed: the acceleration there would be the rate of the exact
+    /// margin, which differs by the truncation error of the step, and so would the derivatives.
     pub(super) fn slope(&mut self, event: Event, t: f64, step: f64) -> f64 {
         let d = 0.01 * step;
         let mut difference = |d: f64| self.margin(event, t + d) - self.margin(event, t - d);
@@ -98,7 +98,8 @@ impl Probe<'_> {
         }
         let mut low = (0.0, self.margin(event, 0.0));
         if low.1 <= 0.0 {
-            // A body that has just begun to slide begins with no margin: look for where it has some.
+            // A body that has just begun to slide begins with no margin: look for where it has
+            // some.
             let mut t = within;
             for _ in 0..30 {
                 t *= 0.5;
@@ -116,7 +117,8 @@ impl Probe<'_> {
     }
 
     /// The Illinois method: false position that halves the weight of an end which stays, with a
-    /// bisection every third time as the guarantee. Returns the end at which the event has happened.
+    /// bisection every third time as the guarantee. Returns the end at which the event has
+    /// happened.
     fn bisect(&mut self, event: Event, low: (f64, f64), high: (f64, f64), scale: f64) -> f64 {
         let ((mut a, mut fa), (mut b, mut fb)) = (low, high);
         let mut side = 0;
@@ -149,8 +151,8 @@ impl Probe<'_> {
     }
 }
 
-/// Where in the unit interval a cubic with these end values and end slopes has an inner minimum
-/// below zero: a speed that dips through zero and comes back within one step.
+/// Place in the unit interval of a negative inner minimum of the cubic with these end values and
+/// end slopes: a speed that dips through zero and comes back within one step.
 pub(super) fn dip(start: f64, end: f64, slope_start: f64, slope_end: f64) -> Option<f64> {
     if !(slope_start < 0.0 && slope_end > 0.0) {
         return None;
@@ -158,8 +160,8 @@ pub(super) fn dip(start: f64, end: f64, slope_start: f64, slope_end: f64) -> Opt
     let difference = end - start;
     let c2 = 3.0 * difference - 2.0 * slope_start - slope_end;
     let c3 = slope_start + slope_end - 2.0 * difference;
-    // p'(s) = slope_start + 2 c2 s + 3 c3 s^2, negative at 0 and positive at 1: one root between. The
-    // form that does not cancel: slope_start < 0 and the root is where p' rises.
+    // p'(s) = slope_start + 2 c2 s + 3 c3 s^2, negative at 0 and positive at 1: one root between.
+    // The form that does not cancel: slope_start < 0 and the root is where p' rises.
     let root = crate::math::sqrt((c2 * c2 - 3.0 * c3 * slope_start).max(0.0));
     let s = if c2 >= 0.0 {
         -slope_start / (c2 + root)

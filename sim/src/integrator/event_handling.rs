@@ -1,4 +1,5 @@
-//! Through the events of a sub-step: to each, what becomes of the mode that ends there, and on.
+//! Event handling: steps to each event of a sub-step, changes the mode that ends there, and goes
+//! on.
 
 use super::event::{self, Event};
 use super::modes::Mode;
@@ -12,7 +13,7 @@ use crate::settings::Report;
 impl<S: Scalar> Substep<S> {
     /// Goes through the first event and all that follow it on the sub-step.
     #[cold]
-    pub(super) fn through(
+    pub(super) fn handle_events(
         &mut self,
         topology: &Topology,
         first: (Event, f64),
@@ -30,15 +31,15 @@ impl<S: Scalar> Substep<S> {
                 Event::Friction(_) => report.events += 1,
                 Event::Switch(_) => report.kinks += 1,
             }
-            let t = self.reach(topology, event, at, tau, left.value());
+            let t = self.step_to_event(topology, event, at, tau, left.value());
             tau += t;
             left -= t;
-            self.switch(topology, event, tau);
+            self.change_mode(topology, event, tau);
             if left.value() <= 0.0 {
                 return;
             }
             self.step(topology, tau, left);
-            match self.earliest(topology, tau, tau + left, left.value()) {
+            match self.first_event(topology, tau, tau + left, left.value()) {
                 None => {
                     std::mem::swap(&mut self.state, &mut self.scratch.end);
                     return;
@@ -52,13 +53,26 @@ impl<S: Scalar> Substep<S> {
 
     /// Steps to an event and returns how long that took, derivatives included: with margin g(t) the
     /// time that solves g = 0 moves by -dg/g' (one Newton step in the scalar's own arithmetic).
-    fn reach(&mut self, topology: &Topology, event: Event, at: f64, tau: S, step: f64) -> S {
+    fn step_to_event(
+        &mut self,
+        topology: &Topology,
+        event: Event,
+        at: f64,
+        tau: S,
+        step: f64,
+    ) -> S {
         if at <= 0.0 {
             return S::ZERO;
         }
         let mut t = S::constant(at);
         self.step(topology, tau, t);
-        let start = Start::new(&self.state, &self.first, &self.waves, tau, &self.modes);
+        let start = Start::new(
+            &self.state,
+            &self.first,
+            &self.input_signals,
+            tau,
+            &self.modes,
+        );
         let margin = event::margin(
             &self.dynamics,
             topology,
@@ -79,8 +93,8 @@ impl<S: Scalar> Substep<S> {
         t
     }
 
-    /// What becomes of the mode whose end was reached.
-    fn switch(&mut self, topology: &Topology, event: Event, tau: S) {
+    /// Changes the mode whose end was reached.
+    fn change_mode(&mut self, topology: &Topology, event: Event, tau: S) {
         match event {
             Event::Switch(index) => {
                 let at = self.point(tau);
@@ -90,7 +104,7 @@ impl<S: Scalar> Substep<S> {
                 // A jump may let go of what rests; what slides goes on.
                 let smooth = self.dynamics.smoothing > 0.0;
                 if !smooth && self.modes.friction.contains(&Mode::Stick) {
-                    self.settle_frictions(topology, tau, None);
+                    self.initialise_frictions(topology, tau, None);
                 }
             }
             Event::Friction(index) => {
@@ -101,13 +115,13 @@ impl<S: Scalar> Substep<S> {
                         self.state.v[body] = S::ZERO;
                     }
                     self.other_forces(topology, tau);
-                    self.settle_frictions(topology, tau, Some(index));
+                    self.initialise_frictions(topology, tau, Some(index));
                     return;
                 }
                 self.other_forces(topology, tau);
-                let at = self
-                    .dynamics
-                    .at(&self.state, &self.waves, tau, &self.modes.branches);
+                let at =
+                    self.dynamics
+                        .at(&self.state, &self.input_signals, tau, &self.modes.branches);
                 self.last.copy_from(&self.first);
                 let modes = &self.modes.friction;
                 let held = &mut self.scratch.last;
@@ -119,7 +133,13 @@ impl<S: Scalar> Substep<S> {
                 let direction = if ahead { 1.0 } else { -1.0 };
                 let modes = &mut self.modes.friction;
                 if topology.coupled {
-                    stiction_set::overcome(&self.plain.dynamics, topology, modes, index, direction);
+                    stiction_set::break_away(
+                        &self.plain.dynamics,
+                        topology,
+                        modes,
+                        index,
+                        direction,
+                    );
                 } else {
                     modes[index] = Mode::Slide(direction);
                 }
@@ -127,8 +147,8 @@ impl<S: Scalar> Substep<S> {
         }
     }
 
-    /// The end of a sub-step with too many events: the state that modes held give, and at rest everything
-    /// that would have turned round. It takes energy out, never adds any.
+    /// The end of a sub-step with too many events: the state that modes held give, and at rest
+    /// everything that would have turned round. It takes energy out, never adds any.
     fn fall_back(&mut self, topology: &Topology) {
         std::mem::swap(&mut self.state, &mut self.scratch.end);
         let values = &self.dynamics.values;

@@ -1,4 +1,4 @@
-//! Where on a sub-step a mode ends first.
+//! Event location: the first event on a sub-step.
 
 use super::event::{self, Event, Probe};
 use super::modes::Mode;
@@ -11,7 +11,7 @@ use crate::scalar::Scalar;
 
 impl<S: Scalar> Substep<S> {
     /// The first event on the step that was just tried, if there is one: which, and when.
-    pub(super) fn earliest(
+    pub(super) fn first_event(
         &mut self,
         topology: &Topology,
         tau: S,
@@ -20,23 +20,28 @@ impl<S: Scalar> Substep<S> {
     ) -> Option<(Event, f64)> {
         let smooth = self.dynamics.smoothing > 0.0;
         let rests = !smooth && self.modes.friction.contains(&Mode::Stick);
-        self.look_at_end(topology, end.value(), rests);
+        self.evaluate_end(topology, end.value(), rests);
         let mut earliest: Option<(Event, f64)> = None;
         let rubbing = if smooth { 0 } else { topology.frictions.len() };
         let frictions = (0..rubbing).map(Event::Friction);
         let switches = (0..topology.switches.len()).map(Event::Switch);
         for event in frictions.chain(switches) {
             let suspect = match event {
-                Event::Friction(index) => self.suspect_friction(topology, index, h),
+                Event::Friction(index) => self.friction_event_bound(topology, index, h),
                 Event::Switch(index) if smooth && topology.switches[index].smoothed() => None,
                 Event::Switch(index) => {
                     let Plain {
                         dynamics,
-                        waves,
+                        input_signals,
                         end: there,
                         ..
                     } = &self.plain;
-                    let at = dynamics.at(&there.state, waves, end.value(), &self.modes.branches);
+                    let at = dynamics.at(
+                        &there.state,
+                        input_signals,
+                        end.value(),
+                        &self.modes.branches,
+                    );
                     (topology.margin(index, &at, &there.forces.load) < 0.0).then_some(h)
                 }
             };
@@ -54,16 +59,16 @@ impl<S: Scalar> Substep<S> {
         earliest
     }
 
-    /// What the events of the tried step are seen by: the state at its end, without derivatives, and the forces there
-    /// where something rests or a law follows them.
-    fn look_at_end(&mut self, topology: &Topology, tau: f64, rests: bool) {
+    /// Evaluates the end of the tried step without derivatives: its state, and the forces there
+    /// if something rests or a law follows them.
+    fn evaluate_end(&mut self, topology: &Topology, tau: f64, rests: bool) {
         if !rests && topology.switches.is_empty() {
             return;
         }
-        self.plain.take_waves(&self.waves);
+        self.plain.take_waves(&self.input_signals);
         let Plain {
             dynamics,
-            waves,
+            input_signals,
             end,
             ..
         } = &mut self.plain;
@@ -71,7 +76,7 @@ impl<S: Scalar> Substep<S> {
         if !rests && topology.follows == 0 {
             return;
         }
-        let at = dynamics.at(&end.state, waves, tau, &self.modes.branches);
+        let at = dynamics.at(&end.state, input_signals, tau, &self.modes.branches);
         topology.forces(&at, &mut end.forces);
         if rests {
             let modes = &self.modes.friction;
@@ -79,8 +84,8 @@ impl<S: Scalar> Substep<S> {
         }
     }
 
-    /// Whether the tried step left a mode of friction, and by when at the latest.
-    fn suspect_friction(&self, topology: &Topology, index: usize, h: f64) -> Option<f64> {
+    /// Latest time by which the tried step left a mode of friction, if it did.
+    fn friction_event_bound(&self, topology: &Topology, index: usize, h: f64) -> Option<f64> {
         let friction = &topology.frictions[index];
         match self.modes.friction[index] {
             Mode::Slide(direction) => {
@@ -113,11 +118,12 @@ impl<S: Scalar> Substep<S> {
     }
 
     pub(super) fn probe<'a>(&'a mut self, topology: &'a Topology, tau: S) -> Probe<'a> {
-        self.plain.take(&self.state, &self.waves, &self.first);
+        self.plain
+            .take(&self.state, &self.input_signals, &self.first);
         let Plain {
             dynamics,
             state,
-            waves,
+            input_signals,
             first,
             last,
             scratch,
@@ -129,7 +135,7 @@ impl<S: Scalar> Substep<S> {
             start: Start {
                 state,
                 forces: first,
-                waves,
+                input_signals,
                 tau: tau.value(),
                 modes: &self.modes,
             },

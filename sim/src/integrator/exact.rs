@@ -1,8 +1,10 @@
-//! A sample interval of a linear rig in one step, without error of its own (docs/explanation/plant.md, eq. 18b).
+//! A sample interval of a linear rig in one step, without error of its own
+//! (docs/explanation/plant.md, eq. 18b).
 //!
-//! Springs, dampers, constant forces, creep, hidden modes and tendons that may push make
-//! `x' = A x + b + c tau` between two samples, whose solution is a matrix: found once, it carries the state
-//! from one sample to the next at the price of a product. Where no interval is like the one before, a series does.
+//! Springs, dampers, constant forces, creep, hidden modes and tendons that may push make `x' = A x
+//! + b + c tau` between two samples, whose solution is a matrix: found once, it carries the state
+//! from one sample to the next at the price of a product. Where no interval is like the one before,
+//! a series does.
 
 use std::sync::{Arc, OnceLock};
 
@@ -13,8 +15,8 @@ use crate::plant::input_signal::{InputSignal, Shape};
 use crate::plant::topology::Topology;
 use crate::scalar::Scalar;
 
-/// Intervals this much alike, relatively, are one: timestamps in decimals differ by their rounding. What
-/// they differ by is owed to the next.
+/// Intervals this much alike, relatively, are one: timestamps in decimals differ by their rounding.
+/// What they differ by is owed to the next.
 const ALIKE: f64 = 1e-9;
 /// Norm down to which a matrix is halved before its series is summed.
 const SMALL: f64 = 0.5;
@@ -26,28 +28,28 @@ const TERMS: usize = 15;
 pub(super) struct Exact<S> {
     /// The interval before, s; 0: none yet.
     length: f64,
-    /// How much longer the intervals so far were than what was taken for them, s.
+    /// Excess of the intervals so far over the lengths that were taken for them, s.
     owed: f64,
     rates: Option<Linear<S>>,
     /// None: to be found for `length`.
     step: Option<Step<S>>,
-    /// What other simulations with the same numbers share.
-    kept: Option<Arc<Kept<S>>>,
+    /// Cache shared with other simulations of the same parameter values.
+    kept: Option<Arc<TransitionCache<S>>>,
     /// The state, and room for what becomes of it.
     next: Vec<S>,
     room: [Vec<S>; 2],
 }
 
-/// What one set of numbers says of every simulation with them, found by whoever needs it first: the rates, and the step
-/// of one interval length, as dear as some hundred steps.
+/// Cache of one set of parameter values: the rates, and the transition over one interval length,
+/// which costs about a hundred steps. The first simulation that needs an entry computes it.
 #[derive(Debug)]
-pub struct Kept<S> {
+pub struct TransitionCache<S> {
     length: f64,
     rates: OnceLock<Linear<S>>,
     step: OnceLock<Step<S>>,
 }
 
-impl<S> Kept<S> {
+impl<S> TransitionCache<S> {
     /// For intervals of so many seconds; those of another length share no step.
     pub(crate) fn new(length: f64) -> Self {
         Self {
@@ -76,7 +78,7 @@ impl<S: Scalar> Exact<S> {
     }
 
     /// Takes from there what is known of its numbers.
-    pub(super) fn share(&mut self, kept: Arc<Kept<S>>) {
+    pub(super) fn share(&mut self, kept: Arc<TransitionCache<S>>) {
         self.kept = Some(kept);
     }
 
@@ -94,11 +96,11 @@ impl<S: Scalar> Exact<S> {
         &mut self,
         topology: &Topology,
         dynamics: &Dynamics<S>,
-        waves: &[InputSignal<S>],
+        input_signals: &[InputSignal<S>],
         state: &mut State<S>,
         (dt, rate): (f64, f64),
     ) {
-        let find = || Linear::of(topology, dynamics, waves.len(), rate);
+        let find = || Linear::of(topology, dynamics, input_signals.len(), rate);
         let rates = match &self.kept {
             Some(kept) => kept.rates.get_or_init(find),
             None => self.rates.get_or_insert_with(find),
@@ -114,7 +116,8 @@ impl<S: Scalar> Exact<S> {
         self.owed = wanted - self.length;
         let length = self.length;
         let find = || Step::of(rates, length);
-        // Infinite rates are less than nothing: the matrix is found in as many steps as ever, and the state diverges.
+        // Infinite rates are less than nothing: the matrix is found in as many steps as ever, and
+        // the state diverges.
         let less = || rates.work(length) < Step::<S>::work(rates, length);
         let step = match kept {
             Some(kept) => Some(kept.step.get_or_init(find)),
@@ -128,8 +131,8 @@ impl<S: Scalar> Exact<S> {
             next.extend_from_slice(part);
         }
         match step {
-            Some(step) => step.take(waves, next, &mut self.room[0]),
-            None => rates.take(waves, length, next, &mut self.room),
+            Some(step) => step.take(input_signals, next, &mut self.room[0]),
+            None => rates.take(input_signals, length, next, &mut self.room),
         }
         let (q, others) = next.split_at(bodies);
         let (v, z) = others.split_at(bodies);
@@ -186,16 +189,16 @@ impl<S: Scalar> Step<S> {
         (TERMS as f64 + 2.0 + 3.0 * doublings) * (rates.states() as f64).powi(3)
     }
 
-    fn take(&self, waves: &[InputSignal<S>], state: &mut [S], next: &mut Vec<S>) {
+    fn take(&self, input_signals: &[InputSignal<S>], state: &mut [S], next: &mut Vec<S>) {
         next.clone_from(&self.constant);
-        let lines = waves.iter().zip(self.held.iter().zip(&self.ramp));
-        for (wave, (held, ramp)) in lines {
+        let lines = input_signals.iter().zip(self.held.iter().zip(&self.ramp));
+        for (input_signal, (held, ramp)) in lines {
             for (x, &by) in next.iter_mut().zip(held) {
-                *x += by * wave.c[0];
+                *x += by * input_signal.c[0];
             }
-            if wave.shape == Shape::Ramp {
+            if input_signal.shape == Shape::Ramp {
                 for (x, &by) in next.iter_mut().zip(ramp) {
-                    *x += by * wave.c[1];
+                    *x += by * input_signal.c[1];
                 }
             }
         }
@@ -209,8 +212,9 @@ impl<S: Scalar> Step<S> {
     }
 }
 
-/// `phi_0 = e^A`, `phi_1 = (e^A - 1) / A`, `phi_2 = (phi_1 - 1) / A` of an n by n matrix: the series of
-/// phi_2 for a matrix halved until it is small, then doubled as often (Higham 2008, section 10.7).
+/// `phi_0 = e^A`, `phi_1 = (e^A - 1) / A`, `phi_2 = (phi_1 - 1) / A` of an n by n matrix: the
+/// series of phi_2 for a matrix halved until it is small, then doubled as often (Higham 2008,
+/// section 10.7).
 fn phi<S: Scalar>(matrix: &[S], n: usize) -> [Vec<S>; 3] {
     let norm = (matrix.chunks_exact(n))
         .map(|row| row.iter().map(|x| x.value().abs()).sum::<f64>())
@@ -236,7 +240,8 @@ fn phi<S: Scalar>(matrix: &[S], n: usize) -> [Vec<S>; 3] {
     let mut first = plus_one(product(&small, &second, n), 1.0);
     let mut whole = plus_one(product(&small, &first, n), 1.0);
     for _ in 0..halvings {
-        // phi_2(2 A) = (phi_1^2 + 2 phi_2) / 4, phi_1(2 A) = (phi_0 phi_1 + phi_1) / 2, phi_0(2 A) = phi_0^2.
+        // phi_2(2 A) = (phi_1^2 + 2 phi_2) / 4, phi_1(2 A) = (phi_0 phi_1 + phi_1) / 2, phi_0(2 A)
+        // = phi_0^2.
         let squared = product(&first, &first, n);
         let mean = |a: Vec<S>, b: &[S], half: f64| -> Vec<S> {
             let pairs = a.into_iter().zip(b);
@@ -269,7 +274,8 @@ mod tests {
     use crate::plant::input_signal::{InputSignal, Shape};
     use crate::scalar::Scalar;
 
-    /// Slow, as fast as samples, and stiff; with a straight input, and derivatives in the stiffness.
+    /// Slow, as fast as samples, and stiff; with a straight input, and derivatives in the
+    /// stiffness.
     #[test]
     fn a_series_takes_a_state_where_the_matrix_does() {
         let one = Dual::<1>::constant;
@@ -280,7 +286,7 @@ mod tests {
             let zero = vec![one(0.0), one(0.7)];
             let lines = vec![vec![one(0.0), one(2.0)]];
             let rates = Linear::asked(matrix, zero, lines, (1, stiffness.sqrt()));
-            let wave = InputSignal {
+            let input_signal = InputSignal {
                 shape: Shape::Ramp,
                 c: [one(0.5), one(-1.5), one(0.0)],
                 ..InputSignal::ZERO
@@ -288,8 +294,8 @@ mod tests {
             let dt = 0.4;
             let start = [one(0.2), one(-0.1)];
             let (mut by_series, mut by_matrix) = (start, start);
-            rates.take(&[wave], dt, &mut by_series, &mut Default::default());
-            Step::of(&rates, dt).take(&[wave], &mut by_matrix, &mut Vec::new());
+            rates.take(&[input_signal], dt, &mut by_series, &mut Default::default());
+            Step::of(&rates, dt).take(&[input_signal], &mut by_matrix, &mut Vec::new());
             for (series, matrix) in by_series.iter().zip(&by_matrix) {
                 let near = |a: f64, b: f64| (a - b).abs() < 1e-12 * (1.0 + b.abs());
                 assert!(near(series.value, matrix.value), "{series:?} {matrix:?}");

@@ -1,4 +1,5 @@
-//! The modes at the beginning of a sub-step: who slides, who rests, which branch each law is on.
+//! Mode initialisation at the beginning of a sub-step: sliding, sticking, and the branch of each
+//! law.
 
 use super::modes::{Mode, decide};
 use super::plain::Plain;
@@ -8,45 +9,50 @@ use crate::plant::topology::Topology;
 use crate::scalar::Scalar;
 
 impl<S: Scalar> Substep<S> {
-    /// The modes at the beginning of a sub-step follow from the state: what moves slides its way, what
-    /// rests is held or starts, each law is on the branch where the state is.
-    pub(super) fn settle(&mut self, topology: &Topology, tau: S) {
+    /// The modes at the beginning of a sub-step follow from the state: what moves slides its way,
+    /// what rests is held or starts, each law is on the branch where the state is.
+    pub(super) fn initialise_modes(&mut self, topology: &Topology, tau: S) {
         if !topology.switches.is_empty() {
-            self.settle_branches(topology, tau);
+            self.initialise_branches(topology, tau);
         }
         self.other_forces(topology, tau);
         if !topology.frictions.is_empty() && self.dynamics.smoothing == 0.0 {
-            self.settle_frictions(topology, tau, None);
+            self.initialise_frictions(topology, tau, None);
         }
     }
 
-    pub(super) fn settle_branches(&mut self, topology: &Topology, tau: S) {
+    pub(super) fn initialise_branches(&mut self, topology: &Topology, tau: S) {
         // A branch asks for signs, not for derivatives.
         self.plain.take_state(&self.state);
-        self.plain.take_waves(&self.waves);
+        self.plain.take_waves(&self.input_signals);
         let Plain {
             dynamics,
             state,
-            waves,
+            input_signals,
             first,
             ..
         } = &mut self.plain;
-        let at = dynamics.at(state, waves, tau.value(), &[]);
-        topology.settle_branches(at, &mut self.modes.branches, first);
+        let at = dynamics.at(state, input_signals, tau.value(), &[]);
+        topology.initialise_branches(at, &mut self.modes.branches, first);
     }
 
     pub(super) fn other_forces(&mut self, topology: &Topology, tau: S) {
         let at = self
             .dynamics
-            .at(&self.state, &self.waves, tau, &self.modes.branches);
+            .at(&self.state, &self.input_signals, tau, &self.modes.branches);
         topology.forces(&at, &mut self.first);
     }
 
-    /// Who slides and who rests, from the state and the other forces there; `stopped` is at rest
-    /// whatever rounding says.
-    pub(super) fn settle_frictions(&mut self, topology: &Topology, tau: S, stopped: Option<usize>) {
+    /// Initialises the friction modes from the state and the other forces there; `stopped` is at
+    /// rest whatever rounding says.
+    pub(super) fn initialise_frictions(
+        &mut self,
+        topology: &Topology,
+        tau: S,
+        stopped: Option<usize>,
+    ) {
         if topology.coupled {
-            return self.settle_together(topology, tau, stopped);
+            return self.initialise_coupled(topology, tau, stopped);
         }
         for (index, friction) in topology.frictions.iter().enumerate() {
             let body = friction.body();
@@ -66,8 +72,8 @@ impl<S: Scalar> Substep<S> {
         }
     }
 
-    /// As `settle_frictions`, where what one path holds changes what another has to.
-    fn settle_together(&mut self, topology: &Topology, tau: S, stopped: Option<usize>) {
+    /// As `initialise_frictions`, where what one path holds changes what another has to.
+    fn initialise_coupled(&mut self, topology: &Topology, tau: S, stopped: Option<usize>) {
         let values = &self.dynamics.values;
         let mut resting = Vec::new();
         for (index, friction) in topology.frictions.iter().enumerate() {
@@ -81,7 +87,7 @@ impl<S: Scalar> Substep<S> {
             }
         }
         if !resting.is_empty() {
-            stiction_set::follow(&self.plain.dynamics, topology, &mut resting);
+            stiction_set::add_dependent(&self.plain.dynamics, topology, &mut resting);
         }
         for (index, friction) in topology.frictions.iter().enumerate() {
             if !resting.contains(&index) {
@@ -92,10 +98,11 @@ impl<S: Scalar> Substep<S> {
         if resting.is_empty() {
             return;
         }
-        self.plain.take(&self.state, &self.waves, &self.first);
+        self.plain
+            .take(&self.state, &self.input_signals, &self.first);
         let plain = &self.plain;
         let branches = &self.modes.branches;
-        let at = (plain.dynamics).at(&plain.state, &plain.waves, tau.value(), branches);
+        let at = (plain.dynamics).at(&plain.state, &plain.input_signals, tau.value(), branches);
         stiction_set::choose(
             &plain.dynamics,
             topology,

@@ -1,5 +1,6 @@
-//! From recorded columns to what the actuators take: delay, play, dead zone, curvature, saturation and
-//! lag (docs/explanation/plant.md, eq. 14), in stretches of time on which each is one formula.
+//! Actuator input chain, from recorded columns to actuator inputs: delay, play, dead zone,
+//! curvature, saturation and lag (docs/explanation/plant.md, eq. 14). Time is cut into pieces on
+//! which each is one formula.
 
 use crate::input_trajectory::InputTrajectory;
 use crate::plant::forces::not_below_zero;
@@ -21,28 +22,28 @@ pub(crate) struct Sample<S> {
     slope: S,
 }
 
-/// The columns as they came, and what the stages of the lines remember.
+/// The columns as they came, and the memory of each actuator's chain.
 #[derive(Clone, Debug)]
 pub(crate) struct InputChain<S> {
     /// Samples of each column that may still be wanted, the present one last.
     columns: Vec<VecDeque<Sample<S>>>,
-    lines: Vec<Kept<S>>,
+    lines: Vec<ChainMemory<S>>,
 }
 
-/// What the stages of one line remember.
+/// Memory of one actuator's chain.
 #[derive(Clone, Copy, Debug)]
-struct Kept<S> {
+struct ChainMemory<S> {
     /// Output of its play, once there was an input.
     play: Option<S>,
     /// Output of its lag, once there was an input.
     lag: Option<S>,
-    /// Which sample of its column it is at, counted from the oldest kept.
+    /// Index of the present sample of its column, from the oldest kept.
     sample: usize,
 }
 
-/// Values of a line's stages, for one stretch.
-struct Settings<S> {
-    /// Where the play's output stands, and half its gap.
+/// Parameter values of a chain, for one piece.
+struct ChainValues<S> {
+    /// Output of the play, and half its gap.
     play: Option<(S, S)>,
     dead_zone: Option<S>,
     curvature: Option<S>,
@@ -51,12 +52,12 @@ struct Settings<S> {
 
 /// A straight line: `at + slope tau`.
 #[derive(Clone, Copy)]
-struct Straight<S> {
+struct StraightLine<S> {
     at: S,
     slope: S,
 }
 
-impl<S: Scalar> Straight<S> {
+impl<S: Scalar> StraightLine<S> {
     fn value(&self, tau: S) -> S {
         self.at + self.slope * tau
     }
@@ -69,7 +70,7 @@ impl<S: Scalar> Straight<S> {
 
 impl<S: Scalar> InputChain<S> {
     pub(crate) fn new(topology: &Topology) -> Self {
-        let kept = Kept {
+        let kept = ChainMemory {
             play: None,
             lag: None,
             sample: 0,
@@ -80,7 +81,8 @@ impl<S: Scalar> InputChain<S> {
         }
     }
 
-    /// The same in other numbers: `kept` as [`InputChain::kept`] gives it, samples by their column and time.
+    /// The same in other numbers: `kept` as [`InputChain::kept`] gives it, samples by their column
+    /// and time.
     pub(crate) fn lifted<T: Scalar>(
         &self,
         kept: &[T],
@@ -105,7 +107,7 @@ impl<S: Scalar> InputChain<S> {
         InputChain {
             columns: columns.collect(),
             lines: (self.lines.iter())
-                .map(|line| Kept {
+                .map(|line| ChainMemory {
                     play: line.play.and_then(|_| kept.next()),
                     lag: line.lag.and_then(|_| kept.next()),
                     sample: line.sample,
@@ -114,7 +116,7 @@ impl<S: Scalar> InputChain<S> {
         }
     }
 
-    /// What the stages remember: plays and lags in the order of the lines.
+    /// Memory of the chains: plays and lags in the order of the actuators.
     pub(crate) fn kept(&self) -> impl Iterator<Item = S> {
         (self.lines.iter()).flat_map(|kept| [kept.play, kept.lag].into_iter().flatten())
     }
@@ -122,7 +124,8 @@ impl<S: Scalar> InputChain<S> {
     /// Notes a column's value from `time` on.
     pub(crate) fn take(&mut self, input: usize, time: f64, value: S, slope: S) {
         let column = &mut self.columns[input];
-        // A sample that is given again (a step that is repeated, or the end of a recording) replaces.
+        // A sample that is given again (a step that is repeated, or the end of a recording)
+        // replaces.
         if column.back().is_some_and(|last| last.time >= time) {
             column.pop_back();
         }
@@ -137,8 +140,8 @@ impl<S: Scalar> InputChain<S> {
         column.push_back(Sample { time, value, slope });
     }
 
-    /// Forgets samples that no delay reaches any more and finds where each line is, at the beginning of
-    /// a sample interval.
+    /// Forgets samples that no delay reaches any more and finds where each line is, at the
+    /// beginning of a sample interval.
     pub(crate) fn begin(&mut self, topology: &Topology, values: &[S], now: f64) {
         for input in 0..self.columns.len() {
             let longest = (topology.lines.iter())
@@ -165,22 +168,23 @@ impl<S: Scalar> InputChain<S> {
         }
     }
 
-    /// Makes the waves from `cursor` on, `now` being the time of the sample, and returns where the first of
-    /// them ends if that is before `end` seconds into the interval.
-    pub(crate) fn stretch(
+    /// Makes the input signals from `cursor` on, `now` being the time of the sample, and returns
+    /// where the first of them ends if that is before `end` seconds into the interval.
+    pub(crate) fn next_piece(
         &mut self,
         topology: &Topology,
         values: &[S],
         now: f64,
         cursor: S,
         end: f64,
-        waves: &mut [InputSignal<S>],
+        input_signals: &mut [InputSignal<S>],
     ) -> Option<S> {
         let mut first: Option<S> = None;
         for (index, line) in topology.lines.iter().enumerate() {
             let (raw, until) = self.raw(index, line, values, now);
             let until = until.filter(|until| until.value() < end);
-            let settings = Settings::new(line, values, &mut self.lines[index], raw.value(cursor));
+            let settings =
+                ChainValues::new(line, values, &mut self.lines[index], raw.value(cursor));
             let within = until.map_or(end, S::value);
             for cut in [until, settings.cut(raw, cursor.value(), within)] {
                 if let Some(cut) = cut
@@ -194,26 +198,27 @@ impl<S: Scalar> InputChain<S> {
         for (index, line) in topology.lines.iter().enumerate() {
             let (raw, _) = self.raw(index, line, values, now);
             let kept = &mut self.lines[index];
-            let settings = Settings::new(line, values, kept, raw.value(cursor));
+            let settings = ChainValues::new(line, values, kept, raw.value(cursor));
             // By the time's value: the cut may carry derivatives, the choice of a formula does not.
             let middle = 0.5 * (cursor.value() + stop);
             let parabola = settings.through(raw, cursor, middle);
-            waves[index] = wave(line, values, kept, cursor, parabola);
+            input_signals[index] = input_signal(line, values, kept, cursor, parabola);
         }
         first
     }
 
-    /// Goes through what the inputs of a drive did before its first row, as far as stages remember it.
-    pub(crate) fn lead_in(
+    /// Goes through what the inputs of a drive did before its first row, as far as stages remember
+    /// it.
+    pub(crate) fn replay_history(
         &mut self,
         topology: &Topology,
         values: &[S],
         drive: &InputTrajectory,
-        waves: &mut [InputSignal<S>],
+        input_signals: &mut [InputSignal<S>],
     ) {
         let past = drive.past();
         for (kept, line) in self.lines.iter_mut().zip(&topology.lines) {
-            let Some(slot) = line.stages.play else {
+            let Some(slot) = line.chain.play else {
                 continue;
             };
             let extremes = past.extremes.get(line.input).into_iter().flatten();
@@ -231,9 +236,10 @@ impl<S: Scalar> InputChain<S> {
             let until = past.times.get(row + 1).copied().unwrap_or(0.0);
             let mut cursor = S::ZERO;
             for _ in 0..MOST_PIECES {
-                let cut = self.stretch(topology, values, now, cursor, until - now, waves);
+                let cut =
+                    self.next_piece(topology, values, now, cursor, until - now, input_signals);
                 let end = cut.unwrap_or(S::constant(until - now));
-                self.arrive(topology, values, now, end, waves);
+                self.arrive(topology, values, now, end, input_signals);
                 if cut.is_none() {
                     break;
                 }
@@ -243,12 +249,18 @@ impl<S: Scalar> InputChain<S> {
     }
 
     /// The delayed column as a straight line in tau, and where it ends.
-    fn raw(&self, index: usize, line: &Line, values: &[S], now: f64) -> (Straight<S>, Option<S>) {
+    fn raw(
+        &self,
+        index: usize,
+        line: &Line,
+        values: &[S],
+        now: f64,
+    ) -> (StraightLine<S>, Option<S>) {
         let column = &self.columns[line.input];
         let Some(&sample) = column.get(self.lines[index].sample) else {
             let zero = S::ZERO;
             return (
-                Straight {
+                StraightLine {
                     at: zero,
                     slope: zero,
                 },
@@ -258,7 +270,7 @@ impl<S: Scalar> InputChain<S> {
         let slope = if line.linear { sample.slope } else { S::ZERO };
         let Some(delay) = delay(line, values) else {
             return (
-                Straight {
+                StraightLine {
                     at: sample.value,
                     slope,
                 },
@@ -268,7 +280,7 @@ impl<S: Scalar> InputChain<S> {
         let next = column.get(self.lines[index].sample + 1);
         let until = next.map(|next| delay + (next.time - now));
         if sample.time == f64::NEG_INFINITY {
-            let held = Straight {
+            let held = StraightLine {
                 at: sample.value,
                 slope: S::ZERO,
             };
@@ -276,7 +288,7 @@ impl<S: Scalar> InputChain<S> {
         }
         let begins = delay + (sample.time - now);
         let at = sample.value - slope * begins;
-        (Straight { at, slope }, until)
+        (StraightLine { at, slope }, until)
     }
 
     /// Moves on to `cursor`, where a stretch ended.
@@ -286,16 +298,16 @@ impl<S: Scalar> InputChain<S> {
         values: &[S],
         now: f64,
         cursor: S,
-        waves: &[InputSignal<S>],
+        input_signals: &[InputSignal<S>],
     ) {
         for (index, line) in topology.lines.iter().enumerate() {
             let (raw, until) = self.raw(index, line, values, now);
             let kept = &mut self.lines[index];
-            if let (Some(slot), Some(play)) = (line.stages.play, kept.play) {
+            if let (Some(slot), Some(play)) = (line.chain.play, kept.play) {
                 kept.play = Some(played(play, raw.value(cursor), values[slot]));
             }
             if kept.lag.is_some() {
-                kept.lag = Some(waves[index].at(cursor));
+                kept.lag = Some(input_signals[index].at(cursor));
             }
             let length = self.columns[line.input].len();
             if until.is_some_and(|until| until.value() <= cursor.value())
@@ -307,18 +319,21 @@ impl<S: Scalar> InputChain<S> {
     }
 
     /// The shortest time constant of a lag that has not settled, s.
-    pub(crate) fn unsettled(waves: &[InputSignal<S>]) -> Option<S> {
-        (waves.iter())
-            .filter(|wave| wave.shape == Shape::Lagged && wave.decay.value() != 0.0)
-            .map(|wave| S::constant(1.0) / wave.rate)
+    pub(crate) fn unsettled(input_signals: &[InputSignal<S>]) -> Option<S> {
+        (input_signals.iter())
+            .filter(|input_signal| {
+                input_signal.shape == Shape::Lagged && input_signal.decay.value() != 0.0
+            })
+            .map(|input_signal| S::constant(1.0) / input_signal.rate)
             .reduce(S::min)
     }
 }
 
-/// Delay of a line: its own and, where its lag has no time constant, what the lag adds in first order.
+/// Delay of a line: its own and, where its lag has no time constant, what the lag adds in first
+/// order.
 fn delay<S: Scalar>(line: &Line, values: &[S]) -> Option<S> {
-    let own = line.stages.delay.map(|slot| not_below_zero(values[slot]));
-    let lag = line.stages.lag.map(|slot| values[slot]);
+    let own = line.chain.delay.map(|slot| not_below_zero(values[slot]));
+    let lag = line.chain.lag.map(|slot| values[slot]);
     match (own, lag.filter(|lag| lag.value() <= 0.0)) {
         (own, None) => own,
         (None, Some(lag)) => Some(not_below_zero(lag)),
@@ -337,11 +352,11 @@ fn begun<S: Scalar>(output: Option<S>, input: S, gap: S) -> S {
     played(output.unwrap_or(S::constant(0.0)), input, gap)
 }
 
-/// The wave of a line whose stages before the lag give a parabola from `cursor` on.
-fn wave<S: Scalar>(
+/// Input signal of an actuator whose elements before the lag give a parabola from `cursor` on.
+fn input_signal<S: Scalar>(
     line: &Line,
     values: &[S],
-    kept: &mut Kept<S>,
+    kept: &mut ChainMemory<S>,
     cursor: S,
     c: [S; 3],
 ) -> InputSignal<S> {
@@ -356,7 +371,7 @@ fn wave<S: Scalar>(
         rate: S::ZERO,
         origin: cursor,
     };
-    let Some(slot) = line.stages.lag else {
+    let Some(slot) = line.chain.lag else {
         return straight;
     };
     let lag = *kept.lag.get_or_insert(c[0]);
@@ -378,10 +393,11 @@ fn wave<S: Scalar>(
     }
 }
 
-impl<S: Scalar> Settings<S> {
-    /// The stages as they stand where the input is `input`; what is remembered begins with the first.
-    fn new(line: &Line, values: &[S], kept: &mut Kept<S>, input: S) -> Self {
-        let stages = &line.stages;
+impl<S: Scalar> ChainValues<S> {
+    /// The stages as they stand where the input is `input`; what is remembered begins with the
+    /// first.
+    fn new(line: &Line, values: &[S], kept: &mut ChainMemory<S>, input: S) -> Self {
+        let stages = &line.chain;
         let size = |slot: usize| not_below_zero(values[slot]);
         let play = stages.play.map(|slot| {
             let output = begun(kept.play, input, values[slot]);
@@ -397,7 +413,7 @@ impl<S: Scalar> Settings<S> {
     }
 
     /// The first time after `cursor` and before `end` at which a stage changes its formula.
-    fn cut(&self, raw: Straight<S>, cursor: f64, end: f64) -> Option<S> {
+    fn cut(&self, raw: StraightLine<S>, cursor: f64, end: f64) -> Option<S> {
         if raw.slope.value() == 0.0 {
             return None;
         }
@@ -420,24 +436,24 @@ impl<S: Scalar> Settings<S> {
         cuts.chain(play).reduce(S::min)
     }
 
-    /// What the play makes of a straight line, by the side it is on at `middle`.
-    fn behind_play(&self, raw: Straight<S>, middle: f64) -> Straight<S> {
+    /// Output of the play for a straight line, by the side it is on at `middle`.
+    fn behind_play(&self, raw: StraightLine<S>, middle: f64) -> StraightLine<S> {
         let Some((output, half)) = self.play else {
             return raw;
         };
         let away = raw.at.value() + raw.slope.value() * middle - output.value();
         if away > half.value() {
-            Straight {
+            StraightLine {
                 at: raw.at - half,
                 ..raw
             }
         } else if away < -half.value() {
-            Straight {
+            StraightLine {
                 at: raw.at + half,
                 ..raw
             }
         } else {
-            Straight {
+            StraightLine {
                 at: output,
                 slope: S::ZERO,
             }
@@ -475,7 +491,7 @@ impl<S: Scalar> Settings<S> {
 
     /// The parabola in `tau - cursor` that comes out of the stages, by the formulas that hold at
     /// `middle` (eq. 14b to 14d).
-    fn through(&self, raw: Straight<S>, cursor: S, middle: f64) -> [S; 3] {
+    fn through(&self, raw: StraightLine<S>, cursor: S, middle: f64) -> [S; 3] {
         let line = self.behind_play(raw, middle);
         let s = middle - cursor.value();
         let mut c = [line.value(cursor), line.slope, S::ZERO];

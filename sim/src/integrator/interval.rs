@@ -55,7 +55,7 @@ impl<S: Scalar> Stepper<S> {
         factor: usize,
     ) -> Result<usize, SimulationError> {
         if self.topology.shaped {
-            return self.stretches(rate, dt, factor);
+            return self.in_pieces(rate, dt, factor);
         }
         let count = factor * rate::substeps(&self.topology, rate, dt, &self.settings)?;
         let h = dt / count as f64;
@@ -67,23 +67,23 @@ impl<S: Scalar> Stepper<S> {
         Ok(count)
     }
 
-    /// A sample interval of a linear rig. What is too stiff for sub-steps is refused all the same: a rig
-    /// must not become simulable by losing its friction.
+    /// A sample interval of a linear rig. What is too stiff for sub-steps is refused all the same:
+    /// a rig must not become simulable by losing its friction.
     fn exactly(&mut self, rate: (f64, usize), dt: f64) -> Result<usize, SimulationError> {
         rate::substeps(&self.topology, rate, dt, &self.settings)?;
         let work = &mut self.work;
         self.exact.advance(
             &self.topology,
             &work.dynamics,
-            &work.waves,
+            &work.input_signals,
             &mut work.state,
             (dt, rate.0),
         );
         Ok(1)
     }
 
-    /// A sample interval, taken again in half the sub-steps until that changes little: by Richardson a
-    /// fourth-order step errs by a fifteenth of the change.
+    /// A sample interval, taken again in half the sub-steps until that changes little: by
+    /// Richardson a fourth-order step errs by a fifteenth of the change.
     fn refine(
         &mut self,
         rate: (f64, usize),
@@ -128,7 +128,7 @@ impl<S: Scalar> Stepper<S> {
 
     /// A sample interval on which the inputs change their formulas: cut where they do. Returns how
     /// many sub-steps it took.
-    fn stretches(
+    fn in_pieces(
         &mut self,
         rate: (f64, usize),
         dt: f64,
@@ -140,17 +140,22 @@ impl<S: Scalar> Stepper<S> {
         loop {
             let work = &mut self.work;
             let values = &work.dynamics.values;
-            let waves = &mut work.waves;
-            let cut = self
-                .supply
-                .stretch(&self.topology, values, self.time, cursor, dt, waves);
+            let input_signals = &mut work.input_signals;
+            let cut = self.supply.next_piece(
+                &self.topology,
+                values,
+                self.time,
+                cursor,
+                dt,
+                input_signals,
+            );
             let end = cut.unwrap_or(S::constant(dt));
             let length = end - cursor;
-            count += self.stretch(rate, cursor, length, factor)?;
+            count += self.piece(rate, cursor, length, factor)?;
             let work = &self.work;
             let values = &work.dynamics.values;
             self.supply
-                .arrive(&self.topology, values, self.time, end, &work.waves);
+                .arrive(&self.topology, values, self.time, end, &work.input_signals);
             if cut.is_none() {
                 return Ok(count);
             }
@@ -162,9 +167,9 @@ impl<S: Scalar> Stepper<S> {
         }
     }
 
-    /// A part of a sample interval on which every input is one formula. Where a lag decays faster than
-    /// the rig moves, sub-steps grow from its time constant on.
-    fn stretch(
+    /// A part of a sample interval on which every input is one formula. Where a lag decays faster
+    /// than the rig moves, sub-steps grow from its time constant on.
+    fn piece(
         &mut self,
         rate: (f64, usize),
         cursor: S,
@@ -176,7 +181,7 @@ impl<S: Scalar> Stepper<S> {
         let count = factor * rate::substeps(&self.topology, rate, whole.max(0.0), settings)?;
         let step = whole / count as f64;
         let mut cuts = vec![S::ZERO];
-        if let Some(time) = InputChain::unsettled(&self.work.waves) {
+        if let Some(time) = InputChain::unsettled(&self.work.input_signals) {
             // In units of the time constant, so that the cuts move with it.
             let mut at = 0.0;
             loop {
@@ -205,8 +210,8 @@ impl<S: Scalar> Stepper<S> {
         Ok(cuts.len() - 1)
     }
 
-    /// Looks at the rate here and keeps the largest so far, so that a stiffening spring is not taken
-    /// for soft each time it passes its rest.
+    /// Looks at the rate here and keeps the largest so far, so that a stiffening spring is not
+    /// taken for soft each time it passes its rest.
     pub(super) fn watch_rate(&mut self, ahead: f64) {
         let here = self.work.rate(&self.topology, ahead, false);
         if here.0 > self.rate.0 || here.0.is_nan() {

@@ -1,17 +1,18 @@
-//! Gauss's principle of least constraint for what is at rest together: of all reactions within their holds the ones
-//! that leave the least acceleration along the paths (docs/explanation/plant.md, eq. 6c).
+//! Gauss's principle of least constraint for what is at rest together: of all reactions within
+//! their holds the ones that leave the least acceleration along the paths
+//! (docs/explanation/plant.md, eq. 6c).
 //!
-//! A convex quadratic in a box, so its minimum is where every reaction inside its hold stops its path and every
-//! one at its hold opposes a path that goes its way. Found by descent over sets of reactions inside their holds: the
-//! value never rises, so that no set comes twice but by rounding.
+//! A convex quadratic in a box, so its minimum is where every reaction inside its hold stops its
+//! path and every one at its hold opposes a path that goes its way. Found by descent over sets of
+//! reactions inside their holds: the value never rises, so that no set comes twice but by rounding.
 
 use super::dynamics::Dynamics;
 use super::modes::{Mode, decide};
 use super::sticking::{coupling, solve};
 use crate::plant::topology::Topology;
 
-/// Who is held (`Stick`) and who gives all it has against a direction (`Slide`) among the frictions `resting`, where
-/// the other forces alone give the accelerations `wanted` along their paths.
+/// Modes of the frictions `resting`: `Stick` inside the hold, `Slide` at its bound. The other
+/// forces alone give the accelerations `wanted` along their paths.
 pub(super) fn reactions(
     dynamics: &Dynamics<f64>,
     topology: &Topology,
@@ -28,9 +29,9 @@ pub(super) fn reactions(
         modes: vec![Mode::Stick; resting.len()],
         reactions: holds.iter().map(start).collect(),
     };
-    descent.push_out();
+    descent.release_negative();
     for _ in 0..8 * resting.len() + 8 {
-        if descent.reach() && !descent.take_back() {
+        if descent.step_to_bound() && !descent.restore_worst() {
             break;
         }
     }
@@ -54,12 +55,12 @@ struct Descent<'a> {
 
 impl Descent<'_> {
     /// A level below zero, which a fit may try, holds nothing and pushes out of rest.
-    fn push_out(&mut self) {
+    fn release_negative(&mut self) {
         let holds = |[forward, backward]: [f64; 2]| forward + backward >= 0.0;
         if self.holds.iter().all(|&hold| holds(hold)) {
             return;
         }
-        let all = self.stopping(&self.held());
+        let all = self.stopping_reactions(&self.held());
         for (k, force) in all.into_iter().enumerate() {
             if !holds(self.holds[k]) {
                 self.set(k, decide(force, self.holds[k]));
@@ -81,18 +82,18 @@ impl Descent<'_> {
     }
 
     /// The reactions of those that are held which stop their paths, the others staying.
-    fn stopping(&self, held: &[usize]) -> Vec<f64> {
+    fn stopping_reactions(&self, held: &[usize]) -> Vec<f64> {
         let right = held.iter().map(|&k| {
             let others = (0..self.modes.len()).filter(|&j| self.modes[j] != Mode::Stick);
-            self.wanted[k] - others.map(|j| self.taken(k, j)).sum::<f64>()
+            self.wanted[k] - others.map(|j| self.cancelled_by(k, j)).sum::<f64>()
         });
         let right = right.collect();
         let paths: Vec<usize> = held.iter().map(|&k| self.resting[k]).collect();
         solve(self.dynamics, self.topology, &paths, right)
     }
 
-    /// What the reaction of `j` takes off the acceleration along the path of `k`.
-    fn taken(&self, k: usize, j: usize) -> f64 {
+    /// Part of the acceleration along the path of `k` that the reaction of `j` cancels.
+    fn cancelled_by(&self, k: usize, j: usize) -> f64 {
         coupling(
             self.dynamics,
             self.topology,
@@ -101,11 +102,11 @@ impl Descent<'_> {
         ) * self.reactions[j]
     }
 
-    /// Goes towards the reactions that stop all that is held; as far as the first that comes to its hold, and
-    /// that one gives way. Whether they were reached.
-    fn reach(&mut self) -> bool {
+    /// Goes towards the reactions that stop all that is held; as far as the first that comes to its
+    /// hold, and that one gives way. Whether they were reached.
+    fn step_to_bound(&mut self) -> bool {
         let held = self.held();
-        let target = self.stopping(&held);
+        let target = self.stopping_reactions(&held);
         let mut first: Option<(f64, usize, f64)> = None;
         for (&k, &target) in held.iter().zip(&target) {
             let (from, [forward, backward]) = (self.reactions[k], self.holds[k]);
@@ -129,8 +130,9 @@ impl Descent<'_> {
         first.is_none()
     }
 
-    /// Holds the one again whose path goes most against the direction that it gives way to; whether there is one.
-    fn take_back(&mut self) -> bool {
+    /// Holds the one again whose path goes most against the direction that it gives way to; whether
+    /// there is one.
+    fn restore_worst(&mut self) -> bool {
         let mut worst: Option<(f64, usize)> = None;
         for k in 0..self.modes.len() {
             let [forward, backward] = self.holds[k];
@@ -142,7 +144,7 @@ impl Descent<'_> {
             }
             let (mut along, mut size) = (self.wanted[k], self.wanted[k].abs());
             for j in 0..self.modes.len() {
-                let taken = self.taken(k, j);
+                let taken = self.cancelled_by(k, j);
                 along -= taken;
                 size += taken.abs();
             }

@@ -1,4 +1,5 @@
-//! The rates of a linear rig's states, and an interval by their series (docs/explanation/plant.md, eq. 18b and 18c).
+//! The rates of a linear rig's states, and an interval by their series (docs/explanation/plant.md,
+//! eq. 18b and 18c).
 
 use super::dynamics::Dynamics;
 use super::modes::Modes;
@@ -7,9 +8,11 @@ use crate::plant::input_signal::{InputSignal, Shape};
 use crate::plant::topology::Topology;
 use crate::scalar::Scalar;
 
-/// Norm up to which the series is summed at once: beyond, its terms grow before they fall, and cancel.
+/// Norm up to which the series is summed at once: beyond, its terms grow before they fall, and
+/// cancel.
 const REACH: f64 = 2.0;
-/// The first term that is left out, beside one. Its derivative is some twenty times larger: below rounding still.
+/// The first term that is left out, beside one. Its derivative is some twenty times larger: below
+/// rounding still.
 const LEFT_OUT: f64 = 1e-19;
 
 /// `x' = A x + b + sum lines u`: positions, then velocities, then what effects remember.
@@ -27,7 +30,8 @@ pub(super) struct Linear<S> {
 }
 
 impl<S: Scalar> Linear<S> {
-    /// Asked of the plant itself, one unit of each state and line at a time; `rate` is the rig's fastest, 1/s.
+    /// Asked of the plant itself, one unit of each state and line at a time; `rate` is the rig's
+    /// fastest, 1/s.
     pub(super) fn of(topology: &Topology, dynamics: &Dynamics<S>, lines: usize, rate: f64) -> Self {
         let asked = Asked { topology, dynamics };
         let bodies = topology.bodies.len();
@@ -53,9 +57,9 @@ impl<S: Scalar> Linear<S> {
             }
         }
         let by_line = |line: usize| {
-            let mut waves = still.clone();
-            waves[line].c[0] = one;
-            beyond(asked.rates(&rest, &waves))
+            let mut input_signals = still.clone();
+            input_signals[line].c[0] = one;
+            beyond(asked.rates(&rest, &input_signals))
         };
         let lines = (0..lines).map(by_line).collect();
         Self::asked(matrix, zero, lines, (bodies, rate))
@@ -98,7 +102,8 @@ impl<S: Scalar> Linear<S> {
         }
     }
 
-    /// Into how many parts an interval is cut, a whole number or infinity, and how many terms of its series each takes.
+    /// Into how many parts an interval is cut, a whole number or infinity, and how many terms of
+    /// its series each takes.
     fn parts(&self, dt: f64) -> (f64, usize) {
         let parts = (self.norm * dt / REACH).ceil().max(1.0);
         let reach = self.norm * dt / parts;
@@ -116,11 +121,11 @@ impl<S: Scalar> Linear<S> {
         parts * terms as f64 * (self.states() as f64).powi(2)
     }
 
-    /// Takes a state over `dt` seconds by the series of its derivatives (eq. 18c). For what is less [`Linear::work`] than a
-    /// matrix: that bounds the parts.
+    /// Takes a state over `dt` seconds by the series of its derivatives (eq. 18c). For what is less
+    /// [`Linear::work`] than a matrix: that bounds the parts.
     pub(super) fn take(
         &self,
-        waves: &[InputSignal<S>],
+        input_signals: &[InputSignal<S>],
         dt: f64,
         state: &mut [S],
         [term, last]: &mut [Vec<S>; 2],
@@ -135,8 +140,8 @@ impl<S: Scalar> Linear<S> {
             for (slope, &zero) in term.iter_mut().zip(&self.zero) {
                 *slope += zero;
             }
-            for (wave, line) in waves.iter().zip(&self.lines) {
-                let input = wave.at(S::constant(tau));
+            for (input_signal, line) in input_signals.iter().zip(&self.lines) {
+                let input = input_signal.at(S::constant(tau));
                 for (slope, &by) in term.iter_mut().zip(line) {
                     *slope += by * input;
                 }
@@ -147,10 +152,12 @@ impl<S: Scalar> Linear<S> {
                     self.times(last, term);
                 }
                 // What a straight input adds to the second derivative.
-                let ramps = waves.iter().zip(&self.lines);
-                for (wave, line) in ramps.filter(|(wave, _)| k == 2 && wave.shape == Shape::Ramp) {
+                let ramps = input_signals.iter().zip(&self.lines);
+                for (input_signal, line) in
+                    ramps.filter(|(input_signal, _)| k == 2 && input_signal.shape == Shape::Ramp)
+                {
                     for (slope, &by) in term.iter_mut().zip(line) {
-                        *slope += by * wave.c[1] * h;
+                        *slope += by * input_signal.c[1] * h;
                     }
                 }
                 for (x, term) in state.iter_mut().zip(term.iter_mut()) {
@@ -181,13 +188,15 @@ struct Asked<'a, S> {
 }
 
 impl<S: Scalar> Asked<'_, S> {
-    fn rates(&self, state: &State<S>, waves: &[InputSignal<S>]) -> Vec<S> {
+    fn rates(&self, state: &State<S>, input_signals: &[InputSignal<S>]) -> Vec<S> {
         let modes = Modes {
             friction: Vec::new(),
             branches: Vec::new(),
         };
         let mut forces = Forces::new(self.topology);
-        let at = self.dynamics.at(state, waves, S::ZERO, &modes.branches);
+        let at = self
+            .dynamics
+            .at(state, input_signals, S::ZERO, &modes.branches);
         self.topology.forces(&at, &mut forces);
         (self.dynamics).accelerate(self.topology, &at, &[], &mut forces, &mut []);
         let bodies = self.topology.bodies.len();

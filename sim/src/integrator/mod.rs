@@ -1,5 +1,5 @@
-//! The integrator: fixed sub-steps of classical Runge-Kutta, cut exactly where a body stops, sticks,
-//! breaks away or turns round (docs/explanation/plant.md, eq. 18 to 21).
+//! The integrator: fixed sub-steps of classical Runge-Kutta, cut exactly where a body stops,
+//! sticks, breaks away or turns round (docs/explanation/plant.md, eq. 18 to 21).
 
 mod dynamics;
 mod event;

@@ -2,7 +2,7 @@
 
 use crate::scalar::Scalar;
 
-/// What dry friction does during a step.
+/// Mode of a dry friction during a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Mode {
     /// Rests: velocity and acceleration along its path exactly zero.
@@ -13,7 +13,7 @@ pub(super) enum Mode {
     Slide(f64),
 }
 
-/// What stays put during a step.
+/// Modes and branches, held during a step.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Modes {
     /// One entry a friction.
@@ -41,8 +41,8 @@ impl<S: Scalar> Held<S> {
     }
 }
 
-/// Whether a resting body is held, or which way it starts (eq. 6): held while the other force stays
-/// within what friction can oppose.
+/// Mode of a body at rest (eq. 6): held while the other force stays within the hold of its
+/// friction, else sliding in the direction of the excess.
 pub(super) fn decide(force: f64, [forward, backward]: [f64; 2]) -> Mode {
     match (force > forward, force < -backward) {
         (false, false) => Mode::Stick,

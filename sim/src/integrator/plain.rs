@@ -13,7 +13,7 @@ use crate::scalar::Scalar;
 pub(super) struct Plain {
     pub(super) dynamics: Dynamics<f64>,
     pub(super) state: State<f64>,
-    pub(super) waves: Vec<InputSignal<f64>>,
+    pub(super) input_signals: Vec<InputSignal<f64>>,
     pub(super) first: Forces<f64>,
     pub(super) last: Forces<f64>,
     pub(super) scratch: Scratch<f64>,
@@ -45,7 +45,7 @@ impl Plain {
         Self {
             dynamics,
             state: State::rest(topology),
-            waves: vec![InputSignal::ZERO; topology.lines.len()],
+            input_signals: vec![InputSignal::ZERO; topology.lines.len()],
             first: Forces::new(topology),
             last: Forces::new(topology),
             scratch: Scratch::new(topology),
@@ -61,8 +61,8 @@ impl Plain {
         plain_state(&mut self.state, state);
     }
 
-    pub(super) fn take_waves<S: Scalar>(&mut self, waves: &[InputSignal<S>]) {
-        for (to, from) in self.waves.iter_mut().zip(waves) {
+    pub(super) fn take_waves<S: Scalar>(&mut self, input_signals: &[InputSignal<S>]) {
+        for (to, from) in self.input_signals.iter_mut().zip(input_signals) {
             *to = from.plain();
         }
     }
@@ -70,11 +70,11 @@ impl Plain {
     pub(super) fn take<S: Scalar>(
         &mut self,
         state: &State<S>,
-        waves: &[InputSignal<S>],
+        input_signals: &[InputSignal<S>],
         first: &Forces<S>,
     ) {
         self.take_state(state);
-        self.take_waves(waves);
+        self.take_waves(input_signals);
         plain_into(&mut self.first.force, &first.force);
         plain_into(&mut self.first.rate, &first.rate);
         plain_into(&mut self.first.load, &first.load);

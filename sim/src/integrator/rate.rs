@@ -1,4 +1,5 @@
-//! How fast the rig can move, and how many sub-steps that takes (docs/explanation/plant.md, eq. 19).
+//! Bound on the fastest rate of the rig, and the number of sub-steps that it asks for
+//! (docs/explanation/plant.md, eq. 19).
 
 use crate::effects::{At, Slopes};
 use crate::error::SimulationError;
@@ -29,8 +30,9 @@ impl RowSums<'_> {
     }
 }
 
-/// `|z|^(n-1)` of a hysteresis. Below n = 1 it has no bound where z goes through zero, and no influence there either:
-/// z passes in no time. From this part of its limit, `hardening^(-1/n)`, on it counts as it is.
+/// `|z|^(n-1)` of a hysteresis. Below n = 1 it has no bound where z goes through zero, and no
+/// influence there either: z passes in no time. From this part of its limit, `hardening^(-1/n)`, on
+/// it counts as it is.
 fn strain_power(z: f64, hardening: f64, exponent: f64) -> f64 {
     const PASSING: f64 = 0.05;
     if exponent == 1.0 {
@@ -88,8 +90,8 @@ pub(super) fn bound(
             match *memory {
                 Memory::Hysteresis { slot, state: z, .. } => {
                     let p = &values[slot..];
-                    // z' = v (1 - ...) is at most twice the speed inside the loop, and z settles over
-                    // the distance that the strain hardens in.
+                    // z' = v (1 - ...) is at most twice the speed inside the loop, and z settles
+                    // over the distance that the strain hardens in.
                     let hardening = p[1].abs() + p[2].abs();
                     let size = strain_power(state.z[z].abs(), hardening, p[3]);
                     slopes.stiffness += 2.0 * p[0].abs();

@@ -9,13 +9,13 @@ use crate::plant::topology::{Friction, Topology};
 use crate::scalar::Scalar;
 use std::ops::{Add, Mul};
 
-/// What a step starts from.
+/// Beginning of a step.
 #[derive(Clone, Copy)]
 pub(super) struct Start<'a, S> {
     pub(super) state: &'a State<S>,
     /// Forces there, without dry friction.
     pub(super) forces: &'a Forces<S>,
-    pub(super) waves: &'a [InputSignal<S>],
+    pub(super) input_signals: &'a [InputSignal<S>],
     /// Seconds into the sample interval.
     pub(super) tau: S,
     pub(super) modes: &'a Modes,
@@ -25,14 +25,14 @@ impl<'a, S> Start<'a, S> {
     pub(super) fn new(
         state: &'a State<S>,
         forces: &'a Forces<S>,
-        waves: &'a [InputSignal<S>],
+        input_signals: &'a [InputSignal<S>],
         tau: S,
         modes: &'a Modes,
     ) -> Self {
         Self {
             state,
             forces,
-            waves,
+            input_signals,
             tau,
             modes,
         }
@@ -44,7 +44,7 @@ impl<'a, S> Start<'a, S> {
 pub(super) struct Scratch<S> {
     stage: State<S>,
     forces: [Forces<S>; 4],
-    /// What each resting friction is held against in the middle of the step, and its hold there.
+    /// Reaction and hold of each resting friction in the middle of the step.
     pub(super) middle: Vec<Held<S>>,
     /// The same wherever it was asked for last.
     pub(super) last: Vec<Held<S>>,
@@ -83,7 +83,7 @@ impl<S: Scalar> Dynamics<S> {
         state: &'a State<S>,
         tau: S,
     ) -> Point<'a, S> {
-        self.at(state, start.waves, tau, &start.modes.branches)
+        self.at(state, start.input_signals, tau, &start.modes.branches)
     }
 
     /// Turns the other forces into accelerations: adds friction by mode, divides by inertia, holds
@@ -265,8 +265,8 @@ impl<S: Scalar> Dynamics<S> {
 
 /// A first-order lag over a step: from `z`, through readings at its beginning, middle and end.
 ///
-/// With x = length / time and r(s) = r_0 + a s + b s^2 on the unit interval the end is
-/// `z e^-x + r_0 W_0 + a W_1 + b W_2`, `W_k = x int e^(-x (1 - s)) s^k ds`. A time constant below zero
+/// With x = length / time and r(s) = r_0 + a s + b s^2 on the unit interval the end is `z e^-x +
+/// r_0 W_0 + a W_1 + b W_2`, `W_k = x int e^(-x (1 - s)) s^k ds`. A time constant below zero
 /// continues this without the exponential, so that it goes through zero smoothly.
 fn lagged<S: Scalar>(z: S, [start, middle, end]: [S; 3], length: S, time: S) -> S {
     let a = middle * 4.0 - start * 3.0 - end;

@@ -1,6 +1,6 @@
 //! A plant in time: state, inputs, and the step from one sample to the next.
 
-use super::exact::{Exact, Kept};
+use super::exact::{Exact, TransitionCache};
 use super::input_chain::InputChain;
 use super::substep::Substep;
 use crate::error::SimulationError;
@@ -37,7 +37,7 @@ pub struct Stepper<S> {
     pub(super) report: Report,
     pub(super) rate: (f64, usize),
     pub(super) time: f64,
-    /// Where in the sample interval the inputs are being read.
+    /// Time in the sample interval at which the inputs are read, s.
     pub(super) tau: f64,
     pub(super) settings: Settings,
     /// Inputs have been seen: lagged tensions have their first value.
@@ -49,7 +49,8 @@ pub struct Stepper<S> {
     pub(super) exact: Exact<S>,
 }
 
-/// Bodies of the methods that [`Simulated`](crate::simulate::simulated::Simulated) compiles, once a type.
+/// Bodies of the methods that [`Simulated`](crate::simulate::simulated::Simulated) compiles, once a
+/// type.
 impl<S: Scalar> Stepper<S> {
     pub(crate) fn begin(plant: &Plant, values: &[S], start: &[S]) -> Result<Self, SimulationError> {
         plant.expect("parameter values", plant.parameters().len(), values.len())?;
@@ -98,15 +99,16 @@ impl<S: Scalar> Stepper<S> {
     }
 
     /// Simulates with what other simulations with the same numbers have found.
-    pub(crate) fn share(&mut self, kept: Arc<Kept<S>>) {
+    pub(crate) fn share(&mut self, kept: Arc<TransitionCache<S>>) {
         self.exact.share(kept);
     }
 
-    /// Stages of inputs begin where what was before the first row leaves them.
-    pub(crate) fn lead_in(&mut self, drive: &InputTrajectory) {
+    /// InputChainSlots of inputs begin where what was before the first row leaves them.
+    pub(crate) fn replay_history(&mut self, drive: &InputTrajectory) {
         let work = &mut self.work;
-        let (values, waves) = (&work.dynamics.values, &mut work.waves);
-        self.supply.lead_in(&self.topology, values, drive, waves);
+        let (values, input_signals) = (&work.dynamics.values, &mut work.input_signals);
+        self.supply
+            .replay_history(&self.topology, values, drive, input_signals);
     }
 
     pub(crate) fn place(&mut self, state: &[S]) -> Result<(), SimulationError> {
@@ -153,12 +155,12 @@ impl<S: Scalar> Stepper<S> {
         self.step(dt)
     }
 
-    pub(crate) fn sense(&self, sensor: usize) -> S {
+    pub(crate) fn sensor_signal(&self, sensor: usize) -> S {
         let at = self.work.point(S::constant(self.tau));
         self.topology.signal(sensor, &at)
     }
 
-    pub(crate) fn sense_all(&self, out: &mut Vec<S>) {
+    pub(crate) fn append_signals(&self, out: &mut Vec<S>) {
         let at = self.work.point(S::constant(self.tau));
         self.topology.signals(&at, out);
     }
@@ -175,13 +177,13 @@ impl<S: Scalar> Stepper<S> {
         self.time
     }
 
-    /// How the integration has fared so far.
+    /// Report of the integration so far.
     pub fn report(&self) -> Report {
         self.report
     }
 
     /// Takes the inputs of a row, on the way to the next where an actuator holds linearly.
-    pub(crate) fn take_inputs(&mut self, drive: &InputTrajectory, row: usize, ahead: Option<f64>) {
+    pub(crate) fn set_inputs(&mut self, drive: &InputTrajectory, row: usize, ahead: Option<f64>) {
         for input in 0..self.topology.inputs {
             let now = drive.at(row, input);
             let slope = ahead.map_or(0.0, |dt| (drive.at(row + 1, input) - now) / dt);
@@ -196,9 +198,9 @@ impl<S: Scalar> Stepper<S> {
             self.supply.take(input, self.time, value, slope);
             return;
         }
-        for (wave, line) in self.work.waves.iter_mut().zip(&self.topology.lines) {
+        for (input_signal, line) in self.work.input_signals.iter_mut().zip(&self.topology.lines) {
             if line.input == input {
-                *wave = InputSignal {
+                *input_signal = InputSignal {
                     shape: if line.linear {
                         Shape::Ramp
                     } else {
@@ -218,10 +220,15 @@ impl<S: Scalar> Stepper<S> {
             let work = &mut self.work;
             let values = &work.dynamics.values;
             self.supply.begin(&self.topology, values, self.time);
-            let waves = &mut work.waves;
-            let _ = self
-                .supply
-                .stretch(&self.topology, values, self.time, S::ZERO, 1.0, waves);
+            let input_signals = &mut work.input_signals;
+            let _ = self.supply.next_piece(
+                &self.topology,
+                values,
+                self.time,
+                S::ZERO,
+                1.0,
+                input_signals,
+            );
         }
         self.refresh();
         if !self.filled {
@@ -247,15 +254,15 @@ impl<S: Scalar> Stepper<S> {
         self.filled = true;
     }
 
-    /// What one row hands to the next: the state, and what stages of inputs remember.
+    /// State that one row hands to the next, the memory of the input chains included.
     pub(crate) fn carried(&self) -> Vec<S> {
         let mut carried = self.state();
         carried.extend(self.supply.kept());
         carried
     }
 
-    /// The same stepper in other numbers: `carried` as [`Stepper::carried`] gives it, past samples by
-    /// their column and time.
+    /// The same stepper in other numbers: `carried` as [`Stepper::carried`] gives it, past samples
+    /// by their column and time.
     pub(crate) fn lifted<T: Scalar>(
         &self,
         plant: &Plant,

@@ -1,5 +1,5 @@
-//! Rest along several directions that share bodies (docs/explanation/plant.md, eq. 6b): what one holds changes
-//! what another has to.
+//! Rest along several directions that share bodies (docs/explanation/plant.md, eq. 6b): what one
+//! holds changes what another has to.
 //!
 //! With B the paths of what rests, M the inertias and f the other forces, the reactions solve
 //! `B M^-1 B' lambda = -B M^-1 f`, each within its hold.
@@ -10,7 +10,8 @@ use crate::plant::forces::{Point, State};
 use crate::plant::topology::{Friction, Topology};
 use crate::scalar::Scalar;
 
-/// A pivot below this share of its diagonal, the largest that is left, means that a path follows from the others.
+/// A pivot below this share of its diagonal, the largest that is left, means that a path follows
+/// from the others.
 pub(super) const DEPENDENT: f64 = 1e-10;
 
 /// Adds friction to `force` by mode, and the reactions of what rests.
@@ -142,9 +143,9 @@ pub(super) fn solve<S: Scalar>(
     x
 }
 
-/// Gauss on a positive semidefinite matrix of `n` rows, which may have more columns: the first `count` are pivots, the largest
-/// share of its diagonal first. Returns their order and how many were independent; `subtract` hears
-/// of every multiple of a row that is taken from another.
+/// Gauss on a positive semidefinite matrix of `n` rows, which may have more columns: the first
+/// `count` are pivots, the largest share of its diagonal first. Returns their order and how many
+/// were independent; `subtract` hears of every multiple of a row that is taken from another.
 pub(super) fn eliminate<S: Scalar>(
     matrix: &mut [S],
     n: usize,

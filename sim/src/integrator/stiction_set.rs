@@ -1,5 +1,5 @@
-//! Who rests where paths share bodies: found from the state, chosen among what is at rest, and found anew where
-//! one is overcome.
+//! Stiction set of paths that share bodies: found from the state, chosen among the paths at rest,
+//! and updated at break-away.
 
 use super::dynamics::Dynamics;
 use super::least_constraint;
@@ -9,7 +9,7 @@ use crate::plant::forces::{Point, State};
 use crate::plant::topology::{Friction, Topology};
 use crate::scalar::Scalar;
 
-/// Whether what rests along a path does so within rounding.
+/// True where the velocity along a path is zero within rounding.
 pub(super) fn at_rest<S: Scalar>(friction: &Friction, values: &[S], state: &State<S>) -> bool {
     if let [(body, None)] = friction.path[..] {
         return state.v[body].value() == 0.0;
@@ -21,19 +21,24 @@ pub(super) fn at_rest<S: Scalar>(friction: &Friction, values: &[S], state: &Stat
     friction.speed(values, state).value().abs() <= 1e-13 * size
 }
 
-/// Adds to `resting` every path that cannot move while those in it rest: its velocity is rounding.
-pub(super) fn follow(dynamics: &Dynamics<f64>, topology: &Topology, resting: &mut Vec<usize>) {
+/// Adds to `resting` every path that depends on those in it: its velocity is rounding.
+pub(super) fn add_dependent(
+    dynamics: &Dynamics<f64>,
+    topology: &Topology,
+    resting: &mut Vec<usize>,
+) {
     let independent = resting.clone();
     for index in 0..topology.frictions.len() {
-        if !independent.contains(&index) && !moves(dynamics, topology, &independent, index) {
+        if !independent.contains(&index) && !can_move(dynamics, topology, &independent, index) {
             resting.push(index);
         }
     }
     resting.sort_unstable();
 }
 
-/// Chooses who is held among the frictions at rest, for the forces at a point: those whose reaction is inside its
-/// hold ([`least_constraint`]). Of the others those yield that cannot move since others hold their path.
+/// Chooses who is held among the frictions at rest, for the forces at a point: those whose reaction
+/// is inside its hold ([`least_constraint`]). Of the others those yield that cannot move since
+/// others hold their path.
 pub(super) fn choose(
     dynamics: &Dynamics<f64>,
     topology: &Topology,
@@ -67,17 +72,17 @@ pub(super) fn choose(
     let stuck = stuck(modes);
     for &index in resting {
         if let Mode::Slide(direction) = modes[index]
-            && !moves(dynamics, topology, &stuck, index)
+            && !can_move(dynamics, topology, &stuck, index)
         {
             modes[index] = Mode::Yield(direction);
         }
     }
 }
 
-/// What becomes of the modes when `index`, which rested, is overcome in a direction: where others hold its path
-/// it yields; else it slides, and with it what yielded that way. Something that yielded the other way has force
-/// to spare: it rests instead, and nothing moves.
-pub(super) fn overcome(
+/// Updates the modes at the break-away of `index` in a direction. If others hold its path it
+/// yields; else it slides, together with the paths that yielded that way. A path that yielded the
+/// other way has force to spare: it sticks instead, and nothing moves.
+pub(super) fn break_away(
     dynamics: &Dynamics<f64>,
     topology: &Topology,
     modes: &mut [Mode],
@@ -86,7 +91,7 @@ pub(super) fn overcome(
 ) {
     modes[index] = Mode::Yield(direction);
     let stuck = stuck(modes);
-    if !moves(dynamics, topology, &stuck, index) {
+    if !can_move(dynamics, topology, &stuck, index) {
         return;
     }
     let yields = |(other, mode): (usize, &Mode)| match *mode {
@@ -94,9 +99,9 @@ pub(super) fn overcome(
         _ => None,
     };
     let mut freed: Vec<(usize, f64)> = modes.iter().enumerate().filter_map(yields).collect();
-    freed.retain(|&(other, _)| moves(dynamics, topology, &stuck, other));
+    freed.retain(|&(other, _)| can_move(dynamics, topology, &stuck, other));
     let against = |&&(other, its): &&(usize, f64)| {
-        direction * its * beyond(dynamics, topology, &stuck, index, other) < 0.0
+        direction * its * reduced_coupling(dynamics, topology, &stuck, index, other) < 0.0
     };
     if let Some(&(other, _)) = freed.iter().find(against) {
         modes[other] = Mode::Stick;
@@ -113,15 +118,15 @@ fn stuck(modes: &[Mode]) -> Vec<usize> {
     (0..modes.len()).filter(stuck).collect()
 }
 
-/// Whether something can move along a path while others are held.
-fn moves(dynamics: &Dynamics<f64>, topology: &Topology, held: &[usize], index: usize) -> bool {
+/// True where a path can move while others are held.
+fn can_move(dynamics: &Dynamics<f64>, topology: &Topology, held: &[usize], index: usize) -> bool {
     let whole = coupling(dynamics, topology, index, index);
-    beyond(dynamics, topology, held, index, index) > DEPENDENT * whole
+    reduced_coupling(dynamics, topology, held, index, index) > DEPENDENT * whole
 }
 
-/// How an impulse along path `a` moves path `b` while others are held: b_a M^-1 b_b' without what the held
-/// paths take of it (the Schur complement of their part of `B M^-1 B'`).
-fn beyond(
+/// Coupling of paths `a` and `b` while others are held: the Schur complement in `B M^-1 B'` of the
+/// part of the held paths.
+fn reduced_coupling(
     dynamics: &Dynamics<f64>,
     topology: &Topology,
     held: &[usize],
@@ -144,12 +149,12 @@ fn beyond(
 mod tests {
     use super::super::modes::{Held, Mode};
     use super::super::substep::Substep;
-    use super::overcome;
+    use super::break_away;
     use crate::plant::Plant;
     use crate::rig::Rig;
     use proptest::prelude::*;
 
-    /// What paths that are taken for dependent, 1e-5 apart, leave of an acceleration.
+    /// Acceleration that is left along paths that count as dependent, 1e-5 apart.
     const NEAR: f64 = 1e-4;
 
     /// Three bodies and tendons that rub with a tenth of 10 N along these paths.
@@ -175,15 +180,15 @@ mod tests {
         prop_oneof![-2.0..-0.1f64, 0.1..2.0f64]
     }
 
-    /// Who rests under these forces, and Signorini's conditions of each: what is held has force to spare and
-    /// stays, what has none left goes its way or not at all.
+    /// Modes under these forces, Signorini's conditions of each checked: a held path has force to
+    /// spare and stays, one without moves its way or not at all.
     fn sound(plant: &Plant, paths: &[[f64; 3]], force: [f64; 3]) -> Result<Vec<Mode>, String> {
         let topology = &plant.topology;
         let mut work = Substep::<f64>::new(topology, &plant.values(), 0.0);
-        work.settle_branches(topology, 0.0);
+        work.initialise_branches(topology, 0.0);
         work.other_forces(topology, 0.0);
         work.first.force[..3].copy_from_slice(&force);
-        work.settle_frictions(topology, 0.0, None);
+        work.initialise_frictions(topology, 0.0, None);
         let modes = work.modes.friction.clone();
         let mut held = vec![Held::NOTHING; modes.len()];
         let mut forces = work.first.clone();
@@ -262,11 +267,11 @@ mod tests {
         let topology = &plant.topology;
         let mut work = Substep::<f64>::new(topology, &values, 0.0);
         for sign in [1.0, -1.0] {
-            work.settle_branches(topology, 0.0);
+            work.initialise_branches(topology, 0.0);
             work.other_forces(topology, 0.0);
             work.first.force[..3].copy_from_slice(&[0.1 * sign, 0.0, 0.0]);
             work.forget();
-            work.settle_frictions(topology, 0.0, None);
+            work.initialise_frictions(topology, 0.0, None);
             assert_eq!(work.modes.friction, [Mode::Slide(sign)]);
         }
     }
@@ -277,7 +282,7 @@ mod tests {
         let work = Substep::<f64>::new(&plant.topology, &plant.values(), 0.0);
         let after = |yielding: f64, direction: f64| {
             let mut modes = [Mode::Yield(yielding), Mode::Stick];
-            overcome(&work.dynamics, &plant.topology, &mut modes, 1, direction);
+            break_away(&work.dynamics, &plant.topology, &mut modes, 1, direction);
             modes
         };
         // The paths are opposite: a push along the second is one against the first.

@@ -1,5 +1,5 @@
-//! One sub-step: modes from the state (`initial_modes`), a step with modes held (`runge_kutta`), the place on
-//! it where a mode ends (`event_location`), and what follows (`event_handling`).
+//! One sub-step: modes from the state (`initial_modes`), a step with modes held (`runge_kutta`),
+//! the place on it where a mode ends (`event_location`), and what follows (`event_handling`).
 
 use super::dynamics::Dynamics;
 use super::modes::{Mode, Modes};
@@ -18,8 +18,8 @@ use std::ops::{Add, Mul};
 pub(super) struct Substep<S> {
     pub(super) dynamics: Dynamics<S>,
     pub(super) state: State<S>,
-    /// What the actuators take: one entry a line.
-    pub(super) waves: Vec<InputSignal<S>>,
+    /// Inputs of the actuators, one entry an actuator.
+    pub(super) input_signals: Vec<InputSignal<S>>,
     pub(super) modes: Modes,
     /// Forces at the beginning of the sub-step.
     pub(super) first: Forces<S>,
@@ -36,7 +36,7 @@ impl<S: Scalar> Substep<S> {
             plain: Plain::new(topology, dynamics.plain(topology)),
             dynamics,
             state: State::rest(topology),
-            waves: vec![InputSignal::ZERO; topology.lines.len()],
+            input_signals: vec![InputSignal::ZERO; topology.lines.len()],
             modes: Modes {
                 friction: vec![Mode::Stick; topology.frictions.len()],
                 branches: vec![0; topology.switches.len()],
@@ -47,8 +47,8 @@ impl<S: Scalar> Substep<S> {
         }
     }
 
-    /// A bound on the fastest rate within the next `ahead` seconds, 1/s, and the body where it sits; with
-    /// the stops that may be met in that time, or without stops.
+    /// A bound on the fastest rate within the next `ahead` seconds, 1/s, and the body where it
+    /// sits; with the stops that may be met in that time, or without stops.
     pub(super) fn rate(&mut self, topology: &Topology, ahead: f64, stops: bool) -> (f64, usize) {
         self.plain.take_state(&self.state);
         let values = &self.plain.dynamics.values;
@@ -61,17 +61,17 @@ impl<S: Scalar> Substep<S> {
         self.modes.friction.fill(Mode::Slide(1.0));
     }
 
-    /// Where the state stands, for sensors: branches are those of the state.
+    /// Sets the branches to those of the state, for sensors.
     pub(super) fn refresh(&mut self, topology: &Topology, tau: S) {
         if !topology.switches.is_empty() {
-            self.settle_branches(topology, tau);
+            self.initialise_branches(topology, tau);
         }
     }
 
     /// Everything that forces depend on, now.
     pub(super) fn point(&self, tau: S) -> Point<'_, S> {
         self.dynamics
-            .at(&self.state, &self.waves, tau, &self.modes.branches)
+            .at(&self.state, &self.input_signals, tau, &self.modes.branches)
     }
 
     /// Advances the state by `h`, of the value `length`, beginning `tau` into the sample interval.
@@ -86,21 +86,33 @@ impl<S: Scalar> Substep<S> {
         T: Copy + Mul<f64, Output = T>,
         S: Mul<T, Output = S> + Add<T, Output = S>,
     {
-        self.settle(topology, tau);
-        let start = Start::new(&self.state, &self.first, &self.waves, tau, &self.modes);
+        self.initialise_modes(topology, tau);
+        let start = Start::new(
+            &self.state,
+            &self.first,
+            &self.input_signals,
+            tau,
+            &self.modes,
+        );
         self.dynamics.step(topology, &start, h, &mut self.scratch);
         if topology.frictions.is_empty() && topology.switches.is_empty() {
             std::mem::swap(&mut self.state, &mut self.scratch.end);
             return;
         }
-        match self.earliest(topology, tau, tau + h, length) {
+        match self.first_event(topology, tau, tau + h, length) {
             None => std::mem::swap(&mut self.state, &mut self.scratch.end),
-            Some(event) => self.through(topology, event, tau, S::ZERO + h, report),
+            Some(event) => self.handle_events(topology, event, tau, S::ZERO + h, report),
         }
     }
 
     pub(super) fn step(&mut self, topology: &Topology, tau: S, h: S) {
-        let start = Start::new(&self.state, &self.first, &self.waves, tau, &self.modes);
+        let start = Start::new(
+            &self.state,
+            &self.first,
+            &self.input_signals,
+            tau,
+            &self.modes,
+        );
         self.dynamics.step(topology, &start, h, &mut self.scratch);
     }
 }

@@ -40,10 +40,10 @@ pub(super) fn add_effects(rig: &Rig, slots: &mut Slots, topology: &mut Topology)
             topology.lagging.push(index);
         }
     }
-    topology.shaped = (topology.lines.iter()).any(|line| line.stages != Default::default());
+    topology.shaped = (topology.lines.iter()).any(|line| line.chain != Default::default());
 }
 
-/// What can only be said once the paths of tendons are whole.
+/// Completes the topology once the paths of tendons are whole.
 pub(super) fn finish(topology: &mut Topology) {
     for friction in &mut topology.frictions {
         if let Some(tendon) = friction.along {
@@ -147,7 +147,8 @@ fn at_body(rig: &Rig, kind: Kind, body: usize, slot: usize, topology: &mut Topol
             topology.frictions[friction].laws.push(law);
         }
         _ => {
-            if kind == Kind::QuadraticDrag {
+            topology.rates_vary |= matches!(kind, Kind::Added(_));
+            if kind.has_kink_at_rest() {
                 topology.rates_vary = true;
                 switch(topology, Switch::Velocity(body));
             }
@@ -213,7 +214,8 @@ fn at_spring(rig: &Rig, kind: Kind, spring: usize, slot: usize, topology: &mut T
             topology.springs[spring].memory.push(creep);
         }
         _ => {
-            topology.rates_vary |= kind.description().family == Family::Stiffness;
+            topology.rates_vary |=
+                kind.description().family == Family::Stiffness || matches!(kind, Kind::Added(_));
             topology.springs[spring].laws.push(Law { kind, slot });
         }
     }
@@ -256,7 +258,7 @@ fn at_tendon(rig: &Rig, kind: Kind, index: usize, slot: usize, topology: &mut To
 }
 
 fn at_actuator(kind: Kind, line: usize, slot: usize, topology: &mut Topology) {
-    let stages = &mut topology.lines[line].stages;
+    let stages = &mut topology.lines[line].chain;
     let stage = match kind {
         Kind::InputDelay => &mut stages.delay,
         Kind::Backlash => &mut stages.play,

@@ -5,7 +5,8 @@ use super::hasel;
 use super::shapes;
 use super::slots::{Slots, input_unit, reading_unit};
 use super::topology::{
-    BodySlots, Damper, Law, Line, Load, Motor, Sensor, Spring, Stages, Switch, Tendon, Topology,
+    BodySlots, Damper, InputChainSlots, Law, Line, Load, Motor, Sensor, Spring, Switch, Tendon,
+    Topology,
 };
 use super::{Input, Parameter, Plant, SensorChannel};
 use crate::effects::{Kind, Sign};
@@ -290,7 +291,7 @@ fn add_actuators<'a>(
                 &actuator.gain,
             ),
             linear: actuator.hold == Hold::Linear,
-            stages: Stages::default(),
+            chain: InputChainSlots::default(),
         });
         match actuator.drives {
             Drives::Body(body) => topology.motors.push(Motor { body, line }),

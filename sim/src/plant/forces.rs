@@ -1,4 +1,5 @@
-//! The forces on the bodies, and the rates of internal states (docs/explanation/plant.md, eq. 1 to 17).
+//! The forces on the bodies, and the rates of internal states (docs/explanation/plant.md, eq. 1 to
+//! 17).
 
 use super::input_signal::InputSignal;
 use super::shapes::Seen;
@@ -32,7 +33,7 @@ pub(crate) struct Point<'a, S> {
     pub(crate) values: &'a [S],
     pub(crate) state: &'a State<S>,
     /// One entry a line.
-    pub(crate) waves: &'a [InputSignal<S>],
+    pub(crate) input_signals: &'a [InputSignal<S>],
     /// Seconds into the sample interval.
     pub(crate) tau: S,
     /// One entry a switch.
@@ -41,7 +42,7 @@ pub(crate) struct Point<'a, S> {
     pub(crate) smoothing: f64,
 }
 
-/// What comes of it.
+/// Forces, rates and loads at a point.
 #[derive(Clone, Debug)]
 pub(crate) struct Forces<S> {
     /// One entry a body, and the ground's.
@@ -68,14 +69,14 @@ impl<S: Scalar> Forces<S> {
     }
 }
 
-/// The central path of `force (force - x) = gap`: what a contact that cannot pull answers with where
-/// it would with `x`; max(0, x) for a gap of 0 (eq. 23b).
+/// The central path of `force (force - x) = gap`: what a contact that cannot pull answers with
+/// where it would with `x`; max(0, x) for a gap of 0 (eq. 23b).
 #[inline]
 fn smoothed<S: Scalar>(x: S, gap: S) -> S {
     (x + (x * x + gap * 4.0).sqrt()) * 0.5
 }
 
-/// A size that makes no sense below zero, clipped there; its derivative goes on.
+/// A size that makes no sensor_signal below zero, clipped there; its derivative goes on.
 #[inline]
 pub(crate) fn not_below_zero<S: Scalar>(x: S) -> S {
     if x.value() < 0.0 { x - x.value() } else { x }
@@ -217,7 +218,7 @@ impl Topology {
     /// Gain times input of a line.
     #[inline]
     pub(crate) fn through<S: Scalar>(&self, line: usize, at: &Point<S>) -> S {
-        at.values[self.lines[line].gain] * at.waves[line].at(at.tau)
+        at.values[self.lines[line].gain] * at.input_signals[line].at(at.tau)
     }
 
     /// Every force on every body but dry friction, the rates of internal states, and the loads that
@@ -366,7 +367,7 @@ impl Friction {
         speed
     }
 
-    /// What the friction that follows loads amounts to (eq. 9).
+    /// Level of the friction that follows loads (eq. 9).
     #[inline]
     fn following<S: Scalar>(&self, values: &[S], load: &[S], branches: &[i8]) -> S {
         let mut level = S::ZERO;
@@ -412,7 +413,7 @@ impl Friction {
         -(power * level.abs() / size)
     }
 
-    /// What it is held against at rest in the directions (+, -).
+    /// Hold at rest: the largest opposed force in the directions (+, -).
     #[inline]
     pub(crate) fn hold<S: Scalar>(&self, values: &[S], load: &[S], branches: &[i8]) -> [S; 2] {
         let mut hold = [S::ZERO; 2];

@@ -8,7 +8,7 @@ use crate::geometry::zip::{self, EPSILON_0, Pouch};
 use crate::rig::{HaselReading, Rig, Value};
 use crate::scalar::Scalar;
 
-/// What an actuator does in a state.
+/// Contraction, voltage and force of an actuator in a state.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pull<S> {
     /// Shortening since it was stretched out, m.
@@ -25,8 +25,8 @@ pub(crate) struct Pull<S> {
     pub(crate) capacitance: S,
 }
 
-/// Every HASEL actuator of the rig, its path still to be found (`shapes::add`). Their charges come before
-/// all states of effects.
+/// Every HASEL actuator of the rig, its path still to be found (`shapes::add`). Their charges come
+/// before all states of effects.
 pub(super) fn add(rig: &Rig, slots: &mut Slots, topology: &mut Topology) {
     for hasel in &rig.geometry.hasels {
         let name = hasel.name.as_str();
@@ -60,7 +60,7 @@ pub(super) fn add(rig: &Rig, slots: &mut Slots, topology: &mut Topology) {
 }
 
 impl Hasel {
-    /// What a sensor reads of it.
+    /// Reading of a sensor.
     pub(crate) fn read<S: Scalar>(&self, reading: HaselReading, at: &Point<S>) -> S {
         let pull = self.pull(at.values, &at.state.q, at.state.z[self.charge]);
         match reading {
@@ -83,7 +83,8 @@ impl Hasel {
         let density = values[self.permittivity] * values[self.width] * EPSILON_0
             / (values[self.film_thickness] * 2.0);
         let electrodes = density * length * zip.zipped * self.pouches;
-        // Stretched film would take the capacitance below zero in the end; a part of the rest stays.
+        // Stretched film would take the capacitance below zero in the end; a part of the rest
+        // stays.
         let capacitance =
             (values[self.capacitance] + electrodes).max(values[self.capacitance] * 0.1);
         let voltage = charge / capacitance;
@@ -115,18 +116,19 @@ impl Hasel {
         (supply - pull.voltage) / at.values[self.resistance]
     }
 
-    /// Bounds on what it adds to a rig near a state: stiffness along its path, N/m, and the rate of its
-    /// charge, 1/s.
+    /// Bounds on what it adds to a rig near a state: stiffness along its path, N/m, and the rate of
+    /// its charge, 1/s.
     pub(crate) fn rates(&self, values: &[f64], q: &[f64], charge: f64) -> (f64, f64) {
         let pull = self.pull(values, q, charge);
         let square = pull.voltage * pull.voltage;
-        // At held charge the voltage falls as the capacitance rises, which is stiffer than held voltage.
+        // At held charge the voltage falls as the capacitance rises, which is stiffer than held
+        // voltage.
         let electric =
             0.5 * square * pull.bend.abs() + square * pull.slope * pull.slope / pull.capacitance;
         (electric, 1.0 / (values[self.resistance] * pull.capacitance))
     }
 
-    /// Whether its film may be stretched within the next `ahead` seconds.
+    /// True where its film may be stretched within the next `ahead` seconds.
     pub(crate) fn stretches(&self, values: &[f64], state: &State<f64>, ahead: f64) -> bool {
         let (mut stroke, mut speed) = (values[self.slack], 0.0);
         for &(body, arm) in &self.path {

@@ -46,11 +46,11 @@ impl Plant {
         };
         for &sensor in &topology.lagging {
             let branches = vec![1; topology.switches.len()];
-            let waves = vec![InputSignal::ZERO; topology.lines.len()];
+            let input_signals = vec![InputSignal::ZERO; topology.lines.len()];
             let at = Point {
                 values: &complete,
                 state: &state,
-                waves: &waves,
+                input_signals: &input_signals,
                 tau: S::ZERO,
                 branches: &branches,
                 smoothing: 0.0,

@@ -1,8 +1,9 @@
-//! What the actuators take within a stretch of time (docs/explanation/plant.md, eq. 14).
+//! Inputs of the actuators as functions of time, piece by piece (docs/explanation/plant.md, eq.
+//! 14).
 
 use crate::scalar::Scalar;
 
-/// How much of a wave there is.
+/// Form of an input signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Shape {
     /// Constant.

@@ -34,7 +34,7 @@ pub struct Parameter {
     pub max: Option<f64>,
     /// A fit may change it.
     pub free: bool,
-    /// Where the rig file allows it to be whatever the bounds: zero or more.
+    /// The rig file allows zero or more, whatever the bounds.
     pub non_negative: bool,
 }
 
@@ -45,11 +45,11 @@ pub struct Input {
     pub column: String,
     /// The first actuator that takes it.
     pub actuator: String,
-    /// What it does between samples at that actuator.
+    /// Hold between samples at that actuator.
     pub hold: Hold,
-    /// What a controller may ask for, lower and upper, SI: the narrowest of all its actuators.
+    /// Limits of a controller's command, lower and upper, SI: the narrowest of all its actuators.
     pub limit: Option<(f64, f64)>,
-    /// What a controller may change per second, SI.
+    /// Limit of a controller's change per second, SI.
     pub rate_limit: Option<f64>,
     /// Multiply the column by this to get SI (the rig's `unit` key; 1 without one).
     pub column_factor: f64,
@@ -58,8 +58,8 @@ pub struct Input {
 }
 
 impl Input {
-    /// The unit of its values, of its limits and of what a controller commands: the column's own, or SI where the rig's `unit` key
-    /// converts it. Empty where the column names none.
+    /// The unit of its values, of its limits and of what a controller commands: the column's own,
+    /// or SI where the rig's `unit` key converts it. Empty where the column names none.
     pub fn unit(&self) -> &str {
         let written = crate::unit::of_column(&self.column);
         match self.column_factor == 1.0 {
@@ -90,6 +90,16 @@ pub struct SensorChannel {
 ///
 /// All numbers that go in and out are SI; a column in another unit is converted where the
 /// recording is read, by [`Input::column_factor`] and [`SensorChannel::column_factor`].
+///
+/// ```
+/// # let text = "format='sinew-rig/1'\nname='x'\n[[body]]\nname='m'\nmotion='slide'\ninertia=2.0\n";
+/// use sinew_sim::{Plant, Rig};
+/// let plant = Plant::new(&Rig::parse(text, "x.toml")?)?;
+/// assert_eq!(plant.state_names(), ["m.position", "m.velocity"]);
+/// assert_eq!(plant.slot("m.inertia"), Some(0));
+/// assert_eq!(plant.values(), [2.0]);
+/// # Ok::<(), sinew_sim::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Plant {
     pub(crate) topology: Arc<Topology>,
@@ -116,7 +126,7 @@ impl Plant {
         }
     }
 
-    /// How it is integrated.
+    /// Settings of its integrator.
     pub fn settings(&self) -> Settings {
         self.settings
     }
@@ -176,14 +186,14 @@ impl Plant {
         springs + tendons + others + 20 * topology.hasels.len()
     }
 
-    /// Number of bodies, those of hidden modes included, which come last: the first so many states are
-    /// positions, the next so many velocities, what follows is internal.
+    /// Number of bodies, those of hidden modes included, which come last: the first so many states
+    /// are positions, the next so many velocities, what follows is internal.
     pub fn bodies(&self) -> usize {
         self.topology.names.len()
     }
 
-    /// Inertia of every body with these parameter values, kg or kg m^2: what a chain or a plate gives to
-    /// its bodies, too.
+    /// Inertia of every body with these parameter values, kg or kg m^2: what a chain or a plate
+    /// gives to its bodies, too.
     ///
     /// # Panics
     /// When there are fewer values than parameter slots.
@@ -192,8 +202,8 @@ impl Plant {
         bodies.map(|body| values[body.inertia]).collect()
     }
 
-    /// Names of the states, in order: every body's position, then every body's velocity, then internal
-    /// states (`coil.hysteresis.z`, `encoder.sensor_lag.reading`).
+    /// Names of the states, in order: every body's position, then every body's velocity, then
+    /// internal states (`coil.hysteresis.z`, `encoder.sensor_lag.reading`).
     pub fn state_names(&self) -> Vec<String> {
         let of = |quantity: &'static str| {
             let names = self.topology.names.iter();

@@ -6,7 +6,7 @@ use crate::effects::press;
 use crate::scalar::Scalar;
 
 impl Topology {
-    /// How far the state is from leaving the branch: zero or more while it is right. `forces` are
+    /// Distance of the state from leaving the branch: zero or more while it is right. `forces` are
     /// those at the point, for switches that follow a load.
     #[inline]
     pub(crate) fn margin<S: Scalar>(&self, index: usize, at: &Point<S>, load: &[S]) -> S {
@@ -32,7 +32,8 @@ impl Topology {
                 let (depth, force) = self.contact(stop, at);
                 match branch {
                     0 => -depth,
-                    // With a damper the force falls to zero before the depth does, without one with it.
+                    // With a damper the force falls to zero before the depth does, without one with
+                    // it.
                     1 if at.values[self.stops[stop].slot + 2].value() >= 0.0 => force,
                     1 => force.min(depth),
                     _ => (-force).min(depth),
@@ -130,8 +131,8 @@ impl Topology {
                 let (depth, force) = self.contact(stop, at);
                 let damping = at.values[self.stops[stop].slot + 2].value();
                 match branch {
-                    // At a border the numbers are rounding: what is met pushes, unless a damper below
-                    // zero, which a fit may try, would pull.
+                    // At a border the numbers are rounding: what is met pushes, unless a damper
+                    // below zero, which a fit may try, would pull.
                     0 if damping >= 0.0 => 1,
                     0 => 2,
                     // The force falls to zero before the depth does, without a damper with it.
@@ -150,7 +151,7 @@ impl Topology {
 
     /// Every branch anew, from the state. Loads come from forces, and forces from branches: those
     /// that follow loads are set last.
-    pub(crate) fn settle_branches<S: Scalar>(
+    pub(crate) fn initialise_branches<S: Scalar>(
         &self,
         at: Point<S>,
         branches: &mut [i8],

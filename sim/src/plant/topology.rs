@@ -30,7 +30,7 @@ pub(crate) struct Topology {
     pub(crate) frictions: Vec<Friction>,
     /// Some friction acts on several bodies, so that what rests is held together.
     pub(crate) coupled: bool,
-    /// How many loads friction follows.
+    /// Number of loads that friction follows.
     pub(crate) follows: usize,
     /// One entry an actuator.
     pub(crate) lines: Vec<Line>,
@@ -40,7 +40,7 @@ pub(crate) struct Topology {
     pub(crate) inputs: usize,
     /// Names of the internal states: those with a rate, then the lags of sensors.
     pub(crate) internal: Vec<String>,
-    /// How many of them have a rate.
+    /// Number of those with a rate.
     pub(crate) rated: usize,
     /// Sensors with a lag, in the order of their states.
     pub(crate) lagging: Vec<usize>,
@@ -51,7 +51,7 @@ pub(crate) struct Topology {
     /// Nothing but straight lines: the rates are affine in state and inputs.
     pub(crate) linear: bool,
     pub(crate) hasels: Vec<Hasel>,
-    /// What has a shape.
+    /// Components with a shape.
     pub(crate) shapes: Shapes,
 }
 
@@ -125,7 +125,7 @@ pub(crate) struct Tendon {
     pub(crate) unilateral: Option<usize>,
     pub(crate) slack: Option<usize>,
     pub(crate) gap: Option<Gap>,
-    /// What lets it out: indices of lines.
+    /// Actuators that let it out.
     pub(crate) lines: Vec<usize>,
 }
 
@@ -135,12 +135,12 @@ pub(crate) struct Line {
     pub(crate) input: usize,
     pub(crate) gain: usize,
     pub(crate) linear: bool,
-    pub(crate) stages: Stages,
+    pub(crate) chain: InputChainSlots,
 }
 
 /// Slots of what happens to an input before its gain, in this order.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Stages {
+pub(crate) struct InputChainSlots {
     pub(crate) delay: Option<usize>,
     pub(crate) play: Option<usize>,
     pub(crate) dead_zone: Option<usize>,
@@ -197,13 +197,13 @@ pub(crate) struct Follow {
     /// Arm of the one body of a tendon: the level acts over it.
     pub(crate) arm: Option<usize>,
     pub(crate) load: Followed,
-    /// Where the load is kept.
+    /// Index of the load.
     pub(crate) index: usize,
     /// Sign of the load.
     pub(crate) switch: usize,
 }
 
-/// What load friction follows.
+/// Load that friction follows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Followed {
     /// The tension of a tendon.
@@ -229,7 +229,7 @@ pub(crate) struct Sensor {
 pub(crate) struct Hasel {
     /// (body, slot of its arm).
     pub(crate) path: Vec<(usize, usize)>,
-    /// What charges it: indices of lines.
+    /// Actuators that charge it.
     pub(crate) lines: Vec<usize>,
     /// Index of the internal state that is its charge, C.
     pub(crate) charge: usize,
@@ -271,12 +271,12 @@ pub(crate) enum Switch {
 
 impl Topology {
     /// Some input acts later than it comes.
-    pub(crate) fn remembers(&self) -> bool {
-        let memory = |stages: &Stages| stages.delay.or(stages.play).or(stages.lag);
-        self.lines.iter().any(|line| memory(&line.stages).is_some())
+    pub(crate) fn has_memory(&self) -> bool {
+        let memory = |chain: &InputChainSlots| chain.delay.or(chain.play).or(chain.lag);
+        self.lines.iter().any(|line| memory(&line.chain).is_some())
     }
 
-    /// Whether the rates are affine in the state and the inputs, and few enough.
+    /// True where the rates are affine in the state and the inputs, and few enough.
     pub(crate) fn is_linear(&self) -> bool {
         let straight = |law: &Law, motion: Motion| law.kind.straight(motion);
         let remembers = |memory: &Memory| matches!(memory, Memory::Creep { .. });
@@ -294,7 +294,7 @@ impl Topology {
             && 2 * self.bodies.len() + self.internal.len() <= MOST_STATES
     }
 
-    /// Where to look in the rig's file when a body cannot be simulated.
+    /// Place of a body in the rig's file, for a body that cannot be simulated.
     pub(crate) fn place(&self, body: usize) -> BodyPlace {
         BodyPlace {
             file: self.file.clone(),

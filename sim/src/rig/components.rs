@@ -1,13 +1,12 @@
 //! The components of a rig, from their tables.
 
-use super::control;
 use super::effect_tables::read_effects;
 use super::geometry::{
     self, Geometry, Reading, read_hasel, read_magnet, read_magnetometer, read_path, read_waveguide,
     split,
 };
 use super::names::{Component, Names};
-use super::reader::{Reader, Source, Spanned};
+use super::reader::{Source, Spanned, TableReader};
 use super::sections::read_names;
 use super::{
     Actuator, Body, Damper, Drives, End, FORMAT, Gravity, Hold, Reads, Rig, Sensor, Spring, Tendon,
@@ -35,13 +34,14 @@ const TOP: &[&str] = &[
     "magnet",
     "magnetometer",
     "hasel",
+    // Read by programs that control (`Rig::read_tables`).
     "control",
     "network",
 ];
 
 /// The whole rig.
 pub(super) fn read_rig<'a>(source: &'a Source<'a>, table: &'a dyn TableLike) -> Result<Rig, Error> {
-    let root = Reader::root(source, table);
+    let root = TableReader::root(source, table);
     let expected = format!("a rig begins with `format = \"{FORMAT}\"`");
     if !root.has("format") {
         return Err(source
@@ -72,8 +72,6 @@ pub(super) fn read_rig<'a>(source: &'a Source<'a>, table: &'a dyn TableLike) -> 
         sensors: Vec::new(),
         effects: Vec::new(),
         geometry: Geometry::default(),
-        control: None,
-        network: None,
     };
     // Springs and dampers of the file come before those of the chains, and the bodies of chains and
     // plates before all that may name them.
@@ -102,25 +100,23 @@ pub(super) fn read_rig<'a>(source: &'a Source<'a>, table: &'a dyn TableLike) -> 
     rig.actuators = each(&root, "actuator", |table| read_actuator(table, &names))?;
     rig.sensors = each(&root, "sensor", |table| read_sensor(table, &names))?;
     rig.effects = read_effects(&root.tables("effect")?, &names, &rig)?;
-    rig.control = control::read_control(root.table("control")?, &names, &rig)?;
-    rig.network = control::read_network(root.table("network")?, &names, rig.control.as_ref())?;
     Ok(rig)
 }
 
 /// Reads every table of a name.
 fn each<'a, T>(
-    root: &Reader<'a>,
+    root: &TableReader<'a>,
     name: &'static str,
-    read: impl Fn(&Reader<'a>) -> Result<T, Error>,
+    read: impl Fn(&TableReader<'a>) -> Result<T, Error>,
 ) -> Result<Vec<T>, Error> {
     root.tables(name)?.iter().map(read).collect()
 }
 
-fn own_name(table: &Reader) -> Result<String, Error> {
+fn own_name(table: &TableReader) -> Result<String, Error> {
     Ok(table.text("name")?.value.to_owned())
 }
 
-fn read_body(table: &Reader) -> Result<Body, Error> {
+fn read_body(table: &TableReader) -> Result<Body, Error> {
     let motions = [("slide", Motion::Slide), ("hinge", Motion::Hinge)];
     Ok(Body {
         name: own_name(table)?,
@@ -140,7 +136,7 @@ fn read_body(table: &Reader) -> Result<Body, Error> {
 }
 
 /// The ends of a spring or damper: not one body twice, and not a line joined to an axis.
-fn read_ends(table: &Reader, names: &Names, rig: &Rig) -> Result<(End, End), Error> {
+fn read_ends(table: &TableReader, names: &Names, rig: &Rig) -> Result<(End, End), Error> {
     let from = names.end(table, "from")?;
     let to = names.end(table, "to")?;
     if from == to {
@@ -159,7 +155,7 @@ fn read_ends(table: &Reader, names: &Names, rig: &Rig) -> Result<(End, End), Err
     Ok((from, to))
 }
 
-fn read_spring(table: &Reader, names: &Names, rig: &Rig) -> Result<Spring, Error> {
+fn read_spring(table: &TableReader, names: &Names, rig: &Rig) -> Result<Spring, Error> {
     let name = own_name(table)?;
     let (from, to) = read_ends(table, names, rig)?;
     Ok(Spring {
@@ -171,7 +167,7 @@ fn read_spring(table: &Reader, names: &Names, rig: &Rig) -> Result<Spring, Error
     })
 }
 
-fn read_damper(table: &Reader, names: &Names, rig: &Rig) -> Result<Damper, Error> {
+fn read_damper(table: &TableReader, names: &Names, rig: &Rig) -> Result<Damper, Error> {
     let name = own_name(table)?;
     let (from, to) = read_ends(table, names, rig)?;
     Ok(Damper {
@@ -182,7 +178,7 @@ fn read_damper(table: &Reader, names: &Names, rig: &Rig) -> Result<Damper, Error
     })
 }
 
-fn read_gravity(table: &Reader, names: &Names) -> Result<Gravity, Error> {
+fn read_gravity(table: &TableReader, names: &Names) -> Result<Gravity, Error> {
     Ok(Gravity {
         name: own_name(table)?,
         body: names.body(table, "body")?,
@@ -191,7 +187,7 @@ fn read_gravity(table: &Reader, names: &Names) -> Result<Gravity, Error> {
     })
 }
 
-fn read_tendon(table: &Reader, names: &Names, rig: &Rig) -> Result<Tendon, Error> {
+fn read_tendon(table: &TableReader, names: &Names, rig: &Rig) -> Result<Tendon, Error> {
     let name = own_name(table)?;
     let (path, routes) = read_path(table, names, rig)?;
     Ok(Tendon {
@@ -205,7 +201,7 @@ fn read_tendon(table: &Reader, names: &Names, rig: &Rig) -> Result<Tendon, Error
     })
 }
 
-fn read_actuator(table: &Reader, names: &Names) -> Result<Actuator, Error> {
+fn read_actuator(table: &TableReader, names: &Names) -> Result<Actuator, Error> {
     let name = own_name(table)?;
     let role = format!("`drives` of {}", table.what);
     let drives = names.resolve(
@@ -234,7 +230,7 @@ fn read_actuator(table: &Reader, names: &Names) -> Result<Actuator, Error> {
     })
 }
 
-fn read_limit(table: &Reader) -> Result<Option<(f64, f64)>, Error> {
+fn read_limit(table: &TableReader) -> Result<Option<(f64, f64)>, Error> {
     let Some(limit) = table.numbers("limit", Sign::Any)? else {
         return Ok(None);
     };
@@ -250,7 +246,7 @@ fn read_limit(table: &Reader) -> Result<Option<(f64, f64)>, Error> {
     }
 }
 
-fn read_factor(table: &Reader) -> Result<f64, Error> {
+fn read_factor(table: &TableReader) -> Result<f64, Error> {
     let Some(unit) = table.optional_text("unit")? else {
         return Ok(1.0);
     };
@@ -264,7 +260,7 @@ fn read_factor(table: &Reader) -> Result<f64, Error> {
     })
 }
 
-fn read_sensor(table: &Reader, names: &Names) -> Result<Sensor, Error> {
+fn read_sensor(table: &TableReader, names: &Names) -> Result<Sensor, Error> {
     Ok(Sensor {
         name: own_name(table)?,
         reads: read_reads(table, names)?,
@@ -277,7 +273,7 @@ fn read_sensor(table: &Reader, names: &Names) -> Result<Sensor, Error> {
 }
 
 /// `BODY.position`, `TENDON.tension`, `CHAIN.tip.x`: a component and one of its readings.
-fn read_reads(table: &Reader, names: &Names) -> Result<Reads, Error> {
+fn read_reads(table: &TableReader, names: &Names) -> Result<Reads, Error> {
     let text = table.text("reads")?;
     let role = format!("`reads` of {}", table.what);
     let Some((name, quantity)) = split(text.value, names) else {

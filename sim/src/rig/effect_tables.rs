@@ -1,7 +1,7 @@
 //! The `[[effect]]` tables of a rig.
 
 use super::names::{Component, Names};
-use super::reader::{Reader, Spanned};
+use super::reader::{Spanned, TableReader};
 use super::{EffectTable, Rig, Site};
 use crate::effects::{Kind, Port};
 use crate::error::Error;
@@ -9,7 +9,7 @@ use crate::suggest;
 
 /// Every `[[effect]]`, in file order.
 pub(super) fn read_effects(
-    tables: &[Reader],
+    tables: &[TableReader],
     names: &Names,
     rig: &Rig,
 ) -> Result<Vec<EffectTable>, Error> {
@@ -32,7 +32,7 @@ pub(super) fn read_effects(
     Ok(effects)
 }
 
-fn read_effect(table: &Reader, names: &Names, rig: &Rig) -> Result<EffectTable, Error> {
+fn read_effect(table: &TableReader, names: &Names, rig: &Rig) -> Result<EffectTable, Error> {
     let kind = read_kind(table)?;
     let description = kind.description();
     let mut keys = vec!["kind", "component"];
@@ -56,7 +56,7 @@ fn read_effect(table: &Reader, names: &Names, rig: &Rig) -> Result<EffectTable, 
 }
 
 /// The component that an effect names, of a sort that it can sit at.
-fn read_site(table: &Reader, names: &Names, ports: &[Port], rig: &Rig) -> Result<Site, Error> {
+fn read_site(table: &TableReader, names: &Names, ports: &[Port], rig: &Rig) -> Result<Site, Error> {
     let text = table.text("component")?;
     let role = format!("`component` of {}", table.what);
     if ports == [Port::Pair] {
@@ -83,7 +83,7 @@ fn read_site(table: &Reader, names: &Names, ports: &[Port], rig: &Rig) -> Result
 
 /// Two bodies, `a+b`, both of a line or both of an axis.
 fn read_pair(
-    table: &Reader,
+    table: &TableReader,
     text: &Spanned<&str>,
     names: &Names,
     role: &str,
@@ -121,7 +121,7 @@ fn read_pair(
     Ok(Site::Pair(a.min(b), a.max(b)))
 }
 
-fn read_kind(table: &Reader) -> Result<Kind, Error> {
+fn read_kind(table: &TableReader) -> Result<Kind, Error> {
     let text = table.text("kind")?;
     Kind::named(text.value).ok_or_else(|| {
         let names: Vec<&str> = Kind::ALL.iter().map(|k| k.description().kind).collect();

@@ -44,7 +44,7 @@ impl Rig {
             .collect()
     }
 
-    /// Whether something pulls at a body, or at a tendon as always: an actuator, a spring, a tendon.
+    /// True where an actuator, a spring or a tendon pulls at a body; always true of a tendon.
     fn loaded(&self, site: Site) -> bool {
         let Site::Body(body) = site else {
             return true;
@@ -100,7 +100,7 @@ impl Rig {
     /// ```
     ///
     /// # Errors
-    /// What [`Rig::parse`] refuses: a value of the wrong sign, a kind twice at a component.
+    /// Those of [`Rig::parse`]: a value of the wrong sign, a kind twice at a component.
     pub fn with_effect(&self, kind: Kind, site: Site, values: &[f64]) -> Result<Self, Error> {
         let unwritable = || Error {
             file: self.file.clone(),

@@ -1,25 +1,27 @@
 //! The rig file: what the owner of a device believes about it, typed, and with its lines kept.
 
 mod components;
-mod control;
 mod effect_tables;
 mod extend;
 mod geometry;
 mod names;
 mod reader;
 mod sections;
+mod tables;
 mod write;
 
 use crate::effects::Kind;
 use crate::error::Error;
+use crate::suggest;
 use crate::unit::Motion;
-pub use control::{ControlTable, FirstLayer, Form, NetworkTable};
 pub use geometry::{
     Axis, Chain, Geometry, Hasel, HaselReading, Magnet, Magnetometer, Plate, Route, Shape,
     Waveguide,
 };
 use reader::Source;
+pub use reader::{Span, Spanned, TableReader};
 use std::path::Path;
+pub use tables::Tables;
 
 /// The name of the file format, and its version.
 pub const FORMAT: &str = "sinew-rig/1";
@@ -28,6 +30,17 @@ pub const FORMAT: &str = "sinew-rig/1";
 ///
 /// The text it came from stays with it: writing a rig back gives the user's file, comments and
 /// layout included, with other numbers in it.
+///
+/// ```
+/// use sinew_sim::Rig;
+/// let text = "format = \"sinew-rig/1\"\nname = \"x\"\n[[body]]\nname = \"mass\"\n\
+///             motion = \"slide\"\ninertia = 1.0 # kg\n";
+/// let rig = Rig::parse(text, "x.toml")?;
+/// assert_eq!(rig.bodies[0].name, "mass");
+/// let heavier = rig.with_values(&[("mass.inertia", 1.5)])?;
+/// assert!(heavier.to_toml().ends_with("inertia = 1.5 # kg\n"));
+/// # Ok::<(), sinew_sim::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Rig {
     pub(crate) text: String,
@@ -35,8 +48,8 @@ pub struct Rig {
     pub file: String,
     /// The device's name.
     pub name: String,
-    /// Coordinates with inertia, in file order, as all that follows; those that chains and plates become
-    /// come last.
+    /// Coordinates with inertia, in file order, as all that follows; those that chains and plates
+    /// become come last.
     pub bodies: Vec<Body>,
     /// Springs between bodies, or a body and the ground.
     pub springs: Vec<Spring>,
@@ -46,18 +59,14 @@ pub struct Rig {
     pub gravities: Vec<Gravity>,
     /// Tendons along a path of bodies.
     pub tendons: Vec<Tendon>,
-    /// Where inputs become forces.
+    /// Actuators: inputs to forces.
     pub actuators: Vec<Actuator>,
-    /// Where readings become signals.
+    /// Sensors: readings to signals.
     pub sensors: Vec<Sensor>,
     /// Physics beyond the textbook.
     pub effects: Vec<EffectTable>,
-    /// What has a shape: chains, plates and what reads them.
+    /// Components with a shape: chains, plates and their sensors.
     pub geometry: Geometry,
-    /// What the controller should look like, if the rig says.
-    pub control: Option<ControlTable>,
-    /// What the network should look like, if the rig says.
-    pub network: Option<NetworkTable>,
 }
 
 /// A parameter: a bare number is known and held, `{ value, min, max }` is believed and free.
@@ -74,12 +83,12 @@ pub struct Value {
     pub(crate) place: Place,
 }
 
-/// Where a parameter stands in the file, whether or not it is written there.
+/// Place of a parameter in the file, also of one that is not written there.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Place {
     /// Array of tables at the top: `body`.
     pub(crate) table: &'static str,
-    /// Which of them.
+    /// Index in that array.
     pub(crate) index: usize,
     /// An array inside it and which of its entries: `path`, 1.
     pub(crate) within: Option<(&'static str, usize)>,
@@ -98,9 +107,9 @@ pub struct Body {
     pub motion: Motion,
     /// kg or kg m^2, positive.
     pub inertia: Value,
-    /// Where it starts, if the rig says.
+    /// Initial position, if the rig has one.
     pub start: Option<Value>,
-    /// How fast it starts, if the rig says.
+    /// Initial velocity, if the rig has one.
     pub start_velocity: Option<Value>,
 }
 
@@ -150,7 +159,7 @@ pub struct Gravity {
     pub body: usize,
     /// N or N m.
     pub amplitude: Value,
-    /// Where a hinge hangs at rest, rad.
+    /// Angle at which a hinge hangs, rad.
     pub zero: Value,
 }
 
@@ -174,7 +183,7 @@ pub struct Tendon {
     pub unilateral: bool,
 }
 
-/// What an actuator acts on.
+/// Component that an actuator acts on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Drives {
     /// Index of a body: the force is gain times input.
@@ -185,7 +194,7 @@ pub enum Drives {
     Hasel(usize),
 }
 
-/// What an input does between two samples.
+/// Hold of an input between two samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Hold {
     /// Keeps its value.
@@ -194,7 +203,7 @@ pub enum Hold {
     Linear,
 }
 
-/// Where a column of the recording acts on the rig.
+/// Action of a column of the recording on the rig.
 #[derive(Clone, Debug)]
 pub struct Actuator {
     /// Unique in the file.
@@ -207,17 +216,17 @@ pub struct Actuator {
     pub hold: Hold,
     /// N, N m or m per unit of the input.
     pub gain: Value,
-    /// What a controller may ask for, lower and upper, SI.
+    /// Limits of a controller's command, lower and upper, SI.
     pub limit: Option<(f64, f64)>,
-    /// What a controller may change per second, SI.
+    /// Limit of a controller's change per second, SI.
     pub rate_limit: Option<f64>,
-    /// What one of the column's unit is in SI (the `unit` key; 1 without one).
+    /// Factor of the column's unit to SI (the `unit` key; 1 without one).
     pub column_factor: f64,
     /// Line of the `input` key, for errors about the recording.
     pub line: usize,
 }
 
-/// What a sensor reads.
+/// Reading of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reads {
     /// Coordinate of the body of that index.
@@ -237,7 +246,7 @@ pub enum Reads {
 pub struct Sensor {
     /// Unique in the file.
     pub name: String,
-    /// What it reads.
+    /// Its reading.
     pub reads: Reads,
     /// Column of the recording.
     pub signal: String,
@@ -245,13 +254,13 @@ pub struct Sensor {
     pub gain: Value,
     /// SI.
     pub offset: Value,
-    /// What one of the column's unit is in SI (the `unit` key; 1 without one).
+    /// Factor of the column's unit to SI (the `unit` key; 1 without one).
     pub column_factor: f64,
     /// Line of the `signal` key, for errors about the recording.
     pub line: usize,
 }
 
-/// Where an `[[effect]]` sits.
+/// Place of an `[[effect]]`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Site {
     /// Index of a body.
@@ -271,9 +280,9 @@ pub enum Site {
 /// Physics beyond the textbook.
 #[derive(Clone, Debug)]
 pub struct EffectTable {
-    /// Which law.
+    /// Its law.
     pub kind: Kind,
-    /// Where.
+    /// Its place.
     pub site: Site,
     /// Its parameters, in the order of its description.
     pub parameters: Vec<Value>,
@@ -292,7 +301,9 @@ impl Rig {
             line: None,
             column: None,
             message: format!("cannot read the rig: {error}"),
-            help: None,
+            help: (error.kind() == std::io::ErrorKind::NotFound)
+                .then(|| suggest::nearest_file(path))
+                .flatten(),
         })?;
         Self::parse(&text, &file)
     }
@@ -300,8 +311,8 @@ impl Rig {
     /// Understands the text of a rig file; `file` is its name in errors.
     ///
     /// # Errors
-    /// The first thing that is wrong, with its line and column, what was expected, and the name that
-    /// was probably meant. No text makes it panic.
+    /// The first thing that is wrong, with its line and column, what was expected, and the name
+    /// that was probably meant. No text makes it panic.
     pub fn parse(text: &str, file: &str) -> Result<Self, Error> {
         let source = Source::new(file, text);
         let document = source.document()?;
@@ -329,8 +340,8 @@ impl Rig {
         }
     }
 
-    /// Line or axis, of a body or of the bodies that a spring joins; of what an actuator drives and a
-    /// sensor reads.
+    /// Line or axis, of a body or of the bodies that a spring joins; of what an actuator drives and
+    /// a sensor reads.
     pub fn site_motion(&self, site: Site) -> Motion {
         match site {
             Site::Body(body) | Site::Pair(body, _) => self.bodies[body].motion,

@@ -1,13 +1,13 @@
 //! The names of a rig file and what they stand for.
 
 use super::End;
-use super::reader::{Reader, Source, Spanned};
+use super::reader::{Source, Spanned, TableReader};
 use crate::error::Error;
 use crate::suggest;
 use std::borrow::Cow;
 use std::collections::HashMap;
 
-/// What a name in the file belongs to.
+/// Component that a name in the file belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Component {
     Body(usize),
@@ -59,7 +59,11 @@ impl<'a> Names<'a> {
         self.order.push(name.into());
     }
 
-    pub(super) fn enter(&mut self, table: &Reader<'a>, component: Component) -> Result<(), Error> {
+    pub(super) fn enter(
+        &mut self,
+        table: &TableReader<'a>,
+        component: Component,
+    ) -> Result<(), Error> {
         let name = table.text("name")?;
         if name.value == "ground" {
             return Err(table.error_at("name", "`ground` is the name of what does not move"));
@@ -124,7 +128,7 @@ impl<'a> Names<'a> {
     }
 
     /// The body that a key names.
-    pub(super) fn body(&self, table: &Reader, key: &str) -> Result<usize, Error> {
+    pub(super) fn body(&self, table: &TableReader, key: &str) -> Result<usize, Error> {
         self.resolve(
             table.source,
             &table.text(key)?,
@@ -138,7 +142,7 @@ impl<'a> Names<'a> {
     }
 
     /// The chain that a key names.
-    pub(super) fn chain(&self, table: &Reader, key: &str) -> Result<usize, Error> {
+    pub(super) fn chain(&self, table: &TableReader, key: &str) -> Result<usize, Error> {
         self.resolve(
             table.source,
             &table.text(key)?,
@@ -152,7 +156,7 @@ impl<'a> Names<'a> {
     }
 
     /// The plate that a key names.
-    pub(super) fn plate(&self, table: &Reader, key: &str) -> Result<usize, Error> {
+    pub(super) fn plate(&self, table: &TableReader, key: &str) -> Result<usize, Error> {
         self.resolve(
             table.source,
             &table.text(key)?,
@@ -166,7 +170,7 @@ impl<'a> Names<'a> {
     }
 
     /// The body, or the ground, that a key names.
-    pub(super) fn end(&self, table: &Reader, key: &str) -> Result<End, Error> {
+    pub(super) fn end(&self, table: &TableReader, key: &str) -> Result<End, Error> {
         if table.text(key)?.value == "ground" {
             return Ok(End::Ground);
         }

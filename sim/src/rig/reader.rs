@@ -1,4 +1,5 @@
-//! Reading TOML tables with their places: typed keys in, errors with line, column and suggestion out.
+//! Reading TOML tables with their places: typed keys in, errors with line, column and suggestion
+//! out.
 
 use super::{Place, Value};
 use crate::effects::Sign;
@@ -7,7 +8,8 @@ use crate::suggest;
 use std::ops::Range;
 use toml_edit::{Document, Item, TableLike};
 
-type Span = Option<Range<usize>>;
+/// Bytes of the file.
+pub type Span = Option<Range<usize>>;
 
 /// The text of a file and its name.
 pub(super) struct Source<'a> {
@@ -24,7 +26,7 @@ impl<'a> Source<'a> {
         self.file
     }
 
-    pub(super) fn text(&self) -> &'a str {
+    pub fn text(&self) -> &'a str {
         self.text
     }
 
@@ -77,15 +79,17 @@ impl Error {
 
 /// A text with its place.
 #[derive(Clone, Debug)]
-pub(super) struct Spanned<T> {
-    pub(super) value: T,
-    pub(super) span: Span,
+pub struct Spanned<T> {
+    /// The text.
+    pub value: T,
+    /// Its bytes in the file, where they are known.
+    pub span: Span,
 }
 
-/// One table of the file.
-pub(super) struct Reader<'a> {
+/// One table of a rig file: typed keys out, errors with line, column and suggestion.
+pub struct TableReader<'a> {
     pub(super) source: &'a Source<'a>,
-    /// What it is called in errors: "body `motor`".
+    /// Name in errors: "body `motor`".
     pub(super) what: String,
     table: &'a dyn TableLike,
     pub(super) span: Span,
@@ -94,7 +98,7 @@ pub(super) struct Reader<'a> {
     within: Option<(&'static str, usize)>,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> TableReader<'a> {
     pub(super) fn root(source: &'a Source<'a>, table: &'a dyn TableLike) -> Self {
         Self {
             source,
@@ -121,14 +125,14 @@ impl<'a> Reader<'a> {
     }
 
     /// An error about a key's value, or about the table where the key is absent.
-    pub(super) fn error_at(&self, key: &str, message: impl Into<String>) -> Error {
+    pub fn error_at(&self, key: &str, message: impl Into<String>) -> Error {
         let span = self.table.get(key).and_then(Item::span);
         self.source
             .error(span.or_else(|| self.span.clone()), message)
     }
 
     /// Refuses every key that is not one of `known`.
-    pub(super) fn allow(&self, known: &[&str]) -> Result<(), Error> {
+    pub fn allow(&self, known: &[&str]) -> Result<(), Error> {
         for (key, item) in self.table.iter() {
             if !known.contains(&key) {
                 let span = self.table.key(key).and_then(|key| key.span());
@@ -148,11 +152,13 @@ impl<'a> Reader<'a> {
         self.table.get(key).filter(|item| !item.is_none())
     }
 
-    pub(super) fn has(&self, key: &str) -> bool {
+    /// True where the key is there.
+    pub fn has(&self, key: &str) -> bool {
         self.item(key).is_some()
     }
 
-    pub(super) fn missing(&self, key: &str, expected: &str) -> Error {
+    /// An error about a key that is absent.
+    pub fn missing(&self, key: &str, expected: &str) -> Error {
         self.source.error(
             self.span.clone(),
             format!("{} lacks `{key}` ({expected})", self.what),
@@ -171,7 +177,7 @@ impl<'a> Reader<'a> {
     }
 
     /// A text, if the key is there.
-    pub(super) fn optional_text(&self, key: &str) -> Result<Option<Spanned<&'a str>>, Error> {
+    pub fn optional_text(&self, key: &str) -> Result<Option<Spanned<&'a str>>, Error> {
         let Some(item) = self.item(key) else {
             return Ok(None);
         };
@@ -188,13 +194,13 @@ impl<'a> Reader<'a> {
     }
 
     /// A text.
-    pub(super) fn text(&self, key: &str) -> Result<Spanned<&'a str>, Error> {
+    pub fn text(&self, key: &str) -> Result<Spanned<&'a str>, Error> {
         self.optional_text(key)?
             .ok_or_else(|| self.missing(key, "a text in quotes"))
     }
 
     /// One of a few words, each with what it stands for.
-    pub(super) fn word<T: Copy>(&self, key: &str, words: &[(&str, T)]) -> Result<Option<T>, Error> {
+    pub fn word<T: Copy>(&self, key: &str, words: &[(&str, T)]) -> Result<Option<T>, Error> {
         let Some(text) = self.optional_text(key)? else {
             return Ok(None);
         };
@@ -211,19 +217,15 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// As [`Reader::word`], required.
-    pub(super) fn required_word<T: Copy>(
-        &self,
-        key: &str,
-        words: &[(&str, T)],
-    ) -> Result<T, Error> {
+    /// As [`TableReader::word`], required.
+    pub fn required_word<T: Copy>(&self, key: &str, words: &[(&str, T)]) -> Result<T, Error> {
         let names: Vec<&str> = words.iter().map(|&(name, _)| name).collect();
         self.word(key, words)?
             .ok_or_else(|| self.missing(key, &names.join(" or ")))
     }
 
     /// True or false, if the key is there.
-    pub(super) fn flag(&self, key: &str) -> Result<Option<bool>, Error> {
+    pub fn flag(&self, key: &str) -> Result<Option<bool>, Error> {
         self.item(key)
             .map(|item| {
                 item.as_bool()
@@ -233,14 +235,14 @@ impl<'a> Reader<'a> {
     }
 
     /// A finite number, if the key is there.
-    pub(super) fn number(&self, key: &str, sign: Sign) -> Result<Option<f64>, Error> {
+    pub fn number(&self, key: &str, sign: Sign) -> Result<Option<f64>, Error> {
         self.item(key)
             .map(|item| self.checked(key, item, sign, "a number"))
             .transpose()
     }
 
     /// A whole number between two bounds, if the key is there.
-    pub(super) fn count(&self, key: &str, from: usize, to: usize) -> Result<Option<usize>, Error> {
+    pub fn count(&self, key: &str, from: usize, to: usize) -> Result<Option<usize>, Error> {
         self.item(key)
             .map(|item| {
                 let expected = format!("a whole number from {from} to {to}");
@@ -276,7 +278,7 @@ impl<'a> Reader<'a> {
     }
 
     /// A list of texts, if the key is there.
-    pub(super) fn texts(&self, key: &str) -> Result<Option<Vec<Spanned<String>>>, Error> {
+    pub fn texts(&self, key: &str) -> Result<Option<Vec<Spanned<String>>>, Error> {
         let expected = "a list of texts in quotes";
         let Some(items) = self.array(key, expected)? else {
             return Ok(None);
@@ -297,7 +299,7 @@ impl<'a> Reader<'a> {
     }
 
     /// A list of finite numbers, if the key is there.
-    pub(super) fn numbers(&self, key: &str, sign: Sign) -> Result<Option<Vec<f64>>, Error> {
+    pub fn numbers(&self, key: &str, sign: Sign) -> Result<Option<Vec<f64>>, Error> {
         let Some(items) = self.array(key, "a list of numbers")? else {
             return Ok(None);
         };
@@ -338,7 +340,7 @@ impl<'a> Reader<'a> {
             let value = self.checked(key, item, sign, expected)?;
             return Ok(Some(self.held(key, value)));
         };
-        let inner = Reader {
+        let inner = TableReader {
             source: self.source,
             what: format!("`{key}` of {}", self.what),
             table,
@@ -413,26 +415,26 @@ impl<'a> Reader<'a> {
     }
 
     /// The line of a key's value, from 1; of the table where the key is absent.
-    pub(super) fn line(&self, key: &str) -> usize {
+    pub fn line(&self, key: &str) -> usize {
         let span = self.table.get(key).and_then(Item::span);
         let span = span.or_else(|| self.span.clone());
         self.source.position(span.map_or(0, |span| span.start)).0
     }
 
     /// The line of the table itself.
-    pub(super) fn own_line(&self) -> usize {
+    pub fn own_line(&self) -> usize {
         self.line("")
     }
 
     /// A single table `[name]`, if it is there.
-    pub(super) fn table(&self, name: &'static str) -> Result<Option<Reader<'a>>, Error> {
+    pub(super) fn table(&self, name: &'static str) -> Result<Option<TableReader<'a>>, Error> {
         let Some(item) = self.item(name) else {
             return Ok(None);
         };
         let table = item
             .as_table_like()
             .ok_or_else(|| self.wrong_type(name, item, &format!("a table [{name}]")))?;
-        Ok(Some(Reader {
+        Ok(Some(TableReader {
             source: self.source,
             what: format!("[{name}]"),
             table,
@@ -444,7 +446,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Every `[[name]]`, in file order; an array of inline tables will do.
-    pub(super) fn tables(&self, name: &'static str) -> Result<Vec<Reader<'a>>, Error> {
+    pub(super) fn tables(&self, name: &'static str) -> Result<Vec<TableReader<'a>>, Error> {
         let Some(item) = self.item(name) else {
             return Ok(Vec::new());
         };
@@ -469,7 +471,7 @@ impl<'a> Reader<'a> {
         Ok(tables
             .into_iter()
             .enumerate()
-            .map(|(index, (table, span))| Reader {
+            .map(|(index, (table, span))| TableReader {
                 source: self.source,
                 what: match table.get("name").and_then(Item::as_str) {
                     Some(own) => format!("{name} `{own}`"),

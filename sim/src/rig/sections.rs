@@ -2,11 +2,12 @@
 
 use super::geometry;
 use super::names::{Component, Names, Section};
-use super::reader::Reader;
+use super::reader::TableReader;
 use crate::error::Error;
 
-/// Reads all names of a file before anything else: a component may name one that stands further down.
-pub(super) fn read_names<'a>(root: &Reader<'a>) -> Result<Names<'a>, Error> {
+/// Reads all names of a file before anything else: a component may name one that stands further
+/// down.
+pub(super) fn read_names<'a>(root: &TableReader<'a>) -> Result<Names<'a>, Error> {
     let mut names = Names::default();
     for (section, keys, component) in SECTIONS.iter().chain(geometry::SECTIONS) {
         for (index, table) in root.tables(section)?.iter().enumerate() {
@@ -18,9 +19,9 @@ pub(super) fn read_names<'a>(root: &Reader<'a>) -> Result<Names<'a>, Error> {
     Ok(names)
 }
 
-/// Enters the bodies and springs that chains and plates become; they come after those of the file. Their
-/// names hold a dot, which no name in a file may, so that none is taken.
-fn enter_generated<'a>(root: &Reader<'a>, names: &mut Names<'a>) -> Result<(), Error> {
+/// Enters the bodies and springs that chains and plates become; they come after those of the file.
+/// Their names hold a dot, which no name in a file may, so that none is taken.
+fn enter_generated<'a>(root: &TableReader<'a>, names: &mut Names<'a>) -> Result<(), Error> {
     let mut bodies = root.tables("body")?.len();
     let mut springs = root.tables("spring")?.len();
     let mut add = |name: String, line: usize, count: &mut usize, kind: fn(usize) -> Component| {

@@ -41,8 +41,8 @@ impl Rig {
         Self::parse(&document.to_string(), &self.file)
     }
 
-    /// A place that the reader found and the writer does not: cannot happen, and is no reason to stop
-    /// a program either.
+    /// A place that the reader found and the writer does not: cannot happen, and is no reason to
+    /// stop a program either.
     fn unwritable(&self, name: &str) -> Error {
         Error {
             file: self.file.clone(),

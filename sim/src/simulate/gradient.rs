@@ -1,4 +1,5 @@
-//! Derivatives of one number by everything: parameters, start and all inputs (docs/explanation/plant.md, eq. 22).
+//! Derivatives of one number by everything: parameters, start and all inputs
+//! (docs/explanation/plant.md, eq. 22).
 
 use super::run::Trajectory;
 use crate::error::SimulationError;
@@ -25,7 +26,8 @@ pub struct Gradient {
     pub inputs: Vec<Vec<f64>>,
 }
 
-/// What a block is differentiated by, and what the blocks after it left.
+/// State of the backward pass: the variables of a block, and the derivatives from the blocks after
+/// it.
 struct Backward<'a> {
     plant: &'a Plant,
     values: &'a [f64],
@@ -41,12 +43,13 @@ struct Backward<'a> {
 }
 
 impl Plant {
-    /// A loss of the signals with its derivatives by all parameters, the start and every sample of every
-    /// input, by one pass backwards: its cost does not grow with their number. About ten plain
-    /// simulations, and memory for the operations of 64 rows and the state at every 64th.
+    /// A loss of the signals with its derivatives by all parameters, the start and every sample of
+    /// every input, by one pass backwards: its cost does not grow with their number. About ten
+    /// plain simulations, and memory for the operations of 64 rows and the state at every 64th.
     ///
-    /// `loss` sees the plain trajectory and returns the loss and its derivative by each signal (row-major,
-    /// as [`Trajectory::signals`]). The derivatives are those of [`crate::Dual`], events included.
+    /// `loss` sees the plain trajectory and returns the loss and its derivative by each signal
+    /// (row-major, as [`Trajectory::signals`]). The derivatives are those of [`crate::Dual`],
+    /// events included.
     ///
     /// ```
     /// # let text = "format='sinew-rig/1'\nname='x'\n[[body]]\nname='m'\nmotion='slide'\ninertia=2.0\n\
@@ -179,7 +182,7 @@ impl Backward<'_> {
             }
             None => {
                 let mut stepper = Stepper::begin(self.plant, &values, &carried)?;
-                stepper.lead_in(drive);
+                stepper.replay_history(drive);
                 stepper
             }
         };
@@ -197,7 +200,7 @@ impl Backward<'_> {
             for sensor in 0..sensors {
                 let seed = self.cotangent[row * sensors + sensor];
                 if seed != 0.0 {
-                    seeds.push((stepper.sense(sensor), seed));
+                    seeds.push((stepper.sensor_signal(sensor), seed));
                 }
             }
         }

@@ -1,4 +1,5 @@
-//! A plant with numbers in its slots, for many simulations that differ in where they start and what drives them.
+//! A plant with fixed parameter values, for many simulations that differ in initial state and
+//! inputs.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -8,20 +9,38 @@ use super::simulated::Simulated;
 use crate::error::SimulationError;
 use crate::input_trajectory::InputTrajectory;
 use crate::integrator::Stepper;
-use crate::integrator::exact::Kept;
+use crate::integrator::exact::TransitionCache;
 use crate::plant::Plant;
 
-/// What depends on nothing but the numbers and the sample interval is found once for all simulations (the matrix of a
-/// linear rig, docs/explanation/plant.md, eq. 18b), also for those that run at the same time.
+/// A plant with fixed parameter values.
+///
+/// Results that depend on the values and the sample interval alone are computed once for all
+/// simulations, concurrent ones included: the transition matrix of a linear rig
+/// (docs/explanation/plant.md, eq. 18b).
+///
+/// ```
+/// # let text = "format='sinew-rig/1'\nname='x'\n[[body]]\nname='m'\nmotion='slide'\ninertia=2.0\n\
+/// # [[sensor]]\nname='s'\nreads='m.position'\nsignal='q_m'\n";
+/// use sinew_sim::{InputTrajectory, Plant, Rig};
+/// let plant = Plant::new(&Rig::parse(text, "x.toml")?)?;
+/// let fixed = plant.parameterized(plant.values(), 0.1);
+/// let inputs = InputTrajectory::new(&plant, 2, &[])?;
+/// for velocity in [1.0, 2.0] {
+///     let run = fixed.simulate(&[0.0, velocity], &inputs, &[0.0, 0.1])?;
+///     assert!((run.signal(1, 0) - 0.1 * velocity).abs() < 1e-15);
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct ParameterizedPlant<'a, S> {
     plant: &'a Plant,
     values: Vec<S>,
-    kept: Arc<Kept<S>>,
+    kept: Arc<TransitionCache<S>>,
 }
 
 impl Plant {
-    /// `values` has one entry a parameter slot; `interval` is the sample interval of most simulations, s.
+    /// `values` has one entry a parameter slot; `interval` is the sample interval of most
+    /// simulations, s.
     pub fn parameterized<S: Simulated>(
         &self,
         values: Vec<S>,
@@ -30,7 +49,7 @@ impl Plant {
         ParameterizedPlant {
             plant: self,
             values,
-            kept: Arc::new(Kept::new(interval)),
+            kept: Arc::new(TransitionCache::new(interval)),
         }
     }
 }

@@ -7,12 +7,12 @@ use super::simulated::Simulated;
 use crate::error::SimulationError;
 use crate::input_trajectory::InputTrajectory;
 use crate::integrator::Stepper;
-use crate::integrator::exact::Kept;
+use crate::integrator::exact::TransitionCache;
 use crate::plant::Plant;
 use crate::scalar::Scalar;
 use crate::settings::Report;
 
-/// What a simulation gives.
+/// Result of a simulation.
 #[derive(Clone, Debug)]
 pub struct Trajectory<S> {
     /// Every sensor's signal at every time, SI: row-major, one row a time.
@@ -21,7 +21,7 @@ pub struct Trajectory<S> {
     pub sensors: usize,
     /// The state at the last time.
     pub final_state: Vec<S>,
-    /// How the integrator fared.
+    /// Report of the integrator.
     pub report: Report,
 }
 
@@ -54,7 +54,7 @@ impl<S: Copy> Trajectory<S> {
 pub struct RecordingRun {
     /// The signals, SI.
     pub trajectory: Trajectory<f64>,
-    /// Where it started.
+    /// Initial state.
     pub start: Vec<f64>,
     /// Missing samples of each input, which held their last value.
     pub held: Vec<usize>,
@@ -130,7 +130,7 @@ impl Plant {
     pub(crate) fn run<S: Scalar>(
         &self,
         [values, start]: [&[S]; 2],
-        kept: Option<&Arc<Kept<S>>>,
+        kept: Option<&Arc<TransitionCache<S>>>,
         drive: &InputTrajectory,
         times: &[f64],
         visit: &mut dyn FnMut(usize, &Stepper<S>) -> ControlFlow<()>,
@@ -141,7 +141,7 @@ impl Plant {
             return Err(SimulationError::Time { row: row + 1 });
         }
         let mut stepper = Stepper::begin(self, values, start)?;
-        stepper.lead_in(drive);
+        stepper.replay_history(drive);
         if let Some(kept) = kept {
             stepper.share(Arc::clone(kept));
         }
@@ -159,7 +159,7 @@ impl Plant {
                     })?;
             }
             let ahead = (row + 1 < times.len()).then(|| times[row + 1] - times[row]);
-            stepper.take_inputs(drive, row, ahead);
+            stepper.set_inputs(drive, row, ahead);
             if visit(row, &stepper).is_break() {
                 break;
             }

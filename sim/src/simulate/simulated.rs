@@ -1,7 +1,9 @@
-//! Where the simulator is compiled: once a type, here, and not again in every crate that calls it.
+//! Instances of the simulator: compiled here, once a type, and not again in every crate that calls
+//! it.
 //!
-//! The simulator is generic, and a generic function is compiled where it is called: for three types in the host,
-//! for three again in its tests, whenever a line of theirs changed (docs/decisions/0040-simulator-compiled-once.md).
+//! The simulator is generic, and a generic function is compiled where it is called: for three types
+//! in the host, for three again in its tests, whenever a line of theirs changed
+//! (docs/decisions/0040-simulator-compiled-once.md).
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -10,12 +12,12 @@ use crate::dual::Dual;
 use crate::error::SimulationError;
 use crate::input_trajectory::InputTrajectory;
 use crate::integrator::Stepper;
-use crate::integrator::exact::Kept;
+use crate::integrator::exact::TransitionCache;
 use crate::plant::Plant;
 use crate::scalar::Scalar;
 
-/// What is compiled. In the trait these are generic bodies; in an `impl` that names its type nothing generic is left,
-/// and that makes them this crate's.
+/// Methods of [`Simulated`]. In the trait these are generic bodies; in an `impl` that names its
+/// type nothing generic is left, and that makes them this crate's.
 macro_rules! bodies {
     () => {
         /// [`Stepper::new`].
@@ -43,12 +45,12 @@ macro_rules! bodies {
 
         /// [`Stepper::signal`].
         fn signal(stepper: &Stepper<Self>, sensor: usize) -> Self {
-            stepper.sense(sensor)
+            stepper.sensor_signal(sensor)
         }
 
         /// [`Stepper::read`].
         fn signals(stepper: &Stepper<Self>, out: &mut Vec<Self>) {
-            stepper.sense_all(out);
+            stepper.append_signals(out);
         }
 
         /// [`Plant::initial_state`].
@@ -60,11 +62,13 @@ macro_rules! bodies {
             plant.start(values, first)
         }
 
-        /// [`Plant::simulate_until`], and [`ParameterizedPlant::simulate_until`](crate::ParameterizedPlant::simulate_until) with what is kept.
+        /// [`Plant::simulate_until`], and
+        /// [`ParameterizedPlant::simulate_until`](crate::ParameterizedPlant::simulate_until) with
+        /// what is kept.
         fn run(
             plant: &Plant,
             values_and_start: [&[Self]; 2],
-            kept: Option<&Arc<Kept<Self>>>,
+            kept: Option<&Arc<TransitionCache<Self>>>,
             drive: &InputTrajectory,
             times: &[f64],
             visit: &mut dyn FnMut(usize, &Stepper<Self>) -> ControlFlow<()>,
@@ -76,8 +80,8 @@ macro_rules! bodies {
 
 /// A [`Scalar`] that a plant can be simulated in: `f64`, and [`Dual`] of 1 to 24 seeds.
 ///
-/// Every method has a body; a scalar of one's own needs `impl Simulated for Mine {}`, and the simulator is
-/// then compiled for it where it is used.
+/// Every method has a body; a scalar of one's own needs `impl Simulated for Mine {}`, and the
+/// simulator is then compiled for it where it is used.
 #[doc(hidden)]
 pub trait Simulated: Scalar {
     bodies!();

@@ -7,8 +7,8 @@ use crate::plant::Plant;
 impl Plant {
     /// The state that a simulation starts from: a body with a position sensor starts at (its first
     /// valid sample - offset) / gain, others at 0, velocities 0; a body's `start` and
-    /// `start_velocity` in the rig come first. A hidden mode starts with its host, a lagged reading at
-    /// the reading, other internal states relaxed at 0. `first` has one entry a sensor, SI.
+    /// `start_velocity` in the rig come first. A hidden mode starts with its host, a lagged reading
+    /// at the reading, other internal states relaxed at 0. `first` has one entry a sensor, SI.
     ///
     /// # Errors
     /// [`SimulationError::Shape`].

@@ -6,8 +6,8 @@ use crate::integrator::Stepper;
 use crate::plant::Plant;
 
 impl<S: Simulated> Stepper<S> {
-    /// A plant at its start, inputs zero. `values` has one entry a parameter slot, `start` one a state
-    /// ([`Plant::state_names`]).
+    /// A plant at its start, inputs zero. `values` has one entry a parameter slot, `start` one a
+    /// state ([`Plant::state_names`]).
     ///
     /// # Errors
     /// `Shape`, `NotFinite`, or `Inertia` for a body whose inertia is not positive.

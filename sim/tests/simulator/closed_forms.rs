@@ -16,8 +16,8 @@ fn free_decay_of_a_mass_on_a_spring_and_damper() {
     assert_eq!(run.report.events, 0);
 }
 
-/// Dry friction on an oscillator: each half cycle is a cosine about +-F/k, the amplitude loses 2 F/k
-/// each, and the body rests for good at the first turning point within F/k of the middle.
+/// Dry friction on an oscillator: each half cycle is a cosine about +-F/k, the amplitude loses 2
+/// F/k each, and the body rests for good at the first turning point within F/k of the middle.
 #[test]
 fn coulomb_friction_takes_twice_the_level_over_stiffness_each_half_cycle() {
     let (level, start) = (0.5, 0.1);
@@ -27,7 +27,8 @@ fn coulomb_friction_takes_twice_the_level_over_stiffness_each_half_cycle() {
     let run = run(&plant, &times, &[]);
     let (offset, omega) = (level / 40.0, 40f64.sqrt());
     let half = std::f64::consts::PI / omega;
-    // Turning points 0.1, -0.075, 0.05, -0.025, 0: the last is inside +-0.0125, after 4 half cycles.
+    // Turning points 0.1, -0.075, 0.05, -0.025, 0: the last is inside +-0.0125, after 4 half
+    // cycles.
     let exact = |t: &f64| {
         let cycle = (t / half).floor();
         if cycle >= 4.0 {
@@ -115,8 +116,8 @@ fn a_constant_load_against_drag_reaches_terminal_velocity() {
     assert!((run.signal(300, 1) + terminal).abs() < 1e-5 * terminal);
 }
 
-/// A pendulum let go at a right angle: a quarter period is K(1/2)/omega_0, with the complete elliptic
-/// integral K(1/2) = 1.854 074 677 301 371 918.
+/// A pendulum let go at a right angle: a quarter period is K(1/2)/omega_0, with the complete
+/// elliptic integral K(1/2) = 1.854 074 677 301 371 918.
 #[test]
 fn a_pendulum_has_the_period_of_its_amplitude() {
     let plant = plant(

@@ -47,8 +47,8 @@ fn seeded(plant: &Plant) -> (Vec<usize>, Vec<Dual<SEEDS>>) {
     (slots, values)
 }
 
-/// Largest difference between the derivatives of all signals by `seed` and `other`, over the largest
-/// derivative.
+/// Largest difference between the derivatives of all signals by `seed` and `other`, over the
+/// largest derivative.
 fn relative(dual: &Trajectory<Dual<SEEDS>>, seed: usize, other: &[f64], name: &str) -> f64 {
     let exact = dual.signals.iter().map(|s| s.derivative[seed]);
     let scale = exact.clone().fold(0.0, |m: f64, d| m.max(d.abs()));
@@ -84,8 +84,8 @@ fn complex_step_agrees_where_the_path_is_smooth() {
     );
 }
 
-/// Both bodies stop, stick, break away and turn round, and a tendon goes slack; the time of an event
-/// moves with every parameter.
+/// Both bodies stop, stick, break away and turn round, and a tendon goes slack; the time of an
+/// event moves with every parameter.
 fn sticking() -> Plant {
     let motor = effect("coulomb_friction", "motor", &[("level", 0.25)]);
     let stribeck = [("level", 0.3), ("static_level", 0.5), ("velocity", 0.2)];

@@ -1,5 +1,6 @@
-//! Tendons that rub over paths that follow from one another: three or four over two bodies, so that what holds is
-//! not told by the motion. Judged by the law written down once more, smoothed to a creep that hardly shows.
+//! Tendons that rub over paths that follow from one another: three or four over two bodies, so that
+//! what holds is not told by the motion. Judged by the law written down once more, smoothed to a
+//! creep that hardly shows.
 
 use crate::mechanisms::{effect, plant, run, times};
 use proptest::prelude::*;

@@ -48,7 +48,8 @@ fn free_run(level: f64, [times, input, position]: &[Vec<f64>; 3]) -> f64 {
 fn the_authors_parameters_give_the_published_free_run() {
     for (file, with, without) in [("train.csv", 6.8, 179.0), ("test_pulses.csv", 9.2, 181.0)] {
         let Some(recording) = recording(file) else {
-            // Written, not printed: the test harness would swallow the output of a test that "passes".
+            // Written, not printed: the test harness would swallow the output of a test that
+            // "passes".
             let _ = writeln!(
                 std::io::stderr(),
                 "SKIPPED: no EMPS recordings (set SINEW_DATA)"

@@ -1,5 +1,6 @@
-//! Every kind of the vocabulary at every sort of place where it can sit: its derivatives, through its
-//! kinks and jumps, against differences and the complex step, and the same path with and without them.
+//! Every kind of the vocabulary at every sort of place where it can sit: its derivatives, through
+//! its kinks and jumps, against differences and the complex step, and the same path with and
+//! without them.
 
 use crate::complex::Complex;
 use crate::mechanisms::{effect, plant, times};

@@ -1,12 +1,12 @@
-//! Linear rigs, which take a sample interval in one step: against the same rig in sub-steps as fine as they
-//! have to be, at even times, at times that jitter and at times whose decimals are rounded.
+//! Linear rigs, which take a sample interval in one step: against the same rig in sub-steps as fine
+//! as they have to be, at even times, at times that jitter and at times whose decimals are rounded.
 
 use crate::complex::Complex;
 use crate::mechanisms::{DAMPER, RAMP, SPRING, distance, effect, slide};
 use sinew_sim::{Dual, InputTrajectory, Plant, Scalar, Settings, Stepper};
 
-/// Everything that is linear at once: a spring that creeps, a body that hangs on another, a weight, a tendon
-/// that may push.
+/// Everything that is linear at once: a spring that creeps, a body that hangs on another, a weight,
+/// a tendon that may push.
 fn everything() -> String {
     let creep = [("stiffness", 25.0), ("time_constant", 0.2)];
     let hidden = [("inertia", 0.3), ("stiffness", 60.0), ("damping", 0.4)];
@@ -77,7 +77,8 @@ fn a_linear_rig_takes_one_step_a_sample_and_no_error() {
     }
 }
 
-/// Even times, a sample that is missing, and no two intervals alike; the interval that is shared is that of the first.
+/// Even times, a sample that is missing, and no two intervals alike; the interval that is shared is
+/// that of the first.
 #[test]
 fn simulations_that_share_their_numbers_are_those_that_find_everything_themselves() {
     let plant = slide(0.1, -0.4, &everything());

@@ -35,8 +35,8 @@ fn settled(plant: &Plant, input: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Both tendons taut: `theta = p / r * 2 k r^2 / (K + 2 k r^2)`, and the tip of a circular arc. However
-/// many segments bend, equal ones bend equally.
+/// Both tendons taut: `theta = p / r * 2 k r^2 / (K + 2 k r^2)`, and the tip of a circular arc.
+/// However many segments bend, equal ones bend equally.
 #[test]
 fn a_pulled_chain_is_the_arc_that_statics_says() {
     let p = 0.006;
@@ -59,7 +59,8 @@ fn a_pulled_chain_is_the_arc_that_statics_says() {
     }
 }
 
-/// A fibre on the side towards which it bends is shortened by `r theta`, along a part of it by that part.
+/// A fibre on the side towards which it bends is shortened by `r theta`, along a part of it by that
+/// part.
 #[test]
 fn a_fibre_sees_the_strain_of_its_place() {
     let fibre = |name: &str, more: &str| {
@@ -81,8 +82,8 @@ fn a_fibre_sees_the_strain_of_its_place() {
     }
 }
 
-/// The derivatives of a whole trajectory with respect to numbers that chains share, and to a radius from
-/// which arms are derived.
+/// The derivatives of a whole trajectory with respect to numbers that chains share, and to a radius
+/// from which arms are derived.
 #[test]
 fn derivatives_reach_shared_and_derived_numbers() {
     let plant = plant(&chain(2, ""));
@@ -240,7 +241,8 @@ fn a_plate_leans_its_tip_and_its_magnets() {
     assert!(near(found[3], 2.0 * unit * pitch.cos()), "{found:?}");
 }
 
-/// A tip is found once for its three sensors, a field for its own; each must see what it would see alone.
+/// A tip is found once for its three sensors, a field for its own; each must see what it would see
+/// alone.
 #[test]
 fn signals_read_at_once_are_those_read_one_by_one() {
     for name in ["tendon", "hasel"] {

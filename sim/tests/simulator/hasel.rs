@@ -14,8 +14,8 @@ const SPRING: f64 = 300.0;
 /// Height of the tip in the middle of the swirl, m.
 const MIDDLE: f64 = 0.145;
 
-/// A slide on a spring that an actuator pulls down, with what reads it; `slack` m of the stroke are used
-/// up where the slide is at 0.
+/// A slide on a spring that an actuator pulls down, with what reads it; `slack` m of the stroke are
+/// used up where the slide is at 0.
 fn device(slack: f64, more: &str) -> Plant {
     plant(&format!(
         "[[body]]\nname = \"m\"\nmotion = \"slide\"\ninertia = 0.05\n{more}\n\
@@ -41,8 +41,8 @@ fn pouch(a: f64) -> (f64, f64) {
     (2.0 * r * (a - a.sin()) - rest, LENGTH - 2.0 * a * r)
 }
 
-/// Where spring and published force (Kellaris et al. 2019, eq. for the static pull) are in balance, found
-/// by bisection over the angle.
+/// Where spring and published force (Kellaris et al. 2019, eq. for the static pull) are in balance,
+/// found by bisection over the angle.
 fn balance(slack: f64, volts: f64) -> f64 {
     let pull = |a: f64| {
         let unit = WIDTH * EPSILON_0 * PERMITTIVITY / (4.0 * FILM);
@@ -117,7 +117,8 @@ fn it_charges_with_the_time_constant_of_its_capacitance() {
     }
 }
 
-/// What the supply puts in, less what resistance and damper take, is in the spring, the mass, the field.
+/// What the supply puts in, less what resistance and damper take, is in the spring, the mass, the
+/// field.
 #[test]
 fn energy_in_is_energy_kept_and_lost() {
     let plant = device(0.001, "");
@@ -231,9 +232,9 @@ fn derivatives_reach_through_the_pouch() {
     }
 }
 
-/// The shipped platform's tip follows the published swirl, 7 mm each way in x and y and 4 mm in z on one path,
-/// inside the voltages that its actuators may have. An integral controller finds them: on squared voltages,
-/// which is what pulls, and slow beside the motion.
+/// The shipped platform's tip follows the published swirl, 7 mm each way in x and y and 4 mm in z
+/// on one path, inside the voltages that its actuators may have. An integral controller finds them:
+/// on squared voltages, which is what pulls, and slow beside the motion.
 #[test]
 fn the_shipped_platform_reaches_the_published_swirl() {
     let rig = Rig::load(concat!(env!("CARGO_MANIFEST_DIR"), "/../rigs/hasel.toml"));

@@ -34,8 +34,8 @@ fn a_simulation_that_is_broken_off_has_seen_the_same_rows_up_to_there() {
     assert!(end.report().substeps < whole.report.substeps);
 }
 
-/// On a free mass of 1 kg a force that is held gives pieces of parabolas, a force that goes linearly
-/// pieces of cubics; both exact at uneven times.
+/// On a free mass of 1 kg a force that is held gives pieces of parabolas, a force that goes
+/// linearly pieces of cubics; both exact at uneven times.
 #[test]
 fn holds_are_exact_for_a_free_mass_at_uneven_times() {
     let times = [0.0, 0.1, 0.15, 0.4, 0.41, 1.0];
@@ -197,8 +197,8 @@ fn a_stepper_and_a_simulation_are_the_same_to_the_bit() {
     }
 }
 
-/// Sub-steps follow from the stiffness; a rig beyond reason is refused with the body's name. A stop that is
-/// never met: without one the rig is linear, and there are no sub-steps.
+/// Sub-steps follow from the stiffness; a rig beyond reason is refused with the body's name. A stop
+/// that is never met: without one the rig is linear, and there are no sub-steps.
 #[test]
 fn substeps_follow_the_fastest_rate_and_a_rig_too_stiff_is_refused() {
     let place = [("position", 1.0), ("stiffness", 1.0), ("damping", 0.0)];

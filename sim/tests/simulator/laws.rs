@@ -121,7 +121,8 @@ fn sizes_below_zero_are_simulated_as_none() {
     }
 }
 
-/// Into a spring and damper and out where their force falls to zero: d'' = 0 of the damped oscillation.
+/// Into a spring and damper and out where their force falls to zero: d'' = 0 of the damped
+/// oscillation.
 #[test]
 fn a_stop_throws_back_with_the_speed_of_its_closed_form() {
     let (k, c, speed) = (2000.0f64, 20.0f64, 0.7);
@@ -178,8 +179,8 @@ fn a_spring_with_play_has_the_period_of_its_parts() {
     assert_eq!(out.report.kinks, 8);
 }
 
-/// Friction of a tendon along its path holds two bodies together in the tendon's direction, and lets
-/// them go beyond its share of the tension.
+/// Friction of a tendon along its path holds two bodies together in the tendon's direction, and
+/// lets them go beyond its share of the tension.
 #[test]
 fn a_tendon_holds_along_its_path_up_to_its_share_of_the_tension() {
     let rig = |force: f64| {
@@ -194,7 +195,8 @@ fn a_tendon_holds_along_its_path_up_to_its_share_of_the_tension() {
         let text = body("a", 1.0) + &body("b", 3.0) + tendon + &hold + &friction;
         run(&plant(&text), &times(101, 0.01), &[]).final_state
     };
-    // Along the path b = (1, -1) the loads push with their force, reduced by nothing: it holds to 2 N.
+    // Along the path b = (1, -1) the loads push with their force, reduced by nothing: it holds to 2
+    // N.
     let held = rig(1.9);
     assert!(held.iter().all(|x| x.abs() < 1e-12), "{held:?}");
     let slid = rig(2.5);
@@ -225,8 +227,8 @@ fn a_lagged_tension_starts_at_its_first_value() {
     }
 }
 
-/// Below an exponent of one the law is steep where its state goes through zero, for no time: a fit that passes there
-/// must not find the rig too stiff, nor wrong.
+/// Below an exponent of one the law is steep where its state goes through zero, for no time: a fit
+/// that passes there must not find the rig too stiff, nor wrong.
 #[test]
 fn a_blunt_hysteresis_is_simulated_as_fast_as_a_sharp_one() {
     let times = times(400, 0.01);

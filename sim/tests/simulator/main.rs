@@ -1,4 +1,5 @@
-//! The simulator, put to the test: one program, so that what they share is compiled and linked once.
+//! The simulator, put to the test: one program, so that what they share is compiled and linked
+//! once.
 
 mod closed_forms;
 mod complex;

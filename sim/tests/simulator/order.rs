@@ -71,8 +71,9 @@ fn fourth_order_across_reversals() {
     assert!((3.5..4.6).contains(&order), "{order}: {errors:?}");
 }
 
-/// A tendon's tension has a kink where it goes slack, and that is not stepped to: a step across it is
-/// taken in parts. Nearly fourth order at these steps, and never below second. The kink falls anywhere in a step, so that one error says little: many starts are pooled.
+/// A tendon's tension has a kink where it goes slack, and that is not stepped to: a step across it
+/// is taken in parts. Nearly fourth order at these steps, and never below second. The kink falls
+/// anywhere in a step, so that one error says little: many starts are pooled.
 #[test]
 fn nearly_fourth_order_across_a_slack_tendon() {
     let pooled = |steps: usize| {

@@ -1,5 +1,5 @@
-//! No passive effect creates energy: random pairs of them at random places of a rig without inputs, the
-//! energy written down here.
+//! No passive effect creates energy: random pairs of them at random places of a rig without inputs,
+//! the energy written down here.
 
 use crate::mechanisms::{effect, plant, times};
 use proptest::prelude::*;

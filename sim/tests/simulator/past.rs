@@ -28,7 +28,8 @@ fn rig(hold: &str, stages: &[usize]) -> Plant {
     slide(0.1, 0.0, &format!("{SPRING}{DAMPER}{push}{effects}"))
 }
 
-/// Large at first and small in the end, so that a play of 1.1 N is left where it was 150 rows before the cut.
+/// Large at first and small in the end, so that a play of 1.1 N is left where it was 150 rows
+/// before the cut.
 fn input() -> Vec<f64> {
     let at = |k: usize| {
         let t = k as f64 * INTERVAL;

@@ -46,7 +46,8 @@ impl Outcome {
 }
 
 /// Kinds and their families, as the vocabulary has them; the concealed ones say theirs, the named
-/// ones need this.
+/// ones need this. Typed again on purpose: a judge that took the families from `sinew-sim` would
+/// follow a mistake there.
 const FAMILIES: &[(&str, &[&str])] = &[
     (
         "friction",

@@ -1,8 +1,9 @@
 //! A problem of the controller, drawn.
 
+use sinew_mpc::cost::CostTerm;
 use sinew_mpc::model::{Model, Regressor};
-use sinew_mpc::mpc::prediction::Trajectory;
-use sinew_mpc::mpc::{Bounds, Horizons, Problem, Quadratic, Weights};
+use sinew_mpc::rollout::Trajectory;
+use sinew_mpc::{Bounds, Horizons, Problem, Quadratic, Weights};
 
 use super::random::Random;
 
@@ -89,7 +90,7 @@ impl<
     }
 
     /// The problem with `model` as predictor.
-    pub fn problem<'a, M: Model<NU, NY, NS, ND, DD>, const NB: usize>(
+    pub fn problem<'a, M: CostTerm<NU, NY, NS, ND, DD>, const NB: usize>(
         &'a self,
         model: &'a M,
         horizons: &'a Horizons<N, NB>,
@@ -106,16 +107,16 @@ impl<
     }
 
     /// J at the plan, half of its gradient, and half of its Hessian as `model` gives it.
-    pub fn derive<M: Model<NU, NY, NS, ND, DD>, const NB: usize>(
+    pub fn derive<M: CostTerm<NU, NY, NS, ND, DD>, const NB: usize>(
         &self,
         model: &M,
         horizons: &Horizons<N, NB>,
     ) -> (f32, Quadratic<NV>) {
         let problem = self.problem(model, horizons);
-        let mut trajectory = Trajectory::new(M::TRACE);
+        let mut trajectory = Trajectory::new(M::Model::TRACE);
         let mut quadratic = Quadratic::new();
-        let cost = problem.roll(&self.plan, &mut trajectory);
-        problem.derive(&self.plan, &trajectory, &mut quadratic);
+        let cost = problem.rollout(&self.plan, &mut trajectory);
+        problem.linearise(&self.plan, &trajectory, &mut quadratic);
         (cost, quadratic)
     }
 }

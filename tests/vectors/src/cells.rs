@@ -1,9 +1,9 @@
 //! GRU and LSTM with a linear layer behind, as predictors: the kernels of a printed network, and
 //! what it remembers as channels that it predicts.
 
-use sinew_mpc::memory;
 use sinew_mpc::model::{ChannelJacobian, Jacobian, Model, Regressor};
-use sinew_mpc::mpc::tangent::{self, Stage, Tangent};
+use sinew_mpc::network::recurrent;
+use sinew_mpc::sensitivity::{self, Propagate, Sensitivities, Stage};
 
 use crate::layers::gru::{self, Gru};
 use crate::layers::lstm::{self, Lstm};
@@ -126,24 +126,28 @@ impl<const NX: usize, const H: usize, const NU: usize, const NY: usize> Model<NU
         jacobian.y = [turn(&t_x, NU)];
         jacobian.s = turn(&t_h, 0);
     }
+}
 
+impl<const NX: usize, const H: usize, const NU: usize, const NY: usize> Propagate<NU, NY, H, 1, 1>
+    for GruNet<NX, H, NY>
+{
     /// Along the commands' directions, as printed predictors do; the LSTM below goes by all of the
     /// Jacobian.
-    fn carry_channels(
+    fn propagate_channels(
         &self,
         step: &Self::Trace,
         stage: &Stage<'_, NY>,
-        tangent: &mut Tangent<'_, NU, NY, 1>,
+        sensitivities: &mut Sensitivities<'_, NU, NY, 1>,
         channels: &mut [[[f32; NU]; H]],
     ) {
-        tangent::push_channels(
+        sensitivity::propagate_along(
             stage,
-            tangent,
+            sensitivities,
             channels,
-            |direction: &tangent::Direction<'_, NU, NY, H, 1, 1>| {
-                let x: [[f32; NU]; NX] = memory::input_along(direction);
+            |direction: &sensitivity::Direction<'_, NU, NY, H, 1, 1>| {
+                let x: [[f32; NU]; NX] = recurrent::input_along(direction);
                 let h = gru::step_along(&self.cell, Sigmoid, Tanh, step, &x, direction.s);
-                (memory::dense_along(&self.w, &[1.0; NY], &h), h)
+                (recurrent::dense_along(&self.w, &[1.0; NY], &h), h)
             },
         );
     }
@@ -237,4 +241,9 @@ impl<const NX: usize, const H: usize, const NU: usize, const NY: usize, const NS
         let t: [[f32; NS]; NS] = core::array::from_fn(|i| if i < H { t_h[i] } else { t_c[i - H] });
         jacobian.s = turn(&t, 0);
     }
+}
+
+impl<const NX: usize, const H: usize, const NU: usize, const NY: usize, const NS: usize>
+    Propagate<NU, NY, NS, 1, 1> for LstmNet<NX, H, NY>
+{
 }

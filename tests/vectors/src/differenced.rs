@@ -2,7 +2,7 @@
 //! against, in instructions (`cargo xtask bench differences`) and in accuracy.
 
 use sinew_mpc::model::{Jacobian, Model, Regressor};
-use sinew_mpc::mpc::tangent::{self, Stage, Tangent};
+use sinew_mpc::sensitivity::{self, Propagate, Sensitivities, Stage};
 
 /// Step of a difference, model units: about the root of f32's resolution, where rounding and
 /// curvature are level, and a power of two.
@@ -49,21 +49,27 @@ where
             }
         }
     }
+}
 
+impl<M, const NU: usize, const NY: usize, const NS: usize, const ND: usize, const DD: usize>
+    Propagate<NU, NY, NS, ND, DD> for Differenced<M>
+where
+    M: Model<NU, NY, NS, ND, DD>,
+{
     /// As generated models do, the first prediction of a horizon is derived by u(k) alone.
-    fn carry(
+    fn propagate(
         &self,
         trace: &Self::Trace,
         stage: &Stage<'_, NY>,
-        tangent: &mut Tangent<'_, NU, NY, DD>,
+        sensitivities: &mut Sensitivities<'_, NU, NY, DD>,
     ) {
         let mut jacobian = Jacobian::<NU, NY, ND, DD>::ZERO;
-        if stage.carried == 0 {
+        if stage.active_before == 0 {
             self.inputs(trace, 1, &mut jacobian);
         } else {
             self.jacobian(trace, &mut jacobian);
         }
-        tangent::carry(&jacobian, stage, tangent);
+        sensitivity::propagate(&jacobian, stage, sensitivities);
     }
 }
 

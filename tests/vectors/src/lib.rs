@@ -18,9 +18,9 @@ mod layers {
     pub use sinew_kernels::layers::{activation as sigmoid, activation as tanh, gru, lstm};
 }
 
-use sinew_mpc::model::{Model, SecondOrder};
-use sinew_mpc::mpc::exact::Exact;
-use sinew_mpc::mpc::{Horizons, Quadratic};
+use sinew_mpc::exact_hessian::Exact;
+use sinew_mpc::model::SecondOrder;
+use sinew_mpc::{Horizons, Propagate, Quadratic};
 
 use case::{Case, FAR, REMEMBERED};
 use cells::{Drawn, GruNet, LstmNet};
@@ -72,7 +72,7 @@ fn recurrent<M, const NU: usize, const NY: usize, const NS: usize, const NV: usi
     seed: u64,
     say: &mut impl FnMut(f32),
 ) where
-    M: Drawn + Model<NU, NY, NS, 1, 1>,
+    M: Drawn + Propagate<NU, NY, NS, 1, 1>,
 {
     let mut random = Random(seed);
     for _ in 0..CASES {

@@ -2,6 +2,7 @@
 
 use sinew_mpc::model::{Jacobian, Model, Regressor, SecondOrder};
 use sinew_mpc::network::{self, curvature};
+use sinew_mpc::sensitivity::Propagate;
 
 use super::random::Random;
 
@@ -69,6 +70,18 @@ impl<
             network::add_identity(jacobian);
         }
     }
+}
+
+impl<
+    const NX: usize,
+    const H: usize,
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const ND: usize,
+    const DD: usize,
+> Propagate<NU, NY, NS, ND, DD> for Shallow<NX, H, NY>
+{
 }
 
 impl<

@@ -8,7 +8,7 @@ use sinew_nn::literal;
 pub(super) fn print(spec: &ModelSpec) -> String {
     let control = &spec.control;
     let (n_u, n_y, measured) = (spec.inputs.len(), spec.outputs.len(), spec.channels.len());
-    let n_s = measured + spec.memory();
+    let n_s = measured + spec.hidden_state_len();
     let (past_inputs, past_outputs) = (spec.past_inputs, spec.past_outputs);
     let (horizon, control_horizon) = (control.horizon, control.control_horizon);
     let blocks = control.blocks();
@@ -32,9 +32,9 @@ pub(super) fn print(spec: &ModelSpec) -> String {
 
 use sinew_device::protocol::{{Identity, PROTOCOL}};
 use sinew_device::session;
-use sinew_mpc::control_loop::{{ControlLoop, Settings}};
-use sinew_mpc::mpc::Horizons;
-use sinew_mpc::safety::Limits;
+use sinew_mpc::controller::{{ControlLoop, Settings}};
+use sinew_mpc::limits::Limits;
+use sinew_mpc::move_blocking::Horizons;
 use sinew_mpc::scaling::{{ModelScaling, Scaling}};
 
 use crate::network::Network;
@@ -70,12 +70,12 @@ pub const SCALING: ModelScaling<NU, NY, NS> = ModelScaling {{
     s: {s},
 }};
 
-/// What a command may be, physical units, and how far it may move in one step. Rounded inwards to
+/// Bounds of the commands in physical units, and of their change in one step. Rounded inwards to
 /// f32: what is within these is within the model's limits.
 #[rustfmt::skip]
 pub const LIMITS: Limits<NU> = {limits};
 
-/// What the controller starts with; a session may change it.
+/// Initial settings of the controller; a session may change them.
 #[rustfmt::skip]
 pub const SETTINGS: Settings<NU, NY> = Settings {{
     tracking_weight: {tracking_weight},
@@ -89,7 +89,7 @@ pub const SETTINGS: Settings<NU, NY> = Settings {{
 #[rustfmt::skip]
 pub const HORIZONS: Horizons<HORIZON, MOVE_BLOCKS> = Horizons::new({first_step}, {lengths});
 
-/// What the device says it is.
+/// Identity that the device reports.
 pub const IDENTITY: Identity = Identity {{
     protocol: PROTOCOL,
     model: 0x{model:08x},
@@ -143,7 +143,7 @@ fn scaling(spec: &ModelSpec, role: Role) -> String {
     let signals = spec.signals(role);
     // What is remembered has no unit.
     let remembered = match role {
-        Role::Channel => spec.memory(),
+        Role::Channel => spec.hidden_state_len(),
         _ => 0,
     };
     let plain = |value| std::iter::repeat_n(literal::float(value), remembered);

@@ -19,7 +19,7 @@ pub(super) fn print(spec: &ModelSpec, options: &EmitOptions) -> String {
         .map(|g| vector(spec, g))
         .collect();
     let seed = options.golden_seed;
-    let (remembered, fields) = match spec.memory() {
+    let (remembered, fields) = match spec.hidden_state_len() {
         0 => ("", String::new()),
         n => (
             ", what is remembered",
@@ -62,14 +62,14 @@ fn vector(spec: &ModelSpec, golden: &Golden) -> String {
     let at = evaluate::predict_with_jacobian(spec, &x);
     let jacobian = at.jacobian;
     let doubles = |values: Vec<f64>| values.into_iter().map(literal::double).collect::<Vec<_>>();
-    let memory = match spec.memory() {
+    let memory = match spec.hidden_state_len() {
         0 => String::new(),
         _ => format!(
             "        memory: {},
         memory_jacobian: {},
 ",
-            literal::block(doubles(at.memory), 8, 8),
-            literal::matrix(at.memory_jacobian.into_iter().map(doubles), 8),
+            literal::block(doubles(at.hidden_state), 8, 8),
+            literal::matrix(at.hidden_state_jacobian.into_iter().map(doubles), 8),
         ),
     };
     format!(

@@ -9,11 +9,11 @@ pub(super) fn print(spec: &ModelSpec) -> String {
     let inputs = literal::count(spec.inputs.len(), "input");
     let outputs = literal::count(spec.outputs.len(), "output");
     let channels = literal::count(spec.channels.len(), "sensor channel");
-    let remembered = match spec.memory() {
+    let remembered = match spec.hidden_state_len() {
         0 => String::new(),
         n => format!(" It remembers {}.", literal::count(n, "value")),
     };
-    let (modules, of_layers, of_numbers) = match spec.memory() {
+    let (modules, of_layers, of_numbers) = match spec.hidden_state_len() {
         0 => ("", "", ""),
         _ => (
             "\n// The kernels of `layers` find it here.\nuse sinew_mpc::math;\n",
@@ -69,7 +69,7 @@ fn signals(spec: &ModelSpec) -> String {
 
 fn layers(spec: &ModelSpec) -> String {
     let layers: Vec<String> = spec.layers.iter().map(ToString::to_string).collect();
-    let beside = match spec.shortcut {
+    let beside = match spec.skip {
         Some(_) => "; a linear path beside them",
         None => "",
     };

@@ -41,18 +41,16 @@ pub(super) fn print(spec: &ModelSpec) -> String {
     let mut shortcut = String::new();
     let mut kernels = match recurrent {
         None => "network",
-        Some(_) => "{memory, network}",
+        Some(_) => "network::{self, recurrent}",
     };
-    if let Some(values) = &spec.shortcut {
+    if let Some(values) = &spec.skip {
         let last = layers.len();
-        forward.push_str(&format!(
-            "    linear_path::add(&SHORTCUT, &x, &mut a.a{last});\n"
-        ));
-        jacobian.push_str("    linear_path::add_jacobian(&SHORTCUT, jacobian);\n");
+        forward.push_str(&format!("    skip::add(&SHORTCUT, &x, &mut a.a{last});\n"));
+        jacobian.push_str("    skip::add_jacobian(&SHORTCUT, jacobian);\n");
         shortcut = linear_path(spec, values);
         kernels = match recurrent {
-            None => "{linear_path, network}",
-            Some(_) => "{linear_path, memory, network}",
+            None => "network::{self, skip}",
+            Some(_) => "network::{self, recurrent, skip}",
         };
     }
     let last = format!("a.a{}", layers.len());
@@ -71,9 +69,10 @@ pub(super) fn print(spec: &ModelSpec) -> String {
         uses,
         state,
         types,
-        tangents,
+        sensitivities,
         constant,
         functions,
+        propagation,
         derives,
         input,
         choice,
@@ -90,15 +89,16 @@ pub(super) fn print(spec: &ModelSpec) -> String {
 //! {HEADER}
 
 use sinew_mpc::model::{{self, Model}};
-use sinew_mpc::mpc::{{prediction, tangent}};
 use sinew_mpc::{kernels};
+use sinew_mpc::rollout;
+use sinew_mpc::sensitivity::{{self, Propagate}};
 
 {uses}
 type Regressor = model::Regressor<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS>;
 type Jacobian = model::Jacobian<NU, NY, PAST_INPUTS, PAST_OUTPUTS>;
-{types}type Stage<'a> = tangent::Stage<'a, NY>;
-type Tangent<'a> = tangent::Tangent<'a, NU, NY, PAST_OUTPUTS>;
-{tangents}
+{types}type Stage<'a> = sensitivity::Stage<'a, NY>;
+type Sensitivities<'a> = sensitivity::Sensitivities<'a, NU, NY, PAST_OUTPUTS>;
+{sensitivities}
 /// The network of this model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Network;
@@ -115,7 +115,9 @@ impl Model<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS> for Network {{
     fn jacobian(&self, a: &Activations, jacobian: &mut Jacobian) {{
         derive(a, {choice}jacobian);
     }}
+{functions}}}
 
+impl Propagate<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS> for Network {{
     #[inline(never)]
     fn advance(
         &self,
@@ -124,11 +126,11 @@ impl Model<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS> for Network {{
         d: &[f32; NY],
         a: &mut Activations,
     ) -> [f32; NY] {{
-        prediction::advance(self, x, u, d, a)
+        rollout::advance(self, x, u, d, a)
     }}
-{functions}}}
+{propagation}}}
 
-/// What the layers give; the last is {meaning}.
+/// Outputs of the layers; the last is {meaning}.
 #[derive({derives})]
 pub struct Activations {{
 {fields}}}
@@ -156,14 +158,15 @@ fn derive({trace}: &Activations, {bool}jacobian: &mut Jacobian) {{
     )
 }
 
-/// What depends on whether the first layer remembers.
+/// Parts that differ between a recurrent and a dense first layer.
 struct Parts {
     uses: String,
     state: &'static str,
     types: &'static str,
-    tangents: &'static str,
+    sensitivities: &'static str,
     constant: &'static str,
     functions: String,
+    propagation: &'static str,
     derives: &'static str,
     input: &'static str,
     choice: &'static str,
@@ -177,9 +180,10 @@ impl Parts {
             uses: "use crate::control::{NS, NU, NY, PAST_INPUTS, PAST_OUTPUTS};\n".into(),
             state: "no state",
             types: "",
-            tangents: "",
+            sensitivities: "",
             constant: "",
-            functions: CARRY.into(),
+            functions: String::new(),
+            propagation: PROPAGATE,
             derives: "Clone, Copy, Debug",
             input: "    let x = network::flatten(x);\n",
             choice: "false, ",
@@ -195,9 +199,10 @@ impl Parts {
                 + &recurrent::uses(layer),
             state: "what it remembers in its channels",
             types: "type ChannelJacobian = model::ChannelJacobian<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS>;\n",
-            tangents: "type Direction<'a> = tangent::Direction<'a, NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS>;\n",
+            sensitivities: "type Direction<'a> = sensitivity::Direction<'a, NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS>;\n",
             constant: "    const PREDICTS_CHANNELS: bool = true;\n",
             functions: recurrent::functions(spec, layer),
+            propagation: recurrent::PROPAGATE_CHANNELS,
             derives: "Clone, Copy",
             input: "",
             choice: "",
@@ -207,12 +212,12 @@ impl Parts {
     }
 }
 
-const CARRY: &str = "
+const PROPAGATE: &str = "
     #[inline(never)]
-    fn carry(&self, a: &Activations, stage: &Stage, tangent: &mut Tangent) {
+    fn propagate(&self, a: &Activations, stage: &Stage, sensitivities: &mut Sensitivities) {
         let mut jacobian = Jacobian::ZERO;
-        derive(a, stage.carried == 0, &mut jacobian);
-        tangent::carry(&jacobian, stage, tangent);
+        derive(a, stage.active_before == 0, &mut jacobian);
+        sensitivity::propagate(&jacobian, stage, sensitivities);
     }
 ";
 

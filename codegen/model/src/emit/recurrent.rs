@@ -1,4 +1,4 @@
-//! What `src/network.rs` has more where the first layer is a GRU or an LSTM: its weights, what it remembers as channels
+//! Parts of `src/network.rs` for a first layer that is a GRU or an LSTM: its weights, its hidden state as channels
 //! that the model predicts, and derivatives along directions.
 
 use super::backward::{chain, slope};
@@ -44,7 +44,7 @@ static L{n}: {kind} = {value};
     )
 }
 
-/// What is imported for it.
+/// Imports of a recurrent layer.
 pub(super) fn uses(layer: &Recurrent) -> String {
     let kind = match layer.cell {
         Cell::Lstm { .. } => "Lstm",
@@ -60,12 +60,12 @@ pub(super) fn uses(layer: &Recurrent) -> String {
 pub(super) fn forward(layer: &Recurrent) -> String {
     let mut text = String::new();
     for (_, name, start) in parts(layer) {
-        text += &format!("    let {name} = memory::at(&x.s, {start}, 0.0);\n");
+        text += &format!("    let {name} = recurrent::at(&x.s, {start}, 0.0);\n");
     }
     let memory = together(layer, |name| format!("&{name}"));
     let module = module(layer);
     text + &format!(
-        "    let x = memory::input(x);\n    \
+        "    let x = recurrent::input(x);\n    \
          {module}::step(&L1, Sigmoid, Tanh, &x, {memory}, &mut a.a1);\n"
     )
 }
@@ -96,41 +96,57 @@ fn outputs_backward(layers: &[Layer], layer: &Recurrent) -> Vec<String> {
 /// The derivatives of the outputs by commands and outputs.
 pub(super) fn jacobian(layers: &[Layer], layer: &Recurrent) -> Vec<String> {
     let mut lines = outputs_backward(layers, layer);
-    lines.push("memory::enter_jacobian(&t_x, jacobian);".into());
+    lines.push("recurrent::enter_jacobian(&t_x, jacobian);".into());
     lines
 }
 
-/// What the implementation of `Model` has more.
+/// Sensitivity propagation by products with directions.
+pub(super) const PROPAGATE_CHANNELS: &str = "
+    #[inline(never)]
+    fn propagate_channels(
+        &self,
+        a: &Activations,
+        stage: &Stage,
+        sensitivities: &mut Sensitivities,
+        channels: &mut [[[f32; NU]; NS]],
+    ) {
+        sensitivity::propagate_along(stage, sensitivities, channels, |direction| {
+            along(a, direction)
+        });
+    }
+";
+
+/// Further functions of the implementation of `Model`.
 pub(super) fn functions(spec: &ModelSpec, layer: &Recurrent) -> String {
     let enter: String = parts(layer)
         .iter()
         .map(|(field, _, start)| {
-            format!("        memory::enter(&a.a1.{field}, {start}, &mut s);\n")
+            format!("        recurrent::enter(&a.a1.{field}, {start}, &mut s);\n")
         })
         .collect();
-    let (units, remembered) = (layer.units, spec.memory());
+    let (units, remembered) = (layer.units, spec.hidden_state_len());
     let adjoints = match layer.cell {
         Cell::Lstm { .. } => "&[&t1, &c1]",
         _ => "&[&t1]",
     };
     let mut lines = outputs_backward(&spec.layers, layer);
     lines.push(format!(
-        "memory::enter_by_channels(&t_x, {adjoints}, jacobian);"
+        "recurrent::enter_by_channels(&t_x, {adjoints}, jacobian);"
     ));
-    if spec.shortcut.is_some() && !spec.channels.is_empty() {
-        lines.push("memory::add_path(&SHORTCUT, jacobian);".into());
+    if spec.skip.is_some() && !spec.channels.is_empty() {
+        lines.push("recurrent::add_path(&SHORTCUT, jacobian);".into());
     }
     lines.push(format!(
-        "let mut t1 = memory::unit::<{units}, {remembered}>(0);"
+        "let mut t1 = recurrent::unit::<{units}, {remembered}>(0);"
     ));
     if let Cell::Lstm { .. } = layer.cell {
         lines.push(format!(
-            "let mut c1 = memory::unit::<{units}, {remembered}>({units});"
+            "let mut c1 = recurrent::unit::<{units}, {remembered}>({units});"
         ));
     }
     lines.extend(backward(layer, &remembered.to_string()));
     lines.push(format!(
-        "memory::enter_of_channels(&t_x, {adjoints}, jacobian);"
+        "recurrent::enter_of_channels(&t_x, {adjoints}, jacobian);"
     ));
     let lines: String = lines
         .iter()
@@ -145,17 +161,6 @@ pub(super) fn functions(spec: &ModelSpec, layer: &Recurrent) -> String {
 
     fn channel_jacobian(&self, a: &Activations, jacobian: &mut ChannelJacobian) {{
 {lines}    }}
-
-    #[inline(never)]
-    fn carry_channels(
-        &self,
-        a: &Activations,
-        stage: &Stage,
-        tangent: &mut Tangent,
-        channels: &mut [[[f32; NU]; NS]],
-    ) {{
-        tangent::push_channels(stage, tangent, channels, |direction| along(a, direction));
-    }}
 "
     )
 }
@@ -163,10 +168,10 @@ pub(super) fn functions(spec: &ModelSpec, layer: &Recurrent) -> String {
 /// The derivatives of the next output and channels along a direction.
 pub(super) fn along(spec: &ModelSpec, layer: &Recurrent) -> String {
     let module = module(layer);
-    let mut lines = vec!["let x = memory::input_along(direction);".to_string()];
+    let mut lines = vec!["let x = recurrent::input_along(direction);".to_string()];
     for (_, name, start) in parts(layer) {
         lines.push(format!(
-            "let {name} = memory::at(direction.s, {start}, [0.0; NU]);"
+            "let {name} = recurrent::at(direction.s, {start}, [0.0; NU]);"
         ));
     }
     let (new, old) = (
@@ -188,18 +193,18 @@ pub(super) fn along(spec: &ModelSpec, layer: &Recurrent) -> String {
             false => (format!("v{n}"), ""),
         };
         lines.push(format!(
-            "let {mutable}{name} = memory::dense_along(&W{n}, &d{n}, &{before});"
+            "let {mutable}{name} = recurrent::dense_along(&W{n}, &d{n}, &{before});"
         ));
     }
-    if spec.shortcut.is_some() {
-        lines.push("memory::add_along(&SHORTCUT, &x, &mut y);".into());
+    if spec.skip.is_some() {
+        lines.push("recurrent::add_along(&SHORTCUT, &x, &mut y);".into());
     }
     if spec.form == OutputForm::Increment {
-        lines.push("memory::add_present(direction, &mut y);".into());
+        lines.push("recurrent::add_present(direction, &mut y);".into());
     }
     lines.push("let mut s = *direction.s;".into());
     for (_, name, start) in parts(layer) {
-        lines.push(format!("memory::enter(&{name}, {start}, &mut s);"));
+        lines.push(format!("recurrent::enter(&{name}, {start}, &mut s);"));
     }
     let lines: String = lines.iter().map(|line| format!("    {line}\n")).collect();
     // Without a path or an increment the output is not added to.

@@ -4,7 +4,7 @@ use super::limits::{MAX_DECISION_VARIABLES, MAX_HORIZON, MAX_ITERATIONS};
 use super::validate::check;
 use super::{Role, SpecError};
 
-/// What the emitted controller is to do with the network. One entry per input or output.
+/// Control problem of the emitted controller. One entry per input or output.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ControlSpec {
     /// Steps that are predicted, N2.

@@ -1,8 +1,8 @@
-//! What can be wrong with a specification.
+//! Errors of a specification.
 
 use super::Role;
 
-/// Why a [`ModelSpec`](super::ModelSpec) is refused. [`SpecError::key`] says where in `model.toml`.
+/// Error of a [`ModelSpec`](super::ModelSpec). [`SpecError::key`] is its place in `model.toml`.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SpecError {
     /// The name cannot be a package's name.
@@ -23,7 +23,7 @@ pub enum SpecError {
         key: String,
         /// As given.
         value: String,
-        /// What would be accepted.
+        /// Accepted values.
         expected: String,
     },
     /// Too few or too many signals of one role.
@@ -43,7 +43,7 @@ pub enum SpecError {
         "{role} {index} has the {what} {text:?}: expected 1 to {max} printable characters on one line"
     )]
     SignalText {
-        /// Which list.
+        /// Role of the list.
         role: Role,
         /// Place in the list.
         index: usize,
@@ -57,7 +57,7 @@ pub enum SpecError {
     /// Two signals with one name.
     #[error("the name {name:?} of {role} {index} is used twice: names are unique in a model")]
     DuplicateName {
-        /// Which list.
+        /// Role of the list.
         role: Role,
         /// Place of the second one.
         index: usize,
@@ -70,7 +70,7 @@ pub enum SpecError {
          since model units are (physical - offset) / span"
     )]
     Span {
-        /// Which list.
+        /// Role of the list.
         role: Role,
         /// Place in the list.
         index: usize,
@@ -82,7 +82,7 @@ pub enum SpecError {
     /// An offset that is not a number.
     #[error("{role} {name:?} has offset {offset:?}: expected a number that f32 can hold")]
     Offset {
-        /// Which list.
+        /// Role of the list.
         role: Role,
         /// Place in the list.
         index: usize,
@@ -96,7 +96,7 @@ pub enum SpecError {
     RegressorTooLong {
         /// Its length.
         found: usize,
-        /// How it is composed.
+        /// Composition of the regressor.
         composition: String,
         /// Longest accepted.
         max: usize,
@@ -112,7 +112,7 @@ pub enum SpecError {
     /// A layer too small or too large to be meant.
     #[error("layer {layer} ({shape}) is {width} wide: expected 1 to {max}")]
     Width {
-        /// Which layer.
+        /// Index of the layer.
         layer: usize,
         /// The layer in words.
         shape: String,
@@ -136,23 +136,23 @@ pub enum SpecError {
     RegressorMismatch {
         /// The layer in words.
         shape: String,
-        /// What the layer takes.
+        /// Length of the layer's input.
         found: usize,
         /// The regressor's length.
         expected: usize,
-        /// How the regressor is composed.
+        /// Composition of the regressor.
         composition: String,
     },
     /// A layer does not fit the one before it.
     #[error("layer {layer} ({shape}) takes {found} values, but layer {} gives {expected}", layer - 1)]
     Chain {
-        /// Which layer.
+        /// Index of the layer.
         layer: usize,
         /// The layer in words.
         shape: String,
-        /// What the layer takes.
+        /// Length of the layer's input.
         found: usize,
-        /// What the layer before it gives.
+        /// Length of the output of the layer before it.
         expected: usize,
     },
     /// The last layer does not fit the outputs.
@@ -160,11 +160,11 @@ pub enum SpecError {
         "layer {layer} ({shape}), the last, gives {found} values, but the model has {expected} outputs"
     )]
     OutputMismatch {
-        /// Which layer.
+        /// Index of the layer.
         layer: usize,
         /// The layer in words.
         shape: String,
-        /// What the layer gives.
+        /// Length of the layer's output.
         found: usize,
         /// The number of outputs.
         expected: usize,
@@ -175,7 +175,7 @@ pub enum SpecError {
          and, in a gru, the reset after the product"
     )]
     Recurrent {
-        /// Which layer.
+        /// Index of the layer.
         layer: usize,
         /// The layer in words.
         shape: String,
@@ -185,7 +185,7 @@ pub enum SpecError {
         "layer {layer} ({shape}) is the last: expected a dense layer after it, which gives the outputs"
     )]
     RecurrentLast {
-        /// Which layer.
+        /// Index of the layer.
         layer: usize,
         /// The layer in words.
         shape: String,
@@ -193,7 +193,7 @@ pub enum SpecError {
     /// A tensor does not have as many values as its shape says.
     #[error("layer {layer} ({shape}) has {found} {tensor}: expected {expected}")]
     TensorLength {
-        /// Which layer.
+        /// Index of the layer.
         layer: usize,
         /// The layer in words.
         shape: String,
@@ -209,7 +209,7 @@ pub enum SpecError {
         "layer {layer} ({shape}): value {index} of its {tensor} is {value}, not a finite number"
     )]
     NonFinite {
-        /// Which layer.
+        /// Index of the layer.
         layer: usize,
         /// The layer in words.
         shape: String,
@@ -220,25 +220,27 @@ pub enum SpecError {
         /// NaN or an infinity.
         value: f32,
     },
-    /// The linear path does not fit the regressor and the outputs.
-    #[error("the shortcut has {found} weights: expected {expected}, a regressor for each output")]
-    ShortcutLength {
+    /// The skip connection does not fit the regressor and the outputs.
+    #[error(
+        "the skip connection has {found} weights: expected {expected}, a regressor for each output"
+    )]
+    SkipLength {
         /// As given.
         found: usize,
         /// Outputs times regressor.
         expected: usize,
     },
-    /// A linear path beside a network that does not end linearly.
-    #[error("layer {layer} ({shape}), the last, has to be linear where there is a shortcut")]
-    ShortcutActivation {
+    /// A skip connection around a network whose last layer is not linear.
+    #[error("layer {layer} ({shape}), the last, has to be linear where there is a skip connection")]
+    SkipActivation {
         /// The last layer.
         layer: usize,
         /// The layer in words.
         shape: String,
     },
-    /// A weight of the linear path that is not a number.
-    #[error("weight {index} of the shortcut is {value}, not a finite number")]
-    ShortcutNonFinite {
+    /// A weight of the skip connection that is not a number.
+    #[error("weight {index} of the skip connection is {value}, not a finite number")]
+    SkipNonFinite {
         /// Place, row after row.
         index: usize,
         /// NaN or an infinity.
@@ -259,7 +261,7 @@ pub enum SpecError {
     /// A reference vector of the wrong shape.
     #[error("golden vector {index} has {found} values of {what}: expected {expected}")]
     GoldenLength {
-        /// Which vector.
+        /// Index of the vector.
         index: usize,
         /// `x` or `y`.
         what: &'static str,
@@ -275,9 +277,9 @@ pub enum SpecError {
          the weights or the order of the inputs are not those that made it"
     )]
     GoldenDisagrees {
-        /// Which vector.
+        /// Index of the vector.
         index: usize,
-        /// Which output.
+        /// Index of the output.
         output: usize,
         /// By the vector.
         expected: f64,
@@ -287,7 +289,7 @@ pub enum SpecError {
 }
 
 impl SpecError {
-    /// Where in `model.toml` the cause stands: keys and list indices, outermost first. Empty if
+    /// Path to the cause in `model.toml`: keys and list indices, outermost first. Empty if
     /// it is not there but in the weights.
     #[must_use]
     pub fn key(&self) -> Vec<String> {
@@ -315,11 +317,11 @@ impl SpecError {
             Self::Recurrent { layer, .. } | Self::RecurrentLast { layer, .. } => {
                 path(&["layer", &layer.to_string(), "kind"])
             }
-            Self::ShortcutActivation { layer, .. } => {
+            Self::SkipActivation { layer, .. } => {
                 path(&["layer", &layer.to_string(), "activation"])
             }
-            Self::ShortcutLength { .. }
-            | Self::ShortcutNonFinite { .. }
+            Self::SkipLength { .. }
+            | Self::SkipNonFinite { .. }
             | Self::TensorLength { .. }
             | Self::NonFinite { .. }
             | Self::GoldenLength { .. }

@@ -3,7 +3,7 @@
 /// One input and what the tool that made the weights computed for it, in double precision.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Golden {
-    /// The flattened regressor, then what the network remembers, model units.
+    /// The flattened regressor, then the hidden state, model units.
     pub x: Vec<f32>,
     /// The next output, model units.
     pub y: Vec<f64>,

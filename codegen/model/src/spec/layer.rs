@@ -11,7 +11,7 @@ use sinew_nn::{Cell, Recurrent};
 pub enum Layer {
     /// Every output looks at every input.
     Dense(Dense),
-    /// A GRU or an LSTM, one step a prediction; what it remembers lasts (docs/reference/networks.md, eq. 5 and 6). The first
+    /// A GRU or an LSTM, one step a prediction; its hidden state lasts (docs/reference/networks.md, eq. 5 and 6). The first
     /// layer alone, with tanh, sigmoid gates, and a GRU's reset after its product.
     Recurrent(Recurrent),
 }
@@ -31,7 +31,7 @@ pub struct Dense {
     pub activation: Activation,
 }
 
-/// What is applied to each output of a layer.
+/// Function of each output of a layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Activation {
     /// Nothing.
@@ -72,7 +72,7 @@ impl Activation {
 impl Dense {
     /// A layer from the rows of its matrix, one row for each output.
     ///
-    /// Whether the bias fits is found out by [`ModelSpec::validate`](super::ModelSpec::validate).
+    /// [`ModelSpec::validate`](super::ModelSpec::validate) checks the length of the bias.
     ///
     /// # Errors
     /// [`RowsError`] if the rows differ in length.
@@ -121,7 +121,7 @@ impl Layer {
         }
     }
 
-    /// Length of what the layer takes.
+    /// Length of the input.
     #[must_use]
     pub fn inputs(&self) -> usize {
         match self {
@@ -130,7 +130,7 @@ impl Layer {
         }
     }
 
-    /// Length of what the layer gives.
+    /// Length of the output.
     #[must_use]
     pub fn outputs(&self) -> usize {
         match self {
@@ -139,7 +139,7 @@ impl Layer {
         }
     }
 
-    /// What is applied to each output of a dense layer.
+    /// Activation of a dense layer.
     #[must_use]
     pub fn activation(&self) -> Option<Activation> {
         match self {
@@ -150,7 +150,7 @@ impl Layer {
 
     /// Values that last from one prediction to the next: h of a GRU, h and c of an LSTM.
     #[must_use]
-    pub fn memory(&self) -> usize {
+    pub fn hidden_state_len(&self) -> usize {
         match self {
             Self::Dense(_) => 0,
             Self::Recurrent(layer) => layer.units.saturating_mul(layer.cell.vectors()),

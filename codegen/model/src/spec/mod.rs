@@ -20,7 +20,7 @@ pub use layer::{Activation, Dense, Layer, RowsError, gru_cell, lstm_cell, unfill
 pub use role::Role;
 pub use signal::Signal;
 
-/// What the last layer's output means, in model units (docs/reference/model-files.md, eq. 4).
+/// Meaning of the last layer's output, in model units (docs/reference/model-files.md, eq. 4).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OutputForm {
     /// `y(k+1) = network(x)`.
@@ -61,7 +61,7 @@ impl OutputForm {
 ///     past_inputs: 1,
 ///     past_outputs: 1,
 ///     form: OutputForm::Increment,
-///     shortcut: None,
+///     skip: None,
 ///     layers: vec![Layer::Dense(
 ///         Dense::from_rows(&[vec![0.1, -0.1]], vec![0.0], Activation::Linear).unwrap(),
 ///     )],
@@ -102,15 +102,15 @@ pub struct ModelSpec {
     pub outputs: Vec<Signal>,
     /// Sensor channels s, which hold their last reading over the horizon.
     pub channels: Vec<Signal>,
-    /// How many values of each input the network sees, the one being decided included.
+    /// Lags of each input in the regressor, the value being decided included.
     pub past_inputs: usize,
-    /// How many values of each output the network sees, the present one included.
+    /// Lags of each output in the regressor, the present value included.
     pub past_outputs: usize,
-    /// What the last layer's output means.
+    /// Meaning of the last layer's output.
     pub form: OutputForm,
-    /// A linear path beside the network, added to its output: `outputs` rows, each as long as the
+    /// Weights of a skip connection from the regressor to the output: `outputs` rows, each as long as the
     /// regressor. A nearly linear plant leaves the network only what is not linear.
-    pub shortcut: Option<Vec<f32>>,
+    pub skip: Option<Vec<f32>>,
     /// The network, first layer first.
     pub layers: Vec<Layer>,
     /// The control problem.
@@ -131,22 +131,22 @@ impl ModelSpec {
             .saturating_add(self.channels.len())
     }
 
-    /// Values that the first layer remembers from one prediction to the next.
+    /// Length of the hidden state of a recurrent first layer; 0 for a dense one.
     #[must_use]
-    pub fn memory(&self) -> usize {
-        self.layers.first().map_or(0, Layer::memory)
+    pub fn hidden_state_len(&self) -> usize {
+        self.layers.first().map_or(0, Layer::hidden_state_len)
     }
 
-    /// Length of everything that a prediction follows from: the flattened regressor, then the memory.
+    /// Length of the arguments of a prediction: the flattened regressor, then the hidden state.
     #[must_use]
     pub fn point_len(&self) -> usize {
-        self.regressor_len().saturating_add(self.memory())
+        self.regressor_len().saturating_add(self.hidden_state_len())
     }
 
     /// Number of weights and biases.
     #[must_use]
     pub fn parameters(&self) -> usize {
         let layers: usize = self.layers.iter().map(Layer::parameters).sum();
-        layers + self.shortcut.as_ref().map_or(0, Vec::len)
+        layers + self.skip.as_ref().map_or(0, Vec::len)
     }
 }

@@ -34,7 +34,7 @@ impl ModelSpec {
         self.validate_signals()?;
         self.validate_regressor()?;
         self.validate_layers()?;
-        self.validate_shortcut()?;
+        self.validate_skip()?;
         self.control
             .validate(self.inputs.len(), self.outputs.len())?;
         self.validate_golden()
@@ -100,10 +100,10 @@ impl ModelSpec {
         Ok(())
     }
 
-    /// How the regressor is composed, in words.
+    /// Composition of the regressor, in words.
     fn composition(&self) -> String {
         let count = |n: usize, noun: &str| format!("{n} {noun}{}", if n == 1 { "" } else { "s" });
-        let remembered = match self.memory() {
+        let remembered = match self.hidden_state_len() {
             0 => String::new(),
             n => format!(", {} remembered", count(n, "value")),
         };
@@ -181,26 +181,26 @@ impl ModelSpec {
         Ok(())
     }
 
-    fn validate_shortcut(&self) -> Result<(), SpecError> {
-        let Some(weights) = &self.shortcut else {
+    fn validate_skip(&self) -> Result<(), SpecError> {
+        let Some(weights) = &self.skip else {
             return Ok(());
         };
         let expected = self.outputs.len() * self.regressor_len();
         if weights.len() != expected {
-            return Err(SpecError::ShortcutLength {
+            return Err(SpecError::SkipLength {
                 found: weights.len(),
                 expected,
             });
         }
         let last = self.layers.len() - 1;
         if self.layers[last].activation() != Some(Activation::Linear) {
-            return Err(SpecError::ShortcutActivation {
+            return Err(SpecError::SkipActivation {
                 layer: last,
                 shape: self.layers[last].to_string(),
             });
         }
         match weights.iter().position(|value| !value.is_finite()) {
-            Some(index) => Err(SpecError::ShortcutNonFinite {
+            Some(index) => Err(SpecError::SkipNonFinite {
                 index,
                 value: weights[index],
             }),

@@ -1,4 +1,4 @@
-//! Why a model cannot be read or written.
+//! Errors of reading and writing a model.
 
 use std::path::{Path, PathBuf};
 
@@ -6,22 +6,22 @@ use sinew_nn::files::FileError;
 
 use crate::spec::SpecError;
 
-/// Why a model cannot be read or written; every message begins with the file.
+/// Error of reading or writing a model; every message begins with the file.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
     /// The file system refused.
     #[error("{}: {error}", file.display())]
     Io {
-        /// Which file.
+        /// Path of the file.
         file: PathBuf,
-        /// What it said.
+        /// Reason that the file system gave.
         #[source]
         error: std::io::Error,
     },
     /// The file is larger than any model's.
     #[error("{}: larger than the {max} bytes that a model's file may have", file.display())]
     TooLarge {
-        /// Which file.
+        /// Path of the file.
         file: PathBuf,
         /// Largest accepted.
         max: u64,
@@ -29,19 +29,19 @@ pub enum StoreError {
     /// `model.toml` is not in the format.
     #[error("{}:{line}: {message}", file.display())]
     Text {
-        /// Which file.
+        /// Path of the file.
         file: PathBuf,
         /// From 1.
         line: usize,
-        /// What is wrong there.
+        /// Cause.
         message: String,
     },
     /// `weights.safetensors` is not a safetensors file, or a tensor in it is not as `model.toml` says.
     #[error("{}: {message}", file.display())]
     Weights {
-        /// Which file.
+        /// Path of the file.
         file: PathBuf,
-        /// What is wrong, naming the tensor.
+        /// Cause, with the name of the tensor.
         message: String,
     },
     /// Both files are in the format, but together they are no valid model.
@@ -51,7 +51,7 @@ pub enum StoreError {
         file: PathBuf,
         /// From 1, where the cause has one.
         line: Option<usize>,
-        /// What is wrong.
+        /// Cause.
         #[source]
         error: SpecError,
     },

@@ -33,7 +33,7 @@ use sinew_nn::files::{read, write};
 
 use crate::spec::ModelSpec;
 
-/// What `model.toml` begins with.
+/// Format that `model.toml` names.
 pub const FORMAT: &str = "sinew-model/1";
 /// The description's file name.
 pub const MODEL_FILE: &str = "model.toml";

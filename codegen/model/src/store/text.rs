@@ -133,7 +133,7 @@ pub(super) fn parse(text: &str) -> Result<ModelSpec, StoreError> {
             FormKey::Increment => OutputForm::Increment,
         },
         // Its weights come with those of the layers.
-        shortcut: document.shortcut.then(Vec::new),
+        skip: document.shortcut.then(Vec::new),
         layers: layers.collect::<Result<_, _>>()?,
         control: document.control.into(),
         golden: Vec::new(),
@@ -229,7 +229,7 @@ pub(super) fn locate(text: &str, error: SpecError) -> StoreError {
     }
 }
 
-/// Where the value at `path` stands, or the innermost table around it that there is.
+/// Range of the value at `path`, or of the innermost existing table around it.
 fn find(document: &Spanned<DeTable<'_>>, path: &[String]) -> Option<Range<usize>> {
     let (first, rest) = path.split_first()?;
     let mut value = document.get_ref().get(first.as_str())?;
@@ -276,7 +276,7 @@ fn write_model(text: &mut String, spec: &ModelSpec) -> std::fmt::Result {
     writeln!(text, "past_inputs = {}", spec.past_inputs)?;
     writeln!(text, "past_outputs = {}", spec.past_outputs)?;
     writeln!(text, "form = {}", string(spec.form.name()))?;
-    if spec.shortcut.is_some() {
+    if spec.skip.is_some() {
         writeln!(text, "shortcut = true")?;
     }
     for role in Role::ALL {

@@ -25,9 +25,9 @@ pub(super) fn fill(spec: &mut ModelSpec, bytes: &[u8]) -> Result<(), StoreError>
             known.push(name);
         }
     }
-    if spec.shortcut.is_some() {
+    if spec.skip.is_some() {
         let shape = [spec.outputs.len(), spec.regressor_len()];
-        spec.shortcut = Some(f32s(tensor(&file, SHORTCUT, Dtype::F32, &shape)?));
+        spec.skip = Some(f32s(tensor(&file, SHORTCUT, Dtype::F32, &shape)?));
         known.push(SHORTCUT.into());
     }
     if file.tensor(GOLDEN_X).is_ok() || file.tensor(GOLDEN_Y).is_ok() {
@@ -97,7 +97,7 @@ pub(super) fn print(spec: &ModelSpec) -> Result<Vec<u8>, StoreError> {
             tensors.push((name, Dtype::F32, shape, bytes_of(values)));
         }
     }
-    if let Some(weights) = &spec.shortcut {
+    if let Some(weights) = &spec.skip {
         let shape = vec![spec.outputs.len(), spec.regressor_len()];
         tensors.push((SHORTCUT.into(), Dtype::F32, shape, bytes_of(weights)));
     }

@@ -32,7 +32,7 @@ pub fn tiny() -> ModelSpec {
         past_inputs: 1,
         past_outputs: 1,
         form: OutputForm::Increment,
-        shortcut: None,
+        skip: None,
         layers: vec![
             dense(3, 2, Activation::Tanh, 0.4),
             dense(2, 1, Activation::Linear, 0.25),
@@ -46,7 +46,7 @@ pub fn tiny() -> ModelSpec {
 pub fn with_shortcut() -> ModelSpec {
     ModelSpec {
         name: "shortcut".into(),
-        shortcut: Some(vec![0.375, -0.125, 0.0625]),
+        skip: Some(vec![0.375, -0.125, 0.0625]),
         ..tiny()
     }
 }
@@ -80,7 +80,7 @@ pub fn network(
         past_inputs: 2,
         past_outputs: 1,
         form,
-        shortcut: None,
+        skip: None,
         layers,
         control: control(2, 2),
         golden: vec![],
@@ -151,7 +151,7 @@ pub fn recurrent(
         spec.layers.push(dense(inputs, outputs, activation, 0.8));
         inputs = outputs;
     }
-    spec.shortcut = Some(values(2, spec.regressor_len(), 0.3));
+    spec.skip = Some(values(2, spec.regressor_len(), 0.3));
     spec
 }
 

@@ -1,4 +1,4 @@
-//! What the layers with gates have in common.
+//! Functions that the layers with gates share.
 
 use crate::layers::dense::weighted_sum;
 use crate::layers::elementwise::Elementwise;

@@ -17,12 +17,12 @@ pub struct Gru<K, U, const H: usize> {
     pub bias: [[f32; H]; 3],
     /// `c`, the candidate's bias inside the reset; nought where the reset comes before the product.
     pub inner_bias: [f32; H],
-    /// Whether the reset comes after the recurrent product (Keras: `reset_after`, ONNX:
+    /// True if the reset comes after the recurrent product (Keras: `reset_after`, ONNX:
     /// `linear_before_reset`).
     pub reset_after: bool,
 }
 
-/// What one step leaves for its derivative.
+/// Values of one step that its derivative needs.
 #[derive(Clone, Copy)]
 pub struct Step<N, const H: usize> {
     /// The new state.

@@ -18,7 +18,7 @@ pub struct Lstm<K, U, const H: usize> {
     pub bias: [[f32; H]; 4],
 }
 
-/// What one step leaves for its derivative.
+/// Values of one step that its derivative needs.
 #[derive(Clone, Copy)]
 pub struct Step<N, const H: usize> {
     /// The new state.

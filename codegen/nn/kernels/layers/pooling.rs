@@ -26,7 +26,7 @@ pub fn max_pool<N: Number, const LEN: usize, const OUT: usize, const C: usize>(
     }
 }
 
-/// Where the largest element of channel `c` lies for output `at`; the first, if several are.
+/// Place of the largest element of channel `c` for output `at`; the first, if several are.
 #[inline(always)]
 fn largest<N: Number, const C: usize>(
     window: &Window,

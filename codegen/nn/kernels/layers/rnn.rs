@@ -16,7 +16,7 @@ pub struct Rnn<K, U, const H: usize> {
     pub bias: [f32; H],
 }
 
-/// What one step leaves for its derivative.
+/// Values of one step that its derivative needs.
 #[derive(Clone, Copy)]
 pub struct Step<N, const H: usize> {
     /// The new state.

@@ -30,13 +30,13 @@ pub trait Rows<const OUT: usize> {
     /// The rows, before their gains.
     fn rows(&self) -> &[Self::Row; OUT];
 
-    /// What row `r` is multiplied by.
+    /// Factor of row `r`.
     fn gain(&self, r: usize) -> f32;
 
     /// `gain t`.
     fn scaled<N: Number>(&self, r: usize, t: N) -> N;
 
-    /// Where a weighted sum of a row with this bias begins.
+    /// Initial value of a weighted sum of a row with this bias.
     fn start<N: Number>(&self, bias: N) -> N;
 
     /// The weighted sum of row `r`, its gain and bias in it, from what was begun at [`Rows::start`].

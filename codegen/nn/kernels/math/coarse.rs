@@ -2,7 +2,7 @@
 
 use super::clamp;
 
-/// Where the rational of [`tanh`] ends; beyond, the value at the end is returned.
+/// End of the rational of [`tanh`]; beyond, the value at the end is returned.
 const TANH_END: f32 = 5.0;
 
 /// Numerator and denominator of [`tanh`] in x^2, lowest power first: minimax on [0, 5], levelled

@@ -1,6 +1,6 @@
-//! How exact tanh is, and so sigmoid, which is made of it: a tolerance chooses the kernel.
+//! Accuracy of tanh, and so of sigmoid, which is made of it: a tolerance chooses the kernel.
 
-/// How exact tanh and sigmoid are. The slope of tanh is `1 - y^2` of the value `y` that the kernel gives, so
+/// Accuracy of tanh and sigmoid. The slope of tanh is `1 - y^2` of the kernel's value `y`, so
 /// that it is within twice the value's error of the true one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Accuracy {

@@ -5,11 +5,11 @@ use super::forward::{activation, call, cell, constant, inverse_permutation, part
 use super::plan::Plan;
 use crate::{Activation, Op, PoolKind, Recurrent};
 
-/// What has been printed, and which adjoints there are so far.
+/// State of the printer: the text, and the adjoints so far.
 struct Printer<'a> {
     plan: &'a Plan<'a>,
     text: String,
-    /// Whether the adjoints of a buffer have been begun.
+    /// True where the adjoints of a buffer have been begun.
     begun: Vec<bool>,
     /// The activation that the layer after it has taken care of.
     done: Option<usize>,

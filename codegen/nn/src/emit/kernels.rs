@@ -1,4 +1,4 @@
-//! Which kernels a network needs, and their files.
+//! Selection of the kernels that a network needs, and their files.
 
 use std::collections::BTreeSet;
 
@@ -49,7 +49,7 @@ const FILES: &[(&str, &str)] = &[
     kernel!("math/activation.rs"),
 ];
 
-/// What `network.rs` may name, by module.
+/// Items that `network.rs` may name, by module.
 pub(super) const ITEMS: &[(&str, &[&str])] = &[
     (
         "layers::activation",

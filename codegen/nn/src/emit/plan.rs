@@ -1,4 +1,4 @@
-//! Where each layer's values lie, and which layers work in place.
+//! Buffers of the layers' values, and the layers that work in place.
 
 use super::names::identifiers;
 use crate::{Network, Node, Op};
@@ -79,7 +79,7 @@ impl<'a> Plan<'a> {
             .collect()
     }
 
-    /// Whether anything is kept from one call to the next.
+    /// Returns true if anything is kept from one call to the next.
     pub(super) fn is_stateful(&self) -> bool {
         self.network.state() > 0
     }
@@ -100,13 +100,13 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// How many layers read a node.
+    /// Number of layers that read a node.
     pub(super) fn readers(&self, node: usize) -> usize {
         let read = self.network.nodes.iter().flat_map(|node| &node.from);
         read.filter(|&&from| from == node).count()
     }
 
-    /// Whether the values of a node's buffer are read, at their end, by one layer only.
+    /// Returns true if one layer alone reads the last values of a node's buffer.
     pub(super) fn is_read_once(&self, node: usize) -> bool {
         let buffer = self.buffer[node];
         let nodes = self.network.nodes.iter().enumerate();
@@ -115,7 +115,7 @@ impl<'a> Plan<'a> {
         read.filter(|&&from| self.buffer[from] == buffer).count() == 1
     }
 
-    /// Whether the slopes of a node meet the adjoints in the layer that reads it: an activation, in place,
+    /// Returns true if the slopes of a node meet the adjoints in the layer that reads it: an activation, in place,
     /// that one layer reads.
     pub(super) fn fused(&self, node: usize) -> bool {
         matches!(self.network.nodes[node].op, Op::Activation(_))
@@ -123,13 +123,13 @@ impl<'a> Plan<'a> {
             && self.readers(node) == 1
     }
 
-    /// Whether a node's work is done in the buffer of what it reads.
+    /// Returns true if a node works in the buffer of its input.
     pub(super) fn is_in_place(&self, node: usize) -> bool {
         self.buffer[node] != node
     }
 }
 
-/// Whether an activation may overwrite what it reads: neither its own derivative nor that of the layer
+/// Returns true if an activation may overwrite its input: neither its own derivative nor that of the layer
 /// before needs the value from before.
 fn in_place(network: &Network, node: &Node, from: usize) -> bool {
     let before = !matches!(

@@ -11,7 +11,7 @@ pub use real::{Dual, Real};
 
 use super::{Activation, Network, Node, Op};
 
-/// What one call gives.
+/// Results of one call.
 pub struct Call<T> {
     /// The output.
     pub y: Vec<T>,
@@ -85,6 +85,14 @@ fn stateless<T: Real>(network: &Network, node: &Node, values: &[Vec<T>]) -> Vec<
 
 /// The output after calls with each input in turn, from rest.
 ///
+/// ```
+/// use sinew_nn::{evaluate, import};
+///
+/// let network = import::read("examples/mlp.onnx".as_ref())?;
+/// assert_eq!(evaluate::run(&network, &[0.1; 12]).len(), 3);
+/// # Ok::<(), sinew_nn::NetworkError>(())
+/// ```
+///
 /// # Panics
 /// As [`call`].
 #[must_use]
@@ -101,6 +109,21 @@ pub fn run(network: &Network, x: &[f64]) -> Vec<f64> {
 
 /// Derivatives of outputs and new state (rows, in this order) with respect to inputs and state before
 /// (columns, in this order).
+///
+/// ```
+/// use sinew_nn::{evaluate, import};
+///
+/// let network = import::read("examples/mlp.onnx".as_ref())?;
+/// let rows = evaluate::jacobian(&network, &[0.1; 12], &[]);
+///
+/// // The first column is the derivative with respect to the first input.
+/// let (mut x, h) = ([0.1; 12], 1e-6);
+/// let before = evaluate::run(&network, &x);
+/// x[0] += h;
+/// let slope = (evaluate::run(&network, &x)[0] - before[0]) / h;
+/// assert!((rows[0][0] - slope).abs() < 1e-5);
+/// # Ok::<(), sinew_nn::NetworkError>(())
+/// ```
 ///
 /// # Panics
 /// As [`call`].

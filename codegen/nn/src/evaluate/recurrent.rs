@@ -3,7 +3,7 @@
 use super::{Real, apply, dot};
 use crate::{Cell, Recurrent};
 
-/// What the layer gives for its whole input, and its state after it. `state` is empty for a layer that
+/// Output of the layer for its whole input, and its state after it. `state` is empty for a layer that
 /// begins each call at rest.
 pub(super) fn run<T: Real>(layer: &Recurrent, x: &[T], state: &[T]) -> (Vec<T>, Vec<T>) {
     let mut state = if layer.streaming {

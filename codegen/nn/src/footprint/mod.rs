@@ -45,6 +45,16 @@ pub struct Footprint {
 
 /// Compiles the network in `folder`, which is kept for the next time, and runs it.
 ///
+/// ```no_run
+/// use sinew_nn::emit::Options;
+/// use sinew_nn::{footprint, import};
+///
+/// let network = import::read("examples/mlp.onnx".as_ref())?;
+/// let footprint = footprint::measure(&network, &Options::default(), "target/footprint".as_ref())?;
+/// println!("{} bytes of flash", footprint.predict.flash_bytes);
+/// # Ok::<(), sinew_nn::BuildError>(())
+/// ```
+///
 /// # Errors
 /// [`BuildError`]. Without QEMU there are no instructions and no stack, which is no error.
 pub fn measure(

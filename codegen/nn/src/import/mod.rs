@@ -16,7 +16,7 @@ use std::path::Path;
 use super::limits::MAX_FILE_BYTES;
 use super::{Network, NetworkError, store};
 
-/// What a file is, by its first bytes and its name.
+/// Format of a file, by its first bytes and its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// ONNX.
@@ -30,7 +30,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// What a file is.
+    /// The format of a file.
     #[must_use]
     pub fn of(name: &str, bytes: &[u8]) -> Option<Self> {
         if bytes.starts_with(b"\x89HDF\r\n\x1a\n") {
@@ -75,6 +75,17 @@ pub fn read(path: &Path) -> Result<Network, NetworkError> {
 }
 
 /// The network in the contents of a file called `name`.
+///
+/// ```
+/// use sinew_nn::import;
+///
+/// let network = import::parse("mlp.onnx", &std::fs::read("examples/mlp.onnx")?)?;
+/// assert_eq!((network.inputs(), network.outputs()), (12, 3));
+///
+/// let error = import::parse("notes.txt", b"no network").unwrap_err();
+/// assert!(error.to_string().contains("expected .onnx, .h5, .keras, .tflite"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 ///
 /// # Errors
 /// [`NetworkError`] if the contents are no network, or one that cannot be emitted.
@@ -131,4 +142,17 @@ fn gru_bias(bias: &[f32], rows: usize, units: usize, reset_after: bool) -> (Vec<
     let sum = input.iter().zip(state).enumerate();
     let sum = sum.map(|(i, (a, b))| if i < gates { a + b } else { *a });
     (sum.collect(), state[gates..].to_vec())
+}
+
+/// IEEE 754 half precision.
+fn half(bits: u16) -> f64 {
+    let sign = if bits >> 15 == 1 { -1.0 } else { 1.0 };
+    let exponent = i32::from(bits >> 10 & 31);
+    let fraction = f64::from(bits & 1023) / 1024.0;
+    sign * match exponent {
+        0 => fraction * (-14_f64).exp2(),
+        31 if fraction == 0.0 => f64::INFINITY,
+        31 => f64::NAN,
+        _ => (1.0 + fraction) * f64::from(exponent - 15).exp2(),
+    }
 }

@@ -1,6 +1,6 @@
-//! A target shape with one axis left open.
+//! A target shape with one axis left open, and constants spread over a shape.
 
-use crate::NetworkError;
+use crate::{Dense, NetworkError, Op};
 
 /// The shape that `target` asks of `length` values, where -1 stands for what is left.
 ///
@@ -31,4 +31,128 @@ pub(super) fn open(layer: &str, target: &[i64], length: usize) -> Result<Vec<usi
         .iter()
         .map(|&axis| usize::try_from(axis).unwrap_or(left))
         .collect())
+}
+
+/// For each value of a tensor of shape `to`, its place in one of shape `from`.
+pub(in crate::import) fn spread_places(from: &[usize], to: &[usize]) -> Vec<usize> {
+    let lead = to.len() - from.len();
+    let mut places = vec![0];
+    for (axis, &length) in to.iter().enumerate() {
+        let own = axis.checked_sub(lead).map_or(1, |axis| from[axis]);
+        let stride: usize = axis
+            .checked_sub(lead)
+            .map_or(0, |axis| from[axis + 1..].iter().product());
+        let stride = if own == 1 { 0 } else { stride };
+        places = places
+            .iter()
+            .flat_map(|&place| (0..length).map(move |i| place + i * stride))
+            .collect();
+    }
+    places
+}
+
+/// A constant beside a value of shape `to`: one number for each place of the last axis where it varies along that
+/// alone, else one for every value.
+///
+/// # Errors
+/// It would make the value larger.
+pub(super) fn spread(
+    layer: &str,
+    constant: &[usize],
+    values: &[f32],
+    to: &[usize],
+) -> Result<Vec<f32>, NetworkError> {
+    let ahead = constant.len().saturating_sub(to.len());
+    let (front, own) = constant.split_at(ahead);
+    let lead = to.len() - own.len();
+    let fits = front.iter().all(|&n| n == 1)
+        && own.iter().zip(&to[lead..]).all(|(&n, &m)| n == 1 || n == m);
+    if !fits {
+        return Err(NetworkError::unsupported(
+            layer,
+            format!("a constant of shape {constant:?} beside {to:?}"),
+            "a constant that makes the value no larger works",
+        ));
+    }
+    let last_alone = own.iter().rev().skip(1).all(|&n| n == 1);
+    let over = if last_alone {
+        &to[to.len().saturating_sub(1)..]
+    } else {
+        to
+    };
+    let own = if last_alone {
+        &own[own.len().saturating_sub(1)..]
+    } else {
+        own
+    };
+    Ok(spread_places(own, over)
+        .into_iter()
+        .map(|place| values[place])
+        .collect())
+}
+
+/// Places in a tensor of shape `dims` of the values at `indices` of `axis`, in order.
+pub(in crate::import) fn places_along(
+    dims: &[usize],
+    axis: usize,
+    indices: &[usize],
+) -> Vec<usize> {
+    let inner: usize = dims[axis + 1..].iter().product();
+    let outer: usize = dims[..axis].iter().product();
+    let mut places = Vec::new();
+    for run in 0..outer {
+        for &index in indices {
+            let start = (run * dims[axis] + index) * inner;
+            places.extend(start..start + inner);
+        }
+    }
+    places
+}
+
+/// Indices that a slice takes of an axis.
+pub(in crate::import) fn slice_indices(
+    length: usize,
+    start: i64,
+    end: i64,
+    step: i64,
+) -> Vec<usize> {
+    let n = length as i64;
+    let from_end = |i: i64| if i < 0 { i.saturating_add(n) } else { i };
+    let (mut at, end) = if step > 0 {
+        (from_end(start).clamp(0, n), from_end(end).clamp(0, n))
+    } else {
+        (
+            from_end(start).clamp(0, n - 1),
+            from_end(end).clamp(-1, n - 1),
+        )
+    };
+    let mut indices = Vec::new();
+    while step != 0 && ((step > 0 && at < end) || (step < 0 && at > end)) {
+        indices.push(at as usize);
+        at = at.saturating_add(step);
+    }
+    indices
+}
+
+/// Weights of a selection, which is a matrix of zeros and ones.
+const MAX_SELECTION: usize = 65_536;
+
+/// A layer that gives the values at `places` of the `length` that it reads.
+///
+/// # Errors
+/// It would be too large.
+pub(super) fn selection(layer: &str, places: &[usize], length: usize) -> Result<Op, NetworkError> {
+    if places.len().saturating_mul(length) > MAX_SELECTION {
+        return Err(NetworkError::unsupported(
+            layer,
+            format!("a choice of {} of {length} values", places.len()),
+            "give the network only what it reads",
+        ));
+    }
+    let mut weights = vec![0.0; places.len() * length];
+    for (row, &place) in weights.chunks_mut(length).zip(places) {
+        row[place] = 1.0;
+    }
+    let bias = vec![0.0; places.len()];
+    Ok(Op::Dense(Dense { weights, bias }))
 }

@@ -78,11 +78,13 @@ impl Tensor {
 /// # Errors
 /// More than any network has.
 pub(super) fn count(place: &str, shape: &[usize]) -> Result<usize, NetworkError> {
-    let count = shape
+    // An empty axis does not hide that the others are too large.
+    let bound = shape
         .iter()
-        .try_fold(1_usize, |n, &axis| n.checked_mul(axis));
-    count
-        .filter(|&count| count <= MAX_PARAMETERS)
+        .try_fold(1_usize, |n, &axis| n.checked_mul(axis.max(1)));
+    bound
+        .filter(|&bound| bound <= MAX_PARAMETERS)
+        .map(|bound| if shape.contains(&0) { 0 } else { bound })
         .ok_or_else(|| {
             let message = format!("{shape:?} are more than {MAX_PARAMETERS} values");
             NetworkError::too_large(place, message)

@@ -72,8 +72,6 @@ FILES = {
     "cycle.onnx": net([node("Add", ["x", "y"], ["z"]), node("MatMul", ["z", "w"], ["y"])], [ONE]),
     "dangling.onnx": net([node("MatMul", ["nowhere", "w"], ["y"])], [ONE]),
     "unknown-operator.onnx": net([node("DepthToSpace", ["x"], ["y"], blocksize=2)], []),
-    "clip.onnx": net([node("Clip", ["x"], ["y"])], []),
-    "two-outputs-of-time.onnx": net([node("GRU", ["x", "w", "r"], ["", "y"], hidden_size=2, direction="reverse")],
                                     [weight("w", np.ones((1, 6, 4))), weight("r", np.ones((1, 6, 2)))], shape=(5, 1, 4)),
     "cycle.keras": keras([INPUT, layer("ReLU", "a", ["b"]), layer("ReLU", "b", ["a"])]),
     "bidirectional.keras": keras([INPUT, layer("Bidirectional", "b", ["in"])]),

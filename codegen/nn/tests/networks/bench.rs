@@ -21,15 +21,15 @@ use super::program::{CASES, HOST, WORKSPACE, call};
 pub struct Case {
     /// As printed.
     pub network: Network,
-    /// How.
+    /// Options of the printed crate.
     pub options: Options,
     /// Calls in turn from rest, flattened.
     pub inputs: Vec<Vec<f32>>,
-    /// Whether second derivatives are taken too.
+    /// True if second derivatives are taken too.
     pub curvature: bool,
 }
 
-/// What a program said about one network.
+/// Output of a program about one network.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Said {
     /// For each input: the output after the last call.
@@ -148,7 +148,7 @@ impl Workspace {
         read(&quick("run", "host"))
     }
 
-    /// What QEMU says; the image is built first.
+    /// Output of QEMU; the image is built first.
     pub fn qemu(&self) -> BTreeMap<String, Said> {
         let said = probe::build(&self.folder).and_then(|image| probe::run(&image));
         read(&said.unwrap_or_else(|error| panic!("{error}")))

@@ -1,4 +1,4 @@
-//! What the networks of the reference problem may cost, at most, on a Cortex-M4F: numbers that a person chose.
+//! Budgets of the networks of the reference problem on a Cortex-M4F: numbers that a person chose.
 //! The best peer takes 1,343, 15,351 and 1,494 instructions forward.
 
 use sinew_nn::{Op, store};
@@ -22,7 +22,7 @@ const BUDGETS: [(&str, u64, f64); 7] = [
     ("reference-p-8-open", 750, 2.6),
 ];
 
-/// How many units of P are open in the cases of these names.
+/// Open units of P in the cases of these names.
 const OPEN: [usize; 4] = [4, 6, 7, 8];
 
 /// The network S with every tanh that a tolerance may choose; the quick one is among the budgets.

@@ -162,7 +162,7 @@ const PROMISED: &[&str] = &[
     "Exponential",
 ];
 
-/// What is promised and in no file of a framework.
+/// Promised kinds that no file of a framework has.
 pub fn missing() -> Vec<&'static str> {
     let mut found = std::collections::HashSet::new();
     for path in files() {

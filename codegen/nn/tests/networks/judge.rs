@@ -1,4 +1,4 @@
-//! What programs said, against double precision.
+//! Outputs of the programs against double precision.
 
 use std::process::Command;
 

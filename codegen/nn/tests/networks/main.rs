@@ -56,7 +56,7 @@ fn networks_compute_what_double_precision_and_their_frameworks_do() {
     frameworks::judge(&cases[..foreign], &errors[..foreign]);
 }
 
-/// What the matrix below leaves out, it does not test.
+/// Kinds that the matrix below leaves out are not tested.
 #[test]
 fn every_promised_layer_and_activation_is_in_a_file_of_a_framework() {
     assert_eq!(frameworks::missing(), Vec::<&str>::new());

@@ -6,8 +6,8 @@ use super::{EXCITATION_ROWS, Session, preview, refused};
 use crate::clock::Clock;
 use crate::mode::{Cause, Drive, Mode};
 use crate::protocol::{Reason, Telemetry, ToHost};
-use sinew_mpc::control_loop::Step;
-use sinew_mpc::model::Model;
+use sinew_mpc::CostTerm;
+use sinew_mpc::controller::Step;
 
 /// What the board is to put on its pins.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,7 +73,7 @@ impl<const NU: usize, const NY: usize, const N: usize> Own<NU, NY, N> {
 }
 
 impl<
-    M: Model<NU, NY, NS, ND, DD>,
+    M: CostTerm<NU, NY, NS, ND, DD>,
     const NU: usize,
     const NY: usize,
     const NS: usize,

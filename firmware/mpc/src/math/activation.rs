@@ -8,7 +8,7 @@ const TANH_END: f32 = 7.0;
 const TANH_P: [f32; 4] = [0.999_995_7, 0.123_021_84, 2.276_99e-3, 3.930_018_4e-6];
 const TANH_Q: [f32; 4] = [1.0, 0.456_340_3, 2.107_218_5e-2, 1.423_509_7e-4];
 
-/// Hyperbolic tangent, `x P(x^2) / Q(x^2)` with the argument held at 7.
+/// Hyperbolic sensitivities, `x P(x^2) / Q(x^2)` with the argument held at 7.
 ///
 /// Largest error 2e-6 (absolute, swept in `tests/math.rs`); odd; NaN gives NaN, infinities give the
 /// value at the end. Cost: 8 multiplications, 6 additions, 1 division.

@@ -16,13 +16,15 @@ pub mod shallow;
 use proptest::test_runner::{Config as ProptestConfig, RngSeed};
 pub use random::Random;
 pub use shallow::Shallow;
+use sinew_mpc::cost::CostTerm;
 use sinew_mpc::model::{Jacobian, Model, Regressor};
-use sinew_mpc::mpc::prediction::Trajectory;
-use sinew_mpc::mpc::{Problem, Quadratic};
+use sinew_mpc::rollout::Trajectory;
+use sinew_mpc::sensitivity::Propagate;
+use sinew_mpc::{Problem, Quadratic};
 
 /// Cost, half gradient and half Hessian of a plan.
 pub fn quadratic<
-    M: Model<NU, NY, NS, ND, DD>,
+    M: CostTerm<NU, NY, NS, ND, DD>,
     const NU: usize,
     const NY: usize,
     const NS: usize,
@@ -35,10 +37,10 @@ pub fn quadratic<
     problem: &Problem<'_, M, NU, NY, NS, ND, DD, N, NB, NV>,
     plan: &[f32; NV],
 ) -> (f32, Quadratic<NV>) {
-    let mut trajectory = Trajectory::new(M::TRACE);
+    let mut trajectory = Trajectory::new(M::Model::TRACE);
     let mut quadratic = Quadratic::new();
-    let cost = problem.roll(plan, &mut trajectory);
-    problem.derive(plan, &trajectory, &mut quadratic);
+    let cost = problem.rollout(plan, &mut trajectory);
+    problem.linearise(plan, &trajectory, &mut quadratic);
     (cost, quadratic)
 }
 
@@ -92,3 +94,5 @@ impl<const NU: usize, const NS: usize> Model<NU, NU, NS, 2, 1> for Linear {
         }
     }
 }
+
+impl<const NU: usize, const NS: usize> Propagate<NU, NU, NS, 2, 1> for Linear {}

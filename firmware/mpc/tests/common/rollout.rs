@@ -4,7 +4,7 @@
     reason = "the indices are those of the equations, over several arrays at once"
 )]
 
-use sinew_mpc::mpc::Problem;
+use sinew_mpc::Problem;
 
 use super::Shallow;
 

@@ -1,10 +1,11 @@
 //! Loops around predictors with memory: no steady error, gaps, and channels that are predicted or held.
 
-use sinew_mpc::control_loop::{ControlLoop, Settings};
+use sinew_mpc::controller::{ControlLoop, Settings};
+use sinew_mpc::sensitivity::Propagate;
 
+use sinew_mpc::Horizons;
+use sinew_mpc::limits::Limits;
 use sinew_mpc::model::{ChannelJacobian, Jacobian, Model, Regressor};
-use sinew_mpc::mpc::Horizons;
-use sinew_mpc::safety::Limits;
 use sinew_mpc::scaling::ModelScaling;
 use sinew_mpc::status::Status;
 
@@ -21,7 +22,7 @@ const LIMITS: Limits<1> = Limits {
     safe: [0.0],
 };
 
-fn control<M: Model<1, 1, NS, 1, 1>, const NS: usize>(model: M) -> Loop<M, NS> {
+fn control<M: Propagate<1, 1, NS, 1, 1>, const NS: usize>(model: M) -> Loop<M, NS> {
     let settings = Settings {
         tracking_weight: [1.0],
         move_suppression: [0.01],
@@ -63,7 +64,7 @@ impl<M: Exact<1, NS>, const NS: usize> Plant<M, NS> {
 /// all plants with enough gain. A sample in twenty is lost on the way there.
 fn steady_error<M, const NS: usize>(seed: u64) -> f64
 where
-    M: Exact<1, NS> + Model<1, 1, NS, 1, 1>,
+    M: Exact<1, NS> + Propagate<1, 1, NS, 1, 1>,
 {
     let (mut worst, mut plants, mut bridged) = (0.0_f64, 0, 0);
     for case in 0..150 {
@@ -142,6 +143,8 @@ impl<const PREDICTED: bool> Model<1, 1, 1, 1, 1> for ThroughAChannel<PREDICTED> 
         jacobian.s = [[0.5]];
     }
 }
+
+impl<const PREDICTED: bool> Propagate<1, 1, 1, 1, 1> for ThroughAChannel<PREDICTED> {}
 
 fn run<const PREDICTED: bool>(measured: bool) -> (f32, Status) {
     let mut loop_: Loop<_, 1> = control(ThroughAChannel::<PREDICTED>);

@@ -1,7 +1,7 @@
 //! Gradient and Gauss-Newton Hessian through outputs and memory together, against double precision.
 
-use sinew_mpc::model::Model;
-use sinew_mpc::mpc::Horizons;
+use sinew_mpc::Horizons;
+use sinew_mpc::Propagate;
 
 use crate::cells::{GruNet, LstmNet};
 use crate::common::Random;
@@ -10,7 +10,7 @@ use crate::exact::Exact;
 
 fn check<M, const NU: usize, const NY: usize, const NS: usize>(seed: u64, cases: usize)
 where
-    M: Exact<NY, NS> + Model<NU, NY, NS, 1, 1>,
+    M: Exact<NY, NS> + Propagate<NU, NY, NS, 1, 1>,
 {
     const N: usize = 8;
     const NB: usize = 3;
@@ -35,7 +35,7 @@ fn check_in_blocks<
     cases: usize,
     length: [u8; NB],
 ) where
-    M: Exact<NY, NS> + Model<NU, NY, NS, 1, 1>,
+    M: Exact<NY, NS> + Propagate<NU, NY, NS, 1, 1>,
 {
     let mut random = Random(seed);
     let horizons = Horizons::<N, NB>::new(1, length);

@@ -17,7 +17,7 @@ use crate::recording::Recording;
 #[derive(Args)]
 pub struct Arguments {
     /// The rig file (TOML): what is believed.
-    rig: PathBuf,
+    pub rig: PathBuf,
     /// A recording (CSV) that estimates parameters; may be repeated.
     #[arg(long, value_name = "CSV", required = true)]
     fit: Vec<PathBuf>,
@@ -58,6 +58,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let stage = Stage::begin("diagnose", quiet);
     let options = Options {
         seed: arguments.common.seed,
+        ..Options::default()
     };
     let told = |what: &str, done: usize, of: usize| stage.count(done, of, what);
     let found = diagnose(&rig, &recordings, &options, &told)?;

@@ -41,7 +41,7 @@ impl From<Shape> for Kind {
 #[derive(Args)]
 pub struct Arguments {
     /// The rig file (TOML); its actuators' limits are kept.
-    rig: PathBuf,
+    pub rig: PathBuf,
     /// Where the input columns are written: what `sinew simulate --input` and a test bench take.
     #[arg(long, value_name = "CSV")]
     out: PathBuf,
@@ -74,20 +74,21 @@ pub struct Arguments {
     quiet: bool,
 }
 
+/// Designs the experiment; without `--rate` at the control rate of the rig, where it has one.
+///
 /// # Errors
 /// Bad arguments, a bad rig, one without limits or one that cannot be simulated.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub fn run(arguments: &Arguments, control_rate_hz: Option<f64>) -> Result<()> {
     overwrite::refuse(
         [("the rig", arguments.rig.as_path())],
         [("--out", Some(arguments.out.as_path()))],
     )?;
     let rig = Rig::load(&arguments.rig)?;
     let plant = Plant::new(&rig)?;
-    let of_rig = rig.control.as_ref().and_then(|control| control.rate_hz);
     let options = Options {
         kind: arguments.kind.into(),
         seconds: arguments.seconds,
-        rate_hz: arguments.rate.or(of_rig).unwrap_or(120.0),
+        rate_hz: arguments.rate.or(control_rate_hz).unwrap_or(120.0),
         seed: arguments.seed,
         amplitude: arguments.amplitude,
         band_hz: arguments.band.as_deref().map(band).transpose()?,

@@ -16,7 +16,7 @@ use crate::report::quantity;
 #[derive(Args)]
 pub struct Arguments {
     /// The rig file (TOML).
-    rig: PathBuf,
+    pub rig: PathBuf,
     #[command(flatten)]
     recordings: Recordings,
     /// Where the rig with its new numbers is written; its comments are kept.

@@ -12,7 +12,7 @@ use crate::mjcf::mjcf;
 #[derive(Args)]
 pub struct Arguments {
     /// The rig file (TOML).
-    rig: PathBuf,
+    pub rig: PathBuf,
     /// Where MuJoCo's file is written.
     #[arg(long, value_name = "XML")]
     out: PathBuf,

@@ -81,7 +81,7 @@ fn run(verb: Verb) -> Result<()> {
     match verb {
         Verb::Fit(arguments) => fit::run(&arguments),
         Verb::Diagnose(arguments) => diagnose::run(&arguments),
-        Verb::Excite(arguments) => excite::run(&arguments),
+        Verb::Excite(arguments) => excite::run(&arguments, None),
         Verb::Mjcf(arguments) => mjcf::run(&arguments),
     }
 }

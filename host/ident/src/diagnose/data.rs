@@ -1,25 +1,21 @@
 //! Recordings of one role, laid against the rig: SI, with what is known of their noise.
 
+use crate::diagnose::config::CONFIG;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
 use sinew_sim::{Plant, Rig};
 
-use super::noise;
+use crate::diagnose::noise;
 use crate::error::Result;
+use crate::fit::experiment::spreads;
 use crate::fit::experiment::{Experiment, Views};
 use crate::fit::segment::{Problem, Segment};
-use crate::fit::{spreads, start};
+use crate::fit::start;
 use crate::recording::Recording;
 
-/// Weights are never finer than this part of a signal's spread: below it lies arithmetic.
-const FINEST: f64 = 1e-6;
-
-/// How far an added state may start from where it is thought to, as a multiple of the noise.
-const HELD: f64 = 3.0;
-
 /// Recordings as every candidate is held against them.
-pub(super) struct Data {
+pub(crate) struct Data {
     /// One entry a recording.
     pub experiments: Vec<Experiment>,
     /// Standard deviation of each sensor's measurement, SI; 0 where it has no noise.
@@ -30,15 +26,15 @@ pub(super) struct Data {
     pub spread: Vec<f64>,
     /// One unit of residual, SI: the noise.
     pub sigma: Vec<f64>,
-    /// Natural sizes of the believed rig's states, by name.
+    /// Natural sizes of the baseline rig's states, by name.
     state_scale: BTreeMap<String, f64>,
 }
 
-/// Start states that were found for stretches.
+/// Start states that were found for intervals.
 #[derive(Clone, Copy)]
-pub(super) struct Starts<'a> {
+pub(crate) struct Starts<'a> {
     pub data: &'a Data,
-    pub stretches: &'a [(usize, Range<usize>)],
+    pub intervals: &'a [(usize, Range<usize>)],
     pub states: &'a [Vec<f64>],
 }
 
@@ -81,7 +77,7 @@ impl Data {
             sigma: noise
                 .iter()
                 .zip(&spread)
-                .map(|(noise, spread)| noise.max(FINEST * spread))
+                .map(|(noise, spread)| noise.max(CONFIG.model.finest_weight * spread))
                 .collect(),
             state_scale: plant
                 .state_names()
@@ -112,9 +108,9 @@ impl Data {
         self.experiments.iter().map(Experiment::rows).sum()
     }
 
-    /// Valid samples of all sensors in some stretches.
-    pub fn samples(&self, stretches: &[(usize, Range<usize>)]) -> f64 {
-        let counts = stretches.iter().map(|(index, rows)| {
+    /// Valid samples of all sensors in some intervals.
+    pub fn samples(&self, intervals: &[(usize, Range<usize>)]) -> f64 {
+        let counts = intervals.iter().map(|(index, rows)| {
             let signals = self.experiments[*index].signals.iter();
             let of = |column: &Vec<f64>| {
                 let valid = column[rows.clone()].iter().filter(|y| y.is_finite());
@@ -125,21 +121,21 @@ impl Data {
         counts.sum::<usize>() as f64
     }
 
-    /// Each recording cut into at most `parts` equal stretches of at least 100 rows.
+    /// Each recording cut into at most `parts` equal intervals of at least 100 rows.
     pub fn cut(&self, parts: usize) -> Vec<(usize, Range<usize>)> {
-        let mut stretches = Vec::new();
+        let mut intervals = Vec::new();
         for (index, experiment) in self.experiments.iter().enumerate() {
             let rows = experiment.rows();
             let count = parts.min(rows / 100).max(1);
             for k in 0..count {
-                stretches.push((index, k * rows / count..(k + 1) * rows / count));
+                intervals.push((index, k * rows / count..(k + 1) * rows / count));
             }
         }
-        stretches
+        intervals
     }
 
-    /// As [`Data::cut`], but of no more than about `budget` rows in all: stretches evenly spread over the
-    /// recordings, as long as they may be.
+    /// As [`Data::cut`], but of no more than about `budget` rows in all: intervals evenly spread
+    /// over the recordings, as long as they may be.
     pub fn select(&self, parts: usize, budget: usize) -> Vec<(usize, Range<usize>)> {
         let rows = self.rows();
         if rows <= budget {
@@ -147,7 +143,7 @@ impl Data {
         }
         let wanted = parts.max(8);
         let length = (budget / wanted).max(100);
-        let mut stretches = Vec::new();
+        let mut intervals = Vec::new();
         for (index, experiment) in self.experiments.iter().enumerate() {
             let own = experiment.rows();
             let count = ((wanted * own) as f64 / rows as f64).round().max(1.0) as usize;
@@ -155,28 +151,29 @@ impl Data {
             for k in 0..count {
                 // The first begins where the recording does, the last ends where it ends.
                 let begin = (k * (own - length)).checked_div(count - 1).unwrap_or(0);
-                stretches.push((index, begin..begin + length));
+                intervals.push((index, begin..begin + length));
             }
         }
-        stretches
+        intervals
     }
 
-    /// Stretches as a plant is driven over them.
+    /// Intervals as a plant is driven over them.
     ///
     /// # Errors
     /// None that reading the recordings has not excluded.
     pub fn segments(
         &self,
         plant: &Plant,
-        stretches: &[(usize, Range<usize>)],
+        intervals: &[(usize, Range<usize>)],
     ) -> Result<Vec<Segment>> {
-        stretches
+        intervals
             .iter()
             .map(|(index, rows)| Segment::new(plant, &self.experiments, *index, rows.clone()))
             .collect()
     }
 
-    /// States that a plant has beyond those of the believed rig: memories, lags and masses that effects bring.
+    /// States that a plant has beyond those of the baseline rig: memories, lags and masses that
+    /// effects bring.
     pub fn added(&self, plant: &Plant) -> Vec<usize> {
         let names = plant.state_names();
         let added = names.iter().enumerate();
@@ -186,9 +183,9 @@ impl Data {
             .collect()
     }
 
-    /// Holds what effects have added to a start state where it is, to within the noise. A recording begins
-    /// relaxed, as far as anybody knows; a state that no sensor shows and that is free at every start
-    /// follows whatever the rig misses.
+    /// Holds what effects have added to a start state where it is, to within the noise. A recording
+    /// begins relaxed, as far as anybody knows; a state that no sensor shows and that is free at
+    /// every start follows whatever the rig misses.
     pub fn hold(&self, plant: &Plant, segment: &mut Segment, state: &[f64]) {
         let scale = self.state_scale(plant);
         let shares = self.noise.iter().zip(&self.spread);
@@ -196,14 +193,15 @@ impl Data {
             .map(|(noise, spread)| noise / spread)
             .filter(|share| share.is_finite())
             .fold(f64::INFINITY, f64::min)
-            .clamp(FINEST, 1.0);
+            .clamp(CONFIG.model.finest_weight, 1.0);
         for index in self.added(plant) {
             segment.anchor.mean[index] = state[index] / scale[index];
-            segment.anchor.weight[(index, index)] = (HELD * share).powi(-2);
+            segment.anchor.weight[(index, index)] =
+                (CONFIG.model.added_state_width * share).powi(-2);
         }
     }
 
-    /// Start states for stretches as the recordings show them.
+    /// Start states for intervals as the recordings show them.
     ///
     /// # Errors
     /// None that reading the recordings has not excluded.
@@ -218,8 +216,8 @@ impl Data {
         start::states(&problem, &Views::new(rig, plant), segments, values)
     }
 
-    /// [`Data::starts`], less the guess: what was `found` for stretches of other data of the same recordings, where one of
-    /// them begins at the same time; else what explains the first rows.
+    /// [`Data::starts`], less the guess: what was `found` for intervals of other data of the same
+    /// recordings, where one of them begins at the same time; else what explains the first rows.
     ///
     /// # Errors
     /// None that reading the recordings has not excluded.
@@ -234,7 +232,7 @@ impl Data {
         let time = |data: &Self, index: usize, row: usize| data.experiments[index].t[row];
         for (segment, state) in segments.iter().zip(&mut states) {
             let begins = time(self, segment.experiment, segment.rows.start);
-            for ((index, rows), known) in found.stretches.iter().zip(found.states) {
+            for ((index, rows), known) in found.intervals.iter().zip(found.states) {
                 if *index == segment.experiment && time(found.data, *index, rows.start) == begins {
                     state.clone_from(known);
                 }
@@ -244,8 +242,9 @@ impl Data {
         Ok(start::near(&problem, segments, values, states))
     }
 
-    /// [`Data::starts`], less the guess: where a stretch begins within one whose start state was `found`, what the plant
-    /// is in by then explains it better if anything of that was right; sliding or at rest, no measurement shows alone.
+    /// [`Data::starts`], less the guess: where a interval begins within one whose start state was
+    /// `found`, what the plant is in by then explains it better if anything of that was right;
+    /// sliding or at rest, no measurement shows alone.
     ///
     /// # Errors
     /// None that reading the recordings has not excluded.
@@ -262,7 +261,7 @@ impl Data {
         for (segment, state) in segments.iter().zip(&mut states) {
             let begins = self.experiments[segment.experiment].t[segment.rows.start];
             let times = &found.data.experiments[segment.experiment].t;
-            let all = found.stretches.iter().zip(found.states);
+            let all = found.intervals.iter().zip(found.states);
             let covers = |rows: &Range<usize>| {
                 let times = &times[rows.clone()];
                 times.first().is_some_and(|t| *t <= begins)
@@ -322,8 +321,8 @@ impl Data {
             .collect()
     }
 
-    /// The same recordings with every `k`-th row: inputs averaged over what is left out, so that the plant
-    /// gets the same impulse.
+    /// The same recordings with every `k`-th row: inputs averaged over what is left out, so that
+    /// the plant gets the same impulse.
     pub fn thinned(&self, rig: &Rig, plant: &Plant, k: usize) -> Self {
         let experiments = self.experiments.iter().map(|full| {
             let rows: Vec<usize> = (0..full.rows()).step_by(k).collect();
@@ -376,7 +375,7 @@ mod tests {
         let states = data.starts(&rig, &plant, &first, &values).expect("a start");
         let found = Starts {
             data: &data,
-            stretches: &whole,
+            intervals: &whole,
             states: &states,
         };
         let later: Vec<_> = (1..6).map(|k| (0, 100 * k..100 * k + 40)).collect();

@@ -1,31 +1,36 @@
-//! What a diagnosis knows beyond its JSON: what its text and its plots are made of.
+//! Findings beyond the JSON: what its text and its plots are made of.
 
-/// What the text and the plots say beyond the JSON.
+/// Findings that the text and the plots say beyond the JSON.
 #[derive(Clone, Debug, Default)]
 pub struct Details {
-    /// Parts of the recordings that were set aside to check by, where no recording was given for that.
+    /// Parts of the recordings that were set aside to check by, where no recording was given for
+    /// that.
     pub set_aside: Option<String>,
-    /// What a reader must know: inputs that held their last value, parameters that the data do not determine.
+    /// Notes that a reader must know: inputs that held their last value, parameters that the data
+    /// do not determine.
     pub notes: Vec<String>,
     /// Explanations that were fitted to everything, the believed rig among them, the best first.
     pub finalists: Vec<Finalist>,
-    /// The force that the refitted rig lacks, recovered from the recordings; `None` where nothing is wrong.
+    /// The force that the refitted rig lacks, recovered from the recordings; `None` where nothing
+    /// is wrong.
     pub recovered: Option<Recovered>,
 }
 
 /// One explanation that was fitted to all recordings of the fit.
 #[derive(Clone, Debug)]
 pub struct Finalist {
-    /// What it adds to the rig, as `kind at component`, joined by ` + `; `nothing` for the rig itself.
+    /// Terms that it adds to the rig, as `kind at component`, joined by ` + `; `nothing` for the
+    /// rig itself.
     pub name: String,
     /// Fitted parameters, the rig's own included.
     pub parameters: usize,
-    /// Root mean square error on the fit recordings as a part of what the refitted rig leaves there, the rig fitted to the
-    /// check recordings as well; the geometric mean over sensors: 1 gains nothing.
+    /// Root mean square error on the fit recordings as a part of what the refitted rig leaves
+    /// there, the rig fitted to the check recordings as well; the geometric mean over sensors: 1
+    /// gains nothing.
     pub fit_error: f64,
     /// The same on the check recordings.
     pub check_error: f64,
-    /// How probable it is among the finalists.
+    /// Probability among the finalists.
     pub probability: f64,
     /// Why it is not what is believed; empty for what is.
     pub lost: String,
@@ -36,7 +41,8 @@ pub struct Finalist {
 pub struct Recovered {
     /// The component at which it acts.
     pub component: String,
-    /// `N` or `N m`; the unit of the reading or of the input where the mismatch sits at a sensor or an actuator.
+    /// `N` or `N m`; the unit of the reading or of the input where the mismatch sits at a sensor or
+    /// an actuator.
     pub unit: String,
     /// Unit of the place's position: `m` or `rad`.
     pub position_unit: String,
@@ -57,6 +63,6 @@ pub struct ForceTrace {
     pub velocity: Vec<f64>,
     /// The force that the refitted rig lacks, SI.
     pub force: Vec<f64>,
-    /// What the named effects give instead, SI; empty where nothing is named.
+    /// Force that the named effects give instead, SI; empty where nothing is named.
     pub law: Vec<f64>,
 }

@@ -1,41 +1,12 @@
-//! What speaks for one explanation against another, and how surely (docs/explanation/diagnosis.md, eq. 6 to 8).
+//! Evidence for one candidate against another, and its certainty (docs/explanation/diagnosis.md,
+//! eq. 6 to 8).
 
+use crate::diagnose::candidate::Candidate;
+use crate::diagnose::case::Case;
+use crate::diagnose::config::CONFIG;
+use crate::diagnose::residuals::Residuals;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use sinew_sim::effects::Family;
-
-use super::judge::Remains;
-use super::race::Tried;
-use super::suspect::Suspect;
-
-/// Resamplings of the blocks of time.
-const RESAMPLINGS: usize = 200;
-
-/// Residuals this much below a signal's spread are arithmetic: they speak for nobody.
-const ARITHMETIC: f64 = 1e-5;
-
-/// An explanation fitted to all of the fit recordings, and what it leaves.
-#[derive(Clone)]
-pub(super) struct Contender {
-    pub tried: Tried,
-    pub fit: Remains,
-    pub check: Remains,
-    /// Its numbers are what the whole of the fit recordings says, where finals are fitted to stretches of them.
-    pub all_rows: bool,
-}
-
-impl Contender {
-    /// Number of fitted parameters.
-    pub fn parameters(&self) -> usize {
-        self.tried.model.slots.len()
-    }
-
-    /// Whether it has a coordinate that nobody sees.
-    pub fn has_mode(&self) -> bool {
-        let mut families = self.tried.suspects.iter().map(Suspect::family);
-        families.any(|family| family == Some(Family::Mode))
-    }
-}
 
 /// Sums of squares of one explanation, block by block, for both roles.
 struct Book {
@@ -45,7 +16,7 @@ struct Book {
 }
 
 /// Everything that is needed to compare explanations of the same recordings.
-pub(super) struct Court {
+pub(crate) struct Comparison {
     books: Vec<Book>,
     /// Variance of each sensor that arithmetic alone explains.
     floor: Vec<f64>,
@@ -54,35 +25,42 @@ pub(super) struct Court {
     seed: u64,
 }
 
-impl Court {
+impl Comparison {
     /// `spread` has one entry a sensor; memory is taken from the best explanation.
-    pub fn new(contenders: &[Contender], spread: &[f64], seed: u64) -> Self {
-        let floor: Vec<f64> = spread.iter().map(|s| (ARITHMETIC * s).powi(2)).collect();
-        let least = contenders.iter().min_by(|a, b| {
-            let of = |c: &Contender| -> f64 {
+    pub fn new(candidates: &[Candidate], spread: &[f64], seed: u64) -> Self {
+        let floor: Vec<f64> = spread
+            .iter()
+            .map(|s| (CONFIG.evidence.round_off * s).powi(2))
+            .collect();
+        let least = candidates.iter().min_by(|a, b| {
+            let of = |c: &Candidate| -> f64 {
                 (0..floor.len())
                     .map(|s| (c.check.rms(s).powi(2) + floor[s]).ln())
                     .sum()
             };
             of(a).total_cmp(&of(b))
         });
-        let memory = least.map_or(1.0, |best| best.check.memory().max(best.fit.memory()));
-        let samples = |remains: &Remains| -> usize {
-            remains
+        let memory = least.map_or(1.0, |best| {
+            best.check
+                .correlation_time()
+                .max(best.fit.correlation_time())
+        });
+        let samples = |residuals: &Residuals| -> usize {
+            residuals
                 .series
                 .first()
                 .map_or(0, |series| series.iter().map(Vec::len).sum::<usize>())
         };
-        let books = contenders
+        let books = candidates
             .iter()
-            .map(|contender| Book {
-                fit: contender
+            .map(|candidate| Book {
+                fit: candidate
                     .fit
-                    .blocks(block_length(samples(&contender.fit), memory)),
-                check: contender
+                    .blocks(block_length(samples(&candidate.fit), memory)),
+                check: candidate
                     .check
-                    .blocks(block_length(samples(&contender.check), memory)),
-                parameters: contender.parameters() as f64,
+                    .blocks(block_length(samples(&candidate.check), memory)),
+                parameters: candidate.parameters() as f64,
             })
             .collect();
         Self {
@@ -93,16 +71,17 @@ impl Court {
         }
     }
 
-    /// Log evidence of each explanation (eq. 6): likelihood on both roles with one noise, a fine for parameters.
-    /// A noise of its own for each role would reward whoever follows what it was fitted to.
+    /// Log evidence of each explanation (eq. 6): likelihood on both roles with one noise, a fine
+    /// for parameters. A noise of its own for each role would reward whoever follows what it was
+    /// fitted to.
     pub fn evidence(&self) -> Vec<f64> {
         (0..self.books.len())
             .map(|index| self.evidence_of(index, None))
             .collect()
     }
 
-    /// Gain of each explanation over `reference` on the check recordings: log ratio of root mean squares
-    /// summed over sensors, its mean and its first percentile under resampling (eq. 7).
+    /// Gain of each explanation over `reference` on the check recordings: log ratio of root mean
+    /// squares summed over sensors, its mean and its first percentile under resampling (eq. 7).
     pub fn gain(&self, index: usize, reference: usize) -> Gain {
         let mut gains: Vec<f64> = self
             .resamplings()
@@ -117,7 +96,8 @@ impl Court {
         }
     }
 
-    /// How probable each explanation is: mean over resamplings of their shares of the evidence (eq. 8).
+    /// Probability of each candidate: mean over resamplings of their shares of the evidence (eq.
+    /// 8).
     pub fn probabilities(&self) -> Vec<f64> {
         let mut sums = vec![0.0; self.books.len()];
         let mut count = 0.0;
@@ -175,7 +155,7 @@ impl Court {
             .books
             .first()
             .map_or((0, 0), |book| (blocks(&book.fit), blocks(&book.check)));
-        (0..RESAMPLINGS).map(move |_| Weights {
+        (0..CONFIG.evidence.resamplings).map(move |_| Weights {
             fit: draw(&mut random, counts.0),
             check: draw(&mut random, counts.1),
         })
@@ -201,15 +181,15 @@ fn log_mean(squares: f64, count: f64, floor: f64) -> f64 {
     (squares / count + floor).max(f64::MIN_POSITIVE).ln()
 }
 
-/// How often each block was drawn.
+/// Number of times that each block was drawn.
 struct Weights {
     fit: Vec<f64>,
     check: Vec<f64>,
 }
 
-/// What an explanation gains on the check recordings.
+/// Gain of a candidate on the check recordings.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Gain {
+pub(crate) struct Gain {
     /// First percentile, under resampling, of the log ratio of root mean squares.
     pub low: f64,
 }
@@ -222,7 +202,24 @@ fn draw(random: &mut ChaCha8Rng, count: usize) -> Vec<f64> {
     weights
 }
 
-/// Rows a block: five times the residuals' memory, but no fewer than 12 blocks and no more than 100.
+/// Rows a block: five times the residuals' memory, but no fewer than 12 blocks and no more than
+/// 100.
 fn block_length(samples: usize, memory: f64) -> usize {
     ((5.0 * memory) as usize).clamp((samples / 100).max(1), (samples / 12).max(1))
+}
+
+/// Distance of two candidates' predictions of the check recordings, in units of the noise:
+/// the largest of the sensors (eq. 10).
+pub(crate) fn apart(a: &Candidate, b: &Candidate, case: &Case) -> f64 {
+    let of_sensor = |sensor: usize| {
+        let (mut squares, mut count) = (0.0, 0.0);
+        let pairs = a.check.series[sensor].iter().zip(&b.check.series[sensor]);
+        for (a, b) in pairs.flat_map(|(a, b)| a.iter().zip(b)) {
+            squares += (a - b).powi(2);
+            count += 1.0;
+        }
+        let scale = case.check.noise[sensor] + 1e-4 * case.check.spread[sensor];
+        (squares / f64::max(count, 1.0)).sqrt() / scale
+    };
+    (0..a.check.series.len()).map(of_sensor).fold(0.0, f64::max)
 }

@@ -1,8 +1,8 @@
 //! A finding for the tests of what shows it: the example of docs/reference/results.md.
 
-use super::{
-    Details, Diagnosis, Errors, Estimate, FORMAT, FoundEffect, Interval, Location, Rival,
-    SignalFit, Verdict,
+use crate::diagnose::details::Details;
+use crate::diagnose::finding::{
+    Diagnosis, Errors, Estimate, FORMAT, FoundEffect, Interval, Location, Rival, SignalFit, Verdict,
 };
 
 const RIG: &str = r#"format = "sinew-rig/1"
@@ -28,7 +28,7 @@ signal = "q_m"
 "#;
 
 /// Dry friction at a carriage.
-pub(super) fn carriage() -> Diagnosis {
+pub(crate) fn carriage() -> Diagnosis {
     let written = sinew_sim::Rig::parse(RIG, "axis.toml").expect("it is sound");
     let refitted = written
         .with_values(&[("carriage.inertia", 95.2)])

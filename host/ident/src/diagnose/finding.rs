@@ -1,4 +1,5 @@
-//! What a diagnosis says: the types that `sinew-diagnosis/1` is written from (docs/reference/results.md).
+//! Findings of a diagnosis: the types that `sinew-diagnosis/1` is written from
+//! (docs/reference/results.md).
 
 use std::collections::BTreeMap;
 
@@ -12,19 +13,19 @@ pub const FORMAT: &str = "sinew-diagnosis/1";
 pub struct Diagnosis {
     /// Always `sinew-diagnosis/1`.
     pub format: &'static str,
-    /// What was found, in a word.
+    /// The finding in a word.
     pub verdict: Verdict,
-    /// What was found, in a sentence.
+    /// The finding in a sentence.
     pub sentence: String,
     /// The missing physics, most important first.
     pub effects: Vec<FoundEffect>,
-    /// Where and when the mismatch sits; null where there is none.
+    /// Place and time of the mismatch; null where there is none.
     pub location: Option<Location>,
     /// Free-run errors by signal.
     pub fit: BTreeMap<String, SignalFit>,
     /// The rig's own free parameters.
     pub parameters: BTreeMap<String, Estimate>,
-    /// What to record next.
+    /// Next experiment to record.
     pub next_experiment: String,
     /// Wall time.
     pub seconds: f64,
@@ -34,12 +35,12 @@ pub struct Diagnosis {
     /// The same, and mended where something was found.
     #[serde(skip)]
     pub mended: sinew_sim::Rig,
-    /// What the text and the plots say beyond the JSON.
+    /// Findings that the text and the plots say beyond the JSON.
     #[serde(skip)]
-    pub details: super::Details,
+    pub details: crate::diagnose::Details,
 }
 
-/// Which of the four findings it is.
+/// One of the four findings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
@@ -70,7 +71,7 @@ impl Verdict {
 pub struct FoundEffect {
     /// Its name in the vocabulary.
     pub kind: String,
-    /// Where it sits.
+    /// Its place.
     pub component: String,
     /// Its law with numbers.
     pub equation: String,
@@ -80,9 +81,9 @@ pub struct FoundEffect {
     pub parameters: BTreeMap<String, Estimate>,
     /// 0.9 means right nine times in ten.
     pub confidence: f64,
-    /// What else it might be.
+    /// Alternatives.
     pub rivals: Vec<Rival>,
-    /// What these recordings cannot tell from it.
+    /// Alternatives that these recordings cannot tell from it.
     pub indistinguishable_from: Vec<Rival>,
 }
 
@@ -91,9 +92,9 @@ pub struct FoundEffect {
 pub struct Rival {
     /// Its name in the vocabulary, or `wrong_number` for a bare number of the rig.
     pub kind: String,
-    /// Where it sits.
+    /// Its place.
     pub component: String,
-    /// How probable it is.
+    /// Its probability.
     pub confidence: f64,
 }
 
@@ -104,18 +105,18 @@ pub struct Estimate {
     pub value: f64,
     /// Its unit.
     pub unit: String,
-    /// Where it lies nineteen times in twenty; null where the data do not say.
+    /// Interval that holds it nineteen times in twenty; null where the data do not say.
     pub ci95: Option<[f64; 2]>,
 }
 
-/// Where and when a mismatch sits.
+/// Place and time of a mismatch.
 #[derive(Clone, Debug, Serialize)]
 pub struct Location {
     /// The component at which a force explains it best.
     pub component: String,
-    /// What that force follows.
+    /// Quantity that the force follows.
     pub follows: String,
-    /// Where it is largest.
+    /// Intervals where it is largest.
     pub intervals: Vec<Interval>,
 }
 
@@ -162,7 +163,8 @@ pub struct Errors {
 mod tests {
     use super::*;
 
-    /// The example of docs/reference/results.md, letter for letter; what others read their answers by.
+    /// The example of docs/reference/results.md, letter for letter; what others read their answers
+    /// by.
     const EXAMPLE: &str = r#"{ "format": "sinew-diagnosis/1",
   "verdict": "missing_physics",
   "sentence": "Dry friction of 20.1 N at carriage is missing from the model.",
@@ -189,7 +191,7 @@ mod tests {
     #[test]
     fn the_json_is_the_contracts_example_key_for_key() {
         let expected: serde_json::Value = serde_json::from_str(EXAMPLE).expect("it is JSON");
-        let written = json(&super::super::example::carriage());
+        let written = json(&crate::diagnose::example::carriage());
         assert_eq!(plain(written), plain(expected));
     }
 
@@ -206,7 +208,7 @@ mod tests {
 
     #[test]
     fn keys_without_anything_to_say_are_null_and_not_absent() {
-        let mut nothing = super::super::example::carriage();
+        let mut nothing = crate::diagnose::example::carriage();
         nothing.verdict = Verdict::Consistent;
         nothing.effects.clear();
         nothing.location = None;

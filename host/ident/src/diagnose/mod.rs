@@ -1,55 +1,51 @@
-//! Diagnosis: where a simulation and a recording differ, and which physics was left out (docs/explanation/diagnosis.md).
+//! Diagnosis: where a simulation and a recording differ, and which physics was left out
+//! (docs/explanation/diagnosis.md).
 
-mod alike;
-mod begin;
-mod belief;
-mod conclude;
+mod acceptance;
+mod baseline;
+mod calibration;
+mod candidate;
+mod canonical;
+mod case;
+pub mod config;
+mod corrected;
 mod data;
 mod details;
-mod elsewhere;
 mod evidence;
 #[cfg(test)]
 mod example;
-mod finals;
 mod finding;
-mod follows;
-mod gauge;
-mod judge;
-mod kin;
-mod ladder;
-mod latent;
+mod identical;
 mod locate;
-mod mend;
 mod model;
-mod name;
-mod neighbours;
-mod next;
+mod next_experiment;
 mod noise;
-mod numbers;
 pub mod output;
-mod pairs;
-mod race;
-mod residual;
-mod roles;
-mod rows;
-mod screen;
+mod pool;
+mod progress;
+mod report;
+mod residuals;
 mod search;
-mod settle;
-mod suspect;
-mod told;
+mod split;
+mod term;
+#[cfg(test)]
+mod tests;
+mod verify;
 
+use crate::diagnose::config::CONFIG;
+use sinew_sim::effects::Kind;
 use sinew_sim::{Plant, Rig};
 
-use self::data::Data;
+use self::baseline::refit_again;
+use self::case::{Case, refit_settings};
 pub use self::details::{Details, Finalist, ForceTrace, Recovered};
 pub use self::finding::{
     Diagnosis, Errors, Estimate, FORMAT, FoundEffect, Interval, Location, Rival, SignalFit, Verdict,
 };
-use self::roles::Roles;
-use self::search::Bench;
+use self::search::search_in_parts;
+use self::split::Roles;
 use crate::error::Result;
-use crate::fit::pace::pace;
-use crate::fit::{Fit, FitOptions, fit};
+use crate::fit::{FitOptions, fit};
 use crate::recording::Recording;
 
 /// Recordings by role.
@@ -63,25 +59,26 @@ pub struct Recordings {
     pub test: Vec<Recording>,
 }
 
-/// How to diagnose.
+/// Options of a diagnosis.
 #[derive(Clone, Debug)]
 pub struct Options {
     /// Seed of the resampling.
     pub seed: u64,
+    /// Effects that may be missing from the rig.
+    pub effects: Vec<Kind>,
+    /// Names of moves that the search leaves out (`search/moves`), to see what they are worth.
+    pub without_moves: Vec<String>,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { seed: 1 }
+        Self {
+            seed: 1,
+            effects: Kind::ALL.to_vec(),
+            without_moves: Vec::new(),
+        }
     }
 }
-
-/// Stretches that a recording is judged in at first where something integrates; fewer where nothing is left in any of them.
-const PARTS: usize = 8;
-
-/// Steps of a refit that begins where an explanation ended, and how many times as fast the rig may have become there.
-const AGAIN: usize = 15;
-const DEAREST: f64 = 4.0;
 
 /// Finds out what a rig lacks. `told` hears what is being done, how much of it, and of how much.
 ///
@@ -108,115 +105,45 @@ pub fn diagnose(
     rig: &Rig,
     recordings: &Recordings,
     options: &Options,
-    told: &(dyn Fn(&str, usize, usize) + Sync),
+    progress: &(dyn Fn(&str, usize, usize) + Sync),
 ) -> Result<Diagnosis> {
     let begun = std::time::Instant::now();
     let roles = Roles::new(&recordings.fit, &recordings.check, &recordings.test)?;
     let plant = Plant::new(rig)?;
-    let mut fit_data = Data::new(rig, &plant, &roles.fit)?;
-    let mut check_data = Data::new(rig, &plant, &roles.check)?;
-    let all: Vec<Recording> = roles.fit.iter().chain(&roles.check).cloned().collect();
-    let both_data = Data::new(rig, &plant, &all)?;
-    fit_data.learn_steps(&both_data);
-    check_data.learn_steps(&both_data);
-    told("refitting the rig", 0, 1);
+    let [fit_data, check_data, both_data] = roles.data(rig, &plant)?;
+    progress("refitting the rig", 0, 1);
     let mut refitted = fit(rig, &roles.fit, &FitOptions::default(), &mut |_| {})?;
-    let in_parts = integrates(rig);
-    let mut parts = if in_parts { PARTS } else { 1 };
-    let values = Plant::new(&refitted.rig)?.values();
-    let (settings, budget) =
-        search::finals(&Plant::new(&refitted.rig)?, &values, &fit_data, &both_data);
-    let mut bench = Bench {
+    let believed = Plant::new(&refitted.rig)?;
+    let values = believed.values();
+    let (settings, budget) = refit_settings(&believed, &values, &fit_data, &both_data);
+    let in_parts = case::integrates(rig);
+    let parts = if in_parts { CONFIG.split.parts } else { 1 };
+    let mut case = Case {
         written: rig,
         in_parts,
         settings,
-        fit_stretches: fit_data.select(parts, budget),
-        check_stretches: check_data.select(parts, budget),
+        fit_intervals: fit_data.select(parts, budget),
+        check_intervals: check_data.select(parts, budget),
         fit: &fit_data,
         check: &check_data,
         both: &both_data,
+        effects: &options.effects,
+        without_moves: &options.without_moves,
         seed: options.seed,
-        trust: if roles.by_itself { 0.7 } else { 1.0 },
-        told,
+        trust: roles.trust(),
+        progress,
     };
-    let mut found = bench.search(&refitted.rig, &values)?;
-    // Start states of its own in every stretch may follow what the rig misses: then fewer and longer ones, from where the rig
-    // ended on the shorter ones.
-    while parts > 1
-        && let Some(nothing) = found.as_ref().filter(|found| bench.nothing_in(found))
+    let mut pool = search_in_parts(&mut case, &refitted.rig, &values, budget)?;
+    if let Some(pool) = &pool
+        && let Some(again) = refit_again(pool, &refitted, &values, &case, &roles)?
     {
-        parts /= 2;
-        let longer = [&fit_data, &check_data].map(|data| data.select(parts, budget));
-        if longer == [&bench.fit_stretches, &bench.check_stretches].map(Clone::clone) {
-            break;
-        }
-        let values = nothing.base.tried.point.values.clone();
-        [bench.fit_stretches, bench.check_stretches] = longer;
-        found = bench.search(&refitted.rig, &values)?;
+        refitted = again;
     }
-    if let Some(short) = found.as_ref().filter(|found| found.stopped_short) {
-        let base = &short.base.tried;
-        let of = |values: &[f64]| pace(&base.model.plant, values, &fit_data.experiments);
-        // Not where the rig got so stiff on the way that a fit to whole recordings takes minutes.
-        if of(&base.point.values) < DEAREST * of(&values) {
-            let nearer = base.model.with(&base.point.values)?;
-            let options = FitOptions {
-                iterations: AGAIN,
-                near: true,
-                ..FitOptions::default()
-            };
-            let again = fit(&nearer, &roles.fit, &options, &mut |_| {});
-            if let Some(again) = again.ok().filter(|again| error(again) < error(&refitted)) {
-                refitted = again;
-            }
-        }
-    }
-    let named = match &mut found {
-        Some(found) => settle::settle(found, &refitted, &bench, &roles)?,
+    let named = match &mut pool {
+        Some(pool) => verify::verify(pool, &refitted, &case, &roles)?,
         None => None,
     };
-    let mut diagnosis = conclude::conclude(rig, &refitted, &bench, found.as_ref(), named, &roles)?;
+    let mut diagnosis = report::conclude(rig, &refitted, &case, pool.as_ref(), named, &roles)?;
     diagnosis.seconds = begun.elapsed().as_secs_f64();
     Ok(diagnosis)
 }
-
-/// What a fit leaves of the recordings that it saw, all sensors together.
-fn error(fitted: &Fit) -> f64 {
-    let signals = fitted.sensors.iter();
-    signals.map(|s| s.rms.max(f64::MIN_POSITIVE).ln()).sum()
-}
-
-/// Some body is held in place by nothing: it integrates what pushes it, and a whole recording's error is
-/// mostly drift.
-fn integrates(rig: &Rig) -> bool {
-    use sinew_sim::effects::Motion;
-    use sinew_sim::rig::End;
-    let mut held = vec![false; rig.bodies.len()];
-    for gravity in &rig.gravities {
-        held[gravity.body] |= rig.bodies[gravity.body].motion == Motion::Hinge;
-    }
-    for tendon in &rig.tendons {
-        for (body, _) in &tendon.path {
-            held[*body] = true;
-        }
-    }
-    for _ in 0..=rig.bodies.len() {
-        for spring in &rig.springs {
-            let is = |end: End, held: &[bool]| match end {
-                End::Ground => true,
-                End::Body(body) => held[body],
-            };
-            if is(spring.from, &held) || is(spring.to, &held) {
-                for end in [spring.from, spring.to] {
-                    if let End::Body(body) = end {
-                        held[body] = true;
-                    }
-                }
-            }
-        }
-    }
-    held.contains(&false)
-}
-
-#[cfg(test)]
-mod tests;

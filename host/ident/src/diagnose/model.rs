@@ -1,43 +1,30 @@
 //! A rig that is being tried: its plant, which of its numbers may move, and how far.
 
+use crate::diagnose::config::CONFIG;
 use std::collections::BTreeMap;
 
 use sinew_sim::{Plant, Rig, Settings};
 
-use super::data::Data;
+use crate::diagnose::data::Data;
+use crate::diagnose::term::{Term, Tried};
 use crate::error::Result;
 use crate::fit::levenberg::{Belief, Effort, Stop, Unknowns, minimise};
 use crate::fit::segment::{Problem, Segment};
 use crate::fit::stages::{bounds, fitted_slots};
 use crate::fit::uncertainty;
 
-/// Standard deviation of the prior around what the rig says, as a multiple of each value (as in a fit).
-const PRIOR_WIDTH: f64 = 3.0;
-
-/// Multiple of its start that the sharpness of a loop of hysteresis may grow to; and the exponents that it may have.
-const SHARPEST: f64 = 8.0;
-const EXPONENTS: [f64; 2] = [0.7, 5.0];
-
-/// Part of its start that the wave number of a ripple may fall to. The longest start is a wave over all of the
-/// motion; of a longer one nobody has seen that it is one.
-const LONGEST_WAVE: f64 = 0.7;
-
-/// Part of its start that the speed at which a Stribeck friction has fallen may shrink to. Below, it is dry friction
-/// with a static level that no sample shows, and as steep as the fit likes.
-const STEEPEST: f64 = 0.25;
-
 /// A rig under trial.
 #[derive(Clone)]
-pub(super) struct Model {
+pub(crate) struct Model {
     /// The rig, effects under trial included.
     pub rig: Rig,
     /// Compiled.
     pub plant: Plant,
     /// Slots of the parameters that are fitted: those of the rig, then those of the effects.
     pub slots: Vec<usize>,
-    /// How many of `slots` belong to the rig itself; the others are under trial.
-    pub believed: usize,
-    /// What the rig says, for the prior, one entry a slot of `slots`.
+    /// Number of `slots` that belong to the rig itself; the others are under trial.
+    pub own: usize,
+    /// Nominal values of the rig, for the prior, one entry a slot of `slots`.
     written: Vec<f64>,
     bounds: Vec<[f64; 2]>,
     /// Standard deviation of the prior of what is under trial, in units of its scale.
@@ -46,12 +33,12 @@ pub(super) struct Model {
     tied: Vec<Vec<usize>>,
 }
 
-/// Where a search ended.
+/// End of a search.
 #[derive(Clone)]
-pub(super) struct Point {
+pub(crate) struct Point {
     /// Every parameter of the plant, SI.
     pub values: Vec<f64>,
-    /// One start state a stretch, SI.
+    /// One start state a interval, SI.
     pub states: Vec<Vec<f64>>,
     /// Half the squared residuals in units of the weights, prior included.
     pub cost: f64,
@@ -59,32 +46,25 @@ pub(super) struct Point {
     pub stop: Stop,
 }
 
-/// Steps of a fit of start states alone.
-const STATE_STEPS: usize = 6;
-
 impl Model {
-    /// A model whose parameters named in `trial` are under trial: free, without prior or bounds but those of
-    /// their law.
+    /// A model in which the parameters of these terms are under trial: free, without prior or
+    /// bounds but those of their law.
     ///
     /// # Errors
     /// A rig that cannot be compiled.
-    pub fn new(
-        rig: &Rig,
-        written: &Rig,
-        trial: &[(String, f64)],
-        settings: Settings,
-    ) -> Result<Self> {
+    pub fn new(rig: &Rig, written: &Rig, terms: &[Term], settings: Settings) -> Result<Self> {
         let plant = Plant::new(rig)?.with_settings(settings);
         let as_written = Plant::new(written)?;
+        let trial: Vec<Tried> = terms.iter().flat_map(|term| term.tried(&plant)).collect();
         let mut slots: Vec<usize> = fitted_slots(&plant)
             .into_iter()
             .filter(|&slot| {
                 let name = &plant.parameters()[slot].name;
-                !trial.iter().any(|(tried, _)| tried == name)
+                !trial.iter().any(|tried| tried.name == *name)
             })
             .collect();
-        let believed = slots.len();
-        slots.extend(trial.iter().filter_map(|(name, _)| plant.slot(name)));
+        let own = slots.len();
+        slots.extend(trial.iter().filter_map(|tried| plant.slot(&tried.name)));
         let known = plant.parameters();
         let said = as_written.values();
         let written = slots
@@ -99,19 +79,17 @@ impl Model {
             .iter()
             .enumerate()
             .map(|(index, &slot)| {
-                if index < believed {
+                if index < own {
                     bounds(&known[slot])
                 } else {
-                    let (name, low) = &trial[index - believed];
-                    let [least, most] = reach(&plant, name);
-                    [low.max(least), most]
+                    trial[index - own].bounds
                 }
             })
             .collect();
         Ok(Self {
             rig: rig.clone(),
             slots,
-            believed,
+            own,
             written,
             bounds: limits,
             trial_width: f64::INFINITY,
@@ -120,7 +98,8 @@ impl Model {
         })
     }
 
-    /// The same with a prior of that width, in units of their scale, about what the rig says of what is under trial.
+    /// The same with a prior of that width, in units of their scale, about what the rig says of
+    /// what is under trial.
     pub fn doubting(self, width: f64) -> Self {
         Self {
             trial_width: width,
@@ -128,7 +107,8 @@ impl Model {
         }
     }
 
-    /// The same, with the parameters of each of these lists changing by the same part of their scales.
+    /// The same, with the parameters of each of these lists changing by the same part of their
+    /// scales.
     pub fn tied(self, lists: &[Vec<String>]) -> Self {
         let known = self.plant.parameters();
         let index = |name: &String| {
@@ -174,10 +154,10 @@ impl Model {
     }
 
     /// The fitted parameters of the rig itself: slots, and what the rig says.
-    pub fn believed(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+    pub fn own(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
         let slots = self.slots.iter().zip(&self.written);
         slots
-            .take(self.believed)
+            .take(self.own)
             .map(|(slot, written)| (*slot, *written))
     }
 
@@ -204,14 +184,14 @@ impl Model {
         problem
     }
 
-    fn belief(&self, problem: &Problem) -> Belief {
+    fn prior(&self, problem: &Problem) -> Belief {
         Belief {
             bounds: self.bounds.clone(),
             written: self.written.clone(),
             widths: (0..problem.parameters())
                 .map(|index| {
-                    if index < self.believed {
-                        PRIOR_WIDTH
+                    if index < self.own {
+                        CONFIG.model.prior_width
                     } else {
                         self.trial_width
                     }
@@ -233,7 +213,7 @@ impl Model {
         let free: Vec<usize> = (0..self.slots.len()).filter(free).collect();
         Self {
             slots: free.iter().map(|&index| self.slots[index]).collect(),
-            believed: free.iter().filter(|&&index| index < self.believed).count(),
+            own: free.iter().filter(|&&index| index < self.own).count(),
             bounds: free.iter().map(|&index| self.bounds[index]).collect(),
             written: free.iter().map(|&index| self.written[index]).collect(),
             tied: Vec::new(),
@@ -241,15 +221,16 @@ impl Model {
         }
     }
 
-    /// The start states fitted alone, where tendons may pull against each other. States that are far off are otherwise made up
-    /// for by letting tendons hang, and those stay slack: one tendon of twice the stiffness moves a rig as two taut ones do.
+    /// The start states fitted alone, where tendons may pull against each other. States that are
+    /// far off are otherwise made up for by letting tendons hang, and those stay slack: one tendon
+    /// of twice the stiffness moves a rig as two taut ones do.
     pub fn begun(&self, data: &Data, segments: &mut [Segment], from: Unknowns) -> Unknowns {
         if self.rig.tendons.len() < 2 {
             return from;
         }
-        let point = self
-            .held()
-            .improve(data, segments, from.clone(), STATE_STEPS, 1e-4);
+        let point =
+            self.held()
+                .improve(data, segments, from.clone(), CONFIG.model.state_steps, 1e-4);
         point.map_or(from, |point| Unknowns {
             values: point.values,
             states: point.states,
@@ -272,7 +253,7 @@ impl Model {
         }
         let segments = &*segments;
         let problem = self.problem(data, segments, &from);
-        let belief = self.belief(&problem);
+        let prior = self.prior(&problem);
         let mut unknowns = from;
         let effort = Effort {
             iterations: steps,
@@ -280,7 +261,7 @@ impl Model {
         };
         let (stop, _) = minimise(
             &problem,
-            &belief,
+            &prior,
             segments,
             &mut unknowns,
             &effort,
@@ -295,7 +276,8 @@ impl Model {
         })
     }
 
-    /// Half widths of the 95 % intervals of the fitted parameters, by name (docs/explanation/identification.md, eq. 12).
+    /// Half widths of the 95 % intervals of the fitted parameters, by name
+    /// (docs/explanation/identification.md, eq. 12).
     pub fn half_widths(
         &self,
         data: &Data,
@@ -307,8 +289,8 @@ impl Model {
             states: point.states.clone(),
         };
         let problem = self.problem(data, segments, &unknowns);
-        let belief = self.belief(&problem);
-        let widths = uncertainty::half_widths(&problem, &belief, segments, &unknowns);
+        let prior = self.prior(&problem);
+        let widths = uncertainty::half_widths(&problem, &prior, segments, &unknowns);
         let known = self.plant.parameters();
         self.slots
             .iter()
@@ -345,37 +327,6 @@ impl Model {
     }
 }
 
-/// How far a parameter under trial may go from its start. A loop of hysteresis has a limit: as sharp as
-/// this multiple of its start (`SHARPEST`) it is dry friction by now and costs thousands of sub-steps a row. A Stribeck
-/// friction (`STEEPEST`) and a ripple (`LONGEST_WAVE`) have one too; nothing else has.
-fn reach(plant: &Plant, name: &str) -> [f64; 2] {
-    let unlimited = [f64::NEG_INFINITY, f64::INFINITY];
-    let Some((effect, parameter)) = name.rsplit_once('.') else {
-        return unlimited;
-    };
-    let value = |parameter: &str| {
-        let slot = plant.slot(&format!("{effect}.{parameter}"));
-        slot.map_or(0.0, |slot| plant.parameters()[slot].value.abs())
-    };
-    if effect.ends_with(".position_ripple") && parameter == "wave_number" {
-        return [LONGEST_WAVE * value(parameter), f64::INFINITY];
-    }
-    if effect.ends_with(".stribeck_friction") && parameter == "velocity" {
-        return [STEEPEST * value(parameter), f64::INFINITY];
-    }
-    if !effect.ends_with(".hysteresis") {
-        return unlimited;
-    }
-    match parameter {
-        "beta" | "gamma" => {
-            let most = SHARPEST * value("beta").max(value("gamma"));
-            [-most, most]
-        }
-        "exponent" => EXPONENTS,
-        _ => unlimited,
-    }
-}
-
 /// A parameter that is zero takes the size that would move the signals by their weight.
 fn give_scales(problem: &mut Problem, segments: &[Segment], point: &Unknowns) {
     let silent: Vec<usize> = (0..problem.parameters())
@@ -404,27 +355,26 @@ fn give_scales(problem: &mut Problem, segments: &[Segment], point: &Unknowns) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::suspect::Suspect;
+    use crate::diagnose::term::term;
 
-    /// What the only parameter of that name may be, with an effect at the demo's mass that begins like this.
+    /// Bounds of the only parameter of that name, with an effect at the demo's mass that begins
+    /// like this.
     fn bounds(effect: &str, begun: &[f64], parameter: &str) -> [f64; 2] {
         let file = concat!(
             env!("CARGO_MANIFEST_DIR"),
             "/../../rigs/mass-spring-damper.toml"
         );
         let rig = Rig::load(file).expect("the demo's rig ships with the project");
-        let suspect = Suspect::Effect {
-            kind: sinew_sim::effects::Kind::named(effect).expect("it is one"),
-            component: "mass".into(),
-        };
-        let (with, trial) = suspect.apply(&rig, begun).expect("it can sit there");
-        let model = Model::new(&with, &rig, &trial, Settings::default()).expect("it is sound");
+        let term = term(&rig, effect, &["mass"]);
+        let with = term.apply(&rig, begun).expect("it can sit there");
+        let model = Model::new(&with, &rig, &[term], Settings::default()).expect("it is sound");
         let named = |slot: &usize| model.plant.parameters()[*slot].name.ends_with(parameter);
         let at = model.slots.iter().position(named);
         model.bounds[at.expect("it is under trial")]
     }
 
-    /// A damping that is zero in truth ended a thousandth below it, and the friction was refused for its sign.
+    /// A damping that is zero in truth ended a thousandth below it, and the friction was refused
+    /// for its sign.
     #[test]
     fn what_a_trial_leaves_below_zero_is_taken_back_to_the_bound_and_the_rest_stays() {
         let file = concat!(
@@ -432,22 +382,19 @@ mod tests {
             "/../../rigs/mass-spring-damper.toml"
         );
         let rig = Rig::load(file).expect("the demo's rig ships with the project");
-        let suspect = Suspect::Effect {
-            kind: sinew_sim::effects::Kind::named("direction_dependent_friction")
-                .expect("it is one"),
-            component: "mass".into(),
-        };
-        let (with, trial) = suspect
+        let term = term(&rig, "direction_dependent_friction", &["mass"]);
+        let with = term
             .apply(&rig, &[1.0, 2.0, 0.5, 0.5])
             .expect("it can sit there");
-        let model = Model::new(&with, &rig, &trial, Settings::default()).expect("it is sound");
+        let terms = [term.clone()];
+        let model = Model::new(&with, &rig, &terms, Settings::default()).expect("it is sound");
         let damping = model
             .plant
             .slot("mass.direction_dependent_friction.damping_pos");
         let mut ended = model.plant.values();
         ended[damping.expect("it has one")] = -1e-3;
         assert_eq!(model.within(&ended), ended);
-        let signed = model.clone().signed(&suspect.not_below_zero());
+        let signed = model.clone().signed(&term.not_below_zero());
         let back = signed.within(&ended);
         ended[damping.expect("it has one")] = 0.0;
         assert_eq!(back, ended);
@@ -457,13 +404,13 @@ mod tests {
     #[test]
     fn a_ripple_under_trial_gets_no_longer_than_the_motion_it_began_with() {
         let found = bounds("position_ripple", &[1.0, 20.0, 0.0], "wave_number");
-        assert_eq!(found, [LONGEST_WAVE * 20.0, f64::INFINITY]);
+        assert_eq!(found, [0.7 * 20.0, f64::INFINITY]);
     }
 
     /// As steep as it likes, it is dry friction, at the price of thousands of sub-steps.
     #[test]
     fn a_stribeck_friction_under_trial_gets_no_steeper_than_a_few_times_what_it_began_with() {
         let found = bounds("stribeck_friction", &[1.0, 2.0, 0.1], ".velocity");
-        assert_eq!(found, [STEEPEST * 0.1, f64::INFINITY]);
+        assert_eq!(found, [0.25 * 0.1, f64::INFINITY]);
     }
 }

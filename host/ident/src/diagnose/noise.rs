@@ -1,15 +1,15 @@
-//! What is noise: its size, the steps of an encoder, and what is left over a model that noise does not explain
-//! (docs/explanation/diagnosis.md, eq. 1 to 4).
+//! Noise: its size, the steps of an encoder, and what is left over a model that noise does
+//! not explain (docs/explanation/diagnosis.md, eq. 1 to 4).
 
 use crate::noise::noise_level;
 
 /// Standard deviation of the white noise on a signal (docs/explanation/training.md, eq. T0).
-pub(super) fn level(samples: &[f64]) -> f64 {
+pub(crate) fn level(samples: &[f64]) -> f64 {
     noise_level(samples)
 }
 
 /// The middle value; 0 of none.
-pub(super) fn median(mut values: Vec<f64>) -> f64 {
+pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     if values.is_empty() {
         return 0.0;
     }
@@ -17,9 +17,9 @@ pub(super) fn median(mut values: Vec<f64>) -> f64 {
     *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
-/// The step of the scale that all samples lie on, as an encoder's do; 0 where they lie on none that is coarse
-/// enough to matter: fewer than half of the samples may be distinct.
-pub(super) fn lattice(samples: &[f64]) -> f64 {
+/// The step of the scale that all samples lie on, as an encoder's do; 0 where they lie on none that
+/// is coarse enough to matter: fewer than half of the samples may be distinct.
+pub(crate) fn lattice(samples: &[f64]) -> f64 {
     let mut sorted: Vec<f64> = samples.iter().copied().filter(|y| y.is_finite()).collect();
     sorted.sort_unstable_by(f64::total_cmp);
     let count = sorted.len();
@@ -48,22 +48,22 @@ pub(super) fn lattice(samples: &[f64]) -> f64 {
 }
 
 /// A residual less what rounding to an encoder's step may do to it (eq. 2).
-pub(super) fn beyond_rounding(residual: f64, step: f64) -> f64 {
+pub(crate) fn beyond_rounding(residual: f64, step: f64) -> f64 {
     residual.signum() * (residual.abs() - 0.5 * step).max(0.0)
 }
 
-/// What a model leaves beside noise (eq. 3, 4).
+/// Residuals of a model beside noise (eq. 3, 4).
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Excess {
+pub(crate) struct Excess {
     /// Root mean square of the part that follows itself from sample to sample, SI.
     pub rms: f64,
-    /// How many standard deviations it stands above what white noise of this size would show.
+    /// Number of standard deviations that it stands above what white noise of this size would show.
     pub significance: f64,
 }
 
-/// The part of residuals that white noise of standard deviation `noise` does not explain: averages over blocks
-/// of 1, 4, 16, 64 samples scatter by `noise / sqrt(block)` if it does (eq. 3).
-pub(super) fn excess(series: &[Vec<f64>], noise: f64) -> Excess {
+/// The part of residuals that white noise of standard deviation `noise` does not explain: averages
+/// over blocks of 1, 4, 16, 64 samples scatter by `noise / sqrt(block)` if it does (eq. 3).
+pub(crate) fn excess(series: &[Vec<f64>], noise: f64) -> Excess {
     let mut found = Excess::default();
     for block in [1_usize, 4, 16, 64] {
         let (mut squares, mut count) = (0.0, 0_usize);
@@ -79,7 +79,8 @@ pub(super) fn excess(series: &[Vec<f64>], noise: f64) -> Excess {
         }
         let variance = squares / count as f64;
         let expected = noise * noise / block as f64;
-        // The noise level itself is known to a few per cent, no better; that matters where blocks are short.
+        // The noise level itself is known to a few per cent, no better; that matters where blocks
+        // are short.
         let doubt = if block == 1 { 0.1 } else { 0.2 };
         let deviation = expected
             * ((2.0 / count as f64).sqrt() + if block == 1 { doubt / 4.0 } else { 0.0 })

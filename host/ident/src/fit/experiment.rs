@@ -194,6 +194,33 @@ impl Experiment {
     }
 }
 
+/// Fraction of a recording from which its initial state is estimated.
+const START_PART: f64 = 0.05;
+
+/// Fewest rows of a recording from which its initial state is estimated.
+pub(crate) const START_ROWS: usize = 20;
+
+/// Rows of a recording from which its initial state is estimated.
+pub(crate) fn start_rows(rows: usize) -> usize {
+    START_ROWS.max((START_PART * rows as f64).ceil() as usize)
+}
+
+/// Size of each sensor's variations over all recordings, never zero.
+pub(crate) fn spreads(experiments: &[Experiment]) -> Vec<f64> {
+    let sensors = experiments
+        .first()
+        .map_or(0, |experiment| experiment.signals.len());
+    (0..sensors)
+        .map(|sensor| {
+            let spread = experiments
+                .iter()
+                .map(|experiment| experiment.spread(sensor))
+                .fold(0.0, f64::max);
+            if spread > 0.0 { spread } else { 1.0 }
+        })
+        .collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -228,21 +228,5 @@ pub fn fit(
     })
 }
 
-/// Size of each sensor's variations over all recordings, never zero.
-pub(crate) fn spreads(experiments: &[Experiment]) -> Vec<f64> {
-    let sensors = experiments
-        .first()
-        .map_or(0, |experiment| experiment.signals.len());
-    (0..sensors)
-        .map(|sensor| {
-            let spread = experiments
-                .iter()
-                .map(|experiment| experiment.spread(sensor))
-                .fold(0.0, f64::max);
-            if spread > 0.0 { spread } else { 1.0 }
-        })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests;

@@ -2,20 +2,11 @@
 
 use sinew_sim::{Plant, Rig};
 
-use super::experiment::{Experiment, Views};
+use super::experiment::{Experiment, START_ROWS, Views, spreads, start_rows};
 use super::segment::{Problem, Segment};
 use super::start;
 use crate::error::{Error, Result};
 use crate::recording::Recording;
-
-/// The part of a recording that its start state is estimated from, and the fewest rows that takes.
-const START_PART: f64 = 0.05;
-const START_ROWS: usize = 20;
-
-/// How many of a recording's rows its start state is estimated from.
-pub(crate) fn start_rows(rows: usize) -> usize {
-    START_ROWS.max((START_PART * rows as f64).ceil() as usize)
-}
 
 /// A rig driven by nothing but a recording's inputs, beside what was measured.
 #[derive(Debug, Clone)]
@@ -196,7 +187,7 @@ fn estimate_start(
         experiments,
         slots: Vec::new(),
         scale: Vec::new(),
-        sigma: super::spreads(experiments)
+        sigma: spreads(experiments)
             .into_iter()
             .map(|spread| 1e-3 * spread)
             .collect(),

@@ -2,10 +2,10 @@
 
 use sinew_sim::{Parameter, Plant, Rig};
 
-use super::experiment::{Experiment, Views};
+use super::experiment::{Experiment, Views, spreads};
 use super::levenberg::{Belief, Effort, Stop, Unknowns, minimise, total_cost};
 use super::segment::{Problem, Segment};
-use super::{FitOptions, Progress, spreads, start, uncertainty};
+use super::{FitOptions, Progress, start, uncertainty};
 use crate::error::{Error, Result};
 
 /// Stretches of the first two stages are this part of a recording; the last takes it whole.

@@ -3,9 +3,8 @@
 use nalgebra::DVector;
 use sinew_sim::{Plant, SensorChannel};
 
-use super::experiment::{Experiment, View, Views};
+use super::experiment::{Experiment, View, Views, start_rows};
 use super::levenberg::{Belief, Effort, Unknowns, minimise};
-use super::score::start_rows;
 use super::segment::{Anchor, Problem, Segment};
 use crate::error::Result;
 

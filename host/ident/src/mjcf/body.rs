@@ -3,7 +3,7 @@
 use sinew_sim::effects::{Kind, Motion};
 use sinew_sim::rig::{End, Rig, Site};
 
-use super::line::coil;
+use super::stiffness::{coil, ends_at_ground, ground_spring, trimmed};
 use super::xml::Element;
 use super::{Model, effect, unnamed, value};
 
@@ -78,25 +78,6 @@ fn grounded(rig: &Rig, index: usize, mut joint: Element) -> Element {
         joint = joint.numbers("damping", &trimmed([linear, drag, 0.0]));
     }
     joint
-}
-
-/// The first spring between a body and the ground that a joint can stand for: one without a dead band.
-pub(super) fn ground_spring(rig: &Rig, body: usize) -> Option<usize> {
-    (0..rig.springs.len()).find(|&index| {
-        let spring = &rig.springs[index];
-        ends_at_ground(spring.from, spring.to, body)
-            && effect(rig, Kind::Backlash, Site::Spring(index)).is_none()
-    })
-}
-
-pub(super) fn ends_at_ground(from: End, to: End, body: usize) -> bool {
-    [(from, to), (to, from)].contains(&(End::Ground, End::Body(body)))
-}
-
-/// A polynomial without the zeros at its end: older readers take one number only.
-pub(super) fn trimmed(coefficients: [f64; 3]) -> Vec<f64> {
-    let last = coefficients.iter().rposition(|c| *c != 0.0).unwrap_or(0);
-    coefficients[..=last].to_vec()
 }
 
 fn friction(rig: &Rig, index: usize, step: f64, joint: Element, model: &mut Model) -> Element {

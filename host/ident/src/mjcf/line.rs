@@ -3,7 +3,7 @@
 use sinew_sim::effects::Kind;
 use sinew_sim::rig::{Drives, End, Rig, Site};
 
-use super::body::{ends_at_ground, ground_spring, trimmed};
+use super::stiffness::{coil, ends_at_ground, ground_spring, trimmed};
 use super::xml::Element;
 use super::{Model, effect, unnamed, value};
 
@@ -39,16 +39,6 @@ pub(super) fn add(rig: &Rig, model: &mut Model) {
     for index in 0..rig.tendons.len() {
         tendon(rig, index, model);
     }
-}
-
-/// Linear, quadratic and cubic stiffness of a spring.
-pub(super) fn coil(rig: &Rig, index: usize) -> [f64; 3] {
-    let site = Site::Spring(index);
-    [
-        rig.springs[index].stiffness.value,
-        value(rig, Kind::Quadratic, site, 0),
-        value(rig, Kind::Cubic, site, 0),
-    ]
 }
 
 /// One coordinate of a fixed tendon.

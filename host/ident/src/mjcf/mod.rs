@@ -7,6 +7,7 @@
 mod actuator;
 mod body;
 mod line;
+mod stiffness;
 mod timestep;
 mod xml;
 

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::escape::escape;
 use super::plot::{classes, stroke_class};
 use super::{Block, Fact, Plot, Report, Section, Table};
 
@@ -30,22 +31,6 @@ pub(super) fn page(report: &Report) -> String {
     }
     text.push_str("</main>\n</body>\n</html>\n");
     text
-}
-
-/// Text with the five characters that HTML reads otherwise replaced.
-pub(super) fn escape(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for character in text.chars() {
-        match character {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
-            '\'' => escaped.push_str("&#39;"),
-            other => escaped.push(other),
-        }
-    }
-    escaped
 }
 
 fn push_section(text: &mut String, section: &Section) {

@@ -16,6 +16,7 @@
 
 mod axis;
 mod decimate;
+mod escape;
 mod html;
 mod plot;
 mod quantity;

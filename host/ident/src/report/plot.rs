@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::axis::{Layout, lay_out};
 use super::decimate::indices;
-use super::html::escape;
+use super::escape::escape;
 use super::quantity::multiple;
 use super::{Axis, Plot, Series, Stroke, Tone};
 

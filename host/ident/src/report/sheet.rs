@@ -3,7 +3,8 @@
 use std::fmt::Write;
 
 use super::Plot;
-use super::html::{STYLE, escape};
+use super::escape::escape;
+use super::html::STYLE;
 use super::plot::{WIDTH, classes, stroke_class, svg};
 
 /// Room around everything.

@@ -6,8 +6,8 @@ use clap::Args;
 use clap::builder::RangedU64ValueParser;
 use rayon::prelude::*;
 use serde_json::{Map, Value, json};
-use sinew_mpc::pid::PidState;
-use sinew_mpc::rise::RiseState;
+use sinew_mpc::feedback::pid::PidState;
+use sinew_mpc::feedback::rise::RiseState;
 
 use super::LoopArguments;
 use super::conditions::Conditions;

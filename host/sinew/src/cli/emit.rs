@@ -46,10 +46,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             weights: arguments.weights,
             c_abi: arguments.c_abi,
         };
-        let network =
-            import::read(&arguments.model).map_err(|e| Error::arguments(e.to_string()))?;
+        let network = import::read(&arguments.model).map_err(Error::refused)?;
         let text = commands::emit(&network, &arguments.out, &options);
-        print!("{}", text.map_err(|e| Error::arguments(e.to_string()))?);
+        print!("{}", text.map_err(Error::refused)?);
         return Ok(());
     }
     let plain =

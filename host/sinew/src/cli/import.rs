@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use sinew_model::{import, store};
 use sinew_nn::commands;
-use sinew_sim::{Plant, Rig};
+use sinew_sim::Plant;
 
 use crate::closed_loop::control_problem::ControlProblem;
 use crate::pipeline::import::{adopt, judged};
 use crate::pipeline::learn::save;
+use crate::rig_file;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::recording::Recording;
 use sinew_ident::report::quantity;
@@ -39,10 +40,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     match (&arguments.rig, &arguments.out) {
         (Some(rig), Some(out)) => model(arguments, rig, out),
         (_, out) => {
-            let network =
-                import::read(&arguments.network).map_err(|e| Error::arguments(e.to_string()))?;
+            let network = import::read(&arguments.network).map_err(Error::refused)?;
             let text = commands::import(&network, out.as_deref());
-            print!("{}", text.map_err(|e| Error::arguments(e.to_string()))?);
+            print!("{}", text.map_err(Error::refused)?);
             Ok(())
         }
     }
@@ -57,9 +57,9 @@ fn model(arguments: &Arguments, rig: &Path, out: &Path) -> Result<()> {
         ))
         .help("name another"));
     }
-    let network = import::read(&arguments.network).map_err(|e| Error::arguments(e.to_string()))?;
-    let text = commands::import(&network, None).map_err(|e| Error::arguments(e.to_string()))?;
-    let rig = Rig::load(rig)?;
+    let network = import::read(&arguments.network).map_err(Error::refused)?;
+    let text = commands::import(&network, None).map_err(Error::refused)?;
+    let rig = rig_file::load(rig)?;
     let plant = Plant::new(&rig)?;
     let read = |paths: &[PathBuf]| {
         paths

@@ -5,6 +5,7 @@ mod compare;
 mod conditions;
 mod emit;
 mod flash;
+mod help;
 mod import;
 mod monitor;
 mod new;
@@ -18,7 +19,7 @@ mod tune;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, FromArgMatches, Parser, Subcommand};
 
 use crate::closed_loop::model_loop::{BoardRuns, ModelLoop};
 use crate::closed_loop::scenario::Scenario;
@@ -26,6 +27,7 @@ use crate::device::Device;
 use crate::flash as probes;
 use crate::live::Names;
 use crate::project::{Board, Optimise};
+use crate::rig_file::{self, ControlTable};
 use sinew_device::protocol::Identity;
 pub use sinew_ident::cli::{Common, Recordings};
 use sinew_ident::cli::{diagnose, excite, fit, mjcf};
@@ -42,40 +44,43 @@ struct Program {
 
 #[derive(Subcommand)]
 enum Verb {
-    /// Everything: fit, train, tune, emit, build, run on a board, compare with a PID, report.
+    /// Fit, train, tune, emit, build, run on a board, compare with a PID, report.
     Build(build::Arguments),
-    /// Write a first rig file from a recording's columns.
+    /// Write a first rig file from the columns of a recording.
     New(crate::new_rig::NewArgs),
-    /// Drive a rig with a recording's inputs and write what its sensors would have shown.
+    /// Simulate a rig with the inputs of a recording.
     Simulate(simulate::Arguments),
-    /// Design an experiment inside a rig's limits, and say which effects it would reveal.
+    /// Design an experiment within the limits of a rig.
     Excite(excite::Arguments),
-    /// Refit a rig's parameters to recordings.
+    /// Fit the parameters of a rig to recordings.
     Fit(fit::Arguments),
-    /// Say where a rig and recordings differ, and which physics the rig lacks.
+    /// Find the physics that a rig lacks.
     Diagnose(diagnose::Arguments),
-    /// Write a rig, its effects included, for MuJoCo.
+    /// Write a rig for MuJoCo.
     Mjcf(mjcf::Arguments),
     /// Train a network on a rig and write the model.
     Train(train::Arguments),
-    /// Write the firmware of a model, or a network alone: sources that build anywhere.
-    Emit(emit::Arguments),
     /// Read a network of another tool and show its layers.
     Import(import::Arguments),
-    /// Show what a network takes on a board: flash, RAM, stack and time.
+    /// Write the sources of a model's firmware, or of a network alone.
+    Emit(emit::Arguments),
+    /// Show the flash, RAM, stack and time of a network on a board.
     Size(size::Arguments),
-    /// Find the predictive controller's weights and horizons, and the gains of PID and RISE, for an objective.
+    /// Tune the MPC, PID and RISE for an objective.
     Tune(tune::Arguments),
-    /// Run predictive controllers, a tuned PID and a tuned RISE on the same plant.
+    /// Compare MPCs with a tuned PID and a tuned RISE on one plant.
     Compare(compare::Arguments),
-    /// Run the firmware on a board against the simulated plant, frame by frame.
+    /// Run the firmware on a board against the simulated plant (processor in the loop).
     Pil(pil::Arguments),
     /// Build the firmware for a board and write it into its flash.
     Flash(flash::Arguments),
-    /// Play an excitation on a board's own rig and write a recording.
+    /// Play an excitation on the hardware of a board and write a recording.
     Record(record::Arguments),
-    /// Watch and steer a board's own rig, live.
+    /// Watch and steer the hardware of a board, live.
     Monitor(monitor::Arguments),
+    /// Print the help of every verb as Markdown.
+    #[command(hide = true)]
+    CliReference,
 }
 
 /// Refuses what an image is made for where no image is made.
@@ -212,7 +217,8 @@ pub fn main() -> ExitCode {
         std::process::exit(130);
     });
     end_with_the_reader();
-    let program = match Program::try_parse() {
+    let parsed = help::command().try_get_matches();
+    let program = match parsed.and_then(|matches| Program::from_arg_matches(&matches)) {
         Ok(program) => program,
         Err(error) => {
             // clap's own words, on the stream that fits: help is no error.
@@ -245,15 +251,33 @@ fn end_with_the_reader() {
     }));
 }
 
+/// Control rate of a rig, where its `[control]` table has one.
+///
+/// # Errors
+/// A bad rig.
+fn control_rate_hz(rig: &Path) -> Result<Option<f64>> {
+    let rig = rig_file::load(rig)?;
+    Ok(ControlTable::read(&rig)?.and_then(|control| control.rate_hz))
+}
+
 fn run(verb: Verb) -> Result<()> {
     match verb {
         Verb::Build(arguments) => build::run(&arguments),
         Verb::New(arguments) => new::run(&arguments),
         Verb::Simulate(arguments) => simulate::run(&arguments),
-        Verb::Excite(arguments) => excite::run(&arguments),
-        Verb::Fit(arguments) => fit::run(&arguments),
-        Verb::Diagnose(arguments) => diagnose::run(&arguments),
-        Verb::Mjcf(arguments) => mjcf::run(&arguments),
+        Verb::Excite(arguments) => excite::run(&arguments, control_rate_hz(&arguments.rig)?),
+        Verb::Fit(arguments) => {
+            rig_file::check(&arguments.rig)?;
+            fit::run(&arguments)
+        }
+        Verb::Diagnose(arguments) => {
+            rig_file::check(&arguments.rig)?;
+            diagnose::run(&arguments)
+        }
+        Verb::Mjcf(arguments) => {
+            rig_file::check(&arguments.rig)?;
+            mjcf::run(&arguments)
+        }
         Verb::Train(arguments) => train::run(&arguments),
         Verb::Tune(arguments) => tune::run(&arguments),
         Verb::Emit(arguments) => emit::run(&arguments),
@@ -264,5 +288,9 @@ fn run(verb: Verb) -> Result<()> {
         Verb::Flash(arguments) => flash::run(&arguments),
         Verb::Record(arguments) => record::run(&arguments),
         Verb::Monitor(arguments) => monitor::run(&arguments),
+        Verb::CliReference => {
+            print!("{}", help::reference());
+            Ok(())
+        }
     }
 }

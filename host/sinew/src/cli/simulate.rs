@@ -8,6 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use sinew_sim::{InputTrajectory, Plant, RecordingRun, Rig};
 
 use crate::closed_loop::plant_program::{PlantProgram, Recorded};
+use crate::rig_file;
 use crate::view::{self, Animation};
 use sinew_ident::cli::overwrite;
 use sinew_ident::error::{Error, Result};
@@ -97,7 +98,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             ("--html", arguments.html.as_deref()),
         ],
     )?;
-    let rig = Rig::load(&arguments.rig)?;
+    let rig = rig_file::load(&arguments.rig)?;
     let plant = Plant::new(&rig)?;
     let recording = Recording::read(&arguments.input)?;
     let inputs = plant

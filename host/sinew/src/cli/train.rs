@@ -4,12 +4,13 @@ use std::path::PathBuf;
 
 use clap::Args;
 use sinew_model::store;
-use sinew_sim::{Plant, Rig};
+use sinew_sim::Plant;
 
 use super::{Common, Recordings};
 use crate::closed_loop::control_problem::ControlProblem;
 use crate::pipeline::build::starts;
 use crate::pipeline::learn::{CHECKPOINT_FILE, fits, learn, save};
+use crate::rig_file;
 use sinew_ident::cli::overwrite;
 use sinew_ident::cli::progress::Stage;
 use sinew_ident::error::{Error, Result};
@@ -50,7 +51,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             .chain(recordings.map(|path| ("a recording", path.as_path()))),
         [("--json", arguments.json.as_deref())],
     )?;
-    let rig = Rig::load(&arguments.rig)?;
+    let rig = rig_file::load(&arguments.rig)?;
     let plant = Plant::new(&rig)?;
     let (recordings, tests) = (
         read(&arguments.recordings.fit)?,

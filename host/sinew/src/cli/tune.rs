@@ -4,10 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::{Map, Value, json};
-use sinew_mpc::mpc::MAX_ITERATIONS;
-use sinew_mpc::pid::PidState;
-use sinew_mpc::rise::RiseState;
-use sinew_sim::Rig;
+use sinew_mpc::MAX_ITERATIONS;
+use sinew_mpc::feedback::pid::PidState;
+use sinew_mpc::feedback::rise::RiseState;
 
 use super::compare::by_name;
 use super::conditions::Conditions;
@@ -18,6 +17,7 @@ use crate::closed_loop::controller_result::ControllerResult;
 use crate::closed_loop::model_loop::ModelLoop;
 use crate::pipeline::learn::save;
 use crate::project::Board;
+use crate::rig_file;
 use crate::tuning::objective::Objective;
 use crate::tuning::tune::{
     Line, Request, Shape, TunedFeedback, controlled, tune_feedback, tune_mpc,
@@ -83,7 +83,7 @@ pub struct Arguments {
 /// A bad file, a model that does not fit the rig, a horizon that no firmware could carry.
 pub fn run(arguments: &Arguments) -> Result<()> {
     refuse(arguments)?;
-    let rig = Rig::load(&arguments.rig)?;
+    let rig = rig_file::load(&arguments.rig)?;
     let Recordings { fit, test } = &arguments.recordings;
     let mut ready = ModelLoop::load(&arguments.rig, None, fit, test, arguments.common.seed)?;
     arguments.conditions.apply(&mut ready)?;

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 use sinew_mpc::feedback::{Feedback, Law};
-use sinew_mpc::safety::Limits;
+use sinew_mpc::limits::Limits;
 
 use crate::closed_loop::reference::Reference;
 use crate::closed_loop::scenario::{Controller, InputLimits, Run, Scenario};
@@ -215,8 +215,8 @@ pub fn tune<L: BaselineController>(
 
 #[cfg(test)]
 mod tests {
-    use sinew_mpc::pid::PidState;
-    use sinew_mpc::rise::RiseState;
+    use sinew_mpc::feedback::pid::PidState;
+    use sinew_mpc::feedback::rise::RiseState;
 
     use super::*;
 

@@ -5,6 +5,7 @@ use sinew_sim::{Plant, Rig, Stepper};
 
 use crate::closed_loop::reference::{Reference, Workspace};
 use crate::closed_loop::scenario::InputLimits;
+use crate::rig_file::{self, ControlTable};
 use sinew_ident::error::{Error, Result};
 use sinew_ident::noise::noise_level;
 use sinew_ident::recording::Recording;
@@ -98,7 +99,8 @@ impl ControlProblem {
         recordings: &[Recording],
         reference: &Recording,
     ) -> Result<Self> {
-        let control = rig.control.as_ref();
+        let control = ControlTable::read(rig)?;
+        let control = control.as_ref();
         let outputs = match control {
             Some(control) => control.outputs.clone(),
             None => position_sensors(plant),
@@ -151,7 +153,7 @@ impl ControlProblem {
             workspaces.push(Workspace { low, high, speed });
             noise.push(level);
         }
-        let channels = rig.network.as_ref().map(|network| network.channels.clone());
+        let channels = rig_file::network_table(rig)?.map(|network| network.channels);
         let channels = channels.unwrap_or_default();
         let quietest = |sensor: &usize| -> Result<f64> {
             let levels = recordings
@@ -342,7 +344,7 @@ fn rest(
 /// Refuses, before anything is trained, what no firmware could carry.
 fn carried(rig: &Rig, period_s: f64, preview: usize) -> Result<()> {
     let refuse = |message: String, expected: &str| {
-        let line = rig.control.as_ref().map_or(1, |control| control.line);
+        let line = ControlTable::read(rig)?.map_or(1, |control| control.line);
         Err(Error::file(&rig.file, message)
             .at(line, 1)
             .expected(expected))

@@ -16,6 +16,7 @@ use crate::closed_loop::scenario::Scenario;
 use crate::closed_loop::setup::{DeviceRun, LEAST_PERTURBATION, MOST_PERTURBATION, Setup};
 use crate::project::image::Sizes;
 use crate::project::{self, Board, Optimise};
+use crate::rig_file;
 use sinew_ident::cli::progress::Stage;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::recording::Recording;
@@ -71,7 +72,7 @@ impl ModelLoop {
                 .map(Recording::read)
                 .collect::<Result<Vec<_>>>()
         };
-        let rig = Rig::load(rig)?;
+        let rig = rig_file::load(rig)?;
         let plant = Plant::new(&rig)?;
         let (recordings, tests) = (read(fit)?, read(test)?);
         let reference = tests
@@ -86,7 +87,7 @@ impl ModelLoop {
                 (plant, values, moved)
             }
             Some(path) => {
-                let real = Plant::new(&Rig::load(path)?)?;
+                let real = Plant::new(&rig_file::load(path)?)?;
                 same_signals(path, &real, &rig, &plant)?;
                 let values = real.values();
                 (real, values, Vec::new())

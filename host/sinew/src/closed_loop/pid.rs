@@ -1,6 +1,6 @@
 //! The PID as an opponent (docs/explanation/controller.md, eq. 12).
 
-use sinew_mpc::pid::{PidGains, PidState};
+use sinew_mpc::feedback::pid::{PidGains, PidState};
 
 use crate::closed_loop::baseline::BaselineController;
 use crate::tuning::optimise::Range;

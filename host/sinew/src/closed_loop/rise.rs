@@ -1,6 +1,6 @@
 //! RISE as an opponent (docs/explanation/controller.md, eq. 13).
 
-use sinew_mpc::rise::{RiseGains, RiseState};
+use sinew_mpc::feedback::rise::{RiseGains, RiseState};
 
 use crate::closed_loop::baseline::BaselineController;
 use crate::tuning::optimise::Range;

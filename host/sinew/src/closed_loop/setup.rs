@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use sinew_device::protocol::Summary;
-use sinew_mpc::pid::PidState;
+use sinew_mpc::feedback::pid::PidState;
 use sinew_sim::Plant;
 
 use crate::closed_loop::baseline::{

@@ -177,7 +177,7 @@ pub fn rig_text(
         }
     };
     // A name with a quote in it, say: better found here than by the next command.
-    sinew_sim::Rig::parse(&text, &display(&args.out, &args.recording))?;
+    crate::rig_file::parse(&text, &display(&args.out, &args.recording))?;
     Ok(Written {
         text,
         unused: columns.unused(recording),

@@ -1,5 +1,6 @@
 //! The rigs that are written, and what is refused.
 
+use crate::rig_file::ControlTable;
 use sinew_sim::{Plant, Rig};
 
 use super::*;
@@ -74,7 +75,11 @@ fn columns_like_those_of_emps_are_told_apart() {
         (rig.sensors.len(), rig.sensors[0].signal.as_str()),
         (1, "q_m")
     );
-    assert_eq!(rig.control.unwrap().reference, ["qref_m"], "{text}");
+    assert_eq!(
+        ControlTable::read(&rig).unwrap().unwrap().reference,
+        ["qref_m"],
+        "{text}"
+    );
     assert_eq!(unused, ["force_N"]);
     assert!(rig.springs.is_empty());
     // Volts: the gain is found and the inertia held, never both free.

@@ -16,6 +16,7 @@ use crate::closed_loop::perturbed_plant::PerturbedParameter;
 use crate::closed_loop::setup::{DeviceRun, PidRun, Setup, same_bits};
 use crate::pipeline::learn::{CHECKPOINT_FILE, Record, VISITS, learn, save};
 use crate::project::{self, Board, Built, Optimise, Sizes};
+use crate::rig_file;
 use crate::tuning::tune::tune_quickly;
 use sinew_ident::cli::progress::Stage;
 use sinew_ident::diagnose::{Diagnosis, Options, Recordings, diagnose};
@@ -245,7 +246,10 @@ fn find(
         check: Vec::new(),
         test: tests.to_vec(),
     };
-    let options = Options { seed: request.seed };
+    let options = Options {
+        seed: request.seed,
+        ..Options::default()
+    };
     let told = |what: &str, done: usize, of: usize| stage.count(done, of, what);
     let found = diagnose(rig, &recordings, &options, &told)?;
     let mended = sinew_ident::diagnose::output::mended(&found);
@@ -261,7 +265,7 @@ fn load(request: &Request) -> Result<(Rig, Vec<Recording>, Vec<Recording>)> {
             .map(Recording::read)
             .collect::<Result<Vec<_>>>()
     };
-    let rig = Rig::load(&request.rig)?;
+    let rig = rig_file::load(&request.rig)?;
     let (recordings, tests) = (read(&request.fit)?, read(&request.test)?);
     if recordings.is_empty() {
         return Err(no_recording());

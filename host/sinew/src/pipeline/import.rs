@@ -5,10 +5,12 @@ use std::path::Path;
 use sinew_model::from_network;
 use sinew_model::spec::{ControlSpec, ModelSpec, OutputForm, Signal};
 use sinew_nn::Network;
-use sinew_sim::{Form, Plant, Rig};
+use sinew_sim::{Plant, Rig};
+use sinew_train::Form;
 
 use crate::closed_loop::control_problem::ControlProblem;
 use crate::pipeline::learn::{control, crate_name, options, score, unit_of};
+use crate::rig_file;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::recording::Recording;
 use sinew_train::train::{Scaled, Shape, Windows};
@@ -28,9 +30,10 @@ pub fn adopt(
     recordings: &[Recording],
     (network, from): (&Network, &Path),
 ) -> Result<ModelSpec> {
-    let shape = shape(rig, plant, task);
-    let line = rig.network.as_ref().map_or(1, |table| table.line);
-    let form = match rig.network.as_ref().and_then(|t| t.form) {
+    let shape = shape(rig, plant, task)?;
+    let table = rig_file::network_table(rig)?;
+    let line = table.as_ref().map_or(1, |table| table.line);
+    let form = match table.as_ref().and_then(|t| t.form) {
         Some(Form::Absolute) => OutputForm::Absolute,
         Some(Form::Increment) => OutputForm::Increment,
         None => {
@@ -110,11 +113,10 @@ pub fn adopt(
         past_inputs: shape.past_inputs,
         past_outputs: shape.past_outputs,
         form,
-        shortcut: None,
+        skip: None,
         layers,
         control: ControlSpec {
-            observer_gain: rig
-                .network
+            observer_gain: table
                 .as_ref()
                 .and_then(|table| table.observer_gain)
                 .unwrap_or(1.0),
@@ -141,19 +143,19 @@ pub fn judged(
         .map(|recording| episode(plant, task, spec, recording))
         .collect();
     let scaling: Vec<(f64, f64)> = spec.outputs.iter().map(|s| (s.span, s.offset)).collect();
-    let (shape, episodes) = (shape(rig, plant, task), episodes?);
+    let (shape, episodes) = (shape(rig, plant, task).ok()?, episodes?);
     if Windows::new(shape, 0, task.horizon, &episodes).is_empty() {
         return None;
     }
     Some(score(spec, shape, 0, task, &episodes, &scaling))
 }
 
-fn shape(rig: &Rig, plant: &Plant, task: &ControlProblem) -> Shape {
-    Shape {
+fn shape(rig: &Rig, plant: &Plant, task: &ControlProblem) -> Result<Shape> {
+    Ok(Shape {
         n_u: plant.inputs().len(),
         n_y: task.outputs.len(),
-        ..options(rig, task.horizon, 0).0
-    }
+        ..options(rig, task.horizon, 0)?.0
+    })
 }
 
 fn signal(column: &str, unit: &str, (low, high): (f64, f64)) -> Signal {

@@ -6,9 +6,11 @@ use sinew_model::evaluate::advance;
 use sinew_model::spec::limits::MAX_REGRESSOR;
 use sinew_model::spec::{ControlSpec, ModelSpec, OutputForm, Signal};
 use sinew_model::store;
-use sinew_sim::{FirstLayer, Form, Plant, Rig};
+use sinew_sim::{Plant, Rig};
+use sinew_train::{FirstLayer, Form};
 
 use crate::closed_loop::control_problem::ControlProblem;
+use crate::rig_file;
 use sinew_ident::error::{Error, Result};
 use sinew_train::dataset::{Recipe, Slope, Stretch, Visit, draw, slopes};
 use sinew_train::train::{
@@ -51,9 +53,13 @@ pub struct Record {
     pub horizon: usize,
 }
 
-/// What the rig's `[network]` table leaves open is filled in here.
-pub fn options(rig: &Rig, horizon: usize, seed: u64) -> (Shape, Options) {
-    let table = rig.network.as_ref();
+/// The rig's `[network]` table, what it leaves open filled in.
+///
+/// # Errors
+/// The table is not sound.
+pub fn options(rig: &Rig, horizon: usize, seed: u64) -> Result<(Shape, Options)> {
+    let table = rig_file::network_table(rig)?;
+    let table = table.as_ref();
     let shape = Shape {
         n_u: 0,
         n_y: 0,
@@ -67,7 +73,7 @@ pub fn options(rig: &Rig, horizon: usize, seed: u64) -> (Shape, Options) {
     let first = table
         .and_then(|t| t.first_layer)
         .unwrap_or(FirstLayer::Tanh);
-    (
+    Ok((
         shape,
         Options {
             hidden,
@@ -77,7 +83,7 @@ pub fn options(rig: &Rig, horizon: usize, seed: u64) -> (Shape, Options) {
             seed,
             ..Options::of(first)
         },
-    )
+    ))
 }
 
 /// Trains the model of `rig` on episodes of `plant` with `values`, begun at `visits`, with a seed and a file for its checkpoint.
@@ -93,7 +99,7 @@ pub fn learn(
     (seed, checkpoint): (u64, &Path),
     mut progress: impl FnMut(usize, usize, Epoch),
 ) -> Result<Learned> {
-    if rig.network.as_ref().and_then(|t| t.form) == Some(Form::Absolute) {
+    if rig_file::network_table(rig)?.and_then(|t| t.form) == Some(Form::Absolute) {
         return Err(
             Error::file(&rig.file, "`form = \"absolute\"` is for imported networks").expected(
                 "`form = \"increment\"`, or no `form`: training learns the change of the output",
@@ -132,7 +138,7 @@ fn learned(
     (seed, checkpoint): (u64, &Path),
     progress: impl FnMut(usize, usize, Epoch),
 ) -> Result<Learned> {
-    let (shape, options) = options(rig, task.horizon, seed);
+    let (shape, options) = options(rig, task.horizon, seed)?;
     let shape = Shape {
         n_u: plant.inputs().len(),
         n_y: task.outputs.len(),
@@ -218,7 +224,7 @@ fn learned(
         past_inputs: shape.past_inputs,
         past_outputs: shape.past_outputs,
         form: OutputForm::Increment,
-        shortcut: Some(trained.folded.linear.concat()),
+        skip: Some(trained.folded.linear.concat()),
         layers: layers(&trained.folded)?,
         control: ControlSpec {
             observer_gain: options.observer_gain,
@@ -263,13 +269,13 @@ fn in_model_units(
 /// # Errors
 /// It does not.
 pub fn fits(rig: &Rig, plant: &Plant, task: &ControlProblem) -> Result<()> {
-    let (shape, options) = options(rig, task.horizon, 0);
+    let (shape, options) = options(rig, task.horizon, 0)?;
     let shape = Shape {
         n_u: plant.inputs().len(),
         n_y: task.outputs.len(),
         ..shape
     };
-    let line = rig.network.as_ref().map_or(1, |table| table.line);
+    let line = rig_file::network_table(rig)?.map_or(1, |table| table.line);
     if gates(options.first).is_some() && options.observer_gain < 1.0 {
         let message = "`observer_gain` of [network] is for networks without memory: one that remembers filters for itself";
         return Err(Error::file(&rig.file, message)
@@ -358,7 +364,7 @@ pub(super) fn score(
 ) -> (Vec<f64>, Vec<f64>) {
     let test = observed(spec, shape, test);
     let windows = Windows::new(shape, warm_up, task.horizon, &test);
-    let mut warm = vec![0.0; spec.memory()];
+    let mut warm = vec![0.0; spec.hidden_state_len()];
     let mut squares = [vec![0.0; shape.n_y], vec![0.0; shape.n_y]];
     let newest = shape.n_u * shape.past_inputs;
     for w in 0..windows.len() {
@@ -413,7 +419,7 @@ fn observed(spec: &ModelSpec, shape: Shape, episodes: &[Scaled]) -> Vec<Scaled> 
         return episodes;
     }
     for episode in &mut episodes {
-        let mut memory = vec![0.0; spec.memory()];
+        let mut memory = vec![0.0; spec.hidden_state_len()];
         for k in shape.history()..episode.steps {
             let mut x = Vec::new();
             episode.regressor(&shape, k, &mut x);

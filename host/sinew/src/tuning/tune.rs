@@ -15,6 +15,7 @@ use crate::closed_loop::mpc::{MpcController, Weights};
 use crate::closed_loop::scenario::{Run, Scenario, Score};
 use crate::closed_loop::setup::Setup;
 use crate::project::{self, Board, Built, Optimise};
+use crate::rig_file;
 use crate::tuning::objective::Objective;
 use crate::tuning::optimise;
 use crate::tuning::search_space::{Budget, Cheapest, SearchSpace};
@@ -418,18 +419,19 @@ pub fn controlled(rig: &Rig, control: &ControlSpec) -> Result<Rig> {
             }
         }
     }
-    Ok(Rig::parse(&document.to_string(), &rig.file)?)
+    Ok(rig_file::parse(&document.to_string(), &rig.file)?)
 }
 
 #[cfg(test)]
 mod tests {
-    use sinew_mpc::pid::PidState;
-    use sinew_mpc::rise::RiseState;
+    use sinew_mpc::feedback::pid::PidState;
+    use sinew_mpc::feedback::rise::RiseState;
     use sinew_sim::Plant;
 
     use super::*;
     use crate::closed_loop::control_problem::ControlProblem;
     use crate::closed_loop::disturbance::Disturbance;
+    use crate::rig_file::ControlTable;
     use sinew_ident::recording::Recording;
 
     fn checkout(file: &str) -> std::path::PathBuf {
@@ -534,7 +536,8 @@ mod tests {
             ..spec.control
         };
         let tuned = controlled(&rig, &control).expect("it has a [control] table");
-        let table = tuned.control.as_ref().expect("it still has");
+        let table = ControlTable::read(&tuned).expect("the tables were sound");
+        let table = table.expect("tuning keeps the [control] table");
         assert_eq!((table.horizon, table.control_horizon), (Some(9), Some(2)));
         assert_eq!(table.move_suppression, Some(vec![0.003]));
         assert_eq!(table.rate_hz, Some(120.0));

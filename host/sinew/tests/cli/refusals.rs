@@ -51,9 +51,11 @@ fn rigs() {
     broken("sign.toml", "{ value = 1.0, min", "{ value = -1.0, min");
     broken("name.toml", "to = \"mass\"", "to = \"mas\"");
     broken("syntax.toml", "gain = 1.0", "gain = 1.0.0");
+    broken("control.toml", "rate_hz = ", "rate_hzz = ");
     let line = |rig: &str| format!("fit {rig} --fit good.csv");
     let lines: Vec<String> = [
         "mass-spring-dampr.toml",
+        "control.toml",
         "key.toml",
         "sign.toml",
         "name.toml",

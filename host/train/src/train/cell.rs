@@ -1,14 +1,14 @@
 //! A GRU or an LSTM as the predictor's first layer (docs/reference/networks.md, eq. 5 and 6).
 
+use crate::network_table::FirstLayer;
 use burn::module::{Module, Param};
 use burn::tensor::activation::sigmoid;
 use burn::tensor::{Device, Tensor, TensorData};
 use nalgebra::{DMatrix, DVector};
-use sinew_sim::FirstLayer;
 
 use super::gates;
 use super::linear::Linear;
-use super::network::to_matrix;
+use super::matrix::to_matrix;
 
 /// The layer's weights, the gates side by side: z r n of a GRU, i f g o of an LSTM.
 #[derive(Module, Debug)]

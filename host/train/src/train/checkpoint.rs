@@ -9,9 +9,9 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use burn::module::Module;
-use burn_optim::ModuleOptimizer;
 use burn::store::{ModuleRecord, RecordError};
 use burn::tensor::Bytes;
+use burn_optim::ModuleOptimizer;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
@@ -181,7 +181,7 @@ fn hash(bytes: &[u8]) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use sinew_sim::FirstLayer;
+    use crate::network_table::FirstLayer;
 
     use super::*;
     use crate::dataset::Slope;

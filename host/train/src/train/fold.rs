@@ -1,7 +1,7 @@
 //! From weights on features to weights on the raw regressor: what the firmware multiplies.
 
+use crate::network_table::FirstLayer;
 use nalgebra::{DMatrix, DVector};
-use sinew_sim::FirstLayer;
 
 use super::basis::Basis;
 use super::network::Predictor;

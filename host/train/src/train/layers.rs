@@ -1,9 +1,9 @@
 //! Trained weights as layers of a controller model.
 
+use crate::network_table::FirstLayer;
 use sinew_ident::error::{Error, Result};
 use sinew_model::spec::{Activation, Dense, Layer, gru_cell, lstm_cell, unfilled};
 use sinew_nn::Recurrent;
-use sinew_sim::FirstLayer;
 
 use super::fold::Folded;
 

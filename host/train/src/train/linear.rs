@@ -43,7 +43,11 @@ fn drawn<const D: usize>(shape: [usize; D], inputs: usize, device: &Device) -> P
     let bound = root * (1.0 / root) * (1.0 / (inputs as f64).sqrt());
     let draw = move |device: &Device, learned: bool| {
         let values = Tensor::random(shape, Distribution::Uniform(-bound, bound), device);
-        if learned { values.require_grad() } else { values }
+        if learned {
+            values.require_grad()
+        } else {
+            values
+        }
     };
     Param::uninitialized(ParamId::new(), draw, device.clone(), true, shape.into())
 }

@@ -9,16 +9,17 @@ mod checkpoint;
 mod fold;
 mod layers;
 mod linear;
+mod matrix;
 mod network;
 mod slopes;
 mod windows;
 
-use burn_optim::{AdamConfig, GradientsParams, grad_clipping::GradientClippingConfig};
+use crate::network_table::FirstLayer;
 use burn::tensor::Device;
+use burn_optim::{AdamConfig, GradientsParams, grad_clipping::GradientClippingConfig};
 use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use sinew_sim::FirstLayer;
 
 pub use checkpoint::Checkpoint;
 pub use fold::{Folded, Remembering};

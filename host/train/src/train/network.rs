@@ -1,14 +1,15 @@
 //! The predictor as burn sees it: a linear path beside a small network, rolled out through its own predictions.
 
+use crate::network_table::FirstLayer;
 use burn::module::{Module, Param};
 use burn::tensor::{Device, Tensor, TensorData};
 use nalgebra::{DMatrix, DVector};
-use sinew_sim::FirstLayer;
 
 use super::Options;
 use super::basis::Basis;
 use super::cell::{Cell, State, Weights};
 use super::linear::Linear;
+use super::matrix::to_matrix;
 use super::windows::{Shape, Windows};
 
 /// y(k+1) = y(k) + step * (linear(z) + gain * network(z)), z the features of the regressor.
@@ -64,12 +65,6 @@ fn matrix(m: &DMatrix<f64>, device: &Device) -> Tensor<2> {
         .row_iter()
         .flat_map(|r| r.iter().map(|v| *v as f32).collect::<Vec<_>>());
     tensor(m.nrows(), m.ncols(), values.collect(), device)
-}
-
-pub(super) fn to_matrix(t: Tensor<2>) -> DMatrix<f64> {
-    let [rows, columns] = t.dims();
-    let values: Vec<f64> = t.into_data().iter::<f64>().collect();
-    DMatrix::from_row_slice(rows, columns, &values)
 }
 
 impl Frame {
@@ -436,7 +431,7 @@ pub(super) mod tests {
             past_inputs: shape.past_inputs,
             past_outputs: shape.past_outputs,
             form: OutputForm::Increment,
-            shortcut: Some(folded.linear.concat()),
+            skip: Some(folded.linear.concat()),
             layers: layers(folded).expect("folded layers are whole"),
             control: ControlSpec {
                 horizon: 1,
@@ -500,7 +495,7 @@ pub(super) mod tests {
         };
         let (mut worst, mut said) = (0.0_f64, 0.0_f64);
         for w in &chosen {
-            let mut memory = vec![0.0; spec.memory()];
+            let mut memory = vec![0.0; spec.hidden_state_len()];
             // What was measured, or what the firmware's estimator made of it (docs/explanation/controller.md, eq. 10c).
             let mut observed = vec![];
             for back in (1..=warm_up).rev() {

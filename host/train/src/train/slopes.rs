@@ -96,9 +96,9 @@ impl<'a> Slopes<'a> {
 
 #[cfg(test)]
 mod tests {
+    use crate::network_table::FirstLayer;
     use rand::SeedableRng;
     use sinew_model::evaluate::advance;
-    use sinew_sim::FirstLayer;
 
     use super::*;
     use crate::train::{Options, Scaled, Shape, train};
@@ -162,7 +162,7 @@ mod tests {
         );
         let spec =
             crate::train::network::tests::spec(&trained.expect("it converges").folded, SHAPE);
-        let memory = vec![0.0; spec.memory()];
+        let memory = vec![0.0; spec.hidden_state_len()];
         let at = |u: [f64; 2]| advance(&spec, &[&u[..], &[0.0], &memory].concat()).0[0];
         [
             (at([0.1, 0.0]) - at([-0.1, 0.0])) / 0.2,

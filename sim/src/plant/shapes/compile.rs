@@ -81,7 +81,7 @@ fn own_arms(
     path.iter().map(slot).collect()
 }
 
-/// What part of segment `k` of `segments` the span covers.
+/// Part of segment `k` of `segments` that the span covers.
 fn cover(k: usize, segments: usize, [from, to]: [f64; 2]) -> f64 {
     let n = segments as f64;
     let (near, far) = (k as f64, (k + 1) as f64);

@@ -1,5 +1,5 @@
-//! The geometry of a rig as indices and slots: arms that follow from where a line runs, and what sensors
-//! read of shapes (docs/explanation/geometry.md).
+//! The geometry of a rig as indices and slots: arms that follow from where a line runs, and what
+//! sensors read of shapes (docs/explanation/geometry.md).
 
 mod compile;
 mod outline;
@@ -77,9 +77,9 @@ struct WaveguideSlots {
     radius: usize,
     angle: usize,
     loss: usize,
-    /// What part of each segment it runs along, 0 to 1.
+    /// Part of each segment that it runs along, 0 to 1.
     cover: Vec<f64>,
-    /// What part of the chain it runs along.
+    /// Part of the chain that it runs along.
     part: f64,
 }
 
@@ -92,7 +92,7 @@ struct MagnetSlots {
     moment: usize,
 }
 
-/// Where a line runs, for a drawing.
+/// Course of a line, for a drawing.
 #[derive(Debug)]
 struct LineSlots {
     name: String,
@@ -108,7 +108,7 @@ enum Course {
     Plate(usize, usize, usize),
 }
 
-/// What was read last, and the vector that it is a component of.
+/// The last reading, and the vector that it is a component of.
 pub(crate) type Seen<S> = Option<(Shape, Vector<S>)>;
 
 fn component<S: Copy>(vector: Vector<S>, axis: Axis) -> S {
@@ -142,7 +142,7 @@ impl Shapes {
         plate::pose(values[plate.height], z, roll, pitch)
     }
 
-    /// What a sensor reads of a shape; `seen` is the vector that the sensor before took a component of, in the same state.
+    /// Reading of a shape; `seen` is the vector of the sensor before, in the same state.
     pub(crate) fn read<S: Scalar>(
         &self,
         shape: Shape,

@@ -1,4 +1,4 @@
-//! What a rig with a shape looks like: lines in space, for drawings.
+//! Outlines of a rig with a shape: lines in space, for drawings.
 
 use super::{Course, Shapes};
 use crate::error::SimulationError;
@@ -11,13 +11,13 @@ use crate::plant::Plant;
 pub struct Outline {
     /// The component that it belongs to; empty where none is drawn by name.
     pub name: String,
-    /// What it stands for.
+    /// Its meaning.
     pub role: Role,
     /// m; a magnet and a magnetometer are one point.
     pub points: Vec<[f64; 3]>,
 }
 
-/// What an [`Outline`] stands for.
+/// Meaning of an [`Outline`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
     /// The middle line of a chain.
@@ -39,7 +39,7 @@ pub enum Role {
 }
 
 impl Plant {
-    /// What a rig with chains or plates looks like in a state; empty for any other. The outlines of one
+    /// Outlines of a rig with chains or plates in a state; empty for any other. The outlines of one
     /// plant come in the same order, with as many points, in every state.
     ///
     /// # Errors
@@ -55,7 +55,7 @@ impl Plant {
 const POINTS: usize = 8;
 
 impl Shapes {
-    /// What there is to draw, from back to front.
+    /// All outlines, from back to front.
     fn outlines(&self, values: &[f64], q: &[f64]) -> Vec<Outline> {
         let mut outlines = Vec::new();
         let mut draw = |name: &str, role, points| {

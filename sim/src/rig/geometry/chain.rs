@@ -6,7 +6,7 @@ use super::Chain;
 use crate::effects::Sign;
 use crate::error::Error;
 use crate::rig::names::{Component, Section};
-use crate::rig::reader::Reader;
+use crate::rig::reader::TableReader;
 use crate::rig::{Body, Damper, End, Rig, Spring, Value};
 use crate::unit::Motion;
 
@@ -38,14 +38,14 @@ impl Chain {
     }
 }
 
-fn segments(table: &Reader) -> Result<usize, Error> {
+fn segments(table: &TableReader) -> Result<usize, Error> {
     table
         .count("segments", 1, MOST_SEGMENTS)?
         .ok_or_else(|| table.missing("segments", "how many pieces bend on their own"))
 }
 
 /// Names of the bodies, then of the springs, that a chain becomes.
-pub(in crate::rig) fn generated(table: &Reader) -> Result<[Vec<String>; 2], Error> {
+pub(in crate::rig) fn generated(table: &TableReader) -> Result<[Vec<String>; 2], Error> {
     let name = table.text("name")?.value;
     let of = |before: &str| -> Result<Vec<String>, Error> {
         let segments = 1..=segments(table)?;
@@ -57,8 +57,8 @@ pub(in crate::rig) fn generated(table: &Reader) -> Result<[Vec<String>; 2], Erro
 
 /// A parameter of each segment: its own from the `segment` list, or the chain's.
 fn of_segments(
-    table: &Reader,
-    own: &[Reader],
+    table: &TableReader,
+    own: &[TableReader],
     count: usize,
     key: &str,
     sign: Sign,
@@ -76,9 +76,9 @@ fn of_segments(
         .collect()
 }
 
-/// Reads a chain and adds its bodies, springs and dampers to the rig. ParameterizedPlant that the segments share
-/// share their place in the file, and so their parameter.
-pub(in crate::rig) fn expand(table: &Reader, rig: &mut Rig) -> Result<(), Error> {
+/// Reads a chain and adds its bodies, springs and dampers to the rig. Numbers that the segments
+/// share share their place in the file, and so their parameter.
+pub(in crate::rig) fn expand(table: &TableReader, rig: &mut Rig) -> Result<(), Error> {
     let count = segments(table)?;
     let own = table.tables("segment")?;
     for part in &own {

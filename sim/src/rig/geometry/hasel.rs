@@ -4,7 +4,7 @@ use super::{Hasel, Route, read_route, same_place};
 use crate::effects::Sign;
 use crate::error::Error;
 use crate::rig::names::{Component, Names, Section};
-use crate::rig::reader::Reader;
+use crate::rig::reader::TableReader;
 use crate::rig::{Rig, Value};
 
 pub(super) const SECTION: Section = (
@@ -33,7 +33,11 @@ const MOST_POUCHES: usize = 100;
 type Path = (Vec<(usize, Value)>, Vec<Route>);
 
 /// The `path` of a tendon or a HASEL actuator.
-pub(in crate::rig) fn read_path(table: &Reader, names: &Names, rig: &Rig) -> Result<Path, Error> {
+pub(in crate::rig) fn read_path(
+    table: &TableReader,
+    names: &Names,
+    rig: &Rig,
+) -> Result<Path, Error> {
     let mut path: Vec<(usize, Value)> = Vec::new();
     let mut routes = Vec::new();
     for part in table.tables("path")? {
@@ -61,10 +65,15 @@ pub(in crate::rig) fn read_path(table: &Reader, names: &Names, rig: &Rig) -> Res
     Ok((path, routes))
 }
 
-pub(in crate::rig) fn read_hasel(table: &Reader, names: &Names, rig: &Rig) -> Result<Hasel, Error> {
+pub(in crate::rig) fn read_hasel(
+    table: &TableReader,
+    names: &Names,
+    rig: &Rig,
+) -> Result<Hasel, Error> {
     let (path, routes) = read_path(table, names, rig)?;
     let fill_angle = table.parameter("fill_angle", Sign::Positive)?;
-    // At a right angle the pouch is full at rest and never pulls; the bounds of a fit have to keep off too.
+    // At a right angle the pouch is full at rest and never pulls; the bounds of a fit have to keep
+    // off too.
     let widest = fill_angle.max.unwrap_or(fill_angle.value);
     let narrowest = fill_angle.min.unwrap_or(fill_angle.value);
     if narrowest < 0.05 || widest > 1.5 {

@@ -4,7 +4,7 @@ use super::{Magnet, Magnetometer};
 use crate::effects::Sign;
 use crate::error::Error;
 use crate::rig::names::{Component, Names, Section};
-use crate::rig::reader::Reader;
+use crate::rig::reader::TableReader;
 
 pub(super) const MAGNET: Section = ("magnet", &["name", "plate", "at", "axis", "moment"], |_| {
     Component::Magnet
@@ -13,7 +13,7 @@ pub(super) const MAGNET: Section = ("magnet", &["name", "plate", "at", "axis", "
 pub(super) const MAGNETOMETER: Section = ("magnetometer", &["name", "at"], Component::Magnetometer);
 
 /// Three numbers, if the key is there.
-fn triple(table: &Reader, key: &str) -> Result<Option<[f64; 3]>, Error> {
+fn triple(table: &TableReader, key: &str) -> Result<Option<[f64; 3]>, Error> {
     let Some(numbers) = table.numbers(key, Sign::Any)? else {
         return Ok(None);
     };
@@ -29,11 +29,11 @@ fn triple(table: &Reader, key: &str) -> Result<Option<[f64; 3]>, Error> {
     })
 }
 
-fn required_triple(table: &Reader, key: &str) -> Result<[f64; 3], Error> {
+fn required_triple(table: &TableReader, key: &str) -> Result<[f64; 3], Error> {
     triple(table, key)?.ok_or_else(|| table.missing(key, "[x, y, z] in metres"))
 }
 
-pub(in crate::rig) fn read_magnet(table: &Reader, names: &Names) -> Result<Magnet, Error> {
+pub(in crate::rig) fn read_magnet(table: &TableReader, names: &Names) -> Result<Magnet, Error> {
     let axis = triple(table, "axis")?.unwrap_or([0.0, 0.0, 1.0]);
     let length = crate::math::sqrt(axis.iter().map(|a| a * a).sum());
     if length == 0.0 {
@@ -49,7 +49,7 @@ pub(in crate::rig) fn read_magnet(table: &Reader, names: &Names) -> Result<Magne
     })
 }
 
-pub(in crate::rig) fn read_magnetometer(table: &Reader) -> Result<Magnetometer, Error> {
+pub(in crate::rig) fn read_magnetometer(table: &TableReader) -> Result<Magnetometer, Error> {
     Ok(Magnetometer {
         name: table.text("name")?.value.to_owned(),
         at: required_triple(table, "at")?,

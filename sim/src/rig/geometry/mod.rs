@@ -1,6 +1,6 @@
-//! Geometry in a rig file: what has a shape, and what reads it. A chain or a plate is written as one
-//! component and becomes bodies (with springs and dampers), so that everything that can sit at a body
-//! can sit at a segment too.
+//! Geometry in a rig file: what has a shape, and what reads it. A chain or a plate is written as
+//! one component and becomes bodies (with springs and dampers), so that everything that can sit at
+//! a body can sit at a segment too.
 
 mod chain;
 mod hasel;
@@ -47,12 +47,13 @@ pub struct Geometry {
     pub hasels: Vec<Hasel>,
 }
 
-/// Segments of constant curvature end to end, each bending about two axes (docs/explanation/geometry.md, eq. 1).
+/// Segments of constant curvature end to end, each bending about two axes
+/// (docs/explanation/geometry.md, eq. 1).
 #[derive(Clone, Debug)]
 pub struct Chain {
     /// Unique in the file.
     pub name: String,
-    /// How many segments.
+    /// Number of segments.
     pub segments: usize,
     /// Of the whole middle line, m.
     pub length: Value,
@@ -84,7 +85,7 @@ pub struct Waveguide {
     pub radius: Value,
     /// About the middle line, from x towards y, rad.
     pub angle: Value,
-    /// Where it begins and ends, as fractions of the chain's length.
+    /// Beginning and end, as fractions of the chain's length.
     pub span: [f64; 2],
     /// Loss of light: -d ln(light) / d strain.
     pub loss: Value,
@@ -97,9 +98,9 @@ pub struct Magnet {
     pub name: String,
     /// Index of the plate.
     pub plate: usize,
-    /// Where on the plate, m.
+    /// Position on the plate, m.
     pub at: [f64; 3],
-    /// Where its north points on the plate, of length 1.
+    /// Unit vector to its north on the plate.
     pub axis: [f64; 3],
     /// A m^2.
     pub moment: Value,
@@ -110,7 +111,7 @@ pub struct Magnet {
 pub struct Magnetometer {
     /// Unique in the file.
     pub name: String,
-    /// Where, m.
+    /// Position, m.
     pub at: [f64; 3],
 }
 
@@ -123,9 +124,9 @@ pub struct Hasel {
     pub path: Vec<(usize, Value)>,
     /// Chains that it follows and plates that it holds.
     pub routes: Vec<Route>,
-    /// How far it is from stretched out where its bodies are at 0, m.
+    /// Distance from stretched out with its bodies at 0, m.
     pub slack: Value,
-    /// How many in the row.
+    /// Number of pouches in the row.
     pub pouches: usize,
     /// Film of one pouch from end to end, m.
     pub pouch_length: Value,
@@ -145,12 +146,12 @@ pub struct Hasel {
     pub film_stiffness: Value,
 }
 
-/// What a sensor can read of a HASEL actuator.
+/// Reading of a HASEL actuator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HaselReading {
     /// Between its electrodes, V.
     Voltage,
-    /// How far it has shortened since it was stretched out, m.
+    /// Contraction from stretched out, m.
     Stroke,
 }
 
@@ -166,16 +167,16 @@ pub enum Route {
         radius: Value,
         /// About the middle line, from x towards y, rad.
         angle: Value,
-        /// How many segments from the base it runs along.
+        /// Number of segments from the base that it runs along.
         segments: usize,
     },
     /// Up to a point of a plate (eq. 5).
     Plate {
         /// Index of the plate.
         plate: usize,
-        /// Where on the plate, m.
+        /// Position on the plate, m.
         x: Value,
-        /// Where on the plate, m.
+        /// Position on the plate, m.
         y: Value,
     },
 }
@@ -191,7 +192,7 @@ pub enum Axis {
     Z,
 }
 
-/// What a sensor can read of a shape.
+/// Reading of a shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
     /// `CHAIN.tip.x`: where the end of a chain is, m.

@@ -6,7 +6,7 @@ use super::Plate;
 use crate::effects::Sign;
 use crate::error::Error;
 use crate::rig::names::{Component, Section};
-use crate::rig::reader::Reader;
+use crate::rig::reader::TableReader;
 use crate::rig::{Body, Rig};
 use crate::unit::Motion;
 
@@ -26,13 +26,13 @@ impl Plate {
 }
 
 /// Names of the bodies that a plate becomes.
-pub(in crate::rig) fn generated(table: &Reader) -> Result<[String; 3], Error> {
+pub(in crate::rig) fn generated(table: &TableReader) -> Result<[String; 3], Error> {
     let name = table.text("name")?.value;
     Ok(COORDINATES.map(|own| format!("{name}.{own}")))
 }
 
 /// Reads a plate and adds its bodies to the rig.
-pub(in crate::rig) fn expand(table: &Reader, rig: &mut Rig) -> Result<(), Error> {
+pub(in crate::rig) fn expand(table: &TableReader, rig: &mut Rig) -> Result<(), Error> {
     let mass = table.parameter("mass", Sign::Positive)?;
     let inertia = table.parameter("inertia", Sign::Positive)?;
     let first_body = rig.bodies.len();

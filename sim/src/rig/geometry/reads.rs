@@ -1,4 +1,4 @@
-//! What a sensor can read of each kind of component, by name.
+//! Readings of each kind of component, by name.
 
 use super::{Axis, HaselReading, Shape};
 use crate::rig::Reads;
@@ -67,8 +67,8 @@ impl Reading {
     }
 }
 
-/// Cuts `spine.x1.position` into the component's name and the reading: the longest name that the file
-/// knows. Where it knows none, at the first dot that leaves a reading, or else at the first.
+/// Cuts `spine.x1.position` into the component's name and the reading: the longest name that the
+/// file knows. Where it knows none, at the first dot that leaves a reading, or else at the first.
 pub(in crate::rig) fn split<'a>(text: &'a str, names: &Names) -> Option<(&'a str, &'a str)> {
     let cuts = || {
         let dots = text.match_indices('.').map(|(at, _)| at);

@@ -5,7 +5,7 @@ use crate::effects::Sign;
 use crate::error::Error;
 use crate::math;
 use crate::rig::names::Names;
-use crate::rig::reader::Reader;
+use crate::rig::reader::TableReader;
 use crate::rig::{Rig, Tendon};
 
 /// Keys that make an entry of a path a route, and those that go with them.
@@ -16,7 +16,7 @@ const KEYS: [&[&str]; 2] = [
 
 /// The route that an entry of a path describes; none where it names a body.
 pub(in crate::rig) fn read_route(
-    part: &Reader,
+    part: &TableReader,
     names: &Names,
     rig: &Rig,
 ) -> Result<Option<Route>, Error> {
@@ -43,7 +43,7 @@ pub(in crate::rig) fn read_route(
     Ok(None)
 }
 
-/// Whether two entries follow one chain or hold one plate.
+/// True for two entries that follow one chain or hold one plate.
 pub(in crate::rig) fn same_place(a: &Route, b: &Route) -> bool {
     match (a, b) {
         (Route::Chain { chain: a, .. }, Route::Chain { chain: b, .. }) => a == b,
@@ -53,8 +53,8 @@ pub(in crate::rig) fn same_place(a: &Route, b: &Route) -> bool {
 }
 
 impl Tendon {
-    /// Its arms at the bodies of its path as the rig is written, those that follow from its routes included
-    /// (docs/explanation/geometry.md, eq. 2a and 5): (index of the body, m or 1).
+    /// Its arms at the bodies of its path as the rig is written, those that follow from its routes
+    /// included (docs/explanation/geometry.md, eq. 2a and 5): (index of the body, m or 1).
     pub fn arms(&self, rig: &Rig) -> Vec<(usize, f64)> {
         let own = self.path.iter().map(|(body, arm)| (*body, arm.value));
         let mut arms: Vec<(usize, f64)> = own.collect();

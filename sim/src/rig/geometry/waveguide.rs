@@ -4,7 +4,7 @@ use super::Waveguide;
 use crate::effects::Sign;
 use crate::error::Error;
 use crate::rig::names::{Component, Names, Section};
-use crate::rig::reader::Reader;
+use crate::rig::reader::TableReader;
 
 pub(super) const SECTION: Section = (
     "waveguide",
@@ -12,7 +12,10 @@ pub(super) const SECTION: Section = (
     Component::Waveguide,
 );
 
-pub(in crate::rig) fn read_waveguide(table: &Reader, names: &Names) -> Result<Waveguide, Error> {
+pub(in crate::rig) fn read_waveguide(
+    table: &TableReader,
+    names: &Names,
+) -> Result<Waveguide, Error> {
     let span = match table.numbers("span", Sign::NonNegative)?.as_deref() {
         None => [0.0, 1.0],
         Some(&[from, to]) if from < to && to <= 1.0 => [from, to],

@@ -1,5 +1,6 @@
-//! A finger between two dry tendons that pull against each other, by closed formulas between its stops
-//! (`tests/foreign/finger.py`): what rests is held by both, and neither moves without the other.
+//! A finger between two dry tendons that pull against each other, by closed formulas between its
+//! stops (`tests/foreign/finger.py`): what rests is held by both, and neither moves without the
+//! other.
 
 use super::recording::{Columns, error};
 

@@ -1,8 +1,10 @@
-//! A plate on foam that creeps along three axes, by the exponential of a matrix (`tests/foreign/foam.py`).
+//! A plate on foam that creeps along three axes, by the exponential of a matrix
+//! (`tests/foreign/foam.py`).
 
 use super::recording::error;
 
-/// Error that is allowed, as a part of the range of the motion: the integrator's, at its usual sub-steps.
+/// Error that is allowed, as a part of the range of the motion: the integrator's, at its usual
+/// sub-steps.
 const TOLERANCE: f64 = 1e-9;
 
 #[test]

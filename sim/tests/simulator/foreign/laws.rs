@@ -1,5 +1,6 @@
-//! Every law of the vocabulary against a hard-law integrator that shares nothing with the simulator:
-//! `tests/foreign/hardlaw/exact.py` drew a rig for each kind, concealed it there, and wrote the motion.
+//! Every law of the vocabulary against a hard-law integrator that shares nothing with the
+//! simulator: `tests/foreign/hardlaw/exact.py` drew a rig for each kind, concealed it there, and
+//! wrote the motion.
 
 use sinew_sim::effects::Kind;
 

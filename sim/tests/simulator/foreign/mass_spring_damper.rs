@@ -1,5 +1,6 @@
-//! Somebody else's physics judges ours: `tests/foreign/mass_spring_damper.py` solves the same device in closed
-//! form between its stops, shares no code with the simulator, and wrote the recording that is compared here.
+//! Somebody else's physics judges ours: `tests/foreign/mass_spring_damper.py` solves the same
+//! device in closed form between its stops, shares no code with the simulator, and wrote the
+//! recording that is compared here.
 
 use sinew_sim::{InputTrajectory, Plant, Rig};
 

@@ -1,4 +1,5 @@
-//! Other people's physics judges the simulator. What they wrote lies in `tests/foreign`, with the programs that wrote it.
+//! Other people's physics judges the simulator. What they wrote lies in `tests/foreign`, with the
+//! programs that wrote it.
 
 mod finger;
 mod foam;

@@ -1,17 +1,20 @@
-//! MuJoCo judges the simulator: `tests/foreign/mujoco_trajectories.py` had it move six devices for 5 s, and wrote each
-//! as a rig (`tests/foreign/trajectories/NAME.toml`) with the trajectory beside it.
+//! MuJoCo judges the simulator: `tests/foreign/mujoco_trajectories.py` had it move six devices for
+//! 5 s, and wrote each as a rig (`tests/foreign/trajectories/NAME.toml`) with the trajectory beside
+//! it.
 
 use super::recording::{Columns, error};
 
-/// Largest difference allowed, as a part of the range of the motion; none may be above 1e-4. What is left where the
-/// laws are the same is the simulator's own error at its automatic steps (docs/explanation/plant.md, eq. 19).
+/// Largest difference allowed, as a part of the range of the motion; none may be above 1e-4. What
+/// is left where the laws are the same is the simulator's own error at its automatic steps
+/// (docs/explanation/plant.md, eq. 19).
 const DEVICES: &[(&str, f64)] = &[
     ("mass_spring_damper", 2e-6),
     ("pendulum", 2e-6),
     ("two_mass_drive", 2e-6),
     // Fixed steps across the kinks of a tendon that goes slack, on both sides.
     ("tendon_finger", 1e-5),
-    // MuJoCo's friction is a soft constraint and its step first order here: doubling it moves it by 2e-6.
+    // MuJoCo's friction is a soft constraint and its step first order here: doubling it moves it by
+    // 2e-6.
     ("joint_friction", 2e-5),
     // MuJoCo's limit gives way to 1e-4 of the other forces.
     ("end_stop", 1e-4),

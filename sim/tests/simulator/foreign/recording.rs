@@ -69,8 +69,8 @@ pub fn rig(name: &str) -> Rig {
     Rig::parse(&text(name), name).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Largest difference of a simulation from a recording, over the range of the motion, of all signals; the rig starts at
-/// rest at 0. One parameter may be scaled.
+/// Largest difference of a simulation from a recording, over the range of the motion, of all
+/// signals; the rig starts at rest at 0. One parameter may be scaled.
 ///
 /// # Panics
 /// The rig cannot be simulated, or a signal hardly moves.

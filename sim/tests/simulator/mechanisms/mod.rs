@@ -11,7 +11,8 @@ pub fn plant(tables: &str) -> Plant {
     Plant::new(&rig).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// A slide of 1 kg that starts at `start` with `velocity`, its position and velocity read, and more.
+/// A slide of 1 kg that starts at `start` with `velocity`, its position and velocity read, and
+/// more.
 pub fn slide(start: f64, velocity: f64, more: &str) -> Plant {
     plant(&format!(
         "[[body]]\nname = \"mass\"\nmotion = \"slide\"\ninertia = {{ value = 1.0 }}\n\

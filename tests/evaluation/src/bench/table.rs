@@ -158,10 +158,12 @@ const PROBLEMS: &[(&str, &str, &str, &str)] = &[
 
 const HEAD: &str = "# Speed, size and quality of the control step
 
-`cargo xtask bench forward_instructions mpc_instructions image peers --publish` wrote this page, and takes minutes, most of them
-IPOPT's. Every figure is measured by it, section by section, but those headed *quoted*, which were measured elsewhere on the same shapes, and *goal*. Instructions are
-counted on QEMU's Cortex-M4F (mps2-an386), exactly, and are the same in every run of the same compiler. What is compared: the
-reference problem of `models/reference`, 590 control steps of its closed loop.
+This page is written by
+`cargo xtask bench forward_instructions mpc_instructions image peers --publish`. The command takes
+minutes, most of them IPOPT's. It measures every figure except those headed *quoted*, which were
+measured elsewhere on the same shapes, and *goal*. Instructions are counted exactly on QEMU's
+Cortex-M4F (mps2-an386). They are the same in every run of the same compiler. The reference problem
+is that of `models/reference`, with 590 control steps of its closed loop.
 
 ## One prediction: instructions, largest over the golden vectors
 
@@ -172,10 +174,14 @@ The peer is compiled by clang (`ziglang`, from PyPI) at -O2, its expm1f is musl'
 const STEP: &str = "
 ## One control step: instructions
 
-Estimator, optimisation and limits together, at most 2 iterations. *J over IPOPT's*: the plan that the controller holds, summed over the
-run, against the optimum by IPOPT (CasADi) in double precision from the same states, without blocking and from several starts; goal 1 %.
-*Tracking*: RMS of the plant's outputs, beside a loop closed with IPOPT's own commands. P and L run the problem of S with other networks: P
-holds its eleven channels over the horizon, so its tracking says nothing about a controller that one would build.
+Estimator, optimisation and limits together, at most 2 iterations.
+
+- *J over IPOPT's*: the cost of the controller's plan, summed over the run, against the optimum by
+  IPOPT (CasADi) in double precision from the same states, without blocking and from several
+  starts. The goal is 1 %.
+- *Tracking*: RMS error of the plant's outputs, beside a loop closed with IPOPT's own commands.
+- P and L run the problem of S with other networks. P holds its eleven channels over the horizon, so
+  its tracking says nothing about a realistic controller.
 
 ";
 
@@ -191,10 +197,12 @@ The step is the counting image less the same image without it; RAM is statics an
 const TIME: &str = "
 ## Time of the largest step: an estimate, in microseconds
 
-No board has run this: instructions times 1.7 cycles, over the clock. The Cortex-M4's reference manual has 2 cycles for a load or store, 1 for a
-multiplication or addition in single precision, 14 for a division and 2 to 4 for a taken branch; `vldr, vldr, vmul, vadd`, the step's
-commonest sequence, takes 6 cycles for 4 instructions, branches and divisions the rest. Flash without wait states is assumed, which at
-100 and 168 MHz asks for the part's accelerator. The same step counts its own cycles on a board ([boards/step](../../boards/step/README.md)).
+No board has run this: the estimate is instructions times 1.7 cycles, over the clock. The
+Cortex-M4's reference manual has 2 cycles for a load or store, 1 for a multiplication or addition in
+single precision, 14 for a division and 2 to 4 for a taken branch. `vldr, vldr, vmul, vadd`, the
+step's commonest sequence, takes 6 cycles for 4 instructions; branches and divisions take the rest.
+Flash without wait states is assumed, which needs the part's accelerator at 100 and 168 MHz. The
+same step counts its own cycles on a board ([boards/step](../../boards/step/README.md)).
 
 | | 84 MHz | 100 MHz | 168 MHz |
 |---|---|---|---|

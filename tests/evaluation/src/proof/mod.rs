@@ -137,8 +137,8 @@ fn drawn(options: &Options) -> Result<()> {
         String::new()
     };
     let head = format!(
-        "# The proof\n\n{part}Written by `cargo xtask proof --seed {} --cases {} --publish`. The cases are those of \
-         `tests/foreign/hardlaw`: [how they are made and scored](proof-cases.md).\n\n",
+        "# Concealed physics\n\n{part}Written by `cargo xtask proof --seed {} --cases {} --publish`. The cases are made\n\
+         and scored as in [cases](proof-cases.md), by `tests/foreign/hardlaw`.\n\n",
         options.seed,
         cases.len()
     );

@@ -8,13 +8,15 @@ use serde_json::Value;
 
 use super::case::Case;
 
-const HEAD: &str = "# Real recordings\n\n\
-Written by `cargo xtask recorded --publish`; a machine without the recordings cannot run it, and says so. Each rig is \
-what a textbook believes of the device (`rigs/recorded`), its parameters free. The error is of free runs on recordings \
-that estimated nothing: the test recordings, or, where there are only two, the check recordings (marked \u{2020}: they \
-decided what is believed). *Before* is the rig with its parameters refitted, *after* with what was found. Where \
-recordings were split, the first 60 % of the rows were fitted; an angle of the servo counts as missing while its torque \
-was off.\n\n\
+const HEAD: &str = "# Real devices\n\
+\n\
+Written by `cargo xtask recorded --publish`, which needs the recordings. Each plant model is the textbook\n\
+model of the device (`rigs/recorded`) with free parameters. The error is the free-run error on recordings\n\
+that estimated nothing: the test recordings or, with only two recordings, the check recordings (marked\n\
+\u{2020}: they decided what is accepted). *Before* is the refitted model, *after* the corrected one. Where\n\
+recordings were split, the first 60 % of the rows were fitted. An angle of the servo counts as missing\n\
+while its torque was off.\n\
+\n\
 | device | literature | found | sure | before | after | published | as the literature |\n|---|---|---|--:|--:|--:|---|---|\n";
 
 /// The whole page; cases without an answer say so.

@@ -15,7 +15,7 @@ pub(super) struct Body<'a> {
     pub(super) given: &'static str,
 }
 
-/// Whether the text uses the variable.
+/// Returns true if the text uses the variable.
 fn mentions(text: &str, word: &str) -> bool {
     text.split(|c: char| !c.is_alphanumeric() && c != '_')
         .any(|found| found == word)

@@ -13,7 +13,7 @@ use super::plan::Plan;
 use body::Body;
 use seed::Seed;
 
-/// Whether derivatives pass by the units that a rectifier shuts.
+/// Returns true if derivatives skip the units that a rectifier shuts.
 pub(super) fn is_rectified(plan: &Plan<'_>) -> bool {
     Seed::of(plan).is_some_and(|seed| seed.rectified)
 }
@@ -29,9 +29,9 @@ pub const INPUTS: usize = {inputs};
 pub const OUTPUTS: usize = {outputs};
 /// Numbers that are kept from one call to the next.
 pub const STATE: usize = {state};
-/// What derivatives are taken with respect to: inputs, then the state before the call.
+/// Variables of the derivatives: inputs, then the hidden state before the call.
 pub const VARIABLES: usize = INPUTS + STATE;
-/// What derivatives are taken of: outputs, then the state after the call.
+/// Differentiated results: outputs, then the hidden state after the call.
 pub const RESULTS: usize = OUTPUTS + STATE;
 "
         )

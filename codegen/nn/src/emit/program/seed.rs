@@ -16,7 +16,7 @@ pub(super) struct Seed {
     pub(super) scale: Option<usize>,
     /// The node whose adjoints the seed gives.
     pub(super) begin: usize,
-    /// Whether the inner activation is a rectifier whose shut units are passed by, after a dense layer of the input.
+    /// True if the inner activation is a rectifier after a dense layer of the input: its shut units are skipped.
     pub(super) rectified: bool,
 }
 

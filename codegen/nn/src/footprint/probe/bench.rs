@@ -1,4 +1,4 @@
-/// What tries networks: a computer, or a board.
+/// Machine that tries networks: a computer, or a board.
 pub trait Bench {
     /// Prints numbers.
     fn numbers(&mut self, name: &str, values: &mut dyn Iterator<Item = f32>);

@@ -2,6 +2,7 @@
 
 use serde_json::Value;
 
+use super::settings::{Settings, expect_float};
 use crate::NetworkError;
 use crate::limits::{MAX_LENGTH, MAX_NODES};
 
@@ -10,7 +11,7 @@ pub(super) struct Model<'a> {
     pub(super) input: String,
     /// Shape of the input, the batch aside; an open number of steps is 1.
     pub(super) shape: Vec<usize>,
-    /// Whether the number of steps is open: then a call is one step.
+    /// True if the number of steps is open: then a call is one step.
     pub(super) steps_open: bool,
     pub(super) layers: Vec<Layer<'a>>,
     pub(super) output: String,
@@ -20,11 +21,25 @@ pub(super) struct Model<'a> {
 pub(super) struct Layer<'a> {
     pub(super) name: String,
     pub(super) class: &'a str,
-    pub(super) config: &'a Value,
+    pub(super) config: Settings<'a>,
     pub(super) from: Vec<String>,
+    /// Operands of an operation in order, constants among them; empty for a layer.
+    pub(super) operands: Vec<Operand>,
     /// Number of layers of this class before it: Keras 3 names weights by it.
     pub(super) number: usize,
 }
+
+/// An operand of an operation.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Operand {
+    /// A layer, by its name.
+    Layer(String),
+    /// A constant: its shape and its values.
+    Constant(Vec<usize>, Vec<f32>),
+}
+
+/// The module of Keras 3's operations.
+const OPERATIONS: &str = "keras.src.ops";
 
 fn wrong(message: &str) -> NetworkError {
     NetworkError::malformed("model configuration", message)
@@ -69,7 +84,18 @@ impl<'a> Model<'a> {
                 .or(config["name"].as_str())
                 .unwrap_or(class)
                 .to_owned();
+            expect_own(&name, class, value)?;
+            expect_float(&name, &config["dtype"])?;
             if class == "InputLayer" {
+                for key in ["sparse", "ragged", "optional"] {
+                    if config[key].as_bool() == Some(true) {
+                        return Err(NetworkError::unsupported(
+                            name,
+                            format!("an input with {key}=True"),
+                            "use a dense input",
+                        ));
+                    }
+                }
                 if !model.input.is_empty() {
                     return Err(NetworkError::unsupported(
                         name,
@@ -86,6 +112,7 @@ impl<'a> Model<'a> {
                 model.set_input("input", given, &root["config"]["build_input_shape"])?;
             }
             let number = numbers.entry(class).or_insert(0);
+            let mut operands = Vec::new();
             let from = if sequential {
                 vec![
                     model
@@ -95,13 +122,33 @@ impl<'a> Model<'a> {
                         .clone(),
                 ]
             } else {
-                sources(&name, &value["inbound_nodes"])?
+                operands = sources(&name, class, &value["inbound_nodes"])?;
+                operands
+                    .iter()
+                    .filter_map(Operand::layer)
+                    .map(String::from)
+                    .collect()
             };
+            let operation = value["module"]
+                .as_str()
+                .is_some_and(|m| m.starts_with(OPERATIONS));
+            let constant = operands.iter().any(|operand| operand.layer().is_none());
+            if !operation && constant {
+                return Err(NetworkError::unsupported(
+                    name,
+                    format!("{class} of a constant"),
+                    "call the layer with tensors only",
+                ));
+            }
+            if !operation {
+                operands.clear();
+            }
             model.layers.push(Layer {
                 name,
                 class,
-                config,
+                config: Settings::new(config),
                 from,
+                operands,
                 number: *number,
             });
             *number += 1;
@@ -152,8 +199,42 @@ impl<'a> Model<'a> {
     }
 }
 
-/// The layers that a layer reads.
-fn sources(layer: &str, nodes: &Value) -> Result<Vec<String>, NetworkError> {
+impl Operand {
+    /// The layer, if it is one.
+    fn layer(&self) -> Option<&str> {
+        match self {
+            Self::Layer(name) => Some(name),
+            Self::Constant(..) => None,
+        }
+    }
+}
+
+/// That a layer is Keras's own.
+fn expect_own(name: &str, class: &str, value: &Value) -> Result<(), NetworkError> {
+    let module = &value["module"];
+    let own = match module.as_str() {
+        Some(module) => ["keras", "tf_keras", "tensorflow.keras"].iter().any(|own| {
+            module
+                .strip_prefix(own)
+                .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        }),
+        // Keras 2 names modules only where they are somebody's own.
+        None => value["registered_name"]
+            .as_str()
+            .is_none_or(|registered| !registered.contains('>')),
+    };
+    if own {
+        return Ok(());
+    }
+    Err(NetworkError::unsupported(
+        name,
+        format!("the layer {class}, which is code of its own,"),
+        "build it of Keras's layers",
+    ))
+}
+
+/// The operands of a layer or operation: tensors, and constants between them.
+fn sources(layer: &str, class: &str, nodes: &Value) -> Result<Vec<Operand>, NetworkError> {
     let nodes = nodes.as_array().map_or(&[][..], Vec::as_slice);
     let [node] = nodes else {
         return Err(NetworkError::unsupported(
@@ -163,39 +244,146 @@ fn sources(layer: &str, nodes: &Value) -> Result<Vec<String>, NetworkError> {
         ));
     };
     let mut found = Vec::new();
-    // Keras 3: {"args": [...]} with tensors anywhere within. Keras 2: a list of [name, node, tensor, ...].
+    // Keras 3: {"args": [...]} with tensors anywhere within. Keras 2: a list of [name, node, tensor, kwargs].
     if node.is_object() {
-        histories(&node["args"], 0, &mut found);
-        histories(&node["kwargs"], 0, &mut found);
+        operands(layer, &node["args"], 0, &mut found)?;
+        let named = node["kwargs"].as_object();
+        for (key, value) in named.into_iter().flatten() {
+            if is_idle(key, value) {
+                continue;
+            }
+            // The operands of an operation can be named.
+            if !["x", "x1", "x2", "inputs", "sequence"].contains(&key.as_str()) {
+                return Err(argument(layer, class, key));
+            }
+            operands(layer, value, 0, &mut found)?;
+        }
     } else if let Some(list) = node.as_array() {
-        let listed = |value: &Value| value.as_array()?.first()?.as_str().map(String::from);
-        found = list.iter().filter_map(listed).collect();
+        for entry in list {
+            let name = entry[0]
+                .as_str()
+                .ok_or_else(|| argument(layer, class, "of this kind"))?;
+            expect_first(layer, name, &entry[2])?;
+            found.push(Operand::Layer(name.into()));
+            let named = entry[3].as_object();
+            if let Some((key, _)) = named
+                .into_iter()
+                .flatten()
+                .find(|(key, value)| !is_idle(key, value))
+            {
+                return Err(argument(layer, class, key));
+            }
+        }
     }
-    if found.is_empty() {
+    let tensors = found
+        .iter()
+        .filter(|operand| operand.layer().is_some())
+        .count();
+    if tensors == 0 {
         return Err(NetworkError::malformed(layer, "it reads nothing"));
+    }
+    if ["SimpleRNN", "GRU", "LSTM"].contains(&class) && found.len() > 1 {
+        return Err(argument(layer, class, "initial_state"));
     }
     Ok(found)
 }
 
-fn histories(value: &Value, depth: usize, found: &mut Vec<String>) {
+/// Arguments of a call that change nothing in a trained network.
+fn is_idle(key: &str, value: &Value) -> bool {
+    value.is_null() || (key == "training" && value.as_bool() == Some(false))
+}
+
+fn argument(layer: &str, class: &str, key: &str) -> NetworkError {
+    let (what, nearest) = match key {
+        "initial_state" => (
+            format!("a first state that is computed, initial_state of {class},"),
+            "start from zero, and give the network what the state was computed from".to_owned(),
+        ),
+        "mask" => (
+            format!("a mask of {class}"),
+            "use sequences of equal length".to_owned(),
+        ),
+        key => (
+            format!("the argument {key} of {class}"),
+            "call the layer with its inputs alone".to_owned(),
+        ),
+    };
+    NetworkError::unsupported(layer, what, nearest)
+}
+
+/// That a tensor is its layer's only output.
+fn expect_first(layer: &str, from: &str, number: &Value) -> Result<(), NetworkError> {
+    match number.as_i64().unwrap_or(0) {
+        0 => Ok(()),
+        number => Err(NetworkError::unsupported(
+            layer,
+            format!("output {number} of {from}"),
+            "read only the first output of a layer",
+        )),
+    }
+}
+
+fn operands(
+    layer: &str,
+    value: &Value,
+    depth: usize,
+    found: &mut Vec<Operand>,
+) -> Result<(), NetworkError> {
     if depth > 16 {
-        return;
+        return Err(NetworkError::malformed(
+            layer,
+            "its inputs are lists within lists without end",
+        ));
+    }
+    if let Some(number) = value.as_f64() {
+        found.push(Operand::Constant(Vec::new(), vec![number as f32]));
+        return Ok(());
     }
     match value {
         Value::Object(map) => {
-            let history = map.get("config").map(|config| &config["keras_history"][0]);
-            if let Some(name) = history.and_then(Value::as_str) {
-                found.push(name.into());
-            } else {
-                map.values()
-                    .for_each(|value| histories(value, depth + 1, found));
+            let config = map.get("config").unwrap_or(&Value::Null);
+            if let Some(name) = config["keras_history"][0].as_str() {
+                expect_first(layer, name, &config["keras_history"][2])?;
+                found.push(Operand::Layer(name.into()));
+                return Ok(());
             }
+            let class = map.get("class_name").and_then(Value::as_str).unwrap_or("");
+            if ["__numpy__", "__tensor__"].contains(&class) {
+                let (shape, values) = array(layer, &config["value"], 0)?;
+                found.push(Operand::Constant(shape, values));
+                return Ok(());
+            }
+            Err(argument(layer, "the layer", &format!("{class:?}")))
         }
         Value::Array(list) => list
             .iter()
-            .for_each(|value| histories(value, depth + 1, found)),
-        _ => {}
+            .try_for_each(|value| operands(layer, value, depth + 1, found)),
+        Value::Null => Ok(()),
+        other => Err(argument(layer, "the layer", &other.to_string())),
     }
+}
+
+/// Lists of numbers: their shape and the numbers.
+fn array(layer: &str, value: &Value, depth: usize) -> Result<(Vec<usize>, Vec<f32>), NetworkError> {
+    let wrong = || NetworkError::malformed(layer, "a constant that is no array of numbers");
+    let Value::Array(list) = value else {
+        let number = value.as_f64().ok_or_else(wrong)?;
+        return Ok((Vec::new(), vec![number as f32]));
+    };
+    if depth > 16 {
+        return Err(wrong());
+    }
+    let mut values = Vec::new();
+    let mut inner = None;
+    for value in list {
+        let (shape, part) = array(layer, value, depth + 1)?;
+        if inner.get_or_insert_with(|| shape.clone()) != &shape {
+            return Err(wrong());
+        }
+        values.extend(part);
+    }
+    let shape = [vec![list.len()], inner.unwrap_or_default()].concat();
+    Ok((shape, values))
 }
 
 /// `["name", 0, 0]`, or a list with one of these.

@@ -2,6 +2,7 @@
 
 mod config;
 mod layers;
+mod settings;
 mod weights;
 
 use std::collections::HashMap;
@@ -28,8 +29,13 @@ pub(super) fn import_h5(name: &str, bytes: &[u8]) -> Result<Network, NetworkErro
         )
     })?;
     let version = file.text("keras_version")?.unwrap_or_default();
-    let weights = Weights::named(&file)?;
-    build(name, &text, &weights, version.starts_with('2'))
+    // Before version 3 there was no other than 2 that is still read.
+    build(
+        name,
+        &text,
+        || Weights::named(&file),
+        !version.starts_with('3'),
+    )
 }
 
 /// # Errors
@@ -60,22 +66,29 @@ pub(super) fn import_archive(name: &str, bytes: &[u8]) -> Result<Network, Networ
     };
     let text = String::from_utf8(entry("config.json")?)
         .map_err(|_| NetworkError::malformed("config.json", "it is not UTF-8 text"))?;
-    let weights = Weights::numbered(&Hdf5::new(&entry("model.weights.h5")?)?)?;
-    build(name, &text, &weights, false)
+    let metadata = entry("metadata.json").unwrap_or_default();
+    let metadata: Value = serde_json::from_slice(&metadata).unwrap_or_default();
+    let keras_2 = metadata["keras_version"]
+        .as_str()
+        .is_some_and(|version| version.starts_with('2'));
+    let weights = || Weights::numbered(&Hdf5::new(&entry("model.weights.h5")?)?);
+    build(name, &text, weights, keras_2)
 }
 
 fn build(
     name: &str,
     text: &str,
-    weights: &Weights,
+    weights: impl FnOnce() -> Result<Weights, NetworkError>,
     keras_2: bool,
 ) -> Result<Network, NetworkError> {
     let config: Value = serde_json::from_str(text)
         .map_err(|error| NetworkError::malformed("model configuration", error.to_string()))?;
     let model = Model::new(&config)?;
+    // The configuration says in better words than the weights what cannot be read.
+    let weights = weights()?;
     let streaming = model.steps_open;
     let network = Network::new(name, &model.input, model.shape.clone());
-    let mut import = Import::new(network, weights, keras_2, streaming);
+    let mut import = Import::new(network, &weights, keras_2, streaming);
     let mut places: HashMap<&str, usize> = HashMap::from([(model.input.as_str(), 0)]);
     // A layer may stand before what it reads in the list; each round reads those that are ready.
     let mut waiting: Vec<usize> = (0..model.layers.len()).collect();
@@ -92,6 +105,9 @@ fn build(
             match from {
                 Some(from) => {
                     let place = import.layer(layer, &from)?;
+                    if !layers::IDLE.contains(&layer.class) {
+                        layer.config.expect_read(&layer.name, layer.class)?;
+                    }
                     places.insert(&layer.name, place);
                 }
                 None => later.push(index),
@@ -110,5 +126,6 @@ fn build(
     let output = places.get(model.output.as_str()).copied().ok_or_else(|| {
         NetworkError::malformed(&model.output, "the output is none of the layers")
     })?;
+    weights.expect_read()?;
     Ok(import.finish(output))
 }

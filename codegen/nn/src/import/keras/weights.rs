@@ -1,6 +1,7 @@
 //! The weights of a layer, by name in Keras 2 and by number in Keras 3.
 
-use std::collections::HashMap;
+use std::cell::RefCell;
+use std::collections::{HashMap, HashSet};
 
 use super::config::Layer;
 use crate::NetworkError;
@@ -12,6 +13,15 @@ pub(super) struct Weights {
     /// By path below the group of all layers.
     tensors: HashMap<String, Tensor>,
     numbered: bool,
+    /// Paths of those that a layer took.
+    taken: RefCell<HashSet<String>>,
+}
+
+/// Whether a tensor changes nothing in a trained network: a state of random numbers, or the count of what a
+/// Normalization has seen.
+fn is_idle(path: &str) -> bool {
+    let counted = path.starts_with("normalization") && path.ends_with("/vars/2");
+    counted || path.contains("seed_generator") || path.contains("count:")
 }
 
 impl Weights {
@@ -24,6 +34,7 @@ impl Weights {
         Ok(Self {
             tensors,
             numbered: false,
+            taken: RefCell::default(),
         })
     }
 
@@ -36,6 +47,7 @@ impl Weights {
         Ok(Self {
             tensors,
             numbered: true,
+            taken: RefCell::default(),
         })
     }
 
@@ -52,16 +64,41 @@ impl Weights {
             let paths = ["", "cell/", "layer/", "layer/cell/"];
             return paths
                 .iter()
-                .find_map(|inner| self.tensors.get(&format!("{group}/{inner}vars/{number}")));
+                .find_map(|inner| self.take(&format!("{group}/{inner}vars/{number}")));
         }
         let prefix = format!("{}/", layer.name);
-        self.tensors
-            .iter()
-            .find(|(path, _)| {
-                let last = path.rsplit('/').next().unwrap_or("");
-                path.starts_with(&prefix) && last.split(':').next() == Some(name)
-            })
-            .map(|(_, tensor)| tensor)
+        let mut paths = self.tensors.keys();
+        let path = paths.find(|path| {
+            let last = path.rsplit('/').next().unwrap_or("");
+            path.starts_with(&prefix) && last.split(':').next() == Some(name)
+        })?;
+        self.take(path)
+    }
+
+    fn take(&self, path: &str) -> Option<&Tensor> {
+        let found = self.tensors.get(path)?;
+        self.taken.borrow_mut().insert(path.into());
+        Some(found)
+    }
+
+    /// Every tensor belongs to a layer that was read.
+    ///
+    /// # Errors
+    /// One does not.
+    pub(super) fn expect_read(&self) -> Result<(), NetworkError> {
+        let taken = self.taken.borrow();
+        let left = self
+            .tensors
+            .keys()
+            .filter(|path| !taken.contains(*path) && !is_idle(path));
+        match left.min() {
+            Some(path) => Err(NetworkError::unsupported(
+                path.split('/').next().unwrap_or(path),
+                format!("the tensor {path:?}, which nothing here reads,"),
+                "save the layer without it",
+            )),
+            None => Ok(()),
+        }
     }
 
     /// As [`Weights::find`].

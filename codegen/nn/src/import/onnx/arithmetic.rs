@@ -1,9 +1,10 @@
 //! Sums and products: of two values, or of one and weights, which make a scale. `x sigmoid(x)` and
 //! `x (1 + erf(x / sqrt 2)) / 2` are recognised as the activations that they are.
 
-use super::layers::spread;
+use super::constants::broadcast;
 use super::{Gelu, Import, Node, Value};
 use crate::import::onnx::constant::Constant;
+use crate::import::shapes::spread_places;
 use crate::import::tensor::Tensor;
 use crate::{Activation, NetworkError, Op};
 
@@ -13,18 +14,16 @@ impl Import<'_> {
         if op == "Erf" {
             return self.erf(node);
         }
-        let constant = |input: usize| {
-            let name = node.proto.input.get(input).map_or("", String::as_str);
-            match self.constants.get(name) {
-                Some(Constant::Floats(tensor)) => Some(tensor.clone()),
-                _ => None,
-            }
+        let constant = |input: usize| match self.constants.get(node.input(input).unwrap_or("")) {
+            Some(Constant::Floats(tensor)) => Some(tensor.clone()),
+            _ => None,
         };
         match (constant(0), constant(1)) {
             (None, Some(right)) if op != "Sum" => self.with_constant(node, 0, &right, false),
             (Some(left), None) if op != "Sum" => self.with_constant(node, 1, &left, true),
             _ if op == "Add" || op == "Sum" => self.sum(node),
             _ if op == "Mul" => self.product(node),
+            _ if op == "Sub" => self.difference(node),
             _ => Err(node.unsupported(
                 format!("{op} of two values"),
                 "Add, or weights on one side, work",
@@ -33,8 +32,12 @@ impl Import<'_> {
     }
 
     /// The value at an input, even if it is on its way to a GELU.
-    fn any_value(&self, node: &Node<'_>, input: usize) -> Result<Value, NetworkError> {
-        let name = node.proto.input.get(input).map_or("", String::as_str);
+    pub(super) fn any_value(&self, node: &Node<'_>, input: usize) -> Result<Value, NetworkError> {
+        let name = node.input(input).unwrap_or("");
+        if self.constants.contains_key(name) {
+            let what = format!("{} of a constant, {name:?},", node.proto.op_type);
+            return Err(node.unsupported(what, "compute it before exporting"));
+        }
         let value = self.values.get(name).cloned();
         value.ok_or_else(|| {
             node.malformed(format!("it reads {name:?}, which no node before it gives"))
@@ -68,9 +71,7 @@ impl Import<'_> {
             };
             return self.gelu(node, value, next);
         }
-        let place = self.shaped(node, &value)?;
-        let value = Value { place, ..value };
-        let c = spread(node, constant, &value)?;
+        let (value, c) = self.channelled(node, value, constant)?;
         let ones = vec![1.0; c.len()];
         let zeros = vec![0.0; c.len()];
         let map = |f: fn(f32) -> f32| c.iter().copied().map(f).collect::<Vec<f32>>();
@@ -86,27 +87,144 @@ impl Import<'_> {
         Ok(vec![Value { place, ..value }])
     }
 
+    /// The value, its node so that the constant beside it varies along the last axis alone, and the constant
+    /// along that axis.
+    fn channelled(
+        &mut self,
+        node: &Node<'_>,
+        value: Value,
+        constant: &Tensor,
+    ) -> Result<(Value, Vec<f32>), NetworkError> {
+        let lead = value.dims().len() < constant.shape.len();
+        let dims = value.dims();
+        let all = broadcast(node, &dims, &constant.shape)?;
+        if all.iter().product::<usize>() != value.len() {
+            return Err(node.unsupported(
+                format!("a constant of shape {:?} beside {dims:?}", constant.shape),
+                "a constant that makes the value no larger works",
+            ));
+        }
+        if lead {
+            // The constant has more axes, all of length 1.
+            let value = self.flat(node, value)?;
+            let value = value.reshaped(all.clone(), None);
+            let flat = Tensor {
+                shape: constant
+                    .shape
+                    .iter()
+                    .copied()
+                    .skip_while(|&n| n == 1)
+                    .collect(),
+                values: constant.values.clone(),
+            };
+            return self.channelled(node, value, &flat);
+        }
+        if let [c] = constant.values.as_slice() {
+            let place = if value.shape.len() > 3 {
+                value.place
+            } else {
+                self.shaped(node, &value)?
+            };
+            let channels = self.network.nodes[place].shape.last().copied().unwrap_or(1);
+            return Ok((Value { place, ..value }, vec![*c; channels]));
+        }
+        // The axes along which it varies.
+        let ahead = dims.len() - constant.shape.len();
+        let varying: Vec<usize> = (0..constant.shape.len())
+            .filter(|&axis| constant.shape[axis] != 1)
+            .map(|axis| axis + ahead)
+            .collect();
+        let inner = |axis: usize| match value.batch {
+            Some(batch) if axis > batch => axis - 1,
+            _ => axis,
+        };
+        let places: Vec<usize> = varying.iter().map(|&axis| inner(axis)).collect();
+        let axes = value.shape.len();
+        let here = match places.as_slice() {
+            [place] if value.last => *place == 0 && axes > 1 || axes == 1,
+            [place] => place + 1 == axes,
+            _ => false,
+        };
+        if here && axes <= 3 {
+            let place = self.shaped(node, &value)?;
+            return Ok((Value { place, ..value }, constant.values.clone()));
+        }
+        if places == [0] && value.batch == Some(0) && (2..=3).contains(&axes) {
+            let value = self.channels_last(node, value)?;
+            return Ok((value, constant.values.clone()));
+        }
+        // Along several axes: a number for every value.
+        let value = self.flat(node, value)?;
+        let c: Vec<f32> = spread_places(&constant.shape, &dims)
+            .into_iter()
+            .map(|place| constant.values[place])
+            .collect();
+        let place = self.held_as(node, value.place, vec![c.len()])?;
+        Ok((Value { place, ..value }, c))
+    }
+
     fn sum(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
         let mut values = Vec::new();
         for input in 0..node.proto.input.len() {
             values.push(self.value(node, input)?);
         }
-        let last = values.iter().any(|value| value.last);
+        self.added(node, values)
+    }
+
+    /// `a - b`, as `a` and the negative of `b`.
+    fn difference(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
+        let (a, b) = (self.value(node, 0)?, self.value(node, 1)?);
+        let channels = self.network.nodes[b.place]
+            .shape
+            .last()
+            .copied()
+            .unwrap_or(1);
+        let op = Op::Scale {
+            gain: vec![-1.0; channels],
+            offset: vec![0.0; channels],
+        };
+        let place = self.push(node, op, b.place)?;
+        self.added(node, vec![a, Value { place, ..b }])
+    }
+
+    fn added(&mut self, node: &Node<'_>, values: Vec<Value>) -> Result<Vec<Value>, NetworkError> {
+        let Some(first) = values.first() else {
+            return Err(node.malformed("it reads nothing"));
+        };
+        let mut dims = first.dims();
+        for value in &values {
+            dims = broadcast(node, &dims, &value.dims())?;
+        }
+        let length: usize = dims.iter().product();
+        if let Some(other) = values.iter().find(|value| value.len() != length) {
+            return Err(node.unsupported(
+                format!("a sum of {:?} spread over {dims:?}", other.dims()),
+                "add values of equal shape",
+            ));
+        }
+        let alike = values
+            .iter()
+            .all(|value| value.shape == first.shape && value.batch == first.batch);
+        let last = alike && values.iter().any(|value| value.last);
         let mut from = Vec::new();
-        let mut first = None;
+        let mut result = None;
         for value in values {
             let value = if last {
                 self.channels_last(node, value)?
-            } else {
+            } else if alike {
                 self.as_written(node, value)?
+            } else {
+                let value = self.flat(node, value)?;
+                let place = self.held_as(node, value.place, vec![length])?;
+                Value::of(place, dims.clone(), value.batch)
             };
             from.push(value.place);
-            first.get_or_insert(value);
+            result.get_or_insert(value);
         }
-        let first = first.ok_or_else(|| node.malformed("it reads nothing"))?;
+        let result = result.ok_or_else(|| node.malformed("it reads nothing"))?;
         let name = self.free_name(&node.name);
         let place = self.network.push(&name, Op::Add, from)?;
-        Ok(vec![Value { place, ..first }])
+        Ok(vec![Value { place, ..result }])
     }
 
     fn product(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
@@ -158,7 +276,7 @@ impl Import<'_> {
         }
     }
 
-    /// Whether `place` is `factor` times `of`.
+    /// Returns true if `place` is `factor` times `of`.
     fn is_scaled(&self, place: usize, of: usize, factor: f32) -> bool {
         let node = &self.network.nodes[place];
         let Op::Scale { gain, offset } = &node.op else {

@@ -3,34 +3,41 @@
 
 mod arithmetic;
 mod constant;
+mod constants;
 mod layers;
 mod node;
 mod proto;
 mod recurrent;
+mod scikit_learn;
+mod values;
 
 use std::collections::{HashMap, HashSet};
 
 use prost::Message;
 
-use crate::limits::{MAX_LENGTH, MAX_NODES};
+use crate::limits::{MAX_LENGTH, MAX_NODES, MAX_PARAMETERS};
 use crate::{Activation, Network, NetworkError, Op};
-use constant::Constant;
+use constant::{Constant, DOUBLE, FLOAT, type_name};
 use node::Node;
 use proto::{GraphProto, ModelProto};
 
 /// Graph nodes that are looked at; several can make one layer.
 const MAX_GRAPH: usize = 8 * MAX_NODES;
+/// Values of all constants that are computed.
+const MAX_COMPUTED: usize = 4 * MAX_PARAMETERS;
+/// Versions of ONNX's operators whose meaning is known here.
+const OPSETS: std::ops::RangeInclusive<i64> = 7..=26;
 
-/// What a name in the graph stands for.
+/// Meaning of a name in the graph.
 #[derive(Clone, Debug)]
 struct Value {
     /// The node that holds it.
     place: usize,
     /// Its shape as ONNX has it, without the batch.
     shape: Vec<usize>,
-    /// Where in ONNX's shape the batch stands.
-    batch: usize,
-    /// Whether the node holds it with ONNX's first axis last.
+    /// Axis of the batch in ONNX's shape, an axis of length 1; none where no axis is 1.
+    batch: Option<usize>,
+    /// True if the node holds it with ONNX's first axis last.
     last: bool,
     /// On the way to becoming a GELU.
     gelu: Option<Gelu>,
@@ -56,6 +63,10 @@ struct Import<'a> {
     streaming: bool,
     /// Names that a node reads, or that are the output.
     read: HashSet<&'a str>,
+    /// Version of the operators.
+    opset: i64,
+    /// Values of all constants that were computed.
+    computed: usize,
 }
 
 /// # Errors
@@ -75,11 +86,20 @@ pub(super) fn import(name: &str, bytes: &[u8]) -> Result<Network, NetworkError> 
         let message = format!("{} nodes: at most {MAX_GRAPH}", graph.node.len());
         return Err(NetworkError::too_large("graph", message));
     }
+    let opset = opset(&model)?;
+    if !graph.sparse_initializer.is_empty() {
+        return Err(NetworkError::unsupported(
+            "graph",
+            "a sparse tensor of weights",
+            "store weights densely",
+        ));
+    }
     let mut constants = HashMap::new();
     for tensor in &graph.initializer {
         constants.insert(tensor.name.as_str(), Constant::new(tensor)?);
     }
     let mut import = Import::new(name, graph, constants)?;
+    import.opset = opset;
     import.nodes(graph)?;
     let [output] = graph.output.as_slice() else {
         return Err(NetworkError::unsupported(
@@ -94,6 +114,24 @@ pub(super) fn import(name: &str, bytes: &[u8]) -> Result<Network, NetworkError> 
         .cloned()
         .ok_or_else(|| NetworkError::malformed(&output.name, "the output is given by no node"))?;
     import.finish(&output.name, &result)
+}
+
+/// The version of ONNX's own operators.
+///
+/// # Errors
+/// One whose operators are not known here.
+fn opset(model: &ModelProto) -> Result<i64, NetworkError> {
+    let own = |domain: &str| ["", "ai.onnx"].contains(&domain);
+    let found = model.opset_import.iter().find(|set| own(&set.domain));
+    let version = found.map_or(1, |set| set.version);
+    if OPSETS.contains(&version) {
+        return Ok(version);
+    }
+    Err(NetworkError::unsupported(
+        "model",
+        format!("opset {version}"),
+        format!("opsets {} to {} work", OPSETS.start(), OPSETS.end()),
+    ))
 }
 
 impl<'a> Import<'a> {
@@ -115,11 +153,19 @@ impl<'a> Import<'a> {
                 "concatenate the inputs into one; state that a graph is given starts at zero here",
             ));
         };
-        let dims = input
+        let tensor = input
             .kind
             .as_ref()
             .and_then(|kind| kind.tensor_type.as_ref());
-        let dims = dims
+        let kind = tensor.map_or(FLOAT, |tensor| tensor.elem_type);
+        if ![0, FLOAT, DOUBLE].contains(&kind) {
+            return Err(NetworkError::unsupported(
+                &input.name,
+                format!("an input of {}", type_name(kind)),
+                "export in float32",
+            ));
+        }
+        let dims = tensor
             .and_then(|tensor| tensor.shape.as_ref())
             .map_or(&[][..], |shape| &shape.dim);
         let dims: Vec<Option<usize>> = dims
@@ -127,28 +173,47 @@ impl<'a> Import<'a> {
             .map(|dim| dim.dim_value.filter(|&n| n > 0))
             .map(|n| n.map(|n| usize::try_from(n).unwrap_or(usize::MAX).min(MAX_LENGTH + 1)))
             .collect();
+        let is_recurrent = |op: &str| ["RNN", "GRU", "LSTM"].contains(&op);
+        let recurrent = graph.node.iter().any(|node| is_recurrent(&node.op_type));
         // A recurrent layer reads steps first, the batch after.
-        let steps_first = graph.node.iter().any(|node| {
-            ["RNN", "GRU", "LSTM"].contains(&node.op_type.as_str())
-                && node.input.first() == Some(&input.name)
-        });
-        let batch = usize::from(steps_first);
-        if dims
-            .get(batch)
-            .is_none_or(|dim| dim.is_some_and(|n| n != 1))
-        {
-            let message =
-                format!("its shape is {dims:?}: expected a batch of 1 or open at axis {batch}");
-            return Err(NetworkError::malformed(&input.name, message));
+        let steps_first = graph
+            .node
+            .iter()
+            .any(|node| is_recurrent(&node.op_type) && node.input.first() == Some(&input.name));
+        let single = |axis: usize| dims.get(axis).is_some_and(|dim| dim.is_none_or(|n| n == 1));
+        let batch = match (dims.as_slice(), steps_first) {
+            // One row without a batch.
+            (&[Some(n)], _) if n != 1 => None,
+            (_, true) => Some(1),
+            (&[Some(_), second, _], false)
+                if recurrent && !single(0) && second.is_none_or(|n| n == 1) =>
+            {
+                Some(1)
+            }
+            _ => Some(0),
+        };
+        if batch.is_some_and(|batch| !single(batch)) {
+            let shape: Vec<String> = dims
+                .iter()
+                .map(|dim| dim.map_or_else(|| "open".into(), |n| n.to_string()))
+                .collect();
+            let axis = batch.unwrap_or(0);
+            let message = format!("an input of shape [{}]", shape.join(", "));
+            return Err(NetworkError::unsupported(
+                &input.name,
+                message,
+                format!("a batch of 1 or an open one at axis {axis} works"),
+            ));
         }
         let mut shape = Vec::new();
         let mut streaming = false;
-        for (axis, dim) in dims.iter().enumerate().filter(|(axis, _)| *axis != batch) {
-            let recurrent = graph
-                .node
-                .iter()
-                .any(|n| ["RNN", "GRU", "LSTM"].contains(&n.op_type.as_str()));
-            let open_steps = recurrent && dims.len() == 3 && axis == 1 - batch;
+        for (axis, dim) in dims
+            .iter()
+            .enumerate()
+            .filter(|(axis, _)| Some(*axis) != batch)
+        {
+            let open_steps =
+                recurrent && dims.len() == 3 && Some(axis) == batch.map(|batch| 1 - batch.min(1));
             if dim.is_none() && !open_steps {
                 return Err(NetworkError::unsupported(
                     &input.name,
@@ -175,31 +240,54 @@ impl<'a> Import<'a> {
             read: (graph.node.iter().flat_map(|node| &node.input))
                 .chain(graph.output.iter().map(|output| &output.name))
                 .map(String::as_str)
+                .filter(|name| !name.is_empty())
                 .collect(),
+            opset: *OPSETS.end(),
+            computed: 0,
         })
     }
 
     /// Adds every node; each has to follow what it reads, as ONNX demands.
     fn nodes(&mut self, graph: &'a GraphProto) -> Result<(), NetworkError> {
         for (place, proto) in graph.node.iter().enumerate() {
-            let node = Node::new(proto, place);
-            if !["", "ai.onnx"].contains(&proto.domain.as_str()) {
+            let node = Node::new(proto, place, self.opset);
+            let machine_learning = proto.domain == "ai.onnx.ml";
+            if !machine_learning && !["", "ai.onnx"].contains(&proto.domain.as_str()) {
                 return Err(node.unsupported(
                     format!("{} of {}", proto.op_type, proto.domain),
                     "export with ONNX's own operators",
                 ));
             }
-            if proto.op_type == "Constant" {
-                let tensor = node.tensor("value");
-                let tensor = tensor
-                    .ok_or_else(|| node.unsupported("a constant of this kind", "use a tensor"))?;
-                let constant = Constant::new(tensor)?;
-                if let Some(output) = proto.output.first() {
+            if machine_learning {
+                let value = self.of_scikit_learn(&node)?;
+                node.expect_read()?;
+                if let Some(name) = proto.output.first() {
+                    self.values.insert(name, value);
+                }
+                continue;
+            }
+            if let Some(constant) = self.constant_of(&node)? {
+                node.expect_read()?;
+                self.computed += constant.len();
+                if self.computed > MAX_COMPUTED {
+                    let message = format!("its constants are more than {MAX_COMPUTED} values");
+                    return Err(NetworkError::too_large(node.name, message));
+                }
+                if let Some(output) = proto.output.first().filter(|name| !name.is_empty()) {
                     self.constants.insert(output, constant);
                 }
                 continue;
             }
             let outputs = self.node(&node)?;
+            node.expect_read()?;
+            let left = proto.output.iter().skip(outputs.len());
+            if let Some(name) = left
+                .into_iter()
+                .find(|name| self.read.contains(name.as_str()))
+            {
+                let what = format!("output {name:?} of {}", proto.op_type);
+                return Err(node.unsupported(what, "read only its first outputs"));
+            }
             for (name, value) in proto.output.iter().zip(outputs) {
                 if !name.is_empty() && self.values.insert(name, value).is_some() {
                     return Err(node.malformed(format!("{name:?} is given twice")));
@@ -211,10 +299,7 @@ impl<'a> Import<'a> {
 
     /// The value at an input of a node.
     fn value(&self, node: &Node<'_>, input: usize) -> Result<Value, NetworkError> {
-        let name = node.proto.input.get(input).map_or("", String::as_str);
-        let value = self.values.get(name).cloned().ok_or_else(|| {
-            node.malformed(format!("it reads {name:?}, which no node before it gives"))
-        })?;
+        let value = self.any_value(node, input)?;
         if value.gelu.is_some() {
             return Err(node.unsupported(
                 "an error function",
@@ -230,10 +315,10 @@ impl<'a> Import<'a> {
         node: &Node<'_>,
         input: usize,
     ) -> Result<Option<&super::tensor::Tensor>, NetworkError> {
-        let Some(name) = node.proto.input.get(input).filter(|name| !name.is_empty()) else {
+        let Some(name) = node.input(input) else {
             return Ok(None);
         };
-        match self.constants.get(name.as_str()) {
+        match self.constants.get(name) {
             Some(Constant::Floats(tensor)) => Ok(Some(tensor)),
             _ => Err(node.unsupported(
                 format!("an input {name:?} that is no constant"),
@@ -254,9 +339,8 @@ impl<'a> Import<'a> {
 
     /// Integers at an input of a node, or in an attribute of old versions.
     fn integers(&self, node: &Node<'_>, input: usize, attribute: &str) -> Option<Vec<i64>> {
-        let name = node.proto.input.get(input).map_or("", String::as_str);
-        match self.constants.get(name) {
-            Some(Constant::Integers(values)) => Some(values.clone()),
+        match self.constants.get(node.input(input).unwrap_or("")) {
+            Some(Constant::Integers(list)) => Some(list.values.clone()),
             _ => node.ints(attribute).map(<[i64]>::to_vec),
         }
     }
@@ -278,55 +362,6 @@ impl<'a> Import<'a> {
         free
     }
 
-    /// The node's shape made that of the value, as it is held.
-    fn shaped(&mut self, node: &Node<'_>, value: &Value) -> Result<usize, NetworkError> {
-        let held = if value.last {
-            rotated(&value.shape)
-        } else {
-            value.shape.clone()
-        };
-        if self.network.nodes[value.place].shape == held {
-            return Ok(value.place);
-        }
-        self.push(node, Op::Reshape(held), value.place)
-    }
-
-    /// The value with ONNX's first axis last, as images are held here.
-    fn channels_last(&mut self, node: &Node<'_>, value: Value) -> Result<Value, NetworkError> {
-        let place = self.shaped(node, &value)?;
-        let axes = value.shape.len();
-        if value.last || axes < 2 {
-            return Ok(Value { place, ..value });
-        }
-        let order = (1..axes).chain([0]).collect();
-        let place = self.push(node, Op::Permute(order), place)?;
-        Ok(Value {
-            place,
-            last: true,
-            ..value
-        })
-    }
-
-    /// The value with its axes in ONNX's order.
-    fn as_written(&mut self, node: &Node<'_>, value: Value) -> Result<Value, NetworkError> {
-        let place = self.shaped(node, &value)?;
-        let axes = value.shape.len();
-        if !value.last || axes < 2 {
-            return Ok(Value {
-                place,
-                last: false,
-                ..value
-            });
-        }
-        let order = [axes - 1].into_iter().chain(0..axes - 1).collect();
-        let place = self.push(node, Op::Permute(order), place)?;
-        Ok(Value {
-            place,
-            last: false,
-            ..value
-        })
-    }
-
     fn activation(&mut self, node: &Node<'_>, g: Activation) -> Result<Vec<Value>, NetworkError> {
         let value = self.value(node, 0)?;
         let place = self.push(node, Op::Activation(g), value.place)?;
@@ -342,12 +377,19 @@ impl<'a> Import<'a> {
             ));
         }
         let mut place = result.place;
+        self.last_steps();
         if result.last && result.shape.len() > 1 {
             let axes = result.shape.len();
             let order = [axes - 1].into_iter().chain(0..axes - 1).collect();
             place = self
                 .network
                 .push("output order", Op::Permute(order), vec![place])?;
+        }
+        if place == 0 {
+            // A network has a layer besides its input.
+            let name = self.free_name(name);
+            let op = Op::Activation(Activation::Linear);
+            place = self.network.push(&name, op, vec![0])?;
         }
         self.network.nodes.truncate(place + 1);
         self.network.drop_unread();

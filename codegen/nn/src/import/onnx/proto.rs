@@ -7,6 +7,17 @@ use prost::Message;
 pub(super) struct ModelProto {
     #[prost(message, optional, tag = "7")]
     pub(super) graph: Option<GraphProto>,
+    #[prost(message, repeated, tag = "8")]
+    pub(super) opset_import: Vec<OperatorSetProto>,
+}
+
+/// Version of the operators of one domain.
+#[derive(Clone, PartialEq, Message)]
+pub(super) struct OperatorSetProto {
+    #[prost(string, tag = "1")]
+    pub(super) domain: String,
+    #[prost(int64, tag = "2")]
+    pub(super) version: i64,
 }
 
 #[derive(Clone, PartialEq, Message)]
@@ -19,7 +30,13 @@ pub(super) struct GraphProto {
     pub(super) input: Vec<ValueInfoProto>,
     #[prost(message, repeated, tag = "12")]
     pub(super) output: Vec<ValueInfoProto>,
+    #[prost(message, repeated, tag = "15")]
+    pub(super) sparse_initializer: Vec<SparseTensorProto>,
 }
+
+/// A tensor that lists only what is not zero; its contents are not read.
+#[derive(Clone, PartialEq, Message)]
+pub(super) struct SparseTensorProto {}
 
 #[derive(Clone, PartialEq, Message)]
 pub(super) struct NodeProto {
@@ -95,6 +112,8 @@ pub(super) struct TypeProto {
 
 #[derive(Clone, PartialEq, Message)]
 pub(super) struct TensorType {
+    #[prost(int32, tag = "1")]
+    pub(super) elem_type: i32,
     #[prost(message, optional, tag = "2")]
     pub(super) shape: Option<Shape>,
 }

@@ -2,6 +2,7 @@
 
 use super::flatbuffer::Table;
 use crate::NetworkError;
+use crate::import::half;
 use crate::import::tensor::{self, Tensor};
 
 /// One tensor: a constant, or a value between operators.
@@ -12,6 +13,10 @@ pub(super) struct TensorInfo {
     pub(super) constant: Option<Tensor>,
     /// Its values, if it is a constant of integers without scale: a shape, or axes.
     pub(super) integers: Vec<i64>,
+    /// Whether the values between operators are numbers: floating point, or quantised.
+    pub(super) is_number: bool,
+    /// Whether an axis after the batch is open.
+    pub(super) open: bool,
 }
 
 /// One operator.
@@ -28,7 +33,7 @@ pub(super) struct Model<'a> {
     pub(super) operators: Vec<Operator<'a>>,
     pub(super) inputs: Vec<i32>,
     pub(super) outputs: Vec<i32>,
-    /// How many there are; all above is of the first.
+    /// Number of subgraphs; everything above is of the first.
     pub(super) graphs: usize,
 }
 
@@ -77,7 +82,9 @@ fn info(tensor: &Table<'_>, buffers: &[Table<'_>]) -> Result<TensorInfo, Network
     const FLOAT32: u8 = 0;
     const FLOAT16: u8 = 1;
     const INT32: u8 = 2;
+    const UINT8: u8 = 3;
     const INT64: u8 = 4;
+    const INT16: u8 = 7;
     const INT8: u8 = 9;
     let name = tensor.text(3)?;
     let shape: Vec<usize> = tensor
@@ -89,18 +96,35 @@ fn info(tensor: &Table<'_>, buffers: &[Table<'_>]) -> Result<TensorInfo, Network
         .ok()
         .and_then(|index| buffers.get(index));
     let data = buffer.map_or(Ok(&[][..]), |buffer| buffer.bytes(0))?;
+    let kind = tensor.byte(1)?;
+    let quantised = tensor.table(4)?;
+    let scales = quantised.map_or(Ok(Vec::new()), |table| table.floats(2))?;
+    let signature = tensor.ints(7)?;
     let mut found = TensorInfo {
         name,
         shape,
         constant: None,
         integers: Vec::new(),
+        is_number: kind == FLOAT32 || kind == FLOAT16 || !scales.is_empty(),
+        open: signature.iter().skip(1).any(|&n| n < 0),
     };
+    if tensor.table(6)?.is_some() {
+        return Err(NetworkError::unsupported(
+            found.name,
+            "sparse weights",
+            "convert without sparsity",
+        ));
+    }
+    if tensor.byte(5)? != 0 {
+        return Err(NetworkError::unsupported(
+            found.name,
+            "a variable tensor, which remembers,",
+            "import the .keras file that it was converted from, or ONNX",
+        ));
+    }
     if data.is_empty() {
         return Ok(found);
     }
-    let kind = tensor.byte(1)?;
-    let quantised = tensor.table(4)?;
-    let scales = quantised.map_or(Ok(Vec::new()), |table| table.floats(2))?;
     let numbers: Vec<f64> = match kind {
         FLOAT32 => data
             .as_chunks()
@@ -121,20 +145,24 @@ fn info(tensor: &Table<'_>, buffers: &[Table<'_>]) -> Result<TensorInfo, Network
             .iter()
             .map(|b| i32::from_le_bytes(*b).into())
             .collect(),
-        INT64 => {
-            found.integers = data
-                .as_chunks()
-                .0
-                .iter()
-                .map(|b| i64::from_le_bytes(*b))
-                .collect();
-            return Ok(found);
-        }
+        UINT8 => data.iter().map(|&b| f64::from(b)).collect(),
+        INT16 => data
+            .as_chunks()
+            .0
+            .iter()
+            .map(|b| i16::from_le_bytes(*b).into())
+            .collect(),
+        INT64 => data
+            .as_chunks()
+            .0
+            .iter()
+            .map(|b| i64::from_le_bytes(*b) as f64)
+            .collect(),
         other => {
             return Err(NetworkError::unsupported(
                 found.name,
                 format!("weights of TensorFlow Lite type {other}"),
-                "float32, float16 and int8 work",
+                "float32, float16, and 8, 16, 32 and 64-bit integers work",
             ));
         }
     };
@@ -185,17 +213,4 @@ fn dequantise(
     };
     let real = |(i, n): (usize, &f64)| (f64::from(scales[place(i)]) * (n - zero(place(i)))) as f32;
     Ok(numbers.iter().enumerate().map(real).collect())
-}
-
-/// IEEE 754 half precision.
-fn half(bits: u16) -> f64 {
-    let sign = if bits >> 15 == 1 { -1.0 } else { 1.0 };
-    let exponent = i32::from(bits >> 10 & 31);
-    let fraction = f64::from(bits & 1023) / 1024.0;
-    sign * match exponent {
-        0 => fraction * (-14_f64).exp2(),
-        31 if fraction == 0.0 => f64::INFINITY,
-        31 => f64::NAN,
-        _ => (1.0 + fraction) * f64::from(exponent - 15).exp2(),
-    }
 }

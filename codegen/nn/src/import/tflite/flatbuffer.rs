@@ -6,6 +6,9 @@ use crate::NetworkError;
 /// Elements of a vector of tables that are followed.
 const MAX_TABLES: usize = 16_384;
 
+/// Fields of a table that are looked for; the tables of an operator have fewer.
+const MAX_FIELDS: usize = 32;
+
 /// A table at a place in the buffer.
 #[derive(Clone, Copy)]
 pub(super) struct Table<'a> {
@@ -36,7 +39,7 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// Where field `id` lies, if the table has it.
+    /// Offset of field `id`, if the table has it.
     fn field(&self, id: usize) -> Result<Option<usize>, NetworkError> {
         let back = i32::from_le_bytes(bytes(self.buffer, self.at)?);
         let table = i64::try_from(self.at)
@@ -52,6 +55,17 @@ impl<'a> Table<'a> {
         }
         let offset = u16::from_le_bytes(bytes(self.buffer, table + slot)?);
         Ok((offset != 0).then(|| self.at + usize::from(offset)))
+    }
+
+    /// Numbers of the fields that the table has.
+    pub(super) fn fields(&self) -> Result<Vec<usize>, NetworkError> {
+        let mut found = Vec::new();
+        for id in 0..MAX_FIELDS {
+            if self.field(id)?.is_some() {
+                found.push(id);
+            }
+        }
+        Ok(found)
     }
 
     pub(super) fn byte(&self, id: usize) -> Result<u8, NetworkError> {

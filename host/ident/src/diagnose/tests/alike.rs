@@ -1,12 +1,15 @@
-//! What one component does, all that are alike do: judged on recordings by closed formulas (`tests/foreign`).
+//! What one component does, all that are alike do: judged on recordings by closed formulas
+//! (`tests/foreign`).
 
+use crate::diagnose::finding::{Diagnosis, FoundEffect, Verdict};
+use crate::diagnose::{Options, Recordings, diagnose};
 use sinew_sim::Rig;
 
-use super::super::{Diagnosis, FoundEffect, Options, Recordings, Verdict, diagnose};
 use super::recorded;
 use crate::recording::Recording;
 
-/// A file of `tests/foreign/finger`, whose two tendons rub in their guides, or of `foam`, which creeps along three axes.
+/// A file of `tests/foreign/finger`, whose two tendons rub in their guides, or of `foam`, which
+/// creeps along three axes.
 pub fn foreign(name: &str) -> String {
     format!("{}/../../tests/foreign/{name}", env!("CARGO_MANIFEST_DIR"))
 }
@@ -23,9 +26,9 @@ fn found(folder: &str, rows: usize) -> Diagnosis {
         check: vec![read("check.csv")],
         test: Vec::new(),
     };
-    let believed = Rig::load(foreign(&format!("{folder}/believed.toml")));
-    let believed = believed.expect("it is committed");
-    let found = diagnose(&believed, &recordings, &Options::default(), &|_, _, _| {});
+    let own = Rig::load(foreign(&format!("{folder}/believed.toml")));
+    let own = own.expect("it is committed");
+    let found = diagnose(&own, &recordings, &Options::default(), &|_, _, _| {});
     found.expect("it can be diagnosed")
 }
 
@@ -76,17 +79,17 @@ fn foam_that_creeps_along_all_its_axes_is_named_along_each() {
 
 #[test]
 fn one_tendon_of_two_that_rubs_is_named_alone() {
-    let believed = Rig::load(foreign("finger/believed.toml")).expect("it is committed");
+    let own = Rig::load(foreign("finger/believed.toml")).expect("it is committed");
     let rubbing = "\n[[effect]]\nkind = \"load_dependent_friction\"\ncomponent = \"west\"\ncoefficient = 0.2\n";
-    let real = Rig::parse(&format!("{}{rubbing}", believed.to_toml()), "real.toml");
+    let real = Rig::parse(&format!("{}{rubbing}", own.to_toml()), "real.toml");
     let real = real.expect("it is sound");
-    let answer = |seed| recorded([&believed, &real], (2.0, 100.0), 1e-4, seed);
+    let answer = |seed| recorded([&own, &real], (2.0, 100.0), 1e-4, seed);
     let recordings = Recordings {
         fit: vec![answer(1)],
         check: vec![answer(2)],
         test: Vec::new(),
     };
-    let found = diagnose(&believed, &recordings, &Options::default(), &|_, _, _| {});
+    let found = diagnose(&own, &recordings, &Options::default(), &|_, _, _| {});
     let found = found.expect("it can be diagnosed");
     let named = named(&found, "load_dependent_friction", "coefficient");
     agree(&named, &[("west", 0.2)], 0.05);

@@ -1,19 +1,19 @@
-//! A finger between two tendons with something hidden, and what is needed to look at one step of its diagnosis.
+//! A finger between two tendons with something hidden, and what is needed to look at one step of
+//! its diagnosis.
 
+use crate::diagnose::case::{Case, refit_settings};
+use crate::diagnose::data::Data;
+use crate::diagnose::search::subset::Subset;
 use sinew_sim::Rig;
 use sinew_sim::effects::Kind;
 
-use super::super::data::Data;
-use super::super::race::Track;
-use super::super::search::{self, Bench};
-use super::super::suspect::Suspect;
 use super::alike::foreign;
 use super::{compiled, recorded};
 use crate::recording::Recording;
 
 /// A rig and its recordings.
 pub struct Finger {
-    pub believed: Rig,
+    pub own: Rig,
     pub fit: Data,
     check: Data,
     both: Data,
@@ -28,50 +28,52 @@ impl Finger {
 
     /// Two seconds each of fit and check recordings with these effects.
     pub fn with(effects: &str) -> Self {
-        let believed = Rig::load(foreign("finger/believed.toml")).expect("it is committed");
-        let text = believed.to_toml().to_owned() + effects;
+        let own = Rig::load(foreign("finger/believed.toml")).expect("it is committed");
+        let text = own.to_toml().to_owned() + effects;
         let real = Rig::parse(&text, "real.toml").expect("it is sound");
-        let recording = |seed| recorded([&believed, &real], (2.0, 100.0), 1e-4, seed);
+        let recording = |seed| recorded([&own, &real], (2.0, 100.0), 1e-4, seed);
         let recordings = [recording(1), recording(2)];
-        let plant = compiled(&believed);
+        let plant = compiled(&own);
         let data = |recordings: &[Recording]| {
-            Data::new(&believed, &plant, recordings).expect("its columns are there")
+            Data::new(&own, &plant, recordings).expect("its columns are there")
         };
         Self {
             fit: data(&recordings[..1]),
             check: data(&recordings[1..]),
             both: data(&recordings),
-            believed,
+            own,
         }
     }
 
-    /// Finals are fitted to the first rows.
-    pub fn bench(&self, rows: usize) -> Bench<'_> {
+    /// Full refits are fitted to the first rows.
+    pub fn case(&self, rows: usize) -> Case<'_> {
         let data = [&self.fit, &self.check, &self.both];
-        bench(&self.believed, data, vec![(0, 0..rows)])
+        case(&self.own, data, vec![(0, 0..rows)])
     }
 }
 
 /// What judges explanations of fit and check recordings (and both), check recordings as a whole.
-pub fn bench<'a>(
+pub fn case<'a>(
     written: &'a Rig,
     [fit, check, both]: [&'a Data; 3],
-    fit_stretches: Vec<(usize, std::ops::Range<usize>)>,
-) -> Bench<'a> {
+    fit_intervals: Vec<(usize, std::ops::Range<usize>)>,
+) -> Case<'a> {
     let plant = compiled(written);
-    let (settings, _) = search::finals(&plant, &plant.values(), fit, both);
-    Bench {
+    let (settings, _) = refit_settings(&plant, &plant.values(), fit, both);
+    Case {
         written,
         fit,
         check,
         both,
         in_parts: false,
         settings,
-        fit_stretches,
-        check_stretches: check.cut(1),
+        fit_intervals,
+        check_intervals: check.cut(1),
+        effects: Kind::ALL,
+        without_moves: &[],
         seed: 0,
         trust: 1.0,
-        told: &|_, _, _| {},
+        progress: &|_, _, _| {},
     }
 }
 
@@ -82,27 +84,12 @@ pub fn effect(kind: &str, at: &str, parameter: &str) -> String {
     format!("\n[[effect]]\nkind = \"{kind}\"\ncomponent = \"{at}\"\n{parameter}\n")
 }
 
-/// An effect at one component, or at all of several.
-pub fn suspect(kind: &str, at: &[&str]) -> Suspect {
-    let kind = Kind::named(kind).expect("it is in the vocabulary");
-    match at {
-        [one] => Suspect::Effect {
-            kind,
-            component: (*one).into(),
-        },
-        several => Suspect::Everywhere {
-            kind,
-            components: several.join("+"),
-        },
-    }
-}
-
-/// A race on all that finals see.
-pub fn track<'a>(bench: &Bench<'a>) -> Track<'a> {
-    Track {
-        written: bench.written,
-        data: bench.fit,
-        stretches: bench.fit_stretches.clone(),
-        settings: bench.settings,
+/// A screening on all that full refits see.
+pub fn subset<'a>(case: &Case<'a>) -> Subset<'a> {
+    Subset {
+        written: case.written,
+        data: case.fit,
+        intervals: case.fit_intervals.clone(),
+        settings: case.settings,
     }
 }

@@ -1,10 +1,13 @@
 //! Laws of the best one's family begin where it ended.
 
+use crate::diagnose::candidate::Trial;
+use crate::diagnose::data::Data;
+use crate::diagnose::search::family::same_family;
+use crate::diagnose::search::start::begin;
+use crate::diagnose::search::subset::Subset;
+use crate::diagnose::term::term;
 use sinew_sim::Settings;
 
-use super::super::data::Data;
-use super::super::race::{Track, Tried};
-use super::finger::suspect;
 use super::{compiled, recordings, rig};
 
 const DRY: &str = "coulomb_friction";
@@ -14,24 +17,24 @@ fn laws_of_the_best_ones_family_begin_where_it_ended_unless_they_are_near() {
     let rig = rig();
     let data = Data::new(&rig, &compiled(&rig), &recordings().fit);
     let data = data.expect("its columns are there");
-    let track = Track {
+    let subset = Subset {
         written: &rig,
         data: &data,
-        stretches: vec![(0, 0..600)],
+        intervals: vec![(0, 0..600)],
         settings: Settings::default(),
     };
-    let parent = track.first(&rig, &compiled(&rig).values(), 15);
+    let parent = subset.first(&rig, &compiled(&rig).values(), 15);
     let parent = parent.expect("a rig").expect("it can be simulated");
-    let dry = track.begin(&parent, &suspect(DRY, &["mass"]), &[0.3]);
+    let dry = begin(&subset, &parent, &term(&rig, DRY, &["mass"]), &[0.3]);
     let dry = dry.expect("it can sit there");
-    let dry = track.improved(dry.suspects, dry.model, dry.from, 15);
+    let dry = subset.improved(dry.terms, dry.model, dry.from, 15);
     let dry = dry.expect("it can be simulated");
-    let of = |tried: &Tried, name: &str| {
-        let slot = tried.model.plant.slot(name);
-        tried.point.values[slot.expect("it is there")]
+    let of = |trial: &Trial, name: &str| {
+        let slot = trial.model.plant.slot(name);
+        trial.point.values[slot.expect("it is there")]
     };
 
-    let kind = |kind: &str| suspect(kind, &["mass"]);
+    let kind = |kind: &str| term(&rig, kind, &["mass"]);
     let all = [
         kind(DRY),
         kind("stribeck_friction"),
@@ -39,8 +42,8 @@ fn laws_of_the_best_ones_family_begin_where_it_ended_unless_they_are_near() {
         kind("viscous_damping"),
     ];
     let known = [parent.clone(), dry.clone()];
-    let kin = track.kin(&parent, &known, &all).expect("a rig");
-    let begun: Vec<&str> = kin.iter().map(|one| one[0].suspects[0].kind()).collect();
+    let kin = same_family(&subset, &parent, &known, &all).expect("a rig");
+    let begun: Vec<&str> = kin.iter().map(|one| one[0].terms[0].kind()).collect();
     assert_eq!(begun, ["stribeck_friction", "direction_dependent_friction"]);
 
     let level = of(&dry, "mass.coulomb_friction.level");
@@ -65,9 +68,9 @@ fn laws_of_the_best_ones_family_begin_where_it_ended_unless_they_are_near() {
         .next()
         .and_then(|starts| starts.into_iter().next());
     let start = start.expect("there is one");
-    let near = track.improved(start.suspects, start.model, start.from, 15);
+    let near = subset.improved(start.terms, start.model, start.from, 15);
     let known = [parent.clone(), dry, near.expect("it can be simulated")];
-    let kin = track.kin(&parent, &known, &all).expect("a rig");
-    let begun: Vec<&str> = kin.iter().map(|one| one[0].suspects[0].kind()).collect();
+    let kin = same_family(&subset, &parent, &known, &all).expect("a rig");
+    let begun: Vec<&str> = kin.iter().map(|one| one[0].terms[0].kind()).collect();
     assert_eq!(begun, ["direction_dependent_friction"]);
 }

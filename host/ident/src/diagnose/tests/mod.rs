@@ -1,10 +1,12 @@
-//! Whole diagnoses of the shipped recordings, which a program that shares no code with the simulator wrote.
+//! Whole diagnoses of the shipped recordings, which a program that shares no code with the
+//! simulator wrote.
 
 mod alike;
 mod finger;
 mod judged;
 mod kin;
 mod mode;
+mod moves;
 mod parts;
 mod taut;
 mod together;
@@ -120,21 +122,22 @@ fn compiled(rig: &Rig) -> Plant {
     Plant::new(rig).expect("it can be simulated")
 }
 
-/// What `real` answers to an experiment designed for `believed`, with this much noise on every signal.
+/// What `real` answers to an experiment designed for `believed`, with this much noise on every
+/// signal.
 fn recorded(
-    [believed, real]: [&Rig; 2],
+    [own, real]: [&Rig; 2],
     (seconds, rate_hz): (f64, f64),
     noise: f64,
     seed: u64,
 ) -> Recording {
-    let (believed, real) = (compiled(believed), compiled(real));
+    let (own, real) = (compiled(own), compiled(real));
     let options = excite::Options {
         seconds,
         rate_hz,
         seed,
         ..excite::Options::default()
     };
-    let asked = excite::design(&believed, "believed", &options).expect("it has limits");
+    let asked = excite::design(&own, "believed", &options).expect("it has limits");
     let nothing = vec![f64::NAN; asked.t.len()];
     let inputs: Vec<&[f64]> = asked.inputs.iter().map(Vec::as_slice).collect();
     let unseen = vec![&nothing[..]; real.sensors().len()];
@@ -207,8 +210,9 @@ fn the_mended_stage_foresees_what_no_refit_of_the_believed_one_does() {
     assert!(after < before / 10.0, "{before} before, {after} after");
 }
 
-/// What a mass of 1 kg on 40 N/m does, damped by 1.2 N s/m that grow with the square of its position: van der Pol's law, of
-/// which the vocabulary has nothing. Classical Runge-Kutta, the inputs held.
+/// What a mass of 1 kg on 40 N/m does, damped by 1.2 N s/m that grow with the square of its
+/// position: van der Pol's law, of which the vocabulary has nothing. Classical Runge-Kutta, the
+/// inputs held.
 fn stiffly_damped(u: &[f64], seed: u64) -> Recording {
     let (step, parts) = (1.0 / 120.0, 4);
     let h = step / f64::from(parts);

@@ -1,14 +1,18 @@
 //! A mode counts as there only where it is known how heavy it is.
 
+use crate::diagnose::acceptance::is_determined;
+use crate::diagnose::candidate::Candidate;
+use crate::diagnose::case::Case;
+use crate::diagnose::data::Data;
+use crate::diagnose::search::refit::refit;
+use crate::diagnose::search::start::begin;
+use crate::diagnose::term::term;
 use std::slice::from_ref;
 
 use rand::SeedableRng;
 use sinew_sim::Rig;
 
-use super::super::data::Data;
-use super::super::evidence::Contender;
-use super::super::search::Bench;
-use super::finger::{bench, suspect, track};
+use super::finger::{case, subset};
 use super::{compiled, pushed};
 use crate::noise::gaussian;
 use crate::recording::Recording;
@@ -41,8 +45,8 @@ reads = "mass.position"
 signal = "q_m"
 "#;
 
-/// A mass of 2 kg on a spring of 80 N/m, which carries a mode of this many kilograms at 3 Hz: ten seconds
-/// with noise of 2 mm, in small steps of symplectic Euler.
+/// A mass of 2 kg on a spring of 80 N/m, which carries a mode of this many kilograms at 3 Hz: ten
+/// seconds with noise of 2 mm, in small steps of symplectic Euler.
 fn recorded(carried: f64, seed: u64) -> Recording {
     let parts = 16;
     let h = 0.01 / f64::from(parts);
@@ -71,30 +75,35 @@ fn recorded(carried: f64, seed: u64) -> Recording {
 }
 
 /// The final of a mode that begins like this.
-fn last(bench: &Bench, start: &[f64]) -> Contender {
-    let track = track(bench);
-    let values = compiled(bench.written).values();
-    let parent = track.first(bench.written, &values, 15).expect("a rig");
+fn last(case: &Case, start: &[f64]) -> Candidate {
+    let subset = subset(case);
+    let values = compiled(case.written).values();
+    let parent = subset.first(case.written, &values, 15).expect("a rig");
     let parent = parent.expect("it can be simulated");
-    let begun = track.begin(&parent, &suspect("hidden_mode", &["mass"]), start);
+    let begun = begin(
+        &subset,
+        &parent,
+        &term(case.written, "hidden_mode", &["mass"]),
+        start,
+    );
     let begun = begun.expect("it can sit there");
-    let tried = track.improved(begun.suspects, begun.model, begun.from, 10);
-    let tried = tried.expect("it can be simulated");
-    let last = bench.contender(&track, &tried, 12).expect("a rig");
+    let trial = subset.improved(begun.terms, begun.model, begun.from, 10);
+    let trial = trial.expect("it can be simulated");
+    let last = refit(&case, &subset, &trial, 12).expect("a rig");
     last.expect("it is finite")
 }
 
 /// What is asked of recordings with a mode of this many kilograms.
-fn judged(carried: f64, ask: impl Fn(&Bench)) {
-    let believed = Rig::parse(SWING, "swing.toml").expect("it is one");
-    let plant = compiled(&believed);
+fn judged(carried: f64, ask: impl Fn(&Case)) {
+    let own = Rig::parse(SWING, "swing.toml").expect("it is one");
+    let plant = compiled(&own);
     let data = |recordings: &[Recording]| {
-        Data::new(&believed, &plant, recordings).expect("its columns are there")
+        Data::new(&own, &plant, recordings).expect("its columns are there")
     };
     let [first, second] = [recorded(carried, 1), recorded(carried, 2)];
     let (fit, check) = (data(from_ref(&first)), data(from_ref(&second)));
     let both = data(&[first, second]);
-    ask(&bench(&believed, [&fit, &check, &both], fit.cut(1)));
+    ask(&case(&own, [&fit, &check, &both], fit.cut(1)));
 }
 
 /// A mass on a spring as good as rigid: what it weighs, the body may weigh.
@@ -103,9 +112,9 @@ const RIGID: [f64; 3] = [0.2, 2e4, 50.0];
 #[test]
 fn a_mode_that_swings_has_a_size_and_one_as_good_as_rigid_has_none() {
     for (carried, start, there) in [(0.4, [0.02, 7.0, 0.04], true), (0.0, RIGID, false)] {
-        judged(carried, |bench| {
-            let mode = last(bench, &start);
-            assert_eq!(bench.has_size(&mode).expect("a rig"), there);
+        judged(carried, |case| {
+            let mode = last(case, &start);
+            assert_eq!(is_determined(&case, &mode).expect("a rig"), there);
         });
     }
 }

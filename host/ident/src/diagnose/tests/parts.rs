@@ -1,14 +1,17 @@
-//! Recordings of what nothing holds are judged in fewer and longer stretches where eight leave nothing.
+//! Recordings of what nothing holds are judged in fewer and longer intervals where eight leave
+//! nothing.
 
+use crate::diagnose::acceptance::holds_over_whole_recordings;
+use crate::diagnose::case::Case;
+use crate::diagnose::corrected::falls;
+use crate::diagnose::data::Data;
+use crate::diagnose::finding::{Diagnosis, Verdict};
+use crate::diagnose::split::Roles;
+use crate::diagnose::{Options, Recordings, diagnose};
 use rand::SeedableRng;
 use sinew_sim::Rig;
 
-use super::super::data::Data;
-use super::super::mend::falls;
-use super::super::roles::Roles;
-use super::super::search::Bench;
-use super::super::{Diagnosis, Options, Recordings, Verdict, diagnose};
-use super::finger::bench;
+use super::finger::case;
 use super::{compiled, finger, pushed};
 use crate::noise::gaussian;
 use crate::recording::Recording;
@@ -31,7 +34,8 @@ reads = "cart.position"
 signal = "q_m"
 "#;
 
-/// A cart of 2 kg under a load that nobody told, 20 s with noise of 1 mm: in small steps of symplectic Euler.
+/// A cart of 2 kg under a load that nobody told, 20 s with noise of 1 mm: in small steps of
+/// symplectic Euler.
 fn recorded(load: f64, seed: u64) -> Recording {
     let parts = 16;
     let h = 0.01 / f64::from(parts);
@@ -62,7 +66,7 @@ fn judged(load: f64) -> Diagnosis {
     found.expect("it can be diagnosed")
 }
 
-/// Less than a tenth of the noise in each of eight stretches, six times the noise over the whole.
+/// Less than a tenth of the noise in each of eight intervals, six times the noise over the whole.
 #[test]
 fn a_load_that_no_short_stretch_shows_is_named() {
     let found = judged(8e-4);
@@ -82,7 +86,8 @@ fn without_it_nothing_is_missing_over_the_whole_either() {
     assert_eq!(found.verdict, Verdict::Parameters, "{}", found.sentence);
 }
 
-/// A two-mass drive that lacks nothing (`tests/foreign/cases/case-54`), and a description that is up to a half off.
+/// A two-mass drive that lacks nothing (`tests/foreign/cases/case-54`), and a description that is
+/// up to a half off.
 #[test]
 fn a_refit_that_short_stretches_led_astray_names_nothing() {
     let file = |name: &str| super::alike::foreign(&format!("cases/case-54/{name}"));
@@ -114,13 +119,14 @@ fn a_refit_that_short_stretches_led_astray_names_nothing() {
 }
 
 /// The cart with its right inertia under a load that somebody told.
-fn told(load: f64) -> Rig {
+fn progress(load: f64) -> Rig {
     let right = CART.replace("1.8", "2.0");
     let effect = finger::effect("constant_load", "cart", &format!("level = {load}"));
     Rig::parse(&(right + &effect), "cart.toml").expect("it is one")
 }
 
-/// An encoder that is fifty times as noisy in the first second: so bad a start carries any rig away.
+/// An encoder that is fifty times as noisy in the first second: so bad a start carries any rig
+/// away.
 fn recorded_badly_at_first(load: f64) -> Recording {
     let recorded = recorded(load, 2);
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(3);
@@ -134,7 +140,7 @@ fn recorded_badly_at_first(load: f64) -> Recording {
 #[test]
 fn what_only_its_start_carries_away_runs_through_and_what_is_wrong_does_not() {
     let load = 8e-4;
-    let (before, right, twice) = (told(0.0), told(load), told(2.0 * load));
+    let (before, right, twice) = (progress(0.0), progress(load), progress(2.0 * load));
     let roles = Roles::new(&[recorded(load, 1)], &[recorded_badly_at_first(load)], &[]);
     let roles = roles.expect("they are there");
     let plant = compiled(&before);
@@ -143,12 +149,12 @@ fn what_only_its_start_carries_away_runs_through_and_what_is_wrong_does_not() {
     };
     let both = [roles.fit.clone(), roles.check.clone()].concat();
     let (fit, check, both) = (data(&roles.fit), data(&roles.check), data(&both));
-    let bench = Bench {
+    let case = Case {
         in_parts: true,
-        check_stretches: check.cut(8),
-        ..bench(&before, [&fit, &check, &both], fit.cut(8))
+        check_intervals: check.cut(8),
+        ..case(&before, [&fit, &check, &both], fit.cut(8))
     };
-    let through = |after: &Rig| bench.runs_through(&before, after).expect("a rig");
+    let through = |after: &Rig| holds_over_whole_recordings(&case, &before, after).expect("a rig");
     assert!(
         !falls(&before, &right, &roles, 1.25),
         "its start is no bad one"

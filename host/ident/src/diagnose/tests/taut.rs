@@ -1,9 +1,10 @@
-//! Tendons that pull against each other stay taut in a fit (docs/lab/0063-initial-states-before-parameters.md).
+//! Tendons that pull against each other stay taut in a fit
+//! (docs/lab/0063-initial-states-before-parameters.md).
 
+use crate::diagnose::data::Data;
+use crate::diagnose::search::subset::Subset;
 use sinew_sim::{Rig, Settings};
 
-use super::super::data::Data;
-use super::super::race::Track;
 use super::{compiled, recorded};
 
 /// The shipped tendon platform without its fibres: of six bodies the tip is all that is seen.
@@ -18,22 +19,22 @@ fn platform(stiffness: &str, effect: &str) -> Rig {
 #[test]
 fn start_states_that_are_far_off_do_not_let_tendons_hang() {
     let rubs = "\n[[effect]]\nkind = \"load_dependent_friction\"\ncomponent = \"north\"\ncoefficient = 0.1\n";
-    let (believed, real) = (
+    let (own, real) = (
         platform("value = 0.293", ""),
         platform("value = 0.310", rubs),
     );
-    let recording = recorded([&believed, &real], (10.0, 120.0), 5e-4, 1);
-    let plant = compiled(&believed);
-    let data = Data::new(&believed, &plant, &[recording]).expect("its columns are there");
-    let track = Track {
-        written: &believed,
+    let recording = recorded([&own, &real], (10.0, 120.0), 5e-4, 1);
+    let plant = compiled(&own);
+    let data = Data::new(&own, &plant, &[recording]).expect("its columns are there");
+    let subset = Subset {
+        written: &own,
         data: &data,
-        stretches: (0..8).map(|k| (0, 150 * k..150 * k + 62)).collect(),
+        intervals: (0..8).map(|k| (0, 150 * k..150 * k + 62)).collect(),
         settings: Settings::default(),
     };
-    let fitted = track.first(&believed, &plant.values(), 15);
+    let fitted = subset.first(&own, &plant.values(), 15);
     let fitted = fitted.expect("a rig").expect("it can be simulated");
-    for tendon in &believed.tendons {
+    for tendon in &own.tendons {
         let slot = plant.slot(&format!("{}.pretension", tendon.name));
         let found = fitted.point.values[slot.expect("it has one")];
         assert!(found > 3.0, "{} of 6 N: {found} N", tendon.name);

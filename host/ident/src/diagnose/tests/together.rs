@@ -1,23 +1,31 @@
 //! What is alike is fitted as one before each has its own numbers.
 
 use super::compiled;
-use super::finger::{Finger, RUBS, suspect, track};
+use super::finger::{Finger, RUBS, subset};
+use crate::diagnose::search::halving::tied;
+use crate::diagnose::search::start::begin;
+use crate::diagnose::term::term;
 
 #[test]
 fn what_is_alike_is_fitted_as_one_before_each_has_its_own_number() {
     let finger = Finger::rubbing([0.17, 0.22]);
-    let bench = finger.bench(200);
-    let track = track(&bench);
-    let values = compiled(bench.written).values();
-    let parent = track.first(bench.written, &values, 15).expect("a rig");
+    let case = finger.case(200);
+    let subset = subset(&case);
+    let values = compiled(case.written).values();
+    let parent = subset.first(case.written, &values, 15).expect("a rig");
     let parent = parent.expect("it can be simulated");
     let begin = |at: &[&str], level: f64| {
-        let begun = track.begin(&parent, &suspect(RUBS, at), &vec![level; at.len()]);
+        let begun = begin(
+            &subset,
+            &parent,
+            &term(case.written, RUBS, at),
+            &vec![level; at.len()],
+        );
         begun.expect("it can sit there")
     };
 
     let starts = [0.001, 0.1].map(|level| begin(&["east", "west"], level));
-    let mut ends = track.as_one(starts.into());
+    let mut ends = tied(&subset, starts.into());
     assert_eq!(ends.len(), 1);
     let end = ends.remove(0);
     let plant = end.model.plant.clone();
@@ -28,13 +36,13 @@ fn what_is_alike_is_fitted_as_one_before_each_has_its_own_number() {
     let [east, west] = ["east", "west"].map(|tendon| of(&end.from.values, tendon));
     assert_eq!(east, west);
     assert!(0.17 < east && east < 0.22, "{east}");
-    let tried = track.improved(end.suspects, end.model, end.from, 10);
-    let own = tried.expect("it can be simulated").point.values;
+    let trial = subset.improved(end.terms, end.model, end.from, 10);
+    let own = trial.expect("it can be simulated").point.values;
     assert!((of(&own, "east") / 0.17 - 1.0).abs() < 0.1);
     assert!((of(&own, "west") / 0.22 - 1.0).abs() < 0.1);
 
     let starts = [0.001, 0.1].map(|level| begin(&["west"], level));
     let values = starts.each_ref().map(|begun| begun.from.values.clone());
-    let same = track.as_one(starts.into());
+    let same = tied(&subset, starts.into());
     assert!(same.iter().map(|begun| &begun.from.values).eq(&values));
 }

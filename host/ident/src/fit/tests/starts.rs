@@ -1,6 +1,7 @@
 //! Where stretches of a recording start.
 
 use super::*;
+use crate::fit::experiment::spreads;
 
 /// Stretches of a recording, cut into this many.
 fn cut(plant: &Plant, experiments: &[Experiment], parts: usize) -> Vec<Segment> {

@@ -1,6 +1,7 @@
 //! Each class of Keras layers as nodes of the network.
 
 mod normalisation;
+mod operation;
 mod recurrent;
 mod values;
 mod windows;
@@ -8,14 +9,15 @@ mod windows;
 use serde_json::Value;
 
 use super::config::Layer;
+use super::settings::{Settings, expect_float, quantised};
 use super::weights::Weights;
 use crate::import::shapes;
 use crate::{Activation, Convolution, Dense, Network, NetworkError, Op, PoolKind, Window};
 pub(in crate::import) use normalisation::normalise;
-use values::{activation_name, axis_of, float};
+use values::{activation_name, axis_of, stated};
 
 /// Layers that do nothing once a network is trained.
-const IDLE: &[&str] = &[
+pub(super) const IDLE: &[&str] = &[
     "Dropout",
     "SpatialDropout1D",
     "SpatialDropout2D",
@@ -107,7 +109,7 @@ impl<'a> Import<'a> {
         from: &[usize],
     ) -> Result<usize, NetworkError> {
         let name = layer.name.as_str();
-        let config = layer.config;
+        let config = &layer.config;
         let x = from[0];
         if config["data_format"].as_str() == Some("channels_first") {
             return Err(NetworkError::unsupported(
@@ -116,8 +118,25 @@ impl<'a> Import<'a> {
                 "use data_format='channels_last'",
             ));
         }
+        if !layer.operands.is_empty() {
+            return self.operation(layer, from);
+        }
+        if from.len() != 1 && !["Add", "Concatenate"].contains(&layer.class) {
+            return Err(NetworkError::unsupported(
+                name,
+                format!("{} of {} values", layer.class, from.len()),
+                "Add and Concatenate read several",
+            ));
+        }
         if IDLE.contains(&layer.class) {
             return Ok(x);
+        }
+        if layer.class != "Dense" && quantised(&config["dtype"]).is_some() {
+            return Err(NetworkError::unsupported(
+                name,
+                format!("a quantised {}", layer.class),
+                "a quantised Dense works, and float32, from which the emitter quantises",
+            ));
         }
         self.refuse_across_time(layer, x)?;
         match layer.class {
@@ -162,13 +181,12 @@ impl<'a> Import<'a> {
             "Activation" => self.activate(layer, x),
             "ReLU" => self.relu(layer, x),
             "LeakyReLU" => {
-                let alpha = float(&config["negative_slope"])
-                    .or(float(&config["alpha"]))
-                    .unwrap_or(0.3);
+                let slope = |key: &str| stated(name, key, &config[key]);
+                let alpha = slope("negative_slope")?.or(slope("alpha")?).unwrap_or(0.3);
                 self.push(name, Op::Activation(Activation::LeakyRelu { alpha }), x)
             }
             "ELU" => {
-                let alpha = float(&config["alpha"]).unwrap_or(1.0);
+                let alpha = stated(name, "alpha", &config["alpha"])?.unwrap_or(1.0);
                 self.push(
                     name,
                     Op::Activation(Activation::Elu { alpha, scale: 1.0 }),
@@ -238,7 +256,7 @@ impl<'a> Import<'a> {
         } else {
             name
         };
-        match activation_name(layer.config, "activation") {
+        match activation_name(&layer.config, "activation") {
             "softmax" => self.push(&name, Op::Softmax, from),
             other => match self.activation(&layer.name, other)? {
                 Activation::Linear => Ok(from),
@@ -263,7 +281,19 @@ impl<'a> Import<'a> {
         kernel.expect_axes(name, 2)?;
         let units = kernel.shape[1];
         let bias = self.bias(layer, 1, units)?;
-        let weights = kernel.transposed(name)?.values;
+        let mut weights = kernel.transposed(name)?.values;
+        if quantised(&layer.config["dtype"]).is_some() {
+            // Keras multiplied the weights by the scale before it rounded them.
+            let biased = layer.config["use_bias"].as_bool() != Some(false);
+            let scale = self
+                .weights
+                .get(layer, "kernel_scale", 1 + usize::from(biased))?;
+            scale.expect_shape(name, &[units])?;
+            let _ = &layer.config["quantization_config"];
+            for (row, scale) in weights.chunks_mut(kernel.shape[0]).zip(&scale.values) {
+                row.iter_mut().for_each(|w| *w /= scale);
+            }
+        }
         // One row of features is the whole input of a dense layer; several are a convolution's.
         let shape = &self.network.nodes[x].shape;
         if shape.iter().rev().skip(1).all(|&axis| axis == 1) {
@@ -303,7 +333,7 @@ impl<'a> Import<'a> {
     }
 
     fn time_distributed(&mut self, layer: &Layer<'_>, x: usize) -> Result<usize, NetworkError> {
-        let inner = &layer.config["layer"];
+        let inner = layer.config.inner("layer");
         let class = inner["class_name"].as_str().unwrap_or("");
         if !["Dense", "Activation"].contains(&class) {
             return Err(NetworkError::unsupported(
@@ -316,29 +346,33 @@ impl<'a> Import<'a> {
         let inside = Layer {
             name: layer.name.clone(),
             class: layer.class,
-            config: &inner["config"],
+            config: Settings::new(&inner["config"]),
             from: Vec::new(),
+            operands: Vec::new(),
             number: layer.number,
         };
+        expect_float(&layer.name, &inside.config["dtype"])?;
         let place = if class == "Dense" {
             self.dense(&inside, x)?
         } else {
             x
         };
-        self.activate(&inside, place)
+        let place = self.activate(&inside, place)?;
+        inside.config.expect_read(&layer.name, class)?;
+        Ok(place)
     }
 
     fn relu(&mut self, layer: &Layer<'_>, x: usize) -> Result<usize, NetworkError> {
-        let config = layer.config;
-        let zero = |key: &str| float(&config[key]).unwrap_or(0.0);
-        if !config["max_value"].is_null() || zero("threshold") != 0.0 {
+        let config = &layer.config;
+        let zero = |key: &str| Ok(stated(&layer.name, key, &config[key])?.unwrap_or(0.0));
+        if !config["max_value"].is_null() || zero("threshold")? != 0.0 {
             return Err(NetworkError::unsupported(
                 &layer.name,
                 "a ReLU with max_value or threshold",
                 "use ReLU without them",
             ));
         }
-        let g = match zero("negative_slope") {
+        let g = match zero("negative_slope")? {
             0.0 => Activation::Relu,
             alpha => Activation::LeakyRelu { alpha },
         };
@@ -352,7 +386,18 @@ impl<'a> Import<'a> {
         x: usize,
     ) -> Result<(), NetworkError> {
         let axes = self.network.nodes[x].shape.len();
-        let axis = if axis.is_array() { &axis[0] } else { axis };
+        let axis = match axis.as_array().map(Vec::as_slice) {
+            Some([one]) => one,
+            Some([]) => &Value::Null,
+            _ => axis,
+        };
+        if axis.is_array() {
+            return Err(NetworkError::unsupported(
+                &layer.name,
+                format!("the axes {axis}"),
+                "use the last axis, -1",
+            ));
+        }
         if axis.is_null() || axis_of(&layer.name, axis, axes)? + 1 == axes {
             return Ok(());
         }

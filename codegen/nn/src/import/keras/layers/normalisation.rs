@@ -28,7 +28,16 @@ impl Import<'_> {
         let beta = next("beta", has("center"), 0.0)?;
         let mean = next("moving_mean", true, 0.0)?;
         let variance = next("moving_variance", true, 1.0)?;
-        let epsilon = layer.config["epsilon"].as_f64().unwrap_or(1e-3);
+        let epsilon = match &layer.config["epsilon"] {
+            value if value.is_null() => 1e-3,
+            value => value.as_f64().ok_or_else(|| {
+                NetworkError::unsupported(
+                    &layer.name,
+                    format!("epsilon = {value}"),
+                    "a number works",
+                )
+            })?,
+        };
         let op = normalise([&gamma, &beta, &mean, &variance], epsilon);
         self.push(&layer.name, op, x)
     }
@@ -57,6 +66,13 @@ impl Import<'_> {
         let (mean, variance) = (list("mean", 0)?, list("variance", 1)?);
         // Keras holds the standard deviation above its epsilon, 1e-7.
         let gain = |&v: &f32| 1.0 / f64::from(v).sqrt().max(1e-7);
+        if layer.config["invert"].as_bool() == Some(true) {
+            let op = Op::Scale {
+                gain: variance.iter().map(|v| (1.0 / gain(v)) as f32).collect(),
+                offset: mean,
+            };
+            return self.push(&layer.name, op, x);
+        }
         let op = Op::Scale {
             gain: variance.iter().map(|v| gain(v) as f32).collect(),
             offset: mean
@@ -71,16 +87,28 @@ impl Import<'_> {
     pub(super) fn rescaling(&mut self, layer: &Layer<'_>, x: usize) -> Result<usize, NetworkError> {
         let channels = self.network.nodes[x].shape.last().copied().unwrap_or(0);
         let number = |key: &str, otherwise| {
-            let values = numbers(&layer.config[key]);
+            let value = &layer.config[key];
+            // Keras 3 writes an array as an object.
+            let value = if value.is_object() {
+                &value["config"]["value"]
+            } else {
+                value
+            };
+            let values = numbers(value);
             match values.len() {
-                0 => vec![otherwise; channels],
-                1 => vec![values[0]; channels],
-                _ => values,
+                0 if layer.config[key].is_null() => Ok(vec![otherwise; channels]),
+                0 => Err(NetworkError::unsupported(
+                    &layer.name,
+                    format!("{key} = {}", layer.config[key]),
+                    "numbers work",
+                )),
+                1 => Ok(vec![values[0]; channels]),
+                _ => Ok(values),
             }
         };
         let op = Op::Scale {
-            gain: number("scale", 1.0),
-            offset: number("offset", 0.0),
+            gain: number("scale", 1.0)?,
+            offset: number("offset", 0.0)?,
         };
         self.push(&layer.name, op, x)
     }

@@ -7,7 +7,7 @@ use crate::{Cell, NetworkError, Op, Recurrent};
 
 impl Import<'_> {
     pub(super) fn recurrent(&mut self, layer: &Layer<'_>, x: usize) -> Result<usize, NetworkError> {
-        let (name, config) = (&layer.name, layer.config);
+        let (name, config) = (&layer.name, &layer.config);
         for (key, nearest) in [
             ("go_backwards", "reverse the input"),
             (
@@ -71,6 +71,13 @@ impl Import<'_> {
             [steps, _] => *steps,
             _ => 1,
         };
+        if stateful && steps > 1 {
+            return Err(NetworkError::unsupported(
+                name,
+                format!("stateful=True over {steps} steps a call"),
+                "give it one step a call, or stateful=False",
+            ));
+        }
         let op = Op::Recurrent(Recurrent {
             cell,
             units,

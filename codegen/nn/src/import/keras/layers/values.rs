@@ -1,11 +1,12 @@
-//! What a layer's settings say, in the forms that Keras writes.
+//! Values of a layer's settings, in the forms that Keras writes.
 
 use serde_json::Value;
 
 use crate::NetworkError;
+use crate::import::keras::settings::Settings;
 
 /// The name of an activation: a text, or an object with one.
-pub(super) fn activation_name<'v>(config: &'v Value, key: &str) -> &'v str {
+pub(super) fn activation_name<'v>(config: &'v Settings<'_>, key: &str) -> &'v str {
     let value = &config[key];
     let inner = value["config"].as_str().or(value["class_name"].as_str());
     value.as_str().or(inner).unwrap_or("linear")
@@ -13,6 +14,28 @@ pub(super) fn activation_name<'v>(config: &'v Value, key: &str) -> &'v str {
 
 pub(super) fn float(value: &Value) -> Option<f32> {
     value.as_f64().map(|x| x as f32)
+}
+
+/// A number that a layer's setting states; none where the setting is not there.
+///
+/// # Errors
+/// It is something else.
+pub(super) fn stated(layer: &str, key: &str, value: &Value) -> Result<Option<f32>, NetworkError> {
+    // Keras 2 writes a number of NumPy as an object.
+    let value = if value.is_object() {
+        &value["value"]
+    } else {
+        value
+    };
+    match (value.is_null(), float(value)) {
+        (true, _) => Ok(None),
+        (_, Some(number)) => Ok(Some(number)),
+        _ => Err(NetworkError::unsupported(
+            layer,
+            format!("{key} = {value}"),
+            "a number works",
+        )),
+    }
 }
 
 /// Numbers in a list, in lists, or one alone.

@@ -16,7 +16,7 @@ impl Import<'_> {
         x: usize,
     ) -> Result<usize, NetworkError> {
         let name = &layer.name;
-        let config = layer.config;
+        let config = &layer.config;
         if config["groups"].as_u64().unwrap_or(1) != 1 {
             return Err(NetworkError::unsupported(
                 name,

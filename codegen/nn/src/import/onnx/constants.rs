@@ -1,0 +1,585 @@
+//! Arithmetic of constants: what exporters compute of shapes and weights is computed once, here. A batch of 1 is
+//! part of every shape.
+
+use super::constant::{BOOL, Constant, DOUBLE, FLOAT, FLOAT16, INT32, INT64, Integers, type_name};
+use super::{Import, Node};
+use crate::NetworkError;
+use crate::import::shapes::{places_along, slice_indices, spread_places};
+use crate::import::tensor::{self, Tensor};
+
+impl Import<'_> {
+    /// The constant that a node gives, where it reads nothing but constants and shapes.
+    ///
+    /// # Errors
+    /// [`NetworkError`].
+    pub(super) fn constant_of(&self, node: &Node<'_>) -> Result<Option<Constant>, NetworkError> {
+        let op = node.proto.op_type.as_str();
+        if op == "Constant" {
+            return constant_node(node).map(Some);
+        }
+        let shape = node
+            .input(0)
+            .and_then(|name| match self.constants.get(name) {
+                Some(constant) => Some(constant.shape().to_vec()),
+                None => self.values.get(name).map(super::Value::dims),
+            });
+        match (op, shape) {
+            ("Shape", Some(dims)) => return shape_of(node, &dims).map(Some),
+            ("Size", Some(dims)) => {
+                let size = dims.iter().product::<usize>() as i64;
+                return Ok(Some(scalar(size)));
+            }
+            _ => {}
+        }
+        let mut inputs = Vec::new();
+        for input in 0..node.proto.input.len() {
+            let name = node.proto.input[input].as_str();
+            match self.constants.get(name) {
+                Some(constant) => inputs.push(Some(constant)),
+                None if name.is_empty() => inputs.push(None),
+                None => return Ok(None),
+            }
+        }
+        if inputs.is_empty() && op != "Range" {
+            return Ok(None);
+        }
+        evaluate(node, &inputs)
+    }
+}
+
+fn scalar(value: i64) -> Constant {
+    Constant::Integers(Integers {
+        shape: Vec::new(),
+        values: vec![value],
+    })
+}
+
+fn constant_node(node: &Node<'_>) -> Result<Constant, NetworkError> {
+    if let Some(tensor) = node.tensor("value") {
+        return Constant::new(tensor);
+    }
+    let floats = |shape, values| Constant::Floats(Tensor { shape, values });
+    if node.has("value_float") {
+        return Ok(floats(Vec::new(), vec![node.float("value_float", 0.0)]));
+    }
+    if node.has("value_floats") {
+        let values = node.floats("value_floats").to_vec();
+        return Ok(floats(vec![values.len()], values));
+    }
+    if node.has("value_int") {
+        return Ok(scalar(node.int("value_int", 0)));
+    }
+    match node.ints("value_ints") {
+        Some(values) => Ok(Constant::Integers(Integers::list(values.to_vec()))),
+        None => Err(node.unsupported("a constant of this kind", "use a tensor")),
+    }
+}
+
+/// Part of a shape, from `start` to `end`.
+fn shape_of(node: &Node<'_>, dims: &[usize]) -> Result<Constant, NetworkError> {
+    let count = dims.len() as i64;
+    let bound = |n: i64| if n < 0 { n + count } else { n }.clamp(0, count) as usize;
+    let (start, end) = (bound(node.int("start", 0)), bound(node.int("end", count)));
+    let dims = dims.get(start..end.max(start)).unwrap_or(&[]);
+    Ok(Constant::Integers(Integers::list(
+        dims.iter().map(|&n| n as i64).collect(),
+    )))
+}
+
+/// An axis of `axes`, negative ones from the end.
+pub(super) fn axis_of(node: &Node<'_>, axis: i64, axes: usize) -> Result<usize, NetworkError> {
+    let place = if axis < 0 { axis + axes as i64 } else { axis };
+    let place = usize::try_from(place).ok().filter(|&place| place < axes);
+    place.ok_or_else(|| node.malformed(format!("axis {axis} of {axes}")))
+}
+
+/// The shape of two operands together, as NumPy broadcasts.
+pub(super) fn broadcast(
+    node: &Node<'_>,
+    a: &[usize],
+    b: &[usize],
+) -> Result<Vec<usize>, NetworkError> {
+    let axes = a.len().max(b.len());
+    let at = |shape: &[usize], axis: usize| {
+        (axis + shape.len())
+            .checked_sub(axes)
+            .map_or(1, |place| shape[place])
+    };
+    (0..axes)
+        .map(|axis| match (at(a, axis), at(b, axis)) {
+            (n, m) if n == m || m == 1 => Ok(n),
+            (1, m) => Ok(m),
+            _ => Err(node.malformed(format!("the shapes {a:?} and {b:?} do not go together"))),
+        })
+        .collect()
+}
+
+/// Starts, ends, axes and steps of a Slice, as attributes (before opset 10) or as inputs.
+pub(super) fn slices(
+    node: &Node<'_>,
+    lists: [Option<Vec<i64>>; 4],
+    axes: usize,
+) -> Result<Vec<(usize, [i64; 3])>, NetworkError> {
+    let [starts, ends, over, steps] = lists;
+    let (Some(starts), Some(ends)) = (starts, ends) else {
+        return Err(node.unsupported("a slice whose bounds are computed", "use constant bounds"));
+    };
+    let over = over.unwrap_or_else(|| (0..starts.len() as i64).collect());
+    let steps = steps.unwrap_or_else(|| vec![1; starts.len()]);
+    if ends.len() != starts.len() || over.len() != starts.len() || steps.len() != starts.len() {
+        return Err(node.malformed("starts, ends, axes and steps of different lengths"));
+    }
+    let one = |i: usize| {
+        Ok((
+            axis_of(node, over[i], axes)?,
+            [starts[i], ends[i], steps[i]],
+        ))
+    };
+    (0..starts.len()).map(one).collect()
+}
+
+type Inputs<'c> = [Option<&'c Constant>];
+
+fn evaluate(node: &Node<'_>, inputs: &Inputs<'_>) -> Result<Option<Constant>, NetworkError> {
+    let op = node.proto.op_type.as_str();
+    let read = |input: usize| {
+        node.input(input);
+        inputs.get(input).copied().flatten()
+    };
+    let integers = |input: usize, attribute: &str| {
+        let given = read(input).and_then(|constant| match constant {
+            Constant::Integers(list) => Some(list.values.clone()),
+            Constant::Floats(_) => None,
+        });
+        given.or_else(|| node.ints(attribute).map(<[i64]>::to_vec))
+    };
+    let Some(x) = read(0) else { return Ok(None) };
+    let dims = x.shape().to_vec();
+    let reshaped = |shape: Vec<usize>| -> Result<Option<Constant>, NetworkError> {
+        if shape.iter().product::<usize>() != x.len() {
+            return Err(node.malformed(format!("{dims:?} has not as many values as {shape:?}")));
+        }
+        let places: Vec<usize> = (0..x.len()).collect();
+        Ok(Some(x.taken(shape, &places)))
+    };
+    match op {
+        "Identity" => reshaped(dims.clone()),
+        "Cast" => cast(node, x).map(Some),
+        "Reshape" => {
+            let target = integers(1, "shape").ok_or_else(|| node.malformed("it has no shape"))?;
+            node.expect_int("allowzero", 0, "use allowzero = 0")?;
+            reshaped(reshape_target(node, &target, &dims)?)
+        }
+        "Unsqueeze" | "Squeeze" => reshaped(squeezed(node, &dims, integers(1, "axes"))?),
+        "Flatten" => {
+            let axis = node.int("axis", 1);
+            let axis = if axis == dims.len() as i64 {
+                dims.len()
+            } else {
+                axis_of(node, axis, dims.len())?
+            };
+            reshaped(vec![
+                dims[..axis].iter().product(),
+                dims[axis..].iter().product(),
+            ])
+        }
+        "Transpose" => {
+            let order = transposition(node, dims.len())?;
+            let shape: Vec<usize> = order.iter().map(|&axis| dims[axis]).collect();
+            let stride = |axis: usize| dims[axis + 1..].iter().product::<usize>();
+            let mut places = vec![0];
+            for &axis in &order {
+                places = places
+                    .iter()
+                    .flat_map(|&place| (0..dims[axis]).map(move |i| (place, i)))
+                    .map(|(place, i)| place + i * stride(axis))
+                    .collect();
+            }
+            Ok(Some(x.taken(shape, &places)))
+        }
+        "Gather" => {
+            let Some(Constant::Integers(indices)) = read(1) else {
+                return Ok(None);
+            };
+            let axis = axis_of(node, node.int("axis", 0), dims.len())?;
+            let list = gathered(node, &indices.values, dims[axis])?;
+            let shape = [&dims[..axis], &indices.shape, &dims[axis + 1..]].concat();
+            tensor::count(&node.name, &shape)?;
+            Ok(Some(x.taken(shape, &places_along(&dims, axis, &list))))
+        }
+        "Slice" => {
+            let lists = [
+                integers(1, "starts"),
+                integers(2, "ends"),
+                integers(3, "axes"),
+                integers(4, "steps"),
+            ];
+            let mut found = x.clone();
+            for (axis, [start, end, step]) in slices(node, lists, dims.len())? {
+                let mut shape = found.shape().to_vec();
+                let indices = slice_indices(shape[axis], start, end, step);
+                let places = places_along(&shape, axis, &indices);
+                shape[axis] = indices.len();
+                found = found.taken(shape, &places);
+            }
+            Ok(Some(found))
+        }
+        "Concat" => {
+            let parts: Option<Vec<&Constant>> = (0..inputs.len()).map(read).collect();
+            let Some(parts) = parts else { return Ok(None) };
+            concatenated(node, &parts).map(Some)
+        }
+        "ConstantOfShape" => {
+            let Constant::Integers(shape) = x else {
+                return Ok(None);
+            };
+            let shape = lengths(node, &shape.values)?;
+            let count = tensor::count(&node.name, &shape)?;
+            let value = node.tensor("value").map(Constant::new).transpose()?;
+            let value = value.unwrap_or_else(|| {
+                Constant::Floats(Tensor {
+                    shape: vec![1],
+                    values: vec![0.0],
+                })
+            });
+            if value.len() != 1 {
+                return Err(node.malformed("its value is no single number"));
+            }
+            Ok(Some(value.taken(shape, &vec![0; count])))
+        }
+        "Expand" => {
+            let target = integers(1, "").ok_or_else(|| node.malformed("it has no shape"))?;
+            let shape = broadcast(node, &dims, &lengths(node, &target)?)?;
+            tensor::count(&node.name, &shape)?;
+            Ok(Some(x.taken(shape.clone(), &spread_places(&dims, &shape))))
+        }
+        "Range" => {
+            let (Constant::Integers(a), Some(Constant::Integers(b)), Some(Constant::Integers(c))) =
+                (x, read(1), read(2))
+            else {
+                return Ok(None);
+            };
+            let (Some(&a), Some(&b), Some(&c)) =
+                (a.values.first(), b.values.first(), c.values.first())
+            else {
+                return Err(node.malformed("its bounds are empty"));
+            };
+            let count = if c == 0 {
+                0
+            } else {
+                (i128::from(b) - i128::from(a)) / i128::from(c)
+            };
+            tensor::count(
+                &node.name,
+                &[usize::try_from(count.max(0)).unwrap_or(usize::MAX)],
+            )?;
+            let mut values = Vec::new();
+            let mut at = a;
+            while c != 0 && ((c > 0 && at < b) || (c < 0 && at > b)) {
+                values.push(at);
+                at = at.saturating_add(c);
+            }
+            Ok(Some(Constant::Integers(Integers::list(values))))
+        }
+        "Where" => {
+            let (Constant::Integers(condition), Some(a), Some(b)) = (x, read(1), read(2)) else {
+                return Ok(None);
+            };
+            let shape = broadcast(node, &broadcast(node, &dims, a.shape())?, b.shape())?;
+            let count = tensor::count(&node.name, &shape)?;
+            let [c, a_at, b_at] =
+                [&dims[..], a.shape(), b.shape()].map(|from| spread_places(from, &shape));
+            let (left, right) = (a.numbers(), b.numbers());
+            let values = (0..count)
+                .map(|i| {
+                    if condition.values[c[i]] != 0 {
+                        left[a_at[i]]
+                    } else {
+                        right[b_at[i]]
+                    }
+                })
+                .collect();
+            let whole = matches!((a, b), (Constant::Integers(_), Constant::Integers(_)));
+            Ok(Some(of_numbers(shape, values, whole)))
+        }
+        "ReduceProd" | "ReduceSum" | "ReduceMax" | "ReduceMin" if x.len() > 0 => {
+            // Of a list, as shapes are.
+            let axes = integers(1, "axes");
+            if dims.len() > 1 || axes.is_some_and(|axes| axes.len() > 1) {
+                return Ok(None);
+            }
+            let keep = node.int("keepdims", 1) != 0;
+            let numbers = x.numbers().into_iter();
+            let value = match op {
+                "ReduceProd" => numbers.product(),
+                "ReduceSum" => numbers.sum(),
+                "ReduceMax" => numbers.fold(f64::NEG_INFINITY, f64::max),
+                _ => numbers.fold(f64::INFINITY, f64::min),
+            };
+            let shape = if keep {
+                vec![1; dims.len()]
+            } else {
+                Vec::new()
+            };
+            Ok(Some(of_numbers(
+                shape,
+                vec![value],
+                matches!(x, Constant::Integers(_)),
+            )))
+        }
+        "DequantizeLinear" => {
+            let (Constant::Integers(_), Some(Constant::Floats(scale))) = (x, read(1)) else {
+                return Ok(None);
+            };
+            dequantised(node, x, scale, read(2)).map(Some)
+        }
+        _ => match read(1) {
+            Some(other) if inputs.len() == 2 => binary(node, x, other),
+            None if inputs.len() == 1 => unary(node, x),
+            _ => Ok(None),
+        },
+    }
+}
+
+fn of_numbers(shape: Vec<usize>, values: Vec<f64>, whole: bool) -> Constant {
+    if whole {
+        let values = values.into_iter().map(|value| value as i64).collect();
+        Constant::Integers(Integers { shape, values })
+    } else {
+        let values = values.into_iter().map(|value| value as f32).collect();
+        Constant::Floats(Tensor { shape, values })
+    }
+}
+
+fn lengths(node: &Node<'_>, list: &[i64]) -> Result<Vec<usize>, NetworkError> {
+    let length =
+        |&n: &i64| usize::try_from(n).map_err(|_| node.malformed(format!("the shape {list:?}")));
+    list.iter().map(length).collect()
+}
+
+fn cast(node: &Node<'_>, x: &Constant) -> Result<Constant, NetworkError> {
+    let to = node.int("to", 0) as i32;
+    let numbers = x.numbers();
+    let shape = x.shape().to_vec();
+    Ok(match to {
+        FLOAT | DOUBLE => of_numbers(shape, numbers, false),
+        INT32 | INT64 => of_numbers(shape, numbers, true),
+        BOOL => of_numbers(
+            shape,
+            numbers.iter().map(|&n| f64::from(n != 0.0)).collect(),
+            true,
+        ),
+        FLOAT16 => return Err(node.unsupported("a cast to float16", "export in float32")),
+        other => {
+            return Err(node.unsupported(format!("a cast to {}", type_name(other)), "use float32"));
+        }
+    })
+}
+
+/// A shape to be, where 0 stands for the axis as it is and -1 for what is left.
+pub(super) fn reshape_target(
+    node: &Node<'_>,
+    target: &[i64],
+    dims: &[usize],
+) -> Result<Vec<usize>, NetworkError> {
+    let length: usize = dims.iter().product();
+    let axis = |(axis, &n): (usize, &i64)| match n {
+        0 => dims.get(axis).map_or(0, |&n| n as i64),
+        n => n,
+    };
+    let target: Vec<i64> = target.iter().enumerate().map(axis).collect();
+    crate::import::shapes::open(&node.name, &target, length)
+}
+
+/// The shape with axes of length 1 taken out, or put in.
+pub(super) fn squeezed(
+    node: &Node<'_>,
+    dims: &[usize],
+    axes: Option<Vec<i64>>,
+) -> Result<Vec<usize>, NetworkError> {
+    let out = node.proto.op_type == "Unsqueeze";
+    let Some(axes) = axes else {
+        if out || node.input(1).is_some() {
+            return Err(node.unsupported("axes that are computed", "name the axes"));
+        }
+        return Ok(dims.iter().copied().filter(|&n| n != 1).collect());
+    };
+    let count = if out {
+        dims.len() + axes.len()
+    } else {
+        dims.len()
+    };
+    let mut places = axes
+        .iter()
+        .map(|&axis| axis_of(node, axis, count))
+        .collect::<Result<Vec<_>, _>>()?;
+    places.sort_unstable();
+    places.dedup();
+    if places.len() != axes.len() {
+        return Err(node.malformed(format!("an axis of {axes:?} stands twice")));
+    }
+    let mut shape = dims.to_vec();
+    if out {
+        places.iter().for_each(|&place| shape.insert(place, 1));
+        return Ok(shape);
+    }
+    for place in places.into_iter().rev() {
+        if shape.remove(place) != 1 {
+            return Err(node.malformed(format!("it takes axis {place} out of {dims:?}")));
+        }
+    }
+    Ok(shape)
+}
+
+/// The order of axes of a Transpose.
+pub(super) fn transposition(node: &Node<'_>, axes: usize) -> Result<Vec<usize>, NetworkError> {
+    let order: Vec<usize> = match node.ints("perm") {
+        Some(order) => order
+            .iter()
+            .map(|&n| usize::try_from(n).unwrap_or(usize::MAX))
+            .collect(),
+        None => (0..axes).rev().collect(),
+    };
+    let mut sorted = order.clone();
+    sorted.sort_unstable();
+    if sorted != (0..axes).collect::<Vec<_>>() {
+        return Err(node.malformed(format!("perm is {order:?}")));
+    }
+    Ok(order)
+}
+
+/// Indices of an axis, negative ones from the end.
+pub(super) fn gathered(
+    node: &Node<'_>,
+    indices: &[i64],
+    length: usize,
+) -> Result<Vec<usize>, NetworkError> {
+    indices
+        .iter()
+        .map(|&index| axis_of(node, index, length))
+        .collect()
+}
+
+fn concatenated(node: &Node<'_>, parts: &[&Constant]) -> Result<Constant, NetworkError> {
+    let axes = parts.first().map_or(0, |part| part.shape().len());
+    let axis = axis_of(node, node.int("axis", 0), axes)?;
+    let mut shape = parts[0].shape().to_vec();
+    for part in &parts[1..] {
+        let other = part.shape();
+        let alike = other.len() == axes && (0..axes).all(|i| i == axis || other[i] == shape[i]);
+        if !alike {
+            return Err(
+                node.malformed(format!("{shape:?} and {other:?} differ beside axis {axis}"))
+            );
+        }
+        shape[axis] += other[axis];
+    }
+    tensor::count(&node.name, &shape)?;
+    let outer: usize = shape[..axis].iter().product();
+    let whole = parts
+        .iter()
+        .all(|part| matches!(part, Constant::Integers(_)));
+    let lists: Vec<Vec<f64>> = parts.iter().map(|part| part.numbers()).collect();
+    let mut values = Vec::new();
+    for run in 0..outer {
+        for list in &lists {
+            let length = list.len() / outer;
+            values.extend_from_slice(&list[run * length..][..length]);
+        }
+    }
+    Ok(of_numbers(shape, values, whole))
+}
+
+fn dequantised(
+    node: &Node<'_>,
+    x: &Constant,
+    scale: &Tensor,
+    zero: Option<&Constant>,
+) -> Result<Constant, NetworkError> {
+    let dims = x.shape();
+    let axis = node.int("axis", 1);
+    let per_axis = scale.values.len() != 1;
+    let axis = if per_axis {
+        axis_of(node, axis, dims.len())?
+    } else {
+        0
+    };
+    if per_axis && (scale.shape.len() != 1 || scale.values.len() != dims[axis]) {
+        return Err(node.unsupported(
+            "scales in blocks",
+            "one scale for a tensor or an axis works",
+        ));
+    }
+    let zero = zero.map_or_else(|| vec![0.0; scale.values.len()], Constant::numbers);
+    if zero.len() != scale.values.len() {
+        return Err(node.malformed("scales and zero points of different lengths"));
+    }
+    let inner: usize = dims.iter().skip(axis + 1).product();
+    let at = |i: usize| if per_axis { i / inner % dims[axis] } else { 0 };
+    let values = x.numbers();
+    let values = values.iter().enumerate();
+    let values = values
+        .map(|(i, q)| (q - zero[at(i)]) * f64::from(scale.values[at(i)]))
+        .collect();
+    Ok(of_numbers(dims.to_vec(), values, false))
+}
+
+fn unary(node: &Node<'_>, x: &Constant) -> Result<Option<Constant>, NetworkError> {
+    let whole = matches!(x, Constant::Integers(_));
+    let f: fn(f64) -> f64 = match node.proto.op_type.as_str() {
+        "Neg" => |x| -x,
+        "Abs" => f64::abs,
+        "Not" => |x| f64::from(x == 0.0),
+        "Sqrt" if !whole => f64::sqrt,
+        "Exp" if !whole => f64::exp,
+        "Log" if !whole => f64::ln,
+        "Reciprocal" if !whole => |x| 1.0 / x,
+        "Floor" if !whole => f64::floor,
+        "Ceil" if !whole => f64::ceil,
+        _ => return Ok(None),
+    };
+    let values = x.numbers().into_iter().map(f).collect();
+    Ok(Some(of_numbers(x.shape().to_vec(), values, whole)))
+}
+
+fn binary(node: &Node<'_>, a: &Constant, b: &Constant) -> Result<Option<Constant>, NetworkError> {
+    let whole = matches!((a, b), (Constant::Integers(_), Constant::Integers(_)));
+    let op = node.proto.op_type.as_str();
+    let f: fn(f64, f64) -> f64 = match op {
+        "Add" => |a, b| a + b,
+        "Sub" => |a, b| a - b,
+        "Mul" => |a, b| a * b,
+        "Div" if whole => |a, b| if b == 0.0 { 0.0 } else { (a / b).trunc() },
+        "Div" => |a, b| a / b,
+        "Mod" if whole && node.int("fmod", 0) == 0 => |a, b| {
+            if b == 0.0 {
+                0.0
+            } else {
+                a - b * (a / b).floor()
+            }
+        },
+        "Pow" => f64::powf,
+        "Max" => f64::max,
+        "Min" => f64::min,
+        "Equal" => |a, b| f64::from(a == b),
+        "Less" => |a, b| f64::from(a < b),
+        "Greater" => |a, b| f64::from(a > b),
+        "LessOrEqual" => |a, b| f64::from(a <= b),
+        "GreaterOrEqual" => |a, b| f64::from(a >= b),
+        "And" => |a, b| f64::from(a != 0.0 && b != 0.0),
+        "Or" => |a, b| f64::from(a != 0.0 || b != 0.0),
+        _ => return Ok(None),
+    };
+    let shape = broadcast(node, a.shape(), b.shape())?;
+    let count = tensor::count(&node.name, &shape)?;
+    let (a_at, b_at) = (
+        spread_places(a.shape(), &shape),
+        spread_places(b.shape(), &shape),
+    );
+    let (left, right) = (a.numbers(), b.numbers());
+    let values = (0..count)
+        .map(|i| f(left[a_at[i]], right[b_at[i]]))
+        .collect();
+    let condition = ["Equal", "Less", "Greater", "LessOrEqual", "GreaterOrEqual"].contains(&op);
+    Ok(Some(of_numbers(shape, values, whole || condition)))
+}

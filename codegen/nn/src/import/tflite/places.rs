@@ -1,0 +1,317 @@
+//! Operators that move values, or take some of them: slices, splits, stacks, other orders of axes.
+
+use super::file::Operator;
+use super::{Import, held, product, tensor};
+use crate::import::shapes::{self, places_along, slice_indices};
+use crate::{NetworkError, Op};
+
+impl Import<'_> {
+    /// Whether an operator was one of these, which are then done. One that reads no value computes the shape of a
+    /// reshape, which its result has.
+    ///
+    /// # Errors
+    /// [`NetworkError`].
+    pub(super) fn place(
+        &mut self,
+        operator: &Operator<'_>,
+        name: &str,
+    ) -> Result<bool, NetworkError> {
+        // SPLIT has its value second.
+        let data = usize::from(operator.code == 49);
+        let value = operator.inputs.get(data).copied().unwrap_or(-1);
+        let known = [36, 39, 45, 49, 65, 77, 83, 88, 102, 105].contains(&operator.code);
+        let is_value = operator
+            .inputs
+            .iter()
+            .any(|index| self.places.contains_key(index));
+        if !known || operator.code == 77 || !is_value {
+            return Ok(known);
+        }
+        if operator.code == 83 {
+            self.stack(operator, name)?;
+            return Ok(true);
+        }
+        let x = self.value(operator, data, name)?;
+        let dims = tensor(self.model, value)?.shape.clone();
+        let length = self.network.nodes[x].len();
+        if product(&dims) != length {
+            return Err(NetworkError::malformed(
+                name,
+                format!("{length} values of shape {dims:?}"),
+            ));
+        }
+        for (&output, places) in operator
+            .outputs
+            .iter()
+            .zip(self.taken(operator, name, &dims)?)
+        {
+            let shape = held(&tensor(self.model, output)?.shape, places.len());
+            let own = self.free_name(&tensor(self.model, output)?.name);
+            let is_all = places.len() == length && places.is_sorted();
+            let chosen = if is_all {
+                x
+            } else {
+                let op = shapes::selection(name, &places, length)?;
+                let inner = self.free_name(&format!("{own} choice"));
+                self.network.push(&inner, op, vec![x])?
+            };
+            let place = self.network.push(&own, Op::Reshape(shape), vec![chosen])?;
+            self.places.insert(output, place);
+        }
+        Ok(true)
+    }
+
+    /// Integers at an input.
+    fn integers(
+        &self,
+        operator: &Operator<'_>,
+        input: usize,
+        name: &str,
+    ) -> Result<Vec<i64>, NetworkError> {
+        let index = operator.inputs.get(input).copied().unwrap_or(-1);
+        let list = &tensor(self.model, index)?.integers;
+        if list.is_empty() {
+            return Err(NetworkError::unsupported(
+                name,
+                "an index or axis that is computed",
+                "use constants",
+            ));
+        }
+        Ok(list.clone())
+    }
+
+    /// For each output the places, in what is read, of its values.
+    fn taken(
+        &self,
+        operator: &Operator<'_>,
+        name: &str,
+        dims: &[usize],
+    ) -> Result<Vec<Vec<usize>>, NetworkError> {
+        let option = |id: usize| operator.options.map_or(Ok(0), |options| options.int(id, 0));
+        let axis_of = |axis: i64| {
+            let axis = if axis < 0 {
+                axis + dims.len() as i64
+            } else {
+                axis
+            };
+            usize::try_from(axis)
+                .ok()
+                .filter(|&axis| axis < dims.len())
+                .ok_or_else(|| NetworkError::malformed(name, format!("axis {axis} of {dims:?}")))
+        };
+        let wrong = || NetworkError::malformed(name, format!("its indices do not fit {dims:?}"));
+        let index_of = |index: i64, length: usize| {
+            let index = if index < 0 {
+                index + length as i64
+            } else {
+                index
+            };
+            usize::try_from(index)
+                .ok()
+                .filter(|&index| index < length)
+                .ok_or_else(wrong)
+        };
+        Ok(match operator.code {
+            36 => {
+                let axis = axis_of(option(0)?.into())?;
+                if option(1)? != 0 {
+                    return Err(NetworkError::unsupported(
+                        name,
+                        "GATHER in batches",
+                        "use batch_dims = 0",
+                    ));
+                }
+                let indices = self.integers(operator, 1, name)?;
+                let indices = indices.iter().map(|&index| index_of(index, dims[axis]));
+                vec![places_along(
+                    dims,
+                    axis,
+                    &indices.collect::<Result<Vec<_>, _>>()?,
+                )]
+            }
+            39 => {
+                let order = self.integers(operator, 1, name)?;
+                let order: Vec<usize> = order
+                    .iter()
+                    .map(|&axis| axis_of(axis))
+                    .collect::<Result<_, _>>()?;
+                let mut sorted = order.clone();
+                sorted.sort_unstable();
+                if sorted != (0..dims.len()).collect::<Vec<_>>() {
+                    return Err(wrong());
+                }
+                let stride = |axis: usize| dims[axis + 1..].iter().product::<usize>();
+                let mut places = vec![0];
+                for axis in order {
+                    places = places
+                        .iter()
+                        .flat_map(|&place| (0..dims[axis]).map(move |i| (place, i)))
+                        .map(|(place, i)| place + i * stride(axis))
+                        .collect();
+                }
+                vec![places]
+            }
+            45 => {
+                let lists = [1, 2, 3].map(|input| self.integers(operator, input, name));
+                let [starts, ends, steps] = lists;
+                let (starts, ends, steps) = (starts?, ends?, steps?);
+                if option(2)? != 0 || option(3)? != 0 || starts.len() > dims.len() {
+                    return Err(NetworkError::unsupported(
+                        name,
+                        "a slice with an ellipsis or a new axis",
+                        "write the slice out for every axis",
+                    ));
+                }
+                let (from_start, to_end, single) = (option(0)?, option(1)?, option(4)?);
+                let mut lists = Vec::new();
+                for axis in 0..starts.len() {
+                    let has = |mask: i32| mask >> axis & 1 == 1;
+                    let step = steps.get(axis).copied().unwrap_or(1);
+                    if has(single) {
+                        lists.push(vec![index_of(starts[axis], dims[axis])?]);
+                        continue;
+                    }
+                    let open = if step > 0 {
+                        [0, i64::MAX]
+                    } else {
+                        [i64::MAX, i64::MIN]
+                    };
+                    let start = if has(from_start) {
+                        open[0]
+                    } else {
+                        starts[axis]
+                    };
+                    let end = if has(to_end) {
+                        open[1]
+                    } else {
+                        ends.get(axis).copied().unwrap_or(0)
+                    };
+                    lists.push(slice_indices(dims[axis], start, end, step));
+                }
+                vec![along_all(dims, &lists)]
+            }
+            65 => {
+                let (starts, sizes) = (
+                    self.integers(operator, 1, name)?,
+                    self.integers(operator, 2, name)?,
+                );
+                if starts.len() != dims.len() || sizes.len() != dims.len() {
+                    return Err(wrong());
+                }
+                let mut lists = Vec::new();
+                for axis in 0..dims.len() {
+                    let start = index_of(starts[axis], dims[axis])?;
+                    let size = usize::try_from(sizes[axis]).unwrap_or(dims[axis] - start);
+                    if start.saturating_add(size) > dims[axis] {
+                        return Err(wrong());
+                    }
+                    lists.push((start..start + size).collect());
+                }
+                vec![along_all(dims, &lists)]
+            }
+            49 | 102 => {
+                let axis =
+                    self.integers(operator, if operator.code == 49 { 0 } else { 2 }, name)?;
+                let axis = axis_of(axis[0])?;
+                let count = operator.outputs.len().max(1);
+                let sizes = if operator.code == 49 {
+                    vec![(dims[axis] / count) as i64; count]
+                } else {
+                    self.integers(operator, 1, name)?
+                };
+                let known: i64 = sizes.iter().filter(|&&n| n > 0).sum();
+                let mut start = 0;
+                let mut found = Vec::new();
+                for size in sizes {
+                    let size = if size < 0 {
+                        dims[axis] as i64 - known
+                    } else {
+                        size
+                    };
+                    let size = usize::try_from(size).map_err(|_| wrong())?;
+                    if start + size > dims[axis] {
+                        return Err(wrong());
+                    }
+                    found.push(places_along(
+                        dims,
+                        axis,
+                        &(start..start + size).collect::<Vec<_>>(),
+                    ));
+                    start += size;
+                }
+                if start != dims[axis] {
+                    return Err(wrong());
+                }
+                found
+            }
+            88 => {
+                let axis = axis_of(option(1)?.into())?;
+                (0..dims[axis])
+                    .map(|index| places_along(dims, axis, &[index]))
+                    .collect()
+            }
+            _ => {
+                let axes = self.integers(operator, 1, name)?;
+                let mut lists: Vec<Vec<usize>> = dims.iter().map(|&n| (0..n).collect()).collect();
+                for axis in axes {
+                    lists[axis_of(axis)?].reverse();
+                }
+                vec![along_all(dims, &lists)]
+            }
+        })
+    }
+
+    /// Values on top of each other along a new axis.
+    fn stack(&mut self, operator: &Operator<'_>, name: &str) -> Result<(), NetworkError> {
+        let from = (0..operator.inputs.len()).map(|input| self.value(operator, input, name));
+        let from = from.collect::<Result<Vec<_>, _>>()?;
+        let dims = tensor(self.model, operator.inputs[0])?.shape.clone();
+        let axis = operator
+            .options
+            .map_or(Ok(0), |options| options.int(1, 0))?;
+        let axis = if axis < 0 {
+            axis + dims.len() as i32 + 1
+        } else {
+            axis
+        };
+        let axis = usize::try_from(axis).unwrap_or(usize::MAX).min(dims.len());
+        let (outer, run): (usize, usize) = (product(&dims[..axis]), product(&dims[axis..]));
+        let mut parts = Vec::new();
+        for x in from {
+            let shape = if outer == 1 {
+                vec![run]
+            } else {
+                vec![outer, run]
+            };
+            let part = self.free_name(&format!("{name} part"));
+            parts.push(self.network.push(&part, Op::Reshape(shape), vec![x])?);
+        }
+        let inner = self.free_name(&format!("{name} side by side"));
+        let place = self
+            .network
+            .push(&inner, Op::Concatenate(usize::from(outer != 1)), parts)?;
+        let output = operator.outputs[0];
+        let shape = held(
+            &tensor(self.model, output)?.shape,
+            self.network.nodes[place].len(),
+        );
+        let place = self.network.push(name, Op::Reshape(shape), vec![place])?;
+        self.places.insert(output, place);
+        Ok(())
+    }
+}
+
+/// Places of the values at the given indices of every axis, all indices where there are none for an axis.
+fn along_all(dims: &[usize], lists: &[Vec<usize>]) -> Vec<usize> {
+    let mut places = vec![0];
+    for (axis, &length) in dims.iter().enumerate() {
+        let all: Vec<usize> = (0..length).collect();
+        let list = lists.get(axis).unwrap_or(&all);
+        let stride: usize = dims[axis + 1..].iter().product();
+        places = places
+            .iter()
+            .flat_map(|&place| list.iter().map(move |&i| place + i * stride))
+            .collect();
+    }
+    places
+}

@@ -1,0 +1,188 @@
+//! Networks that other tools wrote, with those tools' own outputs (tests/cases/NAME/expected.json): each is read
+//! rightly, or refused by name where nothing else is possible.
+//!
+//! With SINEW_CASES the same comparison runs over a folder of such folders (tests/foreign/README.md).
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+use sinew_nn::{Network, NetworkError, evaluate, import};
+
+/// Largest difference, of the range of the outputs, that arithmetic in f32 explains.
+const EXACT: f64 = 2e-5;
+/// As [`EXACT`], where the framework rounds to integers between layers.
+const QUANTISED: f64 = 1e-2;
+
+/// Files that are refused, and the words that name the reason.
+const REFUSED: &[(&str, &str)] = &[
+    ("01-initial-state/net.keras", "first state"),
+    ("06-int8-keras/half.keras", "float16"),
+];
+
+/// Outcome of one file.
+#[derive(Debug)]
+enum Outcome {
+    /// Largest difference, of the range.
+    Read(f64),
+    Refused(String),
+    /// The file is said to be broken, which no framework's file is.
+    Broken(String),
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    match value {
+        Value::Array(list) => list.iter().flat_map(numbers).collect(),
+        _ => value.as_f64().into_iter().collect(),
+    }
+}
+
+fn rows(value: &Value) -> Vec<Vec<f64>> {
+    value
+        .as_array()
+        .map(|rows| rows.iter().map(numbers).collect())
+        .unwrap_or_default()
+}
+
+/// Largest difference between a network and its framework, of the range of the framework's outputs.
+fn difference(network: &Network, expected: &Value) -> f64 {
+    let (inputs, outputs) = (rows(&expected["x"]), rows(&expected["y"]));
+    let all = outputs.iter().flatten().copied();
+    let (low, high) = all.clone().fold((f64::MAX, f64::MIN), |(low, high), y| {
+        (low.min(y), high.max(y))
+    });
+    let size = all.fold(0.0_f64, |size, y| size.max(y.abs()));
+    let range = (high - low).max(0.1 * size).max(1e-3);
+    let mut worst = 0.0_f64;
+    for (x, y) in inputs.iter().zip(&outputs) {
+        if x.len() % network.inputs() != 0 || x.is_empty() {
+            return f64::INFINITY;
+        }
+        let found = evaluate::run(network, x);
+        if found.len() != y.len() {
+            return f64::INFINITY;
+        }
+        for (a, b) in found.iter().zip(y) {
+            let error = (a - b).abs() / range;
+            worst = if error.is_nan() {
+                f64::INFINITY
+            } else {
+                worst.max(error)
+            };
+        }
+    }
+    worst
+}
+
+fn outcome(path: &Path, expected: &Value) -> Outcome {
+    match import::read(path) {
+        Ok(network) => Outcome::Read(difference(&network, expected)),
+        Err(error @ NetworkError::Malformed { .. }) => Outcome::Broken(error.to_string()),
+        Err(error) => Outcome::Refused(error.to_string()),
+    }
+}
+
+/// Every file of a folder of cases, its name with its folder's.
+fn outcomes(folder: &Path) -> BTreeMap<String, (Outcome, f64)> {
+    let mut found = BTreeMap::new();
+    let entries = fs::read_dir(folder).expect("the folder of cases is there");
+    let mut folders: Vec<PathBuf> = entries
+        .map(|entry| entry.expect("the entry is readable").path())
+        .collect();
+    folders.sort();
+    for folder in folders
+        .into_iter()
+        .filter(|path| path.join("expected.json").is_file())
+    {
+        let text =
+            fs::read_to_string(folder.join("expected.json")).expect("the file was just seen");
+        let expected: Value = serde_json::from_str(&text).expect("expected.json is JSON");
+        for (file, expected) in expected.as_object().expect("expected.json is an object") {
+            let path = folder.join(file);
+            let quantised = file.contains("int8") || folder.to_string_lossy().contains("16x8");
+            let limit = expected["tolerance"].as_f64();
+            let limit = limit.unwrap_or(if quantised { QUANTISED } else { EXACT });
+            let name = format!(
+                "{}/{file}",
+                folder
+                    .file_name()
+                    .expect("a folder of cases has a name")
+                    .to_string_lossy()
+            );
+            found.insert(name, (outcome(&path, expected), limit));
+        }
+    }
+    found
+}
+
+#[test]
+fn every_case_is_read_rightly_or_refused_by_name() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cases");
+    let mut found = outcomes(&folder);
+    let half = "06-int8-keras/half.keras".to_owned();
+    found.entry(half).or_insert_with(|| {
+        (
+            outcome(&folder.join("06-int8-keras/half.keras"), &Value::Null),
+            EXACT,
+        )
+    });
+    let mut wrong = Vec::new();
+    for (name, (outcome, limit)) in &found {
+        let refused = REFUSED.iter().find(|(file, _)| file == name);
+        let right = match (outcome, refused) {
+            (Outcome::Read(error), None) => error < limit,
+            (Outcome::Refused(said), Some((_, words))) => said.contains(words),
+            _ => false,
+        };
+        if !right {
+            wrong.push(format!("{name}: {outcome:?}"));
+        }
+    }
+    assert!(found.len() >= 34, "{} files", found.len());
+    assert!(
+        wrong.is_empty(),
+        "{} of {}:\n{}",
+        wrong.len(),
+        found.len(),
+        wrong.join("\n")
+    );
+}
+
+/// The table of a folder that SINEW_CASES names: none may be wrong without a word.
+#[test]
+fn foreign_networks_are_never_silently_wrong() {
+    let Ok(folder) = std::env::var("SINEW_CASES") else {
+        println!("skipped: SINEW_CASES names no folder (tests/foreign/README.md)");
+        return;
+    };
+    let mut table: BTreeMap<String, [usize; 4]> = BTreeMap::new();
+    let mut wrong = Vec::new();
+    for (name, (outcome, limit)) in outcomes(Path::new(&folder)) {
+        let exporter = name.split('/').next().unwrap_or("").to_owned();
+        let counts = table.entry(exporter).or_default();
+        match outcome {
+            Outcome::Read(error) if error < limit => counts[0] += 1,
+            Outcome::Read(error) => {
+                counts[2] += 1;
+                wrong.push(format!("{name}: {error:.1e} of the range"));
+            }
+            Outcome::Refused(said) => {
+                counts[1] += 1;
+                println!("{name}: {said}");
+            }
+            Outcome::Broken(said) => {
+                counts[3] += 1;
+                println!("{name}: BROKEN {said}");
+            }
+        }
+    }
+    println!(
+        "| exporter | networks | read right | refused by name | said to be broken | wrong |\n|---|---|---|---|---|---|"
+    );
+    for (exporter, [right, refused, wrong, broken]) in &table {
+        let all = right + refused + wrong + broken;
+        println!("| {exporter} | {all} | {right} | {refused} | {broken} | {wrong} |");
+    }
+    assert!(wrong.is_empty(), "{}:\n{}", wrong.len(), wrong.join("\n"));
+}

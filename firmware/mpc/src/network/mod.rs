@@ -1,0 +1,8 @@
+//! Layer kernels that generated predictors call.
+
+pub mod curvature;
+pub mod dense;
+pub mod recurrent;
+pub mod skip;
+
+pub use dense::*;

@@ -1,0 +1,113 @@
+//! The most that one optimisation may do, by its const parameters alone, and what that costs on a chip (docs/explanation/controller.md, section 6).
+
+use crate::active_set::{self, iteration_limit};
+use crate::constraints::ActiveSet;
+use crate::cost::{CostTerm, Quadratic};
+use crate::model::Model;
+use crate::newton::{BACKTRACKS, MAX_ITERATIONS};
+use crate::problem::Problem;
+use crate::rollout::Trajectory;
+
+/// Counts of the parts of an optimisation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Work {
+    /// Evaluations of J, N predictions each.
+    pub rollouts: u32,
+    /// Gradients with Hessians.
+    pub derivatives: u32,
+    /// Factorisations of the quadratic subproblem.
+    pub factorisations: u32,
+}
+
+impl Work {
+    /// The bound for `nu` inputs, `nv` decision variables and so many Newton iterations.
+    pub const fn most(iterations: u8, nu: usize, nv: usize) -> Self {
+        let iterations = match iterations {
+            0 => 1,
+            1..=MAX_ITERATIONS => iterations as u32,
+            _ => MAX_ITERATIONS as u32,
+        };
+        // The first; a whole step and its shorter parts; the surroundings and what they gave.
+        let rollouts = 1 + iterations * (1 + BACKTRACKS as u32) + 2 * nu as u32 + 1;
+        Self {
+            rollouts,
+            derivatives: iterations,
+            factorisations: iterations * iteration_limit(nv) as u32,
+        }
+    }
+}
+
+/// What the parts cost, in ticks of a board's counter: the largest of those measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Parts {
+    /// One evaluation of J.
+    pub rollout: u32,
+    /// One gradient with Hessian, and the products with it that decide about the step.
+    pub derivative: u32,
+    /// One factorisation with all that an iteration of the active-set method does around it.
+    pub factorisation: u32,
+}
+
+impl Parts {
+    /// Measures at a plan; `ticks` reads a free-running counter that wraps at 32 bits.
+    pub fn measure<
+        M: CostTerm<NU, NY, NS, ND, DD>,
+        const NU: usize,
+        const NY: usize,
+        const NS: usize,
+        const ND: usize,
+        const DD: usize,
+        const N: usize,
+        const NB: usize,
+        const NV: usize,
+    >(
+        problem: &Problem<'_, M, NU, NY, NS, ND, DD, N, NB, NV>,
+        plan: &[f32; NV],
+        ticks: impl Fn() -> u32,
+    ) -> Self {
+        let mut trajectory = Trajectory::new(M::Model::TRACE);
+        let mut quadratic = Quadratic::new();
+        let mut active = ActiveSet::new();
+        let mut step = *plan;
+        let times = [
+            ticks(),
+            {
+                problem.rollout(plan, &mut trajectory);
+                ticks()
+            },
+            {
+                problem.linearise(plan, &trajectory, &mut quadratic);
+                let slope = quadratic.slope(plan) + quadratic.curvature(plan);
+                core::hint::black_box(slope);
+                ticks()
+            },
+        ];
+        let solution = active_set::solve(&quadratic, problem.bounds, plan, &mut active, &mut step);
+        let solved = ticks();
+        let [start, rolled, derived] = times;
+        Self {
+            rollout: rolled.wrapping_sub(start),
+            derivative: derived.wrapping_sub(rolled),
+            factorisation: solved
+                .wrapping_sub(derived)
+                .div_ceil(u32::from(solution.iterations.max(1))),
+        }
+    }
+
+    /// The larger of each.
+    #[must_use]
+    pub fn or_more(self, other: Self) -> Self {
+        Self {
+            rollout: self.rollout.max(other.rollout),
+            derivative: self.derivative.max(other.derivative),
+            factorisation: self.factorisation.max(other.factorisation),
+        }
+    }
+
+    /// Ticks of an optimisation that does all it may.
+    pub const fn bound(&self, most: &Work) -> u32 {
+        (most.rollouts.saturating_mul(self.rollout))
+            .saturating_add(most.derivatives.saturating_mul(self.derivative))
+            .saturating_add(most.factorisations.saturating_mul(self.factorisation))
+    }
+}

@@ -1,0 +1,351 @@
+//! Rules of acceptance of a candidate (docs/explanation/diagnosis.md, eq. 4 and 7).
+
+use crate::diagnose::config::CONFIG;
+use std::collections::BTreeMap;
+
+use sinew_sim::effects::Family;
+use sinew_sim::{Rig, Settings};
+
+use crate::diagnose::candidate::Candidate;
+use crate::diagnose::case::Case;
+use crate::diagnose::data::Data;
+use crate::diagnose::evidence::{Comparison, Gain, apart};
+use crate::diagnose::model::Model;
+use crate::diagnose::residuals::Residuals;
+use crate::diagnose::term::Term;
+use crate::error::Result;
+use crate::fit::levenberg::Unknowns;
+
+/// Tells whether an explanation leaves something that noise does not explain and that matters.
+pub(crate) fn leaves_something(case: &Case, candidate: &Candidate) -> bool {
+    stands_out(&candidate.fit, case.fit) || stands_out(&candidate.check, case.check)
+}
+
+/// Tells whether the whole of the check recordings, from the start states that explain each best,
+/// is left to no more than the part of what is believed.
+///
+/// # Errors
+/// A rig that cannot be compiled.
+pub(crate) fn holds_over_whole_recordings(case: &Case, before: &Rig, after: &Rig) -> Result<bool> {
+    let left = |rig: &Rig| -> Result<Option<f64>> {
+        let model = Model::new(rig, rig, &[], Settings::default())?;
+        let (values, whole) = (model.plant.values(), case.check.cut(1));
+        let residuals = Residuals::of(&model, &values, case.check, &whole, None)?;
+        Ok(residuals.map(|residuals| beside_noise(&residuals, case.check)))
+    };
+    let both = left(before)?.zip(left(after)?);
+    Ok(both.is_some_and(|(before, after)| after < CONFIG.acceptance.most_left * before))
+}
+
+/// The part of what `before` left beside noise on the check recordings that `after` still leaves: 0
+/// is all explained.
+pub(crate) fn share_left(case: &Case, after: &Candidate, before: &Candidate) -> f64 {
+    let left = |candidate: &Candidate| beside_noise(&candidate.check, case.check);
+    share(left(after), left(before))
+}
+
+/// The same on the recordings that they were fitted to.
+pub(crate) fn share_fitted(case: &Case, after: &Candidate, before: &Candidate) -> f64 {
+    let left = |candidate: &Candidate| beside_noise(&candidate.fit, case.fit);
+    share(left(after), left(before))
+}
+
+/// A gain that counts: sure under resampling, and large enough to matter.
+pub(crate) fn gain_counts(case: &Case, gain: Gain, after: &Candidate, before: &Candidate) -> bool {
+    let matters = (0..case.check.noise.len()).any(|sensor| {
+        let removed = before.check.rms(sensor).powi(2) - after.check.rms(sensor).powi(2);
+        removed.max(0.0).sqrt() > 0.1 * case.check.noise[sensor] + 1e-3 * case.check.spread[sensor]
+    });
+    gain.low > 0.0 && matters
+}
+
+/// Tells whether every effect has parameters that make sense here.
+fn plausible(case: &Case, candidate: &Candidate) -> bool {
+    let (model, values) = (&candidate.trial.model, &candidate.trial.point.values);
+    let longest = case
+        .fit
+        .experiments
+        .iter()
+        .map(|e| e.t[e.rows() - 1] - e.t[0])
+        .fold(0.0, f64::max);
+    let mut all = candidate.trial.terms.iter();
+    all.all(|term| term.plausible(&model.plant, values, longest))
+}
+
+/// Parameters of the right sign, and most of what the base left explained: a disturbance can be
+/// followed a little by many an effect, and none of them is its name.
+fn acceptable(case: &Case, candidate: &Candidate, base: &Candidate) -> bool {
+    let most = if candidate.has_mode() {
+        CONFIG.acceptance.most_left_of_mode
+    } else {
+        CONFIG.acceptance.most_left
+    };
+    plausible(case, candidate)
+        && share_left(case, candidate, base) < most
+        && !within_a_step(case, candidate, base)
+        && !follows_anything(case, candidate)
+}
+
+/// A dozen numbers at components that are alike follow what another mechanism does: they bend the
+/// rig out of shape, and still leave something.
+fn follows_anything(case: &Case, candidate: &Candidate) -> bool {
+    let mut terms = candidate.trial.terms.iter();
+    terms.any(Term::is_group) && candidate.trial.implausible() && leaves_something(case, candidate)
+}
+
+/// A sensor that is bent by less than half a step of its own scale is as straight as that scale.
+fn within_a_step(case: &Case, candidate: &Candidate, base: &Candidate) -> bool {
+    let mut terms = candidate.trial.terms.iter();
+    terms.any(|term| term.family() == Some(Family::Sensor))
+        && (0..case.check.step.len()).all(|sensor| {
+            let squares = base.check.rms(sensor).powi(2) - candidate.check.rms(sensor).powi(2);
+            squares.max(0.0).sqrt() < 0.5 * case.check.step[sensor]
+        })
+}
+
+/// Tells whether what an explanation removes from some sensor exceeds the noise.
+pub(crate) fn exceeds_noise(case: &Case, candidate: &Candidate, base: &Candidate) -> bool {
+    (0..case.check.noise.len()).any(|sensor| {
+        let squares = base.check.rms(sensor).powi(2) - candidate.check.rms(sensor).powi(2);
+        squares.max(0.0).sqrt() > CONFIG.acceptance.large * case.check.sigma[sensor]
+    })
+}
+
+/// Tells whether a small gain holds the other way round too: fitted to the check recordings alone,
+/// judged by the fit recordings, against a rig that was fitted to both. Large gains need no second
+/// witness.
+fn holds_both_ways(case: &Case, candidate: &Candidate, base: &Candidate) -> Result<bool> {
+    let sensors = 0..case.check.noise.len();
+    if exceeds_noise(case, candidate, base) {
+        return Ok(true);
+    }
+    let (model, values) = (&candidate.trial.model, &candidate.trial.point.values);
+    let mut segments = case.check.segments(&model.plant, &case.check_intervals)?;
+    let states = (case.check).starts(&model.rig, &model.plant, &segments, values)?;
+    let from = Unknowns {
+        values: values.clone(),
+        states,
+    };
+    let Some(point) = model.improve(case.check, &mut segments, from, CONFIG.refit.steps, 1e-4)
+    else {
+        return Ok(false);
+    };
+    let swapped = Residuals::of(model, &point.values, case.fit, &case.fit_intervals, None)?;
+    Ok(swapped.is_some_and(|swapped| {
+        let gains = sensors.map(|s| (base.fit.rms(s) / swapped.rms(s)).ln());
+        gains.sum::<f64>() > 0.0
+    }))
+}
+
+/// Indices of candidates by evidence, best first.
+pub(crate) fn ranking(case: &Case, base: &Candidate, candidates: &[Candidate]) -> Vec<usize> {
+    let evidence = comparison(case, base, candidates).evidence();
+    let mut order: Vec<usize> = (0..candidates.len()).collect();
+    order.sort_by(|&a, &b| evidence[b + 1].total_cmp(&evidence[a + 1]));
+    order
+}
+
+/// The base is number 0, candidates follow.
+pub(crate) fn comparison(case: &Case, base: &Candidate, candidates: &[Candidate]) -> Comparison {
+    let all: Vec<Candidate> = std::iter::once(base).chain(candidates).cloned().collect();
+    Comparison::new(&all, &case.check.spread, case.seed)
+}
+
+/// The best candidate that is believable against the base.
+pub(crate) fn best_acceptable(
+    case: &Case,
+    base: &Candidate,
+    candidates: &[Candidate],
+) -> Option<usize> {
+    let comparison = comparison(case, base, candidates);
+    ranking(case, base, candidates).into_iter().find(|&index| {
+        gain_counts(
+            case,
+            comparison.gain(index + 1, 0),
+            &candidates[index],
+            base,
+        ) && acceptable(case, &candidates[index], base)
+            && holds_both_ways(case, &candidates[index], base).unwrap_or(false)
+    })
+}
+
+/// As [`best_acceptable`], but two effects only where they are believable against the best single
+/// one. A mode of no size beside it follows a little of the noise.
+pub(crate) fn best_acceptable_by_size(
+    case: &Case,
+    base: &Candidate,
+    candidates: &[Candidate],
+) -> Option<usize> {
+    let comparison = comparison(case, base, candidates);
+    let order = ranking(case, base, candidates);
+    let plausible: Vec<usize> = order
+        .into_iter()
+        .filter(|&index| {
+            acceptable(case, &candidates[index], base)
+                && gain_counts(
+                    case,
+                    comparison.gain(index + 1, 0),
+                    &candidates[index],
+                    base,
+                )
+        })
+        .collect();
+    let size = |index: usize| candidates[index].trial.terms.len();
+    let single = plausible.iter().copied().find(|&index| size(index) == 1);
+    let single =
+        single.filter(|&index| holds_both_ways(case, &candidates[index], base).unwrap_or(false));
+    let mut pairs = plausible.iter().copied().filter(|&index| size(index) == 2);
+    let Some(single) = single else {
+        return pairs.next();
+    };
+    let over = |pair: usize| {
+        let (pair_of, single_of) = (&candidates[pair], &candidates[single]);
+        gain_counts(
+            case,
+            comparison.gain(pair + 1, single + 1),
+            pair_of,
+            single_of,
+        ) && share_left(case, pair_of, single_of) < CONFIG.acceptance.most_left
+            && holds_both_ways(case, pair_of, single_of).unwrap_or(false)
+            && (!pair_of.has_mode() || is_determined(case, pair_of).unwrap_or(false))
+    };
+    pairs.next().filter(|&pair| over(pair)).or(Some(single))
+}
+
+/// Tells whether each effect is known to be there, by one at least of the parameters that can be
+/// zero; where their intervals are not known it is taken to be, but for a mode: one of which nobody
+/// knows how heavy it is, is a damper or a spring that the rig has. What two that are alike have
+/// together may be known and no part of it: two winches that wind the same joint. Each of them is
+/// there where it is known once the others are as found.
+pub(crate) fn is_determined(case: &Case, candidate: &Candidate) -> Result<bool> {
+    let (model, point) = (&candidate.trial.model, &candidate.trial.point);
+    let segments = case.fit.segments(&model.plant, &case.fit_intervals)?;
+    let widths = |model: &Model| model.half_widths(case.fit, &segments, point);
+    let certain = |term: &Term, widths: &BTreeMap<String, f64>, sizes: &[String]| {
+        let away = |name: &String| {
+            let slot = model.plant.slot(name)?;
+            Some(point.values[slot].abs() / widths.get(name)?)
+        };
+        let farthest = sizes.iter().filter_map(away).reduce(f64::max);
+        let unknown = term.family() != Some(Family::Mode);
+        farthest.map_or(unknown, |farthest| farthest >= CONFIG.acceptance.certain)
+    };
+    let alone = widths(model);
+    let there = |term: &Term| {
+        let all = term.sizes();
+        let beside = |sizes: &Vec<String>| {
+            let mut others = all.iter().filter(|other| *other != sizes).flatten();
+            let held = model.holding(|name| others.clone().any(|other| other == name));
+            others.next().is_some() && certain(term, &widths(&held), sizes)
+        };
+        all.iter().all(|sizes| certain(term, &alone, sizes)) || all.iter().all(beside)
+    };
+    Ok(candidate.trial.terms.iter().all(there))
+}
+
+/// The one that is named of the chosen one and its like: of the same motion by two names the
+/// simpler, and at one component what need not be at all that are alike.
+pub(crate) fn simplest(
+    case: &Case,
+    base: &Candidate,
+    chosen: usize,
+    candidates: &[Candidate],
+) -> usize {
+    let chosen = at_body(case, chosen, candidates);
+    at_one_component(case, base, chosen, candidates)
+}
+
+/// Of what is the same motion by two names, the simpler: an effect at a body rather than in a
+/// spring that holds it (contract of the vocabulary).
+fn at_body(case: &Case, chosen: usize, candidates: &[Candidate]) -> usize {
+    let best = &candidates[chosen];
+    let simpler = |other: &Candidate| {
+        let differ = only(best, other).zip(only(other, best));
+        differ.is_some_and(|(mine, its)| {
+            mine.kind() == its.kind() && !mine.at_body() && its.at_body()
+        }) && apart(best, other, case) < CONFIG.evidence.same
+    };
+    let other = (0..candidates.len()).find(|&index| simpler(&candidates[index]));
+    other.unwrap_or(chosen)
+}
+
+/// An effect at one component rather than at all that are alike, where it is about as probable.
+fn at_one_component(
+    case: &Case,
+    base: &Candidate,
+    chosen: usize,
+    candidates: &[Candidate],
+) -> usize {
+    let best = &candidates[chosen];
+    let one_of_them = |other: &Candidate| {
+        let differ = only(best, other).zip(only(other, best));
+        differ.is_some_and(|(mine, its)| mine.says(its)) && plausible(case, other)
+    };
+    let ones = (0..candidates.len()).filter(|&index| one_of_them(&candidates[index]));
+    let ones: Vec<usize> = ones.collect();
+    if ones.is_empty() {
+        return chosen;
+    }
+    let probable = probabilities(case, base, candidates, Some(chosen));
+    let best = ones
+        .into_iter()
+        .max_by(|&a, &b| probable[a].total_cmp(&probable[b]));
+    best.filter(|&one| probable[one] > CONFIG.acceptance.one_of_group * probable[chosen])
+        .unwrap_or(chosen)
+}
+
+/// Shares of the evidence among what is possible here: of the right signs, and of no more effects
+/// than were found to matter.
+pub(crate) fn probabilities(
+    case: &Case,
+    base: &Candidate,
+    candidates: &[Candidate],
+    chosen: Option<usize>,
+) -> Vec<f64> {
+    let most = chosen.map_or(2, |index| candidates[index].trial.terms.len());
+    let possible =
+        |candidate: &Candidate| plausible(case, candidate) && candidate.trial.terms.len() <= most;
+    let able: Vec<usize> = (0..candidates.len())
+        .filter(|&index| possible(&candidates[index]))
+        .collect();
+    let rivals: Vec<Candidate> = able
+        .iter()
+        .map(|&index| candidates[index].clone())
+        .collect();
+    let shares = comparison(case, base, &rivals).probabilities().split_off(1);
+    let mut all = vec![0.0; candidates.len()];
+    for (index, share) in able.into_iter().zip(shares) {
+        all[index] = share;
+    }
+    all
+}
+
+/// The one term of `a` that `b` has not, if it is one.
+pub(crate) fn only<'a>(a: &'a Candidate, b: &Candidate) -> Option<&'a Term> {
+    let mut of_a = (a.trial.terms.iter()).filter(|s| !b.trial.terms.contains(s));
+    of_a.next().filter(|_| of_a.next().is_none())
+}
+
+/// Tells whether residuals hold something that noise does not explain and that matters.
+pub(crate) fn stands_out(residuals: &Residuals, data: &Data) -> bool {
+    let mut sensors = residuals.excess(data).into_iter().enumerate();
+    sensors.any(|(sensor, e)| {
+        let matters = 0.1 * data.noise[sensor] + 1e-3 * data.spread[sensor];
+        e.significance > 5.0 && e.rms > matters
+    })
+}
+
+/// Squares beside noise, of all sensors, each in its spread.
+fn beside_noise(residuals: &Residuals, data: &Data) -> f64 {
+    let excess = residuals.excess(data).into_iter().enumerate();
+    excess.map(|(s, e)| (e.rms / data.spread[s]).powi(2)).sum()
+}
+
+/// The part that `after` is of `before`, at most all of it; nothing where there was nothing.
+fn share(after: f64, before: f64) -> f64 {
+    if before > 0.0 {
+        (after / before).min(1.0)
+    } else {
+        0.0
+    }
+}

@@ -1,0 +1,89 @@
+//! Candidates: the rig with some terms added, as far as it was fitted, and what it leaves of the
+//! recordings.
+
+use crate::diagnose::config::CONFIG;
+use sinew_sim::effects::Family;
+use sinew_sim::{Parameter, Plant};
+
+use crate::diagnose::model::{Model, Point};
+use crate::diagnose::residuals::Residuals;
+use crate::diagnose::term::Term;
+
+/// A rig with some terms in it, as far as it was fitted.
+#[derive(Clone)]
+pub(crate) struct Trial {
+    /// Terms that were added to the baseline rig; empty for that rig itself.
+    pub terms: Vec<Term>,
+    pub model: Model,
+    pub point: Point,
+}
+
+/// Tells whether a parameter is that far from what its owner wrote.
+pub(crate) fn implausible(value: f64, written: f64) -> bool {
+    written != 0.0
+        && !(1.0 / CONFIG.model.implausible_change..=CONFIG.model.implausible_change)
+            .contains(&(value / written))
+}
+
+impl Trial {
+    /// Some parameter of the rig itself is far from what its owner wrote.
+    pub fn implausible(&self) -> bool {
+        let mut own = self.model.own();
+        own.any(|(slot, written)| implausible(self.point.values[slot], written))
+    }
+
+    /// Values of a plant's parameters, with those of this trial wherever it has a parameter of that
+    /// name.
+    pub fn values_for(&self, plant: &Plant, values: &[f64]) -> Vec<f64> {
+        let value_of = |(parameter, value): (&Parameter, &f64)| {
+            let slot = self.model.plant.slot(&parameter.name);
+            slot.map_or(*value, |slot| self.point.values[slot])
+        };
+        plant
+            .parameters()
+            .iter()
+            .zip(values)
+            .map(value_of)
+            .collect()
+    }
+}
+
+/// Cost with a fine for every parameter: what the screening is decided by.
+pub(crate) fn merit(trial: &Trial) -> f64 {
+    trial.point.cost + CONFIG.screening.parameter_cost * trial.model.slots.len() as f64
+}
+
+/// An explanation fitted to all of the fit recordings, and what it leaves.
+#[derive(Clone)]
+pub(crate) struct Candidate {
+    pub trial: Trial,
+    pub fit: Residuals,
+    pub check: Residuals,
+    /// Its numbers are what the whole of the fit recordings says, where full refits are fitted to
+    /// intervals of them.
+    pub all_rows: bool,
+}
+
+impl Candidate {
+    /// Number of fitted parameters.
+    pub fn parameters(&self) -> usize {
+        self.trial.model.slots.len()
+    }
+
+    /// Tells whether it has a coordinate that nobody sees.
+    pub fn has_mode(&self) -> bool {
+        let mut families = self.trial.terms.iter().map(Term::family);
+        families.any(|family| family == Some(Family::Mode))
+    }
+
+    /// Terms that it adds to the rig.
+    pub fn terms(&self) -> &[Term] {
+        &self.trial.terms
+    }
+
+    /// Tells whether it adds the same terms as another, in any order.
+    pub fn has_terms_of(&self, other: &Self) -> bool {
+        let (ours, theirs) = (self.terms(), other.terms());
+        ours.len() == theirs.len() && ours.iter().all(|term| theirs.contains(term))
+    }
+}

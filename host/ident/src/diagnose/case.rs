@@ -1,0 +1,104 @@
+//! The recordings of one diagnosis: their roles, how they are cut and how candidates are integrated
+//! over them.
+
+use crate::diagnose::config::CONFIG;
+use std::ops::Range;
+
+use sinew_sim::effects::Kind;
+use sinew_sim::{Plant, Rig, Settings};
+
+use crate::diagnose::data::Data;
+use crate::diagnose::progress::Progress;
+use crate::fit::pace::{dearness, pace, settings, substeps};
+
+/// Recordings and how they are cut for judging.
+pub(crate) struct Case<'a> {
+    pub written: &'a Rig,
+    pub fit: &'a Data,
+    pub check: &'a Data,
+    /// The recordings of both.
+    pub both: &'a Data,
+    /// Recordings are judged in intervals with start states of their own: something integrates.
+    pub in_parts: bool,
+    /// Integration of full refits.
+    pub settings: Settings,
+    pub fit_intervals: Vec<(usize, Range<usize>)>,
+    pub check_intervals: Vec<(usize, Range<usize>)>,
+    /// Vocabulary of the search.
+    pub effects: &'a [Kind],
+    /// Moves that the search leaves out.
+    pub without_moves: &'a [String],
+    pub seed: u64,
+    /// Less than 1 where recordings are too short to be checked by others.
+    pub trust: f64,
+    pub progress: &'a (dyn Fn(&str, usize, usize) + Sync),
+}
+
+impl Case<'_> {
+    /// Tells whether there are enough rows to tell two effects apart: a second effect in a few
+    /// dozen rows is whatever the first one got wrong.
+    pub fn has_rows_for_two(&self) -> bool {
+        self.fit.rows().min(self.check.rows()) >= CONFIG.split.shortest
+    }
+
+    /// Progress of a part of the search.
+    pub fn progress_of<'s>(&'s self, what: &'s str) -> Progress<'s> {
+        Progress {
+            callback: self.progress,
+            what,
+        }
+    }
+}
+
+/// Integration of full refits, and the rows that one may take: what a whole simulation may
+/// cost.
+pub(crate) fn refit_settings(
+    plant: &Plant,
+    values: &[f64],
+    fit: &Data,
+    both: &Data,
+) -> (Settings, usize) {
+    let pace = pace(plant, values, &fit.experiments);
+    let dear = dearness(plant);
+    let step = CONFIG.refit.step * dear;
+    let rows = CONFIG.refit.work / substeps(pace, step);
+    let mut settings = settings(plant, values, &both.experiments, step);
+    // What ran along the bound of a screening is judged too.
+    settings.max_substeps *= 2;
+    (
+        settings,
+        rows.max((CONFIG.refit.rows as f64 / dear) as usize),
+    )
+}
+
+/// Some body is held in place by nothing: it integrates what pushes it, and a whole recording's
+/// error is mostly drift.
+pub(crate) fn integrates(rig: &Rig) -> bool {
+    use sinew_sim::effects::Motion;
+    use sinew_sim::rig::End;
+    let mut held = vec![false; rig.bodies.len()];
+    for gravity in &rig.gravities {
+        held[gravity.body] |= rig.bodies[gravity.body].motion == Motion::Hinge;
+    }
+    for tendon in &rig.tendons {
+        for (body, _) in &tendon.path {
+            held[*body] = true;
+        }
+    }
+    for _ in 0..=rig.bodies.len() {
+        for spring in &rig.springs {
+            let is = |end: End, held: &[bool]| match end {
+                End::Ground => true,
+                End::Body(body) => held[body],
+            };
+            if is(spring.from, &held) || is(spring.to, &held) {
+                for end in [spring.from, spring.to] {
+                    if let End::Body(body) = end {
+                        held[body] = true;
+                    }
+                }
+            }
+        }
+    }
+    held.contains(&false)
+}

@@ -1,0 +1,99 @@
+//! The rig with what was found, fitted to whole recordings.
+
+use crate::diagnose::config::CONFIG;
+use sinew_sim::{Plant, Rig, Settings};
+
+use crate::diagnose::calibration::Known;
+use crate::diagnose::candidate::Trial;
+use crate::diagnose::case::Case;
+use crate::diagnose::data::Starts;
+use crate::diagnose::finding::Estimate;
+use crate::diagnose::model::Point;
+use crate::diagnose::pool::Pool;
+use crate::diagnose::split::Roles;
+use crate::error::Result;
+use crate::fit::levenberg::Unknowns;
+use crate::fit::segment::Segment;
+use crate::fit::{FitOptions, fit, score};
+
+/// The rig with what was found; its parameters with intervals. Where the search saw the recordings
+/// in pieces, the rig is refitted once more to the whole of them if that helps there.
+pub(crate) fn mend(found: &Pool, index: usize, case: &Case, roles: &Roles) -> Result<(Rig, Known)> {
+    let best = &found.candidates[index].trial;
+    let rig = best.model.with(&best.point.values)?;
+    if !case.in_parts {
+        let (point, segments) = whole(best, case, CONFIG.refit.corrected_steps)?;
+        let model = best.model.integrated(Settings::default());
+        let widths = model.half_widths(case.fit, &segments, &point);
+        let rig = best.model.with(&point.values)?;
+        let known = estimates(&rig, |name| widths.get(name).copied())?;
+        return Ok((rig, known));
+    }
+    let options = FitOptions {
+        iterations: CONFIG.refit.corrected_steps,
+        ..FitOptions::default()
+    };
+    let Ok(last) = fit(&rig, &roles.fit, &options, &mut |_| {}) else {
+        return Ok((rig.clone(), estimates(&rig, |_| None)?));
+    };
+    let error = |rig: &Rig| -> Result<f64> {
+        let all = score(rig, &roles.fit)?;
+        Ok(all.iter().map(|s| s.rms.max(f64::MIN_POSITIVE).ln()).sum())
+    };
+    let width = |name: &str| {
+        let [low, high] = last.parameters.iter().find(|p| p.name == name)?.ci95?;
+        Some(0.5 * (high - low))
+    };
+    let better = error(&last.rig)? <= error(&rig)?;
+    let rig = if better { last.rig.clone() } else { rig };
+    let known = estimates(&rig, width)?;
+    Ok((rig, known))
+}
+
+/// The best candidate fitted to the whole of the recordings, integrated as a simulation is, from
+/// where the search ended; and the recordings as that fit saw them.
+pub(crate) fn whole(best: &Trial, case: &Case, steps: usize) -> Result<(Point, Vec<Segment>)> {
+    let model = &best.model.integrated(Settings::default());
+    let data = case.fit;
+    let mut segments = data.segments(&model.plant, &data.cut(1))?;
+    let values = best.point.values.clone();
+    let found = Starts {
+        data,
+        intervals: &case.fit_intervals,
+        states: &best.point.states,
+    };
+    let states = data.carried((&model.rig, &model.plant), &values, &segments, found)?;
+    let from = Unknowns { values, states };
+    let mut point = model
+        .improve(data, &mut segments, from, steps, 1e-5)
+        .unwrap_or_else(|| best.point.clone());
+    crate::diagnose::canonical::settle(model, &best.terms, &mut point);
+    Ok((point, segments))
+}
+
+/// Values of a rig's parameters, with intervals of these half widths.
+fn estimates(rig: &Rig, width: impl Fn(&str) -> Option<f64>) -> Result<Known> {
+    let plant = Plant::new(rig)?;
+    let known = plant.parameters().iter().map(|parameter| {
+        let value = parameter.value;
+        let estimate = Estimate {
+            value,
+            unit: parameter.unit.clone(),
+            ci95: width(&parameter.name).map(|half| [value - half, value + half]),
+        };
+        (parameter.name.clone(), estimate)
+    });
+    Ok(known.collect())
+}
+
+/// Tells whether the free-run error on the check recordings falls to this part, all sensors
+/// together; it does not where the corrected model cannot be simulated.
+pub(crate) fn falls(before: &Rig, after: &Rig, roles: &Roles, part: f64) -> bool {
+    let of = |rig: &Rig| -> Option<f64> {
+        let all = score(rig, &roles.check).ok()?;
+        let logs = all.iter().map(|s| s.rms.max(f64::MIN_POSITIVE).ln());
+        Some(logs.sum::<f64>() / all.len() as f64)
+    };
+    let both = of(after).zip(of(before));
+    both.is_some_and(|(after, before)| after < before + part.ln())
+}

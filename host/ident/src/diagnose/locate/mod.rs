@@ -1,0 +1,201 @@
+//! Place and time of the mismatch: a force without a law is tried at every place, and the one
+//! that explains the recordings best is shown (docs/explanation/diagnosis.md, eq. 12 to 17).
+
+mod latent_force;
+pub(crate) mod learned_force;
+mod regressors;
+
+use crate::diagnose::config::CONFIG;
+use rayon::prelude::*;
+use sinew_sim::Rig;
+use sinew_sim::effects::Quantity;
+use sinew_sim::rig::Drives;
+
+use crate::diagnose::data::Data;
+use crate::diagnose::details::{ForceTrace, Recovered};
+use crate::diagnose::finding::Interval;
+use crate::diagnose::locate::latent_force::{Place, Pushed, Trace, Wander, places};
+use crate::diagnose::locate::regressors::{Company, follows};
+use crate::diagnose::residuals::Residuals;
+use crate::error::Result;
+
+/// A place with the force that it lacks.
+pub(crate) struct Located {
+    pub component: String,
+    pub follows: String,
+    pub recovered: Recovered,
+}
+
+/// Tries a force at every place of the refitted rig; `at` asks for one place only.
+///
+/// # Errors
+/// None that reading the recordings has not excluded.
+pub(crate) fn locate(rig: &Rig, data: &Data, at: Option<&str>) -> Result<Option<Located>> {
+    let Some(pushed) = Pushed::new(rig) else {
+        return Ok(None);
+    };
+    let plant = sinew_sim::Plant::new(rig)?;
+    let thin = (data.rows() / (CONFIG.locate.rows * data.experiments.len().max(1))).max(1);
+    let thinned = data.thinned(rig, &plant, thin);
+    let tries: Vec<(Place, Wander)> = places(rig)
+        .into_iter()
+        .filter(|place| at.is_none_or(|at| place.component == at))
+        .flat_map(|place| {
+            wanders(rig, &thinned, &place)
+                .into_iter()
+                .map(move |wander| (place.clone(), wander))
+        })
+        .collect();
+    let done: Vec<Option<(Place, Wander, Trace)>> = tries
+        .into_par_iter()
+        .map(|(place, wander)| {
+            let trace = pushed.recover(rig, &place, wander, &thinned, 0)?;
+            Ok(trace.map(|trace| (place, wander, trace)))
+        })
+        .collect::<Result<_>>()?;
+    let best = done
+        .into_iter()
+        .flatten()
+        .max_by(|a, b| a.2.evidence.total_cmp(&b.2.evidence));
+    let Some((place, wander, first)) = best else {
+        return Ok(None);
+    };
+    let mut traces = vec![first];
+    for experiment in 1..thinned.experiments.len() {
+        if let Some(trace) = pushed.recover(rig, &place, wander, &thinned, experiment)? {
+            traces.push(trace);
+        }
+    }
+    let joined = |f: fn(&Trace) -> &Vec<f64>| -> Vec<f64> {
+        traces.iter().flat_map(|trace| f(trace).clone()).collect()
+    };
+    let t: Vec<f64> = thinned
+        .experiments
+        .iter()
+        .take(traces.len())
+        .flat_map(|e| e.t.clone())
+        .collect();
+    let driven = rig
+        .actuators
+        .iter()
+        .find(|actuator| actuator.drives == Drives::Body(place.to));
+    let input: Option<Vec<f64>> = driven
+        .or(rig.actuators.first())
+        .and_then(|actuator| {
+            plant
+                .inputs()
+                .iter()
+                .position(|i| i.column == actuator.input)
+        })
+        .map(|column| {
+            let of = thinned.experiments.iter().take(traces.len());
+            of.flat_map(|e| e.inputs[column].clone()).collect()
+        });
+    let (force, deviation, position, velocity) = (
+        joined(|t| &t.force),
+        joined(|t| &t.deviation),
+        joined(|t| &t.position),
+        joined(|t| &t.velocity),
+    );
+    let (what, _) = follows(&Company {
+        t: &t,
+        force: &force,
+        deviation: &deviation,
+        position: &position,
+        velocity: &velocity,
+        input: input.as_deref(),
+    });
+    let motion = rig.bodies[place.to].motion;
+    Ok(Some(Located {
+        component: place.component.clone(),
+        follows: what.to_owned(),
+        recovered: Recovered {
+            component: place.component,
+            unit: Quantity::Force.unit(motion).to_owned(),
+            position_unit: Quantity::Coordinate.unit(motion).to_owned(),
+            traces: traces
+                .into_iter()
+                .zip(&thinned.experiments)
+                .map(|(trace, experiment)| ForceTrace {
+                    recording: experiment.name.clone(),
+                    t: experiment.t.clone(),
+                    position: trace.position,
+                    velocity: trace.velocity,
+                    force: trace.force,
+                    law: Vec::new(),
+                })
+                .collect(),
+        },
+    }))
+}
+
+/// Sizes and correlation times to try: parts of the force that moves the body, and of the time in
+/// which it moves.
+fn wanders(rig: &Rig, data: &Data, place: &Place) -> Vec<Wander> {
+    let Some((position, velocity)) = data.size_of(&rig.bodies[place.to].name) else {
+        return Vec::new();
+    };
+    let time = position / velocity;
+    let inertia = rig.bodies[place.to].inertia.value.abs();
+    let force = inertia * velocity / time;
+    [0.1, 1.0]
+        .into_iter()
+        .flat_map(|share| {
+            [0.1, 0.5].map(|part| Wander {
+                size: share * force,
+                time: part * time,
+            })
+        })
+        .collect()
+}
+
+/// When a rig misses a recording most: intervals of a fortieth of it that are missed by more than
+/// half as much as the worst, at most five (eq. 17).
+pub(crate) fn intervals(residuals: &Residuals, data: &Data) -> Vec<Interval> {
+    let mut windows: Vec<Interval> = Vec::new();
+    for (index, experiment) in data.experiments.iter().enumerate() {
+        let rows = experiment.rows();
+        let length = (rows / 40).max(1);
+        let count = rows.div_ceil(length);
+        let (mut squares, mut counts) = (vec![0.0; count], vec![0.0; count]);
+        for (sensor, (series, origin)) in residuals.series.iter().zip(&residuals.origin).enumerate()
+        {
+            for (residual, (of, row)) in series.iter().flatten().zip(origin) {
+                if *of == index {
+                    squares[row / length] += (residual / data.sigma[sensor]).powi(2);
+                    counts[row / length] += 1.0;
+                }
+            }
+        }
+        for window in 0..count {
+            if counts[window] > 0.0 {
+                let last = ((window + 1) * length).min(rows) - 1;
+                windows.push(Interval {
+                    t_start_s: experiment.t[window * length],
+                    t_end_s: experiment.t[last],
+                    recording: experiment.name.clone(),
+                    score: (squares[window] / counts[window]).sqrt(),
+                });
+            }
+        }
+    }
+    let worst = windows.iter().map(|w| w.score).fold(0.0, f64::max);
+    let mut joined: Vec<Interval> = Vec::new();
+    for window in windows.into_iter().filter(|w| w.score > 0.5 * worst) {
+        match joined.last_mut() {
+            // Neighbours: nothing but one sample lies between them.
+            Some(last)
+                if last.recording == window.recording
+                    && window.t_start_s - last.t_end_s
+                        <= 0.2 * (window.t_end_s - window.t_start_s) =>
+            {
+                last.t_end_s = window.t_end_s;
+                last.score = last.score.max(window.score);
+            }
+            _ => joined.push(window),
+        }
+    }
+    joined.sort_by(|a, b| b.score.total_cmp(&a.score));
+    joined.truncate(5);
+    joined
+}

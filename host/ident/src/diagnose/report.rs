@@ -1,0 +1,264 @@
+//! From what the search found to what is said.
+
+use std::collections::BTreeMap;
+
+use sinew_sim::{Plant, Rig};
+
+use crate::diagnose::baseline::explains_as_written;
+use crate::diagnose::calibration::{Known, effects, finalists};
+use crate::diagnose::candidate::implausible;
+use crate::diagnose::case::Case;
+use crate::diagnose::details::Details;
+use crate::diagnose::finding::{
+    Diagnosis, Errors, Estimate, FORMAT, FoundEffect, Location, SignalFit, Verdict,
+};
+use crate::diagnose::locate::learned_force::learn;
+use crate::diagnose::locate::{intervals, locate};
+use crate::diagnose::next_experiment::next_experiment;
+use crate::diagnose::pool::Pool;
+use crate::diagnose::split::Roles;
+use crate::diagnose::verify::{Named, number};
+use crate::error::Result;
+use crate::fit::{Fit, FittedParameter, score};
+use crate::recording::Recording;
+use crate::report::significant;
+
+/// Decides on the verdict and writes everything down.
+///
+/// # Errors
+/// As [`fit`].
+pub(crate) fn conclude(
+    rig: &Rig,
+    refitted: &Fit,
+    case: &Case,
+    found: Option<&Pool>,
+    named: Option<Named>,
+    roles: &Roles,
+) -> Result<Diagnosis> {
+    let chosen = found.and_then(|found| Some((found, found.chosen?)));
+    let suspected = chosen.and_then(|(found, index)| number(found, index));
+    let (named, mended) = match named {
+        Some(Named { index, rig, known }) => {
+            (found.map(|found| (found, index)), Some((rig, known)))
+        }
+        None => (None, None),
+    };
+    let (mended, known) = mended.unwrap_or_else(|| (refitted.rig.clone(), estimates(refitted)));
+    let effects = named.map_or_else(Vec::new, |(found, index)| {
+        effects(found, index, case, &known)
+    });
+    let verdict = match found {
+        _ if named.is_some() => Verdict::MissingPhysics,
+        Some(found) if found.needs_nothing(case) => {
+            if explains_as_written(case, rig)? {
+                Verdict::Consistent
+            } else {
+                Verdict::Parameters
+            }
+        }
+        _ => Verdict::Unexplained,
+    };
+    let wrong = matches!(verdict, Verdict::MissingPhysics | Verdict::Unexplained);
+    let wanted = effects.first().map(|effect| effect.component.as_str());
+    let (location, recovered) = match found {
+        Some(found) if wrong => {
+            let body = wanted.filter(|at| rig.bodies.iter().any(|body| body.name == *at));
+            let located = locate(&refitted.rig, case.fit, body)?;
+            let component = wanted
+                .map(ToOwned::to_owned)
+                .or(located.as_ref().map(|located| located.component.clone()))
+                .or(rig.bodies.first().map(|body| body.name.clone()));
+            let location = Location {
+                component: component.unwrap_or_default(),
+                follows: located.as_ref().map_or_else(
+                    || "no quantity that was recorded".into(),
+                    |located| located.follows.clone(),
+                ),
+                intervals: intervals(&found.baseline.fit, case.fit),
+            };
+            (Some(location), located.map(|located| located.recovered))
+        }
+        _ => (None, None),
+    };
+    let learned = match (verdict, &location, &recovered) {
+        (Verdict::Unexplained, Some(location), Some(recovered)) => {
+            learn(&refitted.rig, &location.component, recovered, case, roles)?
+        }
+        _ => None,
+    };
+    let stands_in = learned.is_some();
+    let mended = learned.unwrap_or(mended);
+    let place = location.as_ref().map_or("it", |at| at.component.as_str());
+    Ok(Diagnosis {
+        format: FORMAT,
+        verdict,
+        sentence: match far(refitted) {
+            Some(far) if verdict == Verdict::Parameters => far,
+            _ => sentence(verdict, &effects, suspected, location.as_ref(), stands_in),
+        },
+        fit: signals(rig, [rig, &refitted.rig, &mended], case, roles)?,
+        parameters: known
+            .iter()
+            .filter(|(name, _)| refitted.parameters.iter().any(|p| p.name == **name))
+            .map(|(name, estimate)| (name.clone(), estimate.clone()))
+            .collect(),
+        next_experiment: next_experiment(verdict, &effects, place),
+        location,
+        effects,
+        seconds: 0.0,
+        refitted: refitted.rig.clone(),
+        mended,
+        details: Details {
+            set_aside: roles.set_aside.clone(),
+            notes: notes(refitted),
+            finalists: found.map_or_else(Vec::new, |found| {
+                finalists(found, named.map(|(_, index)| index))
+            }),
+            recovered,
+        },
+    })
+}
+
+fn estimates(fitted: &Fit) -> Known {
+    let of = |p: &crate::fit::FittedParameter| Estimate {
+        value: p.value,
+        unit: p.unit.clone(),
+        ci95: p.ci95,
+    };
+    let parameters = fitted.parameters.iter();
+    parameters.map(|p| (p.name.clone(), of(p))).collect()
+}
+
+fn sentence(
+    verdict: Verdict,
+    effects: &[FoundEffect],
+    suspected: Option<&str>,
+    location: Option<&Location>,
+    stands_in: bool,
+) -> String {
+    match verdict {
+        Verdict::Consistent => {
+            "The rig explains the recordings as it is written, to within their noise.".into()
+        }
+        Verdict::Parameters => {
+            "With its parameters refitted the rig explains the recordings to within their \
+                                noise; no physics is missing."
+                .into()
+        }
+        Verdict::MissingPhysics => {
+            let all: Vec<&str> = effects.iter().map(|e| e.sentence.as_str()).collect();
+            all.join(" ")
+        }
+        Verdict::Unexplained => {
+            let place = location.map_or_else(String::new, |at| {
+                format!(" It sits at {} and follows {}.", at.component, at.follows)
+            });
+            let learned = match (stands_in, location) {
+                (true, Some(at)) => format!(
+                    " In the mended rig a learned force at {} stands in for it: a spring and a damping without a name, which \
+                     cannot drive the rig.",
+                    at.component
+                ),
+                _ => String::new(),
+            };
+            let what = match suspected {
+                Some(number) => format!(
+                    "The number `{number}` of the rig is suspected: with another value it explains the \
+                     recordings better than any missing physics. Write it as {{ value = ... }} and fit again."
+                ),
+                None => format!(
+                    "Something is missing from the model that no effect of the vocabulary explains.{place}"
+                ),
+            };
+            what + &learned
+        }
+    }
+}
+
+/// Sentence of the verdict `parameters` where some are known to have changed their meaning: what
+/// explains the recordings may be no number.
+fn far(refitted: &Fit) -> Option<String> {
+    let known = |p: &&FittedParameter| {
+        p.ci95
+            .is_some_and(|ends| ends.iter().all(|end| implausible(*end, p.as_written)))
+    };
+    let of = |p: &FittedParameter| {
+        let times = significant(p.value / p.as_written, 2);
+        format!("`{}` is {times} times what the rig says", p.name)
+    };
+    let far = refitted.parameters.iter().filter(known).map(of);
+    let far: Vec<String> = far.collect();
+    (!far.is_empty()).then(|| {
+        format!(
+            "With its parameters refitted the rig explains the recordings to within their noise, but {}: an effect may hide \
+             there.",
+            far.join(" and ")
+        )
+    })
+}
+
+fn notes(refitted: &Fit) -> Vec<String> {
+    let held = refitted.held.iter().map(|held| {
+        format!(
+            "{}: {} samples of {} are missing and held their last value",
+            held.recording, held.missing, held.column
+        )
+    });
+    let open: Vec<&str> = refitted
+        .parameters
+        .iter()
+        .filter(|p| p.ci95.is_none() && !p.at_bound)
+        .map(|p| p.name.as_str())
+        .collect();
+    let open = (!open.is_empty()).then(|| {
+        format!(
+            "not determined by these recordings, and left near what the rig says: {}",
+            open.join(", ")
+        )
+    });
+    held.chain(open).collect()
+}
+
+/// Free-run errors by signal and role, of the rig as written, refitted and mended.
+fn signals(
+    rig: &Rig,
+    rigs: [&Rig; 3],
+    case: &Case,
+    roles: &Roles,
+) -> Result<BTreeMap<String, SignalFit>> {
+    let fit = errors(rigs, &roles.fit)?;
+    let check = errors(rigs, &roles.check)?;
+    let test = match roles.test.is_empty() {
+        true => None,
+        false => Some(errors(rigs, &roles.test)?),
+    };
+    let plant = Plant::new(rig)?;
+    let all = plant.sensors().iter().enumerate().map(|(sensor, known)| {
+        let signal = SignalFit {
+            unit: known.unit.clone(),
+            fit: fit[sensor],
+            check: check[sensor],
+            test: test.as_ref().map(|test| test[sensor]),
+            noise_rms: case.check.noise[sensor],
+        };
+        (known.column.clone(), signal)
+    });
+    Ok(all.collect())
+}
+
+/// One entry a sensor.
+fn errors(rigs: [&Rig; 3], recordings: &[Recording]) -> Result<Vec<Errors>> {
+    let [written, before, after] = [
+        score(rigs[0], recordings)?,
+        score(rigs[1], recordings)?,
+        score(rigs[2], recordings)?,
+    ];
+    let all = written.iter().zip(&before).zip(&after);
+    Ok(all
+        .map(|((written, before), after)| Errors {
+            as_written_rms: written.rms,
+            before_rms: before.rms,
+            after_rms: after.rms,
+        })
+        .collect())
+}

@@ -1,0 +1,158 @@
+//! The search for missing terms: a pool of candidates and a list of moves that add to it
+//! (docs/explanation/diagnosis.md).
+
+pub(crate) mod all_rows;
+pub(crate) mod context;
+pub(crate) mod family;
+pub(crate) mod halving;
+pub(crate) mod moves;
+pub(crate) mod refit;
+mod refocus;
+mod screen;
+pub(crate) mod start;
+pub(crate) mod subset;
+
+use crate::diagnose::config::CONFIG;
+use sinew_sim::{Plant, Rig};
+
+use self::context::Context;
+use self::moves::MOVES;
+use self::subset::Subset;
+use crate::diagnose::acceptance::{leaves_something, ranking};
+use crate::diagnose::baseline::{fit_baseline, fit_baseline_from, restart_baseline};
+use crate::diagnose::candidate::{Candidate, Trial};
+use crate::diagnose::case::Case;
+use crate::diagnose::pool::Pool;
+use crate::diagnose::search::refocus::refocused;
+use crate::diagnose::term::terms;
+use crate::error::Result;
+
+/// Searches over the intervals of the case; then over fewer and longer ones, from where the rig
+/// ended on the shorter ones, while the rig alone leaves nothing: start states of its own in every
+/// interval may follow what the rig misses.
+///
+/// # Errors
+/// As [`search`].
+pub(crate) fn search_in_parts(
+    case: &mut Case,
+    rig: &Rig,
+    values: &[f64],
+    budget: usize,
+) -> Result<Option<Pool>> {
+    let mut pool = search(case, rig, values)?;
+    let mut parts = if case.in_parts { CONFIG.split.parts } else { 1 };
+    while parts > 1
+        && let Some(nothing) = pool.as_ref().filter(|pool| pool.needs_nothing(case))
+    {
+        parts /= 2;
+        let longer = [case.fit, case.check].map(|data| data.select(parts, budget));
+        if longer == [&case.fit_intervals, &case.check_intervals].map(Clone::clone) {
+            break;
+        }
+        let values = nothing.baseline.trial.point.values.clone();
+        [case.fit_intervals, case.check_intervals] = longer;
+        pool = search(case, rig, &values)?;
+    }
+    Ok(pool)
+}
+
+/// Searches the terms that `rig` lacks, its parameters beginning at `values`. `None` where it
+/// cannot be simulated.
+///
+/// # Errors
+/// None that reading the recordings has not excluded.
+pub(crate) fn search(case: &Case, rig: &Rig, values: &[f64]) -> Result<Option<Pool>> {
+    let plant = Plant::new(rig)?;
+    let thinned = Subset::thinned(case, rig, &plant, values);
+    let mut subset = Subset::new(case, thinned.as_ref().unwrap_or(case.fit), &plant, values);
+    let Some(start) = subset.first(rig, values, CONFIG.screening.baseline_steps)? else {
+        return Ok(None);
+    };
+    // The rig may have run along the bound, and nothing may be added to it there.
+    subset.settings.max_substeps *= 2;
+    let Some(baseline) = baseline(case, &start, &plant, values)? else {
+        return Ok(None);
+    };
+    let mut pool = Pool::new(baseline);
+    if !leaves_something(case, &pool.baseline) {
+        return Ok(Some(pool));
+    }
+    let (subset, start) = match refocused(&subset, &start)? {
+        Some(own) => match own.first(rig, values, CONFIG.screening.baseline_steps)? {
+            Some(moved) => (own, moved),
+            None => (subset, start),
+        },
+        None => (subset, start),
+    };
+    let context = Context {
+        case,
+        subset,
+        start,
+        rig,
+        terms: terms(rig, &plant, case.effects),
+    };
+    improve(&context, &mut pool)?;
+    let best = pool.chosen.or_else(|| {
+        let order = ranking(case, &pool.baseline, &pool.candidates);
+        order.first().copied()
+    });
+    if let Some(index) = best {
+        let best = &pool.candidates[index].trial;
+        if let Some(again) = restart_baseline(case, &context.start, best, &pool.baseline)? {
+            pool.rebase(case, again)?;
+        }
+    }
+    pool.conclude(case);
+    Ok(Some(pool))
+}
+
+/// Makes every move that applies, in their order.
+fn improve(context: &Context, pool: &mut Pool) -> Result<()> {
+    for step in MOVES {
+        if context
+            .case
+            .without_moves
+            .iter()
+            .any(|name| name == step.name())
+        {
+            continue;
+        }
+        for _ in 0..step.rounds() {
+            if !step.applies(context, pool) {
+                break;
+            }
+            let Some(proposal) = step.propose(context, pool)? else {
+                break;
+            };
+            let before = pool.best_terms();
+            pool.take(proposal);
+            pool.choose(context.case, step.selection())?;
+            if before.is_some() && pool.best_terms() == before {
+                break;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The rig alone. What shorter intervals made of it may lie in a local minimum in which the refit
+/// to whole recordings does not.
+fn baseline(
+    case: &Case,
+    start: &Trial,
+    plant: &Plant,
+    values: &[f64],
+) -> Result<Option<Candidate>> {
+    let Some(base) = fit_baseline(case, start)? else {
+        return Ok(None);
+    };
+    let refitted = plant.values();
+    if refitted != values
+        && leaves_something(case, &base)
+        && let Some(again) = fit_baseline_from(case, start, &refitted)?
+        && !leaves_something(case, &again)
+    {
+        return Ok(Some(again));
+    }
+    Ok(Some(base))
+}

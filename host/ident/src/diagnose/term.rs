@@ -1,0 +1,442 @@
+//! Terms of a candidate: effects that a rig may lack and bare numbers in it that may be wrong.
+
+use sinew_sim::effects::{Description, Family, Kind, ParameterSpec, Sign};
+use sinew_sim::rig::Site;
+use sinew_sim::{Plant, Rig};
+
+use crate::diagnose::identical;
+use crate::error::Result;
+
+/// Site of an effect with the name of its component.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Place {
+    /// Component of the rig.
+    pub site: Site,
+    /// Name of the component; a pair of bodies is written `a+b`.
+    pub name: String,
+}
+
+/// One hypothesis about what a rig lacks.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Term {
+    /// An effect of the vocabulary with parameters of its own at each of its sites: at one
+    /// component, or at every one of a group of identical components.
+    Effect { kind: Kind, sites: Vec<Place> },
+    /// A parameter that the rig holds as known.
+    Number { name: String },
+}
+
+/// Parameter of a term before its first step: its name and the values that a search may try.
+pub(crate) struct Tried {
+    /// Full name in the plant.
+    pub name: String,
+    /// Lowest and highest value.
+    pub bounds: [f64; 2],
+}
+
+impl Term {
+    /// An effect at these sites of a rig.
+    pub fn at(rig: &Rig, kind: Kind, sites: &[Site]) -> Self {
+        let place = |&site: &Site| Place {
+            site,
+            name: rig.site_name(site),
+        };
+        Self::Effect {
+            kind,
+            sites: sites.iter().map(place).collect(),
+        }
+    }
+
+    /// Its kind as a report names it.
+    pub fn kind(&self) -> &str {
+        match self {
+            Self::Effect { kind, .. } => kind.description().kind,
+            Self::Number { .. } => "wrong_number",
+        }
+    }
+
+    /// The family of an effect.
+    pub fn family(&self) -> Option<Family> {
+        match self {
+            Self::Effect { kind, .. } => Some(kind.description().family),
+            Self::Number { .. } => None,
+        }
+    }
+
+    /// The effect and every component that it sits at; `None` of a number.
+    pub fn effect(&self) -> Option<(Kind, &[Place])> {
+        match self {
+            Self::Effect { kind, sites } => Some((*kind, sites)),
+            Self::Number { .. } => None,
+        }
+    }
+
+    /// The effect and its component, where it sits at one alone.
+    pub fn single(&self) -> Option<(Kind, &Place)> {
+        match self {
+            Self::Effect { kind, sites } => match &sites[..] {
+                [one] => Some((*kind, one)),
+                _ => None,
+            },
+            Self::Number { .. } => None,
+        }
+    }
+
+    /// Tells whether it is an effect at a group of identical components.
+    pub fn is_group(&self) -> bool {
+        matches!(self, Self::Effect { sites, .. } if sites.len() > 1)
+    }
+
+    /// Tells whether another term has the same place: the same components, or the same number.
+    pub fn has_place_of(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Effect { sites: mine, .. }, Self::Effect { sites: its, .. }) => mine == its,
+            _ => self == other,
+        }
+    }
+
+    /// Full names of the parameters that `which` admits, a list for each component.
+    fn named(&self, which: impl Fn(&ParameterSpec) -> bool) -> Vec<Vec<String>> {
+        let Some((kind, sites)) = self.effect() else {
+            return Vec::new();
+        };
+        let Description {
+            kind, parameters, ..
+        } = kind.description();
+        let at = |place: &Place| -> Vec<String> {
+            let specs = parameters.iter().filter(|spec| which(spec));
+            specs
+                .map(|spec| format!("{}.{kind}.{}", place.name, spec.name))
+                .collect()
+        };
+        sites.iter().map(at).collect()
+    }
+
+    /// Tells whether a second effect is looked for on top of it where it came out at `rank`, 0 for
+    /// the best. A group costs minutes there, so it leads only where nothing alone does better.
+    pub fn may_lead(&self, rank: usize) -> bool {
+        match self {
+            Self::Effect { sites, .. } => sites.len() == 1 || rank == 0,
+            Self::Number { .. } => false,
+        }
+    }
+
+    /// Tells whether it is a second effect beside these: no place has the same effect twice.
+    pub fn may_join(&self, others: &[Self]) -> bool {
+        let Some((kind, places)) = self.effect() else {
+            return false;
+        };
+        let repeats = |other: &Self| {
+            let there = other.effect().filter(|(its, _)| *its == kind);
+            there.is_some_and(|(_, taken)| places.iter().any(|place| taken.contains(place)))
+        };
+        !others.iter().any(repeats)
+    }
+
+    /// Tells whether it says at least what another says: the same, or the same effect there and
+    /// elsewhere.
+    pub fn says(&self, other: &Self) -> bool {
+        let both = self.effect().zip(other.effect());
+        let covers = both.is_some_and(|((kind, mine), (its, theirs))| {
+            kind == its && theirs.iter().all(|place| mine.contains(place))
+        });
+        covers || self == other
+    }
+
+    /// Name of its place in a report: components joined by a plus, or the parameter's full name.
+    pub fn component(&self) -> String {
+        match self {
+            Self::Effect { sites, .. } => {
+                let names: Vec<&str> = sites.iter().map(|place| place.name.as_str()).collect();
+                names.join("+")
+            }
+            Self::Number { name } => name.clone(),
+        }
+    }
+
+    /// The rig with it, at some values, those of each component after the other.
+    ///
+    /// # Errors
+    /// A place or a value that the rig cannot take.
+    pub fn apply(&self, rig: &Rig, values: &[f64]) -> Result<Rig> {
+        let mut rig = rig.clone();
+        if let Some((kind, sites)) = self.effect() {
+            let each = kind.description().parameters.len();
+            for (place, values) in sites.iter().zip(values.chunks(each)) {
+                rig = rig.with_effect(kind, place.site, values)?;
+            }
+        }
+        Ok(rig)
+    }
+
+    /// The parameters that it puts under trial, with the values that a search may try from those
+    /// that `plant` has. Forces are signed, so that a wrong sign shows instead of hiding behind a
+    /// bound; what has no meaning below zero (a time, a gap, a mass) stays above it.
+    pub fn tried(&self, plant: &Plant) -> Vec<Tried> {
+        let Some((kind, sites)) = self.effect() else {
+            return vec![Tried {
+                name: self.component(),
+                bounds: [f64::NEG_INFINITY, f64::INFINITY],
+            }];
+        };
+        let description = kind.description();
+        let signed = description.family.searched_with_either_sign();
+        let lowest = |spec: &ParameterSpec| match spec.sign {
+            Sign::Positive => f64::MIN_POSITIVE,
+            Sign::NonNegative if !signed => 0.0,
+            _ => f64::NEG_INFINITY,
+        };
+        let at = |place: &Place| {
+            let full = |name: &str| format!("{}.{}.{name}", place.name, description.kind);
+            let start = |name: &str| {
+                let slot = plant.slot(&full(name));
+                slot.map_or(0.0, |slot| plant.parameters()[slot].value)
+            };
+            let free = description.parameters.iter().filter(|spec| !spec.held);
+            let tried = free.map(|spec| {
+                let [least, most] = spec.range.bounds(spec.name, start);
+                Tried {
+                    name: full(spec.name),
+                    bounds: [lowest(spec).max(least), most],
+                }
+            });
+            tried.collect::<Vec<_>>()
+        };
+        sites.iter().flat_map(at).collect()
+    }
+
+    /// Tells whether it sits at one body, and not in what holds one.
+    pub fn at_body(&self) -> bool {
+        matches!(self.single(), Some((_, place)) if matches!(place.site, Site::Body(_)))
+    }
+
+    /// Every parameter of an effect, as [`Term::apply`] takes their values.
+    pub fn parameters(&self) -> Vec<String> {
+        self.named(|_| true).into_iter().flatten().collect()
+    }
+
+    /// Parameters of an effect that can be zero, a list for each component: where none of a list is
+    /// known to be away from it, nothing shows that the effect is there.
+    pub fn sizes(&self) -> Vec<Vec<String>> {
+        self.named(|spec| spec.zero_means_absent)
+    }
+
+    /// Its parameters at identical components, a list for each that they all have; none of what
+    /// sits at one component.
+    pub fn alike(&self) -> Vec<Vec<String>> {
+        match self.named(|spec| !spec.held) {
+            each if each.len() > 1 => (0..each[0].len())
+                .map(|which| each.iter().map(|names| names[which].clone()).collect())
+                .collect(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// Those of its parameters that the vocabulary wants at zero or more.
+    pub fn not_below_zero(&self) -> Vec<String> {
+        let each = self.named(|spec| spec.sign == Sign::NonNegative);
+        each.into_iter().flatten().collect()
+    }
+
+    /// Tells whether fitted parameters have the signs that the vocabulary gives them, and describe
+    /// what shows within a recording of `duration` seconds.
+    pub fn plausible(&self, plant: &Plant, values: &[f64], duration: f64) -> bool {
+        let Some((kind, _)) = self.effect() else {
+            return true;
+        };
+        let specs = kind.description().parameters;
+        let at = |names: &Vec<String>| {
+            let slots = names.iter().map(|name| plant.slot(name));
+            let Some(slots) = slots.collect::<Option<Vec<usize>>>() else {
+                return false;
+            };
+            let own: Vec<f64> = slots.into_iter().map(|slot| values[slot]).collect();
+            let mut signs = specs.iter().zip(&own);
+            signs.all(|(spec, value)| spec.sign.admits(*value)) && kind.plausible(&own, duration)
+        };
+        self.named(|_| true).iter().all(at)
+    }
+}
+
+/// Every term that may be missing from a rig: these effects at each component, at each group of
+/// identical ones, and the rig's bare numbers.
+pub(crate) fn terms(rig: &Rig, plant: &Plant, effects: &[Kind]) -> Vec<Term> {
+    let mut all = Vec::new();
+    for &kind in effects {
+        let sites = kind.sites(rig).into_iter();
+        all.extend(sites.map(|site| Term::at(rig, kind, &[site])));
+    }
+    for &kind in effects {
+        let groups = identical::groups(rig, kind).into_iter();
+        all.extend(groups.map(|sites| Term::at(rig, kind, &sites)));
+    }
+    // A number that is not zero has a size to be wrong by; a zero (an offset, a rest) is left to
+    // the loads.
+    for parameter in plant.parameters() {
+        let starts =
+            parameter.name.ends_with(".start") || parameter.name.ends_with(".start_velocity");
+        if !parameter.free && !starts && parameter.value != 0.0 && !of_effect(rig, &parameter.name)
+        {
+            all.push(Term::Number {
+                name: parameter.name.clone(),
+            });
+        }
+    }
+    all
+}
+
+fn of_effect(rig: &Rig, name: &str) -> bool {
+    rig.effects.iter().any(|effect| {
+        let prefix = format!(
+            "{}.{}.",
+            rig.site_name(effect.site),
+            effect.kind.description().kind
+        );
+        name.starts_with(&prefix)
+    })
+}
+
+/// An effect at one component of a rig, or at all of several.
+#[cfg(test)]
+pub(crate) fn term(rig: &Rig, kind: &str, at: &[&str]) -> Term {
+    let kind = Kind::named(kind).expect("the vocabulary has it");
+    let site = |name: &&str| rig.site(kind, name).expect("the rig has such a component");
+    Term::at(rig, kind, &at.iter().map(site).collect::<Vec<_>>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shipped() -> Rig {
+        let file = concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../../rigs/mass-spring-damper.toml"
+        );
+        Rig::load(file).expect("the demo's rig ships with the project")
+    }
+
+    /// A damping by the root of speed was once named as friction that "falls" from 0.06 to 0.15 N
+    /// m.
+    #[test]
+    fn friction_that_is_larger_in_motion_than_at_rest_makes_no_sense() {
+        let stribeck = term(&shipped(), "stribeck_friction", &["mass"]);
+        let plausible = |level: f64, at_rest: f64| {
+            let rig = stribeck
+                .apply(&shipped(), &[level, at_rest, 0.1])
+                .expect("it can sit there");
+            let plant = Plant::new(&rig).expect("it is sound");
+            stribeck.plausible(&plant, &plant.values(), 10.0)
+        };
+        assert!(plausible(1.0, 1.5));
+        assert!(!plausible(1.5, 1.0));
+    }
+
+    /// A shipped rig, and the terms that put an effect at several places of it.
+    fn alike(name: &str) -> (Rig, Vec<Term>) {
+        let rig = Rig::load(format!("{}/../../rigs/{name}", env!("CARGO_MANIFEST_DIR")));
+        let rig = rig.expect("it ships with the project");
+        let plant = Plant::new(&rig).expect("it is sound");
+        let all = terms(&rig, &plant, Kind::ALL).into_iter();
+        let together = all.filter(Term::is_group);
+        let together = together.collect();
+        (rig, together)
+    }
+
+    #[test]
+    fn what_one_tendon_spring_winch_or_camera_does_all_alike_are_suspected_of() {
+        let (rig, together) = alike("tendon.toml");
+        let of = |components: &str| -> Vec<&str> {
+            let them = together.iter().filter(|one| one.component() == components);
+            them.map(Term::kind).collect()
+        };
+        let tendons = of("east+west+north+south");
+        assert_eq!(
+            tendons,
+            ["load_dependent_friction", "backlash", "tendon_slack"]
+        );
+        let joints = [1, 2, 3].map(|k| format!("spine.flex_x{k}+spine.flex_y{k}"));
+        assert!(of(&joints.join("+")).contains(&"viscoelastic_creep"));
+        assert!(of("pull_east+pay_out_west+pull_north+pay_out_south").contains(&"input_dead_zone"));
+        assert_eq!(of("tip_x+tip_y+tip_z"), ["sensor_lag", "sensor_curvature"]);
+        let tendons = ["east", "west", "north", "south"];
+        let rub = term(&rig, "load_dependent_friction", &tendons);
+        let with = rub
+            .apply(&rig, &[0.1, 0.2, 0.3, 0.4])
+            .expect("it can sit there");
+        assert_eq!(with.effects.len(), 4);
+        assert_eq!(
+            rub.sizes().len(),
+            4,
+            "each of them has to show that it is there"
+        );
+        let plant = Plant::new(&with).expect("it is sound");
+        assert_eq!(rub.tried(&plant).len(), 4);
+        let slot = |name: &String| plant.values()[plant.slot(name).expect("it has one")];
+        let values: Vec<f64> = rub.parameters().iter().map(slot).collect();
+        assert_eq!(values, [0.1, 0.2, 0.3, 0.4]);
+    }
+
+    #[test]
+    fn springs_of_one_plate_are_alike_and_those_of_several_bodies_are_not() {
+        let (_, together) = alike("hasel.toml");
+        let foam = "column_rise+column_roll+column_pitch";
+        assert!(together.iter().any(|one| one.component() == foam));
+        let field = "field_1x+field_1y+field_1z";
+        assert!(together.iter().any(|one| one.component() == field));
+        for rig in [
+            "mass-spring-damper.toml",
+            "two-mass-drive.toml",
+            "three-mass.toml",
+        ] {
+            assert!(alike(rig).1.is_empty(), "{rig}");
+        }
+    }
+
+    #[test]
+    fn joints_of_one_chain_rub_alike_and_no_load_hangs_at_all_of_them() {
+        let (_, together) = alike("tendon.toml");
+        let joints = "spine.x1+spine.y1+spine.x2+spine.y2+spine.x3+spine.y3";
+        let at_joints = together.iter().filter(|one| one.component() == joints);
+        let kinds: Vec<&str> = at_joints.map(Term::kind).collect();
+        for kind in ["coulomb_friction", "viscous_damping", "end_stop"] {
+            assert!(kinds.contains(&kind), "{kind}");
+        }
+        for kind in ["constant_load", "position_ripple", "hidden_mode"] {
+            assert!(!kinds.contains(&kind), "{kind}");
+        }
+    }
+
+    #[test]
+    fn no_place_is_suspected_of_the_same_effect_twice() {
+        let (rig, _) = alike("tendon.toml");
+        let at = |name: &str, component: &str| term(&rig, name, &[component]);
+        let all = term(&rig, "tendon_slack", &["east", "west"]);
+        let number = Term::Number {
+            name: "east.stiffness".into(),
+        };
+        assert!(!at("tendon_slack", "west").may_join(std::slice::from_ref(&all)));
+        assert!(!all.may_join(&[at("tendon_slack", "east")]));
+        assert!(!all.may_join(std::slice::from_ref(&all)));
+        assert!(at("backlash", "west").may_join(std::slice::from_ref(&all)));
+        assert!(at("tendon_slack", "north").may_join(std::slice::from_ref(&all)));
+        assert!(all.may_join(&[at("sensor_lag", "tip_x"), number.clone()]));
+        assert!(!number.may_join(std::slice::from_ref(&all)));
+        assert!(all.says(&at("tendon_slack", "west")) && number.says(&number));
+        assert!(!all.says(&at("backlash", "west")) && !all.says(&at("tendon_slack", "north")));
+        assert!(!at("tendon_slack", "west").says(&all));
+    }
+
+    #[test]
+    fn a_second_effect_is_looked_for_on_top_of_many_only_where_they_did_best() {
+        let (rig, _) = alike("tendon.toml");
+        let one = term(&rig, "tendon_slack", &["west"]);
+        let all = term(&rig, "tendon_slack", &["east", "west"]);
+        let number = Term::Number {
+            name: "east.stiffness".into(),
+        };
+        let lead = |rank| [&one, &all, &number].map(|term| term.may_lead(rank));
+        assert_eq!(lead(0), [true, true, false]);
+        assert_eq!(lead(1), [true, false, false]);
+    }
+}

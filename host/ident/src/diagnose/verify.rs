@@ -1,0 +1,133 @@
+//! Verification of the best candidate: the one is named whose free runs over whole recordings hold.
+
+use crate::diagnose::config::CONFIG;
+use sinew_sim::Rig;
+
+use crate::diagnose::acceptance::{
+    best_acceptable_by_size, holds_over_whole_recordings, is_determined, leaves_something, only,
+    probabilities, simplest,
+};
+use crate::diagnose::calibration::{Known, least_sure};
+use crate::diagnose::candidate::Candidate;
+use crate::diagnose::case::Case;
+use crate::diagnose::corrected::{falls, mend};
+use crate::diagnose::evidence::apart;
+use crate::diagnose::pool::Pool;
+use crate::diagnose::split::Roles;
+use crate::diagnose::term::Term;
+use crate::error::Result;
+use crate::fit::Fit;
+
+/// A named candidate.
+pub(crate) struct Named {
+    /// Index into the candidates.
+    pub index: usize,
+    /// The corrected model.
+    pub rig: Rig,
+    /// Its parameters.
+    pub known: Known,
+}
+
+/// The best explanation that holds. Intervals have start states of their own, so what drifts or is
+/// carried away over a whole recording may win there; such a one is taken out, and the rest are
+/// judged without it.
+///
+/// # Errors
+/// A rig that cannot be compiled.
+pub(crate) fn verify(
+    found: &mut Pool,
+    refitted: &Fit,
+    case: &Case,
+    roles: &Roles,
+) -> Result<Option<Named>> {
+    for round in 0..=CONFIG.acceptance.refuted {
+        let Some(index) = found.chosen else { break };
+        (case.progress)("free runs of the best one", 0, 1);
+        if number(found, index).is_some() {
+            break;
+        }
+        // An effect of no size only led away from where the refit of the rig had stopped, as its
+        // rivals may have.
+        let known = is_determined(case, &found.candidates[index])?;
+        let unsure = match found.candidates[index].has_mode() {
+            true => CONFIG.acceptance.unsure_of_mode,
+            false => CONFIG.acceptance.unsure,
+        };
+        if known && least_sure(found, index, case) < unsure * case.trust {
+            break;
+        }
+        if known && let Some(named) = holds(found, index, refitted, case, roles)? {
+            return Ok(Some(named));
+        }
+        if !case.in_parts || round == CONFIG.acceptance.refuted {
+            break;
+        }
+        refute(found, index, case);
+        found.chosen = found.chosen.filter(|&index| number(found, index).is_none());
+    }
+    found.chosen = found.chosen.filter(|&index| number(found, index).is_some());
+    Ok(None)
+}
+
+/// The corrected model, if its free runs hold. Judged in intervals, an explanation is believed only
+/// if the whole of a recording that chose nothing gains too; or if nothing is left in any interval,
+/// and the whole is not lost: what integrates over a ripple ends a whole recording in one well or
+/// in another, and a start that the first rows hardly show, of a memory above all, carries it away.
+fn holds(
+    found: &Pool,
+    index: usize,
+    refitted: &Fit,
+    case: &Case,
+    roles: &Roles,
+) -> Result<Option<Named>> {
+    let (rig, known) = mend(found, index, case, roles)?;
+    let finalist = &found.candidates[index];
+    let all = !leaves_something(case, finalist);
+    let mut terms = finalist.trial.terms.iter();
+    let wells = terms.any(|term| term.effect().is_some_and(|(kind, _)| kind.has_many_rests()));
+    let lost = if wells {
+        CONFIG.acceptance.lost_in_wells
+    } else {
+        CONFIG.acceptance.lost
+    };
+    let holds = falls(&refitted.rig, &rig, roles, 1.0)
+        || case.in_parts
+            && all
+            && (falls(&refitted.rig, &rig, roles, lost)
+                || holds_over_whole_recordings(case, &refitted.rig, &rig)?);
+    Ok(holds.then_some(Named { index, rig, known }))
+}
+
+/// Takes an explanation out, what builds on it and what is the same motion by a richer law in the
+/// same place, and judges the rest without them.
+fn refute(found: &mut Pool, index: usize, case: &Case) {
+    let refuted = found.candidates[index].clone();
+    let (out, rest) = std::mem::take(&mut found.candidates)
+        .into_iter()
+        .partition(|finalist| {
+            let holds = |term| finalist.trial.terms.contains(term);
+            refuted.trial.terms.iter().all(holds) || richer(&refuted, finalist, case)
+        });
+    found.candidates = rest;
+    found.refuted.extend::<Vec<_>>(out);
+    let chosen = best_acceptable_by_size(case, &found.baseline, &found.candidates);
+    found.chosen = chosen.map(|index| simplest(case, &found.baseline, index, &found.candidates));
+    found.probabilities = probabilities(case, &found.baseline, &found.candidates, found.chosen);
+}
+
+/// Tells whether `other` has another law with more parameters in the place of one of what was
+/// refuted, and moves as that does.
+fn richer(refuted: &Candidate, other: &Candidate, case: &Case) -> bool {
+    let differ = only(refuted, other).zip(only(other, refuted));
+    differ.is_some_and(|(refuted, other)| refuted.has_place_of(other))
+        && other.parameters() > refuted.parameters()
+        && apart(refuted, other, case) < CONFIG.evidence.alike
+}
+
+/// The bare number that explains the recordings better than any effect, if one does.
+pub(crate) fn number(found: &Pool, index: usize) -> Option<&str> {
+    match &found.candidates[index].trial.terms[..] {
+        [Term::Number { name }] => Some(name),
+        _ => None,
+    }
+}
