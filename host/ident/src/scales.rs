@@ -7,7 +7,7 @@ use sinew_sim::{InputTrajectory, Plant, Rig};
 
 use crate::error::Result;
 
-/// What a rig did, and what was put in.
+/// A simulated motion of a rig and its inputs.
 pub(crate) struct Run<'a> {
     rig: &'a Rig,
     plant: &'a Plant,
@@ -27,7 +27,7 @@ pub(crate) struct Run<'a> {
     interval: f64,
 }
 
-/// What moves at a place.
+/// Magnitudes of the motion at a site.
 struct Moved {
     position: Vec<f64>,
     velocity: Vec<f64>,
@@ -224,7 +224,7 @@ impl<'a> Run<'a> {
         (self.thrust[body] / self.q[body].len().max(1) as f64).sqrt()
     }
 
-    /// What pushes a body: springs, actuators and what it takes to accelerate it, RMS.
+    /// RMS forces on a body: springs, actuators, inertia.
     fn push(&self, body: usize) -> f64 {
         let mut squares = self.thrust(body).powi(2);
         for (index, spring) in self.rig.springs.iter().enumerate() {

@@ -4,12 +4,12 @@ use sinew_sim::effects::Sign;
 use sinew_sim::rig::Tables;
 use sinew_sim::{Error, Rig};
 
-/// What the network gives.
+/// Form of the network's output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
     /// The next output.
     Absolute,
-    /// What is added to the present output.
+    /// Added to the present output.
     Increment,
 }
 
@@ -31,7 +31,7 @@ pub enum FirstLayer {
 pub struct NetworkTable {
     /// Widths of the hidden layers.
     pub hidden: Option<Vec<usize>>,
-    /// What the first of them is.
+    /// Kind of the first layer.
     pub first_layer: Option<FirstLayer>,
     /// Past inputs that it sees.
     pub past_inputs: Option<usize>,
@@ -41,7 +41,7 @@ pub struct NetworkTable {
     pub observer_gain: Option<f64>,
     /// Weight of the simulator's derivatives in what it is trained by.
     pub derivative_weight: Option<f64>,
-    /// What it gives.
+    /// Form of its output.
     pub form: Option<Form>,
     /// Indices of the sensors that it sees beside the outputs, of which it has one reading and no past.
     pub channels: Vec<usize>,

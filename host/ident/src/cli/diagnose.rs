@@ -30,7 +30,7 @@ pub struct Arguments {
     /// Where the findings are written for programs (sinew-diagnosis/1); otherwise they are printed for a person.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// Where a page with plots is written.
+    /// File for a page with plots.
     #[arg(long, value_name = "HTML")]
     report: Option<PathBuf>,
     /// Where the mended rig is written; the rig's own text and comments are kept.

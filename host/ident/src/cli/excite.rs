@@ -42,13 +42,13 @@ impl From<Shape> for Kind {
 pub struct Arguments {
     /// The rig file (TOML); its actuators' limits are kept.
     pub rig: PathBuf,
-    /// Where the input columns are written: what `sinew simulate --input` and a test bench take.
+    /// File for the input columns, which `sinew simulate --input` and a test bench take.
     #[arg(long, value_name = "CSV")]
     out: PathBuf,
-    /// What the inputs look like.
+    /// Shape of the inputs.
     #[arg(long, value_enum, default_value_t = Shape::Mixed)]
     kind: Shape,
-    /// How long it takes.
+    /// Duration, s.
     #[arg(long, default_value_t = 30.0)]
     seconds: f64,
     /// Samples a second; without it the rig's `rate_hz`, or 120.

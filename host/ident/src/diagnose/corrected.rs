@@ -12,7 +12,7 @@ use crate::diagnose::model::Point;
 use crate::diagnose::pool::Pool;
 use crate::diagnose::split::Roles;
 use crate::error::Result;
-use crate::fit::levenberg::Unknowns;
+use crate::fit::levenberg::DecisionVariables;
 use crate::fit::segment::Segment;
 use crate::fit::{FitOptions, fit, score};
 
@@ -63,7 +63,7 @@ pub(crate) fn whole(best: &Trial, case: &Case, steps: usize) -> Result<(Point, V
         states: &best.point.states,
     };
     let states = data.carried((&model.rig, &model.plant), &values, &segments, found)?;
-    let from = Unknowns { values, states };
+    let from = DecisionVariables { values, states };
     let mut point = model
         .improve(data, &mut segments, from, steps, 1e-5)
         .unwrap_or_else(|| best.point.clone());

@@ -6,7 +6,7 @@ use sinew_sim::Input;
 /// kept clear of a limit so that it holds exactly after a change of units.
 const CLEARANCE: f64 = 1e-9;
 
-/// What an input may do, SI.
+/// Limits of an input, SI.
 pub(super) struct Bounds {
     low: f64,
     high: f64,

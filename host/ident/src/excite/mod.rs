@@ -31,7 +31,7 @@ use crate::error::{Error, Result};
 use crate::recording::{Column, Recording};
 pub use table::table;
 
-/// What an experiment looks like.
+/// Shape of the inputs of an experiment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Sines of many frequencies at once, each input with frequencies of its own.
@@ -46,18 +46,18 @@ pub enum Kind {
     Mixed,
 }
 
-/// What is asked of a design.
+/// Settings of a design.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
-    /// What it looks like.
+    /// Shape of the inputs.
     pub kind: Kind,
-    /// How long it takes.
+    /// Duration, s.
     pub seconds: f64,
     /// Samples a second.
     pub rate_hz: f64,
     /// Seed of everything that is drawn.
     pub seed: u64,
-    /// Which fraction of each input's range is used, about its middle.
+    /// Fraction of each input's range that is used, about its middle.
     pub amplitude: f64,
     /// Lowest and highest frequency of sines, Hz; without it two periods in the experiment and a twelfth
     /// of the rate.
@@ -90,7 +90,7 @@ pub struct Experiment {
 }
 
 impl Options {
-    /// Whether the numbers make sense together.
+    /// Checks that the settings are consistent.
     fn check(&self) -> Result<()> {
         let wrong = |message: String, help: &str| Err(Error::arguments(message).help(help));
         let positive = |x: f64| x.is_finite() && x > 0.0;

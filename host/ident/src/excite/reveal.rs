@@ -28,10 +28,10 @@ const RATE_STEP: f64 = 0.5;
 /// By how much an effect, or other numbers, may make a run dearer before it is given up.
 const DEARER: usize = 16;
 
-/// How an effect would show.
+/// Visibility of one effect in an experiment.
 #[derive(Clone, Debug)]
 pub struct Seen {
-    /// Which law.
+    /// Law of the effect.
     pub kind: Kind,
     /// The name of the place where it sits.
     pub component: String,
@@ -51,7 +51,7 @@ pub struct Confusion {
     pub cosine: f64,
 }
 
-/// What an experiment would show.
+/// Visibility of all effects in an experiment.
 #[derive(Clone, Debug)]
 pub struct Revelation {
     /// Every effect at every place.

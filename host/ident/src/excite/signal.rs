@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{Kind, Options};
 
-/// Where a rig stands still before anything happens, as a part of the experiment: its start is seen.
+/// Fraction at rest before anything happens, as a part of the experiment: its start is seen.
 const STILL: f64 = 0.02;
 /// Most sines in a multisine.
 const SINES: usize = 40;

@@ -1,4 +1,4 @@
-//! What an experiment would show, as a terminal shows it.
+//! Table of visible effects for a terminal.
 
 use std::fmt::Write;
 

@@ -8,7 +8,7 @@ use sinew_sim::{InputTrajectory, Plant, Rig};
 use crate::error::{Error, Result};
 use crate::recording::Recording;
 
-/// What a fit needs of a recording.
+/// A recording in SI units, in the order of the plant.
 pub(crate) struct Experiment {
     /// Name of the file, for reports.
     pub name: String,
@@ -22,7 +22,7 @@ pub(crate) struct Experiment {
     pub held: Vec<(String, usize)>,
 }
 
-/// How a body is seen: by which sensor, with which gain and offset.
+/// Sensor of a body with its gain and offset.
 #[derive(Clone, Copy)]
 pub(crate) struct View {
     pub sensor: usize,
@@ -41,7 +41,7 @@ impl View {
     }
 }
 
-/// Which sensors show the positions and the velocities of the bodies.
+/// Sensors of the positions and the velocities of the bodies.
 pub(crate) struct Views {
     pub position: Vec<Option<View>>,
     pub velocity: Vec<Option<View>>,
@@ -130,7 +130,7 @@ impl Experiment {
         self.t.len()
     }
 
-    /// What drives the plant over some rows; actuators remember the rows before.
+    /// Input trajectory over some rows; actuators remember the rows before.
     ///
     /// # Errors
     /// None that [`Experiment::new`] has not excluded.

@@ -22,7 +22,7 @@ pub use self::score::{FreeRun, FreeRunSensor, SensorError, doubt, free_run, pool
 use crate::error::{Error, Result};
 use crate::recording::Recording;
 
-/// How to fit. The default serves; nothing here depends on the device.
+/// Settings of a fit. The default serves; nothing here depends on the device.
 #[derive(Debug, Clone)]
 pub struct FitOptions {
     /// Most steps a stage.
@@ -44,7 +44,7 @@ impl Default for FitOptions {
     }
 }
 
-/// What a caller hears while a fit runs.
+/// Progress of a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
     /// Stage, from 1.
@@ -57,7 +57,7 @@ pub struct Progress {
     pub error: f64,
 }
 
-/// What a fit gives.
+/// Result of a fit.
 #[derive(Debug, Clone)]
 pub struct Fit {
     /// The rig with the fitted values, comments kept.
@@ -68,7 +68,7 @@ pub struct Fit {
     pub sensors: Vec<SensorFit>,
     /// Inputs with missing samples, which held their last value.
     pub held: Vec<HeldInput>,
-    /// How the last stage ended.
+    /// Reason for which the last stage ended.
     pub stop: Stop,
     /// Steps of all stages.
     pub steps: usize,
@@ -83,11 +83,11 @@ pub struct FittedParameter {
     pub name: String,
     /// `kg`.
     pub unit: String,
-    /// What the rig said.
+    /// Value in the rig file.
     pub as_written: f64,
-    /// What the recordings say.
+    /// Fitted value.
     pub value: f64,
-    /// Where it lies nineteen times in twenty; `None` where the recordings do not determine it, so that it
+    /// 95 % confidence interval; `None` where the recordings do not determine it, so that it
     /// stays near what the rig said, or where it rests at a bound.
     pub ci95: Option<[f64; 2]>,
     /// It rests at a bound of the rig's, or at zero where the sign is fixed.
@@ -118,7 +118,7 @@ pub struct HeldInput {
     pub recording: String,
     /// Its column.
     pub column: String,
-    /// How many samples were missing.
+    /// Number of missing samples.
     pub missing: usize,
 }
 

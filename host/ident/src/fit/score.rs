@@ -1,4 +1,4 @@
-//! How well a rig explains a recording: the free-run simulation error (docs/explanation/identification.md, eq. 14).
+//! Error of a rig on a recording: the free-run simulation error (docs/explanation/identification.md, eq. 14).
 
 use sinew_sim::{Plant, Rig};
 
@@ -17,7 +17,7 @@ pub struct FreeRun {
     pub t: Vec<f64>,
     /// The error counts from this row on; the rows before gave the start state.
     pub judged_from: usize,
-    /// Where it started, in the order of [`Plant::state_names`].
+    /// Initial state, in the order of [`Plant::state_names`].
     pub start: Vec<f64>,
     /// One entry a sensor of the rig, in file order.
     pub sensors: Vec<FreeRunSensor>,
@@ -48,7 +48,7 @@ pub struct SensorError {
     pub rms: f64,
     /// Standard deviation of what was measured, to hold it against.
     pub spread: f64,
-    /// How many samples were judged.
+    /// Number of samples that were scored.
     pub samples: usize,
 }
 
@@ -182,17 +182,13 @@ fn estimate_start(
     values: &[f64],
 ) -> Result<Vec<f64>> {
     let views = Views::new(rig, plant);
-    let problem = Problem {
+    let sigma = spreads(experiments).into_iter();
+    let problem = Problem::of_states(
         plant,
         experiments,
-        slots: Vec::new(),
-        scale: Vec::new(),
-        sigma: spreads(experiments)
-            .into_iter()
-            .map(|spread| 1e-3 * spread)
-            .collect(),
-        state_scale: start::scales(experiments, &views, values),
-    };
+        sigma.map(|spread| 1e-3 * spread).collect(),
+        start::scales(experiments, &views, values),
+    );
     let window = [Segment::new(
         plant,
         experiments,

@@ -21,16 +21,16 @@ use crate::error::Result;
 
 /// A stretch of one recording, simulated from a start state of its own.
 pub(crate) struct Segment {
-    /// Which recording.
+    /// Index of the recording.
     pub experiment: usize,
-    /// Which of its rows.
+    /// Rows of the recording.
     pub rows: Range<usize>,
-    /// What is known of its start.
-    pub anchor: Anchor,
+    /// Prior of the initial state.
+    pub anchor: InitialStatePrior,
     drive: InputTrajectory,
 }
 
-/// What is the same for all segments while the unknowns change.
+/// Data that all shooting segments share during a search.
 #[derive(Clone)]
 pub(crate) struct Problem<'a> {
     pub plant: &'a Plant,
@@ -45,16 +45,16 @@ pub(crate) struct Problem<'a> {
     pub state_scale: Vec<f64>,
 }
 
-/// What is known of a segment's start state before the segment is looked at: `(x - mean)' weight (x - mean)`
+/// Gaussian prior of a segment's initial state (arrival cost): `(x - mean)' weight (x - mean)`
 /// is added to the squares (docs/explanation/identification.md, eq. 3).
 #[derive(Clone)]
-pub(crate) struct Anchor {
+pub(crate) struct InitialStatePrior {
     /// In units of `Problem::state_scale`.
     pub mean: DVector<f64>,
     pub weight: DMatrix<f64>,
 }
 
-impl Anchor {
+impl InitialStatePrior {
     /// Next to nothing: a state moves ten times as far as it was ever seen to before this is felt. It holds a
     /// state that no sensor shows.
     pub fn loose(states: usize) -> Self {
@@ -118,7 +118,7 @@ pub(crate) struct Rows {
 /// Rows between two looks at what all segments have cost so far.
 const LOOK: usize = 16;
 
-/// What each segment of a cost has come to so far.
+/// Cost of each segment so far.
 struct Running(Vec<AtomicU64>);
 
 impl Running {
@@ -147,13 +147,39 @@ impl Segment {
         Ok(Self {
             experiment,
             rows,
-            anchor: Anchor::loose(plant.state_len()),
+            anchor: InitialStatePrior::loose(plant.state_len()),
             drive,
         })
     }
 }
 
-impl Problem<'_> {
+impl<'a> Problem<'a> {
+    /// The same problem with every parameter fixed: only the initial states are fitted.
+    pub fn states_only(&self) -> Self {
+        Self {
+            slots: Vec::new(),
+            scale: Vec::new(),
+            ..self.clone()
+        }
+    }
+
+    /// A problem in which only the initial states are fitted.
+    pub fn of_states(
+        plant: &'a Plant,
+        experiments: &'a [Experiment],
+        sigma: Vec<f64>,
+        state_scale: Vec<f64>,
+    ) -> Self {
+        Self {
+            plant,
+            experiments,
+            slots: Vec::new(),
+            scale: Vec::new(),
+            sigma,
+            state_scale,
+        }
+    }
+
     /// Number of fitted parameters.
     pub fn parameters(&self) -> usize {
         self.slots.len()

@@ -1,11 +1,11 @@
-//! Where segments start, as far as the recording shows it.
+//! Initial states of the shooting segments, as far as the recording shows them.
 
 use nalgebra::DVector;
 use sinew_sim::{Plant, SensorChannel};
 
 use super::experiment::{Experiment, View, Views, start_rows};
-use super::levenberg::{Belief, Effort, Unknowns, minimise};
-use super::segment::{Anchor, Problem, Segment};
+use super::levenberg::{DecisionVariables, Prior, StoppingCriteria, minimise};
+use super::segment::{InitialStatePrior, Problem, Segment};
 use crate::error::Result;
 
 /// Rows on either side of a start that its position and velocity are taken from.
@@ -194,22 +194,18 @@ fn best(
     values: &[f64],
     states: Vec<Vec<f64>>,
 ) -> Vec<Vec<f64>> {
-    let held = Problem {
-        slots: Vec::new(),
-        scale: Vec::new(),
-        ..problem.clone()
-    };
-    let belief = Belief {
+    let held = problem.states_only();
+    let belief = Prior {
         bounds: Vec::new(),
         written: Vec::new(),
         widths: Vec::new(),
         tied: Vec::new(),
     };
-    let mut unknowns = Unknowns {
+    let mut unknowns = DecisionVariables {
         values: values.to_vec(),
         states,
     };
-    let effort = Effort {
+    let effort = StoppingCriteria {
         iterations: 40,
         relative: 1e-9,
     };
@@ -224,7 +220,7 @@ fn best(
     unknowns.states
 }
 
-/// What the first 5 % of a recording say about its start, with the parameters as they are, and how firmly
+/// Estimates the initial state from the first 5 % of a recording, with the parameters as they are, and how firmly
 /// (docs/explanation/identification.md, eq. 10).
 ///
 /// # Errors
@@ -234,13 +230,9 @@ pub(crate) fn estimate(
     experiment: usize,
     values: &[f64],
     guess: Vec<f64>,
-) -> Result<(Vec<f64>, Anchor)> {
+) -> Result<(Vec<f64>, InitialStatePrior)> {
     let rows = problem.experiments[experiment].rows();
-    let held = Problem {
-        slots: Vec::new(),
-        scale: Vec::new(),
-        ..problem.clone()
-    };
+    let held = problem.states_only();
     let window = [Segment::new(
         problem.plant,
         problem.experiments,
@@ -249,7 +241,7 @@ pub(crate) fn estimate(
     )?];
     let state = settle(&held, &window, values, vec![guess]).swap_remove(0);
     let Some(shown) = held.rows(&window[0], values, &state) else {
-        let loose = Anchor::loose(state.len());
+        let loose = InitialStatePrior::loose(state.len());
         return Ok((state, loose));
     };
     let normal = held.normal(&window[0], &shown, &state);
@@ -259,7 +251,7 @@ pub(crate) fn estimate(
     let mean = scaled(&state, &problem.state_scale);
     Ok((
         state,
-        Anchor {
+        InitialStatePrior {
             mean,
             weight: normal.xx / variance,
         },

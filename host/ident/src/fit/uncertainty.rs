@@ -1,12 +1,12 @@
-//! How far the parameters are to be trusted (docs/explanation/identification.md, eq. 10 to 13).
+//! Confidence intervals of the parameters (docs/explanation/identification.md, eq. 10 to 13).
 //!
-//! What a model leaves out makes residuals that follow each other for seconds, and a formula that takes
+//! Missing physics makes residuals that follow each other for seconds, and a formula that takes
 //! them for independent noise would claim far too much. The covariance is therefore the sandwich
 //! `H^-1 B H^-1`, where `B` is summed over blocks of time longer than the residuals' memory.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use super::levenberg::{Belief, Unknowns};
+use super::levenberg::{DecisionVariables, Prior};
 use super::segment::{Normal, Problem, Rows, Segment};
 
 /// A direction of the parameters whose standard deviation exceeds this part of their size is not determined.
@@ -19,9 +19,9 @@ const SHARE: f64 = 0.01;
 /// where it rests at a bound.
 pub(crate) fn half_widths(
     problem: &Problem,
-    belief: &Belief,
+    belief: &Prior,
     segments: &[Segment],
-    unknowns: &Unknowns,
+    unknowns: &DecisionVariables,
 ) -> Vec<Option<f64>> {
     let parameters = problem.parameters();
     let nothing = vec![None; parameters];

@@ -10,7 +10,7 @@ use super::{Model, effect, unnamed, value};
 /// m/s^2; which value it is does not matter, since a hinge's weight is given as a torque.
 pub(super) const STANDARD_GRAVITY: f64 = 9.81;
 
-/// Where MuJoCo needs a limit that nothing reaches, m or rad.
+/// Limit that nothing reaches, where MuJoCo needs one, m or rad.
 const FAR: f64 = 1e6;
 
 /// Body `index` with its joint, the springs and dampers that hold it to the ground, its friction, weight and
@@ -231,7 +231,7 @@ fn hidden_name(body: &str) -> String {
     format!("{body}.hidden")
 }
 
-/// Where the rig says that it starts, as a keyframe.
+/// Initial state of the rig as a keyframe.
 pub(super) fn start(rig: &Rig) -> Option<Element> {
     let says = (rig.bodies.iter()).any(|b| b.start.is_some() || b.start_velocity.is_some());
     if !says {

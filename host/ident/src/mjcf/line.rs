@@ -1,4 +1,4 @@
-//! What joins coordinates: springs, dampers and tendons, as MuJoCo's fixed tendons.
+//! Couplings between coordinates: springs, dampers and tendons, as MuJoCo's fixed tendons.
 
 use sinew_sim::effects::Kind;
 use sinew_sim::rig::{Drives, End, Rig, Site};

@@ -21,7 +21,7 @@ use xml::Element;
 pub struct Mjcf {
     /// The file.
     pub text: String,
-    /// What MuJoCo cannot carry, one line each.
+    /// Parts that MuJoCo cannot represent, one line each.
     pub left_out: Vec<String>,
 }
 

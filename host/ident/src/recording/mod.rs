@@ -51,7 +51,7 @@ pub struct Recording {
 pub struct Held {
     /// One finite value a row.
     pub values: Vec<f64>,
-    /// How many of them were missing; to be reported.
+    /// Number of missing samples, for the report.
     pub missing: usize,
 }
 
@@ -142,7 +142,7 @@ impl Recording {
         write::to_csv(self)
     }
 
-    /// Where it came from.
+    /// File of the recording.
     pub fn path(&self) -> &Path {
         &self.path
     }

@@ -10,7 +10,7 @@ use csv::ByteRecord;
 use super::{Column, Recording};
 use crate::error::{Error, Result};
 
-/// What every message about a number expects.
+/// Expectation in every message about a number.
 const A_NUMBER: &str = "a decimal number such as -1.25e-3, or nothing (a missing sample)";
 
 pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Recording> {

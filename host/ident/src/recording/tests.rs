@@ -1,4 +1,4 @@
-//! What is refused, what is kept, and how fast.
+//! Refusals, kept samples, and speed.
 
 use proptest::prelude::*;
 

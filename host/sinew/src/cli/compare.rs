@@ -45,7 +45,7 @@ pub struct Arguments {
     /// is drawn within --spread.
     #[arg(long, value_name = "N", conflicts_with = "loops", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1000))]
     draws: Option<usize>,
-    /// How far a drawn parameter may lie from what is written, as a fraction of it.
+    /// Largest relative deviation of a drawn parameter.
     #[arg(
         long,
         value_name = "FRACTION",
@@ -66,16 +66,16 @@ pub struct Arguments {
     /// As many as the horizon without it, and never more.
     #[arg(long, value_name = "STEPS")]
     longest_lead: Option<usize>,
-    /// Where the models run; commands of another board must have the bits of this computer's.
+    /// Board of the models; commands of another board must have the bits of this computer's.
     #[arg(long, value_enum, default_value = "host")]
     board: Board,
-    /// Where the scores are written for programs (sinew-comparison/1).
+    /// File with the scores for programs (sinew-comparison/1).
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// Where a page with plots is written.
+    /// File for a page with plots.
     #[arg(long, value_name = "HTML")]
     report: Option<PathBuf>,
-    /// Where the tracking error over the first loop is drawn.
+    /// File for a plot of the tracking error over the first loop.
     #[arg(long, value_name = "SVG")]
     plot: Option<PathBuf>,
 }
@@ -285,7 +285,7 @@ pub(super) fn by_name<L: BaselineController>(tuning: &[Tuning<L::Gains>]) -> Val
     channels.collect()
 }
 
-/// What a table calls the models: `MPC`, or with several of them their folders' names.
+/// Names of the models in tables: `MPC`, or with several of them their folders' names.
 fn names(models: &[PathBuf]) -> Result<Vec<String>> {
     if models.len() == 1 {
         return Ok(vec!["MPC".into()]);

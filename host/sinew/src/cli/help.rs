@@ -8,15 +8,14 @@ use super::Program;
 
 /// Groups of verbs in the order of a project; every visible verb is in one.
 const GROUPS: &[(&str, &[&str])] = &[
-    ("All at once", &["build"]),
     (
         "Identify",
         &["new", "simulate", "excite", "fit", "diagnose", "mjcf"],
     ),
     ("Train", &["train"]),
-    ("Control", &["tune", "compare", "pil"]),
-    ("Board", &["emit", "flash", "record", "monitor"]),
-    ("Networks", &["import", "size"]),
+    ("Control", &["build", "tune", "compare", "pil"]),
+    ("Board", &["emit", "size", "flash", "record", "monitor"]),
+    ("Networks", &["import"]),
 ];
 
 /// The command line with its verbs in groups.

@@ -111,7 +111,7 @@ pub struct LoopArguments {
     /// Folder of cargo's build outputs, if they are to be shared; otherwise DIR/target.
     #[arg(long, value_name = "DIR", env = "SINEW_BUILD_DIR")]
     build_dir: Option<PathBuf>,
-    /// What the compiler makes an image for; this computer's program is the same either way.
+    /// Optimisation goal of an image; this computer's program is the same either way.
     #[arg(long, value_enum, default_value = "speed")]
     optimise: Optimise,
     #[command(flatten)]

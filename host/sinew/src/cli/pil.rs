@@ -21,7 +21,7 @@ pub struct Arguments {
     /// The rig file of the plant in the loop, taken as written; without it, RIG with every free parameter moved.
     #[arg(long, value_name = "RIG")]
     plant: Option<PathBuf>,
-    /// Where the controller runs.
+    /// Board of the controller.
     #[arg(long, value_enum, default_value = "qemu")]
     board: Board,
     /// A board that is flashed already and paces itself: its serial port, or the socket of one in QEMU.

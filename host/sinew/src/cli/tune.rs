@@ -35,16 +35,16 @@ pub struct Arguments {
     model: PathBuf,
     #[command(flatten)]
     recordings: Recordings,
-    /// Where the rig with the tuned [control] table is written; the rig's own text and comments are kept.
+    /// File for the rig with the tuned [control] table; the rig's own text and comments are kept.
     #[arg(long, value_name = "TOML")]
     out: PathBuf,
-    /// Where the model with the tuned [control] table is written: what `compare`, `pil` and `emit` take.
+    /// Folder for the model with the tuned [control] table, for `compare`, `pil` and `emit`.
     #[arg(long, value_name = "DIR")]
     model_out: Option<PathBuf>,
-    /// Where everything is written for programs (sinew-tuning/1).
+    /// File for programs (sinew-tuning/1).
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// What is minimised.
+    /// Objective that is minimised.
     #[arg(long, value_enum, default_value = "tracking")]
     objective: Objective,
     #[command(flatten)]
@@ -166,7 +166,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     Ok(())
 }
 
-/// What was found for every controller.
+/// Results of every controller.
 #[derive(Default)]
 struct Found {
     lines: Vec<Line>,

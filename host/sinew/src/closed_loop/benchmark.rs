@@ -29,11 +29,11 @@ const TONES: [Tone; 5] = [
 #[derive(Serialize)]
 pub struct Benchmark {
     format: &'static str,
-    /// What the controllers were asked for comes from this rig.
+    /// Rig of the control problem.
     rig: String,
     /// The real rig, or the program that is one; null where the rig was moved.
     plant: Option<String>,
-    /// Where the predictive controllers ran.
+    /// Board of the predictive controllers.
     board: &'static str,
     /// Absent where its image was made for speed.
     #[serde(skip_serializing_if = "Optimise::is_speed")]
@@ -42,9 +42,9 @@ pub struct Benchmark {
     steps: usize,
     seed: u64,
     disturbance: Disturbance,
-    /// Where the first loop's reference comes from.
+    /// Source of the first loop's reference.
     reference: String,
-    /// What differs between model and plant; empty with a real rig.
+    /// Parameters that differ between model and plant; empty with a real rig.
     moved: Vec<PerturbedParameter>,
     /// Age of the measurements when a controller gets them.
     delay_s: f64,
@@ -70,7 +70,7 @@ struct Signal {
 }
 
 impl Benchmark {
-    /// What `controllers` did in `ready`.
+    /// Collects the results of `controllers` in `ready`.
     pub fn new(
         ready: &ModelLoop,
         rig: &Path,

@@ -1,4 +1,4 @@
-//! What the controller is asked for: the rig's `[control]` table, filled in from the recordings.
+//! Control problem: the rig's `[control]` table, filled in from the recordings.
 
 use sinew_device::protocol::MAX_PREVIEW;
 use sinew_sim::{Plant, Rig, Stepper};
@@ -17,14 +17,14 @@ const STAIRCASE: usize = 333;
 /// How much of each input's limit a reference may need at rest: a plant a fifth stiffer still gets
 /// there, with something left for moving.
 const REACH: f64 = 0.7;
-/// How fast a designed reference moves, as a part of the speed that was recorded.
+/// Speed of a designed reference, as a fraction of the recorded speed.
 const LED: f64 = 0.25;
 /// A reach smaller than this part of what was recorded is none.
 const LEAST_REACH: f64 = 0.05;
 /// Seconds within which a plant that settles has settled.
 const SETTLING_S: f64 = 60.0;
 
-/// Where a reference comes from.
+/// Source of a reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
     /// Designed here: tuning follows random moves.
@@ -56,7 +56,7 @@ pub struct ControlProblem {
     pub limits: Vec<InputLimits>,
     /// Half the range of each input's limits.
     pub input_range: Vec<f64>,
-    /// Where each output went in the recordings.
+    /// Workspace of each output in the recordings.
     pub workspaces: Vec<Workspace>,
     /// Half the recorded range of each output.
     pub output_range: Vec<f64>,
@@ -68,7 +68,7 @@ pub struct ControlProblem {
     pub channel_noise: Vec<f64>,
     /// First valid sample of every sensor: where a loop starts.
     pub home: Vec<Option<f64>>,
-    /// What the comparison asks, and where it comes from.
+    /// Reference of the comparison, and its source.
     pub reference: Reference,
     /// Where it comes from, which says what tuning follows instead.
     pub source: Source,
@@ -83,7 +83,7 @@ pub struct ControlProblem {
 }
 
 impl ControlProblem {
-    /// How long the reference is.
+    /// Duration of the reference.
     pub fn duration_s(&self) -> f64 {
         self.reference.steps() as f64 * self.period_s
     }

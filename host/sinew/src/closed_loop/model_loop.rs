@@ -41,9 +41,9 @@ pub struct ModelLoop {
     pub moved: Vec<PerturbedParameter>,
     /// Plants drawn around this one, a loop each; none: `values` alone.
     pub drawn: Vec<Vec<f64>>,
-    /// What the controller is asked for.
+    /// Control problem.
     pub task: ControlProblem,
-    /// What is added to the commands on their way to the plant.
+    /// Disturbance of the commands on their way to the plant.
     pub disturbance: Disturbance,
     /// Age of the measurements when a controller gets them, seconds.
     pub delay_s: f64,
@@ -130,7 +130,7 @@ impl ModelLoop {
         Ok(spec)
     }
 
-    /// What runs of this loop share.
+    /// Setup that runs of this loop share.
     pub fn bench(&self) -> Setup<'_> {
         Setup {
             plant: &self.plant,

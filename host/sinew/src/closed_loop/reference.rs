@@ -3,14 +3,14 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// What each output is asked to do, one row a control period; the last row is held afterwards.
+/// Reference of each output, one row a control period; the last row is held afterwards.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reference {
     /// `rows[k][output]`, physical units; row 0 is the present at step 0.
     pub rows: Vec<Vec<f64>>,
 }
 
-/// Where an output may be sent and how fast it usually goes.
+/// Workspace of an output and its usual speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Workspace {
     /// Lowest position recorded.

@@ -25,7 +25,7 @@ pub trait Controller {
     ) -> Result<Vec<f64>>;
 }
 
-/// What a controller is put to.
+/// One closed loop: plant, reference, disturbance and noise.
 #[derive(Clone, Debug)]
 pub struct Scenario {
     /// The plant; the controller does not see it. Where [`Scenario::program`] is the plant, this says what its signals are called.
@@ -46,15 +46,15 @@ pub struct Scenario {
     pub seed: u64,
     /// Control period, seconds.
     pub period_s: f64,
-    /// What is asked.
+    /// Reference of the outputs.
     pub reference: Reference,
-    /// What is added to the commands, and half the range of each input.
+    /// Disturbance of the commands, and half the range of each input.
     pub load: (Disturbance, Vec<f64>),
     /// The program that is the plant instead; it starts where it likes.
     pub program: Option<PlantProgram>,
 }
 
-/// What a loop goes through.
+/// Course of a closed loop.
 enum Process {
     Own(Box<Stepper<f64>>),
     Program(Box<Running>),
@@ -92,13 +92,13 @@ impl Process {
 pub struct Run {
     /// Time, seconds.
     pub t: Vec<f64>,
-    /// What was asked, `[step][output]`.
+    /// Reference, `[step][output]`.
     pub reference: Vec<Vec<f64>>,
-    /// Where the outputs were, without the sensors' noise.
+    /// Outputs without the sensors' noise.
     pub y: Vec<Vec<f64>>,
-    /// What the controller was told.
+    /// Measurements of the controller.
     pub measured: Vec<Vec<f64>>,
-    /// What it commanded, `[step][input]`.
+    /// Commands, `[step][input]`.
     pub u: Vec<Vec<f64>>,
 }
 
@@ -151,7 +151,7 @@ impl Scenario {
         Ok(run)
     }
 
-    /// What the plant gets at step `k`.
+    /// Input of the plant at step `k`.
     fn loaded(&self, k: usize, u: &[f64]) -> Vec<f64> {
         let (disturbance, range) = &self.load;
         if *disturbance == Disturbance::None {
@@ -174,7 +174,7 @@ pub struct Distance {
     pub max: f64,
 }
 
-/// How well a run went.
+/// Scores of a run.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Score {
     /// Root mean square tracking error of each output.

@@ -22,16 +22,16 @@ use crate::tuning::objective::Objective;
 use crate::tuning::optimise::Budget;
 use sinew_ident::error::{Error, Result};
 
-/// How far the plant of the comparison lies from the fitted one.
+/// Least relative deviation of a parameter in the plant of the comparison.
 pub const LEAST_PERTURBATION: f64 = 0.10;
 /// See [`LEAST_PERTURBATION`].
 pub const MOST_PERTURBATION: f64 = 0.20;
 /// Steps of a reference that only tuning sees.
 const TUNING_STEPS: usize = 1000;
-/// What tuning a controller without a model for a comparison may cost: the same for all of them.
+/// Budget of tuning a baseline controller for a comparison.
 pub const BUDGET: Budget = Budget::Thorough(200, 250);
 
-/// What the comparison needs to know of a plant.
+/// Plant, control problem and conditions that the loops of a comparison share.
 pub struct Setup<'a> {
     /// The fitted plant.
     pub plant: &'a Plant,
@@ -39,7 +39,7 @@ pub struct Setup<'a> {
     pub task: &'a ControlProblem,
     /// Seed of everything drawn.
     pub seed: u64,
-    /// What is added to the commands; with its sign turned in loops for tuning.
+    /// Disturbance of the commands; its sign is turned in loops for tuning.
     pub disturbance: Disturbance,
     /// Age of the measurements when a controller gets them, seconds.
     pub delay_s: f64,
@@ -53,7 +53,7 @@ pub struct DeviceRun {
     pub run: Run,
     /// Its score.
     pub score: Score,
-    /// What the device said of every step.
+    /// Answers of the device, one a step.
     pub answers: Vec<Answer>,
     /// Ticks for which a sample came too late, of a board that paces itself.
     pub late: usize,
@@ -76,7 +76,7 @@ pub struct BaselineRun<L: BaselineController> {
 /// A loop run with the PID.
 pub type PidRun = BaselineRun<PidState>;
 
-/// Whom a loop is for.
+/// Purpose of a loop.
 #[derive(Clone, Copy, PartialEq)]
 enum For {
     Tuning,
@@ -315,7 +315,7 @@ impl Setup<'_> {
         Ok(tune::<L>(&training, budget, &|| ())?.after)
     }
 
-    /// What a controller is tuned on.
+    /// Training loops of a controller.
     pub fn training<'a>(&'a self, scenarios: &'a [Scenario], objective: Objective) -> Training<'a> {
         Training {
             scenarios,
@@ -346,7 +346,7 @@ impl Setup<'_> {
     }
 }
 
-/// Whether two devices gave the same bits at every step.
+/// True if two devices gave the same bits at every step.
 pub fn same_bits(a: &[Answer], b: &[Answer]) -> bool {
     a.len() == b.len() && !a.is_empty() && a.iter().zip(b).all(|(a, b)| a.bits == b.bits)
 }

@@ -1,4 +1,4 @@
-//! What textbooks ask of a step response, of any reference that moves and rests (docs/explanation/comparison.md, eq. 4).
+//! Overshoot and settling time, of any reference that moves and rests (docs/explanation/comparison.md, eq. 4).
 
 use crate::closed_loop::scenario::{InputLimits, Run};
 
@@ -12,7 +12,7 @@ const NEAR: f64 = 1e-5;
 /// Largest over all moves of one output; `None` where the reference never rests after a move.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Transient {
-    /// How far the output goes beyond its target, as a share of the move.
+    /// Overshoot of the output, as a fraction of the move.
     pub overshoot: f64,
     /// Seconds from the reference's arrival until the error stays within 2 % of the move; null where it does
     /// not before the next move.

@@ -40,7 +40,7 @@ pub struct Device {
     folder: Option<Workplace>,
 }
 
-/// How a device ended.
+/// End of a device.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct End {
     /// Exit status; `None` where a signal ended the process.

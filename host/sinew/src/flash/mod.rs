@@ -9,7 +9,7 @@ use crate::device::Device;
 use crate::project::{Board, Chip};
 use sinew_ident::error::{Error, Result};
 
-/// How to reach the board.
+/// Connection to the board.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
     /// Serial number of the probe, where there are several.

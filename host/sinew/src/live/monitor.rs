@@ -16,7 +16,7 @@ use super::Names;
 use crate::device::Device;
 use sinew_ident::error::{Error, Result};
 
-/// How often the terminal is written.
+/// Refresh interval of the terminal.
 const REFRESH: Duration = Duration::from_millis(100);
 /// How often a line is said so that the board knows that somebody is there.
 const ALIVE: Duration = Duration::from_millis(500);
@@ -26,7 +26,7 @@ const SILENCE: Duration = Duration::from_secs(3);
 /// What a typed line says to the board; `None`: disarm, save, end. `arm` reaches the reference in a second.
 ///
 /// # Errors
-/// What is wrong with it, in one line.
+/// The fault in one line.
 pub fn order(line: &str, identity: &Identity) -> std::result::Result<Option<ToDevice>, String> {
     let mut words = line.split_whitespace();
     let verb = words.next().unwrap_or_default();
@@ -78,7 +78,7 @@ pub fn order(line: &str, identity: &Identity) -> std::result::Result<Option<ToDe
     Ok(Some(said))
 }
 
-/// What was seen, in numbers.
+/// Statistics of a watched run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Watched {
     /// Ticks that were told.
@@ -308,7 +308,7 @@ impl Saved {
     }
 }
 
-/// What the numbers in the status column mean.
+/// Meanings of the numbers in the status column.
 fn statuses() -> String {
     use sinew_mpc::status::Status;
     let all = [

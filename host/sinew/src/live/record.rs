@@ -17,10 +17,10 @@ use sinew_ident::recording::{Column, Recording};
 
 /// Longest silence of a board that plays.
 const SILENCE: Duration = Duration::from_secs(2);
-/// How long the answer to a row may take before the row is sent again.
+/// Timeout of the answer to a row, after which the row is sent again.
 const ANSWER: Duration = Duration::from_millis(200);
 
-/// What was recorded, and how well.
+/// A recording and its statistics.
 pub struct Recorded {
     /// Time, inputs as applied, outputs, channels.
     pub recording: Recording,

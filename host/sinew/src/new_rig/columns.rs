@@ -1,4 +1,4 @@
-//! What the columns of a recording are, as far as their names tell.
+//! Roles of the columns of a recording, from their names.
 
 use sinew_sim::unit;
 
@@ -6,7 +6,7 @@ use super::Motion;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::recording::Recording;
 
-/// What a column measures.
+/// Quantity of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Quantity {
     Position(Motion),

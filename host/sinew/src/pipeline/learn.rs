@@ -17,7 +17,7 @@ use sinew_train::train::{
     Checkpoint, Epoch, Options, Scaled, Shape, Windows, gates, layers, scale, scaling, train,
 };
 
-/// How far a training is, in the folder of its result, until it has come to its end.
+/// File of an unfinished training, in the folder of its result.
 pub const CHECKPOINT_FILE: &str = "training.checkpoint";
 
 /// Steps of an episode beyond the history and the rollout.
@@ -36,7 +36,7 @@ pub struct Learned {
     pub record: Record,
 }
 
-/// How training went; lengths in SI.
+/// Record of a training; lengths in SI.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Record {
     /// One entry a pass.

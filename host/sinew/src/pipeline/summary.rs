@@ -52,7 +52,7 @@ pub struct Summary {
     pub seconds: f64,
 }
 
-/// What is missing from the rig.
+/// Physics that the rig lacks.
 #[derive(Clone, Debug, Serialize)]
 pub struct Found {
     /// The kind that was concealed; null where nobody knows.

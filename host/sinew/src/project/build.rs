@@ -98,7 +98,7 @@ fn run(folder: &Path, board: Board, cache: &Path, more: &[&str]) -> Result<PathB
     run_cargo(&board_folder(folder, board), on, cache, &arguments)
 }
 
-/// What a crate is built for.
+/// Target of a build.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Machine {
     /// The one that this program runs on.

@@ -1,4 +1,4 @@
-//! What a linked image takes: flash and RAM by section, and whether it has a heap.
+//! Resources of a linked image: flash and RAM by section, and whether it has a heap.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use sinew_ident::error::{Error, Result};
 
-/// Where RAM begins on every Cortex-M (ARMv7-M Architecture Reference Manual, B3.1).
+/// Start of RAM on every Cortex-M (ARMv7-M Architecture Reference Manual, B3.1).
 const RAM: std::ops::Range<u64> = 0x2000_0000..0x4000_0000;
 
 /// Bytes of a linked image.

@@ -32,7 +32,7 @@ pub fn hash_sources(hasher: &mut impl std::hash::Hasher) {
     sources::SOURCES.hash(hasher);
 }
 
-/// What the compiler makes a microcontroller's image for.
+/// Optimisation goal of a microcontroller's image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Optimise {
@@ -45,12 +45,12 @@ pub enum Optimise {
 }
 
 impl Optimise {
-    /// Whether it is [`Optimise::Speed`].
+    /// True for [`Optimise::Speed`].
     pub fn is_speed(&self) -> bool {
         *self == Self::Speed
     }
 
-    /// What is said of an image beside its size: nothing, where it is made as images are made.
+    /// Remark beside the size of an image; empty for speed.
     pub fn note(self) -> &'static str {
         match self {
             Self::Speed => "",
@@ -59,7 +59,7 @@ impl Optimise {
     }
 }
 
-/// Where a controller runs.
+/// Board of a controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Board {
     /// QEMU's mps2-an386, a Cortex-M4F: instruction counts are exact, time is not.

@@ -1,4 +1,4 @@
-//! What a chain leaves for people: the page, the lines that end the terminal's output, and the files
+//! Results of the pipeline for people: the page, the lines that end the terminal's output, and the files
 //! beside them.
 
 mod closing;

@@ -1,4 +1,4 @@
-//! What a controller is tuned for.
+//! Objectives of the tuning.
 
 use crate::closed_loop::scenario::Score;
 

@@ -142,7 +142,7 @@ fn simplex(
     (values(ranges, &places), result.state().get_best_cost())
 }
 
-/// What a search may cost.
+/// Budget of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Budget {
     /// Iterations from every start, and again from the best of what they found and its neighbours.
@@ -158,10 +158,10 @@ pub enum Budget {
 
 /// Starts that share a budget.
 const TRIED: usize = 3;
-/// How far apart they lie, of the searched range.
+/// Least distance between them, as a fraction of the searched range.
 const APART: f64 = 0.3;
 
-/// What a search found.
+/// Result of a search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Found {
     /// The cheapest start.

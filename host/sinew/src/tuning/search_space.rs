@@ -12,7 +12,7 @@ const GAIN: Range = Range::logarithmic(1e-3, 1.0);
 const MOVE_SUPPRESSION: Range = Range::logarithmic(1e-8, 1e2);
 const TRACKING_WEIGHT: Range = Range::logarithmic(1e-3, 1e3);
 
-/// Where a search begins beside the model's own weights: gain of the disturbance estimate and move suppression.
+/// Starts of a search beside the model's own weights: gain of the disturbance estimate and move suppression.
 const STARTS: [(f64, f64); 2] = [(0.1, 1e-2), (0.3, 1e-5)];
 
 /// First start of a network without tuned weights: gain of the disturbance estimate and move

@@ -22,7 +22,7 @@ use crate::tuning::search_space::{Budget, Cheapest, SearchSpace};
 use sinew_ident::cli::progress::Stage;
 use sinew_ident::error::{Error, Result};
 
-/// What is tuned on, and what is reported on.
+/// Training loops and the reported loop of a tuning.
 pub struct Request<'a> {
     /// The loop's task.
     pub bench: &'a Setup<'a>,
@@ -52,7 +52,7 @@ pub struct HeldOut {
     pub cost: f64,
 }
 
-/// What tuning did to one controller; before and after.
+/// One controller before and after tuning.
 pub struct Line {
     /// `MPC`, `PID`, `RISE`.
     pub name: &'static str,
@@ -66,7 +66,7 @@ pub struct Line {
 
 /// A controller without a model, tuned.
 pub struct TunedFeedback<L: BaselineController> {
-    /// What tuning did.
+    /// Scores before and after.
     pub line: Line,
     /// The gains found.
     pub tuning: Vec<Tuning<L::Gains>>,

@@ -47,7 +47,7 @@ impl Animation {
         Ok(())
     }
 
-    /// Whether there is nothing to see: the rig has no shape.
+    /// True if the rig has no shape.
     pub fn is_empty(&self) -> bool {
         self.pictures.iter().all(Vec::is_empty)
     }

@@ -20,7 +20,7 @@ impl Desk {
         }
     }
 
-    /// Where it lies.
+    /// Its folder.
     pub fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }

@@ -1,4 +1,4 @@
-//! What the program refuses, word for word: the place, what was expected, what was meant, the exit status.
+//! Refusals of the program, word for word: the place, what was expected, what was meant, the exit status.
 
 use crate::desk::Desk;
 

@@ -1,4 +1,4 @@
-//! What the verbs leave behind.
+//! Results of the verbs.
 
 use std::path::Path;
 use std::process::Command;

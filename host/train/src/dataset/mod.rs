@@ -1,4 +1,4 @@
-//! What a network learns from: short stretches of the fitted rig's motion at the control period,
+//! Training data: short rollouts of the fitted rig's motion at the control period,
 //! begun where the recordings went and a little beyond.
 //!
 //! Short stretches from many places suit plants that drift as well as those that settle: no
@@ -30,14 +30,14 @@ pub struct Episode {
     pub channels: Vec<f64>,
 }
 
-/// Where recordings went: a state of the plant and the inputs at that time.
+/// Sampled state of the plant with the inputs at that time.
 #[derive(Clone, Debug)]
 pub struct Visit {
     state: Vec<f64>,
     inputs: Vec<f64>,
 }
 
-/// How episodes are drawn.
+/// Settings of the rollouts.
 #[derive(Clone, Debug)]
 pub struct Recipe {
     /// Control period, seconds.

@@ -1,4 +1,4 @@
-//! What the simulator's exact derivatives say of an episode: how its outputs change when its inputs do.
+//! Exact sensitivities of a rollout: how its outputs change when its inputs do.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -22,7 +22,7 @@ pub struct Slope {
     pub of: Vec<f64>,
 }
 
-/// Where the outputs of an episode are differentiated, and for how long.
+/// Start and length of a differentiated part of a rollout.
 #[derive(Clone, Copy, Debug)]
 pub struct Stretch<'a> {
     /// The first step from which on inputs may move.

@@ -25,7 +25,7 @@ const FORMAT: &str = "sinew-checkpoint/1";
 /// Time between two checkpoints: what is lost when a training is stopped.
 const INTERVAL: Duration = Duration::from_secs(10);
 
-/// Where a training writes down how far it is.
+/// File of an unfinished training.
 #[derive(Debug)]
 pub struct Checkpoint {
     file: PathBuf,
@@ -33,7 +33,7 @@ pub struct Checkpoint {
     last: Instant,
 }
 
-/// How far a training is.
+/// State of an unfinished training.
 pub(super) struct Reached {
     pub predictor: Predictor,
     pub optimizer: ModuleOptimizer,
@@ -159,7 +159,7 @@ fn parse(bytes: &[u8], key: u64) -> Option<(Header, [&[u8]; 3])> {
     (ours && three.len() == third).then_some((header, [one, two, three]))
 }
 
-/// What a training is made of: its options, its numbers, and the program that made them.
+/// Key of a training: its options, its numbers, and the program that made them.
 pub(super) fn key(options: &Options, numbers: [&DMatrix<f64>; 2]) -> u64 {
     let mut hasher = DefaultHasher::new();
     env!("CARGO_PKG_VERSION").hash(&mut hasher);

@@ -14,7 +14,7 @@ pub struct Folded {
     pub shape: Shape,
     /// The linear path: `[n_y][n]`.
     pub linear: Vec<Vec<f32>>,
-    /// What the network begins with.
+    /// Kind of the first layer.
     pub first: FirstLayer,
     /// The first layer, if it remembers.
     pub remembering: Option<Remembering>,

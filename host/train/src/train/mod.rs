@@ -53,10 +53,10 @@ fn observer_steps(gain: f64) -> usize {
     }
 }
 
-/// How a network is trained.
+/// Settings of the training.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
-    /// What the network begins with.
+    /// Kind of the first layer.
     pub first: FirstLayer,
     /// Widths of the hidden layers.
     pub hidden: Vec<usize>,

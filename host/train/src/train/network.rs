@@ -21,7 +21,7 @@ pub struct Predictor {
     last: Linear,
 }
 
-/// What stays fixed while the predictor learns.
+/// Constants of the training.
 pub struct Frame {
     /// Counts of the regressor.
     pub shape: Shape,
@@ -30,9 +30,9 @@ pub struct Frame {
     offset: Tensor<2>,
     /// Typical change of each output in one period, `[1][n_y]`.
     step: Tensor<2>,
-    /// How much of that change the linear path leaves unexplained.
+    /// Part of that change that the skip connection leaves unexplained.
     gain: f32,
-    /// What the network begins with.
+    /// Kind of the first layer.
     first: FirstLayer,
     /// L of docs/explanation/controller.md, eq. 10c.
     observer_gain: f64,
@@ -329,7 +329,7 @@ impl Predictor {
 /// Steps of a warm-up that are learned from; before them the state is only computed.
 const LEARNED_WARM_UP: usize = 8;
 
-/// What the network remembers after the warm-up, from rest: back-propagation through time is truncated there.
+/// Hidden state after the burn-in, from rest: back-propagation through time is truncated there.
 fn warmed_up(cell: &Weights, frame: &Frame, batch: &Batch) -> State {
     let rows = batch.inputs.first().map_or(0, |u| u.dims()[0]);
     let Some(before) = &batch.before else {

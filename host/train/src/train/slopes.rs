@@ -22,7 +22,7 @@ pub struct Slopes<'a> {
     windows: &'a Windows<'a>,
     places: Vec<(usize, &'a Slope)>,
     rollout: usize,
-    /// What an error at each step is measured by.
+    /// Weight of an error at each step.
     sizes: Vec<f32>,
 }
 

@@ -38,11 +38,11 @@ pub struct Scaled {
     pub u: Vec<f64>,
     /// Outputs without noise, `[steps + 1][n_y]`.
     pub y: Vec<f64>,
-    /// What a sensor would have read: `y` with noise.
+    /// Sensor signal: `y` with noise.
     pub measured: Vec<f64>,
     /// Channels with noise, `[steps + 1][n_s]`.
     pub channels: Vec<f64>,
-    /// What the simulator's derivatives say, where they are asked for.
+    /// Sensitivities of the simulator, where they are asked for.
     pub slopes: Vec<Slope>,
     /// Number of steps.
     pub steps: usize,
@@ -93,7 +93,7 @@ impl<'a> Windows<'a> {
         self.starts.len()
     }
 
-    /// Whether there is none.
+    /// True without any.
     pub fn is_empty(&self) -> bool {
         self.starts.is_empty()
     }
@@ -103,7 +103,7 @@ impl<'a> Windows<'a> {
         self.warm_up
     }
 
-    /// Whether window `w` is the first of its episode; the next ones begin a step later each.
+    /// True if window `w` is the first of its episode; the next ones begin a step later each.
     pub fn begins_episode(&self, w: usize) -> bool {
         w == 0 || self.starts[w - 1].0 != self.starts[w].0
     }
@@ -130,7 +130,7 @@ impl<'a> Windows<'a> {
         &episode.u[(k - back) * self.shape.n_u..(k + self.rollout) * self.shape.n_u]
     }
 
-    /// What was measured at k - back + 1 .. k of window `w`, one row of `n_y` a step.
+    /// Measurements at k - back + 1 .. k of window `w`, one row of `n_y` a step.
     pub fn measured_since(&self, w: usize, back: usize) -> &[f64] {
         let (episode, k) = self.at(w);
         &episode.measured[(k + 1 - back) * self.shape.n_y..(k + 1) * self.shape.n_y]

@@ -10,7 +10,7 @@ use crate::error::Result;
 const CHUNK: usize = 8;
 /// Most steps of Gauss and Newton.
 const STEPS: usize = 3;
-/// How often a step that does no good is halved.
+/// Halvings of a step that does not reduce the error.
 const HALVINGS: usize = 2;
 /// A step that leaves more than this of what there was is the last.
 const WORTH: f64 = 0.8;
@@ -23,14 +23,14 @@ pub(super) struct Imitation<'a> {
     times: &'a [f64],
     /// Of the noise, one entry a sensor.
     deviations: &'a [f64],
-    /// Where the unknowns are, and between which bounds.
+    /// Values of the unknowns and their bounds.
     unknowns: Vec<f64>,
     bounds: Vec<[f64; 2]>,
     /// Signals in standard deviations of their noise.
     plain: Vec<f64>,
     /// Orthonormal, in the same units.
     columns: Vec<Vec<f64>>,
-    /// How the unknowns move along each.
+    /// Motion of the unknowns along each direction.
     moves: Vec<Vec<f64>>,
 }
 
@@ -97,7 +97,7 @@ impl<'a> Imitation<'a> {
         Ok(imitation)
     }
 
-    /// How many directions there are.
+    /// Number of directions.
     pub(super) fn directions(&self) -> usize {
         self.columns.len()
     }

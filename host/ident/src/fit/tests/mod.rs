@@ -1,11 +1,11 @@
-//! What a fit must find, and what it must not claim. The recordings of the mass on a spring are foreign
+//! Parameters that a fit must find, and claims that it must not make. The recordings of the mass on a spring are foreign
 //! (`tests/foreign/mass_spring_damper.py`); the others are simulated, with noise.
 
 use std::path::PathBuf;
 
 use sinew_sim::InputTrajectory;
 
-use super::levenberg::{Belief, Effort, Unknowns, descend, minimise, total_cost};
+use super::levenberg::{DecisionVariables, Prior, StoppingCriteria, descend, minimise, total_cost};
 use super::segment::{Problem, Segment};
 use super::*;
 use crate::recording::Column;
@@ -493,17 +493,17 @@ fn what_is_tied_changes_by_the_same_part_of_its_scale() {
         state_scale: vec![0.1, 1.0],
     };
     let fitted = |tied: &[&[usize]]| {
-        let belief = Belief {
+        let belief = Prior {
             bounds: vec![[0.01, 1e3]; 3],
             written: begun.to_vec(),
             widths: vec![f64::INFINITY; 3],
             tied: tied.iter().map(|group| group.to_vec()).collect(),
         };
-        let effort = Effort {
+        let effort = StoppingCriteria {
             iterations: 30,
             relative: 1e-9,
         };
-        let mut at = Unknowns {
+        let mut at = DecisionVariables {
             values: plant.values(),
             states: vec![vec![0.0; 2]],
         };
@@ -543,27 +543,27 @@ fn fitted_twice(start: [f64; 3], recording: &Recording) -> (usize, f64) {
         sigma: vec![1e-3],
         state_scale: vec![0.1, 1.0],
     };
-    let belief = Belief {
+    let belief = Prior {
         bounds: vec![[0.01, 1e3], [0.1, 1e3], [0.0, 1e3], [0.0, 1e3]],
         written: plant.values(),
         widths: vec![100.0; 4],
         tied: Vec::new(),
     };
-    let effort = Effort {
+    let effort = StoppingCriteria {
         iterations: 30,
         relative: 1e-6,
     };
-    let from = Unknowns {
+    let from = DecisionVariables {
         values: plant.values(),
         states: vec![vec![0.0; 2]; 4],
     };
-    let cost = |unknowns: &Unknowns| total_cost(&problem, &belief, &segments, unknowns);
+    let cost = |unknowns: &DecisionVariables| total_cost(&problem, &belief, &segments, unknowns);
     let tell = &mut |_, _| {};
 
     let mut early = from.clone();
     let ended = minimise(&problem, &belief, &segments, &mut early, &effort, tell);
     let refused = std::cell::Cell::new(0);
-    let to_the_end = |candidate: &Unknowns, most: f64| {
+    let to_the_end = |candidate: &DecisionVariables, most: f64| {
         let cost = cost(candidate);
         refused.set(refused.get() + usize::from(cost > most));
         cost
@@ -574,7 +574,7 @@ fn fitted_twice(start: [f64; 3], recording: &Recording) -> (usize, f64) {
         &problem, &belief, &segments, &mut whole, &effort, tell, judge,
     );
 
-    let bits = |unknowns: &Unknowns| -> Vec<u64> {
+    let bits = |unknowns: &DecisionVariables| -> Vec<u64> {
         let numbers = unknowns
             .values
             .iter()

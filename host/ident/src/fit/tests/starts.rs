@@ -1,4 +1,4 @@
-//! Where stretches of a recording start.
+//! Initial states of shooting segments.
 
 use super::*;
 use crate::fit::experiment::spreads;
@@ -20,14 +20,12 @@ fn of_states<'a>(
 ) -> Problem<'a> {
     let views = experiment::Views::new(rig, plant);
     let spreads = spreads(experiments).into_iter();
-    Problem {
+    Problem::of_states(
         plant,
         experiments,
-        slots: Vec::new(),
-        scale: Vec::new(),
-        sigma: spreads.map(|spread| part * spread).collect(),
-        state_scale: start::scales(experiments, &views, &plant.values()),
-    }
+        spreads.map(|spread| part * spread).collect(),
+        start::scales(experiments, &views, &plant.values()),
+    )
 }
 
 /// A lag that began each stretch with the recording's first sample missed the first rows of all but one by what the device
