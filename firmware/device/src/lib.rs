@@ -11,7 +11,7 @@
 //! sets outputs. No heap, no double precision, no panic, no loop without a bound. Frames:
 //! `docs/reference/protocol.md`; faults: `docs/reference/faults.md`.
 
-pub mod blend;
+pub mod bumpless;
 #[cfg(feature = "checks")]
 pub mod checks;
 pub mod clock;
@@ -19,4 +19,4 @@ pub mod converter;
 pub mod mode;
 pub mod protocol;
 pub mod session;
-pub mod watch;
+pub mod supervisor;

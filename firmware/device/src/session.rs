@@ -6,14 +6,14 @@ use heapless::Vec;
 
 pub use rig::Outputs;
 
-use crate::blend::Blend;
+use crate::bumpless::BumplessTransfer;
 use crate::clock::Clock;
 use crate::mode::{Cause, Drive, Mode, State};
 use crate::protocol::{
     Accumulator, Fed, Identity, MAX_JACOBIAN, MAX_REGRESSOR, PROTOCOL, Reason, Summary, ToDevice,
     ToHost, decode, encode,
 };
-use crate::watch::Watch;
+use crate::supervisor::Supervisor;
 use sinew_mpc::CostTerm;
 use sinew_mpc::controller::{ControlLoop, Settings, Step};
 use sinew_mpc::limits::Limits;
@@ -24,6 +24,70 @@ use sinew_mpc::network::unflatten;
 pub const EXCITATION_ROWS: usize = 32;
 
 /// One controller at one link. Counts since it was made; a [`ToDevice::Reset`] does not clear counts.
+///
+/// ```
+/// use sinew_device::clock::Clock;
+/// use sinew_device::mode::Drive;
+/// use sinew_device::protocol::{ToDevice, ToHost};
+/// use sinew_device::session::Session;
+/// use sinew_mpc::{Limits, Model, Propagate, Settings};
+///
+/// sinew_mpc::controller! {
+///     model: Lag,
+///     inputs: 1,
+///     outputs: 1,
+///     channels: 0,
+///     past_inputs: 1,
+///     past_outputs: 1,
+///     horizon: 10,
+///     move_blocks: 2,
+/// }
+/// # struct Lag;
+/// # impl Model<INPUTS, OUTPUTS, CHANNELS, PAST_INPUTS, PAST_OUTPUTS> for Lag {
+/// #     type Trace = ();
+/// #     const TRACE: () = ();
+/// #     fn predict(&self, x: &Regressor, _: &mut ()) -> [f32; OUTPUTS] {
+/// #         [0.9 * x.y[0][0] + 0.1 * x.u[0][0]]
+/// #     }
+/// #     fn jacobian(&self, _: &(), jacobian: &mut Jacobian) {
+/// #         jacobian.y[0][0][0] = 0.9;
+/// #         jacobian.u[0][0][0] = 0.1;
+/// #     }
+/// # }
+/// # impl Propagate<INPUTS, OUTPUTS, CHANNELS, PAST_INPUTS, PAST_OUTPUTS> for Lag {}
+/// struct Ticks;
+///
+/// impl Clock for Ticks {
+///     fn ticks(&self) -> u32 {
+///         0
+///     }
+/// }
+///
+/// let limits = Limits { lower: [-1.0], upper: [1.0], rate: [0.5], safe: [0.0] };
+/// let settings = Settings {
+///     tracking_weight: [1.0],
+///     move_suppression: [0.01],
+///     disturbance_gain: 0.5,
+///     iterations: 2,
+///     gap_limit: 5,
+/// };
+/// let horizons = Horizons::new(1, [1, 2]);
+/// let controller = Controller::new(Lag, Scaling::IDENTITY, limits, settings, horizons);
+/// // The model's hash, 100 steps per second, 3 steps that are decided.
+/// let identity = Session::<Lag, 1, 1, 0, 1, 1, 10, 2, 2>::identity_of(0, 100_000, 3);
+/// let mut session = Session::new(controller, identity);
+/// session.answer(&ToDevice::Arm { drive: Drive::Host, blend_steps: 0 }, &Ticks);
+/// let sample = ToDevice::Sample {
+///     seq: 1,
+///     y: [0.0].into_iter().collect(),
+///     s: [].into_iter().collect(),
+///     reference: [0.5].into_iter().collect(),
+/// };
+/// let ToHost::Command { u, .. } = session.answer(&sample, &Ticks) else {
+///     panic!("a sample of these shapes is answered by a command");
+/// };
+/// assert!(u[0] > 0.0 && u[0] <= 0.5);
+/// ```
 pub struct Session<
     M,
     const NU: usize,
@@ -41,8 +105,8 @@ pub struct Session<
     summary: Summary,
     stopped: bool,
     state: State,
-    watch: Watch<NU, NY>,
-    blend: Blend<NY>,
+    supervisor: Supervisor<NU, NY>,
+    transfer: BumplessTransfer<NY>,
     /// The model's own limits: those in force may be narrower.
     widest: Limits<NU>,
     own: rig::Own<NU, NY, N>,
@@ -106,8 +170,8 @@ impl<
             },
             stopped: false,
             state: State::disarmed(Cause::Start),
-            watch: Watch::new(),
-            blend: Blend::NONE,
+            supervisor: Supervisor::new(),
+            transfer: BumplessTransfer::NONE,
             own: rig::Own::new(),
         }
     }
@@ -162,7 +226,7 @@ impl<
             ToDevice::Probe { x } => self.probe(x),
             ToDevice::Reset => {
                 self.controller.reset();
-                self.watch = Watch::new();
+                self.supervisor = Supervisor::new();
                 ToHost::Tuned
             }
             ToDevice::Stop => {
@@ -207,7 +271,7 @@ impl<
         let missed = self.controller.estimator().missed();
         let (step, ticks) = match self.state.mode {
             Mode::Armed(_) => {
-                self.blend.apply(y, &mut reference);
+                self.transfer.apply(y, &mut reference);
                 let start = clock.ticks();
                 let step = self.controller.step(y, s, &reference);
                 let ticks = clock.ticks().wrapping_sub(start);
@@ -253,7 +317,7 @@ impl<
         let scaling = self.controller.scaling();
         let (y, u) = (scaling.y.to_model(y), scaling.u.to_model(&step.u));
         let gap_limit = self.controller.settings().gap_limit;
-        let Some(cause) = self.watch.judge(&y, &u, step.status, gap_limit) else {
+        let Some(cause) = self.supervisor.check(&y, &u, step.status, gap_limit) else {
             return;
         };
         // A host that is late moves nothing: the command retreats while its samples are missing, and goes on
@@ -270,8 +334,8 @@ impl<
         if self.state.mode != Mode::Disarmed {
             return refused(Reason::Mode);
         }
-        self.watch = Watch::new();
-        self.blend = Blend::over(blend_steps);
+        self.supervisor = Supervisor::new();
+        self.transfer = BumplessTransfer::over(blend_steps);
         self.state = State {
             mode: Mode::Armed(drive),
             cause: Cause::Asked,
@@ -376,7 +440,7 @@ impl<
     /// The board saw a step end after its period.
     pub fn note_deadline_miss(&mut self) {
         self.summary.deadline_misses = self.summary.deadline_misses.wrapping_add(1);
-        self.watch.note_late();
+        self.supervisor.note_late();
     }
 
     /// The board knows why it starts anew. Before anything is armed.

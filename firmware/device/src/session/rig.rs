@@ -127,7 +127,7 @@ impl<
                 if let Some(rows) = &mut self.own.reference {
                     rows.copy_within(1.., 0);
                 }
-                self.blend.apply(y, &mut reference);
+                self.transfer.apply(y, &mut reference);
                 let first = reference.first().copied().unwrap_or(*y);
                 (self.controller.step(y, s, &reference), None, first)
             }

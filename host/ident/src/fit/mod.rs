@@ -1,9 +1,10 @@
 //! Identification: the rig's free parameters from recordings (docs/explanation/identification.md).
 //!
-//! An output-error fit: the parameters and one start state a recording are those for which the rig, driven by
-//! the recorded inputs alone, comes closest to what the sensors measured. Levenberg–Marquardt with exact
-//! derivatives does the work, first over short stretches with start states of their own, then over whole
-//! recordings, so that a device that drifts and a poor first guess do no harm.
+//! An output-error fit by progressive-horizon multiple shooting. The decision variables are the
+//! parameters and one initial state per shooting segment. They minimise the free-run (simulation)
+//! error: the rig, driven by the recorded inputs alone, against the measured signals. The optimiser is
+//! Levenberg–Marquardt with exact derivatives. The segments are short at first, each with its own
+//! initial state, and grow to whole recordings. A device that drifts and a poor first guess do no harm.
 
 pub(crate) mod experiment;
 pub(crate) mod levenberg;
