@@ -1,5 +1,5 @@
-//! A dense layer as burn's own has it: `burn-nn`, which holds that and fifty others, takes as long to compile as all
-//! of this crate.
+//! A dense layer as burn's own has it: `burn-nn`, which holds that and fifty others, takes as long
+//! to compile as all of this crate.
 
 use burn::module::{Module, Param, ParamId};
 use burn::tensor::module::linear;
@@ -15,7 +15,8 @@ pub struct Linear {
 }
 
 impl Linear {
-    /// A layer whose weights are drawn from `U(-k, k)`, `k = sqrt(1 / inputs)`, when they are first used.
+    /// A layer whose weights are drawn from `U(-k, k)`, `k = sqrt(1 / inputs)`, when they are first
+    /// used.
     pub fn drawn(inputs: usize, outputs: usize, device: &Device) -> Self {
         Self {
             bias: Some(drawn([outputs], inputs, device)),
