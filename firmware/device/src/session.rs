@@ -1,4 +1,5 @@
-//! Frame in, frame out: a pure state machine around the control loop. Boards move bytes, this answers.
+//! Frame in, frame out: a pure state machine around the control loop. Boards move bytes, this
+//! answers.
 
 mod rig;
 
@@ -6,14 +7,14 @@ use heapless::Vec;
 
 pub use rig::Outputs;
 
-use crate::blend::Blend;
+use crate::bumpless::BumplessTransfer;
 use crate::clock::Clock;
 use crate::mode::{Cause, Drive, Mode, State};
 use crate::protocol::{
     Accumulator, Fed, Identity, MAX_JACOBIAN, MAX_REGRESSOR, PROTOCOL, Reason, Summary, ToDevice,
     ToHost, decode, encode,
 };
-use crate::watch::Watch;
+use crate::supervisor::Supervisor;
 use sinew_mpc::CostTerm;
 use sinew_mpc::controller::{ControlLoop, Settings, Step};
 use sinew_mpc::limits::Limits;
@@ -23,7 +24,72 @@ use sinew_mpc::network::unflatten;
 /// Rows of an excitation that wait for their tick: a quarter of a second at 120 Hz.
 pub const EXCITATION_ROWS: usize = 32;
 
-/// One controller at one link. Counts since it was made; a [`ToDevice::Reset`] does not clear counts.
+/// One controller at one link. Counts since it was made; a [`ToDevice::Reset`] does not clear
+/// counts.
+///
+/// ```
+/// use sinew_device::clock::Clock;
+/// use sinew_device::mode::Drive;
+/// use sinew_device::protocol::{ToDevice, ToHost};
+/// use sinew_device::session::Session;
+/// use sinew_mpc::{Limits, Model, Propagate, Settings};
+///
+/// sinew_mpc::controller! {
+///     model: Lag,
+///     inputs: 1,
+///     outputs: 1,
+///     channels: 0,
+///     past_inputs: 1,
+///     past_outputs: 1,
+///     horizon: 10,
+///     move_blocks: 2,
+/// }
+/// # struct Lag;
+/// # impl Model<INPUTS, OUTPUTS, CHANNELS, PAST_INPUTS, PAST_OUTPUTS> for Lag {
+/// #     type Trace = ();
+/// #     const TRACE: () = ();
+/// #     fn predict(&self, x: &Regressor, _: &mut ()) -> [f32; OUTPUTS] {
+/// #         [0.9 * x.y[0][0] + 0.1 * x.u[0][0]]
+/// #     }
+/// #     fn jacobian(&self, _: &(), jacobian: &mut Jacobian) {
+/// #         jacobian.y[0][0][0] = 0.9;
+/// #         jacobian.u[0][0][0] = 0.1;
+/// #     }
+/// # }
+/// # impl Propagate<INPUTS, OUTPUTS, CHANNELS, PAST_INPUTS, PAST_OUTPUTS> for Lag {}
+/// struct Ticks;
+///
+/// impl Clock for Ticks {
+///     fn ticks(&self) -> u32 {
+///         0
+///     }
+/// }
+///
+/// let limits = Limits { lower: [-1.0], upper: [1.0], rate: [0.5], safe: [0.0] };
+/// let settings = Settings {
+///     tracking_weight: [1.0],
+///     move_suppression: [0.01],
+///     disturbance_gain: 0.5,
+///     iterations: 2,
+///     gap_limit: 5,
+/// };
+/// let horizons = Horizons::new(1, [1, 2]);
+/// let controller = Controller::new(Lag, Scaling::IDENTITY, limits, settings, horizons);
+/// // The model's hash, 100 steps per second, 3 steps that are decided.
+/// let identity = Session::<Lag, 1, 1, 0, 1, 1, 10, 2, 2>::identity_of(0, 100_000, 3);
+/// let mut session = Session::new(controller, identity);
+/// session.answer(&ToDevice::Arm { drive: Drive::Host, blend_steps: 0 }, &Ticks);
+/// let sample = ToDevice::Sample {
+///     seq: 1,
+///     y: [0.0].into_iter().collect(),
+///     s: [].into_iter().collect(),
+///     reference: [0.5].into_iter().collect(),
+/// };
+/// let ToHost::Command { u, .. } = session.answer(&sample, &Ticks) else {
+///     panic!("a sample of these shapes is answered by a command");
+/// };
+/// assert!(u[0] > 0.0 && u[0] <= 0.5);
+/// ```
 pub struct Session<
     M,
     const NU: usize,
@@ -41,8 +107,8 @@ pub struct Session<
     summary: Summary,
     stopped: bool,
     state: State,
-    watch: Watch<NU, NY>,
-    blend: Blend<NY>,
+    supervisor: Supervisor<NU, NY>,
+    transfer: BumplessTransfer<NY>,
     /// The model's own limits: those in force may be narrower.
     widest: Limits<NU>,
     own: rig::Own<NU, NY, N>,
@@ -106,14 +172,14 @@ impl<
             },
             stopped: false,
             state: State::disarmed(Cause::Start),
-            watch: Watch::new(),
-            blend: Blend::NONE,
+            supervisor: Supervisor::new(),
+            transfer: BumplessTransfer::NONE,
             own: rig::Own::new(),
         }
     }
 
-    /// Takes any number of bytes; for every whole frame among them calls `reply` with one answer, an
-    /// encoded frame. Damaged frames are counted and answered by [`ToHost::Refused`].
+    /// Takes any number of bytes; for every whole frame among them calls `reply` with one answer,
+    /// an encoded frame. Damaged frames are counted and answered by [`ToHost::Refused`].
     pub fn receive(&mut self, bytes: &[u8], clock: &impl Clock, mut reply: impl FnMut(&[u8])) {
         for byte in bytes {
             let message = match self.accumulator.feed(*byte) {
@@ -162,7 +228,7 @@ impl<
             ToDevice::Probe { x } => self.probe(x),
             ToDevice::Reset => {
                 self.controller.reset();
-                self.watch = Watch::new();
+                self.supervisor = Supervisor::new();
                 ToHost::Tuned
             }
             ToDevice::Stop => {
@@ -207,7 +273,7 @@ impl<
         let missed = self.controller.estimator().missed();
         let (step, ticks) = match self.state.mode {
             Mode::Armed(_) => {
-                self.blend.apply(y, &mut reference);
+                self.transfer.apply(y, &mut reference);
                 let start = clock.ticks();
                 let step = self.controller.step(y, s, &reference);
                 let ticks = clock.ticks().wrapping_sub(start);
@@ -253,25 +319,26 @@ impl<
         let scaling = self.controller.scaling();
         let (y, u) = (scaling.y.to_model(y), scaling.u.to_model(&step.u));
         let gap_limit = self.controller.settings().gap_limit;
-        let Some(cause) = self.watch.judge(&y, &u, step.status, gap_limit) else {
+        let Some(cause) = self.supervisor.check(&y, &u, step.status, gap_limit) else {
             return;
         };
-        // A host that is late moves nothing: the command retreats while its samples are missing, and goes on
-        // with them.
+        // A host that is late moves nothing: the command retreats while its samples are missing,
+        // and goes on with them.
         let is_of_host = self.state.drive() == Some(Drive::Host);
         if !(is_of_host && matches!(cause, Cause::SamplesLost | Cause::Late)) {
             self.disarm(cause);
         }
     }
 
-    // These are not inlined into `answer`: their locals would lie on the stack under a control step.
+    // These are not inlined into `answer`: their locals would lie on the stack under a control
+    // step.
     #[inline(never)]
     fn arm(&mut self, drive: Drive, blend_steps: u16) -> ToHost {
         if self.state.mode != Mode::Disarmed {
             return refused(Reason::Mode);
         }
-        self.watch = Watch::new();
-        self.blend = Blend::over(blend_steps);
+        self.supervisor = Supervisor::new();
+        self.transfer = BumplessTransfer::over(blend_steps);
         self.state = State {
             mode: Mode::Armed(drive),
             cause: Cause::Asked,
@@ -376,7 +443,7 @@ impl<
     /// The board saw a step end after its period.
     pub fn note_deadline_miss(&mut self) {
         self.summary.deadline_misses = self.summary.deadline_misses.wrapping_add(1);
-        self.watch.note_late();
+        self.supervisor.note_late();
     }
 
     /// The board knows why it starts anew. Before anything is armed.
@@ -389,7 +456,8 @@ impl<
         self.state
     }
 
-    /// After [`ToDevice::Stop`]: ready for another run, disarmed. For boards that go on; a program ends.
+    /// After [`ToDevice::Stop`]: ready for another run, disarmed. For boards that go on; a program
+    /// ends.
     pub const fn reopen(&mut self) {
         self.stopped = false;
     }
@@ -427,7 +495,8 @@ impl<
     }
 }
 
-/// Rows r(k+1) .. of a frame, the last one held to the horizon; `None` where they are not whole or too many.
+/// Rows r(k+1) .. of a frame, the last one held to the horizon; `None` where they are not whole or
+/// too many.
 fn preview<const NY: usize, const N: usize>(rows: &[f32]) -> Option<[[f32; NY]; N]> {
     let (rows, rest) = rows.as_chunks::<NY>();
     let last = rows.last()?;

@@ -9,7 +9,7 @@ use sinew_device::clock::Clock;
 use sinew_device::mode::{Cause, Drive, Mode};
 use sinew_device::protocol::{Reason, ToDevice, ToHost};
 use sinew_device::session::{EXCITATION_ROWS, Outputs, Session};
-use sinew_device::watch::{ENVELOPE, LATE_LIMIT, OUTSIDE_LIMIT, STUCK_LIMIT};
+use sinew_device::supervisor::{ENVELOPE, LATE_LIMIT, OUTSIDE_LIMIT, STUCK_LIMIT};
 use sinew_mpc::Horizons;
 use sinew_mpc::controller::{ControlLoop, Settings};
 use sinew_mpc::limits::Limits;

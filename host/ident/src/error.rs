@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 
 use sinew_sim::SimulationError;
 
-/// What every fallible function of this crate returns.
+/// Result of every fallible function of this crate.
 pub type Result<T> = std::result::Result<T, Error>;
 
 /// Why a command could not do its work. Opaque on purpose: look at [`Error::kind`].
@@ -43,18 +43,18 @@ pub enum Kind {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: std::io::Error,
-        /// What to try.
+        /// The likely fix.
         help: Option<String>,
     },
     /// A result cannot be written.
     Write {
         /// The file or folder.
         path: PathBuf,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: std::io::Error,
-        /// What to try.
+        /// The likely fix.
         help: Option<String>,
     },
     /// A rig file that was refused, with its place.
@@ -104,7 +104,8 @@ impl std::error::Error for Error {
     }
 }
 
-/// One message: place, what is wrong, what was expected, what to try. Whatever is absent is left out.
+/// One message: place, what is wrong, what was expected, what to try. Whatever is absent is left
+/// out.
 #[derive(Debug, Default, Clone, PartialEq, Eq)]
 pub struct Complaint {
     /// File, where the trouble is in one.
@@ -113,9 +114,9 @@ pub struct Complaint {
     pub line: Option<usize>,
     /// Column in characters, from 1.
     pub column: Option<usize>,
-    /// What is wrong, in one sentence without a full stop.
+    /// The fault, in one sentence without a full stop.
     pub message: String,
-    /// What would have been right.
+    /// The expected input.
     pub expected: Option<String>,
     /// The likely fix.
     pub help: Option<String>,
@@ -301,7 +302,8 @@ impl From<SimulationError> for Error {
     }
 }
 
-/// The name among `known` that was probably meant by `name`: equal but for case, or a few letters off.
+/// The name among `known` that was probably meant by `name`: equal but for case, or a few letters
+/// off.
 ///
 /// ```
 /// # use sinew_ident::error::nearest;

@@ -1,5 +1,5 @@
-//! Typical sizes at every place of a rig, from a run of it: what start values of a fit and weak instances of
-//! an effect are made of (`Kind::starts`).
+//! Typical sizes at every place of a rig, from a run of it: what start values of a fit and weak
+//! instances of an effect are made of (`Kind::starts`).
 
 use sinew_sim::effects::Scales;
 use sinew_sim::rig::{Drives, End, Reads, Site};
@@ -7,7 +7,7 @@ use sinew_sim::{InputTrajectory, Plant, Rig};
 
 use crate::error::Result;
 
-/// What a rig did, and what was put in.
+/// A simulated motion of a rig and its inputs.
 pub(crate) struct Run<'a> {
     rig: &'a Rig,
     plant: &'a Plant,
@@ -27,7 +27,7 @@ pub(crate) struct Run<'a> {
     interval: f64,
 }
 
-/// What moves at a place.
+/// Magnitudes of the motion at a site.
 struct Moved {
     position: Vec<f64>,
     velocity: Vec<f64>,
@@ -35,7 +35,8 @@ struct Moved {
 }
 
 impl<'a> Run<'a> {
-    /// Nothing run yet. `inputs` has one entry a recording, each one column an input of the plant, SI.
+    /// Nothing run yet. `inputs` has one entry a recording, each one column an input of the plant,
+    /// SI.
     pub(crate) fn new(
         rig: &'a Rig,
         plant: &'a Plant,
@@ -68,8 +69,8 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Runs the rig from `start` over one stretch of time and takes in what it does. A run that ends
-    /// early leaves what there was.
+    /// Runs the rig from `start` over one stretch of time and takes in what it does. A run that
+    /// ends early leaves what there was.
     ///
     /// # Errors
     /// `Simulation` where the rig cannot be simulated.
@@ -224,7 +225,7 @@ impl<'a> Run<'a> {
         (self.thrust[body] / self.q[body].len().max(1) as f64).sqrt()
     }
 
-    /// What pushes a body: springs, actuators and what it takes to accelerate it, RMS.
+    /// RMS forces on a body: springs, actuators, inertia.
     fn push(&self, body: usize) -> f64 {
         let mut squares = self.thrust(body).powi(2);
         for (index, spring) in self.rig.springs.iter().enumerate() {

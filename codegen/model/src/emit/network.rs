@@ -9,7 +9,8 @@ use crate::spec::{Activation, ControlSpec, Dense, Layer, ModelSpec, OutputForm};
 use sinew_nn::Recurrent;
 use sinew_nn::literal;
 
-/// The constants of a controller that the network carries, where they are not what a model has that says nothing.
+/// The constants of a controller that the network carries, where they are not what a model has that
+/// says nothing.
 fn settings(control: &ControlSpec) -> String {
     let constants = [
         ("COMMAND_WEIGHT", control.command_weight as f32, 0.0),
@@ -38,7 +39,7 @@ pub(super) fn print(spec: &ModelSpec) -> String {
     let zeros = zeros(layers);
     let mut forward = forward(layers);
     let mut jacobian = jacobian(layers);
-    let mut shortcut = String::new();
+    let mut skip = String::new();
     let mut kernels = match recurrent {
         None => "network",
         Some(_) => "network::{self, recurrent}",
@@ -47,7 +48,7 @@ pub(super) fn print(spec: &ModelSpec) -> String {
         let last = layers.len();
         forward.push_str(&format!("    skip::add(&SHORTCUT, &x, &mut a.a{last});\n"));
         jacobian.push_str("    skip::add_jacobian(&SHORTCUT, jacobian);\n");
-        shortcut = linear_path(spec, values);
+        skip = skip_connection(spec, values);
         kernels = match recurrent {
             None => "network::{self, skip}",
             Some(_) => "network::{self, recurrent, skip}",
@@ -148,7 +149,7 @@ fn forward(x: &Regressor, a: &mut Activations) {{
 #[inline(always)]
 fn derive({trace}: &Activations, {bool}jacobian: &mut Jacobian) {{
 {jacobian}{identity}}}
-{along}{next}{weights}{shortcut}",
+{along}{next}{weights}{skip}",
         zeros = zeros.trim_start(),
         bool = if recurrent.is_none() {
             "first: bool, "
@@ -297,7 +298,7 @@ fn jacobian(layers: &[Layer]) -> String {
     lines.iter().map(|line| format!("    {line}\n")).collect()
 }
 
-fn linear_path(spec: &ModelSpec, values: &[f32]) -> String {
+fn skip_connection(spec: &ModelSpec, values: &[f32]) -> String {
     let numbers = |values: &[f32]| {
         values
             .iter()

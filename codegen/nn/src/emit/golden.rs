@@ -34,7 +34,7 @@ pub(super) fn print(network: &Network) -> String {
         )
     };
     format!(
-        "//! The outputs are those of the program that the network came from.
+        "//! The outputs are those of the program that the network came from, or of the network in double precision.
 //!
 //! {HEADER}
 

@@ -42,13 +42,13 @@ impl From<Shape> for Kind {
 pub struct Arguments {
     /// The rig file (TOML); its actuators' limits are kept.
     pub rig: PathBuf,
-    /// Where the input columns are written: what `sinew simulate --input` and a test bench take.
+    /// File for the input columns, which `sinew simulate --input` and a test bench take.
     #[arg(long, value_name = "CSV")]
     out: PathBuf,
-    /// What the inputs look like.
+    /// Shape of the inputs.
     #[arg(long, value_enum, default_value_t = Shape::Mixed)]
     kind: Shape,
-    /// How long it takes.
+    /// Duration, s.
     #[arg(long, default_value_t = 30.0)]
     seconds: f64,
     /// Samples a second; without it the rig's `rate_hz`, or 120.
@@ -60,7 +60,8 @@ pub struct Arguments {
     /// Fraction of each input's range that is used, about its middle.
     #[arg(long, value_name = "FRACTION", default_value_t = 0.8)]
     amplitude: f64,
-    /// Lowest and highest frequency of its sines; without it two periods in all, and a twelfth of the rate.
+    /// Lowest and highest frequency of its sines; without it two periods in all, and a twelfth of
+    /// the rate.
     #[arg(long, value_name = "LOW,HIGH")]
     band: Option<String>,
     /// Noise of the sensors that is reckoned with, as a fraction of what each signal ranges over.

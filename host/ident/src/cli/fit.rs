@@ -19,7 +19,7 @@ pub struct Arguments {
     pub rig: PathBuf,
     #[command(flatten)]
     recordings: Recordings,
-    /// Where the rig with its new numbers is written; its comments are kept.
+    /// File for the fitted rig; its comments are kept.
     #[arg(long, value_name = "TOML")]
     out: Option<PathBuf>,
     /// No progress.

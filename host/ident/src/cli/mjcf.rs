@@ -13,7 +13,7 @@ use crate::mjcf::mjcf;
 pub struct Arguments {
     /// The rig file (TOML).
     pub rig: PathBuf,
-    /// Where MuJoCo's file is written.
+    /// File for MuJoCo.
     #[arg(long, value_name = "XML")]
     out: PathBuf,
     /// Say nothing of what MuJoCo cannot carry; the file says it.

@@ -14,7 +14,7 @@ use crate::diagnose::model::Model;
 use crate::diagnose::residuals::Residuals;
 use crate::diagnose::term::Term;
 use crate::error::Result;
-use crate::fit::levenberg::Unknowns;
+use crate::fit::levenberg::DecisionVariables;
 
 /// Tells whether an explanation leaves something that noise does not explain and that matters.
 pub(crate) fn leaves_something(case: &Case, candidate: &Candidate) -> bool {
@@ -122,7 +122,7 @@ fn holds_both_ways(case: &Case, candidate: &Candidate, base: &Candidate) -> Resu
     let (model, values) = (&candidate.trial.model, &candidate.trial.point.values);
     let mut segments = case.check.segments(&model.plant, &case.check_intervals)?;
     let states = (case.check).starts(&model.rig, &model.plant, &segments, values)?;
-    let from = Unknowns {
+    let from = DecisionVariables {
         values: values.clone(),
         states,
     };

@@ -14,7 +14,7 @@ use crate::diagnose::pool::Pool;
 use crate::diagnose::residuals::Residuals;
 use crate::diagnose::split::Roles;
 use crate::error::Result;
-use crate::fit::levenberg::Unknowns;
+use crate::fit::levenberg::DecisionVariables;
 use crate::fit::pace::pace;
 use crate::fit::start;
 use crate::fit::{Fit, FitOptions, fit};
@@ -61,7 +61,7 @@ pub(crate) fn fit_baseline_from(
         .starts(&model.rig, &model.plant, &segments, values)?;
     let problem = case.both.judging(&model.plant);
     let states = start::near(&problem, &segments, values, states);
-    let from = Unknowns {
+    let from = DecisionVariables {
         values: values.to_vec(),
         states,
     };

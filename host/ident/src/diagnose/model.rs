@@ -8,7 +8,7 @@ use sinew_sim::{Plant, Rig, Settings};
 use crate::diagnose::data::Data;
 use crate::diagnose::term::{Term, Tried};
 use crate::error::Result;
-use crate::fit::levenberg::{Belief, Effort, Stop, Unknowns, minimise};
+use crate::fit::levenberg::{DecisionVariables, Prior, Stop, StoppingCriteria, minimise};
 use crate::fit::segment::{Problem, Segment};
 use crate::fit::stages::{bounds, fitted_slots};
 use crate::fit::uncertainty;
@@ -166,7 +166,7 @@ impl Model {
         &'a self,
         data: &'a Data,
         segments: &[Segment],
-        point: &Unknowns,
+        point: &DecisionVariables,
     ) -> Problem<'a> {
         let mut problem = Problem {
             scale: self
@@ -184,8 +184,8 @@ impl Model {
         problem
     }
 
-    fn prior(&self, problem: &Problem) -> Belief {
-        Belief {
+    fn prior(&self, problem: &Problem) -> Prior {
+        Prior {
             bounds: self.bounds.clone(),
             written: self.written.clone(),
             widths: (0..problem.parameters())
@@ -224,14 +224,19 @@ impl Model {
     /// The start states fitted alone, where tendons may pull against each other. States that are
     /// far off are otherwise made up for by letting tendons hang, and those stay slack: one tendon
     /// of twice the stiffness moves a rig as two taut ones do.
-    pub fn begun(&self, data: &Data, segments: &mut [Segment], from: Unknowns) -> Unknowns {
+    pub fn begun(
+        &self,
+        data: &Data,
+        segments: &mut [Segment],
+        from: DecisionVariables,
+    ) -> DecisionVariables {
         if self.rig.tendons.len() < 2 {
             return from;
         }
         let point =
             self.held()
                 .improve(data, segments, from.clone(), CONFIG.model.state_steps, 1e-4);
-        point.map_or(from, |point| Unknowns {
+        point.map_or(from, |point| DecisionVariables {
             values: point.values,
             states: point.states,
         })
@@ -242,7 +247,7 @@ impl Model {
         &self,
         data: &Data,
         segments: &mut [Segment],
-        from: Unknowns,
+        from: DecisionVariables,
         steps: usize,
         relative: f64,
     ) -> Option<Point> {
@@ -255,7 +260,7 @@ impl Model {
         let problem = self.problem(data, segments, &from);
         let prior = self.prior(&problem);
         let mut unknowns = from;
-        let effort = Effort {
+        let effort = StoppingCriteria {
             iterations: steps,
             relative,
         };
@@ -284,7 +289,7 @@ impl Model {
         segments: &[Segment],
         point: &Point,
     ) -> BTreeMap<String, f64> {
-        let unknowns = Unknowns {
+        let unknowns = DecisionVariables {
             values: point.values.clone(),
             states: point.states.clone(),
         };
@@ -328,7 +333,7 @@ impl Model {
 }
 
 /// A parameter that is zero takes the size that would move the signals by their weight.
-fn give_scales(problem: &mut Problem, segments: &[Segment], point: &Unknowns) {
+fn give_scales(problem: &mut Problem, segments: &[Segment], point: &DecisionVariables) {
     let silent: Vec<usize> = (0..problem.parameters())
         .filter(|&j| problem.scale[j] == 0.0)
         .collect();

@@ -8,7 +8,7 @@ use crate::diagnose::model::Model;
 use crate::diagnose::noise::{Excess, beyond_rounding, excess};
 use crate::error::Result;
 use crate::fit::experiment::Views;
-use crate::fit::levenberg::Unknowns;
+use crate::fit::levenberg::DecisionVariables;
 use crate::fit::segment::Segment;
 use crate::fit::start;
 
@@ -40,7 +40,7 @@ impl Residuals {
             Some(states) if whole || data.added(&model.plant).is_empty() => states.to_vec(),
             _ => settled(model, values, data, &mut segments)?,
         };
-        let point = Unknowns {
+        let point = DecisionVariables {
             values: values.to_vec(),
             states,
         };

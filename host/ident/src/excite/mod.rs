@@ -1,5 +1,5 @@
-//! Designed experiments: inputs that a rig can be driven with, inside its limits and rate limits, and what
-//! they would reveal (docs/explanation/experiments.md).
+//! Designed experiments: inputs that a rig can be driven with, inside its limits and rate limits,
+//! and what they would reveal (docs/explanation/experiments.md).
 //!
 //! ```
 //! use sinew_ident::excite::{Kind, Options, design};
@@ -31,7 +31,7 @@ use crate::error::{Error, Result};
 use crate::recording::{Column, Recording};
 pub use table::table;
 
-/// What an experiment looks like.
+/// Shape of the inputs of an experiment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Sines of many frequencies at once, each input with frequencies of its own.
@@ -46,21 +46,21 @@ pub enum Kind {
     Mixed,
 }
 
-/// What is asked of a design.
+/// Settings of a design.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
-    /// What it looks like.
+    /// Shape of the inputs.
     pub kind: Kind,
-    /// How long it takes.
+    /// Duration, s.
     pub seconds: f64,
     /// Samples a second.
     pub rate_hz: f64,
     /// Seed of everything that is drawn.
     pub seed: u64,
-    /// Which fraction of each input's range is used, about its middle.
+    /// Fraction of each input's range that is used, about its middle.
     pub amplitude: f64,
-    /// Lowest and highest frequency of sines, Hz; without it two periods in the experiment and a twelfth
-    /// of the rate.
+    /// Lowest and highest frequency of sines, Hz; without it two periods in the experiment and a
+    /// twelfth of the rate.
     pub band_hz: Option<[f64; 2]>,
 }
 
@@ -90,7 +90,7 @@ pub struct Experiment {
 }
 
 impl Options {
-    /// Whether the numbers make sense together.
+    /// Checks that the settings are consistent.
     fn check(&self) -> Result<()> {
         let wrong = |message: String, help: &str| Err(Error::arguments(message).help(help));
         let positive = |x: f64| x.is_finite() && x > 0.0;
@@ -133,11 +133,13 @@ impl Options {
 
 /// Designs an experiment for a plant; `file` is its rig's, for errors.
 ///
-/// Every column begins at zero (or at the limit that is nearest to it), keeps to its actuator's `limit`
-/// and changes from row to row by no more than `rate_limit` allows, to the last bit as the CSV has them.
+/// Every column begins at zero (or at the limit that is nearest to it), keeps to its actuator's
+/// `limit` and changes from row to row by no more than `rate_limit` allows, to the last bit as the
+/// CSV has them.
 ///
 /// # Errors
-/// `Arguments` for numbers that make no sense; `File`, with the actuator's line, where an input has no limit.
+/// `Arguments` for numbers that make no sense; `File`, with the actuator's line, where an input has
+/// no limit.
 pub fn design(plant: &Plant, file: impl AsRef<Path>, options: &Options) -> Result<Experiment> {
     options.check()?;
     if plant.inputs().is_empty() {
@@ -156,7 +158,8 @@ pub fn design(plant: &Plant, file: impl AsRef<Path>, options: &Options) -> Resul
                 .at(input.line, 1)
                 .expected("`limit = [lower, upper]`: what it may be driven with"));
         };
-        // Each input draws from a stream of its own, so that one more leaves the others as they were.
+        // Each input draws from a stream of its own, so that one more leaves the others as they
+        // were.
         let mut random = ChaCha8Rng::seed_from_u64(options.seed);
         random.set_stream(index as u64);
         let wish = signal::shape(options, options.band(), &t, (index, count), &mut random);

@@ -8,7 +8,7 @@ use sinew_sim::{InputTrajectory, Plant, Rig};
 use crate::error::{Error, Result};
 use crate::recording::Recording;
 
-/// What a fit needs of a recording.
+/// A recording in SI units, in the order of the plant.
 pub(crate) struct Experiment {
     /// Name of the file, for reports.
     pub name: String,
@@ -22,7 +22,7 @@ pub(crate) struct Experiment {
     pub held: Vec<(String, usize)>,
 }
 
-/// How a body is seen: by which sensor, with which gain and offset.
+/// Sensor of a body with its gain and offset.
 #[derive(Clone, Copy)]
 pub(crate) struct View {
     pub sensor: usize,
@@ -41,7 +41,7 @@ impl View {
     }
 }
 
-/// Which sensors show the positions and the velocities of the bodies.
+/// Sensors of the positions and the velocities of the bodies.
 pub(crate) struct Views {
     pub position: Vec<Option<View>>,
     pub velocity: Vec<Option<View>>,
@@ -78,8 +78,8 @@ impl Experiment {
     /// Takes the columns that the plant names.
     ///
     /// # Errors
-    /// `File`, with the recording's line, for a column that is not there, for an input without one value, and
-    /// for a recording whose sensors have no sample at all.
+    /// `File`, with the recording's line, for a column that is not there, for an input without one
+    /// value, and for a recording whose sensors have no sample at all.
     pub fn new(plant: &Plant, recording: &Recording) -> Result<Self> {
         let mut inputs = Vec::new();
         let mut held = Vec::new();
@@ -130,7 +130,7 @@ impl Experiment {
         self.t.len()
     }
 
-    /// What drives the plant over some rows; actuators remember the rows before.
+    /// Input trajectory over some rows; actuators remember the rows before.
     ///
     /// # Errors
     /// None that [`Experiment::new`] has not excluded.
@@ -147,8 +147,8 @@ impl Experiment {
         Ok(drive.after(plant, &self.t[before.clone()], now, &over(before))?)
     }
 
-    /// Value and slope per second of a signal at a row: a parabola through the valid samples of at most
-    /// `reach` rows on either side, by least squares. `None` without a valid sample there.
+    /// Value and slope per second of a signal at a row: a parabola through the valid samples of at
+    /// most `reach` rows on either side, by least squares. `None` without a valid sample there.
     pub fn value_and_slope(&self, sensor: usize, row: usize, reach: usize) -> Option<[f64; 2]> {
         let rows = row.saturating_sub(reach)..(row + reach + 1).min(self.rows());
         let samples: Vec<[f64; 2]> = rows

@@ -1,69 +1,122 @@
-//! Levenberg–Marquardt over the parameters and all start states (docs/explanation/identification.md, eq. 4 to 8).
+//! Levenberg–Marquardt over the parameters and all start states
+//! (docs/explanation/identification.md, eq. 4 to 8).
 
 use nalgebra::{DMatrix, DVector};
 
 use super::segment::{Normal, Problem, Segment};
 
-/// Where the search stands. `z` is derived from `values`: `values[slot] = scale * z`.
+/// Decision variables: plant parameters and one initial state per segment. `z` is derived from
+/// `values`: `values[slot] = scale * z`.
 #[derive(Clone)]
-pub(crate) struct Unknowns {
+pub(crate) struct DecisionVariables {
     /// Every parameter of the plant, fitted or not, SI.
     pub values: Vec<f64>,
     /// One start state a segment, SI.
     pub states: Vec<Vec<f64>>,
 }
 
-/// What the parameters may be, and what the rig says they are.
-pub(crate) struct Belief {
+/// Bounds and Gaussian prior of the fitted parameters.
+pub(crate) struct Prior {
     /// Bounds of each fitted parameter, SI; infinite where there are none.
     pub bounds: Vec<[f64; 2]>,
-    /// What the rig says, SI.
+    /// Nominal values of the rig, SI.
     pub written: Vec<f64>,
-    /// Standard deviation of the prior around each, in units of `Problem::scale`: wide, or infinite.
+    /// Standard deviation of the prior around each, in units of `Problem::scale`: wide, or
+    /// infinite.
     pub widths: Vec<f64>,
-    /// Fitted parameters that change together, by the same part of their scales: a list of indices each.
+    /// Fitted parameters that change together, by the same part of their scales: a list of indices
+    /// each.
     pub tied: Vec<Vec<usize>>,
 }
 
-/// How a search ended.
+/// Reason for which a search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stop {
     /// The next step would gain nothing that noise does not drown.
     Converged,
-    /// No step lowers the error any more, though the linear theory promises one: a kink, as sticking makes.
+    /// No step lowers the error any more, though the linear theory promises one: a kink, as
+    /// sticking makes.
     Stalled,
     /// The permitted number of steps was taken.
     IterationLimit,
 }
 
-/// How far to search.
-pub(crate) struct Effort {
+/// Stopping criteria of a search.
+pub(crate) struct StoppingCriteria {
     pub iterations: usize,
-    /// Stop when the promised decrease falls below this part of the cost.
+    /// Stops when the predicted reduction falls below this part of the cost.
     pub relative: f64,
 }
 
 /// A decrease of the cost, in units of noise squared, that is not worth a step.
 const NOTHING: f64 = 1e-3;
 
-/// The steepest damping tried before the search counts as stalled.
-const LARGEST_DAMPING: f64 = 1e9;
+/// Rules of the damping. The gain ratio is the reduction of the cost over the predicted reduction.
+struct Damping {
+    /// Damping of the first step.
+    first: f64,
+    /// Gain ratio above which a step is accepted.
+    accept: f64,
+    /// Gain ratio above which the damping shrinks.
+    good: f64,
+    /// Gain ratio below which the damping grows although the step is accepted.
+    fair: f64,
+    /// Factor of the damping after a good step.
+    shrink: f64,
+    /// Factor of the damping after an accepted step below the fair gain ratio.
+    grow: f64,
+    /// Factor of the damping after a rejected step.
+    grow_rejected: f64,
+    /// Smallest damping after an accepted step.
+    smallest: f64,
+    /// Smallest damping after a rejected step.
+    smallest_rejected: f64,
+    /// Largest damping; above it the search counts as stalled.
+    largest: f64,
+}
 
-/// What the order of adding up may change in a cost, as part of it.
+const DAMPING: Damping = Damping {
+    first: 1e-3,
+    accept: 1e-3,
+    good: 0.7,
+    fair: 0.2,
+    shrink: 0.1,
+    grow: 4.0,
+    grow_rejected: 8.0,
+    smallest: 1e-12,
+    smallest_rejected: 1e-6,
+    largest: 1e9,
+};
+
+impl Damping {
+    /// Factor of the damping after an accepted step with this gain ratio.
+    fn factor(&self, gain_ratio: f64) -> f64 {
+        if gain_ratio > self.good {
+            self.shrink
+        } else if gain_ratio > self.fair {
+            1.0
+        } else {
+            self.grow
+        }
+    }
+}
+
+/// Relative rounding error of a cost that is summed in another order.
 const ROUNDING: f64 = 1e-9;
 
-/// Lowers the cost from `unknowns` on; `progress` hears of each accepted step. `None` where not even the
-/// starting point can be simulated.
+/// Lowers the cost from `unknowns` on; `progress` hears of each accepted step. `None` where not
+/// even the starting point can be simulated.
 pub(crate) fn minimise(
     problem: &Problem,
-    belief: &Belief,
+    belief: &Prior,
     segments: &[Segment],
-    unknowns: &mut Unknowns,
-    effort: &Effort,
+    unknowns: &mut DecisionVariables,
+    effort: &StoppingCriteria,
     progress: &mut dyn FnMut(usize, f64),
 ) -> Option<(Stop, usize)> {
-    // What costs more than the best so far is not taken, however much more: its simulations need not end.
-    let judge = |candidate: &Unknowns, most| {
+    // What costs more than the best so far is not taken, however much more: its simulations need
+    // not end.
+    let judge = |candidate: &DecisionVariables, most| {
         let most = most + ROUNDING * most;
         cost_below(problem, belief, segments, candidate, most)
     };
@@ -75,18 +128,18 @@ pub(crate) fn minimise(
 /// [`minimise`] by what `judge` says of a candidate that has this cost to beat.
 pub(super) fn descend(
     problem: &Problem,
-    belief: &Belief,
+    belief: &Prior,
     segments: &[Segment],
-    unknowns: &mut Unknowns,
-    effort: &Effort,
+    unknowns: &mut DecisionVariables,
+    effort: &StoppingCriteria,
     progress: &mut dyn FnMut(usize, f64),
-    judge: &dyn Fn(&Unknowns, f64) -> f64,
+    judge: &dyn Fn(&DecisionVariables, f64) -> f64,
 ) -> Option<(Stop, usize)> {
     let mut cost = total_cost(problem, belief, segments, unknowns);
     if !cost.is_finite() {
         return None;
     }
-    let mut damping = 1e-3;
+    let mut damping = DAMPING.first;
     let mut idle = 0;
     for iteration in 0..effort.iterations {
         let normals = problem.linearise(segments, &unknowns.values, &unknowns.states)?;
@@ -99,22 +152,22 @@ pub(super) fn descend(
             let candidate = step.apply(problem, belief, unknowns);
             let lower = judge(&candidate, cost);
             // A strongly damped step is short and promises little wherever it is.
-            if damping <= 1.0 && step.promised.abs() <= enough {
+            if damping <= 1.0 && step.predicted_reduction.abs() <= enough {
                 if lower <= cost {
                     *unknowns = candidate;
                 }
                 return Some((Stop::Converged, iteration + 1));
             }
-            let ratio = (cost - lower) / step.promised;
-            if lower < cost && ratio > 1e-3 {
-                damping = (damping * adaptation(ratio)).max(1e-12);
+            let ratio = (cost - lower) / step.predicted_reduction;
+            if lower < cost && ratio > DAMPING.accept {
+                damping = (damping * DAMPING.factor(ratio)).max(DAMPING.smallest);
                 idle = if cost - lower < enough { idle + 1 } else { 0 };
                 *unknowns = candidate;
                 cost = lower;
                 break;
             }
-            damping = (damping * 8.0).max(1e-6);
-            if damping > LARGEST_DAMPING {
+            damping = (damping * DAMPING.grow_rejected).max(DAMPING.smallest_rejected);
+            if damping > DAMPING.largest {
                 return Some((Stop::Stalled, iteration));
             }
         }
@@ -126,21 +179,12 @@ pub(super) fn descend(
     Some((Stop::IterationLimit, effort.iterations))
 }
 
-/// What happens to the damping after a step that kept this part of its promise.
-fn adaptation(ratio: f64) -> f64 {
-    match ratio {
-        _ if ratio > 0.7 => 0.1,
-        _ if ratio > 0.2 => 1.0,
-        _ => 4.0,
-    }
-}
-
 /// Half the weighted squares plus the prior.
 pub(crate) fn total_cost(
     problem: &Problem,
-    belief: &Belief,
+    belief: &Prior,
     segments: &[Segment],
-    unknowns: &Unknowns,
+    unknowns: &DecisionVariables,
 ) -> f64 {
     cost_below(problem, belief, segments, unknowns, f64::INFINITY)
 }
@@ -148,9 +192,9 @@ pub(crate) fn total_cost(
 /// As [`total_cost`]; infinite where it exceeds `most` by more than rounding.
 fn cost_below(
     problem: &Problem,
-    belief: &Belief,
+    belief: &Prior,
     segments: &[Segment],
-    unknowns: &Unknowns,
+    unknowns: &DecisionVariables,
     most: f64,
 ) -> f64 {
     let prior: f64 = belief
@@ -161,7 +205,7 @@ fn cost_below(
     problem.cost_below(segments, &unknowns.values, &unknowns.states, most - prior) + prior
 }
 
-impl Belief {
+impl Prior {
     /// Distance of each fitted parameter from the rig, in standard deviations of the prior.
     fn pull(&self, problem: &Problem, values: &[f64]) -> Vec<f64> {
         (0..problem.parameters())
@@ -176,18 +220,19 @@ impl Belief {
 struct Step {
     dz: DVector<f64>,
     dx: Vec<DVector<f64>>,
-    /// What the linear theory says the cost falls by.
-    promised: f64,
+    /// Reduction of the cost that the linearisation predicts.
+    predicted_reduction: f64,
 }
 
 impl Step {
-    /// Eliminates the start states (eq. 6), solves for the parameters with those at a bound held (eq. 7),
-    /// and goes back for the states. `None` where the equations cannot be solved even damped.
+    /// Eliminates the start states (eq. 6), solves for the parameters with those at a bound held
+    /// (eq. 7), and goes back for the states. `None` where the equations cannot be solved even
+    /// damped.
     fn solve(
         problem: &Problem,
-        belief: &Belief,
+        belief: &Prior,
         normals: &[Normal],
-        unknowns: &Unknowns,
+        unknowns: &DecisionVariables,
         damping: f64,
     ) -> Option<Self> {
         let parameters = problem.parameters();
@@ -231,11 +276,20 @@ impl Step {
             .zip(&factors)
             .map(|(normal, (factor, back))| factor.solve(&normal.bx) - back * &dz)
             .collect();
-        let promised = promised(belief, normals, &pull, &dz, &dx);
-        (promised.is_finite()).then_some(Self { dz, dx, promised })
+        let predicted_reduction = predicted_reduction(belief, normals, &pull, &dz, &dx);
+        (predicted_reduction.is_finite()).then_some(Self {
+            dz,
+            dx,
+            predicted_reduction,
+        })
     }
 
-    fn apply(&self, problem: &Problem, belief: &Belief, unknowns: &Unknowns) -> Unknowns {
+    fn apply(
+        &self,
+        problem: &Problem,
+        belief: &Prior,
+        unknowns: &DecisionVariables,
+    ) -> DecisionVariables {
         let mut next = unknowns.clone();
         for (j, &slot) in problem.slots.iter().enumerate() {
             let [low, high] = belief.bounds[j];
@@ -252,7 +306,8 @@ impl Step {
     }
 }
 
-/// Marquardt's damping: a multiple of the diagonal, and a trace so that an empty row can be factored.
+/// Marquardt's damping: a multiple of the diagonal, and a trace so that an empty row can be
+/// factored.
 fn damped(matrix: &DMatrix<f64>, damping: f64) -> DMatrix<f64> {
     let mut matrix = matrix.clone();
     let largest = matrix.diagonal().amax().max(f64::MIN_POSITIVE);
@@ -265,8 +320,8 @@ fn damped(matrix: &DMatrix<f64>, damping: f64) -> DMatrix<f64> {
 /// Parameters that are not held at a bound by the descent direction.
 fn unblocked(
     problem: &Problem,
-    belief: &Belief,
-    unknowns: &Unknowns,
+    belief: &Prior,
+    unknowns: &DecisionVariables,
     gradient: &DVector<f64>,
 ) -> Vec<usize> {
     (0..problem.parameters())
@@ -278,7 +333,7 @@ fn unblocked(
         .collect()
 }
 
-/// What is free, those that are tied as one.
+/// Free variables; tied parameters count as one.
 fn together(free: &[usize], tied: &[Vec<usize>]) -> Vec<Vec<usize>> {
     let group = |&j: &usize| -> Vec<usize> {
         match tied.iter().find(|group| group.contains(&j)) {
@@ -292,7 +347,7 @@ fn together(free: &[usize], tied: &[Vec<usize>]) -> Vec<Vec<usize>> {
 }
 
 /// Cuts each component of the step where it would leave its bounds.
-fn clip(problem: &Problem, belief: &Belief, unknowns: &Unknowns, dz: &mut DVector<f64>) {
+fn clip(problem: &Problem, belief: &Prior, unknowns: &DecisionVariables, dz: &mut DVector<f64>) {
     for j in 0..problem.parameters() {
         let value = unknowns.values[problem.slots[j]];
         let [low, high] = belief.bounds[j];
@@ -304,8 +359,8 @@ fn clip(problem: &Problem, belief: &Belief, unknowns: &Unknowns, dz: &mut DVecto
 }
 
 /// Decrease of the quadratic model along the step actually taken (eq. 8).
-fn promised(
-    belief: &Belief,
+fn predicted_reduction(
+    belief: &Prior,
     normals: &[Normal],
     pull: &[f64],
     dz: &DVector<f64>,

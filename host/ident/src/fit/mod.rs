@@ -1,9 +1,11 @@
 //! Identification: the rig's free parameters from recordings (docs/explanation/identification.md).
 //!
-//! An output-error fit: the parameters and one start state a recording are those for which the rig, driven by
-//! the recorded inputs alone, comes closest to what the sensors measured. Levenberg–Marquardt with exact
-//! derivatives does the work, first over short stretches with start states of their own, then over whole
-//! recordings, so that a device that drifts and a poor first guess do no harm.
+//! An output-error fit by progressive-horizon multiple shooting. The decision variables are the
+//! parameters and one initial state per shooting segment. They minimise the free-run (simulation)
+//! error: the rig, driven by the recorded inputs alone, against the measured signals. The optimiser
+//! is Levenberg–Marquardt with exact derivatives. The segments are short at first, each with its
+//! own initial state, and grow to whole recordings. A device that drifts and a poor first guess do
+//! no harm.
 
 pub(crate) mod experiment;
 pub(crate) mod levenberg;
@@ -22,15 +24,16 @@ pub use self::score::{FreeRun, FreeRunSensor, SensorError, doubt, free_run, pool
 use crate::error::{Error, Result};
 use crate::recording::Recording;
 
-/// How to fit. The default serves; nothing here depends on the device.
+/// Settings of a fit. The default serves; nothing here depends on the device.
 #[derive(Debug, Clone)]
 pub struct FitOptions {
     /// Most steps a stage.
     pub iterations: usize,
-    /// Standard deviation of the prior around the rig's values, as a multiple of each value. Wide: it decides
-    /// only where the data do not.
+    /// Standard deviation of the prior around the rig's values, as a multiple of each value. Wide:
+    /// it decides only where the data do not.
     pub prior_width: f64,
-    /// The rig's values are near: whole recordings at once, where short stretches would lead away first.
+    /// The rig's values are near: whole recordings at once, where short stretches would lead away
+    /// first.
     pub near: bool,
 }
 
@@ -44,7 +47,7 @@ impl Default for FitOptions {
     }
 }
 
-/// What a caller hears while a fit runs.
+/// Progress of a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
     /// Stage, from 1.
@@ -57,18 +60,19 @@ pub struct Progress {
     pub error: f64,
 }
 
-/// What a fit gives.
+/// Result of a fit.
 #[derive(Debug, Clone)]
 pub struct Fit {
     /// The rig with the fitted values, comments kept.
     pub rig: Rig,
     /// The fitted parameters in the rig's order.
     pub parameters: Vec<FittedParameter>,
-    /// Free-run error on the recordings of the fit, rig as written and refitted, one entry a sensor.
+    /// Free-run error on the recordings of the fit, rig as written and refitted, one entry a
+    /// sensor.
     pub sensors: Vec<SensorFit>,
     /// Inputs with missing samples, which held their last value.
     pub held: Vec<HeldInput>,
-    /// How the last stage ended.
+    /// Reason for which the last stage ended.
     pub stop: Stop,
     /// Steps of all stages.
     pub steps: usize,
@@ -83,11 +87,11 @@ pub struct FittedParameter {
     pub name: String,
     /// `kg`.
     pub unit: String,
-    /// What the rig said.
+    /// Value in the rig file.
     pub as_written: f64,
-    /// What the recordings say.
+    /// Fitted value.
     pub value: f64,
-    /// Where it lies nineteen times in twenty; `None` where the recordings do not determine it, so that it
+    /// 95 % confidence interval; `None` where the recordings do not determine it, so that it
     /// stays near what the rig said, or where it rests at a bound.
     pub ci95: Option<[f64; 2]>,
     /// It rests at a bound of the rig's, or at zero where the sign is fixed.
@@ -118,7 +122,7 @@ pub struct HeldInput {
     pub recording: String,
     /// Its column.
     pub column: String,
-    /// How many samples were missing.
+    /// Number of missing samples.
     pub missing: usize,
 }
 
@@ -155,8 +159,9 @@ pub struct HeldInput {
 /// ```
 ///
 /// # Errors
-/// `File` for a recording that lacks a column of the rig, has no sample of any sensor, or is too short;
-/// `Arguments` without a recording; `Failed` where the rig cannot be simulated even over short stretches.
+/// `File` for a recording that lacks a column of the rig, has no sample of any sensor, or is too
+/// short; `Arguments` without a recording; `Failed` where the rig cannot be simulated even over
+/// short stretches.
 pub fn fit(
     rig: &Rig,
     recordings: &[Recording],

@@ -1,4 +1,5 @@
-//! How well a rig explains a recording: the free-run simulation error (docs/explanation/identification.md, eq. 14).
+//! Error of a rig on a recording: the free-run simulation error
+//! (docs/explanation/identification.md, eq. 14).
 
 use sinew_sim::{Plant, Rig};
 
@@ -17,7 +18,7 @@ pub struct FreeRun {
     pub t: Vec<f64>,
     /// The error counts from this row on; the rows before gave the start state.
     pub judged_from: usize,
-    /// Where it started, in the order of [`Plant::state_names`].
+    /// Initial state, in the order of [`Plant::state_names`].
     pub start: Vec<f64>,
     /// One entry a sensor of the rig, in file order.
     pub sensors: Vec<FreeRunSensor>,
@@ -43,20 +44,20 @@ pub struct SensorError {
     pub signal: String,
     /// Its unit.
     pub unit: String,
-    /// Root of the mean squared error, SI; infinite where the rig could not be simulated, NaN without a
-    /// sample.
+    /// Root of the mean squared error, SI; infinite where the rig could not be simulated, NaN
+    /// without a sample.
     pub rms: f64,
     /// Standard deviation of what was measured, to hold it against.
     pub spread: f64,
-    /// How many samples were judged.
+    /// Number of samples that were scored.
     pub samples: usize,
 }
 
 /// A free-run error of more than this part of what was measured is no explanation of it.
 const POOR: f64 = 0.3;
 
-/// What a person has to be told of a signal that the refitted rig does not explain: errors and spread in SI. `None` where it
-/// does.
+/// What a person has to be told of a signal that the refitted rig does not explain: errors and
+/// spread in SI. `None` where it does.
 pub fn doubt(signal: &str, unit: &str, rms: f64, spread: f64) -> Option<String> {
     (rms > POOR * spread).then(|| {
         format!(
@@ -68,12 +69,12 @@ pub fn doubt(signal: &str, unit: &str, rms: f64, spread: f64) -> Option<String> 
     })
 }
 
-/// Simulates a rig over a recording: only inputs given, the start state estimated from the first 5 % of the
-/// rows (at least 20) with the parameters as they are.
+/// Simulates a rig over a recording: only inputs given, the start state estimated from the first 5
+/// % of the rows (at least 20) with the parameters as they are.
 ///
 /// # Errors
-/// `File` for a column that is missing and for a recording of 20 rows or fewer; `Rig` for a rig that cannot be
-/// compiled.
+/// `File` for a column that is missing and for a recording of 20 rows or fewer; `Rig` for a rig
+/// that cannot be compiled.
 pub fn free_run(rig: &Rig, recording: &Recording) -> Result<FreeRun> {
     let plant = Plant::new(rig)?;
     let experiment = Experiment::new(&plant, recording)?;
@@ -182,17 +183,13 @@ fn estimate_start(
     values: &[f64],
 ) -> Result<Vec<f64>> {
     let views = Views::new(rig, plant);
-    let problem = Problem {
+    let sigma = spreads(experiments).into_iter();
+    let problem = Problem::of_states(
         plant,
         experiments,
-        slots: Vec::new(),
-        scale: Vec::new(),
-        sigma: spreads(experiments)
-            .into_iter()
-            .map(|spread| 1e-3 * spread)
-            .collect(),
-        state_scale: start::scales(experiments, &views, values),
-    };
+        sigma.map(|spread| 1e-3 * spread).collect(),
+        start::scales(experiments, &views, values),
+    );
     let window = [Segment::new(
         plant,
         experiments,

@@ -1,13 +1,14 @@
 //! Stretches of recordings with start states of their own, and what they say about the parameters.
 //!
-//! The unknowns are the free parameters `z` (scaled) and one start state `x` a segment. Over a segment
-//! the normal equations of output-error least squares are (docs/explanation/identification.md, eq. 5)
+//! The unknowns are the free parameters `z` (scaled) and one start state `x` a segment. Over a
+//! segment the normal equations of output-error least squares are
+//! (docs/explanation/identification.md, eq. 5)
 //! ```text
 //! | A_zz A_zx | | dz |   | b_z |
 //! | A_xz A_xx | | dx | = | b_x |
 //! ```
-//! and the segment's own `dx` is eliminated at once (eq. 6), so that a thousand segments cost no more
-//! than one.
+//! and the segment's own `dx` is eliminated at once (eq. 6), so that a thousand segments cost no
+//! more than one.
 
 use std::ops::{ControlFlow, Range};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -21,16 +22,16 @@ use crate::error::Result;
 
 /// A stretch of one recording, simulated from a start state of its own.
 pub(crate) struct Segment {
-    /// Which recording.
+    /// Index of the recording.
     pub experiment: usize,
-    /// Which of its rows.
+    /// Rows of the recording.
     pub rows: Range<usize>,
-    /// What is known of its start.
-    pub anchor: Anchor,
+    /// Prior of the initial state.
+    pub anchor: InitialStatePrior,
     drive: InputTrajectory,
 }
 
-/// What is the same for all segments while the unknowns change.
+/// Data that all shooting segments share during a search.
 #[derive(Clone)]
 pub(crate) struct Problem<'a> {
     pub plant: &'a Plant,
@@ -45,18 +46,18 @@ pub(crate) struct Problem<'a> {
     pub state_scale: Vec<f64>,
 }
 
-/// What is known of a segment's start state before the segment is looked at: `(x - mean)' weight (x - mean)`
+/// Gaussian prior of a segment's initial state (arrival cost): `(x - mean)' weight (x - mean)`
 /// is added to the squares (docs/explanation/identification.md, eq. 3).
 #[derive(Clone)]
-pub(crate) struct Anchor {
+pub(crate) struct InitialStatePrior {
     /// In units of `Problem::state_scale`.
     pub mean: DVector<f64>,
     pub weight: DMatrix<f64>,
 }
 
-impl Anchor {
-    /// Next to nothing: a state moves ten times as far as it was ever seen to before this is felt. It holds a
-    /// state that no sensor shows.
+impl InitialStatePrior {
+    /// Next to nothing: a state moves ten times as far as it was ever seen to before this is felt.
+    /// It holds a state that no sensor shows.
     pub fn loose(states: usize) -> Self {
         Self {
             mean: DVector::zeros(states),
@@ -118,7 +119,7 @@ pub(crate) struct Rows {
 /// Rows between two looks at what all segments have cost so far.
 const LOOK: usize = 16;
 
-/// What each segment of a cost has come to so far.
+/// Cost of each segment so far.
 struct Running(Vec<AtomicU64>);
 
 impl Running {
@@ -147,13 +148,39 @@ impl Segment {
         Ok(Self {
             experiment,
             rows,
-            anchor: Anchor::loose(plant.state_len()),
+            anchor: InitialStatePrior::loose(plant.state_len()),
             drive,
         })
     }
 }
 
-impl Problem<'_> {
+impl<'a> Problem<'a> {
+    /// The same problem with every parameter fixed: only the initial states are fitted.
+    pub fn states_only(&self) -> Self {
+        Self {
+            slots: Vec::new(),
+            scale: Vec::new(),
+            ..self.clone()
+        }
+    }
+
+    /// A problem in which only the initial states are fitted.
+    pub fn of_states(
+        plant: &'a Plant,
+        experiments: &'a [Experiment],
+        sigma: Vec<f64>,
+        state_scale: Vec<f64>,
+    ) -> Self {
+        Self {
+            plant,
+            experiments,
+            slots: Vec::new(),
+            scale: Vec::new(),
+            sigma,
+            state_scale,
+        }
+    }
+
     /// Number of fitted parameters.
     pub fn parameters(&self) -> usize {
         self.slots.len()
@@ -168,8 +195,9 @@ impl Problem<'_> {
         self.cost_below(segments, values, states, f64::INFINITY)
     }
 
-    /// As [`Problem::cost`]; infinite as well where it exceeds `most`, and then the simulations end as soon as that
-    /// is certain. Squares only add up, so which segment is ahead matters only to a cost that is `most` to rounding.
+    /// As [`Problem::cost`]; infinite as well where it exceeds `most`, and then the simulations end
+    /// as soon as that is certain. Squares only add up, so which segment is ahead matters only to a
+    /// cost that is `most` to rounding.
     pub fn cost_below(
         &self,
         segments: &[Segment],
@@ -241,7 +269,8 @@ impl Problem<'_> {
             .then_some(run.final_state)
     }
 
-    /// Every sensor's signal at every row of a segment, SI, row-major; `None` where the simulation fails.
+    /// Every sensor's signal at every row of a segment, SI, row-major; `None` where the simulation
+    /// fails.
     pub fn signals(&self, segment: &Segment, values: &[f64], state: &[f64]) -> Option<Vec<f64>> {
         let run = self
             .plant
@@ -266,8 +295,8 @@ impl Problem<'_> {
         self.plant.parameterized(values, interval)
     }
 
-    /// The plant with numbers that carry derivatives in the first `width` directions, `D` at a time: parameters, then
-    /// start states.
+    /// The plant with numbers that carry derivatives in the first `width` directions, `D` at a
+    /// time: parameters, then start states.
     pub fn seeded<const D: usize>(
         &self,
         segments: &[Segment],
@@ -368,7 +397,8 @@ impl Problem<'_> {
         states: &[Vec<f64>],
     ) -> Option<Vec<Normal>> {
         let width = self.parameters() + self.state_scale.len();
-        // Few segments: narrow simulations keep every core busy. Many: wide ones share the arithmetic.
+        // Few segments: narrow simulations keep every core busy. Many: wide ones share the
+        // arithmetic.
         let wide = segments.len() * width.div_ceil(8) >= rayon::current_num_threads();
         if wide {
             self.normals(&self.seeded::<8>(segments, values, width), segments, states)
@@ -393,7 +423,8 @@ impl Problem<'_> {
         segments.par_iter().zip(states).map(normal).collect()
     }
 
-    /// Squares of the derivatives in each parameter, summed over all segments; `None` where a simulation fails.
+    /// Squares of the derivatives in each parameter, summed over all segments; `None` where a
+    /// simulation fails.
     pub fn sensitivities(
         &self,
         segments: &[Segment],

@@ -1,9 +1,10 @@
-//! The order of work: short stretches first, whole recordings last (docs/explanation/identification.md, eq. 9).
+//! The order of work: short stretches first, whole recordings last
+//! (docs/explanation/identification.md, eq. 9).
 
 use sinew_sim::{Parameter, Plant, Rig};
 
 use super::experiment::{Experiment, Views, spreads};
-use super::levenberg::{Belief, Effort, Stop, Unknowns, minimise, total_cost};
+use super::levenberg::{DecisionVariables, Prior, Stop, StoppingCriteria, minimise, total_cost};
 use super::segment::{Problem, Segment};
 use super::{FitOptions, Progress, start, uncertainty};
 use crate::error::{Error, Result};
@@ -11,13 +12,14 @@ use crate::error::{Error, Result};
 /// Stretches of the first two stages are this part of a recording; the last takes it whole.
 const PARTS: [usize; 3] = [64, 8, 1];
 
-/// No stretch is shorter than this where it can be helped: a start state of its own needs rows to show.
+/// No stretch is shorter than this where it can be helped: a start state of its own needs rows to
+/// show.
 const SHORTEST: usize = 25;
 
 /// A relative error below this is arithmetic, not noise.
 const FINEST: f64 = 1e-7;
 
-/// What the stages found.
+/// Result of the stages.
 pub(crate) struct Found {
     pub slots: Vec<usize>,
     pub values: Vec<f64>,
@@ -59,7 +61,7 @@ pub(crate) fn run(
         state_scale: start::scales(experiments, &views, &written),
         slots,
     };
-    let belief = Belief {
+    let belief = Prior {
         bounds: problem
             .slots
             .iter()
@@ -103,7 +105,7 @@ pub(crate) fn run(
                 moved = start::anchor(&problem, &mut segments, &unknowns.values, &unknowns.states)?;
             }
             rescale(&mut problem, &belief, &unknowns, &silent);
-            let effort = Effort {
+            let effort = StoppingCriteria {
                 iterations: options.iterations,
                 relative: if last { 1e-5 } else { 1e-3 },
             };
@@ -156,7 +158,8 @@ pub(crate) fn run(
     })
 }
 
-/// Free parameters but those that only say where a simulation starts: a fit has start states of its own.
+/// Free parameters but those that only say where a simulation starts: a fit has start states of its
+/// own.
 pub(crate) fn fitted_slots(plant: &Plant) -> Vec<usize> {
     let starts = |slot: &usize| {
         let name = &plant.parameters()[*slot].name;
@@ -169,7 +172,8 @@ pub(crate) fn fitted_slots(plant: &Plant) -> Vec<usize> {
         .collect()
 }
 
-/// Cuts every recording into stretches of `horizon` rows; the last takes what would be too short alone.
+/// Cuts every recording into stretches of `horizon` rows; the last takes what would be too short
+/// alone.
 fn cut(problem: &Problem, horizon: impl Fn(usize) -> usize) -> Result<Vec<Segment>> {
     let mut segments = Vec::new();
     for (index, experiment) in problem.experiments.iter().enumerate() {
@@ -208,7 +212,7 @@ fn first_stretches(
     problem: &Problem,
     views: &Views,
     written: &[f64],
-) -> Result<(Vec<Segment>, Unknowns)> {
+) -> Result<(Vec<Segment>, DecisionVariables)> {
     let mut divisor = 1;
     loop {
         let segments = cut(problem, |rows| horizon_of(0, rows) / divisor)?;
@@ -216,7 +220,7 @@ fn first_stretches(
         if problem.cost(&segments, written, &states).is_finite() {
             return Ok((
                 segments,
-                Unknowns {
+                DecisionVariables {
                     values: written.to_vec(),
                     states,
                 },
@@ -240,10 +244,10 @@ fn whole_recordings(
     problem: &Problem,
     views: &Views,
     written: &[f64],
-) -> Result<(Vec<Segment>, Unknowns)> {
+) -> Result<(Vec<Segment>, DecisionVariables)> {
     let segments = cut(problem, |rows| rows)?;
     let states = start::states(problem, views, &segments, written)?;
-    let unknowns = Unknowns {
+    let unknowns = DecisionVariables {
         values: written.to_vec(),
         states: start::settle(problem, &segments, written, states),
     };
@@ -257,15 +261,15 @@ fn whole_recordings(
     Err(beyond_simulation(rows.unwrap_or(0)))
 }
 
-/// Stretches of the next level with what is known of their starts. Where they cannot be simulated they are
-/// halved, and the level stays: each call gives longer stretches than the one before.
+/// Stretches of the next level with what is known of their starts. Where they cannot be simulated
+/// they are halved, and the level stays: each call gives longer stretches than the one before.
 fn next_stretches(
     problem: &Problem,
-    belief: &Belief,
+    belief: &Prior,
     views: &Views,
     (segments, level): (&[Segment], usize),
-    unknowns: &Unknowns,
-) -> Result<(Vec<Segment>, Unknowns, usize)> {
+    unknowns: &DecisionVariables,
+) -> Result<(Vec<Segment>, DecisionVariables, usize)> {
     let longest = |segments: &[Segment]| {
         segments
             .iter()
@@ -289,7 +293,7 @@ fn next_stretches(
                 state.clone_from(&unknowns.states[known]);
             }
         }
-        let candidate = Unknowns {
+        let candidate = DecisionVariables {
             values: unknowns.values.clone(),
             states,
         };
@@ -307,14 +311,14 @@ fn next_stretches(
 /// Whole recordings start from what the stretches found, unless the rig as written does better.
 fn better_of_written(
     problem: &Problem,
-    belief: &Belief,
+    belief: &Prior,
     views: &Views,
     segments: &[Segment],
     written: &[f64],
-    unknowns: &mut Unknowns,
+    unknowns: &mut DecisionVariables,
 ) -> Result<()> {
     let states = start::states(problem, views, segments, written)?;
-    let as_written = Unknowns {
+    let as_written = DecisionVariables {
         values: written.to_vec(),
         states,
     };
@@ -326,9 +330,10 @@ fn better_of_written(
     Ok(())
 }
 
-/// One unit of each parameter: the larger of what the rig says and what was found, so that millimetres and
-/// tonnes are alike. A parameter that is zero in both takes what would show in the signals.
-fn rescale(problem: &mut Problem, belief: &Belief, unknowns: &Unknowns, silent: &[f64]) {
+/// One unit of each parameter: the larger of what the rig says and what was found, so that
+/// millimetres and tonnes are alike. A parameter that is zero in both takes what would show in the
+/// signals.
+fn rescale(problem: &mut Problem, belief: &Prior, unknowns: &DecisionVariables, silent: &[f64]) {
     for (j, &slot) in problem.slots.iter().enumerate() {
         let size = unknowns.values[slot].abs();
         let written = belief.written[j].abs();
@@ -341,7 +346,11 @@ fn rescale(problem: &mut Problem, belief: &Belief, unknowns: &Unknowns, silent: 
 }
 
 /// For each parameter the change that moves the signals by a hundredth of themselves.
-fn silent_scales(problem: &Problem, segments: &[Segment], unknowns: &Unknowns) -> Vec<f64> {
+fn silent_scales(
+    problem: &Problem,
+    segments: &[Segment],
+    unknowns: &DecisionVariables,
+) -> Vec<f64> {
     let parameters = problem.parameters();
     let Some(normals) = problem.linearise(segments, &unknowns.values, &unknowns.states) else {
         return vec![1.0; parameters];
@@ -351,7 +360,8 @@ fn silent_scales(problem: &Problem, segments: &[Segment], unknowns: &Unknowns) -
         .map(|j| {
             let sensitivity =
                 (normals.iter().map(|normal| normal.zz[(j, j)]).sum::<f64>() / samples).sqrt();
-            // Residuals are in thousandths of the signals' spread here: ten of them are a hundredth.
+            // Residuals are in thousandths of the signals' spread here: ten of them are a
+            // hundredth.
             let scale = 10.0 / sensitivity;
             if scale.is_finite() && scale > 0.0 {
                 scale
@@ -382,7 +392,7 @@ fn sample_count(problem: &Problem, segments: &[Segment]) -> usize {
 fn reweight(
     problem: &mut Problem,
     segments: &[Segment],
-    unknowns: &Unknowns,
+    unknowns: &DecisionVariables,
     spreads: &[f64],
 ) -> bool {
     let Some(normals) = problem.linearise(segments, &unknowns.values, &unknowns.states) else {

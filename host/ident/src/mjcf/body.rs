@@ -10,11 +10,11 @@ use super::{Model, effect, unnamed, value};
 /// m/s^2; which value it is does not matter, since a hinge's weight is given as a torque.
 pub(super) const STANDARD_GRAVITY: f64 = 9.81;
 
-/// Where MuJoCo needs a limit that nothing reaches, m or rad.
+/// Limit that nothing reaches, where MuJoCo needs one, m or rad.
 const FAR: f64 = 1e6;
 
-/// Body `index` with its joint, the springs and dampers that hold it to the ground, its friction, weight and
-/// stop.
+/// Body `index` with its joint, the springs and dampers that hold it to the ground, its friction,
+/// weight and stop.
 pub(super) fn add(rig: &Rig, index: usize, step: f64, model: &mut Model) {
     let body = &rig.bodies[index];
     let site = Site::Body(index);
@@ -128,7 +128,8 @@ fn stop(rig: &Rig, index: usize, joint: Element) -> Element {
         .with("solimplimit", "0.0001 0.0001 0.001 0.5 2")
 }
 
-/// All that swings about a hinge, as one point mass below it: `m g l = amplitude`, and half of the inertia.
+/// All that swings about a hinge, as one point mass below it: `m g l = amplitude`, and half of the
+/// inertia.
 fn weight(rig: &Rig, index: usize) -> Option<Element> {
     let body = &rig.bodies[index];
     if body.motion != Motion::Hinge {
@@ -231,7 +232,7 @@ fn hidden_name(body: &str) -> String {
     format!("{body}.hidden")
 }
 
-/// Where the rig says that it starts, as a keyframe.
+/// Initial state of the rig as a keyframe.
 pub(super) fn start(rig: &Rig) -> Option<Element> {
     let says = (rig.bodies.iter()).any(|b| b.start.is_some() || b.start_velocity.is_some());
     if !says {

@@ -1,4 +1,4 @@
-//! What joins coordinates: springs, dampers and tendons, as MuJoCo's fixed tendons.
+//! Couplings between coordinates: springs, dampers and tendons, as MuJoCo's fixed tendons.
 
 use sinew_sim::effects::Kind;
 use sinew_sim::rig::{Drives, End, Rig, Site};
@@ -103,8 +103,8 @@ fn pulling(rig: &Rig, tendon: usize) -> Vec<usize> {
         .collect()
 }
 
-/// A tendon's path; its tension is an actuator's (see [`super::actuator`]) unless nothing drives it and it can
-/// push.
+/// A tendon's path; its tension is an actuator's (see [`super::actuator`]) unless nothing drives it
+/// and it can push.
 fn tendon(rig: &Rig, index: usize, model: &mut Model) {
     let tendon = &rig.tendons[index];
     let site = Site::Tendon(index);

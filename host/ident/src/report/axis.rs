@@ -1,4 +1,4 @@
-//! Where an axis begins and ends, and where its ticks stand.
+//! Range and ticks of an axis.
 
 /// An axis laid out: ends and ticks in shown units.
 #[derive(Debug, Clone, PartialEq)]
@@ -11,7 +11,7 @@ pub(super) struct Layout {
     pub ticks: Vec<f64>,
     /// Digits behind the point in a tick's label.
     decimals: usize,
-    /// Whether labels need an exponent.
+    /// Labels need an exponent.
     scientific: bool,
 }
 

@@ -1,9 +1,10 @@
 //! Reports: one self-contained HTML file with plots, readable offline, in light and in dark.
 //!
-//! A [`Report`] is data; [`Report::to_html`] is a pure function of it. Style sheet and plots are inside
-//! the file, which loads nothing and runs no script but an animation's. The plots are drawn here rather than by a plotting
-//! library so that their colours can follow the reader's light or dark setting, which needs classes
-//! instead of fixed colours in the SVG (docs/decisions/0009-plots-without-a-library.md).
+//! A [`Report`] is data; [`Report::to_html`] is a pure function of it. Style sheet and plots are
+//! inside the file, which loads nothing and runs no script but an animation's. The plots are drawn
+//! here rather than by a plotting library so that their colours can follow the reader's light or
+//! dark setting, which needs classes instead of fixed colours in the SVG
+//! (docs/decisions/0009-plots-without-a-library.md).
 //!
 //! ```
 //! use sinew_ident::report::{Block, Plot, Report, Section, Series, Stroke};
@@ -47,11 +48,11 @@ pub struct Report {
 /// One number that matters.
 #[derive(Debug, Clone)]
 pub struct Fact {
-    /// What it is: `Tracking error, MPC`.
+    /// Its label: `Tracking error, MPC`.
     pub label: String,
     /// Its value with unit: `11.2 mm`.
     pub value: String,
-    /// What it is to be held against: `PID 24.0 mm`; may be empty.
+    /// Value to compare with: `PID 24.0 mm`; may be empty.
     pub note: String,
 }
 
@@ -60,7 +61,7 @@ pub struct Fact {
 pub struct Section {
     /// Its heading.
     pub title: String,
-    /// What stands in it.
+    /// Its contents.
     pub blocks: Vec<Block>,
 }
 
@@ -86,7 +87,7 @@ pub enum Block {
 /// A table of text; numbers are formatted by [`significant`] or [`quantity`].
 #[derive(Debug, Clone, Default)]
 pub struct Table {
-    /// What it shows; may be empty.
+    /// Its caption; may be empty.
     pub caption: String,
     /// Titles of the columns.
     pub columns: Vec<TableColumn>,
@@ -106,7 +107,7 @@ pub struct TableColumn {
 /// A plot of one or more series over a common axis.
 #[derive(Debug, Clone)]
 pub struct Plot {
-    /// What it shows.
+    /// Its title.
     pub title: String,
     /// The axis below.
     pub x: Axis,
@@ -123,7 +124,7 @@ pub struct Plot {
 /// One axis.
 #[derive(Debug, Clone)]
 pub struct Axis {
-    /// What is measured: `position`.
+    /// Measured quantity: `position`.
     pub label: String,
     /// Its SI unit: `m`; small ranges are shown in `mm` or `µm`. May be empty.
     pub unit: String,
@@ -136,7 +137,7 @@ pub struct Axis {
 pub struct Series {
     /// For the legend.
     pub name: String,
-    /// How it is drawn.
+    /// Its stroke.
     pub stroke: Stroke,
     /// Its colour.
     pub tone: Tone,
@@ -146,7 +147,7 @@ pub struct Series {
     pub y: Vec<f64>,
 }
 
-/// How a series is drawn; strokes differ so that nobody depends on colour alone.
+/// Stroke of a series; strokes differ so that nobody depends on colour alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stroke {
     /// A line.
@@ -263,7 +264,8 @@ impl Section {
 }
 
 impl Table {
-    /// A table without rows; a title that begins with `#` marks a column of numbers: `["name", "#kg"]`.
+    /// A table without rows; a title that begins with `#` marks a column of numbers:
+    /// `["name", "#kg"]`.
     pub fn new<'a>(caption: impl Into<String>, titles: impl IntoIterator<Item = &'a str>) -> Self {
         let columns = titles
             .into_iter()

@@ -16,7 +16,7 @@ const RIGHT: f64 = 14.0;
 const TOP: f64 = 26.0;
 const BOTTOM: f64 = 40.0;
 
-/// Where the drawing stands within the SVG.
+/// Place of the drawing within the SVG.
 struct Frame {
     x: Layout,
     y: Layout,

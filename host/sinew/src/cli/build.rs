@@ -17,10 +17,10 @@ pub struct Arguments {
     rig: PathBuf,
     #[command(flatten)]
     recordings: Recordings,
-    /// Where the controller runs.
+    /// Board of the controller.
     #[arg(long, value_enum, default_value = "qemu")]
     board: Board,
-    /// What the compiler makes its image for.
+    /// Optimisation goal of its image.
     #[arg(long, value_enum, default_value = "speed")]
     optimise: Optimise,
     /// Folder of everything that is written.

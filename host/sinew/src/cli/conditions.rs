@@ -1,4 +1,4 @@
-//! What a loop is run under, beside its plant: what `compare` and `tune` share.
+//! Conditions of a closed loop that `compare` and `tune` share.
 
 use std::path::PathBuf;
 
@@ -11,10 +11,11 @@ use sinew_ident::error::{Error, Result};
 /// Reference, disturbance and delay of a loop.
 #[derive(Args, Clone, Debug)]
 pub struct Conditions {
-    /// A path to follow instead: a table like a recording, with a column an output, called as in the recordings.
+    /// A path to follow instead: a table like a recording, with a column an output, called as in
+    /// the recordings.
     #[arg(long, value_name = "CSV")]
     pub reference: Option<PathBuf>,
-    /// What is added to the commands on their way to the plant; no controller is told of it.
+    /// Disturbance of the commands on their way to the plant; no controller knows it.
     #[arg(long, value_enum, default_value = "none")]
     disturbance: Disturbance,
     /// Age of the measurements when a controller gets them; no controller is told of it.

@@ -15,7 +15,8 @@ use sinew_ident::error::{Error, Result};
 /// Arguments of `sinew emit`.
 #[derive(Args)]
 pub struct Arguments {
-    /// A model of `sinew train` (model.toml and weights.safetensors), or a network that `sinew import` reads.
+    /// A model of `sinew train` (model.toml and weights.safetensors), or a network that
+    /// `sinew import` reads.
     model: PathBuf,
     /// Folder of the sources.
     #[arg(long, value_name = "DIR")]
@@ -29,7 +30,7 @@ pub struct Arguments {
     /// float32, or int8: a quarter of the flash for weights; the loss of accuracy is printed.
     #[arg(long, value_name = "KIND", default_value = "float32")]
     weights: Weights,
-    /// What the compiler makes a controller's image for.
+    /// Optimisation goal of a controller's image.
     #[arg(long, value_enum, default_value = "speed")]
     optimise: Optimise,
 }

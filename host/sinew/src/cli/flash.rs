@@ -24,7 +24,7 @@ pub struct Arguments {
     /// Folder of cargo's build outputs, if they are to be shared; otherwise OUT/target.
     #[arg(long, value_name = "DIR", env = "SINEW_BUILD_DIR")]
     build_dir: Option<PathBuf>,
-    /// What the compiler makes the image for.
+    /// Optimisation goal of the image.
     #[arg(long, value_enum, default_value = "speed")]
     optimise: Optimise,
     /// Only list the debug probes that are connected.

@@ -8,15 +8,14 @@ use super::Program;
 
 /// Groups of verbs in the order of a project; every visible verb is in one.
 const GROUPS: &[(&str, &[&str])] = &[
-    ("All at once", &["build"]),
     (
         "Identify",
         &["new", "simulate", "excite", "fit", "diagnose", "mjcf"],
     ),
     ("Train", &["train"]),
-    ("Control", &["tune", "compare", "pil"]),
-    ("Board", &["emit", "flash", "record", "monitor"]),
-    ("Networks", &["import", "size", "verify"]),
+    ("Control", &["build", "tune", "compare", "pil"]),
+    ("Board", &["emit", "size", "flash", "record", "monitor"]),
+    ("Networks", &["import", "verify"]),
 ];
 
 /// The command line with its verbs in groups.
@@ -31,8 +30,8 @@ pub(super) fn command() -> Command {
 
 /// The groups with one line a verb.
 fn groups(program: &Command) -> String {
-    let verbs: Vec<&Command> = program.get_subcommands().collect();
-    let width = verbs.iter().map(|verb| verb.get_name().len()).max();
+    let named = GROUPS.iter().flat_map(|(_, names)| *names);
+    let width = named.map(|name| name.len()).max();
     let width = width.unwrap_or(0);
     let mut text = String::new();
     // Writing to a String cannot fail, here and below.

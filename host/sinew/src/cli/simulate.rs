@@ -23,16 +23,18 @@ pub struct Arguments {
     /// The recording whose input columns and times are used.
     #[arg(long, value_name = "CSV")]
     input: PathBuf,
-    /// Where the signals of all sensors are written.
+    /// File for the signals of all sensors.
     #[arg(long, value_name = "CSV")]
     out: PathBuf,
     /// Write the input columns as well, so that the file is a recording to fit to.
     #[arg(long)]
     with_inputs: bool,
-    /// Standard deviation of white noise on every signal, as a fraction of what the signal ranges over.
+    /// Standard deviation of white noise on every signal, as a fraction of what the signal ranges
+    /// over.
     #[arg(long, value_name = "FRACTION", default_value_t = 0.0)]
     noise: f64,
-    /// A program that is the plant instead, as a line for `sh`; only signals that it has are written.
+    /// A program that is the plant instead, as a line for `sh`; only signals that it has are
+    /// written.
     #[arg(long, value_name = "COMMAND", conflicts_with_all = ["plot", "html"])]
     plant_program: Option<String>,
     /// Seed of the noise.
@@ -173,7 +175,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     Ok(())
 }
 
-/// Which signals of the program and of the rig are not in what is written.
+/// Signals of the program and of the rig that are not written.
 fn remark(plant: &Plant, recorded: &Recorded) {
     for name in &recorded.strangers {
         eprintln!("`{name}` of the program is not written: no sensor of the rig is called so");
@@ -188,7 +190,7 @@ fn remark(plant: &Plant, recorded: &Recorded) {
     }
 }
 
-/// What every sensor shows, SI; plot and page are written where they were asked for.
+/// Signals of every sensor, SI; plot and page are written where they were asked for.
 fn simulated(
     arguments: &Arguments,
     rig: &Rig,

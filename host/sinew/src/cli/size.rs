@@ -1,4 +1,5 @@
-//! `sinew size`: what a network, and the controller around it, takes on a board, before anything is flashed.
+//! `sinew size`: what a network, and the controller around it, takes on a board, before anything is
+//! flashed.
 
 use std::path::PathBuf;
 
@@ -26,7 +27,7 @@ pub struct Arguments {
     /// float32, or int8: a quarter of the flash for weights; the loss of accuracy is printed.
     #[arg(long, value_name = "KIND", default_value = "float32")]
     weights: Weights,
-    /// What the compiler makes a controller's image for.
+    /// Optimisation goal of a controller's image.
     #[arg(long, value_enum, default_value = "speed")]
     optimise: Optimise,
     /// Folder that keeps what is compiled, for the next time.

@@ -28,7 +28,7 @@ pub struct Arguments {
     /// Folder of the model: model.toml and weights.safetensors.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Where losses and errors are written for programs.
+    /// File with losses and errors for programs.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
     #[command(flatten)]

@@ -1,4 +1,5 @@
-//! `sinew tune`: weights and horizons of the predictive controller, gains of the PID and RISE, for a stated objective.
+//! `sinew tune`: weights and horizons of the predictive controller, gains of the PID and RISE, for
+//! a stated objective.
 
 use std::path::PathBuf;
 
@@ -35,16 +36,16 @@ pub struct Arguments {
     model: PathBuf,
     #[command(flatten)]
     recordings: Recordings,
-    /// Where the rig with the tuned [control] table is written; the rig's own text and comments are kept.
+    /// File for the rig with the tuned [control] table; the rig's own text and comments are kept.
     #[arg(long, value_name = "TOML")]
     out: PathBuf,
-    /// Where the model with the tuned [control] table is written: what `compare`, `pil` and `emit` take.
+    /// Folder for the model with the tuned [control] table, for `compare`, `pil` and `emit`.
     #[arg(long, value_name = "DIR")]
     model_out: Option<PathBuf>,
-    /// Where everything is written for programs (sinew-tuning/1).
+    /// File for programs (sinew-tuning/1).
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
-    /// What is minimised.
+    /// Objective that is minimised.
     #[arg(long, value_enum, default_value = "tracking")]
     objective: Objective,
     #[command(flatten)]
@@ -58,15 +59,16 @@ pub struct Arguments {
     /// Evaluations of the objective for each controller.
     #[arg(long, value_name = "COUNT", default_value_t = 300)]
     evaluations: usize,
-    /// Keep the gain of the disturbance estimate at this instead of searching it; 0 switches the estimate off.
+    /// Keep the gain of the disturbance estimate at this instead of searching it; 0 switches the
+    /// estimate off.
     #[arg(long, value_name = "GAIN")]
     disturbance_gain: Option<f64>,
-    /// Most Newton iterations in a control step, 1 to 8, instead of the model's. One bounds the longest step: a second follows
-    /// only where the first was far off.
+    /// Most Newton iterations in a control step, 1 to 8, instead of the model's. One bounds the
+    /// longest step: a second follows only where the first was far off.
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u8).range(1..=i64::from(MAX_ITERATIONS)))]
     iterations: Option<u8>,
-    /// Search one factor of all move suppression and the gain of the disturbance estimate, nothing else: of inputs that are alike,
-    /// weights of their own fit the plants of tuning and no other.
+    /// Search one factor of all move suppression and the gain of the disturbance estimate, nothing
+    /// else: of inputs that are alike, weights of their own fit the plants of tuning and no other.
     #[arg(long)]
     tied: bool,
     /// Leave PID and RISE as they are.
@@ -166,7 +168,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     Ok(())
 }
 
-/// What was found for every controller.
+/// Results of every controller.
 #[derive(Default)]
 struct Found {
     lines: Vec<Line>,

@@ -16,7 +16,7 @@ pub trait BaselineController: Law<Gains: Send + Sync> + Send + Sync {
     const NAME: &'static str;
     /// One range a setting, the lead left out.
     fn ranges() -> Vec<Range>;
-    /// Where the search begins; settings as in [`BaselineController::ranges`].
+    /// Starts of the search; settings as in [`BaselineController::ranges`].
     fn starts() -> Vec<Vec<f64>>;
     /// The gains of settings `g`; half the ranges of input and output.
     fn gains(g: &[f64], ranges: (f64, f64), period_s: f64) -> Self::Gains;
@@ -93,7 +93,7 @@ impl<L: Law> Controller for FeedbackController<L> {
     }
 }
 
-/// What a controller is tuned for, and on what: loops whose references no result is reported on.
+/// Objective and training loops of a tuning: loops whose references no result is reported on.
 #[derive(Clone, Copy)]
 pub struct Training<'a> {
     /// The loops.
@@ -104,7 +104,7 @@ pub struct Training<'a> {
     pub output_range: &'a [f64],
     /// Half the range of every input.
     pub input_range: &'a [f64],
-    /// What is minimised.
+    /// Objective that is minimised.
     pub objective: Objective,
     /// Most steps that a controller may look ahead.
     pub longest_lead: usize,
@@ -146,14 +146,15 @@ pub struct Tuned<G> {
     pub before: Vec<Tuning<G>>,
     /// The cheapest found.
     pub after: Vec<Tuning<G>>,
-    /// What the search says of itself.
+    /// Statistics of the search.
     pub found: Found,
 }
 
 /// Steps of preview that a search begins with: a simplex hardly moves a whole number.
 const LEADS: [usize; 3] = [1, 3, 5];
 
-/// Where a law's search begins: each of its starts with each preview that is no longer than `longest`; with none, each as it is.
+/// Starts of the search of a law: each of its starts with each preview that is no longer than
+/// `longest`; with none, each as it is.
 fn starts<L: BaselineController>(longest: usize) -> Vec<Vec<f64>> {
     if longest == 0 {
         return L::starts();
@@ -168,8 +169,9 @@ fn starts<L: BaselineController>(longest: usize) -> Vec<Vec<f64>> {
     leads.flat_map(with).collect()
 }
 
-/// Tunes one controller a channel; all channels share one scale of gains. Where there are more outputs than inputs, the
-/// first ones have an input each and the others are only scored. `told` hears of every evaluation.
+/// Tunes one controller a channel; all channels share one scale of gains. Where there are more
+/// outputs than inputs, the first ones have an input each and the others are only scored. `told`
+/// hears of every evaluation.
 ///
 /// # Errors
 /// A rig with fewer outputs than inputs.

@@ -1,4 +1,5 @@
-//! Controllers side by side on one plant: the same references, limits and noise for each, several loops.
+//! Controllers side by side on one plant: the same references, limits and noise for each, several
+//! loops.
 
 use std::path::Path;
 
@@ -25,15 +26,16 @@ const TONES: [Tone; 5] = [
     Tone::Red,
 ];
 
-/// `sinew-comparison/1` (docs/reference/results.md): every number in it was measured in the run that wrote it.
+/// `sinew-comparison/1` (docs/reference/results.md): every number in it was measured in the run
+/// that wrote it.
 #[derive(Serialize)]
 pub struct Benchmark {
     format: &'static str,
-    /// What the controllers were asked for comes from this rig.
+    /// Rig of the control problem.
     rig: String,
     /// The real rig, or the program that is one; null where the rig was moved.
     plant: Option<String>,
-    /// Where the predictive controllers ran.
+    /// Board of the predictive controllers.
     board: &'static str,
     /// Absent where its image was made for speed.
     #[serde(skip_serializing_if = "Optimise::is_speed")]
@@ -42,17 +44,18 @@ pub struct Benchmark {
     steps: usize,
     seed: u64,
     disturbance: Disturbance,
-    /// Where the first loop's reference comes from.
+    /// Source of the first loop's reference.
     reference: String,
-    /// What differs between model and plant; empty with a real rig.
+    /// Parameters that differ between model and plant; empty with a real rig.
     moved: Vec<PerturbedParameter>,
     /// Age of the measurements when a controller gets them.
     delay_s: f64,
-    /// What errors, effort and time at limits were judged between, seconds; absent where it is the whole run.
+    /// What errors, effort and time at limits were judged between, seconds; absent where it is the
+    /// whole run.
     #[serde(skip_serializing_if = "Option::is_none")]
     judged_s: Option<[f64; 2]>,
-    /// How far each loop's own plant was drawn from the one in `plant`, as a part of each free parameter; null where all
-    /// loops have one plant.
+    /// How far each loop's own plant was drawn from the one in `plant`, as a part of each free
+    /// parameter; null where all loops have one plant.
     spread: Option<f64>,
     outputs: Vec<Signal>,
     /// Gains by name, an object a channel, of controllers without a model.
@@ -70,7 +73,7 @@ struct Signal {
 }
 
 impl Benchmark {
-    /// What `controllers` did in `ready`.
+    /// Collects the results of `controllers` in `ready`.
     pub fn new(
         ready: &ModelLoop,
         rig: &Path,

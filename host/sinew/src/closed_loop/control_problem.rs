@@ -1,4 +1,4 @@
-//! What the controller is asked for: the rig's `[control]` table, filled in from the recordings.
+//! Control problem: the rig's `[control]` table, filled in from the recordings.
 
 use sinew_device::protocol::MAX_PREVIEW;
 use sinew_sim::{Plant, Rig, Stepper};
@@ -17,14 +17,14 @@ const STAIRCASE: usize = 333;
 /// How much of each input's limit a reference may need at rest: a plant a fifth stiffer still gets
 /// there, with something left for moving.
 const REACH: f64 = 0.7;
-/// How fast a designed reference moves, as a part of the speed that was recorded.
+/// Speed of a designed reference, as a fraction of the recorded speed.
 const LED: f64 = 0.25;
 /// A reach smaller than this part of what was recorded is none.
 const LEAST_REACH: f64 = 0.05;
 /// Seconds within which a plant that settles has settled.
 const SETTLING_S: f64 = 60.0;
 
-/// Where a reference comes from.
+/// Source of a reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
     /// Designed here: tuning follows random moves.
@@ -56,7 +56,7 @@ pub struct ControlProblem {
     pub limits: Vec<InputLimits>,
     /// Half the range of each input's limits.
     pub input_range: Vec<f64>,
-    /// Where each output went in the recordings.
+    /// Workspace of each output in the recordings.
     pub workspaces: Vec<Workspace>,
     /// Half the recorded range of each output.
     pub output_range: Vec<f64>,
@@ -68,13 +68,14 @@ pub struct ControlProblem {
     pub channel_noise: Vec<f64>,
     /// First valid sample of every sensor: where a loop starts.
     pub home: Vec<Option<f64>>,
-    /// What the comparison asks, and where it comes from.
+    /// Reference of the comparison, and its source.
     pub reference: Reference,
     /// Where it comes from, which says what tuning follows instead.
     pub source: Source,
     /// Errors are judged from here to there, seconds; without, over the whole run.
     pub judged_s: Option<[f64; 2]>,
-    /// Most steps that a controller without a model may look ahead; as far as the horizon, where nothing else is asked.
+    /// Most steps that a controller without a model may look ahead; as far as the horizon, where
+    /// nothing else is asked.
     pub longest_lead: usize,
     /// All outputs have one unit, so that the length of their error means something.
     pub one_unit: bool,
@@ -83,7 +84,7 @@ pub struct ControlProblem {
 }
 
 impl ControlProblem {
-    /// How long the reference is.
+    /// Duration of the reference.
     pub fn duration_s(&self) -> f64 {
         self.reference.steps() as f64 * self.period_s
     }
@@ -92,7 +93,8 @@ impl ControlProblem {
     /// `reference`.
     ///
     /// # Errors
-    /// No output, no input, an input without a limit that was never moved, a column that is not there.
+    /// No output, no input, an input without a limit that was never moved, a column that is not
+    /// there.
     pub fn new(
         rig: &Rig,
         plant: &Plant,
@@ -177,7 +179,8 @@ impl ControlProblem {
         ];
         for (i, workspace) in workspaces.iter_mut().enumerate() {
             if let (Some(a), Some(b)) = (ends[0][i], ends[1][i]) {
-                // Opposite pushes that lead to the same place, as to a tip's height, say nothing about its reach.
+                // Opposite pushes that lead to the same place, as to a tip's height, say nothing
+                // about its reach.
                 if (a - b).abs() > LEAST_REACH * (workspace.high - workspace.low) {
                     workspace.low = workspace.low.max(a.min(b));
                     workspace.high = workspace.high.min(a.max(b));
@@ -306,7 +309,8 @@ fn long_enough(asked: &Reference, horizon: usize) -> Result<()> {
 }
 
 /// Where each output comes to rest under constant inputs; `None` where it does not, such as an axis
-/// that drifts. What was recorded may lie beyond: a springy plant swings further than it can be held.
+/// that drifts. What was recorded may lie beyond: a springy plant swings further than it can be
+/// held.
 fn rest(
     plant: &Plant,
     home: &[Option<f64>],
@@ -405,7 +409,8 @@ fn limits(plant: &Plant, recordings: &[Recording], period: f64) -> Result<Vec<In
     plant.inputs().iter().map(of).collect()
 }
 
-/// Root mean square speed over stretches of a hundredth of the recording, so that noise averages out.
+/// Root mean square speed over stretches of a hundredth of the recording, so that noise averages
+/// out.
 fn typical_speed(t: &[f64], y: &[f64]) -> f64 {
     let stride = (t.len() / 100).max(1);
     let speeds: Vec<f64> = (stride..t.len())

@@ -9,12 +9,12 @@ use crate::closed_loop::scenario::Controller;
 use crate::device::Device;
 use sinew_ident::error::{Error, Result};
 
-/// What the device said of one step.
+/// Answer of the device to one step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Answer {
     /// Bits of the commands.
     pub bits: Vec<u32>,
-    /// What the solver said.
+    /// Status of the solver.
     pub status: Status,
     /// Newton iterations.
     pub iterations: u8,

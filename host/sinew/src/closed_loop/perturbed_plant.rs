@@ -11,9 +11,9 @@ pub struct PerturbedParameter {
     pub name: String,
     /// Its SI unit.
     pub unit: String,
-    /// What the controller's model was trained with.
+    /// Value of the controller's model.
     pub fitted: f64,
-    /// What the plant has.
+    /// Value of the plant.
     pub plant: f64,
 }
 

@@ -1,5 +1,6 @@
-//! A plant that another program simulates: lines of text over its standard input and output (docs/how-to/plant-program.md, "A plant
-//! of another program"). A plant that shares no code with this one is the harder judge.
+//! A plant that another program simulates: lines of text over its standard input and output
+//! (docs/how-to/plant-program.md, "A plant of another program"). A plant that shares no code with
+//! this one is the harder judge.
 
 use std::io::{BufRead, BufReader, Write};
 use std::process::{ChildStdin, Command, Stdio};
@@ -23,18 +24,18 @@ const LAST_WORDS: Duration = Duration::from_millis(100);
 const DRAW: &str = "SINEW_DRAW";
 const SPREAD: &str = "SINEW_SPREAD";
 
-/// What is to be started, and as which of its plants.
+/// A program that simulates the plant, and which of its plants.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlantProgram {
     /// The command line, for `sh`.
     pub command: String,
     /// 0: as the program has it. Every other number is another plant.
     pub draw: usize,
-    /// How far parameters of a drawn plant may lie from the program's own, as a fraction.
+    /// Largest relative deviation of the parameters of a drawn plant.
     pub spread: f64,
 }
 
-/// What a program recorded.
+/// Recording of a program.
 pub struct Recorded {
     /// One entry a sensor of the rig, SI; `None` for one that the program has not.
     pub signals: Vec<Option<Vec<f64>>>,
@@ -49,7 +50,7 @@ pub struct Running {
     child: Guarded,
     to: ChildStdin,
     from: Receiver<String>,
-    /// Where each of the rig's sensors stands in a line, and its unit in SI.
+    /// Position of each sensor of the rig in a line, and its unit in SI.
     sensors: Vec<Option<(usize, f64)>>,
     /// Units of the inputs in SI.
     inputs: Vec<f64>,
@@ -133,7 +134,7 @@ impl PlantProgram {
         Ok(running)
     }
 
-    /// What each sensor of `plant` shows at times `t` while `drive` is held from row to row.
+    /// Signal of each sensor of `plant` at times `t` while `drive` is held from row to row.
     ///
     /// # Errors
     /// As [`PlantProgram::start`] and [`Running::advance`].
@@ -190,7 +191,8 @@ impl Running {
         self.hear()
     }
 
-    /// Says so if it talks without being asked: taken for an answer, that would put every later one a step behind.
+    /// Says so if it talks without being asked: taken for an answer, that would put every later one
+    /// a step behind.
     fn silent(&mut self, patience: Duration) -> Result<()> {
         match self.from.recv_timeout(patience) {
             Ok(unasked) => Err(self.said(

@@ -12,7 +12,8 @@ use sinew_ident::noise::gaussian;
 
 /// Anything that turns measurements into commands once a period.
 pub trait Controller {
-    /// The commands for step `k`, from the outputs and channels that were measured and what is asked from now on.
+    /// The commands for step `k`, from the outputs and channels that were measured and what is
+    /// asked from now on.
     ///
     /// # Errors
     /// The controller runs elsewhere and cannot be reached.
@@ -25,10 +26,11 @@ pub trait Controller {
     ) -> Result<Vec<f64>>;
 }
 
-/// What a controller is put to.
+/// One closed loop: plant, reference, disturbance and noise.
 #[derive(Clone, Debug)]
 pub struct Scenario {
-    /// The plant; the controller does not see it. Where [`Scenario::program`] is the plant, this says what its signals are called.
+    /// The plant; the controller does not see it. Where [`Scenario::program`] is the plant, this
+    /// says what its signals are called.
     pub plant: Plant,
     /// Its parameters.
     pub values: Vec<f64>,
@@ -40,21 +42,22 @@ pub struct Scenario {
     pub noise: Vec<f64>,
     /// Indices of the sensors that are channels, and the standard deviation of each one's noise.
     pub channels: (Vec<usize>, Vec<f64>),
-    /// Age of the measurements when the controller gets them, seconds; at the start what they were before is what they are.
+    /// Age of the measurements when the controller gets them, seconds; at the start what they were
+    /// before is what they are.
     pub delay_s: f64,
     /// Seed of the noise.
     pub seed: u64,
     /// Control period, seconds.
     pub period_s: f64,
-    /// What is asked.
+    /// Reference of the outputs.
     pub reference: Reference,
-    /// What is added to the commands, and half the range of each input.
+    /// Disturbance of the commands, and half the range of each input.
     pub load: (Disturbance, Vec<f64>),
     /// The program that is the plant instead; it starts where it likes.
     pub program: Option<PlantProgram>,
 }
 
-/// What a loop goes through.
+/// Course of a closed loop.
 enum Process {
     Own(Box<Stepper<f64>>),
     Program(Box<Running>),
@@ -92,19 +95,19 @@ impl Process {
 pub struct Run {
     /// Time, seconds.
     pub t: Vec<f64>,
-    /// What was asked, `[step][output]`.
+    /// Reference, `[step][output]`.
     pub reference: Vec<Vec<f64>>,
-    /// Where the outputs were, without the sensors' noise.
+    /// Outputs without the sensors' noise.
     pub y: Vec<Vec<f64>>,
-    /// What the controller was told.
+    /// Measurements of the controller.
     pub measured: Vec<Vec<f64>>,
-    /// What it commanded, `[step][input]`.
+    /// Commands, `[step][input]`.
     pub u: Vec<Vec<f64>>,
 }
 
 impl Scenario {
-    /// Runs the loop over the whole reference: a command follows every sample, is held for a period,
-    /// and the error is taken where it leads.
+    /// Runs the loop over the whole reference: a command follows every sample, is held for a
+    /// period, and the error is taken where it leads.
     ///
     /// # Errors
     /// The plant diverges or the controller cannot be reached.
@@ -117,7 +120,8 @@ impl Scenario {
             sensors.map(|sensor| process.signal(*sensor)).collect()
         };
         let noise: Vec<f64> = self.noise.iter().chain(&self.channels.1).copied().collect();
-        // A delay is so many whole periods and a part of one; the k-th sample is taken that part before step k.
+        // A delay is so many whole periods and a part of one; the k-th sample is taken that part
+        // before step k.
         let periods = self.delay_s / self.period_s;
         // What rounding leaves of a whole period is none.
         let whole = (periods + 1e-6) as usize;
@@ -151,7 +155,7 @@ impl Scenario {
         Ok(run)
     }
 
-    /// What the plant gets at step `k`.
+    /// Input of the plant at step `k`.
     fn loaded(&self, k: usize, u: &[f64]) -> Vec<f64> {
         let (disturbance, range) = &self.load;
         if *disturbance == Disturbance::None {
@@ -165,7 +169,8 @@ impl Scenario {
     }
 }
 
-/// Length of the error of all outputs together, where they share a unit: a tip's distance from where it should be.
+/// Length of the error of all outputs together, where they share a unit: a tip's distance from
+/// where it should be.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Distance {
     /// Root mean square over the run.
@@ -174,7 +179,7 @@ pub struct Distance {
     pub max: f64,
 }
 
-/// How well a run went.
+/// Scores of a run.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Score {
     /// Root mean square tracking error of each output.

@@ -1,4 +1,5 @@
-//! The predictive controller and those without a model on the same plant, reference, disturbance and noise.
+//! The predictive controller and those without a model on the same plant, reference, disturbance
+//! and noise.
 
 use std::path::Path;
 
@@ -22,16 +23,16 @@ use crate::tuning::objective::Objective;
 use crate::tuning::optimise::Budget;
 use sinew_ident::error::{Error, Result};
 
-/// How far the plant of the comparison lies from the fitted one.
+/// Least relative deviation of a parameter in the plant of the comparison.
 pub const LEAST_PERTURBATION: f64 = 0.10;
 /// See [`LEAST_PERTURBATION`].
 pub const MOST_PERTURBATION: f64 = 0.20;
 /// Steps of a reference that only tuning sees.
 const TUNING_STEPS: usize = 1000;
-/// What tuning a controller without a model for a comparison may cost: the same for all of them.
+/// Budget of tuning a baseline controller for a comparison.
 pub const BUDGET: Budget = Budget::Thorough(200, 250);
 
-/// What the comparison needs to know of a plant.
+/// Plant, control problem and conditions that the loops of a comparison share.
 pub struct Setup<'a> {
     /// The fitted plant.
     pub plant: &'a Plant,
@@ -39,7 +40,7 @@ pub struct Setup<'a> {
     pub task: &'a ControlProblem,
     /// Seed of everything drawn.
     pub seed: u64,
-    /// What is added to the commands; with its sign turned in loops for tuning.
+    /// Disturbance of the commands; its sign is turned in loops for tuning.
     pub disturbance: Disturbance,
     /// Age of the measurements when a controller gets them, seconds.
     pub delay_s: f64,
@@ -53,7 +54,7 @@ pub struct DeviceRun {
     pub run: Run,
     /// Its score.
     pub score: Score,
-    /// What the device said of every step.
+    /// Answers of the device, one a step.
     pub answers: Vec<Answer>,
     /// Ticks for which a sample came too late, of a board that paces itself.
     pub late: usize,
@@ -76,7 +77,7 @@ pub struct BaselineRun<L: BaselineController> {
 /// A loop run with the PID.
 pub type PidRun = BaselineRun<PidState>;
 
-/// Whom a loop is for.
+/// Purpose of a loop.
 #[derive(Clone, Copy, PartialEq)]
 enum For {
     Tuning,
@@ -98,8 +99,8 @@ impl Setup<'_> {
         self.with(values, reference, self.seed, For::Report)
     }
 
-    /// The loop that is reported, and `count` - 1 more: with other noise and, unless the reference was recorded, other
-    /// moves over the same workspace. Tuning sees none of them.
+    /// The loop that is reported, and `count` - 1 more: with other noise and, unless the reference
+    /// was recorded, other moves over the same workspace. Tuning sees none of them.
     ///
     /// # Errors
     /// As [`Setup::scenario`].
@@ -118,7 +119,8 @@ impl Setup<'_> {
         (0..count).map(of).collect()
     }
 
-    /// The loop that is reported on each of `plants`, with other noise on each. Tuning sees none of them.
+    /// The loop that is reported on each of `plants`, with other noise on each. Tuning sees none of
+    /// them.
     ///
     /// # Errors
     /// As [`Setup::scenario`].
@@ -147,7 +149,8 @@ impl Setup<'_> {
                 // It starts where it likes, which is at rest at home.
                 Source::Designed if self.program.is_some() => self.moves(steps, seed),
                 Source::Designed => {
-                    // From anywhere, in balance or not: tuned on balanced starts alone, the demo's PID had twice the error.
+                    // From anywhere, in balance or not: tuned on balanced starts alone, the demo's
+                    // PID had twice the error.
                     let anywhere = vec![None; self.task.outputs.len()];
                     let (workspaces, period) = (&self.task.workspaces, self.task.period_s);
                     Reference::moves(workspaces, &anywhere, steps, period, seed)
@@ -161,8 +164,8 @@ impl Setup<'_> {
         scenarios.collect()
     }
 
-    /// Plants for tuning the predictive controller: the fitted one and two that lie as far from it as
-    /// the plant of the comparison does, elsewhere.
+    /// Plants for tuning the predictive controller: the fitted one and two that lie as far from it
+    /// as the plant of the comparison does, elsewhere.
     pub fn tuning_plants(&self) -> Vec<Vec<f64>> {
         let draw = |k: u64| {
             perturbed(
@@ -176,8 +179,8 @@ impl Setup<'_> {
         vec![self.plant.values(), draw(77), draw(78)]
     }
 
-    /// Random moves from rest where the recording starts: elsewhere a spring throws the plant off before any controller
-    /// can act, and the largest error would be that.
+    /// Random moves from rest where the recording starts: elsewhere a spring throws the plant off
+    /// before any controller can act, and the largest error would be that.
     fn moves(&self, steps: usize, seed: u64) -> Reference {
         let home = self.task.outputs.iter().map(|s| self.task.home[*s]);
         let (workspaces, period) = (&self.task.workspaces, self.task.period_s);
@@ -266,7 +269,8 @@ impl Setup<'_> {
         Ok(run)
     }
 
-    /// Runs `scenario` on a device that is there already, to its end; its log is left to the caller.
+    /// Runs `scenario` on a device that is there already, to its end; its log is left to the
+    /// caller.
     ///
     /// # Errors
     /// The device cannot be reached or refuses.
@@ -301,7 +305,8 @@ impl Setup<'_> {
         self.run_baseline(self.tuned::<PidState>(&plants, BUDGET)?, scenario)
     }
 
-    /// Tunes a controller without a model on plants of the comparison, with references it will not be judged on.
+    /// Tunes a controller without a model on plants of the comparison, with references it will not
+    /// be judged on.
     ///
     /// # Errors
     /// Inputs and outputs do not pair off.
@@ -315,7 +320,7 @@ impl Setup<'_> {
         Ok(tune::<L>(&training, budget, &|| ())?.after)
     }
 
-    /// What a controller is tuned on.
+    /// Training loops of a controller.
     pub fn training<'a>(&'a self, scenarios: &'a [Scenario], objective: Objective) -> Training<'a> {
         Training {
             scenarios,
@@ -346,7 +351,7 @@ impl Setup<'_> {
     }
 }
 
-/// Whether two devices gave the same bits at every step.
+/// True if two devices gave the same bits at every step.
 pub fn same_bits(a: &[Answer], b: &[Answer]) -> bool {
     a.len() == b.len() && !a.is_empty() && a.iter().zip(b).all(|(a, b)| a.bits == b.bits)
 }

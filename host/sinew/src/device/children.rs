@@ -28,7 +28,7 @@ impl Workplace {
     /// An empty folder.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn new() -> io::Result<Self> {
         // Under the lock: there is no folder that `kill_all` does not know.
         let mut live = live();
@@ -37,7 +37,7 @@ impl Workplace {
         Ok(Self(Some(folder)))
     }
 
-    /// Where it lies.
+    /// Its folder.
     pub fn path(&self) -> &Path {
         // It is taken by `drop` alone.
         self.0.as_ref().map_or(Path::new(""), TempDir::path)
@@ -54,8 +54,8 @@ impl Drop for Workplace {
 
 /// A child that is killed, with all that it started, when it is dropped and by [`kill_all`].
 ///
-/// It leads a process group of its own: cargo's compilers die with cargo, and the terminal's Ctrl-C reaches
-/// this program alone, which then decides.
+/// It leads a process group of its own: cargo's compilers die with cargo, and the terminal's Ctrl-C
+/// reaches this program alone, which then decides.
 pub struct Guarded {
     child: Child,
     ended: Option<ExitStatus>,
@@ -65,7 +65,7 @@ impl Guarded {
     /// Starts `command`.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn spawn(command: &mut Command) -> io::Result<Self> {
         // Under the lock: no child can come into being that `kill_all` does not know.
         let mut live = live();
@@ -97,7 +97,7 @@ impl Guarded {
     /// Its exit status if it has ended.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn try_wait(&mut self) -> io::Result<Option<ExitStatus>> {
         if self.ended.is_none() {
             // Under the lock: once it is reaped its number may become another process's.
@@ -113,7 +113,7 @@ impl Guarded {
     /// Waits for its end.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Error of the operating system.
     pub fn wait(&mut self) -> io::Result<ExitStatus> {
         loop {
             if let Some(status) = self.try_wait()? {
@@ -142,8 +142,9 @@ pub struct AllKilled {
     _held: MutexGuard<'static, Live>,
 }
 
-/// Kills every child and removes their folders: for the handler of Ctrl-C, which holds the result until it
-/// ends the process, so that the rest of the program does not report the children's death as a failure.
+/// Kills every child and removes their folders: for the handler of Ctrl-C, which holds the result
+/// until it ends the process, so that the rest of the program does not report the children's death
+/// as a failure.
 pub fn kill_all() -> AllKilled {
     let mut live = live();
     for child in live.children.drain(..) {

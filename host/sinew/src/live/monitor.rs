@@ -1,7 +1,7 @@
 //! A run on a board, watched and steered from a terminal, and saved.
 //!
-//! A line typed is an order ([`order`]); what the board thinks of it is shown. Everything that is shown is a row
-//! of the file, with the board's own time.
+//! A line typed is an order ([`order`]); what the board thinks of it is shown. Everything that is
+//! shown is a row of the file, with the board's own time.
 
 use std::fmt::Write as _;
 use std::io::{BufRead, IsTerminal, Write};
@@ -16,17 +16,18 @@ use super::Names;
 use crate::device::Device;
 use sinew_ident::error::{Error, Result};
 
-/// How often the terminal is written.
+/// Refresh interval of the terminal.
 const REFRESH: Duration = Duration::from_millis(100);
 /// How often a line is said so that the board knows that somebody is there.
 const ALIVE: Duration = Duration::from_millis(500);
 /// Longest silence of a board.
 const SILENCE: Duration = Duration::from_secs(3);
 
-/// What a typed line says to the board; `None`: disarm, save, end. `arm` reaches the reference in a second.
+/// What a typed line says to the board; `None`: disarm, save, end. `arm` reaches the reference in a
+/// second.
 ///
 /// # Errors
-/// What is wrong with it, in one line.
+/// The fault in one line.
 pub fn order(line: &str, identity: &Identity) -> std::result::Result<Option<ToDevice>, String> {
     let mut words = line.split_whitespace();
     let verb = words.next().unwrap_or_default();
@@ -78,7 +79,7 @@ pub fn order(line: &str, identity: &Identity) -> std::result::Result<Option<ToDe
     Ok(Some(said))
 }
 
-/// What was seen, in numbers.
+/// Statistics of a watched run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Watched {
     /// Ticks that were told.
@@ -137,7 +138,8 @@ fn watch(
                 Ok(Some(message)) => device.send(&message)?,
                 Err(what) => println!("{what}"),
             },
-            // A terminal that was closed, or a script that has ended: with a time to end, go on until then.
+            // A terminal that was closed, or a script that has ended: with a time to end, go on
+            // until then.
             Err(TryRecvError::Disconnected) => orders_end = true,
             Err(TryRecvError::Empty) => {}
         }
@@ -236,7 +238,8 @@ fn show(seen: &Telemetry, names: &Names, screen: bool) {
     let _ = std::io::stdout().flush();
 }
 
-/// The file of a run, written as it goes, so that it is whole up to the moment when something breaks.
+/// The file of a run, written as it goes, so that it is whole up to the moment when something
+/// breaks.
 struct Saved {
     path: std::path::PathBuf,
     file: std::io::BufWriter<std::fs::File>,
@@ -308,7 +311,7 @@ impl Saved {
     }
 }
 
-/// What the numbers in the status column mean.
+/// Meanings of the numbers in the status column.
 fn statuses() -> String {
     use sinew_mpc::status::Status;
     let all = [

@@ -1,4 +1,4 @@
-//! What the signals of a board are called: the model that its firmware carries says so.
+//! Names of the signals of a board: the model that its firmware carries says so.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! What the columns do not tell: from flags, from a person, or guessed.
+//! Answers that the columns do not give: from flags, from a person, or guessed.
 
 use super::columns::Columns;
 use super::{Motion, NewArgs, Terminal, YesNo};

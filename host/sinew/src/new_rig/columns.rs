@@ -1,4 +1,4 @@
-//! What the columns of a recording are, as far as their names tell.
+//! Roles of the columns of a recording, from their names.
 
 use sinew_sim::unit;
 
@@ -6,7 +6,7 @@ use super::Motion;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::recording::Recording;
 
-/// What a column measures.
+/// Quantity of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Quantity {
     Position(Motion),
@@ -214,8 +214,8 @@ fn guess_inputs(recording: &Recording, outputs: &[String]) -> Vec<String> {
     first.cloned().into_iter().collect()
 }
 
-/// Lays companions beside positions: the one whose name begins alike, or the next that is free where there are
-/// as many of them as positions.
+/// Lays companions beside positions: the one whose name begins alike, or the next that is free
+/// where there are as many of them as positions.
 fn pair(positions: &[String], companions: impl Iterator<Item = String>) -> Vec<Option<String>> {
     let companions: Vec<String> = companions.collect();
     positions

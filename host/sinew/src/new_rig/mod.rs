@@ -1,10 +1,10 @@
 //! `sinew new`: a first rig file from a recording's columns and a few answers.
 //!
-//! The units at the end of the columns' names tell most of it: a position is a sensor, a force or a voltage an
-//! input. What they cannot tell (line or axis, how heavy, is there a spring) comes from flags, from questions
-//! where a person sits at the terminal, or from a guess that the file says is one; whether there is a spring, the
-//! recording says, which is fitted with and without. The file that is written is
-//! read back before anyone sees it, and its comments explain what to change.
+//! The units at the end of the columns' names tell most of it: a position is a sensor, a force or a
+//! voltage an input. What they cannot tell (line or axis, how heavy, is there a spring) comes from
+//! flags, from questions where a person sits at the terminal, or from a guess that the file says is
+//! one; whether there is a spring, the recording says, which is fitted with and without. The file
+//! that is written is read back before anyone sees it, and its comments explain what to change.
 
 mod answers;
 mod columns;
@@ -25,7 +25,7 @@ use sinew_ident::recording::Recording;
 pub struct NewArgs {
     /// The recording (CSV) whose columns the rig is to name.
     pub recording: PathBuf,
-    /// Where to write the rig; by default beside the recording, with its name and `.toml`.
+    /// File for the rig; by default beside the recording, with its name and `.toml`.
     #[arg(long, value_name = "RIG.toml")]
     pub out: Option<PathBuf>,
     /// The device's name; by default the recording's.
@@ -37,13 +37,13 @@ pub struct NewArgs {
     /// A column that a sensor writes; can be given more than once.
     #[arg(long = "output", value_name = "COLUMN")]
     pub outputs: Vec<String>,
-    /// Whether it moves along a line or about an axis; by default as the units of the positions say.
+    /// Motion along a line or about an axis; by default as the units of the positions say.
     #[arg(long)]
     pub motion: Option<Motion>,
     /// Mass in kg (slide) or moment of inertia in kg m^2 (hinge) of what moves, roughly.
     #[arg(long, value_name = "KG")]
     pub inertia: Option<f64>,
-    /// Whether a spring pulls it back; by default as the recording says, fitted with and without.
+    /// Presence of a spring; by default decided by fits with and without one.
     #[arg(long, value_name = "yes|no")]
     pub spring: Option<YesNo>,
     /// Guess instead of asking.
@@ -57,7 +57,7 @@ pub struct NewArgs {
     pub quiet: bool,
 }
 
-/// How a body moves.
+/// Motion of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Motion {
     /// Along a line.
@@ -75,7 +75,7 @@ pub enum YesNo {
     No,
 }
 
-/// Where answers come from and where questions go.
+/// Source of answers and sink of questions.
 pub struct Terminal<'a> {
     /// A line an answer.
     pub input: &'a mut dyn BufRead,
@@ -83,14 +83,14 @@ pub struct Terminal<'a> {
     pub output: &'a mut dyn Write,
 }
 
-/// What `sinew new` did.
+/// Result of `sinew new`.
 #[derive(Debug, Clone)]
 pub struct NewRig {
     /// The file that was written.
     pub path: PathBuf,
     /// Columns that neither drive nor show anything in it.
     pub unused: Vec<String>,
-    /// What nobody said, a sentence each.
+    /// Guesses, a sentence each.
     pub guesses: Vec<String>,
 }
 
@@ -105,7 +105,8 @@ pub struct Written {
     pub guesses: Vec<String>,
 }
 
-/// Runs the command: asks on the terminal what the flags leave open, if there is one, and writes the rig.
+/// Runs the command: asks on the terminal what the flags leave open, if there is one, and writes
+/// the rig.
 ///
 /// # Errors
 /// As [`rig_text`]; `Arguments` where the rig file exists and `--force` is not given; `Write`.
@@ -139,12 +140,12 @@ pub fn run(args: &NewArgs) -> Result<NewRig> {
     })
 }
 
-/// The text of the rig, the columns that it leaves out, and what it guesses. `terminal`: where to read
-/// answers and where to put questions.
+/// The text of the rig, the columns that it leaves out, and what it guesses. `terminal`: where to
+/// read answers and where to put questions.
 ///
 /// # Errors
-/// `File` for a column that was asked for and is not there, and for a recording in which no input or no position
-/// can be told; `Arguments` for an inertia that is not positive.
+/// `File` for a column that was asked for and is not there, and for a recording in which no input
+/// or no position can be told; `Arguments` for an inertia that is not positive.
 pub fn rig_text(
     args: &NewArgs,
     recording: &Recording,

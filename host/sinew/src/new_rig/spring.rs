@@ -1,4 +1,4 @@
-//! Whether a spring pulls it back, where nobody says so: the recording is asked.
+//! Presence of a spring, decided by fits to the recording.
 
 use sinew_sim::Rig;
 
@@ -6,15 +6,16 @@ use sinew_ident::cli::progress::Stage;
 use sinew_ident::fit::{FitOptions, SensorFit, fit};
 use sinew_ident::recording::Recording;
 
-/// With a spring the rig must leave less than this part of what it leaves without: a stiffness is a parameter more.
+/// With a spring the rig must leave less than this part of what it leaves without: a stiffness is a
+/// parameter more.
 const WORTH: f64 = 0.7;
 
-/// What the recording says.
+/// Result of the two fits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Verdict {
     pub spring: bool,
-    /// Free-run error after a fit, as a part of what the sensors move, with a spring and without; infinite where the rig cannot
-    /// be fitted.
+    /// Free-run error after a fit, as a part of what the sensors move, with a spring and without;
+    /// infinite where the rig cannot be fitted.
     left: [f64; 2],
 }
 
@@ -45,7 +46,7 @@ impl Verdict {
     }
 }
 
-/// What a rig leaves of a recording, the sensors' geometric mean.
+/// Free-run error of a rig on a recording relative to the motion, the sensors' geometric mean.
 fn left(recording: &Recording, text: &str) -> f64 {
     let fitted = Rig::parse(text, "with or without a spring")
         .map_err(sinew_ident::error::Error::from)

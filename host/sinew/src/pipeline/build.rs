@@ -25,7 +25,7 @@ use sinew_ident::fit::{Fit, FitOptions, FreeRun, doubt, fit, free_run};
 use sinew_ident::recording::Recording;
 use sinew_train::dataset::{Visit, visits};
 
-/// What the chain is run on.
+/// Inputs and settings of the pipeline.
 #[derive(Clone, Debug)]
 pub struct Request {
     /// The rig file.
@@ -34,9 +34,9 @@ pub struct Request {
     pub fit: Vec<PathBuf>,
     /// Recordings that are only scored.
     pub test: Vec<PathBuf>,
-    /// Where the controller runs.
+    /// Board of the controller.
     pub board: Board,
-    /// What its image is made for.
+    /// Optimisation goal of its image.
     pub optimise: Optimise,
     /// Folder of everything that is written.
     pub out: PathBuf,
@@ -68,7 +68,7 @@ pub struct Outcome {
     pub name: String,
     /// The fit.
     pub fit: Fit,
-    /// What physics the rig lacks, if that was asked.
+    /// Diagnosis of the rig, if it was asked for.
     pub diagnosis: Option<Diagnosis>,
     /// The kind of effect that is known to be missing.
     pub hidden: Option<String>,
@@ -88,15 +88,15 @@ pub struct Outcome {
     pub outputs: Vec<String>,
     /// The model with its tuned settings.
     pub spec: ModelSpec,
-    /// How it was trained.
+    /// Record of the training.
     pub record: Record,
     /// The model came from an earlier run on the same files.
     pub reused: bool,
     /// Parameters of the plant that differ from the model's.
     pub moved: Vec<PerturbedParameter>,
-    /// Where the controller ran.
+    /// Board of the controller.
     pub board: Board,
-    /// What its image was made for.
+    /// Optimisation goal of its image.
     pub optimise: Optimise,
     /// Its run.
     pub mpc: DeviceRun,
@@ -110,14 +110,15 @@ pub struct Outcome {
     pub seconds: f64,
 }
 
-/// What tells an earlier training apart from one that can be used again.
+/// Key of an earlier training, and its record.
 #[derive(Serialize, Deserialize)]
 struct Kept {
     key: u64,
     record: Record,
 }
 
-/// Runs the chain; leaves `out/rig.toml`, `out/model/`, `out/firmware/`, `out/boards/`, `out/images/`.
+/// Runs the chain; leaves `out/rig.toml`, `out/model/`, `out/firmware/`, `out/boards/`,
+/// `out/images/`.
 ///
 /// # Errors
 /// [`Error`] from any link, with the file that it is about.
@@ -233,7 +234,7 @@ pub fn build(request: &Request) -> Result<Outcome> {
     })
 }
 
-/// What the rig lacks; leaves `out/mended.toml`.
+/// Diagnoses the rig; leaves `out/mended.toml`.
 fn find(
     request: &Request,
     rig: &Rig,
@@ -294,7 +295,7 @@ fn free_runs(
     fit.chain(test.iter().map(|r| of("test", r))).collect()
 }
 
-/// What the refitted rig does not explain of the recordings that it was fitted to.
+/// Signals that the refitted rig does not explain, on the recordings of the fit.
 fn doubts(fit: &Fit) -> Vec<String> {
     let sensors = fit.sensors.iter();
     sensors

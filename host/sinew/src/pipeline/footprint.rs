@@ -1,4 +1,5 @@
-//! What a controller takes on a board, before anything is flashed: its linked images, and its steps counted in QEMU.
+//! Resources of a controller on a board, before anything is flashed: its linked images, and its
+//! steps counted in QEMU.
 
 use std::path::Path;
 
@@ -14,7 +15,7 @@ use sinew_ident::report::{Table, quantity, significant};
 /// Instructions in a tick of QEMU's counter: 40 ns and 32 ns (boards/qemu/README.md).
 const INSTRUCTIONS_PER_TICK: f64 = 1.25;
 
-/// What control steps take in QEMU, at random states with random references.
+/// Instructions of control steps in QEMU, at random states with random references.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Steps {
     /// Steps counted.
@@ -23,7 +24,8 @@ pub struct Steps {
     pub mean: u64,
     /// Of the longest.
     pub longest: u64,
-    /// Every part of a step at its longest, as often as it may occur (docs/explanation/controller.md, section 5).
+    /// Every part of a step at its longest, as often as it may occur
+    /// (docs/explanation/controller.md, section 5).
     pub bound: u64,
     /// Deepest stack of a step, bytes.
     pub stack_bytes: u64,
@@ -71,7 +73,8 @@ fn parse(log: &str) -> Option<Steps> {
     })
 }
 
-/// Counts the steps of a model's controller, and links its image for each of `boards`; build outputs go to `cache`.
+/// Counts the steps of a model's controller, and links its image for each of `boards`; build
+/// outputs go to `cache`.
 ///
 /// # Errors
 /// It does not build or run.
@@ -152,7 +155,7 @@ pub fn table(spec: &ModelSpec, steps: &Steps, rows: &[OnBoard]) -> Table {
     })
 }
 
-/// What the figures are worth.
+/// Accuracy of the figures.
 pub const REMARK: &str = "\
 Flash and RAM are the linked image's, RAM with the stack of a control step. Instructions are counted in QEMU at random states with
 random references; the bound is every part of a step at its longest, as often as it can occur. Times and power are estimates, measured

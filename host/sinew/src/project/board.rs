@@ -1,4 +1,4 @@
-//! What is known of each board: one table for building, flashing and sizing.
+//! Facts of each board: one table for building, flashing and sizing.
 
 use super::Board;
 use sinew_nn::footprint::chip::{Chip, NRF52840, STM32F446};

@@ -1,4 +1,4 @@
-//! What a linked image takes: flash and RAM by section, and whether it has a heap.
+//! Resources of a linked image: flash and RAM by section, and whether it has a heap.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use sinew_ident::error::{Error, Result};
 
-/// Where RAM begins on every Cortex-M (ARMv7-M Architecture Reference Manual, B3.1).
+/// Start of RAM on every Cortex-M (ARMv7-M Architecture Reference Manual, B3.1).
 const RAM: std::ops::Range<u64> = 0x2000_0000..0x4000_0000;
 
 /// Bytes of a linked image.
@@ -17,7 +17,8 @@ pub struct Sizes {
     pub flash_bytes: u64,
     /// `.data`, `.bss` and `.uninit`; the stack is measured while running.
     pub ram_bytes: u64,
-    /// 0 unless an allocator is linked, else the number of its symbols: there is no fixed size to give.
+    /// 0 unless an allocator is linked, else the number of its symbols: there is no fixed size to
+    /// give.
     pub heap_bytes: u64,
 }
 

@@ -1,4 +1,5 @@
-//! The shape of a rig over time as a piece of a page: drawings that a small script moves, nothing loaded.
+//! The shape of a rig over time as a piece of a page: drawings that a small script moves, nothing
+//! loaded.
 
 use serde_json::{Value, json};
 use sinew_sim::{Outline, Plant, Role, SimulationError};
@@ -47,7 +48,7 @@ impl Animation {
         Ok(())
     }
 
-    /// Whether there is nothing to see: the rig has no shape.
+    /// True if the rig has no shape.
     pub fn is_empty(&self) -> bool {
         self.pictures.iter().all(Vec::is_empty)
     }

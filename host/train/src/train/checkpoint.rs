@@ -1,7 +1,9 @@
-//! A training that was stopped goes on where it was, and ends with the same bytes as one that was not.
+//! A training that was stopped goes on where it was, and ends with the same bytes as one that was
+//! not.
 //!
-//! What cannot be found again is kept: weights, the optimizer's state, what was best so far, the losses. Data and random
-//! numbers follow from the same arguments; a checkpoint of other ones is none.
+//! What cannot be found again is kept: weights, the optimizer's state, what was best so far, the
+//! losses. Data and random numbers follow from the same arguments; a checkpoint of other ones is
+//! none.
 
 use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -9,9 +11,9 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use burn::module::Module;
-use burn::optim::ModuleOptimizer;
 use burn::store::{ModuleRecord, RecordError};
 use burn::tensor::Bytes;
+use burn_optim::ModuleOptimizer;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
@@ -25,7 +27,7 @@ const FORMAT: &str = "sinew-checkpoint/1";
 /// Time between two checkpoints: what is lost when a training is stopped.
 const INTERVAL: Duration = Duration::from_secs(10);
 
-/// Where a training writes down how far it is.
+/// File of an unfinished training.
 #[derive(Debug)]
 pub struct Checkpoint {
     file: PathBuf,
@@ -33,7 +35,7 @@ pub struct Checkpoint {
     last: Instant,
 }
 
-/// How far a training is.
+/// State of an unfinished training.
 pub(super) struct Reached {
     pub predictor: Predictor,
     pub optimizer: ModuleOptimizer,
@@ -67,8 +69,8 @@ impl Checkpoint {
         }
     }
 
-    /// What was reached in a training with the same `key`, whose weights and optimizer `start` is. What cannot be read is no
-    /// checkpoint: the training begins anew.
+    /// What was reached in a training with the same `key`, whose weights and optimizer `start` is.
+    /// What cannot be read is no checkpoint: the training begins anew.
     pub(super) fn reached(&self, key: u64, start: Reached) -> Reached {
         let read = || {
             let bytes = fs::read(&self.file).ok()?;
@@ -159,7 +161,7 @@ fn parse(bytes: &[u8], key: u64) -> Option<(Header, [&[u8]; 3])> {
     (ours && three.len() == third).then_some((header, [one, two, three]))
 }
 
-/// What a training is made of: its options, its numbers, and the program that made them.
+/// Key of a training: its options, its numbers, and the program that made them.
 pub(super) fn key(options: &Options, numbers: [&DMatrix<f64>; 2]) -> u64 {
     let mut hasher = DefaultHasher::new();
     env!("CARGO_PKG_VERSION").hash(&mut hasher);

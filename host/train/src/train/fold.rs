@@ -14,7 +14,7 @@ pub struct Folded {
     pub shape: Shape,
     /// The linear path: `[n_y][n]`.
     pub linear: Vec<Vec<f32>>,
-    /// What the network begins with.
+    /// Kind of the first layer.
     pub first: FirstLayer,
     /// The first layer, if it remembers.
     pub remembering: Option<Remembering>,
@@ -44,7 +44,8 @@ fn rows(m: &DMatrix<f64>) -> Vec<Vec<f32>> {
 }
 
 impl Folded {
-    /// Folds `basis`, the typical change `step` and the network's `gain` into the weights of `predictor`.
+    /// Folds `basis`, the typical change `step` and the network's `gain` into the weights of
+    /// `predictor`.
     pub(super) fn new(
         basis: &Basis,
         (step, gain): (&DVector<f64>, f64),

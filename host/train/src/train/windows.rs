@@ -15,7 +15,8 @@ pub struct Shape {
     pub past_inputs: usize,
     /// Output values looked at, the current one included.
     pub past_outputs: usize,
-    /// Sensor channels, of which the last reading is looked at and held over a rollout, as the firmware does.
+    /// Sensor channels, of which the last reading is looked at and held over a rollout, as the
+    /// firmware does.
     pub n_s: usize,
 }
 
@@ -38,11 +39,11 @@ pub struct Scaled {
     pub u: Vec<f64>,
     /// Outputs without noise, `[steps + 1][n_y]`.
     pub y: Vec<f64>,
-    /// What a sensor would have read: `y` with noise.
+    /// Sensor signal: `y` with noise.
     pub measured: Vec<f64>,
     /// Channels with noise, `[steps + 1][n_s]`.
     pub channels: Vec<f64>,
-    /// What the simulator's derivatives say, where they are asked for.
+    /// Sensitivities of the simulator, where they are asked for.
     pub slopes: Vec<Slope>,
     /// Number of steps.
     pub steps: usize,
@@ -71,7 +72,8 @@ pub struct Windows<'a> {
 }
 
 impl<'a> Windows<'a> {
-    /// Windows of `rollout` steps, with `warm_up` regressors before them; episodes too short for one give none.
+    /// Windows of `rollout` steps, with `warm_up` regressors before them; episodes too short for
+    /// one give none.
     pub fn new(shape: Shape, warm_up: usize, rollout: usize, episodes: &'a [Scaled]) -> Self {
         let mut starts = Vec::new();
         for (e, episode) in episodes.iter().enumerate() {
@@ -93,7 +95,7 @@ impl<'a> Windows<'a> {
         self.starts.len()
     }
 
-    /// Whether there is none.
+    /// True without any.
     pub fn is_empty(&self) -> bool {
         self.starts.is_empty()
     }
@@ -103,7 +105,7 @@ impl<'a> Windows<'a> {
         self.warm_up
     }
 
-    /// Whether window `w` is the first of its episode; the next ones begin a step later each.
+    /// True if window `w` is the first of its episode; the next ones begin a step later each.
     pub fn begins_episode(&self, w: usize) -> bool {
         w == 0 || self.starts[w - 1].0 != self.starts[w].0
     }
@@ -130,7 +132,7 @@ impl<'a> Windows<'a> {
         &episode.u[(k - back) * self.shape.n_u..(k + self.rollout) * self.shape.n_u]
     }
 
-    /// What was measured at k - back + 1 .. k of window `w`, one row of `n_y` a step.
+    /// Measurements at k - back + 1 .. k of window `w`, one row of `n_y` a step.
     pub fn measured_since(&self, w: usize, back: usize) -> &[f64] {
         let (episode, k) = self.at(w);
         &episode.measured[(k + 1 - back) * self.shape.n_y..(k + 1) * self.shape.n_y]
@@ -148,7 +150,8 @@ impl<'a> Windows<'a> {
         &episode.y[(k + 1) * self.shape.n_y..(k + 1 + self.rollout) * self.shape.n_y]
     }
 
-    /// The slopes that begin where a window does and have `length` entries or more, each with its window.
+    /// The slopes that begin where a window does and have `length` entries or more, each with its
+    /// window.
     pub fn slopes(&self, length: usize) -> Vec<(usize, &'a Slope)> {
         let mut slopes = Vec::new();
         for (w, (e, k)) in self.starts.iter().enumerate() {

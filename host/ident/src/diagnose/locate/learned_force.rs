@@ -16,7 +16,7 @@ use crate::diagnose::residuals::Residuals;
 use crate::diagnose::split::Roles;
 use crate::diagnose::term::Term;
 use crate::error::Result;
-use crate::fit::levenberg::Unknowns;
+use crate::fit::levenberg::DecisionVariables;
 use crate::fit::{SensorError, score};
 
 /// The refitted rig with a learned force at `component`; none where that does not help on
@@ -46,7 +46,7 @@ pub(crate) fn learn(
     let data = case.fit;
     let mut segments = data.segments(&model.plant, &case.fit_intervals)?;
     let values = model.plant.values();
-    let from = Unknowns {
+    let from = DecisionVariables {
         states: data.starts(&rig, &model.plant, &segments, &values)?,
         values,
     };

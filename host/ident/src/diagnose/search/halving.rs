@@ -12,7 +12,7 @@ use crate::diagnose::search::start::{Start, best_starts, promising};
 use crate::diagnose::search::subset::Subset;
 use crate::diagnose::term::Term;
 use crate::error::Result;
-use crate::fit::levenberg::{Stop, Unknowns};
+use crate::fit::levenberg::{DecisionVariables, Stop};
 
 /// Every term on top of `parent`, best first; what cannot be simulated is left out.
 pub(crate) fn race(
@@ -112,7 +112,7 @@ pub(crate) fn tied(subset: &Subset, starts: Vec<Start>) -> Vec<Start> {
             CONFIG.screening.first_steps,
             1e-3,
         )?;
-        let from = Unknowns {
+        let from = DecisionVariables {
             values: point.values,
             states: point.states,
         };
@@ -152,7 +152,7 @@ pub(crate) fn further(subset: &Subset, trial: Trial) -> Trial {
     let Ok(mut segments) = subset.data.segments(&trial.model.plant, &subset.intervals) else {
         return trial;
     };
-    let from = Unknowns {
+    let from = DecisionVariables {
         values: trial.point.values.clone(),
         states: trial.point.states.clone(),
     };
@@ -179,7 +179,11 @@ pub(crate) fn afresh(subset: &Subset, trial: Trial) -> Trial {
     let from = subset.data.segments(&model.plant, &subset.intervals);
     let from = from.and_then(|mut segments| {
         let states = (subset.data).starts(&model.rig, &model.plant, &segments, &values)?;
-        Ok(model.begun(subset.data, &mut segments, Unknowns { values, states }))
+        Ok(model.begun(
+            subset.data,
+            &mut segments,
+            DecisionVariables { values, states },
+        ))
     });
     let again = from.ok().and_then(|from| {
         let steps = CONFIG.screening.first_steps + CONFIG.screening.more_steps;

@@ -10,7 +10,7 @@ use crate::diagnose::search::halving::race;
 use crate::diagnose::search::subset::{Subset, pieces_of};
 use crate::diagnose::term::Term;
 use crate::error::Result;
-use crate::fit::levenberg::Unknowns;
+use crate::fit::levenberg::DecisionVariables;
 use rayon::prelude::*;
 
 /// Fits what a screening found to all of the fit recordings and looks at what it leaves of both
@@ -34,7 +34,7 @@ pub(crate) fn refit(
         &segments,
         found,
     )?;
-    let from = Unknowns {
+    let from = DecisionVariables {
         values: trial.point.values.clone(),
         states,
     };
@@ -78,7 +78,7 @@ fn refit_in_pieces(
             states: &states,
         };
         let starts = (case.fit).along((&model.rig, &model.plant), &values, &segments, known)?;
-        let from = Unknowns {
+        let from = DecisionVariables {
             values,
             states: starts,
         };
@@ -98,7 +98,7 @@ fn refit_in_pieces(
 pub(crate) fn refit_from(
     case: &Case,
     trial: &Trial,
-    from: Unknowns,
+    from: DecisionVariables,
     steps: usize,
 ) -> Result<Option<Candidate>> {
     let model = &trial.model.integrated(case.settings);
@@ -120,7 +120,7 @@ pub(crate) fn refit_from(
     };
     if values != point.values {
         let states = point.states.clone();
-        let from = Unknowns { values, states };
+        let from = DecisionVariables { values, states };
         let within = model.improve(case.fit, &mut segments, from, steps, 1e-4);
         let Some(within) = within else {
             return Ok(None);
@@ -161,7 +161,7 @@ pub(crate) fn with_values(
     let model = &trial.model.integrated(case.settings);
     let mut segments = case.fit.segments(&model.plant, &case.fit_intervals)?;
     let states = trial.point.states.clone();
-    let from = Unknowns { values, states };
+    let from = DecisionVariables { values, states };
     let Some(point) = model
         .held()
         .improve(case.fit, &mut segments, from, CONFIG.refit.steps, 1e-4)

@@ -9,7 +9,7 @@ use crate::diagnose::candidate::Trial;
 use crate::diagnose::model::Model;
 use crate::diagnose::search::subset::Subset;
 use crate::error::Result;
-use crate::fit::levenberg::Unknowns;
+use crate::fit::levenberg::DecisionVariables;
 use crate::fit::segment::Rows;
 
 /// Derivatives of the parent's residuals in its own parameters and start states, factored once.
@@ -36,7 +36,7 @@ impl Screen {
     pub fn new(subset: &Subset, parent: &Trial) -> Result<Option<Self>> {
         let model = &parent.model;
         let segments = subset.data.segments(&model.plant, &subset.intervals)?;
-        let from = Unknowns {
+        let from = DecisionVariables {
             values: parent.point.values.clone(),
             states: parent.point.states.clone(),
         };
@@ -74,7 +74,12 @@ impl Screen {
     ///
     /// # Errors
     /// None that fitting the parent has not excluded.
-    pub fn predicted_cost(&self, subset: &Subset, model: &Model, from: &Unknowns) -> Result<f64> {
+    pub fn predicted_cost(
+        &self,
+        subset: &Subset,
+        model: &Model,
+        from: &DecisionVariables,
+    ) -> Result<f64> {
         let segments = subset.data.segments(&model.plant, &subset.intervals)?;
         let mut problem = model.problem(subset.data, &segments, from);
         let slots = problem

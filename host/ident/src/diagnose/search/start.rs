@@ -11,7 +11,7 @@ use crate::diagnose::search::screen::Screen;
 use crate::diagnose::search::subset::Subset;
 use crate::diagnose::term::Term;
 use crate::error::Result;
-use crate::fit::levenberg::Unknowns;
+use crate::fit::levenberg::DecisionVariables;
 use crate::scales::Run;
 
 /// The starts of a term that have the lowest predicted cost, the best one first: two, and a weak
@@ -51,7 +51,7 @@ pub(crate) fn begin(subset: &Subset, parent: &Trial, term: &Term, start: &[f64])
     Ok(Start {
         terms,
         model,
-        from: Unknowns { values, states },
+        from: DecisionVariables { values, states },
         predicted_cost: f64::INFINITY,
     })
 }
@@ -120,7 +120,7 @@ fn mean(starts: &[&[f64]]) -> Vec<f64> {
 pub(crate) struct Start {
     pub terms: Vec<Term>,
     pub model: Model,
-    pub from: Unknowns,
+    pub from: DecisionVariables,
     pub predicted_cost: f64,
 }
 

@@ -11,7 +11,7 @@ use crate::diagnose::data::Data;
 use crate::diagnose::model::Model;
 use crate::diagnose::term::Term;
 use crate::error::Result;
-use crate::fit::levenberg::Unknowns;
+use crate::fit::levenberg::DecisionVariables;
 use crate::fit::pace::{dearness, pace, settings, substeps};
 use crate::scales::Run;
 
@@ -67,7 +67,7 @@ impl Subset<'_> {
         let model = Model::new(rig, self.written, &[], self.settings)?;
         let mut segments = self.data.segments(&model.plant, &self.intervals)?;
         let states = self.data.starts(rig, &model.plant, &segments, values)?;
-        let from = Unknowns {
+        let from = DecisionVariables {
             values: values.to_vec(),
             states,
         };
@@ -91,7 +91,11 @@ impl Subset<'_> {
         let values = model.inherit(&written, &written.values());
         let mut segments = self.data.segments(&model.plant, &self.intervals)?;
         let states = self.data.starts(rig, &model.plant, &segments, &values)?;
-        let from = model.begun(self.data, &mut segments, Unknowns { values, states });
+        let from = model.begun(
+            self.data,
+            &mut segments,
+            DecisionVariables { values, states },
+        );
         let point = model.improve(self.data, &mut segments, from, 0, 1e-3);
         Ok(point.map(|point| Trial {
             terms: Vec::new(),
@@ -123,7 +127,7 @@ impl Subset<'_> {
         &self,
         terms: Vec<Term>,
         model: Model,
-        from: Unknowns,
+        from: DecisionVariables,
         steps: usize,
     ) -> Option<Trial> {
         let mut segments = self.data.segments(&model.plant, &self.intervals).ok()?;
@@ -162,7 +166,7 @@ impl Subset<'_> {
         let values = model.inherit(plant, &pair.point.values);
         let segments = self.data.segments(&model.plant, &self.intervals)?;
         let states = (self.data).starts(&rig, &model.plant, &segments, &values)?;
-        let from = Unknowns { values, states };
+        let from = DecisionVariables { values, states };
         Ok(self.improved(terms, model, from, steps))
     }
 }

@@ -1,11 +1,12 @@
-//! What a fit must find, and what it must not claim. The recordings of the mass on a spring are foreign
-//! (`tests/foreign/mass_spring_damper.py`); the others are simulated, with noise.
+//! Parameters that a fit must find, and claims that it must not make. The recordings of the mass on
+//! a spring are foreign (`tests/foreign/mass_spring_damper.py`); the others are simulated, with
+//! noise.
 
 use std::path::PathBuf;
 
 use sinew_sim::InputTrajectory;
 
-use super::levenberg::{Belief, Effort, Unknowns, descend, minimise, total_cost};
+use super::levenberg::{DecisionVariables, Prior, StoppingCriteria, descend, minimise, total_cost};
 use super::segment::{Problem, Segment};
 use super::*;
 use crate::recording::Column;
@@ -181,7 +182,8 @@ fn friction_that_the_rig_lacks_is_seen_in_the_error() {
     assert!(sensor.rms > 20.0 * 4.8e-4, "{sensor:?}");
 }
 
-/// Dry friction leaves a tenth of the motion, which a controller lives with; without its spring the mass is anywhere.
+/// Dry friction leaves a tenth of the motion, which a controller lives with; without its spring the
+/// mass is anywhere.
 #[test]
 fn a_person_is_warned_of_a_rig_that_explains_nothing() {
     let (recording, _) = foreign();
@@ -493,17 +495,17 @@ fn what_is_tied_changes_by_the_same_part_of_its_scale() {
         state_scale: vec![0.1, 1.0],
     };
     let fitted = |tied: &[&[usize]]| {
-        let belief = Belief {
+        let belief = Prior {
             bounds: vec![[0.01, 1e3]; 3],
             written: begun.to_vec(),
             widths: vec![f64::INFINITY; 3],
             tied: tied.iter().map(|group| group.to_vec()).collect(),
         };
-        let effort = Effort {
+        let effort = StoppingCriteria {
             iterations: 30,
             relative: 1e-9,
         };
-        let mut at = Unknowns {
+        let mut at = DecisionVariables {
             values: plant.values(),
             states: vec![vec![0.0; 2]],
         };
@@ -526,8 +528,9 @@ fn what_is_tied_changes_by_the_same_part_of_its_scale() {
     assert!(tied > least);
 }
 
-/// One fit in which every simulation ends early that may, and one in which none does; in how many steps the latter
-/// refused what the former did not simulate to its end, and what part of the cost was left.
+/// One fit in which every simulation ends early that may, and one in which none does; in how many
+/// steps the latter refused what the former did not simulate to its end, and what part of the cost
+/// was left.
 fn fitted_twice(start: [f64; 3], recording: &Recording) -> (usize, f64) {
     let [inertia, stiffness, damping] = start;
     let rig = parse(&oscillator(inertia, stiffness, damping, FRICTION));
@@ -543,27 +546,27 @@ fn fitted_twice(start: [f64; 3], recording: &Recording) -> (usize, f64) {
         sigma: vec![1e-3],
         state_scale: vec![0.1, 1.0],
     };
-    let belief = Belief {
+    let belief = Prior {
         bounds: vec![[0.01, 1e3], [0.1, 1e3], [0.0, 1e3], [0.0, 1e3]],
         written: plant.values(),
         widths: vec![100.0; 4],
         tied: Vec::new(),
     };
-    let effort = Effort {
+    let effort = StoppingCriteria {
         iterations: 30,
         relative: 1e-6,
     };
-    let from = Unknowns {
+    let from = DecisionVariables {
         values: plant.values(),
         states: vec![vec![0.0; 2]; 4],
     };
-    let cost = |unknowns: &Unknowns| total_cost(&problem, &belief, &segments, unknowns);
+    let cost = |unknowns: &DecisionVariables| total_cost(&problem, &belief, &segments, unknowns);
     let tell = &mut |_, _| {};
 
     let mut early = from.clone();
     let ended = minimise(&problem, &belief, &segments, &mut early, &effort, tell);
     let refused = std::cell::Cell::new(0);
-    let to_the_end = |candidate: &Unknowns, most: f64| {
+    let to_the_end = |candidate: &DecisionVariables, most: f64| {
         let cost = cost(candidate);
         refused.set(refused.get() + usize::from(cost > most));
         cost
@@ -574,7 +577,7 @@ fn fitted_twice(start: [f64; 3], recording: &Recording) -> (usize, f64) {
         &problem, &belief, &segments, &mut whole, &effort, tell, judge,
     );
 
-    let bits = |unknowns: &Unknowns| -> Vec<u64> {
+    let bits = |unknowns: &DecisionVariables| -> Vec<u64> {
         let numbers = unknowns
             .values
             .iter()
@@ -682,7 +685,8 @@ fn the_emps_axis() {
                 "{name}: {found} from {inertia}, {damping}"
             );
         };
-        // Published: M 95.1, Fv 203.5, Fc 20.4; the free run over this record alone: 93.1, 204.8, 20.7.
+        // Published: M 95.1, Fv 203.5, Fc 20.4; the free run over this record alone: 93.1, 204.8,
+        // 20.7.
         near("carriage.inertia", 93.1, 0.05);
         near("screw.damping", 204.8, 0.08);
         near("carriage.coulomb_friction.level", 20.7, 0.08);

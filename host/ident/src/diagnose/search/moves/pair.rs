@@ -14,7 +14,7 @@ use crate::diagnose::search::refocus::{affordable, refocused};
 use crate::diagnose::search::subset::Subset;
 use crate::diagnose::term::Term;
 use crate::error::Result;
-use crate::fit::levenberg::Unknowns;
+use crate::fit::levenberg::DecisionVariables;
 
 /// Adds a second term to the best single ones.
 pub(crate) struct Pair;
@@ -161,7 +161,7 @@ fn on_track(subset: &Subset, trial: &Trial, found: Starts) -> Result<Option<Tria
     let mut segments = subset.data.segments(&model.plant, &subset.intervals)?;
     let values = trial.point.values.clone();
     let states = (subset.data).along((&model.rig, &model.plant), &values, &segments, found)?;
-    let from = Unknowns { values, states };
+    let from = DecisionVariables { values, states };
     let point = model.improve(subset.data, &mut segments, from, 6, 1e-4);
     Ok(point.map(|point| Trial {
         model,

@@ -13,7 +13,7 @@ use crate::diagnose::search::context::{Context, Move};
 use crate::diagnose::search::refit::refit_from;
 use crate::diagnose::term::Term;
 use crate::error::Result;
-use crate::fit::levenberg::Unknowns;
+use crate::fit::levenberg::DecisionVariables;
 
 /// Refits alternatives from the numbers of the best candidate: a fit ends in the nearest local
 /// minimum.
@@ -86,7 +86,7 @@ pub(crate) fn restarted(
         let states = [plant, &best.trial.model.plant].map(sinew_sim::Plant::state_len);
         let alike = states == [base.trial.model.plant.state_len(); 2];
         let begins = if alike { &best.trial.point } else { known };
-        let from = Unknowns {
+        let from = DecisionVariables {
             values: best.trial.values_for(plant, &known.values),
             states: begins.states.clone(),
         };

@@ -16,7 +16,7 @@ use crate::diagnose::search::refit::{refit_best, screened};
 use crate::diagnose::search::subset::{Subset, cut_subset};
 use crate::diagnose::term::Term;
 use crate::error::Result;
-use crate::fit::levenberg::Unknowns;
+use crate::fit::levenberg::DecisionVariables;
 
 /// Screens every term over short intervals and follows the best to longer ones.
 pub(crate) struct ShortIntervals;
@@ -198,7 +198,7 @@ pub(crate) fn lengthened_to(
         states: &trial.point.states,
     };
     let states = (subset.data).carried((&model.rig, &model.plant), &values, &segments, found)?;
-    let from = Unknowns { values, states };
+    let from = DecisionVariables { values, states };
     Ok(subset.improved(
         trial.terms.clone(),
         model.clone(),

@@ -1,11 +1,12 @@
-//! A start without a bump: what is asked begins where the rig is.
+//! Bumpless transfer: the reference starts at the present output.
 //!
-//! `r'(k+j) = r(k+j) + (1 - (k+j)/n) (y(0) - r(0))` for k + j < n, and `r` from then on: the reference as asked,
-//! reached in a straight line over n steps (docs/reference/protocol.md, "Arming").
+//! `r'(k+j) = r(k+j) + (1 - (k+j)/n) (y(0) - r(0))` for k + j < n, and `r` from then on: the
+//! reference as asked, reached in a straight line over n steps (docs/reference/protocol.md,
+//! "Arming").
 
-/// The part of the first error that is still taken out of the reference. Physical units.
+/// Reference ramp: the part of the first error that is still taken out. Physical units.
 #[derive(Clone, Copy, Debug)]
-pub struct Blend<const NY: usize> {
+pub struct BumplessTransfer<const NY: usize> {
     offset: [f32; NY],
     steps: u16,
     left: u16,
@@ -13,7 +14,7 @@ pub struct Blend<const NY: usize> {
     waiting: bool,
 }
 
-impl<const NY: usize> Blend<NY> {
+impl<const NY: usize> BumplessTransfer<NY> {
     /// Takes nothing out.
     pub const NONE: Self = Self {
         offset: [0.0; NY],

@@ -1,10 +1,11 @@
-//! What ends control: signs that the loop no longer does what it is for. Counts in a row, each with its
-//! bound; docs/reference/faults.md has the table.
+//! Fault detection, which ends control: signs that the loop no longer does what it is for. Counts
+//! in a row, each with its bound; docs/reference/faults.md has the table.
 
 use crate::mode::Cause;
 use sinew_mpc::status::Status;
 
-/// An output this far from model zero, in model units, is far beyond what was seen in training (-1 to 1).
+/// An output this far from model zero, in model units, is far beyond what was seen in training (-1
+/// to 1).
 pub const ENVELOPE: f32 = 5.0;
 /// Samples in a row beyond [`ENVELOPE`]: one may be a glitch.
 pub const OUTSIDE_LIMIT: u16 = 3;
@@ -15,9 +16,9 @@ pub const STUCK_TRAVEL: f32 = 0.5;
 /// Late steps in a row.
 pub const LATE_LIMIT: u16 = 25;
 
-/// The counts. Model units throughout.
+/// Supervisor of an armed session: counts of signs of a fault. Model units throughout.
 #[derive(Clone, Debug)]
-pub struct Watch<const NU: usize, const NY: usize> {
+pub struct Supervisor<const NU: usize, const NY: usize> {
     outside: u16,
     last: [f32; NY],
     same: [u16; NY],
@@ -29,7 +30,7 @@ pub struct Watch<const NU: usize, const NY: usize> {
     late_now: bool,
 }
 
-impl<const NU: usize, const NY: usize> Watch<NU, NY> {
+impl<const NU: usize, const NY: usize> Supervisor<NU, NY> {
     /// Nothing seen yet.
     pub const fn new() -> Self {
         Self {
@@ -49,9 +50,9 @@ impl<const NU: usize, const NY: usize> Watch<NU, NY> {
         self.late_now = true;
     }
 
-    /// Looks at one armed step: what was measured (NaN: missing), what was commanded, and how it went.
-    /// `gap_limit`: how many steps may pass without a plan.
-    pub fn judge(
+    /// Checks one armed step: what was measured (NaN: missing), what was commanded, and how it
+    /// went. `gap_limit`: how many steps may pass without a plan.
+    pub fn check(
         &mut self,
         y: &[f32; NY],
         u: &[f32; NU],
@@ -108,7 +109,7 @@ impl<const NU: usize, const NY: usize> Watch<NU, NY> {
     }
 }
 
-impl<const NU: usize, const NY: usize> Default for Watch<NU, NY> {
+impl<const NU: usize, const NY: usize> Default for Supervisor<NU, NY> {
     fn default() -> Self {
         Self::new()
     }
