@@ -1,5 +1,6 @@
-//! Checks of an nRF52840 DK itself: `cargo test --release` in this folder, with the board connected. probe-rs flashes them once
-//! and resets the board before each (docs/how-to/port-a-board.md).
+//! Checks of an nRF52840 DK itself: `cargo test --release` in this folder, with the board
+//! connected. probe-rs flashes them once and resets the board before each
+//! (docs/how-to/port-a-board.md).
 
 #![no_std]
 #![no_main]

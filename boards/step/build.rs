@@ -5,7 +5,8 @@ use std::{env, fs, io, path::PathBuf};
 fn main() -> io::Result<()> {
     let out = env::var_os("OUT_DIR").ok_or_else(|| io::Error::other("cargo sets OUT_DIR"))?;
     let out = PathBuf::from(out);
-    // Feature `cycles` is for a real part. Neither is called memory.x: the linker would find that here first.
+    // Feature `cycles` is for a real part. Neither is called memory.x: the linker would find that
+    // here first.
     let memory = match env::var_os("CARGO_FEATURE_CYCLES") {
         Some(_) => "../stm32f446/memory.x",
         None => "memory-qemu.x",

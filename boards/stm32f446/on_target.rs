@@ -1,5 +1,6 @@
-//! Checks of a Nucleo-F446RE itself: `cargo test --release` in this folder, with the board connected. probe-rs flashes them once
-//! and resets the board before each (docs/how-to/port-a-board.md).
+//! Checks of a Nucleo-F446RE itself: `cargo test --release` in this folder, with the board
+//! connected. probe-rs flashes them once and resets the board before each
+//! (docs/how-to/port-a-board.md).
 
 #![no_std]
 #![no_main]

@@ -1,8 +1,8 @@
-//! Embeds the sources that a user's own firmware is built from, so that the program works wherever it is
-//! installed: the crates of `firmware/`, the boards, and the workspace settings they inherit.
+//! Embeds the sources that a user's own firmware is built from, so that the program works wherever
+//! it is installed: the crates of `firmware/`, the boards, and the workspace settings they inherit.
 //!
-//! `embedded/` holds links to them, and copies in a package. Cargo leaves folders with a `Cargo.toml` out
-//! of a package, hence the other names ([`NAMES`]).
+//! `embedded/` holds links to them, and copies in a package. Cargo leaves folders with a
+//! `Cargo.toml` out of a package, hence the other names ([`NAMES`]).
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

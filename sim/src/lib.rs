@@ -1,7 +1,7 @@
 //! A differentiable simulator of small actuated mechanisms, with true sticking.
 //!
-//! A plant with positions `q`, velocities `v`, internal states `z` of effects, inputs `u` and sensor
-//! signals `y` obeys
+//! A plant with positions `q`, velocities `v`, internal states `z` of effects, inputs `u` and
+//! sensor signals `y` obeys
 //!
 //! ```text
 //! q' = v,    M v' = f(q, v, z, u) + R(v, f),    z' = g(q, v, z, u),    y = h(q, v, z)
@@ -18,11 +18,12 @@
 //!
 //! - **True sticking.** At rest the velocity is exactly 0 and the position keeps its bits. Friction
 //!   paths that share bodies obey Gauss's principle of least constraint.
-//! - **Events.** Stops, slack, backlash, break-away and reversal are located within a step, which is
-//!   cut there.
-//! - **Exact derivatives.** Forward with [`Dual`] numbers, backward with [`Plant::gradient`], through
-//!   every event and its time.
-//! - **Linear rigs in one step.** A sample interval is a matrix exponential, without truncation error.
+//! - **Events.** Stops, slack, backlash, break-away and reversal are located within a step, which
+//!   is cut there.
+//! - **Exact derivatives.** Forward with [`Dual`] numbers, backward with [`Plant::gradient`],
+//!   through every event and its time.
+//! - **Linear rigs in one step.** A sample interval is a matrix exponential, without truncation
+//!   error.
 //!
 //! A rig file (TOML) becomes a [`Rig`], a typed description that keeps its text and lines. A rig
 //! becomes a [`Plant`], whose every number is a parameter slot. A plant is simulated over any

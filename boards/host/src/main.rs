@@ -1,8 +1,9 @@
-//! The controller as a program of this machine: the session that runs on a chip, with standard input and
-//! output for a link. Its commands are those of the chip, bit by bit, which the tests hold it to.
+//! The controller as a program of this machine: the session that runs on a chip, with standard
+//! input and output for a link. Its commands are those of the chip, bit by bit, which the tests
+//! hold it to.
 //!
-//! Ends with status 0 after Stop, 2 when a pipe breaks, 3 at the end of the input without a Stop, as the
-//! images in QEMU do.
+//! Ends with status 0 after Stop, 2 when a pipe breaks, 3 at the end of the input without a Stop,
+//! as the images in QEMU do.
 
 use std::io::{self, Read, Write};
 use std::process::ExitCode;

@@ -42,8 +42,8 @@ const PWM_COUNTS: u16 = 1_600;
 /// The watchdog's patience, of 32,768 Hz: 250 ms.
 const WATCHDOG_COUNTS: u32 = 8_192;
 
-/// Two of the longest frames: the reader may be one control step late. An even length (the driver's DMA
-/// fills it by halves).
+/// Two of the longest frames: the reader may be one control step late. An even length (the driver's
+/// DMA fills it by halves).
 static RECEIVED: ConstStaticCell<[u8; 2048]> = ConstStaticCell::new([0; 2048]);
 static TO_SEND: ConstStaticCell<[u8; 256]> = ConstStaticCell::new([0; 256]);
 
@@ -61,8 +61,8 @@ pub struct Kit {
 }
 
 impl Kit {
-    /// Claims pins and starts drivers, timer and watchdog; outputs off. `None`: the watchdog runs already,
-    /// with other settings, which only a power cycle changes.
+    /// Claims pins and starts drivers, timer and watchdog; outputs off. `None`: the watchdog runs
+    /// already, with other settings, which only a power cycle changes.
     pub fn start(
         p: Peripherals,
     ) -> Option<(Self, BufferedUarteTx<'static>, BufferedUarteRx<'static>)> {
@@ -164,8 +164,8 @@ impl Clock for Kit {
 }
 
 impl Board for Kit {
-    /// The converter gives 12 bits of 3.6 V; a supply of 3.3 V is 3754 of them, and what a sensor that runs
-    /// on it calls full scale.
+    /// The converter gives 12 bits of 3.6 V; a supply of 3.3 V is 3754 of them, and what a sensor
+    /// that runs on it calls full scale.
     const CODE_FULL: u16 = 3754;
     const DUTY_FULL: u16 = PWM_COUNTS;
 

@@ -30,7 +30,8 @@ async fn main(spawner: Spawner) {
     let parts = start();
     let probe = probe::start();
     let mut config = Config::default();
-    // The crystal: the internal oscillator is off by up to 8 % (PS v1.7, 5.4.5.3), and the pace with it.
+    // The crystal: the internal oscillator is off by up to 8 % (PS v1.7, 5.4.5.3), and the pace
+    // with it.
     config.hfclk_source = HfclkSource::ExternalXtal;
     let peripherals = embassy_nrf::init(config);
     parts.session.note_restart(fault::cause());

@@ -10,8 +10,8 @@ use crate::attach::{attach, chain, sorted};
 use crate::log::listen;
 use crate::{Chip, Options, Trouble};
 
-/// Writes `image`, verifies it and resets the board; then `flashed` is called. With `log` a line of the board's log
-/// goes to it at a time, until the program ends.
+/// Writes `image`, verifies it and resets the board; then `flashed` is called. With `log` a line of
+/// the board's log goes to it at a time, until the program ends.
 ///
 /// # Errors
 /// What stood in the way.

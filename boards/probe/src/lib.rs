@@ -1,7 +1,7 @@
 //! A board behind a debug probe: found, flashed, its log listened to, frames exchanged with it.
 //!
-//! What probe-rs finds is sorted into [`Trouble`]. The table of boards is the caller's; here a chip is what it says
-//! of itself.
+//! What probe-rs finds is sorted into [`Trouble`]. The table of boards is the caller's; here a chip
+//! is what it says of itself.
 
 mod attach;
 mod flash;

@@ -1,4 +1,5 @@
-//! Frames through the probe instead of a serial port: two RTT channels of the firmware, as a reader and a writer.
+//! Frames through the probe instead of a serial port: two RTT channels of the firmware, as a reader
+//! and a writer.
 
 use std::io::{self, Read, Write};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
@@ -41,7 +42,8 @@ pub fn line(chip: &Chip, options: &Options) -> Result<(ToBoard, FromBoard), Trou
     let (to_board, from_host) = channel();
     let (to_host, from_board) = channel();
     std::thread::spawn(move || {
-        // Whoever reads sees the end of the line and says so; what ended it is of no further use to them.
+        // Whoever reads sees the end of the line and says so; what ended it is of no further use to
+        // them.
         let _ = carry(&mut session, &mut rtt, &from_host, &to_host);
     });
     let from = FromBoard {

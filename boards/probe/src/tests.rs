@@ -46,7 +46,8 @@ fn each_trouble_is_one_line_and_one_remedy() {
     insta::assert_snapshot!(lines.collect::<String>());
 }
 
-/// Attaches by a probe that does not exist, to a core with `image` in its memory and zeros elsewhere.
+/// Attaches by a probe that does not exist, to a core with `image` in its memory and zeros
+/// elsewhere.
 fn by_fake_probe(image: &std::path::Path, chip: &Chip) -> Result<(), Trouble> {
     let probe = FakeProbe::with_mocked_core_and_binary(image).into_probe();
     session(probe, chip, &Options::default()).map(|_| ())
@@ -59,7 +60,8 @@ fn a_session_begins_with_the_right_chip_and_no_other() {
         return;
     };
     let image = std::path::Path::new(&folder).join("sinew-board-stm32f446");
-    // The fake core has no registers, but flash: its first word is the image's first stack pointer, the top of RAM.
+    // The fake core has no registers, but flash: its first word is the image's first stack pointer,
+    // the top of RAM.
     let is = |value: u32| Chip {
         name: "STM32F446RETx",
         address: 0x0800_0000,

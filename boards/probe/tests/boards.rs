@@ -1,4 +1,5 @@
-//! What can be known of our boards without one: probe-rs knows the chips, and its loader takes the images.
+//! What can be known of our boards without one: probe-rs knows the chips, and its loader takes the
+//! images.
 
 use object::{Object, ObjectSegment};
 use probe_rs::config::{MemoryRegion, Registry};

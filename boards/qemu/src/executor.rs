@@ -1,7 +1,7 @@
 //! embassy's executor on a run loop that sleeps with WFI.
 //!
-//! The stock thread executor sleeps with WFE, which QEMU treats as a no-op on M profile: the emulated
-//! core would spin, and under `-icount` every spin would count.
+//! The stock thread executor sleeps with WFE, which QEMU treats as a no-op on M profile: the
+//! emulated core would spin, and under `-icount` every spin would count.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 

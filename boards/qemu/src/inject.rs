@@ -1,5 +1,6 @@
-//! Faults on order, for the tests of what happens then: the file `inject` in QEMU's working directory says
-//! which one and at which tick, as `hang 120`. On this board only; without the file nothing of it runs.
+//! Faults on order, for the tests of what happens then: the file `inject` in QEMU's working
+//! directory says which one and at which tick, as `hang 120`. On this board only; without the file
+//! nothing of it runs.
 
 use sinew_board_runtime::stack;
 

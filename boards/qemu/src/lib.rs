@@ -1,8 +1,8 @@
-//! QEMU's mps2-an386 as a board: clocks, a serial line, a time base, host files for a link and for a rig. No
-//! mathematics.
+//! QEMU's mps2-an386 as a board: clocks, a serial line, a time base, host files for a link and for
+//! a rig. No mathematics.
 //!
-//! A program of `src/bin` is a transport and a pace; what boards share is `sinew_board_runtime`, what a frame
-//! means, `sinew_device::session` knows.
+//! A program of `src/bin` is a transport and a pace; what boards share is `sinew_board_runtime`,
+//! what a frame means, `sinew_device::session` knows.
 
 #![no_std]
 

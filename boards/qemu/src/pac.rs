@@ -1,5 +1,6 @@
-//! The few registers and interrupts of the mps2-an386 that this board uses: CMSDK timer, SP804-like dual
-//! timer, CMSDK UART (Arm DDI 0479, chapters 4.4 to 4.8; base addresses from Arm DAI 0386, table 3-1).
+//! The few registers and interrupts of the mps2-an386 that this board uses: CMSDK timer, SP804-like
+//! dual timer, CMSDK UART (Arm DDI 0479, chapters 4.4 to 4.8; base addresses from Arm DAI 0386,
+//! table 3-1).
 
 use core::cell::UnsafeCell;
 
@@ -14,14 +15,16 @@ impl Register {
     /// Volatile read.
     #[inline(always)]
     pub fn read(&self) -> u32 {
-        // SAFETY: a `Register` exists only inside the blocks below, at the address of a device register.
+        // SAFETY: a `Register` exists only inside the blocks below, at the address of a device
+        // register.
         unsafe { self.0.get().read_volatile() }
     }
 
     /// Volatile write.
     #[inline(always)]
     pub fn write(&self, value: u32) {
-        // SAFETY: as in `read`; no register of these blocks can make memory unsafe (there is no DMA).
+        // SAFETY: as in `read`; no register of these blocks can make memory unsafe (there is no
+        // DMA).
         unsafe { self.0.get().write_volatile(value) }
     }
 }

@@ -1,6 +1,6 @@
-//! A rig that the host simulates, behind converters of 12 bits: at each tick its sensors' codes are read, later
-//! the duties of its actuators are written. Without the two files there is no rig: every code is 0, which is
-//! a missing sample.
+//! A rig that the host simulates, behind converters of 12 bits: at each tick its sensors' codes are
+//! read, later the duties of its actuators are written. Without the two files there is no rig:
+//! every code is 0, which is a missing sample.
 
 use sinew_board_runtime::model::control::NU;
 use sinew_board_runtime::wiring::SENSORS;
@@ -43,7 +43,8 @@ impl Rig {
         codes
     }
 
-    /// Duties of the actuators, and behind them whether the power stages are on: little-endian words.
+    /// Duties of the actuators, and behind them whether the power stages are on: little-endian
+    /// words.
     pub fn drive(&mut self, duties: &[u16; NU], live: bool) {
         let live = u16::from(live && !OFF.load(Ordering::Relaxed));
         let Some(channel) = &mut self.0 else { return };

@@ -1,13 +1,13 @@
-//! Pairs of files of the host, by ARM semihosting. The core stands inside the call until the host has
-//! answered, so virtual time stands still and no other task runs.
+//! Pairs of files of the host, by ARM semihosting. The core stands inside the call until the host
+//! has answered, so virtual time stands still and no other task runs.
 
 use core::ffi::CStr;
 
 use ::semihosting::fs::File;
 use ::semihosting::io::{self, Read, Write};
 
-/// The lockstep link in QEMU's working directory: frames from the host (a FIFO, or a link to `/dev/stdin`)
-/// and to it (a FIFO, or a link to `/dev/fd/3`: run.sh).
+/// The lockstep link in QEMU's working directory: frames from the host (a FIFO, or a link to
+/// `/dev/stdin`) and to it (a FIFO, or a link to `/dev/fd/3`: run.sh).
 pub const LINK: [&CStr; 2] = [c"to_device", c"to_host"];
 /// A rig that the host simulates: codes of its sensors, duties for its actuators.
 pub const RIG: [&CStr; 2] = [c"sensors", c"actuators"];
@@ -19,8 +19,8 @@ pub struct Channel {
 }
 
 impl Channel {
-    /// Opens both files. With FIFOs this waits for the other end, in this order: the host has to open
-    /// the first for writing, then the second for reading.
+    /// Opens both files. With FIFOs this waits for the other end, in this order: the host has to
+    /// open the first for writing, then the second for reading.
     ///
     /// # Errors
     /// The host's `errno`: there is no such file.
@@ -31,8 +31,8 @@ impl Channel {
         Ok(Self { from_host, to_host })
     }
 
-    /// Waits for bytes and returns how many came, at most `buffer.len()`; 0 when the host has closed its
-    /// end.
+    /// Waits for bytes and returns how many came, at most `buffer.len()`; 0 when the host has
+    /// closed its end.
     ///
     /// # Errors
     /// The host's `errno`.

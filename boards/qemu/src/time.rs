@@ -1,5 +1,6 @@
-//! embassy's time driver. TIMER0 runs freely at 25 MHz and its wrap interrupt extends it to 64 bits;
-//! one half of the dual timer, in one-shot mode, is the alarm. Tick rate 1 MHz: embassy-time has no 25 MHz.
+//! embassy's time driver. TIMER0 runs freely at 25 MHz and its wrap interrupt extends it to 64
+//! bits; one half of the dual timer, in one-shot mode, is the alarm. Tick rate 1 MHz: embassy-time
+//! has no 25 MHz.
 
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -44,7 +45,8 @@ pub fn init() {
     pac::unmask(Interrupt::DualTimer);
 }
 
-/// Counts of the 25 MHz time base since `init`, modulo 2^32. Two loads: cheap enough to bracket a step.
+/// Counts of the 25 MHz time base since `init`, modulo 2^32. Two loads: cheap enough to bracket a
+/// step.
 #[inline(always)]
 pub fn counts() -> u32 {
     !pac::timer0().value.read()
@@ -60,8 +62,8 @@ impl Clock for Counter {
     }
 }
 
-/// Period of a rate given in steps per 1000 seconds, to the nearest microsecond (at 120 Hz: 40 parts in a
-/// million too fast, as much as an ordinary crystal is off).
+/// Period of a rate given in steps per 1000 seconds, to the nearest microsecond (at 120 Hz: 40
+/// parts in a million too fast, as much as an ordinary crystal is off).
 pub const fn period(rate_mhz: u32) -> Duration {
     let rate = if rate_mhz == 0 { 1 } else { rate_mhz as u64 };
     Duration::from_micros((1_000_000_000 + rate / 2) / rate)
@@ -98,8 +100,8 @@ impl TimeDriver {
         true
     }
 
-    /// Wakes what is due and arms the alarm for the next. Ends because every turn takes at least one
-    /// expired entry from the queue.
+    /// Wakes what is due and arms the alarm for the next. Ends because every turn takes at least
+    /// one expired entry from the queue.
     fn serve(&self, cs: CriticalSection) {
         let mut queue = self.queue.borrow(cs).borrow_mut();
         loop {

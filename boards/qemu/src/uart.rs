@@ -1,7 +1,8 @@
 //! The serial line: CMSDK UART0, interrupt-driven both ways. 8 data bits, no parity, 1 stop bit.
 //!
-//! The handlers move single bytes between the device and two pipes; tasks only see the pipes. A program
-//! binds them with [`crate::bind_uart!`], so that one without a serial line does not carry the pipes.
+//! The handlers move single bytes between the device and two pipes; tasks only see the pipes. A
+//! program binds them with [`crate::bind_uart!`], so that one without a serial line does not carry
+//! the pipes.
 
 use core::convert::Infallible;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -60,8 +61,8 @@ pub fn init() -> (Receiver, Transmitter) {
 }
 
 impl Receiver {
-    /// Bytes dropped since start because nobody had read the earlier ones. The frames they belonged to
-    /// fail their checksum.
+    /// Bytes dropped since start because nobody had read the earlier ones. The frames they belonged
+    /// to fail their checksum.
     pub fn lost(&self) -> u32 {
         LOST.load(Ordering::Relaxed)
     }
@@ -105,8 +106,8 @@ pub fn is_sending() -> bool {
 /// Body of the receive interrupt's handler.
 pub fn on_receive() {
     let uart = pac::uart0();
-    // Cleared before draining: a byte that comes in between raises it again. The other way round its
-    // interrupt would be lost, and the line would stall for ever.
+    // Cleared before draining: a byte that comes in between raises it again. The other way round
+    // its interrupt would be lost, and the line would stall for ever.
     uart.interrupt.write(INTERRUPT_RECEIVE);
     while uart.state.read() & STATE_RECEIVE_FULL != 0 {
         let byte = uart.data.read() as u8;

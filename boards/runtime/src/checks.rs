@@ -1,4 +1,5 @@
-//! The subject of `sinew_device::checks` on a board: its model's session, and its model's golden vectors.
+//! The subject of `sinew_device::checks` on a board: its model's session, and its model's golden
+//! vectors.
 
 use model::control::{IDENTITY, Session};
 use model::golden::GOLDEN;
@@ -24,7 +25,8 @@ impl Clock for Cycles {
     }
 }
 
-/// A session that has heard nothing yet, timed by a counter of so many counts a second (0: it does not count time).
+/// A session that has heard nothing yet, timed by a counter of so many counts a second (0: it does
+/// not count time).
 pub fn subject<C: Clock>(clock: C, counts_per_second: u32) -> Subject<Session, C> {
     let period = u64::from(counts_per_second) * 1000 / u64::from(IDENTITY.rate_mhz.max(1));
     Subject {

@@ -1,8 +1,8 @@
 //! What every board does in the same way. A board adds clocks, pins and drivers behind the trait
 //! [`Board`]; `docs/how-to/port-a-board.md` shows the way.
 //!
-//! A frame's bytes go through [`link`], a tick of the timer through [`serve()`], converter codes through
-//! [`wiring`]. Whether anything may move, `sinew_device::session` decides.
+//! A frame's bytes go through [`link`], a tick of the timer through [`serve()`], converter codes
+//! through [`wiring`]. Whether anything may move, `sinew_device::session` decides.
 
 #![no_std]
 #![allow(

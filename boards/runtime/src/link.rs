@@ -44,8 +44,8 @@ impl Link {
     }
 
     /// Takes one byte.
-    // Not inlined, as `frame`: what decoding and encoding need of the stack is then not in use while the
-    // controller computes.
+    // Not inlined, as `frame`: what decoding and encoding need of the stack is then not in use
+    // while the controller computes.
     #[inline(never)]
     pub fn hear(&mut self, byte: u8) -> Heard {
         let message = match self.accumulator.feed(byte) {

@@ -1,5 +1,5 @@
-//! Frames on their way out. Control never waits for the link: a frame for which there is no room is dropped
-//! whole, and whoever wanted it asks again or sees the gap in the numbers.
+//! Frames on their way out. Control never waits for the link: a frame for which there is no room is
+//! dropped whole, and whoever wanted it asks again or sees the gap in the numbers.
 
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::pipe::Pipe;
@@ -42,7 +42,8 @@ impl Outbox {
         self.0.is_empty()
     }
 
-    /// Hands bytes to the line and to the probe for ever. A line that fails loses what it was given; the rest goes on.
+    /// Hands bytes to the line and to the probe for ever. A line that fails loses what it was
+    /// given; the rest goes on.
     pub async fn drain(&self, mut line: impl Write, mut probe: ToProbe) -> ! {
         let mut chunk = [0; 64];
         loop {
@@ -50,7 +51,8 @@ impl Outbox {
             let bytes = chunk.get(..n).unwrap_or_default();
             probe.write(bytes);
             if line.write_all(bytes).await.is_ok() {
-                // A line that cannot be flushed has lost bytes as well: nothing to do about it here.
+                // A line that cannot be flushed has lost bytes as well: nothing to do about it
+                // here.
                 let _ = line.flush().await;
             }
         }

@@ -1,4 +1,5 @@
-//! The tick that paces control: a hardware timer's interrupt tells it, the control task waits for it.
+//! The tick that paces control: a hardware timer's interrupt tells it, the control task waits for
+//! it.
 
 use core::cell::Cell;
 use core::num::NonZeroU64;
@@ -11,15 +12,15 @@ use embassy_sync::signal::Signal;
 pub struct Pacer {
     signal: Signal<CriticalSectionRawMutex, u64>,
     counts: Mutex<CriticalSectionRawMutex, Cell<u64>>,
-    /// Counts of the timer in one period, and in one second. Not zero by its type: a division that could
-    /// panic would bring its message and the checkout's path into the image.
+    /// Counts of the timer in one period, and in one second. Not zero by its type: a division that
+    /// could panic would bring its message and the checkout's path into the image.
     per_period: u32,
     per_second: NonZeroU64,
 }
 
 impl Pacer {
-    /// A pace of `rate_mhz` steps per 1000 seconds on a timer that counts `per_second`; the period is
-    /// rounded to the nearest count. A zero of either is taken as one.
+    /// A pace of `rate_mhz` steps per 1000 seconds on a timer that counts `per_second`; the period
+    /// is rounded to the nearest count. A zero of either is taken as one.
     pub const fn new(rate_mhz: u32, per_second: u32) -> Self {
         let rate = if rate_mhz == 0 { 1 } else { rate_mhz as u64 };
         let counts = (per_second as u64 * 1000 + rate / 2) / rate;
@@ -55,13 +56,14 @@ impl Pacer {
             .signal(seconds * 1_000_000 + rest * 1_000_000 / self.per_second);
     }
 
-    /// Waits for a tick: microseconds since the timer's start, rounded down. A tick that nobody waited for
-    /// is kept; of two, the later.
+    /// Waits for a tick: microseconds since the timer's start, rounded down. A tick that nobody
+    /// waited for is kept; of two, the later.
     pub async fn tick(&self) -> u64 {
         self.signal.wait().await
     }
 
-    /// The next tick has come already: what was done since the last one took longer than the period.
+    /// The next tick has come already: what was done since the last one took longer than the
+    /// period.
     pub fn is_due(&self) -> bool {
         self.signal.signaled()
     }

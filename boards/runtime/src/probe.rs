@@ -1,8 +1,8 @@
-//! A second line to the host, through the debug probe: two RTT channels beside the log's. Nothing has to be wired for
-//! it, and a board without a serial port has one.
+//! A second line to the host, through the debug probe: two RTT channels beside the log's. Nothing
+//! has to be wired for it, and a board without a serial port has one.
 //!
-//! Bytes of both lines are heard; every answer goes to both. A probe that does not listen costs nothing but what it
-//! would have been told: the channel is full and takes no more.
+//! Bytes of both lines are heard; every answer goes to both. A probe that does not listen costs
+//! nothing but what it would have been told: the channel is full and takes no more.
 
 use core::convert::Infallible;
 
@@ -28,7 +28,8 @@ pub struct FromProbe(DownChannel);
 /// Bytes to the host.
 pub struct ToProbe(UpChannel);
 
-/// Sets up the channels; with the feature `log-over-rtt`, the log's among them. Once, before anything is logged.
+/// Sets up the channels; with the feature `log-over-rtt`, the log's among them. Once, before
+/// anything is logged.
 pub fn start() -> Probe {
     let channels = rtt_init! {
         up: {
@@ -48,8 +49,8 @@ pub fn start() -> Probe {
 }
 
 impl ToProbe {
-    /// Hands bytes over, as many as there is room for. A frame that is cut fails its checksum, and whoever wanted it asks
-    /// again or sees the gap in the numbers.
+    /// Hands bytes over, as many as there is room for. A frame that is cut fails its checksum, and
+    /// whoever wanted it asks again or sees the gap in the numbers.
     pub fn write(&mut self, bytes: &[u8]) {
         self.0.write(bytes);
     }

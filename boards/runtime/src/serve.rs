@@ -79,10 +79,12 @@ pub async fn serve<B: Board>(mut desk: Desk<'_, B>, mut line: impl Read) -> ! {
                     desk.session.note_deadline_miss();
                 }
                 desk.board.feed();
-                // Steps that take longer than their period must not shut the host out: the next tick is due
-                // already, and would always win, over the line here and over the task that empties the outbox.
+                // Steps that take longer than their period must not shut the host out: the next
+                // tick is due already, and would always win, over the line here and over the task
+                // that empties the outbox.
                 yield_now().await;
-                // Asked once. Not by `poll_once`: a line that waits for time needs the task's own waker.
+                // Asked once. Not by `poll_once`: a line that waits for time needs the task's own
+                // waker.
                 if let Either::First(heard) = select(line.read(&mut chunk), ready(())).await {
                     quiet = 0;
                     desk.listen(heard, &chunk, &mut newest).await;

@@ -1,4 +1,5 @@
-//! How deep the stack has been: the free part is painted at start, and what is no longer paint was used.
+//! How deep the stack has been: the free part is painted at start, and what is no longer paint was
+//! used.
 
 use core::ptr;
 
@@ -39,7 +40,8 @@ pub fn paint() {
 
 /// Most bytes of stack in use at any time since `paint`, at least the margin.
 ///
-/// Cost: 5 instructions per word never used, some 150,000 on this machine; not for the control loop.
+/// Cost: 5 instructions per word never used, some 150,000 on this machine; not for the control
+/// loop.
 pub fn high_water_bytes() -> u32 {
     let mut word = bottom();
     // SAFETY: aligned words of RAM, read only.

@@ -1,8 +1,8 @@
 //! Which physical value stands behind which converter code: the page to edit for a rig of your own.
 //!
-//! As it stands, a sensor's range is the range that the model was trained on (code 0: model -1, full scale:
-//! model +1), and an actuator's is its limits (duty 0: lower, duty 1: upper). Write your own
-//! [`Span`]s where your sensors and amplifiers differ; the order is the model's.
+//! As it stands, a sensor's range is the range that the model was trained on (code 0: model -1,
+//! full scale: model +1), and an actuator's is its limits (duty 0: lower, duty 1: upper). Write
+//! your own [`Span`]s where your sensors and amplifiers differ; the order is the model's.
 
 use model::control::{LIMITS, MEASURED, NS, NU, NY, SCALING};
 use sinew_device::converter::Span;
@@ -48,8 +48,8 @@ const fn actuator_spans() -> [Span; NU] {
     spans
 }
 
-/// Codes to outputs and channels, physical units; NaN where a converter stands at its end, and for what the network
-/// remembers.
+/// Codes to outputs and channels, physical units; NaN where a converter stands at its end, and for
+/// what the network remembers.
 pub fn measured(codes: &[u16; SENSORS], full_scale: u16) -> ([f32; NY], [f32; NS]) {
     let mut values = codes
         .iter()

@@ -1,7 +1,8 @@
 //! One control step as a C library: estimator, optimisation and limits together.
 //!
-//! `include/sinew_mpc.h` is the interface. There is one controller, at rest at the start, in statics of this
-//! library; the functions are not reentrant: call them from one thread or interrupt only.
+//! `include/sinew_mpc.h` is the interface. There is one controller, at rest at the start, in
+//! statics of this library; the functions are not reentrant: call them from one thread or interrupt
+//! only.
 
 #![no_std]
 
@@ -33,9 +34,10 @@ static STATE: Shared = Shared(UnsafeCell::new(State {
 
 /// One step, physical units.
 ///
-/// `y_measured`: NY outputs, then MEASURED sensor channels, NaN where a value is missing. `reference`: N2 rows of
-/// NY, the first for the next sample. `u_out`: NU commands, inside the limits whatever came in. A null
-/// `y_measured` is a missing sample, a null `reference` one that cannot be followed.
+/// `y_measured`: NY outputs, then MEASURED sensor channels, NaN where a value is missing.
+/// `reference`: N2 rows of NY, the first for the next sample. `u_out`: NU commands, inside the
+/// limits whatever came in. A null `y_measured` is a missing sample, a null `reference` one that
+/// cannot be followed.
 ///
 /// # Safety
 /// Each pointer is null or valid for that many floats; no other call is in progress.
@@ -77,15 +79,16 @@ pub unsafe extern "C" fn sinew_mpc_step(
     }
 }
 
-/// What the last step said: 0 converged, 1 iteration limit, 2 no decrease, 3 bad reference, 4 bad settings,
-/// 5 prediction not finite, 6 lost (also before the first step).
+/// What the last step said: 0 converged, 1 iteration limit, 2 no decrease, 3 bad reference, 4 bad
+/// settings, 5 prediction not finite, 6 lost (also before the first step).
 #[unsafe(no_mangle)]
 pub extern "C" fn sinew_mpc_last_status() -> u32 {
     // SAFETY: no other call is in progress.
     unsafe { (*STATE.0.get()).status as u32 }
 }
 
-/// Clears all state: history, disturbance, plan and the command applied last, which is the safe one again.
+/// Clears all state: history, disturbance, plan and the command applied last, which is the safe one
+/// again.
 #[unsafe(no_mangle)]
 pub extern "C" fn sinew_reset() {
     // SAFETY: no other call is in progress.

@@ -2,7 +2,8 @@
 
 pub use counter::{start, ticks};
 
-/// QEMU's mps2-an386: its CMSDK timer 0, 25 MHz, counting down. Virtual time is instructions, so it counts those.
+/// QEMU's mps2-an386: its CMSDK timer 0, 25 MHz, counting down. Virtual time is instructions, so it
+/// counts those.
 #[cfg(not(feature = "cycles"))]
 mod counter {
     const TIMER: *mut u32 = 0x4000_0000 as *mut u32;
@@ -25,13 +26,15 @@ mod counter {
     }
 }
 
-/// The cycle counter of the core's debug unit (Armv7-M Architecture Reference Manual, C1.8.8). QEMU has none.
+/// The cycle counter of the core's debug unit (Armv7-M Architecture Reference Manual, C1.8.8). QEMU
+/// has none.
 #[cfg(feature = "cycles")]
 mod counter {
     use cortex_m::Peripherals;
     use cortex_m::peripheral::DWT;
 
-    /// Starts it. Nobody else takes the core's peripherals; if one had, every count would be nought.
+    /// Starts it. Nobody else takes the core's peripherals; if one had, every count would be
+    /// nought.
     pub fn start() {
         if let Some(mut core) = Peripherals::take() {
             core.DCB.enable_trace();

@@ -1,5 +1,6 @@
-//! The interrupt vectors of the part whose memory the images are linked for. cortex-m-rt has room for 240 where no device crate
-//! says how many there are, half a kilobyte more than any STM32F4 has.
+//! The interrupt vectors of the part whose memory the images are linked for. cortex-m-rt has room
+//! for 240 where no device crate says how many there are, half a kilobyte more than any STM32F4
+//! has.
 
 /// Of an STM32F446 (RM0390, table 38). The programs enable none.
 const INTERRUPTS: usize = 97;

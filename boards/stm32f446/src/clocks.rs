@@ -1,4 +1,5 @@
-//! 180 MHz from the ST-Link's 8 MHz (UM1724, 7.7.1: MCO to OSC_IN, bypass). The fastest this part goes.
+//! 180 MHz from the ST-Link's 8 MHz (UM1724, 7.7.1: MCO to OSC_IN, bypass). The fastest this part
+//! goes.
 
 use embassy_stm32::Config;
 use embassy_stm32::rcc::{

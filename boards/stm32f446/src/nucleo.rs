@@ -66,8 +66,8 @@ pub struct Nucleo {
 }
 
 impl Nucleo {
-    /// Claims pins and starts drivers, timer and watchdog; outputs off. `None`: the serial line's rate
-    /// cannot be had.
+    /// Claims pins and starts drivers, timer and watchdog; outputs off. `None`: the serial line's
+    /// rate cannot be had.
     pub fn start(
         p: Peripherals,
     ) -> Option<(Self, BufferedUartTx<'static>, BufferedUartRx<'static>)> {
@@ -163,8 +163,8 @@ impl Board for Nucleo {
     const CODE_FULL: u16 = 4095;
     const DUTY_FULL: u16 = PWM_COUNTS;
 
-    /// One after the other, about 8 us each: 84 cycles of sampling at 22.5 MHz suit a source of 10 kilohms
-    /// (DS10693, 6.3.20).
+    /// One after the other, about 8 us each: 84 cycles of sampling at 22.5 MHz suit a source of 10
+    /// kilohms (DS10693, 6.3.20).
     async fn sample(&mut self) -> [u16; SENSORS] {
         let mut codes = [0; SENSORS];
         for (code, sensor) in codes.iter_mut().zip(&mut self.sensors) {

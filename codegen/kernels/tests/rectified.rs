@@ -1,4 +1,5 @@
-//! Derivatives that pass by shut units, against those through all of them, for every set of open units.
+//! Derivatives that pass by shut units, against those through all of them, for every set of open
+//! units.
 
 use sinew_kernels::layers::activation::Relu;
 use sinew_kernels::layers::dense::{dense_back, dense_seed_activated};

@@ -2,8 +2,9 @@
 
 use sinew_kernels::math::{self, coarse, precise, rough, rougher};
 
-/// Name, tanh, sigmoid, stated error of tanh (`Accuracy::error` in codegen/nn/src/emit/accuracy.rs), and
-/// by how much the slope `1 - y^2` may differ from the derivative of the kernel itself.
+/// Name, tanh, sigmoid, stated error of tanh (`Accuracy::error` in
+/// codegen/nn/src/emit/accuracy.rs), and by how much the slope `1 - y^2` may differ from the
+/// derivative of the kernel itself.
 type Kernel = (&'static str, fn(f32) -> f32, fn(f32) -> f32, f64, f64);
 
 const KERNELS: [Kernel; 5] = [
@@ -47,8 +48,8 @@ fn values_and_slopes_are_within_what_is_stated() {
         assert!(half <= 0.5 * stated + 1e-7, "{name}: sigmoid {half:e}");
         assert!(of_slope <= 2.0 * stated, "{name}: slope {of_slope:e}");
 
-        // Against the kernel's own derivative, by differences of its error; the step is large enough for the
-        // rounding of f32.
+        // Against the kernel's own derivative, by differences of its error; the step is large
+        // enough for the rounding of f32.
         const STEP: f32 = 1.0 / 128.0;
         let error = |x: f32| f64::from(tanh(x)) - libm::tanh(x.into());
         let inside = points().filter(|x| x.abs() < 3.0);

@@ -13,8 +13,8 @@ use sinew_nn::math;
 pub struct Evaluation {
     /// `y(k+1)`, model units.
     pub y: Vec<f64>,
-    /// A row for each output; a column for each value of the regressor, channels included, then for each
-    /// of the hidden state.
+    /// A row for each output; a column for each value of the regressor, channels included, then for
+    /// each of the hidden state.
     pub jacobian: Vec<Vec<f64>>,
     /// Hidden state after it.
     pub hidden_state: Vec<f64>,
@@ -22,7 +22,8 @@ pub struct Evaluation {
     pub hidden_state_jacobian: Vec<Vec<f64>>,
 }
 
-/// The next output `y(k+1)` in model units for the flattened regressor and hidden state, `x`, in model units.
+/// The next output `y(k+1)` in model units for the flattened regressor and hidden state, `x`, in
+/// model units.
 ///
 /// # Panics
 /// If `x` is not as long as these, or the layers do not fit each other: the specification

@@ -1,4 +1,5 @@
-//! A network of another tool as the controller's predictor: the inverse of [`to_network`](mod@crate::to_network).
+//! A network of another tool as the controller's predictor: the inverse of
+//! [`to_network`](mod@crate::to_network).
 
 use sinew_nn::{Activation, Dense, Network, NetworkError, Op};
 
@@ -8,9 +9,10 @@ use crate::spec::{self, Layer};
 const NEAREST: &str =
     "the controller takes a chain of dense layers with tanh, relu or no activation";
 
-/// The layers of a model whose signals are scaled, from a network in physical units. `inputs` and `outputs` are (span, offset) of
-/// every value of the regressor and of every output; an increment's offset is nought. Scaling inside the network, such as a
-/// normalisation, and that of the signals go into the weights, combined in double precision.
+/// The layers of a model whose signals are scaled, from a network in physical units. `inputs` and
+/// `outputs` are (span, offset) of every value of the regressor and of every output; an increment's
+/// offset is nought. Scaling inside the network, such as a normalisation, and that of the signals
+/// go into the weights, combined in double precision.
 ///
 /// # Errors
 /// Another number of inputs or outputs, or a layer that is not in [`spec::Layer`].
@@ -74,7 +76,8 @@ fn scaled(
 fn chain(network: &Network) -> Result<Vec<Layer>, NetworkError> {
     let mut layers: Vec<spec::Dense> = Vec::new();
     let mut closed = true;
-    // Each reads the one before it: what nobody reads is gone, and what reads two, a sum or values side by side, is refused.
+    // Each reads the one before it: what nobody reads is gone, and what reads two, a sum or values
+    // side by side, is refused.
     for node in network.nodes.iter().skip(1) {
         let refused = |what: &str| Err(NetworkError::unsupported(&node.name, what, NEAREST));
         match &node.op {

@@ -20,7 +20,8 @@ pub enum ImportError {
     Model(#[from] StoreError),
 }
 
-/// The network in a file of another tool, in a folder with `network.toml`, or of the model in a folder.
+/// The network in a file of another tool, in a folder with `network.toml`, or of the model in a
+/// folder.
 ///
 /// ```
 /// use sinew_model::import;

@@ -1,5 +1,5 @@
-//! Reads the reference problem, `sinew-reference/1`: trained networks with golden vectors of another
-//! program, and one control problem that fits them all. models/reference/ holds the files.
+//! Reads the reference problem, `sinew-reference/1`: trained networks with golden vectors of
+//! another program, and one control problem that fits them all. models/reference/ holds the files.
 
 use serde::Deserialize;
 
@@ -120,9 +120,10 @@ struct Problem {
     newton_iterations: u8,
 }
 
-/// The model of a network file and the problem file, with a horizon that the problem offers, or 1, and the
-/// whole of it decided in blocks of equal moves (`blocks` empty: one step each). Signals are scaled
-/// already: spans are 1. Its name is that of the network, and the horizon unless that is the longest.
+/// The model of a network file and the problem file, with a horizon that the problem offers, or 1,
+/// and the whole of it decided in blocks of equal moves (`blocks` empty: one step each). Signals
+/// are scaled already: spans are 1. Its name is that of the network, and the horizon unless that is
+/// the longest.
 ///
 /// The problem names no disturbance estimate, so the gain is 0; a gap of missing samples may be as
 /// long as the horizon that predicts across it.

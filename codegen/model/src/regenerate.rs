@@ -56,7 +56,8 @@ pub fn write_all(models: &Path) -> Result<Vec<PathBuf>, RegenerateError> {
     Ok(changed)
 }
 
-/// The files in `models` that are missing or not what their model prints; none if all is up to date.
+/// The files in `models` that are missing or not what their model prints; none if all is up to
+/// date.
 ///
 /// # Errors
 /// [`RegenerateError::Store`] if a model cannot be read.

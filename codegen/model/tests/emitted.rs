@@ -231,7 +231,7 @@ fn parse_errors(line: &str) -> Errors {
 const CHECK: &str = r#"
 use sinew_mpc::model::{ChannelJacobian, Jacobian, Model, Regressor};
 use sinew_mpc::move_blocking::Interpolation;
-use sinew_mpc::sensitivity::{self, Sensitivities, Stage};
+use sinew_mpc::sensitivity::{self, Propagate, Sensitivities, Stage};
 use sinew_mpc::network::unflatten;
 
 /// Hidden state and its derivatives against double precision; derivatives along directions against all of

@@ -130,7 +130,8 @@ fn the_committed_reference_networks_are_those_of_the_models() {
     }
 }
 
-/// A model as the network of `sinew size` and `--c-abi`: scaling inside, its hidden state the network's state.
+/// A model as the network of `sinew size` and `--c-abi`: scaling inside, its hidden state the
+/// network's state.
 #[test]
 fn a_model_that_remembers_is_a_network_with_state() {
     for (name, cell) in [("gru", gru_cell()), ("lstm", lstm_cell())] {

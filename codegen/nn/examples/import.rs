@@ -1,8 +1,8 @@
 //! Imports a trained network, prints its crate, and evaluates it with its derivatives:
 //! `cargo run -p sinew-nn --example import [NETWORK [FOLDER]]`.
 //!
-//! Without arguments it takes `mlp.onnx` beside this file and prints the calls of the crate; with a folder it
-//! writes the crate there.
+//! Without arguments it takes `mlp.onnx` beside this file and prints the calls of the crate; with a
+//! folder it writes the crate there.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};

@@ -75,7 +75,8 @@ impl Activation {
         scale: SELU_SCALE,
     };
 
-    /// The activation that Keras calls so, with its default parameters; `softmax` is a layer of its own.
+    /// The activation that Keras calls so, with its default parameters; `softmax` is a layer of its
+    /// own.
     ///
     /// # Errors
     /// [`NetworkError::Unsupported`], naming `layer` and the nearest name.
@@ -124,7 +125,8 @@ impl Activation {
         })
     }
 
-    /// Returns true if the slope is a function of the value alone; otherwise the emitted code keeps both.
+    /// Returns true if the slope is a function of the value alone; otherwise the emitted code keeps
+    /// both.
     #[must_use]
     pub fn slope_from_value(self) -> bool {
         !matches!(

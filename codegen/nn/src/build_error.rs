@@ -9,8 +9,8 @@ use crate::files::FileError;
 /// Error of a network that is compiled for a microcontroller, or run in QEMU.
 ///
 /// # Design
-/// Each variant keeps the file, the folder or the program that failed, and its cause as a source, so that a
-/// caller can tell a missing tool from a bad network without reading the message.
+/// Each variant keeps the file, the folder or the program that failed, and its cause as a source,
+/// so that a caller can tell a missing tool from a bad network without reading the message.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BuildError {

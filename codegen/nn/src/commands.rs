@@ -24,8 +24,8 @@ pub fn import(network: &Network, out: Option<&Path>) -> Result<String, BuildErro
     ))
 }
 
-/// Prints the crate of a network into `out`, and with the C interface builds its library; the answer names what
-/// was written.
+/// Prints the crate of a network into `out`, and with the C interface builds its library; the
+/// answer names what was written.
 ///
 /// # Errors
 /// [`BuildError`].

@@ -59,7 +59,8 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     })
 }
 
-/// Writes a file unless it has these contents already: what is built from it is then up to date too.
+/// Writes a file unless it has these contents already: what is built from it is then up to date
+/// too.
 ///
 /// # Errors
 /// [`FileError::Io`].

@@ -1,5 +1,6 @@
-//! Constant folding, once instead of at every call: batch normalisation and scaling go into
-//! the weights beside them, orders of axes into the columns of a dense layer, and layers without an effect go.
+//! Constant folding, once instead of at every call: batch normalisation and scaling go into the
+//! weights beside them, orders of axes into the columns of a dense layer, and layers without an
+//! effect go.
 
 use super::{Activation, Dense, Network, Op};
 

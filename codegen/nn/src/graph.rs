@@ -3,10 +3,11 @@
 use super::layer::Op;
 use super::{NetworkError, limits, shape};
 
-/// Network: a directed acyclic graph of nodes, in an order in which each follows the nodes that it reads.
+/// Network: a directed acyclic graph of nodes, in an order in which each follows the nodes that it
+/// reads.
 ///
-/// Importers make networks; a program can also build one. [`push`](Self::push) infers and checks the shape of
-/// each layer.
+/// Importers make networks; a program can also build one. [`push`](Self::push) infers and checks
+/// the shape of each layer.
 ///
 /// ```
 /// use sinew_nn::{Activation, Dense, Network, Op, evaluate};
@@ -67,7 +68,8 @@ impl Node {
     }
 }
 
-/// Golden vector: inputs of calls in turn, from a network at rest, and the output after the last call.
+/// Golden vector: inputs of calls in turn, from a network at rest, and the output after the last
+/// call.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Golden {
     /// One input after another, each flattened with the last axis running fastest.

@@ -108,8 +108,8 @@ pub struct Recurrent {
     pub inner_bias: Vec<f32>,
     /// True if the output has the hidden state after every step; false if only after the last.
     pub sequences: bool,
-    /// True if the hidden state lasts from one call to the next, one step a call; otherwise a call is a whole
-    /// sequence, from rest.
+    /// True if the hidden state lasts from one call to the next, one step a call; otherwise a call
+    /// is a whole sequence, from rest.
     pub streaming: bool,
 }
 

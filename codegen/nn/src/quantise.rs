@@ -1,6 +1,6 @@
-//! Weights as integers of eight bits: a row of a matrix, all that makes one output, has a scale of its own, and
-//! weight `w` is the integer nearest to `w / scale`, where `scale` is the row's largest weight over 127.
-//! Biases stay floating point, and so does the arithmetic.
+//! Weights as integers of eight bits: a row of a matrix, all that makes one output, has a scale of
+//! its own, and weight `w` is the integer nearest to `w / scale`, where `scale` is the row's
+//! largest weight over 127. Biases stay floating point, and so does the arithmetic.
 
 use super::{Golden, Network, Op, evaluate};
 

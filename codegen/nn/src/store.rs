@@ -574,7 +574,8 @@ pub fn print(network: &Network) -> Result<[(&'static str, Vec<u8>); 2], NetworkE
     Ok([(WEIGHTS_FILE, weights), (NETWORK_FILE, text.into_bytes())])
 }
 
-/// Validates `network` and writes it to `directory`; the description, which makes a folder a network, last.
+/// Validates `network` and writes it to `directory`; the description, which makes a folder a
+/// network, last.
 ///
 /// # Errors
 /// [`NetworkError`] before anything is written, or if a file cannot be written.

@@ -5,8 +5,8 @@ use std::collections::HashSet;
 use super::limits::{MAX_GOLDEN, MAX_NAME, MAX_NODES, MAX_PARAMETERS};
 use super::{Network, NetworkError, Op, evaluate, shape};
 
-/// A golden vector may differ from the network in double precision by this much of 1 + |y|: the tools
-/// that supply them compute in f32 themselves.
+/// A golden vector may differ from the network in double precision by this much of 1 + |y|: the
+/// tools that supply them compute in f32 themselves.
 const GOLDEN_TOLERANCE: f64 = 1e-4;
 
 impl Network {

@@ -1,7 +1,8 @@
-//! Networks that other tools wrote, with those tools' own outputs (tests/cases/NAME/expected.json): each is read
-//! rightly, or refused by name where nothing else is possible.
+//! Networks that other tools wrote, with those tools' own outputs (tests/cases/NAME/expected.json):
+//! each is read rightly, or refused by name where nothing else is possible.
 //!
-//! With SINEW_CASES the same comparison runs over a folder of such folders (tests/foreign/README.md).
+//! With SINEW_CASES the same comparison runs over a folder of such folders
+//! (tests/foreign/README.md).
 
 use std::collections::BTreeMap;
 use std::fs;

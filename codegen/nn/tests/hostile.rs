@@ -1,5 +1,5 @@
-//! Files made to harm, or with what is not supported (tests/frameworks/hostile.py): each is refused, and the
-//! words are kept.
+//! Files made to harm, or with what is not supported (tests/frameworks/hostile.py): each is
+//! refused, and the words are kept.
 
 use std::fs;
 use std::path::Path;

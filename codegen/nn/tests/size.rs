@@ -1,5 +1,5 @@
-//! Figures of `sinew size` against images that are linked for the boards: the bytes that a network adds to a
-//! firmware that has a runtime, vectors and a main loop of its own.
+//! Figures of `sinew size` against images that are linked for the boards: the bytes that a network
+//! adds to a firmware that has a runtime, vectors and a main loop of its own.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -13,7 +13,8 @@ use sinew_nn::{Network, import, target};
 /// Relative tolerance of the figures.
 const TOLERANCE: f64 = 0.05;
 
-/// Networks and the boards that they are linked for. Every board is met, and on one of them every kind.
+/// Networks and the boards that they are linked for. Every board is met, and on one of them every
+/// kind.
 const CASES: [(&str, Weights, &[&str]); 4] = [
     (
         "keras-mlp.keras",
@@ -89,7 +90,8 @@ fn what_size_says_is_what_a_network_adds_to_a_linked_image() {
     }
 }
 
-/// A workspace with a package for each board, whose programs are `BOARD-nothing` and one for each network.
+/// A workspace with a package for each board, whose programs are `BOARD-nothing` and one for each
+/// network.
 fn firmware(folder: &Path, networks: &[(Network, Options, &[&str])]) {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     for (network, options, _) in networks {

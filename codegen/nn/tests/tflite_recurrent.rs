@@ -1,5 +1,5 @@
-//! A recurrent `.tflite` is refused by the operator's name, the layer's, and with what would work. No tool here
-//! writes such a file: a dense one is told that its first operator is another.
+//! A recurrent `.tflite` is refused by the operator's name, the layer's, and with what would work.
+//! No tool here writes such a file: a dense one is told that its first operator is another.
 
 use std::fs;
 use std::path::Path;
@@ -54,8 +54,8 @@ fn with_operator(code: u8) -> Vec<u8> {
     bytes
 }
 
-/// Two graphs: as a loop has one for its body. The first offset of what follows the file leads to its copy, since
-/// offsets only lead forward.
+/// Two graphs: as a loop has one for its body. The first offset of what follows the file leads to
+/// its copy, since offsets only lead forward.
 fn with_two_graphs(bytes: &[u8]) -> Vec<u8> {
     let (graph, at) = (first(bytes, 2), field(bytes, word(bytes, 0), 2));
     let mut both = bytes.to_vec();

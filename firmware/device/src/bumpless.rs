@@ -1,7 +1,8 @@
 //! Bumpless transfer: the reference starts at the present output.
 //!
-//! `r'(k+j) = r(k+j) + (1 - (k+j)/n) (y(0) - r(0))` for k + j < n, and `r` from then on: the reference as asked,
-//! reached in a straight line over n steps (docs/reference/protocol.md, "Arming").
+//! `r'(k+j) = r(k+j) + (1 - (k+j)/n) (y(0) - r(0))` for k + j < n, and `r` from then on: the
+//! reference as asked, reached in a straight line over n steps (docs/reference/protocol.md,
+//! "Arming").
 
 /// Reference ramp: the part of the first error that is still taken out. Physical units.
 #[derive(Clone, Copy, Debug)]

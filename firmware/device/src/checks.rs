@@ -1,7 +1,9 @@
-//! What a device proves by itself, without a host: one list of checks for this computer, QEMU and boards, whatever the
-//! model (boards/qemu/src/bin/checks.rs, boards/stm32f446/on_target.rs). A controller does not link them.
+//! What a device proves by itself, without a host: one list of checks for this computer, QEMU and
+//! boards, whatever the model (boards/qemu/src/bin/checks.rs, boards/stm32f446/on_target.rs). A
+//! controller does not link them.
 //!
-//! That a board's commands have the bits of this computer's needs a host: `sinew pil` compares them.
+//! That a board's commands have the bits of this computer's needs a host: `sinew pil` compares
+//! them.
 
 use heapless::Vec;
 
@@ -36,7 +38,8 @@ const TOLERANCE: f32 = 1e-5;
 /// Steps of the checks that run the controller.
 const STEPS: u32 = 60;
 
-/// One vector of the model's own (`golden.rs` of a generated model), rounded to what the chip computes with.
+/// One vector of the model's own (`golden.rs` of a generated model), rounded to what the chip
+/// computes with.
 pub struct Golden {
     /// Regressor, flattened.
     pub x: Vec<f32, { crate::protocol::MAX_REGRESSOR }>,
@@ -47,7 +50,8 @@ pub struct Golden {
 }
 
 impl Golden {
-    /// A vector of a generated model, its numbers rounded by the caller. Longer ones than a frame carries are cut, and fail.
+    /// A vector of a generated model, its numbers rounded by the caller. Longer ones than a frame
+    /// carries are cut, and fail.
     pub fn new(
         x: &[f32],
         y: impl Iterator<Item = f32>,
@@ -453,12 +457,13 @@ pub struct Ticks {
     pub mean: u32,
     /// Of the longest seen.
     pub longest: u32,
-    /// No step can take more: what surrounds the optimisation, and each of its parts at its longest, as often as the const
-    /// parameters allow ([`Work::most`]).
+    /// No step can take more: what surrounds the optimisation, and each of its parts at its
+    /// longest, as often as the const parameters allow ([`Work::most`]).
     pub bound: u32,
 }
 
-/// Times `steps` control steps at random states with random references, and the parts of an optimisation.
+/// Times `steps` control steps at random states with random references, and the parts of an
+/// optimisation.
 pub fn times<
     M: CostTerm<NU, NY, NS, ND, DD>,
     const NU: usize,

@@ -1,4 +1,5 @@
-//! Converter codes to physical units and back: what a board hands over is a code and its full scale.
+//! Converter codes to physical units and back: what a board hands over is a code and its full
+//! scale.
 
 /// A straight line between a converter's two ends: physical value at code 0 and at full scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,8 +19,8 @@ impl Span {
         }
     }
 
-    /// A measured code as a physical value; NaN, a missing sample, at either end of the converter (a broken
-    /// wire or a short pulls it there) and for a full scale of 0.
+    /// A measured code as a physical value; NaN, a missing sample, at either end of the converter
+    /// (a broken wire or a short pulls it there) and for a full scale of 0.
     pub fn physical(&self, code: u16, full_scale: u16) -> f32 {
         if code == 0 || code >= full_scale {
             return f32::NAN;
@@ -28,8 +29,8 @@ impl Span {
         self.zero + (self.full - self.zero) * share
     }
 
-    /// The code, 0 to `full_scale`, for a physical value: the nearest, ends for what lies beyond. A value that
-    /// is not a number gives `None`: leave the output as it is.
+    /// The code, 0 to `full_scale`, for a physical value: the nearest, ends for what lies beyond. A
+    /// value that is not a number gives `None`: leave the output as it is.
     pub fn code(&self, physical: f32, full_scale: u16) -> Option<u16> {
         let range = self.full - self.zero;
         let share = (physical - self.zero) / range;

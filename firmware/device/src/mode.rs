@@ -1,4 +1,5 @@
-//! Whether anything may move, who moves it, and why it does not (docs/reference/protocol.md, "Arming").
+//! Whether anything may move, who moves it, and why it does not (docs/reference/protocol.md,
+//! "Arming").
 
 use serde::{Deserialize, Serialize};
 

@@ -1,5 +1,5 @@
-//! Frames between host and firmware: postcard, CRC-32, COBS, a zero at the end (docs/reference/protocol.md).
-//! The same frames on every transport; both ends use this module.
+//! Frames between host and firmware: postcard, CRC-32, COBS, a zero at the end
+//! (docs/reference/protocol.md). The same frames on every transport; both ends use this module.
 
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, NoTable};
 use heapless::Vec;
@@ -65,7 +65,8 @@ pub enum ToDevice {
         /// u(k) .. u(k-nd+1), y(k) .. y(k-dd+1), channels; each vector whole.
         x: Vec<f32, MAX_REGRESSOR>,
     },
-    /// Forgets history, plan and disturbance, not the command applied last. Answer: [`ToHost::Tuned`].
+    /// Forgets history, plan and disturbance, not the command applied last. Answer:
+    /// [`ToHost::Tuned`].
     Reset,
     /// The run is over. Answer: [`ToHost::Done`].
     Stop,
@@ -81,7 +82,8 @@ pub enum ToDevice {
     Disarm,
     /// The safe command at once and outputs off, until Disarm. Answer: [`ToHost::State`].
     EmergencyStop,
-    /// Narrows the limits, physical units; never beyond those of the model. Answer: [`ToHost::Tuned`].
+    /// Narrows the limits, physical units; never beyond those of the model. Answer:
+    /// [`ToHost::Tuned`].
     Limit {
         /// Smallest commands.
         lower: Vec<f32, MAX_SIGNALS>,
@@ -90,21 +92,22 @@ pub enum ToDevice {
         /// Largest changes in one step.
         rate: Vec<f32, MAX_SIGNALS>,
     },
-    /// What the board's own rig is to follow, physical units: rows from the next tick on, the last one holds.
-    /// Answer: [`ToHost::Tuned`].
+    /// What the board's own rig is to follow, physical units: rows from the next tick on, the last
+    /// one holds. Answer: [`ToHost::Tuned`].
     Follow {
         /// As in [`ToDevice::Sample`].
         reference: Vec<f32, MAX_PREVIEW>,
     },
-    /// One row of an excitation, for [`Drive::Excitation`]: one a tick. May be sent before arming. Answer:
-    /// [`ToHost::Queued`], also for a row that was taken before.
+    /// One row of an excitation, for [`Drive::Excitation`]: one a tick. May be sent before arming.
+    /// Answer: [`ToHost::Queued`], also for a row that was taken before.
     Excite {
         /// From 0 at each disarming, in order; comes back when the row is applied.
         row: u32,
         /// Command, physical units; held inside the limits.
         u: Vec<f32, MAX_SIGNALS>,
     },
-    /// How often to send [`ToHost::Telemetry`]: every so many ticks; 0: never. Answer: [`ToHost::State`].
+    /// How often to send [`ToHost::Telemetry`]: every so many ticks; 0: never. Answer:
+    /// [`ToHost::State`].
     Stream {
         /// Ticks.
         every: u16,
@@ -342,8 +345,9 @@ pub fn decode<T: for<'de> Deserialize<'de>>(frame: &mut [u8]) -> Result<T, Frame
     }
 }
 
-/// Undoes COBS in place; the length of the content, `None` where the bytes are not COBS. Written out
-/// here, as is its inverse below, because the library's indexing leaves panics in the linked image.
+/// Undoes COBS in place; the length of the content, `None` where the bytes are not COBS. Written
+/// out here, as is its inverse below, because the library's indexing leaves panics in the linked
+/// image.
 fn unstuff(bytes: &mut [u8]) -> Option<usize> {
     let (mut read, mut write) = (0, 0);
     while let Some(&code) = bytes.get(read) {

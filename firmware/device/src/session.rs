@@ -1,4 +1,5 @@
-//! Frame in, frame out: a pure state machine around the control loop. Boards move bytes, this answers.
+//! Frame in, frame out: a pure state machine around the control loop. Boards move bytes, this
+//! answers.
 
 mod rig;
 
@@ -23,7 +24,8 @@ use sinew_mpc::network::unflatten;
 /// Rows of an excitation that wait for their tick: a quarter of a second at 120 Hz.
 pub const EXCITATION_ROWS: usize = 32;
 
-/// One controller at one link. Counts since it was made; a [`ToDevice::Reset`] does not clear counts.
+/// One controller at one link. Counts since it was made; a [`ToDevice::Reset`] does not clear
+/// counts.
 ///
 /// ```
 /// use sinew_device::clock::Clock;
@@ -176,8 +178,8 @@ impl<
         }
     }
 
-    /// Takes any number of bytes; for every whole frame among them calls `reply` with one answer, an
-    /// encoded frame. Damaged frames are counted and answered by [`ToHost::Refused`].
+    /// Takes any number of bytes; for every whole frame among them calls `reply` with one answer,
+    /// an encoded frame. Damaged frames are counted and answered by [`ToHost::Refused`].
     pub fn receive(&mut self, bytes: &[u8], clock: &impl Clock, mut reply: impl FnMut(&[u8])) {
         for byte in bytes {
             let message = match self.accumulator.feed(*byte) {
@@ -320,15 +322,16 @@ impl<
         let Some(cause) = self.supervisor.check(&y, &u, step.status, gap_limit) else {
             return;
         };
-        // A host that is late moves nothing: the command retreats while its samples are missing, and goes on
-        // with them.
+        // A host that is late moves nothing: the command retreats while its samples are missing,
+        // and goes on with them.
         let is_of_host = self.state.drive() == Some(Drive::Host);
         if !(is_of_host && matches!(cause, Cause::SamplesLost | Cause::Late)) {
             self.disarm(cause);
         }
     }
 
-    // These are not inlined into `answer`: their locals would lie on the stack under a control step.
+    // These are not inlined into `answer`: their locals would lie on the stack under a control
+    // step.
     #[inline(never)]
     fn arm(&mut self, drive: Drive, blend_steps: u16) -> ToHost {
         if self.state.mode != Mode::Disarmed {
@@ -453,7 +456,8 @@ impl<
         self.state
     }
 
-    /// After [`ToDevice::Stop`]: ready for another run, disarmed. For boards that go on; a program ends.
+    /// After [`ToDevice::Stop`]: ready for another run, disarmed. For boards that go on; a program
+    /// ends.
     pub const fn reopen(&mut self) {
         self.stopped = false;
     }
@@ -491,7 +495,8 @@ impl<
     }
 }
 
-/// Rows r(k+1) .. of a frame, the last one held to the horizon; `None` where they are not whole or too many.
+/// Rows r(k+1) .. of a frame, the last one held to the horizon; `None` where they are not whole or
+/// too many.
 fn preview<const NY: usize, const N: usize>(rows: &[f32]) -> Option<[[f32; NY]; N]> {
     let (rows, rest) = rows.as_chunks::<NY>();
     let last = rows.last()?;

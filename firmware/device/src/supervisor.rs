@@ -1,10 +1,11 @@
-//! Fault detection, which ends control: signs that the loop no longer does what it is for. Counts in a row, each with its
-//! bound; docs/reference/faults.md has the table.
+//! Fault detection, which ends control: signs that the loop no longer does what it is for. Counts
+//! in a row, each with its bound; docs/reference/faults.md has the table.
 
 use crate::mode::Cause;
 use sinew_mpc::status::Status;
 
-/// An output this far from model zero, in model units, is far beyond what was seen in training (-1 to 1).
+/// An output this far from model zero, in model units, is far beyond what was seen in training (-1
+/// to 1).
 pub const ENVELOPE: f32 = 5.0;
 /// Samples in a row beyond [`ENVELOPE`]: one may be a glitch.
 pub const OUTSIDE_LIMIT: u16 = 3;
@@ -49,8 +50,8 @@ impl<const NU: usize, const NY: usize> Supervisor<NU, NY> {
         self.late_now = true;
     }
 
-    /// Checks one armed step: what was measured (NaN: missing), what was commanded, and how it went.
-    /// `gap_limit`: how many steps may pass without a plan.
+    /// Checks one armed step: what was measured (NaN: missing), what was commanded, and how it
+    /// went. `gap_limit`: how many steps may pass without a plan.
     pub fn check(
         &mut self,
         y: &[f32; NY],

@@ -1,5 +1,5 @@
-//! Frames that are whole, whose checksum is right, and whose contents are anything: damage that a checksum cannot see
-//! is a peer that speaks another protocol, or means harm.
+//! Frames that are whole, whose checksum is right, and whose contents are anything: damage that a
+//! checksum cannot see is a peer that speaks another protocol, or means harm.
 
 #[path = "../../mpc/tests/common/mod.rs"]
 mod common;

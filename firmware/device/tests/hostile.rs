@@ -1,7 +1,8 @@
-//! A hostile peer: frames cut, flipped, doubled, swapped, floods of nothing. None that was damaged is taken, and the
-//! session answers the next good one as if nothing had been.
+//! A hostile peer: frames cut, flipped, doubled, swapped, floods of nothing. None that was damaged
+//! is taken, and the session answers the next good one as if nothing had been.
 //!
-//! 200,000 frames by default; SINEW_HOSTILE_FRAMES says otherwise (`cargo xtask survive`: 10 million).
+//! 200,000 frames by default; SINEW_HOSTILE_FRAMES says otherwise (`cargo xtask survive`: 10
+//! million).
 
 #[path = "../../mpc/tests/common/mod.rs"]
 mod common;

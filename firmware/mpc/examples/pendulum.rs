@@ -1,6 +1,7 @@
 //! A pendulum that is lifted by a limited torque and held above the horizontal.
 //!
-//! `cargo run -p sinew-mpc --example pendulum` writes `pendulum.svg` to the folder of temporary files.
+//! `cargo run -p sinew-mpc --example pendulum` writes `pendulum.svg` to the folder of temporary
+//! files.
 #![allow(
     clippy::disallowed_methods,
     reason = "this example runs on a computer; firmware takes its functions from sinew_mpc::math"

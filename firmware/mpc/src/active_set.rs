@@ -1,10 +1,11 @@
-//! The quadratic subproblem of a Newton step: minimise `2 g'p + p'Hp` with `u + p` inside the limits,
-//! by a primal active-set method on the chains of `constraint` (docs/explanation/controller.md, section 4).
+//! The quadratic subproblem of a Newton step: minimise `2 g'p + p'Hp` with `u + p` inside the
+//! limits, by a primal active-set method on the chains of `constraint`
+//! (docs/explanation/controller.md, section 4).
 //!
 //! An active edge joins a command to its neighbour, so that both move alike; an active box, or the
-//! edge to the last applied command, anchors the whole group. The reduced system adds up the rows and
-//! columns of a group, and the multipliers are sums of the residual gradient along it. Every iterate
-//! is feasible, so the work may end anywhere.
+//! edge to the last applied command, anchors the whole group. The reduced system adds up the rows
+//! and columns of a group, and the multipliers are sums of the residual gradient along it. Every
+//! iterate is feasible, so the work may end anywhere.
 #![allow(
     clippy::needless_range_loop,
     reason = "one index runs through several arrays and their neighbours, as in the equations"
@@ -89,7 +90,8 @@ pub fn solve<const NU: usize, const NV: usize>(
     solution
 }
 
-/// The step `p` that minimises over the free directions: the groups that are not anchored. `free`: nothing is active.
+/// The step `p` that minimises over the free directions: the groups that are not anchored. `free`:
+/// nothing is active.
 fn reduced_step<const NU: usize, const NV: usize>(
     quadratic: &Quadratic<NV>,
     residual: &[f32; NV],
@@ -158,7 +160,8 @@ fn remove<const NV: usize>(h: &mut [[f32; NV]; NV], p: &mut [f32; NV], v: usize,
     p[v] = 0.0;
 }
 
-/// The active limit whose multiplier has the wrong sign by most, if one has (docs/explanation/controller.md, eq. 8).
+/// The active limit whose multiplier has the wrong sign by most, if one has
+/// (docs/explanation/controller.md, eq. 8).
 ///
 /// `residual` is the gradient at the minimum over the free directions; it is a combination of the
 /// active limits' normals. Within a group the multiplier of an edge is the sum of the residual over

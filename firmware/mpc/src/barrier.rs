@@ -1,18 +1,20 @@
-//! The published barrier on the commands, an option (docs/explanation/controller.md, eq. 4b): it makes a command dearer as it nears
-//! its limit, so that it turns away before it is stopped. The limits themselves need no barrier.
+//! The published barrier on the commands, an option (docs/explanation/controller.md, eq. 4b): it
+//! makes a command dearer as it nears its limit, so that it turns away before it is stopped. The
+//! limits themselves need no barrier.
 //!
-//! With d the distance to a limit and r the channel's range, every planned command costs `s / d` at either limit,
-//! less `4 s / r`, which makes the middle free. `1 / d` has no value at the limit and none outside, where the
-//! command applied last may lie; below d = r / 256 it goes on as the parabola that has its value, slope and
-//! curvature there. That keeps J finite, convex in the command, and twice differentiable.
+//! With d the distance to a limit and r the channel's range, every planned command costs `s / d` at
+//! either limit, less `4 s / r`, which makes the middle free. `1 / d` has no value at the limit and
+//! none outside, where the command applied last may lie; below d = r / 256 it goes on as the
+//! parabola that has its value, slope and curvature there. That keeps J finite, convex in the
+//! command, and twice differentiable.
 
 use crate::constraints::Bounds;
 use crate::cost::{CostTerm, Quadratic, Trace};
 use crate::problem::Problem;
 use crate::rollout::Trajectory;
 
-/// A model whose controller has the barrier, with the sharpness s. 0, a negative number and NaN: none. Goes
-/// around [`Exact`](crate::exact_hessian::Exact) where both are wanted.
+/// A model whose controller has the barrier, with the sharpness s. 0, a negative number and NaN:
+/// none. Goes around [`Exact`](crate::exact_hessian::Exact) where both are wanted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Barred<M>(pub M, pub f32);
 
@@ -102,8 +104,8 @@ fn reciprocal(d: f32, nearest: f32) -> (f32, f32, f32) {
     )
 }
 
-/// Value, half the slope and half the curvature of one command's barrier, without s; nought where a limit is
-/// missing or the box is a point.
+/// Value, half the slope and half the curvature of one command's barrier, without s; nought where a
+/// limit is missing or the box is a point.
 fn of_command(u: f32, lower: f32, upper: f32) -> (f32, f32, f32) {
     let range = upper - lower;
     if !(range > 0.0 && range < f32::INFINITY) {

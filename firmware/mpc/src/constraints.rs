@@ -1,6 +1,7 @@
-//! Limits of a plan. Per channel they form a chain: a box on the command at the end of every block and
-//! an edge, the rate over the block, between neighbours; edge 0 ties the first one to the command applied
-//! last (docs/explanation/controller.md, section 4). What holds at the ends of the blocks holds between them.
+//! Limits of a plan. Per channel they form a chain: a box on the command at the end of every block
+//! and an edge, the rate over the block, between neighbours; edge 0 ties the first one to the
+//! command applied last (docs/explanation/controller.md, section 4). What holds at the ends of the
+//! blocks holds between them.
 #![allow(
     clippy::needless_range_loop,
     reason = "one index runs through several arrays and their neighbours, as in the equations"
@@ -88,9 +89,9 @@ impl<const NV: usize> ActiveSet<NV> {
         self.bound.iter().all(free) && self.edge.iter().all(free)
     }
 
-    /// One step later: block b then starts a step into itself and ends a step into the next. Its end is
-    /// tight where both ends were (one suffices where the next block is one step long), its edge
-    /// where both blocks moved alike. After the last block nothing moves.
+    /// One step later: block b then starts a step into itself and ends a step into the next. Its
+    /// end is tight where both ends were (one suffices where the next block is one step long), its
+    /// edge where both blocks moved alike. After the last block nothing moves.
     pub fn shift<const NU: usize, const NB: usize>(&mut self, length: &[u8; NB]) {
         for v in 0..NV {
             let long = |block: usize| length.get(block).is_some_and(|l| *l > 1);

@@ -96,7 +96,8 @@ pub struct Step<const NU: usize> {
     pub bridged: bool,
 }
 
-/// The controller of one rig. `NB` blocks of moves, `NV = NB NU` decision variables, `N` steps predicted.
+/// The controller of one rig. `NB` blocks of moves, `NV = NB NU` decision variables, `N` steps
+/// predicted.
 #[derive(Clone, Debug)]
 pub struct ControlLoop<
     M,
@@ -196,8 +197,9 @@ impl<
         step
     }
 
-    /// A step without an optimisation: the past is kept up, and the command goes where it is asked to
-    /// (`None`: to the safe command), inside the limits. A plan starts anew afterwards, from there.
+    /// A step without an optimisation: the past is kept up, and the command goes where it is asked
+    /// to (`None`: to the safe command), inside the limits. A plan starts anew afterwards, from
+    /// there.
     #[inline(never)]
     pub fn open_loop(
         &mut self,
@@ -275,8 +277,8 @@ impl<
         step.cost = outcome.cost;
     }
 
-    /// What the parts of an optimisation cost here and now, with a reference of zeros: for bounds, not for
-    /// control ([`work_bound`](crate::work_bound)). Changes nothing.
+    /// What the parts of an optimisation cost here and now, with a reference of zeros: for bounds,
+    /// not for control ([`work_bound`](crate::work_bound)). Changes nothing.
     pub fn parts(&self, plan: &[f32; NV], ticks: impl Fn() -> u32) -> Parts {
         let problem = Problem {
             model: &self.model,
@@ -309,14 +311,15 @@ impl<
         u
     }
 
-    /// The safe command at once, without regard to the rate: an emergency stop. The past is forgotten.
+    /// The safe command at once, without regard to the rate: an emergency stop. The past is
+    /// forgotten.
     pub fn trip(&mut self) {
         self.limiter.trip();
         self.reset();
     }
 
-    /// Replaces the limits; `false`, and nothing is changed, unless they are finite where the old ones
-    /// are, lie within `widest`, and hold both the safe command and the one applied last.
+    /// Replaces the limits; `false`, and nothing is changed, unless they are finite where the old
+    /// ones are, lie within `widest`, and hold both the safe command and the one applied last.
     pub fn set_limits(&mut self, limits: Limits<NU>, widest: &Limits<NU>) -> bool {
         if !limits.is_within(widest) || !limits.hold(self.limiter.applied()) {
             return false;
@@ -410,9 +413,9 @@ const fn scaled_bounds<
 
 /// Names of a controller's const parameters, and its types.
 ///
-/// Prints the constants `INPUTS`, `OUTPUTS`, `CHANNELS`, `PAST_INPUTS` and `PAST_OUTPUTS`, with which
-/// a [`Model`](crate::Model) is implemented, and the types `Regressor`, `Jacobian`, `Scaling`, `Horizons`
-/// and `Controller`.
+/// Prints the constants `INPUTS`, `OUTPUTS`, `CHANNELS`, `PAST_INPUTS` and `PAST_OUTPUTS`, with
+/// which a [`Model`](crate::Model) is implemented, and the types `Regressor`, `Jacobian`,
+/// `Scaling`, `Horizons` and `Controller`.
 ///
 /// ```
 /// use sinew_mpc::{Limits, Model, Propagate, Settings};

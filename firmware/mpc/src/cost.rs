@@ -1,12 +1,13 @@
-//! The cost J and its derivatives with respect to the plan (docs/explanation/controller.md, eq. 4 to 7).
+//! The cost J and its derivatives with respect to the plan (docs/explanation/controller.md, eq. 4
+//! to 7).
 
 use crate::model::{Model, Regressor};
 use crate::problem::Problem;
 use crate::rollout::Trajectory;
 use crate::sensitivity::{Propagate, Sensitivities, Stage};
 
-/// The model of J around a plan. Gradient and Hessian are halved: `J(U + p) ~ J + 2 g'p + p'Hp`; the
-/// halves cancel in the Newton step.
+/// The model of J around a plan. Gradient and Hessian are halved: `J(U + p) ~ J + 2 g'p + p'Hp`;
+/// the halves cancel in the Newton step.
 #[derive(Clone, Debug)]
 pub struct Quadratic<const NV: usize> {
     /// Half of the exact gradient.
@@ -87,8 +88,8 @@ impl<const NV: usize> Default for Quadratic<NV> {
     }
 }
 
-/// Inner product, first element first. One copy for all, four elements at a time: a loop over single ones takes
-/// twice as long, one that is written out for a known length fills flash.
+/// Inner product, first element first. One copy for all, four elements at a time: a loop over
+/// single ones takes twice as long, one that is written out for a known length fills flash.
 #[inline(never)]
 pub fn dot<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
     let mut sum = 0.0;
@@ -183,7 +184,8 @@ impl<
     const NV: usize,
 > Problem<'_, M, NU, NY, NS, ND, DD, N, NB, NV>
 {
-    /// J of a plan (eq. 4): N predictions, which leave in `trajectory` what [`Problem::linearise`] needs.
+    /// J of a plan (eq. 4): N predictions, which leave in `trajectory` what [`Problem::linearise`]
+    /// needs.
     #[inline(never)]
     pub fn rollout(
         &self,
@@ -227,7 +229,8 @@ impl<
     }
 
     /// The exact gradient of J through the recursion and its Gauss-Newton Hessian
-    /// `sum_j S_j' Q S_j + D' Lambda D`, S_j = dy(k+j)/dv (eq. 5 to 7), at the plan that left `trajectory`.
+    /// `sum_j S_j' Q S_j + D' Lambda D`, S_j = dy(k+j)/dv (eq. 5 to 7), at the plan that left
+    /// `trajectory`.
     #[inline(never)]
     pub fn linearise(
         &self,
@@ -307,7 +310,8 @@ impl<
         cost
     }
 
-    /// Adds the moves, and the commands themselves where they have a weight, to gradient and Hessian.
+    /// Adds the moves, and the commands themselves where they have a weight, to gradient and
+    /// Hessian.
     fn add_moves(&self, plan: &[f32; NV], quadratic: &mut Quadratic<NV>) {
         for v in 0..NV {
             let (change, lambda) = self.change(plan, v);

@@ -1,8 +1,8 @@
 //! History, disturbance estimate and missing samples (docs/explanation/controller.md, section 3).
 //!
-//! The disturbance d stands at the model's equation: `y(k+1) = f(..) + d`. It is added at every step
-//! of a prediction, so that a constant load, a gain error or an offset leaves no steady error, also
-//! where the plant integrates.
+//! The disturbance d stands at the model's equation: `y(k+1) = f(..) + d`. It is added at every
+//! step of a prediction, so that a constant load, a gain error or an offset leaves no steady error,
+//! also where the plant integrates.
 
 use crate::model::{Model, Regressor};
 use crate::rollout::shift;
@@ -78,12 +78,12 @@ impl<const NU: usize, const NY: usize, const NS: usize, const ND: usize, const D
         self.missed
     }
 
-    /// Takes the sample y(k) (NaN: missing) and the channels s(k) (NaN: the last reading is kept, or the
-    /// prediction where the model predicts channels).
+    /// Takes the sample y(k) (NaN: missing) and the channels s(k) (NaN: the last reading is kept,
+    /// or the prediction where the model predicts channels).
     ///
-    /// `d <- d + gain (y - (f + d))` (eq. 10) while every value in the regressor was measured; what enters it is `y`, or with an
-    /// observer `(f + d) + L (y - (f + d))` (eq. 10c).
-    /// The first sample, and the first one after a loss, fills the whole history: at rest there.
+    /// `d <- d + gain (y - (f + d))` (eq. 10) while every value in the regressor was measured; what
+    /// enters it is `y`, or with an observer `(f + d) + L (y - (f + d))` (eq. 10c). The first
+    /// sample, and the first one after a loss, fills the whole history: at rest there.
     pub fn observe<M: Model<NU, NY, NS, ND, DD>>(
         &mut self,
         model: &M,
@@ -167,7 +167,8 @@ impl<const NU: usize, const NY: usize, const NS: usize, const ND: usize, const D
     }
 }
 
-/// What enters the history: of a measurement the part that the observer takes (eq. 10c), and the prediction where there is none.
+/// What enters the history: of a measurement the part that the observer takes (eq. 10c), and the
+/// prediction where there is none.
 #[inline(always)]
 fn entered<const NY: usize>(y: &[f32; NY], predicted: &[f32; NY], gain: f32) -> [f32; NY] {
     let mut entered = *predicted;

@@ -1,10 +1,11 @@
-//! The exact Hessian, an option (docs/explanation/controller.md, eq. 7a): a model wrapped in [`Exact`] adds to the Gauss-Newton
-//! Hessian the second derivatives of the predictions. Where nothing is wrapped nothing of this is linked.
+//! The exact Hessian, an option (docs/explanation/controller.md, eq. 7a): a model wrapped in
+//! [`Exact`] adds to the Gauss-Newton Hessian the second derivatives of the predictions. Where
+//! nothing is wrapped nothing of this is linked.
 //!
-//! With lambda_j the derivative of J/2 by y(k+j) through everything that follows, and X_j the derivative of what
-//! the predictor looks at by the plan, the part that Gauss-Newton leaves out is
-//! `sum_j X_j' (sum_r lambda_j,r d2 f_r / dx dx) X_j`: one sweep back along the horizon. It may be indefinite,
-//! which the factorisation notices and shifts.
+//! With lambda_j the derivative of J/2 by y(k+j) through everything that follows, and X_j the
+//! derivative of what the predictor looks at by the plan, the part that Gauss-Newton leaves out is
+//! `sum_j X_j' (sum_r lambda_j,r d2 f_r / dx dx) X_j`: one sweep back along the horizon. It may be
+//! indefinite, which the factorisation notices and shifts.
 
 use crate::cost::{CostTerm, Quadratic};
 use crate::model::{Jacobian, Regressor, SecondOrder};
@@ -32,8 +33,8 @@ impl<
         &self.0
     }
 
-    /// Cost: per step of the horizon two Jacobians, `NV` products with the curvature of the model, and
-    /// `NV^2 (NU ND + NY DD) / 2` multiply-adds.
+    /// Cost: per step of the horizon two Jacobians, `NV` products with the curvature of the model,
+    /// and `NV^2 (NU ND + NY DD) / 2` multiply-adds.
     fn linearise<const N: usize, const NB: usize, const NV: usize>(
         problem: &Problem<'_, Self, NU, NY, NS, ND, DD, N, NB, NV>,
         _: &[f32; NV],

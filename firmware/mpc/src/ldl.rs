@@ -1,4 +1,5 @@
-//! LDL' factorisation that notices an indefinite matrix and shifts it (docs/explanation/controller.md, eq. 9).
+//! LDL' factorisation that notices an indefinite matrix and shifts it
+//! (docs/explanation/controller.md, eq. 9).
 #![allow(
     clippy::needless_range_loop,
     reason = "one index runs through several arrays and their neighbours, as in the equations"
@@ -13,8 +14,8 @@ const FIRST_SHIFT: f32 = 1e-3;
 /// Solves `(A + shift I) x = b` for the symmetric `a` (its lower triangle is read) with the first
 /// shift out of 0, a small one, and Gershgorin's bound that makes the pivots positive.
 ///
-/// Returns the shift; `b` is overwritten with x. Cost: `N^3 / 6` multiply-adds, at most three times.
-/// A NaN in `a` or `b` ends as NaN in x.
+/// Returns the shift; `b` is overwritten with x. Cost: `N^3 / 6` multiply-adds, at most three
+/// times. A NaN in `a` or `b` ends as NaN in x.
 pub fn solve<const N: usize>(a: &[[f32; N]; N], b: &mut [f32; N]) -> f32 {
     let mut scale = 0.0_f32;
     for (i, row) in a.iter().enumerate() {

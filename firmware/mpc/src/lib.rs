@@ -4,7 +4,8 @@
     clippy::neg_cmp_op_on_partial_ord,
     reason = "`!(a > b)` is how a NaN takes the refusing branch"
 )]
-//! Nonlinear model predictive control with a fixed bound on its work, in `no_std` Rust without a heap.
+//! Nonlinear model predictive control with a fixed bound on its work, in `no_std` Rust without a
+//! heap.
 //!
 //! # Optimal control problem
 //!
@@ -17,22 +18,22 @@
 //!             lower <= u(k+i) <= upper,   |du_i| <= rate
 //! ```
 //!
-//! and applies the first command. The model f is any implementation of [`Model`]: a trained network or
-//! a page of physics. The disturbance d removes the steady error ([`estimator`]). J is minimised by
-//! Newton's method with exact derivatives ([`newton`]); each quadratic subproblem is solved by a primal
-//! active-set method ([`active_set`]), whose every iterate is feasible. The limits hold exactly,
-//! whatever comes in ([`limits`]). The number of operations has a bound that is known when the program
-//! is compiled ([`work_bound`]).
+//! and applies the first command. The model f is any implementation of [`Model`]: a trained network
+//! or a page of physics. The disturbance d removes the steady error ([`estimator`]). J is minimised
+//! by Newton's method with exact derivatives ([`newton`]); each quadratic subproblem is solved by a
+//! primal active-set method ([`active_set`]), whose every iterate is feasible. The limits hold
+//! exactly, whatever comes in ([`limits`]). The number of operations has a bound that is known when
+//! the program is compiled ([`work_bound`]).
 //!
 //! No heap, no double precision, no panic, no loop without a bound, no dependency. The same source
 //! gives the same bits on a computer and on a Cortex-M4F.
 //!
 //! # Use
 //!
-//! Implement [`Model`] (a prediction and its derivatives), name the shapes by [`controller!`], and call
-//! [`ControlLoop::step`] once a period. The example of [`controller!`] is complete; `examples/` has a
-//! heater and a pendulum. [`feedback`] has PID and RISE behind the same limits. Generated models use
-//! the kernels of [`network`].
+//! Implement [`Model`] (a prediction and its derivatives), name the shapes by [`controller!`], and
+//! call [`ControlLoop::step`] once a period. The example of [`controller!`] is complete;
+//! `examples/` has a heater and a pendulum. [`feedback`] has PID and RISE behind the same limits.
+//! Generated models use the kernels of [`network`].
 //!
 //! Equations: `docs/explanation/controller.md` of the project.
 

@@ -1,8 +1,8 @@
 //! The last word on every command: inside the box and inside the rate, exactly, whatever comes in.
 //!
-//! "Exactly" is in real arithmetic on the f32 values: `lower <= u <= upper` and `|u - u_before| <=
-//! rate`, not up to a rounding (docs/explanation/controller.md, section 6). Every controller, and the way to the safe
-//! command, go through [`Limiter::limit`].
+//! "Exactly" is in real arithmetic on the f32 values: `lower <= u <= upper` and
+//! `|u - u_before| <= rate`, not up to a rounding (docs/explanation/controller.md, section 6).
+//! Every controller, and the way to the safe command, go through [`Limiter::limit`].
 
 use crate::math::{add_down, add_up, clamp};
 
@@ -155,7 +155,7 @@ fn limit(unsaturated: f32, applied: f32, lower: f32, upper: f32, rate: f32) -> f
         applied
     };
     let boxed = clamp(unsaturated, lower, upper);
-    // The last command is inside the box, so the interval below holds it, and clamping to the rate never
-    // leaves the box again. Rounding is inwards.
+    // The last command is inside the box, so the interval below holds it, and clamping to the rate
+    // never leaves the box again. Rounding is inwards.
     clamp(boxed, add_up(applied, -rate), add_down(applied, rate))
 }

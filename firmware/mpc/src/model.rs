@@ -14,8 +14,8 @@ pub struct Regressor<
     pub u: [[f32; NU]; ND],
     /// Outputs y(k), y(k-1), ... y(k-DD+1).
     pub y: [[f32; NY]; DD],
-    /// Channels s(k): sensors, or what a recurrent network remembers. Over the horizon they hold their last
-    /// value, or are predicted ([`Model::PREDICTS_CHANNELS`]).
+    /// Channels s(k): sensors, or what a recurrent network remembers. Over the horizon they hold
+    /// their last value, or are predicted ([`Model::PREDICTS_CHANNELS`]).
     pub s: [f32; NS],
 }
 
@@ -29,8 +29,8 @@ pub struct Jacobian<const NU: usize, const NY: usize, const ND: usize, const DD:
     pub y: [[[f32; NY]; NY]; DD],
 }
 
-/// Derivatives that only predicted channels have: of the next output by the channels, and of the next
-/// channels by everything.
+/// Derivatives that only predicted channels have: of the next output by the channels, and of the
+/// next channels by everything.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChannelJacobian<
     const NU: usize,
@@ -49,10 +49,11 @@ pub struct ChannelJacobian<
     pub s: [[f32; NS]; NS],
 }
 
-/// A one-step predictor y(k+1) = f(u(k)..u(k-ND+1), y(k)..y(k-DD+1), s(k)) (docs/explanation/controller.md, eq. 1).
+/// A one-step predictor y(k+1) = f(u(k)..u(k-ND+1), y(k)..y(k-DD+1), s(k))
+/// (docs/explanation/controller.md, eq. 1).
 ///
-/// Every function is pure, allocates nothing, does a fixed amount of work and never panics; a NaN in
-/// the regressor reaches every output.
+/// Every function is pure, allocates nothing, does a fixed amount of work and never panics; a NaN
+/// in the regressor reaches every output.
 pub trait Model<const NU: usize, const NY: usize, const NS: usize, const ND: usize, const DD: usize>
 {
     /// What a prediction leaves for its derivatives, so that nothing is computed twice: the
@@ -62,17 +63,19 @@ pub trait Model<const NU: usize, const NY: usize, const NS: usize, const ND: usi
     /// A trace before any prediction.
     const TRACE: Self::Trace;
 
-    /// Whether the channels follow [`Model::channels`] over the horizon, with derivatives (docs/explanation/controller.md,
-    /// eq. 5a). What a recurrent network remembers is such a channel, one that nobody measures. Costs
-    /// nothing where it is off.
+    /// Whether the channels follow [`Model::channels`] over the horizon, with derivatives
+    /// (docs/explanation/controller.md, eq. 5a). What a recurrent network remembers is such a
+    /// channel, one that nobody measures. Costs nothing where it is off.
     const PREDICTS_CHANNELS: bool = false;
 
-    /// R: what the square of each planned command costs, in model units, so that inputs that can do each other's work share it
-    /// (docs/explanation/controller.md, eq. 4c). Costs nothing where it is 0.
+    /// R: what the square of each planned command costs, in model units, so that inputs that can do
+    /// each other's work share it (docs/explanation/controller.md, eq. 4c). Costs nothing where it
+    /// is 0.
     const COMMAND_WEIGHT: f32 = 0.0;
 
-    /// L: how much of a measurement enters the history, over 0 to 1; the rest is the prediction (docs/explanation/controller.md, eq. 10c). What is
-    /// measured enters as it is where it is 1, at no cost.
+    /// L: how much of a measurement enters the history, over 0 to 1; the rest is the prediction
+    /// (docs/explanation/controller.md, eq. 10c). What is measured enters as it is where it is 1,
+    /// at no cost.
     const OBSERVER_GAIN: f32 = 1.0;
 
     /// The next output; `trace` is overwritten.
@@ -81,7 +84,8 @@ pub trait Model<const NU: usize, const NY: usize, const NS: usize, const ND: usi
     /// The exact derivatives of the prediction that left `trace`; `jacobian` is overwritten.
     fn jacobian(&self, trace: &Self::Trace, jacobian: &mut Jacobian<NU, NY, ND, DD>);
 
-    /// The next channels s(k+1), from the prediction at `x` that left `trace`; `x.s` where they are held.
+    /// The next channels s(k+1), from the prediction at `x` that left `trace`; `x.s` where they are
+    /// held.
     fn channels(&self, x: &Regressor<NU, NY, NS, ND, DD>, _trace: &Self::Trace) -> [f32; NS] {
         x.s
     }
@@ -124,8 +128,8 @@ pub trait SecondOrder<
     const DD: usize,
 >: Model<NU, NY, NS, ND, DD>
 {
-    /// `(sum_r weights_r d2 y_r(k+1) / dx dx) direction` at the prediction that left `trace`: a vector over
-    /// what the predictor looks at, as `direction` is.
+    /// `(sum_r weights_r d2 y_r(k+1) / dx dx) direction` at the prediction that left `trace`: a
+    /// vector over what the predictor looks at, as `direction` is.
     fn curvature(
         &self,
         trace: &Self::Trace,

@@ -1,10 +1,10 @@
 //! N1, N2, Nc and move blocking: which steps count, and how few numbers describe the commands
 //! (docs/explanation/controller.md, section 2).
 //!
-//! The plan is piecewise linear: within a block every step makes the same move, so that a command at
-//! its rate limit over a whole block is one number, and holding commands is a block whose move is zero.
-//! The decision variables are the commands at the ends of the blocks; after the last block the
-//! command is held. Blocks of one step each are the classical control horizon.
+//! The plan is piecewise linear: within a block every step makes the same move, so that a command
+//! at its rate limit over a whole block is one number, and holding commands is a block whose move
+//! is zero. The decision variables are the commands at the ends of the blocks; after the last block
+//! the command is held. Blocks of one step each are the classical control horizon.
 
 /// Position of a command among the decision variables: between the ends of two blocks.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,7 +16,8 @@ pub struct Interpolation {
 }
 
 impl Interpolation {
-    /// The command here in a plan, each channel between the ends of the block; a block beyond the plan has no move.
+    /// The command here in a plan, each channel between the ends of the block; a block beyond the
+    /// plan has no move.
     #[inline(always)]
     pub fn command<const NU: usize, const NV: usize>(
         &self,
@@ -53,13 +54,14 @@ pub struct Horizons<const N: usize, const NB: usize> {
     pub first: usize,
     /// Steps in each block.
     pub length: [u8; NB],
-    /// Per step, the block it lies in and how much of the block's move has been made; after the last block, all of
-    /// the last.
+    /// Per step, the block it lies in and how much of the block's move has been made; after the
+    /// last block, all of the last.
     pub interpolation: [Interpolation; N],
 }
 
 impl<const N: usize, const NB: usize> Horizons<N, NB> {
-    /// Every output from `first` (N1, from 1) to `N` counts; `length[b]` steps make the move of block b.
+    /// Every output from `first` (N1, from 1) to `N` counts; `length[b]` steps make the move of
+    /// block b.
     ///
     /// A block is at least one step long, and what reaches beyond the horizon is cut off. Never
     /// fails: codegen refuses such lengths before they come here.
@@ -95,7 +97,8 @@ impl<const N: usize, const NB: usize> Horizons<N, NB> {
         horizons
     }
 
-    /// Everything counts and `NB` commands are decided one by one, the last held: N1 = 1, Nc = `NB`.
+    /// Everything counts and `NB` commands are decided one by one, the last held: N1 = 1, Nc =
+    /// `NB`.
     pub const fn every_step() -> Self {
         Self::new(1, [1; NB])
     }

@@ -8,8 +8,8 @@ use crate::restart::{RESTART_RATIO, restart};
 use crate::rollout::Trajectory;
 use crate::status::Status;
 
-/// Largest number of Newton iterations a caller can ask for; with it the work of a step is bounded at
-/// compile time.
+/// Largest number of Newton iterations a caller can ask for; with it the work of a step is bounded
+/// at compile time.
 pub const MAX_ITERATIONS: u8 = 8;
 
 /// Shorter steps tried when the full one does not lower the cost.
@@ -22,12 +22,12 @@ const SUFFICIENT_DECREASE: f32 = 1e-4;
 /// plan is optimal to within that, whatever the promise is worth.
 const CONVERGED: f32 = 1e-4;
 
-/// A quadratic that has predicted_cost J to within this fraction is right about the rest too: another iteration
-/// gains less.
+/// A quadratic that has predicted_cost J to within this fraction is right about the rest too:
+/// another iteration gains less.
 const MODEL_AGREEMENT: f32 = 5e-3;
 
-/// A step that promises less than this fraction of J, or less than this much at all, is rounding and
-/// is not taken: on a flat cost it could be long and gain nothing.
+/// A step that promises less than this fraction of J, or less than this much at all, is rounding
+/// and is not taken: on a flat cost it could be long and gain nothing.
 const NOISE: f32 = 1e-7;
 const NOISE_ABSOLUTE: f32 = 1e-10;
 
@@ -45,13 +45,13 @@ pub struct Outcome {
 
 /// Improves `plan` and leaves the best feasible plan found in it.
 ///
-/// The plan is moved inside the limits first; where it has become much dearer than the last one, its
-/// surroundings are tried before the search. Each of at most `iterations` (1 to [`MAX_ITERATIONS`])
-/// linearisations gives a quadratic subproblem; its solution is taken whole if J then decreases, else
-/// in fraction. Where the quadratic has predicted_cost J well, or the step is too small to matter, another
-/// iteration would gain next to nothing and is left out. Cost: one evaluation of J and, an iteration, one
-/// set of derivatives, one subproblem and at most three evaluations of J; the surroundings cost
-/// `2 NU + 1` evaluations and count as an iteration.
+/// The plan is moved inside the limits first; where it has become much dearer than the last one,
+/// its surroundings are tried before the search. Each of at most `iterations` (1 to
+/// [`MAX_ITERATIONS`]) linearisations gives a quadratic subproblem; its solution is taken whole if
+/// J then decreases, else in fraction. Where the quadratic has predicted_cost J well, or the step
+/// is too small to matter, another iteration would gain next to nothing and is left out. Cost: one
+/// evaluation of J and, an iteration, one set of derivatives, one subproblem and at most three
+/// evaluations of J; the surroundings cost `2 NU + 1` evaluations and count as an iteration.
 #[inline(never)]
 pub fn solve<
     M: CostTerm<NU, NY, NS, ND, DD>,
@@ -106,7 +106,8 @@ pub fn solve<
         }
         let agrees;
         if predicted_reduction <= CONVERGED * outcome.cost + NOISE_ABSOLUTE {
-            // Nothing to gain; where no limit is the reason, it may be that nothing has a slope here.
+            // Nothing to gain; where no limit is the reason, it may be that nothing has a slope
+            // here.
             agrees = !active.is_empty();
             if predicted_reduction > NOISE * outcome.cost + NOISE_ABSOLUTE {
                 plan.u = candidate;
@@ -157,8 +158,9 @@ pub fn solve<
     outcome
 }
 
-/// Takes the fraction of `step` that lowers J, at the minimum of the parabola through what is known; the
-/// limits are convex, so every fraction is feasible. False: none of the tried parts did, the plan stays.
+/// Takes the fraction of `step` that lowers J, at the minimum of the parabola through what is
+/// known; the limits are convex, so every fraction is feasible. False: none of the tried parts did,
+/// the plan stays.
 fn line_search<
     M: CostTerm<NU, NY, NS, ND, DD>,
     const NU: usize,

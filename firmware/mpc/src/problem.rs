@@ -43,8 +43,8 @@ pub struct Problem<
     pub horizons: &'a Horizons<N, NB>,
 }
 
-/// The decision variables, time-major (`u[b * NU + c]` is channel c at the end of block b), and which
-/// limits were active there: what one step hands to the next.
+/// The decision variables, time-major (`u[b * NU + c]` is channel c at the end of block b), and
+/// which limits were active there: what one step hands to the next.
 #[derive(Clone, Debug)]
 pub struct Plan<const NV: usize> {
     /// Planned commands, model units.

@@ -1,20 +1,21 @@
-//! Coordinate perturbation restart, for plans where the quadratic says nothing (docs/explanation/controller.md, section 5): a device that sticks,
-//! or an input in its dead zone, answers a small change by next to nothing, so that the step points far
-//! and wrong and its shortened parts gain little, while the reference is leaving.
+//! Coordinate perturbation restart, for plans where the quadratic says nothing
+//! (docs/explanation/controller.md, section 5): a device that sticks, or an input in its dead zone,
+//! answers a small change by next to nothing, so that the step points far and wrong and its
+//! shortened parts gain little, while the reference is leaving.
 
 use crate::cost::{CostTerm, Trace};
 use crate::problem::{Plan, Problem};
 use crate::rollout::Trajectory;
 
-/// A plan whose J has grown by this factor since the last step, and whose quadratic could not be trusted,
-/// is distrusted.
+/// A plan whose J has grown by this factor since the last step, and whose quadratic could not be
+/// trusted, is distrusted.
 pub(crate) const RESTART_RATIO: f32 = 8.0;
 
 /// How far the plan is moved to look further, as a part of the channel's range.
 const PERTURBATION: f32 = 0.125;
 
-/// Looks to both sides of a plan of this cost and replaces it by what is better. Cost: two evaluations of J
-/// a channel.
+/// Looks to both sides of a plan of this cost and replaces it by what is better. Cost: two
+/// evaluations of J a channel.
 #[inline(never)]
 pub(crate) fn restart<
     M: CostTerm<NU, NY, NS, ND, DD>,

@@ -1,5 +1,6 @@
-//! One step of the derivatives: sensitivities a prediction further, and what they add to gradient and
-//! Hessian (docs/explanation/controller.md, eq. 5 to 7). Most of a control step's work; slices over the blocks keep it small.
+//! One step of the derivatives: sensitivities a prediction further, and what they add to gradient
+//! and Hessian (docs/explanation/controller.md, eq. 5 to 7). Most of a control step's work; slices
+//! over the blocks keep it small.
 
 use crate::model::{ChannelJacobian, Jacobian, Model, Regressor};
 use crate::move_blocking::Interpolation;
@@ -22,8 +23,8 @@ pub struct Stage<'a, const NY: usize> {
 
 /// What is being built, an entry for each block.
 pub struct Sensitivities<'a, const NU: usize, const NY: usize, const DD: usize> {
-    /// dy/dv of the last DD predictions: `[b][lag][r][c]` is the derivative of y_r(k+j-lag) by the command
-    /// of channel c at the end of block b.
+    /// dy/dv of the last DD predictions: `[b][lag][r][c]` is the derivative of y_r(k+j-lag) by the
+    /// command of channel c at the end of block b.
     pub blocks: &'a mut [[[[f32; NU]; NY]; DD]],
     /// `S' Q e`.
     pub gradient: &'a mut [[f32; NU]],
@@ -67,7 +68,8 @@ pub trait Propagate<
         propagate(&jacobian, stage, sensitivities);
     }
 
-    /// [`Propagate::propagate`] where the channels are predicted: their sensitivities are in `channels`.
+    /// [`Propagate::propagate`] where the channels are predicted: their sensitivities are in
+    /// `channels`.
     fn propagate_channels(
         &self,
         trace: &Self::Trace,
@@ -84,7 +86,8 @@ pub trait Propagate<
 
 /// One prediction further:
 ///
-/// dy(k+j+1)/dv_b = sum_lag df/dy(k+j-lag) dy(k+j-lag)/dv_b + sum_lag df/du(k+j-lag) du(k+j-lag)/dv_b.
+/// dy(k+j+1)/dv_b = sum_lag df/dy(k+j-lag) dy(k+j-lag)/dv_b + sum_lag df/du(k+j-lag)
+/// du(k+j-lag)/dv_b.
 ///
 /// Cost: per block that has an effect `NY NY NU DD` multiply-adds, per pair of them `NU NU NY`.
 #[inline(always)]
@@ -104,11 +107,11 @@ pub fn propagate<const NU: usize, const NY: usize, const ND: usize, const DD: us
     add_up(stage, sensitivities);
 }
 
-/// [`propagate`] where the channels are predicted too: `channels[b][r][c]` is the derivative of s_r(k+j) by the
-/// command of channel c at the end of block b.
+/// [`propagate`] where the channels are predicted too: `channels[b][r][c]` is the derivative of
+/// s_r(k+j) by the command of channel c at the end of block b.
 ///
-/// ds(k+j+1)/dv_b is the sum of ds/dx dx/dv_b over all of x, and dy(k+j+1)/dv_b has dy/ds ds/dv_b more.
-/// Cost: per block with an effect `NS NU (NY + NY DD + NS)` multiply-adds more.
+/// ds(k+j+1)/dv_b is the sum of ds/dx dx/dv_b over all of x, and dy(k+j+1)/dv_b has dy/ds ds/dv_b
+/// more. Cost: per block with an effect `NS NU (NY + NY DD + NS)` multiply-adds more.
 pub fn propagate_channels<
     const NU: usize,
     const NY: usize,
@@ -147,8 +150,9 @@ pub fn propagate_channels<
     add_up(stage, sensitivities);
 }
 
-/// What a command at the end of a block does to all that a prediction looks at: `u[i]` is du(k+j-i)/dv_b, the
-/// same for each channel, `y[i][r][c]` dy_r(k+j-i)/dv_b,c, `s[r][c]` ds_r(k+j)/dv_b,c.
+/// What a command at the end of a block does to all that a prediction looks at: `u[i]` is
+/// du(k+j-i)/dv_b, the same for each channel, `y[i][r][c]` dy_r(k+j-i)/dv_b,c, `s[r][c]`
+/// ds_r(k+j)/dv_b,c.
 pub struct Direction<
     'a,
     const NU: usize,
@@ -165,8 +169,8 @@ pub struct Direction<
     pub s: &'a [[f32; NU]; NS],
 }
 
-/// [`propagate_channels`] by `along`, which takes a direction to the derivatives of the next output and channels: less work
-/// than all of their Jacobian where there are fewer commands than channels.
+/// [`propagate_channels`] by `along`, which takes a direction to the derivatives of the next output
+/// and channels: less work than all of their Jacobian where there are fewer commands than channels.
 #[inline(always)]
 pub fn propagate_along<
     const NU: usize,
@@ -202,7 +206,8 @@ pub fn propagate_along<
     add_up(stage, sensitivities);
 }
 
-/// Makes room at the newest place; the oldest is lost. Element by element: rows that are moved whole become calls of memmove.
+/// Makes room at the newest place; the oldest is lost. Element by element: rows that are moved
+/// whole become calls of memmove.
 #[inline(always)]
 fn push<const NU: usize, const NY: usize, const DD: usize>(
     lags: &mut [[[f32; NU]; NY]; DD],

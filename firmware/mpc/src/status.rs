@@ -13,7 +13,8 @@ pub enum Status {
     NoDecrease,
     /// The reference holds a NaN or infinity; the earlier plan is followed.
     BadReference,
-    /// The settings are not valid ([`Settings::is_valid`](crate::controller::Settings::is_valid)); the earlier plan is followed.
+    /// The settings are not valid ([`Settings::is_valid`](crate::controller::Settings::is_valid));
+    /// the earlier plan is followed.
     BadSettings,
     /// The prediction is not finite; the earlier plan is followed.
     NotFinite,

@@ -1,4 +1,5 @@
-//! The most that one optimisation may do, by its const parameters alone, and what that costs on a chip (docs/explanation/controller.md, section 6).
+//! The most that one optimisation may do, by its const parameters alone, and what that costs on a
+//! chip (docs/explanation/controller.md, section 6).
 
 use crate::active_set::{self, iteration_limit};
 use crate::constraints::ActiveSet;

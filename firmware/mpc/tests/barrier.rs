@@ -1,4 +1,5 @@
-//! The published barrier: its value and derivatives against the formula in f64, and that it acts before the limit.
+//! The published barrier: its value and derivatives against the formula in f64, and that it acts
+//! before the limit.
 
 mod common;
 

@@ -418,7 +418,8 @@ fn retreat_goes_to_the_safe_command_and_control_starts_again() {
     assert!((plant.y - 1.0).abs() < 2e-4);
 }
 
-/// The cost that a step reports never exceeds that of the plan it started from, on curved predictors.
+/// The cost that a step reports never exceeds that of the plan it started from, on curved
+/// predictors.
 #[test]
 fn more_iterations_never_cost_more() {
     let mut random = Random(9);

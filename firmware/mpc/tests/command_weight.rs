@@ -1,4 +1,5 @@
-//! The weight of the commands themselves: inputs that can do each other's work share it (docs/explanation/controller.md, eq. 4c).
+//! The weight of the commands themselves: inputs that can do each other's work share it
+//! (docs/explanation/controller.md, eq. 4c).
 
 mod common;
 

@@ -1,4 +1,5 @@
-//! The exact Hessian of J through the whole recursion against double precision, and what it is good for.
+//! The exact Hessian of J through the whole recursion against double precision, and what it is good
+//! for.
 #![allow(
     clippy::needless_range_loop,
     reason = "the indices are those of the equations, over several arrays at once"
@@ -124,7 +125,8 @@ fn exact_hessian_of_one_channel_and_with_held_channels() {
 
 type Net = Shallow<12, 10, 3>;
 
-/// The plan and the largest element of the gradient after `rounds` iterations, without limits in the way.
+/// The plan and the largest element of the gradient after `rounds` iterations, without limits in
+/// the way.
 fn descend<M: CostTerm<2, 3, 0, 3, 2>>(
     model: &M,
     start: &Regressor<2, 3, 0, 3, 2>,
@@ -162,7 +164,8 @@ fn descend<M: CostTerm<2, 3, 0, 3, 2>>(
     (plan.u, steepest)
 }
 
-/// References out of reach leave large errors at the optimum; there Gauss-Newton converges slowly, and Newton at once.
+/// References out of reach leave large errors at the optimum; there Gauss-Newton converges slowly,
+/// and Newton at once.
 #[test]
 fn near_an_optimum_the_exact_hessian_converges_faster() {
     let mut random = Random(31);

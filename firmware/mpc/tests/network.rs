@@ -1,4 +1,5 @@
-//! Layer kernels against plain f64 loops: values and Jacobians of deep, shallow and one-layer networks.
+//! Layer kernels against plain f64 loops: values and Jacobians of deep, shallow and one-layer
+//! networks.
 #![allow(
     clippy::needless_range_loop,
     reason = "the indices are those of the equations, over several arrays at once"

@@ -1,4 +1,5 @@
-//! The observer before the history: a part of what is measured, the rest of what was predicted (docs/explanation/controller.md, eq. 10c).
+//! The observer before the history: a part of what is measured, the rest of what was predicted
+//! (docs/explanation/controller.md, eq. 10c).
 
 use sinew_mpc::estimator::{Estimator, Sample};
 use sinew_mpc::model::{Jacobian, Model, Regressor};
@@ -21,7 +22,8 @@ impl<const PERCENT: u32> Model<1, 1, 0, 1, 2> for Halving<PERCENT> {
     }
 }
 
-/// The estimator after `measured`, with a command of `u` at every step and no estimate of a disturbance.
+/// The estimator after `measured`, with a command of `u` at every step and no estimate of a
+/// disturbance.
 fn after<const PERCENT: u32>(u: f32, measured: &[f32]) -> Estimator<1, 1, 0, 1, 2> {
     let mut estimator = Estimator::new([u]);
     for y in measured {

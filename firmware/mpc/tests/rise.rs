@@ -1,4 +1,5 @@
-//! RISE: its own equation in double precision, what it rejects and a PID does not, and its starts and ends.
+//! RISE: its own equation in double precision, what it rejects and a PID does not, and its starts
+//! and ends.
 
 mod common;
 
@@ -87,15 +88,16 @@ fn constant_and_ramp_disturbances_are_rejected_where_a_pid_keeps_an_error_under_
             "{fine} at a quarter of the period, {coarse}"
         );
     }
-    // Without the sign RISE is a PID; with one that the ramp outruns, a PID under what is left of the ramp.
+    // Without the sign RISE is a PID; with one that the ramp outruns, a PID under what is left of
+    // the ramp.
     for (beta, of) in [(0.0, 1.0), (0.5, 0.5)] {
         let kept = rise(RiseGains { beta, ..GAINS }, PERIOD_S, ramp);
         assert!(closed_form(kept, of), "{kept} with beta {beta}");
     }
 }
 
-/// Equation 13 again, in double precision and in its published form: sums from the start, nothing recursive
-/// but the filter.
+/// Equation 13 again, in double precision and in its published form: sums from the start, nothing
+/// recursive but the filter.
 fn published(errors: &[f64]) -> Vec<f64> {
     let g = GAINS;
     let [gain, alpha1, alpha2, beta, filter, h] =

@@ -1,4 +1,5 @@
-//! Diagnoses a rig from Rust: `cargo run -p sinew-ident --example diagnose -- RIG.toml FIT.csv CHECK.csv`.
+//! Diagnoses a rig from Rust:
+//! `cargo run -p sinew-ident --example diagnose -- RIG.toml FIT.csv CHECK.csv`.
 //!
 //! Without arguments it takes a shipped rig whose recordings show dry friction.
 

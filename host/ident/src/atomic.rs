@@ -1,7 +1,7 @@
 //! Files appear whole or not at all.
 //!
-//! A result is written beside its place under a temporary name and renamed into it. A program that is
-//! stopped by a signal calls [`remove_unfinished`] so that no temporary file stays behind.
+//! A result is written beside its place under a temporary name and renamed into it. A program that
+//! is stopped by a signal calls [`remove_unfinished`] so that no temporary file stays behind.
 
 use std::fs;
 use std::io::Write;
@@ -43,8 +43,8 @@ pub fn copy(from: impl AsRef<Path>, to: impl AsRef<Path>) -> Result<()> {
     })
 }
 
-/// Finds out whether [`write()`] can succeed, for work of minutes whose result would be lost at its end. Folders that are missing
-/// on the way are made; a file that is there stays as it is.
+/// Finds out whether [`write()`] can succeed, for work of minutes whose result would be lost at its
+/// end. Folders that are missing on the way are made; a file that is there stays as it is.
 ///
 /// # Errors
 /// As [`write()`], but for a disk that is full by then.
@@ -106,8 +106,8 @@ pub struct AllRemoved {
     _held: MutexGuard<'static, Vec<PathBuf>>,
 }
 
-/// Removes every temporary file that a writer in this process has not finished: for a Ctrl-C handler,
-/// which holds the result until it ends the process.
+/// Removes every temporary file that a writer in this process has not finished: for a Ctrl-C
+/// handler, which holds the result until it ends the process.
 pub fn remove_unfinished() -> AllRemoved {
     let mut unfinished = unfinished();
     for path in unfinished.drain(..) {

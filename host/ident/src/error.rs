@@ -104,7 +104,8 @@ impl std::error::Error for Error {
     }
 }
 
-/// One message: place, what is wrong, what was expected, what to try. Whatever is absent is left out.
+/// One message: place, what is wrong, what was expected, what to try. Whatever is absent is left
+/// out.
 #[derive(Debug, Default, Clone, PartialEq, Eq)]
 pub struct Complaint {
     /// File, where the trouble is in one.
@@ -301,7 +302,8 @@ impl From<SimulationError> for Error {
     }
 }
 
-/// The name among `known` that was probably meant by `name`: equal but for case, or a few letters off.
+/// The name among `known` that was probably meant by `name`: equal but for case, or a few letters
+/// off.
 ///
 /// ```
 /// # use sinew_ident::error::nearest;

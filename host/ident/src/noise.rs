@@ -4,8 +4,8 @@ use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
 /// Standard deviation of the white noise on `samples`, from their high-order differences
-/// (docs/explanation/training.md): a smooth signal vanishes from them, noise does not. The smallest estimate
-/// over orders 3 to 8 is taken, since what is left of the signal only adds.
+/// (docs/explanation/training.md): a smooth signal vanishes from them, noise does not. The smallest
+/// estimate over orders 3 to 8 is taken, since what is left of the signal only adds.
 ///
 /// Missing samples cut the series. 0 where no stretch is long enough.
 pub fn noise_level(samples: &[f64]) -> f64 {

@@ -1,5 +1,5 @@
-//! Typical sizes at every place of a rig, from a run of it: what start values of a fit and weak instances of
-//! an effect are made of (`Kind::starts`).
+//! Typical sizes at every place of a rig, from a run of it: what start values of a fit and weak
+//! instances of an effect are made of (`Kind::starts`).
 
 use sinew_sim::effects::Scales;
 use sinew_sim::rig::{Drives, End, Reads, Site};
@@ -35,7 +35,8 @@ struct Moved {
 }
 
 impl<'a> Run<'a> {
-    /// Nothing run yet. `inputs` has one entry a recording, each one column an input of the plant, SI.
+    /// Nothing run yet. `inputs` has one entry a recording, each one column an input of the plant,
+    /// SI.
     pub(crate) fn new(
         rig: &'a Rig,
         plant: &'a Plant,
@@ -68,8 +69,8 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Runs the rig from `start` over one stretch of time and takes in what it does. A run that ends
-    /// early leaves what there was.
+    /// Runs the rig from `start` over one stretch of time and takes in what it does. A run that
+    /// ends early leaves what there was.
     ///
     /// # Errors
     /// `Simulation` where the rig cannot be simulated.

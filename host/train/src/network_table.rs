@@ -37,13 +37,15 @@ pub struct NetworkTable {
     pub past_inputs: Option<usize>,
     /// Past outputs that it sees.
     pub past_outputs: Option<usize>,
-    /// How much of a measurement enters the past that it sees, over 0 to 1; the rest is its own prediction.
+    /// How much of a measurement enters the past that it sees, over 0 to 1; the rest is its own
+    /// prediction.
     pub observer_gain: Option<f64>,
     /// Weight of the simulator's derivatives in what it is trained by.
     pub derivative_weight: Option<f64>,
     /// Form of its output.
     pub form: Option<Form>,
-    /// Indices of the sensors that it sees beside the outputs, of which it has one reading and no past.
+    /// Indices of the sensors that it sees beside the outputs, of which it has one reading and no
+    /// past.
     pub channels: Vec<usize>,
     /// Line of the table, for errors about what it asks.
     pub line: usize,
@@ -52,11 +54,13 @@ pub struct NetworkTable {
 /// Longest past and widest layer that a rig may ask for; far beyond what fits a small chip.
 const MAX_STEPS: usize = 256;
 const MAX_WIDTH: usize = 1024;
-/// Largest weight of derivatives in a loss where errors have 1: with more, errors count for nothing.
+/// Largest weight of derivatives in a loss where errors have 1: with more, errors count for
+/// nothing.
 const MAX_DERIVATIVE_WEIGHT: f64 = 1000.0;
 
 impl NetworkTable {
-    /// The table of a rig, if there is one; `outputs` are the indices of the sensors that are controlled.
+    /// The table of a rig, if there is one; `outputs` are the indices of the sensors that are
+    /// controlled.
     ///
     /// # Errors
     /// The first thing in it that is wrong, with its line and column.
@@ -125,7 +129,8 @@ fn read_network(tables: &Tables, outputs: &[usize]) -> Result<Option<NetworkTabl
         ));
     }
     let observer_gain = table.number("observer_gain", Sign::Positive)?;
-    // The firmware's numbers are of single precision: what is nothing there would be refused after a training.
+    // The firmware's numbers are of single precision: what is nothing there would be refused after
+    // a training.
     let taken = |gain: &f64| *gain as f32 > 0.0 && *gain <= 1.0;
     if let Some(gain) = observer_gain.filter(|gain| !taken(gain)) {
         return Err(table.error_at(

@@ -1,10 +1,10 @@
 //! A sample interval of a linear rig in one step, without error of its own
 //! (docs/explanation/plant.md, eq. 18b).
 //!
-//! Springs, dampers, constant forces, creep, hidden modes and tendons that may push make `x' = A x
-//! + b + c tau` between two samples, whose solution is a matrix: found once, it carries the state
-//! from one sample to the next at the price of a product. Where no interval is like the one before,
-//! a series does.
+//! Springs, dampers, constant forces, creep, hidden modes and tendons that may push make
+//! `x' = A x + b + c tau` between two samples, whose solution is a matrix: found once, it carries
+//! the state from one sample to the next at the price of a product. Where no interval is like the
+//! one before, a series does.
 
 use std::sync::{Arc, OnceLock};
 

@@ -21,8 +21,8 @@ pub const TARGETS: [Target; 7] = [
     ("recording", recording),
 ];
 
-/// A file of another tool. The first byte chooses its name; HDF5, zip and TensorFlow Lite are known by their
-/// own first bytes.
+/// A file of another tool. The first byte chooses its name; HDF5, zip and TensorFlow Lite are known
+/// by their own first bytes.
 pub fn import(data: &[u8]) {
     let Some((first, data)) = data.split_first() else {
         return;
@@ -64,8 +64,8 @@ pub fn rig(data: &[u8]) {
     let _ = sinew_sim::Rig::parse(&String::from_utf8_lossy(data), "rig.toml");
 }
 
-/// A frame of the protocol, as it is and as the contents of a sound frame, whose checksum would stop the rest; either
-/// way round. What is read can be written.
+/// A frame of the protocol, as it is and as the contents of a sound frame, whose checksum would
+/// stop the rest; either way round. What is read can be written.
 pub fn frame(data: &[u8]) {
     let mut buffer = [0; MAX_FRAME];
     let sent = protocol::encode(&Raw(data), &mut buffer).and_then(|frame| frame.split_last());

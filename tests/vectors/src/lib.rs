@@ -1,9 +1,9 @@
 //! Predictors and problems of the controller drawn from seeds, and what the controller makes of
 //! them: the same numbers on this computer and on a Cortex-M4F, bit by bit.
 //!
-//! `firmware/mpc/tests/hessian.rs` and `firmware/mpc/tests/recurrent` hold thousands of the same cases, of
-//! the same seeds, against double precision; `tests/tests/vectors.rs` runs the program of this
-//! crate in QEMU and compares bits.
+//! `firmware/mpc/tests/hessian.rs` and `firmware/mpc/tests/recurrent` hold thousands of the same
+//! cases, of the same seeds, against double precision; `tests/tests/vectors.rs` runs the program of
+//! this crate in QEMU and compares bits.
 
 #![no_std]
 

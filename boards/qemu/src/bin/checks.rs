@@ -1,5 +1,5 @@
-//! The checks that a board makes of itself (`sinew_device::checks`), one after another. Ends with status 0 when all
-//! hold and 4 when one does not; the log has a line for what control steps take,
+//! The checks that a board makes of itself (`sinew_device::checks`), one after another. Ends with
+//! status 0 when all hold and 4 when one does not; the log has a line for what control steps take,
 //! and one for each.
 
 #![no_std]

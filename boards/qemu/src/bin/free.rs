@@ -1,10 +1,11 @@
 //! The controller running free: frames over the serial line, ticks from a timer, in real time.
 //!
-//! Armed for a host, every tick answers the newest sample that has arrived; where none has, the controller
-//! predicts it. Otherwise every tick reads and drives the rig that the host simulates (`src/rig.rs`).
+//! Armed for a host, every tick answers the newest sample that has arrived; where none has, the
+//! controller predicts it. Otherwise every tick reads and drives the rig that the host simulates
+//! (`src/rig.rs`).
 //!
-//! Ends with status 0 after Stop, and with 3 when the line has been silent for long: a host that was killed
-//! leaves no QEMU behind. A real board goes to its safe command and waits.
+//! Ends with status 0 after Stop, and with 3 when the line has been silent for long: a host that
+//! was killed leaves no QEMU behind. A real board goes to its safe command and waits.
 
 #![no_std]
 #![no_main]

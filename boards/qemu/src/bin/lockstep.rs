@@ -1,7 +1,9 @@
-//! The controller in lockstep with its host: frames over two files by semihosting, one tick of the control
-//! period for each sample. The same frames give the same commands after the same instructions.
+//! The controller in lockstep with its host: frames over two files by semihosting, one tick of the
+//! control period for each sample. The same frames give the same commands after the same
+//! instructions.
 //!
-//! Ends with status 0 after Stop, 2 when the files cannot be had, 3 when the host has closed its end.
+//! Ends with status 0 after Stop, 2 when the files cannot be had, 3 when the host has closed its
+//! end.
 
 #![no_std]
 #![no_main]

@@ -1,9 +1,9 @@
 //! Counts the instructions of control steps in QEMU, in lockstep with a host that closes the loop.
 //!
-//! By semihosting, as in `boards/qemu`: raw little-endian 32-bit words instead of frames, so that the image
-//! is small and the step is most of it. Starts with a hello of shapes; for each question (y, s, reference
-//! rows) answers ticks, status, iterations, cost, u, plan; at the end of the file answers the stack's
-//! high-water mark and ends with status 0.
+//! By semihosting, as in `boards/qemu`: raw little-endian 32-bit words instead of frames, so that
+//! the image is small and the step is most of it. Starts with a hello of shapes; for each question
+//! (y, s, reference rows) answers ticks, status, iterations, cost, u, plan; at the end of the file
+//! answers the stack's high-water mark and ends with status 0.
 
 #![no_std]
 #![no_main]

@@ -1,7 +1,7 @@
 //! Counts the instructions of one prediction of the network in QEMU: its golden vectors in turn.
 //!
-//! Writes to the file `to_host`, as little-endian words: how many there are, then the ticks of each call, then
-//! the ticks of two reads of the counter with nothing between.
+//! Writes to the file `to_host`, as little-endian words: how many there are, then the ticks of each
+//! call, then the ticks of two reads of the counter with nothing between.
 
 #![no_std]
 #![no_main]
@@ -66,7 +66,8 @@ fn predict(_: &Input, x: *const f32, _: &mut Trace) {
         fn peer_predict(x: *const f32, y: *mut f32);
     }
     let mut y = [0.0; NY];
-    // SAFETY: the peer was printed for this network, whose golden input x is and whose outputs y holds.
+    // SAFETY: the peer was printed for this network, whose golden input x is and whose outputs y
+    // holds.
     unsafe { peer_predict(black_box(x), y.as_mut_ptr()) };
     black_box(y);
 }

@@ -9,7 +9,8 @@ use crate::spec::{Activation, ControlSpec, Dense, Layer, ModelSpec, OutputForm};
 use sinew_nn::Recurrent;
 use sinew_nn::literal;
 
-/// The constants of a controller that the network carries, where they are not what a model has that says nothing.
+/// The constants of a controller that the network carries, where they are not what a model has that
+/// says nothing.
 fn settings(control: &ControlSpec) -> String {
     let constants = [
         ("COMMAND_WEIGHT", control.command_weight as f32, 0.0),

@@ -1,5 +1,5 @@
-//! Parts of `src/network.rs` for a first layer that is a GRU or an LSTM: its weights, its hidden state as channels
-//! that the model predicts, and derivatives along directions.
+//! Parts of `src/network.rs` for a first layer that is a GRU or an LSTM: its weights, its hidden
+//! state as channels that the model predicts, and derivatives along directions.
 
 use super::backward::{chain, slope};
 use crate::spec::{Layer, ModelSpec, OutputForm};
@@ -70,7 +70,8 @@ pub(super) fn forward(layer: &Recurrent) -> String {
     )
 }
 
-/// From `t1`, the adjoints of the layer's results, to `t_x`, those of its input, `columns` results at once.
+/// From `t1`, the adjoints of the layer's results, to `t_x`, those of its input, `columns` results
+/// at once.
 fn backward(layer: &Recurrent, columns: &str) -> Vec<String> {
     let (inputs, module) = (layer.inputs(), module(layer));
     let memory = match layer.cell {

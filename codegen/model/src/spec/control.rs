@@ -11,8 +11,8 @@ pub struct ControlSpec {
     pub horizon: usize,
     /// Steps that are decided, the last one held after that, Nc.
     pub control_horizon: usize,
-    /// Move blocking: lengths of blocks of equal moves that make up the control horizon. Empty: every
-    /// step is decided by itself.
+    /// Move blocking: lengths of blocks of equal moves that make up the control horizon. Empty:
+    /// every step is decided by itself.
     pub move_blocks: Vec<usize>,
     /// The first predicted step whose error counts, N1, from 1.
     pub first_step: usize,
@@ -20,7 +20,8 @@ pub struct ControlSpec {
     pub tracking_weight: Vec<f64>,
     /// Diagonal of Lambda, per input, model units.
     pub move_suppression: Vec<f64>,
-    /// R, on the square of every planned command in model units: what inputs that can do each other's work share it by. 0: off.
+    /// R, on the square of every planned command in model units: what inputs that can do each
+    /// other's work share it by. 0: off.
     pub command_weight: f64,
     /// Smallest command, physical units; minus infinity for none.
     pub lower: Vec<f64>,
@@ -32,7 +33,8 @@ pub struct ControlSpec {
     pub safe: Vec<f64>,
     /// Gain of the output-disturbance estimate, 0 (off) to 1.
     pub disturbance_gain: f64,
-    /// L of the observer: how much of a measurement enters the history, over 0 to 1; the rest is the prediction. 1: all of it.
+    /// L of the observer: how much of a measurement enters the history, over 0 to 1; the rest is
+    /// the prediction. 1: all of it.
     pub observer_gain: f64,
     /// Newton iterations in one step.
     pub iterations: u8,

@@ -11,8 +11,9 @@ use sinew_nn::{Cell, Recurrent};
 pub enum Layer {
     /// Every output looks at every input.
     Dense(Dense),
-    /// A GRU or an LSTM, one step a prediction; its hidden state lasts (docs/reference/networks.md, eq. 5 and 6). The first
-    /// layer alone, with tanh, sigmoid gates, and a GRU's reset after its product.
+    /// A GRU or an LSTM, one step a prediction; its hidden state lasts (docs/reference/networks.md,
+    /// eq. 5 and 6). The first layer alone, with tanh, sigmoid gates, and a GRU's reset after its
+    /// product.
     Recurrent(Recurrent),
 }
 

@@ -43,7 +43,8 @@ impl OutputForm {
     }
 }
 
-/// A trained one-step predictor and the control problem it serves (docs/reference/model-files.md, eq. 1 to 4).
+/// A trained one-step predictor and the control problem it serves (docs/reference/model-files.md,
+/// eq. 1 to 4).
 ///
 /// The network sees the regressor `x = u(k)..u(k-past_inputs+1), y(k)..y(k-past_outputs+1), s(k)`,
 /// each vector whole, each signal scaled to model units by its [`Signal`].
@@ -108,8 +109,8 @@ pub struct ModelSpec {
     pub past_outputs: usize,
     /// Meaning of the last layer's output.
     pub form: OutputForm,
-    /// Weights of a skip connection from the regressor to the output: `outputs` rows, each as long as the
-    /// regressor. A nearly linear plant leaves the network only what is not linear.
+    /// Weights of a skip connection from the regressor to the output: `outputs` rows, each as long
+    /// as the regressor. A nearly linear plant leaves the network only what is not linear.
     pub skip: Option<Vec<f32>>,
     /// The network, first layer first.
     pub layers: Vec<Layer>,

@@ -36,7 +36,8 @@ pub enum StoreError {
         /// Cause.
         message: String,
     },
-    /// `weights.safetensors` is not a safetensors file, or a tensor in it is not as `model.toml` says.
+    /// `weights.safetensors` is not a safetensors file, or a tensor in it is not as `model.toml`
+    /// says.
     #[error("{}: {message}", file.display())]
     Weights {
         /// Path of the file.

@@ -83,8 +83,8 @@ pub fn save(directory: &Path, spec: &ModelSpec) -> Result<(), StoreError> {
     Ok(())
 }
 
-/// The files of a model by name, for a program that has its own way of writing files; in the order in
-/// which [`save`] writes them.
+/// The files of a model by name, for a program that has its own way of writing files; in the order
+/// in which [`save`] writes them.
 ///
 /// # Errors
 /// [`StoreError::Spec`] if the specification is not valid.

@@ -1,6 +1,7 @@
 //! `weights.safetensors`: for layer `i`, `layer.i.weights` (f32, outputs x inputs) and
-//! `layer.i.bias` (f32, outputs), of a recurrent one `layer.i.kernel`, `.recurrent`, `.bias` and `.inner_bias`; with `shortcut = true` also `shortcut.weights` (f32, outputs x
-//! regressor); optionally `golden.x` (f32) and `golden.y` (f64), one row each.
+//! `layer.i.bias` (f32, outputs), of a recurrent one `layer.i.kernel`, `.recurrent`, `.bias` and
+//! `.inner_bias`; with `shortcut = true` also `shortcut.weights` (f32, outputs x regressor);
+//! optionally `golden.x` (f32) and `golden.y` (f64), one row each.
 
 use safetensors::tensor::TensorView;
 use safetensors::{Dtype, SafeTensors};

@@ -96,7 +96,8 @@ pub fn signal(name: &str, unit: &str, span: f64, offset: f64) -> Signal {
     }
 }
 
-/// A layer whose weights are spread over +-`size` without a pattern that could hide a swapped index.
+/// A layer whose weights are spread over +-`size` without a pattern that could hide a swapped
+/// index.
 pub fn dense(inputs: usize, outputs: usize, activation: Activation, size: f32) -> Layer {
     let mut state = (inputs * 31 + outputs) as u32;
     let mut next = || {

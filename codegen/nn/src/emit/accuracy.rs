@@ -27,7 +27,8 @@ impl Accuracy {
         Self::Rougher,
     ];
 
-    /// Largest error of tanh over all numbers (absolute; swept in `codegen/kernels/tests/tolerances.rs`).
+    /// Largest error of tanh over all numbers (absolute; swept in
+    /// `codegen/kernels/tests/tolerances.rs`).
     #[must_use]
     pub fn error(self) -> f64 {
         match self {

@@ -1,5 +1,5 @@
-//! The body of `backward`: the layers from the last to the first, each taking adjoints of what it gives to
-//! adjoints of what it reads.
+//! The body of `backward`: the layers from the last to the first, each taking adjoints of what it
+//! gives to adjoints of what it reads.
 
 use super::forward::{activation, call, cell, constant, inverse_permutation, parts};
 use super::plan::Plan;
@@ -62,8 +62,8 @@ pub(super) fn adjoint(plan: &Plan<'_>, node: usize) -> String {
 }
 
 impl Printer<'_> {
-    /// Calls a kernel whose last argument is the adjoints of `from`, which it overwrites; where there are
-    /// some already, it is given others, and these are added.
+    /// Calls a kernel whose last argument is the adjoints of `from`, which it overwrites; where
+    /// there are some already, it is given others, and these are added.
     fn reach(&mut self, from: usize, function: &str, mut arguments: Vec<String>) {
         let plan = self.plan;
         let buffer = plan.buffer[from];
@@ -196,8 +196,8 @@ impl Printer<'_> {
         }
     }
 
-    /// A kernel that turns a layer's own adjoints into those of what it reads, in place; then, where these
-    /// lie elsewhere, they go on.
+    /// A kernel that turns a layer's own adjoints into those of what it reads, in place; then,
+    /// where these lie elsewhere, they go on.
     fn within(&mut self, place: usize, function: &str, mut arguments: Vec<String>) {
         arguments.push(format!("&mut {}", adjoint(self.plan, place)));
         self.text.push_str(&call(4, function, &arguments));

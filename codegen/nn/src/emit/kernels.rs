@@ -184,7 +184,8 @@ pub(super) fn files(plan: &Plan<'_>, accuracy: Accuracy, rectified: bool) -> Vec
     files
 }
 
-/// The kernels of a predictor that begins with a recurrent layer; its mathematics is the firmware's.
+/// The kernels of a predictor that begins with a recurrent layer; its mathematics is the
+/// firmware's.
 pub fn of_predictor(cell: Cell) -> Vec<File> {
     let cell = match cell {
         Cell::Simple { .. } => "rnn",

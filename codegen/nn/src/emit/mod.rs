@@ -1,7 +1,9 @@
-//! Prints a network as a `no_std` crate that depends on nothing: a pure function from a [`Network`] to files.
+//! Prints a network as a `no_std` crate that depends on nothing: a pure function from a [`Network`]
+//! to files.
 //!
-//! The kernels are copied as they stand in `codegen/nn/kernels`; what is printed are shapes, numbers and the
-//! calls in their order. The same network and options give the same bytes on every machine.
+//! The kernels are copied as they stand in `codegen/nn/kernels`; what is printed are shapes,
+//! numbers and the calls in their order. The same network and options give the same bytes on every
+//! machine.
 
 mod accuracy;
 mod backward;

@@ -115,8 +115,8 @@ impl<'a> Plan<'a> {
         read.filter(|&&from| self.buffer[from] == buffer).count() == 1
     }
 
-    /// Returns true if the slopes of a node meet the adjoints in the layer that reads it: an activation, in place,
-    /// that one layer reads.
+    /// Returns true if the slopes of a node meet the adjoints in the layer that reads it: an
+    /// activation, in place, that one layer reads.
     pub(super) fn fused(&self, node: usize) -> bool {
         matches!(self.network.nodes[node].op, Op::Activation(_))
             && self.is_in_place(node)
@@ -129,8 +129,8 @@ impl<'a> Plan<'a> {
     }
 }
 
-/// Returns true if an activation may overwrite its input: neither its own derivative nor that of the layer
-/// before needs the value from before.
+/// Returns true if an activation may overwrite its input: neither its own derivative nor that of
+/// the layer before needs the value from before.
 fn in_place(network: &Network, node: &Node, from: usize) -> bool {
     let before = !matches!(
         network.nodes[from].op,

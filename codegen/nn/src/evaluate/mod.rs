@@ -1,7 +1,7 @@
 //! The network in double precision, with exact derivatives: what emitted code is held against.
 //!
-//! Written for clarity, loop by loop, apart from the kernels that it judges. Derivatives come from dual
-//! numbers, pushed forward; the kernels take them backward: two ways to one matrix.
+//! Written for clarity, loop by loop, apart from the kernels that it judges. Derivatives come from
+//! dual numbers, pushed forward; the kernels take them backward: two ways to one matrix.
 
 mod real;
 mod recurrent;
@@ -107,8 +107,8 @@ pub fn run(network: &Network, x: &[f64]) -> Vec<f64> {
     last.y
 }
 
-/// Derivatives of outputs and new state (rows, in this order) with respect to inputs and state before
-/// (columns, in this order).
+/// Derivatives of outputs and new state (rows, in this order) with respect to inputs and state
+/// before (columns, in this order).
 ///
 /// ```
 /// use sinew_nn::{evaluate, import};
@@ -142,7 +142,8 @@ pub fn jacobian(network: &Network, x: &[f64], state: &[f64]) -> Vec<Vec<f64>> {
     rows
 }
 
-/// The second derivatives of `sum_r weights[r] result_r`, with the results and columns of [`jacobian`].
+/// The second derivatives of `sum_r weights[r] result_r`, with the results and columns of
+/// [`jacobian`].
 ///
 /// # Panics
 /// As [`call`].

@@ -3,8 +3,8 @@
 use super::{Real, apply, dot};
 use crate::{Cell, Recurrent};
 
-/// Output of the layer for its whole input, and its state after it. `state` is empty for a layer that
-/// begins each call at rest.
+/// Output of the layer for its whole input, and its state after it. `state` is empty for a layer
+/// that begins each call at rest.
 pub(super) fn run<T: Real>(layer: &Recurrent, x: &[T], state: &[T]) -> (Vec<T>, Vec<T>) {
     let mut state = if layer.streaming {
         state.to_vec()

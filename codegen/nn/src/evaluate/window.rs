@@ -12,8 +12,8 @@ fn image(shape: &[usize]) -> [usize; 3] {
     }
 }
 
-/// For output cell `(p, q)`: the window's elements that lie within the image, as (place in the window,
-/// cell of the image).
+/// For output cell `(p, q)`: the window's elements that lie within the image, as (place in the
+/// window, cell of the image).
 fn within(
     window: Window,
     image: [usize; 3],

@@ -1,7 +1,8 @@
-//! Table of the microcontrollers. It uses nothing, so that the tests of `boards/probe` can include it.
+//! Table of the microcontrollers. It uses nothing, so that the tests of `boards/probe` can include
+//! it.
 
-/// Cycles of an instruction on a Cortex-M4F that runs from flash, by a table of instruction timings: an
-/// estimate, measured on no board.
+/// Cycles of an instruction on a Cortex-M4F that runs from flash, by a table of instruction
+/// timings: an estimate, measured on no board.
 pub const CYCLES_PER_INSTRUCTION: f64 = 1.7;
 
 /// Microcontroller with its clock, memories and supply currents.
@@ -21,7 +22,8 @@ pub struct Chip {
     pub ram_origin: u32,
     /// Size of that RAM.
     pub ram_bytes: u32,
-    /// Supply current while the core computes from flash, peripherals off: typical value of the data sheet.
+    /// Supply current while the core computes from flash, peripherals off: typical value of the
+    /// data sheet.
     pub run_current_ma: f64,
     /// Supply current in sleep between steps, with the same clocks.
     pub sleep_current_ma: f64,

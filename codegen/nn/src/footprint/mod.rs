@@ -1,7 +1,7 @@
 //! Footprint of a network on a board, before anything is flashed: flash, RAM, stack, instructions.
 //!
-//! The printed crate is compiled and linked for the target, and run in QEMU, which counts instructions and
-//! stack.
+//! The printed crate is compiled and linked for the target, and run in QEMU, which counts
+//! instructions and stack.
 
 mod board;
 pub mod chip;
@@ -37,7 +37,8 @@ pub struct Cost {
 pub struct Footprint {
     /// `predict` alone.
     pub predict: Cost,
-    /// `predict` and `predict_with_jacobian` in one image; instructions and stack are those of the latter.
+    /// `predict` and `predict_with_jacobian` in one image; instructions and stack are those of the
+    /// latter.
     pub jacobian: Cost,
     /// Share of the flash that holds weights.
     pub weight_bytes: u64,
@@ -90,8 +91,8 @@ pub fn measure(
     })
 }
 
-/// Flash and RAM of `predict` alone, and of `predict` and `predict_with_jacobian`: compiled and linked in
-/// `folder`, with nothing else in the image.
+/// Flash and RAM of `predict` alone, and of `predict` and `predict_with_jacobian`: compiled and
+/// linked in `folder`, with nothing else in the image.
 ///
 /// # Errors
 /// [`BuildError`].

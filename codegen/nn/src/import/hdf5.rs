@@ -34,8 +34,8 @@ fn guarded<T>(
     }
 }
 
-/// The length that an HDF5 file says it has: the end-of-file address of its superblock (HDF5 File Format
-/// Specification 3.0, II.A), where addresses have eight bytes.
+/// The length that an HDF5 file says it has: the end-of-file address of its superblock (HDF5 File
+/// Format Specification 3.0, II.A), where addresses have eight bytes.
 fn said_length(bytes: &[u8]) -> Option<u64> {
     let (width, place) = match bytes.get(8)? {
         0 => (13, 40),

@@ -1,5 +1,5 @@
-//! Networks of other tools. Each importer is given a whole file in memory and makes a [`Network`]; what it does
-//! not know it refuses, naming the layer and the nearest thing that would work.
+//! Networks of other tools. Each importer is given a whole file in memory and makes a [`Network`];
+//! what it does not know it refuses, naming the layer and the nearest thing that would work.
 
 mod hdf5;
 mod keras;
@@ -131,8 +131,8 @@ fn package_name(file: &str) -> String {
     }
 }
 
-/// A recurrent layer's bias, and the inner one of a GRU whose reset comes after the product: there the bias
-/// of the input comes first, then that of the state, and for the gates the two add up.
+/// A recurrent layer's bias, and the inner one of a GRU whose reset comes after the product: there
+/// the bias of the input comes first, then that of the state, and for the gates the two add up.
 fn gru_bias(bias: &[f32], rows: usize, units: usize, reset_after: bool) -> (Vec<f32>, Vec<f32>) {
     if !reset_after {
         return (bias.to_vec(), Vec::new());

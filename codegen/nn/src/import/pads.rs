@@ -2,8 +2,8 @@
 
 use crate::limits::MAX_LENGTH;
 
-/// Padding before and after one axis so that a window with this stride gives `ceil(length / stride)` values
-/// (TensorFlow's "SAME": the odd one comes after).
+/// Padding before and after one axis so that a window with this stride gives
+/// `ceil(length / stride)` values (TensorFlow's "SAME": the odd one comes after).
 pub(super) fn same(length: usize, size: usize, stride: usize, dilation: usize) -> (usize, usize) {
     let bounded = |n: usize| n.clamp(1, MAX_LENGTH);
     let (size, stride, dilation) = (bounded(size), bounded(stride), bounded(dilation));

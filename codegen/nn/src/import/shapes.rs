@@ -51,8 +51,8 @@ pub(in crate::import) fn spread_places(from: &[usize], to: &[usize]) -> Vec<usiz
     places
 }
 
-/// A constant beside a value of shape `to`: one number for each place of the last axis where it varies along that
-/// alone, else one for every value.
+/// A constant beside a value of shape `to`: one number for each place of the last axis where it
+/// varies along that alone, else one for every value.
 ///
 /// # Errors
 /// It would make the value larger.

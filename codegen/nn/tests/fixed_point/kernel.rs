@@ -1,10 +1,11 @@
-//! A prediction in integers: values of sixteen bits, two in a word, sums of 32. Not printed into any network;
-//! measured, to know what it would gain (docs/decisions/0045-no-integer-arithmetic.md).
+//! A prediction in integers: values of sixteen bits, two in a word, sums of 32. Not printed into
+//! any network; measured, to know what it would gain
+//! (docs/decisions/0045-no-integer-arithmetic.md).
 #![no_std]
 #![forbid(unsafe_code)]
 
-/// A dense layer, two weights in a word. Row `r` sums to `z / scale[r]`; the generator has seen to it that no
-/// inputs whatever overflow the sum.
+/// A dense layer, two weights in a word. Row `r` sums to `z / scale[r]`; the generator has seen to
+/// it that no inputs whatever overflow the sum.
 pub struct Layer<const PAIRS: usize, const OUT: usize> {
     pub rows: [[u32; PAIRS]; OUT],
     pub bias: [i32; OUT],
@@ -29,7 +30,8 @@ pub const fn pack<const IN: usize, const PAIRS: usize, const OUT: usize>(
     rows
 }
 
-/// `x / step` as an integer, to nearest and held within sixteen bits: a sum with 1.5 2^23 has it in its last bits.
+/// `x / step` as an integer, to nearest and held within sixteen bits: a sum with 1.5 2^23 has it in
+/// its last bits.
 #[inline(always)]
 fn integer(x: f32, steps: f32) -> i32 {
     const MAGIC: f32 = 12_582_912.0;
@@ -50,8 +52,8 @@ pub fn pairs<const IN: usize, const PAIRS: usize>(x: &[f32; IN], steps: f32) -> 
     pairs
 }
 
-/// `sum + w x` of both halves. The compiler has an instruction for each half; the one for both (SMLAD) it makes
-/// of no safe expression.
+/// `sum + w x` of both halves. The compiler has an instruction for each half; the one for both
+/// (SMLAD) it makes of no safe expression.
 #[inline(always)]
 fn add(sum: i32, w: u32, x: u32) -> i32 {
     let low = i32::from(w as i16) * i32::from(x as i16);

@@ -1,5 +1,5 @@
-//! Arithmetic in integers, measured beside floating point (docs/decisions/0045-no-integer-arithmetic.md): the reference
-//! networks in sixteen bits, in QEMU.
+//! Arithmetic in integers, measured beside floating point
+//! (docs/decisions/0045-no-integer-arithmetic.md): the reference networks in sixteen bits, in QEMU.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -26,8 +26,8 @@ fn list<T: std::fmt::Debug>(values: impl IntoIterator<Item = T>) -> String {
     format!("{:?}", values.into_iter().collect::<Vec<T>>())
 }
 
-/// Layer by layer: row `r` of weights becomes integers with `step` to one, so that its sum counts `step` times the
-/// step of its input.
+/// Layer by layer: row `r` of weights becomes integers with `step` to one, so that its sum counts
+/// `step` times the step of its input.
 fn integers(network: &Network) -> Integers {
     let module = network.name.replace('-', "_");
     let inputs = network.inputs();

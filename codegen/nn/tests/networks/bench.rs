@@ -1,9 +1,9 @@
-//! Builds printed networks into one program for the host and one image for QEMU, runs both, and reads what
-//! they say.
+//! Builds printed networks into one program for the host and one image for QEMU, runs both, and
+//! reads what they say.
 //!
-//! A compiler a network, twice over, took minutes. So every printed crate is checked as it stands, but what
-//! runs are their `network.rs` and `weights.rs` in one crate over the kernels that they are copies of;
-//! networks whose kernels differ run as the crates that they are.
+//! A compiler a network, twice over, took minutes. So every printed crate is checked as it stands,
+//! but what runs are their `network.rs` and `weights.rs` in one crate over the kernels that they
+//! are copies of; networks whose kernels differ run as the crates that they are.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;

@@ -10,8 +10,8 @@ use super::bench::Case;
 use super::judge::Errors;
 use super::random;
 
-/// Name, instructions of `predict`, and of `predict_with_jacobian` relative to these. The goal of the latter is
-/// 2.5, which P misses by 0.1 where more than six of its eight units are open.
+/// Name, instructions of `predict`, and of `predict_with_jacobian` relative to these. The goal of
+/// the latter is 2.5, which P misses by 0.1 where more than six of its eight units are open.
 const BUDGETS: [(&str, u64, f64); 7] = [
     ("reference-s", 700, 2.5),
     ("reference-l", 6_500, 2.5),
@@ -61,8 +61,8 @@ pub fn cases() -> Vec<Case> {
     exact.into_iter().chain(others).chain(open).collect()
 }
 
-/// Moves the biases of the first layer so that its rectifier leaves this many units open at the first input, which is
-/// the one that is measured.
+/// Moves the biases of the first layer so that its rectifier leaves this many units open at the
+/// first input, which is the one that is measured.
 fn leave_open(case: &mut Case, count: usize) {
     let dense = case
         .network
@@ -116,8 +116,8 @@ pub fn judge(errors: &[Errors]) {
     tolerances(errors);
 }
 
-/// A looser tolerance takes fewer instructions and moves the outputs more; the precise tanh's instructions depend
-/// on its argument.
+/// A looser tolerance takes fewer instructions and moves the outputs more; the precise tanh's
+/// instructions depend on its argument.
 fn tolerances(errors: &[Errors]) {
     let mut before: Option<(u64, f64)> = None;
     for (name, accuracy) in TOLERANCES {

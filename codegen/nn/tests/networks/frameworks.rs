@@ -81,8 +81,9 @@ pub fn cases() -> Vec<Case> {
     files().iter().map(case).collect()
 }
 
-/// Holds what the programs gave against the frameworks, and keeps the table of the documentation: rewritten where
-/// SINEW_SNAPSHOTS is `bless`, otherwise held to name every network (instructions change with the compiler).
+/// Holds what the programs gave against the frameworks, and keeps the table of the documentation:
+/// rewritten where SINEW_SNAPSHOTS is `bless`, otherwise held to name every network (instructions
+/// change with the compiler).
 pub fn judge(cases: &[Case], errors: &[Errors]) {
     assert!(cases.len() >= 28, "{} networks", cases.len());
     let mut table = String::from(HEAD);
@@ -131,7 +132,8 @@ const HEAD: &str = "# Networks of the frameworks, measured\n\n\
     call on a Cortex-M4F in QEMU.\n\n\
     | network | parameters | error | of derivatives | predict | with Jacobian |\n|---|---|---|---|---|---|\n";
 
-/// Every kind of layer and of activation that is promised, as an importer or an activation is called here.
+/// Every kind of layer and of activation that is promised, as an importer or an activation is
+/// called here.
 const PROMISED: &[&str] = &[
     "dense",
     "conv1d",

@@ -17,7 +17,8 @@ pub struct Errors {
     pub said: Said,
 }
 
-/// Runs the cases on the host and, where this machine can, in QEMU, where the bits are to be the same.
+/// Runs the cases on the host and, where this machine can, in QEMU, where the bits are to be the
+/// same.
 pub fn judge(workspace: &Workspace, cases: &[Case]) -> Vec<Errors> {
     let qemu = Command::new("qemu-system-arm")
         .arg("--version")

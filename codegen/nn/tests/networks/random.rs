@@ -1,5 +1,5 @@
-//! Networks of random weights that have every layer, every way of reading one another, and every kind of
-//! derivative between them.
+//! Networks of random weights that have every layer, every way of reading one another, and every
+//! kind of derivative between them.
 
 use sinew_nn::emit::{Accuracy, Options, Weights};
 use sinew_nn::{
@@ -374,8 +374,8 @@ pub fn cases() -> Vec<Case> {
     cases
 }
 
-/// One network of each kind of matrix, with its weights as integers: it is held against the network that
-/// these integers make.
+/// One network of each kind of matrix, with its weights as integers: it is held against the network
+/// that these integers make.
 fn int8() -> Vec<Case> {
     let networks = [
         Builder::new("int8-mlp", &[12])

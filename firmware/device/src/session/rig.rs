@@ -84,8 +84,8 @@ impl<
     const NV: usize,
 > Session<M, NU, NY, NS, ND, DD, N, NB, NV>
 {
-    /// One tick: what the sensors say (NaN: missing) at `at_us` of the board's clock, and what the outputs
-    /// are to be. Inside the limits whatever comes in; the safe command unless armed.
+    /// One tick: what the sensors say (NaN: missing) at `at_us` of the board's clock, and what the
+    /// outputs are to be. Inside the limits whatever comes in; the safe command unless armed.
     pub fn tick(
         &mut self,
         at_us: u64,

@@ -1,5 +1,6 @@
-//! Controllers without a model: one law a channel, output i to command i, and around it what they share: limits
-//! by the same code as everything else, anti-windup, missing samples, a start without a bump.
+//! Controllers without a model: one law a channel, output i to command i, and around it what they
+//! share: limits by the same code as everything else, anti-windup, missing samples, a start without
+//! a bump.
 
 pub mod pid;
 pub mod rise;
@@ -18,8 +19,8 @@ pub trait Law: Clone {
     fn anti_windup(&mut self, gains: &Self::Gains, period_s: f32, unsaturated: f32, applied: f32);
 }
 
-/// Back-calculation: the share of what was not applied by which an integral gives way in one period. At a time
-/// constant no longer than the period, or none that is a number: all of it.
+/// Back-calculation: the share of what was not applied by which an integral gives way in one
+/// period. At a time constant no longer than the period, or none that is a number: all of it.
 pub(crate) fn back_calculation(tracking_time_s: f32, period_s: f32) -> f32 {
     if tracking_time_s > period_s {
         period_s / tracking_time_s

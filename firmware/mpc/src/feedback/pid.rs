@@ -1,8 +1,9 @@
 //! The PID that everything else is compared with: two degrees of freedom, filtered derivative,
 //! back-calculation against windup, and the same limits through the same code.
 //!
-//! u = P + I + D with P = kp (b r - y), dI/dt = ki (r - y) + (u_limited - u) / tracking_time,
-//! D = kd s / (filter s + 1) (c r - y), discretised by backward Euler (docs/explanation/controller.md, eq. 12).
+//! u = P + I + D with P = kp (b r - y), dI/dt = ki (r - y) + (u_limited - u) / tracking_time, D =
+//! kd s / (filter s + 1) (c r - y), discretised by backward Euler (docs/explanation/controller.md,
+//! eq. 12).
 
 use crate::feedback::{Feedback, Law, back_calculation};
 

@@ -1,12 +1,12 @@
-//! RISE, the robust integral of the sign of the error: continuous, and yet it rejects any smooth disturbance whose rate
-//! beta exceeds, a ramp included, which leaves a PID with an error. B. Xian, D. M. Dawson, M. S. de Queiroz,
-//! J. Chen, "A continuous asymptotic tracking control strategy for uncertain nonlinear systems", IEEE
-//! Transactions on Automatic Control 49(7), 2004, eq. 9; docs/explanation/controller.md, eq. 13.
+//! RISE, the robust integral of the sign of the error: continuous, and yet it rejects any smooth
+//! disturbance whose rate beta exceeds, a ramp included, which leaves a PID with an error. B. Xian,
+//! D. M. Dawson, M. S. de Queiroz, J. Chen, "A continuous asymptotic tracking control strategy for
+//! uncertain nonlinear systems", IEEE Transactions on Automatic Control 49(7), 2004, eq. 9;
+//! docs/explanation/controller.md, eq. 13.
 //!
-//! e2 = de/dt + alpha1 e with e = r - y,
-//! u = u(0) + gain (e2 - e2(0)) + integral of (gain alpha2 e2 + beta sgn(e2)) + back-calculation; outside the integral e2
-//! has a setpoint weight, as the PID has. Without it a static spring force would require a
-//! steady-state error.
+//! e2 = de/dt + alpha1 e with e = r - y, u = u(0) + gain (e2 - e2(0)) + integral of
+//! (gain alpha2 e2 + beta sgn(e2)) + back-calculation; outside the integral e2 has a setpoint
+//! weight, as the PID has. Without it a static spring force would require a steady-state error.
 
 use crate::feedback::{Feedback, Law, back_calculation};
 

@@ -1,7 +1,9 @@
-//! Second derivatives of a chain of dense layers along a direction: the direction forward through the layers by
-//! [`along`], then weights and what the direction changes of them back by [`back`] (docs/explanation/controller.md, eq. 3a).
+//! Second derivatives of a chain of dense layers along a direction: the direction forward through
+//! the layers by [`along`], then weights and what the direction changes of them back by [`back`]
+//! (docs/explanation/controller.md, eq. 3a).
 
-/// `z = W x` without the bias: the direction before a layer's activation; after it, times the slopes.
+/// `z = W x` without the bias: the direction before a layer's activation; after it, times the
+/// slopes.
 ///
 /// Shapes: `w` is `[OUT][IN]`. Cost: `IN OUT` multiply-adds.
 #[inline(always)]

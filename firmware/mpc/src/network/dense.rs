@@ -1,16 +1,18 @@
-//! Layer kernels that generated predictors call: forward, activations and the Jacobian product chain.
+//! Layer kernels that generated predictors call: forward, activations and the Jacobian product
+//! chain.
 //!
 //! The Jacobian of a network is W_L D_{L-1} W_{L-1} ... D_1 W_1 with D the diagonal of activation
 //! slopes. A network has fewer outputs than inputs, so the product is taken from the output side
-//! (docs/explanation/controller.md, eq. 3): [`seed`] (or [`seed_linear`]) is W_L D_{L-1}, [`chain`] one hidden layer
-//! further, [`input_jacobian`] the first layer, written where the controller wants it. The chain is
-//! held transposed, `[hidden][OUT]`, so that each product reads its operands in memory order.
+//! (docs/explanation/controller.md, eq. 3): [`seed`] (or [`seed_linear`]) is W_L D_{L-1}, [`chain`]
+//! one hidden layer further, [`input_jacobian`] the first layer, written where the controller wants
+//! it. The chain is held transposed, `[hidden][OUT]`, so that each product reads its operands in
+//! memory order.
 
 use crate::math;
 use crate::model::{Jacobian, Regressor};
 
-/// The regressor as the network's input vector: u(k) .. u(k-ND+1), y(k) .. y(k-DD+1), channels; each
-/// vector whole. `NX = NU ND + NY DD + NS`, checked when the caller is compiled.
+/// The regressor as the network's input vector: u(k) .. u(k-ND+1), y(k) .. y(k-DD+1), channels;
+/// each vector whole. `NX = NU ND + NY DD + NS`, checked when the caller is compiled.
 #[inline(always)]
 pub fn flatten<
     const NU: usize,
@@ -188,7 +190,8 @@ pub fn seed_linear<const H: usize, const OUT: usize>(
     }
 }
 
-/// Start of the chain at an output layer with an activation: `t[h][r] = slope_out[r] w[r][h] slope[h]`.
+/// Start of the chain at an output layer with an activation:
+/// `t[h][r] = slope_out[r] w[r][h] slope[h]`.
 #[inline(always)]
 pub fn seed<const H: usize, const OUT: usize>(
     w: &[[f32; H]; OUT],
@@ -203,8 +206,8 @@ pub fn seed<const H: usize, const OUT: usize>(
     }
 }
 
-/// Start of the chain for a network of one layer: `t` is the diagonal of `slope_out` (all ones where
-/// the layer is linear).
+/// Start of the chain for a network of one layer: `t` is the diagonal of `slope_out` (all ones
+/// where the layer is linear).
 #[inline(always)]
 pub fn seed_diagonal<const OUT: usize>(slope_out: &[f32; OUT], t: &mut [[f32; OUT]; OUT]) {
     for (h, (t, slope)) in t.iter_mut().zip(slope_out).enumerate() {
@@ -241,7 +244,8 @@ pub fn chain<const G: usize, const H: usize, const OUT: usize>(
 /// The first layer: `dy_r/dx_c = sum_h t[h][r] w[h][c]`, written lag by lag; the columns of the
 /// sensor channels, which the controller holds, are not computed.
 ///
-/// `first`: of the first prediction of a horizon, on which u(k) alone has an effect; the rest stays as it came.
+/// `first`: of the first prediction of a horizon, on which u(k) alone has an effect; the rest stays
+/// as it came.
 ///
 /// Shapes: `w` is the first layer, `[H][NX]` in the order of [`flatten`].
 /// Cost: `H OUT (NU ND + NY DD)` multiply-adds, `H OUT NU` for the first.
@@ -276,8 +280,9 @@ pub fn input_jacobian<
     sums(large, t, w, NU * ND, &mut jacobian.y);
 }
 
-/// More elements of a Jacobian, or weights of a linear path, than this are not written out where they are needed: one copy of
-/// the loop serves every lag, for 2 % of the instructions and kilobytes less flash (docs/lab/0064).
+/// More elements of a Jacobian, or weights of a linear path, than this are not written out where
+/// they are needed: one copy of the loop serves every lag, for 2 % of the instructions and
+/// kilobytes less flash (docs/lab/0064).
 pub(crate) const LARGE: usize = 48;
 
 /// Sums that fit the floating-point registers beside their operands.

@@ -1,5 +1,6 @@
-//! Where a recurrent first layer stands in a model: what it remembers are the last of the channels, which it predicts
-//! and nobody measures (docs/explanation/controller.md, eq. 1a). The layer itself is a kernel of the printed crate.
+//! Where a recurrent first layer stands in a model: what it remembers are the last of the channels,
+//! which it predicts and nobody measures (docs/explanation/controller.md, eq. 1a). The layer itself
+//! is a kernel of the printed crate.
 
 use crate::model::{ChannelJacobian, Jacobian, Regressor};
 use crate::sensitivity::Direction;
@@ -52,7 +53,8 @@ pub fn enter<T: Copy, const NS: usize, const H: usize>(
     }
 }
 
-/// A direction of all that is looked at, as that of the layer's input. Channels that are measured hold.
+/// A direction of all that is looked at, as that of the layer's input. Channels that are measured
+/// hold.
 #[inline(always)]
 pub fn input_along<
     const NU: usize,
@@ -125,7 +127,8 @@ pub fn enter_jacobian<
     turn_lags(t_x, &mut jacobian.u, &mut jacobian.y);
 }
 
-/// Adjoints of the layer's input and memory, a column for each output, as derivatives of the outputs by the channels.
+/// Adjoints of the layer's input and memory, a column for each output, as derivatives of the
+/// outputs by the channels.
 pub fn enter_by_channels<
     const NX: usize,
     const NU: usize,
@@ -141,8 +144,8 @@ pub fn enter_by_channels<
     turn_channels::<NX, NY, NS>(t_x, NU * ND + NY * DD, memory, &mut jacobian.y_by_s);
 }
 
-/// Adjoints of the layer's input and memory, a column for each value of the new memory, as derivatives of the channels;
-/// those that are measured hold.
+/// Adjoints of the layer's input and memory, a column for each value of the new memory, as
+/// derivatives of the channels; those that are measured hold.
 pub fn enter_of_channels<
     const NX: usize,
     const M: usize,

@@ -1,13 +1,13 @@
-//! A linear path beside a network: `y += w x` (docs/reference/model-files.md, eq. 4). A nearly linear plant leaves
-//! the network only what is not linear.
+//! A linear path beside a network: `y += w x` (docs/reference/model-files.md, eq. 4). A nearly
+//! linear plant leaves the network only what is not linear.
 
 use crate::model::Jacobian;
 use crate::network::dense::{LARGE, row};
 
 /// Adds the path to what the network gives.
 ///
-/// Shapes: `w` is `[NY][NX]`, `x` is `[NX]` in the order of [`crate::network::flatten`], `y` is `[NY]`.
-/// Cost: `NX NY` multiply-adds.
+/// Shapes: `w` is `[NY][NX]`, `x` is `[NX]` in the order of [`crate::network::flatten`], `y` is
+/// `[NY]`. Cost: `NX NY` multiply-adds.
 #[inline(always)]
 pub fn add<const NX: usize, const NY: usize>(
     w: &[[f32; NX]; NY],

@@ -1,4 +1,5 @@
-//! The rollout and its cost in double precision, from the equations alone (docs/explanation/controller.md, eq. 1, 4 and 4a).
+//! The rollout and its cost in double precision, from the equations alone
+//! (docs/explanation/controller.md, eq. 1, 4 and 4a).
 #![allow(
     clippy::needless_range_loop,
     reason = "the indices are those of the equations, over several arrays at once"

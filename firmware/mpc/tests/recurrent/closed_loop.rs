@@ -1,4 +1,5 @@
-//! Loops around predictors with memory: no steady error, gaps, and channels that are predicted or held.
+//! Loops around predictors with memory: no steady error, gaps, and channels that are predicted or
+//! held.
 
 use sinew_mpc::controller::{ControlLoop, Settings};
 use sinew_mpc::sensitivity::Propagate;
@@ -34,7 +35,8 @@ fn control<M: Propagate<1, 1, NS, 1, 1>, const NS: usize>(model: M) -> Loop<M, N
     ControlLoop::new(model, ModelScaling::IDENTITY, LIMITS, settings, horizons)
 }
 
-/// A plant of the predictor's kind in double precision, its input 20 % weaker and under a constant load.
+/// A plant of the predictor's kind in double precision, its input 20 % weaker and under a constant
+/// load.
 struct Plant<M, const NS: usize> {
     model: M,
     y: [f64; 1],
@@ -60,8 +62,8 @@ impl<M: Exact<1, NS>, const NS: usize> Plant<M, NS> {
     }
 }
 
-/// Largest error of the last 50 samples at a level that the plant reaches, as a part of the plant's range, over
-/// all plants with enough gain. A sample in twenty is lost on the way there.
+/// Largest error of the last 50 samples at a level that the plant reaches, as a part of the plant's
+/// range, over all plants with enough gain. A sample in twenty is lost on the way there.
 fn steady_error<M, const NS: usize>(seed: u64) -> f64
 where
     M: Exact<1, NS> + Propagate<1, 1, NS, 1, 1>,

@@ -1,4 +1,5 @@
-//! The predictors of `cells` in double precision, from their equations (docs/reference/networks.md, eq. 5 and 6).
+//! The predictors of `cells` in double precision, from their equations (docs/reference/networks.md,
+//! eq. 5 and 6).
 
 use crate::cells::{Drawn, GruNet, LstmNet, Readout};
 

@@ -1,6 +1,7 @@
-//! Recurrent predictors behind the one trait: what a GRU or an LSTM remembers is a channel that the model
-//! predicts and nobody measures. The cells are the kernels that `sinew emit` copies into a printed network, held
-//! here against double precision written from their equations (docs/reference/networks.md, eq. 5 and 6).
+//! Recurrent predictors behind the one trait: what a GRU or an LSTM remembers is a channel that the
+//! model predicts and nobody measures. The cells are the kernels that `sinew emit` copies into a
+//! printed network, held here against double precision written from their equations
+//! (docs/reference/networks.md, eq. 5 and 6).
 #![allow(
     clippy::needless_range_loop,
     reason = "the indices are those of the equations, over several arrays at once"

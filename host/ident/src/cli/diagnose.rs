@@ -21,13 +21,15 @@ pub struct Arguments {
     /// A recording (CSV) that estimates parameters; may be repeated.
     #[arg(long, value_name = "CSV", required = true)]
     fit: Vec<PathBuf>,
-    /// A recording that decides what is believed; may be repeated. Without one, part of --fit is set aside.
+    /// A recording that decides what is believed; may be repeated. Without one, part of --fit is
+    /// set aside.
     #[arg(long, value_name = "CSV")]
     check: Vec<PathBuf>,
     /// A recording that is only scored, once, at the end; may be repeated.
     #[arg(long, value_name = "CSV")]
     test: Vec<PathBuf>,
-    /// Where the findings are written for programs (sinew-diagnosis/1); otherwise they are printed for a person.
+    /// Where the findings are written for programs (sinew-diagnosis/1); otherwise they are printed
+    /// for a person.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
     /// File for a page with plots.

@@ -1,4 +1,5 @@
-//! Results that would replace what they are made from, or each other, or that cannot be written at all: refused before the work.
+//! Results that would replace what they are made from, or each other, or that cannot be written at
+//! all: refused before the work.
 
 use std::path::{Path, PathBuf};
 
@@ -9,8 +10,8 @@ pub fn identity(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.to_path_buf())
 }
 
-/// No result may replace what it was made from, or another result, and each can be written. Each path comes with what names it, a
-/// flag or words.
+/// No result may replace what it was made from, or another result, and each can be written. Each
+/// path comes with what names it, a flag or words.
 ///
 /// # Errors
 /// `Arguments`, with both names; `Write`.

@@ -1,5 +1,5 @@
-//! Progress on the terminal while work longer than a second goes on; silent when output is not a terminal
-//! but for one line a stage.
+//! Progress on the terminal while work longer than a second goes on; silent when output is not a
+//! terminal but for one line a stage.
 
 use std::time::{Duration, Instant};
 

@@ -4,16 +4,12 @@ use crate::diagnose::config::CONFIG;
 use sinew_sim::{Plant, Rig, Settings};
 
 use crate::diagnose::calibration::Known;
-use crate::diagnose::candidate::Trial;
 use crate::diagnose::case::Case;
-use crate::diagnose::data::Starts;
 use crate::diagnose::finding::Estimate;
-use crate::diagnose::model::Point;
 use crate::diagnose::pool::Pool;
 use crate::diagnose::split::Roles;
+use crate::diagnose::whole_recordings::whole;
 use crate::error::Result;
-use crate::fit::levenberg::DecisionVariables;
-use crate::fit::segment::Segment;
 use crate::fit::{FitOptions, fit, score};
 
 /// The rig with what was found; its parameters with intervals. Where the search saw the recordings
@@ -48,27 +44,6 @@ pub(crate) fn mend(found: &Pool, index: usize, case: &Case, roles: &Roles) -> Re
     let rig = if better { last.rig.clone() } else { rig };
     let known = estimates(&rig, width)?;
     Ok((rig, known))
-}
-
-/// The best candidate fitted to the whole of the recordings, integrated as a simulation is, from
-/// where the search ended; and the recordings as that fit saw them.
-pub(crate) fn whole(best: &Trial, case: &Case, steps: usize) -> Result<(Point, Vec<Segment>)> {
-    let model = &best.model.integrated(Settings::default());
-    let data = case.fit;
-    let mut segments = data.segments(&model.plant, &data.cut(1))?;
-    let values = best.point.values.clone();
-    let found = Starts {
-        data,
-        intervals: &case.fit_intervals,
-        states: &best.point.states,
-    };
-    let states = data.carried((&model.rig, &model.plant), &values, &segments, found)?;
-    let from = DecisionVariables { values, states };
-    let mut point = model
-        .improve(data, &mut segments, from, steps, 1e-5)
-        .unwrap_or_else(|| best.point.clone());
-    crate::diagnose::canonical::settle(model, &best.terms, &mut point);
-    Ok((point, segments))
 }
 
 /// Values of a rig's parameters, with intervals of these half widths.

@@ -31,6 +31,7 @@ mod term;
 #[cfg(test)]
 mod tests;
 mod verify;
+mod whole_recordings;
 
 use crate::diagnose::config::CONFIG;
 use sinew_sim::effects::Kind;

@@ -2,8 +2,8 @@
 
 use sinew_sim::Input;
 
-/// Nobody's actuator notices a billionth, and rounding on the way through a file is far smaller: what is
-/// kept clear of a limit so that it holds exactly after a change of units.
+/// Nobody's actuator notices a billionth, and rounding on the way through a file is far smaller:
+/// what is kept clear of a limit so that it holds exactly after a change of units.
 const CLEARANCE: f64 = 1e-9;
 
 /// Limits of an input, SI.
@@ -25,8 +25,8 @@ impl Bounds {
         }
     }
 
-    /// A wish in -1 to 1 brought to the range, followed as fast as the rate limit allows. Begins at zero
-    /// or as near to it as the range comes: where a rig at rest is.
+    /// A wish in -1 to 1 brought to the range, followed as fast as the rate limit allows. Begins at
+    /// zero or as near to it as the range comes: where a rig at rest is.
     pub(super) fn keep(&self, t: &[f64], wish: &[f64]) -> Vec<f64> {
         let (middle, half) = ((self.low + self.high) / 2.0, (self.high - self.low) / 2.0);
         let mut u = 0.0f64.clamp(self.low, self.high);

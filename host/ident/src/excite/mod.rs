@@ -1,5 +1,5 @@
-//! Designed experiments: inputs that a rig can be driven with, inside its limits and rate limits, and what
-//! they would reveal (docs/explanation/experiments.md).
+//! Designed experiments: inputs that a rig can be driven with, inside its limits and rate limits,
+//! and what they would reveal (docs/explanation/experiments.md).
 //!
 //! ```
 //! use sinew_ident::excite::{Kind, Options, design};
@@ -59,8 +59,8 @@ pub struct Options {
     pub seed: u64,
     /// Fraction of each input's range that is used, about its middle.
     pub amplitude: f64,
-    /// Lowest and highest frequency of sines, Hz; without it two periods in the experiment and a twelfth
-    /// of the rate.
+    /// Lowest and highest frequency of sines, Hz; without it two periods in the experiment and a
+    /// twelfth of the rate.
     pub band_hz: Option<[f64; 2]>,
 }
 
@@ -133,11 +133,13 @@ impl Options {
 
 /// Designs an experiment for a plant; `file` is its rig's, for errors.
 ///
-/// Every column begins at zero (or at the limit that is nearest to it), keeps to its actuator's `limit`
-/// and changes from row to row by no more than `rate_limit` allows, to the last bit as the CSV has them.
+/// Every column begins at zero (or at the limit that is nearest to it), keeps to its actuator's
+/// `limit` and changes from row to row by no more than `rate_limit` allows, to the last bit as the
+/// CSV has them.
 ///
 /// # Errors
-/// `Arguments` for numbers that make no sense; `File`, with the actuator's line, where an input has no limit.
+/// `Arguments` for numbers that make no sense; `File`, with the actuator's line, where an input has
+/// no limit.
 pub fn design(plant: &Plant, file: impl AsRef<Path>, options: &Options) -> Result<Experiment> {
     options.check()?;
     if plant.inputs().is_empty() {
@@ -156,7 +158,8 @@ pub fn design(plant: &Plant, file: impl AsRef<Path>, options: &Options) -> Resul
                 .at(input.line, 1)
                 .expected("`limit = [lower, upper]`: what it may be driven with"));
         };
-        // Each input draws from a stream of its own, so that one more leaves the others as they were.
+        // Each input draws from a stream of its own, so that one more leaves the others as they
+        // were.
         let mut random = ChaCha8Rng::seed_from_u64(options.seed);
         random.set_stream(index as u64);
         let wish = signal::shape(options, options.band(), &t, (index, count), &mut random);

@@ -1,6 +1,6 @@
-//! What an experiment would show: each effect of the vocabulary, weak, at each place where it could sit,
-//! measured against noise and against what the rig's own parameters could imitate (docs/explanation/experiments.md,
-//! eq. 5 and 6).
+//! What an experiment would show: each effect of the vocabulary, weak, at each place where it could
+//! sit, measured against noise and against what the rig's own parameters could imitate
+//! (docs/explanation/experiments.md, eq. 5 and 6).
 
 mod imitation;
 
@@ -22,8 +22,9 @@ pub const REVEALED: f64 = 10.0;
 pub const WEAKLY: f64 = 3.0;
 /// From this cosine on two effects look the same.
 pub const PARALLEL: f64 = 0.95;
-/// Longest sub-step of the runs that are compared, in units of one over the fastest rate. Both of a pair
-/// err alike by some thousandths of the motion, and what is left of that in their difference is far less.
+/// Longest sub-step of the runs that are compared, in units of one over the fastest rate. Both of a
+/// pair err alike by some thousandths of the motion, and what is left of that in their difference
+/// is far less.
 const RATE_STEP: f64 = 0.5;
 /// By how much an effect, or other numbers, may make a run dearer before it is given up.
 const DEARER: usize = 16;
@@ -37,8 +38,8 @@ pub struct Seen {
     pub component: String,
     /// Its parameters, weak for this experiment.
     pub values: Vec<f64>,
-    /// How far what it does to the signals is from all that the rig's free parameters and its start could
-    /// do, in standard deviations of the noise; none where it could not be simulated.
+    /// How far what it does to the signals is from all that the rig's free parameters and its start
+    /// could do, in standard deviations of the noise; none where it could not be simulated.
     pub distance: Option<f64>,
 }
 
@@ -64,11 +65,12 @@ pub struct Revelation {
     pub noise: Vec<f64>,
 }
 
-/// Simulates the rig with and without each effect; `noise` is the standard deviation of every sensor as a
-/// fraction of its signal's range. `progress` hears (done, of).
+/// Simulates the rig with and without each effect; `noise` is the standard deviation of every
+/// sensor as a fraction of its signal's range. `progress` hears (done, of).
 ///
 /// # Errors
-/// `Arguments` for a noise that is not positive; `Simulation` where the rig itself cannot be simulated.
+/// `Arguments` for a noise that is not positive; `Simulation` where the rig itself cannot be
+/// simulated.
 pub fn reveal(
     rig: &Rig,
     experiment: &Experiment,
@@ -155,8 +157,8 @@ fn with_effect(
     Some(run.signals)
 }
 
-/// Noise of each sensor, SI. A signal that hardly moves is taken to be as noisy as a thousandth of the
-/// largest of its unit; one that nothing moves says nothing.
+/// Noise of each sensor, SI. A signal that hardly moves is taken to be as noisy as a thousandth of
+/// the largest of its unit; one that nothing moves says nothing.
 fn deviations(plant: &Plant, noise: f64, range: impl Fn(usize) -> (f64, f64)) -> Vec<f64> {
     let spans: Vec<f64> = (0..plant.sensors().len())
         .map(range)

@@ -59,8 +59,8 @@ fn part_of(
     }
 }
 
-/// Sines at whole multiples of `1 / seconds`, evenly spread on a logarithmic scale and dealt out to the
-/// inputs in turn, so that no two share one; amplitudes as `f^-1/2`, phases at random (eq. 1).
+/// Sines at whole multiples of `1 / seconds`, evenly spread on a logarithmic scale and dealt out to
+/// the inputs in turn, so that no two share one; amplitudes as `f^-1/2`, phases at random (eq. 1).
 fn multisine(
     seconds: f64,
     [low, high]: [f64; 2],
@@ -99,8 +99,9 @@ fn multisine(
     Box::new(move |t| (at(t) / largest).clamp(-1.0, 1.0))
 }
 
-/// Levels drawn evenly from -1 to 1, every fourth one an end of the range, held for times drawn evenly on
-/// a logarithmic scale: from a quarter period of the highest frequency to a sixth of the part (eq. 2).
+/// Levels drawn evenly from -1 to 1, every fourth one an end of the range, held for times drawn
+/// evenly on a logarithmic scale: from a quarter period of the highest frequency to a sixth of the
+/// part (eq. 2).
 fn steps(seconds: f64, [_, high]: [f64; 2], random: &mut ChaCha8Rng) -> Wave {
     let shortest = (0.25 / high).min(seconds / 12.0);
     let longest = (seconds / 6.0).min(40.0 * shortest).max(shortest * 2.0);
@@ -120,8 +121,8 @@ fn steps(seconds: f64, [_, high]: [f64; 2], random: &mut ChaCha8Rng) -> Wave {
     })
 }
 
-/// Triangles of 1/4, 1/2 and 1 of the range for a third of the part each; a pair of inputs a quarter
-/// period apart, the next pair with one period more, so that no two move as one (eq. 3).
+/// Triangles of 1/4, 1/2 and 1 of the range for a third of the part each; a pair of inputs a
+/// quarter period apart, the next pair with one period more, so that no two move as one (eq. 3).
 fn triangle(seconds: f64, index: usize) -> Wave {
     let stage = seconds / 3.0;
     let (periods, late) = ((index / 2 + 1) as f64, 0.25 * (index % 2) as f64);
@@ -134,8 +135,8 @@ fn triangle(seconds: f64, index: usize) -> Wave {
     })
 }
 
-/// A sine whose frequency rises from the lowest to the highest, by the same factor in equal times; inputs
-/// sweep one after another (eq. 4).
+/// A sine whose frequency rises from the lowest to the highest, by the same factor in equal times;
+/// inputs sweep one after another (eq. 4).
 fn chirp(seconds: f64, [low, high]: [f64; 2], (index, count): (usize, usize)) -> Wave {
     let own = seconds / count as f64;
     let (from, low) = (own * index as f64, low.max(1.0 / own).min(0.5 * high));

@@ -7,8 +7,8 @@ use super::reveal::{PARALLEL, REVEALED, Revelation, Seen, WEAKLY};
 /// Most confusions that are listed.
 const LISTED: usize = 24;
 
-/// One line a kind of effect: where it would be revealed, where weakly, where not, each place with its
-/// distance; then the pairs that would be confused.
+/// One line a kind of effect: where it would be revealed, where weakly, where not, each place with
+/// its distance; then the pairs that would be confused.
 pub fn table(found: &Revelation) -> String {
     let mut text = String::new();
     // Writing to a String cannot fail, here and below.

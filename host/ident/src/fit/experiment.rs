@@ -78,8 +78,8 @@ impl Experiment {
     /// Takes the columns that the plant names.
     ///
     /// # Errors
-    /// `File`, with the recording's line, for a column that is not there, for an input without one value, and
-    /// for a recording whose sensors have no sample at all.
+    /// `File`, with the recording's line, for a column that is not there, for an input without one
+    /// value, and for a recording whose sensors have no sample at all.
     pub fn new(plant: &Plant, recording: &Recording) -> Result<Self> {
         let mut inputs = Vec::new();
         let mut held = Vec::new();
@@ -147,8 +147,8 @@ impl Experiment {
         Ok(drive.after(plant, &self.t[before.clone()], now, &over(before))?)
     }
 
-    /// Value and slope per second of a signal at a row: a parabola through the valid samples of at most
-    /// `reach` rows on either side, by least squares. `None` without a valid sample there.
+    /// Value and slope per second of a signal at a row: a parabola through the valid samples of at
+    /// most `reach` rows on either side, by least squares. `None` without a valid sample there.
     pub fn value_and_slope(&self, sensor: usize, row: usize, reach: usize) -> Option<[f64; 2]> {
         let rows = row.saturating_sub(reach)..(row + reach + 1).min(self.rows());
         let samples: Vec<[f64; 2]> = rows

@@ -1,10 +1,12 @@
-//! Levenberg–Marquardt over the parameters and all start states (docs/explanation/identification.md, eq. 4 to 8).
+//! Levenberg–Marquardt over the parameters and all start states
+//! (docs/explanation/identification.md, eq. 4 to 8).
 
 use nalgebra::{DMatrix, DVector};
 
 use super::segment::{Normal, Problem, Segment};
 
-/// Decision variables: plant parameters and one initial state per segment. `z` is derived from `values`: `values[slot] = scale * z`.
+/// Decision variables: plant parameters and one initial state per segment. `z` is derived from
+/// `values`: `values[slot] = scale * z`.
 #[derive(Clone)]
 pub(crate) struct DecisionVariables {
     /// Every parameter of the plant, fitted or not, SI.
@@ -19,9 +21,11 @@ pub(crate) struct Prior {
     pub bounds: Vec<[f64; 2]>,
     /// Nominal values of the rig, SI.
     pub written: Vec<f64>,
-    /// Standard deviation of the prior around each, in units of `Problem::scale`: wide, or infinite.
+    /// Standard deviation of the prior around each, in units of `Problem::scale`: wide, or
+    /// infinite.
     pub widths: Vec<f64>,
-    /// Fitted parameters that change together, by the same part of their scales: a list of indices each.
+    /// Fitted parameters that change together, by the same part of their scales: a list of indices
+    /// each.
     pub tied: Vec<Vec<usize>>,
 }
 
@@ -30,7 +34,8 @@ pub(crate) struct Prior {
 pub enum Stop {
     /// The next step would gain nothing that noise does not drown.
     Converged,
-    /// No step lowers the error any more, though the linear theory promises one: a kink, as sticking makes.
+    /// No step lowers the error any more, though the linear theory promises one: a kink, as
+    /// sticking makes.
     Stalled,
     /// The permitted number of steps was taken.
     IterationLimit,
@@ -99,8 +104,8 @@ impl Damping {
 /// Relative rounding error of a cost that is summed in another order.
 const ROUNDING: f64 = 1e-9;
 
-/// Lowers the cost from `unknowns` on; `progress` hears of each accepted step. `None` where not even the
-/// starting point can be simulated.
+/// Lowers the cost from `unknowns` on; `progress` hears of each accepted step. `None` where not
+/// even the starting point can be simulated.
 pub(crate) fn minimise(
     problem: &Problem,
     belief: &Prior,
@@ -109,7 +114,8 @@ pub(crate) fn minimise(
     effort: &StoppingCriteria,
     progress: &mut dyn FnMut(usize, f64),
 ) -> Option<(Stop, usize)> {
-    // What costs more than the best so far is not taken, however much more: its simulations need not end.
+    // What costs more than the best so far is not taken, however much more: its simulations need
+    // not end.
     let judge = |candidate: &DecisionVariables, most| {
         let most = most + ROUNDING * most;
         cost_below(problem, belief, segments, candidate, most)
@@ -219,8 +225,9 @@ struct Step {
 }
 
 impl Step {
-    /// Eliminates the start states (eq. 6), solves for the parameters with those at a bound held (eq. 7),
-    /// and goes back for the states. `None` where the equations cannot be solved even damped.
+    /// Eliminates the start states (eq. 6), solves for the parameters with those at a bound held
+    /// (eq. 7), and goes back for the states. `None` where the equations cannot be solved even
+    /// damped.
     fn solve(
         problem: &Problem,
         belief: &Prior,
@@ -299,7 +306,8 @@ impl Step {
     }
 }
 
-/// Marquardt's damping: a multiple of the diagonal, and a trace so that an empty row can be factored.
+/// Marquardt's damping: a multiple of the diagonal, and a trace so that an empty row can be
+/// factored.
 fn damped(matrix: &DMatrix<f64>, damping: f64) -> DMatrix<f64> {
     let mut matrix = matrix.clone();
     let largest = matrix.diagonal().amax().max(f64::MIN_POSITIVE);

@@ -1,9 +1,11 @@
 //! Identification: the rig's free parameters from recordings (docs/explanation/identification.md).
 //!
-//! An output-error fit: the parameters and one start state a recording are those for which the rig, driven by
-//! the recorded inputs alone, comes closest to what the sensors measured. Levenberg–Marquardt with exact
-//! derivatives does the work, first over short stretches with start states of their own, then over whole
-//! recordings, so that a device that drifts and a poor first guess do no harm.
+//! An output-error fit by progressive-horizon multiple shooting. The decision variables are the
+//! parameters and one initial state per shooting segment. They minimise the free-run (simulation)
+//! error: the rig, driven by the recorded inputs alone, against the measured signals. The optimiser
+//! is Levenberg–Marquardt with exact derivatives. The segments are short at first, each with its
+//! own initial state, and grow to whole recordings. A device that drifts and a poor first guess do
+//! no harm.
 
 pub(crate) mod experiment;
 pub(crate) mod levenberg;
@@ -27,10 +29,11 @@ use crate::recording::Recording;
 pub struct FitOptions {
     /// Most steps a stage.
     pub iterations: usize,
-    /// Standard deviation of the prior around the rig's values, as a multiple of each value. Wide: it decides
-    /// only where the data do not.
+    /// Standard deviation of the prior around the rig's values, as a multiple of each value. Wide:
+    /// it decides only where the data do not.
     pub prior_width: f64,
-    /// The rig's values are near: whole recordings at once, where short stretches would lead away first.
+    /// The rig's values are near: whole recordings at once, where short stretches would lead away
+    /// first.
     pub near: bool,
 }
 
@@ -64,7 +67,8 @@ pub struct Fit {
     pub rig: Rig,
     /// The fitted parameters in the rig's order.
     pub parameters: Vec<FittedParameter>,
-    /// Free-run error on the recordings of the fit, rig as written and refitted, one entry a sensor.
+    /// Free-run error on the recordings of the fit, rig as written and refitted, one entry a
+    /// sensor.
     pub sensors: Vec<SensorFit>,
     /// Inputs with missing samples, which held their last value.
     pub held: Vec<HeldInput>,
@@ -155,8 +159,9 @@ pub struct HeldInput {
 /// ```
 ///
 /// # Errors
-/// `File` for a recording that lacks a column of the rig, has no sample of any sensor, or is too short;
-/// `Arguments` without a recording; `Failed` where the rig cannot be simulated even over short stretches.
+/// `File` for a recording that lacks a column of the rig, has no sample of any sensor, or is too
+/// short; `Arguments` without a recording; `Failed` where the rig cannot be simulated even over
+/// short stretches.
 pub fn fit(
     rig: &Rig,
     recordings: &[Recording],

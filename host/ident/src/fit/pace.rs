@@ -4,19 +4,20 @@ use sinew_sim::{Plant, Settings, Stepper};
 
 use super::experiment::Experiment;
 
-/// By how much a trial may be faster than the rig that the search begins with; and how fast it may be in any
-/// case, in units of one over the usual interval. A search that runs off towards a stiff rig would otherwise
-/// take minutes to find that it does no good.
+/// By how much a trial may be faster than the rig that the search begins with; and how fast it may
+/// be in any case, in units of one over the usual interval. A search that runs off towards a stiff
+/// rig would otherwise take minutes to find that it does no good.
 const FASTER: f64 = 4.0;
 const FAST: f64 = 3.2;
 
-/// A rig whose forces take more products than these is dear, in proportion, `MOST` times as dear as others at most: a chain that
-/// tendons pull takes a hundred, a body on a spring four.
+/// A rig whose forces take more products than these is dear, in proportion, `MOST` times as dear as
+/// others at most: a chain that tendons pull takes a hundred, a body on a spring four.
 const DEAR: f64 = 40.0;
 const MOST: f64 = 2.0;
 
-/// How many times as long the sub-steps of a search are as usual, and how many times as few its fewest rows: a search among a
-/// hundred suspects on six bodies would otherwise take a quarter of an hour.
+/// How many times as long the sub-steps of a search are as usual, and how many times as few its
+/// fewest rows: a search among a hundred suspects on six bodies would otherwise take a quarter of
+/// an hour.
 pub(crate) fn dearness(plant: &Plant) -> f64 {
     (plant.terms() as f64 / DEAR).clamp(1.0, MOST)
 }
@@ -26,14 +27,14 @@ pub(crate) fn pace(plant: &Plant, values: &[f64], experiments: &[Experiment]) ->
     at_rest(plant, values) * usual(experiments)
 }
 
-/// Sub-steps that the integrator takes for a row, about, where none is longer than `step` over the fastest rate
-/// (docs/explanation/plant.md, eq. 19).
+/// Sub-steps that the integrator takes for a row, about, where none is longer than `step` over the
+/// fastest rate (docs/explanation/plant.md, eq. 19).
 pub(crate) fn substeps(pace: f64, step: f64) -> usize {
     ((pace / step).ceil() as usize).next_power_of_two().max(1)
 }
 
-/// Sub-steps of this length; what moves many times as fast as the rig does over the recordings is refused as
-/// too stiff.
+/// Sub-steps of this length; what moves many times as fast as the rig does over the recordings is
+/// refused as too stiff.
 pub(crate) fn settings(
     plant: &Plant,
     values: &[f64],
@@ -68,8 +69,8 @@ fn at_rest(plant: &Plant, values: &[f64]) -> f64 {
     Stepper::new(plant, values, &rest).map_or(0.0, |stepper| stepper.report().rate)
 }
 
-/// The fastest rate over the recordings, 1/s: stops and stiffening springs included. None where the rig cannot be
-/// simulated over any of them.
+/// The fastest rate over the recordings, 1/s: stops and stiffening springs included. None where the
+/// rig cannot be simulated over any of them.
 fn met(plant: &Plant, values: &[f64], experiments: &[Experiment]) -> Option<f64> {
     let of = |experiment: &Experiment| -> Option<f64> {
         let drive = experiment.drive(plant, 0..experiment.rows()).ok()?;

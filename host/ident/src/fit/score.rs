@@ -1,4 +1,5 @@
-//! Error of a rig on a recording: the free-run simulation error (docs/explanation/identification.md, eq. 14).
+//! Error of a rig on a recording: the free-run simulation error
+//! (docs/explanation/identification.md, eq. 14).
 
 use sinew_sim::{Plant, Rig};
 
@@ -43,8 +44,8 @@ pub struct SensorError {
     pub signal: String,
     /// Its unit.
     pub unit: String,
-    /// Root of the mean squared error, SI; infinite where the rig could not be simulated, NaN without a
-    /// sample.
+    /// Root of the mean squared error, SI; infinite where the rig could not be simulated, NaN
+    /// without a sample.
     pub rms: f64,
     /// Standard deviation of what was measured, to hold it against.
     pub spread: f64,
@@ -55,8 +56,8 @@ pub struct SensorError {
 /// A free-run error of more than this part of what was measured is no explanation of it.
 const POOR: f64 = 0.3;
 
-/// What a person has to be told of a signal that the refitted rig does not explain: errors and spread in SI. `None` where it
-/// does.
+/// What a person has to be told of a signal that the refitted rig does not explain: errors and
+/// spread in SI. `None` where it does.
 pub fn doubt(signal: &str, unit: &str, rms: f64, spread: f64) -> Option<String> {
     (rms > POOR * spread).then(|| {
         format!(
@@ -68,12 +69,12 @@ pub fn doubt(signal: &str, unit: &str, rms: f64, spread: f64) -> Option<String> 
     })
 }
 
-/// Simulates a rig over a recording: only inputs given, the start state estimated from the first 5 % of the
-/// rows (at least 20) with the parameters as they are.
+/// Simulates a rig over a recording: only inputs given, the start state estimated from the first 5
+/// % of the rows (at least 20) with the parameters as they are.
 ///
 /// # Errors
-/// `File` for a column that is missing and for a recording of 20 rows or fewer; `Rig` for a rig that cannot be
-/// compiled.
+/// `File` for a column that is missing and for a recording of 20 rows or fewer; `Rig` for a rig
+/// that cannot be compiled.
 pub fn free_run(rig: &Rig, recording: &Recording) -> Result<FreeRun> {
     let plant = Plant::new(rig)?;
     let experiment = Experiment::new(&plant, recording)?;

@@ -1,13 +1,14 @@
 //! Stretches of recordings with start states of their own, and what they say about the parameters.
 //!
-//! The unknowns are the free parameters `z` (scaled) and one start state `x` a segment. Over a segment
-//! the normal equations of output-error least squares are (docs/explanation/identification.md, eq. 5)
+//! The unknowns are the free parameters `z` (scaled) and one start state `x` a segment. Over a
+//! segment the normal equations of output-error least squares are
+//! (docs/explanation/identification.md, eq. 5)
 //! ```text
 //! | A_zz A_zx | | dz |   | b_z |
 //! | A_xz A_xx | | dx | = | b_x |
 //! ```
-//! and the segment's own `dx` is eliminated at once (eq. 6), so that a thousand segments cost no more
-//! than one.
+//! and the segment's own `dx` is eliminated at once (eq. 6), so that a thousand segments cost no
+//! more than one.
 
 use std::ops::{ControlFlow, Range};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -55,8 +56,8 @@ pub(crate) struct InitialStatePrior {
 }
 
 impl InitialStatePrior {
-    /// Next to nothing: a state moves ten times as far as it was ever seen to before this is felt. It holds a
-    /// state that no sensor shows.
+    /// Next to nothing: a state moves ten times as far as it was ever seen to before this is felt.
+    /// It holds a state that no sensor shows.
     pub fn loose(states: usize) -> Self {
         Self {
             mean: DVector::zeros(states),
@@ -194,8 +195,9 @@ impl<'a> Problem<'a> {
         self.cost_below(segments, values, states, f64::INFINITY)
     }
 
-    /// As [`Problem::cost`]; infinite as well where it exceeds `most`, and then the simulations end as soon as that
-    /// is certain. Squares only add up, so which segment is ahead matters only to a cost that is `most` to rounding.
+    /// As [`Problem::cost`]; infinite as well where it exceeds `most`, and then the simulations end
+    /// as soon as that is certain. Squares only add up, so which segment is ahead matters only to a
+    /// cost that is `most` to rounding.
     pub fn cost_below(
         &self,
         segments: &[Segment],
@@ -267,7 +269,8 @@ impl<'a> Problem<'a> {
             .then_some(run.final_state)
     }
 
-    /// Every sensor's signal at every row of a segment, SI, row-major; `None` where the simulation fails.
+    /// Every sensor's signal at every row of a segment, SI, row-major; `None` where the simulation
+    /// fails.
     pub fn signals(&self, segment: &Segment, values: &[f64], state: &[f64]) -> Option<Vec<f64>> {
         let run = self
             .plant
@@ -292,8 +295,8 @@ impl<'a> Problem<'a> {
         self.plant.parameterized(values, interval)
     }
 
-    /// The plant with numbers that carry derivatives in the first `width` directions, `D` at a time: parameters, then
-    /// start states.
+    /// The plant with numbers that carry derivatives in the first `width` directions, `D` at a
+    /// time: parameters, then start states.
     pub fn seeded<const D: usize>(
         &self,
         segments: &[Segment],
@@ -394,7 +397,8 @@ impl<'a> Problem<'a> {
         states: &[Vec<f64>],
     ) -> Option<Vec<Normal>> {
         let width = self.parameters() + self.state_scale.len();
-        // Few segments: narrow simulations keep every core busy. Many: wide ones share the arithmetic.
+        // Few segments: narrow simulations keep every core busy. Many: wide ones share the
+        // arithmetic.
         let wide = segments.len() * width.div_ceil(8) >= rayon::current_num_threads();
         if wide {
             self.normals(&self.seeded::<8>(segments, values, width), segments, states)
@@ -419,7 +423,8 @@ impl<'a> Problem<'a> {
         segments.par_iter().zip(states).map(normal).collect()
     }
 
-    /// Squares of the derivatives in each parameter, summed over all segments; `None` where a simulation fails.
+    /// Squares of the derivatives in each parameter, summed over all segments; `None` where a
+    /// simulation fails.
     pub fn sensitivities(
         &self,
         segments: &[Segment],

@@ -1,4 +1,5 @@
-//! The order of work: short stretches first, whole recordings last (docs/explanation/identification.md, eq. 9).
+//! The order of work: short stretches first, whole recordings last
+//! (docs/explanation/identification.md, eq. 9).
 
 use sinew_sim::{Parameter, Plant, Rig};
 
@@ -11,7 +12,8 @@ use crate::error::{Error, Result};
 /// Stretches of the first two stages are this part of a recording; the last takes it whole.
 const PARTS: [usize; 3] = [64, 8, 1];
 
-/// No stretch is shorter than this where it can be helped: a start state of its own needs rows to show.
+/// No stretch is shorter than this where it can be helped: a start state of its own needs rows to
+/// show.
 const SHORTEST: usize = 25;
 
 /// A relative error below this is arithmetic, not noise.
@@ -156,7 +158,8 @@ pub(crate) fn run(
     })
 }
 
-/// Free parameters but those that only say where a simulation starts: a fit has start states of its own.
+/// Free parameters but those that only say where a simulation starts: a fit has start states of its
+/// own.
 pub(crate) fn fitted_slots(plant: &Plant) -> Vec<usize> {
     let starts = |slot: &usize| {
         let name = &plant.parameters()[*slot].name;
@@ -169,7 +172,8 @@ pub(crate) fn fitted_slots(plant: &Plant) -> Vec<usize> {
         .collect()
 }
 
-/// Cuts every recording into stretches of `horizon` rows; the last takes what would be too short alone.
+/// Cuts every recording into stretches of `horizon` rows; the last takes what would be too short
+/// alone.
 fn cut(problem: &Problem, horizon: impl Fn(usize) -> usize) -> Result<Vec<Segment>> {
     let mut segments = Vec::new();
     for (index, experiment) in problem.experiments.iter().enumerate() {
@@ -257,8 +261,8 @@ fn whole_recordings(
     Err(beyond_simulation(rows.unwrap_or(0)))
 }
 
-/// Stretches of the next level with what is known of their starts. Where they cannot be simulated they are
-/// halved, and the level stays: each call gives longer stretches than the one before.
+/// Stretches of the next level with what is known of their starts. Where they cannot be simulated
+/// they are halved, and the level stays: each call gives longer stretches than the one before.
 fn next_stretches(
     problem: &Problem,
     belief: &Prior,
@@ -326,8 +330,9 @@ fn better_of_written(
     Ok(())
 }
 
-/// One unit of each parameter: the larger of what the rig says and what was found, so that millimetres and
-/// tonnes are alike. A parameter that is zero in both takes what would show in the signals.
+/// One unit of each parameter: the larger of what the rig says and what was found, so that
+/// millimetres and tonnes are alike. A parameter that is zero in both takes what would show in the
+/// signals.
 fn rescale(problem: &mut Problem, belief: &Prior, unknowns: &DecisionVariables, silent: &[f64]) {
     for (j, &slot) in problem.slots.iter().enumerate() {
         let size = unknowns.values[slot].abs();
@@ -355,7 +360,8 @@ fn silent_scales(
         .map(|j| {
             let sensitivity =
                 (normals.iter().map(|normal| normal.zz[(j, j)]).sum::<f64>() / samples).sqrt();
-            // Residuals are in thousandths of the signals' spread here: ten of them are a hundredth.
+            // Residuals are in thousandths of the signals' spread here: ten of them are a
+            // hundredth.
             let scale = 10.0 / sensitivity;
             if scale.is_finite() && scale > 0.0 {
                 scale

@@ -11,9 +11,10 @@ use crate::error::Result;
 /// Rows on either side of a start that its position and velocity are taken from.
 const REACH: usize = 8;
 
-/// Start states for segments in order of time. What a sensor shows is taken from the recording; what none
-/// shows is where the segment before ended, or where the rig says that a device starts: a memory that began
-/// with the recording's first sample in the middle of it would spoil what follows.
+/// Start states for segments in order of time. What a sensor shows is taken from the recording;
+/// what none shows is where the segment before ended, or where the rig says that a device starts: a
+/// memory that began with the recording's first sample in the middle of it would spoil what
+/// follows.
 ///
 /// # Errors
 /// None that checking the recording has not excluded.
@@ -48,7 +49,8 @@ pub(crate) fn states(
             }
         }
         if follows(index + 1) && unseen(views) {
-            // Rows are disjoint, so this is where the last row is: one interval short of the next start.
+            // Rows are disjoint, so this is where the last row is: one interval short of the next
+            // start.
             ended = problem.final_state(segment, values, &state);
         }
         states.push(state);
@@ -56,7 +58,8 @@ pub(crate) fn states(
     Ok(states)
 }
 
-/// The start that `sinew simulate` takes (docs/reference/rig-file.md), of a recording that begins at `row`.
+/// The start that `sinew simulate` takes (docs/reference/rig-file.md), of a recording that begins
+/// at `row`.
 fn at_rest(plant: &Plant, experiment: &Experiment, row: usize, values: &[f64]) -> Result<Vec<f64>> {
     let first: Vec<Option<f64>> = experiment
         .signals
@@ -116,8 +119,8 @@ fn show(experiment: &Experiment, views: &Views, row: usize, values: &[f64], stat
     }
 }
 
-/// Natural sizes of the states: the largest position and velocity that sensors show of a body; for a body
-/// that none shows, the largest of the others, and so for internal states.
+/// Natural sizes of the states: the largest position and velocity that sensors show of a body; for
+/// a body that none shows, the largest of the others, and so for internal states.
 pub(crate) fn scales(experiments: &[Experiment], views: &Views, values: &[f64]) -> Vec<f64> {
     let bodies = views.position.len();
     let mut scale = vec![0.0_f64; 2 * bodies];
@@ -145,8 +148,8 @@ pub(crate) fn scales(experiments: &[Experiment], views: &Views, values: &[f64]) 
     scale
 }
 
-/// The start states that explain segments best while the parameters stay. Where one cannot be simulated, the
-/// states stay too: the run itself then shows what is wrong.
+/// The start states that explain segments best while the parameters stay. Where one cannot be
+/// simulated, the states stay too: the run itself then shows what is wrong.
 pub(crate) fn settle(
     problem: &Problem,
     segments: &[Segment],
@@ -161,8 +164,9 @@ pub(crate) fn settle(
 const FIRST_ROWS: usize = 30;
 const LONGER: usize = 3;
 
-/// Start states that explain the first rows of long segments, where the segment gains by it: over many rows a start
-/// that is a little off ends in another well of a ripple, or at rest where the device slid on.
+/// Start states that explain the first rows of long segments, where the segment gains by it: over
+/// many rows a start that is a little off ends in another well of a ripple, or at rest where the
+/// device slid on.
 pub(crate) fn near(
     problem: &Problem,
     segments: &[Segment],
@@ -220,8 +224,8 @@ fn best(
     unknowns.states
 }
 
-/// Estimates the initial state from the first 5 % of a recording, with the parameters as they are, and how firmly
-/// (docs/explanation/identification.md, eq. 10).
+/// Estimates the initial state from the first 5 % of a recording, with the parameters as they are,
+/// and how firmly (docs/explanation/identification.md, eq. 10).
 ///
 /// # Errors
 /// None that checking the recording has not excluded.
@@ -267,10 +271,10 @@ fn scaled(state: &[f64], scale: &[f64]) -> DVector<f64> {
 
 /// Anchors the start of each whole recording to what its first rows say, as firmly as they say it.
 ///
-/// A rig that lacks something misses a whole recording by far more than its first rows. Left free, the start
-/// state would give up what those rows show to make the rest look better; the anchor keeps it where it was
-/// measured. Where noise is all there is, it adds a twentieth to what is known anyway. Returns how far the
-/// anchors moved, in units of the states' scales.
+/// A rig that lacks something misses a whole recording by far more than its first rows. Left free,
+/// the start state would give up what those rows show to make the rest look better; the anchor
+/// keeps it where it was measured. Where noise is all there is, it adds a twentieth to what is
+/// known anyway. Returns how far the anchors moved, in units of the states' scales.
 ///
 /// # Errors
 /// None that checking the recording has not excluded.

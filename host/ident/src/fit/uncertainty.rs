@@ -9,14 +9,15 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use super::levenberg::{DecisionVariables, Prior};
 use super::segment::{Normal, Problem, Rows, Segment};
 
-/// A direction of the parameters whose standard deviation exceeds this part of their size is not determined.
+/// A direction of the parameters whose standard deviation exceeds this part of their size is not
+/// determined.
 const LOOSE: f64 = 1.0;
 
 /// A parameter with more than this part of its square in loose directions is not determined.
 const SHARE: f64 = 0.01;
 
-/// Half the width of each fitted parameter's 95 % interval, SI; `None` where the data do not determine it or
-/// where it rests at a bound.
+/// Half the width of each fitted parameter's 95 % interval, SI; `None` where the data do not
+/// determine it or where it rests at a bound.
 pub(crate) fn half_widths(
     problem: &Problem,
     belief: &Prior,
@@ -82,7 +83,8 @@ fn elimination(normal: &Normal) -> Option<DMatrix<f64>> {
     Some(normal.xx.clone().cholesky()?.solve(&normal.zx.transpose()))
 }
 
-/// Rows a block: five times the residuals' memory, but no fewer than 20 blocks and no more than 400.
+/// Rows a block: five times the residuals' memory, but no fewer than 20 blocks and no more than
+/// 400.
 fn block_length(samples: usize, memory: f64) -> usize {
     let wanted = (5.0 * memory) as usize;
     wanted.clamp(samples / 400, (samples / 20).max(1)).max(1)
@@ -114,7 +116,8 @@ fn block_scores(
     blocks
 }
 
-/// Integrated autocorrelation of the residuals in samples, the longest of the sensors: 1 for white noise.
+/// Integrated autocorrelation of the residuals in samples, the longest of the sensors: 1 for white
+/// noise.
 fn memory_of(rows: &Rows, sensors: usize) -> f64 {
     let mut longest: f64 = 1.0;
     for sensor in 0..sensors {
@@ -152,8 +155,8 @@ pub(crate) fn integrated_autocorrelation(series: &[f64]) -> f64 {
     sum
 }
 
-/// Which parameters the data determine: those that hardly take part in directions `v` (eigenvectors of the
-/// information) along which they leave more than their own size open.
+/// Which parameters the data determine: those that hardly take part in directions `v` (eigenvectors
+/// of the information) along which they leave more than their own size open.
 fn determined(information: &DMatrix<f64>, memory: f64) -> Vec<bool> {
     let parameters = information.nrows();
     if parameters == 0 {
@@ -171,8 +174,8 @@ fn determined(information: &DMatrix<f64>, memory: f64) -> Vec<bool> {
         .collect()
 }
 
-/// The 97.5 % quantile of Student's t (Cornish–Fisher expansion about the normal one; 0.3 % at 4 degrees of
-/// freedom, better above; below 4 as for 4).
+/// The 97.5 % quantile of Student's t (Cornish–Fisher expansion about the normal one; 0.3 % at 4
+/// degrees of freedom, better above; below 4 as for 4).
 fn student_95(freedom: f64) -> f64 {
     let z = 1.959_963_984_540_054_f64;
     let n = freedom.max(4.0);
@@ -204,8 +207,8 @@ mod tests {
 
     #[test]
     fn memory_of_a_filtered_noise_is_found() {
-        // A deterministic noise (multiplicative congruence) through a first-order filter of pole 0.9, whose
-        // integrated autocorrelation is (1 + 0.9) / (1 - 0.9) = 19.
+        // A deterministic noise (multiplicative congruence) through a first-order filter of pole
+        // 0.9, whose integrated autocorrelation is (1 + 0.9) / (1 - 0.9) = 19.
         let mut seed = 1_u64;
         let mut state = 0.0;
         let white: Vec<f64> = (0..50_000)

@@ -12,7 +12,8 @@ const FAR: f64 = 1e12;
 /// Samples that MuJoCo keeps of a delayed command.
 const KEPT: &str = "1000";
 
-/// One actuator of MuJoCo an actuator of the rig, in its order, so that `ctrl` has the rig's inputs.
+/// One actuator of MuJoCo an actuator of the rig, in its order, so that `ctrl` has the rig's
+/// inputs.
 pub(super) fn add(rig: &Rig, model: &mut Model) {
     let mut driven = vec![false; rig.tendons.len()];
     for (index, actuator) in rig.actuators.iter().enumerate() {
@@ -44,13 +45,14 @@ pub(super) fn add(rig: &Rig, model: &mut Model) {
     }
 }
 
-/// Force of a tendon per unit of the input of an actuator that lets it out: stiffness times gain, positive
-/// since a longer tendon pulls less.
+/// Force of a tendon per unit of the input of an actuator that lets it out: stiffness times gain,
+/// positive since a longer tendon pulls less.
 fn let_out(rig: &Rig, tendon: usize, actuator: usize) -> f64 {
     rig.tendons[tendon].stiffness.value * rig.actuators[actuator].gain.value
 }
 
-/// `-T = k gain u - (T0 - k slack) - k stretch - c stretch'`, and never above zero where it cannot push.
+/// `-T = k gain u - (T0 - k slack) - k stretch - c stretch'`, and never above zero where it cannot
+/// push.
 pub(super) fn tension(rig: &Rig, index: usize, actuator: Option<usize>) -> Element {
     let tendon = &rig.tendons[index];
     let slack = effect(rig, Kind::TendonSlack, Site::Tendon(index));

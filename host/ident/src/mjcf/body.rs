@@ -13,8 +13,8 @@ pub(super) const STANDARD_GRAVITY: f64 = 9.81;
 /// Limit that nothing reaches, where MuJoCo needs one, m or rad.
 const FAR: f64 = 1e6;
 
-/// Body `index` with its joint, the springs and dampers that hold it to the ground, its friction, weight and
-/// stop.
+/// Body `index` with its joint, the springs and dampers that hold it to the ground, its friction,
+/// weight and stop.
 pub(super) fn add(rig: &Rig, index: usize, step: f64, model: &mut Model) {
     let body = &rig.bodies[index];
     let site = Site::Body(index);
@@ -128,7 +128,8 @@ fn stop(rig: &Rig, index: usize, joint: Element) -> Element {
         .with("solimplimit", "0.0001 0.0001 0.001 0.5 2")
 }
 
-/// All that swings about a hinge, as one point mass below it: `m g l = amplitude`, and half of the inertia.
+/// All that swings about a hinge, as one point mass below it: `m g l = amplitude`, and half of the
+/// inertia.
 fn weight(rig: &Rig, index: usize) -> Option<Element> {
     let body = &rig.bodies[index];
     if body.motion != Motion::Hinge {

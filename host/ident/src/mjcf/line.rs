@@ -103,8 +103,8 @@ fn pulling(rig: &Rig, tendon: usize) -> Vec<usize> {
         .collect()
 }
 
-/// A tendon's path; its tension is an actuator's (see [`super::actuator`]) unless nothing drives it and it can
-/// push.
+/// A tendon's path; its tension is an actuator's (see [`super::actuator`]) unless nothing drives it
+/// and it can push.
 fn tendon(rig: &Rig, index: usize, model: &mut Model) {
     let tendon = &rig.tendons[index];
     let site = Site::Tendon(index);

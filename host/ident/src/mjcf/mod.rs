@@ -1,8 +1,8 @@
 //! A rig as MJCF, so that a MuJoCo user can take its physics home (docs/reference/mjcf.md).
 //!
-//! MuJoCo has most of it: springs and drag with their curvature, dry friction, stops, tendons that only pull,
-//! lags and delays, hidden masses. What it has not is left out, and named in comments and in
-//! [`Mjcf::left_out`].
+//! MuJoCo has most of it: springs and drag with their curvature, dry friction, stops, tendons that
+//! only pull, lags and delays, hidden masses. What it has not is left out, and named in comments
+//! and in [`Mjcf::left_out`].
 
 mod actuator;
 mod body;

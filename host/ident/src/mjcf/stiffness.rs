@@ -15,7 +15,8 @@ pub(super) fn coil(rig: &Rig, index: usize) -> [f64; 3] {
     ]
 }
 
-/// The first spring between a body and the ground that a joint can stand for: one without a dead band.
+/// The first spring between a body and the ground that a joint can stand for: one without a dead
+/// band.
 pub(super) fn ground_spring(rig: &Rig, body: usize) -> Option<usize> {
     (0..rig.springs.len()).find(|&index| {
         let spring = &rig.springs[index];

@@ -1,4 +1,5 @@
-//! Golden file of the MuJoCo export; that it means the same to MuJoCo is checked by `tests/foreign/mjcf.py`.
+//! Golden file of the MuJoCo export; that it means the same to MuJoCo is checked by
+//! `tests/foreign/mjcf.py`.
 
 use super::*;
 

@@ -8,10 +8,12 @@ use super::value;
 /// The usual step; halved until it is short enough.
 const USUAL: f64 = 1e-3;
 
-/// A step times the fastest rate: a classical Runge-Kutta step is then good to some parts in a million.
+/// A step times the fastest rate: a classical Runge-Kutta step is then good to some parts in a
+/// million.
 const FINENESS: f64 = 0.1;
 
-/// 1 ms, halved until the fastest rate of the linearised rig is resolved (the bound of docs/explanation/plant.md, eq. 19).
+/// 1 ms, halved until the fastest rate of the linearised rig is resolved (the bound of
+/// docs/explanation/plant.md, eq. 19).
 pub(super) fn timestep(rig: &Rig) -> f64 {
     let mut stiffness = vec![0.0; rig.bodies.len()];
     let mut damping = vec![0.0; rig.bodies.len()];

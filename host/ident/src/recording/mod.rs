@@ -59,9 +59,9 @@ impl Recording {
     /// Reads a CSV file.
     ///
     /// # Errors
-    /// `Read` where the file cannot be opened; `File`, with line and column, for text in a number, an
-    /// infinite number, time that is missing or does not increase, a row with too few or too many fields,
-    /// no header, no rows, a column named twice or not at all.
+    /// `Read` where the file cannot be opened; `File`, with line and column, for text in a number,
+    /// an infinite number, time that is missing or does not increase, a row with too few or too
+    /// many fields, no header, no rows, a column named twice or not at all.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         let bytes = std::fs::read(path).map_err(|source| Error::read(path, source))?;
@@ -79,8 +79,8 @@ impl Recording {
     /// A recording from values, such as a simulation's.
     ///
     /// # Errors
-    /// `File`, naming `path`, where time is not finite or does not increase, a column's length differs from
-    /// that of `t`, a value is infinite, or a name is empty, doubled or `t`.
+    /// `File`, naming `path`, where time is not finite or does not increase, a column's length
+    /// differs from that of `t`, a value is infinite, or a name is empty, doubled or `t`.
     pub fn new(path: impl AsRef<Path>, t: Vec<f64>, columns: Vec<Column>) -> Result<Self> {
         let path = path.as_ref();
         if t.is_empty() {
@@ -223,8 +223,8 @@ impl Recording {
         })
     }
 
-    /// A column for driving a simulation: a missing value holds the last one, and those before the first
-    /// valid value take that one.
+    /// A column for driving a simulation: a missing value holds the last one, and those before the
+    /// first valid value take that one.
     ///
     /// # Errors
     /// As [`Recording::require`]; `File` also where every value is missing.

@@ -1,7 +1,8 @@
 //! CSV bytes to a [`Recording`].
 //!
-//! The `csv` crate splits fields; numbers are parsed straight from its bytes. Places are worked out only
-//! once something is wrong, from the byte at which the record began, so the usual case pays nothing.
+//! The `csv` crate splits fields; numbers are parsed straight from its bytes. Places are worked out
+//! only once something is wrong, from the byte at which the record began, so the usual case pays
+//! nothing.
 
 use std::path::Path;
 
@@ -228,8 +229,8 @@ impl Source<'_> {
         line_of(self.bytes, self.start(record))
     }
 
-    /// Byte at which the record's text begins. The csv crate reports where it began to *look*, which may
-    /// be in front of blank lines and comments.
+    /// Byte at which the record's text begins. The csv crate reports where it began to *look*,
+    /// which may be in front of blank lines and comments.
     fn start(&self, record: &ByteRecord) -> usize {
         let mut at = record
             .position()

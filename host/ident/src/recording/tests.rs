@@ -94,7 +94,8 @@ fn every_refusal_names_file_line_and_column() {
             "a.csv:1:7: column `q_m` is there twice",
         ),
         ("t,q_m,\n0,1,2\n", "a.csv:1:7: column 3 has no name"),
-        // It was taken, and what was written of it was not read again (tests/fuzz, target `recording`).
+        // It was taken, and what was written of it was not read again (tests/fuzz, target
+        // `recording`).
         (
             "t,u_V,\"q\n0,1\"\n0,1,2\n",
             "a.csv:1:7: a column name goes on over the end of its line",

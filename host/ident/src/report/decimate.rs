@@ -1,9 +1,9 @@
 //! Long series in few points that draw the same picture.
 
-/// Indices of the points to draw: in each of `columns` equal stretches of `low..high`, the first, the
-/// lowest, the highest and the last, in their order. Every extreme stays visible, and a series of
-/// 100,000 samples becomes at most four points a column. Points without a number are kept where they
-/// break a line; those outside the range are left out but for the nearest on each side.
+/// Indices of the points to draw: in each of `columns` equal stretches of `low..high`, the first,
+/// the lowest, the highest and the last, in their order. Every extreme stays visible, and a series
+/// of 100,000 samples becomes at most four points a column. Points without a number are kept where
+/// they break a line; those outside the range are left out but for the nearest on each side.
 pub(super) fn indices(x: &[f64], y: &[f64], low: f64, high: f64, columns: usize) -> Vec<usize> {
     let len = x.len().min(y.len());
     let begin = x[..len]

@@ -1,9 +1,10 @@
 //! Reports: one self-contained HTML file with plots, readable offline, in light and in dark.
 //!
-//! A [`Report`] is data; [`Report::to_html`] is a pure function of it. Style sheet and plots are inside
-//! the file, which loads nothing and runs no script but an animation's. The plots are drawn here rather than by a plotting
-//! library so that their colours can follow the reader's light or dark setting, which needs classes
-//! instead of fixed colours in the SVG (docs/decisions/0009-plots-without-a-library.md).
+//! A [`Report`] is data; [`Report::to_html`] is a pure function of it. Style sheet and plots are
+//! inside the file, which loads nothing and runs no script but an animation's. The plots are drawn
+//! here rather than by a plotting library so that their colours can follow the reader's light or
+//! dark setting, which needs classes instead of fixed colours in the SVG
+//! (docs/decisions/0009-plots-without-a-library.md).
 //!
 //! ```
 //! use sinew_ident::report::{Block, Plot, Report, Section, Series, Stroke};
@@ -263,7 +264,8 @@ impl Section {
 }
 
 impl Table {
-    /// A table without rows; a title that begins with `#` marks a column of numbers: `["name", "#kg"]`.
+    /// A table without rows; a title that begins with `#` marks a column of numbers:
+    /// `["name", "#kg"]`.
     pub fn new<'a>(caption: impl Into<String>, titles: impl IntoIterator<Item = &'a str>) -> Self {
         let columns = titles
             .into_iter()

@@ -58,8 +58,8 @@ pub fn quantity(value: f64, unit: &str) -> String {
     }
 }
 
-/// A number to so many significant digits; plain from 1e-4 to 1e6, with an exponent outside. A dash for
-/// what is not a number.
+/// A number to so many significant digits; plain from 1e-4 to 1e6, with an exponent outside. A dash
+/// for what is not a number.
 ///
 /// ```
 /// # use sinew_ident::report::significant;

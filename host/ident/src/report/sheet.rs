@@ -14,8 +14,8 @@ const LINE: f64 = 24.0;
 /// Width of one entry of a legend.
 const ENTRY: f64 = 190.0;
 
-/// A whole SVG file: titles, legends and plots, with the report's style sheet inside, so that it follows
-/// the reader's light or dark setting.
+/// A whole SVG file: titles, legends and plots, with the report's style sheet inside, so that it
+/// follows the reader's light or dark setting.
 pub fn sheet(plots: &[Plot]) -> String {
     let entries = ((WIDTH / ENTRY) as usize).max(1);
     let mut body = String::new();

@@ -30,8 +30,8 @@ pub(super) fn command() -> Command {
 
 /// The groups with one line a verb.
 fn groups(program: &Command) -> String {
-    let verbs: Vec<&Command> = program.get_subcommands().collect();
-    let width = verbs.iter().map(|verb| verb.get_name().len()).max();
+    let named = GROUPS.iter().flat_map(|(_, names)| *names);
+    let width = named.map(|name| name.len()).max();
     let width = width.unwrap_or(0);
     let mut text = String::new();
     // Writing to a String cannot fail, here and below.

@@ -35,7 +35,8 @@ pub struct Arguments {
 }
 
 /// # Errors
-/// A file that is no network, or one with a layer that cannot be emitted; a network that does not fit the rig.
+/// A file that is no network, or one with a layer that cannot be emitted; a network that does not
+/// fit the rig.
 pub fn run(arguments: &Arguments) -> Result<()> {
     match (&arguments.rig, &arguments.out) {
         (Some(rig), Some(out)) => model(arguments, rig, out),

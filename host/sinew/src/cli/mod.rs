@@ -204,10 +204,11 @@ impl LiveArguments {
     }
 }
 
-/// Runs the program: 0 when it did what was asked, 2 for bad arguments or bad files, 130 after Ctrl-C, 141 where nobody reads on, 1
-/// for anything else.
+/// Runs the program: 0 when it did what was asked, 2 for bad arguments or bad files, 130 after
+/// Ctrl-C, 141 where nobody reads on, 1 for anything else.
 pub fn main() -> ExitCode {
-    // A handler that cannot be installed costs only the tidying up; the system still ends the process.
+    // A handler that cannot be installed costs only the tidying up; the system still ends the
+    // process.
     let _ = ctrlc::set_handler(|| {
         // Held until the process is gone: nothing starts a child, makes a file, or takes a killed
         // child for a failure of its own any more.
@@ -235,8 +236,9 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Where the reader of standard output has gone away (`sinew train .. | head -1`), `println` panics. That is no failure of this
-/// program: it ends with the status that a shell gives to one that the closed pipe has killed.
+/// Where the reader of standard output has gone away (`sinew train .. | head -1`), `println`
+/// panics. That is no failure of this program: it ends with the status that a shell gives to one
+/// that the closed pipe has killed.
 fn end_with_the_reader() {
     const CLOSED_PIPE: i32 = 128 + 13;
     let usual = std::panic::take_hook();

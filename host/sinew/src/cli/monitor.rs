@@ -8,8 +8,8 @@ use super::LiveArguments;
 use crate::live::monitor::monitor;
 use sinew_ident::error::Result;
 
-/// Arguments of `sinew monitor`. While it runs, type: arm, disarm, stop (or Return: emergency stop), r VALUES,
-/// limit LOWER UPPER RATE ..., quit.
+/// Arguments of `sinew monitor`. While it runs, type: arm, disarm, stop (or Return: emergency
+/// stop), r VALUES, limit LOWER UPPER RATE ..., quit.
 #[derive(Args)]
 pub struct Arguments {
     #[command(flatten)]

@@ -1,4 +1,5 @@
-//! `sinew size`: what a network, and the controller around it, takes on a board, before anything is flashed.
+//! `sinew size`: what a network, and the controller around it, takes on a board, before anything is
+//! flashed.
 
 use std::path::PathBuf;
 

@@ -153,7 +153,8 @@ pub struct Tuned<G> {
 /// Steps of preview that a search begins with: a simplex hardly moves a whole number.
 const LEADS: [usize; 3] = [1, 3, 5];
 
-/// Starts of the search of a law: each of its starts with each preview that is no longer than `longest`; with none, each as it is.
+/// Starts of the search of a law: each of its starts with each preview that is no longer than
+/// `longest`; with none, each as it is.
 fn starts<L: BaselineController>(longest: usize) -> Vec<Vec<f64>> {
     if longest == 0 {
         return L::starts();
@@ -168,8 +169,9 @@ fn starts<L: BaselineController>(longest: usize) -> Vec<Vec<f64>> {
     leads.flat_map(with).collect()
 }
 
-/// Tunes one controller a channel; all channels share one scale of gains. Where there are more outputs than inputs, the
-/// first ones have an input each and the others are only scored. `told` hears of every evaluation.
+/// Tunes one controller a channel; all channels share one scale of gains. Where there are more
+/// outputs than inputs, the first ones have an input each and the others are only scored. `told`
+/// hears of every evaluation.
 ///
 /// # Errors
 /// A rig with fewer outputs than inputs.

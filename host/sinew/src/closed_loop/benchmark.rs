@@ -1,4 +1,5 @@
-//! Controllers side by side on one plant: the same references, limits and noise for each, several loops.
+//! Controllers side by side on one plant: the same references, limits and noise for each, several
+//! loops.
 
 use std::path::Path;
 
@@ -25,7 +26,8 @@ const TONES: [Tone; 5] = [
     Tone::Red,
 ];
 
-/// `sinew-comparison/1` (docs/reference/results.md): every number in it was measured in the run that wrote it.
+/// `sinew-comparison/1` (docs/reference/results.md): every number in it was measured in the run
+/// that wrote it.
 #[derive(Serialize)]
 pub struct Benchmark {
     format: &'static str,
@@ -48,11 +50,12 @@ pub struct Benchmark {
     moved: Vec<PerturbedParameter>,
     /// Age of the measurements when a controller gets them.
     delay_s: f64,
-    /// What errors, effort and time at limits were judged between, seconds; absent where it is the whole run.
+    /// What errors, effort and time at limits were judged between, seconds; absent where it is the
+    /// whole run.
     #[serde(skip_serializing_if = "Option::is_none")]
     judged_s: Option<[f64; 2]>,
-    /// How far each loop's own plant was drawn from the one in `plant`, as a part of each free parameter; null where all
-    /// loops have one plant.
+    /// How far each loop's own plant was drawn from the one in `plant`, as a part of each free
+    /// parameter; null where all loops have one plant.
     spread: Option<f64>,
     outputs: Vec<Signal>,
     /// Gains by name, an object a channel, of controllers without a model.

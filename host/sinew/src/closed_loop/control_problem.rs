@@ -74,7 +74,8 @@ pub struct ControlProblem {
     pub source: Source,
     /// Errors are judged from here to there, seconds; without, over the whole run.
     pub judged_s: Option<[f64; 2]>,
-    /// Most steps that a controller without a model may look ahead; as far as the horizon, where nothing else is asked.
+    /// Most steps that a controller without a model may look ahead; as far as the horizon, where
+    /// nothing else is asked.
     pub longest_lead: usize,
     /// All outputs have one unit, so that the length of their error means something.
     pub one_unit: bool,
@@ -92,7 +93,8 @@ impl ControlProblem {
     /// `reference`.
     ///
     /// # Errors
-    /// No output, no input, an input without a limit that was never moved, a column that is not there.
+    /// No output, no input, an input without a limit that was never moved, a column that is not
+    /// there.
     pub fn new(
         rig: &Rig,
         plant: &Plant,
@@ -177,7 +179,8 @@ impl ControlProblem {
         ];
         for (i, workspace) in workspaces.iter_mut().enumerate() {
             if let (Some(a), Some(b)) = (ends[0][i], ends[1][i]) {
-                // Opposite pushes that lead to the same place, as to a tip's height, say nothing about its reach.
+                // Opposite pushes that lead to the same place, as to a tip's height, say nothing
+                // about its reach.
                 if (a - b).abs() > LEAST_REACH * (workspace.high - workspace.low) {
                     workspace.low = workspace.low.max(a.min(b));
                     workspace.high = workspace.high.min(a.max(b));
@@ -306,7 +309,8 @@ fn long_enough(asked: &Reference, horizon: usize) -> Result<()> {
 }
 
 /// Where each output comes to rest under constant inputs; `None` where it does not, such as an axis
-/// that drifts. What was recorded may lie beyond: a springy plant swings further than it can be held.
+/// that drifts. What was recorded may lie beyond: a springy plant swings further than it can be
+/// held.
 fn rest(
     plant: &Plant,
     home: &[Option<f64>],
@@ -405,7 +409,8 @@ fn limits(plant: &Plant, recordings: &[Recording], period: f64) -> Result<Vec<In
     plant.inputs().iter().map(of).collect()
 }
 
-/// Root mean square speed over stretches of a hundredth of the recording, so that noise averages out.
+/// Root mean square speed over stretches of a hundredth of the recording, so that noise averages
+/// out.
 fn typical_speed(t: &[f64], y: &[f64]) -> f64 {
     let stride = (t.len() / 100).max(1);
     let speeds: Vec<f64> = (stride..t.len())

@@ -1,4 +1,5 @@
-//! A load at the inputs that no controller is told of: it is added to the commands on their way to the plant.
+//! A load at the inputs that no controller is told of: it is added to the commands on their way to
+//! the plant.
 
 /// Its size, as a share of half an input's range.
 const SHARE: f64 = 0.2;

@@ -54,8 +54,9 @@ pub struct ModelLoop {
 }
 
 impl ModelLoop {
-    /// Reads the files and checks that they belong together. The plant of the loop is that of `real` as it is written,
-    /// or else the rig's with every free parameter moved; the task is the rig's either way.
+    /// Reads the files and checks that they belong together. The plant of the loop is that of
+    /// `real` as it is written, or else the rig's with every free parameter moved; the task is the
+    /// rig's either way.
     ///
     /// # Errors
     /// A bad file, or a real rig with other inputs or sensors.
@@ -142,8 +143,8 @@ impl ModelLoop {
         }
     }
 
-    /// Draws `count` plants about the one in the loop: every free parameter is that of the rig or the real one as
-    /// written, times 1 - `spread` to 1 + `spread`.
+    /// Draws `count` plants about the one in the loop: every free parameter is that of the rig or
+    /// the real one as written, times 1 - `spread` to 1 + `spread`.
     pub fn draw(&mut self, spread: f64, count: usize) {
         let of = |k: u64| perturbed(&self.plant, 0.0, spread, self.seed.wrapping_add(4000 + k)).0;
         self.drawn = (0..count as u64).map(of).collect();
@@ -151,7 +152,8 @@ impl ModelLoop {
         self.moved.clear();
     }
 
-    /// Lets a program be the plant; nothing of the rig's is moved. With [`ModelLoop::draw`], it draws.
+    /// Lets a program be the plant; nothing of the rig's is moved. With [`ModelLoop::draw`], it
+    /// draws.
     pub fn let_be_the_plant(&mut self, command: &str, spread: f64) {
         self.program = Some(PlantProgram {
             command: command.into(),
@@ -235,8 +237,8 @@ fn list(names: &[&str]) -> String {
     format!("{} ({})", names.len(), names.join(", "))
 }
 
-/// The real rig is driven and read through the same columns, in the same order and units: a controller takes them by
-/// place.
+/// The real rig is driven and read through the same columns, in the same order and units: a
+/// controller takes them by place.
 fn same_signals(path: &Path, real: &Plant, rig: &Rig, believed: &Plant) -> Result<()> {
     let columns = |plant: &Plant| {
         let inputs = plant.inputs().iter().map(|i| (&i.column, i.column_factor));

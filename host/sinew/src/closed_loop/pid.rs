@@ -20,8 +20,8 @@ impl BaselineController for PidState {
         ]
     }
 
-    /// Gentle to fierce, with the integral slow and fast; and an integral with little else, which suits a plant that
-    /// follows its input.
+    /// Gentle to fierce, with the integral slow and fast; and an integral with little else, which
+    /// suits a plant that follows its input.
     fn starts() -> Vec<Vec<f64>> {
         let start = |kp, ki, kd| vec![kp, ki, kd, 1.0, 1.0, 1.0, 10.0];
         let of = |kp| [start(kp, 1.0, 0.1), start(kp, 10.0, 0.03)];

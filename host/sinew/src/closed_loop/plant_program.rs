@@ -1,5 +1,6 @@
-//! A plant that another program simulates: lines of text over its standard input and output (docs/how-to/plant-program.md, "A plant
-//! of another program"). A plant that shares no code with this one is the harder judge.
+//! A plant that another program simulates: lines of text over its standard input and output
+//! (docs/how-to/plant-program.md, "A plant of another program"). A plant that shares no code with
+//! this one is the harder judge.
 
 use std::io::{BufRead, BufReader, Write};
 use std::process::{ChildStdin, Command, Stdio};
@@ -190,7 +191,8 @@ impl Running {
         self.hear()
     }
 
-    /// Says so if it talks without being asked: taken for an answer, that would put every later one a step behind.
+    /// Says so if it talks without being asked: taken for an answer, that would put every later one
+    /// a step behind.
     fn silent(&mut self, patience: Duration) -> Result<()> {
         match self.from.recv_timeout(patience) {
             Ok(unasked) => Err(self.said(

@@ -35,8 +35,8 @@ impl Reference {
         self.rows.len().saturating_sub(1)
     }
 
-    /// Columns of a recording, linear between its samples, read every `period` seconds from its first
-    /// to its last time.
+    /// Columns of a recording, linear between its samples, read every `period` seconds from its
+    /// first to its last time.
     pub fn recorded(t: &[f64], columns: &[&[f64]], period: f64) -> Self {
         let (Some(first), Some(last)) = (t.first(), t.last()) else {
             return Self { rows: Vec::new() };
@@ -55,8 +55,8 @@ impl Reference {
     }
 
     /// From `low` to 0.2, 0.4 and 0.8 of the way to `high`, the levels of the published staircase,
-    /// `each` steps a level; every move is minimum-jerk at the workspace's speed, since a jump measures
-    /// little but the actuator's limits.
+    /// `each` steps a level; every move is minimum-jerk at the workspace's speed, since a jump
+    /// measures little but the actuator's limits.
     pub fn staircase(workspaces: &[Workspace], each: usize, period: f64) -> Self {
         let columns = workspaces.iter().map(|w| {
             let mut column = vec![w.low];
@@ -71,8 +71,8 @@ impl Reference {
         Self::of_columns(&columns.collect::<Vec<_>>())
     }
 
-    /// Random minimum-jerk moves with rests, from `home` where an output has one: for tuning and for loops beside the
-    /// reported one.
+    /// Random minimum-jerk moves with rests, from `home` where an output has one: for tuning and
+    /// for loops beside the reported one.
     pub fn moves(
         workspaces: &[Workspace],
         home: &[Option<f64>],
@@ -97,8 +97,8 @@ impl Reference {
         Self::of_columns(&columns.collect::<Vec<_>>())
     }
 
-    /// As demanding as this one and another: backwards in time and upside down, `steps` of it from the
-    /// `part`-th stretch on. For tuning.
+    /// As demanding as this one and another: backwards in time and upside down, `steps` of it from
+    /// the `part`-th stretch on. For tuning.
     pub fn mirrored(&self, steps: usize, part: usize) -> Self {
         let columns = self.rows.first().map_or(0, Vec::len);
         let turned: Vec<f64> = (0..columns)
@@ -124,8 +124,8 @@ impl Reference {
         }
     }
 
-    /// The first `steps` of this one driven backwards. For tuning, where a path's outputs belong together: turned upside
-    /// down one by one, they would lead where the plant cannot go.
+    /// The first `steps` of this one driven backwards. For tuning, where a path's outputs belong
+    /// together: turned upside down one by one, they would lead where the plant cannot go.
     pub fn backwards(&self, steps: usize) -> Self {
         Self {
             rows: self.rows.iter().rev().take(steps + 1).cloned().collect(),
@@ -142,8 +142,8 @@ impl Reference {
     }
 }
 
-/// A minimum-jerk move (Flash and Hogan 1985) whose mean speed is at most `speed`, unless `most` steps
-/// do not suffice for that.
+/// A minimum-jerk move (Flash and Hogan 1985) whose mean speed is at most `speed`, unless `most`
+/// steps do not suffice for that.
 fn append_move(column: &mut Vec<f64>, from: f64, to: f64, speed: f64, period: f64, most: usize) {
     let steps = ((to - from).abs() / speed.max(1e-12) / period)
         .ceil()

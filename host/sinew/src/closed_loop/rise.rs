@@ -22,7 +22,8 @@ impl BaselineController for RiseState {
         ]
     }
 
-    /// Gentle to fierce, with the integral slow and fast, and nearly an integral alone, as for the PID.
+    /// Gentle to fierce, with the integral slow and fast, and nearly an integral alone, as for the
+    /// PID.
     fn starts() -> Vec<Vec<f64>> {
         let start = |kp, alpha2, alpha1| vec![kp, alpha1, alpha2, 0.1, 1.0, 1.0, 10.0];
         let of = |kp| [start(kp, 1.0, 10.0), start(kp, 10.0, 33.0)];

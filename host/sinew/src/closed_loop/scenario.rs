@@ -12,7 +12,8 @@ use sinew_ident::noise::gaussian;
 
 /// Anything that turns measurements into commands once a period.
 pub trait Controller {
-    /// The commands for step `k`, from the outputs and channels that were measured and what is asked from now on.
+    /// The commands for step `k`, from the outputs and channels that were measured and what is
+    /// asked from now on.
     ///
     /// # Errors
     /// The controller runs elsewhere and cannot be reached.
@@ -28,7 +29,8 @@ pub trait Controller {
 /// One closed loop: plant, reference, disturbance and noise.
 #[derive(Clone, Debug)]
 pub struct Scenario {
-    /// The plant; the controller does not see it. Where [`Scenario::program`] is the plant, this says what its signals are called.
+    /// The plant; the controller does not see it. Where [`Scenario::program`] is the plant, this
+    /// says what its signals are called.
     pub plant: Plant,
     /// Its parameters.
     pub values: Vec<f64>,
@@ -40,7 +42,8 @@ pub struct Scenario {
     pub noise: Vec<f64>,
     /// Indices of the sensors that are channels, and the standard deviation of each one's noise.
     pub channels: (Vec<usize>, Vec<f64>),
-    /// Age of the measurements when the controller gets them, seconds; at the start what they were before is what they are.
+    /// Age of the measurements when the controller gets them, seconds; at the start what they were
+    /// before is what they are.
     pub delay_s: f64,
     /// Seed of the noise.
     pub seed: u64,
@@ -103,8 +106,8 @@ pub struct Run {
 }
 
 impl Scenario {
-    /// Runs the loop over the whole reference: a command follows every sample, is held for a period,
-    /// and the error is taken where it leads.
+    /// Runs the loop over the whole reference: a command follows every sample, is held for a
+    /// period, and the error is taken where it leads.
     ///
     /// # Errors
     /// The plant diverges or the controller cannot be reached.
@@ -117,7 +120,8 @@ impl Scenario {
             sensors.map(|sensor| process.signal(*sensor)).collect()
         };
         let noise: Vec<f64> = self.noise.iter().chain(&self.channels.1).copied().collect();
-        // A delay is so many whole periods and a part of one; the k-th sample is taken that part before step k.
+        // A delay is so many whole periods and a part of one; the k-th sample is taken that part
+        // before step k.
         let periods = self.delay_s / self.period_s;
         // What rounding leaves of a whole period is none.
         let whole = (periods + 1e-6) as usize;
@@ -165,7 +169,8 @@ impl Scenario {
     }
 }
 
-/// Length of the error of all outputs together, where they share a unit: a tip's distance from where it should be.
+/// Length of the error of all outputs together, where they share a unit: a tip's distance from
+/// where it should be.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Distance {
     /// Root mean square over the run.

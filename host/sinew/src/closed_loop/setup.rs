@@ -1,4 +1,5 @@
-//! The predictive controller and those without a model on the same plant, reference, disturbance and noise.
+//! The predictive controller and those without a model on the same plant, reference, disturbance
+//! and noise.
 
 use std::path::Path;
 
@@ -98,8 +99,8 @@ impl Setup<'_> {
         self.with(values, reference, self.seed, For::Report)
     }
 
-    /// The loop that is reported, and `count` - 1 more: with other noise and, unless the reference was recorded, other
-    /// moves over the same workspace. Tuning sees none of them.
+    /// The loop that is reported, and `count` - 1 more: with other noise and, unless the reference
+    /// was recorded, other moves over the same workspace. Tuning sees none of them.
     ///
     /// # Errors
     /// As [`Setup::scenario`].
@@ -118,7 +119,8 @@ impl Setup<'_> {
         (0..count).map(of).collect()
     }
 
-    /// The loop that is reported on each of `plants`, with other noise on each. Tuning sees none of them.
+    /// The loop that is reported on each of `plants`, with other noise on each. Tuning sees none of
+    /// them.
     ///
     /// # Errors
     /// As [`Setup::scenario`].
@@ -147,7 +149,8 @@ impl Setup<'_> {
                 // It starts where it likes, which is at rest at home.
                 Source::Designed if self.program.is_some() => self.moves(steps, seed),
                 Source::Designed => {
-                    // From anywhere, in balance or not: tuned on balanced starts alone, the demo's PID had twice the error.
+                    // From anywhere, in balance or not: tuned on balanced starts alone, the demo's
+                    // PID had twice the error.
                     let anywhere = vec![None; self.task.outputs.len()];
                     let (workspaces, period) = (&self.task.workspaces, self.task.period_s);
                     Reference::moves(workspaces, &anywhere, steps, period, seed)
@@ -161,8 +164,8 @@ impl Setup<'_> {
         scenarios.collect()
     }
 
-    /// Plants for tuning the predictive controller: the fitted one and two that lie as far from it as
-    /// the plant of the comparison does, elsewhere.
+    /// Plants for tuning the predictive controller: the fitted one and two that lie as far from it
+    /// as the plant of the comparison does, elsewhere.
     pub fn tuning_plants(&self) -> Vec<Vec<f64>> {
         let draw = |k: u64| {
             perturbed(
@@ -176,8 +179,8 @@ impl Setup<'_> {
         vec![self.plant.values(), draw(77), draw(78)]
     }
 
-    /// Random moves from rest where the recording starts: elsewhere a spring throws the plant off before any controller
-    /// can act, and the largest error would be that.
+    /// Random moves from rest where the recording starts: elsewhere a spring throws the plant off
+    /// before any controller can act, and the largest error would be that.
     fn moves(&self, steps: usize, seed: u64) -> Reference {
         let home = self.task.outputs.iter().map(|s| self.task.home[*s]);
         let (workspaces, period) = (&self.task.workspaces, self.task.period_s);
@@ -266,7 +269,8 @@ impl Setup<'_> {
         Ok(run)
     }
 
-    /// Runs `scenario` on a device that is there already, to its end; its log is left to the caller.
+    /// Runs `scenario` on a device that is there already, to its end; its log is left to the
+    /// caller.
     ///
     /// # Errors
     /// The device cannot be reached or refuses.
@@ -301,7 +305,8 @@ impl Setup<'_> {
         self.run_baseline(self.tuned::<PidState>(&plants, BUDGET)?, scenario)
     }
 
-    /// Tunes a controller without a model on plants of the comparison, with references it will not be judged on.
+    /// Tunes a controller without a model on plants of the comparison, with references it will not
+    /// be judged on.
     ///
     /// # Errors
     /// Inputs and outputs do not pair off.

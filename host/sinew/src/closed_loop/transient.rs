@@ -1,4 +1,5 @@
-//! Overshoot and settling time, of any reference that moves and rests (docs/explanation/comparison.md, eq. 4).
+//! Overshoot and settling time, of any reference that moves and rests
+//! (docs/explanation/comparison.md, eq. 4).
 
 use crate::closed_loop::scenario::{InputLimits, Run};
 
@@ -14,8 +15,8 @@ const NEAR: f64 = 1e-5;
 pub struct Transient {
     /// Overshoot of the output, as a fraction of the move.
     pub overshoot: f64,
-    /// Seconds from the reference's arrival until the error stays within 2 % of the move; null where it does
-    /// not before the next move.
+    /// Seconds from the reference's arrival until the error stays within 2 % of the move; null
+    /// where it does not before the next move.
     pub settling_s: Option<f64>,
 }
 
@@ -32,7 +33,8 @@ impl Transient {
 }
 
 impl Run {
-    /// Overshoot and settling of output `i`. Who looks `lead` steps ahead leaves a rest as much earlier, which is neither.
+    /// Overshoot and settling of output `i`. Who looks `lead` steps ahead leaves a rest as much
+    /// earlier, which is neither.
     pub fn transient(&self, i: usize, period_s: f64, lead: usize) -> Option<Transient> {
         let r: Vec<f64> = self.reference.iter().map(|row| row[i]).collect();
         let mut worst: Option<Transient> = None;
@@ -98,7 +100,8 @@ fn rests(r: &[f64]) -> Vec<(usize, usize)> {
 mod tests {
     use super::*;
 
-    /// A move from 0 to 2 that has arrived at step 30; the output passes it by `beyond` and comes back in 10 steps.
+    /// A move from 0 to 2 that has arrived at step 30; the output passes it by `beyond` and comes
+    /// back in 10 steps.
     fn run(beyond: f64, stays: bool) -> Run {
         let mut run = Run::default();
         for k in 0..100 {

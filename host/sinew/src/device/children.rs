@@ -54,8 +54,8 @@ impl Drop for Workplace {
 
 /// A child that is killed, with all that it started, when it is dropped and by [`kill_all`].
 ///
-/// It leads a process group of its own: cargo's compilers die with cargo, and the terminal's Ctrl-C reaches
-/// this program alone, which then decides.
+/// It leads a process group of its own: cargo's compilers die with cargo, and the terminal's Ctrl-C
+/// reaches this program alone, which then decides.
 pub struct Guarded {
     child: Child,
     ended: Option<ExitStatus>,
@@ -142,8 +142,9 @@ pub struct AllKilled {
     _held: MutexGuard<'static, Live>,
 }
 
-/// Kills every child and removes their folders: for the handler of Ctrl-C, which holds the result until it
-/// ends the process, so that the rest of the program does not report the children's death as a failure.
+/// Kills every child and removes their folders: for the handler of Ctrl-C, which holds the result
+/// until it ends the process, so that the rest of the program does not report the children's death
+/// as a failure.
 pub fn kill_all() -> AllKilled {
     let mut live = live();
     for child in live.children.drain(..) {

@@ -1,5 +1,6 @@
 //! A controller to talk to: an image in QEMU or this computer's build of the same session, each a
-//! child process with frames on its two pipes or on QEMU's serial line; or a board behind a serial port.
+//! child process with frames on its two pipes or on QEMU's serial line; or a board behind a serial
+//! port.
 
 mod children;
 mod log;
@@ -238,7 +239,8 @@ impl Device {
         }
     }
 
-    /// Lets commands be given to samples of this end: the plant is here, the board's own outputs stay off.
+    /// Lets commands be given to samples of this end: the plant is here, the board's own outputs
+    /// stay off.
     ///
     /// # Errors
     /// The device refuses: it is armed already, or an emergency stop waits to be acknowledged.
@@ -328,7 +330,8 @@ fn own_folder() -> Result<Workplace> {
     Workplace::new().map_err(|e| Error::write(std::env::temp_dir(), e))
 }
 
-/// Makes the firmware's two channel files in `folder` the pipes of the process (boards/qemu/run.sh).
+/// Makes the firmware's two channel files in `folder` the pipes of the process
+/// (boards/qemu/run.sh).
 fn channels(folder: &Workplace) -> std::io::Result<()> {
     std::os::unix::fs::symlink("/dev/stdin", folder.path().join("to_device"))?;
     std::os::unix::fs::symlink("/dev/fd/3", folder.path().join("to_host"))

@@ -1,4 +1,5 @@
-//! A board behind a serial port of this computer, or behind a Unix socket, which is how QEMU shows its own.
+//! A board behind a serial port of this computer, or behind a Unix socket, which is how QEMU shows
+//! its own.
 
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};
@@ -14,7 +15,8 @@ use sinew_device::protocol::{Telemetry, ToDevice, ToHost};
 use super::Device;
 use sinew_ident::error::{Error, Result};
 
-/// How long a board may take for an answer: a few periods of the slowest rate, and the way there and back.
+/// How long a board may take for an answer: a few periods of the slowest rate, and the way there
+/// and back.
 const ANSWER: Duration = Duration::from_secs(1);
 /// How often a question is asked: a real line loses one now and then.
 const ATTEMPTS: usize = 3;
@@ -48,8 +50,9 @@ impl Device {
         Ok(device)
     }
 
-    /// As [`Device::ask`], for a line that may lose frames: asked again when no answer comes. Answers to
-    /// earlier questions, a Hello of a board that has just started among them, are passed over.
+    /// As [`Device::ask`], for a line that may lose frames: asked again when no answer comes.
+    /// Answers to earlier questions, a Hello of a board that has just started among them, are
+    /// passed over.
     ///
     /// # Errors
     /// No answer, or a refusal.
@@ -77,7 +80,8 @@ impl Device {
             .help("is it on, does it run this project's firmware (sinew flash), is this its port?"))
     }
 
-    /// The next answer, if one comes before `until`. Telemetry is put aside ([`Device::telemetry`]).
+    /// The next answer, if one comes before `until`. Telemetry is put aside
+    /// ([`Device::telemetry`]).
     ///
     /// # Errors
     /// The line is gone.
@@ -137,8 +141,8 @@ impl Device {
     }
 }
 
-/// Opens a serial port: 921,600 bits a second, 8 data bits, no parity, 1 stop bit, no flow control, and no byte
-/// that the terminal driver touches.
+/// Opens a serial port: 921,600 bits a second, 8 data bits, no parity, 1 stop bit, no flow control,
+/// and no byte that the terminal driver touches.
 fn open_serial(path: &Path) -> std::io::Result<File> {
     // Not this process's terminal: a Ctrl-C is the user's alone.
     let flags = OFlag::O_NOCTTY.bits();

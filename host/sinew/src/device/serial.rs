@@ -9,11 +9,13 @@ use std::time::{Duration, Instant};
 use super::{Device, Guarded, PATIENCE, Workplace, emulator, own_folder};
 use sinew_ident::error::{Error, Result};
 
-/// An instruction takes 32 ns of virtual time, and virtual time waits for real time (boards/qemu/README.md).
+/// An instruction takes 32 ns of virtual time, and virtual time waits for real time
+/// (boards/qemu/README.md).
 const REAL_TIME: &str = "shift=5,sleep=on";
 
 impl Device {
-    /// Starts `image` in QEMU in real time, frames over its first UART. `runner` as in [`Device::qemu`].
+    /// Starts `image` in QEMU in real time, frames over its first UART. `runner` as in
+    /// [`Device::qemu`].
     ///
     /// # Errors
     /// QEMU cannot be started or does not connect its serial line.
@@ -21,8 +23,8 @@ impl Device {
         Self::serial_in(own_folder()?, runner, image)
     }
 
-    /// As [`Device::serial`], with files that the firmware is to find in its working folder: a simulated
-    /// rig's, a fault on order (boards/qemu/README.md).
+    /// As [`Device::serial`], with files that the firmware is to find in its working folder: a
+    /// simulated rig's, a fault on order (boards/qemu/README.md).
     ///
     /// # Errors
     /// As [`Device::serial`].

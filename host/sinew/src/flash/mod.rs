@@ -1,7 +1,8 @@
 //! A board behind a debug probe: flashed, and talked to without a serial port.
 //!
-//! The work is `sinew-probe`'s, a crate behind the cargo feature `probe` (docs/decisions/0032-probe-rs-as-a-feature.md); here
-//! is the table of chips, and what is said to somebody whose program was built without it.
+//! The work is `sinew-probe`'s, a crate behind the cargo feature `probe`
+//! (docs/decisions/0032-probe-rs-as-a-feature.md); here is the table of chips, and what is said to
+//! somebody whose program was built without it.
 
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 //! A run on a board, watched and steered from a terminal, and saved.
 //!
-//! A line typed is an order ([`order`]); what the board thinks of it is shown. Everything that is shown is a row
-//! of the file, with the board's own time.
+//! A line typed is an order ([`order`]); what the board thinks of it is shown. Everything that is
+//! shown is a row of the file, with the board's own time.
 
 use std::fmt::Write as _;
 use std::io::{BufRead, IsTerminal, Write};
@@ -23,7 +23,8 @@ const ALIVE: Duration = Duration::from_millis(500);
 /// Longest silence of a board.
 const SILENCE: Duration = Duration::from_secs(3);
 
-/// What a typed line says to the board; `None`: disarm, save, end. `arm` reaches the reference in a second.
+/// What a typed line says to the board; `None`: disarm, save, end. `arm` reaches the reference in a
+/// second.
 ///
 /// # Errors
 /// The fault in one line.
@@ -137,7 +138,8 @@ fn watch(
                 Ok(Some(message)) => device.send(&message)?,
                 Err(what) => println!("{what}"),
             },
-            // A terminal that was closed, or a script that has ended: with a time to end, go on until then.
+            // A terminal that was closed, or a script that has ended: with a time to end, go on
+            // until then.
             Err(TryRecvError::Disconnected) => orders_end = true,
             Err(TryRecvError::Empty) => {}
         }
@@ -236,7 +238,8 @@ fn show(seen: &Telemetry, names: &Names, screen: bool) {
     let _ = std::io::stdout().flush();
 }
 
-/// The file of a run, written as it goes, so that it is whole up to the moment when something breaks.
+/// The file of a run, written as it goes, so that it is whole up to the moment when something
+/// breaks.
 struct Saved {
     path: std::path::PathBuf,
     file: std::io::BufWriter<std::fs::File>,

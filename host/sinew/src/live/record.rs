@@ -1,7 +1,8 @@
 //! An excitation, played on a board, and what its sensors said meanwhile.
 //!
-//! Time is the board's. Every tick between the first row and the last is a row of the recording; what is not
-//! known of it stays empty: a sample that the board missed, a whole tick whose frame was lost on the way.
+//! Time is the board's. Every tick between the first row and the last is a row of the recording;
+//! what is not known of it stays empty: a sample that the board missed, a whole tick whose frame
+//! was lost on the way.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -36,8 +37,8 @@ pub struct Recorded {
     pub ended: Option<State>,
 }
 
-/// Commands for each tick at `rate_mhz`, from a recording's input columns: each tick takes the row that holds
-/// at its time.
+/// Commands for each tick at `rate_mhz`, from a recording's input columns: each tick takes the row
+/// that holds at its time.
 ///
 /// # Errors
 /// A column that is missing, or one without any value.
@@ -58,7 +59,8 @@ pub fn excitation(input: &Recording, names: &Names, rate_mhz: u32) -> Result<Vec
     Ok(rows.collect())
 }
 
-/// Plays `rows` and records until the last of them; the board is disarmed afterwards, whatever happens.
+/// Plays `rows` and records until the last of them; the board is disarmed afterwards, whatever
+/// happens.
 ///
 /// # Errors
 /// The board cannot be reached, refuses, or falls silent.
@@ -84,7 +86,8 @@ pub fn record(
     table(&telemetry, names, rows, out, ended)
 }
 
-/// Sends rows ahead of their ticks and takes what comes back, to the last row or to the end of arming.
+/// Sends rows ahead of their ticks and takes what comes back, to the last row or to the end of
+/// arming.
 fn play(
     device: &mut Device,
     rows: &[Vec<f32>],
@@ -189,7 +192,8 @@ fn table(
         if let Some(before) = before {
             let gap = tick.tick.wrapping_sub(before.tick);
             for lost in 1..gap {
-                // The timer's ticks are evenly spaced, so the time of a lost one is known. Nothing else is.
+                // The timer's ticks are evenly spaced, so the time of a lost one is known. Nothing
+                // else is.
                 let share = f64::from(lost) / f64::from(gap);
                 let us = (tick.at_us - before.at_us) as f64 * share
                     + (before.at_us - first.at_us) as f64;

@@ -214,8 +214,8 @@ fn guess_inputs(recording: &Recording, outputs: &[String]) -> Vec<String> {
     first.cloned().into_iter().collect()
 }
 
-/// Lays companions beside positions: the one whose name begins alike, or the next that is free where there are
-/// as many of them as positions.
+/// Lays companions beside positions: the one whose name begins alike, or the next that is free
+/// where there are as many of them as positions.
 fn pair(positions: &[String], companions: impl Iterator<Item = String>) -> Vec<Option<String>> {
     let companions: Vec<String> = companions.collect();
     positions

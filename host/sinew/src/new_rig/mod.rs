@@ -1,10 +1,10 @@
 //! `sinew new`: a first rig file from a recording's columns and a few answers.
 //!
-//! The units at the end of the columns' names tell most of it: a position is a sensor, a force or a voltage an
-//! input. What they cannot tell (line or axis, how heavy, is there a spring) comes from flags, from questions
-//! where a person sits at the terminal, or from a guess that the file says is one; whether there is a spring, the
-//! recording says, which is fitted with and without. The file that is written is
-//! read back before anyone sees it, and its comments explain what to change.
+//! The units at the end of the columns' names tell most of it: a position is a sensor, a force or a
+//! voltage an input. What they cannot tell (line or axis, how heavy, is there a spring) comes from
+//! flags, from questions where a person sits at the terminal, or from a guess that the file says is
+//! one; whether there is a spring, the recording says, which is fitted with and without. The file
+//! that is written is read back before anyone sees it, and its comments explain what to change.
 
 mod answers;
 mod columns;
@@ -105,7 +105,8 @@ pub struct Written {
     pub guesses: Vec<String>,
 }
 
-/// Runs the command: asks on the terminal what the flags leave open, if there is one, and writes the rig.
+/// Runs the command: asks on the terminal what the flags leave open, if there is one, and writes
+/// the rig.
 ///
 /// # Errors
 /// As [`rig_text`]; `Arguments` where the rig file exists and `--force` is not given; `Write`.
@@ -139,12 +140,12 @@ pub fn run(args: &NewArgs) -> Result<NewRig> {
     })
 }
 
-/// The text of the rig, the columns that it leaves out, and what it guesses. `terminal`: where to read
-/// answers and where to put questions.
+/// The text of the rig, the columns that it leaves out, and what it guesses. `terminal`: where to
+/// read answers and where to put questions.
 ///
 /// # Errors
-/// `File` for a column that was asked for and is not there, and for a recording in which no input or no position
-/// can be told; `Arguments` for an inertia that is not positive.
+/// `File` for a column that was asked for and is not there, and for a recording in which no input
+/// or no position can be told; `Arguments` for an inertia that is not positive.
 pub fn rig_text(
     args: &NewArgs,
     recording: &Recording,

@@ -6,15 +6,16 @@ use sinew_ident::cli::progress::Stage;
 use sinew_ident::fit::{FitOptions, SensorFit, fit};
 use sinew_ident::recording::Recording;
 
-/// With a spring the rig must leave less than this part of what it leaves without: a stiffness is a parameter more.
+/// With a spring the rig must leave less than this part of what it leaves without: a stiffness is a
+/// parameter more.
 const WORTH: f64 = 0.7;
 
 /// Result of the two fits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Verdict {
     pub spring: bool,
-    /// Free-run error after a fit, as a part of what the sensors move, with a spring and without; infinite where the rig cannot
-    /// be fitted.
+    /// Free-run error after a fit, as a part of what the sensors move, with a spring and without;
+    /// infinite where the rig cannot be fitted.
     left: [f64; 2],
 }
 

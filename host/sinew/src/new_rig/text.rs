@@ -9,13 +9,15 @@ use super::answers::Answers;
 use super::columns::{Columns, is_force, stem};
 use sinew_ident::recording::Recording;
 
-/// Numbers that only a recording can guess: what would make forces, springs and dampers matter alike.
+/// Numbers that only a recording can guess: what would make forces, springs and dampers matter
+/// alike.
 struct Guess {
     stiffness: f64,
     damping: f64,
 }
 
-/// The last argument: whether a spring pulls it back, and what the recording says of it where it was asked.
+/// The last argument: whether a spring pulls it back, and what the recording says of it where it
+/// was asked.
 pub(super) fn write(
     recording: &Recording,
     columns: &Columns,

@@ -117,7 +117,8 @@ struct Kept {
     record: Record,
 }
 
-/// Runs the chain; leaves `out/rig.toml`, `out/model/`, `out/firmware/`, `out/boards/`, `out/images/`.
+/// Runs the chain; leaves `out/rig.toml`, `out/model/`, `out/firmware/`, `out/boards/`,
+/// `out/images/`.
 ///
 /// # Errors
 /// [`Error`] from any link, with the file that it is about.

@@ -1,4 +1,5 @@
-//! Resources of a controller on a board, before anything is flashed: its linked images, and its steps counted in QEMU.
+//! Resources of a controller on a board, before anything is flashed: its linked images, and its
+//! steps counted in QEMU.
 
 use std::path::Path;
 
@@ -23,7 +24,8 @@ pub struct Steps {
     pub mean: u64,
     /// Of the longest.
     pub longest: u64,
-    /// Every part of a step at its longest, as often as it may occur (docs/explanation/controller.md, section 5).
+    /// Every part of a step at its longest, as often as it may occur
+    /// (docs/explanation/controller.md, section 5).
     pub bound: u64,
     /// Deepest stack of a step, bytes.
     pub stack_bytes: u64,
@@ -71,7 +73,8 @@ fn parse(log: &str) -> Option<Steps> {
     })
 }
 
-/// Counts the steps of a model's controller, and links its image for each of `boards`; build outputs go to `cache`.
+/// Counts the steps of a model's controller, and links its image for each of `boards`; build
+/// outputs go to `cache`.
 ///
 /// # Errors
 /// It does not build or run.

@@ -18,11 +18,13 @@ use sinew_train::train::{Scaled, Shape, Windows};
 /// A recording whose rate is this close to the controller's has a sample a step.
 const SAME_RATE: f64 = 0.01;
 
-/// A model around a network that takes the regressor u(k) .., y(k) .., channels and gives y(k + 1) or its change, as `form` in the
-/// rig's `[network]` says, all in the units of the recordings' columns. Its settings are provisional, as those of a trained model.
+/// A model around a network that takes the regressor u(k) .., y(k) .., channels and gives y(k + 1)
+/// or its change, as `form` in the rig's `[network]` says, all in the units of the recordings'
+/// columns. Its settings are provisional, as those of a trained model.
 ///
 /// # Errors
-/// No `form`, a network of another shape, or with a layer that the controller has not; a signal that never moves.
+/// No `form`, a network of another shape, or with a layer that the controller has not; a signal
+/// that never moves.
 pub fn adopt(
     rig: &Rig,
     plant: &Plant,
@@ -129,8 +131,9 @@ pub fn adopt(
     Ok(spec)
 }
 
-/// Root mean square errors on recordings, SI, one step ahead and at the horizon, the sensors' noise in them; none for recordings
-/// that are sampled at another rate than the controller's, have gaps, or are too short for one horizon.
+/// Root mean square errors on recordings, SI, one step ahead and at the horizon, the sensors' noise
+/// in them; none for recordings that are sampled at another rate than the controller's, have gaps,
+/// or are too short for one horizon.
 pub fn judged(
     rig: &Rig,
     plant: &Plant,

@@ -1,4 +1,5 @@
-//! From the fitted rig to a model: episodes, training, and the score on stretches that trained nothing.
+//! From the fitted rig to a model: episodes, training, and the score on stretches that trained
+//! nothing.
 
 use std::path::Path;
 
@@ -45,7 +46,8 @@ pub struct Record {
     pub kept: usize,
     /// Weights and biases.
     pub parameters: usize,
-    /// Root mean square error one step ahead, each output, on episodes that trained and chose nothing.
+    /// Root mean square error one step ahead, each output, on episodes that trained and chose
+    /// nothing.
     pub one_step_rms: Vec<f64>,
     /// The same at the end of the horizon, the network fed with its own predictions.
     pub horizon_rms: Vec<f64>,
@@ -86,7 +88,8 @@ pub fn options(rig: &Rig, horizon: usize, seed: u64) -> Result<(Shape, Options)>
     ))
 }
 
-/// Trains the model of `rig` on episodes of `plant` with `values`, begun at `visits`, with a seed and a file for its checkpoint.
+/// Trains the model of `rig` on episodes of `plant` with `values`, begun at `visits`, with a seed
+/// and a file for its checkpoint.
 ///
 /// # Errors
 /// The rig asks for a form that training does not make, the plant diverges, or nothing is learned.
@@ -264,7 +267,8 @@ fn in_model_units(
     slopes
 }
 
-/// What a network remembers has to fit a frame beside the regressor; said before anything is simulated.
+/// What a network remembers has to fit a frame beside the regressor; said before anything is
+/// simulated.
 ///
 /// # Errors
 /// It does not.
@@ -339,21 +343,22 @@ pub(super) fn control(task: &ControlProblem) -> ControlSpec {
     }
 }
 
-/// Least noise of a second attempt, as a part of half an output's range. Not of the first: real sensors can be quieter, and
-/// what they say is worth learning.
+/// Least noise of a second attempt, as a part of half an output's range. Not of the first: real
+/// sensors can be quieter, and what they say is worth learning.
 const QUIET: f64 = 1e-5;
 
-/// At least a little noise on every output. Simulated recordings have none: the past of a smooth signal is all but linearly
-/// dependent, and weights that rely on its last digits may make rollouts that f32 cannot follow.
+/// At least a little noise on every output. Simulated recordings have none: the past of a smooth
+/// signal is all but linearly dependent, and weights that rely on its last digits may make rollouts
+/// that f32 cannot follow.
 fn roughened(noise: &[f64], range: &[f64]) -> Vec<f64> {
     let each = noise.iter().zip(range);
     each.map(|(noise, range)| noise.max(QUIET * range))
         .collect()
 }
 
-/// Root mean square errors on `test`, one step ahead and at the horizon, in physical units. What a network remembers
-/// follows from the measured past of the episode, from rest on, as in the firmware; the first `warm_up` steps are not
-/// scored.
+/// Root mean square errors on `test`, one step ahead and at the horizon, in physical units. What a
+/// network remembers follows from the measured past of the episode, from rest on, as in the
+/// firmware; the first `warm_up` steps are not scored.
 pub(super) fn score(
     spec: &ModelSpec,
     shape: Shape,
@@ -411,7 +416,8 @@ pub(super) fn score(
     (rms(&squares[0]), rms(&squares[1]))
 }
 
-/// Episodes as the firmware's history holds them: what is measured entered by the observer (docs/explanation/controller.md, eq. 10c), no disturbance.
+/// Episodes as the firmware's history holds them: what is measured entered by the observer
+/// (docs/explanation/controller.md, eq. 10c), no disturbance.
 fn observed(spec: &ModelSpec, shape: Shape, episodes: &[Scaled]) -> Vec<Scaled> {
     let gain = spec.control.observer_gain;
     let mut episodes = episodes.to_vec();

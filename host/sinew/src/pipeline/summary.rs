@@ -1,4 +1,5 @@
-//! `summary.json` (docs/reference/results.md): every number in it was measured in the run that wrote it.
+//! `summary.json` (docs/reference/results.md): every number in it was measured in the run that
+//! wrote it.
 
 use std::path::Path;
 
@@ -7,8 +8,8 @@ use serde::Serialize;
 use crate::closed_loop::mpc::Answer;
 use sinew_ident::error::{Error, Result};
 
-/// Ticks of QEMU's 25 MHz timer last 40 ns and an instruction 32 ns of virtual time (`-icount shift=5`,
-/// boards/qemu/run.sh), so that a count is good to one or two instructions.
+/// Ticks of QEMU's 25 MHz timer last 40 ns and an instruction 32 ns of virtual time
+/// (`-icount shift=5`, boards/qemu/run.sh), so that a count is good to one or two instructions.
 const INSTRUCTIONS_A_TICK: f64 = 40.0 / 32.0;
 
 /// `sinew-demo/1`.
@@ -61,7 +62,8 @@ pub struct Found {
     pub found: String,
     /// SI unit of the first output.
     pub unit: String,
-    /// Free-run error of the first output with the parameters refitted, on recordings that fitted nothing.
+    /// Free-run error of the first output with the parameters refitted, on recordings that fitted
+    /// nothing.
     pub before_rms: f64,
     /// The same with what was found in the rig.
     pub after_rms: f64,

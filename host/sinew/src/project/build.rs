@@ -30,8 +30,8 @@ pub struct Built {
 pub fn build(folder: &Path, board: Board, cache: Option<&Path>) -> Result<Built> {
     let own = folder.join("target");
     let cache = cache.unwrap_or(&own);
-    // Until the copies are there: another `sinew` would put its program in the place of this one. The system gives it back
-    // when the process ends, however it ends.
+    // Until the copies are there: another `sinew` would put its program in the place of this one.
+    // The system gives it back when the process ends, however it ends.
     let lock = lock(cache)?;
     let built = compile(folder, board, cache)?;
     let images = folder.join("images").join(board.folder());
@@ -65,8 +65,8 @@ fn lock(cache: &Path) -> Result<File> {
     Ok(file)
 }
 
-/// Builds `board` of the project in `folder`, release; the programs are left where cargo puts them, in
-/// `cache`.
+/// Builds `board` of the project in `folder`, release; the programs are left where cargo puts them,
+/// in `cache`.
 ///
 /// # Errors
 /// [`Error`] with the compiler's words when the build fails, and with what to install when the
@@ -107,7 +107,8 @@ pub enum Machine {
     Microcontroller,
 }
 
-/// Runs cargo with `--release` in a crate that is a workspace of its own: the folder of what it built, in `cache`.
+/// Runs cargo with `--release` in a crate that is a workspace of its own: the folder of what it
+/// built, in `cache`.
 ///
 /// # Errors
 /// As [`compile`].

@@ -17,7 +17,8 @@ pub struct Sizes {
     pub flash_bytes: u64,
     /// `.data`, `.bss` and `.uninit`; the stack is measured while running.
     pub ram_bytes: u64,
-    /// 0 unless an allocator is linked, else the number of its symbols: there is no fixed size to give.
+    /// 0 unless an allocator is linked, else the number of its symbols: there is no fixed size to
+    /// give.
     pub heap_bytes: u64,
 }
 

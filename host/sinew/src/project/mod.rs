@@ -1,5 +1,5 @@
-//! A project of the user's own: the firmware's sources, one model and the boards, in one folder that
-//! builds with cargo and needs nothing of this checkout.
+//! A project of the user's own: the firmware's sources, one model and the boards, in one folder
+//! that builds with cargo and needs nothing of this checkout.
 //!
 //! ```text
 //! DIR/Cargo.toml       workspace settings that firmware/* inherit
@@ -39,8 +39,8 @@ pub enum Optimise {
     /// As few instructions a step as it knows how to.
     #[default]
     Speed,
-    /// A quarter to nearly half less flash, 12 to 36 % more instructions a step (docs/lab/0055): loops stay loops, but for the
-    /// network's own.
+    /// A quarter to nearly half less flash, 12 to 36 % more instructions a step (docs/lab/0055):
+    /// loops stay loops, but for the network's own.
     Size,
 }
 
@@ -121,8 +121,8 @@ fn workspace(contents: &[u8]) -> Result<String> {
     Ok(document.to_string())
 }
 
-/// A manifest under `boards/`; its `model` line, where it has one, points at this project's model, and its profile says what the
-/// image is made for.
+/// A manifest under `boards/`; its `model` line, where it has one, points at this project's model,
+/// and its profile says what the image is made for.
 fn board_manifest(contents: &[u8], spec: &ModelSpec, optimise: Optimise) -> Result<String> {
     let mut document = parse("boards/*/Cargo.toml", contents)?;
     if optimise == Optimise::Size && document.get("profile").is_some() {
@@ -146,7 +146,8 @@ fn board_manifest(contents: &[u8], spec: &ModelSpec, optimise: Optimise) -> Resu
     Ok(document.to_string())
 }
 
-/// Everything for size but the model of this name, in a manifest that has a profile: the sums over its weights take more than half of a step's instructions.
+/// Everything for size but the model of this name, in a manifest that has a profile: the sums over
+/// its weights take more than half of a step's instructions.
 fn small(document: &mut DocumentMut, model: &str) {
     let release = &mut document["profile"]["release"];
     release["opt-level"] = value("s");

@@ -1,5 +1,5 @@
-//! Results of the pipeline for people: the page, the lines that end the terminal's output, and the files
-//! beside them.
+//! Results of the pipeline for people: the page, the lines that end the terminal's output, and the
+//! files beside them.
 
 mod closing;
 mod figures;

@@ -26,8 +26,8 @@ pub fn parse(text: &str, file: &str) -> Result<Rig, Error> {
     checked(Rig::parse(text, file)?)
 }
 
-/// Checks `[control]` and `[network]` of a rig file for a verb that does not read them. A file that is no rig passes:
-/// the verb says so itself.
+/// Checks `[control]` and `[network]` of a rig file for a verb that does not read them. A file that
+/// is no rig passes: the verb says so itself.
 ///
 /// # Errors
 /// The first thing in the two tables that is wrong, with its line and column.

@@ -1,4 +1,5 @@
-//! Search for controller settings: one optimiser, one objective and one budget for every controller.
+//! Search for controller settings: one optimiser, one objective and one budget for every
+//! controller.
 
 pub mod objective;
 pub mod optimise;

@@ -7,7 +7,8 @@ pub const EFFORT: f64 = 1e-5;
 /// The same where a smooth command is worth some accuracy.
 const SMOOTH: f64 = 1e-2;
 
-/// A choice of cost, summed over outputs and inputs in units of half their ranges (docs/explanation/comparison.md, eq. 3).
+/// A choice of cost, summed over outputs and inputs in units of half their ranges
+/// (docs/explanation/comparison.md, eq. 3).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Objective {

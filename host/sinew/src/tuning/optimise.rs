@@ -1,5 +1,5 @@
-//! One optimiser for every controller: Nelder-Mead on log-scaled gains from several starts, so that no
-//! controller is compared at worse than its best.
+//! One optimiser for every controller: Nelder-Mead on log-scaled gains from several starts, so that
+//! no controller is compared at worse than its best.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -7,7 +7,8 @@ use argmin::core::{CostFunction, Executor, State};
 use argmin::solver::neldermead::NelderMead;
 use rayon::prelude::*;
 
-/// Range of one gain; it is searched on a logarithmic scale, or on a linear one where it may be zero.
+/// Range of one gain; it is searched on a logarithmic scale, or on a linear one where it may be
+/// zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
     /// Smallest value.
@@ -147,12 +148,13 @@ fn simplex(
 pub enum Budget {
     /// Iterations from every start, and again from the best of what they found and its neighbours.
     Thorough(u64, u64),
-    /// Evaluations in all: every start once, as far as they go, two thirds of the others from the cheapest start, the rest
-    /// from what that found and its neighbours.
+    /// Evaluations in all: every start once, as far as they go, two thirds of the others from the
+    /// cheapest start, the rest from what that found and its neighbours.
     Evaluations(usize),
-    /// Evaluations in all: every start once, as far as they go, half of the others shared by the cheapest starts that lie apart, the
-    /// rest as of [`Budget::Evaluations`] from the cheapest that these found. For costs with several valleys: the
-    /// cheapest start of a PID may be the bang-bang that it ends as.
+    /// Evaluations in all: every start once, as far as they go, half of the others shared by the
+    /// cheapest starts that lie apart, the rest as of [`Budget::Evaluations`] from the cheapest
+    /// that these found. For costs with several valleys: the cheapest start of a PID may be the
+    /// bang-bang that it ends as.
     Apart(usize),
 }
 
@@ -176,7 +178,8 @@ pub struct Found {
     pub evaluations: usize,
 }
 
-/// A point, and those one step aside in a whole setting: on plateaus a simplex does not leave its step.
+/// A point, and those one step aside in a whole setting: on plateaus a simplex does not leave its
+/// step.
 fn neighbours(ranges: &[Range], point: &[f64]) -> Vec<Vec<f64>> {
     let mut all = vec![point.to_vec()];
     for (i, range) in ranges.iter().enumerate().filter(|(_, range)| range.whole) {
@@ -209,8 +212,8 @@ fn apart(ranges: &[Range], starts: &[Vec<f64>], costs: &[f64]) -> Vec<Vec<f64>> 
     chosen
 }
 
-/// Searches within a budget; a simplex shrinks along valleys, so others begin where the first ended.
-/// Deterministic, as [`minimise`].
+/// Searches within a budget; a simplex shrinks along valleys, so others begin where the first
+/// ended. Deterministic, as [`minimise`].
 pub fn search(
     ranges: &[Range],
     starts: &[Vec<f64>],
@@ -245,7 +248,8 @@ pub fn search(
         }
         Budget::Evaluations(all) | Budget::Apart(all) => {
             let within = |from: &[f64], share: usize| {
-                // Beyond its share a simplex sees walls; it runs idle until its iterations are over.
+                // Beyond its share a simplex sees walls; it runs idle until its iterations are
+                // over.
                 let cost = |g: &[f64]| {
                     if made.load(Ordering::Relaxed) < share {
                         counted(g)
@@ -327,7 +331,8 @@ mod tests {
     #[test]
     fn a_budget_that_starts_apart_finds_the_valley_beside_the_cheapest_start() {
         let ranges = [Range::linear(0.0, 1.0), Range::linear(0.0, 1.0)];
-        // A broad valley of cost 1 around 0.9, and a deep one around 0.2 whose wall is higher than that.
+        // A broad valley of cost 1 around 0.9, and a deep one around 0.2 whose wall is higher than
+        // that.
         let cost = |v: &[f64]| {
             let to = |x: f64| ((v[0] - x).powi(2) + (v[1] - x).powi(2)).sqrt();
             (1.0 + to(0.9)).min(10.0 * to(0.2))

@@ -12,7 +12,8 @@ const GAIN: Range = Range::logarithmic(1e-3, 1.0);
 const MOVE_SUPPRESSION: Range = Range::logarithmic(1e-8, 1e2);
 const TRACKING_WEIGHT: Range = Range::logarithmic(1e-3, 1e3);
 
-/// Starts of a search beside the model's own weights: gain of the disturbance estimate and move suppression.
+/// Starts of a search beside the model's own weights: gain of the disturbance estimate and move
+/// suppression.
 const STARTS: [(f64, f64); 2] = [(0.1, 1e-2), (0.3, 1e-5)];
 
 /// First start of a network without tuned weights: gain of the disturbance estimate and move
@@ -157,9 +158,10 @@ impl SearchSpace {
         }
     }
 
-    /// The cheapest weights within a budget of evaluations. Where there are several inputs or outputs, a third of it goes to
-    /// the gain and to a factor of all of Lambda: a simplex in as many dimensions as there are weights takes more
-    /// evaluations to shape itself than anybody grants it, and ends with inputs that are damped differently for no reason.
+    /// The cheapest weights within a budget of evaluations. Where there are several inputs or
+    /// outputs, a third of it goes to the gain and to a factor of all of Lambda: a simplex in as
+    /// many dimensions as there are weights takes more evaluations to shape itself than anybody
+    /// grants it, and ends with inputs that are damped differently for no reason.
     fn search(&self, evaluations: usize, cost: impl Fn(&Weights) -> f64 + Sync) -> Found {
         let (inputs, outputs) = (self.move_suppression.len(), self.tracking_weight.len());
         let mut ranges = vec![GAIN];
@@ -227,7 +229,8 @@ impl SearchSpace {
         (logs.sum::<f64>() / self.move_suppression.len().max(1) as f64).exp()
     }
 
-    /// The place of a gain and of a mean move suppression, each input's in proportion to the model's own.
+    /// The place of a gain and of a mean move suppression, each input's in proportion to the
+    /// model's own.
     fn untied(&self, at: &[f64]) -> Vec<f64> {
         let factor = at[1] / self.mean();
         let own = self.move_suppression.iter();
@@ -252,8 +255,8 @@ mod tests {
         }
     }
 
-    /// Six inputs that want the same and three outputs: on 120 evaluations a search of all nine at once ends at
-    /// 2.6.
+    /// Six inputs that want the same and three outputs: on 120 evaluations a search of all nine at
+    /// once ends at 2.6.
     #[test]
     fn many_weights_that_want_the_same_are_found_together() {
         let cost = |w: &Weights| -> f64 {

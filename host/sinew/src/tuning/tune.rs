@@ -84,7 +84,8 @@ impl Request<'_> {
 /// Tunes a controller without a model; before: the cheapest start of the search.
 ///
 /// # Errors
-/// Inputs and outputs do not pair off, or the reported plant diverges under gains that the others bore.
+/// Inputs and outputs do not pair off, or the reported plant diverges under gains that the others
+/// bore.
 pub fn tune_feedback<L: BaselineController>(request: &Request<'_>) -> Result<TunedFeedback<L>> {
     let stage = Stage::begin(format!("tune the {}", L::NAME), request.quiet);
     let told = counter(&stage, request.evaluations);
@@ -127,8 +128,8 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// The shapes to try, the model's own first. Without any asked for: the model's, and what differs from it in
-    /// one horizon, as far as a firmware carries it.
+    /// The shapes to try, the model's own first. Without any asked for: the model's, and what
+    /// differs from it in one horizon, as far as a firmware carries it.
     ///
     /// # Errors
     /// One that was asked for and that no firmware could carry.
@@ -262,9 +263,9 @@ fn no_weights() -> Error {
 /// Iterations of the simplex from each start in `sinew build`.
 const QUICK: Budget = Budget::Iterations(30);
 
-/// Tunes the weights of a network straight from training with a small budget: on the fitted plant and
-/// plants near it, never on the plant, the reference or the noise of the comparison. The weights are
-/// left in `spec`.
+/// Tunes the weights of a network straight from training with a small budget: on the fitted plant
+/// and plants near it, never on the plant, the reference or the noise of the comparison. The
+/// weights are left in `spec`.
 ///
 /// # Errors
 /// Firmware that does not build or run, or no weights that give a finite cost.
@@ -299,8 +300,9 @@ pub fn tune_quickly(
     Ok(())
 }
 
-/// Tunes the predictive controller: for each shape a share of the budget on Q (the first output's is 1, as only ratios
-/// count), Lambda and the gain of the disturbance estimate. Before: the model as it came.
+/// Tunes the predictive controller: for each shape a share of the budget on Q (the first output's
+/// is 1, as only ratios count), Lambda and the gain of the disturbance estimate. Before: the model
+/// as it came.
 ///
 /// # Errors
 /// Firmware that does not build or run, or no weights that give a finite cost.

@@ -1,4 +1,5 @@
-//! The shape of a rig over time as a piece of a page: drawings that a small script moves, nothing loaded.
+//! The shape of a rig over time as a piece of a page: drawings that a small script moves, nothing
+//! loaded.
 
 use serde_json::{Value, json};
 use sinew_sim::{Outline, Plant, Role, SimulationError};

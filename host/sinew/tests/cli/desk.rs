@@ -1,4 +1,5 @@
-//! The `sinew` program as its users meet it: a folder, a command line, what it says and how it ends.
+//! The `sinew` program as its users meet it: a folder, a command line, what it says and how it
+//! ends.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -6,8 +7,8 @@ use std::process::{Command, Output};
 
 use tempfile::TempDir;
 
-/// A folder to work in. Names on command lines are relative to it, so that messages do not depend on the
-/// machine.
+/// A folder to work in. Names on command lines are relative to it, so that messages do not depend
+/// on the machine.
 pub struct Desk {
     folder: TempDir,
 }

@@ -10,7 +10,8 @@ use crate::desk::{Desk, checkout};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 
-/// Longest wait for anything: an image is linked with optimisation across crates, on a busy machine.
+/// Longest wait for anything: an image is linked with optimisation across crates, on a busy
+/// machine.
 const PATIENCE: Duration = Duration::from_secs(400);
 
 /// Polls until `done`, and says whether it came to that.
@@ -25,8 +26,8 @@ fn wait_for(patience: Duration, mut done: impl FnMut() -> bool) -> bool {
     false
 }
 
-/// Running processes that have to do with `folder`: by their command line, their environment or the folder
-/// they work in. Each by its command line.
+/// Running processes that have to do with `folder`: by their command line, their environment or the
+/// folder they work in. Each by its command line.
 fn around(folder: &Path) -> Vec<String> {
     let needle = folder.as_os_str().as_encoded_bytes();
     let holds = |path: PathBuf| {
@@ -70,7 +71,8 @@ fn start(desk: &Desk, line: &str) -> Child {
         .expect("the program starts")
 }
 
-/// The process has a handler for SIGINT, signal 2: before that it would die of it, as any program does.
+/// The process has a handler for SIGINT, signal 2: before that it would die of it, as any program
+/// does.
 fn listens(process: u32) -> bool {
     let status = std::fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
     let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
@@ -168,7 +170,8 @@ fn skip(reason: &str) {
     let _ = writeln!(std::io::stderr(), "SKIPPED: {reason}");
 }
 
-/// Three coupled hinges with the signals of the stored reference model: a loop that needs no training.
+/// Three coupled hinges with the signals of the stored reference model: a loop that needs no
+/// training.
 pub fn reference_desk() -> Desk {
     let desk = Desk::new();
     let mut rig = String::from("format = \"sinew-rig/1\"\nname = \"three hinges\"\n");

@@ -1,4 +1,5 @@
-//! Refusals of the program, word for word: the place, what was expected, what was meant, the exit status.
+//! Refusals of the program, word for word: the place, what was expected, what was meant, the exit
+//! status.
 
 use crate::desk::Desk;
 
@@ -262,7 +263,8 @@ fn programs_that_are_no_plants() {
         "$| = 1; print qq(sinew-plant/1\\nu_N\\nq_m\\n0.0\\n); print qq(nan\\n) while <STDIN>;",
     );
     let names = ["talk", "inputs", "sensors", "words", "short", "ends"];
-    // `sh` reads its program from where the plant's lines would come. No blanks: they would end the argument.
+    // `sh` reads its program from where the plant's lines would come. No blanks: they would end the
+    // argument.
     let mut programs: Vec<String> = names.iter().map(|name| format!("sh<{name}")).collect();
     programs.extend(["perl${IFS}chatter", "exec${IFS}sh<mute", "perl${IFS}lost"].map(String::from));
     let mut lines: Vec<String> = programs

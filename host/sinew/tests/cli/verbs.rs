@@ -362,7 +362,8 @@ fn compare_draws_a_plant_a_loop_and_follows_a_path() {
     assert_ne!(most(&part), most(&prompt), "it is judged as a whole");
 }
 
-/// A cart of 1 kg with a spring of 40 N/m and some loss, in another language; Perl is part of every Debian.
+/// A cart of 1 kg with a spring of 40 N/m and some loss, in another language; Perl is part of every
+/// Debian.
 const CART: &str = r#"
 $| = 1;
 my ($q, $v) = (0, 0);

@@ -83,8 +83,8 @@ pub fn visits(
     Ok(visits)
 }
 
-/// Draws `count` episodes. Inputs stay inside the rig's limits and rate limits and go a little beyond
-/// what was recorded; episodes that leave the finite are drawn again.
+/// Draws `count` episodes. Inputs stay inside the rig's limits and rate limits and go a little
+/// beyond what was recorded; episodes that leave the finite are drawn again.
 ///
 /// # Errors
 /// [`Error`] when there is nowhere to start, or the plant diverges wherever it starts.
@@ -170,7 +170,8 @@ fn episode(
 ) -> Result<Episode> {
     let visit = &visits[random.random_range(0..visits.len())];
     let bodies = plant.bodies();
-    // A quarter begins at rest: there friction holds, and a controller has to know how to break free.
+    // A quarter begins at rest: there friction holds, and a controller has to know how to break
+    // free.
     let at_rest = random.random_bool(0.25);
     let speed_factor = if at_rest {
         0.0

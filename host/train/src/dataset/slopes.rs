@@ -11,7 +11,8 @@ use sinew_ident::error::Result;
 /// Places of an episode that are differentiated at once, each by a seed of its own.
 const PLACES: usize = 8;
 
-/// How the outputs of an episode answer when all inputs from a step on are moved along one direction.
+/// How the outputs of an episode answer when all inputs from a step on are moved along one
+/// direction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Slope {
     /// The step k from which on the inputs move.
@@ -33,8 +34,9 @@ pub struct Stretch<'a> {
     pub reach: &'a [f64],
 }
 
-/// Slopes of every episode, at up to eight places each that `recipe`'s seed draws, along directions within `stretch.reach`. None
-/// where an input would leave its limits, or at a kink whose derivative is not finite.
+/// Slopes of every episode, at up to eight places each that `recipe`'s seed draws, along directions
+/// within `stretch.reach`. None where an input would leave its limits, or at a kink whose
+/// derivative is not finite.
 ///
 /// # Errors
 /// The plant diverges, or the episodes are not of this plant.
@@ -102,11 +104,13 @@ fn of_one(
     Ok(slopes)
 }
 
-/// Part of a direction that inputs have to be able to move by for a derivative along it to be of use.
+/// Part of a direction that inputs have to be able to move by for a derivative along it to be of
+/// use.
 const ROOM: f64 = 0.02;
 
-/// Whether all inputs of the stretch can be moved a little along the direction. Beyond a limit no controller may ask, and what
-/// answers there, such as a pull that is flat at 0 V, is not what it would get from the move it may make.
+/// Whether all inputs of the stretch can be moved a little along the direction. Beyond a limit no
+/// controller may ask, and what answers there, such as a pull that is flat at 0 V, is not what it
+/// would get from the move it may make.
 fn stays_inside(plant: &Plant, episode: &Episode, slope: &Slope, steps: usize) -> bool {
     let n_u = plant.inputs().len();
     let rows = episode.u.chunks(n_u).skip(slope.from).take(steps);

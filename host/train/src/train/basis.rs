@@ -2,8 +2,8 @@
 //!
 //! A position and its last value are nearly equal, so raw regressors are badly conditioned and what
 //! matters (velocity, acceleration) hides in their last digits. Learning happens in iterated
-//! differences, each scaled to unit spread (docs/explanation/training.md, eq. T1); the result is folded
-//! back into weights on the raw regressor, so the firmware never sees this basis.
+//! differences, each scaled to unit spread (docs/explanation/training.md, eq. T1); the result is
+//! folded back into weights on the raw regressor, so the firmware never sees this basis.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -87,7 +87,8 @@ fn iterated_differences(shape: &Shape) -> DMatrix<f64> {
 
 /// Ridge least squares t ~ W z + w with unit-spread features; returns (W `[n_t][n]`, w `[n_t]`).
 ///
-/// The ridge is 1e-9 of the features' own energy: it decides only directions that the data leave open.
+/// The ridge is 1e-9 of the features' own energy: it decides only directions that the data leave
+/// open.
 pub fn least_squares(z: &DMatrix<f64>, t: &DMatrix<f64>) -> (DMatrix<f64>, DVector<f64>) {
     let (rows, n) = z.shape();
     let augmented = z.clone().insert_column(n, 1.0);

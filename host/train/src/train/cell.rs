@@ -2,12 +2,12 @@
 
 use crate::network_table::FirstLayer;
 use burn::module::{Module, Param};
-use burn::nn::{Linear, LinearConfig};
 use burn::tensor::activation::sigmoid;
 use burn::tensor::{Device, Tensor, TensorData};
 use nalgebra::{DMatrix, DVector};
 
 use super::gates;
+use super::linear::Linear;
 use super::matrix::to_matrix;
 
 /// The layer's weights, the gates side by side: z r n of a GRU, i f g o of an LSTM.
@@ -36,10 +36,8 @@ impl Cell {
     /// A layer with drawn weights; one that is no cell gives none.
     pub fn new(first: FirstLayer, inputs: usize, units: usize, device: &Device) -> Option<Self> {
         let gates = gates(first)?;
-        let kernel = LinearConfig::new(inputs, gates * units).init(device);
-        let recurrent = LinearConfig::new(units, gates * units)
-            .with_bias(false)
-            .init(device);
+        let kernel = Linear::drawn(inputs, gates * units, device);
+        let recurrent = Linear::without_bias(units, gates * units, device);
         let zeros =
             |n: usize| Tensor::<2>::from_data(TensorData::new(vec![0.0_f32; n], [1, n]), device);
         let inner = (first == FirstLayer::Gru).then(|| Param::from_tensor(zeros(units)));

@@ -1,7 +1,9 @@
-//! A training that was stopped goes on where it was, and ends with the same bytes as one that was not.
+//! A training that was stopped goes on where it was, and ends with the same bytes as one that was
+//! not.
 //!
-//! What cannot be found again is kept: weights, the optimizer's state, what was best so far, the losses. Data and random
-//! numbers follow from the same arguments; a checkpoint of other ones is none.
+//! What cannot be found again is kept: weights, the optimizer's state, what was best so far, the
+//! losses. Data and random numbers follow from the same arguments; a checkpoint of other ones is
+//! none.
 
 use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -9,9 +11,9 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use burn::module::Module;
-use burn::optim::ModuleOptimizer;
 use burn::store::{ModuleRecord, RecordError};
 use burn::tensor::Bytes;
+use burn_optim::ModuleOptimizer;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
@@ -67,8 +69,8 @@ impl Checkpoint {
         }
     }
 
-    /// What was reached in a training with the same `key`, whose weights and optimizer `start` is. What cannot be read is no
-    /// checkpoint: the training begins anew.
+    /// What was reached in a training with the same `key`, whose weights and optimizer `start` is.
+    /// What cannot be read is no checkpoint: the training begins anew.
     pub(super) fn reached(&self, key: u64, start: Reached) -> Reached {
         let read = || {
             let bytes = fs::read(&self.file).ok()?;

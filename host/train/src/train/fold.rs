@@ -44,7 +44,8 @@ fn rows(m: &DMatrix<f64>) -> Vec<Vec<f32>> {
 }
 
 impl Folded {
-    /// Folds `basis`, the typical change `step` and the network's `gain` into the weights of `predictor`.
+    /// Folds `basis`, the typical change `step` and the network's `gain` into the weights of
+    /// `predictor`.
     pub(super) fn new(
         basis: &Basis,
         (step, gain): (&DVector<f64>, f64),

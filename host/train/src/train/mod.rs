@@ -1,4 +1,5 @@
-//! Training: episodes in, a model specification with its scaling out (docs/explanation/training.md).
+//! Training: episodes in, a model specification with its scaling out
+//! (docs/explanation/training.md).
 //!
 //! Episodes for training, for choosing when to stop and for the final score are disjoint; the score
 //! is taken once, from the folded `f32` weights that the firmware will carry.
@@ -8,14 +9,15 @@ mod cell;
 mod checkpoint;
 mod fold;
 mod layers;
+mod linear;
 mod matrix;
 mod network;
 mod slopes;
 mod windows;
 
 use crate::network_table::FirstLayer;
-use burn::optim::{AdamConfig, GradientsParams, grad_clipping::GradientClippingConfig};
 use burn::tensor::Device;
+use burn_optim::{AdamConfig, GradientsParams, grad_clipping::GradientClippingConfig};
 use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -59,7 +61,8 @@ pub struct Options {
     pub first: FirstLayer,
     /// Widths of the hidden layers.
     pub hidden: Vec<usize>,
-    /// How much of a measurement enters the past that the network sees, over 0 to 1, as in the firmware (docs/explanation/controller.md, eq. 10c).
+    /// How much of a measurement enters the past that the network sees, over 0 to 1, as in the
+    /// firmware (docs/explanation/controller.md, eq. 10c).
     pub observer_gain: f64,
     /// Weight of the simulator's derivatives in the loss, beside 1 for the errors; 0 for none.
     pub derivative_weight: f64,
@@ -78,7 +81,8 @@ pub struct Options {
 }
 
 impl Options {
-    /// What suits a network that begins so. One that remembers takes longer a pass, and settles at a lower rate.
+    /// What suits a network that begins so. One that remembers takes longer a pass, and settles at
+    /// a lower rate.
     pub fn of(first: FirstLayer) -> Self {
         let usual = Self {
             first,
@@ -139,11 +143,12 @@ pub struct Trained {
 
 /// Trains on `training`, keeps the pass that is best on `validation`.
 ///
-/// `progress` is called after every pass with (passes done, passes in all, its losses). A training that was stopped goes on
-/// from its `checkpoint`, and ends with the same weights.
+/// `progress` is called after every pass with (passes done, passes in all, its losses). A training
+/// that was stopped goes on from its `checkpoint`, and ends with the same weights.
 ///
 /// # Errors
-/// [`Error`] when the checkpoint cannot be written, an episode set has no window of the asked rollout or the data are not finite.
+/// [`Error`] when the checkpoint cannot be written, an episode set has no window of the asked
+/// rollout or the data are not finite.
 pub fn train(
     shape: Shape,
     training: &[Scaled],

@@ -1,14 +1,15 @@
-//! The predictor as burn sees it: a linear path beside a small network, rolled out through its own predictions.
+//! The predictor as burn sees it: a linear path beside a small network, rolled out through its own
+//! predictions.
 
 use crate::network_table::FirstLayer;
 use burn::module::{Module, Param};
-use burn::nn::{Linear, LinearConfig};
 use burn::tensor::{Device, Tensor, TensorData};
 use nalgebra::{DMatrix, DVector};
 
 use super::Options;
 use super::basis::Basis;
 use super::cell::{Cell, State, Weights};
+use super::linear::Linear;
 use super::matrix::to_matrix;
 use super::windows::{Shape, Windows};
 
@@ -48,7 +49,8 @@ pub struct Batch {
     past_y: Vec<Tensor<2>>,
     /// Channels, where there are any, one tensor a correction, then s(k), which stays.
     channels: Vec<Tensor<2>>,
-    /// Measurements by which the first predictions are corrected, one tensor a step: what an observer begins with.
+    /// Measurements by which the first predictions are corrected, one tensor a step: what an
+    /// observer begins with.
     corrections: Vec<Tensor<2>>,
     /// u(k + j), one tensor a step, those of the corrections first.
     inputs: Vec<Tensor<2>>,
@@ -68,8 +70,8 @@ fn matrix(m: &DMatrix<f64>, device: &Device) -> Tensor<2> {
 }
 
 impl Frame {
-    /// A frame on `device` for `basis`; `step` and `gain` as in [`Predictor`], what the network begins with and its observer from
-    /// `options`.
+    /// A frame on `device` for `basis`; `step` and `gain` as in [`Predictor`], what the network
+    /// begins with and its observer from `options`.
     pub fn new(
         shape: Shape,
         basis: &Basis,
@@ -112,7 +114,8 @@ impl Frame {
             n_s,
         } = self.shape;
         let (rows, n) = (chosen.len(), self.shape.regressor_len());
-        // An observer begins before the window, at what was measured there; a memory is warmed up by what was.
+        // An observer begins before the window, at what was measured there; a memory is warmed up
+        // by what was.
         let observed = match self.observer_gain < 1.0 {
             true => windows.warm_up(),
             false => 0,
@@ -166,7 +169,8 @@ impl Frame {
 }
 
 impl Batch {
-    /// The same with u(k) and all that follow moved by `moves`, `[rows][n_u]`; what was before k stays.
+    /// The same with u(k) and all that follow moved by `moves`, `[rows][n_u]`; what was before k
+    /// stays.
     pub fn moved(self, moves: &Tensor<2>) -> Self {
         let before = self.corrections.len();
         let inputs = self.inputs.into_iter().enumerate();
@@ -182,8 +186,8 @@ impl Batch {
 }
 
 impl Predictor {
-    /// A predictor whose linear path is (`w` `[n_y][n]`, `b` `[n_y]`) and whose network starts at zero
-    /// output: the first layers are random, the last is zero.
+    /// A predictor whose linear path is (`w` `[n_y][n]`, `b` `[n_y]`) and whose network starts at
+    /// zero output: the first layers are random, the last is zero.
     pub fn new(
         (first, hidden): (FirstLayer, &[usize]),
         w: &DMatrix<f64>,
@@ -215,7 +219,7 @@ impl Predictor {
             cell,
             hidden: widths
                 .windows(2)
-                .map(|p| LinearConfig::new(p[0], p[1]).init(device))
+                .map(|p| Linear::drawn(p[0], p[1], device))
                 .collect(),
             last: Linear {
                 weight: Param::from_tensor(tensor(last, n_y, vec![0.0; last * n_y], device)),
@@ -272,7 +276,8 @@ impl Predictor {
         predictions
     }
 
-    /// Mean over the rollout of the squared errors, each step weighted by `weights[j]` (`[1][n_y]`).
+    /// Mean over the rollout of the squared errors, each step weighted by `weights[j]`
+    /// (`[1][n_y]`).
     pub fn loss(&self, frame: &Frame, batch: &Batch, weights: &[Tensor<2>]) -> Tensor<1> {
         let predictions = self.roll_out(frame, batch);
         let steps = predictions.len() as f32;
@@ -308,7 +313,8 @@ impl Predictor {
         self.cell.as_ref()
     }
 
-    /// Weights as matrices, without a recurrent layer: linear (W, w), then each layer of the network (W, w), all in features.
+    /// Weights as matrices, without a recurrent layer: linear (W, w), then each layer of the
+    /// network (W, w), all in features.
     pub fn weights(&self) -> Vec<(DMatrix<f64>, DVector<f64>)> {
         let layers = std::iter::once(&self.linear)
             .chain(&self.hidden)
@@ -454,7 +460,8 @@ pub(super) mod tests {
         }
     }
 
-    /// Largest difference of any output over warm-up and rollout, and how far the network moves an output.
+    /// Largest difference of any output over warm-up and rollout, and how far the network moves an
+    /// output.
     fn difference(first: FirstLayer, observer_gain: f64) -> (f64, f64) {
         const ROLLOUT: usize = 6;
         let options = Options {
@@ -477,7 +484,7 @@ pub(super) mod tests {
         let b = DVector::from_vec(vec![0.1, -0.1]);
         let mut predictor = Predictor::new((first, &[5, 4]), &w, &b, &device);
         // Drawn, so that the network says something.
-        predictor.last = LinearConfig::new(4, SHAPE.n_y).init(&device);
+        predictor.last = Linear::drawn(4, SHAPE.n_y, &device);
         let chosen: Vec<usize> = (0..windows.len()).collect();
         let batch = frame.batch(&windows, &chosen, ROLLOUT, &device);
         let found = predictor.roll_out(&frame, &batch);
@@ -496,7 +503,8 @@ pub(super) mod tests {
         let (mut worst, mut said) = (0.0_f64, 0.0_f64);
         for w in &chosen {
             let mut memory = vec![0.0; spec.hidden_state_len()];
-            // What was measured, or what the firmware's estimator made of it (docs/explanation/controller.md, eq. 10c).
+            // What was measured, or what the firmware's estimator made of it
+            // (docs/explanation/controller.md, eq. 10c).
             let mut observed = vec![];
             for back in (1..=warm_up).rev() {
                 let mut x = Vec::new();

@@ -1,5 +1,6 @@
-//! The simulator's derivatives in the loss: not only where a network says that the outputs go, but how they answer to the inputs
-//! (docs/explanation/training.md, eq. T3c). A controller descends on the latter.
+//! The simulator's derivatives in the loss: not only where a network says that the outputs go, but
+//! how they answer to the inputs (docs/explanation/training.md, eq. T3c). A controller descends on
+//! the latter.
 
 use burn::tensor::{Device, Tensor};
 use rand::Rng;
@@ -9,12 +10,12 @@ use super::network::{Frame, Predictor, tensor};
 use super::windows::Windows;
 use crate::dataset::Slope;
 
-/// Half the difference that the network's slope is taken over, in reaches of the inputs: small beside the bend of a tanh, large
-/// beside the rounding of `f32`.
+/// Half the difference that the network's slope is taken over, in reaches of the inputs: small
+/// beside the bend of a tanh, large beside the rounding of `f32`.
 const HALF_STEP: f32 = 1.0 / 16.0;
 
-/// Least size that a slope is measured by, as a part of what slopes have at the end of the rollout: at first, and in a delay, there
-/// is next to none.
+/// Least size that a slope is measured by, as a part of what slopes have at the end of the rollout:
+/// at first, and in a delay, there is next to none.
 const FLOOR: f64 = 0.2;
 
 /// The slopes that training windows have.
@@ -58,8 +59,8 @@ impl<'a> Slopes<'a> {
         (0..self.places.len().min(count)).collect()
     }
 
-    /// Mean over the rollout of the squared errors of the predictor's slopes, those of step j in units of their size there: 1 is as
-    /// good as to say that inputs change nothing.
+    /// Mean over the rollout of the squared errors of the predictor's slopes, those of step j in
+    /// units of their size there: 1 is as good as to say that inputs change nothing.
     pub fn loss(
         &self,
         predictor: &Predictor,
@@ -112,7 +113,8 @@ mod tests {
     };
     const ROLLOUT: usize = 3;
 
-    /// y(k+1) = 0.8 y(k) + 0.3 sin(2 u_1(k)); u_2 does nothing, but all that is known of it is that it moves with u_1.
+    /// y(k+1) = 0.8 y(k) + 0.3 sin(2 u_1(k)); u_2 does nothing, but all that is known of it is that
+    /// it moves with u_1.
     fn episode(seed: u64) -> Scaled {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let (mut u, mut y, mut slopes) = (vec![], vec![0.0], vec![]);
@@ -139,7 +141,8 @@ mod tests {
         }
     }
 
-    /// How the next output answers to each input, where a network was trained with this weight of the derivatives.
+    /// How the next output answers to each input, where a network was trained with this weight of
+    /// the derivatives.
     fn answers(first: FirstLayer, derivative_weight: f64) -> [f64; 2] {
         let options = Options {
             first,

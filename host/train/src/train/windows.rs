@@ -15,7 +15,8 @@ pub struct Shape {
     pub past_inputs: usize,
     /// Output values looked at, the current one included.
     pub past_outputs: usize,
-    /// Sensor channels, of which the last reading is looked at and held over a rollout, as the firmware does.
+    /// Sensor channels, of which the last reading is looked at and held over a rollout, as the
+    /// firmware does.
     pub n_s: usize,
 }
 
@@ -71,7 +72,8 @@ pub struct Windows<'a> {
 }
 
 impl<'a> Windows<'a> {
-    /// Windows of `rollout` steps, with `warm_up` regressors before them; episodes too short for one give none.
+    /// Windows of `rollout` steps, with `warm_up` regressors before them; episodes too short for
+    /// one give none.
     pub fn new(shape: Shape, warm_up: usize, rollout: usize, episodes: &'a [Scaled]) -> Self {
         let mut starts = Vec::new();
         for (e, episode) in episodes.iter().enumerate() {
@@ -148,7 +150,8 @@ impl<'a> Windows<'a> {
         &episode.y[(k + 1) * self.shape.n_y..(k + 1 + self.rollout) * self.shape.n_y]
     }
 
-    /// The slopes that begin where a window does and have `length` entries or more, each with its window.
+    /// The slopes that begin where a window does and have `length` entries or more, each with its
+    /// window.
     pub fn slopes(&self, length: usize) -> Vec<(usize, &'a Slope)> {
         let mut slopes = Vec::new();
         for (w, (e, k)) in self.starts.iter().enumerate() {

@@ -1,5 +1,6 @@
-//! `cargo run --release --bin shake -- TARGET SECONDS FILE..`: the targets on a stable compiler, without coverage.
-//! Files are damaged at random for so long; what panics, or takes very long, is written to `found/`.
+//! `cargo run --release --bin shake -- TARGET SECONDS FILE..`: the targets on a stable compiler,
+//! without coverage. Files are damaged at random for so long; what panics, or takes very long, is
+//! written to `found/`.
 
 use std::panic::catch_unwind;
 use std::path::{Path, PathBuf};
@@ -8,7 +9,8 @@ use std::time::{Duration, Instant};
 
 use sinew_fuzz::TARGETS;
 
-/// Longer is a finding. By the clock on the wall: what takes 0.04 s alone took 2 s on a crowded machine.
+/// Longer is a finding. By the clock on the wall: what takes 0.04 s alone took 2 s on a crowded
+/// machine.
 const SLOW: Duration = Duration::from_secs(20);
 
 /// SplitMix64.

@@ -16,7 +16,8 @@ pub(super) struct Seed {
     pub(super) scale: Option<usize>,
     /// The node whose adjoints the seed gives.
     pub(super) begin: usize,
-    /// True if the inner activation is a rectifier after a dense layer of the input: its shut units are skipped.
+    /// True if the inner activation is a rectifier after a dense layer of the input: its shut units
+    /// are skipped.
     pub(super) rectified: bool,
 }
 
@@ -26,8 +27,8 @@ const RECTIFIED: usize = 8;
 const RESULTS: usize = 3;
 
 impl Seed {
-    /// The end of a network, if it is a dense layer, perhaps with an activation in its place, perhaps with a
-    /// scale after it, and nothing is remembered.
+    /// The end of a network, if it is a dense layer, perhaps with an activation in its place,
+    /// perhaps with a scale after it, and nothing is remembered.
     pub(super) fn of(plan: &Plan<'_>) -> Option<Self> {
         if plan.is_stateful() || plan.network.outputs() > BLOCK {
             return None;

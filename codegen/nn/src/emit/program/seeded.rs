@@ -1,4 +1,5 @@
-//! A network that ends in a dense layer with few outputs: its weights are the adjoints to begin with.
+//! A network that ends in a dense layer with few outputs: its weights are the adjoints to begin
+//! with.
 
 use super::body::Body;
 use super::seed::Seed;

@@ -69,7 +69,8 @@ impl cases::Bench for Machine {
         let local = 0_u32;
         let top = &raw const local as usize & !3;
         let bottom = top - PAINTED;
-        // SAFETY: below this frame there is nothing but free stack: RAM is 4 MiB and statics are few.
+        // SAFETY: below this frame there is nothing but free stack: RAM is 4 MiB and statics are
+        // few.
         unsafe {
             let mut word = bottom as *mut u32;
             while (word as usize) < top - MARGIN {

@@ -1,7 +1,7 @@
 //! Bare images for a Cortex-M4F: one for QEMU, which tries networks, and one that is only linked.
 //!
-//! The sources lie beside this file. The crate `cases` holds the tried networks, by a function `run` and a
-//! trait `Bench`.
+//! The sources lie beside this file. The crate `cases` holds the tried networks, by a function
+//! `run` and a trait `Bench`.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -99,11 +99,12 @@ pub fn build(workspace: &Path) -> Result<PathBuf, BuildError> {
     Ok(workspace.join("target").join(TARGET).join("release/image"))
 }
 
-/// Runs the image in QEMU and returns its output. An instruction takes 1,024 ns there: the timer of 40 ns
-/// counts them exactly.
+/// Runs the image in QEMU and returns its output. An instruction takes 1,024 ns there: the timer of
+/// 40 ns counts them exactly.
 ///
 /// # Errors
-/// [`BuildError::Qemu`] if QEMU cannot be started, [`BuildError::Run`] if the image did not end well.
+/// [`BuildError::Qemu`] if QEMU cannot be started, [`BuildError::Run`] if the image did not end
+/// well.
 pub fn run(image: &Path) -> Result<String, BuildError> {
     let output = Command::new("qemu-system-arm")
         .args(["-machine", "mps2-an386", "-cpu", "cortex-m4"])

@@ -244,7 +244,8 @@ fn sources(layer: &str, class: &str, nodes: &Value) -> Result<Vec<Operand>, Netw
         ));
     };
     let mut found = Vec::new();
-    // Keras 3: {"args": [...]} with tensors anywhere within. Keras 2: a list of [name, node, tensor, kwargs].
+    // Keras 3: {"args": [...]} with tensors anywhere within. Keras 2: a list of [name, node,
+    // tensor, kwargs].
     if node.is_object() {
         operands(layer, &node["args"], 0, &mut found)?;
         let named = node["kwargs"].as_object();

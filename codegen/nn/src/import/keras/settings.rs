@@ -1,4 +1,5 @@
-//! The settings of a layer, with a record of those that were looked at: what is left is not understood.
+//! The settings of a layer, with a record of those that were looked at: what is left is not
+//! understood.
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;

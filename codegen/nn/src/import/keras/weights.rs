@@ -17,8 +17,8 @@ pub(super) struct Weights {
     taken: RefCell<HashSet<String>>,
 }
 
-/// Whether a tensor changes nothing in a trained network: a state of random numbers, or the count of what a
-/// Normalization has seen.
+/// Whether a tensor changes nothing in a trained network: a state of random numbers, or the count
+/// of what a Normalization has seen.
 fn is_idle(path: &str) -> bool {
     let counted = path.starts_with("normalization") && path.ends_with("/vars/2");
     counted || path.contains("seed_generator") || path.contains("count:")
@@ -51,8 +51,8 @@ impl Weights {
         })
     }
 
-    /// The weight of `layer` that Keras 2 calls `name` and that is number `number` of Keras 3; none if
-    /// there is none.
+    /// The weight of `layer` that Keras 2 calls `name` and that is number `number` of Keras 3; none
+    /// if there is none.
     pub(super) fn find(&self, layer: &Layer<'_>, name: &str, number: usize) -> Option<&Tensor> {
         if self.numbered {
             let class = snake_case(layer.class);

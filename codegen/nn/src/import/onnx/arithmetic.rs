@@ -87,8 +87,8 @@ impl Import<'_> {
         Ok(vec![Value { place, ..value }])
     }
 
-    /// The value, its node so that the constant beside it varies along the last axis alone, and the constant
-    /// along that axis.
+    /// The value, its node so that the constant beside it varies along the last axis alone, and the
+    /// constant along that axis.
     fn channelled(
         &mut self,
         node: &Node<'_>,

@@ -1,5 +1,5 @@
-//! Constants of an ONNX file: floating-point weights, and integers or truth values that are shapes, axes or
-//! conditions.
+//! Constants of an ONNX file: floating-point weights, and integers or truth values that are shapes,
+//! axes or conditions.
 
 use super::proto::TensorProto;
 use crate::NetworkError;

@@ -1,5 +1,5 @@
-//! Arithmetic of constants: what exporters compute of shapes and weights is computed once, here. A batch of 1 is
-//! part of every shape.
+//! Arithmetic of constants: what exporters compute of shapes and weights is computed once, here. A
+//! batch of 1 is part of every shape.
 
 use super::constant::{BOOL, Constant, DOUBLE, FLOAT, FLOAT16, INT32, INT64, Integers, type_name};
 use super::{Import, Node};

@@ -140,8 +140,8 @@ impl Import<'_> {
         }
     }
 
-    /// Up to opset 12 over all values from an axis on, by default all but the batch; from 13 on over one axis,
-    /// by default the last.
+    /// Up to opset 12 over all values from an axis on, by default all but the batch; from 13 on
+    /// over one axis, by default the last.
     fn softmax(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
         let value = self.value(node, 0)?;
         let dims = value.dims();

@@ -1,5 +1,5 @@
-//! ONNX. Its images have channels first and ours last: values are turned where a layer asks for it, and the
-//! turns before dense layers go into their weights.
+//! ONNX. Its images have channels first and ours last: values are turned where a layer asks for it,
+//! and the turns before dense layers go into their weights.
 
 mod arithmetic;
 mod constant;

@@ -1,4 +1,5 @@
-//! A node's attributes and inputs, with a record of those that were looked at: what is left is not understood.
+//! A node's attributes and inputs, with a record of those that were looked at: what is left is not
+//! understood.
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;

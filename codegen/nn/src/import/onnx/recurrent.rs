@@ -219,7 +219,8 @@ impl Import<'_> {
     }
 }
 
-/// The kind of each direction, with its activations; alpha and beta go to those that take them, in turn.
+/// The kind of each direction, with its activations; alpha and beta go to those that take them, in
+/// turn.
 fn cells(node: &Node<'_>, directions: usize) -> Result<Vec<Cell>, NetworkError> {
     let names = node.texts("activations");
     let mut alphas = node.floats("activation_alpha").iter().copied();

@@ -14,8 +14,8 @@ impl Value {
         shape
     }
 
-    /// A value in ONNX's order with the shape `dims`. The batch is axis `batch` where that is 1, else the first
-    /// axis of 1.
+    /// A value in ONNX's order with the shape `dims`. The batch is axis `batch` where that is 1,
+    /// else the first axis of 1.
     pub(super) fn of(place: usize, dims: Vec<usize>, batch: Option<usize>) -> Self {
         let given = batch.filter(|&axis| dims.get(axis) == Some(&1));
         let batch = given.or_else(|| dims.iter().position(|&n| n == 1));
@@ -120,8 +120,8 @@ impl Import<'_> {
         })
     }
 
-    /// Node `place`, which holds values of shape `held`, with its axes in another order. Two turns that undo each
-    /// other are none.
+    /// Node `place`, which holds values of shape `held`, with its axes in another order. Two turns
+    /// that undo each other are none.
     pub(super) fn turned(
         &mut self,
         node: &Node<'_>,

@@ -1,4 +1,5 @@
-//! The tables of a TensorFlow Lite file (schema.fbs, version 3): fields are known by their numbers there.
+//! The tables of a TensorFlow Lite file (schema.fbs, version 3): fields are known by their numbers
+//! there.
 
 use super::flatbuffer::Table;
 use crate::NetworkError;

@@ -1,5 +1,5 @@
-//! Reads FlatBuffers tables, every offset checked. The crate `flatbuffers` reads only what its compiler has
-//! generated code for; the fields needed here are few.
+//! Reads FlatBuffers tables, every offset checked. The crate `flatbuffers` reads only what its
+//! compiler has generated code for; the fields needed here are few.
 
 use crate::NetworkError;
 

@@ -1,5 +1,6 @@
-//! TensorFlow Lite: float32 and float16, and int8 with its weights dequantised. Values between layers are
-//! floating point here, so a quantised file gives what its weights say, without the rounding of its values.
+//! TensorFlow Lite: float32 and float16, and int8 with its weights dequantised. Values between
+//! layers are floating point here, so a quantised file gives what its weights say, without the
+//! rounding of its values.
 
 mod file;
 mod flatbuffer;
@@ -793,7 +794,8 @@ fn product(shape: &[usize]) -> usize {
     shape.iter().fold(1, |n, &axis| n.saturating_mul(axis))
 }
 
-/// A tensor's shape as a node holds it: without the batch of 1, and flat where no node has so many axes.
+/// A tensor's shape as a node holds it: without the batch of 1, and flat where no node has so many
+/// axes.
 fn held(shape: &[usize], length: usize) -> Vec<usize> {
     let inner = match shape {
         [1, inner @ ..] if !inner.is_empty() => inner,

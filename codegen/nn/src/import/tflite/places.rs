@@ -6,8 +6,8 @@ use crate::import::shapes::{self, places_along, slice_indices};
 use crate::{NetworkError, Op};
 
 impl Import<'_> {
-    /// Whether an operator was one of these, which are then done. One that reads no value computes the shape of a
-    /// reshape, which its result has.
+    /// Whether an operator was one of these, which are then done. One that reads no value computes
+    /// the shape of a reshape, which its result has.
     ///
     /// # Errors
     /// [`NetworkError`].
@@ -301,7 +301,8 @@ impl Import<'_> {
     }
 }
 
-/// Places of the values at the given indices of every axis, all indices where there are none for an axis.
+/// Places of the values at the given indices of every axis, all indices where there are none for an
+/// axis.
 fn along_all(dims: &[usize], lists: &[Vec<usize>]) -> Vec<usize> {
     let mut places = vec![0];
     for (axis, &length) in dims.iter().enumerate() {

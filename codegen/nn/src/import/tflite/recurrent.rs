@@ -1,10 +1,12 @@
-//! Operators that remember. No tool here writes them, so none is read; they are refused before anything else is
-//! looked at, since what a converter puts around them (SHAPE, FILL, a second graph) says nothing to anybody.
+//! Operators that remember. No tool here writes them, so none is read; they are refused before
+//! anything else is looked at, since what a converter puts around them (SHAPE, FILL, a second
+//! graph) says nothing to anybody.
 
 use super::file::Model;
 use crate::NetworkError;
 
-/// Code and name. A GRU becomes a WHILE with a graph of its own; so do LSTM and RNN where they are not fused.
+/// Code and name. A GRU becomes a WHILE with a graph of its own; so do LSTM and RNN where they are
+/// not fused.
 const OPERATORS: &[(i32, &str)] = &[
     (16, "LSTM"),
     (24, "RNN"),

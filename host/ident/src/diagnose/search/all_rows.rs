@@ -6,9 +6,9 @@ use std::ops::Range;
 use crate::diagnose::acceptance::leaves_something;
 use crate::diagnose::candidate::Candidate;
 use crate::diagnose::case::Case;
-use crate::diagnose::corrected::whole;
 use crate::diagnose::search::refit::with_values;
 use crate::diagnose::term::Term;
+use crate::diagnose::whole_recordings::whole;
 use crate::error::Result;
 
 /// Returns what `best` chooses of the candidates. Full refits of a dear rig are fitted to a part of

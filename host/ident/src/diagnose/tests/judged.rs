@@ -34,10 +34,10 @@ pub fn finals_of(case: &Case, kind: &str, at: &[&str], start: &[f64]) -> (Candid
     let begun = begun.expect("it can sit there");
     let trial = subset.improved(begun.terms, begun.model, begun.from, 10);
     let trial = trial.expect("it can be simulated");
-    let base = fit_baseline(&case, &parent)
+    let base = fit_baseline(case, &parent)
         .expect("a rig")
         .expect("it is finite");
-    let last = refit(&case, &subset, &trial, 12).expect("a rig");
+    let last = refit(case, &subset, &trial, 12).expect("a rig");
     (base, last.expect("it is finite"))
 }
 
@@ -53,7 +53,7 @@ fn a_quarter_off(case: &Case, last: &Candidate) -> Candidate {
     for tendon in ["east", "west"] {
         values[slot(last, tendon)] *= 0.75;
     }
-    let off = with_values(&case, &last.trial, values).expect("a rig");
+    let off = with_values(case, &last.trial, values).expect("a rig");
     off.expect("it is finite")
 }
 

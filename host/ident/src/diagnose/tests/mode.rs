@@ -89,7 +89,7 @@ fn last(case: &Case, start: &[f64]) -> Candidate {
     let begun = begun.expect("it can sit there");
     let trial = subset.improved(begun.terms, begun.model, begun.from, 10);
     let trial = trial.expect("it can be simulated");
-    let last = refit(&case, &subset, &trial, 12).expect("a rig");
+    let last = refit(case, &subset, &trial, 12).expect("a rig");
     last.expect("it is finite")
 }
 
@@ -114,7 +114,7 @@ fn a_mode_that_swings_has_a_size_and_one_as_good_as_rigid_has_none() {
     for (carried, start, there) in [(0.4, [0.02, 7.0, 0.04], true), (0.0, RIGID, false)] {
         judged(carried, |case| {
             let mode = last(case, &start);
-            assert_eq!(is_determined(&case, &mode).expect("a rig"), there);
+            assert_eq!(is_determined(case, &mode).expect("a rig"), there);
         });
     }
 }

@@ -1,5 +1,5 @@
-//! What a rig's own numbers can imitate: its free parameters and its start, refitted to a run with an effect
-//! that it lacks (docs/explanation/experiments.md, eq. 5).
+//! What a rig's own numbers can imitate: its free parameters and its start, refitted to a run with
+//! an effect that it lacks (docs/explanation/experiments.md, eq. 5).
 
 use rayon::prelude::*;
 use sinew_sim::{Dual, InputTrajectory, Plant, Scalar};
@@ -15,8 +15,8 @@ const HALVINGS: usize = 2;
 /// A step that leaves more than this of what there was is the last.
 const WORTH: f64 = 0.8;
 
-/// The rig as it is, and orthonormal directions in which its unknowns move the signals: free parameters,
-/// then start states.
+/// The rig as it is, and orthonormal directions in which its unknowns move the signals: free
+/// parameters, then start states.
 pub(super) struct Imitation<'a> {
     plant: &'a Plant,
     drive: &'a InputTrajectory,
@@ -149,8 +149,8 @@ impl<'a> Imitation<'a> {
         Ok((0..here.len()).map(column).collect())
     }
 
-    /// Adds what is new in a direction (Gram and Schmidt, twice for the digits); one that is not new by a
-    /// millionth, or that does nothing, is left out.
+    /// Adds what is new in a direction (Gram and Schmidt, twice for the digits); one that is not
+    /// new by a millionth, or that does nothing, is left out.
     fn add(&mut self, unknown: usize, mut column: Vec<f64>) {
         let before = norm(&column);
         if !(before.is_finite() && before > 0.0) {
@@ -171,8 +171,8 @@ impl<'a> Imitation<'a> {
         }
     }
 
-    /// Takes out of a vector what the directions hold of it, and returns how the unknowns would have to move
-    /// for that.
+    /// Takes out of a vector what the directions hold of it, and returns how the unknowns would
+    /// have to move for that.
     fn remove(&self, vector: &mut [f64]) -> Vec<f64> {
         let mut moved = vec![0.0; self.unknowns.len()];
         for (column, moves) in self.columns.iter().zip(&self.moves) {
@@ -183,10 +183,10 @@ impl<'a> Imitation<'a> {
         moved
     }
 
-    /// What no unknowns can imitate of a run with an effect: the projection of the difference, and where more
-    /// than `enough` of it is left but less than is imitated, that of steps of Gauss and Newton, each a run of
-    /// the rig with other numbers inside their bounds. Where more is left than is imitated, the higher orders of
-    /// the imitation could not make it up.
+    /// What no unknowns can imitate of a run with an effect: the projection of the difference, and
+    /// where more than `enough` of it is left but less than is imitated, that of steps of Gauss and
+    /// Newton, each a run of the rig with other numbers inside their bounds. Where more is left
+    /// than is imitated, the higher orders of the imitation could not make it up.
     pub(super) fn left(&self, with: &[f64], enough: f64) -> Vec<f64> {
         let with = self.in_deviations(with);
         let off = |signals: &[f64]| -> (Vec<f64>, Vec<f64>, f64) {

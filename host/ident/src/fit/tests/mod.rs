@@ -1,5 +1,6 @@
-//! Parameters that a fit must find, and claims that it must not make. The recordings of the mass on a spring are foreign
-//! (`tests/foreign/mass_spring_damper.py`); the others are simulated, with noise.
+//! Parameters that a fit must find, and claims that it must not make. The recordings of the mass on
+//! a spring are foreign (`tests/foreign/mass_spring_damper.py`); the others are simulated, with
+//! noise.
 
 use std::path::PathBuf;
 
@@ -181,7 +182,8 @@ fn friction_that_the_rig_lacks_is_seen_in_the_error() {
     assert!(sensor.rms > 20.0 * 4.8e-4, "{sensor:?}");
 }
 
-/// Dry friction leaves a tenth of the motion, which a controller lives with; without its spring the mass is anywhere.
+/// Dry friction leaves a tenth of the motion, which a controller lives with; without its spring the
+/// mass is anywhere.
 #[test]
 fn a_person_is_warned_of_a_rig_that_explains_nothing() {
     let (recording, _) = foreign();
@@ -526,8 +528,9 @@ fn what_is_tied_changes_by_the_same_part_of_its_scale() {
     assert!(tied > least);
 }
 
-/// One fit in which every simulation ends early that may, and one in which none does; in how many steps the latter
-/// refused what the former did not simulate to its end, and what part of the cost was left.
+/// One fit in which every simulation ends early that may, and one in which none does; in how many
+/// steps the latter refused what the former did not simulate to its end, and what part of the cost
+/// was left.
 fn fitted_twice(start: [f64; 3], recording: &Recording) -> (usize, f64) {
     let [inertia, stiffness, damping] = start;
     let rig = parse(&oscillator(inertia, stiffness, damping, FRICTION));
@@ -682,7 +685,8 @@ fn the_emps_axis() {
                 "{name}: {found} from {inertia}, {damping}"
             );
         };
-        // Published: M 95.1, Fv 203.5, Fc 20.4; the free run over this record alone: 93.1, 204.8, 20.7.
+        // Published: M 95.1, Fv 203.5, Fc 20.4; the free run over this record alone: 93.1, 204.8,
+        // 20.7.
         near("carriage.inertia", 93.1, 0.05);
         near("screw.damping", 204.8, 0.08);
         near("carriage.coulomb_friction.level", 20.7, 0.08);

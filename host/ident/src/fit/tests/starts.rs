@@ -28,8 +28,8 @@ fn of_states<'a>(
     )
 }
 
-/// A lag that began each stretch with the recording's first sample missed the first rows of all but one by what the device
-/// had moved meanwhile, and was taken for no explanation.
+/// A lag that began each stretch with the recording's first sample missed the first rows of all but
+/// one by what the device had moved meanwhile, and was taken for no explanation.
 #[test]
 fn a_memory_in_the_middle_of_a_recording_begins_with_what_was_read_there() {
     let lag = "[[effect]]\nkind = \"sensor_lag\"\ncomponent = \"encoder\"\ntime_constant = { value = 0.05 }\n";
@@ -91,7 +91,8 @@ fn a_start_that_ends_in_another_well_is_found_by_its_first_rows() {
     );
 }
 
-/// A play that began each stretch in its middle pushed with half a gap too much for as long as the input took to turn.
+/// A play that began each stretch in its middle pushed with half a gap too much for as long as the
+/// input took to turn.
 #[test]
 fn a_play_in_the_middle_of_a_recording_stands_where_the_rows_before_left_it() {
     let play = "[[effect]]\nkind = \"backlash\"\ncomponent = \"push\"\ngap = { value = 8.0 }\n";

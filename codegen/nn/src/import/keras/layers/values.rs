@@ -46,7 +46,8 @@ pub(super) fn numbers(value: &Value) -> Vec<f32> {
     }
 }
 
-/// Rows and columns of a size; one number stands for both, and for the columns where there is one axis.
+/// Rows and columns of a size; one number stands for both, and for the columns where there is one
+/// axis.
 pub(super) fn pair(value: &Value, one: bool, otherwise: usize) -> [usize; 2] {
     let size = |value: &Value| value.as_u64().and_then(|n| usize::try_from(n).ok());
     let list: Vec<usize> = match value {
