@@ -2,7 +2,7 @@
 
 use defmt::{info, warn};
 use sinew_device::protocol::{
-    Accumulator, Fed, Identity, MAX_FRAME, Reason, ToDevice, ToHost, decode, encode,
+    Accumulator, Fed, Identity, MAX_FRAME, Reason, StatusOnWire, ToDevice, ToHost, decode, encode,
 };
 
 use crate::stack;
@@ -77,7 +77,7 @@ impl Link {
                 let controlled = status.is_controlled();
                 if controlled != self.controlled {
                     self.controlled = controlled;
-                    warn!("sample {=u32}: {}", *seq, *status);
+                    warn!("sample {=u32}: {}", *seq, StatusOnWire::from(*status));
                 }
             }
             ToHost::Refused { reason } => warn!("refused: {}", *reason),

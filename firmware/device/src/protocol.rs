@@ -207,10 +207,12 @@ pub struct Telemetry {
     pub dropped: u32,
 }
 
-/// [`Status`] as serde sees it: its variants are numbered on the wire in this order.
-#[derive(Serialize, Deserialize)]
+/// [`Status`] as serde and a log see it: its variants are numbered on the wire in this order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[serde(remote = "Status")]
-enum StatusOnWire {
+#[allow(missing_docs, reason = "each variant is that of `Status`")]
+pub enum StatusOnWire {
     Converged,
     IterationLimit,
     NoDecrease,
@@ -220,6 +222,22 @@ enum StatusOnWire {
     Lost,
     Disarmed,
     OpenLoop,
+}
+
+impl From<Status> for StatusOnWire {
+    fn from(status: Status) -> Self {
+        match status {
+            Status::Converged => Self::Converged,
+            Status::IterationLimit => Self::IterationLimit,
+            Status::NoDecrease => Self::NoDecrease,
+            Status::BadReference => Self::BadReference,
+            Status::BadSettings => Self::BadSettings,
+            Status::NotFinite => Self::NotFinite,
+            Status::Lost => Self::Lost,
+            Status::Disarmed => Self::Disarmed,
+            Status::OpenLoop => Self::OpenLoop,
+        }
+    }
 }
 
 /// Why a frame was refused.

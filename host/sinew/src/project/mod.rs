@@ -179,7 +179,7 @@ fn update(path: &Path, contents: &[u8]) -> Result<()> {
 /// Builds one board of the project in `folder`, with progress.
 ///
 /// # Errors
-/// As [`project::build`].
+/// As [`build`].
 pub fn build_shown(
     folder: &Path,
     board: Board,

@@ -288,7 +288,7 @@ pub fn tune_quickly(
     );
     let training = setup.training(&scenarios, Objective::Tracking);
     let (found, failure) = firmware.cheapest(&space, QUICK, &training, &|| ());
-    if !(found.cost < f64::MAX) {
+    if found.cost.is_nan() || found.cost >= f64::MAX {
         return Err(failure.unwrap_or_else(no_weights));
     }
     spec.control.move_suppression = found.weights.move_suppression;
