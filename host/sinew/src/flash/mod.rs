@@ -39,11 +39,10 @@ mod with {
     use super::{Chip, Device, Error, Options, Path, Result};
     use sinew_ident::cli::progress::Stage;
 
-    impl From<sinew_probe::Trouble> for Error {
-        fn from(trouble: sinew_probe::Trouble) -> Self {
-            let (message, help) = trouble.told();
-            Self::failed(message).help(help)
-        }
+    /// A probe's failure as an error of the program.
+    fn failed(trouble: sinew_probe::Trouble) -> Error {
+        let (message, help) = trouble.told();
+        Error::failed(message).help(help)
     }
 
     fn probed(chip: &Chip) -> sinew_probe::Chip {
@@ -70,16 +69,17 @@ mod with {
         let stage = Stage::begin(format!("flash {}", chip.name), options.quiet);
         let flashed = || stage.end("flashed and verified");
         let mut tell = |line: &str| println!("{line}");
-        let log: Option<&mut dyn FnMut(&str)> = match options.no_log {
-            true => None,
-            false => Some(&mut tell),
+        let log: Option<&mut dyn FnMut(&str)> = if options.no_log {
+            None
+        } else {
+            Some(&mut tell)
         };
-        sinew_probe::flash(&probed(chip), image, &asked(options), flashed, log)?;
+        sinew_probe::flash(&probed(chip), image, &asked(options), flashed, log).map_err(failed)?;
         Ok(())
     }
 
     pub fn connect(chip: &Chip, options: &Options) -> Result<Device> {
-        let (to, from) = sinew_probe::line(&probed(chip), &asked(options))?;
+        let (to, from) = sinew_probe::line(&probed(chip), &asked(options)).map_err(failed)?;
         Device::over(to, from)
     }
 }
@@ -90,7 +90,7 @@ mod with {
 
     fn without(what: &str) -> Error {
         Error::failed(format!("{what}: this sinew was built without probe support")).help(
-            "cargo install --path host --features probe; or `cargo run --release` in the board's folder, with probe-rs-tools",
+            "cargo install --path host/sinew --features probe; or `cargo run --release` in the board's folder, with probe-rs-tools",
         )
     }
 
