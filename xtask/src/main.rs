@@ -101,7 +101,7 @@ const VERBS: &[Verb] = &[
     },
     Verb {
         name: "proof",
-        arguments: "[--seed S] [--cases N] [--fresh] [--score] [--publish] | --committed | --brief | --bouc-wen",
+        arguments: "[--seed S] [--cases N] [--fresh] [--score] [--publish] | --committed | --brief | --bouc-wen | [--seed S] --compare N",
         line: "Recordings with concealed physics put to `sinew diagnose`, and the table of what it found",
         run: |arguments| evaluation::run("proof", arguments),
     },

@@ -96,7 +96,12 @@ fn an_effect_of_a_users_own_is_simulated_found_and_named() {
         check: vec![recorded(&real, 3)],
         test: Vec::new(),
     };
-    let mut options = Options::default();
+    let known = ["viscous_damping", "quadratic_drag", "coulomb_friction"];
+    let kinds = known.map(|name| Kind::named(name).expect("the vocabulary has it"));
+    let mut options = Options {
+        effects: kinds.to_vec(),
+        ..Options::default()
+    };
     let without = diagnose(&rig, &recordings, &options, &|_, _, _| {}).expect("an answer");
     assert!(without.effects.iter().all(|one| one.kind != "quintic_drag"));
     options.effects.push(drag);

@@ -11,7 +11,7 @@ use super::run::Folder;
 use xtask::process::root;
 
 /// What the table is made of; the rest of an answer is as long again.
-const KEPT: [&str; 4] = ["verdict", "effects", "fit", "seconds"];
+pub const KEPT: [&str; 4] = ["verdict", "effects", "fit", "seconds"];
 
 /// One line a case.
 fn file(seed: u64) -> PathBuf {
@@ -45,6 +45,23 @@ pub fn restore(folder: &Folder, seed: u64) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// The answers that are kept of a seed; refusals are left out.
+///
+/// # Errors
+/// There are none, or a line is neither an answer nor a refusal.
+pub fn answers(seed: u64) -> Result<Vec<(usize, Value)>> {
+    let kept = file(seed);
+    let text =
+        fs::read_to_string(&kept).with_context(|| format!("cannot read {}", kept.display()))?;
+    let lines = text.lines().map(read);
+    let answers = lines.filter_map(|line| match line {
+        Ok((number, Said::Answer(answer))) => Some(Ok((number, answer))),
+        Ok(_) => None,
+        Err(error) => Some(Err(error)),
+    });
+    answers.collect()
 }
 
 /// What a line holds.

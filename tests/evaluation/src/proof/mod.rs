@@ -6,6 +6,7 @@
 //! resumes where it was stopped.
 
 mod bouc_wen;
+mod compare;
 mod kept;
 mod run;
 
@@ -37,6 +38,8 @@ enum Set {
     /// The committed ones but for the longest: what continuous integration asks.
     Brief,
     BoucWen,
+    /// The cheapest of every sort of the kept answers, as many as this.
+    Compared(usize),
 }
 
 struct Options {
@@ -73,9 +76,10 @@ fn options(arguments: &[String]) -> Result<Options> {
             "--brief" => options.set = Set::Brief,
             "--committed" => options.set = Set::Committed,
             "--bouc-wen" => options.set = Set::BoucWen,
+            "--compare" => options.set = Set::Compared(usize::try_from(number()?)?),
             other => bail!(
                 "unexpected argument '{other}'; there are --seed S, --cases N, --fresh, --score, --publish, \
-                 --committed, --brief and --bouc-wen"
+                 --committed, --brief, --bouc-wen and --compare N"
             ),
         }
     }
@@ -89,6 +93,7 @@ pub fn run(arguments: &[String]) -> Result<()> {
     let options = options(arguments)?;
     match options.set {
         Set::BoucWen => bouc_wen::run(),
+        Set::Compared(wanted) => compare::run(options.seed, wanted),
         Set::Committed => committed(|_| true),
         Set::Brief => committed(|number| !LONGEST.contains(&number)),
         Set::Drawn => drawn(&options),

@@ -114,6 +114,26 @@ pub fn make(folder: &Folder, seed: u64, cases: usize) -> Result<()> {
     })
 }
 
+/// Writes one case, unless it is there.
+///
+/// # Errors
+/// As [`make`].
+pub fn make_one(folder: &Folder, seed: u64, number: usize) -> Result<()> {
+    if folder.truth(number).exists() {
+        return Ok(());
+    }
+    let (seed, first, after) = (
+        seed.to_string(),
+        number.to_string(),
+        (number + 1).to_string(),
+    );
+    let mut command = python::environment()?.command(&["-m", "hardlaw.cases"]);
+    command.args(["--seed", &seed, "--cases", &after, "--first", &first]);
+    command.arg("--out").arg(&folder.cases);
+    command.arg("--truth").arg(&folder.truths);
+    process::run(&mut command)
+}
+
 /// How many do something at a time: one a core.
 fn workers() -> usize {
     thread::available_parallelism().map_or(1, usize::from)
