@@ -160,9 +160,12 @@ fn test(folder: &Path) -> Result<()> {
             folder.display()
         )));
     }
-    println!(
-        "{}: its tests pass, its golden vectors among them",
-        folder.display()
-    );
+    // A crate of int8 weights or of a coarser tanh has none: it is not meant to give the network's own outputs.
+    let golden = if folder.join("tests/golden.rs").is_file() {
+        "its golden vectors among them"
+    } else {
+        "it has no golden vectors"
+    };
+    println!("{}: its tests pass, {golden}", folder.display());
     Ok(())
 }
