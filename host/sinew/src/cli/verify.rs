@@ -118,6 +118,13 @@ fn framework(arguments: &Arguments, inputs: &[Vec<f64>]) -> Result<Vec<Vec<f64>>
 
 /// Largest difference, as a part of the range of the framework's outputs.
 fn difference(network: &Network, inputs: &[Vec<f64>], expected: &[Vec<f64>]) -> Result<f64> {
+    if expected.len() != inputs.len() {
+        return Err(Error::arguments(format!(
+            "the framework answered {} of {} inputs",
+            expected.len(),
+            inputs.len()
+        )));
+    }
     let all = || expected.iter().flatten().copied();
     let (low, high) = all().fold((f64::MAX, f64::MIN), |(low, high), y| {
         (low.min(y), high.max(y))

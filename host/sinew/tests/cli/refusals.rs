@@ -242,6 +242,21 @@ fn networks_that_are_no_predictors() {
 }
 
 #[test]
+fn networks_without_their_framework() {
+    let desk = desk();
+    desk.bring("rigs/experiments/mass-spring-damper.tflite");
+    desk.write("empty.onnx", "");
+    insta::assert_snapshot!(refusals(
+        &desk,
+        &[
+            "verify absent.onnx",
+            "verify empty.onnx",
+            "verify mass-spring-damper.tflite --python no-such-python",
+        ]
+    ));
+}
+
+#[test]
 fn programs_that_are_no_plants() {
     let desk = desk();
     let said = |name: &str, lines: &str| {
