@@ -27,8 +27,8 @@ pub fn import(network: &Network, out: Option<&Path>) -> Result<String, BuildErro
 /// Golden vectors of a crate whose network brings none.
 const GOLDEN: usize = 4;
 
-/// The network with golden vectors of its own in double precision, where its file brings none and the crate is to
-/// compute what the network says.
+/// Adds golden vectors in double precision where the file of the network brings none and the crate
+/// is to compute what the network says.
 fn with_golden(network: &Network, options: &Options) -> Network {
     let mut network = network.clone();
     let exact = options.weights == Weights::default() && options.accuracy == Accuracy::default();

@@ -1,5 +1,5 @@
-//! `sinew verify`: a network against the framework that wrote it, called by the user's own Python, and the emitted
-//! crate against its golden vectors.
+//! `sinew verify`: a network against the framework that wrote it, called by the user's own Python,
+//! and the emitted crate against its golden vectors.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -33,7 +33,8 @@ pub struct Arguments {
 }
 
 /// # Errors
-/// A network that cannot be read, no framework, a difference above the tolerance, or a crate whose tests fail.
+/// A network that cannot be read, no framework, a difference above the tolerance, or a crate whose
+/// tests fail.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let network = import::read(&arguments.network).map_err(Error::refused)?;
     let inputs = inputs(&network);
@@ -167,7 +168,8 @@ fn test(folder: &Path) -> Result<()> {
             folder.display()
         )));
     }
-    // A crate of int8 weights or of a coarser tanh has none: it is not meant to give the network's own outputs.
+    // A crate of int8 weights or of a coarser tanh has none: it is not meant to give the network's
+    // own outputs.
     let golden = if folder.join("tests/golden.rs").is_file() {
         "its golden vectors among them"
     } else {
