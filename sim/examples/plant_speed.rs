@@ -1,4 +1,4 @@
-//! How fast the simulator is, for `cargo xtask bench plant`: devices of
+//! Speed of the simulator, for `cargo xtask bench plant`: devices of
 //! `tests/foreign/trajectories` over and over, on one core, and what derivatives cost. Prints one
 //! JSON object; times are the best of several rounds.
 //!

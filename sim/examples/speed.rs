@@ -1,4 +1,4 @@
-//! How long a simulation takes: the EMPS rig over 24,841 samples at 1 kHz, plain and with 8
+//! Duration of a simulation: the EMPS rig over 24,841 samples at 1 kHz, plain and with 8
 //! derivatives, driven by a recording where one is given and by a chirp otherwise; and the two-mass
 //! drive over 4,000 samples, plain and with up to 12 derivatives.
 //!

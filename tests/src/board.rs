@@ -141,7 +141,7 @@ impl Desk {
         Device::over(line.try_clone().map_err(failed)?, line)
     }
 
-    /// What the rig has seen so far.
+    /// Ticks that the rig has seen so far.
     pub fn ticks(&self) -> Vec<Tick> {
         self.ticks
             .lock()
@@ -161,7 +161,7 @@ impl Desk {
     }
 }
 
-/// What `connect` gives, once it gives something: a socket is there a moment before somebody
+/// Result of `connect`, once it gives something: a socket is there a moment before somebody
 /// listens on it.
 fn patiently<T, E>(
     mut connect: impl FnMut() -> std::result::Result<T, E>,

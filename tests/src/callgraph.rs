@@ -1,4 +1,4 @@
-//! Which functions of a linked image a function can reach: Thumb-2 branches, decoded.
+//! Functions of a linked image that a function can reach: Thumb-2 branches, decoded.
 //!
 //! Direct calls and tail calls are `BL` and `B.W` (Armv7-M Architecture Reference Manual, A7.7.12
 //! and A7.7.18); a call through a register (`BLX Rm`) is reported, since it could go anywhere.
@@ -15,11 +15,11 @@ pub struct CallGraph {
     /// Start of a function to its name and its end.
     functions: BTreeMap<u64, (String, u64)>,
     code: Vec<(u64, Vec<u8>)>,
-    /// Where mapping symbols say that data (true) or code (false) begins.
+    /// Addresses at which mapping symbols say that data (true) or code (false) begins.
     map: BTreeMap<u64, bool>,
 }
 
-/// What can be reached from one function.
+/// Functions that can be reached from one function.
 #[derive(Clone, Debug, Default)]
 pub struct Reach {
     /// Names of functions, itself included.

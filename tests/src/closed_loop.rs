@@ -18,11 +18,11 @@ pub struct Record {
 /// A run from rest to Stop.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Run {
-    /// Who answered.
+    /// Identity of the device that answered.
     pub identity: Identity,
     /// Every step.
     pub steps: Vec<Record>,
-    /// What the device counted.
+    /// Counts of the device.
     pub summary: Summary,
     /// Root of the mean squared tracking error, all outputs pooled, scaled units.
     pub tracking_rms: f64,

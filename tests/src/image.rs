@@ -26,7 +26,7 @@ pub fn build(board: Board) -> Result<Built> {
     compile(&root(), board, &cache())
 }
 
-/// Where images are built: beside the workspace's own outputs, as `cargo xtask test` does. The host
+/// Build folder of images: beside the workspace's own outputs, as `cargo xtask test` does. The host
 /// program embeds the boards' folders and would be built again after each build in there.
 pub fn cache() -> PathBuf {
     let target = std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into());
@@ -79,7 +79,7 @@ pub fn cannot_run() -> Option<&'static str> {
     (!present).then_some("no target thumbv7em-none-eabihf (cargo xtask setup)")
 }
 
-/// Where a panic ends up, by the names that core gives: `panicking`, `slice_index_fail` and the
+/// Ends of a panic, by the names that core gives: `panicking`, `slice_index_fail` and the
 /// like.
 const PANICS: [&str; 6] = [
     "panic",

@@ -1,4 +1,4 @@
-//! What the tests of `tests/tests` share: the images of this checkout, the reference problem's
+//! Common parts of the tests of `tests/tests`: the images of this checkout, the reference problem's
 //! plant, and the loop around it. Talking to a device is `sinew::device`.
 
 pub mod board;

@@ -98,7 +98,7 @@ impl Reference {
         })
     }
 
-    /// What the controller sees at step k: rows k+1 .. k+horizon, the last row held.
+    /// Preview of the controller at step k: rows k+1 .. k+horizon, the last row held.
     pub fn preview(&self, k: usize, horizon: usize) -> Vec<[f32; OUTPUTS]> {
         let last = self.rows.len() - 1;
         (1..=horizon)

@@ -15,14 +15,14 @@ use crate::gdb::{Gdb, Halted};
 /// read, flags.
 const HEADER: u32 = 24;
 const CHANNEL: u32 = 24;
-/// How the control block begins once the firmware has made its channels (UM08001, "RTT control
+/// Start of the control block once the firmware has made its channels (UM08001, "RTT control
 /// block").
 const READY: &[u8; 16] = b"SEGGER RTT\0\0\0\0\0\0";
 /// The firmware's channels (boards/runtime/src/probe.rs).
 const UP: u32 = 1;
 const DOWN: u32 = 0;
 
-/// Where the linker put the control block of `image`.
+/// Address at which the linker put the control block of `image`.
 ///
 /// # Errors
 /// It is no image, or has none.
@@ -78,7 +78,7 @@ fn exchange(
     ours.write_all(&heard)
 }
 
-/// What the board has written and nobody has read.
+/// Bytes that the board has written and nobody has read.
 fn take(halted: &mut Halted<'_>, channel: u32) -> io::Result<Vec<u8>> {
     let [_, buffer, size, write, read, _] = words(halted, channel)?;
     if write == read {

@@ -1,4 +1,4 @@
-//! What is measured on an image, as it is kept in `tests/expected/` and held against
+//! Measurements of an image, as they are kept in `tests/expected/` and held against
 //! `tests/budgets.toml`.
 
 use std::fmt::Write as _;

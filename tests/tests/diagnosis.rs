@@ -19,7 +19,7 @@ fn foreign() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("foreign")
 }
 
-/// What the program says about a case, by way of the JSON that a user gets.
+/// Answer of the program about a case, by way of the JSON that a user gets.
 fn answer(folder: &Path) -> Answer {
     let path = folder.join("rig.toml");
     let text = fs::read_to_string(&path).expect("the case has a rig");

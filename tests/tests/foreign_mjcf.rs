@@ -1,4 +1,4 @@
-//! What `sinew mjcf` writes means the same to MuJoCo: `tests/foreign/mjcf.py` let MuJoCo run the
+//! Output of `sinew mjcf` means the same to MuJoCo: `tests/foreign/mjcf.py` let MuJoCo run the
 //! file, and our simulator runs the rig that the file was written from.
 
 use std::path::PathBuf;

@@ -1,4 +1,4 @@
-//! What the linked images hold and what they do not: no heap, and no way from the control step to a
+//! Content of the linked images, and what they lack: no heap, and no way from the control step to a
 //! panic.
 
 use std::path::Path;

@@ -25,8 +25,8 @@ fn on_the_host() -> Device {
 /// More than decoding a sample and encoding its answer take: 62,500 instructions.
 const TRANSPORT_TICKS: u64 = 50_000;
 
-/// How many steps end after their period when each takes its ticks and `overhead` more, and a late
-/// one delays the next.
+/// Number of steps that end after their period when each takes its ticks and `overhead` more, and a
+/// late one delays the next.
 fn late_steps(ticks: &[u64], overhead: u64) -> u64 {
     const PERIOD: u64 = 8333 * 25;
     let (mut now, mut late) = (0, 0);

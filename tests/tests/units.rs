@@ -9,7 +9,7 @@ use sinew_ident::recording::{Column, Recording};
 use sinew_sim::Rig;
 use toml::{Table, Value};
 
-/// What a metre, a kilogram and a second become.
+/// New units of a metre, a kilogram and a second.
 #[derive(Clone, Copy)]
 struct Scale {
     length: f64,

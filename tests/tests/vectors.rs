@@ -58,7 +58,8 @@ fn hessians_and_recurrent_cells_have_the_same_bits_in_qemu() {
     );
 }
 
-/// What `cargo xtask bench differences` counts does differentiate, and no better than that.
+/// Test that what `cargo xtask bench differences` counts does differentiate, and no better than
+/// that.
 #[test]
 fn differences_of_predictions_are_near_the_exact_derivatives() {
     let mut random = Random(77);

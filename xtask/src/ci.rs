@@ -202,7 +202,7 @@ fn link_boards(toolchain: &Toolchain) -> Result<()> {
     Ok(())
 }
 
-/// What can be known about flashing without a board: chips, memories and images, as probe-rs sees
+/// Checks of flashing without a board: chips, memories and images, as probe-rs sees
 /// them.
 fn probe() -> Result<()> {
     let target = target_folder().join("boards");

@@ -13,8 +13,8 @@ struct Case {
     fit: PathBuf,
     test: PathBuf,
     out: &'static str,
-    /// What the recordings have and the rig has not (tests/foreign/mass_spring_damper.truth.json),
-    /// if that is known.
+    /// Effects that the recordings have and the rig has not
+    /// (tests/foreign/mass_spring_damper.truth.json), if that is known.
     hidden: Option<&'static str>,
 }
 

@@ -15,7 +15,7 @@ pub fn root() -> PathBuf {
     here.parent().unwrap_or(here).to_path_buf()
 }
 
-/// Where cargo builds this workspace.
+/// Build folder of this workspace.
 pub fn target_folder() -> PathBuf {
     match std::env::var_os("CARGO_TARGET_DIR") {
         Some(folder) => root().join(folder),
@@ -32,7 +32,7 @@ pub fn data_folder() -> PathBuf {
 /// A child ended with a status other than 0.
 #[derive(Debug)]
 pub struct Failed {
-    /// What was run, as a person would type it.
+    /// Command line that was run, as a person would type it.
     pub line: String,
     /// Its exit status; 1 where a signal ended it.
     pub code: u8,
@@ -171,7 +171,7 @@ pub fn answer(command: &mut Command) -> Option<String> {
     output.status.success().then(|| text.trim_end().to_string())
 }
 
-/// What a command prints: one JSON value.
+/// Output of a command: one JSON value.
 ///
 /// # Errors
 /// It does not start or fails, with all that it wrote, or prints something else.
@@ -188,7 +188,7 @@ pub fn json(command: &mut Command) -> Result<Value> {
     serde_json::from_slice(&output.stdout).with_context(|| format!("{line} printed no JSON"))
 }
 
-/// Whether a command can be started and ends well; it prints nothing.
+/// True if a command can be started and ends well; it prints nothing.
 pub fn succeeds(command: &mut Command) -> bool {
     answer(command).is_some()
 }

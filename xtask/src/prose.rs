@@ -19,7 +19,7 @@ const OPENINGS: [&str; 6] = ["what", "who", "where", "which", "whether", "how"];
 /// A list's entry of two words is no sentence.
 const LEAST_WORDS: usize = 4;
 
-/// What was counted, and where the worst stands.
+/// Counts, and the places of the worst.
 #[derive(Debug, Default)]
 pub struct Counts {
     sentences: usize,

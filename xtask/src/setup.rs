@@ -18,16 +18,16 @@ const DEBIAN_CARGO: &str = "/usr/bin/cargo";
 const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
 const DEBIAN_LLD: &str = "/usr/bin/ld.lld";
 
-/// How much to look for.
+/// Extent of the search.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Extent {
-    /// What building and running images takes: the target and QEMU.
+    /// Tools that build and run images: the target and QEMU.
     Build,
     /// rustfmt and clippy as well.
     Everything,
 }
 
-/// What builds firmware: environment for children, read by the host program, the tests and
+/// Tools that build firmware: environment for children, read by the host program, the tests and
 /// [`Toolchain::board_cargo`].
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Toolchain {

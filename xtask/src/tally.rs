@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// How a test that cannot run here says so, anywhere in a line of its output.
+/// Mark of a test that cannot run here, anywhere in a line of its output.
 const SKIPPED: &str = "SKIPPED: ";
 
 /// Tests counted over any number of test programs.

@@ -10,7 +10,7 @@ use probe_rs::{Core, MemoryInterface, Permissions, Session};
 
 use crate::{Chip, Options, Trouble};
 
-/// How long a board may take to set up its channels after a reset.
+/// Longest time that a board may take to set up its channels after a reset.
 const PATIENCE: Duration = Duration::from_secs(3);
 
 /// The probes that are connected, a line each.

@@ -23,11 +23,11 @@ pub struct Chip {
     pub address: u64,
     /// The bits of that register that count.
     pub mask: u32,
-    /// What they are.
+    /// The two words.
     pub value: u32,
 }
 
-/// How to reach it.
+/// Access to a board: probe, chip and image.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
     /// Serial number of the probe, where there are several.
@@ -36,7 +36,7 @@ pub struct Options {
     pub unlock: bool,
 }
 
-/// What stands between this program and a board.
+/// Obstacle between this program and a board.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Trouble {
     /// No debug probe is connected.
@@ -55,23 +55,23 @@ pub enum Trouble {
     NotThere {
         /// The choice.
         chosen: String,
-        /// What is there.
+        /// The probes that are connected.
         probes: Vec<String>,
     },
     /// The probe works and no chip answers.
     NoChip,
     /// Another chip answers.
     OtherChip {
-        /// What was expected.
+        /// The expected chip.
         expected: &'static str,
-        /// What its identification register says.
+        /// Content of its identification register.
         found: u32,
     },
     /// The chip is read-protected.
     Locked,
     /// The chip runs, and not our firmware: it has no such channel in its memory.
     NoChannel {
-        /// What was looked for.
+        /// The missing channel.
         channel: &'static str,
     },
     /// Anything else, in probe-rs's words.
@@ -79,7 +79,7 @@ pub enum Trouble {
 }
 
 impl Trouble {
-    /// What is wrong and what to do about it, a line each.
+    /// The problem and its remedy, a line each.
     pub fn told(&self) -> (String, String) {
         let list = |probes: &[String]| probes.join("; ");
         let (message, help) = match self {

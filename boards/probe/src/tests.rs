@@ -1,4 +1,4 @@
-//! What can be known without a board.
+//! Checks without a board.
 
 use probe_rs::integration::FakeProbe;
 use probe_rs::probe::DebugProbeError;

@@ -1,4 +1,4 @@
-//! What can be known of our boards without one: probe-rs knows the chips, and its loader takes the
+//! Checks of our boards without one: probe-rs knows the chips, and its loader takes the
 //! images.
 
 use object::{Object, ObjectSegment};

@@ -6,7 +6,7 @@ use sinew_board_runtime::stack;
 
 use crate::semihosting;
 
-/// What goes wrong.
+/// Injected fault.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Fault {
     /// The control task stops for ever.

@@ -39,7 +39,7 @@ pub struct Timer {
     pub control: Register,
     /// Current count.
     pub value: Register,
-    /// What the count restarts from after zero.
+    /// Value from which the count restarts after zero.
     pub reload: Register,
     /// Bit 0 reads as "interrupt pending"; written as 1 it clears it.
     pub interrupt: Register,
@@ -159,7 +159,7 @@ unsafe extern "C" {
     fn DUALTIMER();
 }
 
-/// What cortex-m-rt (feature `device`) places behind the sixteen exceptions.
+/// Interrupt vectors, which cortex-m-rt (feature `device`) places behind the sixteen exceptions.
 #[unsafe(link_section = ".vector_table.interrupts")]
 #[unsafe(no_mangle)]
 pub static __INTERRUPTS: [Vector; 32] = {

@@ -1,4 +1,4 @@
-//! What every program of this board starts with.
+//! Common start of every program of this board.
 
 use sinew_board_runtime::{self as runtime, Parts};
 use static_cell::StaticCell;

@@ -24,7 +24,7 @@ const ALARM_ARMED: u32 = 1 << 0 | 1 << 1 | 1 << 5 | 1 << 7;
 const ALARM_REACH: u64 = 1 << 31;
 
 struct TimeDriver {
-    /// How often TIMER0 has wrapped, once every 172 s: 23,000 years in 32 bits.
+    /// Count of wraps of TIMER0, one every 172 s: 23,000 years in 32 bits.
     wraps: AtomicU32,
     queue: Mutex<RefCell<Queue>>,
 }
@@ -52,7 +52,7 @@ pub fn counts() -> u32 {
     !pac::timer0().value.read()
 }
 
-/// What a session times its steps with: raw counts, 40 ns each.
+/// Clock of a session's step times: raw counts, 40 ns each.
 pub struct Counter;
 
 impl Clock for Counter {

@@ -1,4 +1,4 @@
-//! What every board does in the same way. A board adds clocks, pins and drivers behind the trait
+//! The part that all boards share. A board adds clocks, pins and drivers behind the trait
 //! [`Board`]; `docs/how-to/port-a-board.md` shows the way.
 //!
 //! A frame's bytes go through [`link`], a tick of the timer through [`serve()`], converter codes
@@ -31,7 +31,7 @@ use static_cell::StaticCell;
 static SESSION: StaticCell<Session> = StaticCell::new();
 static LINK: StaticCell<Link> = StaticCell::new();
 
-/// What a program runs on: the controller with frames around it, and its end of the link.
+/// Parts of a program: the controller with frames around it, and its end of the link.
 pub struct Parts {
     /// The controller.
     pub session: &'static mut Session,

@@ -13,11 +13,11 @@ pub struct Link {
     /// Apart from the accumulator: an answer may go out while a frame is half in.
     outgoing: [u8; MAX_FRAME],
     rejected: u32,
-    /// What the last command said about itself; starts true, so that a bad start is logged.
+    /// True if the last command was controlled; starts true, so that a bad start is logged.
     controlled: bool,
 }
 
-/// What a byte completed.
+/// Message that a byte completed.
 #[expect(
     clippy::large_enum_variant,
     reason = "there is no heap to put the large one in"

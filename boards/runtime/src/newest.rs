@@ -24,7 +24,7 @@ impl Newest {
         self.fresh = true;
     }
 
-    /// What to answer now: the newest sample, or, if it was answered before, the same with every
+    /// Sample to answer now: the newest, or, if it was answered before, the same with every
     /// output missing, which the controller then predicts. `None` before the first.
     pub fn take(&mut self) -> Option<&ToDevice> {
         if !core::mem::take(&mut self.fresh)

@@ -11,7 +11,7 @@ use embassy_time::Timer;
 use embedded_io_async::{ErrorType, Read};
 use rtt_target::{ChannelMode, DownChannel, UpChannel, rtt_init};
 
-/// How often the host's channel is looked at, ms: there is no interrupt for it.
+/// Polling period of the host's channel, ms: there is no interrupt for it.
 const EVERY_MS: u64 = 1;
 
 /// The probe's line: from the host, to the host.

@@ -22,7 +22,7 @@ pub fn leave(cause: Cause) {
     };
 }
 
-/// What was left, once.
+/// The cause that was left; a second call returns none.
 pub fn take() -> Option<Cause> {
     // SAFETY: any bits are a valid [u32; 2]; volatile, so nothing is assumed about them.
     let [seal, code] = unsafe { addr_of!(NOTE).cast::<[u32; 2]>().read_volatile() };

@@ -1,4 +1,4 @@
-//! How deep the stack has been: the free part is painted at start, and what is no longer paint was
+//! High-water mark of the stack: the free part is painted at start, and what is no longer paint was
 //! used.
 
 use core::ptr;

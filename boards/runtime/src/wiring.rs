@@ -1,4 +1,4 @@
-//! Which physical value stands behind which converter code: the page to edit for a rig of your own.
+//! Physical value of each converter code: the page to edit for a rig of your own.
 //!
 //! As it stands, a sensor's range is the range that the model was trained on (code 0: model -1,
 //! full scale: model +1), and an actuator's is its limits (duty 0: lower, duty 1: upper). Write

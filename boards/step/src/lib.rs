@@ -79,7 +79,7 @@ pub unsafe extern "C" fn sinew_mpc_step(
     }
 }
 
-/// What the last step said: 0 converged, 1 iteration limit, 2 no decrease, 3 bad reference, 4 bad
+/// Status of the last step: 0 converged, 1 iteration limit, 2 no decrease, 3 bad reference, 4 bad
 /// settings, 5 prediction not finite, 6 lost (also before the first step).
 #[unsafe(no_mangle)]
 pub extern "C" fn sinew_mpc_last_status() -> u32 {

@@ -1,4 +1,4 @@
-//! What is counted: instructions in QEMU, cycles on a real part (feature `cycles`).
+//! Counter of a step's cost: instructions in QEMU, cycles on a real part (feature `cycles`).
 
 pub use counter::{start, ticks};
 

@@ -234,8 +234,8 @@ use sinew_mpc::move_blocking::Interpolation;
 use sinew_mpc::sensitivity::{self, Propagate, Sensitivities, Stage};
 use sinew_mpc::network::unflatten;
 
-/// Hidden state and its derivatives against double precision; derivatives along directions against all of
-/// the Jacobian.
+/// Hidden state and its derivatives against double precision; derivatives along directions against
+/// all of the Jacobian.
 macro_rules! check_memory {
     ($model:ident, $name:literal) => {{
         use $model::control::{MEASURED, NS, NU, NY, PAST_INPUTS, PAST_OUTPUTS};

@@ -1,5 +1,5 @@
-//! The only home of transcendental functions. They use `+ - * /`, comparisons and shifts of an exponent,
-//! each rounded once, so that every machine gives the same bits.
+//! The only home of transcendental functions. They use `+ - * /`, comparisons and shifts of an
+//! exponent, each rounded once, so that every machine gives the same bits.
 
 mod activation;
 pub mod coarse;

@@ -43,7 +43,7 @@ impl Network {
         }
     }
 
-    /// Whether node `place` gives the values that it reads, in their order.
+    /// True if node `place` gives the values that it reads, in their order.
     pub(crate) fn is_no_move(&self, place: usize) -> bool {
         match &self.nodes[place].op {
             Op::Reshape(_) => true,

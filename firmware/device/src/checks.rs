@@ -1,4 +1,4 @@
-//! What a device proves by itself, without a host: one list of checks for this computer, QEMU and
+//! Self-test of a device, without a host: one list of checks for this computer, QEMU and
 //! boards, whatever the model (boards/qemu/src/bin/checks.rs, boards/stm32f446/on_target.rs). A
 //! controller does not link them.
 //!
@@ -72,7 +72,8 @@ impl Golden {
     }
 }
 
-/// What is checked: a session that has heard nothing yet, and the numbers that it is held against.
+/// Device under test: a session that has heard nothing yet, and the numbers that it is held
+/// against.
 pub struct Subject<S, C> {
     /// The session.
     pub session: S,
@@ -88,7 +89,7 @@ pub trait Device {
     fn ask(&mut self, question: &ToDevice, clock: &impl Clock) -> ToHost;
     /// As [`Session::receive`].
     fn hear(&mut self, bytes: &[u8], clock: &impl Clock, reply: impl FnMut(&[u8]));
-    /// Who it is.
+    /// Identity of the device.
     fn who(&self) -> Identity;
     /// Inside its limits, box and rate, as far as the last command says.
     fn holds(&self, u: &[f32]) -> bool;
@@ -124,7 +125,7 @@ impl<
     }
 }
 
-/// What a check found wrong.
+/// Failure that a check found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Wrong {
@@ -448,7 +449,7 @@ pub fn a_step_ends_within_its_period<S: Device, C: Clock>(
     }
 }
 
-/// What control steps take, in ticks of a board's counter.
+/// Duration of control steps, in ticks of a board's counter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Ticks {
     /// Steps measured.

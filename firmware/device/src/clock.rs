@@ -1,4 +1,4 @@
-//! What a board counts time with.
+//! Time source of a board.
 
 /// A free-running counter of the board, cycles or ticks, that wraps at 32 bits.
 pub trait Clock {

@@ -1,9 +1,9 @@
-//! Whether anything may move, who moves it, and why it does not (docs/reference/protocol.md,
-//! "Arming").
+//! Operating mode: if anything may move, by whose commands, and the reason if not
+//! (docs/reference/protocol.md, "Arming").
 
 use serde::{Deserialize, Serialize};
 
-/// Where commands come from, and where they go, once armed.
+/// Source and destination of commands, once armed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Drive {
@@ -22,7 +22,7 @@ impl Drive {
     }
 }
 
-/// What the firmware may do. It starts disarmed.
+/// Operating mode of the firmware. It starts disarmed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Mode {
@@ -70,7 +70,7 @@ pub enum Cause {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct State {
-    /// What may be done.
+    /// The operating mode.
     pub mode: Mode,
     /// Why.
     pub cause: Cause,
@@ -83,7 +83,7 @@ impl State {
         Self { mode, cause }
     }
 
-    /// Who drives; `None` unless armed.
+    /// Source of commands; `None` unless armed.
     pub const fn drive(&self) -> Option<Drive> {
         match self.mode {
             Mode::Armed(drive) => Some(drive),

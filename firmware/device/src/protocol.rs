@@ -29,14 +29,14 @@ pub const MAX_FRAME: usize = 1088;
 const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 const CRC_BYTES: usize = 4;
 
-/// What a host may say. Each frame is answered by exactly one of [`ToHost`].
+/// Message from the host. Each frame is answered by exactly one of [`ToHost`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[allow(
     clippy::large_enum_variant,
     reason = "there is no heap to put the large one in"
 )]
 pub enum ToDevice {
-    /// Who are you? Answer: [`ToHost::Hello`].
+    /// Request for the device's identity. Answer: [`ToHost::Hello`].
     Hello,
     /// One step of control, physical units. Answer: [`ToHost::Command`].
     Sample {
@@ -72,7 +72,7 @@ pub enum ToDevice {
     Stop,
     /// Lets commands be given; from disarmed only. Answer: [`ToHost::State`].
     Arm {
-        /// Who drives.
+        /// Source of commands.
         drive: Drive,
         /// Steps over which the reference moves from where the rig is to what is asked; 0: at once.
         blend_steps: u16,
@@ -92,7 +92,7 @@ pub enum ToDevice {
         /// Largest changes in one step.
         rate: Vec<f32, MAX_SIGNALS>,
     },
-    /// What the board's own rig is to follow, physical units: rows from the next tick on, the last
+    /// Reference of the board's own rig, physical units: rows from the next tick on, the last
     /// one holds. Answer: [`ToHost::Tuned`].
     Follow {
         /// As in [`ToDevice::Sample`].
@@ -106,7 +106,7 @@ pub enum ToDevice {
         /// Command, physical units; held inside the limits.
         u: Vec<f32, MAX_SIGNALS>,
     },
-    /// How often to send [`ToHost::Telemetry`]: every so many ticks; 0: never. Answer:
+    /// Period of [`ToHost::Telemetry`]: every so many ticks; 0: never. Answer:
     /// [`ToHost::State`].
     Stream {
         /// Ticks.
@@ -114,14 +114,14 @@ pub enum ToDevice {
     },
 }
 
-/// What the firmware answers.
+/// Answer of the firmware.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[allow(
     clippy::large_enum_variant,
     reason = "there is no heap to put the large one in"
 )]
 pub enum ToHost {
-    /// Who this is.
+    /// Identity of the device.
     Hello(Identity),
     /// A control step's result.
     Command {
@@ -129,7 +129,7 @@ pub enum ToHost {
         seq: u32,
         /// Command, physical units, inside the limits.
         u: Vec<f32, MAX_SIGNALS>,
-        /// What the step says about itself.
+        /// Status of the control step.
         #[serde(with = "StatusOnWire")]
         status: Status,
         /// Newton iterations.
@@ -158,7 +158,7 @@ pub enum ToHost {
     },
     /// The run in numbers.
     Done(Summary),
-    /// What may be done, and why.
+    /// Operating mode, and its reason.
     State(State),
     /// A row was taken.
     Queued {
@@ -178,7 +178,7 @@ pub struct Telemetry {
     pub tick: u32,
     /// The board's clock when the sensors were read, microseconds since start.
     pub at_us: u64,
-    /// What may be done.
+    /// Operating mode.
     pub state: State,
     /// Row of the excitation that `u` came from; `None`: none did, the last command was held.
     pub row: Option<u32>,
@@ -194,7 +194,7 @@ pub struct Telemetry {
     pub estimate: Vec<f32, MAX_SIGNALS>,
     /// The estimator's disturbance, model units.
     pub disturbance: Vec<f32, MAX_SIGNALS>,
-    /// What the step says about itself.
+    /// Status of the control step.
     #[serde(with = "StatusOnWire")]
     pub status: Status,
     /// Newton iterations.
@@ -262,7 +262,7 @@ pub enum Reason {
     Limits,
 }
 
-/// Who a device is. The host compares `protocol` and `model` before it sends a sample.
+/// Identity of a device. The host compares `protocol` and `model` before it sends a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Identity {
@@ -377,7 +377,7 @@ const GROUP_FULL: u8 = 0xff;
 struct FrameWriter<'a> {
     buffer: &'a mut [u8],
     length: usize,
-    /// Where the open group's code will stand, and the code so far.
+    /// Position of the open group's code, and the code so far.
     group: usize,
     code: u8,
     digest: Digest<'static, u32, NoTable>,
@@ -455,7 +455,7 @@ pub struct Accumulator<const L: usize = MAX_FRAME> {
     overflowed: bool,
 }
 
-/// What a byte led to.
+/// Effect of one received byte.
 #[derive(Debug, PartialEq)]
 pub enum Fed<'a> {
     /// Nothing yet.

@@ -126,8 +126,9 @@ impl<
     const NV: usize,
 > Session<M, NU, NY, NS, ND, DD, N, NB, NV>
 {
-    /// Who this controller is: the shapes are its own. `model`: hash of the model and its control
-    /// problem; `rate_mhz`: steps per 1000 seconds; `control_horizon`: steps that are decided.
+    /// Identity of this controller: the shapes are its own. `model`: hash of the model and its
+    /// control problem; `rate_mhz`: steps per 1000 seconds; `control_horizon`: steps that are
+    /// decided.
     pub const fn identity_of(model: u32, rate_mhz: u32, control_horizon: u8) -> Identity {
         const {
             assert!(NU < 256 && NY < 256 && NS < 256 && ND < 256 && DD < 256 && N < 256);
@@ -479,7 +480,7 @@ impl<
         self.summary
     }
 
-    /// Who this is.
+    /// Identity of this controller.
     pub const fn identity(&self) -> &Identity {
         &self.identity
     }

@@ -83,7 +83,7 @@ impl<const NU: usize, const NY: usize> Supervisor<NU, NY> {
         }
     }
 
-    /// Whether an output stands still to the bit while a command moves far.
+    /// True if an output stands still to the bit while a command moves far.
     fn compare(&mut self, y: &[f32; NY], u: &[f32; NU]) -> bool {
         let mut stuck = false;
         let kept = self.last.iter_mut().zip(&mut self.same);
@@ -115,7 +115,7 @@ impl<const NU: usize, const NY: usize> Default for Supervisor<NU, NY> {
     }
 }
 
-/// How many in a row, with one more that is so or is not.
+/// Length of a run, with one more sample that continues or ends it.
 const fn run(before: u16, so: bool) -> u16 {
     if so { before.saturating_add(1) } else { 0 }
 }

@@ -21,7 +21,7 @@ impl Serialize for Raw<'_> {
     }
 }
 
-/// What is read of contents, and whether it is the contents once more when it is written.
+/// Reads contents; true if writing them again gives the same bytes.
 fn read<T>(contents: &[u8]) -> Result<bool, FrameError>
 where
     T: for<'de> serde::Deserialize<'de> + Serialize,

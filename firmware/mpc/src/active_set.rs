@@ -18,7 +18,7 @@ use crate::ldl;
 /// Multipliers above this fraction of the largest gradient element count as not negative.
 const MULTIPLIER_TOLERANCE: f32 = 1e-5;
 
-/// What the method did.
+/// Result of the method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solution {
     /// Factorisations.

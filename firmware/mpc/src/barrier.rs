@@ -87,7 +87,7 @@ impl<
     }
 }
 
-/// Where the parabola takes over, as a part of the range.
+/// Start of the parabola, as a part of the range.
 const NEAREST: f32 = 1.0 / 256.0;
 
 /// Value, slope and curvature of `1 / d` and its continuation below `nearest`.

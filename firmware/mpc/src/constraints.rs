@@ -44,7 +44,7 @@ impl<const NU: usize, const NV: usize> Bounds<NU, NV> {
     }
 }
 
-/// Which side of a limit holds with equality.
+/// Side of a limit that holds with equality.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Side {
@@ -223,7 +223,7 @@ impl<const NV: usize> Default for ActiveSet<NV> {
     }
 }
 
-/// Where a move is stopped.
+/// Blocking constraint of a move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BlockingConstraint {
     /// The limit.

@@ -86,7 +86,7 @@ pub enum InvalidSetting {
 pub struct Step<const NU: usize> {
     /// Command, physical units, inside the limits.
     pub u: [f32; NU],
-    /// What happened.
+    /// Status of the step.
     pub status: Status,
     /// Newton iterations (linearisations).
     pub iterations: u8,
@@ -277,7 +277,7 @@ impl<
         step.cost = outcome.cost;
     }
 
-    /// What the parts of an optimisation cost here and now, with a reference of zeros: for bounds,
+    /// Cost of the parts of an optimisation here and now, with a reference of zeros: for bounds,
     /// not for control ([`work_bound`](crate::work_bound)). Changes nothing.
     pub fn parts(&self, plan: &[f32; NV], ticks: impl Fn() -> u32) -> Parts {
         let problem = Problem {

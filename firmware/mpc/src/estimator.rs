@@ -167,8 +167,8 @@ impl<const NU: usize, const NY: usize, const NS: usize, const ND: usize, const D
     }
 }
 
-/// What enters the history: of a measurement the part that the observer takes (eq. 10c), and the
-/// prediction where there is none.
+/// Values that enter the history: of a measurement the part that the observer takes (eq. 10c), and
+/// the prediction where there is none.
 #[inline(always)]
 fn entered<const NY: usize>(y: &[f32; NY], predicted: &[f32; NY], gain: f32) -> [f32; NY] {
     let mut entered = *predicted;

@@ -76,7 +76,7 @@ impl<const NU: usize> Limits<NU> {
         boxed && slower && self.safe == widest.safe && self.hold(&widest.safe)
     }
 
-    /// Whether a command is inside the box.
+    /// True if a command is inside the box.
     pub fn hold(&self, u: &[f32; NU]) -> bool {
         let boxes = self.lower.iter().zip(&self.upper);
         boxes

@@ -1,6 +1,6 @@
 //! Predictor of the controlled device: [`Model`], what it sees and its derivatives.
 
-/// What a predictor looks at: the last `ND` inputs, the last `DD` outputs and `NS` sensor channels,
+/// Regressor of a predictor: the last `ND` inputs, the last `DD` outputs and `NS` sensor channels,
 /// all in model units (scaled). Index 0 is the newest: `u[0]` is u(k), `y[1]` is y(k-1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Regressor<
@@ -56,14 +56,14 @@ pub struct ChannelJacobian<
 /// in the regressor reaches every output.
 pub trait Model<const NU: usize, const NY: usize, const NS: usize, const ND: usize, const DD: usize>
 {
-    /// What a prediction leaves for its derivatives, so that nothing is computed twice: the
-    /// activations of the layers.
+    /// Intermediate values that a prediction leaves for its derivatives, so that nothing is
+    /// computed twice: the activations of the layers.
     type Trace: Copy;
 
     /// A trace before any prediction.
     const TRACE: Self::Trace;
 
-    /// Whether the channels follow [`Model::channels`] over the horizon, with derivatives
+    /// True if the channels follow [`Model::channels`] over the horizon, with derivatives
     /// (docs/explanation/controller.md, eq. 5a). What a recurrent network remembers is such a
     /// channel, one that nobody measures. Costs nothing where it is off.
     const PREDICTS_CHANNELS: bool = false;

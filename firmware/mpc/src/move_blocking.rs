@@ -11,7 +11,7 @@
 pub struct Interpolation {
     /// The block.
     pub block: usize,
-    /// How much of the block's move has been made, 0 to 1.
+    /// Completed part of the block's move, 0 to 1.
     pub weight: f32,
 }
 

@@ -31,7 +31,7 @@ const MODEL_AGREEMENT: f32 = 5e-3;
 const NOISE: f32 = 1e-7;
 const NOISE_ABSOLUTE: f32 = 1e-10;
 
-/// What an optimisation did.
+/// Result of an optimisation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
     /// Why it ended.

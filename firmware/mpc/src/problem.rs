@@ -39,7 +39,7 @@ pub struct Problem<
     pub weights: Weights<NU, NY>,
     /// Limits and the last applied command.
     pub bounds: &'a Bounds<NU, NV>,
-    /// Which steps count, and the blocks of the plan.
+    /// Prediction horizon, and the blocks of the plan.
     pub horizons: &'a Horizons<N, NB>,
 }
 

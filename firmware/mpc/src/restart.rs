@@ -11,7 +11,7 @@ use crate::rollout::Trajectory;
 /// trusted, is distrusted.
 pub(crate) const RESTART_RATIO: f32 = 8.0;
 
-/// How far the plan is moved to look further, as a part of the channel's range.
+/// Distance by which the plan is moved to look further, as a part of the channel's range.
 const PERTURBATION: f32 = 0.125;
 
 /// Looks to both sides of a plan of this cost and replaces it by what is better. Cost: two

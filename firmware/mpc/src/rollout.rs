@@ -2,10 +2,10 @@
 
 use crate::model::{Model, Regressor};
 
-/// What a rollout leaves for the derivatives: the network is not evaluated again.
+/// Intermediate values of a rollout for the derivatives: the network is not evaluated again.
 #[derive(Clone, Debug)]
 pub struct Trajectory<T, const NY: usize, const N: usize> {
-    /// What the model left at each step.
+    /// Trace of the model at each step.
     pub traces: [T; N],
     /// Q e_j, the weighted tracking errors; zero before N1.
     pub weighted: [[f32; NY]; N],

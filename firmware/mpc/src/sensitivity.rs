@@ -6,14 +6,14 @@ use crate::model::{ChannelJacobian, Jacobian, Model, Regressor};
 use crate::move_blocking::Interpolation;
 use crate::rollout;
 
-/// What a step of the horizon is.
+/// One step of the horizon.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stage<'a, const NY: usize> {
     /// Blocks with an effect on the prediction before this one.
     pub active_before: usize,
     /// Blocks with an effect on this one.
     pub active: usize,
-    /// Where u(k) .. u(k+j) stand, the newest last.
+    /// Interpolation of u(k) .. u(k+j) in the plan, the newest last.
     pub inputs: &'a [Interpolation],
     /// Q e of this prediction; `None`: it does not count (before N1).
     pub weighted: Option<&'a [f32; NY]>,
@@ -21,7 +21,7 @@ pub struct Stage<'a, const NY: usize> {
     pub tracking: &'a [f32; NY],
 }
 
-/// What is being built, an entry for each block.
+/// Derivatives under construction, an entry for each block.
 pub struct Sensitivities<'a, const NU: usize, const NY: usize, const DD: usize> {
     /// dy/dv of the last DD predictions: `[b][lag][r][c]` is the derivative of y_r(k+j-lag) by the
     /// command of channel c at the end of block b.
@@ -150,7 +150,7 @@ pub fn propagate_channels<
     add_up(stage, sensitivities);
 }
 
-/// What a command at the end of a block does to all that a prediction looks at: `u[i]` is
+/// Effect of a command at the end of a block on the regressor: `u[i]` is
 /// du(k+j-i)/dv_b, the same for each channel, `y[i][r][c]` dy_r(k+j-i)/dv_b,c, `s[r][c]`
 /// ds_r(k+j)/dv_b,c.
 pub struct Direction<
@@ -221,7 +221,7 @@ fn push<const NU: usize, const NY: usize, const DD: usize>(
     }
 }
 
-/// What the commands do at once: `df/du(k+j-lag) du(k+j-lag)/dv_b`.
+/// Direct effect of the commands: `df/du(k+j-lag) du(k+j-lag)/dv_b`.
 #[inline(always)]
 fn enter_inputs<const NU: usize, const NY: usize, const ND: usize, const DD: usize>(
     jacobian: &Jacobian<NU, NY, ND, DD>,

@@ -1,6 +1,6 @@
-//! What a control step says of itself.
+//! Status of a control step.
 
-/// What happened in a step. Whatever it says, the command is inside the limits.
+/// Outcome of a step. Whatever it is, the command is inside the limits.
 #[must_use]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]

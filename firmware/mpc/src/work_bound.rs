@@ -38,7 +38,7 @@ impl Work {
     }
 }
 
-/// What the parts cost, in ticks of a board's counter: the largest of those measured.
+/// Cost of the parts, in ticks of a board's counter: the largest of those measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Parts {
     /// One evaluation of J.

@@ -235,7 +235,7 @@ fn three_channels_held_at_once_are_optimal() {
     check::<3, 3>(3, 300);
 }
 
-/// What enumeration cannot reach: no direction inside the limits is left that lowers the objective.
+/// Check beyond enumeration: no direction inside the limits is left that lowers the objective.
 #[test]
 fn long_chains_are_optimal_by_first_order_probing() {
     let mut random = Random(4);

@@ -37,7 +37,7 @@ pub struct NetworkTable {
     pub past_inputs: Option<usize>,
     /// Past outputs that it sees.
     pub past_outputs: Option<usize>,
-    /// How much of a measurement enters the past that it sees, over 0 to 1; the rest is its own
+    /// Part of a measurement that enters the past that it sees, over 0 to 1; the rest is its own
     /// prediction.
     pub observer_gain: Option<f64>,
     /// Weight of the simulator's derivatives in what it is trained by.

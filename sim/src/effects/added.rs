@@ -77,17 +77,17 @@ pub trait AddedEffect: Sync {
         [Jet::ZERO; 2]
     }
 
-    /// Whether fitted parameters describe what shows within a recording of `duration` seconds.
+    /// True if fitted parameters describe what shows within a recording of `duration` seconds.
     fn plausible(&self, _p: &[f64], _duration: f64) -> bool {
         true
     }
 
-    /// Whether a device with it has several rests, so that a free run ends in one or in another.
+    /// True if a device with it has several rests, so that a free run ends in one or in another.
     fn has_many_rests(&self) -> bool {
         false
     }
 
-    /// Whether the slope of its force jumps where the velocity of its body passes zero.
+    /// True if the slope of its force jumps where the velocity of its body passes zero.
     fn has_kink_at_rest(&self) -> bool {
         false
     }

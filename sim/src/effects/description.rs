@@ -1,8 +1,8 @@
-//! What is known about an effect without simulating it: all that a diagnosis is written against.
+//! Knowledge about an effect without simulating it: all that a diagnosis is written against.
 
 use crate::unit::Quantity;
 
-/// Where an effect can sit.
+/// Place of an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Port {
     /// A body: position and velocity are its coordinate and its rate.
@@ -33,7 +33,7 @@ impl Port {
     }
 }
 
-/// What kind of physics it is.
+/// Kind of physics.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
     /// Depends on the direction of motion, and truly sticks.
@@ -59,7 +59,7 @@ pub enum Family {
 }
 
 impl Family {
-    /// Whether a search takes its forces with either sign, so that a wrong sign shows instead of
+    /// True if a search takes its forces with either sign, so that a wrong sign shows instead of
     /// hiding behind a bound.
     pub fn searched_with_either_sign(self) -> bool {
         matches!(
@@ -85,7 +85,7 @@ impl Family {
     }
 }
 
-/// What an effect does to the energy of the rig.
+/// Change of the rig's energy by an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Energy {
     /// Never adds any: what it stores it gives back at most.
@@ -103,7 +103,7 @@ impl Energy {
     }
 }
 
-/// Which values of a parameter make sense in a rig file. A fit may go elsewhere and be judged
+/// Values of a parameter that make sense in a rig file. A fit may go elsewhere and be judged
 /// after.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sign {
@@ -120,12 +120,12 @@ pub enum Sign {
 }
 
 impl Sign {
-    /// Whether a rig file may give this number.
+    /// True if a rig file may give this number.
     pub fn admits(self, number: f64) -> bool {
         self.wanted(number).is_none()
     }
 
-    /// What is expected instead of a number that a rig file may not give.
+    /// Expectation in place of a number that a rig file may not give.
     pub(crate) fn wanted(self, number: f64) -> Option<&'static str> {
         match self {
             _ if !number.is_finite() => Some("a finite number"),
@@ -184,9 +184,9 @@ impl SearchRange {
 pub struct ParameterSpec {
     /// Its key in the rig file.
     pub name: &'static str,
-    /// What it measures; with the port it becomes a unit.
+    /// Its quantity; with the port it becomes a unit.
     pub quantity: Quantity,
-    /// Which values a rig file may give.
+    /// Values that a rig file may give.
     pub sign: Sign,
     /// The value where the rig gives none; no value: it is required.
     pub default: Option<f64>,
@@ -234,16 +234,16 @@ pub(super) const fn place(name: &'static str, quantity: Quantity, sign: Sign) ->
     ParameterSpec::new(name, quantity, sign).with_role(Role::Place)
 }
 
-/// What is known about an effect without simulating it.
+/// Knowledge about an effect without simulating it.
 #[derive(Clone, Copy, Debug)]
 pub struct Description {
     /// Its name in a rig file.
     pub kind: &'static str,
     /// The kind of physics.
     pub family: Family,
-    /// Where it can sit.
+    /// Places where it can sit.
     pub ports: &'static [Port],
-    /// What it does to the energy of the rig.
+    /// Its change of the rig's energy.
     pub energy: Energy,
     /// The law in one line, in the letters of docs/explanation/plant.md and the names of its
     /// parameters.
@@ -254,9 +254,9 @@ pub struct Description {
     pub parameters: &'static [ParameterSpec],
     /// Kinds that can look like it in a recording that does not excite the difference.
     pub confusable: &'static [&'static str],
-    /// What a recording needs, so that it shows.
+    /// Property of a recording in which it shows.
     pub excited_by: &'static str,
-    /// What a report says about it: `{component}` and `{parameter}` stand for name and value.
+    /// Sentence of a report: `{component}` and `{parameter}` stand for name and value.
     pub sentence: &'static str,
 }
 
@@ -270,7 +270,7 @@ pub struct Scales {
     pub velocity: f64,
     /// RMS of the other forces there; N or N m.
     pub force: f64,
-    /// What is moved; kg or kg m^2.
+    /// Inertia that is moved; kg or kg m^2.
     pub inertia: f64,
     /// Time in which the motion changes: position over velocity, say; s.
     pub time: f64,

@@ -33,7 +33,7 @@ pub use learned::learned_force;
 pub(crate) use memory::{creep_rate, hysteresis_rate};
 pub(crate) use sensor::curve;
 
-/// What an effect sees of its port.
+/// Motion of an effect's port.
 #[derive(Clone, Copy, Debug)]
 pub struct At<S> {
     /// Coordinate of the body, or extension of the spring beyond its rest; m or rad.
@@ -60,7 +60,7 @@ pub struct Slopes {
 /// description where it is a force at a body or in a spring. Effects of other form (another body, a
 /// state, a stage of an input) are put together by the plant from the functions beside them.
 trait Effect {
-    /// What is known about it without simulating it.
+    /// Knowledge about it without simulating it.
     const DESCRIPTION: Description;
 
     /// Start values of a fit, made of typical sizes at the port, most likely first.
@@ -72,7 +72,7 @@ trait Effect {
     /// The slope of its force jumps where the velocity of its body passes zero.
     const KINK_AT_REST: bool = false;
 
-    /// Whether fitted parameters describe what shows within a recording of `duration` seconds.
+    /// True if fitted parameters describe what shows within a recording of `duration` seconds.
     /// Signs are judged by the description.
     fn plausible(_p: &[f64], _duration: f64) -> bool {
         true
@@ -98,7 +98,7 @@ trait Effect {
         false
     }
 
-    /// How much it holds a resting body against forces in the directions (+, -); zero for
+    /// Force that holds a resting body against forces in the directions (+, -); zero for
     /// everything but friction.
     fn hold<S: Scalar>(_p: &[S]) -> [S; 2] {
         [S::ZERO; 2]
@@ -134,10 +134,10 @@ macro_rules! effects {
         impl Kind {
             /// The vocabulary, in its order.
             pub const ALL: &[Self] = &[$(Self::$known),*];
-            /// What a rig may hold besides, and no diagnosis names.
+            /// Effects that a rig may hold besides, and no diagnosis names.
             const BESIDE: &[Self] = &[$(Self::$other),*];
 
-            /// What is known about it without simulating it.
+            /// Knowledge about it without simulating it.
             pub fn description(self) -> &'static Description {
                 match self {
                     $(Self::$name => &<$file::$law as Effect>::DESCRIPTION,)*
@@ -153,7 +153,7 @@ macro_rules! effects {
                 }
             }
 
-            /// Whether fitted parameters, in the order of the description, describe what shows
+            /// True if fitted parameters, in the order of the description, describe what shows
             /// within a recording of `duration` seconds. Signs are judged by the description.
             pub fn plausible(self, p: &[f64], duration: f64) -> bool {
                 match self {
@@ -172,7 +172,7 @@ macro_rules! effects {
                 }
             }
 
-            /// Whether a device with it has several rests, so that a free run ends in one or in
+            /// True if a device with it has several rests, so that a free run ends in one or in
             /// another.
             pub fn has_many_rests(self) -> bool {
                 match self {
@@ -181,7 +181,7 @@ macro_rules! effects {
                 }
             }
 
-            /// Whether the slope of its force jumps where the velocity of its body passes zero.
+            /// True if the slope of its force jumps where the velocity of its body passes zero.
             pub(crate) fn has_kink_at_rest(self) -> bool {
                 match self {
                     $(Self::$name => <$file::$law as Effect>::KINK_AT_REST,)*
@@ -206,7 +206,7 @@ macro_rules! effects {
                 }
             }
 
-            /// Whether the force at the port is affine in position and velocity.
+            /// True if the force at the port is affine in position and velocity.
             pub(crate) fn straight(self, motion: Motion) -> bool {
                 match self {
                     $(Self::$name => $file::$law::straight(motion),)*
@@ -214,7 +214,7 @@ macro_rules! effects {
                 }
             }
 
-            /// How much a resting body is held in the directions (+, -).
+            /// Force that holds a resting body in the directions (+, -).
             #[inline]
             pub(crate) fn hold<S: Scalar>(self, p: &[S]) -> [S; 2] {
                 match self {
@@ -405,7 +405,7 @@ mod tests {
         assert!((Kind::EndStop.starts(&lengths)[0][0] / stop[0] - 10.0).abs() < 1e-12);
     }
 
-    /// What is declared to dissipate takes power out of every motion; slopes bound what differences
+    /// Check that dissipative effects take power out of every motion; slopes bound what differences
     /// measure.
     #[test]
     fn declared_energy_and_slopes_are_true() {

@@ -29,7 +29,7 @@ impl Kind {
         text
     }
 
-    /// What a report says about the effect at a component. `values` as in [`Kind::equation`].
+    /// Sentence of a report about the effect at a component. `values` as in [`Kind::equation`].
     ///
     /// ```
     /// let kind = sinew_sim::effects::Kind::named("coulomb_friction").unwrap();

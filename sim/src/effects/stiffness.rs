@@ -1,4 +1,4 @@
-//! What a spring does beyond Hooke, and springs that the rig does not have
+//! Springs beyond Hooke's law, and springs that the rig does not have
 //! (docs/explanation/plant.md, eq. 11).
 
 use super::{

@@ -165,7 +165,7 @@ proptest! {
     }
 }
 
-/// Which of two opposite tendons bears what is no matter: the motion has derivatives all the same.
+/// Two opposite tendons share a load in any proportion: the motion has derivatives all the same.
 #[test]
 fn derivatives_go_through_the_rest_of_opposite_tendons() {
     let tendons = [

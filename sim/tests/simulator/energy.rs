@@ -14,7 +14,7 @@ struct Chain {
     stiffness: Vec<f64>,
     cubic: Vec<f64>,
     damping: Vec<f64>,
-    /// Which friction each body has, and how strong.
+    /// Friction of each body, and its strength.
     friction: Vec<(u8, f64)>,
     /// (first arm, last arm, stiffness, damping, pretension) of a tendon over the chain.
     tendon: (f64, f64, f64, f64, f64),

@@ -170,7 +170,7 @@ fn its_derivatives_are_those_of_differences_the_complex_step_and_the_adjoint() {
     }
 }
 
-/// What an interval was taken too long is taken off the next: none of it gathers.
+/// Excess length of an interval is taken off the next: none of it gathers.
 #[test]
 fn a_stepper_keeps_the_time_that_it_was_given() {
     let plant = slide(0.0, 1.0, RAMP);

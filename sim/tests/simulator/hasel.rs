@@ -41,7 +41,7 @@ fn pouch(a: f64) -> (f64, f64) {
     (2.0 * r * (a - a.sin()) - rest, LENGTH - 2.0 * a * r)
 }
 
-/// Where spring and published force (Kellaris et al. 2019, eq. for the static pull) are in balance,
+/// Balance of spring and published force (Kellaris et al. 2019, eq. for the static pull),
 /// found by bisection over the angle.
 fn balance(slack: f64, volts: f64) -> f64 {
     let pull = |a: f64| {
@@ -117,7 +117,7 @@ fn it_charges_with_the_time_constant_of_its_capacitance() {
     }
 }
 
-/// What the supply puts in, less what resistance and damper take, is in the spring, the mass, the
+/// Energy of the supply, less what resistance and damper take, is in the spring, the mass, the
 /// field.
 #[test]
 fn energy_in_is_energy_kept_and_lost() {

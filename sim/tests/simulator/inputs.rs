@@ -1,4 +1,4 @@
-//! What drives a plant: holds, uneven time, missing samples, tendons that cannot push, and where a
+//! Inputs of a plant: holds, uneven time, missing samples, tendons that cannot push, and where a
 //! simulation starts.
 
 use std::ops::ControlFlow;

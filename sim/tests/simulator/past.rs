@@ -6,10 +6,10 @@ use crate::mechanisms::{DAMPER, SPRING, effect, slide, times};
 
 const INTERVAL: f64 = 0.01;
 const ROWS: usize = 300;
-/// Where the stretch begins; before it the past is longer than what is gone through row by row.
+/// Start of the interval; before it the past is longer than what is gone through row by row.
 const CUT: usize = 181;
 
-/// What remembers: its kind, its parameter, and how much of it is not known after 64 rows.
+/// Stages with memory: kind, parameter, and the part that is not known after 64 rows.
 const STAGES: [(&str, (&str, f64), f64); 3] = [
     ("input_delay", ("delay", 0.137), 1e-12),
     ("backlash", ("gap", 1.1), 1e-12),

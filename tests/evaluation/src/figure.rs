@@ -8,7 +8,7 @@ use serde_json::Value;
 
 /// A controller's loops: errors in metres, of all outputs together.
 pub struct Row {
-    /// What it is called.
+    /// Name of the figure.
     pub name: String,
     /// Root mean square error of each loop.
     pub rms: Vec<f64>,

@@ -1,4 +1,4 @@
-//! What is fuzzed: any bytes give an error or a value, never a panic.
+//! Targets of fuzzing: any bytes give an error or a value, never a panic.
 
 use serde::ser::{Serialize, SerializeTuple, Serializer};
 use sinew_nn::emit::{Options, Weights, emit as print};

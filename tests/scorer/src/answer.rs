@@ -1,4 +1,4 @@
-//! What `sinew diagnose` said about a case: the part of its JSON (docs/explanation/diagnosis.md)
+//! Answer of `sinew diagnose` about a case: the part of its JSON (docs/explanation/diagnosis.md)
 //! that is scored.
 
 use std::collections::BTreeMap;
@@ -10,7 +10,7 @@ use serde::Deserialize;
 pub struct Answer {
     /// `consistent`, `parameters`, `missing_physics` or `unexplained`.
     pub verdict: String,
-    /// What is named, most important first.
+    /// Effects that are named, most important first.
     pub effects: Vec<Named>,
     /// Errors of each signal.
     pub fit: BTreeMap<String, Signal>,
@@ -23,13 +23,13 @@ pub struct Answer {
 pub struct Named {
     /// A name of the vocabulary.
     pub kind: String,
-    /// Where it sits.
+    /// Component that it acts on.
     pub component: String,
     /// Its parameters in SI.
     pub parameters: BTreeMap<String, Value>,
-    /// How often such a statement is meant to be right.
+    /// Frequency with which such a statement is meant to be right.
     pub confidence: f64,
-    /// What cannot be told apart from it.
+    /// Effects that cannot be told apart from it.
     pub indistinguishable_from: Vec<Other>,
 }
 
@@ -45,7 +45,7 @@ pub struct Value {
 pub struct Other {
     /// A name of the vocabulary.
     pub kind: String,
-    /// Where it would sit.
+    /// Component that it would act on.
     pub component: String,
 }
 

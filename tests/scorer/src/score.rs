@@ -6,7 +6,7 @@ use crate::truth::{Category, Concealed, Truth};
 /// Named with at least this confidence what is outside the vocabulary: wrong.
 const SURE: f64 = 0.9;
 
-/// How an answer does.
+/// Outcome of an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Outcome {
     /// Exactly the concealed effects, each with its kind and place; nothing where there is nothing;
@@ -103,7 +103,7 @@ pub fn meant<'a>(named: &Named, truth: &'a Truth) -> Option<&'a Concealed> {
         .find(|concealed| concealed.is(&named.kind, &named.component))
 }
 
-/// How an answer does; none: there is no answer.
+/// Outcome of an answer; none: there is no answer.
 pub fn outcome(answer: Option<&Answer>, truth: &Truth) -> Outcome {
     let Some(answer) = answer else {
         return Outcome::Failed;
@@ -156,7 +156,7 @@ pub fn outcome(answer: Option<&Answer>, truth: &Truth) -> Outcome {
     Outcome::Wrong
 }
 
-/// Whether each wrong name stands in a relation to a concealed effect.
+/// True if each wrong name stands in a relation to a concealed effect.
 fn each_is(wrong: &[&Named], truth: &Truth, relation: impl Fn(&Named, &Concealed) -> bool) -> bool {
     let related = |effect: &&Named| {
         truth
@@ -222,7 +222,7 @@ pub fn free_run_ratio(answer: &Answer, truth: &Truth) -> Option<f64> {
     mean.is_finite().then(|| mean.sqrt())
 }
 
-/// Whether every name is of the family of a concealed effect.
+/// True if every name is of the family of a concealed effect.
 pub fn same_family(answer: &Answer, truth: &Truth) -> bool {
     let families = |effect: &Named| {
         truth

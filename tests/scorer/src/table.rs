@@ -12,11 +12,11 @@ use crate::truth::{Category, Strength, Truth};
 pub struct Scored {
     /// Its folder's name.
     pub case: String,
-    /// What it hides.
+    /// The case's truth.
     pub truth: Truth,
-    /// What was said; none: the program failed.
+    /// Answer of the program; none: the program failed.
     pub answer: Option<Answer>,
-    /// How that does.
+    /// Outcome of the answer.
     pub outcome: Outcome,
 }
 

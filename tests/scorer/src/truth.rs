@@ -1,4 +1,4 @@
-//! What a case hides, as `hardlaw.cases` wrote it. Read only after every answer is in.
+//! Truth of a case, as `hardlaw.cases` wrote it. Read only after every answer is in.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use serde::Deserialize;
 /// One case.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Truth {
-    /// What sort of case it is.
+    /// Category of the case.
     pub category: Category,
     /// The family of rigs.
     pub rig: String,
@@ -15,9 +15,9 @@ pub struct Truth {
     pub strength: Option<Strength>,
     /// Measurement noise over the standard deviation of the signal.
     pub noise: f64,
-    /// What a refit without the effect leaves, over the noise; one or two numbers an effect.
+    /// Residual of a refit without the effect, over the noise; one or two numbers an effect.
     pub visible: Vec<f64>,
-    /// What is concealed.
+    /// Concealed effects.
     pub effects: Vec<Concealed>,
     /// Free-run error of the true model on the test recording: the noise as it was drawn.
     pub true_model_test_rms: BTreeMap<String, f64>,
@@ -45,7 +45,7 @@ pub enum Category {
 }
 
 impl Category {
-    /// Whether nothing may be named.
+    /// True if nothing may be named.
     pub fn is_control(self) -> bool {
         !matches!(self, Self::One | Self::Two | Self::Outside)
     }
@@ -64,7 +64,7 @@ impl Category {
     }
 }
 
-/// Whether an effect stands out of the noise.
+/// Visibility of an effect above the noise.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Strength {
@@ -79,7 +79,7 @@ pub enum Strength {
 pub struct Concealed {
     /// A name of the vocabulary, or of what is outside.
     pub kind: String,
-    /// Where it sits.
+    /// Component that it acts on.
     pub component: String,
     /// The kind's family.
     pub family: String,
@@ -90,7 +90,7 @@ pub struct Concealed {
 }
 
 impl Concealed {
-    /// Whether this is what is meant by a kind at a component.
+    /// True if this is what is meant by a kind at a component.
     pub fn is(&self, kind: &str, component: &str) -> bool {
         let pair = |a: &str, b: &str| same_place(a, component) && b == kind;
         pair(&self.component, &self.kind)

@@ -7,7 +7,7 @@ use sinew_mpc::{Bounds, Horizons, Problem, Quadratic, Weights};
 
 use super::random::Random;
 
-/// How far what is drawn reaches.
+/// Range of the draws.
 #[derive(Clone, Copy)]
 pub struct Reach {
     /// Of references. What Gauss-Newton leaves out grows with the error.
@@ -31,7 +31,7 @@ pub const REMEMBERED: Reach = Reach {
     moves: 0.0,
 };
 
-/// What a [`Problem`] borrows, and a plan at which to look at it.
+/// Parts that a [`Problem`] borrows, and a plan at which to look at it.
 pub struct Case<
     const NU: usize,
     const NY: usize,
@@ -51,7 +51,7 @@ pub struct Case<
     pub bounds: Bounds<NU, NV>,
     /// Q and Lambda.
     pub weights: Weights<NU, NY>,
-    /// Where J is looked at.
+    /// Plan at which J is looked at.
     pub plan: [f32; NV],
 }
 

@@ -16,7 +16,7 @@ impl<M, const NU: usize, const NY: usize, const NS: usize, const ND: usize, cons
 where
     M: Model<NU, NY, NS, ND, DD>,
 {
-    /// Where the prediction was made, and what it was.
+    /// Regressor of the prediction, and the outputs there.
     type Trace = (Regressor<NU, NY, NS, ND, DD>, [f32; NY]);
 
     const TRACE: Self::Trace = (

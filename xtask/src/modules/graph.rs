@@ -36,7 +36,7 @@ struct Crate {
     modules: BTreeMap<ModulePath, Module>,
 }
 
-/// Where a path leads.
+/// End of a path.
 enum Target {
     Module,
     File(usize),

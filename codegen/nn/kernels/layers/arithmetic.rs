@@ -71,8 +71,8 @@ pub fn add_back<N: Number, const LEN: usize, const R: usize>(
     }
 }
 
-/// One part of a concatenation: of each run of `TOTAL` elements of `y`, the `PART` from `start` on are
-/// those of `x`.
+/// One part of a concatenation: of each run of `TOTAL` elements of `y`, the `PART` from `start` on
+/// are those of `x`.
 #[inline(always)]
 pub fn concatenate<
     T: Copy,
@@ -122,8 +122,8 @@ pub fn concatenate_back<
     }
 }
 
-/// Another order of axes: element `(i, j, k)` of `y`, whose shape is `shape`, is the element of `x` at
-/// `i steps[0] + j steps[1] + k steps[2]`.
+/// Another order of axes: element `(i, j, k)` of `y`, whose shape is `shape`, is the element of `x`
+/// at `i steps[0] + j steps[1] + k steps[2]`.
 #[inline(always)]
 pub fn permute<T: Copy, const LEN: usize>(
     shape: [usize; 3],

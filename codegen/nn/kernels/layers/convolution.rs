@@ -5,8 +5,8 @@ use crate::layers::rows::{Rows, Weight};
 use crate::layers::window::Window;
 use crate::number::Number;
 
-/// `y(p, q, f) = b(f) + sum of w(f, i, j, c) x(p s + i d - before, q s + j d - before, c)`, nothing beyond
-/// the edges.
+/// `y(p, q, f) = b(f) + sum of w(f, i, j, c) x(p s + i d - before, q s + j d - before, c)`, nothing
+/// beyond the edges.
 ///
 /// Shapes: `x` is an image of cells of `C` channels, `y` one of cells of `F` filters; `w` is
 /// `[F][KH][KW][C]`. Cost: `C F KH KW` multiply-adds for each cell of `y`.

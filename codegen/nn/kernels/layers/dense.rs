@@ -65,8 +65,8 @@ pub fn dense_back_activated<
     back_through(w, t_y, slope, t_x);
 }
 
-/// `t_x[i] = end(i, sum over rows of w[row][i] t_y[row])`: either all of `t_y` stays in registers, or the
-/// sums of as many inputs as there is room for.
+/// `t_x[i] = end(i, sum over rows of w[row][i] t_y[row])`: either all of `t_y` stays in registers,
+/// or the sums of as many inputs as there is room for.
 #[inline(always)]
 fn back_through<N: Number, W: Weight, const IN: usize, const OUT: usize, const R: usize>(
     w: &impl Rows<OUT, Row = [W; IN]>,
@@ -94,7 +94,8 @@ fn back_through<N: Number, W: Weight, const IN: usize, const OUT: usize, const R
     }
 }
 
-/// `sum over rows of w[row][i] t[row]`, result by result. The first product begins the sum; nought is not added.
+/// `sum over rows of w[row][i] t[row]`, result by result. The first product begins the sum; nought
+/// is not added.
 #[inline(always)]
 pub(crate) fn column<'a, N: Number, W: Weight + 'a, const IN: usize, const R: usize>(
     rows: impl IntoIterator<Item = &'a [W; IN]> + Copy,
@@ -115,8 +116,8 @@ pub(crate) fn column<'a, N: Number, W: Weight + 'a, const IN: usize, const R: us
     sums
 }
 
-/// As [`back_through`], `B` inputs at a time. Not inlined: what is known of `t_y` there would be kept in
-/// registers that the sums need.
+/// As [`back_through`], `B` inputs at a time. Not inlined: what is known of `t_y` there would be
+/// kept in registers that the sums need.
 #[inline(never)]
 fn back_by<
     const B: usize,
@@ -154,8 +155,8 @@ fn back_by<
     }
 }
 
-/// For `B` inputs from `start` on: `sum over rows of w[row][start + c] t_y[row]`. The first product begins
-/// the sum; nought is not added.
+/// For `B` inputs from `start` on: `sum over rows of w[row][start + c] t_y[row]`. The first product
+/// begins the sum; nought is not added.
 #[inline(always)]
 fn columns<
     N: Number,
@@ -234,8 +235,8 @@ fn add_columns<
     *t_x = sum;
 }
 
-/// Adjoints of the inputs of a last layer, one result for each output: `t_x = W' diag(outer)`, where
-/// `outer` are the slopes of what follows the layer.
+/// Adjoints of the inputs of a last layer, one result for each output: `t_x = W' diag(outer)`,
+/// where `outer` are the slopes of what follows the layer.
 #[inline(always)]
 pub fn dense_seed<W: Weight, const IN: usize, const OUT: usize>(
     w: &impl Rows<OUT, Row = [W; IN]>,

@@ -91,7 +91,8 @@ pub fn step<N: Number, W: Weight, const IN: usize, const H: usize>(
     }
 }
 
-/// Derivatives of the new state along `R` directions, of which `d_x` and `d_h` are the input's and the state's part.
+/// Derivatives of the new state along `R` directions, of which `d_x` and `d_h` are the input's and
+/// the state's part.
 ///
 /// Cost: `3 H (IN + H) R` multiply-adds; taken backward, `R` is the number of results instead.
 #[inline(always)]
@@ -142,7 +143,8 @@ pub fn step_along<N: Number, W: Weight, const IN: usize, const H: usize, const R
     d_new
 }
 
-/// Adjoints of the new state to adjoints of the input, which are overwritten, and of the state before.
+/// Adjoints of the new state to adjoints of the input, which are overwritten, and of the state
+/// before.
 #[inline(always)]
 pub fn step_back<N: Number, W: Weight, const IN: usize, const H: usize, const R: usize>(
     layer: &Gru<impl Rows<H, Row = [W; IN]>, impl Rows<H, Row = [W; H]>, H>,

@@ -7,8 +7,8 @@ use crate::layers::gate::gate;
 use crate::layers::rows::{Rows, Weight};
 use crate::number::Number;
 
-/// Weights of the gates `i` (input), `f` (forget), of the candidate `g` and of the gate `o` (output), in
-/// this order.
+/// Weights of the gates `i` (input), `f` (forget), of the candidate `g` and of the gate `o`
+/// (output), in this order.
 pub struct Lstm<K, U, const H: usize> {
     /// `W`, for the input.
     pub kernel: [K; 4],
@@ -49,8 +49,8 @@ impl<N: Number, const H: usize> Step<N, H> {
     };
 }
 
-/// One step, with `s` the gates' activation and `a` the candidate's and the cell's: each of `i, f, o` is
-/// `s(W x + U h + b)`, `g = a(W x + U h + b)`, `c' = f c + i g`, `h' = o a(c')`.
+/// One step, with `s` the gates' activation and `a` the candidate's and the cell's: each of `i, f,
+/// o` is `s(W x + U h + b)`, `g = a(W x + U h + b)`, `c' = f c + i g`, `h' = o a(c')`.
 ///
 /// Cost: `4 H (IN + H)` multiply-adds.
 #[inline(always)]
@@ -79,8 +79,8 @@ pub fn step<N: Number, W: Weight, const IN: usize, const H: usize>(
     }
 }
 
-/// Derivatives of the new state and cell along `R` directions, of which `d_x`, `d_h` and `d_c` are the input's, the state's
-/// and the cell's part.
+/// Derivatives of the new state and cell along `R` directions, of which `d_x`, `d_h` and `d_c` are
+/// the input's, the state's and the cell's part.
 ///
 /// Cost: `4 H (IN + H) R` multiply-adds; taken backward, `R` is the number of results instead.
 #[inline(always)]
@@ -116,8 +116,8 @@ pub fn step_along<N: Number, W: Weight, const IN: usize, const H: usize, const R
     (d_state, d_cell)
 }
 
-/// Adjoints of the new state and cell to adjoints of the input, which are overwritten, and of the state and
-/// cell before.
+/// Adjoints of the new state and cell to adjoints of the input, which are overwritten, and of the
+/// state and cell before.
 #[inline(always)]
 pub fn step_back<N: Number, W: Weight, const IN: usize, const H: usize, const R: usize>(
     layer: &Lstm<impl Rows<H, Row = [W; IN]>, impl Rows<H, Row = [W; H]>, H>,

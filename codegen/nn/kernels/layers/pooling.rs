@@ -3,8 +3,8 @@
 use crate::layers::window::Window;
 use crate::number::Number;
 
-/// The largest element of each window, channel by channel; padding counts for nothing. A NaN in a window
-/// that begins with it stays.
+/// The largest element of each window, channel by channel; padding counts for nothing. A NaN in a
+/// window that begins with it stays.
 #[inline(always)]
 pub fn max_pool<N: Number, const LEN: usize, const OUT: usize, const C: usize>(
     window: &Window,
@@ -82,7 +82,8 @@ pub fn max_pool_back<
     }
 }
 
-/// `1 / n`, with n the elements of the window for output `at`: all of them, or those within the image.
+/// `1 / n`, with n the elements of the window for output `at`: all of them, or those within the
+/// image.
 #[inline(always)]
 fn share(window: &Window, count_padding: bool, at: [usize; 2]) -> f32 {
     if count_padding {

@@ -1,4 +1,5 @@
-//! A rectifier of eight units between two dense layers: nothing comes back through a unit that it shuts.
+//! A rectifier of eight units between two dense layers: nothing comes back through a unit that it
+//! shuts.
 
 use crate::layers::dense::{column, dense_back, dense_seed};
 use crate::layers::rows::{Rows, Weight};
@@ -6,11 +7,13 @@ use crate::layers::rows::{Rows, Weight};
 /// Units of the rectifier.
 const UNITS: usize = 8;
 
-/// Adjoints of the input of two dense layers, one result for each output: `t_x = W1' D W2' diag(outer)`. `D` has a one
-/// for each unit that the rectifier between them leaves open, `outer` are the slopes of what follows.
+/// Adjoints of the input of two dense layers, one result for each output: `t_x = W1' D W2'
+/// diag(outer)`. `D` has a one for each unit that the rectifier between them leaves open, `outer`
+/// are the slopes of what follows.
 ///
-/// Shapes: `a` is what the rectifier gave; `w1` is `[UNITS][IN]`, `w2` is `[OUT][UNITS]`. Cost: `(IN + 1) OUT`
-/// multiply-adds for each of 4, 6, 7 or 8 units, whichever are the fewest that hold the open ones.
+/// Shapes: `a` is what the rectifier gave; `w1` is `[UNITS][IN]`, `w2` is `[OUT][UNITS]`. Cost:
+/// `(IN + 1) OUT` multiply-adds for each of 4, 6, 7 or 8 units, whichever are the fewest that hold
+/// the open ones.
 #[inline(always)]
 pub fn rectified_back<W1: Weight, W2: Weight, const IN: usize, const OUT: usize>(
     w2: &impl Rows<OUT, Row = [W2; UNITS]>,
@@ -33,8 +36,8 @@ pub fn rectified_back<W1: Weight, W2: Weight, const IN: usize, const OUT: usize>
     }
 }
 
-/// The numbers of the open units in three bits each, the first one lowest, and a one above the last: `n` of them
-/// make it at least `2^3n` and less than twice that. A NaN is open.
+/// The numbers of the open units in three bits each, the first one lowest, and a one above the
+/// last: `n` of them make it at least `2^3n` and less than twice that. A NaN is open.
 #[inline(always)]
 fn list(a: &[f32; UNITS]) -> u32 {
     let mut open = 1;
@@ -45,7 +48,8 @@ fn list(a: &[f32; UNITS]) -> u32 {
     open
 }
 
-/// [`rectified_back`] through at most `K` open units. Where there are fewer, others stand in and count nothing.
+/// [`rectified_back`] through at most `K` open units. Where there are fewer, others stand in and
+/// count nothing.
 #[inline(always)]
 fn few<const K: usize, W1: Weight, W2: Weight, const IN: usize, const OUT: usize>(
     w2: &impl Rows<OUT, Row = [W2; UNITS]>,
@@ -64,7 +68,8 @@ fn few<const K: usize, W1: Weight, W2: Weight, const IN: usize, const OUT: usize
         })
     });
     let rows: [&[W1; IN]; K] = core::array::from_fn(|k| &w1.rows()[unit(k)]);
-    // Two inputs a turn, written out: else it is the compiler's choice, which depends on what else it sees.
+    // Two inputs a turn, written out: else it is the compiler's choice, which depends on what else
+    // it sees.
     let (twos, rest) = t_x.as_chunks_mut::<2>();
     let done = 2 * twos.len();
     for (i, two) in twos.iter_mut().enumerate() {

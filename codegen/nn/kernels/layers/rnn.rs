@@ -50,7 +50,8 @@ pub fn step<N: Number, W: Weight, const IN: usize, const H: usize>(
     );
 }
 
-/// Adjoints of the new state to adjoints of the input, which are overwritten, and of the state before.
+/// Adjoints of the new state to adjoints of the input, which are overwritten, and of the state
+/// before.
 #[inline(always)]
 pub fn step_back<N: Number, W: Weight, const IN: usize, const H: usize, const R: usize>(
     layer: &Rnn<impl Rows<H, Row = [W; IN]>, impl Rows<H, Row = [W; H]>, H>,

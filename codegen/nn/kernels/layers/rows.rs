@@ -1,4 +1,5 @@
-//! Matrices as they lie in flash, row by row: floats, or integers of eight bits with a scale for each row.
+//! Matrices as they lie in flash, row by row: floats, or integers of eight bits with a scale for
+//! each row.
 
 use crate::number::Number;
 
@@ -39,7 +40,8 @@ pub trait Rows<const OUT: usize> {
     /// Initial value of a weighted sum of a row with this bias.
     fn start<N: Number>(&self, bias: N) -> N;
 
-    /// The weighted sum of row `r`, its gain and bias in it, from what was begun at [`Rows::start`].
+    /// The weighted sum of row `r`, its gain and bias in it, from what was begun at
+    /// [`Rows::start`].
     fn end<N: Number>(&self, r: usize, sum: N, bias: N) -> N;
 }
 

@@ -3,8 +3,8 @@
 use crate::math;
 use crate::number::Number;
 
-/// `a_i = exp(z_i) / sum exp(z_j)`, in place, over each run of `LAST` elements. The largest is taken off
-/// first, so that nothing overflows.
+/// `a_i = exp(z_i) / sum exp(z_j)`, in place, over each run of `LAST` elements. The largest is
+/// taken off first, so that nothing overflows.
 #[inline(always)]
 pub fn softmax<N: Number, const LEN: usize, const LAST: usize>(a: &mut [N; LEN]) {
     for a in a.as_chunks_mut::<LAST>().0 {

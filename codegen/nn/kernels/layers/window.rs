@@ -18,8 +18,8 @@ pub struct Window {
 }
 
 impl Window {
-    /// Place in the input image of element `(row, column)` of the window for output `(y, x)`; none in the
-    /// padding.
+    /// Place in the input image of element `(row, column)` of the window for output `(y, x)`; none
+    /// in the padding.
     #[inline(always)]
     pub fn place(&self, y: usize, x: usize, row: usize, column: usize) -> Option<usize> {
         let row = (y * self.stride[0] + row * self.dilation[0]).wrapping_sub(self.before[0]);

@@ -14,7 +14,8 @@ const EXP: [f32; 5] = [
 /// ln 2 in two parts, the first with so few bits that its multiples are exact.
 const LN_2: [f32; 2] = [0.693_359_4, -2.121_944_4e-4];
 
-/// Exponential function. Relative error 3e-7; NaN gives NaN, beyond 88.7 infinity, below -87.3 zero.
+/// Exponential function. Relative error 3e-7; NaN gives NaN, beyond 88.7 infinity, below -87.3
+/// zero.
 #[inline(always)]
 pub fn exp(x: f32) -> f32 {
     let held = clamp(x, -88.0, 89.0);

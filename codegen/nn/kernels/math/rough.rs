@@ -12,8 +12,8 @@ const TANH_Q: [f32; 3] = [1.0, 0.409_690_2, 6.146_089e-3];
 
 /// Hyperbolic tangent, `x P(x^2) / Q(x^2)` with the argument held at 4.2.
 ///
-/// Largest error 9e-4 (absolute, swept in `tests/tolerances.rs`); odd, never beyond 1; NaN gives NaN,
-/// infinities give the value at the end.
+/// Largest error 9e-4 (absolute, swept in `tests/tolerances.rs`); odd, never beyond 1; NaN gives
+/// NaN, infinities give the value at the end.
 #[inline(always)]
 pub fn tanh(x: f32) -> f32 {
     let x = clamp(x, -TANH_END, TANH_END);
@@ -23,7 +23,8 @@ pub fn tanh(x: f32) -> f32 {
     x * p / q
 }
 
-/// Logistic sigmoid `1 / (1 + exp(-x)) = 1/2 + 1/2 tanh(x / 2)`. Largest error half of that of [`tanh`].
+/// Logistic sigmoid `1 / (1 + exp(-x)) = 1/2 + 1/2 tanh(x / 2)`. Largest error half of that of
+/// [`tanh`].
 #[inline(always)]
 pub fn sigmoid(x: f32) -> f32 {
     0.5 + 0.5 * tanh(0.5 * x)

@@ -9,7 +9,7 @@ use crate::protocol::{Reason, Telemetry, ToHost};
 use sinew_mpc::CostTerm;
 use sinew_mpc::controller::Step;
 
-/// What the board is to put on its pins.
+/// Output of the board's pins.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outputs<const NU: usize> {
     /// Command, physical units.
@@ -18,7 +18,7 @@ pub struct Outputs<const NU: usize> {
     pub live: bool,
 }
 
-/// What only the board's own rig needs.
+/// State that only the board's own rig needs.
 pub(super) struct Own<const NU: usize, const NY: usize, const N: usize> {
     tick: u32,
     /// r(k+1) .. r(k+N); `None`: nobody has asked for anything since arming.

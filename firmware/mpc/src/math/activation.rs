@@ -1,6 +1,7 @@
-//! Activations and their slopes: polynomials and one division. Emitted networks carry a copy of this file.
+//! Activations and their slopes: polynomials and one division. Emitted networks carry a copy of
+//! this file.
 
-/// Where the rational of [`tanh`] ends; beyond, the value at the end is returned.
+/// End of the rational of [`tanh`]; beyond, the value at the end is returned.
 const TANH_END: f32 = 7.0;
 
 /// Numerator and denominator of [`tanh`] in x^2, lowest power first: minimax on [0, 7], levelled

@@ -1,6 +1,6 @@
-//! The only home of transcendental functions. Every function uses `+ - * /`, comparisons and nothing
-//! else, each rounded to nearest once, so host and Cortex-M4F give the same bits; the compiler never
-//! fuses `a * b + c`, and neither do we.
+//! The only home of transcendental functions. Every function uses `+ - * /`, comparisons and
+//! nothing else, each rounded to nearest once, so host and Cortex-M4F give the same bits; the
+//! compiler never fuses `a * b + c`, and neither do we.
 
 mod activation;
 
@@ -37,8 +37,8 @@ pub fn add_up(a: f32, b: f32) -> f32 {
     -add_down(-a, -b)
 }
 
-/// `(a + b) - sum` exactly, where `sum` is `a + b` rounded to nearest (Knuth's two-sum; any order of
-/// magnitudes, no overflow as long as `sum` is finite, exact with subnormals too).
+/// `(a + b) - sum` exactly, where `sum` is `a + b` rounded to nearest (Knuth's two-sum; any order
+/// of magnitudes, no overflow as long as `sum` is finite, exact with subnormals too).
 #[inline]
 fn two_sum_error(a: f32, b: f32, sum: f32) -> f32 {
     let b_part = sum - a;

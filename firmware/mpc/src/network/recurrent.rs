@@ -1,4 +1,4 @@
-//! Where a recurrent first layer stands in a model: what it remembers are the last of the channels,
+//! Position of a recurrent first layer in a model: its hidden state is the last of the channels,
 //! which it predicts and nobody measures (docs/explanation/controller.md, eq. 1a). The layer itself
 //! is a kernel of the printed crate.
 

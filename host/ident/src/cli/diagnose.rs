@@ -128,7 +128,7 @@ fn read(paths: &[PathBuf]) -> Result<Vec<Recording>> {
     paths.iter().map(Recording::read).collect()
 }
 
-/// What made the page, as it would be typed again.
+/// Command line that made the page, as it would be typed again.
 fn command(arguments: &Arguments) -> String {
     let mut words = vec![
         "sinew diagnose".to_owned(),

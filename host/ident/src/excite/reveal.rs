@@ -1,6 +1,6 @@
-//! What an experiment would show: each effect of the vocabulary, weak, at each place where it could
-//! sit, measured against noise and against what the rig's own parameters could imitate
-//! (docs/explanation/experiments.md, eq. 5 and 6).
+//! Distinguishability of effects in an experiment: each effect of the vocabulary, weak, at each
+//! place where it could sit, measured against noise and against what the rig's own parameters could
+//! imitate (docs/explanation/experiments.md, eq. 5 and 6).
 
 mod imitation;
 
@@ -38,7 +38,7 @@ pub struct Seen {
     pub component: String,
     /// Its parameters, weak for this experiment.
     pub values: Vec<f64>,
-    /// How far what it does to the signals is from all that the rig's free parameters and its start
+    /// Distance of its effect on the signals from all that the rig's free parameters and its start
     /// could do, in standard deviations of the noise; none where it could not be simulated.
     pub distance: Option<f64>,
 }

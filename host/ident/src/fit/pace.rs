@@ -1,4 +1,4 @@
-//! What simulating a rig costs, and how dear it may become while a search tries other numbers.
+//! Cost of simulating a rig, and the step budget of a search that tries other numbers.
 
 use sinew_sim::{Plant, Settings, Stepper};
 

@@ -56,7 +56,7 @@ pub struct SensorError {
 /// A free-run error of more than this part of what was measured is no explanation of it.
 const POOR: f64 = 0.3;
 
-/// What a person has to be told of a signal that the refitted rig does not explain: errors and
+/// Warning about a signal that the refitted rig does not explain: errors and
 /// spread in SI. `None` where it does.
 pub fn doubt(signal: &str, unit: &str, rms: f64, spread: f64) -> Option<String> {
     (rms > POOR * spread).then(|| {

@@ -155,7 +155,7 @@ pub(crate) fn integrated_autocorrelation(series: &[f64]) -> f64 {
     sum
 }
 
-/// Which parameters the data determine: those that hardly take part in directions `v` (eigenvectors
+/// Parameters that the data determine: those that hardly take part in directions `v` (eigenvectors
 /// of the information) along which they leave more than their own size open.
 fn determined(information: &DMatrix<f64>, memory: f64) -> Vec<bool> {
     let parameters = information.nrows();

@@ -50,11 +50,11 @@ pub struct Benchmark {
     moved: Vec<PerturbedParameter>,
     /// Age of the measurements when a controller gets them.
     delay_s: f64,
-    /// What errors, effort and time at limits were judged between, seconds; absent where it is the
-    /// whole run.
+    /// Interval in which errors, effort and time at limits were judged, seconds; absent where it is
+    /// the whole run.
     #[serde(skip_serializing_if = "Option::is_none")]
     judged_s: Option<[f64; 2]>,
-    /// How far each loop's own plant was drawn from the one in `plant`, as a part of each free
+    /// Spread of each loop's own plant around the one in `plant`, as a part of each free
     /// parameter; null where all loops have one plant.
     spread: Option<f64>,
     outputs: Vec<Signal>,

@@ -14,7 +14,7 @@ use sinew_ident::recording::Recording;
 const RATE_HZ: f64 = 120.0;
 /// Steps of each level of the staircase (the published experiment).
 const STAIRCASE: usize = 333;
-/// How much of each input's limit a reference may need at rest: a plant a fifth stiffer still gets
+/// Part of each input's limit that a reference may need at rest: a plant a fifth stiffer still gets
 /// there, with something left for moving.
 const REACH: f64 = 0.7;
 /// Speed of a designed reference, as a fraction of the recorded speed.
@@ -70,7 +70,7 @@ pub struct ControlProblem {
     pub home: Vec<Option<f64>>,
     /// Reference of the comparison, and its source.
     pub reference: Reference,
-    /// Where it comes from, which says what tuning follows instead.
+    /// Origin of the reference, which says what tuning follows instead.
     pub source: Source,
     /// Errors are judged from here to there, seconds; without, over the whole run.
     pub judged_s: Option<[f64; 2]>,
@@ -308,7 +308,7 @@ fn long_enough(asked: &Reference, horizon: usize) -> Result<()> {
     )))
 }
 
-/// Where each output comes to rest under constant inputs; `None` where it does not, such as an axis
+/// Rest of each output under constant inputs; `None` where it does not rest, such as an axis
 /// that drifts. What was recorded may lie beyond: a springy plant swings further than it can be
 /// held.
 fn rest(

@@ -16,9 +16,9 @@ use sinew_ident::error::{Error, Result};
 const FORMAT: &str = "sinew-plant/1";
 /// Longest wait for one line. A program may have to load a simulator first.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// How long a program that says nothing more may take to end, so that its status can be told.
+/// Longest wait for the end of a program that says nothing more, so that its status can be told.
 const LEAVE: Duration = Duration::from_secs(2);
-/// How long it is listened to after the last answer.
+/// Time of listening after the last answer.
 const LAST_WORDS: Duration = Duration::from_millis(100);
 /// Variables that say which of several plants is wanted.
 const DRAW: &str = "SINEW_DRAW";
@@ -270,7 +270,7 @@ mod tests {
 
     use super::*;
 
-    /// What comes of a recording of a single row, for which a program is never asked for anything.
+    /// Result of a recording of a single row, for which a program is never asked for anything.
     fn one_row(says: &str) -> Result<Recorded> {
         let text = "format = \"sinew-rig/1\"\nname = \"cart\"\n[[body]]\nname = \"cart\"\nmotion = \"slide\"\n\
                     inertia = 1.0\n[[actuator]]\nname = \"push\"\ndrives = \"cart\"\ninput = \"u_N\"\ngain = 1.0\n\

@@ -10,7 +10,7 @@ use nix::sys::signal::{Signal, killpg};
 use nix::unistd::Pid;
 use tempfile::TempDir;
 
-/// What this process has to take along when it ends, for the handler of Ctrl-C.
+/// Child processes that end with this process, for the handler of Ctrl-C.
 static LIVE: Mutex<Live> = Mutex::new(Live {
     children: Vec::new(),
     folders: Vec::new(),

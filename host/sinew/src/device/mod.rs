@@ -215,8 +215,8 @@ impl Device {
         }
     }
 
-    /// Who it is; refuses a device of another protocol version or, where `model` is given, another
-    /// model.
+    /// Identity of the device; refuses one of another protocol version or, where `model` is given,
+    /// another model.
     ///
     /// # Errors
     /// No answer, or the wrong device.

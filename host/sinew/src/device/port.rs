@@ -15,10 +15,10 @@ use sinew_device::protocol::{Telemetry, ToDevice, ToHost};
 use super::Device;
 use sinew_ident::error::{Error, Result};
 
-/// How long a board may take for an answer: a few periods of the slowest rate, and the way there
+/// Longest wait for an answer of a board: a few periods of the slowest rate, and the way there
 /// and back.
 const ANSWER: Duration = Duration::from_secs(1);
-/// How often a question is asked: a real line loses one now and then.
+/// Attempts at a question: a real line loses one now and then.
 const ATTEMPTS: usize = 3;
 
 impl Device {

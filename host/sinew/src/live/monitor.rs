@@ -18,13 +18,13 @@ use sinew_ident::error::{Error, Result};
 
 /// Refresh interval of the terminal.
 const REFRESH: Duration = Duration::from_millis(100);
-/// How often a line is said so that the board knows that somebody is there.
+/// Period of the lines that tell the board that somebody is there.
 const ALIVE: Duration = Duration::from_millis(500);
 /// Longest silence of a board.
 const SILENCE: Duration = Duration::from_secs(3);
 
-/// What a typed line says to the board; `None`: disarm, save, end. `arm` reaches the reference in a
-/// second.
+/// Message to the board for a typed line; `None`: disarm, save, end. `arm` reaches the reference in
+/// a second.
 ///
 /// # Errors
 /// The fault in one line.

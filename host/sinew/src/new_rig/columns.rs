@@ -188,7 +188,7 @@ impl Columns {
     }
 }
 
-/// What is called a command, or else the first voltage and the like, or else the first force.
+/// Columns called a command, or else the first voltage and the like, or else the first force.
 fn guess_inputs(recording: &Recording, outputs: &[String]) -> Vec<String> {
     let drives = |name: &String| {
         !outputs.contains(name) && matches!(quantity(name), Quantity::Drive | Quantity::Force(_))

@@ -47,7 +47,7 @@ pub struct Summary {
     pub fit: Vec<FitError>,
     /// Root mean square error of the network, one step ahead and at the horizon.
     pub network: NetworkError,
-    /// What was found missing from the rig; null where nobody asked (`--diagnose`).
+    /// Physics found missing from the rig; null where nobody asked (`--diagnose`).
     pub diagnosis: Option<Found>,
     /// Wall time of the whole chain.
     pub seconds: f64,

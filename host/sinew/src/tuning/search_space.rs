@@ -272,7 +272,7 @@ mod tests {
         assert_eq!(cost(&space.weights(&found.best)), found.cost);
     }
 
-    /// What each would like of its own, on plants that it will not meet again, is not asked.
+    /// One search for all: the optimum of each on plants that it will not meet again is not asked.
     #[test]
     fn tied_weights_stay_alike() {
         let space = SearchSpace {

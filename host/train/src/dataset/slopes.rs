@@ -11,7 +11,7 @@ use sinew_ident::error::Result;
 /// Places of an episode that are differentiated at once, each by a seed of its own.
 const PLACES: usize = 8;
 
-/// How the outputs of an episode answer when all inputs from a step on are moved along one
+/// Response of the outputs of an episode when all inputs from a step on are moved along one
 /// direction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Slope {
@@ -108,7 +108,7 @@ fn of_one(
 /// use.
 const ROOM: f64 = 0.02;
 
-/// Whether all inputs of the stretch can be moved a little along the direction. Beyond a limit no
+/// True if all inputs of the stretch can be moved a little along the direction. Beyond a limit no
 /// controller may ask, and what answers there, such as a pull that is flat at 0 V, is not what it
 /// would get from the move it may make.
 fn stays_inside(plant: &Plant, episode: &Episode, slope: &Slope, steps: usize) -> bool {

@@ -61,7 +61,7 @@ pub struct Options {
     pub first: FirstLayer,
     /// Widths of the hidden layers.
     pub hidden: Vec<usize>,
-    /// How much of a measurement enters the past that the network sees, over 0 to 1, as in the
+    /// Part of a measurement that enters the past that the network sees, over 0 to 1, as in the
     /// firmware (docs/explanation/controller.md, eq. 10c).
     pub observer_gain: f64,
     /// Weight of the simulator's derivatives in the loss, beside 1 for the errors; 0 for none.

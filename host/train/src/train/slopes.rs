@@ -141,7 +141,7 @@ mod tests {
         }
     }
 
-    /// How the next output answers to each input, where a network was trained with this weight of
+    /// Answer of the next output to each input, where a network was trained with this weight of
     /// the derivatives.
     fn answers(first: FirstLayer, derivative_weight: f64) -> [f64; 2] {
         let options = Options {

@@ -1,4 +1,4 @@
-//! What other people's physics wrote, in `tests/foreign/`.
+//! Recordings by other people's physics, in `tests/foreign/`.
 
 use std::path::PathBuf;
 

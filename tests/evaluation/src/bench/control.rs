@@ -111,7 +111,7 @@ fn judge(python: &Python, case: &Case, run: &Run) -> Result<Map<String, Value>> 
     answer(command)
 }
 
-/// What a program of `tests/foreign` prints: one JSON object.
+/// Output of a program of `tests/foreign`: one JSON object.
 ///
 /// # Errors
 /// As [`process::json`].

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use xtask::process::{self, cargo, root, target_folder};
 
 const RIG: &str = "rigs/two-mass-drive.toml";
-/// What the real one has and the rig has not.
+/// Effect that the real one has and the rig has not.
 const HIDDEN: &str = "\n[[effect]]\nkind = \"coulomb_friction\"\ncomponent = \"load\"\nlevel = { value = 0.05, min = 0.0 }\n";
 /// Samples of each recording, and what is to be kept: seconds on two cores, or megabytes.
 const LENGTHS: &[(usize, Option<f64>, Option<f64>)] =

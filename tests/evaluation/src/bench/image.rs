@@ -18,7 +18,7 @@ pub fn instructions(ticks: u32) -> u64 {
     (u64::from(ticks) * 40 + 512) / 1024
 }
 
-/// What a program of `boards/step` counts.
+/// Unit in which a program of `boards/step` counts.
 #[derive(Clone, Copy)]
 pub enum Content<'a> {
     /// Our control step, our network.
@@ -29,9 +29,9 @@ pub enum Content<'a> {
     Peer(&'a Path),
 }
 
-/// What a program of `boards/step` is built around.
+/// Controller in a program of `boards/step`.
 pub struct Around {
-    /// What its image is called.
+    /// Name of its image.
     name: String,
     /// The model's crate, and what it is called.
     model: (PathBuf, String),

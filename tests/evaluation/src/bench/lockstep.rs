@@ -11,7 +11,7 @@ use super::image;
 use super::reference::{OUTPUTS, Plant, Reference, STEPS};
 use xtask::process::target_folder;
 
-/// What a run leaves.
+/// Result of a run.
 pub struct Run {
     /// Steps that the controller predicts.
     pub horizon: usize,

@@ -11,7 +11,7 @@ use xtask::process::{self, cargo, root};
 const DEVICES: &[&str] = &["mass_spring_damper", "two_mass_drive", "tendon_finger"];
 /// An error below this part of the range is as good as none: MuJoCo is not asked for more.
 const ENOUGH: f64 = 1e-8;
-/// How many times MuJoCo's speed is wanted.
+/// Goal, in multiples of MuJoCo's speed.
 const GOAL: f64 = 10.0;
 /// 4,000 samples of the two-mass drive are to take less, ms.
 const GOAL_MS: f64 = 1.0;

@@ -1,4 +1,4 @@
-//! What a part of the controller is worth, a figure each: the published problems with it and
+//! Value of each part of the controller, a figure each: the published problems with it and
 //! without it, on the same plants.
 //!
 //! Exact derivatives have a benchmark (`cargo xtask bench differences`), mended physics an
@@ -16,7 +16,7 @@ use crate::figure::{Row, loops};
 /// As on the command line, and the folder of its results.
 pub const NAME: &str = "ablations";
 
-/// What the problems are called in figures.
+/// Names of the problems in figures.
 const PROBLEMS: [(&str, &Problem); 3] = [("mass", &MASS), ("tendon", &TENDON), ("HASEL", &HASEL)];
 
 /// Something that a controller can be without.
@@ -26,7 +26,7 @@ struct Ablation {
     title: &'static str,
     /// The controllers without it.
     variant: &'static str,
-    /// What the rows with and without it are called.
+    /// Names of the rows with and without it.
     rows: [&'static str; 2],
 }
 

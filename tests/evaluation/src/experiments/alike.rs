@@ -1,4 +1,4 @@
-//! What `sinew diagnose` says where components that are alike have an effect, each or one of them:
+//! Diagnosis of components that are alike, where each or one of them has an effect:
 //! the tendon platform, of which a camera sees the tip and nothing else
 //! (docs/lab/0066-tied-start-of-identical-components.md).
 

@@ -1,4 +1,4 @@
-//! What experiments share: a folder of their own, the program, and what it leaves.
+//! Common parts of experiments: a folder of their own, the program, and what it leaves.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! How small the error on the staircase can be: what the best linear controller has that knows the
+//! Smallest error on the staircase: that of the best linear controller, which knows the
 //! plant's own numbers, without friction and without limits (`tests/foreign/linear_bound.py` says
 //! how). A target below it says nothing about a controller.
 

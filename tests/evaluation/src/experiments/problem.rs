@@ -8,23 +8,23 @@ use super::targets::Target;
 pub struct Problem {
     /// As on the command line, and the folder of its results.
     pub name: &'static str,
-    /// What the controller's owner knows.
+    /// Rig file of the controller's owner.
     pub believed: &'static str,
     /// Effects that the owner knows of beside the rig, such as the delay of his electronics.
     pub known: &'static str,
-    /// How much of the inputs' range the recordings use: enough to go a little beyond what is
+    /// Part of the inputs' range that the recordings use: enough to go a little beyond what is
     /// asked.
     pub amplitude: &'static str,
-    /// What the inputs look like.
+    /// Kind of input signal.
     pub kind: &'static str,
     /// Effects that only the plants have.
     pub left_out: &'static str,
-    /// What is asked, and what tuning follows backwards: tables with a column an output. Without,
+    /// Reference, and what tuning follows backwards: tables with a column an output. Without,
     /// smooth moves to the levels of the staircase.
     pub paths: Option<[fn() -> String; 2]>,
     /// PID and RISE once more as textbooks have them, without a look ahead at the reference.
     pub textbook: bool,
-    /// What errors are judged between, seconds; all of it without.
+    /// Interval in which errors are judged, seconds; all of it without.
     pub judged: Option<&'static str>,
     /// Age of the measurements, seconds.
     pub delay: &'static str,
@@ -36,7 +36,7 @@ pub struct Problem {
     pub evaluations: (&'static str, Option<&'static str>),
     /// Controllers, the one that is held against the targets first.
     pub variants: &'static [Variant],
-    /// What is to be reached, from the comparison.
+    /// Targets, from the comparison.
     pub targets: fn(&Value) -> Vec<Target>,
 }
 
@@ -65,11 +65,11 @@ impl Variant {
     }
 }
 
-/// What a controller's model knows of the plants.
+/// Knowledge of the plants in a controller's model.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Knowledge {
     /// The believed rig.
     Believed,
-    /// What `sinew diagnose` made of it, from recordings of the plant in the middle of those drawn.
+    /// Model by `sinew diagnose`, from recordings of the plant in the middle of those drawn.
     Mended,
 }

@@ -81,7 +81,7 @@ fn without_controller(rig: &str) -> String {
     lines.join("\n") + "\n"
 }
 
-/// What `sinew excite` is asked for.
+/// Arguments of `sinew excite`.
 pub fn excited(problem: &Problem) -> [&'static str; 6] {
     [
         "--seconds",
@@ -129,7 +129,7 @@ struct Run<'a> {
     problem: &'a Problem,
     /// The controllers of this run.
     variants: Vec<&'a Variant>,
-    /// What its files' names begin with where it has not all of them.
+    /// Start of its files' names where it has not all of them.
     part: &'static str,
 }
 
@@ -431,7 +431,7 @@ impl Run<'_> {
     }
 }
 
-/// Whether it is PID or RISE, which every comparison has.
+/// True if it is PID or RISE, which every comparison has.
 fn is_opponent(controller: &Value) -> bool {
     ["PID", "RISE"]
         .iter()

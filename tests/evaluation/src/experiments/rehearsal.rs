@@ -22,16 +22,16 @@ use xtask::process;
 pub struct Rehearsal {
     /// As on the command line, and the folder of its results.
     pub name: &'static str,
-    /// What the owner knows.
+    /// Rig file of the owner.
     believed: &'static str,
-    /// Where the believed rig's file ends, and what stands there instead.
+    /// Line at which the believed rig's file ends, and the text that replaces the rest.
     tail: Option<(&'static str, &'static str)>,
     real: Real,
     /// Noise of the recordings and so of the loops, as a part of what each signal ranges over.
     noise: &'static str,
     /// Length of a recording, and how much of the inputs' range it uses.
     excite: &'static [&'static str],
-    /// What is asked, and what tuning follows backwards; without, the staircase.
+    /// Reference, and what tuning follows backwards; without, the staircase.
     paths: Option<[fn() -> String; 2]>,
     /// Further arguments of `sinew tune`.
     tune: &'static [&'static str],
@@ -39,7 +39,7 @@ pub struct Rehearsal {
     compare: &'static [&'static str],
 }
 
-/// Who answers in the place of the real rig.
+/// Stand-in for the real rig.
 enum Real {
     /// A rig file.
     Rig(&'static str),
@@ -157,14 +157,14 @@ pub fn run(rehearsal: &Rehearsal, seed: u64) -> Result<()> {
     run.summary()
 }
 
-/// What the controllers know: the rig as written, refitted to the recordings, mended by the
+/// Models of the controllers: the rig as written, refitted to the recordings, mended by the
 /// diagnosis.
 const NAMES: [&str; 3] = ["MPC-believed", "MPC-refitted", "MPC-mended"];
 
 struct Run<'a> {
     bench: Bench,
     rehearsal: &'a Rehearsal,
-    /// How the real rig is named on a command line.
+    /// Name of the real rig on a command line.
     real: [String; 2],
 }
 
@@ -235,7 +235,7 @@ impl Run<'_> {
         process::run(&mut diagnose)
     }
 
-    /// What fits and trains: as many recordings as the diagnosis has.
+    /// Recordings for fit and training: as many as the diagnosis has.
     fn recordings(&self, command: &mut Command) {
         for role in ["fit", "check"] {
             command

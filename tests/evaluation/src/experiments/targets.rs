@@ -1,4 +1,4 @@
-//! What the published problems are to reach, said with by how much.
+//! Targets of the published problems, and the margin to each.
 
 use serde_json::{Value, json};
 
@@ -8,11 +8,11 @@ use crate::figure::{Row, middle};
 
 /// A number that is to be reached.
 pub struct Target {
-    /// What it is.
+    /// Name of the figure.
     pub what: String,
     /// At most this, or where [`Target::least`] at least.
     pub wanted: f64,
-    /// What was measured.
+    /// Measured value.
     pub found: f64,
     /// Of both.
     pub unit: &'static str,

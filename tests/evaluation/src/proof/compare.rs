@@ -63,7 +63,7 @@ fn sample(kept: &BTreeMap<usize, Value>, wanted: usize) -> Vec<usize> {
     numbers
 }
 
-/// Whether what is kept of an answer is the same, its time aside; nothing was kept of a refusal.
+/// True if what is kept of an answer is the same, its time aside; nothing was kept of a refusal.
 fn same(kept: &Value, file: &Path) -> Result<bool> {
     let Ok(text) = fs::read_to_string(file) else {
         return Ok(false);
@@ -74,7 +74,7 @@ fn same(kept: &Value, file: &Path) -> Result<bool> {
     Ok(parts.all(|part| alike(&kept[part], &new[part])))
 }
 
-/// Whether two answers say the same, numbers to within [`ROUNDING`]: another compiler or another
+/// True if two answers say the same, numbers to within [`ROUNDING`]: another compiler or another
 /// library of JSON may round the last digit otherwise.
 fn alike(a: &Value, b: &Value) -> bool {
     match (a, b) {

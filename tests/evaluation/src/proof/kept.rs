@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use super::run::Folder;
 use xtask::process::root;
 
-/// What the table is made of; the rest of an answer is as long again.
+/// Keys of an answer that the table is made of; the rest of an answer is as long again.
 pub const KEPT: [&str; 4] = ["verdict", "effects", "fit", "seconds"];
 
 /// One line a case.
@@ -64,7 +64,7 @@ pub fn answers(seed: u64) -> Result<Vec<(usize, Value)>> {
     answers.collect()
 }
 
-/// What a line holds.
+/// Content of a line.
 #[derive(Debug, PartialEq)]
 enum Said {
     Answer(Value),

@@ -30,7 +30,7 @@ const COMMITTED: usize = 56;
 /// continuous integration, which has 25 minutes, does not.
 const LONGEST: [usize; 8] = [40, 41, 43, 45, 46, 48, 51, 55];
 
-/// What to put to the program.
+/// Cases to put to the program.
 #[derive(PartialEq)]
 enum Set {
     Drawn,

@@ -12,7 +12,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use crate::foreign::python;
 use xtask::process::{self, cargo, root, target_folder};
 
-/// Where the cases of a proof, their truths and the answers to them lie.
+/// Folder of a proof's cases, their truths and the answers to them.
 pub struct Folder {
     cases: PathBuf,
     truths: PathBuf,
@@ -51,22 +51,22 @@ impl Folder {
         format!("case-{number:0digits$}", digits = self.digits)
     }
 
-    /// What one case hides.
+    /// Truth of one case.
     pub fn truth(&self, number: usize) -> PathBuf {
         self.truths.join(self.name(number) + ".json")
     }
 
-    /// What was said about one case.
+    /// Answer to one case.
     pub fn answer(&self, number: usize) -> PathBuf {
         self.answers.join(self.name(number) + ".json")
     }
 
-    /// What stood on standard error where nothing was said.
+    /// Content of standard error where nothing was said.
     pub fn refusal(&self, number: usize) -> PathBuf {
         self.answer(number).with_extension("error")
     }
 
-    /// Where the page goes that is not published.
+    /// Page that is not published.
     pub fn page(&self) -> &Path {
         self.answers.parent().unwrap_or(&self.answers)
     }
@@ -134,7 +134,7 @@ pub fn make_one(folder: &Folder, seed: u64, number: usize) -> Result<()> {
     process::run(&mut command)
 }
 
-/// How many do something at a time: one a core.
+/// Number of workers: one a core.
 fn workers() -> usize {
     thread::available_parallelism().map_or(1, usize::from)
 }

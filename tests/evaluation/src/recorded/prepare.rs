@@ -1,6 +1,6 @@
-//! What is done to a recording before it is diagnosed; every line that stays keeps its digits.
+//! Preparation of a recording before it is diagnosed; every line that stays keeps its digits.
 
-/// What is taken of a recording.
+/// Selection from a recording.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Part {
     /// All of it, as it is.
@@ -15,7 +15,7 @@ pub enum Part {
 }
 
 impl Part {
-    /// What a prepared copy's name ends with.
+    /// End of a prepared copy's name.
     pub fn suffix(self) -> &'static str {
         match self {
             Self::Whole => ".csv",

@@ -95,7 +95,7 @@ fn row(text: &mut String, case: &Case, answer: &Value) {
     );
 }
 
-/// Whether what was found is what is known, no less and no more.
+/// Agreement of what was found with what is known, no less and no more.
 fn agreement(known: &[&str], found: &[&str]) -> &'static str {
     let right = found.iter().filter(|kind| known.contains(kind)).count();
     match (known, found) {

@@ -52,8 +52,9 @@ pub fn predict(state: &mut State, x: &[f32; INPUTS]) -> [f32; OUTPUTS] {{
 {after}    {result}
 }}
 
-/// The outputs, to the same bits as [`predict`], and the exact derivatives of outputs and new state with
-/// respect to inputs and state: `jacobian[v][r]` is d result `r` / d variable `v`. The state moves on.
+/// The outputs, to the same bits as [`predict`], and the exact derivatives of outputs and new state
+/// with respect to inputs and state: `jacobian[v][r]` is d result `r` / d variable `v`. The state
+/// moves on.
 pub fn predict_with_jacobian(
     state: &mut State,
     x: &[f32; INPUTS],
@@ -81,8 +82,9 @@ pub fn predict_with_jacobian(
 {after}    {result}
 }}
 
-/// Second-order terms: `h[i][j]` is the second derivative of `sum of weights[r] result_r` with respect to
-/// variables `i` and `j`. The state stays. Cost: `VARIABLES` passes forward and backward on dual numbers.
+/// Second-order terms: `h[i][j]` is the second derivative of `sum of weights[r] result_r` with
+/// respect to variables `i` and `j`. The state stays. Cost: `VARIABLES` passes forward and backward
+/// on dual numbers.
 pub fn curvature(
     state: &State,
     x: &[f32; INPUTS],
@@ -116,6 +118,9 @@ fn state_along(state: &State, i: usize) -> State<Dual> {{
 {ROWS}{ALONG}",
             result = self.result(),
         )
-        .replace("const ROWS: usize = 0", &format!("const ROWS: usize = {BLOCK}"))
+        .replace(
+            "const ROWS: usize = 0",
+            &format!("const ROWS: usize = {BLOCK}"),
+        )
     }
 }

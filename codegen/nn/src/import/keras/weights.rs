@@ -17,7 +17,7 @@ pub(super) struct Weights {
     taken: RefCell<HashSet<String>>,
 }
 
-/// Whether a tensor changes nothing in a trained network: a state of random numbers, or the count
+/// True if a tensor changes nothing in a trained network: a state of random numbers, or the count
 /// of what a Normalization has seen.
 fn is_idle(path: &str) -> bool {
     let counted = path.starts_with("normalization") && path.ends_with("/vars/2");

@@ -2,14 +2,19 @@
 //! and the turns before dense layers go into their weights.
 
 mod arithmetic;
+mod arrangement;
 mod constant;
 mod constants;
-mod layers;
+mod dense;
+mod elementwise;
 mod node;
+mod operators;
 mod proto;
 mod recurrent;
+mod reductions;
 mod scikit_learn;
 mod values;
+mod windows;
 
 use std::collections::{HashMap, HashSet};
 

@@ -14,9 +14,9 @@ pub(super) struct TensorInfo {
     pub(super) constant: Option<Tensor>,
     /// Its values, if it is a constant of integers without scale: a shape, or axes.
     pub(super) integers: Vec<i64>,
-    /// Whether the values between operators are numbers: floating point, or quantised.
+    /// True if the values between operators are numbers: floating point, or quantised.
     pub(super) is_number: bool,
-    /// Whether an axis after the batch is open.
+    /// True if an axis after the batch is open.
     pub(super) open: bool,
 }
 

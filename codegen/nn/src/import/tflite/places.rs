@@ -6,7 +6,7 @@ use crate::import::shapes::{self, places_along, slice_indices};
 use crate::{NetworkError, Op};
 
 impl Import<'_> {
-    /// Whether an operator was one of these, which are then done. One that reads no value computes
+    /// True if an operator was one of these, which are then done. One that reads no value computes
     /// the shape of a reshape, which its result has.
     ///
     /// # Errors
@@ -298,6 +298,34 @@ impl Import<'_> {
         let place = self.network.push(name, Op::Reshape(shape), vec![place])?;
         self.places.insert(output, place);
         Ok(())
+    }
+
+    pub(super) fn concatenate(
+        &mut self,
+        operator: &Operator<'_>,
+        name: &str,
+        axis: i32,
+    ) -> Result<usize, NetworkError> {
+        let from = (0..operator.inputs.len()).map(|input| self.value(operator, input, name));
+        let from = from.collect::<Result<Vec<_>, _>>()?;
+        let info = tensor(self.model, operator.inputs.first().copied().unwrap_or(-1))?;
+        let axes = info.shape.len() as i32;
+        let axis = if axis < 0 { axis + axes } else { axis };
+        // The shape here is that of the file, mostly without the batch.
+        let held = from
+            .first()
+            .map_or(0, |&x| self.network.nodes[x].shape.len() as i32);
+        let place = axis - (axes - held);
+        let known = (axes - held == 1 && info.shape.first() == Some(&1)) || axes == held;
+        if !known || !(0..held).contains(&place) {
+            return Err(NetworkError::unsupported(
+                name,
+                format!("a concatenation of {:?} along axis {axis}", info.shape),
+                "concatenate along an axis after the batch",
+            ));
+        }
+        self.network
+            .push(name, Op::Concatenate(place as usize), from)
     }
 }
 

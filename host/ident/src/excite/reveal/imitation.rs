@@ -1,5 +1,5 @@
-//! What a rig's own numbers can imitate: its free parameters and its start, refitted to a run with
-//! an effect that it lacks (docs/explanation/experiments.md, eq. 5).
+//! Imitation of an effect by a rig's own numbers: its free parameters and its start, refitted to a
+//! run with an effect that it lacks (docs/explanation/experiments.md, eq. 5).
 
 use rayon::prelude::*;
 use sinew_sim::{Dual, InputTrajectory, Plant, Scalar};
@@ -183,9 +183,9 @@ impl<'a> Imitation<'a> {
         moved
     }
 
-    /// What no unknowns can imitate of a run with an effect: the projection of the difference, and
-    /// where more than `enough` of it is left but less than is imitated, that of steps of Gauss and
-    /// Newton, each a run of the rig with other numbers inside their bounds. Where more is left
+    /// Part of a run with an effect that no unknowns can imitate: the projection of the difference,
+    /// and where more than `enough` of it is left but less than is imitated, that of steps of Gauss
+    /// and Newton, each a run of the rig with other numbers inside their bounds. Where more is left
     /// than is imitated, the higher orders of the imitation could not make it up.
     pub(super) fn left(&self, with: &[f64], enough: f64) -> Vec<f64> {
         let with = self.in_deviations(with);

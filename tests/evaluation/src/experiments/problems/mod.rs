@@ -28,7 +28,7 @@ const PLAIN: Variant = Variant {
     small: None,
 };
 
-/// What a controller is called that sees no more of the reference than where the output should be
+/// Name of a controller that sees no more of the reference than where the output should be
 /// now.
 pub fn without_preview(name: &str) -> String {
     format!("{name} without preview")

@@ -1,4 +1,4 @@
-//! Where outputs are to be, as recordings of nothing else.
+//! References of outputs, as recordings of nothing else.
 
 use std::f64::consts::TAU;
 use std::fmt::Write;
@@ -63,7 +63,7 @@ pub fn jumps(levels: &[(f64, usize)]) -> String {
     text
 }
 
-/// Where a tip is to be, `rate` times a second.
+/// Reference of a tip, `rate` times a second.
 pub fn table(at: fn(f64) -> [f64; 3], seconds: f64, rate: f64) -> String {
     let mut text = String::from("t,x_m,y_m,z_m\n");
     for k in 0..=(seconds * rate) as usize {

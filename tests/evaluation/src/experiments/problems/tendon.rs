@@ -33,7 +33,7 @@ const TENDON_LAGS: &str = tendon_tables!("hidden = [8]\npast_inputs = 3\npast_ou
 pub const TENDON_CALM: &str = "[control]\nrate_hz = 120.0\noutputs = [\"tip_x\", \"tip_y\", \"tip_z\"]\nhorizon = 10\ncontrol_horizon = 3\n\
      move_suppression = [1.0, 1.0]\n\n[network]\nhidden = [8]\npast_inputs = 4\npast_outputs = 8\n";
 
-/// What the tendon platform is asked, and what tuning follows.
+/// Reference of the tendon platform, and what tuning follows.
 pub const EIGHT: [fn() -> String; 2] = [|| tendon_path(eight, 14.0), || tendon_path(circle, 10.0)];
 
 /// The tendon platform on a figure of eight; the plants' tendons rub and have slack.

@@ -1,0 +1,133 @@
+//! Operator of a node: the method that reads it, or the nearest operator that works.
+
+use super::{Import, Node, Value};
+use crate::{Activation, NetworkError};
+
+/// Operators that are known not to work, and what is nearest.
+const NEAREST: &[(&str, &str)] = &[
+    ("ConvTranspose", "the nearest is Conv"),
+    ("HardSwish", "the nearest is x * Sigmoid(x)"),
+    ("Mish", "the nearest is x * Sigmoid(x)"),
+    ("PRelu", "the nearest is LeakyRelu"),
+    ("ThresholdedRelu", "the nearest is Relu"),
+    ("LogSoftmax", "the nearest is Softmax"),
+    ("LayerNormalization", "the nearest is BatchNormalization"),
+    ("InstanceNormalization", "the nearest is BatchNormalization"),
+    ("Pad", "use the pads of Conv"),
+    ("Pow", "the nearest is Relu or Softplus"),
+    ("Sqrt", "the nearest is Relu"),
+    ("Log", "the nearest is Softplus"),
+    ("Einsum", "use MatMul with weights"),
+    ("If", "export the branch that is taken"),
+    ("Loop", "export an RNN, GRU or LSTM, or steps written out"),
+    ("Scan", "export an RNN, GRU or LSTM, or steps written out"),
+    ("Resize", "the nearest is a Conv with strides"),
+    (
+        "QLinearConv",
+        "export float32 weights; int8 is an option of the emitter",
+    ),
+    (
+        "QLinearMatMul",
+        "export float32 weights; int8 is an option of the emitter",
+    ),
+    (
+        "QuantizeLinear",
+        "export float32 weights; int8 is an option of the emitter",
+    ),
+    ("Attention", "the nearest is GRU"),
+];
+
+impl Import<'_> {
+    /// The outputs of a node.
+    pub(super) fn node(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
+        let op = node.proto.op_type.as_str();
+        match op {
+            "Identity" => Ok(vec![self.value(node, 0)?]),
+            "Dropout" => {
+                let training = self.integers(node, 2, "training_mode");
+                if node.input(2).is_some()
+                    && training.is_none_or(|list| list.iter().any(|&n| n != 0))
+                {
+                    return Err(node.unsupported("a Dropout in training", "export for inference"));
+                }
+                node.input(1);
+                Ok(vec![self.value(node, 0)?])
+            }
+            "Cast" => self.cast(node),
+            "Clip" => self.clip(node),
+            "Neg" => self.negated(node),
+            "Max" | "Min" => self.bounded(node),
+            "Celu" => self.celu(node),
+            "Gather" => self.gather(node),
+            "Slice" => self.slice(node),
+            "Split" => self.split(node),
+            "ReduceMean" | "ReduceMax" | "ReduceSum" => self.reduce(node),
+            "PRelu" => self.prelu(node),
+            "Relu" => self.activation(node, Activation::Relu),
+            "Sigmoid" => self.activation(node, Activation::Sigmoid),
+            "Tanh" => self.activation(node, Activation::Tanh),
+            "Softplus" => self.activation(node, Activation::Softplus),
+            "Softsign" => self.activation(node, Activation::Softsign),
+            "Exp" => self.activation(node, Activation::Exponential),
+            "LeakyRelu" => {
+                let alpha = node.float("alpha", 0.01);
+                self.activation(node, Activation::LeakyRelu { alpha })
+            }
+            "Elu" => {
+                let alpha = node.float("alpha", 1.0);
+                self.activation(node, Activation::Elu { alpha, scale: 1.0 })
+            }
+            "Selu" => {
+                let (alpha, scale) = (
+                    node.float("alpha", 1.673_263_2),
+                    node.float("gamma", 1.050_701),
+                );
+                self.activation(node, Activation::Elu { alpha, scale })
+            }
+            "HardSigmoid" => {
+                let (alpha, beta) = (node.float("alpha", 0.2), node.float("beta", 0.5));
+                self.activation(node, Activation::HardSigmoid { alpha, beta })
+            }
+            "Gelu" => {
+                let g = match node.text("approximate").as_str() {
+                    "" | "none" => Activation::Gelu,
+                    "tanh" => Activation::GeluTanh,
+                    other => {
+                        let what = format!("the approximation {other:?} of Gelu");
+                        return Err(node.unsupported(what, "none and tanh work"));
+                    }
+                };
+                self.activation(node, g)
+            }
+            "Swish" => {
+                if node.float("alpha", 1.0) != 1.0 {
+                    let what = format!("a Swish of alpha {}", node.float("alpha", 1.0));
+                    return Err(node.unsupported(what, "use alpha = 1"));
+                }
+                self.activation(node, Activation::Swish)
+            }
+            "Softmax" => self.softmax(node),
+            "Gemm" => self.gemm(node),
+            "MatMul" => self.matmul(node),
+            "Add" | "Sub" | "Mul" | "Div" | "Erf" | "Sum" => self.arithmetic(node),
+            "Conv" => self.conv(node),
+            "MaxPool" | "AveragePool" => self.pool(node),
+            "GlobalMaxPool" | "GlobalAveragePool" => self.global_pool(node),
+            "BatchNormalization" => self.batch_norm(node),
+            "Concat" => self.concat(node),
+            "Flatten" => self.flatten(node),
+            "Reshape" => self.reshape(node),
+            "Squeeze" | "Unsqueeze" => self.squeeze(node),
+            "Transpose" => self.transpose(node),
+            "RNN" | "GRU" | "LSTM" => self.recurrent(node),
+            other => {
+                let nearest = NEAREST.iter().find(|(name, _)| *name == other);
+                let nearest = nearest.map_or(
+                    "see docs/reference/networks.md for the operators that are",
+                    |(_, n)| n,
+                );
+                Err(node.unsupported(format!("the operator {other}"), nearest))
+            }
+        }
+    }
+}

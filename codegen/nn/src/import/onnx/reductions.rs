@@ -1,0 +1,128 @@
+//! Operators over whole axes: softmax, and the mean, largest or sum.
+
+use super::constants::axis_of;
+use super::{Import, Node, Value};
+use crate::{NetworkError, Op, Pool, PoolKind, Window};
+
+impl Import<'_> {
+    /// Up to opset 12 over all values from an axis on, by default all but the batch; from 13 on
+    /// over one axis, by default the last.
+    pub(super) fn softmax(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
+        let value = self.value(node, 0)?;
+        let dims = value.dims();
+        let old = node.opset < 13;
+        let axis = node.int("axis", if old { 1 } else { -1 });
+        let axis = if old && axis == dims.len() as i64 {
+            dims.len()
+        } else {
+            axis_of(node, axis, dims.len())?
+        };
+        let after = if old { axis } else { axis + 1 };
+        let inner: usize = dims[after..].iter().product();
+        let length = if old { inner } else { dims[axis] };
+        if !old && inner != 1 {
+            // The axis goes last and comes back.
+            let order: Vec<usize> = (0..dims.len())
+                .filter(|&a| a != axis)
+                .chain([axis])
+                .collect();
+            let mut back: Vec<usize> = (0..dims.len() - 1).collect();
+            back.insert(axis, dims.len() - 1);
+            let batch = value.batch;
+            let turned = self.transposed(node, value, &order)?;
+            let place = self.rows(node, turned.place, turned.len(), length)?;
+            let place = self.push(node, Op::Softmax, place)?;
+            let turned = Value { place, ..turned };
+            let found = self.transposed(node, turned, &back)?;
+            return Ok(vec![found.reshaped(dims, batch)]);
+        }
+        let mut value = self.as_written(node, value)?;
+        if value.shape.last().copied().unwrap_or(1) != length || value.shape.len() > 3 {
+            value.place = self.rows(node, value.place, value.len(), length)?;
+        }
+        let place = self.push(node, Op::Softmax, value.place)?;
+        Ok(vec![Value { place, ..value }])
+    }
+
+    /// The values of a node as rows of `length`.
+    fn rows(
+        &mut self,
+        node: &Node<'_>,
+        place: usize,
+        values: usize,
+        length: usize,
+    ) -> Result<usize, NetworkError> {
+        let rows = values.checked_div(length).unwrap_or(0);
+        let held = if rows == 1 {
+            vec![length]
+        } else {
+            vec![rows, length]
+        };
+        self.held_as(node, place, held)
+    }
+
+    /// The mean, largest or sum over axes, as a pool over everything that they span.
+    pub(super) fn reduce(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
+        let value = self.value(node, 0)?;
+        let dims = value.dims();
+        let axes = self.integers(node, 1, "axes");
+        if node.input(1).is_some() && axes.is_none() {
+            return Err(node.unsupported("axes that are computed", "name the axes"));
+        }
+        let empty = axes.as_ref().is_none_or(Vec::is_empty);
+        if empty && node.int("noop_with_empty_axes", 0) != 0 {
+            return Ok(vec![value]);
+        }
+        let axes: Vec<usize> = match axes {
+            Some(axes) if !axes.is_empty() => axes
+                .iter()
+                .map(|&axis| axis_of(node, axis, dims.len()))
+                .collect::<Result<_, _>>()?,
+            _ => (0..dims.len()).collect(),
+        };
+        let keep = node.int("keepdims", 1) != 0;
+        let shape: Vec<usize> = (0..dims.len())
+            .filter(|axis| keep || !axes.contains(axis))
+            .map(|axis| if axes.contains(&axis) { 1 } else { dims[axis] })
+            .collect();
+        let batch = value.batch.and_then(|batch| {
+            let gone = axes.iter().filter(|&&axis| axis < batch).count();
+            if keep {
+                Some(batch)
+            } else {
+                (!axes.contains(&batch)).then(|| batch - gone)
+            }
+        });
+        let reduced: usize = axes.iter().map(|&axis| dims[axis]).product();
+        let order: Vec<usize> = axes
+            .iter()
+            .copied()
+            .chain((0..dims.len()).filter(|axis| !axes.contains(axis)))
+            .collect();
+        if order.len() != dims.len() {
+            return Err(node.malformed(format!("an axis of {axes:?} stands twice")));
+        }
+        let turned = self.transposed(node, value, &order)?;
+        let kept = turned.len() / reduced.max(1);
+        let place = self.held_as(node, turned.place, vec![reduced, kept])?;
+        let window = Window {
+            size: [1, reduced],
+            stride: [1; 2],
+            dilation: [1; 2],
+            before: [0; 2],
+            after: [0; 2],
+        };
+        let kind = if node.proto.op_type == "ReduceMax" {
+            PoolKind::Max
+        } else {
+            PoolKind::Average
+        };
+        let mut place = self.push(node, Op::Pool(Pool { window, kind }), place)?;
+        if node.proto.op_type == "ReduceSum" {
+            let gain = vec![reduced as f32; kept];
+            let offset = vec![0.0; kept];
+            place = self.push(node, Op::Scale { gain, offset }, place)?;
+        }
+        Ok(vec![Value::of(place, shape, batch)])
+    }
+}
