@@ -16,6 +16,7 @@ Only the standard library; the seeds are fixed. Run without arguments to rewrite
     rigs/mass-spring-damper.test.csv    noisy, held out, another input
     tests/foreign/mass_spring_damper.exact.csv    noise-free, for sim/tests/simulator/foreign
     tests/foreign/mass_spring_damper.truth.json   what was true
+    rigs/mass-spring-damper.truth.json  the effect that the rig lacks, for the end of the demo
 
 or with --check to compare what is there with what would be written (exit status 1 if it differs).
 """
@@ -156,6 +157,8 @@ def main():
     files["tests/foreign/mass_spring_damper.exact.csv"], _ = recording("exact", 30.0, 0.0)
     truth = {key: round(value, 9) for key, value in truth.items()}
     files["tests/foreign/mass_spring_damper.truth.json"] = json.dumps(truth, indent=2) + "\n"
+    friction = {"kind": "coulomb_friction", "component": "mass", "parameters": {"level": truth["coulomb_friction_N"]}}
+    files["rigs/mass-spring-damper.truth.json"] = json.dumps({"effects": [friction]}, indent=2) + "\n"
 
     keep(root, files, __doc__)
 

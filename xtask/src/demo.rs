@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
+use serde_json::Value;
 
 use xtask::process::{self, cargo, root};
 use xtask::setup::{self, Extent};
@@ -13,9 +14,9 @@ struct Case {
     fit: PathBuf,
     test: PathBuf,
     out: &'static str,
-    /// Effects that the recordings have and the rig has not
-    /// (tests/foreign/mass_spring_damper.truth.json), if that is known.
-    hidden: Option<&'static str>,
+    /// File beside the recordings that says which effects they have and the rig lacks, where that
+    /// is known. Nothing reads it before the diagnosis is done.
+    truth: Option<&'static str>,
 }
 
 /// The rig and the recording that ship with the project.
@@ -29,7 +30,7 @@ pub fn demo(flags: &[String]) -> Result<()> {
             fit: "rigs/mass-spring-damper.fit.csv".into(),
             test: "rigs/mass-spring-damper.test.csv".into(),
             out: "target/demo",
-            hidden: Some("coulomb_friction"),
+            truth: Some("rigs/mass-spring-damper.truth.json"),
         },
         flags,
     )
@@ -52,7 +53,7 @@ pub fn emps(flags: &[String]) -> Result<()> {
             fit: data.join("emps/train.csv"),
             test: data.join("emps/test_pulses.csv"),
             out: "target/emps",
-            hidden: None,
+            truth: None,
         },
         flags,
     )
@@ -74,13 +75,70 @@ fn build(case: &Case, flags: &[String]) -> Result<()> {
     command.arg("--fit").arg(file(&case.fit));
     command.arg("--test").arg(file(&case.test));
     command.args(["--board", "qemu", "--out", case.out]);
-    if let Some(hidden) = case.hidden {
-        command.args(["--diagnose", "--hidden", hidden]);
+    if case.truth.is_some() {
+        command.arg("--diagnose");
     }
     // Shared with the tests' boards: embassy is compiled once.
     if std::env::var_os("SINEW_BUILD_DIR").is_none() {
         command.env("SINEW_BUILD_DIR", root().join("target/boards"));
     }
     command.args(flags);
-    process::run(toolchain.equip(&mut command))
+    process::run(toolchain.equip(&mut command))?;
+    let asked_for_help = flags.iter().any(|flag| flag == "-h" || flag == "--help");
+    if let Some(truth) = case.truth.filter(|_| !asked_for_help) {
+        let summary = json(&root().join(case.out).join("summary.json"))?;
+        println!(
+            "{:<14}{}",
+            "answer",
+            answer(&json(&root().join(truth))?, &summary)?
+        );
+        println!("{:<14}{truth}", "");
+    }
+    Ok(())
+}
+
+fn json(path: &Path) -> Result<Value> {
+    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
+    serde_json::from_str(&text).with_context(|| path.display().to_string())
+}
+
+/// The concealed effects of `truth` beside those that the run of `summary` found.
+///
+/// # Errors
+/// A file without them.
+fn answer(truth: &Value, summary: &Value) -> Result<String> {
+    let effects = truth["effects"].as_array().context("no `effects`")?;
+    let kinds = effects.iter().map(|effect| effect["kind"].as_str());
+    let mut hidden = kinds.collect::<Option<Vec<_>>>().context("no `kind`")?;
+    let found = summary["diagnosis"]["found"]
+        .as_str()
+        .context("no `found`")?;
+    let mut named: Vec<_> = found.split('+').collect();
+    hidden.sort_unstable();
+    named.sort_unstable();
+    let judged = if hidden == named {
+        "is right"
+    } else {
+        "is wrong"
+    };
+    Ok(format!(
+        "concealed was {}; the diagnosis {judged}",
+        hidden.join("+")
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::answer;
+
+    #[test]
+    fn the_answer_compares_kinds_and_not_their_order() {
+        let truth = json!({ "effects": [{ "kind": "b" }, { "kind": "a" }] });
+        let found = |kinds: &str| answer(&truth, &json!({ "diagnosis": { "found": kinds } }));
+        assert!(found("a+b").expect("sound files").ends_with("is right"));
+        assert!(found("a").expect("sound files").ends_with("is wrong"));
+        assert!(answer(&json!({}), &json!({ "diagnosis": { "found": "a" } })).is_err());
+    }
 }
