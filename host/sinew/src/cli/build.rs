@@ -29,7 +29,7 @@ pub struct Arguments {
     /// Folder of cargo's build outputs, if they are to be shared; otherwise DIR/target.
     #[arg(long, value_name = "DIR", env = "SINEW_BUILD_DIR")]
     build_dir: Option<PathBuf>,
-    /// Also say what physics the rig lacks (as `sinew diagnose`), in the report and in mended.toml.
+    /// Diagnose the rig too (as `sinew diagnose`), and make the controller for the corrected rig.
     #[arg(long)]
     diagnose: bool,
     /// The kind of effect that was concealed in the recordings, to stand beside what was found.

@@ -8,8 +8,8 @@ use sinew_sim::Plant;
 
 use super::{Common, Recordings};
 use crate::closed_loop::control_problem::ControlProblem;
-use crate::pipeline::build::starts;
 use crate::pipeline::learn::{CHECKPOINT_FILE, fits, learn, save};
+use crate::pipeline::predictor::starts;
 use crate::rig_file;
 use sinew_ident::cli::overwrite;
 use sinew_ident::cli::progress::Stage;

@@ -296,13 +296,12 @@ impl Setup<'_> {
         Ok((run, end))
     }
 
-    /// Tunes the PID on the plant of the comparison, and runs it.
+    /// Tunes the PID on `plants`, and runs it on the plant of the comparison.
     ///
     /// # Errors
     /// As [`Setup::tuned`] and [`Setup::run_baseline`].
-    pub fn pid(&self, values: &[f64], scenario: &Scenario) -> Result<PidRun> {
-        let plants = [values.to_vec(), values.to_vec()];
-        self.run_baseline(self.tuned::<PidState>(&plants, BUDGET)?, scenario)
+    pub fn pid(&self, plants: &[Vec<f64>], scenario: &Scenario) -> Result<PidRun> {
+        self.run_baseline(self.tuned::<PidState>(plants, BUDGET)?, scenario)
     }
 
     /// Tunes a controller without a model on plants of the comparison, with references it will not

@@ -1,29 +1,26 @@
 //! The whole chain: a rig and recordings in, a controller that has run on a board out.
 
-use std::hash::{DefaultHasher, Hash, Hasher};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
-use serde::{Deserialize, Serialize};
 use sinew_model::fingerprint;
 use sinew_model::spec::ModelSpec;
-use sinew_model::store;
 use sinew_sim::{Plant, Rig};
 
 use crate::closed_loop::control_problem::ControlProblem;
 use crate::closed_loop::disturbance::Disturbance;
 use crate::closed_loop::perturbed_plant::PerturbedParameter;
 use crate::closed_loop::setup::{DeviceRun, PidRun, Setup, same_bits};
-use crate::pipeline::learn::{CHECKPOINT_FILE, Record, VISITS, learn, save};
+use crate::pipeline::learn::Record;
+use crate::pipeline::predictor::{Predictor, predictor};
+use crate::pipeline::summary::ModelRig;
 use crate::project::{self, Board, Built, Optimise, Sizes};
 use crate::rig_file;
-use crate::tuning::tune::tune_quickly;
 use sinew_ident::cli::progress::Stage;
 use sinew_ident::diagnose::{Diagnosis, Options, Recordings, diagnose};
 use sinew_ident::error::{Error, Result};
 use sinew_ident::fit::{Fit, FitOptions, FreeRun, doubt, fit, free_run};
 use sinew_ident::recording::Recording;
-use sinew_train::dataset::{Visit, visits};
 
 /// Inputs and settings of the pipeline.
 #[derive(Clone, Debug)]
@@ -44,7 +41,7 @@ pub struct Request {
     pub seed: u64,
     /// Folder of cargo's build outputs; `out/target` without one.
     pub cache: Option<PathBuf>,
-    /// Also say what physics the rig lacks.
+    /// Also say what physics the rig lacks, and make the controller for the rig that has it.
     pub diagnose: bool,
     /// The kind of effect that is known to be missing, where somebody concealed one.
     pub hidden: Option<String>,
@@ -70,6 +67,8 @@ pub struct Outcome {
     pub fit: Fit,
     /// Diagnosis of the rig, if it was asked for.
     pub diagnosis: Option<Diagnosis>,
+    /// The rig that network, tuning and plant of the loop come from.
+    pub model_rig: ModelRig,
     /// The kind of effect that is known to be missing.
     pub hidden: Option<String>,
     /// Free runs on every recording.
@@ -100,21 +99,16 @@ pub struct Outcome {
     pub optimise: Optimise,
     /// Its run.
     pub mpc: DeviceRun,
-    /// The PID's run; `None` with the reason where there is none.
+    /// The run of the PID tuned on the plant of the loop; where there is none, the reason.
     pub pid: std::result::Result<PidRun, String>,
+    /// The run of the PID tuned on the plants that the MPC was tuned on; as [`Outcome::pid`].
+    pub informed_pid: std::result::Result<PidRun, String>,
     /// The board's commands have the bits of the host's; `None` where the host is the board.
     pub host_equals_device: Option<bool>,
     /// Sizes of the image; `None` on the host.
     pub sizes: Option<Sizes>,
     /// Wall time, seconds.
     pub seconds: f64,
-}
-
-/// Key of an earlier training, and its record.
-#[derive(Serialize, Deserialize)]
-struct Kept {
-    key: u64,
-    record: Record,
 }
 
 /// Runs the chain; leaves `out/rig.toml`, `out/model/`, `out/firmware/`, `out/boards/`,
@@ -150,12 +144,18 @@ pub fn build(request: &Request) -> Result<Outcome> {
         false => None,
     };
 
-    let plant = Plant::new(&fitted.rig)?;
+    // What was found missing is known from here on: to the network, the tuning and the plant.
+    let corrected = diagnosis.as_ref().filter(|found| !found.effects.is_empty());
+    let (model_rig, rig_of_model) = match corrected {
+        Some(found) => (ModelRig::Corrected, &found.mended),
+        None => (ModelRig::Fitted, &fitted.rig),
+    };
+    let plant = Plant::new(rig_of_model)?;
     let reference = tests
         .first()
         .or(recordings.last())
         .ok_or_else(no_recording)?;
-    let task = ControlProblem::new(&fitted.rig, &plant, &recordings, reference)?;
+    let task = ControlProblem::new(rig_of_model, &plant, &recordings, reference)?;
     let bench = Setup {
         plant: &plant,
         task: &task,
@@ -164,13 +164,16 @@ pub fn build(request: &Request) -> Result<Outcome> {
         delay_s: 0.0,
         program: None,
     };
-    let (spec, record, reused) = model(
-        request,
-        &fitted.rig,
-        &plant,
+    let Predictor {
+        spec,
+        record,
+        reused,
+    } = predictor(
+        rig_of_model,
         &recordings,
-        &free_runs,
         &bench,
+        (&request.out, request.cache.as_deref()),
+        request.quiet,
     )?;
 
     project::write(&request.out, &spec, request.optimise)?;
@@ -197,12 +200,15 @@ pub fn build(request: &Request) -> Result<Outcome> {
             Some(equal)
         }
     };
-    let stage = Stage::begin("tune and run the PID", request.quiet);
-    let pid = bench.pid(&values, &scenario).map_err(|e| e.to_string());
-    stage.end(match &pid {
-        Ok(_) => "on the plant that it is judged on",
-        Err(_) => "none",
-    });
+    let pid = |on: &str, plants: &[Vec<f64>]| {
+        let stage = Stage::begin("tune and run the PID", request.quiet);
+        let pid = bench.pid(plants, &scenario).map_err(|e| e.to_string());
+        stage.end(if pid.is_ok() { on } else { "none" });
+        pid
+    };
+    let informed_pid = pid("on the plants that tuned the MPC", &bench.tuning_plants());
+    let very = [values.clone(), values.clone()];
+    let pid = pid("on the plant that it is judged on", &very);
     let sizes = match request.board {
         Board::Host => None,
         _ => Some(project::image::sizes(&board.lockstep)?),
@@ -212,6 +218,7 @@ pub fn build(request: &Request) -> Result<Outcome> {
         name: rig.name.clone(),
         fit: fitted,
         diagnosis,
+        model_rig,
         hidden: request.hidden.clone(),
         free_runs,
         doubts,
@@ -228,6 +235,7 @@ pub fn build(request: &Request) -> Result<Outcome> {
         optimise: request.optimise,
         mpc,
         pid,
+        informed_pid,
         host_equals_device,
         sizes,
         seconds: begun.elapsed().as_secs_f64(),
@@ -313,121 +321,6 @@ fn fit_sentence(fit: &Fit) -> String {
         ),
         None => "no sensor".into(),
     }
-}
-
-/// The model: from an earlier run on the same files, or trained and tuned now.
-fn model(
-    request: &Request,
-    rig: &Rig,
-    plant: &Plant,
-    recordings: &[Recording],
-    free_runs: &[Fitted],
-    bench: &Setup<'_>,
-) -> Result<(ModelSpec, Record, bool)> {
-    let folder = request.out.join("model");
-    let kept = request.out.join("training.json");
-    let key = key(rig, recordings, request.seed);
-    if let Some(found) = earlier(&kept, key)
-        && let Ok(spec) = store::load(&folder)
-    {
-        Stage::begin("train the network", request.quiet)
-            .end("as before: same rig, recordings and seed");
-        return Ok((spec, found.record, true));
-    }
-    let stage = Stage::begin("train the network", request.quiet);
-    let after: Vec<FreeRun> = free_runs.iter().map(|run| run.after.clone()).collect();
-    let starts = starts(plant, recordings, &after)?;
-    let learned = learn(
-        rig,
-        plant,
-        &plant.values(),
-        &starts,
-        bench.task,
-        (request.seed, &request.out.join(CHECKPOINT_FILE)),
-        |done, of, losses| {
-            stage.share(done, of, &format!("passes, loss {:.4}", losses.validation));
-        },
-    )?;
-    stage.end(format!(
-        "{} weights, {} after {} steps",
-        learned.record.parameters,
-        sinew_ident::report::quantity(
-            learned.record.horizon_rms[0],
-            &plant.sensors()[bench.task.outputs[0]].unit
-        ),
-        learned.record.horizon
-    ));
-
-    let mut spec = learned.spec;
-    tune_quickly(
-        &mut spec,
-        bench,
-        &request.out,
-        request.cache.as_deref(),
-        request.quiet,
-    )?;
-
-    save(&folder, &spec)?;
-    let text = serde_json::to_string(&Kept {
-        key,
-        record: learned.record.clone(),
-    })
-    .map_err(|e| Error::failed(format!("{}: {e}", kept.display())))?;
-    sinew_ident::atomic::write(&kept, text)?;
-    Ok((spec, learned.record, false))
-}
-
-fn earlier(path: &Path, key: u64) -> Option<Kept> {
-    let kept: Kept = serde_json::from_slice(&std::fs::read(path).ok()?).ok()?;
-    (kept.key == key).then_some(kept)
-}
-
-/// Changes with anything that training depends on.
-fn key(rig: &Rig, recordings: &[Recording], seed: u64) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    env!("CARGO_PKG_VERSION").hash(&mut hasher);
-    format!("{:?}", sinew_train::train::Options::default()).hash(&mut hasher);
-    // Tuning runs the firmware.
-    project::hash_sources(&mut hasher);
-    rig.to_toml().hash(&mut hasher);
-    seed.hash(&mut hasher);
-    for recording in recordings {
-        recording.to_csv().hash(&mut hasher);
-    }
-    hasher.finish()
-}
-
-/// States along the recordings of the fit, from the fitted rig's free runs.
-///
-/// # Errors
-/// A column is missing, or the plant diverges.
-pub fn starts(plant: &Plant, recordings: &[Recording], runs: &[FreeRun]) -> Result<Vec<Visit>> {
-    let mut all = Vec::new();
-    for (recording, run) in recordings.iter().zip(runs) {
-        let columns = plant
-            .inputs()
-            .iter()
-            .map(|input| {
-                let held = recording.held(&input.column, &input.actuator)?;
-                Ok(held
-                    .values
-                    .iter()
-                    .map(|v| v * input.column_factor)
-                    .collect::<Vec<f64>>())
-            })
-            .collect::<Result<Vec<_>>>()?;
-        let slices: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
-        let count = VISITS / recordings.len().max(1);
-        all.extend(visits(
-            plant,
-            &plant.values(),
-            &run.start,
-            recording.t(),
-            &slices,
-            count,
-        )?);
-    }
-    Ok(all)
 }
 
 fn compile(request: &Request, board: Board) -> Result<Built> {

@@ -4,4 +4,5 @@ pub mod build;
 pub mod footprint;
 pub mod import;
 pub mod learn;
+pub mod predictor;
 pub mod summary;

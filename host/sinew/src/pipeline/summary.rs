@@ -41,7 +41,7 @@ pub struct Summary {
     pub heap_bytes: Option<u64>,
     /// Every command of the device has the bits of the host's build; null when only the host ran.
     pub host_equals_device: Option<bool>,
-    /// Commands outside limits or rate limits, of both controllers.
+    /// Commands outside limits or rate limits, of all controllers.
     pub commands_outside_limits: usize,
     /// Free-run errors of the rig before and after its fit, by signal.
     pub fit: Vec<FitError>,
@@ -69,19 +69,46 @@ pub struct Found {
     pub after_rms: f64,
 }
 
+/// The rig that network, tuning and plant of the loop come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ModelRig {
+    /// The rig with its parameters refitted.
+    Fitted,
+    /// The same with the effects that were found missing.
+    Corrected,
+}
+
+impl ModelRig {
+    /// Its name in sentences and in the JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fitted => "fitted",
+            Self::Corrected => "corrected",
+        }
+    }
+}
+
 /// Tracking errors.
 #[derive(Clone, Debug, Serialize)]
 pub struct Tracking {
+    /// The rig that the network was trained and every controller tuned on; the plant of the loop is
+    /// the same with its parameters moved.
+    pub model_rig: ModelRig,
     /// SI unit.
     pub unit: String,
     /// Root mean square.
     pub mpc_rms: f64,
-    /// Root mean square.
+    /// Root mean square, tuned on the plant of the loop itself.
     pub pid_rms: f64,
+    /// Root mean square, tuned on the plants that the MPC was tuned on.
+    pub informed_pid_rms: f64,
     /// Largest.
     pub mpc_max: f64,
-    /// Largest.
+    /// Largest, tuned on the plant of the loop itself.
     pub pid_max: f64,
+    /// Largest, tuned on the plants that the MPC was tuned on.
+    pub informed_pid_max: f64,
 }
 
 /// Mean and largest.

@@ -61,22 +61,37 @@ pub fn closing_lines(outcome: &Outcome, summary: &Summary, folder: &Path) -> Vec
             summary.commands_outside_limits
         ),
     );
+    let tracking = &summary.tracking;
+    let errors = |rms, max| {
+        format!(
+            "{} RMS ({} at most)",
+            quantity(rms, unit),
+            quantity(max, unit)
+        )
+    };
+    let basis = outcome.model_rig.name();
     line(
         "tracking",
-        match &outcome.pid {
-            Ok(_) => format!(
-                "MPC {} RMS ({} at most), tuned PID {} ({})",
-                quantity(summary.tracking.mpc_rms, unit),
-                quantity(summary.tracking.mpc_max, unit),
-                quantity(summary.tracking.pid_rms, unit),
-                quantity(summary.tracking.pid_max, unit)
-            ),
-            Err(reason) => format!(
-                "MPC {} RMS ({} at most); no PID: {reason}",
-                quantity(summary.tracking.mpc_rms, unit),
-                quantity(summary.tracking.mpc_max, unit)
-            ),
-        },
+        format!(
+            "MPC {}, trained and tuned on the {basis} rig",
+            errors(tracking.mpc_rms, tracking.mpc_max)
+        ),
+    );
+    match &outcome.pid {
+        Ok(_) => {
+            let informed = errors(tracking.informed_pid_rms, tracking.informed_pid_max);
+            let very = errors(tracking.pid_rms, tracking.pid_max);
+            line("", format!("PID {informed}, tuned on the {basis} rig too"));
+            line(
+                "",
+                format!("PID {very}, tuned on the very plant of the loop"),
+            );
+        }
+        Err(reason) => line("", format!("no PID: {reason}")),
+    }
+    line(
+        "plant",
+        format!("the {basis} rig, every free parameter moved by 10 to 20 %"),
     );
     if let Some(count) = summary.instructions_per_step {
         line(

@@ -1,5 +1,6 @@
 //! `summary.json` of an outcome.
 
+use crate::closed_loop::setup::PidRun;
 use crate::pipeline::build::{Fitted, Outcome};
 use crate::pipeline::summary::{FitError, Found, NetworkError, Summary, Tracking, instructions};
 use crate::project::Board;
@@ -8,14 +9,12 @@ use sinew_ident::fit::pool;
 /// `summary.json` of an outcome.
 pub fn summary(outcome: &Outcome) -> Summary {
     let of = |values: &[f64]| values.first().copied().unwrap_or(f64::NAN);
-    let (pid_rms, pid_max, pid_outside) = match &outcome.pid {
-        Ok(pid) => (
-            of(&pid.score.rms),
-            of(&pid.score.max),
-            pid.score.outside_limits,
-        ),
+    let pid = |pid: &Result<PidRun, String>| match pid {
+        Ok(PidRun { score, .. }) => (of(&score.rms), of(&score.max), score.outside_limits),
         Err(_) => (f64::NAN, f64::NAN, 0),
     };
+    let (pid_rms, pid_max, pid_outside) = pid(&outcome.pid);
+    let (informed_pid_rms, informed_pid_max, informed_pid_outside) = pid(&outcome.informed_pid);
     let on_chip = outcome.board != Board::Host;
     Summary {
         format: "sinew-demo/1",
@@ -25,11 +24,14 @@ pub fn summary(outcome: &Outcome) -> Summary {
         steps: outcome.mpc.run.t.len(),
         deadline_misses: outcome.mpc.summary.deadline_misses,
         tracking: Tracking {
+            model_rig: outcome.model_rig,
             unit: outcome.units.first().cloned().unwrap_or_default(),
             mpc_rms: of(&outcome.mpc.score.rms),
             pid_rms,
+            informed_pid_rms,
             mpc_max: of(&outcome.mpc.score.max),
             pid_max,
+            informed_pid_max,
         },
         instructions_per_step: on_chip.then(|| instructions(&outcome.mpc.answers)),
         flash_bytes: outcome.sizes.map(|s| s.flash_bytes),
@@ -37,7 +39,9 @@ pub fn summary(outcome: &Outcome) -> Summary {
         stack_bytes: on_chip.then_some(outcome.mpc.summary.stack_high_water_bytes),
         heap_bytes: outcome.sizes.map(|s| s.heap_bytes),
         host_equals_device: outcome.host_equals_device,
-        commands_outside_limits: outcome.mpc.score.outside_limits + pid_outside,
+        commands_outside_limits: outcome.mpc.score.outside_limits
+            + pid_outside
+            + informed_pid_outside,
         fit: fit_errors(&outcome.free_runs),
         network: NetworkError {
             parameters: outcome.record.parameters,

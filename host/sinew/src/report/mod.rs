@@ -20,21 +20,27 @@ use sinew_ident::report::{Report, quantity};
 /// The page.
 pub fn report(outcome: &Outcome, summary: &Summary, command: &str) -> Report {
     let unit = &summary.tracking.unit;
-    let pid_note = match &outcome.pid {
-        Ok(_) => format!("PID {}", quantity(summary.tracking.pid_rms, unit)),
+    let tracking = &summary.tracking;
+    let pid_note = |informed: f64, very: f64| match &outcome.pid {
+        Ok(_) => format!(
+            "PID {} tuned on the same {} rig, {} tuned on the very plant",
+            quantity(informed, unit),
+            outcome.model_rig.name(),
+            quantity(very, unit)
+        ),
         Err(reason) => format!("no PID: {reason}"),
     };
     let mut page = Report::new(format!("{}: from recording to controller", outcome.name))
         .lead(lead(outcome, summary))
         .fact(
             "Tracking error (RMS)",
-            quantity(summary.tracking.mpc_rms, unit),
-            pid_note,
+            quantity(tracking.mpc_rms, unit),
+            pid_note(tracking.informed_pid_rms, tracking.pid_rms),
         )
         .fact(
             "Largest error",
-            quantity(summary.tracking.mpc_max, unit),
-            format!("PID {}", quantity(summary.tracking.pid_max, unit)),
+            quantity(tracking.mpc_max, unit),
+            pid_note(tracking.informed_pid_max, tracking.pid_max),
         );
     if let (Some(instructions), Some(flash), Some(ram), Some(stack)) = (
         summary.instructions_per_step,
@@ -84,9 +90,10 @@ fn lead(outcome: &Outcome, summary: &Summary) -> String {
         None => "",
     };
     format!(
-        "A network of {} weights, trained on the fitted rig, controlled a plant with other parameters from \
-         {} at {:.0} Hz for {} steps, {} of them late.{same}",
+        "A network of {} weights, trained on the {} rig, controlled the same rig with other numbers \
+         from {} at {:.0} Hz for {} steps, {} of them late.{same}",
         summary.network.parameters,
+        outcome.model_rig.name(),
         outcome.board.name(),
         summary.rate_hz,
         summary.steps,

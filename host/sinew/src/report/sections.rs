@@ -1,5 +1,8 @@
 //! The chapters of the page.
 
+use sinew_mpc::feedback::pid::PidGains;
+
+use crate::closed_loop::baseline::Tuning;
 use crate::closed_loop::scenario::Run;
 use crate::pipeline::build::Outcome;
 use crate::pipeline::summary::Summary;
@@ -13,8 +16,8 @@ fn column(run: &Run, of: impl Fn(&Run) -> &Vec<Vec<f64>>, i: usize) -> Vec<f64> 
 
 pub(super) fn loop_section(outcome: &Outcome) -> Section {
     let mut section = Section::new("The loop").text(format!(
-        "Reference: {}. Both controllers have the same plant, limits, noise and, if they want it, the same \
-         preview of {} steps.",
+        "Reference: {}. All controllers have the same plant, limits, noise and, if they want it, the same \
+         preview of {} steps. The plots show the PID that was tuned on the very plant.",
         outcome.task.reference_source, outcome.task.horizon
     ));
     // The last is drawn on top.
@@ -82,8 +85,11 @@ fn scores(outcome: &Outcome) -> Table {
         }
     };
     add("MPC", &outcome.mpc.score);
+    if let Ok(pid) = &outcome.informed_pid {
+        add("PID, tuned as the MPC", &pid.score);
+    }
     if let Ok(pid) = &outcome.pid {
-        add("PID", &pid.score);
+        add("PID, tuned on the plant", &pid.score);
     }
     Table {
         caption:
@@ -232,10 +238,11 @@ pub(super) fn network_section(outcome: &Outcome) -> Section {
         });
     Section::new("The network")
         .text(format!(
-            "{} weights; trained on short stretches of the fitted rig's motion, rolled out through its own \
+            "{} weights; trained on short stretches of the {} rig's motion, rolled out through its own \
              predictions; the pass with the best validation loss was kept ({} of {}). Loss 1 is the best linear \
              predictor.{}",
             record.parameters,
+            outcome.model_rig.name(),
             record.kept + 1,
             record.history.len(),
             if outcome.reused { " Trained in an earlier run on the same files and seed." } else { "" },
@@ -279,37 +286,20 @@ pub(super) fn conditions(outcome: &Outcome) -> Section {
         ],
         vec!["Newton iterations".into(), control.iterations.to_string()],
     ];
-    if let Ok(pid) = &outcome.pid {
-        for (i, t) in pid.tuning.iter().enumerate() {
-            let g = &t.gains;
-            settings.push(vec![
-                format!("PID {i}: kp, ki, kd"),
-                format!(
-                    "{}, {} /s, {} s",
-                    significant(g.kp.into(), 4),
-                    significant(g.ki.into(), 4),
-                    significant(g.kd.into(), 4)
-                ),
-            ]);
-            settings.push(vec![
-                format!("PID {i}: filter, setpoint weights, anti-windup, lead"),
-                format!(
-                    "{} s, {} and {}, {} s, {} steps",
-                    significant(g.filter_s.into(), 3),
-                    significant(g.proportional_setpoint.into(), 3),
-                    significant(g.derivative_setpoint.into(), 3),
-                    significant(g.tracking_time_s.into(), 3),
-                    t.lead
-                ),
-            ]);
-        }
+    for (name, pid) in [
+        ("PID tuned as the MPC", &outcome.informed_pid),
+        ("PID tuned on the plant", &outcome.pid),
+    ] {
+        settings.extend(pid.iter().flat_map(|pid| gains(name, &pid.tuning)));
     }
     Section::new("Conditions")
-        .text(
-            "The plant of the loop is the fitted rig with every free parameter moved by 10 to 20 %; neither the \
-             network nor the controller's tuning has seen it. The PID is tuned on that very plant, with other \
-             references and by the same optimiser and cost.",
-        )
+        .text(format!(
+            "The plant of the loop is the {basis} rig with every free parameter moved by 10 to 20 %; \
+             neither the network nor the MPC's tuning has seen it. One PID is tuned on the plants that \
+             tuned the MPC: the {basis} rig and two whose numbers are moved elsewhere. The other is tuned \
+             on the very plant. Both have other references, the same optimiser and the same cost.",
+            basis = outcome.model_rig.name()
+        ))
         .with(Block::Table(Table {
             caption: "Parameters of the plant".into(),
             columns: columns(&[("parameter", false), ("the model's", true), ("the plant's", true), ("moved", true)]),
@@ -320,4 +310,30 @@ pub(super) fn conditions(outcome: &Outcome) -> Section {
             columns: columns(&[("setting", false), ("value", false)]),
             rows: settings,
         }))
+}
+
+/// Two rows of settings for each channel of a tuned PID.
+fn gains(name: &str, tuning: &[Tuning<PidGains>]) -> Vec<Vec<String>> {
+    let rows = tuning.iter().enumerate().flat_map(|(i, t)| {
+        let g = &t.gains;
+        let [kp, ki, kd] = [g.kp, g.ki, g.kd].map(|gain| significant(gain.into(), 4));
+        let [filter, p, d, tracking] = [
+            g.filter_s,
+            g.proportional_setpoint,
+            g.derivative_setpoint,
+            g.tracking_time_s,
+        ]
+        .map(|value| significant(value.into(), 3));
+        [
+            vec![
+                format!("{name}, {i}: kp, ki, kd"),
+                format!("{kp}, {ki} /s, {kd} s"),
+            ],
+            vec![
+                format!("{name}, {i}: filter, setpoint weights, anti-windup, lead"),
+                format!("{filter} s, {p} and {d}, {tracking} s, {} steps", t.lead),
+            ],
+        ]
+    });
+    rows.collect()
 }

@@ -3,7 +3,8 @@
 use crate::closed_loop::scenario::Run;
 use crate::pipeline::build::Outcome;
 
-/// The loop as a recording: time, reference, output and command of both controllers.
+/// The loop as a recording: time, reference, output and command of the MPC and of the PID tuned on
+/// the plant.
 pub(super) fn loop_csv(outcome: &Outcome) -> String {
     let mut text = String::from("t");
     for name in &outcome.outputs {

@@ -1,0 +1,157 @@
+//! The predictor of a rig, trained and tuned, or taken from an earlier run on the same files.
+
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use sinew_model::spec::ModelSpec;
+use sinew_model::store;
+use sinew_sim::{Plant, Rig};
+
+use crate::closed_loop::setup::Setup;
+use crate::pipeline::learn::{CHECKPOINT_FILE, Record, VISITS, learn, save};
+use crate::project;
+use crate::tuning::tune::tune_quickly;
+use sinew_ident::cli::progress::Stage;
+use sinew_ident::error::{Error, Result};
+use sinew_ident::fit::{FreeRun, free_run};
+use sinew_ident::recording::Recording;
+use sinew_train::dataset::{Visit, visits};
+
+/// A trained and tuned network.
+pub(super) struct Predictor {
+    /// The network with its tuned weights.
+    pub spec: ModelSpec,
+    /// Record of the training.
+    pub record: Record,
+    /// It came from an earlier run on the same files.
+    pub reused: bool,
+}
+
+/// Key of an earlier training, and its record.
+#[derive(Serialize, Deserialize)]
+struct Kept {
+    key: u64,
+    record: Record,
+}
+
+/// The predictor of `rig`: from an earlier run on the same files in the folder `out`, or trained
+/// and tuned now, with cargo's build outputs in `cache`.
+///
+/// # Errors
+/// The plant diverges, nothing is learned, no weights give a finite loop, or a file cannot be
+/// written.
+pub(super) fn predictor(
+    rig: &Rig,
+    recordings: &[Recording],
+    bench: &Setup<'_>,
+    (out, cache): (&Path, Option<&Path>),
+    quiet: bool,
+) -> Result<Predictor> {
+    let plant = bench.plant;
+    let folder = out.join("model");
+    let kept = out.join("training.json");
+    let key = key(rig, recordings, bench.seed);
+    if let Some(found) = earlier(&kept, key)
+        && let Ok(spec) = store::load(&folder)
+    {
+        Stage::begin("train the network", quiet).end("as before: same rig, recordings and seed");
+        return Ok(Predictor {
+            spec,
+            record: found.record,
+            reused: true,
+        });
+    }
+    let stage = Stage::begin("train the network", quiet);
+    let runs = recordings.iter().map(|recording| free_run(rig, recording));
+    let starts = starts(plant, recordings, &runs.collect::<Result<Vec<_>>>()?)?;
+    let learned = learn(
+        rig,
+        plant,
+        &plant.values(),
+        &starts,
+        bench.task,
+        (bench.seed, &out.join(CHECKPOINT_FILE)),
+        |done, of, losses| {
+            stage.share(done, of, &format!("passes, loss {:.4}", losses.validation));
+        },
+    )?;
+    stage.end(format!(
+        "{} weights, {} after {} steps",
+        learned.record.parameters,
+        sinew_ident::report::quantity(
+            learned.record.horizon_rms[0],
+            &plant.sensors()[bench.task.outputs[0]].unit
+        ),
+        learned.record.horizon
+    ));
+
+    let mut spec = learned.spec;
+    tune_quickly(&mut spec, bench, out, cache, quiet)?;
+
+    save(&folder, &spec)?;
+    let text = serde_json::to_string(&Kept {
+        key,
+        record: learned.record.clone(),
+    })
+    .map_err(|e| Error::failed(format!("{}: {e}", kept.display())))?;
+    sinew_ident::atomic::write(&kept, text)?;
+    Ok(Predictor {
+        spec,
+        record: learned.record,
+        reused: false,
+    })
+}
+
+fn earlier(path: &Path, key: u64) -> Option<Kept> {
+    let kept: Kept = serde_json::from_slice(&std::fs::read(path).ok()?).ok()?;
+    (kept.key == key).then_some(kept)
+}
+
+/// Changes with anything that training depends on.
+fn key(rig: &Rig, recordings: &[Recording], seed: u64) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    env!("CARGO_PKG_VERSION").hash(&mut hasher);
+    format!("{:?}", sinew_train::train::Options::default()).hash(&mut hasher);
+    // Tuning runs the firmware.
+    project::hash_sources(&mut hasher);
+    rig.to_toml().hash(&mut hasher);
+    seed.hash(&mut hasher);
+    for recording in recordings {
+        recording.to_csv().hash(&mut hasher);
+    }
+    hasher.finish()
+}
+
+/// States along the recordings of the fit, from the free runs of its rig.
+///
+/// # Errors
+/// A column is missing, or the plant diverges.
+pub fn starts(plant: &Plant, recordings: &[Recording], runs: &[FreeRun]) -> Result<Vec<Visit>> {
+    let mut all = Vec::new();
+    for (recording, run) in recordings.iter().zip(runs) {
+        let columns = plant
+            .inputs()
+            .iter()
+            .map(|input| {
+                let held = recording.held(&input.column, &input.actuator)?;
+                Ok(held
+                    .values
+                    .iter()
+                    .map(|v| v * input.column_factor)
+                    .collect::<Vec<f64>>())
+            })
+            .collect::<Result<Vec<_>>>()?;
+        let slices: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+        let count = VISITS / recordings.len().max(1);
+        all.extend(visits(
+            plant,
+            &plant.values(),
+            &run.start,
+            recording.t(),
+            &slices,
+            count,
+        )?);
+    }
+    Ok(all)
+}
