@@ -29,6 +29,11 @@ pub(crate) fn tanh(x: f64) -> f64 {
     libm::tanh(x)
 }
 
+/// Cumulative distribution of the standard normal deviate.
+pub(crate) fn normal_share(x: f64) -> f64 {
+    0.5 * libm::erfc(-x * std::f64::consts::FRAC_1_SQRT_2)
+}
+
 pub(crate) fn sqrt(x: f64) -> f64 {
     x.sqrt()
 }

@@ -222,7 +222,12 @@ fn foreign() -> Result<()> {
         println!("SKIPPED: no python3: the recordings of tests/foreign are taken as they are");
         return Ok(());
     }
-    for program in ["mass_spring_damper.py", "finger.py", "foam.py"] {
+    for program in [
+        "mass_spring_damper.py",
+        "damper_stand.py",
+        "finger.py",
+        "foam.py",
+    ] {
         let mut command = Command::new("python3");
         command.args([&format!("tests/foreign/{program}"), "--check"]);
         process::run(command.current_dir(root()))?;

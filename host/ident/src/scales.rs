@@ -124,7 +124,10 @@ impl<'a> Run<'a> {
             Site::Pair(a, b) => self.push(a).min(self.push(b)),
             Site::Spring(spring) => {
                 let stiffness = self.value(&self.rig.springs[spring].name, "stiffness");
-                (stiffness * rms(&moved.position)).hypot(self.thrust(moved.body))
+                let elastic = stiffness * rms(&moved.position);
+                elastic
+                    .hypot(self.thrust(moved.body))
+                    .hypot(self.effort(moved.body))
             }
             Site::Tendon(tendon) => {
                 let name = &self.rig.tendons[tendon].name;
@@ -209,7 +212,8 @@ impl<'a> Run<'a> {
                 Drives::Hasel(_) => self.body(0),
             },
             Site::Sensor(sensor) => match rig.sensors[sensor].reads {
-                Reads::Position(body) => self.body(body),
+                Reads::Position(body) | Reads::Effort(body) => self.body(body),
+                Reads::ActuatorEffort(actuator) => self.moved(Site::Actuator(actuator)),
                 Reads::Velocity(body) => Moved {
                     position: self.v[body].clone(),
                     ..self.body(body)
@@ -239,7 +243,22 @@ impl<'a> Run<'a> {
                 squares += self.value(&actuator.name, "gain").powi(2) * square;
             }
         }
+        squares += self.effort(body).powi(2);
         squares.sqrt()
+    }
+
+    /// Half the largest effort that sensors show of a body's imposed motion; 0 without any.
+    fn effort(&self, body: usize) -> f64 {
+        let shows = |reads: Reads| match reads {
+            Reads::Effort(of) => of == body,
+            Reads::ActuatorEffort(actuator) => {
+                self.rig.actuators[actuator].drives == Drives::Body(body)
+            }
+            _ => false,
+        };
+        let sensors = self.rig.sensors.iter().zip(&self.reading);
+        let readings = sensors.filter(|(sensor, _)| shows(sensor.reads));
+        readings.fold(0.0, |most, (_, reading)| (0.5 * reading).max(most))
     }
 }
 

@@ -2,23 +2,30 @@
 
 use crate::plant::forces::{Point, State};
 use crate::plant::input_signal::InputSignal;
-use crate::plant::topology::Topology;
+use crate::plant::motion::Motion;
+use crate::plant::topology::{BodySlots, Topology};
 use crate::scalar::Scalar;
 
 /// A topology's numbers.
 #[derive(Clone, Debug)]
 pub(super) struct Dynamics<S> {
     pub(super) values: Vec<S>,
+    /// Zero of a body whose motion is imposed: nothing moves it.
     pub(super) inverse_inertia: Vec<S>,
+    pub(super) motions: Vec<Motion>,
     /// Parameter of the central path; 0: hard laws.
     pub(super) smoothing: f64,
 }
 
 impl<S: Scalar> Dynamics<S> {
     pub(super) fn new(topology: &Topology, values: &[S], smoothing: f64) -> Self {
-        let inertias = topology.bodies.iter().map(|body| values[body.inertia]);
+        let inverse = |(body, slots): (usize, &BodySlots)| match topology.is_imposed(body) {
+            true => S::ZERO,
+            false => S::constant(1.0) / values[slots.inertia],
+        };
         Self {
-            inverse_inertia: inertias.map(|m| S::constant(1.0) / m).collect(),
+            inverse_inertia: topology.bodies.iter().enumerate().map(inverse).collect(),
+            motions: Motion::all(topology),
             values: topology.shapes.complete(values),
             smoothing,
         }
@@ -30,6 +37,15 @@ impl<S: Scalar> Dynamics<S> {
         let parameters = self.values.len() - topology.shapes.derived.len();
         let values = self.values[..parameters].iter().map(|value| value.value());
         Dynamics::new(topology, &values.collect::<Vec<f64>>(), self.smoothing)
+    }
+
+    /// Puts the imposed bodies where they are `tau` seconds into the sample interval.
+    #[inline]
+    pub(super) fn impose(&self, state: &mut State<S>, tau: S) {
+        for motion in &self.motions {
+            state.q[motion.body] = motion.position(tau);
+            state.v[motion.body] = motion.velocity(tau);
+        }
     }
 
     /// The same of any state, inputs and branches.
@@ -46,6 +62,7 @@ impl<S: Scalar> Dynamics<S> {
             state,
             input_signals,
             tau,
+            motions: &self.motions,
             branches,
             smoothing: self.smoothing,
         }

@@ -87,6 +87,9 @@ impl<S: Scalar> Substep<S> {
     /// Latest time by which the tried step left a mode of friction, if it did.
     fn friction_event_bound(&self, topology: &Topology, index: usize, h: f64) -> Option<f64> {
         let friction = &topology.frictions[index];
+        if friction.passive {
+            return None;
+        }
         match self.modes.friction[index] {
             Mode::Slide(direction) => {
                 let values = &self.dynamics.values;

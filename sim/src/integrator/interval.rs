@@ -12,6 +12,12 @@ impl<S: Scalar> Stepper<S> {
         if !self.filled {
             self.present();
         }
+        self.span_motions(dt);
+        if self.topology.prescribed {
+            let work = &mut self.work;
+            work.dynamics.impose(&mut work.state, S::constant(dt));
+            return self.end_step(dt, 1);
+        }
         if self.topology.rates_vary {
             self.watch_rate(dt);
         }
@@ -28,6 +34,11 @@ impl<S: Scalar> Stepper<S> {
             None => self.integrate(rate, dt, 1)?,
             Some(tolerance) => self.refine(rate, dt, tolerance)?,
         };
+        self.end_step(dt, count)
+    }
+
+    /// Ends a step that took so many sub-steps; refuses a state that is not finite.
+    fn end_step(&mut self, dt: f64, count: usize) -> Result<(), SimulationError> {
         self.report.substeps += count;
         self.report.most_substeps = self.report.most_substeps.max(count);
         self.time += dt;

@@ -59,8 +59,14 @@ pub(super) fn bound(
     stops: bool,
     smoothing: f64,
 ) -> (f64, usize) {
-    let inertias = topology.bodies.iter().map(|body| values[body.inertia]);
-    let root_inertia: Vec<f64> = inertias.map(crate::math::sqrt).collect();
+    let bodies = topology.bodies.iter().enumerate();
+    let root_inertia: Vec<f64> = bodies
+        .map(|(body, slots)| match topology.is_imposed(body) {
+            // No force moves it.
+            true => f64::INFINITY,
+            false => crate::math::sqrt(values[slots.inertia]),
+        })
+        .collect();
     let bodies = root_inertia.len();
     let mut rows = RowSums {
         root_inertia: &root_inertia,

@@ -127,6 +127,9 @@ impl<S: Scalar> Dynamics<S> {
         for (force, &inverse) in force.iter_mut().zip(&self.inverse_inertia) {
             *force = *force * inverse;
         }
+        for motion in &self.motions {
+            force[motion.body] = motion.acceleration(at.tau);
+        }
     }
 
     /// One step of length `h` from `start` with modes held (eq. 18). The state after it is
@@ -180,6 +183,7 @@ impl<S: Scalar> Dynamics<S> {
         for i in 0..rated {
             stage.z[i] = from.z[i] + f1.rate[i] * half;
         }
+        self.impose(stage, half_way);
         let at = self.point(start, stage, half_way);
         topology.forces(&at, f2);
         self.accelerate(topology, &at, modes, f2, last);
@@ -191,6 +195,7 @@ impl<S: Scalar> Dynamics<S> {
         for i in 0..rated {
             stage.z[i] = from.z[i] + f2.rate[i] * half;
         }
+        self.impose(stage, half_way);
         let at = self.point(start, stage, half_way);
         topology.forces(&at, f3);
         self.accelerate(topology, &at, modes, f3, middle);
@@ -202,6 +207,7 @@ impl<S: Scalar> Dynamics<S> {
         for i in 0..rated {
             stage.z[i] = from.z[i] + f3.rate[i] * h;
         }
+        self.impose(stage, whole);
         let at = self.point(start, stage, whole);
         topology.forces(&at, f4);
         self.accelerate(topology, &at, modes, f4, last);
@@ -215,6 +221,7 @@ impl<S: Scalar> Dynamics<S> {
             let (r1, r2, r3, r4) = (f1.rate[i], f2.rate[i], f3.rate[i], f4.rate[i]);
             end.z[i] = from.z[i] + (r1 + (r2 + r3) * 2.0 + r4) * sixth;
         }
+        self.impose(end, whole);
         if !topology.lagging.is_empty() {
             let (a1, a4) = (&f1.force, &f4.force);
             for i in 0..bodies {
@@ -226,6 +233,7 @@ impl<S: Scalar> Dynamics<S> {
             for i in 0..rated {
                 stage.z[i] = (from.z[i] + end.z[i]) * 0.5;
             }
+            self.impose(stage, half_way);
             self.lag_sensors(topology, start, half_way, whole, h, stage, end);
         }
     }

@@ -7,6 +7,7 @@ use crate::error::SimulationError;
 use crate::input_trajectory::InputTrajectory;
 use crate::plant::Plant;
 use crate::plant::input_signal::{InputSignal, Shape};
+use crate::plant::motion;
 use crate::plant::topology::Topology;
 use crate::rig::Reads;
 use crate::scalar::Scalar;
@@ -72,7 +73,7 @@ impl<S: Scalar> Stepper<S> {
         let topology = Arc::clone(&plant.topology);
         for (index, body) in topology.bodies.iter().enumerate() {
             let inertia = values[body.inertia].value();
-            if inertia <= 0.0 {
+            if inertia <= 0.0 && !topology.is_imposed(index) {
                 return Err(SimulationError::Inertia {
                     at: topology.place(index),
                     value: inertia,
@@ -194,6 +195,17 @@ impl<S: Scalar> Stepper<S> {
 
     /// Takes a column's value and slope from now on.
     pub(crate) fn take(&mut self, input: usize, value: S, slope: S) {
+        if let Some(motion) = input.checked_sub(self.topology.acting) {
+            let (index, which) = (motion / motion::INPUTS, motion % motion::INPUTS);
+            let work = &mut self.work;
+            let motion = &mut work.dynamics.motions[index];
+            motion.take(which, value.value(), slope.value());
+            let body = motion.body;
+            work.state.q[body] = motion.position(S::ZERO);
+            work.state.v[body] = motion.velocity(S::ZERO);
+            work.plain.dynamics.motions[index].clone_from(motion);
+            return;
+        }
         if self.topology.shaped {
             self.supply.take(input, self.time, value, slope);
             return;
@@ -210,6 +222,16 @@ impl<S: Scalar> Stepper<S> {
                     ..InputSignal::ZERO
                 };
             }
+        }
+    }
+
+    /// Fits the imposed motions to an interval of `dt`.
+    pub(super) fn span_motions(&mut self, dt: f64) {
+        let work = &mut self.work;
+        let plain = &mut work.plain.dynamics.motions;
+        for (motion, plain) in work.dynamics.motions.iter_mut().zip(plain) {
+            motion.span(dt);
+            plain.clone_from(motion);
         }
     }
 
@@ -245,7 +267,11 @@ impl<S: Scalar> Stepper<S> {
     fn fill(&mut self) {
         for &sensor in &self.topology.lagging {
             let described = &self.topology.sensors[sensor];
-            if let (Reads::Tension(_), Some((_, state))) = (described.reads, described.lag) {
+            let needs_inputs = matches!(
+                described.reads,
+                Reads::Tension(_) | Reads::Effort(_) | Reads::ActuatorEffort(_)
+            );
+            if let (true, Some((_, state))) = (needs_inputs, described.lag) {
                 let at = self.work.point(S::constant(self.tau));
                 let reading = self.topology.reading(sensor, &at);
                 self.work.state.z[state] = reading;

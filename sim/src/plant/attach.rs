@@ -52,6 +52,13 @@ pub(super) fn finish(topology: &mut Topology) {
             topology.coupled = true;
         }
     }
+    for index in 0..topology.frictions.len() {
+        let mut path = topology.frictions[index].path.iter();
+        topology.frictions[index].passive = path.all(|&(body, _)| topology.is_imposed(body));
+    }
+    topology.prescribed = topology.imposed.len() == topology.bodies.len()
+        && topology.rated == 0
+        && topology.lagging.is_empty();
     topology.linear = topology.is_linear();
 }
 
@@ -97,6 +104,7 @@ fn friction_at(rig: &Rig, body: usize, topology: &mut Topology) -> usize {
             motion: rig.bodies[body].motion,
             laws: Vec::new(),
             follows: Vec::new(),
+            passive: false,
         });
         topology.frictions.len() - 1
     })
@@ -237,6 +245,7 @@ fn at_tendon(rig: &Rig, kind: Kind, index: usize, slot: usize, topology: &mut To
                         motion: Motion::Slide,
                         laws: Vec::new(),
                         follows: Vec::new(),
+                        passive: false,
                     });
                     (topology.frictions.len() - 1, None)
                 }

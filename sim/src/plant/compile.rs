@@ -2,13 +2,14 @@
 
 use super::attach;
 use super::hasel;
+use super::motion;
 use super::shapes;
 use super::slots::{Slots, input_unit, reading_unit};
 use super::topology::{
     BodySlots, Damper, InputChainSlots, Law, Line, Load, Motor, Sensor, Spring, Switch, Tendon,
     Topology,
 };
-use super::{Input, Parameter, Plant, SensorChannel};
+use super::{Input, MotionQuantity, Parameter, Plant, SensorChannel};
 use crate::effects::{Kind, Sign};
 use crate::error::Error;
 use crate::rig::{Drives, End, Hold, Place, Reads, Rig};
@@ -23,7 +24,10 @@ pub(crate) fn parameters(rig: &Rig) -> Vec<(Parameter, Place)> {
 
 pub(super) fn compile(rig: &Rig) -> Result<Plant, Error> {
     let inputs = inputs(rig)?;
-    let mut columns: Vec<&str> = inputs.iter().map(|input| input.column.as_str()).collect();
+    let acts = |input: &&Input| input.motion.is_none();
+    let mut columns: Vec<&str> = (inputs.iter().filter(acts))
+        .map(|input| input.column.as_str())
+        .collect();
     let (slots, topology) = build(rig, &mut columns);
     let sensors = rig.sensors.iter().map(|sensor| SensorChannel {
         name: sensor.name.clone(),
@@ -59,6 +63,7 @@ fn inputs(rig: &Rig) -> Result<Vec<Input>, Error> {
                 rate_limit: actuator.rate_limit,
                 column_factor: actuator.column_factor,
                 line: actuator.line,
+                motion: None,
             });
             continue;
         };
@@ -82,6 +87,21 @@ fn inputs(rig: &Rig) -> Result<Vec<Input>, Error> {
             (Some(a), Some(b)) => Some(a.min(b)),
             (a, b) => a.or(b),
         };
+    }
+    for body in &rig.bodies {
+        let Some(from) = &body.motion_from else {
+            continue;
+        };
+        inputs.extend(MotionQuantity::ALL.map(|quantity| Input {
+            column: from.column.clone(),
+            actuator: body.name.clone(),
+            hold: Hold::Linear,
+            limit: None,
+            rate_limit: None,
+            column_factor: from.column_factor,
+            line: from.line,
+            motion: Some(quantity),
+        }));
     }
     Ok(inputs)
 }
@@ -112,7 +132,15 @@ fn build<'a>(rig: &'a Rig, columns: &mut Vec<&'a str>) -> (Slots<'a>, Topology) 
         };
         BodySlots {
             line: body.inertia.place.line,
-            inertia: of("inertia", Quantity::Inertia, Sign::Positive, &body.inertia),
+            inertia: match body.motion_from {
+                Some(_) => of(
+                    "inertia",
+                    Quantity::Inertia,
+                    Sign::NonNegative,
+                    &body.inertia,
+                ),
+                None => of("inertia", Quantity::Inertia, Sign::Positive, &body.inertia),
+            },
             start: (body.start.as_ref())
                 .map(|start| of("start", Quantity::Coordinate, Sign::Any, start)),
             start_velocity: (body.start_velocity.as_ref())
@@ -299,5 +327,8 @@ fn add_actuators<'a>(
             Drives::Hasel(hasel) => topology.hasels[hasel].lines.push(line),
         }
     }
-    topology.inputs = columns.len();
+    let imposed = (rig.bodies.iter().enumerate()).filter(|(_, body)| body.motion_from.is_some());
+    topology.imposed = imposed.map(|(index, _)| index).collect();
+    topology.acting = columns.len();
+    topology.inputs = columns.len() + motion::INPUTS * topology.imposed.len();
 }

@@ -2,6 +2,7 @@
 //! 17).
 
 use super::input_signal::InputSignal;
+use super::motion::Motion;
 use super::shapes::Seen;
 use super::topology::{Followed, Friction, Memory, Spring, Tendon, Topology};
 use crate::effects::{At, creep_rate, curve, dead_band, hysteresis_rate, press};
@@ -36,6 +37,8 @@ pub(crate) struct Point<'a, S> {
     pub(crate) input_signals: &'a [InputSignal<S>],
     /// Seconds into the sample interval.
     pub(crate) tau: S,
+    /// Imposed motions, on which positions and velocities in `state` are.
+    pub(crate) motions: &'a [Motion],
     /// One entry a switch.
     pub(crate) branches: &'a [i8],
     /// Parameter of the central path; 0: hard laws.
@@ -316,6 +319,8 @@ impl Topology {
         let reading = match sensor.reads {
             Reads::Position(body) => at.state.q[body],
             Reads::Velocity(body) => at.state.v[body],
+            Reads::Effort(body) => self.effort(body, None, at),
+            Reads::ActuatorEffort(line) => self.actuator_effort(line, at),
             Reads::Tension(tendon) => self.tendons[tendon].tension(self, at),
             Reads::Shape(shape) => self.shapes.read(shape, at.values, &at.state.q, seen),
             Reads::Hasel(hasel, reading) => self.hasels[hasel].read(reading, at),

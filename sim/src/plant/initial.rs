@@ -53,6 +53,7 @@ impl Plant {
                 input_signals: &input_signals,
                 tau: S::ZERO,
                 branches: &branches,
+                motions: &[],
                 smoothing: 0.0,
             };
             let reading = topology.reading(sensor, &at);

@@ -2,16 +2,19 @@
 
 mod attach;
 mod compile;
+mod effort;
 pub(crate) mod forces;
 pub(crate) mod hasel;
 mod initial;
 pub(crate) mod input_signal;
+pub(crate) mod motion;
 mod shapes;
 mod slots;
 mod switch;
 pub(crate) mod topology;
 
-use crate::error::Error;
+use crate::error::{Error, SimulationError};
+use crate::imposed_motion::ImposedMotion;
 use crate::rig::{Hold, Rig};
 use crate::settings::Settings;
 pub(crate) use compile::parameters;
@@ -38,12 +41,13 @@ pub struct Parameter {
     pub non_negative: bool,
 }
 
-/// A distinct column of the recording that drives the plant; actuators may share one.
+/// A distinct column of the recording that drives the plant; actuators may share one. A column that
+/// imposes a motion comes four times, once a [`MotionQuantity`], after those of the actuators.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Input {
     /// The column's name.
     pub column: String,
-    /// The first actuator that takes it.
+    /// The first actuator that takes it; the body whose motion it imposes.
     pub actuator: String,
     /// Hold between samples at that actuator.
     pub hold: Hold,
@@ -55,9 +59,43 @@ pub struct Input {
     pub column_factor: f64,
     /// Line of the rig where the column is named.
     pub line: usize,
+    /// Quantity that is derived from the column, where the column imposes a motion.
+    pub motion: Option<MotionQuantity>,
+}
+
+/// Quantity of an imposed motion, derived from the column with the coordinate
+/// ([`ImposedMotion`]).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MotionQuantity {
+    /// Smoothed coordinate.
+    Position,
+    /// Its rate.
+    Velocity,
+    /// The rate of that.
+    Acceleration,
+    /// Standard deviation of the velocity.
+    VelocityDeviation,
+}
+
+impl MotionQuantity {
+    /// All of them, in the order of a body's inputs.
+    pub(crate) const ALL: [Self; motion::INPUTS] = [
+        Self::Position,
+        Self::Velocity,
+        Self::Acceleration,
+        Self::VelocityDeviation,
+    ];
 }
 
 impl Input {
+    /// Its owner in errors: the actuator or the body.
+    pub fn wanted_by(&self) -> String {
+        match self.motion {
+            None => format!("actuator `{}` of the rig", self.actuator),
+            Some(_) => format!("`motion_from` of body `{}` of the rig", self.actuator),
+        }
+    }
+
     /// The unit of its values, of its limits and of what a controller commands: the column's own,
     /// or SI where the rig's `unit` key converts it. Empty where the column names none.
     pub fn unit(&self) -> &str {
@@ -156,6 +194,43 @@ impl Plant {
     /// The columns that drive it, in order of first use.
     pub fn inputs(&self) -> &[Input] {
         &self.inputs
+    }
+
+    /// Replaces the columns of imposed motions, which hold the coordinate with NaN where it is
+    /// missing, by the quantities that are derived from it. One column an input, SI, at these
+    /// times; others stay. Each motion is smoothed once (docs/explanation/plant.md, eq. 24).
+    ///
+    /// # Errors
+    /// `Shape` for a wrong number of columns, `NoInput` for fewer than six samples of a coordinate.
+    pub fn derive_motions(
+        &self,
+        t: &[f64],
+        columns: &mut [Vec<f64>],
+    ) -> Result<(), SimulationError> {
+        self.expect("input columns", self.inputs.len(), columns.len())?;
+        let first = self.inputs.len() - motion::INPUTS * self.topology.imposed.len();
+        for start in (first..self.inputs.len()).step_by(motion::INPUTS) {
+            let motion = ImposedMotion::smooth(t, &columns[start]);
+            let motion = motion.ok_or_else(|| SimulationError::NoInput {
+                column: self.inputs[start].column.clone(),
+            })?;
+            let derived = [
+                motion.position,
+                motion.velocity,
+                motion.acceleration,
+                motion.velocity_deviation,
+            ];
+            for (column, derived) in columns[start..].iter_mut().zip(derived) {
+                *column = derived;
+            }
+        }
+        Ok(())
+    }
+
+    /// True where a recording imposes the motion of some body, so that only recordings can drive
+    /// the plant.
+    pub fn has_imposed_motion(&self) -> bool {
+        !self.topology.imposed.is_empty()
     }
 
     /// The columns that it writes, in file order.

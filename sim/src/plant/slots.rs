@@ -2,7 +2,7 @@
 
 use super::Parameter;
 use crate::effects::Sign;
-use crate::rig::{Actuator, HaselReading, Place, Reads, Rig, Value};
+use crate::rig::{Actuator, HaselReading, Place, Reads, Rig, Site, Value};
 use crate::unit::{self, Motion, Quantity};
 
 /// The slots as they are handed out.
@@ -113,6 +113,10 @@ pub(super) fn reading_unit(rig: &Rig, reads: Reads) -> &'static str {
     match reads {
         Reads::Position(body) => Quantity::Coordinate.unit(rig.bodies[body].motion),
         Reads::Velocity(body) => Quantity::Velocity.unit(rig.bodies[body].motion),
+        Reads::Effort(body) => Quantity::Force.unit(rig.bodies[body].motion),
+        Reads::ActuatorEffort(actuator) => {
+            Quantity::Force.unit(rig.site_motion(Site::Actuator(actuator)))
+        }
         Reads::Tension(_) => "N",
         Reads::Shape(shape) => shape.unit(),
         Reads::Hasel(_, HaselReading::Voltage) => "V",

@@ -38,6 +38,12 @@ pub(crate) struct Topology {
     pub(crate) shaped: bool,
     pub(crate) sensors: Vec<Sensor>,
     pub(crate) inputs: usize,
+    /// Those of the actuators, which come first.
+    pub(crate) acting: usize,
+    /// Bodies whose motion the recording imposes, in the order of their inputs.
+    pub(crate) imposed: Vec<usize>,
+    /// Every body is imposed and nothing has a rate: there is nothing to integrate.
+    pub(crate) prescribed: bool,
     /// Names of the internal states: those with a rate, then the lags of sensors.
     pub(crate) internal: Vec<String>,
     /// Number of those with a rate.
@@ -181,6 +187,8 @@ pub(crate) struct Friction {
     pub(crate) motion: Motion,
     pub(crate) laws: Vec<Law>,
     pub(crate) follows: Vec<Follow>,
+    /// It moves nothing: the motion of every body of its path is imposed.
+    pub(crate) passive: bool,
 }
 
 impl Friction {
@@ -286,12 +294,18 @@ impl Topology {
             && self.lagging.is_empty()
             && !self.shaped
             && !self.rates_vary
+            && self.imposed.is_empty()
             && (self.loads.iter()).all(|load| straight(&load.law, load.motion))
             && (self.springs.iter()).all(|spring| {
                 spring.laws.iter().all(|law| straight(law, spring.motion))
                     && spring.memory.iter().all(remembers)
             })
             && 2 * self.bodies.len() + self.internal.len() <= MOST_STATES
+    }
+
+    /// The recording imposes the motion of a body.
+    pub(crate) fn is_imposed(&self, body: usize) -> bool {
+        self.imposed.contains(&body)
     }
 
     /// Place of a body in the rig's file, for a body that cannot be simulated.

@@ -9,7 +9,8 @@ use super::names::{Component, Names};
 use super::reader::{Source, Spanned, TableReader};
 use super::sections::read_names;
 use super::{
-    Actuator, Body, Damper, Drives, End, FORMAT, Gravity, Hold, Reads, Rig, Sensor, Spring, Tendon,
+    Actuator, Body, Damper, Drives, End, FORMAT, Gravity, Hold, MotionColumn, Reads, Rig, Sensor,
+    Spring, Tendon,
 };
 use crate::effects::Sign;
 use crate::error::Error;
@@ -98,7 +99,7 @@ pub(super) fn read_rig<'a>(source: &'a Source<'a>, table: &'a dyn TableLike) -> 
     rig.geometry.magnetometers = each(&root, "magnetometer", read_magnetometer)?;
     rig.geometry.hasels = each(&root, "hasel", |table| read_hasel(table, &names, &rig))?;
     rig.actuators = each(&root, "actuator", |table| read_actuator(table, &names))?;
-    rig.sensors = each(&root, "sensor", |table| read_sensor(table, &names))?;
+    rig.sensors = each(&root, "sensor", |table| read_sensor(table, &names, &rig))?;
     rig.effects = read_effects(&root.tables("effect")?, &names, &rig)?;
     Ok(rig)
 }
@@ -118,21 +119,55 @@ fn own_name(table: &TableReader) -> Result<String, Error> {
 
 fn read_body(table: &TableReader) -> Result<Body, Error> {
     let motions = [("slide", Motion::Slide), ("hinge", Motion::Hinge)];
+    let motion_from = read_motion_from(table)?;
+    let sign = match motion_from {
+        Some(_) => Sign::NonNegative,
+        None => Sign::Positive,
+    };
     Ok(Body {
         name: own_name(table)?,
         motion: table.required_word("motion", &motions)?,
-        inertia: table
-            .parameter("inertia", Sign::Positive)
-            .map_err(|error| {
-                if error.message.contains("more than zero") {
-                    error.helped("without inertia a force would have no finite acceleration")
-                } else {
-                    error
-                }
-            })?,
+        inertia: table.parameter("inertia", sign).map_err(|error| {
+            if error.message.contains("more than zero") {
+                error.helped(
+                    "without inertia a force would have no finite acceleration; only a body \
+                         with `motion_from` may have none",
+                )
+            } else {
+                error
+            }
+        })?,
         start: table.optional_parameter("start", Sign::Any)?,
         start_velocity: table.optional_parameter("start_velocity", Sign::Any)?,
+        motion_from,
     })
+}
+
+/// The column that imposes a body's coordinate, if there is one; it leaves no start to choose.
+fn read_motion_from(table: &TableReader) -> Result<Option<MotionColumn>, Error> {
+    let Some(column) = table.optional_text("motion_from")? else {
+        if table.has("unit") {
+            return Err(table
+                .error_at(
+                    "unit",
+                    format!("`unit` of {} belongs to no column", table.what),
+                )
+                .helped("it is the unit of the column that `motion_from` names"));
+        }
+        return Ok(None);
+    };
+    for key in ["start", "start_velocity"] {
+        if table.has(key) {
+            return Err(table
+                .error_at(key, format!("{}: `{key}` beside `motion_from`", table.what))
+                .helped("the column says where the body is at every row: leave the key out"));
+        }
+    }
+    Ok(Some(MotionColumn {
+        column: column.value.to_owned(),
+        column_factor: read_factor(table)?,
+        line: table.line("motion_from"),
+    }))
 }
 
 /// The ends of a spring or damper: not one body twice, and not a line joined to an axis.
@@ -260,10 +295,12 @@ fn read_factor(table: &TableReader) -> Result<f64, Error> {
     })
 }
 
-fn read_sensor(table: &TableReader, names: &Names) -> Result<Sensor, Error> {
+fn read_sensor(table: &TableReader, names: &Names, rig: &Rig) -> Result<Sensor, Error> {
+    let reads = read_reads(table, names)?;
+    refuse_unknown_effort(table, reads, rig)?;
     Ok(Sensor {
         name: own_name(table)?,
-        reads: read_reads(table, names)?,
+        reads,
         signal: table.text("signal")?.value.to_owned(),
         gain: table.parameter_or("gain", Sign::NonZero, 1.0)?,
         offset: table.parameter_or("offset", Sign::Any, 0.0)?,
@@ -272,12 +309,44 @@ fn read_sensor(table: &TableReader, names: &Names) -> Result<Sensor, Error> {
     })
 }
 
+/// Refuses the effort of a motion that is not imposed: it follows from the forces then.
+fn refuse_unknown_effort(table: &TableReader, reads: Reads, rig: &Rig) -> Result<(), Error> {
+    let body = match reads {
+        Reads::Effort(body) => Some(body),
+        Reads::ActuatorEffort(actuator) => match rig.actuators[actuator].drives {
+            Drives::Body(body) => Some(body),
+            Drives::Tendon(_) | Drives::Hasel(_) => None,
+        },
+        _ => return Ok(()),
+    };
+    let refused = |message: String| table.error_at("reads", message);
+    match body {
+        None => Err(refused(format!(
+            "`reads` of {}: the actuator drives no body",
+            table.what
+        ))
+        .helped("an effort is what a body needs: expected an actuator that drives a body")),
+        Some(body) if rig.bodies[body].motion_from.is_none() => {
+            let name = &rig.bodies[body].name;
+            Err(refused(format!(
+                "`reads` of {}: the motion of `{name}` is not imposed",
+                table.what
+            ))
+            .helped(format!(
+                "body `{name}` needs `motion_from = \"COLUMN\"`, the column with its coordinate"
+            )))
+        }
+        Some(_) => Ok(()),
+    }
+}
+
 /// `BODY.position`, `TENDON.tension`, `CHAIN.tip.x`: a component and one of its readings.
 fn read_reads(table: &TableReader, names: &Names) -> Result<Reads, Error> {
     let text = table.text("reads")?;
     let role = format!("`reads` of {}", table.what);
     let Some((name, quantity)) = split(text.value, names) else {
-        let forms = "expected BODY.position, BODY.velocity, TENDON.tension or CHAIN.tip.x";
+        let forms = "expected BODY.position, BODY.velocity, BODY.effort, TENDON.tension or \
+                     CHAIN.tip.x";
         let message = format!("{role}: {forms}, found `{}`", text.value);
         return Err(table.source.error(text.span, message));
     };

@@ -105,12 +105,25 @@ pub struct Body {
     pub name: String,
     /// Line or axis.
     pub motion: Motion,
-    /// kg or kg m^2, positive.
+    /// kg or kg m^2, positive; zero or more of a body whose motion is imposed.
     pub inertia: Value,
+    /// Column that imposes its coordinate, if one does.
+    pub motion_from: Option<MotionColumn>,
     /// Initial position, if the rig has one.
     pub start: Option<Value>,
     /// Initial velocity, if the rig has one.
     pub start_velocity: Option<Value>,
+}
+
+/// Column of the recording that imposes a body's coordinate.
+#[derive(Clone, Debug)]
+pub struct MotionColumn {
+    /// Its name.
+    pub column: String,
+    /// Factor of the column's unit to SI (the `unit` key; 1 without one).
+    pub column_factor: f64,
+    /// Line of the `motion_from` key, for errors about the recording.
+    pub line: usize,
 }
 
 /// An end of a spring or damper.
@@ -233,6 +246,10 @@ pub enum Reads {
     Position(usize),
     /// Its rate.
     Velocity(usize),
+    /// Force or torque that the imposed motion of the body of that index needs.
+    Effort(usize),
+    /// The same without the force of the actuator of that index, which drives the body.
+    ActuatorEffort(usize),
     /// Tension of the tendon of that index.
     Tension(usize),
     /// Something that follows from where things are.
@@ -354,7 +371,10 @@ impl Rig {
                 Drives::Tendon(_) | Drives::Hasel(_) => Motion::Slide,
             },
             Site::Sensor(sensor) => match self.sensors[sensor].reads {
-                Reads::Position(body) | Reads::Velocity(body) => self.bodies[body].motion,
+                Reads::Position(body) | Reads::Velocity(body) | Reads::Effort(body) => {
+                    self.bodies[body].motion
+                }
+                Reads::ActuatorEffort(actuator) => self.site_motion(Site::Actuator(actuator)),
                 Reads::Tension(_) | Reads::Shape(_) | Reads::Hasel(..) => Motion::Slide,
             },
         }

@@ -48,7 +48,15 @@ fn enter_generated<'a>(root: &TableReader<'a>, names: &mut Names<'a>) -> Result<
 const SECTIONS: &[Section] = &[
     (
         "body",
-        &["name", "motion", "inertia", "start", "start_velocity"],
+        &[
+            "name",
+            "motion",
+            "inertia",
+            "start",
+            "start_velocity",
+            "motion_from",
+            "unit",
+        ],
         Component::Body,
     ),
     (

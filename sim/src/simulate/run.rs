@@ -168,7 +168,8 @@ impl Plant {
     }
 
     /// Drives the rig as it is written with a recording's columns (`sinew simulate`): one entry an
-    /// input and one a sensor, in the plant's order, SI, NaN where a sample is missing.
+    /// input and one a sensor, in the plant's order, SI, NaN where a sample is missing. A column that
+    /// imposes a motion is given as recorded, once an input ([`Plant::derive_motions`]).
     ///
     /// # Errors
     /// Any [`SimulationError`].
@@ -178,7 +179,10 @@ impl Plant {
         inputs: &[&[f64]],
         signals: &[&[f64]],
     ) -> Result<RecordingRun, SimulationError> {
-        let drive = InputTrajectory::new(self, times.len(), inputs)?;
+        let mut columns: Vec<Vec<f64>> = inputs.iter().map(|column| column.to_vec()).collect();
+        self.derive_motions(times, &mut columns)?;
+        let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+        let drive = InputTrajectory::new(self, times.len(), &columns)?;
         let first: Vec<Option<f64>> = signals
             .iter()
             .map(|column| column.iter().copied().find(|sample| sample.is_finite()))

@@ -45,6 +45,26 @@ impl<S: Simulated> Stepper<S> {
         S::pass(self, dt, [from, to])
     }
 
+    /// Takes inputs, one a column ([`Plant::inputs`]), SI, without time going on: for signals that
+    /// depend on them.
+    ///
+    /// # Errors
+    /// `Shape`.
+    pub fn hold(&mut self, inputs: &[S]) -> Result<(), SimulationError> {
+        if inputs.len() != self.topology.inputs {
+            return Err(SimulationError::Shape {
+                what: "inputs".to_owned(),
+                expected: self.topology.inputs,
+                found: inputs.len(),
+            });
+        }
+        for (input, &value) in inputs.iter().enumerate() {
+            self.take(input, value, S::ZERO);
+        }
+        self.present();
+        Ok(())
+    }
+
     /// The signal of a sensor now, SI.
     ///
     /// # Panics

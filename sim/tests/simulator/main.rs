@@ -14,6 +14,7 @@ mod foreign;
 mod geometry;
 mod geometry_refusals;
 mod hasel;
+mod imposed;
 mod inputs;
 mod laws;
 mod mechanisms;

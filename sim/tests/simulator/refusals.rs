@@ -93,6 +93,22 @@ const CASES: &[(&str, &str)] = &[
     ("inertia = { value = 0.02 }", "inertia = { valeu = 0.02 }"),
     ("inertia = { value = 0.02 }", "inertia = {}"),
     ("inertia = { value = 0.02 }", "inertia = 0.02\nstart = true"),
+    (
+        "inertia = { value = 0.02 }",
+        "inertia = 0.0\nmotion_from = \"\"",
+    ),
+    (
+        "inertia = { value = 0.02 }",
+        "inertia = 0.0\nmotion_from = \"q_rad\"\nstart = 0.1",
+    ),
+    (
+        "inertia = { value = 0.02 }",
+        "inertia = 0.02\nunit = \"mm\"",
+    ),
+    (
+        "inertia = { value = 0.02 }",
+        "inertia = -1.0\nmotion_from = \"q_rad\"",
+    ),
     ("min = 0.01", "min = 0.5"),
     ("min = 0.01", "min = 2.0"),
     ("name = \"load\"", "name = \"motor\""),
@@ -137,6 +153,8 @@ const CASES: &[(&str, &str)] = &[
     ("reads = \"load.position\"", "reads = \"load.postion\""),
     ("reads = \"load.position\"", "reads = \"lod.position\""),
     ("reads = \"load.position\"", "reads = \"load.tension\""),
+    ("reads = \"load.position\"", "reads = \"load.effort\""),
+    ("reads = \"load.position\"", "reads = \"drive.effort\""),
     ("signal = \"q_rad\"", "signal = \"q_rad\"\ngain = 0.0"),
     ("kind = \"coulomb_friction\"", "kind = \"coulomb_fricton\""),
     ("kind = \"coulomb_friction\"", "kind = \"backlash\""),

@@ -333,10 +333,15 @@ impl Data {
             Experiment {
                 name: full.name.clone(),
                 t: rows.iter().map(|&row| full.t[row]).collect(),
-                inputs: full
-                    .inputs
-                    .iter()
-                    .map(|column| rows.iter().map(|&row| mean(column, row)).collect())
+                inputs: (full.inputs.iter().zip(plant.inputs()))
+                    .map(|(column, input)| {
+                        let thinned = rows.iter().map(|&row| match input.motion {
+                            // An imposed motion is where it is at the row.
+                            Some(_) => column[row],
+                            None => mean(column, row),
+                        });
+                        thinned.collect()
+                    })
                     .collect(),
                 signals: full
                     .signals

@@ -148,6 +148,13 @@ pub fn design(plant: &Plant, file: impl AsRef<Path>, options: &Options) -> Resul
             "the rig has no actuator: nothing can excite it",
         ));
     }
+    if plant.has_imposed_motion() {
+        return Err(Error::file(
+            file,
+            "the rig has a body with `motion_from`: only a recording can move it",
+        )
+        .expected("a rig whose bodies move by their actuators"));
+    }
     let rows = (options.seconds * options.rate_hz).round() as usize + 1;
     let t: Vec<f64> = (0..rows).map(|k| k as f64 / options.rate_hz).collect();
     let count = plant.inputs().len();

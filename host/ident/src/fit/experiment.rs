@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use sinew_sim::rig::Reads;
-use sinew_sim::{InputTrajectory, Plant, Rig};
+use sinew_sim::{Input, InputTrajectory, MotionQuantity, Plant, Rig};
 
 use crate::error::{Error, Result};
 use crate::recording::Recording;
@@ -47,6 +47,9 @@ pub(crate) struct Views {
     pub velocity: Vec<Option<View>>,
     /// States of effects, which no sensor shows either.
     pub internal: usize,
+    /// Bodies whose motion is imposed, each with the input that is its position; the next one is
+    /// its velocity.
+    pub imposed: Vec<(usize, usize)>,
 }
 
 impl Views {
@@ -57,6 +60,7 @@ impl Views {
             position: vec![None; bodies],
             velocity: vec![None; bodies],
             internal: plant.state_len() - 2 * bodies,
+            imposed: imposed(rig, plant),
         };
         for (sensor, described) in rig.sensors.iter().enumerate() {
             let view = View {
@@ -67,11 +71,28 @@ impl Views {
             match described.reads {
                 Reads::Position(body) => _ = views.position[body].get_or_insert(view),
                 Reads::Velocity(body) => _ = views.velocity[body].get_or_insert(view),
-                Reads::Tension(_) | Reads::Shape(_) | Reads::Hasel(..) => {}
+                Reads::Tension(_)
+                | Reads::Effort(_)
+                | Reads::ActuatorEffort(_)
+                | Reads::Shape(_)
+                | Reads::Hasel(..) => {}
             }
         }
         views
     }
+}
+
+/// Bodies whose motion is imposed, with the input that is the position.
+fn imposed(rig: &Rig, plant: &Plant) -> Vec<(usize, usize)> {
+    let position = |input: &Input| input.motion == Some(MotionQuantity::Position);
+    let inputs = plant.inputs().iter().enumerate();
+    let inputs = inputs.filter(|(_, input)| position(input));
+    let bodies = rig.bodies.iter().enumerate();
+    let bodies = bodies.filter(|(_, body)| body.motion_from.is_some());
+    bodies
+        .zip(inputs)
+        .map(|((body, _), (input, _))| (body, input))
+        .collect()
 }
 
 impl Experiment {
@@ -84,19 +105,26 @@ impl Experiment {
         let mut inputs = Vec::new();
         let mut held = Vec::new();
         for input in plant.inputs() {
-            let mut column = recording.held(
-                &input.column,
-                &format!("actuator `{}` of the rig", input.actuator),
-            )?;
-            if column.missing > 0 {
-                held.push((input.column.clone(), column.missing));
-            }
-            column
-                .values
+            let wanted_by = input.wanted_by();
+            let mut values = match input.motion {
+                // The smoothing bridges what is missing.
+                Some(_) => recording.require(&input.column, &wanted_by)?.to_vec(),
+                None => {
+                    let column = recording.held(&input.column, &wanted_by)?;
+                    if column.missing > 0 {
+                        held.push((input.column.clone(), column.missing));
+                    }
+                    column.values
+                }
+            };
+            values
                 .iter_mut()
                 .for_each(|value| *value *= input.column_factor);
-            inputs.push(column.values);
+            inputs.push(values);
         }
+        plant
+            .derive_motions(recording.t(), &mut inputs)
+            .map_err(|error| Error::file(recording.path(), error.to_string()))?;
         let mut signals = Vec::new();
         for sensor in plant.sensors() {
             let column = recording.require(

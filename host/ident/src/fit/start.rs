@@ -98,7 +98,9 @@ fn lagging(plant: &Plant) -> Vec<(View, usize)> {
 
 /// Some state has no sensor.
 fn unseen(views: &Views) -> bool {
-    views.position.iter().any(Option::is_none) || views.internal > 0
+    let imposed = |body: usize| views.imposed.iter().any(|&(known, _)| known == body);
+    let hidden = |(body, view): (usize, &Option<View>)| view.is_none() && !imposed(body);
+    views.position.iter().enumerate().any(hidden) || views.internal > 0
 }
 
 /// Overwrites what sensors show at a row.
@@ -116,6 +118,10 @@ fn show(experiment: &Experiment, views: &Views, row: usize, values: &[f64], stat
         {
             state[bodies + body] = view.reading(value, values);
         }
+    }
+    for &(body, input) in &views.imposed {
+        state[body] = experiment.inputs[input][row];
+        state[bodies + body] = experiment.inputs[input + 1][row];
     }
 }
 

@@ -87,7 +87,11 @@ fn sensors(rig: &Rig, model: &mut Model) {
         let element = match sensor.reads {
             Reads::Position(body) => Some(("jointpos", "joint", &rig.bodies[body].name)),
             Reads::Velocity(body) => Some(("jointvel", "joint", &rig.bodies[body].name)),
-            Reads::Tension(_) | Reads::Shape(_) | Reads::Hasel(..) => None,
+            Reads::Tension(_)
+            | Reads::Effort(_)
+            | Reads::ActuatorEffort(_)
+            | Reads::Shape(_)
+            | Reads::Hasel(..) => None,
         };
         let (gain, offset) = (sensor.gain.value, sensor.offset.value);
         match element {

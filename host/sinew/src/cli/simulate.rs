@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use sinew_sim::{InputTrajectory, Plant, RecordingRun, Rig};
+use sinew_sim::{Input, InputTrajectory, MotionQuantity, Plant, RecordingRun, Rig};
 
 use crate::closed_loop::plant_program::{PlantProgram, Recorded};
 use crate::rig_file;
@@ -52,13 +52,12 @@ pub struct Arguments {
 }
 
 /// Columns of a recording in SI, in the plant's order.
-fn columns<'a>(
-    recording: &Recording,
-    wanted: impl Iterator<Item = (&'a str, &'a str, f64)>,
-) -> Result<Vec<Vec<f64>>> {
+fn columns(recording: &Recording, wanted: &[Input]) -> Result<Vec<Vec<f64>>> {
     wanted
-        .map(|(column, by, factor)| {
-            let values = recording.require(column, &format!("actuator `{by}` of the rig"))?;
+        .iter()
+        .map(|input| {
+            let (column, factor) = (input.column.as_str(), input.column_factor);
+            let values = recording.require(column, &input.wanted_by())?;
             if !values.iter().any(|value| value.is_finite()) {
                 let message = format!("input column `{column}` has no valid sample to hold");
                 return Err(Error::file(recording.path(), message)
@@ -68,6 +67,21 @@ fn columns<'a>(
             Ok(values.iter().map(|v| v * factor).collect())
         })
         .collect()
+}
+
+/// True of an input that is a column itself, and of one of those that follow from a column.
+fn is_recorded(input: &Input) -> bool {
+    matches!(input.motion, None | Some(MotionQuantity::Position))
+}
+
+/// The inputs as the plant takes them: imposed motions smoothed, gaps held.
+fn driven(plant: &Plant, recording: &Recording, inputs: &[Vec<f64>]) -> Result<InputTrajectory> {
+    let mut columns = inputs.to_vec();
+    plant
+        .derive_motions(recording.t(), &mut columns)
+        .map_err(|error| Error::file(recording.path(), error.to_string()))?;
+    let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+    Ok(InputTrajectory::new(plant, recording.len(), &columns)?)
 }
 
 /// White noise on a signal, its deviation a fraction of the signal's range.
@@ -103,13 +117,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let rig = rig_file::load(&arguments.rig)?;
     let plant = Plant::new(&rig)?;
     let recording = Recording::read(&arguments.input)?;
-    let inputs = plant
-        .inputs()
-        .iter()
-        .map(|i| (i.column.as_str(), i.actuator.as_str(), i.column_factor));
-    let inputs = columns(&recording, inputs)?;
-    let driven: Vec<&[f64]> = inputs.iter().map(Vec::as_slice).collect();
-    let drive = InputTrajectory::new(&plant, recording.len(), &driven)?;
+    let inputs = columns(&recording, plant.inputs())?;
+    let drive = driven(&plant, &recording, &inputs)?;
     let signals = match &arguments.plant_program {
         Some(command) => {
             let program = PlantProgram {
@@ -132,7 +141,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .inputs()
         .iter()
         .zip(&inputs)
-        .filter(|_| arguments.with_inputs)
+        .filter(|(input, _)| arguments.with_inputs && is_recorded(input))
     {
         written.push(Column {
             name: input.column.clone(),
@@ -232,8 +241,7 @@ fn draw(
         return Ok(());
     };
     let mut animation = Animation::new(recording.len());
-    let driven: Vec<&[f64]> = inputs.iter().map(Vec::as_slice).collect();
-    let drive = InputTrajectory::new(plant, recording.len(), &driven)?;
+    let drive = driven(plant, recording, inputs)?;
     let values = plant.values();
     let mut looked = Ok(());
     plant.simulate_with(

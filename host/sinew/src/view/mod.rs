@@ -2,7 +2,7 @@
 
 mod animation;
 
-use sinew_sim::{Plant, Trajectory};
+use sinew_sim::{MotionQuantity, Plant, Trajectory};
 
 pub use animation::Animation;
 use sinew_ident::report::{Block, Plot, Report, Section, Series, Stroke};
@@ -54,6 +54,7 @@ pub fn simulation(
         .inputs()
         .iter()
         .zip(inputs)
+        .filter(|(input, _)| matches!(input.motion, None | Some(MotionQuantity::Position)))
         .map(|(input, values)| Trace {
             name: input.column.clone(),
             unit: input.unit().to_owned(),

@@ -112,6 +112,7 @@ pub(in crate::rig) fn expand(table: &TableReader, rig: &mut Rig) -> Result<(), E
             inertia: inertia[segment].clone(),
             start: None,
             start_velocity: None,
+            motion_from: None,
         });
         let (from, to) = (End::Ground, End::Body(first_body + k));
         rig.dampers.push(Damper {

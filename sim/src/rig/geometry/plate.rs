@@ -47,6 +47,7 @@ pub(in crate::rig) fn expand(table: &TableReader, rig: &mut Rig) -> Result<(), E
             inertia: inertia.clone(),
             start: None,
             start_velocity: None,
+            motion_from: None,
         });
     }
     rig.geometry.plates.push(Plate {

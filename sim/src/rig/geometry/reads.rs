@@ -39,9 +39,12 @@ macro_rules! along {
     };
 }
 
-const BODIES: [Reading; 2] = [
+const BODIES: [Reading; 3] = [
     reading!("position", "bodies", Component::Body(body) => Reads::Position(body)),
     reading!("velocity", "bodies", Component::Body(body) => Reads::Velocity(body)),
+    reading!("effort", "bodies and actuators",
+        Component::Body(body) => Reads::Effort(body),
+        Component::Actuator(actuator) => Reads::ActuatorEffort(actuator)),
 ];
 const TENDONS: [Reading; 1] =
     [reading!("tension", "tendons", Component::Tendon(tendon) => Reads::Tension(tendon))];

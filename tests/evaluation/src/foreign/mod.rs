@@ -10,6 +10,7 @@ use anyhow::{Result, bail};
 /// Programs of `tests/foreign`, as arguments to Python, in the order in which they run.
 const PROGRAMS: &[&[&str]] = &[
     &["mass_spring_damper.py"],
+    &["damper_stand.py"],
     &["finger.py"],
     &["foam.py"],
     &["mujoco_trajectories.py"],

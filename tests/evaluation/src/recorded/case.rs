@@ -247,4 +247,58 @@ pub const CASES: &[Case] = &[
         known: &[],
         published: "0.454 m in free fall, worse with drag",
     },
+    Case {
+        name: "friction-damper",
+        rig: "rigs/recorded/friction-damper.toml",
+        device: "banded friction damper with play, motion imposed",
+        signal: "force_N",
+        fit: &[Source::new(
+            "friction_damper_backlash/sine_1Hz_1in_36lb.csv",
+            Part::Whole,
+        )],
+        check: &[Source::new(
+            "friction_damper_backlash/sine_1Hz_1.5in_36lb.csv",
+            Part::Whole,
+        )],
+        test: &[Source::new(
+            "friction_damper_backlash/sine_0.5Hz_1in_36lb.csv",
+            Part::Whole,
+        )],
+        known: &["hysteresis", "backlash"],
+        published: "0.150 of the force's RMS with hysteresis and backlash",
+    },
+    Case {
+        name: "mr-damper",
+        rig: "rigs/recorded/mr-damper.toml",
+        device: "magneto-rheological damper, motion imposed",
+        signal: "force_N",
+        fit: &[Source::new("mr_damper/train_white_0_50Hz.csv", Part::Early)],
+        check: &[Source::new("mr_damper/train_white_0_50Hz.csv", Part::Late)],
+        test: &[Source::new(
+            "mr_damper/test_simulated_quake.csv",
+            Part::Whole,
+        )],
+        known: &["coulomb_friction", "hysteresis"],
+        published: "168 N with friction by the voltage, 291 N with Coulomb",
+    },
+    Case {
+        name: "pneumatic-cylinder",
+        rig: "rigs/recorded/pneumatic-cylinder.toml",
+        device: "pneumatic cylinder at four pressures, motion imposed",
+        signal: "force_N",
+        fit: &[
+            Source::new("pneumatic_cylinder_friction/o-ring_1bar.csv", Part::Whole),
+            Source::new("pneumatic_cylinder_friction/o-ring_7bar.csv", Part::Whole),
+        ],
+        check: &[Source::new(
+            "pneumatic_cylinder_friction/o-ring_3bar.csv",
+            Part::Whole,
+        )],
+        test: &[Source::new(
+            "pneumatic_cylinder_friction/o-ring_5bar.csv",
+            Part::Whole,
+        )],
+        known: &["load_dependent_friction", "coulomb_friction"],
+        published: "1.25 N with Coulomb friction that grows with pressure",
+    },
 ];

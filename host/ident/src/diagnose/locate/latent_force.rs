@@ -299,17 +299,20 @@ impl Pushed {
             }
             let state: Vec<Dual<WIDE>> = (0..states).map(seeded).collect();
             let mut stepper = Stepper::new(&self.plant, &values, &state).ok()?;
+            let inputs = |row: usize| -> Vec<Dual<WIDE>> {
+                let columns = recording.inputs.iter();
+                columns.map(|column| Dual::constant(column[row])).collect()
+            };
             let outputs: Vec<Dual<WIDE>> = if on {
-                let inputs = |row: usize| -> Vec<Dual<WIDE>> {
-                    let columns = recording.inputs.iter();
-                    columns.map(|column| Dual::constant(column[row])).collect()
-                };
                 let dt = recording.t[row + 1] - recording.t[row];
                 stepper
                     .advance_between(dt, &inputs(row), &inputs(row + 1))
                     .ok()?;
                 stepper.state()
             } else {
+                if self.plant.has_imposed_motion() {
+                    stepper.hold(&inputs(row)).ok()?;
+                }
                 stepper.signals()
             };
             let into = if on {

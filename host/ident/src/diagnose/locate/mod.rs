@@ -9,7 +9,7 @@ use crate::diagnose::config::CONFIG;
 use rayon::prelude::*;
 use sinew_sim::Rig;
 use sinew_sim::effects::Quantity;
-use sinew_sim::rig::Drives;
+use sinew_sim::rig::{Drives, Reads};
 
 use crate::diagnose::data::Data;
 use crate::diagnose::details::{ForceTrace, Recovered};
@@ -137,7 +137,10 @@ fn wanders(rig: &Rig, data: &Data, place: &Place) -> Vec<Wander> {
     };
     let time = position / velocity;
     let inertia = rig.bodies[place.to].inertia.value.abs();
-    let force = inertia * velocity / time;
+    let effort = rig.sensors.iter().zip(&data.spread);
+    let effort = effort.filter(|(sensor, _)| sensor.reads == Reads::Effort(place.to));
+    let effort = effort.map(|(sensor, spread)| (spread / sensor.gain.value).abs());
+    let force = effort.fold(inertia * velocity / time, f64::max);
     [0.1, 1.0]
         .into_iter()
         .flat_map(|share| {

@@ -11,6 +11,7 @@ use super::segment::{Problem, Segment};
 use super::*;
 use crate::recording::Column;
 
+mod imposed;
 mod starts;
 
 fn root() -> PathBuf {
