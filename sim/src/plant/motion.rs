@@ -1,6 +1,7 @@
 //! Motion that a recording imposes on a body: a polynomial between two rows.
 
 use super::topology::Topology;
+use crate::scalar::Scalar;
 
 /// Inputs of an imposed body: position, velocity, acceleration, deviation of the velocity.
 pub(crate) const INPUTS: usize = 4;
@@ -55,19 +56,19 @@ impl Motion {
     }
 
     /// Position `tau` seconds after the row.
-    pub(crate) fn position<S: crate::Scalar>(&self, tau: S) -> S {
+    pub(crate) fn position<S: Scalar>(&self, tau: S) -> S {
         let c = &self.c;
         ((((tau * c[5] + c[4]) * tau + c[3]) * tau + c[2]) * tau + c[1]) * tau + c[0]
     }
 
     /// Velocity there.
-    pub(crate) fn velocity<S: crate::Scalar>(&self, tau: S) -> S {
+    pub(crate) fn velocity<S: Scalar>(&self, tau: S) -> S {
         let c = &self.c;
         (((tau * (5.0 * c[5]) + 4.0 * c[4]) * tau + 3.0 * c[3]) * tau + 2.0 * c[2]) * tau + c[1]
     }
 
     /// Acceleration there.
-    pub(crate) fn acceleration<S: crate::Scalar>(&self, tau: S) -> S {
+    pub(crate) fn acceleration<S: Scalar>(&self, tau: S) -> S {
         let c = &self.c;
         ((tau * (20.0 * c[5]) + 12.0 * c[4]) * tau + 6.0 * c[3]) * tau + 2.0 * c[2]
     }

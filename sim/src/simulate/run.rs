@@ -168,8 +168,8 @@ impl Plant {
     }
 
     /// Drives the rig as it is written with a recording's columns (`sinew simulate`): one entry an
-    /// input and one a sensor, in the plant's order, SI, NaN where a sample is missing. A column that
-    /// imposes a motion is given as recorded, once an input ([`Plant::derive_motions`]).
+    /// input and one a sensor, in the plant's order, SI, NaN where a sample is missing. A column
+    /// that imposes a motion is given as recorded, once an input ([`Plant::derive_motions`]).
     ///
     /// # Errors
     /// Any [`SimulationError`].
