@@ -5,6 +5,11 @@
 //! jerk is white noise, the samples carry white noise. A Kalman filter and the Rauch–Tung–Striebel
 //! smoother give its exact value in linear time, with gaps and uneven rows.
 
+#![allow(
+    clippy::needless_range_loop,
+    reason = "matrices of one size by their indices"
+)]
+
 use crate::math;
 
 type Vector = [f64; 3];
@@ -18,6 +23,9 @@ const DIFFUSE: f64 = 1e4;
 
 /// Decades of the jerk's intensity that are searched, in units of noise and sample interval.
 const DECADES: (f64, f64) = (-12.0, 6.0);
+
+/// Part of an interval that a golden section keeps.
+const GOLDEN: f64 = 0.618_033_988_749_895;
 
 /// A coordinate, its derivatives and what is known of them, one entry a row.
 #[derive(Clone, Debug, PartialEq)]
@@ -116,7 +124,6 @@ impl Samples<'_> {
             .min_by(|a, b| a.0.total_cmp(&b.0))
             .map_or(0.0, |(_, decade)| decade);
         let (mut low, mut high) = (best - 1.0, best + 1.0);
-        const GOLDEN: f64 = 0.618_033_988_749_895;
         for _ in 0..12 {
             let (a, b) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
             if at(a).0 < at(b).0 {
