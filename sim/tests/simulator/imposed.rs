@@ -222,7 +222,7 @@ fn derivatives_of_an_effort_are_exact() {
 #[test]
 fn a_motion_that_is_not_there_is_refused() {
     let plant = plant(&format!("{ROD}{CELL}"));
-    let gap = vec![f64::NAN; 20];
+    let gap = [f64::NAN; 20];
     let refused = plant.simulate_recording(&times(20, 0.1), &[&gap[..]; 4], &[&gap[..]]);
     let message = refused.unwrap_err().to_string();
     assert!(message.contains("`q_m`"), "{message}");
