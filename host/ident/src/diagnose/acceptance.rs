@@ -12,6 +12,7 @@ use crate::diagnose::data::Data;
 use crate::diagnose::evidence::{Comparison, Gain, apart};
 use crate::diagnose::model::Model;
 use crate::diagnose::residuals::Residuals;
+use crate::diagnose::share::{beside_noise, kin, share_left, spoils_a_recording};
 use crate::diagnose::term::Term;
 use crate::error::Result;
 use crate::fit::levenberg::DecisionVariables;
@@ -37,19 +38,6 @@ pub(crate) fn holds_over_whole_recordings(case: &Case, before: &Rig, after: &Rig
     Ok(both.is_some_and(|(before, after)| after < CONFIG.acceptance.most_left * before))
 }
 
-/// The part of what `before` left beside noise on the check recordings that `after` still leaves: 0
-/// is all explained.
-pub(crate) fn share_left(case: &Case, after: &Candidate, before: &Candidate) -> f64 {
-    let left = |candidate: &Candidate| beside_noise(&candidate.check, case.check);
-    share(left(after), left(before))
-}
-
-/// The same on the recordings that they were fitted to.
-pub(crate) fn share_fitted(case: &Case, after: &Candidate, before: &Candidate) -> f64 {
-    let left = |candidate: &Candidate| beside_noise(&candidate.fit, case.fit);
-    share(left(after), left(before))
-}
-
 /// A gain that counts: sure under resampling, and large enough to matter.
 pub(crate) fn gain_counts(case: &Case, gain: Gain, after: &Candidate, before: &Candidate) -> bool {
     let matters = (0..case.check.noise.len()).any(|sensor| {
@@ -72,18 +60,33 @@ fn plausible(case: &Case, candidate: &Candidate) -> bool {
     all.all(|term| term.plausible(&model.plant, values, longest))
 }
 
-/// Parameters of the right sign, and most of what the base left explained: a disturbance can be
-/// followed a little by many an effect, and none of them is its name.
-fn acceptable(case: &Case, candidate: &Candidate, base: &Candidate) -> bool {
-    let most = if candidate.has_mode() {
-        CONFIG.acceptance.most_left_of_mode
+/// Reason for which a candidate may not be named, whatever the evidence; `None` where it may. A law
+/// that removes less than half is none: a disturbance can be followed a little by many an effect.
+pub(crate) fn refusal(
+    case: &Case,
+    candidate: &Candidate,
+    base: &Candidate,
+) -> Option<&'static str> {
+    let left = share_left(case, candidate, base);
+    if !plausible(case, candidate) {
+        Some("has a parameter of the wrong sign, or one that shows in no recording of this length")
+    } else if left >= CONFIG.acceptance.most_left {
+        Some("leaves more than half of the mismatch on the check recordings")
+    } else if candidate.has_mode() && left >= CONFIG.acceptance.most_left_of_mode {
+        Some("is a coordinate that no sensor sees, and leaves a mismatch")
+    } else if within_a_step(case, candidate, base) {
+        Some("bends a sensor by less than half its resolution")
+    } else if follows_anything(case, candidate) {
+        Some("moves a parameter of the rig far from its value, and leaves a mismatch")
+    } else if spoils_a_recording(case, candidate, base) {
+        Some("makes one of the recordings worse")
     } else {
-        CONFIG.acceptance.most_left
-    };
-    plausible(case, candidate)
-        && share_left(case, candidate, base) < most
-        && !within_a_step(case, candidate, base)
-        && !follows_anything(case, candidate)
+        None
+    }
+}
+
+fn acceptable(case: &Case, candidate: &Candidate, base: &Candidate) -> bool {
+    refusal(case, candidate, base).is_none()
 }
 
 /// A dozen numbers at components that are alike follow what another mechanism does: they bend the
@@ -194,7 +197,17 @@ pub(crate) fn best_acceptable_by_size(
     let single = plausible.iter().copied().find(|&index| size(index) == 1);
     let single =
         single.filter(|&index| holds_both_ways(case, &candidates[index], base).unwrap_or(false));
-    let mut pairs = plausible.iter().copied().filter(|&index| size(index) == 2);
+    // Each half removes half of what the other leaves.
+    let halves = |pair: usize| {
+        let of = |other: &Candidate| {
+            let terms = other.terms();
+            terms.len() == 1 && candidates[pair].terms().contains(&terms[0])
+        };
+        let mut alone = candidates.iter().filter(|other| of(other));
+        alone.all(|one| share_left(case, &candidates[pair], one) < CONFIG.acceptance.most_left)
+    };
+    let pairs = plausible.iter().copied().filter(|&index| size(index) == 2);
+    let mut pairs = pairs.filter(|&pair| halves(pair));
     let Some(single) = single else {
         return pairs.next();
     };
@@ -213,38 +226,44 @@ pub(crate) fn best_acceptable_by_size(
 }
 
 /// Tells whether each effect is known to be there, by one at least of the parameters that can be
-/// zero; where their intervals are not known it is taken to be, but for a mode: one of which nobody
-/// knows how heavy it is, is a damper or a spring that the rig has. What two that are alike have
-/// together may be known and no part of it: two winches that wind the same joint. Each of them is
-/// there where it is known once the others are as found.
+/// zero. Where the recordings leave a direction open that the rig shares, all forces scaled alike,
+/// no interval is known: the rig's own parameters are held then. A mode is not asked twice: one of
+/// which nobody knows how heavy it is, is a damper or a spring that the rig has. What two that are
+/// alike have together may be known and no part of it: two winches that wind the same joint. Each
+/// of them is there where it is known once the others are as found.
 pub(crate) fn is_determined(case: &Case, candidate: &Candidate) -> Result<bool> {
     let (model, point) = (&candidate.trial.model, &candidate.trial.point);
     let segments = case.fit.segments(&model.plant, &case.fit_intervals)?;
     let widths = |model: &Model| model.half_widths(case.fit, &segments, point);
-    let certain = |term: &Term, widths: &BTreeMap<String, f64>, sizes: &[String]| {
+    let farthest = |widths: &BTreeMap<String, f64>, sizes: &[String]| {
         let away = |name: &String| {
             let slot = model.plant.slot(name)?;
             Some(point.values[slot].abs() / widths.get(name)?)
         };
-        let farthest = sizes.iter().filter_map(away).reduce(f64::max);
-        let unknown = term.family() != Some(Family::Mode);
-        farthest.map_or(unknown, |farthest| farthest >= CONFIG.acceptance.certain)
+        sizes.iter().filter_map(away).reduce(f64::max)
     };
-    let alone = widths(model);
+    let certain = |term: &Term, of: &Model, sizes: &[String]| {
+        let mode = term.family() == Some(Family::Mode);
+        let alone = || widths(&of.holding(|name| !term.parameters().iter().any(|p| p == name)));
+        let known = farthest(&widths(of), sizes);
+        let known = known.or_else(|| farthest(&alone(), sizes).filter(|_| !mode));
+        sizes.is_empty() || known.is_some_and(|far| far >= CONFIG.acceptance.certain)
+    };
     let there = |term: &Term| {
         let all = term.sizes();
         let beside = |sizes: &Vec<String>| {
             let mut others = all.iter().filter(|other| *other != sizes).flatten();
             let held = model.holding(|name| others.clone().any(|other| other == name));
-            others.next().is_some() && certain(term, &widths(&held), sizes)
+            others.next().is_some() && certain(term, &held, sizes)
         };
-        all.iter().all(|sizes| certain(term, &alone, sizes)) || all.iter().all(beside)
+        all.iter().all(|sizes| certain(term, model, sizes)) || all.iter().all(beside)
     };
     Ok(candidate.trial.terms.iter().all(there))
 }
 
 /// The one that is named of the chosen one and its like: of the same motion by two names the
-/// simpler, and at one component what need not be at all that are alike.
+/// simpler, at one component what need not be at all that are alike, and beside a remainder the law
+/// with the fewest parameters that it may not be told from.
 pub(crate) fn simplest(
     case: &Case,
     base: &Candidate,
@@ -252,7 +271,44 @@ pub(crate) fn simplest(
     candidates: &[Candidate],
 ) -> usize {
     let chosen = at_body(case, chosen, candidates);
-    at_one_component(case, base, chosen, candidates)
+    let chosen = at_one_component(case, base, chosen, candidates);
+    plainest(case, base, chosen, candidates)
+}
+
+/// Of laws that are one finding, the one with the fewest parameters.
+fn plainest(case: &Case, base: &Candidate, chosen: usize, candidates: &[Candidate]) -> usize {
+    let alike = one_finding_with(case, base, chosen, candidates);
+    let plainer = |&index: &usize| {
+        alike[index]
+            && candidates[index].parameters() < candidates[chosen].parameters()
+            && acceptable(case, &candidates[index], base)
+    };
+    let plainer = (0..candidates.len()).filter(plainer);
+    let least = plainer.min_by_key(|&index| candidates[index].parameters());
+    least.unwrap_or(chosen)
+}
+
+/// Tells of each candidate whether the chosen one and it are one finding: kin of which neither is
+/// surely better, where the chosen one leaves more than noise to tell them apart by.
+pub(crate) fn one_finding_with(
+    case: &Case,
+    base: &Candidate,
+    chosen: usize,
+    candidates: &[Candidate],
+) -> Vec<bool> {
+    let best = &candidates[chosen];
+    if !leaves_something(case, best) {
+        return vec![false; candidates.len()];
+    }
+    let comparison = comparison(case, base, candidates);
+    let surely = |a: usize, b: usize| comparison.gain(a + 1, b + 1).low > 0.0;
+    let one = |index: usize| {
+        index != chosen
+            && kin(best, &candidates[index])
+            && !surely(chosen, index)
+            && !surely(index, chosen)
+    };
+    (0..candidates.len()).map(one).collect()
 }
 
 /// Of what is the same motion by two names, the simpler: an effect at a body rather than in a
@@ -294,8 +350,9 @@ fn at_one_component(
         .unwrap_or(chosen)
 }
 
-/// Shares of the evidence among what is possible here: of the right signs, and of no more effects
-/// than were found to matter.
+/// Shares of the evidence among what is possible here: of no more effects than were found to
+/// matter, and such as may be named where something is. What may not be named takes no share from
+/// what may.
 pub(crate) fn probabilities(
     case: &Case,
     base: &Candidate,
@@ -303,8 +360,13 @@ pub(crate) fn probabilities(
     chosen: Option<usize>,
 ) -> Vec<f64> {
     let most = chosen.map_or(2, |index| candidates[index].trial.terms.len());
-    let possible =
-        |candidate: &Candidate| plausible(case, candidate) && candidate.trial.terms.len() <= most;
+    let possible = |candidate: &Candidate| {
+        let may = match chosen {
+            Some(_) => acceptable(case, candidate, base),
+            None => plausible(case, candidate),
+        };
+        may && candidate.trial.terms.len() <= most
+    };
     let able: Vec<usize> = (0..candidates.len())
         .filter(|&index| possible(&candidates[index]))
         .collect();
@@ -333,19 +395,4 @@ pub(crate) fn stands_out(residuals: &Residuals, data: &Data) -> bool {
         let matters = 0.1 * data.noise[sensor] + 1e-3 * data.spread[sensor];
         e.significance > 5.0 && e.rms > matters
     })
-}
-
-/// Squares beside noise, of all sensors, each in its spread.
-fn beside_noise(residuals: &Residuals, data: &Data) -> f64 {
-    let excess = residuals.excess(data).into_iter().enumerate();
-    excess.map(|(s, e)| (e.rms / data.spread[s]).powi(2)).sum()
-}
-
-/// The part that `after` is of `before`, at most all of it; nothing where there was nothing.
-fn share(after: f64, before: f64) -> f64 {
-    if before > 0.0 {
-        (after / before).min(1.0)
-    } else {
-        0.0
-    }
 }

@@ -5,13 +5,14 @@ use std::ops::Range;
 
 use sinew_sim::{Rig, Settings};
 
-use crate::diagnose::acceptance::{share_left, stands_out};
+use crate::diagnose::acceptance::stands_out;
 use crate::diagnose::candidate::{Candidate, Trial};
 use crate::diagnose::case::Case;
 use crate::diagnose::data::Data;
 use crate::diagnose::model::Model;
 use crate::diagnose::pool::Pool;
 use crate::diagnose::residuals::Residuals;
+use crate::diagnose::share::{beside_noise, share_left};
 use crate::diagnose::split::Roles;
 use crate::error::Result;
 use crate::fit::levenberg::DecisionVariables;
@@ -36,6 +37,21 @@ pub(crate) fn explains_as_written(case: &Case, rig: &Rig) -> Result<bool> {
         }
     }
     Ok(true)
+}
+
+/// Parameters of the rig as written, where it leaves less of the check recordings than the refitted
+/// one does: a refit to one recording may spoil the others.
+///
+/// # Errors
+/// A rig that cannot be compiled.
+pub(crate) fn leaves_less_as_written(case: &Case, base: &Candidate) -> Result<Option<Vec<f64>>> {
+    let model = Model::new(case.written, case.written, &[], case.settings)?;
+    let values = model.plant.values();
+    let left = Residuals::of(&model, &values, case.check, &case.check_intervals, None)?;
+    let less = left.is_some_and(|left| {
+        beside_noise(&left, case.check) < beside_noise(&base.check, case.check)
+    });
+    Ok(less.then_some(values))
 }
 
 /// The baseline rig with the benefit of the doubt: fitted to the check recordings too, so that
@@ -87,7 +103,7 @@ pub(crate) fn fit_baseline_from(
 }
 
 /// The rig alone from the numbers of an explanation, where it leaves much less there than after its
-/// own refit.
+/// own refit. A bare number stays what the rig says: with another one it would be another rig.
 pub(crate) fn restart_baseline(
     case: &Case,
     start: &Trial,
@@ -95,7 +111,11 @@ pub(crate) fn restart_baseline(
     base: &Candidate,
 ) -> Result<Option<Candidate>> {
     (case.progress)("the rig alone from the best one's numbers", 0, 1);
-    let values = best.values_for(&start.model.plant, &start.point.values);
+    let found = best.values_for(&start.model.plant, &start.point.values);
+    let mut values = start.point.values.clone();
+    for &slot in &start.model.slots {
+        values[slot] = found[slot];
+    }
     let again = fit_baseline_from(case, start, &values)?;
     Ok(again.filter(|again| share_left(case, again, base) < CONFIG.baseline.stopped_short))
 }

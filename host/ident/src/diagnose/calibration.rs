@@ -3,37 +3,37 @@
 use crate::diagnose::config::CONFIG;
 use std::collections::BTreeMap;
 
-use crate::diagnose::acceptance::{exceeds_noise, leaves_something, share_left};
-use crate::diagnose::candidate::Candidate;
+use crate::diagnose::acceptance::{exceeds_noise, leaves_something, one_finding_with};
 use crate::diagnose::case::Case;
-use crate::diagnose::details::Finalist;
 use crate::diagnose::evidence::apart;
 use crate::diagnose::finding::{Estimate, FoundEffect, Rival};
 use crate::diagnose::pool::Pool;
-use crate::diagnose::residuals::Residuals;
+use crate::diagnose::share::share_left;
 use crate::diagnose::term::Term;
 use sinew_sim::effects::Kind;
-
-/// Why an explanation was taken out.
-const REFUTED: &str = "holds what has no size, or loses free runs over whole recordings";
 
 /// Values and intervals of the corrected model's parameters, by name.
 pub(crate) type Known = BTreeMap<String, Estimate>;
 
-/// Named effects, most important first.
-pub(crate) fn effects(found: &Pool, chosen: usize, case: &Case, known: &Known) -> Vec<FoundEffect> {
-    let best = &found.candidates[chosen];
-    let joint_confidence = joint_confidence(found, chosen, case);
-    let mut effects: Vec<FoundEffect> = best
-        .trial
-        .terms
-        .iter()
-        .filter_map(|term| Some((term, term.effect()?)))
-        .flat_map(|(term, (kind, sites))| {
-            let about = Alternatives::of(found, chosen, term, case, joint_confidence);
-            let about = about.calibrated(case.trust);
+/// Named effects, most important first; `shares` has one entry a term.
+pub(crate) fn effects(
+    found: &Pool,
+    chosen: usize,
+    case: &Case,
+    known: &Known,
+    shares: &[f64],
+) -> Vec<FoundEffect> {
+    let all = Named::new(found, chosen, case);
+    let terms = found.candidates[chosen].terms().iter().zip(shares);
+    let mut effects: Vec<FoundEffect> = terms
+        .filter_map(|(term, share)| Some((term, share, term.effect()?)))
+        .flat_map(|(term, share, (kind, sites))| {
+            let about = all.alternatives(term).calibrated(case.trust);
             let each = sites.iter();
-            each.map(move |place| one(kind, &place.name, about.clone(), known))
+            each.map(move |place| FoundEffect {
+                share: *share,
+                ..one(kind, &place.name, about.clone(), known)
+            })
         })
         .collect();
     effects.sort_by(|a, b| b.confidence.total_cmp(&a.confidence));
@@ -42,14 +42,25 @@ pub(crate) fn effects(found: &Pool, chosen: usize, case: &Case, known: &Known) -
 
 /// The confidence of the least sure of what would be named.
 pub(crate) fn least_sure(found: &Pool, chosen: usize, case: &Case) -> f64 {
-    let joint_confidence = joint_confidence(found, chosen, case);
-    let terms = found.candidates[chosen].trial.terms.iter();
+    let all = Named::new(found, chosen, case);
+    let terms = found.candidates[chosen].terms().iter();
     terms
-        .map(|term| Alternatives::of(found, chosen, term, case, joint_confidence).confidence)
+        .map(|term| all.alternatives(term).confidence)
         .fold(1.0, f64::min)
 }
 
-/// Confidence of the candidates together (eq. 9).
+/// Named candidate among the candidates of a search.
+struct Named<'a> {
+    found: &'a Pool,
+    chosen: usize,
+    case: &'a Case<'a>,
+    joint_confidence: f64,
+    /// Candidates that are one finding with it.
+    one_finding: Vec<bool>,
+}
+
+/// Confidence of the candidates together (eq. 9). A remainder lowers it little: what is left is no
+/// doubt about what was removed.
 fn joint_confidence(found: &Pool, chosen: usize, case: &Case) -> f64 {
     let best = &found.candidates[chosen];
     let left = share_left(case, best, &found.baseline);
@@ -63,7 +74,8 @@ fn joint_confidence(found: &Pool, chosen: usize, case: &Case) -> f64 {
     } else {
         CONFIG.calibration.small
     };
-    case.trust * whole * small * CONFIG.calibration.most * (1.0 - left.sqrt().min(0.6))
+    let sure = CONFIG.calibration.most * (1.0 - CONFIG.calibration.remainder * left);
+    case.trust * whole * small * sure
 }
 
 fn one(kind: Kind, component: &str, about: Alternatives, known: &Known) -> FoundEffect {
@@ -84,6 +96,7 @@ fn one(kind: Kind, component: &str, about: Alternatives, known: &Known) -> Found
         .map(|estimate| (estimate.value, estimate.unit.as_str()))
         .collect();
     FoundEffect {
+        share: 0.0,
         kind: description.kind.into(),
         component: component.into(),
         equation: kind.equation(&values),
@@ -103,16 +116,28 @@ struct Alternatives {
     indistinguishable: Vec<Rival>,
 }
 
-impl Alternatives {
-    fn of(found: &Pool, chosen: usize, term: &Term, case: &Case, joint_confidence: f64) -> Self {
-        let best = &found.candidates[chosen];
-        let mut about = Self {
+impl<'a> Named<'a> {
+    fn new(found: &'a Pool, chosen: usize, case: &'a Case) -> Self {
+        Self {
+            joint_confidence: joint_confidence(found, chosen, case),
+            one_finding: one_finding_with(case, &found.baseline, chosen, &found.candidates),
+            found,
+            chosen,
+            case,
+        }
+    }
+
+    fn alternatives(&self, term: &Term) -> Alternatives {
+        let Self { found, case, .. } = *self;
+        let best = &found.candidates[self.chosen];
+        let mut about = Alternatives {
             confidence: 0.0,
             rivals: Vec::new(),
             indistinguishable: Vec::new(),
         };
-        for (finalist, p) in found.candidates.iter().zip(&found.probabilities) {
-            let share = p * joint_confidence;
+        let all = found.candidates.iter().zip(&found.probabilities);
+        for ((finalist, p), one_finding) in all.zip(&self.one_finding) {
+            let share = p * self.joint_confidence;
             if finalist.trial.terms.iter().any(|its| its.says(term)) {
                 about.confidence += share;
                 continue;
@@ -132,7 +157,7 @@ impl Alternatives {
                 component: other.component(),
                 confidence: share,
             };
-            if others.len() == 1 && apart < CONFIG.evidence.same {
+            if *one_finding || others.len() == 1 && apart < CONFIG.evidence.same {
                 // The same motion by another name: whoever names one has named the other.
                 about.confidence += share;
                 about.indistinguishable.push(Rival {
@@ -145,7 +170,7 @@ impl Alternatives {
                 let simple = finalist.parameters() <= best.parameters();
                 if others.len() == 1
                     && apart < CONFIG.evidence.alike
-                    && (simple || share > 0.1 * joint_confidence)
+                    && (simple || share > 0.1 * self.joint_confidence)
                 {
                     about.indistinguishable.push(rival.clone());
                 }
@@ -156,7 +181,9 @@ impl Alternatives {
         join(&mut about.indistinguishable);
         about
     }
+}
 
+impl Alternatives {
     /// As sure as such statements have turned out to be; rivals in proportion. `trust` is what
     /// recordings leave of any statement.
     fn calibrated(mut self, trust: f64) -> Self {
@@ -195,52 +222,6 @@ fn join(rivals: &mut Vec<Rival>) {
     }
     joined.sort_by(|a, b| b.confidence.total_cmp(&a.confidence));
     *rivals = joined;
-}
-
-/// Every explanation that was fitted to everything, the best first.
-pub(crate) fn finalists(found: &Pool, chosen: Option<usize>) -> Vec<Finalist> {
-    let gain = |after: &Residuals, before: &Residuals| {
-        let sensors = before.series.len();
-        let logs = (0..sensors).map(|s| (after.rms(s) / before.rms(s)).ln());
-        (logs.sum::<f64>() / sensors.max(1) as f64).exp()
-    };
-    let base = &found.baseline;
-    let of = |candidate: &Candidate, probability: f64, lost: &str| Finalist {
-        name: name(candidate),
-        parameters: candidate.parameters(),
-        fit_error: gain(&candidate.fit, &base.fit),
-        check_error: gain(&candidate.check, &base.check),
-        probability,
-        lost: lost.into(),
-    };
-    let mut order: Vec<usize> = (0..found.candidates.len()).collect();
-    order.sort_by(|&a, &b| found.probabilities[b].total_cmp(&found.probabilities[a]));
-    let size = |index: usize| found.candidates[index].trial.terms.len();
-    let refuted = found.refuted.iter();
-    let refuted = refuted.map(|candidate| of(candidate, 0.0, REFUTED));
-    order
-        .into_iter()
-        .map(|index| {
-            let lost = match chosen {
-                Some(chosen) if chosen == index => "",
-                Some(chosen) if size(chosen) < size(index) => {
-                    "gains nothing that matters over fewer effects"
-                }
-                Some(_) => "explains the recordings less well",
-                None => "does not hold on the check recordings, or leaves too much to be a name",
-            };
-            of(&found.candidates[index], found.probabilities[index], lost)
-        })
-        .chain(refuted)
-        .collect()
-}
-
-fn name(candidate: &Candidate) -> String {
-    let terms = candidate.trial.terms.iter();
-    let parts: Vec<String> = terms
-        .map(|term| format!("{} at {}", term.kind(), term.component()))
-        .collect();
-    parts.join(" + ")
 }
 
 #[cfg(test)]

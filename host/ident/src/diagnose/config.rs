@@ -209,9 +209,12 @@ constants! {
     }
     /// Acceptance and naming.
     acceptance: Acceptance {
-        /// An accepted candidate leaves no more than this part of the squares that the baseline
-        /// leaves beside noise.
-        most_left: f64 = 0.4, "1", Table;
+        /// An accepted candidate leaves less than this part of the squares that the baseline leaves
+        /// beside noise on the check recordings: it removes half of them.
+        most_left: f64 = 0.5, "1", Table;
+        /// Growth of the error of one recording, over the intervals that are judged, from where on
+        /// a candidate makes it worse.
+        spoilt: f64 = 1.25, "1", Table;
         /// The same of a coordinate that nobody sees: behind a controller, a resonance follows any
         /// disturbance of one frequency through the command. What was named rightly on seeds 2033
         /// and 2034 left less than a thousandth, a sine that was called a mode a fiftieth.
@@ -261,6 +264,13 @@ constants! {
         /// The same where something is left: what is named is not all, and may be the nearest name
         /// of something else.
         part: f64 = 0.9, "1", Table;
+        /// Part of the confidence that goes where all of the mismatch is left: what remains lowers
+        /// the name of what was found little.
+        remainder: f64 = 0.5, "1", Table;
+        /// Worth of a confidence for each reason to doubt it that no evidence shows.
+        doubt: f64 = 0.7, "1", Table;
+        /// Multiple of the error on the check recordings that the fit recordings may keep.
+        left_behind: f64 = 5.0, "1", Table;
         /// The same of what removes less than the noise: of 24 such answers of seed 2030, 19 were
         /// right.
         small: f64 = 0.85, "1", Table;
@@ -338,7 +348,7 @@ mod tests {
                 "report.doubt",
             ]
         );
-        assert_eq!(Config::ALL.len(), 82);
+        assert_eq!(Config::ALL.len(), 86);
         assert!(Config::ALL.iter().all(|one| !one.unit.is_empty()));
     }
 

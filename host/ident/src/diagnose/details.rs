@@ -1,5 +1,7 @@
 //! Findings beyond the JSON: what its text and its plots are made of.
 
+use serde::Serialize;
+
 /// Findings that the text and the plots say beyond the JSON.
 #[derive(Clone, Debug, Default)]
 pub struct Details {
@@ -9,15 +11,13 @@ pub struct Details {
     /// Notes that a reader must know: inputs that held their last value, parameters that the data
     /// do not determine.
     pub notes: Vec<String>,
-    /// Explanations that were fitted to everything, the believed rig among them, the best first.
-    pub finalists: Vec<Finalist>,
     /// The force that the refitted rig lacks, recovered from the recordings; `None` where nothing
     /// is wrong.
     pub recovered: Option<Recovered>,
 }
 
 /// One explanation that was fitted to all recordings of the fit.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Finalist {
     /// Terms that it adds to the rig, as `kind at component`, joined by ` + `; `nothing` for the
     /// rig itself.
@@ -30,9 +30,12 @@ pub struct Finalist {
     pub fit_error: f64,
     /// The same on the check recordings.
     pub check_error: f64,
+    /// Share of the baseline's mismatch on the check recordings that it leaves.
+    pub remainder: f64,
     /// Probability among the finalists.
     pub probability: f64,
-    /// Why it is not what is believed; empty for what is.
+    /// Reason for which it is not what is believed; empty for what is.
+    #[serde(rename = "refused")]
     pub lost: String,
 }
 

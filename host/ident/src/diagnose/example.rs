@@ -51,7 +51,9 @@ pub(crate) fn carriage() -> Diagnosis {
         format: FORMAT,
         verdict: Verdict::MissingPhysics,
         sentence: "Dry friction of 20.1 N at carriage is missing from the model.".into(),
+        complete: true,
         effects: vec![FoundEffect {
+            share: 0.99,
             kind: "coulomb_friction".into(),
             component: "carriage".into(),
             equation: "F = -20.1 N sign(v)".into(),
@@ -65,6 +67,9 @@ pub(crate) fn carriage() -> Diagnosis {
             }],
             indistinguishable_from: Vec::new(),
         }],
+        remainder: None,
+        judged: [("q_m".to_owned(), "free runs of whole recordings".to_owned())].into(),
+        candidates: Vec::new(),
         location: Some(Location {
             component: "carriage".into(),
             follows: "sign of velocity".into(),

@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use crate::diagnose::details::Finalist;
+
 /// The name of the format and its version.
 pub const FORMAT: &str = "sinew-diagnosis/1";
 
@@ -17,8 +19,16 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// The finding in a sentence.
     pub sentence: String,
+    /// Nothing but noise is left.
+    pub complete: bool,
     /// The missing physics, most important first.
     pub effects: Vec<FoundEffect>,
+    /// Mismatch that no named effect takes; null where nothing but noise is left.
+    pub remainder: Option<Remainder>,
+    /// Basis on which each signal was judged: a free run, or windows with start states of their own.
+    pub judged: BTreeMap<String, String>,
+    /// Explanations that were fitted to all recordings of the fit, the best first.
+    pub candidates: Vec<Finalist>,
     /// Place and time of the mismatch; null where there is none.
     pub location: Option<Location>,
     /// Free-run errors by signal.
@@ -79,12 +89,30 @@ pub struct FoundEffect {
     pub sentence: String,
     /// Its parameters, SI.
     pub parameters: BTreeMap<String, Estimate>,
+    /// Part that it removes of the mismatch that the rest of the findings leaves without it, on the
+    /// check recordings.
+    pub share: f64,
     /// 0.9 means right nine times in ten.
     pub confidence: f64,
     /// Alternatives.
     pub rivals: Vec<Rival>,
     /// Alternatives that these recordings cannot tell from it.
     pub indistinguishable_from: Vec<Rival>,
+}
+
+/// Mismatch that the findings leave.
+#[derive(Clone, Debug, Serialize)]
+pub struct Remainder {
+    /// Part of the baseline's mismatch on the check recordings, beside noise.
+    pub share: f64,
+    /// Its root mean square in units of the noise; null where nothing could be simulated.
+    pub above_noise: f64,
+    /// The component at which a force explains it best.
+    pub component: String,
+    /// Quantity that the force follows.
+    pub follows: String,
+    /// For a person.
+    pub sentence: String,
 }
 
 /// Another explanation.
@@ -168,12 +196,14 @@ mod tests {
     const EXAMPLE: &str = r#"{ "format": "sinew-diagnosis/1",
   "verdict": "missing_physics",
   "sentence": "Dry friction of 20.1 N at carriage is missing from the model.",
+  "complete": true,
   "effects": [ { "kind": "coulomb_friction", "component": "carriage",
-      "equation": "F = -20.1 N sign(v)", "sentence": "...",
+      "equation": "F = -20.1 N sign(v)", "sentence": "...", "share": 0.99,
       "parameters": { "level": { "value": 20.1, "unit": "N", "ci95": [19.8, 20.4] } },
       "confidence": 0.99,
       "rivals": [ { "kind": "stribeck_friction", "component": "carriage", "confidence": 0.01 } ],
       "indistinguishable_from": [ ] } ],
+  "remainder": null, "judged": { "q_m": "free runs of whole recordings" }, "candidates": [ ],
   "location": { "component": "carriage", "follows": "sign of velocity",
       "intervals": [ { "t_start_s": 1.2, "t_end_s": 1.5, "recording": "A.csv", "score": 9.1 } ] },
   "fit": { "q_m": { "unit": "m",
@@ -225,6 +255,37 @@ mod tests {
         assert_eq!(json["fit"]["q_m"].get("test"), null);
         assert_eq!(json["parameters"]["carriage.inertia"].get("ci95"), null);
         assert_eq!(json["effects"], serde_json::json!([]));
+    }
+
+    #[test]
+    fn a_remainder_and_a_refused_candidate_are_written_key_for_key() {
+        let mut graded = crate::diagnose::example::carriage();
+        graded.complete = false;
+        graded.remainder = Some(Remainder {
+            share: 0.17,
+            above_noise: 6.1,
+            component: "carriage".into(),
+            follows: "position".into(),
+            sentence: "...".into(),
+        });
+        graded.candidates = vec![Finalist {
+            name: "end_stop at carriage".into(),
+            parameters: 6,
+            fit_error: 0.7,
+            check_error: 0.9,
+            remainder: 0.8,
+            probability: 0.02,
+            lost: "...".into(),
+        }];
+        let json = json(&graded);
+        let expected = serde_json::json!({ "share": 0.17, "above_noise": 6.1,
+            "component": "carriage", "follows": "position", "sentence": "..." });
+        assert_eq!(json["remainder"], expected);
+        assert_eq!(json["complete"], false);
+        let expected = serde_json::json!([{ "name": "end_stop at carriage", "parameters": 6,
+            "fit_error": 0.7, "check_error": 0.9, "remainder": 0.8, "probability": 0.02,
+            "refused": "..." }]);
+        assert_eq!(json["candidates"], expected);
     }
 
     #[test]

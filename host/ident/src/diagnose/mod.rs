@@ -11,9 +11,11 @@ pub mod config;
 mod corrected;
 mod data;
 mod details;
+mod doubt;
 mod evidence;
 #[cfg(test)]
 mod example;
+mod finalists;
 mod finding;
 mod identical;
 mod locate;
@@ -23,15 +25,18 @@ mod noise;
 pub mod output;
 mod pool;
 mod progress;
+mod remainder;
 mod report;
 mod residuals;
 mod search;
+mod share;
 mod split;
 mod term;
 #[cfg(test)]
 mod tests;
 mod verify;
 mod whole_recordings;
+mod wording;
 
 use crate::diagnose::config::CONFIG;
 use sinew_sim::effects::Kind;
@@ -41,7 +46,8 @@ use self::baseline::refit_again;
 use self::case::{Case, refit_settings};
 pub use self::details::{Details, Finalist, ForceTrace, Recovered};
 pub use self::finding::{
-    Diagnosis, Errors, Estimate, FORMAT, FoundEffect, Interval, Location, Rival, SignalFit, Verdict,
+    Diagnosis, Errors, Estimate, FORMAT, FoundEffect, Interval, Location, Remainder, Rival,
+    SignalFit, Verdict,
 };
 use self::search::search_in_parts;
 use self::split::Roles;

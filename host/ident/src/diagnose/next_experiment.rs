@@ -1,22 +1,23 @@
 //! The next experiment: one that would tell rivals apart.
 
 use crate::diagnose::config::CONFIG;
-use crate::diagnose::finding::{FoundEffect, Verdict};
+use crate::diagnose::finding::{FoundEffect, Remainder, Verdict};
 use sinew_sim::effects::{Family, Kind};
 
 /// The experiment and the command that designs it.
-pub(crate) fn next_experiment(verdict: Verdict, effects: &[FoundEffect], place: &str) -> String {
+pub(crate) fn next_experiment(
+    verdict: Verdict,
+    effects: &[FoundEffect],
+    remainder: Option<&Remainder>,
+    place: &str,
+) -> String {
     match verdict {
         Verdict::Consistent | Verdict::Parameters => {
             "None is needed for what the rig is used for here; motion beyond what these recordings visit \
              would be new to it."
                 .into()
         }
-        Verdict::Unexplained => format!(
-            "Record {place} moving alone, slowly and fast, small and large, so that what is missing shows by \
-             itself: `{}`.",
-            command("mixed")
-        ),
+        Verdict::Unexplained => moving_alone(place, "what is missing"),
         Verdict::MissingPhysics => {
             let doubt = effects.iter().find_map(|effect| {
                 let rivals = effect.rivals.iter().filter(|r| r.confidence > CONFIG.report.doubt);
@@ -24,6 +25,7 @@ pub(crate) fn next_experiment(verdict: Verdict, effects: &[FoundEffect], place: 
                 Some((effect, rival))
             });
             match doubt {
+                None if let Some(left) = remainder => moving_alone(&left.component, "what remains"),
                 None => "None is needed to tell what is missing; the intervals of its parameters narrow \
                          with more of the same."
                     .into(),
@@ -46,6 +48,14 @@ pub(crate) fn next_experiment(verdict: Verdict, effects: &[FoundEffect], place: 
             }
         }
     }
+}
+
+fn moving_alone(place: &str, what: &str) -> String {
+    format!(
+        "Record {place} moving alone, slowly and fast, small and large, so that {what} shows by \
+         itself: `{}`.",
+        command("mixed")
+    )
 }
 
 fn command(shape: &str) -> String {

@@ -22,9 +22,10 @@ pub(crate) struct Pool {
     pub probabilities: Vec<f64>,
     /// The refit of the rig alone had stopped short of what `baseline` is now.
     pub stopped_short: bool,
-    /// Candidates that were taken out: of no known size, or lost over whole recordings; and those
-    /// that build on them.
-    pub refuted: Vec<Candidate>,
+    /// Candidates that were taken out, and those that build on them, each with the reason.
+    pub refuted: Vec<(Candidate, &'static str)>,
+    /// Index of a candidate that may be named but for its share of the evidence.
+    pub unsure: Option<usize>,
     /// Single terms as they were screened over short intervals.
     pub short: ShortHorizon,
     /// Pairs whose halves have not been tried alone, where such were just proposed.
@@ -72,6 +73,7 @@ impl Pool {
             probabilities: Vec::new(),
             stopped_short: false,
             refuted: Vec::new(),
+            unsure: None,
             short: ShortHorizon::default(),
             undivided: None,
         }

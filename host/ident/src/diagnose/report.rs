@@ -5,19 +5,24 @@ use std::collections::BTreeMap;
 use sinew_sim::{Plant, Rig};
 
 use crate::diagnose::baseline::explains_as_written;
-use crate::diagnose::calibration::{Known, effects, finalists};
+use crate::diagnose::calibration::{Known, effects};
 use crate::diagnose::candidate::implausible;
 use crate::diagnose::case::Case;
 use crate::diagnose::details::Details;
+use crate::diagnose::doubt::lower;
+use crate::diagnose::finalists::finalists;
 use crate::diagnose::finding::{
-    Diagnosis, Errors, Estimate, FORMAT, FoundEffect, Location, SignalFit, Verdict,
+    Diagnosis, Errors, Estimate, FORMAT, FoundEffect, Location, Remainder, SignalFit, Verdict,
 };
 use crate::diagnose::locate::learned_force::learn;
 use crate::diagnose::locate::{intervals, locate};
 use crate::diagnose::next_experiment::next_experiment;
 use crate::diagnose::pool::Pool;
+use crate::diagnose::remainder::{beside, judged, whole};
+use crate::diagnose::share::{share_left, shares};
 use crate::diagnose::split::Roles;
 use crate::diagnose::verify::{Named, number};
+use crate::diagnose::wording::share_of;
 use crate::error::Result;
 use crate::fit::{Fit, FittedParameter, score};
 use crate::recording::Recording;
@@ -44,9 +49,17 @@ pub(crate) fn conclude(
         None => (None, None),
     };
     let (mended, known) = mended.unwrap_or_else(|| (refitted.rig.clone(), estimates(refitted)));
-    let effects = named.map_or_else(Vec::new, |(found, index)| {
-        effects(found, index, case, &known)
-    });
+    let mut notes = notes(refitted);
+    let effects = match named {
+        Some((found, index)) => {
+            let shares = shares(found, index, case)?;
+            let mut effects = effects(found, index, case, &known, &shares);
+            let named = &found.candidates[index];
+            notes.extend(lower(&mut effects, named, &mended, &known)?);
+            effects
+        }
+        None => Vec::new(),
+    };
     let verdict = match found {
         _ if named.is_some() => Verdict::MissingPhysics,
         Some(found) if found.needs_nothing(case) => {
@@ -87,6 +100,13 @@ pub(crate) fn conclude(
         _ => None,
     };
     let stands_in = learned.is_some();
+    let remainder = match (named, verdict) {
+        (Some((found, index)), _) => beside(found, index, &mended, &effects, case)?,
+        (None, Verdict::Unexplained) => Some(whole(found, location.as_ref(), case)),
+        _ => None,
+    };
+    let explained = named
+        .map(|(found, index)| 1.0 - share_left(case, &found.candidates[index], &found.baseline));
     let mended = learned.unwrap_or(mended);
     let place = location.as_ref().map_or("it", |at| at.component.as_str());
     Ok(Diagnosis {
@@ -94,15 +114,28 @@ pub(crate) fn conclude(
         verdict,
         sentence: match far(refitted) {
             Some(far) if verdict == Verdict::Parameters => far,
-            _ => sentence(verdict, &effects, suspected, location.as_ref(), stands_in),
+            _ if found.is_none() => UNSIMULATED.into(),
+            _ => match explained.zip(remainder.as_ref()) {
+                Some((explained, remainder)) => in_part(&effects, explained, remainder),
+                None => sentence(verdict, &effects, suspected, location.as_ref(), stands_in),
+            },
         },
+        complete: remainder.is_none(),
+        judged: judged(
+            case,
+            Plant::new(rig)?.sensors().iter().map(|s| s.column.clone()),
+        ),
+        candidates: found.map_or_else(Vec::new, |found| {
+            finalists(found, named.map(|(_, index)| index), case)
+        }),
         fit: signals(rig, [rig, &refitted.rig, &mended], case, roles)?,
         parameters: known
             .iter()
             .filter(|(name, _)| refitted.parameters.iter().any(|p| p.name == **name))
             .map(|(name, estimate)| (name.clone(), estimate.clone()))
             .collect(),
-        next_experiment: next_experiment(verdict, &effects, place),
+        next_experiment: next_experiment(verdict, &effects, remainder.as_ref(), place),
+        remainder,
         location,
         effects,
         seconds: 0.0,
@@ -110,10 +143,7 @@ pub(crate) fn conclude(
         mended,
         details: Details {
             set_aside: roles.set_aside.clone(),
-            notes: notes(refitted),
-            finalists: found.map_or_else(Vec::new, |found| {
-                finalists(found, named.map(|(_, index)| index))
-            }),
+            notes,
             recovered,
         },
     })
@@ -127,6 +157,26 @@ fn estimates(fitted: &Fit) -> Known {
     };
     let parameters = fitted.parameters.iter();
     parameters.map(|p| (p.name.clone(), of(p))).collect()
+}
+
+/// Sentence where the search could not begin.
+const UNSIMULATED: &str = "The search could not begin: from its refitted parameters the rig \
+     cannot be simulated over the recordings, so nothing is known of what it lacks. Cut the \
+     recordings shorter, or give the rig other values to start from.";
+
+/// Sentence where something is named and something is left.
+fn in_part(effects: &[FoundEffect], explained: f64, remainder: &Remainder) -> String {
+    let all: Vec<&str> = effects.iter().map(|e| e.sentence.as_str()).collect();
+    let explains = match effects {
+        [_] => "It explains",
+        _ => "Together they explain",
+    };
+    format!(
+        "{} {explains} {} of the mismatch on the check recordings. {}",
+        all.join(" "),
+        share_of(explained),
+        remainder.sentence
+    )
 }
 
 fn sentence(

@@ -18,6 +18,10 @@ use crate::diagnose::term::Term;
 use crate::error::Result;
 use crate::fit::Fit;
 
+/// Reasons for which a candidate is taken out.
+const NO_SIZE: &str = "has an effect of which no parameter is known to be away from zero";
+const LOST: &str = "loses free runs over whole recordings";
+
 /// A named candidate.
 pub(crate) struct Named {
     /// Index into the candidates.
@@ -47,22 +51,24 @@ pub(crate) fn verify(
             break;
         }
         // An effect of no size only led away from where the refit of the rig had stopped, as its
-        // rivals may have.
+        // rivals may have; the simpler law of its family is asked next.
         let known = is_determined(case, &found.candidates[index])?;
         let unsure = match found.candidates[index].has_mode() {
             true => CONFIG.acceptance.unsure_of_mode,
             false => CONFIG.acceptance.unsure,
         };
         if known && least_sure(found, index, case) < unsure * case.trust {
+            found.unsure = Some(index);
             break;
         }
         if known && let Some(named) = holds(found, index, refitted, case, roles)? {
             return Ok(Some(named));
         }
-        if !case.in_parts || round == CONFIG.acceptance.refuted {
+        if round == CONFIG.acceptance.refuted {
             break;
         }
-        refute(found, index, case);
+        let why = if known { LOST } else { NO_SIZE };
+        refute(found, index, case, why);
         found.chosen = found.chosen.filter(|&index| number(found, index).is_none());
     }
     found.chosen = found.chosen.filter(|&index| number(found, index).is_some());
@@ -100,7 +106,7 @@ fn holds(
 
 /// Takes an explanation out, what builds on it and what is the same motion by a richer law in the
 /// same place, and judges the rest without them.
-fn refute(found: &mut Pool, index: usize, case: &Case) {
+fn refute(found: &mut Pool, index: usize, case: &Case, why: &'static str) {
     let refuted = found.candidates[index].clone();
     let (out, rest) = std::mem::take(&mut found.candidates)
         .into_iter()
@@ -109,7 +115,9 @@ fn refute(found: &mut Pool, index: usize, case: &Case) {
             refuted.trial.terms.iter().all(holds) || richer(&refuted, finalist, case)
         });
     found.candidates = rest;
-    found.refuted.extend::<Vec<_>>(out);
+    let out: Vec<Candidate> = out;
+    let out = out.into_iter().map(|candidate| (candidate, why));
+    found.refuted.extend(out);
     let chosen = best_acceptable_by_size(case, &found.baseline, &found.candidates);
     found.chosen = chosen.map(|index| simplest(case, &found.baseline, index, &found.candidates));
     found.probabilities = probabilities(case, &found.baseline, &found.candidates, found.chosen);

@@ -9,6 +9,8 @@ pub enum Part {
     Early,
     /// The rest.
     Late,
+    /// The rows of the first 3.8 s: a swing-up, before the device is held at an unstable rest.
+    SwingUp,
     /// All rows; the angle is missing where the servo's torque was off, since a motor without
     /// current is another device (its back-EMF does not brake).
     Powered,
@@ -21,6 +23,7 @@ impl Part {
             Self::Whole => ".csv",
             Self::Early => "-early.csv",
             Self::Late => "-late.csv",
+            Self::SwingUp => "-swing-up.csv",
             Self::Powered => "-powered.csv",
         }
     }
@@ -36,6 +39,19 @@ pub fn prepare(text: &str, part: Part) -> Option<String> {
         Part::Whole => return None,
         Part::Early => rows[..cut].iter().map(|row| (*row).to_owned()).collect(),
         Part::Late => rows[cut..].iter().map(|row| (*row).to_owned()).collect(),
+        Part::SwingUp => {
+            let early = |row: &&&str| {
+                let t = row
+                    .split(',')
+                    .next()
+                    .and_then(|t| t.trim().parse::<f64>().ok());
+                t.is_some_and(|t| t < 3.8)
+            };
+            rows.iter()
+                .filter(early)
+                .map(|row| (*row).to_owned())
+                .collect()
+        }
         Part::Powered => {
             let at = |name: &str| header.split(',').position(|column| column == name);
             let (angle, torque) = (at("q_rad")?, at("torque_on")?);
@@ -69,6 +85,13 @@ mod tests {
             prepare(text, Part::Late).as_deref(),
             Some("t,q\n3,4\n4,5\n")
         );
+    }
+
+    #[test]
+    fn a_swing_up_ends_where_the_device_is_held() {
+        let text = "t,q\n0,1\n3.795,2\n3.8,3\n4,4\n";
+        let expected = "t,q\n0,1\n3.795,2\n";
+        assert_eq!(prepare(text, Part::SwingUp).as_deref(), Some(expected));
     }
 
     #[test]

@@ -15,9 +15,11 @@ model of the device (`rigs/recorded`) with free parameters. The error is the fre
 that estimated nothing: the test recordings or, with only two recordings, the check recordings (marked\n\
 \u{2020}: they decided what is accepted). *Before* is the refitted model, *after* the corrected one. Where\n\
 recordings were split, the first 60 % of the rows were fitted. An angle of the servo counts as missing\n\
-while its torque was off.\n\
+while its torque was off. The *share explained* is that of the mismatch beside noise on the check\n\
+recordings; *s* are seconds.\n\
 \n\
-| device | literature | found | sure | before | after | published | as the literature |\n|---|---|---|--:|--:|--:|---|---|\n";
+| device | literature | found | sure | share explained | before | after | published | as the literature | s |\n\
+|---|---|---|--:|--:|--:|--:|---|---|--:|\n";
 
 /// The whole page; cases without an answer say so.
 pub fn page(cases: &[Case], out: &Path) -> Result<String> {
@@ -29,7 +31,7 @@ pub fn page(cases: &[Case], out: &Path) -> Result<String> {
             // Writing to a String cannot fail, here and below.
             let _ = writeln!(
                 text,
-                "| {} | {} | no answer | | | | {} | **no** |",
+                "| {} | {} | no answer | | | | | {} | **no** | |",
                 case.device,
                 literature(case),
                 case.published
@@ -42,8 +44,7 @@ pub fn page(cases: &[Case], out: &Path) -> Result<String> {
             .with_context(|| format!("{} is no diagnosis", path.display()))?;
         row(&mut text, case, &answer);
         let sentence = answer["sentence"].as_str().unwrap_or_default();
-        let seconds = answer["seconds"].as_f64().unwrap_or(f64::NAN);
-        let _ = writeln!(sentences, "- {}: {sentence} ({seconds:.0} s)", case.device);
+        let _ = writeln!(sentences, "- {}: {sentence}", case.device);
     }
     let _ = writeln!(text, "\nWhat was said:\n\n{sentences}");
     Ok(text)
@@ -84,15 +85,29 @@ fn row(text: &mut String, case: &Case, answer: &Value) {
     };
     let _ = writeln!(
         text,
-        "| {} | {} | {found} | {} | {}{mark} | {}{mark} | {} | {} |",
+        "| {} | {} | {found} | {} | {} | {}{mark} | {}{mark} | {} | {} | {:.0} |",
         case.device,
         literature(case),
         sure.join(", "),
+        explained(answer),
         error("before_rms"),
         error("after_rms"),
         case.published,
-        agreement(case.known, &kinds)
+        agreement(case.known, &kinds),
+        answer["seconds"].as_f64().unwrap_or(f64::NAN)
     );
+}
+
+/// Part of the mismatch that what is named takes on the check recordings; nothing where nothing is.
+fn explained(answer: &Value) -> String {
+    let named = answer["effects"]
+        .as_array()
+        .is_some_and(|all| !all.is_empty());
+    let left = answer["remainder"]["share"].as_f64().unwrap_or(0.0);
+    match named {
+        true => format!("{:.0} %", 100.0 * (1.0 - left)),
+        false => String::new(),
+    }
 }
 
 /// Agreement of what was found with what is known, no less and no more.
@@ -124,6 +139,18 @@ fn quantity(value: f64, unit: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_share_explained_is_what_the_remainder_leaves_and_empty_without_a_name() {
+        let of = |effects: Value, remainder: Value| {
+            explained(&serde_json::json!({ "effects": effects, "remainder": remainder }))
+        };
+        let named = serde_json::json!([{ "kind": "coulomb_friction" }]);
+        let left = serde_json::json!({ "share": 0.17 });
+        assert_eq!(of(named.clone(), left.clone()), "83 %");
+        assert_eq!(of(named, Value::Null), "100 %");
+        assert_eq!(of(serde_json::json!([]), left), "");
+    }
 
     #[test]
     fn another_effect_beside_the_known_one_is_half_an_answer() {

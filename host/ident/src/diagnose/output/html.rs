@@ -3,6 +3,7 @@
 use sinew_sim::Rig;
 
 use super::{mended, percent, placed, plots, tables};
+use crate::diagnose::wording::share_of;
 use crate::diagnose::{Diagnosis, Verdict};
 use crate::error::Result;
 use crate::fit::free_run;
@@ -53,7 +54,17 @@ pub fn report(
         page = page.fact(
             placed(&effect.kind, &effect.component),
             percent(effect.confidence),
-            "how sure; 90 % is right nine times in ten",
+            format!(
+                "how sure; removes {} of the mismatch",
+                share_of(effect.share)
+            ),
+        );
+    }
+    if let Some(remainder) = &diagnosis.remainder {
+        page = page.fact(
+            "left",
+            share_of(remainder.share),
+            remainder.sentence.clone(),
         );
     }
     if diagnosis.details.recovered.is_some() {
@@ -187,7 +198,7 @@ pub fn chapter(diagnosis: &Diagnosis) -> Section {
 
 fn what_else(diagnosis: &Diagnosis) -> Section {
     let mut section = Section::new("What else it could be");
-    if !diagnosis.details.finalists.is_empty() {
+    if !diagnosis.candidates.is_empty() {
         section = section.with(Block::Table(tables::finalists(diagnosis)));
     }
     let rivals = tables::rivals(diagnosis);
@@ -247,11 +258,12 @@ mod tests {
                 t,
             }],
         });
-        diagnosis.details.finalists = vec![Finalist {
+        diagnosis.candidates = vec![Finalist {
             name: "stribeck_friction at carriage".into(),
             parameters: 5,
             fit_error: 0.07,
             check_error: 0.08,
+            remainder: 0.01,
             probability: 0.01,
             lost: "two parameters more for the same error".into(),
         }];

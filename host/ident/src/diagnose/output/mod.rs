@@ -20,6 +20,7 @@ pub use mended::mended;
 pub use text::text;
 
 use super::Estimate;
+use super::wording::with_article;
 use crate::report::quantity;
 
 /// `19.8 N to 20.4 N`, or why there is no interval.
@@ -49,26 +50,4 @@ fn percent(probability: f64) -> String {
 /// `coulomb_friction at carriage`.
 fn placed(kind: &str, component: &str) -> String {
     format!("{kind} at {component}")
-}
-
-/// A quantity in a sentence: `the sign of velocity`, `no quantity that was recorded`.
-fn with_article(quantity: &str) -> String {
-    if quantity.starts_with("no ") || quantity.starts_with("the ") {
-        quantity.to_owned()
-    } else {
-        format!("the {quantity}")
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn a_force_that_follows_nothing_does_not_follow_the_no_quantity() {
-        let follows = super::with_article;
-        assert_eq!(
-            follows("no quantity that was recorded"),
-            "no quantity that was recorded"
-        );
-        assert_eq!(follows("sign of velocity"), "the sign of velocity");
-    }
 }

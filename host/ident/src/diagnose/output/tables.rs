@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::text::roles;
 use super::{interval, percent, placed};
+use crate::diagnose::wording::share_of;
 use crate::diagnose::{Diagnosis, Estimate};
 use crate::report::{Table, quantity, significant};
 
@@ -52,24 +53,22 @@ pub(super) fn finalists(diagnosis: &Diagnosis) -> Table {
         "#parameters",
         "#error on fit recordings, refitted rig = 1",
         "#error on check recordings",
+        "#mismatch left there",
         "#share of the evidence",
         "why it is not believed",
     ];
     let table = Table::new("Explanations that were fitted to all recordings", titles);
-    diagnosis
-        .details
-        .finalists
-        .iter()
-        .fold(table, |table, finalist| {
-            table.row([
-                finalist.name.clone(),
-                finalist.parameters.to_string(),
-                significant(finalist.fit_error, 3),
-                significant(finalist.check_error, 3),
-                percent(finalist.probability),
-                finalist.lost.clone(),
-            ])
-        })
+    diagnosis.candidates.iter().fold(table, |table, finalist| {
+        table.row([
+            finalist.name.clone(),
+            finalist.parameters.to_string(),
+            significant(finalist.fit_error, 3),
+            significant(finalist.check_error, 3),
+            share_of(finalist.remainder),
+            percent(finalist.probability),
+            finalist.lost.clone(),
+        ])
+    })
 }
 
 /// Rivals, and what the recordings cannot tell apart.

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::{interval, percent, placed};
+use crate::diagnose::wording::share_of;
 use crate::diagnose::{Diagnosis, Errors, Finalist, FoundEffect, Rival, SignalFit, Verdict};
 use crate::report::quantity;
 
@@ -18,6 +19,9 @@ pub fn text(diagnosis: &Diagnosis) -> String {
     place(&mut text, diagnosis);
     for effect in &diagnosis.effects {
         law(&mut text, effect);
+    }
+    if let Some(remainder) = diagnosis.remainder.as_ref().filter(|left| left.share < 1.0) {
+        line(&mut text, "left", &remainder.sentence);
     }
     fit(&mut text, diagnosis);
     parameters(&mut text, diagnosis);
@@ -79,6 +83,8 @@ fn law(text: &mut String, effect: &FoundEffect) {
         "found",
         &format!("{kind}, {} sure", percent(effect.confidence)),
     );
+    let explains = format!("{} of the mismatch", share_of(effect.share));
+    line(text, "explains", &explains);
     line(text, "law", &effect.equation);
     for (name, estimate) in &effect.parameters {
         let value = quantity(estimate.value, &estimate.unit);
@@ -168,8 +174,7 @@ fn others(text: &mut String, diagnosis: &Diagnosis) {
 fn rivalry(diagnosis: &Diagnosis, rival: &Rival) -> String {
     let name = placed(&rival.kind, &rival.component);
     let lost = diagnosis
-        .details
-        .finalists
+        .candidates
         .iter()
         .find(|finalist| finalist.name == name && !finalist.lost.is_empty())
         .map_or(String::new(), |finalist| format!(": {}", finalist.lost));
@@ -182,14 +187,15 @@ fn nearest(text: &mut String, diagnosis: &Diagnosis) {
         return;
     }
     let gains = |finalist: &&Finalist| finalist.fit_error < 1.0;
-    let mut nearest: Vec<&Finalist> = diagnosis.details.finalists.iter().filter(gains).collect();
+    let mut nearest: Vec<&Finalist> = diagnosis.candidates.iter().filter(gains).collect();
     nearest.sort_by(|a, b| a.fit_error.total_cmp(&b.fit_error));
     for (index, finalist) in nearest.into_iter().take(NEAREST).enumerate() {
         let what = format!(
-            "{}: leaves {} of the error on the fit recordings, {} on the check recordings",
+            "{}: leaves {} of the error on the fit recordings, {} on the check recordings; {}",
             finalist.name,
             percent(finalist.fit_error),
-            percent(finalist.check_error)
+            percent(finalist.check_error),
+            finalist.lost
         );
         line(text, if index == 0 { "not named" } else { "" }, &what);
     }
@@ -206,16 +212,17 @@ mod tests {
         diagnosis.details = Details {
             set_aside: Some("the last 4 s of A.csv".into()),
             notes: vec!["u_V: 3 samples are missing and held their last value".into()],
-            finalists: vec![Finalist {
-                name: "stribeck_friction at carriage".into(),
-                parameters: 5,
-                fit_error: 0.07,
-                check_error: 0.08,
-                probability: 0.01,
-                lost: "two parameters more for the same error".into(),
-            }],
             recovered: None,
         };
+        diagnosis.candidates = vec![Finalist {
+            name: "stribeck_friction at carriage".into(),
+            parameters: 5,
+            fit_error: 0.07,
+            check_error: 0.08,
+            remainder: 0.01,
+            probability: 0.01,
+            lost: "two parameters more for the same error".into(),
+        }];
         insta::assert_snapshot!(text(&diagnosis));
     }
 
@@ -230,10 +237,11 @@ mod tests {
             parameters: 5,
             fit_error,
             check_error,
+            remainder: check_error * check_error,
             probability: 0.0,
             lost: "does not hold on the check recordings".into(),
         };
-        diagnosis.details.finalists = vec![
+        diagnosis.candidates = vec![
             of("coulomb_friction at carriage", 0.84, 1.3),
             of("load_dependent_friction at carriage", 0.41, 1.21),
             of("sensor_lag at encoder", 2.3, 0.9),

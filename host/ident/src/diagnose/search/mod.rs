@@ -19,11 +19,14 @@ use self::context::Context;
 use self::moves::MOVES;
 use self::subset::Subset;
 use crate::diagnose::acceptance::{leaves_something, ranking};
-use crate::diagnose::baseline::{fit_baseline, fit_baseline_from, restart_baseline};
+use crate::diagnose::baseline::{
+    fit_baseline, fit_baseline_from, leaves_less_as_written, restart_baseline,
+};
 use crate::diagnose::candidate::{Candidate, Trial};
 use crate::diagnose::case::Case;
 use crate::diagnose::pool::Pool;
 use crate::diagnose::search::refocus::refocused;
+use crate::diagnose::share::share_left;
 use crate::diagnose::term::terms;
 use crate::error::Result;
 
@@ -136,7 +139,8 @@ fn improve(context: &Context, pool: &mut Pool) -> Result<()> {
 }
 
 /// The rig alone. What shorter intervals made of it may lie in a local minimum in which the refit
-/// to whole recordings does not.
+/// to whole recordings does not; and where the rig as written leaves less of the check recordings,
+/// the refit begins there.
 fn baseline(
     case: &Case,
     start: &Trial,
@@ -146,11 +150,19 @@ fn baseline(
     let Some(base) = fit_baseline(case, start)? else {
         return Ok(None);
     };
+    if !leaves_something(case, &base) {
+        return Ok(Some(base));
+    }
     let refitted = plant.values();
     if refitted != values
-        && leaves_something(case, &base)
         && let Some(again) = fit_baseline_from(case, start, &refitted)?
         && !leaves_something(case, &again)
+    {
+        return Ok(Some(again));
+    }
+    if let Some(written) = leaves_less_as_written(case, &base)?
+        && let Some(again) = fit_baseline_from(case, start, &written)?
+        && share_left(case, &again, &base) < 1.0
     {
         return Ok(Some(again));
     }

@@ -2,6 +2,7 @@
 //! simulator wrote.
 
 mod alike;
+mod bare_number;
 mod finger;
 mod judged;
 mod kin;

@@ -1,7 +1,7 @@
 //! Two effects: which firsts a second one is looked for on, what is exchanged, and what does
 //! without (docs/lab/0037-exchange-of-paired-effects.md).
 
-use crate::diagnose::acceptance::{leaves_something, ranking, share_fitted, share_left};
+use crate::diagnose::acceptance::{leaves_something, ranking};
 use crate::diagnose::candidate::{Candidate, Trial};
 use crate::diagnose::case::Case;
 use crate::diagnose::config::CONFIG;
@@ -12,6 +12,7 @@ use crate::diagnose::search::moves::short_horizon::pairs_on_short_intervals;
 use crate::diagnose::search::refit::screen_and_refit;
 use crate::diagnose::search::refocus::{affordable, refocused};
 use crate::diagnose::search::subset::Subset;
+use crate::diagnose::share::{share_fitted, share_left};
 use crate::diagnose::term::Term;
 use crate::error::Result;
 use crate::fit::levenberg::DecisionVariables;
