@@ -25,7 +25,7 @@ pub struct Diagnosis {
     pub effects: Vec<FoundEffect>,
     /// Mismatch that no named effect takes; null where nothing but noise is left.
     pub remainder: Option<Remainder>,
-    /// Basis on which each signal was judged: a free run, or windows with start states of their own.
+    /// Basis of judgement of each signal: a free run, or windows with their own start states.
     pub judged: BTreeMap<String, String>,
     /// Explanations that were fitted to all recordings of the fit, the best first.
     pub candidates: Vec<Finalist>,
