@@ -14,7 +14,7 @@ use crate::closed_loop::control_problem::ControlProblem;
 use crate::closed_loop::disturbance::Disturbance;
 use crate::closed_loop::perturbed_plant::PerturbedParameter;
 use crate::closed_loop::setup::{DeviceRun, PidRun, Setup, same_bits};
-use crate::pipeline::learn::{CHECKPOINT_FILE, Record, VISITS, learn, save};
+use crate::pipeline::learn::{CHECKPOINT_FILE, Record, SAMPLED_STATES, learn, save};
 use crate::project::{self, Board, Built, Optimise, Sizes};
 use crate::rig_file;
 use crate::tuning::tune::tune_quickly;
@@ -23,7 +23,7 @@ use sinew_ident::diagnose::{Diagnosis, Options, Recordings, diagnose};
 use sinew_ident::error::{Error, Result};
 use sinew_ident::fit::{Fit, FitOptions, FreeRun, doubt, fit, free_run};
 use sinew_ident::recording::Recording;
-use sinew_train::dataset::{Visit, visits};
+use sinew_train::dataset::{SampledState, sampled_states};
 
 /// Inputs and settings of the pipeline.
 #[derive(Clone, Debug)]
@@ -401,7 +401,11 @@ fn key(rig: &Rig, recordings: &[Recording], seed: u64) -> u64 {
 ///
 /// # Errors
 /// A column is missing, or the plant diverges.
-pub fn starts(plant: &Plant, recordings: &[Recording], runs: &[FreeRun]) -> Result<Vec<Visit>> {
+pub fn starts(
+    plant: &Plant,
+    recordings: &[Recording],
+    runs: &[FreeRun],
+) -> Result<Vec<SampledState>> {
     let mut all = Vec::new();
     for (recording, run) in recordings.iter().zip(runs) {
         let columns = plant
@@ -417,8 +421,8 @@ pub fn starts(plant: &Plant, recordings: &[Recording], runs: &[FreeRun]) -> Resu
             })
             .collect::<Result<Vec<_>>>()?;
         let slices: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
-        let count = VISITS / recordings.len().max(1);
-        all.extend(visits(
+        let count = SAMPLED_STATES / recordings.len().max(1);
+        all.extend(sampled_states(
             plant,
             &plant.values(),
             &run.start,

@@ -296,8 +296,8 @@ pub(super) fn conditions(outcome: &Outcome) -> Section {
                 format!(
                     "{} s, {} and {}, {} s, {} steps",
                     significant(g.filter_s.into(), 3),
-                    significant(g.proportional_setpoint.into(), 3),
-                    significant(g.derivative_setpoint.into(), 3),
+                    significant(g.proportional_setpoint_weight.into(), 3),
+                    significant(g.derivative_setpoint_weight.into(), 3),
                     significant(g.tracking_time_s.into(), 3),
                     t.lead
                 ),
