@@ -27,7 +27,7 @@ unsafe impl Sync for Shared {}
 
 static STATE: Shared = Shared(UnsafeCell::new(State {
     controller: model::control::controller(),
-    status: Status::Lost,
+    status: Status::SignalLost,
     cost: 0.0,
     iterations: 0,
 }));
@@ -94,7 +94,7 @@ pub extern "C" fn sinew_reset() {
     // SAFETY: no other call is in progress.
     let state = unsafe { &mut *STATE.0.get() };
     state.controller = model::control::controller();
-    state.status = Status::Lost;
+    state.status = Status::SignalLost;
 }
 
 /// Newton iterations, cost and plan of the last step: what the counting program reports.

@@ -67,7 +67,7 @@ pub fn fingerprint(spec: &ModelSpec) -> u32 {
     hash.doubles(&control.safe);
     hash.doubles(&[control.disturbance_gain]);
     hash.count(control.iterations.into());
-    hash.count(control.gap_limit.into());
+    hash.count(control.max_missing_samples.into());
     hash.0
 }
 

@@ -194,7 +194,7 @@ pub fn import(
             safe: vec![0.0; n_u],
             disturbance_gain: 0.0,
             iterations: problem.newton_iterations,
-            gap_limit: horizon as u16,
+            max_missing_samples: horizon as u16,
         },
         golden: network
             .golden_f64

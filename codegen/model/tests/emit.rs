@@ -174,7 +174,7 @@ fn a_fingerprint_stays_and_notices_every_change() {
             }
         },
         |spec| spec.control.tracking_weight.swap(0, 2),
-        |spec| spec.control.gap_limit += 1,
+        |spec| spec.control.max_missing_samples += 1,
         |spec| spec.control.move_blocks.swap(1, 2),
         |spec| spec.control.first_step += 1,
         |spec| spec.control.command_weight = 0.002,

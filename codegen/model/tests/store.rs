@@ -95,6 +95,16 @@ fn the_documented_description_is_read() {
     assert_eq!((spec.regressor_len(), spec.parameters()), (6, 129));
 }
 
+/// A file of an earlier version means the same.
+#[test]
+fn the_older_name_of_the_missing_samples_is_read() {
+    let (text, weights) = &*TINY;
+    let older = text.replacen("max_missing_samples = ", "gap_limit = ", 1);
+    assert_ne!(&older, text);
+    let read = |text: &str| store::parse(text, weights).unwrap().control;
+    assert_eq!(read(&older), read(text));
+}
+
 /// Both files of the tiny model with a golden vector.
 static TINY: LazyLock<(String, Vec<u8>)> = LazyLock::new(|| {
     let mut spec = support::tiny();

@@ -42,7 +42,7 @@ impl<const NY: usize> BumplessTransfer<NY> {
             && let Some(first) = reference.first()
         {
             if !y.iter().chain(first).all(|value| value.is_finite()) {
-                // Nothing is known to start from; the controller bridges or refuses this sample.
+                // Nothing is known to start from; the controller predicts or refuses this sample.
                 return;
             }
             for ((offset, y), r) in self.offset.iter_mut().zip(y).zip(first) {

@@ -121,7 +121,7 @@ impl<
 
     fn holds(&self, u: &[f32]) -> bool {
         let limits: &Limits<NU> = self.controller().limits();
-        u.try_into().is_ok_and(|u: &[f32; NU]| limits.hold(u))
+        u.try_into().is_ok_and(|u: &[f32; NU]| limits.contain(u))
     }
 }
 

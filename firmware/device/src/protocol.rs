@@ -139,7 +139,7 @@ pub enum ToHost {
         /// Ticks of the board's [`crate::clock::Clock`] spent in the step.
         ticks: u32,
         /// At least one output was missing and was predicted.
-        bridged: bool,
+        predicted: bool,
     },
     /// The network's answer to a probe, model units.
     Prediction {
@@ -219,7 +219,7 @@ pub enum StatusOnWire {
     BadReference,
     BadSettings,
     NotFinite,
-    Lost,
+    SignalLost,
     Disarmed,
     OpenLoop,
 }
@@ -233,7 +233,7 @@ impl From<Status> for StatusOnWire {
             Status::BadReference => Self::BadReference,
             Status::BadSettings => Self::BadSettings,
             Status::NotFinite => Self::NotFinite,
-            Status::Lost => Self::Lost,
+            Status::SignalLost => Self::SignalLost,
             Status::Disarmed => Self::Disarmed,
             Status::OpenLoop => Self::OpenLoop,
         }

@@ -71,7 +71,7 @@ pub const EXCITATION_ROWS: usize = 32;
 ///     move_suppression: [0.01],
 ///     disturbance_gain: 0.5,
 ///     iterations: 2,
-///     gap_limit: 5,
+///     max_missing_samples: 5,
 /// };
 /// let horizons = Horizons::new(1, [1, 2]);
 /// let controller = Controller::new(Lag, Scaling::IDENTITY, limits, settings, horizons);
@@ -243,7 +243,7 @@ impl<
                 ToHost::State(self.state)
             }
             ToDevice::EmergencyStop => {
-                self.trip();
+                self.emergency_stop();
                 ToHost::State(self.state)
             }
             ToDevice::Limit { lower, upper, rate } => self.limit(lower, upper, rate),
@@ -291,7 +291,7 @@ impl<
             iterations: step.iterations,
             cost: step.cost,
             ticks,
-            bridged: step.bridged,
+            predicted: step.predicted,
         }
     }
 
@@ -319,12 +319,15 @@ impl<
     fn judge(&mut self, y: &[f32; NY], step: &Step<NU>) {
         let scaling = self.controller.scaling();
         let (y, u) = (scaling.y.to_model(y), scaling.u.to_model(&step.u));
-        let gap_limit = self.controller.settings().gap_limit;
-        let Some(cause) = self.supervisor.check(&y, &u, step.status, gap_limit) else {
+        let max_missing_samples = self.controller.settings().max_missing_samples;
+        let Some(cause) = self
+            .supervisor
+            .check(&y, &u, step.status, max_missing_samples)
+        else {
             return;
         };
-        // A host that is late moves nothing: the command retreats while its samples are missing,
-        // and goes on with them.
+        // A host that is late moves nothing: the command ramps to the safe one while samples are
+        // missing, and goes on with them.
         let is_of_host = self.state.drive() == Some(Drive::Host);
         if !(is_of_host && matches!(cause, Cause::SamplesLost | Cause::Late)) {
             self.disarm(cause);
@@ -352,16 +355,16 @@ impl<
         ToHost::State(self.state)
     }
 
-    /// To the safe command within the rate. A trip that is acknowledged ends here too.
+    /// Ramp to the safe command. An emergency stop that is acknowledged ends here too.
     pub fn disarm(&mut self, cause: Cause) {
         self.state = State::disarmed(cause);
         self.own.disarm();
     }
 
     #[inline(never)]
-    fn trip(&mut self) {
-        self.controller.trip();
-        self.own.trip();
+    fn emergency_stop(&mut self) {
+        self.controller.emergency_stop();
+        self.own.emergency_stop();
         self.state = State {
             mode: Mode::Tripped,
             cause: Cause::EmergencyStop,
@@ -406,7 +409,7 @@ impl<
             move_suppression,
             disturbance_gain,
             iterations,
-            gap_limit: self.controller.settings().gap_limit,
+            max_missing_samples: self.controller.settings().max_missing_samples,
         };
         if !settings.is_valid() {
             return refused(Reason::Settings);

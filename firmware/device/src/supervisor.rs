@@ -51,13 +51,13 @@ impl<const NU: usize, const NY: usize> Supervisor<NU, NY> {
     }
 
     /// Checks one armed step: what was measured (NaN: missing), what was commanded, and how it
-    /// went. `gap_limit`: how many steps may pass without a plan.
+    /// went. `max_missing_samples`: how many steps may pass without a plan.
     pub fn check(
         &mut self,
         y: &[f32; NY],
         u: &[f32; NU],
         status: Status,
-        gap_limit: u16,
+        max_missing_samples: u16,
     ) -> Option<Cause> {
         // Of the step before: this one has not ended yet.
         self.late = run(self.late, core::mem::take(&mut self.late_now));
@@ -68,13 +68,13 @@ impl<const NU: usize, const NY: usize> Supervisor<NU, NY> {
             !status.is_controlled() && status != Status::OpenLoop,
         );
         let stuck = self.compare(y, u);
-        if status == Status::Lost {
+        if status == Status::SignalLost {
             Some(Cause::SamplesLost)
         } else if self.outside >= OUTSIDE_LIMIT {
             Some(Cause::Diverged)
         } else if stuck {
             Some(Cause::Stuck)
-        } else if self.unplanned > gap_limit {
+        } else if self.unplanned > max_missing_samples {
             Some(Cause::NoPlan)
         } else if self.late >= LATE_LIMIT {
             Some(Cause::Late)

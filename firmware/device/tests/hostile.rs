@@ -35,7 +35,7 @@ fn victim() -> Victim {
         move_suppression: [0.1; 2],
         disturbance_gain: 0.5,
         iterations: 1,
-        gap_limit: 5,
+        max_missing_samples: 5,
     };
     let limits = Limits {
         lower: [-1.0; 2],

@@ -55,7 +55,7 @@ impl Bench {
             move_suppression: [0.1],
             disturbance_gain: 0.0,
             iterations: 2,
-            gap_limit: GAP,
+            max_missing_samples: GAP,
         };
         let controller: Loop = ControlLoop::new(
             model,

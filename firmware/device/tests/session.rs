@@ -38,7 +38,7 @@ fn session() -> Session<Linear, 2, 2, 1, 2, 1, N, 2, 4> {
         move_suppression: [0.1; 2],
         disturbance_gain: 0.5,
         iterations: 2,
-        gap_limit: 5,
+        max_missing_samples: 5,
     };
     let limits = Limits {
         lower: [-1.0; 2],
@@ -137,7 +137,7 @@ fn a_sample_is_answered_by_the_step_of_the_loop() {
             iterations,
             cost,
             ticks,
-            bridged,
+            predicted,
         },
     ] = answers.as_slice()
     else {
@@ -148,7 +148,7 @@ fn a_sample_is_answered_by_the_step_of_the_loop() {
         (41, step.u.as_slice(), step.status)
     );
     assert_eq!(
-        (*iterations, *cost, *bridged),
+        (*iterations, *cost, *predicted),
         (step.iterations, step.cost, false)
     );
     // The counter wrapped in between.
@@ -177,7 +177,10 @@ fn a_missing_sample_is_counted_and_said() {
     let answers = talk(&mut s, &frame(&missing));
     assert!(matches!(
         answers[..],
-        [ToHost::Command { bridged: true, .. }]
+        [ToHost::Command {
+            predicted: true,
+            ..
+        }]
     ));
     s.note_deadline_miss();
     s.note_stack(1000);

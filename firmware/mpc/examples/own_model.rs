@@ -53,7 +53,7 @@ fn main() {
             move_suppression: [0.02],
             disturbance_gain: 0.5,
             iterations: 3,
-            gap_limit: 5,
+            max_missing_samples: 5,
         },
         Horizons::new(1, [1, 2, 3, 4]),
     );

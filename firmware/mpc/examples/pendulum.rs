@@ -76,7 +76,7 @@ fn main() -> std::io::Result<()> {
             move_suppression: [1e-4],
             disturbance_gain: 0.2,
             iterations: 4,
-            gap_limit: 5,
+            max_missing_samples: 5,
         },
         Horizons::new(1, [1, 2, 4, 6, 8]),
     );

@@ -22,8 +22,8 @@ pub struct Settings<const NU: usize, const NY: usize> {
     pub disturbance_gain: f32,
     /// Newton iterations a step, 1 to [`MAX_ITERATIONS`].
     pub iterations: u8,
-    /// Missing samples in a row that are bridged by prediction before the safe command.
-    pub gap_limit: u16,
+    /// Missing samples in a row that are predicted before the safe command.
+    pub max_missing_samples: u16,
 }
 
 impl<const NU: usize, const NY: usize> Settings<NU, NY> {
@@ -37,7 +37,7 @@ impl<const NU: usize, const NY: usize> Settings<NU, NY> {
     ///     move_suppression: [0.1],
     ///     disturbance_gain: 0.5,
     ///     iterations: 2,
-    ///     gap_limit: 10,
+    ///     max_missing_samples: 10,
     /// };
     /// assert_eq!(settings.validate(), Ok(()));
     /// settings.move_suppression = [-0.1];
@@ -93,7 +93,7 @@ pub struct Step<const NU: usize> {
     /// J of the plan that is followed; 0 where nothing was optimised.
     pub cost: f32,
     /// At least one output was missing; its prediction stood in.
-    pub bridged: bool,
+    pub predicted: bool,
 }
 
 /// The controller of one rig. `NB` blocks of moves, `NV = NB NU` decision variables, `N` steps
@@ -176,14 +176,14 @@ impl<
         let sample = self.observe(y, s, valid);
         let mut step = Step {
             u: [0.0; NU],
-            status: Status::Lost,
+            status: Status::SignalLost,
             iterations: 0,
             cost: 0.0,
-            bridged: sample == Sample::Bridged,
+            predicted: sample == Sample::Predicted,
         };
         self.bounds.previous = self.scaling.u.to_model(self.limiter.applied());
-        if sample == Sample::Lost {
-            step.u = self.limiter.retreat();
+        if sample == Sample::SignalLost {
+            step.u = self.limiter.ramp_to_safe();
             self.warm = false;
         } else {
             self.optimise(reference, valid, &mut step);
@@ -211,7 +211,7 @@ impl<
         self.warm = false;
         let (u, status) = match unsaturated {
             Some(unsaturated) => (self.limiter.limit(unsaturated), Status::OpenLoop),
-            None => (self.limiter.retreat(), Status::Disarmed),
+            None => (self.limiter.ramp_to_safe(), Status::Disarmed),
         };
         self.estimator.apply(&self.scaling.u.to_model(&u));
         Step {
@@ -219,7 +219,7 @@ impl<
             status,
             iterations: 0,
             cost: 0.0,
-            bridged: sample == Sample::Bridged,
+            predicted: sample == Sample::Predicted,
         }
     }
 
@@ -234,7 +234,7 @@ impl<
             &self.scaling.y.to_model(y),
             &self.scaling.s.to_model(s),
             gain,
-            self.settings.gap_limit,
+            self.settings.max_missing_samples,
         )
     }
 
@@ -305,23 +305,23 @@ impl<
 
     /// One step towards the safe command, physical units: what to call when control ends. The past
     /// is forgotten, as by [`ControlLoop::reset`]; control may start again at any time.
-    pub fn retreat(&mut self) -> [f32; NU] {
-        let u = self.limiter.retreat();
+    pub fn ramp_to_safe(&mut self) -> [f32; NU] {
+        let u = self.limiter.ramp_to_safe();
         self.reset();
         u
     }
 
     /// The safe command at once, without regard to the rate: an emergency stop. The past is
     /// forgotten.
-    pub fn trip(&mut self) {
-        self.limiter.trip();
+    pub fn emergency_stop(&mut self) {
+        self.limiter.emergency_stop();
         self.reset();
     }
 
     /// Replaces the limits; `false`, and nothing is changed, unless they are finite where the old
     /// ones are, lie within `widest`, and hold both the safe command and the one applied last.
     pub fn set_limits(&mut self, limits: Limits<NU>, widest: &Limits<NU>) -> bool {
-        if !limits.is_within(widest) || !limits.hold(self.limiter.applied()) {
+        if !limits.is_within(widest) || !limits.contain(self.limiter.applied()) {
             return false;
         }
         self.limiter.set_limits(limits);
@@ -459,7 +459,7 @@ const fn scaled_bounds<
 ///         move_suppression: [0.01],
 ///         disturbance_gain: 0.5,
 ///         iterations: 2,
-///         gap_limit: 5,
+///         max_missing_samples: 5,
 ///     },
 ///     Horizons::new(1, [1, 2]),
 /// );

@@ -17,12 +17,42 @@ pub enum Sample {
     /// Every output was measured.
     Measured,
     /// At least one output was missing and replaced by its prediction.
-    Bridged,
+    Predicted,
     /// Too many were missing in a row, or none has come yet: do not control on this.
-    Lost,
+    SignalLost,
 }
 
 /// The state of the estimator; model units.
+///
+/// ```
+/// # use sinew_mpc::model::{Jacobian, Model, Regressor};
+/// # struct Lag;
+/// # impl Model<1, 1, 0, 1, 1> for Lag {
+/// #     type Trace = ();
+/// #     const TRACE: () = ();
+/// #     fn predict(&self, x: &Regressor<1, 1, 0, 1, 1>, _: &mut ()) -> [f32; 1] {
+/// #         [0.5 * x.y[0][0] + 0.5 * x.u[0][0]]
+/// #     }
+/// #     fn jacobian(&self, _: &(), jacobian: &mut Jacobian<1, 1, 1, 1>) {
+/// #         jacobian.y[0][0][0] = 0.5;
+/// #         jacobian.u[0][0][0] = 0.5;
+/// #     }
+/// # }
+/// use sinew_mpc::estimator::{Estimator, Sample};
+///
+/// // The model `Lag` is y(k+1) = 0.5 y(k) + 0.5 u(k).
+/// let mut estimator: Estimator<1, 1, 0, 1, 1> = Estimator::new([0.0]);
+/// let (gain, max_missing_samples) = (1.0, 1);
+/// let mut observe = |y: f32| {
+///     let sample = estimator.observe(&Lag, &[y], &[], gain, max_missing_samples);
+///     estimator.apply(&[1.0]);
+///     (sample, estimator.regressor().y[0][0])
+/// };
+/// assert_eq!(observe(0.0), (Sample::Measured, 0.0));
+/// // One missing sample is predicted; after the second in a row the signal is lost.
+/// assert_eq!(observe(f32::NAN), (Sample::Predicted, 0.5));
+/// assert_eq!(observe(f32::NAN).0, Sample::SignalLost);
+/// ```
 #[derive(Clone, Debug)]
 pub struct Estimator<
     const NU: usize,
@@ -90,10 +120,10 @@ impl<const NU: usize, const NY: usize, const NS: usize, const ND: usize, const D
         y: &[f32; NY],
         s: &[f32; NS],
         gain: f32,
-        gap_limit: u16,
+        max_missing_samples: u16,
     ) -> Sample {
         let complete = y.iter().all(|y| plausible(*y));
-        let lost = !self.started || self.missing_run > gap_limit;
+        let lost = !self.started || self.missing_run > max_missing_samples;
         let mut predicted = self.regressor.y.first().copied().unwrap_or([0.0; NY]);
         if self.started {
             let mut trace = M::TRACE;
@@ -131,10 +161,10 @@ impl<const NU: usize, const NY: usize, const NS: usize, const ND: usize, const D
             self.measured_run = 0;
             let entered = entered(y, &predicted, M::OBSERVER_GAIN);
             shift(&mut self.regressor.y, entered);
-            if !self.started || self.missing_run > gap_limit {
-                Sample::Lost
+            if !self.started || self.missing_run > max_missing_samples {
+                Sample::SignalLost
             } else {
-                Sample::Bridged
+                Sample::Predicted
             }
         };
         keep_plausible(&mut self.regressor.s, s);

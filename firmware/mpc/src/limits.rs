@@ -15,7 +15,7 @@ use crate::math::{add_down, add_up, clamp};
 /// let mut limiter = Limiter::new(limits);
 /// assert_eq!(limiter.limit(&[5.0]), [0.25]);
 /// assert_eq!(limiter.limit(&[f32::NAN]), [0.25]);
-/// assert!(limits.hold(limiter.applied()));
+/// assert!(limits.contain(limiter.applied()));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits<const NU: usize> {
@@ -73,11 +73,11 @@ impl<const NU: usize> Limits<NU> {
         let slower = rates
             .into_iter()
             .all(|(rate, most)| (0.0..=*most).contains(rate));
-        boxed && slower && self.safe == widest.safe && self.hold(&widest.safe)
+        boxed && slower && self.safe == widest.safe && self.contain(&widest.safe)
     }
 
     /// True if a command is inside the box.
-    pub fn hold(&self, u: &[f32; NU]) -> bool {
+    pub fn contain(&self, u: &[f32; NU]) -> bool {
         let boxes = self.lower.iter().zip(&self.upper);
         boxes
             .zip(u)
@@ -130,7 +130,7 @@ impl<const NU: usize> Limiter<NU> {
     }
 
     /// The safe command counts as applied, whatever the rate.
-    pub const fn trip(&mut self) {
+    pub const fn emergency_stop(&mut self) {
         self.applied = self.limits.safe;
     }
 
@@ -140,7 +140,7 @@ impl<const NU: usize> Limiter<NU> {
     }
 
     /// One step towards the safe command.
-    pub fn retreat(&mut self) -> [f32; NU] {
+    pub fn ramp_to_safe(&mut self) -> [f32; NU] {
         let safe = self.limits.safe;
         self.limit(&safe)
     }

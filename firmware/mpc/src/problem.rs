@@ -14,6 +14,41 @@ pub struct Weights<const NU: usize, const NY: usize> {
 }
 
 /// One optimisation: everything that stays the same while a step is computed.
+///
+/// ```
+/// # use sinew_mpc::model::{Jacobian, Model, Regressor};
+/// # use sinew_mpc::sensitivity::Propagate;
+/// # struct Lag;
+/// # impl Model<1, 1, 0, 1, 1> for Lag {
+/// #     type Trace = ();
+/// #     const TRACE: () = ();
+/// #     fn predict(&self, x: &Regressor<1, 1, 0, 1, 1>, _: &mut ()) -> [f32; 1] {
+/// #         [0.5 * x.y[0][0] + 0.5 * x.u[0][0]]
+/// #     }
+/// #     fn jacobian(&self, _: &(), jacobian: &mut Jacobian<1, 1, 1, 1>) {
+/// #         jacobian.y[0][0][0] = 0.5;
+/// #         jacobian.u[0][0][0] = 0.5;
+/// #     }
+/// # }
+/// # impl Propagate<1, 1, 0, 1, 1> for Lag {}
+/// use sinew_mpc::{Bounds, Horizons, Plan, Problem, Status, Weights, solve};
+///
+/// let bounds = Bounds { lower: [-0.8], upper: [0.8], rate: [1.0], previous: [0.0] };
+/// // The model `Lag` is y(k+1) = 0.5 y(k) + 0.5 u(k). 8 steps are predicted, 1 command is free.
+/// let problem = Problem {
+///     model: &Lag,
+///     start: &Regressor { u: [[0.0]], y: [[0.0]], s: [] },
+///     disturbance: &[0.0],
+///     reference: &[[1.0]; 8],
+///     weights: Weights { tracking: [1.0], moves: [0.0] },
+///     bounds: &bounds,
+///     horizons: &Horizons::new(1, [1]),
+/// };
+/// let mut plan = Plan::<1>::new();
+/// let outcome = solve(&problem, &mut plan, 2);
+/// assert_eq!(outcome.status, Status::Converged);
+/// assert_eq!(plan.u, [0.8], "the upper limit");
+/// ```
 #[derive(Clone, Copy)]
 pub struct Problem<
     'a,

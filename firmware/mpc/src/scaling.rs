@@ -40,6 +40,19 @@ impl<const N: usize> Scaling<N> {
 }
 
 /// The scalings of a predictor: inputs, outputs and sensor channels.
+///
+/// ```
+/// use sinew_mpc::scaling::{ModelScaling, Scaling};
+///
+/// // A command of 0 to 10 V becomes -1 to 1; the output is metres in either unit.
+/// let scaling: ModelScaling<1, 1, 0> = ModelScaling {
+///     u: Scaling { span: [5.0], offset: [5.0] },
+///     ..ModelScaling::IDENTITY
+/// };
+/// assert_eq!(scaling.u.to_model(&[10.0]), [1.0]);
+/// assert_eq!(scaling.u.to_physical(&[-1.0]), [0.0]);
+/// assert_eq!(scaling.y.to_model(&[0.25]), [0.25]);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModelScaling<const NU: usize, const NY: usize, const NS: usize> {
     /// Commands.

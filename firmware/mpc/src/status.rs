@@ -19,7 +19,7 @@ pub enum Status {
     /// The prediction is not finite; the earlier plan is followed.
     NotFinite,
     /// No sample yet, or too many missing in a row; going to the safe command.
-    Lost,
+    SignalLost,
     /// Nothing is armed; going to the safe command.
     Disarmed,
     /// The command is one that was asked for, inside the limits; nothing was optimised.

@@ -92,7 +92,7 @@ fn controller(sharpness: f32, safe: f32) -> Loop {
         move_suppression: [0.05],
         disturbance_gain: 0.5,
         iterations: 4,
-        gap_limit: 5,
+        max_missing_samples: 5,
     };
     let limits = Limits {
         lower: [-1.0],

@@ -19,7 +19,7 @@ const SETTINGS: Settings<1, 1> = Settings {
     move_suppression: [0.05],
     disturbance_gain: 0.5,
     iterations: 2,
-    gap_limit: 5,
+    max_missing_samples: 5,
 };
 
 const LIMITS: Limits<1> = Limits {
@@ -165,7 +165,7 @@ fn saturated_start_and_safe_command_at_the_edge() {
 }
 
 #[test]
-fn a_short_gap_is_bridged_and_a_long_one_goes_to_the_safe_command() {
+fn a_short_gap_is_predicted_and_a_long_one_goes_to_the_safe_command() {
     let limits = Limits {
         safe: [-1.0],
         ..LIMITS
@@ -189,7 +189,7 @@ fn a_short_gap_is_bridged_and_a_long_one_goes_to_the_safe_command() {
         before = last.u[0];
         if missing <= 5 {
             assert!(
-                last.bridged && last.status.is_controlled(),
+                last.predicted && last.status.is_controlled(),
                 "gap {missing}: {last:?}"
             );
             assert!(
@@ -198,7 +198,7 @@ fn a_short_gap_is_bridged_and_a_long_one_goes_to_the_safe_command() {
             );
             assert!((plant.y - 1.0).abs() < 0.01);
         } else {
-            assert_eq!(last.status, Status::Lost, "gap {missing}");
+            assert_eq!(last.status, Status::SignalLost, "gap {missing}");
         }
     }
     assert_eq!(last.u, [-1.0], "the safe command was not reached");
@@ -245,7 +245,7 @@ fn nothing_moves_before_the_first_sample() {
     let mut c = controller(0.9, LIMITS);
     for _ in 0..20 {
         let step = c.step(&[f32::NAN], &[], &[[1.0]; N]);
-        assert_eq!((step.u, step.status), ([0.0], Status::Lost));
+        assert_eq!((step.u, step.status), ([0.0], Status::SignalLost));
     }
     assert!(c.step(&[0.0], &[], &[[1.0]; N]).status.is_controlled());
 }
@@ -292,7 +292,7 @@ fn an_absurd_measurement_is_a_missing_one() {
     };
     let _ = run(&mut c, &mut plant, 1.0, 100);
     for y in [f32::INFINITY, 1e30, -1e9] {
-        assert!(c.step(&[y], &[], &[[1.0]; N]).bridged);
+        assert!(c.step(&[y], &[], &[[1.0]; N]).predicted);
     }
     let _ = run(&mut c, &mut plant, 1.0, 100);
     assert!((plant.y - 1.0).abs() < 2e-4);
@@ -393,7 +393,7 @@ fn reset_forgets_the_past_and_keeps_the_command() {
 }
 
 #[test]
-fn retreat_goes_to_the_safe_command_and_control_starts_again() {
+fn ramp_to_safe_goes_to_the_safe_command_and_control_starts_again() {
     let mut c = controller(0.9, LIMITS);
     let mut plant = Plant {
         a: 0.85,
@@ -405,15 +405,15 @@ fn retreat_goes_to_the_safe_command_and_control_starts_again() {
     };
     let steady = run(&mut c, &mut plant, 1.0, 100).u[0];
     assert!(steady > 0.3, "already at the safe command");
-    let first = c.retreat()[0];
+    let first = c.ramp_to_safe()[0];
     assert!(
         (steady - first - 0.2).abs() < 1e-6,
         "{first} after {steady}"
     );
     for _ in 0..10 {
-        plant.advance(c.retreat()[0]);
+        plant.advance(c.ramp_to_safe()[0]);
     }
-    assert_eq!(c.retreat(), [0.0]);
+    assert_eq!(c.ramp_to_safe(), [0.0]);
     let _ = run(&mut c, &mut plant, 1.0, 300);
     assert!((plant.y - 1.0).abs() < 2e-4);
 }
@@ -435,7 +435,7 @@ fn more_iterations_never_cost_more() {
                 move_suppression: [0.001; 2],
                 disturbance_gain: 0.0,
                 iterations,
-                gap_limit: 5,
+                max_missing_samples: 5,
             };
             let limits = Limits {
                 lower: [-1.0; 2],

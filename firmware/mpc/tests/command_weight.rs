@@ -39,7 +39,7 @@ fn after<const MILLIONTHS: u32>(steps: usize, reference: f32) -> ([f32; 2], f32)
         move_suppression: [0.1; 2],
         disturbance_gain: 0.2,
         iterations: 2,
-        gap_limit: 5,
+        max_missing_samples: 5,
     };
     let limits = Limits {
         lower: [-1.0; 2],

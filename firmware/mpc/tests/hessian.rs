@@ -218,7 +218,7 @@ fn commands_with_the_exact_hessian_are_inside_the_limits() {
                 move_suppression: [0.01; 2],
                 disturbance_gain: 0.3,
                 iterations: 4,
-                gap_limit: 3,
+                max_missing_samples: 3,
             },
             Horizons::every_step(),
         );

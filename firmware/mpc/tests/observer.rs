@@ -77,6 +77,6 @@ fn what_is_missing_is_predicted_as_it_is_without_an_observer() {
     let mut estimator = after::<25>(0.1, &[0.8, 0.9]);
     let held = estimator.regressor().y[0][0];
     let sample = estimator.observe(&Halving::<25>, &[f32::NAN], &[], 0.0, 3);
-    assert_eq!(sample, Sample::Bridged);
+    assert_eq!(sample, Sample::Predicted);
     assert_eq!(estimator.regressor().y[0][0], 0.5 * held + 0.1);
 }

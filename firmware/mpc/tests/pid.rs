@@ -10,8 +10,8 @@ const GAINS: PidGains = PidGains {
     ki: 3.0,
     kd: 0.4,
     filter_s: 0.02,
-    proportional_setpoint: 1.0,
-    derivative_setpoint: 0.0,
+    proportional_setpoint_weight: 1.0,
+    derivative_setpoint_weight: 0.0,
     tracking_time_s: 0.2,
 };
 
@@ -98,8 +98,8 @@ fn back_calculation_prevents_windup() {
 fn setpoint_weights_take_the_kick_out() {
     let first = |b, c| {
         let gains = PidGains {
-            proportional_setpoint: b,
-            derivative_setpoint: c,
+            proportional_setpoint_weight: b,
+            derivative_setpoint_weight: c,
             ..GAINS
         };
         let mut pid = Pid::new([gains], PERIOD_S, LIMITS, 5);

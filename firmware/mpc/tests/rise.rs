@@ -16,7 +16,7 @@ const GAINS: RiseGains = RiseGains {
     alpha1: 5.0,
     alpha2: 4.0,
     beta: 2.0,
-    proportional_setpoint: 1.0,
+    proportional_setpoint_weight: 1.0,
     filter_s: 0.004,
     tracking_time_s: 0.1,
 };
@@ -27,8 +27,8 @@ const PID: PidGains = PidGains {
     ki: 8.0 * 5.0 * 4.0,
     kd: 8.0,
     filter_s: 0.004,
-    proportional_setpoint: 1.0,
-    derivative_setpoint: 1.0,
+    proportional_setpoint_weight: 1.0,
+    derivative_setpoint_weight: 1.0,
     tracking_time_s: 0.1,
 };
 

@@ -113,7 +113,7 @@ proptest! {
             move_suppression: [w[3].abs(), w[4]],
             disturbance_gain: gain,
             iterations,
-            gap_limit: 3,
+            max_missing_samples: 3,
         };
         let mut c: ControlLoop<_, 2, 3, 1, 3, 2, 5, 3, 6> =
             ControlLoop::new(net, ModelScaling::IDENTITY, limits, settings, Horizons::every_step());
@@ -136,10 +136,10 @@ proptest! {
             let asked = reference.as_flattened().iter().all(|r| r.is_finite());
             if step.status.is_controlled() {
                 prop_assert!(asked && c.settings().is_valid() && step.cost.is_finite());
-                prop_assert!(measured != step.bridged);
+                prop_assert!(measured != step.predicted);
             }
             if !asked {
-                prop_assert!(matches!(step.status, Status::BadReference | Status::Lost));
+                prop_assert!(matches!(step.status, Status::BadReference | Status::SignalLost));
             }
             before = step.u;
         }
@@ -154,7 +154,7 @@ proptest! {
         let g = gains.map(f32::from_bits);
         let gains = PidGains {
             kp: g[0], ki: g[1], kd: g[2], filter_s: g[3],
-            proportional_setpoint: g[4], derivative_setpoint: g[5], tracking_time_s: g[6],
+            proportional_setpoint_weight: g[4], derivative_setpoint_weight: g[5], tracking_time_s: g[6],
         };
         let mut pid = Pid::new([gains; 2], 0.01, limits, 3);
         let mut before = limits.safe;
@@ -176,7 +176,7 @@ proptest! {
     ) {
         let g = gains.map(f32::from_bits);
         let gains = RiseGains {
-            gain: g[0], alpha1: g[1], alpha2: g[2], beta: g[3], proportional_setpoint: g[4],
+            gain: g[0], alpha1: g[1], alpha2: g[2], beta: g[3], proportional_setpoint_weight: g[4],
             filter_s: g[5], tracking_time_s: g[6],
         };
         let mut rise = Rise::new([gains; 2], 0.01, limits, 3);
@@ -234,7 +234,7 @@ fn the_safe_command_is_reached_within_the_rate() {
         move_suppression: [0.0],
         disturbance_gain: 0.0,
         iterations: 2,
-        gap_limit: 0,
+        max_missing_samples: 0,
     };
     let mut c: ControlLoop<_, 1, 1, 0, 2, 1, 4, 2, 2> = ControlLoop::new(
         model,

@@ -70,7 +70,7 @@ fn no_input_makes_a_step_longer_than_the_documented_bound() {
             move_suppression: [0.02; NU],
             disturbance_gain: 0.5,
             iterations,
-            gap_limit: 3,
+            max_missing_samples: 3,
         };
         let limits = Limits {
             lower: [-1.0; NU],
@@ -99,7 +99,7 @@ fn no_input_makes_a_step_longer_than_the_documented_bound() {
             let y = core::array::from_fn(|_| value());
             let reference = core::array::from_fn(|_| core::array::from_fn(|_| value()));
             let step = control.step(&y, &[], &reference);
-            assert!(limits.hold(&step.u));
+            assert!(limits.contain(&step.u));
             let iterations = usize::from(iterations);
             let bound = Work::most(iterations as u8, NU, 6);
             let rollouts = bound.rollouts as usize;

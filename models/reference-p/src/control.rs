@@ -68,7 +68,7 @@ pub const SETTINGS: Settings<NU, NY> = Settings {
     move_suppression: [0.05, 0.05],
     disturbance_gain: 0.0,
     iterations: 2,
-    gap_limit: 10,
+    max_missing_samples: 10,
 };
 
 /// The first step that counts, and the lengths of the blocks of equal moves.

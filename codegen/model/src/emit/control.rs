@@ -24,7 +24,7 @@ pub(super) fn print(spec: &ModelSpec) -> String {
     let tracking_weight = narrow(&control.tracking_weight);
     let move_suppression = narrow(&control.move_suppression);
     let disturbance_gain = literal::float(control.disturbance_gain as f32);
-    let (iterations, gap_limit) = (control.iterations, control.gap_limit);
+    let (iterations, max_missing_samples) = (control.iterations, control.max_missing_samples);
     format!(
         "//! The control problem: shapes, scaling, limits, settings, and the controller they make.
 //!
@@ -82,7 +82,7 @@ pub const SETTINGS: Settings<NU, NY> = Settings {{
     move_suppression: {move_suppression},
     disturbance_gain: {disturbance_gain},
     iterations: {iterations},
-    gap_limit: {gap_limit},
+    max_missing_samples: {max_missing_samples},
 }};
 
 /// The first step that counts, and the lengths of the blocks of equal moves.

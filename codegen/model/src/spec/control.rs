@@ -38,8 +38,8 @@ pub struct ControlSpec {
     pub observer_gain: f64,
     /// Newton iterations in one step.
     pub iterations: u8,
-    /// Missing samples that are bridged by prediction before the safe command is given.
-    pub gap_limit: u16,
+    /// Missing samples in a row that are predicted before the safe command is given.
+    pub max_missing_samples: u16,
 }
 
 const WEIGHT: &str = "a finite number, 0 or more";

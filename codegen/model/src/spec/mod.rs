@@ -81,7 +81,7 @@ impl OutputForm {
 ///         safe: vec![0.0],
 ///         disturbance_gain: 0.2,
 ///         iterations: 2,
-///         gap_limit: 12,
+///         max_missing_samples: 12,
 ///     },
 ///     golden: vec![],
 /// };

@@ -102,7 +102,9 @@ struct ControlTable {
     #[serde(default = "whole")]
     observer_gain: f64,
     iterations: u8,
-    gap_limit: u16,
+    // The older name.
+    #[serde(alias = "gap_limit")]
+    max_missing_samples: u16,
 }
 
 /// N1 where the file does not say it: the first predicted step counts.
@@ -321,7 +323,11 @@ fn write_model(text: &mut String, spec: &ModelSpec) -> std::fmt::Result {
         writeln!(text, "observer_gain = {:?}", control.observer_gain)?;
     }
     writeln!(text, "iterations = {}", control.iterations)?;
-    writeln!(text, "gap_limit = {}", control.gap_limit)
+    writeln!(
+        text,
+        "max_missing_samples = {}",
+        control.max_missing_samples
+    )
 }
 
 /// A TOML string with its quotes and escapes.
@@ -357,7 +363,7 @@ impl From<ControlTable> for ControlSpec {
             safe: table.safe,
             disturbance_gain: table.disturbance_gain,
             iterations: table.iterations,
-            gap_limit: table.gap_limit,
+            max_missing_samples: table.max_missing_samples,
         }
     }
 }

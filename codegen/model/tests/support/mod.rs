@@ -172,7 +172,7 @@ pub fn control(inputs: usize, outputs: usize) -> ControlSpec {
         safe: vec![0.0; inputs],
         disturbance_gain: 0.2,
         iterations: 2,
-        gap_limit: 12,
+        max_missing_samples: 12,
     }
 }
 

@@ -66,7 +66,7 @@ impl<const NU: usize, const NY: usize, const N: usize> Own<NU, NY, N> {
         self.next_row = 0;
     }
 
-    pub(super) fn trip(&mut self) {
+    pub(super) fn emergency_stop(&mut self) {
         self.disarm();
         self.live = false;
     }
@@ -142,7 +142,7 @@ impl<
                 }
                 let wish = row.map_or(*self.controller.applied(), |(_, u)| u);
                 let step = self.controller.open_loop(y, s, Some(&wish));
-                if self.own.starved > self.controller.settings().gap_limit {
+                if self.own.starved > self.controller.settings().max_missing_samples {
                     self.disarm(Cause::Starved);
                 }
                 (step, row.map(|(number, _)| number), [f32::NAN; NY])

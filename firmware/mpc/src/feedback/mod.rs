@@ -37,28 +37,33 @@ pub struct Feedback<L: Law, const NU: usize> {
     period_s: f32,
     state: [L; NU],
     limiter: Limiter<NU>,
-    gap_limit: u16,
+    max_missing_samples: u16,
     missing_run: u16,
 }
 
 impl<L: Law, const NU: usize> Feedback<L, NU> {
-    /// At rest at the safe command. `gap_limit`: missing samples in a row over which the command is
-    /// held, before the safe command.
-    pub fn new(gains: [L::Gains; NU], period_s: f32, limits: Limits<NU>, gap_limit: u16) -> Self {
+    /// At rest at the safe command. `max_missing_samples`: missing samples in a row over which the
+    /// command is held, before the safe command.
+    pub fn new(
+        gains: [L::Gains; NU],
+        period_s: f32,
+        limits: Limits<NU>,
+        max_missing_samples: u16,
+    ) -> Self {
         let limiter = Limiter::new(limits);
         Self {
             gains,
             period_s,
             state: limiter.applied().map(L::new),
             limiter,
-            gap_limit,
+            max_missing_samples,
             missing_run: 0,
         }
     }
 
     /// The command for this sample, physical units, inside the limits whatever comes in. A channel
     /// whose output or reference is not finite holds its command; when that lasts longer than
-    /// `gap_limit`, all channels go to the safe command.
+    /// `max_missing_samples`, all channels go to the safe command.
     pub fn step(&mut self, y: &[f32; NU], reference: &[f32; NU]) -> [f32; NU] {
         let usable = |i: usize| y[i].is_finite() && reference[i].is_finite();
         if (0..NU).all(usable) {
@@ -66,8 +71,8 @@ impl<L: Law, const NU: usize> Feedback<L, NU> {
         } else {
             self.missing_run = self.missing_run.saturating_add(1);
         }
-        if self.missing_run > self.gap_limit {
-            let applied = self.limiter.retreat();
+        if self.missing_run > self.max_missing_samples {
+            let applied = self.limiter.ramp_to_safe();
             self.restart(&applied);
             return applied;
         }

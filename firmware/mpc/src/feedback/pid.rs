@@ -19,9 +19,9 @@ pub struct PidGains {
     /// Time constant of the derivative's filter, seconds.
     pub filter_s: f32,
     /// Weight b of the reference in P.
-    pub proportional_setpoint: f32,
+    pub proportional_setpoint_weight: f32,
     /// Weight c of the reference in D.
-    pub derivative_setpoint: f32,
+    pub derivative_setpoint_weight: f32,
     /// Time constant of the anti-windup, seconds; shorter than a period: one period. 0: the
     /// integral is corrected at once.
     pub tracking_time_s: f32,
@@ -50,12 +50,14 @@ impl Law for PidState {
 
     fn advance(&mut self, gains: &PidGains, period_s: f32, reference: f32, y: f32) -> f32 {
         self.integral += gains.ki * period_s * (reference - y);
-        let differenced = gains.derivative_setpoint * reference - y;
+        let differenced = gains.derivative_setpoint_weight * reference - y;
         let change = differenced - self.differenced.unwrap_or(differenced);
         let window = gains.filter_s + period_s;
         self.derivative = (gains.filter_s * self.derivative + gains.kd * change) / window;
         self.differenced = Some(differenced);
-        gains.kp * (gains.proportional_setpoint * reference - y) + self.integral + self.derivative
+        gains.kp * (gains.proportional_setpoint_weight * reference - y)
+            + self.integral
+            + self.derivative
     }
 
     fn anti_windup(&mut self, gains: &PidGains, period_s: f32, unsaturated: f32, applied: f32) {
@@ -75,8 +77,8 @@ impl Law for PidState {
 ///     ki: 4.0,
 ///     kd: 0.0,
 ///     filter_s: 0.0,
-///     proportional_setpoint: 1.0,
-///     derivative_setpoint: 0.0,
+///     proportional_setpoint_weight: 1.0,
+///     derivative_setpoint_weight: 0.0,
 ///     tracking_time_s: 0.5,
 /// };
 /// let limits = Limits { lower: [-1.0], upper: [1.0], rate: [0.2], safe: [0.0] };

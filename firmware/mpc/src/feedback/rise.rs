@@ -22,7 +22,7 @@ pub struct RiseGains {
     /// beta: the fastest disturbance that is rejected, `output * s^-1`.
     pub beta: f32,
     /// Weight b of the reference in alpha1 (b r - y) outside the integral; 1: the paper's law.
-    pub proportional_setpoint: f32,
+    pub proportional_setpoint_weight: f32,
     /// Time constant of the filter of de/dt, seconds.
     pub filter_s: f32,
     /// Time constant of the anti-windup, seconds; shorter than a period: one period.
@@ -52,7 +52,7 @@ impl Law for RiseState {
 
     fn advance(&mut self, gains: &RiseGains, period_s: f32, reference: f32, y: f32) -> f32 {
         let error = reference - y;
-        let weighted = gains.alpha1 * (gains.proportional_setpoint * reference - y);
+        let weighted = gains.alpha1 * (gains.proportional_setpoint_weight * reference - y);
         let Some((before, origin)) = self.begun else {
             // t = 0: no slope yet, and nothing integrated.
             self.begun = Some((error, weighted));
@@ -94,7 +94,7 @@ fn sign(x: f32) -> f32 {
 ///     alpha1: 4.0,
 ///     alpha2: 1.0,
 ///     beta: 0.2,
-///     proportional_setpoint: 1.0,
+///     proportional_setpoint_weight: 1.0,
 ///     filter_s: 0.02,
 ///     tracking_time_s: 0.5,
 /// };

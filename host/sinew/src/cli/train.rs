@@ -64,13 +64,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .iter()
         .map(|r| free_run(&rig, r))
         .collect::<Result<Vec<_>>>()?;
-    let visits = starts(&plant, &recordings, &runs)?;
+    let sampled_states = starts(&plant, &recordings, &runs)?;
     let stage = Stage::begin("train the network", arguments.common.quiet);
     let learned = learn(
         &rig,
         &plant,
         &plant.values(),
-        &visits,
+        &sampled_states,
         &task,
         (arguments.common.seed, &arguments.out.join(CHECKPOINT_FILE)),
         |done, of, losses| {

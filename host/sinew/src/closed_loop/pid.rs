@@ -37,8 +37,8 @@ impl BaselineController for PidState {
             ki: (g[1] * g[0] * unit) as f32,
             kd: (g[2] * g[0] * unit) as f32,
             filter_s: (g[3] * period_s) as f32,
-            proportional_setpoint: g[4] as f32,
-            derivative_setpoint: g[5] as f32,
+            proportional_setpoint_weight: g[4] as f32,
+            derivative_setpoint_weight: g[5] as f32,
             tracking_time_s: (g[6] * period_s) as f32,
         }
     }
@@ -49,8 +49,8 @@ impl BaselineController for PidState {
             ("ki", gains.ki),
             ("kd", gains.kd),
             ("filter_s", gains.filter_s),
-            ("proportional_setpoint", gains.proportional_setpoint),
-            ("derivative_setpoint", gains.derivative_setpoint),
+            ("proportional_setpoint", gains.proportional_setpoint_weight),
+            ("derivative_setpoint", gains.derivative_setpoint_weight),
             ("tracking_time_s", gains.tracking_time_s),
         ]
         .map(|(name, value)| (name, f64::from(value)))

@@ -154,7 +154,7 @@ fn append_move(column: &mut Vec<f64>, from: f64, to: f64, speed: f64, period: f6
     }));
 }
 
-/// Linear between the samples around `at`; missing samples are bridged, ends are held.
+/// Linear between the samples around `at`; missing samples are predicted, ends are held.
 fn interpolate(t: &[f64], values: &[f64], at: f64) -> f64 {
     let next = t.partition_point(|x| *x < at);
     let after = (next..t.len()).find(|i| values[*i].is_finite());

@@ -38,7 +38,7 @@ impl BaselineController for RiseState {
             alpha1: g[1] as f32,
             alpha2: g[2] as f32,
             beta: (g[3] * input) as f32,
-            proportional_setpoint: g[4] as f32,
+            proportional_setpoint_weight: g[4] as f32,
             filter_s: (g[5] * period_s) as f32,
             tracking_time_s: (g[6] * period_s) as f32,
         }
@@ -50,7 +50,7 @@ impl BaselineController for RiseState {
             ("alpha1", gains.alpha1),
             ("alpha2", gains.alpha2),
             ("beta", gains.beta),
-            ("proportional_setpoint", gains.proportional_setpoint),
+            ("proportional_setpoint", gains.proportional_setpoint_weight),
             ("filter_s", gains.filter_s),
             ("tracking_time_s", gains.tracking_time_s),
         ]

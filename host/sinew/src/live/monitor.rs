@@ -321,7 +321,7 @@ fn statuses() -> String {
         Status::BadReference,
         Status::BadSettings,
         Status::NotFinite,
-        Status::Lost,
+        Status::SignalLost,
         Status::Disarmed,
         Status::OpenLoop,
     ];

@@ -224,7 +224,7 @@ fn episode(
         measured: y.clone(),
         y,
         channels: rows(sensors(&task.channels), &spec.channels, t.len())?,
-        slopes: vec![],
+        sensitivities: vec![],
         steps,
     })
 }

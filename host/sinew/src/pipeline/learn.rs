@@ -13,7 +13,9 @@ use sinew_train::{FirstLayer, Form};
 use crate::closed_loop::control_problem::ControlProblem;
 use crate::rig_file;
 use sinew_ident::error::{Error, Result};
-use sinew_train::dataset::{Recipe, Slope, Stretch, Visit, draw, slopes};
+use sinew_train::dataset::{
+    RolloutConfig, SampledState, Sensitivity, Stretch, draw, sensitivities,
+};
 use sinew_train::train::{
     Checkpoint, Epoch, Options, Scaled, Shape, Windows, gates, layers, scale, scaling, train,
 };
@@ -26,7 +28,7 @@ const EPISODE_STEPS: usize = 60;
 /// Episodes to train on, to choose the pass by, and to score on.
 const EPISODES: [usize; 3] = [400, 80, 80];
 /// States of the recordings from which episodes may begin.
-pub const VISITS: usize = 4000;
+pub const SAMPLED_STATES: usize = 4000;
 
 /// A trained model and how good it is.
 #[derive(Clone, Debug)]
@@ -88,8 +90,8 @@ pub fn options(rig: &Rig, horizon: usize, seed: u64) -> Result<(Shape, Options)>
     ))
 }
 
-/// Trains the model of `rig` on episodes of `plant` with `values`, begun at `visits`, with a seed
-/// and a file for its checkpoint.
+/// Trains the model of `rig` on episodes of `plant` with `values`, begun at `sampled_states`, with
+/// a seed and a file for its checkpoint.
 ///
 /// # Errors
 /// The rig asks for a form that training does not make, the plant diverges, or nothing is learned.
@@ -97,7 +99,7 @@ pub fn learn(
     rig: &Rig,
     plant: &Plant,
     values: &[f64],
-    visits: &[Visit],
+    sampled_states: &[SampledState],
     task: &ControlProblem,
     (seed, checkpoint): (u64, &Path),
     mut progress: impl FnMut(usize, usize, Epoch),
@@ -115,7 +117,7 @@ pub fn learn(
             rig,
             plant,
             values,
-            visits,
+            sampled_states,
             task,
             (seed, checkpoint),
             &mut progress,
@@ -136,7 +138,7 @@ fn learned(
     rig: &Rig,
     plant: &Plant,
     values: &[f64],
-    visits: &[Visit],
+    sampled_states: &[SampledState],
     task: &ControlProblem,
     (seed, checkpoint): (u64, &Path),
     progress: impl FnMut(usize, usize, Epoch),
@@ -147,16 +149,22 @@ fn learned(
         n_y: task.outputs.len(),
         ..shape
     };
-    let recipe = Recipe {
+    let config = RolloutConfig {
         period_s: task.period_s,
-        steps: EPISODE_STEPS + shape.history() + options.warm_up() + options.rollout,
+        steps: EPISODE_STEPS + shape.history() + options.burn_in() + options.rollout,
         outputs: task.outputs.clone(),
         noise: task.noise.clone(),
         channels: task.channels.clone(),
         channel_noise: task.channel_noise.clone(),
         seed,
     };
-    let drawn = draw(plant, values, visits, &recipe, EPISODES.iter().sum())?;
+    let drawn = draw(
+        plant,
+        values,
+        sampled_states,
+        &config,
+        EPISODES.iter().sum(),
+    )?;
     let column = |of: fn(&sinew_train::dataset::Episode) -> &[f64], width: usize, i: usize| {
         drawn
             .iter()
@@ -175,19 +183,19 @@ fn learned(
     if options.derivative_weight > 0.0 {
         let reach: Vec<f64> = u_scaling.iter().map(|(span, _)| *span).collect();
         let stretch = Stretch {
-            first: shape.history() + options.warm_up(),
+            first: shape.history() + options.burn_in(),
             steps: options.rollout,
             reach: &reach,
         };
-        let slopes = slopes(
+        let sensitivities = sensitivities(
             plant,
             values,
             &drawn[..EPISODES[0] + EPISODES[1]],
-            &recipe,
+            &config,
             stretch,
         )?;
-        for (episode, slopes) in scaled.iter_mut().zip(slopes) {
-            episode.slopes = in_model_units(slopes, &u_scaling, &y_scaling);
+        for (episode, sensitivities) in scaled.iter_mut().zip(sensitivities) {
+            episode.sensitivities = in_model_units(sensitivities, &u_scaling, &y_scaling);
         }
     }
     let (training, rest) = scaled.split_at(EPISODES[0]);
@@ -238,7 +246,7 @@ fn learned(
     spec.validate()
         .map_err(|e| Error::failed(format!("the trained model: {e}")))?;
     let (one_step_rms, horizon_rms) =
-        score(&spec, shape, options.warm_up(), task, test, &y_scaling);
+        score(&spec, shape, options.burn_in(), task, test, &y_scaling);
     let record = Record {
         history: trained.history,
         kept: trained.kept,
@@ -250,21 +258,21 @@ fn learned(
     Ok(Learned { spec, record })
 }
 
-/// Slopes with inputs and outputs in units of their spans.
+/// Sensitivities with inputs and outputs in units of their spans.
 fn in_model_units(
-    mut slopes: Vec<Slope>,
+    mut sensitivities: Vec<Sensitivity>,
     u_scaling: &[(f64, f64)],
     y_scaling: &[(f64, f64)],
-) -> Vec<Slope> {
+) -> Vec<Sensitivity> {
     let divide = |values: &mut [f64], scaling: &[(f64, f64)]| {
         let each = values.iter_mut().zip(scaling.iter().cycle());
         each.for_each(|(value, (span, _))| *value /= span);
     };
-    for slope in &mut slopes {
-        divide(&mut slope.along, u_scaling);
-        divide(&mut slope.of, y_scaling);
+    for sensitivity in &mut sensitivities {
+        divide(&mut sensitivity.along, u_scaling);
+        divide(&mut sensitivity.of, y_scaling);
     }
-    slopes
+    sensitivities
 }
 
 /// What a network remembers has to fit a frame beside the regressor; said before anything is
@@ -339,7 +347,7 @@ pub(super) fn control(task: &ControlProblem) -> ControlSpec {
         disturbance_gain: 0.2,
         observer_gain: 1.0,
         iterations: 2,
-        gap_limit: 10,
+        max_missing_samples: 10,
     }
 }
 
@@ -358,17 +366,17 @@ fn roughened(noise: &[f64], range: &[f64]) -> Vec<f64> {
 
 /// Root mean square errors on `test`, one step ahead and at the horizon, in physical units. What a
 /// network remembers follows from the measured past of the episode, from rest on, as in the
-/// firmware; the first `warm_up` steps are not scored.
+/// firmware; the first `burn_in` steps are not scored.
 pub(super) fn score(
     spec: &ModelSpec,
     shape: Shape,
-    warm_up: usize,
+    burn_in: usize,
     task: &ControlProblem,
     test: &[Scaled],
     y_scaling: &[(f64, f64)],
 ) -> (Vec<f64>, Vec<f64>) {
     let test = observed(spec, shape, test);
-    let windows = Windows::new(shape, warm_up, task.horizon, &test);
+    let windows = Windows::new(shape, burn_in, task.horizon, &test);
     let mut warm = vec![0.0; spec.hidden_state_len()];
     let mut squares = [vec![0.0; shape.n_y], vec![0.0; shape.n_y]];
     let newest = shape.n_u * shape.past_inputs;
@@ -378,7 +386,7 @@ pub(super) fn score(
         if first {
             warm.fill(0.0);
         }
-        for back in (1..=if first { warm_up } else { warm_up.min(1) }).rev() {
+        for back in (1..=if first { burn_in } else { burn_in.min(1) }).rev() {
             windows.regressor_before(w, back, &mut x);
             x.extend_from_slice(&warm);
             warm = advance(spec, &x).1;

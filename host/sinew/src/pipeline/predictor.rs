@@ -9,14 +9,14 @@ use sinew_model::store;
 use sinew_sim::{Plant, Rig};
 
 use crate::closed_loop::setup::Setup;
-use crate::pipeline::learn::{CHECKPOINT_FILE, Record, VISITS, learn, save};
+use crate::pipeline::learn::{CHECKPOINT_FILE, Record, SAMPLED_STATES, learn, save};
 use crate::project;
 use crate::tuning::tune::tune_quickly;
 use sinew_ident::cli::progress::Stage;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::fit::{FreeRun, free_run};
 use sinew_ident::recording::Recording;
-use sinew_train::dataset::{Visit, visits};
+use sinew_train::dataset::{SampledState, sampled_states};
 
 /// A trained and tuned network.
 pub(super) struct Predictor {
@@ -127,7 +127,11 @@ fn key(rig: &Rig, recordings: &[Recording], seed: u64) -> u64 {
 ///
 /// # Errors
 /// A column is missing, or the plant diverges.
-pub fn starts(plant: &Plant, recordings: &[Recording], runs: &[FreeRun]) -> Result<Vec<Visit>> {
+pub fn starts(
+    plant: &Plant,
+    recordings: &[Recording],
+    runs: &[FreeRun],
+) -> Result<Vec<SampledState>> {
     let mut all = Vec::new();
     for (recording, run) in recordings.iter().zip(runs) {
         let columns = plant
@@ -143,8 +147,8 @@ pub fn starts(plant: &Plant, recordings: &[Recording], runs: &[FreeRun]) -> Resu
             })
             .collect::<Result<Vec<_>>>()?;
         let slices: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
-        let count = VISITS / recordings.len().max(1);
-        all.extend(visits(
+        let count = SAMPLED_STATES / recordings.len().max(1);
+        all.extend(sampled_states(
             plant,
             &plant.values(),
             &run.start,

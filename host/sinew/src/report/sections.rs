@@ -319,8 +319,8 @@ fn gains(name: &str, tuning: &[Tuning<PidGains>]) -> Vec<Vec<String>> {
         let [kp, ki, kd] = [g.kp, g.ki, g.kd].map(|gain| significant(gain.into(), 4));
         let [filter, p, d, tracking] = [
             g.filter_s,
-            g.proportional_setpoint,
-            g.derivative_setpoint,
+            g.proportional_setpoint_weight,
+            g.derivative_setpoint_weight,
             g.tracking_time_s,
         ]
         .map(|value| significant(value.into(), 3));

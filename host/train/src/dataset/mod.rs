@@ -4,13 +4,13 @@
 //! Short stretches from many places suit plants that drift as well as those that settle: no
 //! controller is needed to keep them in range.
 
-mod slopes;
+mod sensitivities;
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew_sim::{InputTrajectory, Plant, Stepper};
 
-pub use slopes::{Slope, Stretch, slopes};
+pub use sensitivities::{Sensitivity, Stretch, sensitivities};
 
 use sinew_ident::error::{Error, Result};
 use sinew_ident::noise::gaussian;
@@ -32,14 +32,14 @@ pub struct Episode {
 
 /// Sampled state of the plant with the inputs at that time.
 #[derive(Clone, Debug)]
-pub struct Visit {
+pub struct SampledState {
     state: Vec<f64>,
     inputs: Vec<f64>,
 }
 
 /// Settings of the rollouts.
 #[derive(Clone, Debug)]
-pub struct Recipe {
+pub struct RolloutConfig {
     /// Control period, seconds.
     pub period_s: f64,
     /// Steps an episode.
@@ -60,27 +60,27 @@ pub struct Recipe {
 ///
 /// # Errors
 /// The simulation diverges.
-pub fn visits(
+pub fn sampled_states(
     plant: &Plant,
     values: &[f64],
     start: &[f64],
     times: &[f64],
     inputs: &[&[f64]],
     count: usize,
-) -> Result<Vec<Visit>> {
+) -> Result<Vec<SampledState>> {
     let drive = InputTrajectory::new(plant, times.len(), inputs)?;
     let every = (times.len() / count.max(1)).max(1);
-    let mut visits = Vec::with_capacity(count + 1);
+    let mut sampled_states = Vec::with_capacity(count + 1);
     plant.simulate_with(values, start, &drive, times, |row, stepper| {
         if row % every == 0 {
             let inputs = inputs.iter().map(|column| column[row]).collect();
-            visits.push(Visit {
+            sampled_states.push(SampledState {
                 state: stepper.state(),
                 inputs,
             });
         }
     })?;
-    Ok(visits)
+    Ok(sampled_states)
 }
 
 /// Draws `count` episodes. Inputs stay inside the rig's limits and rate limits and go a little
@@ -91,19 +91,19 @@ pub fn visits(
 pub fn draw(
     plant: &Plant,
     values: &[f64],
-    visits: &[Visit],
-    recipe: &Recipe,
+    sampled_states: &[SampledState],
+    config: &RolloutConfig,
     count: usize,
 ) -> Result<Vec<Episode>> {
-    if visits.is_empty() {
+    if sampled_states.is_empty() {
         return Err(Error::failed("no recording to start episodes from"));
     }
-    let ranges = Ranges::of(plant, visits, recipe.period_s);
-    let mut random = ChaCha8Rng::seed_from_u64(recipe.seed);
+    let ranges = Ranges::of(plant, sampled_states, config.period_s);
+    let mut random = ChaCha8Rng::seed_from_u64(config.seed);
     let mut episodes = Vec::with_capacity(count);
     let mut refused = 0;
     while episodes.len() < count {
-        match episode(plant, values, visits, recipe, &ranges, &mut random) {
+        match episode(plant, values, sampled_states, config, &ranges, &mut random) {
             Ok(episode) => episodes.push(episode),
             Err(_) if refused < 10 * count => refused += 1,
             Err(error) => return Err(error),
@@ -112,7 +112,7 @@ pub fn draw(
     Ok(episodes)
 }
 
-/// Spreads of states and inputs over the visits, and what each input may do.
+/// Spreads of states and inputs over the sampled states, and what each input may do.
 struct Ranges {
     state: Vec<f64>,
     input: Vec<InputRange>,
@@ -128,7 +128,7 @@ struct InputRange {
 }
 
 impl Ranges {
-    fn of(plant: &Plant, visits: &[Visit], period: f64) -> Self {
+    fn of(plant: &Plant, sampled_states: &[SampledState], period: f64) -> Self {
         let spread = |values: &mut dyn Iterator<Item = f64>| {
             let (low, high) = values
                 .filter(|v| v.is_finite())
@@ -138,11 +138,11 @@ impl Ranges {
             if high > low { (low, high) } else { (-1.0, 1.0) }
         };
         let state = (0..plant.state_len()).map(|i| {
-            let (low, high) = spread(&mut visits.iter().map(|v| v.state[i]));
+            let (low, high) = spread(&mut sampled_states.iter().map(|v| v.state[i]));
             (high - low) / 2.0
         });
         let input = plant.inputs().iter().enumerate().map(|(i, input)| {
-            let (low, high) = spread(&mut visits.iter().map(|v| v.inputs[i]));
+            let (low, high) = spread(&mut sampled_states.iter().map(|v| v.inputs[i]));
             let half = (high - low) / 2.0;
             let middle = (high + low) / 2.0;
             let (least, most) = input.limit.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
@@ -163,12 +163,12 @@ impl Ranges {
 fn episode(
     plant: &Plant,
     values: &[f64],
-    visits: &[Visit],
-    recipe: &Recipe,
+    sampled_states: &[SampledState],
+    config: &RolloutConfig,
     ranges: &Ranges,
     random: &mut ChaCha8Rng,
 ) -> Result<Episode> {
-    let visit = &visits[random.random_range(0..visits.len())];
+    let sampled = &sampled_states[random.random_range(0..sampled_states.len())];
     let bodies = plant.bodies();
     // A quarter begins at rest: there friction holds, and a controller has to know how to break
     // free.
@@ -178,7 +178,7 @@ fn episode(
     } else {
         random.random_range(0.3..1.5)
     };
-    let start: Vec<f64> = visit
+    let start: Vec<f64> = sampled
         .state
         .iter()
         .zip(&ranges.state)
@@ -193,7 +193,7 @@ fn episode(
         .collect();
     // Small and large excitation alike: friction shows in the small, limits in the large.
     let amplitude = 10_f64.powf(random.random_range(-1.3..0.3));
-    let centres: Vec<f64> = visit
+    let centres: Vec<f64> = sampled
         .inputs
         .iter()
         .map(|u| if at_rest || !u.is_finite() { 0.0 } else { *u })
@@ -220,17 +220,17 @@ fn episode(
         channels: Vec::new(),
     };
     let observe = |episode: &mut Episode, stepper: &Stepper<f64>, random: &mut ChaCha8Rng| {
-        for (sensor, noise) in recipe.outputs.iter().zip(&recipe.noise) {
+        for (sensor, noise) in config.outputs.iter().zip(&config.noise) {
             let y = stepper.signal(*sensor);
             episode.y.push(y);
             episode.measured.push(y + noise * gaussian(random));
         }
-        for (sensor, noise) in recipe.channels.iter().zip(&recipe.channel_noise) {
+        for (sensor, noise) in config.channels.iter().zip(&config.channel_noise) {
             let s = stepper.signal(*sensor);
             episode.channels.push(s + noise * gaussian(random));
         }
     };
-    for _ in 0..recipe.steps {
+    for _ in 0..config.steps {
         for (i, range) in ranges.input.iter().enumerate() {
             if random.random_bool(0.1) {
                 let centre = if random.random_bool(0.5) {
@@ -247,7 +247,7 @@ fn episode(
         }
         observe(&mut episode, &stepper, random);
         episode.u.extend_from_slice(&inputs);
-        stepper.advance(recipe.period_s, &inputs)?;
+        stepper.advance(config.period_s, &inputs)?;
     }
     observe(&mut episode, &stepper, random);
     Ok(episode)

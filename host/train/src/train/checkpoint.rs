@@ -186,7 +186,7 @@ mod tests {
     use crate::network_table::FirstLayer;
 
     use super::*;
-    use crate::dataset::Slope;
+    use crate::dataset::Sensitivity;
     use crate::train::{Scaled, Shape, Trained, train};
 
     const SHAPE: Shape = Shape {
@@ -205,7 +205,7 @@ mod tests {
             measured: y.clone(),
             y,
             channels: Vec::new(),
-            slopes: vec![Slope {
+            sensitivities: vec![Sensitivity {
                 from: 40,
                 along: vec![1.0],
                 of: vec![0.1, 0.2, 0.3],

@@ -12,7 +12,7 @@ mod layers;
 mod linear;
 mod matrix;
 mod network;
-mod slopes;
+mod sensitivities;
 mod windows;
 
 use crate::network_table::FirstLayer;
@@ -30,8 +30,8 @@ pub use windows::{Scaled, Shape, Windows, scale, scaling};
 use basis::{Basis, least_squares};
 use checkpoint::Reached;
 use network::{Frame, Predictor, loss_weights};
+use sensitivities::Sensitivities;
 use sinew_ident::error::Error;
-use slopes::Slopes;
 
 /// Gates of a first layer that remembers.
 pub fn gates(first: FirstLayer) -> Option<usize> {
@@ -43,7 +43,7 @@ pub fn gates(first: FirstLayer) -> Option<usize> {
 }
 
 /// Steps before a window from which a network that remembers gets its state.
-pub const WARM_UP: usize = 32;
+pub const BURN_IN: usize = 32;
 
 /// Steps until an observer has forgotten all but a thousandth of what it began with.
 fn observer_steps(gain: f64) -> usize {
@@ -99,9 +99,9 @@ impl Options {
         }
     }
 
-    /// Steps of warm-up: none for a network that remembers nothing and has no observer before it.
-    pub fn warm_up(&self) -> usize {
-        gates(self.first).map_or_else(|| observer_steps(self.observer_gain), |_| WARM_UP)
+    /// Steps of burn-in: none for a network that remembers nothing and has no observer before it.
+    pub fn burn_in(&self) -> usize {
+        gates(self.first).map_or_else(|| observer_steps(self.observer_gain), |_| BURN_IN)
     }
 }
 
@@ -157,13 +157,13 @@ pub fn train(
     mut checkpoint: Option<&mut Checkpoint>,
     mut progress: impl FnMut(usize, usize, Epoch),
 ) -> Result<Trained, Error> {
-    let warm_up = options.warm_up();
-    let windows = Windows::new(shape, warm_up, options.rollout.max(1), training);
-    let judged = Windows::new(shape, warm_up, options.rollout.max(1), validation);
+    let burn_in = options.burn_in();
+    let windows = Windows::new(shape, burn_in, options.rollout.max(1), training);
+    let judged = Windows::new(shape, burn_in, options.rollout.max(1), validation);
     if windows.is_empty() || judged.is_empty() {
         return Err(Error::failed(format!(
             "no stretch of {} samples in the {} episodes; shorten the rollout or lengthen the episodes",
-            shape.history() + warm_up + 1 + options.rollout,
+            shape.history() + burn_in + 1 + options.rollout,
             if windows.is_empty() {
                 "training"
             } else {
@@ -208,7 +208,7 @@ pub fn train(
         .collect();
     let weights = loss_weights(&floored, &device);
     // Of a network that remembers each takes several times as long.
-    let judges = if warm_up > 0 { 1024 } else { 4096 };
+    let judges = if burn_in > 0 { 1024 } else { 4096 };
     let judge = frame.batch(
         &judged,
         &sample(&judged, judges, &mut random),
@@ -231,11 +231,13 @@ pub fn train(
         None => start,
     };
     let weight = options.derivative_weight;
-    let slopes = match weight > 0.0 {
-        true => Some([&windows, &judged].map(|windows| Slopes::of(windows, rollout, shape.n_y))),
+    let sensitivities = match weight > 0.0 {
+        true => {
+            Some([&windows, &judged].map(|windows| Sensitivities::of(windows, rollout, shape.n_y)))
+        }
         false => None,
     };
-    let slopes = match slopes {
+    let sensitivities = match sensitivities {
         None => None,
         Some([Some(taught), Some(judged)]) => Some((taught, judged)),
         Some(_) => return Err(Error::failed(
@@ -243,15 +245,17 @@ pub fn train(
         )
         .help("correct the rig, or leave `derivative_weight` of [network] out")),
     };
-    let slopes_of = |slopes: &Slopes<'_>, random: &mut ChaCha8Rng| {
-        slopes.sample((options.batch / 2).max(1), random)
+    let sensitivities_of = |sensitivities: &Sensitivities<'_>, random: &mut ChaCha8Rng| {
+        sensitivities.sample((options.batch / 2).max(1), random)
     };
-    let judging = slopes.as_ref().map(|(_, judged)| judged.first(judges));
+    let judging = sensitivities
+        .as_ref()
+        .map(|(_, judged)| judged.first(judges));
     // The batches that were taken, so that those to come are the same.
     for _ in 0..at.history.len() * options.batches {
         sample(&windows, options.batch, &mut random);
-        if let Some((taught, _)) = &slopes {
-            slopes_of(taught, &mut random);
+        if let Some((taught, _)) = &sensitivities {
+            sensitivities_of(taught, &mut random);
         }
     }
     let total = (options.epochs * options.batches) as f64;
@@ -264,8 +268,8 @@ pub fn train(
             let chosen = sample(&windows, options.batch, &mut random);
             let data = frame.batch(&windows, &chosen, rollout, &device);
             let mut loss = at.predictor.loss(&frame, &data, &weights);
-            if let Some((taught, _)) = &slopes {
-                let chosen = slopes_of(taught, &mut random);
+            if let Some((taught, _)) = &sensitivities {
+                let chosen = sensitivities_of(taught, &mut random);
                 let of_slopes = taught.loss(&at.predictor, &frame, &chosen, &device);
                 loss = loss + of_slopes.mul_scalar(weight);
             }
@@ -274,7 +278,7 @@ pub fn train(
             at.predictor = at.optimizer.step(rate, at.predictor, gradients);
         }
         let mut loss = at.predictor.loss(&frame, &judge, &weights);
-        if let (Some((_, judged)), Some(chosen)) = (&slopes, &judging) {
+        if let (Some((_, judged)), Some(chosen)) = (&sensitivities, &judging) {
             let of_slopes = judged.loss(&at.predictor, &frame, chosen, &device);
             loss = loss + of_slopes.mul_scalar(weight);
         }

@@ -41,7 +41,7 @@ pub struct Frame {
 
 /// One batch on the device: history, inputs and targets of `rows` windows.
 pub struct Batch {
-    /// Regressors of the warm-up, `[steps rows][n]`, the oldest step first.
+    /// Regressors of the burn-in, `[steps rows][n]`, the oldest step first.
     before: Option<Tensor<2>>,
     /// Past values of u, newest first, without u(k).
     past_u: Vec<Tensor<2>>,
@@ -117,7 +117,7 @@ impl Frame {
         // An observer begins before the window, at what was measured there; a memory is warmed up
         // by what was.
         let observed = match self.observer_gain < 1.0 {
-            true => windows.warm_up(),
+            true => windows.burn_in(),
             false => 0,
         };
         let (mut x, mut inputs, mut targets) = (Vec::new(), Vec::new(), Vec::new());
@@ -136,7 +136,7 @@ impl Frame {
         };
         let column = |start: usize, width: usize| columns(&x, n, start, width);
         let mut before = Vec::new();
-        for back in (1..=windows.warm_up() - observed).rev() {
+        for back in (1..=windows.burn_in() - observed).rev() {
             for w in chosen {
                 windows.regressor_before(*w, back, &mut before);
             }
@@ -332,7 +332,7 @@ impl Predictor {
     }
 }
 
-/// Steps of a warm-up that are learned from; before them the state is only computed.
+/// Steps of a burn-in that are learned from; before them the state is only computed.
 const LEARNED_WARM_UP: usize = 8;
 
 /// Hidden state after the burn-in, from rest: back-propagation through time is truncated there.
@@ -412,7 +412,7 @@ pub(super) mod tests {
             y: rows(steps + 1, 2, 1),
             measured: rows(steps + 1, 2, 1),
             channels: rows(steps + 1, 1, 5),
-            slopes: vec![],
+            sensitivities: vec![],
             steps,
         }
     }
@@ -454,13 +454,13 @@ pub(super) mod tests {
                 safe: vec![],
                 disturbance_gain: 0.0,
                 iterations: 1,
-                gap_limit: 0,
+                max_missing_samples: 0,
             },
             golden: vec![],
         }
     }
 
-    /// Largest difference of any output over warm-up and rollout, and how far the network moves an
+    /// Largest difference of any output over burn-in and rollout, and how far the network moves an
     /// output.
     fn difference(first: FirstLayer, observer_gain: f64) -> (f64, f64) {
         const ROLLOUT: usize = 6;
@@ -469,9 +469,9 @@ pub(super) mod tests {
             observer_gain,
             ..Options::default()
         };
-        let warm_up = options.warm_up();
+        let burn_in = options.burn_in();
         let episodes = [episode()];
-        let windows = Windows::new(SHAPE, warm_up, ROLLOUT, &episodes);
+        let windows = Windows::new(SHAPE, burn_in, ROLLOUT, &episodes);
         let x = windows.regressors();
         let basis = Basis::fit(&SHAPE, &x);
         let step = DVector::from_vec(vec![0.2, 0.3]);
@@ -506,7 +506,7 @@ pub(super) mod tests {
             // What was measured, or what the firmware's estimator made of it
             // (docs/explanation/controller.md, eq. 10c).
             let mut observed = vec![];
-            for back in (1..=warm_up).rev() {
+            for back in (1..=burn_in).rev() {
                 let mut x = Vec::new();
                 windows.regressor_before(*w, back, &mut x);
                 entered(&mut x, &observed);
@@ -553,7 +553,7 @@ pub(super) mod tests {
             ..Options::default()
         };
         let episodes = [episode()];
-        let windows = Windows::new(SHAPE, options.warm_up(), 4, &episodes);
+        let windows = Windows::new(SHAPE, options.burn_in(), 4, &episodes);
         let basis = Basis::fit(&SHAPE, &windows.regressors());
         let device = Device::default().autodiff();
         let step = DVector::from_vec(vec![0.2, 0.3]);
@@ -564,7 +564,7 @@ pub(super) mod tests {
         let by: Vec<f64> = (moved.into_iter().zip(batch()))
             .map(|(after, before)| to_matrix(after - before)[(0, 0)])
             .collect();
-        let (observed, ahead) = by.split_at(options.warm_up());
+        let (observed, ahead) = by.split_at(options.burn_in());
         assert!(!observed.is_empty() && observed.iter().all(|v| *v == 0.0));
         assert_eq!(ahead.len(), 4);
         assert!(ahead.iter().all(|v| (v - 0.5).abs() < 1e-6), "{ahead:?}");

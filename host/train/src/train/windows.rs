@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::dataset::{Episode, Slope};
+use crate::dataset::{Episode, Sensitivity};
 
 /// Counts that decide the length and order of a regressor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,7 +44,7 @@ pub struct Scaled {
     /// Channels with noise, `[steps + 1][n_s]`.
     pub channels: Vec<f64>,
     /// Sensitivities of the simulator, where they are asked for.
-    pub slopes: Vec<Slope>,
+    pub sensitivities: Vec<Sensitivity>,
     /// Number of steps.
     pub steps: usize,
 }
@@ -65,25 +65,25 @@ impl Scaled {
 /// All windows of a set of episodes: (episode, k) for every k from which `rollout` steps follow.
 pub struct Windows<'a> {
     shape: Shape,
-    warm_up: usize,
+    burn_in: usize,
     rollout: usize,
     episodes: &'a [Scaled],
     starts: Vec<(u32, u32)>,
 }
 
 impl<'a> Windows<'a> {
-    /// Windows of `rollout` steps, with `warm_up` regressors before them; episodes too short for
+    /// Windows of `rollout` steps, with `burn_in` regressors before them; episodes too short for
     /// one give none.
-    pub fn new(shape: Shape, warm_up: usize, rollout: usize, episodes: &'a [Scaled]) -> Self {
+    pub fn new(shape: Shape, burn_in: usize, rollout: usize, episodes: &'a [Scaled]) -> Self {
         let mut starts = Vec::new();
         for (e, episode) in episodes.iter().enumerate() {
-            for k in shape.history() + warm_up..(episode.steps + 1).saturating_sub(rollout) {
+            for k in shape.history() + burn_in..(episode.steps + 1).saturating_sub(rollout) {
                 starts.push((e as u32, k as u32));
             }
         }
         Self {
             shape,
-            warm_up,
+            burn_in,
             rollout,
             episodes,
             starts,
@@ -101,8 +101,8 @@ impl<'a> Windows<'a> {
     }
 
     /// Steps before each window that a network may look at to begin with.
-    pub fn warm_up(&self) -> usize {
-        self.warm_up
+    pub fn burn_in(&self) -> usize {
+        self.burn_in
     }
 
     /// True if window `w` is the first of its episode; the next ones begin a step later each.
@@ -115,7 +115,7 @@ impl<'a> Windows<'a> {
         self.regressor_before(w, 0, x);
     }
 
-    /// The regressor `back` steps before, at most [`Windows::warm_up`].
+    /// The regressor `back` steps before, at most [`Windows::burn_in`].
     pub fn regressor_before(&self, w: usize, back: usize, x: &mut Vec<f64>) {
         let (episode, k) = self.at(w);
         episode.regressor(&self.shape, k - back, x);
@@ -126,7 +126,7 @@ impl<'a> Windows<'a> {
         self.inputs_from(w, 0)
     }
 
-    /// The same from u(k - back) on, at most [`Windows::warm_up`] steps before.
+    /// The same from u(k - back) on, at most [`Windows::burn_in`] steps before.
     pub fn inputs_from(&self, w: usize, back: usize) -> &[f64] {
         let (episode, k) = self.at(w);
         &episode.u[(k - back) * self.shape.n_u..(k + self.rollout) * self.shape.n_u]
@@ -150,16 +150,16 @@ impl<'a> Windows<'a> {
         &episode.y[(k + 1) * self.shape.n_y..(k + 1 + self.rollout) * self.shape.n_y]
     }
 
-    /// The slopes that begin where a window does and have `length` entries or more, each with its
-    /// window.
-    pub fn slopes(&self, length: usize) -> Vec<(usize, &'a Slope)> {
-        let mut slopes = Vec::new();
+    /// The sensitivities that begin where a window does and have `length` entries or more, each
+    /// with its window.
+    pub fn sensitivities(&self, length: usize) -> Vec<(usize, &'a Sensitivity)> {
+        let mut sensitivities = Vec::new();
         for (w, (e, k)) in self.starts.iter().enumerate() {
-            let here = self.episodes[*e as usize].slopes.iter();
+            let here = self.episodes[*e as usize].sensitivities.iter();
             let here = here.filter(|s| s.from == *k as usize && s.of.len() >= length);
-            slopes.extend(here.map(|slope| (w, slope)));
+            sensitivities.extend(here.map(|sensitivity| (w, sensitivity)));
         }
-        slopes
+        sensitivities
     }
 
     /// Regressors of all windows, `[len][n]`.
@@ -215,7 +215,7 @@ pub fn scale(
             y: to_model(&episode.y, y_scaling),
             measured: to_model(&episode.measured, y_scaling),
             channels: to_model(&episode.channels, s_scaling),
-            slopes: vec![],
+            sensitivities: vec![],
             steps: episode.u.len() / u_scaling.len(),
         })
         .collect()
@@ -239,7 +239,7 @@ mod tests {
             u: (0..6).map(f64::from).collect(),
             measured: y.clone(),
             channels: y.iter().map(|y| y + 100.0).collect(),
-            slopes: vec![],
+            sensitivities: vec![],
             y,
             steps: 6,
         };

@@ -8,29 +8,29 @@ use rand_chacha::ChaCha8Rng;
 
 use super::network::{Frame, Predictor, tensor};
 use super::windows::Windows;
-use crate::dataset::Slope;
+use crate::dataset::Sensitivity;
 
-/// Half the difference that the network's slope is taken over, in reaches of the inputs: small
-/// beside the bend of a tanh, large beside the rounding of `f32`.
+/// Half the difference that the network's sensitivity is taken over, in reaches of the inputs:
+/// small beside the bend of a tanh, large beside the rounding of `f32`.
 const HALF_STEP: f32 = 1.0 / 16.0;
 
-/// Least size that a slope is measured by, as a part of what slopes have at the end of the rollout:
-/// at first, and in a delay, there is next to none.
+/// Least size that a sensitivity is measured by, as a part of what sensitivities have at the end of
+/// the rollout: at first, and in a delay, there is next to none.
 const FLOOR: f64 = 0.2;
 
-/// The slopes that training windows have.
-pub struct Slopes<'a> {
+/// The sensitivities that training windows have.
+pub struct Sensitivities<'a> {
     windows: &'a Windows<'a>,
-    places: Vec<(usize, &'a Slope)>,
+    places: Vec<(usize, &'a Sensitivity)>,
     rollout: usize,
     /// Weight of an error at each step.
     sizes: Vec<f32>,
 }
 
-impl<'a> Slopes<'a> {
+impl<'a> Sensitivities<'a> {
     /// Those of `windows`; `None` where there are none, or inputs change nothing.
     pub fn of(windows: &'a Windows<'a>, rollout: usize, n_y: usize) -> Option<Self> {
-        let places = windows.slopes(rollout * n_y);
+        let places = windows.sensitivities(rollout * n_y);
         let sizes: Vec<f64> = (0..rollout)
             .map(|j| {
                 let at = places
@@ -59,8 +59,8 @@ impl<'a> Slopes<'a> {
         (0..self.places.len().min(count)).collect()
     }
 
-    /// Mean over the rollout of the squared errors of the predictor's slopes, those of step j in
-    /// units of their size there: 1 is as good as to say that inputs change nothing.
+    /// Mean over the rollout of the squared errors of the predictor's sensitivities, those of step
+    /// j in units of their size there: 1 is as good as to say that inputs change nothing.
     pub fn loss(
         &self,
         predictor: &Predictor,
@@ -117,26 +117,26 @@ mod tests {
     /// it moves with u_1.
     fn episode(seed: u64) -> Scaled {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let (mut u, mut y, mut slopes) = (vec![], vec![0.0], vec![]);
+        let (mut u, mut y, mut sensitivities) = (vec![], vec![0.0], vec![]);
         let levels: Vec<f64> = (0..63).map(|_| random.random_range(-1.0..1.0)).collect();
         for (k, level) in levels[..60].iter().enumerate() {
             u.extend([*level; 2]);
             y.push(0.8 * y[k] + 0.3 * (2.0 * level).sin());
             let along: Vec<f64> = (0..2).map(|_| random.random_range(-1.0..1.0)).collect();
-            let mut slope = 0.0;
+            let mut sensitivity = 0.0;
             let of = levels[k..k + ROLLOUT].iter().map(|level| {
-                slope = 0.8 * slope + 0.6 * (2.0 * level).cos() * along[0];
-                slope
+                sensitivity = 0.8 * sensitivity + 0.6 * (2.0 * level).cos() * along[0];
+                sensitivity
             });
             let of = of.collect();
-            slopes.push(Slope { from: k, along, of });
+            sensitivities.push(Sensitivity { from: k, along, of });
         }
         Scaled {
             u,
             measured: y.clone(),
             y,
             channels: vec![],
-            slopes,
+            sensitivities,
             steps: 60,
         }
     }
@@ -176,9 +176,12 @@ mod tests {
     #[test]
     fn inputs_that_move_nothing_are_not_learned_from_in_silence() {
         let mut still = episode(1);
-        still.slopes.iter_mut().for_each(|slope| slope.of.fill(0.0));
+        still
+            .sensitivities
+            .iter_mut()
+            .for_each(|sensitivity| sensitivity.of.fill(0.0));
         let none = Scaled {
-            slopes: vec![],
+            sensitivities: vec![],
             ..episode(1)
         };
         for training in [still, none] {

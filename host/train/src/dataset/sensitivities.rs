@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use sinew_sim::{Dual, Plant, Scalar, Stepper};
 
-use super::{Episode, Recipe};
+use super::{Episode, RolloutConfig};
 use sinew_ident::error::Result;
 
 /// Places of an episode that are differentiated at once, each by a seed of its own.
@@ -14,7 +14,7 @@ const PLACES: usize = 8;
 /// Response of the outputs of an episode when all inputs from a step on are moved along one
 /// direction.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Slope {
+pub struct Sensitivity {
     /// The step k from which on the inputs move.
     pub from: usize,
     /// The direction, one entry an input.
@@ -34,25 +34,25 @@ pub struct Stretch<'a> {
     pub reach: &'a [f64],
 }
 
-/// Slopes of every episode, at up to eight places each that `recipe`'s seed draws, along directions
-/// within `stretch.reach`. None where an input would leave its limits, or at a kink whose
-/// derivative is not finite.
+/// Sensitivities of every episode, at up to eight places each that `config`'s seed draws, along
+/// directions within `stretch.reach`. None where an input would leave its limits, or at a kink
+/// whose derivative is not finite.
 ///
 /// # Errors
 /// The plant diverges, or the episodes are not of this plant.
-pub fn slopes(
+pub fn sensitivities(
     plant: &Plant,
     values: &[f64],
     episodes: &[Episode],
-    recipe: &Recipe,
+    config: &RolloutConfig,
     stretch: Stretch<'_>,
-) -> Result<Vec<Vec<Slope>>> {
+) -> Result<Vec<Vec<Sensitivity>>> {
     let each = episodes.par_iter().enumerate();
     each.map(|(number, episode)| {
-        let mut random = ChaCha8Rng::seed_from_u64(recipe.seed);
+        let mut random = ChaCha8Rng::seed_from_u64(config.seed);
         // Stream 0 drew the episodes.
         random.set_stream(1 + number as u64);
-        of_one(plant, values, episode, recipe, stretch, &mut random)
+        of_one(plant, values, episode, config, stretch, &mut random)
     })
     .collect()
 }
@@ -61,47 +61,53 @@ fn of_one(
     plant: &Plant,
     values: &[f64],
     episode: &Episode,
-    recipe: &Recipe,
+    config: &RolloutConfig,
     stretch: Stretch<'_>,
     random: &mut ChaCha8Rng,
-) -> Result<Vec<Slope>> {
+) -> Result<Vec<Sensitivity>> {
     let n_u = plant.inputs().len();
     let steps = episode.u.len() / n_u;
     let Some(room) = (steps + 1).checked_sub(stretch.first + stretch.steps) else {
         return Ok(vec![]);
     };
-    let mut slopes: Vec<Slope> = (0..PLACES.min(room))
-        .map(|_| Slope {
+    let mut sensitivities: Vec<Sensitivity> = (0..PLACES.min(room))
+        .map(|_| Sensitivity {
             from: stretch.first + random.random_range(0..room),
             along: (stretch.reach.iter())
                 .map(|reach| reach * random.random_range(-1.0..1.0))
                 .collect(),
-            of: Vec::with_capacity(stretch.steps * recipe.outputs.len()),
+            of: Vec::with_capacity(stretch.steps * config.outputs.len()),
         })
         .collect();
-    slopes.retain(|slope| stays_inside(plant, episode, slope, stretch.steps));
+    sensitivities.retain(|sensitivity| stays_inside(plant, episode, sensitivity, stretch.steps));
     let constant = |values: &[f64]| -> Vec<Dual<PLACES>> {
         values.iter().map(|v| Dual::constant(*v)).collect()
     };
     let mut stepper = Stepper::new(plant, &constant(values), &constant(&episode.start))?;
     for (k, row) in episode.u.chunks(n_u).enumerate() {
-        let moving = |slope: &Slope| (slope.from..slope.from + stretch.steps).contains(&k);
+        let moving = |sensitivity: &Sensitivity| {
+            (sensitivity.from..sensitivity.from + stretch.steps).contains(&k)
+        };
         let mut inputs = constant(row);
-        for (seed, slope) in slopes.iter().enumerate().filter(|(_, s)| moving(s)) {
-            for (input, along) in inputs.iter_mut().zip(&slope.along) {
+        for (seed, sensitivity) in sensitivities.iter().enumerate().filter(|(_, s)| moving(s)) {
+            for (input, along) in inputs.iter_mut().zip(&sensitivity.along) {
                 input.derivative[seed] = *along;
             }
         }
-        stepper.advance(recipe.period_s, &inputs)?;
-        for (seed, slope) in slopes.iter_mut().enumerate().filter(|(_, s)| moving(s)) {
-            let outputs = recipe.outputs.iter();
-            slope
+        stepper.advance(config.period_s, &inputs)?;
+        for (seed, sensitivity) in sensitivities
+            .iter_mut()
+            .enumerate()
+            .filter(|(_, s)| moving(s))
+        {
+            let outputs = config.outputs.iter();
+            sensitivity
                 .of
                 .extend(outputs.map(|sensor| stepper.signal(*sensor).derivative[seed]));
         }
     }
-    slopes.retain(|slope| slope.of.iter().all(|v| v.is_finite()));
-    Ok(slopes)
+    sensitivities.retain(|sensitivity| sensitivity.of.iter().all(|v| v.is_finite()));
+    Ok(sensitivities)
 }
 
 /// Part of a direction that inputs have to be able to move by for a derivative along it to be of
@@ -111,10 +117,10 @@ const ROOM: f64 = 0.02;
 /// True if all inputs of the stretch can be moved a little along the direction. Beyond a limit no
 /// controller may ask, and what answers there, such as a pull that is flat at 0 V, is not what it
 /// would get from the move it may make.
-fn stays_inside(plant: &Plant, episode: &Episode, slope: &Slope, steps: usize) -> bool {
+fn stays_inside(plant: &Plant, episode: &Episode, sensitivity: &Sensitivity, steps: usize) -> bool {
     let n_u = plant.inputs().len();
-    let rows = episode.u.chunks(n_u).skip(slope.from).take(steps);
-    rows.flat_map(|row| row.iter().zip(&slope.along).zip(plant.inputs()))
+    let rows = episode.u.chunks(n_u).skip(sensitivity.from).take(steps);
+    rows.flat_map(|row| row.iter().zip(&sensitivity.along).zip(plant.inputs()))
         .all(|((u, along), input)| {
             let moved = u + ROOM * along;
             input
@@ -128,15 +134,15 @@ mod tests {
     use sinew_sim::Rig;
 
     use super::*;
-    use crate::dataset::{draw, visits};
+    use crate::dataset::{draw, sampled_states};
 
     /// Pulls that go with the square of a voltage.
     const RIG: &str = include_str!("../../../../rigs/hasel.toml");
     const STEPS: usize = 40;
     const STRETCH: usize = 12;
 
-    fn recipe() -> Recipe {
-        Recipe {
+    fn config() -> RolloutConfig {
+        RolloutConfig {
             period_s: 0.008,
             steps: STEPS,
             outputs: vec![0, 1, 2],
@@ -164,7 +170,7 @@ mod tests {
                 measured: vec![],
                 channels: vec![],
             };
-            let found = slopes(&plant, &plant.values(), &[episode], &recipe(), stretch);
+            let found = sensitivities(&plant, &plant.values(), &[episode], &config(), stretch);
             found.expect("it is stable")[0].len()
         };
         assert_eq!([count(0.0), count(4000.0), count(8000.0)], [0, PLACES, 0]);
@@ -183,45 +189,53 @@ mod tests {
         let columns: Vec<Vec<f64>> = (0..6).map(column).collect();
         let inputs: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
         let start = vec![0.0; plant.state_len()];
-        let seen = visits(&plant, &values, &start, &times, &inputs, 50).expect("it is stable");
-        let recipe = recipe();
-        let episodes = draw(&plant, &values, &seen, &recipe, 4).expect("it is stable");
+        let seen =
+            sampled_states(&plant, &values, &start, &times, &inputs, 50).expect("it is stable");
+        let config = config();
+        let episodes = draw(&plant, &values, &seen, &config, 4).expect("it is stable");
         let stretch = Stretch {
             first: 4,
             steps: STRETCH,
             reach: &[500.0; 6],
         };
-        let found = slopes(&plant, &values, &episodes, &recipe, stretch).expect("it is stable");
+        let found =
+            sensitivities(&plant, &values, &episodes, &config, stretch).expect("it is stable");
         assert_eq!(
             found,
-            slopes(&plant, &values, &episodes, &recipe, stretch).expect("the same")
+            sensitivities(&plant, &values, &episodes, &config, stretch).expect("the same")
         );
 
         let mut compared = 0;
-        for (episode, slopes) in episodes.iter().zip(&found) {
-            for slope in slopes {
-                assert!((4..=STEPS - STRETCH).contains(&slope.from));
-                assert!(slope.along.iter().all(|v| v.abs() <= 500.0));
+        for (episode, sensitivities) in episodes.iter().zip(&found) {
+            for sensitivity in sensitivities {
+                assert!((4..=STEPS - STRETCH).contains(&sensitivity.from));
+                assert!(sensitivity.along.iter().all(|v| v.abs() <= 500.0));
                 let [ahead, behind] = [1e-4, -1e-4].map(|part| {
                     let mut stepper =
                         Stepper::new(&plant, &values, &episode.start).expect("a start");
                     let mut y = Vec::new();
                     for (k, row) in episode.u.chunks(6).enumerate() {
-                        let moves = slope.from <= k;
+                        let moves = sensitivity.from <= k;
                         let part = if moves { part } else { 0.0 };
-                        let row: Vec<f64> =
-                            (row.iter().zip(&slope.along).map(|(u, d)| u + part * d)).collect();
+                        let row: Vec<f64> = (row
+                            .iter()
+                            .zip(&sensitivity.along)
+                            .map(|(u, d)| u + part * d))
+                        .collect();
                         stepper
-                            .advance(recipe.period_s, &row)
+                            .advance(config.period_s, &row)
                             .expect("it is stable");
-                        if moves && k < slope.from + STRETCH {
+                        if moves && k < sensitivity.from + STRETCH {
                             y.extend((0..3).map(|sensor| stepper.signal(sensor)));
                         }
                     }
                     y
                 });
-                let size = slope.of.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
-                for ((ahead, behind), exact) in ahead.iter().zip(&behind).zip(&slope.of) {
+                let size = sensitivity
+                    .of
+                    .iter()
+                    .fold(0.0_f64, |most, v| most.max(v.abs()));
+                for ((ahead, behind), exact) in ahead.iter().zip(&behind).zip(&sensitivity.of) {
                     let difference = (ahead - behind) / 2e-4;
                     assert!(
                         (difference - exact).abs() < 1e-4 * size + 1e-9,
