@@ -1,0 +1,4 @@
+//! Faults of recordings: cases that went wrong elsewhere, and faults that are put into sound ones.
+
+mod cases;
+mod seeded;
