@@ -3,7 +3,7 @@
 //! A result is written beside its place under a temporary name and renamed into it. A program that
 //! is stopped by a signal calls [`remove_unfinished`] so that no temporary file stays behind.
 //!
-//! What is no regular file is never replaced: a link is followed, and a pipe or a device is written
+//! Only a regular file is ever replaced: a link is followed, and a pipe or a device is written
 //! through. `-` is standard output.
 
 use std::fs;
@@ -70,12 +70,12 @@ pub fn prepare(path: &Path) -> Result<()> {
     made.map_err(|source| Error::write(path, source))
 }
 
-/// Whether writing to `path` replaces nothing: standard output, a pipe or a device.
+/// True where writing to `path` replaces nothing: standard output, a pipe or a device.
 pub fn is_stream(path: &Path) -> bool {
     !matches!(destination(path), Destination::File(_))
 }
 
-/// Whether writing to `path` writes to this process's standard output.
+/// True where writing to `path` writes to this process's standard output.
 pub fn is_output(path: &Path) -> bool {
     matches!(destination(path), Destination::Output)
 }

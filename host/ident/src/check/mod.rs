@@ -10,6 +10,8 @@
 
 mod columns;
 mod derivative;
+mod determine;
+mod excitation;
 mod finding;
 mod flat;
 mod refit;
@@ -24,6 +26,7 @@ use sinew_sim::Rig;
 
 use crate::recording::Recording;
 use columns::Columns;
+pub use determine::{Determined, Effect, Parameter, determine};
 pub use finding::Check;
 
 /// Faults of recordings, file by file and line by line; a rig tells which columns are inputs.
@@ -85,6 +88,10 @@ fn alone(recording: &Recording, rig: Option<&Rig>) -> Vec<Check> {
     }
     for (q, qd) in derivative::pairs(recording) {
         found.extend(derivative::detect(recording, (&q, &qd)));
+    }
+    // A sentinel or a wrap is no motion, but hides it.
+    if !found.iter().any(|check| check.certain) {
+        found.extend(excitation::detect(recording, &columns.sensors));
     }
     found
 }

@@ -7,6 +7,7 @@ use sinew_sim::{Plant, Rig};
 
 use super::finding::{Check, counted, number};
 use crate::fit::{Fit, FitOptions, fit};
+use crate::noise::noise_level;
 use crate::recording::repair::Repair;
 use crate::recording::{Column, Recording};
 
@@ -27,6 +28,9 @@ const GOOD: f64 = 0.2;
 
 /// Error beside the spread below which nothing is looked for.
 const EXACT: f64 = 1e-3;
+
+/// Error beside the noise below which a rig leaves nothing but noise.
+const NOISE_ALONE: f64 = 2.0;
 
 /// Lags that are tried, rows.
 const LAGS: [i64; 5] = [1, 2, 3, 5, 8];
@@ -71,7 +75,7 @@ fn squares(fit: &Fit) -> Option<f64> {
     (!parts.is_empty() && sum.is_finite()).then(|| sum / parts.len() as f64)
 }
 
-/// Whether a rig is small enough for [`detect`].
+/// True of a rig that is small enough for [`detect`].
 pub(super) fn is_small(rig: &Rig) -> bool {
     let states = Plant::new(rig).map(|plant| plant.state_len());
     states.is_ok_and(|states| states <= STATES) && !rig.actuators.is_empty()
@@ -212,7 +216,9 @@ fn input_lags(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<Check> 
         }
     }
     let (squares, input, lag) = best?;
-    (squares < FAR_LESS * plain.squares && squares.sqrt() < GOOD).then(|| {
+    // Missing physics can look early as well: only what leaves noise alone is a matter of time.
+    let noise = EXACT.max(NOISE_ALONE * noise(rig, recording));
+    (squares < FAR_LESS * plain.squares && squares.sqrt() < noise).then(|| {
         let step = recording.interval().unwrap_or(0.0);
         let rows = usize::try_from(lag).unwrap_or(0);
         let sentence = format!(
@@ -226,6 +232,21 @@ fn input_lags(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<Check> 
         let remedy = format!("--late {input}={lag}");
         Check::certain(recording, 0, "input_lags", sentence, remedy)
     })
+}
+
+/// White noise of the sensors over their spread, root mean square.
+fn noise(rig: &Rig, recording: &Recording) -> f64 {
+    let parts = rig.sensors.iter().filter_map(|sensor| {
+        let values = recording.column(&sensor.signal)?;
+        let valid: Vec<f64> = values.iter().copied().filter(|y| y.is_finite()).collect();
+        let count = valid.len().max(1) as f64;
+        let mean = valid.iter().sum::<f64>() / count;
+        let variance = valid.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / count;
+        let noise = noise_level(recording.t(), values);
+        (variance > 0.0).then(|| noise * noise / variance)
+    });
+    let parts: Vec<f64> = parts.collect();
+    (parts.iter().sum::<f64>() / parts.len().max(1) as f64).sqrt()
 }
 
 /// Two recordings that the rig explains alone, with parameters that exclude each other.

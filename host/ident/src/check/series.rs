@@ -1,4 +1,4 @@
-//! What several detectors need to know of a column: its valid samples and their steps.
+//! Valid samples of a column and their steps, for several detectors.
 
 /// Valid samples of a column with their rows.
 pub(super) struct Series {

@@ -7,7 +7,7 @@ use sinew_sim::Rig;
 
 use super::overwrite;
 use super::repair::Repairs;
-use crate::check::{Check, check};
+use crate::check::{Check, Determined, check, determine};
 use crate::error::{Error, Result};
 use crate::recording::Recording;
 
@@ -32,6 +32,8 @@ pub struct Arguments {
 struct Document<'a> {
     format: &'static str,
     checks: &'a [Check],
+    /// Null without a rig, for a large one, and where something is certainly wrong.
+    determined: Option<&'a Determined>,
 }
 
 /// # Errors
@@ -49,6 +51,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         require_columns(recording, rig.as_ref())?;
     }
     let found = check(&recordings, rig.as_ref());
+    // Numbers of recordings that are certainly wrong would mislead.
+    let sound = is_sound(&found);
+    let determined = rig.as_ref().filter(|_| sound);
+    let determined = determined.and_then(|rig| determine(rig, &recordings));
     let on_output = arguments
         .json
         .as_deref()
@@ -58,17 +64,74 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         if found.is_empty() {
             println!("no fault found in {}", names(&recordings));
         }
+        if let Some(determined) = &determined {
+            print!("{}", determinations(determined));
+        }
     }
     if let Some(path) = &arguments.json {
         let document = Document {
             format: "sinew-check/1",
             checks: &found,
+            determined: determined.as_ref(),
         };
         let text = serde_json::to_string_pretty(&document)
             .map_err(|error| Error::failed(format!("the faults are no JSON: {error}")))?;
         crate::atomic::write(path, text + "\n")?;
     }
     arguments.repairs.refuse(&found)
+}
+
+/// No check is certain.
+fn is_sound(checks: &[Check]) -> bool {
+    !checks.iter().any(|check| check.certain)
+}
+
+/// Determined parameters and effects for a person, in lines of 80 columns.
+fn determinations(found: &Determined) -> String {
+    let mut text = String::from("determined by these recordings:\n");
+    for p in &found.parameters {
+        let value = |value: f64| crate::report::quantity(value, &p.unit);
+        let words = match p.ci95 {
+            Some([low, high]) => {
+                format!(
+                    "{} {} ({} to {})",
+                    p.name,
+                    value(p.value),
+                    value(low),
+                    value(high)
+                )
+            }
+            None => format!("{} not determined", p.name),
+        };
+        text += &wrapped(&words, "  ", "    ");
+    }
+    let places = |verdict: &str| {
+        let effects = found.effects.iter().filter(|e| e.verdict == verdict);
+        let names: Vec<String> = effects
+            .map(|effect| format!("{} at {}", effect.kind, effect.component))
+            .collect();
+        names.join(", ")
+    };
+    for (words, verdict) in [
+        ("would be named if missing: ", "determined"),
+        ("would be guessed at: ", "weakly"),
+        ("would not be seen: ", "not_determined"),
+    ] {
+        let names = places(verdict);
+        if !names.is_empty() {
+            text += &wrapped(&format!("{words}{names}"), "", "  ");
+        }
+    }
+    let unseen = found.effects.iter().filter(|e| e.verdict != "determined");
+    let mut wanted: Vec<&str> = unseen.map(|effect| effect.excited_by).collect();
+    wanted.sort_unstable();
+    wanted.dedup();
+    wanted.retain(|motion| !motion.is_empty());
+    if !wanted.is_empty() {
+        let words = format!("missing recordings: {}", wanted.join("; "));
+        text += &wrapped(&words, "", "  ");
+    }
+    text
 }
 
 /// Every column that the rig names is there.

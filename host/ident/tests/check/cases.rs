@@ -95,6 +95,10 @@ fn a_counter_that_wraps_is_named_and_mended() {
 #[test]
 fn parameters_that_nothing_determines_stay_to_the_digit() {
     let case = "30-no-excitation";
+    for name in ["A.csv", "B.csv"] {
+        let found = checks(case, name);
+        assert_eq!(found[0].kind, "no_excitation", "{found:?}");
+    }
     let fit = fitted(&rig(case), recording(case, "A.csv"));
     let found: Vec<f64> = fit.parameters.iter().map(|p| p.value).collect();
     assert_eq!(found, [1.5, 40.0, 1.0]);
