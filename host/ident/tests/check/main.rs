@@ -1,4 +1,3 @@
-//! Faults of recordings: cases that went wrong elsewhere, and faults that are put into sound ones.
+//! Faults of recordings: cases that went wrong elsewhere, with the truth that wrote them.
 
 mod cases;
-mod seeded;
