@@ -2,9 +2,13 @@
 //!
 //! A result is written beside its place under a temporary name and renamed into it. A program that
 //! is stopped by a signal calls [`remove_unfinished`] so that no temporary file stays behind.
+//!
+//! Only a regular file is ever replaced: a link is followed, and a pipe or a device is written
+//! through. `-` is standard output.
 
 use std::fs;
 use std::io::Write;
+use std::os::fd::AsFd;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -37,9 +41,13 @@ pub fn copy(from: impl AsRef<Path>, to: impl AsRef<Path>) -> Result<()> {
         .metadata()
         .map_err(|e| Error::read(from, e))?
         .permissions();
+    let replaced = !is_stream(to.as_ref());
     whole(to.as_ref(), |file| {
         std::io::copy(&mut source, file)?;
-        file.set_permissions(permissions)
+        match replaced {
+            true => file.set_permissions(permissions),
+            false => Ok(()),
+        }
     })
 }
 
@@ -49,8 +57,12 @@ pub fn copy(from: impl AsRef<Path>, to: impl AsRef<Path>) -> Result<()> {
 /// # Errors
 /// As [`write()`], but for a disk that is full by then.
 pub fn prepare(path: &Path) -> Result<()> {
-    let temporary = beside(path)?;
-    let made = match path.is_dir() {
+    // A pipe without a reader would block here: streams are not tried.
+    let Destination::File(place) = destination(path) else {
+        return Ok(());
+    };
+    let temporary = beside(&place)?;
+    let made = match place.is_dir() {
         true => Err(std::io::ErrorKind::IsADirectory.into()),
         false => create(&temporary).and_then(|_| fs::remove_file(&temporary)),
     };
@@ -58,14 +70,79 @@ pub fn prepare(path: &Path) -> Result<()> {
     made.map_err(|source| Error::write(path, source))
 }
 
+/// True where writing to `path` replaces nothing: standard output, a pipe or a device.
+pub fn is_stream(path: &Path) -> bool {
+    !matches!(destination(path), Destination::File(_))
+}
+
+/// True where writing to `path` writes to this process's standard output.
+pub fn is_output(path: &Path) -> bool {
+    matches!(destination(path), Destination::Output)
+}
+
+/// Place where the bytes go.
+enum Destination {
+    /// Standard output of this process.
+    Output,
+    /// A pipe or a device.
+    Through(PathBuf),
+    /// A regular file, or none yet; no link.
+    File(PathBuf),
+}
+
+/// Longest chain of links that is followed, as in Linux.
+const LINKS: usize = 40;
+
+fn destination(path: &Path) -> Destination {
+    let mut place = path.to_path_buf();
+    for _ in 0..LINKS {
+        let text = place.as_os_str();
+        if text == "-" || text == "/dev/stdout" || text == "/proc/self/fd/1" {
+            return Destination::Output;
+        }
+        // Open files of a process: to replace the file behind one would leave its owner's behind.
+        if place.starts_with("/dev/fd") || place.starts_with("/proc") {
+            return Destination::Through(place);
+        }
+        let Ok(target) = fs::read_link(&place) else {
+            break;
+        };
+        place = match place.parent() {
+            Some(folder) => folder.join(target),
+            None => target,
+        };
+    }
+    match fs::metadata(&place) {
+        Ok(found) if !found.is_file() && !found.is_dir() => Destination::Through(place),
+        _ => Destination::File(place),
+    }
+}
+
 fn whole(path: &Path, fill: impl FnOnce(&mut fs::File) -> std::io::Result<()>) -> Result<()> {
-    let temporary = beside(path)?;
+    let place = match destination(path) {
+        Destination::File(place) => place,
+        Destination::Through(place) => {
+            let opened = fs::OpenOptions::new().append(true).open(&place);
+            let written = opened.and_then(|mut file| fill(&mut file));
+            return written.map_err(|source| Error::write(path, source));
+        }
+        Destination::Output => {
+            // The same descriptor, so that this text and printed text keep their order.
+            let mut output = std::io::stdout().lock();
+            let written = output.flush().and_then(|()| {
+                let descriptor = output.as_fd().try_clone_to_owned()?;
+                fill(&mut fs::File::from(descriptor))
+            });
+            return written.map_err(|source| Error::write(path, source));
+        }
+    };
+    let temporary = beside(&place)?;
     let written = create(&temporary)
         .and_then(|mut file| {
             fill(&mut file)?;
             file.sync_all()
         })
-        .and_then(|()| fs::rename(&temporary, path));
+        .and_then(|()| fs::rename(&temporary, &place));
     if written.is_err() {
         // Best effort: the first error is the one worth reporting.
         let _ = fs::remove_file(&temporary);
@@ -183,5 +260,47 @@ mod tests {
         fs::write(occupied.join("inside"), "x").unwrap();
         assert!(write(&occupied, "two").is_err());
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_link_stays_and_its_target_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::create_dir(at("kept")).unwrap();
+        std::os::unix::fs::symlink("kept/result.txt", at("link")).unwrap();
+        std::os::unix::fs::symlink("link", at("further")).unwrap();
+        for text in ["into nothing", "over a file"] {
+            prepare(&at("further")).unwrap();
+            write(at("further"), text).unwrap();
+            assert_eq!(fs::read_to_string(at("kept/result.txt")).unwrap(), text);
+            for link in ["link", "further"] {
+                assert!(fs::symlink_metadata(at(link)).unwrap().is_symlink());
+            }
+        }
+        assert_eq!(fs::read_dir(at("kept")).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_pipe_is_written_through_and_a_device_stays_one() {
+        use std::os::unix::fs::FileTypeExt;
+        let folder = tempfile::tempdir().unwrap();
+        let pipe = folder.path().join("pipe");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+        assert!(made.unwrap().success());
+        let reader = std::thread::spawn({
+            let pipe = pipe.clone();
+            move || fs::read_to_string(pipe).unwrap()
+        });
+        prepare(&pipe).unwrap();
+        write(&pipe, "through").unwrap();
+        assert_eq!(reader.join().unwrap(), "through");
+        assert!(fs::metadata(&pipe).unwrap().file_type().is_fifo());
+        // A link, so that a wrong writer replaces the link and not this computer's device.
+        let null = folder.path().join("null");
+        std::os::unix::fs::symlink("/dev/null", &null).unwrap();
+        assert!(is_stream(&null));
+        write(&null, "nowhere").unwrap();
+        assert!(fs::symlink_metadata(&null).unwrap().is_symlink());
+        assert!(is_stream(Path::new("-")) && is_stream(Path::new("/dev/stdout")));
     }
 }

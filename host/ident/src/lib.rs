@@ -3,6 +3,7 @@
 //! | module | turns | into |
 //! |---|---|---|
 //! | [`recording`] | a CSV file | columns |
+//! | [`check`] | recordings, with or without a rig | faults by kind, line and remedy |
 //! | [`fit`] | a rig and recordings | the rig with its parameters refitted |
 //! | [`diagnose`] | a rig and recordings | the physics that the rig lacks |
 //! | [`excite`] | a rig with limits | inputs for an experiment |
@@ -10,6 +11,7 @@
 //! | [`report`] | results | a page |
 
 pub mod atomic;
+pub mod check;
 #[cfg(feature = "cli")]
 pub mod cli;
 pub mod diagnose;

@@ -3,30 +3,55 @@
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
-/// Standard deviation of the white noise on `samples`, from their high-order differences
-/// (docs/explanation/training.md): a smooth signal vanishes from them, noise does not. The smallest
-/// estimate over orders 3 to 8 is taken, since what is left of the signal only adds.
+/// Longest window beside the usual one.
+const LONGEST: f64 = 4.0;
+
+/// Standard deviation of the white noise on `samples` at the times `t`, from their high-order
+/// divided differences (docs/explanation/training.md): a smooth signal vanishes from them, noise
+/// does not, evenly sampled or not. The smallest estimate over orders 3 to 8 is taken, since the
+/// rest of the signal only adds.
 ///
 /// Missing samples cut the series. 0 where no stretch is long enough.
-pub fn noise_level(samples: &[f64]) -> f64 {
+pub fn noise_level(t: &[f64], samples: &[f64]) -> f64 {
     let mut least = f64::INFINITY;
     for order in 3..=8 {
         let (mut sum, mut count) = (0.0, 0_usize);
-        for stretch in samples.split(|v| !v.is_finite()) {
-            let mut differences = stretch.to_vec();
-            for _ in 0..order {
-                differences = differences.windows(2).map(|w| w[1] - w[0]).collect();
+        let ranges = t.windows(order + 1).map(|times| times[order] - times[0]);
+        let mut ranges: Vec<f64> = ranges.collect();
+        let middle = ranges.len() / 2;
+        let usual = match ranges.is_empty() {
+            true => 0.0,
+            false => *ranges.select_nth_unstable_by(middle, f64::total_cmp).1,
+        };
+        let times = t.windows(order + 1);
+        for (times, values) in times.zip(samples.windows(order + 1)) {
+            // Over a gap in time no signal is smooth.
+            let whole = times[order] - times[0] <= LONGEST * usual;
+            if whole && values.iter().all(|value| value.is_finite()) {
+                sum += divided_difference(times, values).powi(2);
+                count += 1;
             }
-            sum += differences.iter().map(|d| d * d).sum::<f64>();
-            count += differences.len();
         }
         if count >= 16 {
-            // The p-th difference of white noise has variance C(2p, p) sigma^2.
-            let gain = (1..=order).fold(1.0, |c, i| c * f64::from(order + i) / f64::from(i));
-            least = least.min((sum / count as f64 / gain).sqrt());
+            least = least.min((sum / count as f64).sqrt());
         }
     }
     if least.is_finite() { least } else { 0.0 }
+}
+
+/// Divided difference of all of some samples, its weights scaled to unit norm: white noise of any
+/// sampling leaves its own standard deviation.
+fn divided_difference(t: &[f64], values: &[f64]) -> f64 {
+    // Times in units of their range keep the weights of order one.
+    let range = t[t.len() - 1] - t[0];
+    let (mut difference, mut square) = (0.0, 0.0);
+    for (k, value) in values.iter().enumerate() {
+        let others = (0..t.len()).filter(|other| *other != k);
+        let product: f64 = others.map(|other| (t[k] - t[other]) / range).product();
+        difference += value / product;
+        square += product.powi(-2);
+    }
+    difference / square.sqrt()
 }
 
 /// A standard normal deviate (Box and Muller 1958).
@@ -46,16 +71,37 @@ mod tests {
         let samples: Vec<f64> = (0..4000)
             .map(|k| (f64::from(k) * 0.01).sin() + 1e-3 * gaussian(&mut random))
             .collect();
-        let found = noise_level(&samples);
+        let t: Vec<f64> = (0..4000).map(f64::from).collect();
+        let found = noise_level(&t, &samples);
         assert!((found / 1e-3 - 1.0).abs() < 0.08, "{found}");
     }
 
     #[test]
     fn a_smooth_signal_has_none_and_gaps_do_not_count() {
         let mut samples: Vec<f64> = (0..2000).map(|k| (f64::from(k) * 0.01).sin()).collect();
-        assert!(noise_level(&samples) < 1e-12);
+        let t: Vec<f64> = (0..2000).map(f64::from).collect();
+        assert!(noise_level(&t, &samples) < 1e-12);
         samples[1000] = f64::NAN;
-        assert!(noise_level(&samples) < 1e-12);
-        assert!(noise_level(&[1.0, 2.0]) == 0.0);
+        assert!(noise_level(&t, &samples) < 1e-12);
+        assert!(noise_level(&[0.0, 1.0], &[1.0, 2.0]) == 0.0);
+    }
+
+    /// Rows between 1 and 25 ms apart: the estimate is that of even rows, not 16 times as much.
+    #[test]
+    fn uneven_times_change_nothing() {
+        let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(4);
+        let mut now = 0.0;
+        let t: Vec<f64> = (0..2000)
+            .map(|_| {
+                now += 0.001 + 0.024 * random.random::<f64>().powi(2);
+                now
+            })
+            .collect();
+        let signal = |t: f64| 0.3 * (5.0 * t).sin();
+        let samples: Vec<f64> = (t.iter())
+            .map(|t| signal(*t) + 1e-4 * gaussian(&mut random))
+            .collect();
+        let found = noise_level(&t, &samples);
+        assert!((found / 1e-4 - 1.0).abs() < 0.1, "{found}");
     }
 }

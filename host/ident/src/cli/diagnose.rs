@@ -8,10 +8,10 @@ use sinew_sim::Rig;
 use super::Common;
 use super::overwrite::{self, identity};
 use super::progress::Stage;
+use super::repair::Repairs;
 use crate::diagnose::output::{self, Shown};
 use crate::diagnose::{Diagnosis, Options, Recordings, diagnose};
 use crate::error::{Error, Result};
-use crate::recording::Recording;
 
 /// Arguments of `sinew diagnose`.
 #[derive(Args)]
@@ -29,7 +29,7 @@ pub struct Arguments {
     #[arg(long, value_name = "CSV")]
     test: Vec<PathBuf>,
     /// Where the findings are written for programs (sinew-diagnosis/1); otherwise they are printed
-    /// for a person.
+    /// for a person. `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
     /// File for a page with plots.
@@ -42,6 +42,8 @@ pub struct Arguments {
     #[arg(long, value_name = "XML")]
     mjcf: Option<PathBuf>,
     #[command(flatten)]
+    repairs: Repairs,
+    #[command(flatten)]
     common: Common,
 }
 
@@ -52,18 +54,23 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     refuse_overwriting(arguments)?;
     let rig = Rig::load(&arguments.rig)?;
     let recordings = Recordings {
-        fit: read(&arguments.fit)?,
-        check: read(&arguments.check)?,
-        test: read(&arguments.test)?,
+        fit: arguments.repairs.read(&arguments.fit)?,
+        check: arguments.repairs.read(&arguments.check)?,
+        test: arguments.repairs.read(&arguments.test)?,
     };
     let quiet = arguments.common.quiet;
+    let all = [&recordings.fit, &recordings.check, &recordings.test];
+    let checks = arguments
+        .repairs
+        .before(&rig, all.into_iter().flatten(), quiet)?;
     let stage = Stage::begin("diagnose", quiet);
     let options = Options {
         seed: arguments.common.seed,
         ..Options::default()
     };
     let told = |what: &str, done: usize, of: usize| stage.count(done, of, what);
-    let found = diagnose(&rig, &recordings, &options, &told)?;
+    let mut found = diagnose(&rig, &recordings, &options, &told)?;
+    found.checks = checks;
     stage.end(verdict(&found));
     leave(arguments, &rig, &recordings, &found)
 }
@@ -90,7 +97,7 @@ fn leave(
         Some(path) => {
             crate::atomic::write(path, output::json(found)?)?;
             written.push(path);
-            if !quiet {
+            if !quiet && !crate::atomic::is_output(path) {
                 println!("{}", found.sentence);
             }
         }
@@ -116,16 +123,16 @@ fn leave(
         super::mjcf::write(&found.mended, path, quiet)?;
         written.push(path);
     }
-    if !quiet {
+    let mixed = arguments
+        .json
+        .as_deref()
+        .is_some_and(crate::atomic::is_output);
+    if !quiet && !mixed {
         for path in written {
             println!("{}", path.display());
         }
     }
     Ok(())
-}
-
-fn read(paths: &[PathBuf]) -> Result<Vec<Recording>> {
-    paths.iter().map(Recording::read).collect()
 }
 
 /// Command line that made the page, as it would be typed again.

@@ -7,9 +7,9 @@ use sinew_sim::Rig;
 
 use super::Recordings;
 use super::progress::Stage;
+use super::repair::Repairs;
 use crate::error::Result;
 use crate::fit::{FitOptions, doubt, fit, score};
-use crate::recording::Recording;
 use crate::report::quantity;
 
 /// Arguments of `sinew fit`.
@@ -19,6 +19,8 @@ pub struct Arguments {
     pub rig: PathBuf,
     #[command(flatten)]
     recordings: Recordings,
+    #[command(flatten)]
+    repairs: Repairs,
     /// File for the fitted rig; its comments are kept.
     #[arg(long, value_name = "TOML")]
     out: Option<PathBuf>,
@@ -30,20 +32,16 @@ pub struct Arguments {
 /// # Errors
 /// A bad file, or a rig that cannot be fitted.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let read = |paths: &[PathBuf]| {
-        paths
-            .iter()
-            .map(Recording::read)
-            .collect::<Result<Vec<_>>>()
-    };
     if let Some(path) = &arguments.out {
         crate::atomic::prepare(path)?;
     }
     let rig = Rig::load(&arguments.rig)?;
     let (recordings, tests) = (
-        read(&arguments.recordings.fit)?,
-        read(&arguments.recordings.test)?,
+        arguments.repairs.read(&arguments.recordings.fit)?,
+        arguments.repairs.read(&arguments.recordings.test)?,
     );
+    let all = recordings.iter().chain(&tests);
+    arguments.repairs.before(&rig, all, arguments.quiet)?;
     let stage = Stage::begin("fit the rig to the recordings", arguments.quiet);
     let found = fit(&rig, &recordings, &FitOptions::default(), &mut |p| {
         stage.say(format!(

@@ -1,11 +1,13 @@
 //! Command line of identification: the verbs that the programs `sinew` and `sinew-ident` share.
 
+pub mod check;
 pub mod diagnose;
 pub mod excite;
 pub mod fit;
 pub mod mjcf;
 pub mod overwrite;
 pub mod progress;
+pub mod repair;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -27,6 +29,8 @@ struct Program {
 enum Verb {
     /// Fit the parameters of a rig to recordings.
     Fit(fit::Arguments),
+    /// Find faults of recordings before any fit.
+    Check(check::Arguments),
     /// Find the physics that a rig lacks.
     Diagnose(diagnose::Arguments),
     /// Design an experiment within the limits of a rig.
@@ -81,6 +85,7 @@ fn run(verb: Verb) -> Result<()> {
     match verb {
         Verb::Fit(arguments) => fit::run(&arguments),
         Verb::Diagnose(arguments) => diagnose::run(&arguments),
+        Verb::Check(arguments) => check::run(&arguments),
         Verb::Excite(arguments) => excite::run(&arguments, None),
         Verb::Mjcf(arguments) => mjcf::run(&arguments),
     }

@@ -23,6 +23,9 @@ pub fn refuse<'a>(
     let mut taken: Vec<(PathBuf, &str)> = read.collect();
     for (flag, path) in written {
         let Some(path) = path else { continue };
+        if crate::atomic::is_stream(path) {
+            continue;
+        }
         let file = identity(path);
         if let Some((_, before)) = taken.iter().find(|(other, _)| *other == file) {
             let path = path.display();

@@ -53,10 +53,10 @@ impl Data {
         let views = Views::new(rig, plant);
         let sensors = plant.sensors().len();
         let spread = spreads(&experiments);
-        let of_sensor = |sensor: usize, f: fn(&[f64]) -> f64| {
+        let level = |sensor: usize| {
             let levels = experiments
                 .iter()
-                .map(|experiment| f(&experiment.signals[sensor]))
+                .map(|e| noise::level(&e.t, &e.signals[sensor]))
                 .filter(|level| level.is_finite());
             noise::median(levels.collect())
         };
@@ -70,7 +70,7 @@ impl Data {
         let noise: Vec<f64> = (0..sensors)
             .map(|s| {
                 let rounding = step[s] / 12.0_f64.sqrt();
-                of_sensor(s, noise::level).max(rounding)
+                level(s).max(rounding)
             })
             .collect();
         Self {

@@ -97,6 +97,7 @@ pub(crate) fn carriage() -> Diagnosis {
         )]
         .into(),
         next_experiment: "...".into(),
+        checks: Vec::new(),
         seconds: 1.9,
         refitted,
         mended: sinew_sim::Rig::parse(&mended, "axis.toml").expect("it is sound"),

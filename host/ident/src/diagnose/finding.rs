@@ -39,6 +39,8 @@ pub struct Diagnosis {
     pub next_experiment: String,
     /// Wall time.
     pub seconds: f64,
+    /// Faults of the recordings that were seen before the search.
+    pub checks: Vec<crate::check::Check>,
     /// The rig with its parameters refitted and nothing added.
     #[serde(skip)]
     pub refitted: sinew_sim::Rig,

@@ -4,8 +4,8 @@
 use crate::noise::noise_level;
 
 /// Standard deviation of the white noise on a signal (docs/explanation/training.md, eq. T0).
-pub(crate) fn level(samples: &[f64]) -> f64 {
-    noise_level(samples)
+pub(crate) fn level(t: &[f64], samples: &[f64]) -> f64 {
+    noise_level(t, samples)
 }
 
 /// The middle value; 0 of none.

@@ -139,6 +139,7 @@ pub(crate) fn conclude(
         location,
         effects,
         seconds: 0.0,
+        checks: Vec::new(),
         refitted: refitted.rig.clone(),
         mended,
         details: Details {

@@ -15,6 +15,7 @@ pub(crate) mod segment;
 pub(crate) mod stages;
 pub(crate) mod start;
 pub(crate) mod uncertainty;
+mod undetermined;
 
 use sinew_sim::{Plant, Rig};
 
@@ -181,15 +182,11 @@ pub fn fit(
     let step = plant.settings().rate_step;
     let settings = pace::settings(&plant, &plant.values(), &experiments, step);
     let plant = plant.with_settings(settings);
-    let found = stages::run(rig, &plant, &experiments, options, progress)?;
-
+    let first = stages::run(rig, &plant, &experiments, options, progress)?;
+    let mut run =
+        |held: &[usize]| stages::run_holding(rig, &plant, &experiments, (options, held), progress);
+    let (found, fitted) = undetermined::keep(rig, &plant, recordings, first, &mut run)?;
     let known = plant.parameters();
-    let named: Vec<(&str, f64)> = found
-        .slots
-        .iter()
-        .map(|&slot| (known[slot].name.as_str(), found.values[slot]))
-        .collect();
-    let fitted = rig.with_values(&named)?;
     let after = score(&fitted, recordings)?;
 
     let parameters = found.slots.iter().enumerate().map(|(j, &slot)| {
@@ -201,7 +198,7 @@ pub fn fit(
             as_written: parameter.value,
             value,
             ci95: found.half_widths[j].map(|half| [value - half, value + half]),
-            at_bound: value <= low || value >= high,
+            at_bound: !found.held.contains(&slot) && (value <= low || value >= high),
         }
     });
     let sensors = as_written

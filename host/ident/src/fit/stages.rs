@@ -21,7 +21,10 @@ const FINEST: f64 = 1e-7;
 
 /// Result of the stages.
 pub(crate) struct Found {
+    /// Parameters of the fit, those that were held included.
     pub slots: Vec<usize>,
+    /// Parameters that were held as written.
+    pub held: Vec<usize>,
     pub values: Vec<f64>,
     pub half_widths: Vec<Option<f64>>,
     pub stop: Stop,
@@ -49,9 +52,21 @@ pub(crate) fn run(
     options: &FitOptions,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Found> {
+    run_holding(rig, plant, experiments, (options, &[]), progress)
+}
+
+/// Fits all parameters but some, which stay as written.
+pub(crate) fn run_holding(
+    rig: &Rig,
+    plant: &Plant,
+    experiments: &[Experiment],
+    (options, held): (&FitOptions, &[usize]),
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Found> {
     let views = Views::new(rig, plant);
     let written = plant.values();
-    let slots = fitted_slots(plant);
+    let mut slots = fitted_slots(plant);
+    slots.retain(|slot| !held.contains(slot));
     let spreads = spreads(experiments);
     let mut problem = Problem {
         plant,
@@ -148,9 +163,16 @@ pub(crate) fn run(
             next_stretches(&problem, &belief, &views, (&segments, level), &unknowns)?;
     }
     rescale(&mut problem, &belief, &unknowns, &silent);
-    let half_widths = uncertainty::half_widths(&problem, &belief, &segments, &unknowns);
+    let widths = uncertainty::half_widths(&problem, &belief, &segments, &unknowns);
+    let slots = fitted_slots(plant);
+    let width = |slot: &usize| {
+        let fitted = problem.slots.iter().position(|fitted| fitted == slot);
+        fitted.and_then(|j| widths[j])
+    };
+    let half_widths = slots.iter().map(width).collect();
     Ok(Found {
-        slots: problem.slots.clone(),
+        slots,
+        held: held.to_vec(),
         values: unknowns.values,
         half_widths,
         stop,

@@ -11,6 +11,7 @@
 //! dropped in silence: what cannot be used is an error with file, line and column.
 
 mod read;
+pub mod repair;
 mod write;
 
 use std::path::{Path, PathBuf};
@@ -42,6 +43,8 @@ pub struct Column {
 pub struct Recording {
     path: PathBuf,
     header_line: usize,
+    /// Line of each row in the file.
+    lines: Vec<usize>,
     t: Vec<f64>,
     columns: Vec<Column>,
 }
@@ -124,6 +127,7 @@ impl Recording {
         Ok(Self {
             path: path.to_path_buf(),
             header_line: 1,
+            lines: (2..t.len() + 2).collect(),
             t,
             columns,
         })
@@ -167,6 +171,19 @@ impl Recording {
     )]
     pub fn len(&self) -> usize {
         self.t.len()
+    }
+
+    /// Line of the column names in the file, from 1.
+    pub fn header_line(&self) -> usize {
+        self.header_line
+    }
+
+    /// Line of a row in the file, from 1; rows count from 0.
+    ///
+    /// # Panics
+    /// Where `row` is not below [`Recording::len`].
+    pub fn line(&self, row: usize) -> usize {
+        self.lines[row]
     }
 
     /// Seconds from the first row to the last.
@@ -276,6 +293,7 @@ impl Recording {
         Ok(Self {
             path: self.path.clone(),
             header_line: self.header_line,
+            lines: self.lines[range.clone()].to_vec(),
             columns: columns.collect(),
             t: self.t[range].to_vec(),
         })

@@ -34,6 +34,9 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Recording> {
     let names = header(&source, &record)?;
 
     let mut t: Vec<f64> = Vec::new();
+    let mut lines: Vec<usize> = Vec::new();
+    // Line of the row before and the byte at which it begins: every byte is counted once.
+    let (mut line, mut from) = (1, 0);
     let mut columns: Vec<Column> = names[1..]
         .iter()
         .map(|name| Column {
@@ -45,6 +48,10 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Recording> {
         if record.len() != names.len() {
             return Err(ragged(&source, &record, &names));
         }
+        let start = source.start(&record);
+        line += line_ends(&bytes[from..start]);
+        from = start;
+        lines.push(line);
         t.push(time(&source, &record, t.last().copied())?);
         for (index, column) in columns.iter_mut().enumerate() {
             column
@@ -60,6 +67,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Recording> {
     Ok(Recording {
         path: path.to_path_buf(),
         header_line,
+        lines,
         t,
         columns,
     })
@@ -277,16 +285,20 @@ impl Source<'_> {
     }
 }
 
-/// Line, from 1, of the byte at `end`. A lone carriage return ends a line too (old instruments).
+/// Line, from 1, of the byte at `end`.
 fn line_of(bytes: &[u8], end: usize) -> usize {
-    let mut line = 1;
-    for at in 0..end.min(bytes.len()) {
-        let line_ends = match bytes[at] {
-            b'\n' => true,
-            b'\r' => bytes.get(at + 1) != Some(&b'\n'),
-            _ => false,
-        };
-        line += usize::from(line_ends);
-    }
-    line
+    let end = end.min(bytes.len());
+    // One byte beyond `end` tells a lone carriage return from the first half of a line end.
+    let lone = end > 0 && bytes[end - 1] == b'\r' && bytes.get(end) == Some(&b'\n');
+    1 + line_ends(&bytes[..end]) - usize::from(lone)
+}
+
+/// Number of line ends in some bytes. A lone carriage return ends a line too (old instruments).
+fn line_ends(bytes: &[u8]) -> usize {
+    let ends = |at: usize| match bytes[at] {
+        b'\n' => true,
+        b'\r' => bytes.get(at + 1) != Some(&b'\n'),
+        _ => false,
+    };
+    (0..bytes.len()).filter(|&at| ends(at)).count()
 }

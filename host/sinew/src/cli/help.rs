@@ -10,7 +10,9 @@ use super::Program;
 const GROUPS: &[(&str, &[&str])] = &[
     (
         "Identify",
-        &["new", "simulate", "excite", "fit", "diagnose", "mjcf"],
+        &[
+            "new", "check", "simulate", "excite", "fit", "diagnose", "mjcf",
+        ],
     ),
     ("Train", &["train"]),
     ("Control", &["build", "tune", "compare", "pil"]),

@@ -31,7 +31,7 @@ use crate::project::{Board, Optimise};
 use crate::rig_file::{self, ControlTable};
 use sinew_device::protocol::Identity;
 pub use sinew_ident::cli::{Common, Recordings};
-use sinew_ident::cli::{diagnose, excite, fit, mjcf};
+use sinew_ident::cli::{check, diagnose, excite, fit, mjcf};
 use sinew_ident::error::{Error, Result};
 use sinew_model::spec::ModelSpec;
 
@@ -49,6 +49,8 @@ enum Verb {
     Build(build::Arguments),
     /// Write a first rig file from the columns of a recording.
     New(crate::new_rig::NewArgs),
+    /// Find faults of recordings before any fit.
+    Check(check::Arguments),
     /// Simulate a rig with the inputs of a recording.
     Simulate(simulate::Arguments),
     /// Design an experiment within the limits of a rig.
@@ -269,6 +271,7 @@ fn run(verb: Verb) -> Result<()> {
     match verb {
         Verb::Build(arguments) => build::run(&arguments),
         Verb::New(arguments) => new::run(&arguments),
+        Verb::Check(arguments) => check::run(&arguments),
         Verb::Simulate(arguments) => simulate::run(&arguments),
         Verb::Excite(arguments) => excite::run(&arguments, control_rate_hz(&arguments.rig)?),
         Verb::Fit(arguments) => {

@@ -146,7 +146,7 @@ impl ControlProblem {
                 let y = column(recording, sensor)?;
                 low = y.iter().copied().fold(low, f64::min);
                 high = y.iter().copied().fold(high, f64::max);
-                level = level.min(noise_level(&y));
+                level = level.min(noise_level(recording.t(), &y));
                 speed = speed.max(typical_speed(recording.t(), &y));
             }
             if high <= low {
@@ -165,7 +165,7 @@ impl ControlProblem {
         let quietest = |sensor: &usize| -> Result<f64> {
             let levels = recordings
                 .iter()
-                .map(|r| Ok(noise_level(&column(r, *sensor)?)));
+                .map(|r| Ok(noise_level(r.t(), &column(r, *sensor)?)));
             let levels = levels.collect::<Result<Vec<f64>>>()?;
             Ok(levels.into_iter().fold(f64::INFINITY, f64::min))
         };

@@ -52,6 +52,9 @@ pub struct NewArgs {
     /// Replace a rig file that is there already.
     #[arg(long)]
     pub force: bool,
+    /// Repairs of the recording.
+    #[command(flatten)]
+    pub repairs: sinew_ident::cli::repair::Repairs,
     /// No progress.
     #[arg(long)]
     pub quiet: bool,
@@ -121,7 +124,10 @@ pub fn run(args: &NewArgs) -> Result<NewRig> {
                 .help("give another name with --out, or --force to replace it"),
         );
     }
-    let recording = Recording::read(&args.recording)?;
+    let mut recordings = args.repairs.read(std::slice::from_ref(&args.recording))?;
+    let recording = recordings.remove(0);
+    let checks = sinew_ident::check::check(std::slice::from_ref(&recording), None);
+    args.repairs.judge(&checks, args.quiet)?;
     let asking = !args.yes && std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
     let written = if asking {
         let terminal = Terminal {

@@ -1,0 +1,174 @@
+//! Samples that repeat where the device moves: clipping, a frozen or dead sensor, coarse steps.
+
+use super::finding::{Check, counted, number, rows};
+use super::series::{Series, quantile, sizes};
+use crate::recording::Recording;
+
+/// Fewest equal samples of a plateau.
+const PLATEAU: usize = 4;
+
+/// Fewest equal samples of a sensor that froze, and of all plateaus together.
+const FROZEN: usize = 20;
+
+/// Most levels of a sensor whose steps are too coarse.
+const LEVELS: usize = 40;
+
+/// The first of `dead_channel`, `quantised`, `clipped`, `stuck_channel` in one column of a sensor;
+/// `driven`: some input of the recording changes.
+pub(super) fn detect(
+    recording: &Recording,
+    name: &str,
+    values: &[f64],
+    driven: bool,
+) -> Option<Check> {
+    let series = Series::of(values)?;
+    if series.width() == 0.0 {
+        return driven.then(|| dead(recording, name, &series));
+    }
+    coarse(recording, name, &series)
+        .or_else(|| stuck(recording, name, &series))
+        .or_else(|| clipped(recording, name, &series))
+}
+
+fn dead(recording: &Recording, name: &str, series: &Series) -> Check {
+    let sentence = format!(
+        "{name} is {} in every row, while the input changes",
+        number(series.range[0])
+    );
+    let remedy = "check the sensor and its cable; or leave the sensor out of the rig";
+    let row = series.samples[0].0;
+    Check::likely(recording, row, "dead_channel", sentence, remedy)
+}
+
+/// A sensor with few levels at equal distances.
+fn coarse(recording: &Recording, name: &str, series: &Series) -> Option<Check> {
+    let mut levels: Vec<f64> = series.samples.iter().map(|s| s.1).collect();
+    levels.sort_unstable_by(f64::total_cmp);
+    levels.dedup_by(|b, a| (*b - *a).abs() <= 1e-9 * series.width());
+    if !(3..=LEVELS).contains(&levels.len()) || 4 * levels.len() > series.samples.len() {
+        return None;
+    }
+    let gaps: Vec<f64> = levels.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let step = quantile(gaps.iter().copied(), 0.0);
+    let whole = gaps
+        .iter()
+        .filter(|gap| (*gap / step - (*gap / step).round()).abs() < 0.05)
+        .count();
+    if 20 * whole < 19 * gaps.len() {
+        return None;
+    }
+    let sentence = format!(
+        "{name} has {} only, {} apart, over its whole range",
+        counted(levels.len(), "level"),
+        number(step)
+    );
+    let remedy = "record more digits or a finer encoder; a motion below a step is not seen";
+    let row = series.samples[0].0;
+    Some(Check::likely(recording, row, "quantised", sentence, remedy))
+}
+
+/// Flat tops: runs of the highest or lowest value that the motion runs into and leaves at speed. A
+/// motion that turns round slows down before.
+fn clipped(recording: &Recording, name: &str, series: &Series) -> Option<Check> {
+    let motion = Motion::of(series);
+    series.range.into_iter().find_map(|limit| {
+        let runs = series.runs().into_iter();
+        let tops: Vec<(usize, usize)> = runs
+            .filter(|&(first, length)| length >= PLATEAU && series.samples[first].1 == limit)
+            .filter(|&(first, length)| motion.is_cut(series, first, length))
+            .collect();
+        let held: usize = tops.iter().map(|run| run.1).sum();
+        let longest = tops.iter().map(|run| run.1).max()?;
+        if held < FROZEN {
+            return None;
+        }
+        let row = series.samples[tops[0].0].0;
+        let sentence = format!(
+            "{name} stays at {}, an end of its range, in {}, {longest} in a row at most",
+            number(limit),
+            rows(held)
+        );
+        let remedy = "widen the sensor's range or move less; leave the flat rows empty until then";
+        Some(Check::likely(recording, row, "clipped", sentence, remedy))
+    })
+}
+
+/// Samples before and after a plateau over which the speed is taken.
+const REACH: usize = 5;
+
+/// Usual speed of a signal and its resolution.
+struct Motion {
+    /// Usual change over [`REACH`] samples.
+    usual: f64,
+    /// A small change from one sample to the next: an encoder's step.
+    step: f64,
+}
+
+impl Motion {
+    fn of(series: &Series) -> Self {
+        let windows = series.samples.windows(REACH + 1);
+        let changes: Vec<f64> = windows.map(|w| w[REACH].1 - w[0].1).collect();
+        Self {
+            usual: quantile(sizes(&changes), 0.5),
+            step: quantile(sizes(&series.steps()), 0.05),
+        }
+    }
+
+    /// The motion goes into and out of a run of equal samples faster than one that turns round
+    /// within an encoder's step.
+    fn is_cut(&self, series: &Series, first: usize, length: usize) -> bool {
+        let (Some(before), last) = (first.checked_sub(REACH), first + length - 1 + REACH) else {
+            return false;
+        };
+        let Some(after) = series.samples.get(last) else {
+            return false;
+        };
+        let level = series.samples[first].1;
+        let slower = [series.samples[before].1 - level, after.1 - level];
+        let slower = slower
+            .map(f64::abs)
+            .into_iter()
+            .fold(f64::INFINITY, f64::min);
+        // A parabola that stays within a step for `length` samples leaves it so far in REACH more.
+        let part = REACH as f64 / length as f64;
+        let parabola = self.step * (1.0 + 4.0 * part + 4.0 * part * part);
+        slower > 0.3 * self.usual && slower > 3.0 * parabola
+    }
+}
+
+/// A run of one value that begins in motion and ends in a jump, or longer than any other by far and
+/// without end.
+fn stuck(recording: &Recording, name: &str, series: &Series) -> Option<Check> {
+    let steps = series.steps();
+    let runs = series.runs();
+    let fast = quantile(sizes(&steps), 0.98);
+    let usual = quantile(sizes(&steps), 0.5);
+    let speed = sinew_sim::unit::of_column(name).ends_with("/s");
+    let found = runs.iter().find(|&&(first, length)| {
+        // A velocity of zero is rest.
+        let rest = speed && series.samples[first].1 == 0.0;
+        let into = first.checked_sub(1).map_or(0.0, |k| steps[k].abs());
+        let others = runs.iter().filter(|run| run.0 != first);
+        let second = others.map(|run| run.1).max().unwrap_or(1);
+        let ends = match steps.get(first + length - 1) {
+            Some(jump) => jump.abs() > 3.0 * fast,
+            None => into > usual && length > 4 * second,
+        };
+        length >= FROZEN && !rest && into > 0.3 * usual && ends
+    });
+    let &(first, length) = found?;
+    let row = series.samples[first].0;
+    let sentence = format!(
+        "{name} stays at {} for {} while the device moves before and after",
+        number(series.samples[first].1),
+        rows(length)
+    );
+    let remedy = "leave these fields empty, or cut the recording there";
+    Some(Check::likely(
+        recording,
+        row,
+        "stuck_channel",
+        sentence,
+        remedy,
+    ))
+}

@@ -1,0 +1,103 @@
+//! Faults of recordings, found before any fit (docs/reference/checks.md).
+//!
+//! ```text
+//! recordings ─► sampling, time ─────────────┐
+//!            ─► a column: sentinel, wrap, flat ├─► checks, with kind, line, sentence, remedy
+//!            ─► a pair: derivative ───────────┘
+//! ```
+//! Each detector is a file of its own and returns [`Check`]s. A check that is `certain` means that
+//! nothing computed from the recording as it is would be right.
+
+mod columns;
+mod derivative;
+mod determine;
+mod excitation;
+mod finding;
+mod flat;
+mod refit;
+mod sampling;
+mod sentinel;
+mod series;
+mod time;
+mod timescale;
+mod wrap;
+
+use sinew_sim::Rig;
+
+use crate::recording::Recording;
+use columns::Columns;
+pub use determine::{Determined, Effect, Parameter, determine};
+pub use finding::Check;
+
+/// Faults of recordings, file by file and line by line; a rig tells which columns are inputs.
+///
+/// ```
+/// # use sinew_ident::{check::check, recording::Recording};
+/// let rows: String = (0..100).map(|k| {
+///     let q = if k == 50 { -9999.0 } else { f64::from(k).sin() };
+///     format!("{},{q}\n", 0.01 * f64::from(k))
+/// }).collect();
+/// let recording = Recording::parse(format!("t,q_m\n{rows}").as_bytes(), "a.csv")?;
+/// let found = check(&[recording], None);
+/// assert_eq!((found[0].kind, found[0].line), ("sentinel", 52));
+/// assert_eq!(found[0].remedy, "--missing -9999");
+/// # Ok::<(), sinew_ident::error::Error>(())
+/// ```
+pub fn check(recordings: &[Recording], rig: Option<&Rig>) -> Vec<Check> {
+    let mut found: Vec<Check> = Vec::new();
+    let mut sound: Vec<Recording> = Vec::new();
+    for recording in recordings {
+        let mut here = alone(recording, rig);
+        here.extend(rig.and_then(|rig| timescale::detect(rig, recording)));
+        surest_of_time(&mut here);
+        if !here.iter().any(|check| check.certain) {
+            sound.push(recording.clone());
+        }
+        here.sort_by_key(|check| check.line);
+        found.extend(here);
+    }
+    // A refit of what is certainly wrong would tell nothing.
+    found.extend(rig.map_or_else(Vec::new, |rig| refit::detect(rig, &sound)));
+    found
+}
+
+/// One word on the time at most, the surest.
+fn surest_of_time(found: &mut Vec<Check>) {
+    let on_time = |check: &Check| check.kind.starts_with("time_in");
+    let best = found.iter().filter(|check| on_time(check));
+    let Some(best) = best.max_by_key(|check| check.certain).cloned() else {
+        return;
+    };
+    found.retain(|check| !on_time(check));
+    found.push(best);
+}
+
+/// Faults that one recording shows by itself.
+fn alone(recording: &Recording, rig: Option<&Rig>) -> Vec<Check> {
+    let columns = Columns::of(recording, rig);
+    let values = |name: &String| recording.column(name).unwrap_or_default();
+    let driven = columns.inputs.iter().any(|name| varies(values(name)));
+    let mut found = sampling::detect(recording);
+    found.extend(time::detect(recording));
+    for name in columns.inputs.iter().chain(&columns.sensors) {
+        let sensor = columns.sensors.contains(name);
+        let of_values = sentinel::detect(recording, name, values(name))
+            .or_else(|| sensor.then(|| wrap::detect(recording, name, values(name)))?)
+            .or_else(|| sensor.then(|| flat::detect(recording, name, values(name), driven))?);
+        found.extend(of_values);
+    }
+    for (q, qd) in derivative::pairs(recording) {
+        found.extend(derivative::detect(recording, (&q, &qd)));
+    }
+    // A sentinel or a wrap is no motion, but hides it.
+    if !found.iter().any(|check| check.certain) {
+        found.extend(excitation::detect(recording, &columns.sensors));
+    }
+    found
+}
+
+fn varies(values: &[f64]) -> bool {
+    let mut valid = values.iter().filter(|value| value.is_finite());
+    let first = valid.next();
+    first.is_some_and(|first| valid.any(|value| value != first))
+}

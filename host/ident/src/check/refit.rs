@@ -1,0 +1,290 @@
+//! Faults that only a rig tells: it is refitted to the recording as it is and as it would be
+//! without the fault, and the fault is named where that leaves far less.
+
+use sinew_sim::rig::Reads;
+use sinew_sim::unit::Motion;
+use sinew_sim::{Plant, Rig};
+
+use super::finding::{Check, counted, number};
+use crate::fit::{Fit, FitOptions, fit};
+use crate::noise::noise_level;
+use crate::recording::repair::Repair;
+use crate::recording::{Column, Recording};
+
+/// Largest rig that is refitted: a check is a matter of seconds.
+const STATES: usize = 4;
+
+/// Rows of a recording that are refitted.
+const ROWS: usize = 1200;
+
+/// A fault is named where the squares without it are below this part of those with it.
+const FAR_LESS: f64 = 0.2;
+
+/// Error beside the spread of the signals above which a rig is refuted.
+const POOR: f64 = 0.5;
+
+/// Error beside the spread of the signals below which a rig explains a recording.
+const GOOD: f64 = 0.2;
+
+/// Error beside the spread below which nothing is looked for.
+const EXACT: f64 = 1e-3;
+
+/// Error beside the noise below which a rig leaves nothing but noise.
+const NOISE_ALONE: f64 = 2.0;
+
+/// Lags that are tried, rows.
+const LAGS: [i64; 5] = [1, 2, 3, 5, 8];
+
+/// Factor by which refitted parameters that are no fault differ from the rig's.
+const BELIEVED: f64 = 5.0;
+
+/// A refitted rig beside the recording.
+struct Refit {
+    fit: Fit,
+    /// Mean square of the error over that of the signals.
+    squares: f64,
+}
+
+impl Refit {
+    fn of(rig: &Rig, recording: &Recording) -> Option<Self> {
+        let recordings = std::slice::from_ref(recording);
+        let fit = fit(rig, recordings, &FitOptions::default(), &mut |_| {}).ok()?;
+        let squares = squares(&fit)?;
+        Some(Self { fit, squares })
+    }
+
+    /// Error over the spread of the signals.
+    fn error(&self) -> f64 {
+        self.squares.sqrt()
+    }
+
+    /// Largest factor between a parameter and what the rig says of it.
+    fn farthest(&self) -> f64 {
+        let parameters = self.fit.parameters.iter();
+        let factors = parameters
+            .filter(|p| p.as_written > 0.0)
+            .map(|p| (p.value.max(1e-300) / p.as_written).ln().abs().exp());
+        factors.fold(1.0, f64::max)
+    }
+}
+
+fn squares(fit: &Fit) -> Option<f64> {
+    let sensors = fit.sensors.iter().filter(|s| s.spread > 0.0);
+    let parts: Vec<f64> = sensors.map(|s| (s.rms / s.spread).powi(2)).collect();
+    let sum: f64 = parts.iter().sum();
+    (!parts.is_empty() && sum.is_finite()).then(|| sum / parts.len() as f64)
+}
+
+/// True of a rig that is small enough for [`detect`].
+pub(super) fn is_small(rig: &Rig) -> bool {
+    let states = Plant::new(rig).map(|plant| plant.state_len());
+    states.is_ok_and(|states| states <= STATES) && !rig.actuators.is_empty()
+}
+
+/// `wrong_sign`, `input_lags`, `degrees_for_radians`, `different_devices`.
+pub(super) fn detect(rig: &Rig, recordings: &[Recording]) -> Vec<Check> {
+    if !is_small(rig) {
+        return Vec::new();
+    }
+    let mut found = Vec::new();
+    let mut plain: Vec<(&Recording, Refit)> = Vec::new();
+    for recording in recordings {
+        let Ok(part) = recording.rows(0..recording.len().min(ROWS)) else {
+            continue;
+        };
+        let Some(refit) = Refit::of(rig, &part) else {
+            continue;
+        };
+        let named = degrees(rig, &part, &refit)
+            .or_else(|| wrong_sign(rig, &part, &refit))
+            .or_else(|| input_lags(rig, &part, &refit));
+        match named {
+            Some(check) => found.push(check),
+            None => plain.push((recording, refit)),
+        }
+    }
+    for other in 1..plain.len() {
+        found.extend(different(rig, &plain[0], &plain[other]));
+    }
+    found
+}
+
+/// The recording with a column multiplied.
+fn scaled(recording: &Recording, names: &[&str], factor: f64) -> Option<Recording> {
+    let columns = recording.columns().iter().map(|column| Column {
+        name: column.name.clone(),
+        values: match names.contains(&column.name.as_str()) {
+            true => column.values.iter().map(|value| value * factor).collect(),
+            false => column.values.clone(),
+        },
+    });
+    Recording::new(recording.path(), recording.t().to_vec(), columns.collect()).ok()
+}
+
+/// Sensors of angles whose numbers fit the rig as degrees and not as radians.
+fn degrees(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<Check> {
+    if plain.error() < GOOD && plain.farthest() < BELIEVED {
+        return None;
+    }
+    let angles = rig.sensors.iter().filter(|sensor| {
+        let body = match sensor.reads {
+            Reads::Position(body) | Reads::Velocity(body) => body,
+            _ => return false,
+        };
+        rig.bodies[body].motion == Motion::Hinge && sensor.column_factor == 1.0
+    });
+    let names: Vec<&str> = angles.map(|sensor| sensor.signal.as_str()).collect();
+    let first = *names.first()?;
+    let other = scaled(recording, &names, std::f64::consts::PI / 180.0)?;
+    let refit = Refit::of(rig, &other)?;
+    let explains = refit.error() < GOOD && refit.farthest() < BELIEVED;
+    let nearer = plain.farthest() > 2.0 * refit.farthest() || plain.error() > 2.0 * refit.error();
+    (explains && nearer).then(|| {
+        let sentence = format!(
+            "{} fits the rig as degrees, with parameters at most {} times as believed; as radians \
+             they are {} times that",
+            names.join(" and "),
+            number(refit.farthest()),
+            number(plain.farthest())
+        );
+        let remedy = format!("`unit = \"deg\"` in the rig's sensor of {first}");
+        Check::certain(recording, 0, "degrees_for_radians", sentence, remedy)
+    })
+}
+
+/// A sensor that counts backwards beside the rig, or all of them (an actuator that does).
+fn wrong_sign(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<Check> {
+    if plain.error() < POOR {
+        return None;
+    }
+    let mut names: Vec<&str> = rig.sensors.iter().map(|s| s.signal.as_str()).collect();
+    names.dedup();
+    let mut choices: Vec<Vec<&str>> = vec![names.clone()];
+    if names.len() > 1 {
+        choices.extend(names.iter().map(|name| vec![*name]));
+    }
+    choices.into_iter().find_map(|names| {
+        let refit = Refit::of(rig, &scaled(recording, &names, -1.0)?)?;
+        let explains = refit.error() < GOOD && refit.squares < FAR_LESS * plain.squares;
+        explains.then(|| {
+            let inputs: Vec<&str> = rig.actuators.iter().map(|a| a.input.as_str()).collect();
+            let sentence = format!(
+                "{} moves against {}: with the other sign the refitted rig misses {} % of it, as \
+                 it is {} %",
+                names.join(" and "),
+                inputs.join(" and "),
+                number(100.0 * refit.error()),
+                number(100.0 * plain.error())
+            );
+            let sensors = rig.sensors.iter().filter(|s| names.contains(&&*s.signal));
+            let sensors: Vec<&str> = sensors.map(|s| s.name.as_str()).collect();
+            let remedy = format!(
+                "`gain = -1.0` in sensor {} (or the other sign of the actuator's gain)",
+                sensors.join(" and ")
+            );
+            Check::certain(recording, 0, "wrong_sign", sentence, remedy)
+        })
+    })
+}
+
+/// An input that was written some rows after it acted: the device moves before its command.
+fn input_lags(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<Check> {
+    if plain.error() < EXACT {
+        return None;
+    }
+    let mut inputs: Vec<&str> = rig.actuators.iter().map(|a| a.input.as_str()).collect();
+    inputs.dedup();
+    let mut best: Option<(f64, &str, i64)> = None;
+    for input in inputs {
+        for lag in LAGS {
+            let repair = Repair {
+                late: vec![(input.to_owned(), lag)],
+                ..Repair::default()
+            };
+            let shifted = repair.apply(recording.clone()).ok()?;
+            let count = usize::try_from(lag).unwrap_or(0);
+            let shifted = shifted.rows(0..shifted.len().saturating_sub(count)).ok()?;
+            let Some(refit) = Refit::of(rig, &shifted) else {
+                continue;
+            };
+            if best.is_none_or(|(squares, ..)| refit.squares < squares) {
+                best = Some((refit.squares, input, lag));
+            } else if best.is_some_and(|(squares, ..)| refit.squares > 4.0 * squares) {
+                // Beyond the lag it only gets worse.
+                break;
+            }
+        }
+    }
+    let (squares, input, lag) = best?;
+    // Missing physics can look early as well: only what leaves noise alone is a matter of time.
+    let noise = EXACT.max(NOISE_ALONE * noise(rig, recording));
+    (squares < FAR_LESS * plain.squares && squares.sqrt() < noise).then(|| {
+        let step = recording.interval().unwrap_or(0.0);
+        let rows = usize::try_from(lag).unwrap_or(0);
+        let sentence = format!(
+            "{input} is written {} ({} ms) after it acts: moved so, the refitted rig misses {} % \
+             of the signals, as it is {} %",
+            counted(rows, "row"),
+            number(1e3 * step * lag as f64),
+            number(100.0 * squares.sqrt()),
+            number(100.0 * plain.error())
+        );
+        let remedy = format!("--late {input}={lag}");
+        Check::certain(recording, 0, "input_lags", sentence, remedy)
+    })
+}
+
+/// White noise of the sensors over their spread, root mean square.
+fn noise(rig: &Rig, recording: &Recording) -> f64 {
+    let parts = rig.sensors.iter().filter_map(|sensor| {
+        let values = recording.column(&sensor.signal)?;
+        let valid: Vec<f64> = values.iter().copied().filter(|y| y.is_finite()).collect();
+        let count = valid.len().max(1) as f64;
+        let mean = valid.iter().sum::<f64>() / count;
+        let variance = valid.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / count;
+        let noise = noise_level(recording.t(), values);
+        (variance > 0.0).then(|| noise * noise / variance)
+    });
+    let parts: Vec<f64> = parts.collect();
+    (parts.iter().sum::<f64>() / parts.len().max(1) as f64).sqrt()
+}
+
+/// Two recordings that the rig explains alone, with parameters that exclude each other.
+fn different(
+    rig: &Rig,
+    (first, one): &(&Recording, Refit),
+    (second, two): &(&Recording, Refit),
+) -> Option<Check> {
+    if one.error().max(two.error()) > GOOD {
+        return None;
+    }
+    let pairs = one.fit.parameters.iter().zip(&two.fit.parameters);
+    let apart = pairs.filter_map(|(a, b)| {
+        let widths = [a, b].map(|p| p.ci95.map(|[low, high]| 0.5 * (high - low)));
+        let width = widths[0]? + widths[1]?;
+        let distance = (a.value - b.value).abs();
+        let relative = distance / a.value.abs().max(b.value.abs());
+        (distance > 2.0 * width && relative > 0.1).then_some((a, b, distance / width))
+    });
+    let (a, b, _) = apart.max_by(|x, y| x.2.total_cmp(&y.2))?;
+    let parts: Vec<Recording> = [first, second]
+        .into_iter()
+        .map(|recording| recording.rows(0..recording.len().min(ROWS)))
+        .collect::<crate::error::Result<_>>()
+        .ok()?;
+    let together = fit(rig, &parts, &FitOptions::default(), &mut |_| {}).ok()?;
+    let together = squares(&together)?;
+    (together > one.squares.max(two.squares) / FAR_LESS).then(|| {
+        let value = |value: f64| crate::report::quantity(value, &a.unit);
+        let sentence = format!(
+            "{} is {} here and {} in {}: the recordings are of different devices, or the device \
+             was changed",
+            a.name,
+            value(b.value),
+            value(a.value),
+            first.name()
+        );
+        let remedy = "give recordings of one device to one run";
+        Check::likely(second, 0, "different_devices", sentence, remedy)
+    })
+}

@@ -1,0 +1,64 @@
+//! Rows that lie further apart than a period of the rig: times that are no seconds.
+
+use std::f64::consts::TAU;
+
+use sinew_sim::Rig;
+use sinew_sim::rig::End;
+
+use super::finding::{Check, number};
+use crate::recording::Recording;
+
+/// Units of a second that loggers write, their flags and kinds.
+const UNITS: [(f64, &str, &str, &str); 3] = [
+    (1e3, "ms", "milliseconds", "time_in_milliseconds"),
+    (1e6, "us", "microseconds", "time_in_microseconds"),
+    (1e9, "ns", "nanoseconds", "time_in_nanoseconds"),
+];
+
+/// Fewest rows a period of a recording that shows the motion.
+const FEWEST: f64 = 4.0;
+
+/// Longest time of a rig in rows that a recorder would take.
+const MOST: f64 = 1e5;
+
+/// `time_in_milliseconds` and its like, where the rig moves faster than the rows follow.
+pub(super) fn detect(rig: &Rig, recording: &Recording) -> Option<Check> {
+    let step = recording.interval()?;
+    let time = slowest(rig)?;
+    if step < time || recording.len() < 16 {
+        return None;
+    }
+    let (_, flag, words, kind) = UNITS.into_iter().find(|(units, ..)| {
+        let rows = time * units / step;
+        (FEWEST..MOST).contains(&rows)
+    })?;
+    let sentence = format!(
+        "rows are {} s apart while the rig moves within {} s: the times look like {words}",
+        number(step),
+        number(time)
+    );
+    let remedy = format!("--time-unit {flag}");
+    Some(Check::certain(recording, 0, kind, sentence, remedy))
+}
+
+/// Period or time constant of the slowest body that has one by its own springs, weight or dampers,
+/// s.
+fn slowest(rig: &Rig) -> Option<f64> {
+    let times = (0..rig.bodies.len()).filter_map(|body| {
+        let inertia = rig.bodies[body].inertia.value;
+        let ends = |from: End, to: End| from == End::Body(body) || to == End::Body(body);
+        let springs = rig.springs.iter().filter(|s| ends(s.from, s.to));
+        let weights = rig.gravities.iter().filter(|g| g.body == body);
+        let stiffness = springs.map(|s| s.stiffness.value).sum::<f64>()
+            + weights.map(|g| g.amplitude.value.abs()).sum::<f64>();
+        let dampers = rig.dampers.iter().filter(|d| ends(d.from, d.to));
+        let damping: f64 = dampers.map(|d| d.damping.value).sum();
+        let time = match (stiffness > 0.0, damping > 0.0) {
+            (true, _) => TAU * (inertia / stiffness).sqrt(),
+            (false, true) => TAU * inertia / damping,
+            (false, false) => return None,
+        };
+        (time.is_finite() && time > 0.0).then_some(time)
+    });
+    times.max_by(f64::total_cmp)
+}

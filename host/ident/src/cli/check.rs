@@ -1,0 +1,201 @@
+//! `sinew check`: faults of recordings, before any fit.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use sinew_sim::Rig;
+
+use super::overwrite;
+use super::repair::Repairs;
+use crate::check::{Check, Determined, check, determine};
+use crate::error::{Error, Result};
+use crate::recording::Recording;
+
+/// Arguments of `sinew check`.
+#[derive(Args)]
+pub struct Arguments {
+    /// Recordings (CSV).
+    #[arg(required = true, value_name = "CSV")]
+    files: Vec<PathBuf>,
+    /// The rig file (TOML) whose inputs and sensors are checked; without it all columns are.
+    #[arg(long, value_name = "TOML")]
+    rig: Option<PathBuf>,
+    /// File for the faults as JSON; `-` is standard output.
+    #[arg(long, value_name = "JSON")]
+    json: Option<PathBuf>,
+    #[command(flatten)]
+    repairs: Repairs,
+}
+
+/// Result as JSON.
+#[derive(serde::Serialize)]
+struct Document<'a> {
+    format: &'static str,
+    checks: &'a [Check],
+    /// Null without a rig, for a large one, and where something is certainly wrong.
+    determined: Option<&'a Determined>,
+}
+
+/// # Errors
+/// A bad file; `Failed` where something is certainly wrong.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let read = arguments
+        .files
+        .iter()
+        .map(|path| ("a recording", path.as_path()));
+    let rig = arguments.rig.iter().map(|path| ("--rig", path.as_path()));
+    overwrite::refuse(read.chain(rig), [("--json", arguments.json.as_deref())])?;
+    let rig = arguments.rig.as_ref().map(Rig::load).transpose()?;
+    let recordings = arguments.repairs.read(&arguments.files)?;
+    for recording in &recordings {
+        require_columns(recording, rig.as_ref())?;
+    }
+    let found = check(&recordings, rig.as_ref());
+    // Numbers of recordings that are certainly wrong would mislead.
+    let sound = is_sound(&found);
+    let determined = rig.as_ref().filter(|_| sound);
+    let determined = determined.and_then(|rig| determine(rig, &recordings));
+    let on_output = arguments
+        .json
+        .as_deref()
+        .is_some_and(crate::atomic::is_output);
+    if !on_output {
+        print!("{}", text(&found));
+        if found.is_empty() {
+            println!("no fault found in {}", names(&recordings));
+        }
+        if let Some(determined) = &determined {
+            print!("{}", determinations(determined));
+        }
+    }
+    if let Some(path) = &arguments.json {
+        let document = Document {
+            format: "sinew-check/1",
+            checks: &found,
+            determined: determined.as_ref(),
+        };
+        let text = serde_json::to_string_pretty(&document)
+            .map_err(|error| Error::failed(format!("the faults are no JSON: {error}")))?;
+        crate::atomic::write(path, text + "\n")?;
+    }
+    arguments.repairs.refuse(&found)
+}
+
+/// No check is certain.
+fn is_sound(checks: &[Check]) -> bool {
+    !checks.iter().any(|check| check.certain)
+}
+
+/// Determined parameters and effects for a person, in lines of 80 columns.
+fn determinations(found: &Determined) -> String {
+    let mut text = String::from("determined by these recordings:\n");
+    for p in &found.parameters {
+        let value = |value: f64| crate::report::quantity(value, &p.unit);
+        let words = match p.ci95 {
+            Some([low, high]) => {
+                format!(
+                    "{} {} ({} to {})",
+                    p.name,
+                    value(p.value),
+                    value(low),
+                    value(high)
+                )
+            }
+            None => format!("{} not determined", p.name),
+        };
+        text += &wrapped(&words, "  ", "    ");
+    }
+    let places = |verdict: &str| {
+        let effects = found.effects.iter().filter(|e| e.verdict == verdict);
+        let names: Vec<String> = effects
+            .map(|effect| format!("{} at {}", effect.kind, effect.component))
+            .collect();
+        names.join(", ")
+    };
+    for (words, verdict) in [
+        ("would be named if missing: ", "determined"),
+        ("would be guessed at: ", "weakly"),
+        ("would not be seen: ", "not_determined"),
+    ] {
+        let names = places(verdict);
+        if !names.is_empty() {
+            text += &wrapped(&format!("{words}{names}"), "", "  ");
+        }
+    }
+    let unseen = found.effects.iter().filter(|e| e.verdict != "determined");
+    let mut wanted: Vec<&str> = unseen.map(|effect| effect.excited_by).collect();
+    wanted.sort_unstable();
+    wanted.dedup();
+    wanted.retain(|motion| !motion.is_empty());
+    if !wanted.is_empty() {
+        let words = format!("missing recordings: {}", wanted.join("; "));
+        text += &wrapped(&words, "", "  ");
+    }
+    text
+}
+
+/// Every column that the rig names is there.
+fn require_columns(recording: &Recording, rig: Option<&Rig>) -> Result<()> {
+    let Some(rig) = rig else { return Ok(()) };
+    for actuator in &rig.actuators {
+        recording.require(&actuator.input, &format!("actuator `{}`", actuator.name))?;
+    }
+    for sensor in &rig.sensors {
+        recording.require(&sensor.signal, &format!("sensor `{}`", sensor.name))?;
+    }
+    Ok(())
+}
+
+fn names(recordings: &[Recording]) -> String {
+    let names: Vec<String> = recordings.iter().map(Recording::name).collect();
+    names.join(", ")
+}
+
+/// The faults for a person, in lines of 80 columns.
+pub fn text(checks: &[Check]) -> String {
+    let mut text = String::new();
+    for check in checks {
+        let grade = if check.certain { "error" } else { "warning" };
+        let (file, line, kind) = (&check.file, check.line, check.kind);
+        text += &format!("{file}:{line}: {grade}: {kind}\n");
+        text += &wrapped(&check.sentence, "  ", "  ");
+        text += &wrapped(&check.remedy, "  help: ", "        ");
+    }
+    text
+}
+
+/// Words in lines of at most 80 columns.
+fn wrapped(words: &str, first: &str, further: &str) -> String {
+    let (mut text, mut line) = (String::new(), first.to_owned());
+    let mut empty = true;
+    for word in words.split_whitespace() {
+        let width = line.chars().count() + word.chars().count();
+        if !empty && width >= 80 {
+            text += line.trim_end();
+            text.push('\n');
+            line = further.to_owned();
+        } else if !empty {
+            line.push(' ');
+        }
+        line += word;
+        empty = false;
+    }
+    text + &line + "\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_have_eighty_columns_at_most() {
+        let text = wrapped(&"twelve chars ".repeat(20), "  help: ", "        ");
+        assert!(text.lines().count() > 3);
+        assert!(
+            text.lines().all(|line| line.chars().count() <= 80),
+            "{text}"
+        );
+        assert!(text.lines().skip(1).all(|line| line.starts_with("        twelve")
+            || line.starts_with("        chars")));
+    }
+}

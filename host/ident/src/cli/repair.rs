@@ -1,0 +1,137 @@
+//! Flags that mend a fault of a recording where it is read.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use sinew_sim::Rig;
+
+use crate::check::{Check, check};
+use crate::error::{Error, Result};
+use crate::recording::Recording;
+use crate::recording::repair::{Repair, TimeUnit};
+
+/// Units of `t`, by their names on the command line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum Unit {
+    /// Seconds.
+    #[default]
+    S,
+    /// Milliseconds.
+    Ms,
+    /// Microseconds.
+    Us,
+    /// Nanoseconds.
+    Ns,
+}
+
+/// Repairs of all recordings that a verb reads.
+#[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Repairs of recordings")]
+pub struct Repairs {
+    /// Unit of the column `t`.
+    #[arg(long, value_enum, default_value = "s")]
+    time_unit: Unit,
+    /// Number that stands for "no value"; may be repeated.
+    #[arg(long, value_name = "NUMBER", allow_negative_numbers = true)]
+    missing: Vec<f64>,
+    /// Column of a counter that begins anew, and its period in the column's unit; may be repeated.
+    #[arg(long, value_name = "COLUMN=PERIOD", value_parser = period)]
+    unwrap: Vec<(String, f64)>,
+    /// Column that was written some rows late, such as `u_V=1`; may be repeated.
+    #[arg(long, value_name = "COLUMN=ROWS", value_parser = rows)]
+    late: Vec<(String, i64)>,
+    /// Kind of fault that is not refused, such as `sentinel`; may be repeated.
+    #[arg(long, value_name = "KIND")]
+    accept: Vec<String>,
+}
+
+impl Repairs {
+    /// Reads recordings and mends them.
+    ///
+    /// # Errors
+    /// As [`Recording::read`] and [`Repair::apply`].
+    pub fn read(&self, paths: &[PathBuf]) -> Result<Vec<Recording>> {
+        let repair = self.repair();
+        let read = |path: &PathBuf| repair.apply(Recording::read(path)?);
+        paths.iter().map(read).collect()
+    }
+
+    /// Checks recordings before any work: says what is likely wrong, refuses what certainly is.
+    ///
+    /// # Errors
+    /// `Failed` for a certain fault whose kind `--accept` does not name.
+    pub fn before<'a>(
+        &self,
+        rig: &Rig,
+        recordings: impl IntoIterator<Item = &'a Recording>,
+        quiet: bool,
+    ) -> Result<Vec<Check>> {
+        let recordings: Vec<Recording> = recordings.into_iter().cloned().collect();
+        let checks = check(&recordings, Some(rig));
+        self.judge(&checks, quiet)?;
+        Ok(checks)
+    }
+
+    /// Refuses checks that are certain.
+    ///
+    /// # Errors
+    /// As [`Repairs::before`].
+    pub fn refuse(&self, checks: &[Check]) -> Result<()> {
+        let mut kinds: Vec<&str> = (checks.iter())
+            .filter(|check| self.refused(check))
+            .map(|check| check.kind)
+            .collect();
+        kinds.sort_unstable();
+        kinds.dedup();
+        if kinds.is_empty() {
+            return Ok(());
+        }
+        let error = format!("the recordings are certainly wrong: {}", kinds.join(", "));
+        Err(Error::failed(error).help("mend them as above, or --accept KIND"))
+    }
+
+    fn refused(&self, check: &Check) -> bool {
+        check.certain && !self.accept.iter().any(|kind| kind == check.kind)
+    }
+
+    /// Prints checks on standard error, and refuses those that are certain.
+    ///
+    /// # Errors
+    /// As [`Repairs::before`].
+    pub fn judge(&self, checks: &[Check], quiet: bool) -> Result<()> {
+        let shown = checks.iter().filter(|check| !quiet || self.refused(check));
+        let shown: Vec<Check> = shown.cloned().collect();
+        eprint!("{}", super::check::text(&shown));
+        self.refuse(checks)
+    }
+
+    fn repair(&self) -> Repair {
+        Repair {
+            time_unit: match self.time_unit {
+                Unit::S => TimeUnit::Seconds,
+                Unit::Ms => TimeUnit::Milliseconds,
+                Unit::Us => TimeUnit::Microseconds,
+                Unit::Ns => TimeUnit::Nanoseconds,
+            },
+            missing: self.missing.clone(),
+            unwrap: self.unwrap.clone(),
+            late: self.late.clone(),
+        }
+    }
+}
+
+/// `COLUMN=PERIOD`.
+fn period(text: &str) -> std::result::Result<(String, f64), String> {
+    let parsed = text.rsplit_once('=').and_then(|(column, period)| {
+        let period: f64 = period.parse().ok()?;
+        (period.is_finite() && period > 0.0).then(|| (column.to_owned(), period))
+    });
+    parsed.ok_or_else(|| "expected a column and a positive period, such as q_rad=6.28319".into())
+}
+
+/// `COLUMN=ROWS`.
+fn rows(text: &str) -> std::result::Result<(String, i64), String> {
+    let parsed = text.rsplit_once('=');
+    let parsed = parsed.and_then(|(column, rows)| Some((column.to_owned(), rows.parse().ok()?)));
+    parsed.ok_or_else(|| "expected a column and a whole number of rows, such as u_V=1".into())
+}
