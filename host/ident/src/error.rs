@@ -13,6 +13,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use sinew_sim::SimulationError;
+use sinew_sim::suggest::nearest_file;
 
 /// Result of every fallible function of this crate.
 pub type Result<T> = std::result::Result<T, Error>;
@@ -300,48 +301,6 @@ impl From<SimulationError> for Error {
     fn from(error: SimulationError) -> Self {
         Self::from(Kind::Simulation(error))
     }
-}
-
-/// The name among `known` that was probably meant by `name`: equal but for case, or a few letters
-/// off.
-///
-/// ```
-/// # use sinew_ident::error::nearest;
-/// assert_eq!(nearest("q_mm", ["q_m", "u_V"]), Some("q_m"));
-/// assert_eq!(nearest("force", ["q_m", "u_V"]), None);
-/// ```
-pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    known
-        .into_iter()
-        .map(|candidate| {
-            let distance =
-                strsim::damerau_levenshtein(&name.to_lowercase(), &candidate.to_lowercase());
-            (distance, candidate)
-        })
-        .filter(|(distance, candidate)| *distance <= 1.max(name.len().max(candidate.len()) / 3))
-        .min_by_key(|(distance, _)| *distance)
-        .map(|(_, candidate)| candidate)
-}
-
-/// `did you mean ...?` for a file that is not there, from its folder's other files.
-fn nearest_file(path: &Path) -> Option<String> {
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    let Ok(entries) = std::fs::read_dir(folder) else {
-        return Some(format!("there is no folder {}", folder.display()));
-    };
-    let names: Vec<String> = entries
-        .flatten()
-        .filter_map(|entry| entry.file_name().into_string().ok())
-        .collect();
-    let name = path.file_name()?.to_str()?;
-    let meant = nearest(name, names.iter().map(String::as_str))?;
-    Some(format!(
-        "did you mean {}?",
-        path.with_file_name(meant).display()
-    ))
 }
 
 #[cfg(test)]

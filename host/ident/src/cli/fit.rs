@@ -8,9 +8,9 @@ use sinew_sim::Rig;
 use super::Recordings;
 use super::progress::Stage;
 use crate::error::Result;
-use crate::fit::{FitOptions, doubt, fit, score};
+use crate::fit::{FitOptions, fit, score};
 use crate::recording::Recording;
-use crate::report::quantity;
+use crate::report::{quantity, unexplained};
 
 /// Arguments of `sinew fit`.
 #[derive(Args)]
@@ -95,8 +95,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         }
     }
     for s in &found.sensors {
-        if let Some(doubt) = doubt(&s.signal, &s.unit, s.rms, s.spread) {
-            println!("warning: {doubt}");
+        if let Some(warning) = unexplained(s) {
+            println!("warning: {warning}");
         }
     }
     match &arguments.out {
