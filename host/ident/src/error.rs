@@ -22,8 +22,11 @@ pub type Result<T> = std::result::Result<T, Error>;
 ///
 /// ```
 /// # use sinew_ident::error::Error;
-/// let error = Error::arguments("`--rate 0` leaves no time for a step").help("give a rate above 0 Hz");
-/// assert_eq!(error.to_string(), "`--rate 0` leaves no time for a step\n  help: give a rate above 0 Hz");
+/// let error = Error::arguments("no recording to fit the rig to").help("name one with --fit");
+/// assert_eq!(
+///     error.to_string(),
+///     "no recording to fit the rig to\n  help: name one with --fit"
+/// );
 /// assert_eq!(error.exit_code(), 2);
 /// assert_eq!(Error::failed("the firmware stopped").exit_code(), 1);
 /// ```
@@ -162,6 +165,21 @@ impl Error {
             message: message.into(),
             ..Default::default()
         }))
+    }
+
+    /// Refusal of an argument's value: exit status 2. [`Error::help`] gives an example of a good
+    /// one.
+    ///
+    /// ```
+    /// # use sinew_ident::error::Error;
+    /// let error = Error::must_be("--spread", "in [0, 1)", 1.5).help("for example --spread 0.2");
+    /// assert_eq!(
+    ///     error.to_string(),
+    ///     "`--spread` must be in [0, 1); got 1.5\n  help: for example --spread 0.2"
+    /// );
+    /// ```
+    pub fn must_be(argument: &str, expectation: impl fmt::Display, got: impl fmt::Display) -> Self {
+        Self::arguments(format!("`{argument}` must be {expectation}; got {got}"))
     }
 
     /// A bad file: exit status 2. Add the place with [`Error::at`].

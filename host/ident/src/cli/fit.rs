@@ -10,7 +10,7 @@ use super::progress::Stage;
 use crate::error::Result;
 use crate::fit::{FitOptions, fit, score};
 use crate::recording::Recording;
-use crate::report::{quantity, unexplained};
+use crate::report::{count, quantity, unexplained};
 
 /// Arguments of `sinew fit`.
 #[derive(Args)]
@@ -53,7 +53,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             100.0 * p.error
         ));
     })?;
-    stage.end(format!("{} steps", found.steps));
+    stage.end(count(found.steps, "step"));
 
     for p in &found.parameters {
         let interval = match p.ci95 {

@@ -26,7 +26,7 @@ mod unexplained;
 
 use std::path::Path;
 
-pub use quantity::{quantity, significant};
+pub use quantity::{count, quantity, significant};
 pub use sheet::sheet;
 pub use unexplained::unexplained;
 

@@ -95,12 +95,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     arguments.conditions.refuse()?;
     judged(&arguments.judged, f64::INFINITY)?;
     if !(0.0..1.0).contains(&arguments.spread) {
-        return Err(Error::arguments(format!(
-            "`--spread {}` is no fraction of a parameter",
-            arguments.spread
-        ))
-        .expected("0 or more, and less than 1")
-        .help("0.2 draws from 20 % below to 20 % above"));
+        let expectation = "a fraction of a parameter in [0, 1)";
+        return Err(Error::must_be("--spread", expectation, arguments.spread)
+            .help("for example --spread 0.2: from 20 % below to 20 % above"));
     }
     let read = std::iter::once(("RIG", of_loop.rig.as_path()))
         .chain(arguments.plant.iter().map(|p| ("--plant", p.as_path())))
@@ -222,14 +219,9 @@ fn judged(asked: &[f64], duration_s: f64) -> Result<Option<[f64; 2]>> {
                 true => format!(", the first before the reference ends at {duration_s:.1} s"),
                 false => String::new(),
             };
-            Err(Error::arguments(format!(
-                "`--judged {}` is no stretch of a run",
-                given.join(",")
-            ))
-            .expected(format!(
-                "two times in seconds, the earlier one first{within}"
-            ))
-            .help("--judged 2.5,19"))
+            let expectation = format!("FROM,TO in seconds, the earlier one first{within}");
+            Err(Error::must_be("--judged", expectation, given.join(","))
+                .help("for example --judged 2.5,19"))
         }
     }
 }

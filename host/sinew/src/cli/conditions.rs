@@ -36,9 +36,8 @@ impl Conditions {
             return Ok(());
         }
         Err(
-            Error::arguments(format!("`--delay {}` is no delay", self.delay))
-                .expected(format!("seconds from 0 to {LONGEST_DELAY_S}"))
-                .help("0.008 is a camera's frame at 125 Hz"),
+            Error::must_be("--delay", format!("0 to {LONGEST_DELAY_S} s"), self.delay)
+                .help("for example --delay 0.008: a camera's frame at 125 Hz"),
         )
     }
 

@@ -83,11 +83,9 @@ fn disturb(signal: &mut [f64], fraction: f64, random: &mut ChaCha8Rng) {
 /// A bad file, or a rig that diverges.
 pub fn run(arguments: &Arguments) -> Result<()> {
     if !(0.0..=1.0).contains(&arguments.noise) {
-        return Err(Error::arguments(format!(
-            "`--noise {}` is no fraction of a signal's range",
-            arguments.noise
-        ))
-        .help("0.005 is half a percent"));
+        let expectation = "a fraction of a signal's range in [0, 1]";
+        return Err(Error::must_be("--noise", expectation, arguments.noise)
+            .help("for example --noise 0.005: half a percent"));
     }
     overwrite::refuse(
         [

@@ -257,21 +257,17 @@ fn refuse(arguments: &Arguments) -> Result<()> {
     if let Some(gain) = arguments.disturbance_gain
         && !(0.0..=1.0).contains(&gain)
     {
-        return Err(Error::arguments(format!(
-            "`--disturbance-gain {gain}` is no share of a prediction's error"
-        ))
-        .expected("0 to 1"));
+        let expectation = "a share of a prediction's error in [0, 1]";
+        return Err(Error::must_be("--disturbance-gain", expectation, gain)
+            .help("for example --disturbance-gain 0.2"));
     }
     const LEAST: usize = 20;
     if arguments.evaluations < LEAST {
-        return Err(Error::arguments(format!(
-            "--evaluations {} leaves nothing to search with",
-            arguments.evaluations
-        ))
-        .expected(format!(
-            "{LEAST} or more: starts come first, and a search needs some beyond them"
-        ))
-        .help("leave it out for 300"));
+        let expectation = format!("at least {LEAST}, for the starts and a search beyond them");
+        return Err(
+            Error::must_be("--evaluations", expectation, arguments.evaluations)
+                .help("for example --evaluations 300, the default"),
+        );
     }
     Ok(())
 }

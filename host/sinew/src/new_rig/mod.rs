@@ -132,11 +132,11 @@ pub fn rig_text(
     recording: &Recording,
     terminal: Option<Terminal>,
 ) -> Result<Written> {
-    if options
-        .inertia
-        .is_some_and(|inertia| !(inertia.is_finite() && inertia > 0.0))
-    {
-        return Err(Error::arguments("the inertia must be a positive number").help("--inertia 1.5"));
+    let bad = |inertia: &f64| !(inertia.is_finite() && *inertia > 0.0);
+    if let Some(inertia) = options.inertia.filter(bad) {
+        return Err(
+            Error::must_be("--inertia", "more than 0", inertia).help("for example --inertia 1.5")
+        );
     }
     let columns = Columns::of(recording, &options.inputs, &options.outputs)?;
     let answers = Answers::collect(options, recording, &columns, terminal)?;
