@@ -29,12 +29,12 @@ pub struct Arguments {
     /// Write the input columns as well, so that the file is a recording to fit to.
     #[arg(long)]
     with_inputs: bool,
-    /// Standard deviation of white noise on every signal, as a fraction of what the signal ranges
-    /// over.
+    /// Standard deviation of white noise, as a fraction of each signal's range.
     #[arg(long, value_name = "FRACTION", default_value_t = 0.0)]
     noise: f64,
-    /// A program that is the plant instead, as a line for `sh`; only signals that it has are
-    /// written.
+    /// A program that is the plant instead, as a line for `sh`.
+    ///
+    /// Only signals that it has are written.
     #[arg(long, value_name = "COMMAND", conflicts_with_all = ["plot", "html"])]
     plant_program: Option<String>,
     /// Seed of the noise.
