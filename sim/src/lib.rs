@@ -90,7 +90,7 @@ pub mod rig;
 mod scalar;
 mod settings;
 mod simulate;
-mod suggest;
+pub mod suggest;
 pub mod unit;
 
 pub use dual::Dual;

@@ -1,4 +1,4 @@
-//! The name that was probably meant.
+//! Suggestions for a misspelt name or file.
 
 use std::path::Path;
 
@@ -6,10 +6,13 @@ use std::path::Path;
 ///
 /// Near, case aside: Damerau-Levenshtein distance at most a third of the longer word (at least
 /// one), or the beginning of it (three letters at least).
-pub(crate) fn nearest<'a>(
-    word: &str,
-    candidates: impl IntoIterator<Item = &'a str>,
-) -> Option<&'a str> {
+///
+/// ```
+/// # use sinew_sim::suggest::nearest;
+/// assert_eq!(nearest("q_mm", ["q_m", "u_V"]), Some("q_m"));
+/// assert_eq!(nearest("force", ["q_m", "u_V"]), None);
+/// ```
+pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     candidates
         .into_iter()
         .map(|candidate| {
@@ -27,7 +30,7 @@ pub(crate) fn nearest<'a>(
 }
 
 /// The help line of a file that is not there, from the other files of its folder.
-pub(crate) fn nearest_file(path: &Path) -> Option<String> {
+pub fn nearest_file(path: &Path) -> Option<String> {
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),

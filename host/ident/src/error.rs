@@ -13,6 +13,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use sinew_sim::SimulationError;
+use sinew_sim::suggest::nearest_file;
 
 /// Result of every fallible function of this crate.
 pub type Result<T> = std::result::Result<T, Error>;
@@ -21,8 +22,11 @@ pub type Result<T> = std::result::Result<T, Error>;
 ///
 /// ```
 /// # use sinew_ident::error::Error;
-/// let error = Error::arguments("`--rate 0` leaves no time for a step").help("give a rate above 0 Hz");
-/// assert_eq!(error.to_string(), "`--rate 0` leaves no time for a step\n  help: give a rate above 0 Hz");
+/// let error = Error::arguments("no recording to fit the rig to").help("name one with --fit");
+/// assert_eq!(
+///     error.to_string(),
+///     "no recording to fit the rig to\n  help: name one with --fit"
+/// );
 /// assert_eq!(error.exit_code(), 2);
 /// assert_eq!(Error::failed("the firmware stopped").exit_code(), 1);
 /// ```
@@ -163,6 +167,21 @@ impl Error {
         }))
     }
 
+    /// Refusal of an argument's value: exit status 2. [`Error::help`] gives an example of a good
+    /// one.
+    ///
+    /// ```
+    /// # use sinew_ident::error::Error;
+    /// let error = Error::must_be("--spread", "in [0, 1)", 1.5).help("for example --spread 0.2");
+    /// assert_eq!(
+    ///     error.to_string(),
+    ///     "`--spread` must be in [0, 1); got 1.5\n  help: for example --spread 0.2"
+    /// );
+    /// ```
+    pub fn must_be(argument: &str, expectation: impl fmt::Display, got: impl fmt::Display) -> Self {
+        Self::arguments(format!("`{argument}` must be {expectation}; got {got}"))
+    }
+
     /// A bad file: exit status 2. Add the place with [`Error::at`].
     pub fn file(path: impl AsRef<Path>, message: impl Into<String>) -> Self {
         let path = Some(path.as_ref().to_path_buf());
@@ -300,48 +319,6 @@ impl From<SimulationError> for Error {
     fn from(error: SimulationError) -> Self {
         Self::from(Kind::Simulation(error))
     }
-}
-
-/// The name among `known` that was probably meant by `name`: equal but for case, or a few letters
-/// off.
-///
-/// ```
-/// # use sinew_ident::error::nearest;
-/// assert_eq!(nearest("q_mm", ["q_m", "u_V"]), Some("q_m"));
-/// assert_eq!(nearest("force", ["q_m", "u_V"]), None);
-/// ```
-pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    known
-        .into_iter()
-        .map(|candidate| {
-            let distance =
-                strsim::damerau_levenshtein(&name.to_lowercase(), &candidate.to_lowercase());
-            (distance, candidate)
-        })
-        .filter(|(distance, candidate)| *distance <= 1.max(name.len().max(candidate.len()) / 3))
-        .min_by_key(|(distance, _)| *distance)
-        .map(|(_, candidate)| candidate)
-}
-
-/// `did you mean ...?` for a file that is not there, from its folder's other files.
-fn nearest_file(path: &Path) -> Option<String> {
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    let Ok(entries) = std::fs::read_dir(folder) else {
-        return Some(format!("there is no folder {}", folder.display()));
-    };
-    let names: Vec<String> = entries
-        .flatten()
-        .filter_map(|entry| entry.file_name().into_string().ok())
-        .collect();
-    let name = path.file_name()?.to_str()?;
-    let meant = nearest(name, names.iter().map(String::as_str))?;
-    Some(format!(
-        "did you mean {}?",
-        path.with_file_name(meant).display()
-    ))
 }
 
 #[cfg(test)]

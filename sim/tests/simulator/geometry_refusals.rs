@@ -1,5 +1,6 @@
 //! Every refusal of a chain, a plate and what reads them, word for word.
 
+use super::broken_rigs::refusals;
 use sinew_sim::{InputTrajectory, Plant, Rig};
 
 const SOUND: &str = r#"format = "sinew-rig/1"
@@ -111,22 +112,7 @@ const CASES: &[(&str, &str)] = &[
 
 #[test]
 fn every_refusal_names_its_place() {
-    Rig::parse(SOUND, "rig.toml").unwrap_or_else(|error| panic!("{error}"));
-    let mut report = String::new();
-    for (from, to) in CASES {
-        assert!(SOUND.contains(from), "nothing to break: {from}");
-        let refused = match Rig::parse(&SOUND.replacen(from, to, 1), "rig.toml") {
-            Ok(_) => "ACCEPTED".to_owned(),
-            Err(error) => error.to_string(),
-        };
-        assert!(
-            refused.starts_with("rig.toml:"),
-            "{from} -> {to}: {refused}"
-        );
-        let (from, to) = (from.escape_debug(), to.escape_debug());
-        report += &format!("--- {from} -> {to}\n{refused}\n");
-    }
-    insta::assert_snapshot!(report);
+    insta::assert_snapshot!(refusals(SOUND, CASES, Rig::parse));
 }
 
 /// Sound to read, impossible to simulate: the line of the inertia where the fastest motion sits.

@@ -1,6 +1,7 @@
 //! The simulator, put to the test: one program, so that what they share is compiled and linked
 //! once.
 
+mod broken_rigs;
 mod closed_forms;
 mod complex;
 mod derivatives;

@@ -1,77 +1,9 @@
 //! Every refusal of a rig file, word for word: file, line, column, what was expected, what was
 //! meant.
 
+use super::broken_rigs::{SOUND, refusals};
 use sinew_sim::Rig;
 use sinew_sim::effects::{Kind, Sign};
-
-/// A rig that is sound; each case breaks one thing in it.
-const SOUND: &str = r#"format = "sinew-rig/1"
-name = "two-mass drive"
-
-[[body]]
-name = "motor"
-motion = "hinge"
-inertia = { value = 0.02 }
-
-[[body]]
-name = "load"
-motion = "hinge"
-inertia = { value = 0.10, min = 0.01, max = 1.0 }
-
-[[body]]
-name = "carriage"
-motion = "slide"
-inertia = 2.0
-
-[[spring]]
-name = "shaft"
-from = "motor"
-to = "load"
-stiffness = { value = 30.0 }
-
-[[damper]]
-name = "bearing"
-from = "ground"
-to = "load"
-damping = { value = 0.05 }
-
-[[gravity]]
-name = "weight"
-body = "load"
-amplitude = { value = 0.8 }
-
-[[tendon]]
-name = "flexor"
-path = [{ body = "motor", arm = 0.010 }, { body = "load", arm = 0.008 }]
-stiffness = { value = 2000.0 }
-
-[[actuator]]
-name = "drive"
-drives = "motor"
-input = "u_V"
-gain = { value = 0.4 }
-limit = [-10.0, 10.0]
-
-[[sensor]]
-name = "encoder"
-reads = "load.position"
-signal = "q_rad"
-
-[[effect]]
-kind = "coulomb_friction"
-component = "load"
-level = { value = 0.1 }
-
-[control]
-rate_hz = 120.0
-outputs = ["encoder"]
-horizon = 10
-control_horizon = 3
-
-[network]
-hidden = [16]
-form = "increment"
-"#;
 
 /// (what is replaced, by what): the first place only.
 const CASES: &[(&str, &str)] = &[
@@ -174,26 +106,7 @@ const CASES: &[(&str, &str)] = &[
 
 #[test]
 fn every_refusal_names_its_place() {
-    assert!(Rig::parse(SOUND, "rig.toml").is_ok());
-    let mut report = String::new();
-    for (from, to) in CASES {
-        assert!(SOUND.contains(from), "nothing to break: {from}");
-        let text = SOUND.replacen(from, to, 1);
-        let refused = match Rig::parse(&text, "rig.toml") {
-            Ok(_) => "ACCEPTED".to_owned(),
-            Err(error) => error.to_string(),
-        };
-        assert!(
-            refused.starts_with("rig.toml:"),
-            "{from} -> {to}: {refused}"
-        );
-        report += &format!(
-            "--- {} -> {}\n{refused}\n",
-            from.escape_debug(),
-            to.escape_debug()
-        );
-    }
-    insta::assert_snapshot!(report);
+    insta::assert_snapshot!(refusals(SOUND, CASES, Rig::parse));
 }
 
 /// `[control]` and `[network]` are for programs that read them; the plant keeps their text.

@@ -1,9 +1,10 @@
 //! `cargo xtask cycles`: no file of a crate depends, through others, on itself; no crate on what it
-//! must not know.
+//! must not know; no file outside `cli` on the command line.
 
 mod file;
 mod graph;
 mod ring;
+mod rooms;
 mod rules;
 mod tokens;
 
@@ -17,14 +18,15 @@ use xtask::process::{self, cargo, root};
 use graph::Graph;
 
 /// # Errors
-/// A ring of files, each of its edges by file and line; or a crate that depends on what it must not
-/// know.
+/// A ring of files, each of its edges by file and line; a crate that depends on what it must not
+/// know; or a flag of the command line outside `cli`.
 pub fn check() -> Result<()> {
     let mut wrong = rules::broken()?;
     let mut files = 0;
     for (name, top) in targets()? {
         let graph = Graph::of_crate(&top, &disk)?;
         files += graph.files.len();
+        wrong.extend(rooms::flags_outside_cli(&graph, &disk));
         for ring in ring::rings(&graph) {
             wrong.push(format!(
                 "{name}: {}",

@@ -10,6 +10,7 @@ use super::limits::{
 use super::{Activation, Layer, ModelSpec, Role, Signal, SpecError};
 use crate::evaluate;
 use sinew_nn::is_package_name;
+use sinew_nn::literal::count;
 
 /// A golden vector may differ from the network in double precision by this much of 1 + |y|: the
 /// tools that supply them compute in f32 themselves.
@@ -102,7 +103,6 @@ impl ModelSpec {
 
     /// Composition of the regressor, in words.
     fn composition(&self) -> String {
-        let count = |n: usize, noun: &str| format!("{n} {noun}{}", if n == 1 { "" } else { "s" });
         let remembered = match self.hidden_state_len() {
             0 => String::new(),
             n => format!(", {} remembered", count(n, "value")),

@@ -9,6 +9,7 @@ use super::overwrite;
 use super::progress::Stage;
 use crate::error::{Error, Result};
 use crate::excite::{Kind, Options, design, reveal, table};
+use crate::report::count;
 
 /// Shapes of the inputs, by their names on the command line.
 #[derive(Clone, Copy, ValueEnum)]
@@ -103,7 +104,7 @@ pub fn run(arguments: &Arguments, control_rate_hz: Option<f64>) -> Result<()> {
         let found = reveal::reveal(&rig, &experiment, arguments.noise, &|done, of| {
             stage.share(done, of, "effects tried");
         })?;
-        stage.end(format!("{} effects tried", found.effects.len()));
+        stage.end(format!("{} tried", count(found.effects.len(), "effect")));
         Some(found)
     };
     experiment
@@ -114,9 +115,9 @@ pub fn run(arguments: &Arguments, control_rate_hz: Option<f64>) -> Result<()> {
     }
     if !arguments.quiet {
         println!(
-            "{} rows of {} inputs in {}",
-            experiment.t.len(),
-            experiment.inputs.len(),
+            "{} of {} in {}",
+            count(experiment.t.len(), "row"),
+            count(experiment.inputs.len(), "input"),
             arguments.out.display()
         );
     }
@@ -131,8 +132,8 @@ fn band(text: &str) -> Result<[f64; 2]> {
     match ends {
         Some((Ok(low), Ok(high))) => Ok([low, high]),
         _ => Err(
-            Error::arguments(format!("`--band {text}` is no pair of frequencies"))
-                .help("--band 0.1,10: from 0.1 to 10 Hz"),
+            Error::must_be("--band", "two frequencies LOW,HIGH in Hz", text)
+                .help("for example --band 0.1,10"),
         ),
     }
 }

@@ -9,8 +9,8 @@ use super::Recordings;
 use super::progress::Stage;
 use super::repair::Repairs;
 use crate::error::Result;
-use crate::fit::{FitOptions, doubt, fit, score};
-use crate::report::quantity;
+use crate::fit::{FitOptions, fit, score};
+use crate::report::{count, quantity, unexplained};
 
 /// Arguments of `sinew fit`.
 #[derive(Args)]
@@ -51,7 +51,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             100.0 * p.error
         ));
     })?;
-    stage.end(format!("{} steps", found.steps));
+    stage.end(count(found.steps, "step"));
 
     for p in &found.parameters {
         let interval = match p.ci95 {
@@ -93,8 +93,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         }
     }
     for s in &found.sensors {
-        if let Some(doubt) = doubt(&s.signal, &s.unit, s.rms, s.spread) {
-            println!("warning: {doubt}");
+        if let Some(warning) = unexplained(s) {
+            println!("warning: {warning}");
         }
     }
     match &arguments.out {

@@ -29,6 +29,7 @@ use sinew_sim::Plant;
 
 use crate::error::{Error, Result};
 use crate::recording::{Column, Recording};
+use crate::report::significant;
 pub use table::table;
 
 /// Shape of the inputs of an experiment.
@@ -79,6 +80,8 @@ impl Default for Options {
 
 /// Longest experiment: what a person would wait for and a recording still holds.
 const MOST_ROWS: f64 = 2e6;
+/// Fewest rows of an experiment.
+const LEAST_ROWS: f64 = 16.0;
 
 /// A design: times, and a column an input of the plant, SI.
 #[derive(Clone, Debug)]
@@ -92,33 +95,45 @@ pub struct Experiment {
 impl Options {
     /// Checks that the settings are consistent.
     fn check(&self) -> Result<()> {
-        let wrong = |message: String, help: &str| Err(Error::arguments(message).help(help));
         let positive = |x: f64| x.is_finite() && x > 0.0;
-        if !positive(self.rate_hz) || !positive(self.seconds) {
-            let message = format!("{} s at {} Hz is no experiment", self.seconds, self.rate_hz);
-            return wrong(message, "both are more than zero");
+        for (flag, value, unit, example) in [
+            ("--seconds", self.seconds, "s", "--seconds 20"),
+            ("--rate", self.rate_hz, "Hz", "--rate 120"),
+        ] {
+            if !positive(value) {
+                let expectation = format!("more than 0 {unit}");
+                return Err(
+                    Error::must_be(flag, expectation, value).help(format!("for example {example}"))
+                );
+            }
         }
-        if self.seconds * self.rate_hz < 16.0 || self.seconds * self.rate_hz > MOST_ROWS {
-            let message = format!(
-                "{} s at {} Hz are {:.0} rows",
-                self.seconds,
-                self.rate_hz,
-                self.seconds * self.rate_hz
+        let rows = self.seconds * self.rate_hz;
+        if !(LEAST_ROWS..=MOST_ROWS).contains(&rows) {
+            let (least, most) = (LEAST_ROWS / self.rate_hz, MOST_ROWS / self.rate_hz);
+            let expectation = format!(
+                "{} to {} s at {} Hz",
+                significant(least, 3),
+                significant(most, 3),
+                self.rate_hz
             );
-            return wrong(message, "from 16 rows to two million");
+            let help =
+                format!("that is {LEAST_ROWS} to {MOST_ROWS} rows; for example --seconds 20");
+            return Err(Error::must_be("--seconds", expectation, self.seconds).help(help));
         }
         if !(self.amplitude > 0.0 && self.amplitude <= 1.0) {
-            let message = format!(
-                "`--amplitude {}` is no fraction of the range",
-                self.amplitude
-            );
-            return wrong(message, "more than 0, and 1 at most: the limits themselves");
+            let expectation = "a fraction of the range in (0, 1]";
+            return Err(Error::must_be("--amplitude", expectation, self.amplitude)
+                .help("for example --amplitude 0.8; 1 reaches the limits themselves"));
         }
         match self.band_hz {
-            Some([low, high]) if !(low > 0.0 && low < high && high <= self.rate_hz / 2.0) => wrong(
-                format!("`--band {low},{high}` is no band of {} Hz", self.rate_hz),
-                "LOW,HIGH with 0 < LOW < HIGH, and HIGH at most half the rate",
-            ),
+            Some([low, high]) if !(low > 0.0 && low < high && high <= self.rate_hz / 2.0) => {
+                let most = self.rate_hz / 2.0;
+                let expectation = format!("LOW,HIGH in Hz with 0 < LOW < HIGH <= {most}");
+                Err(
+                    Error::must_be("--band", expectation, format!("{low},{high}"))
+                        .help("for example --band 0.1,10; HIGH is at most half the rate"),
+                )
+            }
             _ => Ok(()),
         }
     }

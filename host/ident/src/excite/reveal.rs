@@ -78,10 +78,9 @@ pub fn reveal(
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Revelation> {
     if !(noise > 0.0 && noise <= 1.0) {
-        let message = format!("`--noise {noise}` is no fraction of a signal's range");
-        return Err(
-            Error::arguments(message).help("0.005 is half a percent; without noise all shows")
-        );
+        let expectation = "a fraction of a signal's range in (0, 1]";
+        return Err(Error::must_be("--noise", expectation, noise)
+            .help("for example --noise 0.005: half a percent; without noise all shows"));
     }
     let mut settings = Settings {
         rate_step: RATE_STEP,

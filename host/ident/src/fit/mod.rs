@@ -21,7 +21,7 @@ use sinew_sim::{Plant, Rig};
 
 use self::experiment::Experiment;
 pub use self::levenberg::Stop;
-pub use self::score::{FreeRun, FreeRunSensor, SensorError, doubt, free_run, pool, score};
+pub use self::score::{FreeRun, FreeRunSensor, SensorError, free_run, free_runs, pool, score};
 use crate::error::{Error, Result};
 use crate::recording::Recording;
 
@@ -71,6 +71,10 @@ pub struct Fit {
     /// Free-run error on the recordings of the fit, rig as written and refitted, one entry a
     /// sensor.
     pub sensors: Vec<SensorFit>,
+    /// Free run of the rig as written over each recording of the fit, in their order.
+    pub as_written_runs: Vec<FreeRun>,
+    /// Free run of the refitted rig over each recording of the fit, in their order.
+    pub runs: Vec<FreeRun>,
     /// Inputs with missing samples, which held their last value.
     pub held: Vec<HeldInput>,
     /// Reason for which the last stage ended.
@@ -114,6 +118,17 @@ pub struct SensorFit {
     pub spread: f64,
     /// Samples judged.
     pub samples: usize,
+}
+
+/// Largest free-run error, as a part of the signal's standard deviation, that still explains it.
+const POOR: f64 = 0.3;
+
+impl SensorFit {
+    /// Returns true where the refitted rig explains the signal: its free-run error is at most 0.3
+    /// of the signal's standard deviation.
+    pub fn is_explained(&self) -> bool {
+        self.rms <= POOR * self.spread
+    }
 }
 
 /// An input with missing samples.
@@ -174,7 +189,7 @@ pub fn fit(
         return Err(Error::arguments("a fit needs at least one recording"));
     }
     let plant = Plant::new(rig)?;
-    let as_written = score(rig, recordings)?;
+    let as_written_runs = free_runs(rig, recordings)?;
     let experiments = recordings
         .iter()
         .map(|recording| Experiment::new(&plant, recording))
@@ -187,7 +202,7 @@ pub fn fit(
         |held: &[usize]| stages::run_holding(rig, &plant, &experiments, (options, held), progress);
     let (found, fitted) = undetermined::keep(rig, &plant, recordings, first, &mut run)?;
     let known = plant.parameters();
-    let after = score(&fitted, recordings)?;
+    let runs = free_runs(&fitted, recordings)?;
 
     let parameters = found.slots.iter().enumerate().map(|(j, &slot)| {
         let (parameter, value) = (&known[slot], found.values[slot]);
@@ -201,9 +216,9 @@ pub fn fit(
             at_bound: !found.held.contains(&slot) && (value <= low || value >= high),
         }
     });
-    let sensors = as_written
-        .iter()
-        .zip(after)
+    let sensors = pool(&as_written_runs)
+        .into_iter()
+        .zip(pool(&runs))
         .map(|(before, after)| SensorFit {
             signal: after.signal,
             unit: after.unit,
@@ -222,6 +237,8 @@ pub fn fit(
     Ok(Fit {
         parameters: parameters.collect(),
         sensors: sensors.collect(),
+        as_written_runs,
+        runs,
         held: held.collect(),
         rig: fitted,
         stop: found.stop,

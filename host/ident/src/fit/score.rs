@@ -53,22 +53,6 @@ pub struct SensorError {
     pub samples: usize,
 }
 
-/// A free-run error of more than this part of what was measured is no explanation of it.
-const POOR: f64 = 0.3;
-
-/// Warning about a signal that the refitted rig does not explain: errors and
-/// spread in SI. `None` where it does.
-pub fn doubt(signal: &str, unit: &str, rms: f64, spread: f64) -> Option<String> {
-    (rms > POOR * spread).then(|| {
-        format!(
-            "the refitted rig misses {signal} by {} where it moves by {}: it lacks something, and what is made of it will \
-             too. Is there a spring, is the input right? `sinew diagnose` looks for what is missing",
-            crate::report::quantity(rms, unit),
-            crate::report::quantity(spread, unit)
-        )
-    })
-}
-
 /// Simulates a rig over a recording: only inputs given, the start state estimated from the first 5
 /// % of the rows (at least 20) with the parameters as they are.
 ///
@@ -122,16 +106,23 @@ pub fn free_run(rig: &Rig, recording: &Recording) -> Result<FreeRun> {
     })
 }
 
+/// Simulates a rig over each recording, in their order.
+///
+/// # Errors
+/// As [`free_run`].
+pub fn free_runs(rig: &Rig, recordings: &[Recording]) -> Result<Vec<FreeRun>> {
+    recordings
+        .iter()
+        .map(|recording| free_run(rig, recording))
+        .collect()
+}
+
 /// The free-run error of a rig, pooled over the samples of all recordings.
 ///
 /// # Errors
 /// As [`free_run`].
 pub fn score(rig: &Rig, recordings: &[Recording]) -> Result<Vec<SensorError>> {
-    let runs = recordings
-        .iter()
-        .map(|recording| free_run(rig, recording))
-        .collect::<Result<Vec<_>>>()?;
-    Ok(pool(&runs))
+    Ok(pool(&free_runs(rig, recordings)?))
 }
 
 /// The errors of several runs of one rig, pooled; empty without any run.

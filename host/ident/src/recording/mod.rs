@@ -16,7 +16,9 @@ mod write;
 
 use std::path::{Path, PathBuf};
 
-use crate::error::{Error, Result, nearest};
+use sinew_sim::suggest::nearest;
+
+use crate::error::{Error, Result};
 
 /// One signal of a recording.
 #[derive(Debug, Clone)]

@@ -10,6 +10,7 @@ use csv::ByteRecord;
 
 use super::{Column, Recording};
 use crate::error::{Error, Result};
+use crate::report::count;
 
 /// Expectation in every message about a number.
 const A_NUMBER: &str = "a decimal number such as -1.25e-3, or nothing (a missing sample)";
@@ -192,12 +193,11 @@ fn number(source: &Source, record: &ByteRecord, index: usize, name: &str) -> Res
 
 fn ragged(source: &Source, record: &ByteRecord, names: &[String]) -> Error {
     let (found, wanted) = (record.len(), names.len());
-    let fields = if found == 1 { "field" } else { "fields" };
     let error = source
         .error(
             record,
             found.min(wanted).saturating_sub(1),
-            format!("this row has {found} {fields}"),
+            format!("this row has {}", count(found, "field")),
         )
         .expected(format!("{wanted}, one for each of {}", names.join(",")));
     if found > wanted {

@@ -22,11 +22,13 @@ mod html;
 mod plot;
 mod quantity;
 mod sheet;
+mod unexplained;
 
 use std::path::Path;
 
-pub use quantity::{quantity, significant};
+pub use quantity::{count, quantity, significant};
 pub use sheet::sheet;
+pub use unexplained::unexplained;
 
 use crate::error::Result;
 

@@ -58,6 +58,16 @@ pub fn quantity(value: f64, unit: &str) -> String {
     }
 }
 
+/// A number of things, in the singular for one.
+///
+/// ```
+/// # use sinew_ident::report::count;
+/// assert_eq!((count(1, "step"), count(2, "step")), ("1 step".into(), "2 steps".into()));
+/// ```
+pub fn count(n: usize, noun: &str) -> String {
+    format!("{n} {noun}{}", if n == 1 { "" } else { "s" })
+}
+
 /// A number to so many significant digits; plain from 1e-4 to 1e6, with an exponent outside. A dash
 /// for what is not a number.
 ///

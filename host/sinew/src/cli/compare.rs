@@ -29,23 +29,27 @@ use sinew_ident::report::{quantity, sheet};
 pub struct Arguments {
     #[command(flatten)]
     of_loop: LoopArguments,
-    /// Folder of a model: model.toml and weights.safetensors; several are compared, each called by
-    /// its folder's name.
+    /// Folder of a model: model.toml and weights.safetensors.
+    ///
+    /// Several are compared, each called by the name of its folder.
     #[arg(required = true)]
     models: Vec<PathBuf>,
-    /// The rig file of the plant in the loop, taken as written; without it, RIG with every free
-    /// parameter moved.
+    /// The rig file of the plant in the loop, taken as written.
+    ///
+    /// Without it, RIG with every free parameter moved.
     #[arg(long, value_name = "RIG")]
     plant: Option<PathBuf>,
-    /// A program that is the plant instead, as a line for `sh`; with --draws it is told which of
-    /// its plants is wanted.
+    /// A program that is the plant instead, as a line for `sh`.
+    ///
+    /// With --draws it is told which of its plants is wanted.
     #[arg(long, value_name = "COMMAND", conflicts_with = "plant")]
     plant_program: Option<String>,
     /// Loops a controller; all but the first have other noise and other moves.
     #[arg(long, value_name = "N", default_value = "1", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1000))]
     loops: usize,
-    /// Loops a controller, each with the same reference on another plant: every free parameter of
-    /// --plant, or of RIG, is drawn within --spread.
+    /// Loops a controller, each with the same reference on another plant.
+    ///
+    /// Every free parameter of --plant, or of RIG, is drawn within --spread.
     #[arg(long, value_name = "N", conflicts_with = "loops", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1000))]
     draws: Option<usize>,
     /// Largest relative deviation of a drawn parameter.
@@ -58,17 +62,20 @@ pub struct Arguments {
     spread: f64,
     #[command(flatten)]
     conditions: Conditions,
-    /// Judge errors, effort and time at limits between these times only: a path may begin or end
-    /// where a plant that was drawn cannot rest. Commands have to stay inside their limits all the
-    /// time.
+    /// Judge errors, effort and time at limits between these times only.
+    ///
+    /// A path may begin or end where a plant that was drawn cannot rest. Commands have to stay
+    /// inside their limits all the time.
     #[arg(long, value_name = "FROM,TO", value_delimiter = ',', num_args = 1)]
     judged: Vec<f64>,
-    /// Evaluations that tuning PID and RISE may cost each, where the plant is slow to simulate;
-    /// otherwise some thousands.
+    /// Evaluations that tuning PID and RISE may cost each.
+    ///
+    /// For a plant that is slow to simulate; otherwise some thousands.
     #[arg(long, value_name = "COUNT", value_parser = RangedU64ValueParser::<usize>::new().range(20..))]
     evaluations: Option<usize>,
-    /// Most steps that PID and RISE may look ahead at the reference; 0 is the textbook's, which
-    /// sees where it should be now. As many as the horizon without it, and never more.
+    /// Most steps that PID and RISE may look ahead at the reference (0: none).
+    ///
+    /// Without it as many as the horizon, and never more.
     #[arg(long, value_name = "STEPS")]
     longest_lead: Option<usize>,
     /// Board of the models; commands of another board must have the bits of this computer's.
@@ -95,12 +102,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     arguments.conditions.refuse()?;
     judged(&arguments.judged, f64::INFINITY)?;
     if !(0.0..1.0).contains(&arguments.spread) {
-        return Err(Error::arguments(format!(
-            "`--spread {}` is no fraction of a parameter",
-            arguments.spread
-        ))
-        .expected("0 or more, and less than 1")
-        .help("0.2 draws from 20 % below to 20 % above"));
+        let expectation = "a fraction of a parameter in [0, 1)";
+        return Err(Error::must_be("--spread", expectation, arguments.spread)
+            .help("for example --spread 0.2: from 20 % below to 20 % above"));
     }
     let read = std::iter::once(("RIG", of_loop.rig.as_path()))
         .chain(arguments.plant.iter().map(|p| ("--plant", p.as_path())))
@@ -222,14 +226,9 @@ fn judged(asked: &[f64], duration_s: f64) -> Result<Option<[f64; 2]>> {
                 true => format!(", the first before the reference ends at {duration_s:.1} s"),
                 false => String::new(),
             };
-            Err(Error::arguments(format!(
-                "`--judged {}` is no stretch of a run",
-                given.join(",")
-            ))
-            .expected(format!(
-                "two times in seconds, the earlier one first{within}"
-            ))
-            .help("--judged 2.5,19"))
+            let expectation = format!("FROM,TO in seconds, the earlier one first{within}");
+            Err(Error::must_be("--judged", expectation, given.join(","))
+                .help("for example --judged 2.5,19"))
         }
     }
 }

@@ -11,8 +11,9 @@ use sinew_ident::error::{Error, Result};
 /// Reference, disturbance and delay of a loop.
 #[derive(Args, Clone, Debug)]
 pub struct Conditions {
-    /// A path to follow instead: a table like a recording, with a column an output, called as in
-    /// the recordings.
+    /// A path to follow instead.
+    ///
+    /// A table like a recording, with a column an output, called as in the recordings.
     #[arg(long, value_name = "CSV")]
     pub reference: Option<PathBuf>,
     /// Disturbance of the commands on their way to the plant; no controller knows it.
@@ -36,9 +37,8 @@ impl Conditions {
             return Ok(());
         }
         Err(
-            Error::arguments(format!("`--delay {}` is no delay", self.delay))
-                .expected(format!("seconds from 0 to {LONGEST_DELAY_S}"))
-                .help("0.008 is a camera's frame at 125 Hz"),
+            Error::must_be("--delay", format!("0 to {LONGEST_DELAY_S} s"), self.delay)
+                .help("for example --delay 0.008: a camera's frame at 125 Hz"),
         )
     }
 

@@ -15,8 +15,9 @@ use sinew_ident::error::{Error, Result};
 /// Arguments of `sinew emit`.
 #[derive(Args)]
 pub struct Arguments {
-    /// A model of `sinew train` (model.toml and weights.safetensors), or a network that
-    /// `sinew import` reads.
+    /// A model of `sinew train`, or a network that `sinew import` reads.
+    ///
+    /// A model is a folder with model.toml and weights.safetensors.
     model: PathBuf,
     /// Folder of the sources.
     #[arg(long, value_name = "DIR")]

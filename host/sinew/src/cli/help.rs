@@ -101,6 +101,22 @@ mod tests {
     }
 
     #[test]
+    fn the_short_help_of_a_flag_is_one_line() {
+        const LONGEST: usize = 92;
+        for verb in Program::command().get_subcommands() {
+            for argument in verb.get_arguments() {
+                let help = argument.get_help().map(ToString::to_string);
+                let help = help.unwrap_or_default();
+                let name = (verb.get_name(), argument.get_id());
+                assert!(
+                    help.len() <= LONGEST && !help.contains('\n'),
+                    "{name:?}: {help}"
+                );
+            }
+        }
+    }
+
+    #[test]
     fn the_help_shows_the_groups() {
         let text = command().render_help().to_string();
         for (group, names) in GROUPS {

@@ -15,6 +15,7 @@ mod simulate;
 mod size;
 mod train;
 mod tune;
+mod values;
 mod verify;
 
 use std::path::{Path, PathBuf};
@@ -48,7 +49,7 @@ enum Verb {
     /// Fit, train, tune, emit, build, run on a board, compare with a PID, report.
     Build(build::Arguments),
     /// Write a first rig file from the columns of a recording.
-    New(crate::new_rig::NewArgs),
+    New(new::Arguments),
     /// Find faults of recordings before any fit.
     Check(check::Arguments),
     /// Simulate a rig with the inputs of a recording.
@@ -270,7 +271,7 @@ fn control_rate_hz(rig: &Path) -> Result<Option<f64>> {
 fn run(verb: Verb) -> Result<()> {
     match verb {
         Verb::Build(arguments) => build::run(&arguments),
-        Verb::New(arguments) => new::run(&arguments),
+        Verb::New(arguments) => new::run(arguments),
         Verb::Check(arguments) => check::run(&arguments),
         Verb::Simulate(arguments) => simulate::run(&arguments),
         Verb::Excite(arguments) => excite::run(&arguments, control_rate_hz(&arguments.rig)?),

@@ -1,12 +1,80 @@
 //! `sinew new`.
 
-use crate::new_rig::{self, NewArgs};
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use crate::new_rig::{self, Motion, NewRigOptions};
+use sinew_ident::cli::repair::Repairs;
 use sinew_ident::error::Result;
+
+/// Arguments of `sinew new`; an answer that is not given is asked at a terminal, or guessed.
+#[derive(Args)]
+pub struct Arguments {
+    /// The recording (CSV) whose columns the rig is to name.
+    recording: PathBuf,
+    /// File for the rig; by default beside the recording, with its name and `.toml`.
+    #[arg(long, value_name = "RIG.toml")]
+    out: Option<PathBuf>,
+    /// The device's name; by default the recording's.
+    #[arg(long)]
+    name: Option<String>,
+    /// A column that drives the device; can be given more than once.
+    #[arg(long = "input", value_name = "COLUMN")]
+    inputs: Vec<String>,
+    /// A column that a sensor writes; can be given more than once.
+    #[arg(long = "output", value_name = "COLUMN")]
+    outputs: Vec<String>,
+    /// Motion along a line or about an axis; by default as the units of the positions say.
+    #[arg(long)]
+    motion: Option<Motion>,
+    /// Mass in kg (slide) or moment of inertia in kg m^2 (hinge) of what moves, roughly.
+    #[arg(long, value_name = "KG")]
+    inertia: Option<f64>,
+    /// Presence of a spring; by default decided by fits with and without one.
+    #[arg(long, value_name = "yes|no")]
+    spring: Option<YesNo>,
+    /// Guess instead of asking.
+    #[arg(long)]
+    yes: bool,
+    /// Replace a rig file that is there already.
+    #[arg(long)]
+    force: bool,
+    /// Repairs of the recording.
+    #[command(flatten)]
+    repairs: Repairs,
+    /// No progress.
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// An answer.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum YesNo {
+    /// Yes.
+    Yes,
+    /// No.
+    No,
+}
 
 /// # Errors
 /// As [`new_rig::run`].
-pub fn run(arguments: &NewArgs) -> Result<()> {
-    let new = new_rig::run(arguments)?;
+pub fn run(arguments: Arguments) -> Result<()> {
+    let options = NewRigOptions {
+        recording: arguments.recording,
+        out: arguments.out,
+        name: arguments.name,
+        inputs: arguments.inputs,
+        outputs: arguments.outputs,
+        motion: arguments.motion,
+        inertia: arguments.inertia,
+        spring: arguments.spring.map(|answer| answer == YesNo::Yes),
+        guess: arguments.yes,
+        replace: arguments.force,
+        repairs: arguments.repairs,
+        quiet: arguments.quiet,
+    };
+    let new = new_rig::run(&options)?;
     println!("{}", new.path.display());
     if !new.unused.is_empty() {
         println!(
@@ -20,7 +88,7 @@ pub fn run(arguments: &NewArgs) -> Result<()> {
     println!(
         "next: sinew fit {} --fit {}",
         new.path.display(),
-        arguments.recording.display()
+        options.recording.display()
     );
     Ok(())
 }

@@ -18,15 +18,17 @@ pub struct Arguments {
     of_loop: LoopArguments,
     /// Folder of the model: model.toml and weights.safetensors.
     model: PathBuf,
-    /// The rig file of the plant in the loop, taken as written; without it, RIG with every free
-    /// parameter moved.
+    /// The rig file of the plant in the loop, taken as written.
+    ///
+    /// Without it, RIG with every free parameter moved.
     #[arg(long, value_name = "RIG")]
     plant: Option<PathBuf>,
     /// Board of the controller.
     #[arg(long, value_enum, default_value = "qemu")]
     board: Board,
-    /// A board that is flashed already and paces itself: its serial port, or the socket of one in
-    /// QEMU.
+    /// Serial port of a board that is flashed already and paces itself.
+    ///
+    /// Or the socket of one in QEMU.
     #[arg(long, value_name = "PORT", conflicts_with = "board")]
     port: Option<PathBuf>,
 }

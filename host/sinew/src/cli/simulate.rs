@@ -29,12 +29,12 @@ pub struct Arguments {
     /// Write the input columns as well, so that the file is a recording to fit to.
     #[arg(long)]
     with_inputs: bool,
-    /// Standard deviation of white noise on every signal, as a fraction of what the signal ranges
-    /// over.
+    /// Standard deviation of white noise, as a fraction of each signal's range.
     #[arg(long, value_name = "FRACTION", default_value_t = 0.0)]
     noise: f64,
-    /// A program that is the plant instead, as a line for `sh`; only signals that it has are
-    /// written.
+    /// A program that is the plant instead, as a line for `sh`.
+    ///
+    /// Only signals that it has are written.
     #[arg(long, value_name = "COMMAND", conflicts_with_all = ["plot", "html"])]
     plant_program: Option<String>,
     /// Seed of the noise.
@@ -97,11 +97,9 @@ fn disturb(signal: &mut [f64], fraction: f64, random: &mut ChaCha8Rng) {
 /// A bad file, or a rig that diverges.
 pub fn run(arguments: &Arguments) -> Result<()> {
     if !(0.0..=1.0).contains(&arguments.noise) {
-        return Err(Error::arguments(format!(
-            "`--noise {}` is no fraction of a signal's range",
-            arguments.noise
-        ))
-        .help("0.005 is half a percent"));
+        let expectation = "a fraction of a signal's range in [0, 1]";
+        return Err(Error::must_be("--noise", expectation, arguments.noise)
+            .help("for example --noise 0.005: half a percent"));
     }
     overwrite::refuse(
         [

@@ -14,7 +14,7 @@ use crate::rig_file;
 use sinew_ident::cli::overwrite;
 use sinew_ident::cli::progress::Stage;
 use sinew_ident::error::{Error, Result};
-use sinew_ident::fit::free_run;
+use sinew_ident::fit::free_runs;
 use sinew_ident::recording::Recording;
 use sinew_ident::report::quantity;
 
@@ -60,10 +60,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let reference = tests.first().unwrap_or(&recordings[0]);
     let task = ControlProblem::new(&rig, &plant, &recordings, reference)?;
     fits(&rig, &plant, &task)?;
-    let runs = recordings
-        .iter()
-        .map(|r| free_run(&rig, r))
-        .collect::<Result<Vec<_>>>()?;
+    let runs = free_runs(&rig, &recordings)?;
     let sampled_states = starts(&plant, &recordings, &runs)?;
     let stage = Stage::begin("train the network", arguments.common.quiet);
     let learned = learn(

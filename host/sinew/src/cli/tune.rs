@@ -59,16 +59,19 @@ pub struct Arguments {
     /// Evaluations of the objective for each controller.
     #[arg(long, value_name = "COUNT", default_value_t = 300)]
     evaluations: usize,
-    /// Keep the gain of the disturbance estimate at this instead of searching it; 0 switches the
-    /// estimate off.
+    /// Keep the gain of the disturbance estimate at this instead of searching it.
+    ///
+    /// 0 switches the estimate off.
     #[arg(long, value_name = "GAIN")]
     disturbance_gain: Option<f64>,
-    /// Most Newton iterations in a control step, 1 to 8, instead of the model's. One bounds the
-    /// longest step: a second follows only where the first was far off.
+    /// Most Newton iterations in a control step, 1 to 8, instead of the model's.
+    ///
+    /// One bounds the longest step: a second follows only where the first was far off.
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u8).range(1..=i64::from(MAX_ITERATIONS)))]
     iterations: Option<u8>,
-    /// Search one factor of all move suppression and the gain of the disturbance estimate, nothing
-    /// else: of inputs that are alike, weights of their own fit the plants of tuning and no other.
+    /// Search one factor of all move suppression and the gain of the disturbance estimate alone.
+    ///
+    /// Of inputs that are alike, weights of their own fit the plants of tuning and no other.
     #[arg(long)]
     tied: bool,
     /// Leave PID and RISE as they are.
@@ -257,21 +260,17 @@ fn refuse(arguments: &Arguments) -> Result<()> {
     if let Some(gain) = arguments.disturbance_gain
         && !(0.0..=1.0).contains(&gain)
     {
-        return Err(Error::arguments(format!(
-            "`--disturbance-gain {gain}` is no share of a prediction's error"
-        ))
-        .expected("0 to 1"));
+        let expectation = "a share of a prediction's error in [0, 1]";
+        return Err(Error::must_be("--disturbance-gain", expectation, gain)
+            .help("for example --disturbance-gain 0.2"));
     }
     const LEAST: usize = 20;
     if arguments.evaluations < LEAST {
-        return Err(Error::arguments(format!(
-            "--evaluations {} leaves nothing to search with",
-            arguments.evaluations
-        ))
-        .expected(format!(
-            "{LEAST} or more: starts come first, and a search needs some beyond them"
-        ))
-        .help("leave it out for 300"));
+        let expectation = format!("at least {LEAST}, for the starts and a search beyond them");
+        return Err(
+            Error::must_be("--evaluations", expectation, arguments.evaluations)
+                .help("for example --evaluations 300, the default"),
+        );
     }
     Ok(())
 }

@@ -14,7 +14,7 @@ use crate::closed_loop::scenario::{Distance, Run};
 use crate::project::Optimise;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::report::{
-    Block, Plot, Report, Section, Series, Stroke, Table, Tone, quantity, significant,
+    Block, Plot, Report, Section, Series, Stroke, Table, Tone, count, quantity, significant,
 };
 
 /// Colours of the controllers, in the order of the table.
@@ -151,9 +151,10 @@ impl Benchmark {
             Some([from, to]) => format!(", judged from {from} s to {to} s"),
             None => String::new(),
         };
+        let steps = count(self.steps, "step");
         let caption = match loops {
-            1 => format!("one loop of {} steps{judged}, {ran}", self.steps),
-            _ => format!("{loops} loops of {} steps{judged}, {ran}", self.steps),
+            1 => format!("one loop of {steps}{judged}, {ran}"),
+            _ => format!("{loops} loops of {steps}{judged}, {ran}"),
         };
         let mut titles = vec!["controller", "output", "#RMS error"];
         titles.extend((loops > 1).then_some("#worst loop"));

@@ -5,7 +5,7 @@
 const SHARE: f64 = 0.2;
 
 /// Its course over a run; zero for the first quarter.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Disturbance {
     /// None.

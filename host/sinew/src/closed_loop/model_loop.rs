@@ -20,6 +20,7 @@ use crate::rig_file;
 use sinew_ident::cli::progress::Stage;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::recording::Recording;
+use sinew_ident::report::count;
 
 /// Loops that were run on a board.
 pub struct BoardRuns {
@@ -198,7 +199,7 @@ impl ModelLoop {
             .map(|scenario| bench.on_device(folder, board, &built, hash, scenario))
             .collect::<Result<_>>()?;
         let steps: u32 = runs.iter().map(|run| run.summary.steps).sum();
-        stage.end(format!("{steps} steps"));
+        stage.end(count(steps as usize, "step"));
         let image = match board {
             Board::Host => None,
             _ => Some(project::image::sizes(&built.lockstep)?),

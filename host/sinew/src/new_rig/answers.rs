@@ -1,7 +1,7 @@
-//! Answers that the columns do not give: from flags, from a person, or guessed.
+//! Answers that the columns do not give: from options, from a person, or guessed.
 
 use super::columns::Columns;
-use super::{Motion, NewArgs, Terminal, YesNo};
+use super::{Motion, NewRigOptions, Terminal};
 use sinew_ident::error::{Error, Result};
 use sinew_ident::recording::Recording;
 
@@ -19,7 +19,7 @@ pub(super) struct Answers {
 
 impl Answers {
     pub fn collect(
-        args: &NewArgs,
+        options: &NewRigOptions,
         recording: &Recording,
         columns: &Columns,
         mut terminal: Option<Terminal>,
@@ -28,8 +28,8 @@ impl Answers {
             || "device".into(),
             |stem| stem.to_string_lossy().into_owned(),
         );
-        let name = args.name.clone().unwrap_or(stem);
-        let motion = match args.motion.or(columns.motion) {
+        let name = options.name.clone().unwrap_or(stem);
+        let motion = match options.motion.or(columns.motion) {
             Some(motion) => motion,
             None => {
                 let question = "Does it move along a line (no: about an axis)? [Y/n] ";
@@ -43,15 +43,15 @@ impl Answers {
             Motion::Slide => (1.0, "kg"),
             Motion::Hinge => (0.01, "kg m^2"),
         };
-        let told = match args.inertia {
+        let told = match options.inertia {
             Some(inertia) => Some(inertia),
             None => ask_number(
                 &mut terminal,
                 &format!("How heavy is what moves, roughly, in {unit}?"),
             )?,
         };
-        let spring = match args.spring {
-            Some(answer) => Some(answer == YesNo::Yes),
+        let spring = match options.spring {
+            Some(spring) => Some(spring),
             None => ask_either(
                 &mut terminal,
                 "Does a spring, or its own elasticity, pull it back? [y/n, return: I do not know] ",

@@ -17,65 +17,46 @@ use std::path::{Path, PathBuf};
 use self::answers::Answers;
 use self::columns::Columns;
 use self::spring::Verdict;
+use sinew_ident::cli::repair::Repairs;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::recording::Recording;
 
-/// Flags of `sinew new`. Whatever is not given is asked at a terminal, or guessed.
-#[derive(Debug, Clone, Default, clap::Args)]
-pub struct NewArgs {
-    /// The recording (CSV) whose columns the rig is to name.
+/// Facts about the device and the rig file. Open ones are asked at a terminal, or guessed.
+#[derive(Debug, Clone, Default)]
+pub struct NewRigOptions {
+    /// Recording (CSV) whose columns the rig names.
     pub recording: PathBuf,
     /// File for the rig; by default beside the recording, with its name and `.toml`.
-    #[arg(long, value_name = "RIG.toml")]
     pub out: Option<PathBuf>,
-    /// The device's name; by default the recording's.
-    #[arg(long)]
+    /// Name of the device; by default the recording's.
     pub name: Option<String>,
-    /// A column that drives the device; can be given more than once.
-    #[arg(long = "input", value_name = "COLUMN")]
+    /// Columns that drive the device; empty: all that can.
     pub inputs: Vec<String>,
-    /// A column that a sensor writes; can be given more than once.
-    #[arg(long = "output", value_name = "COLUMN")]
+    /// Columns that sensors write; empty: all that can.
     pub outputs: Vec<String>,
-    /// Motion along a line or about an axis; by default as the units of the positions say.
-    #[arg(long)]
+    /// Motion of the body; by default as the units of the positions say.
     pub motion: Option<Motion>,
-    /// Mass in kg (slide) or moment of inertia in kg m^2 (hinge) of what moves, roughly.
-    #[arg(long, value_name = "KG")]
+    /// Mass in kg (slide) or moment of inertia in kg m² (hinge) of the body.
     pub inertia: Option<f64>,
     /// Presence of a spring; by default decided by fits with and without one.
-    #[arg(long, value_name = "yes|no")]
-    pub spring: Option<YesNo>,
+    pub spring: Option<bool>,
     /// Guess instead of asking.
-    #[arg(long)]
-    pub yes: bool,
-    /// Replace a rig file that is there already.
-    #[arg(long)]
-    pub force: bool,
+    pub guess: bool,
+    /// Replace a rig file that exists.
+    pub replace: bool,
     /// Repairs of the recording.
-    #[command(flatten)]
-    pub repairs: sinew_ident::cli::repair::Repairs,
+    pub repairs: Repairs,
     /// No progress.
-    #[arg(long)]
     pub quiet: bool,
 }
 
 /// Motion of a body.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Motion {
     /// Along a line.
     Slide,
     /// About an axis.
     Hinge,
-}
-
-/// An answer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum YesNo {
-    /// Yes.
-    Yes,
-    /// No.
-    No,
 }
 
 /// Source of answers and sink of questions.
@@ -108,35 +89,37 @@ pub struct Written {
     pub guesses: Vec<String>,
 }
 
-/// Runs the command: asks on the terminal what the flags leave open, if there is one, and writes
-/// the rig.
+/// Writes the rig; asks on the terminal, if there is one, for what the options leave open.
 ///
 /// # Errors
-/// As [`rig_text`]; `Arguments` where the rig file exists and `--force` is not given; `Write`.
-pub fn run(args: &NewArgs) -> Result<NewRig> {
-    let path = args
+/// As [`rig_text`]; `Arguments` where the rig file exists and may not be replaced; `Write`.
+pub fn run(options: &NewRigOptions) -> Result<NewRig> {
+    let path = options
         .out
         .clone()
-        .unwrap_or_else(|| args.recording.with_extension("toml"));
-    if path.exists() && !args.force {
+        .unwrap_or_else(|| options.recording.with_extension("toml"));
+    if path.exists() && !options.replace {
         return Err(
             Error::arguments(format!("{} exists already", path.display()))
                 .help("give another name with --out, or --force to replace it"),
         );
     }
-    let mut recordings = args.repairs.read(std::slice::from_ref(&args.recording))?;
+    let mut recordings = options
+        .repairs
+        .read(std::slice::from_ref(&options.recording))?;
     let recording = recordings.remove(0);
     let checks = sinew_ident::check::check(std::slice::from_ref(&recording), None);
-    args.repairs.judge(&checks, args.quiet)?;
-    let asking = !args.yes && std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
+    options.repairs.judge(&checks, options.quiet)?;
+    let asking =
+        !options.guess && std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
     let written = if asking {
         let terminal = Terminal {
             input: &mut std::io::stdin().lock(),
             output: &mut std::io::stderr(),
         };
-        rig_text(args, &recording, Some(terminal))?
+        rig_text(options, &recording, Some(terminal))?
     } else {
-        rig_text(args, &recording, None)?
+        rig_text(options, &recording, None)?
     };
     sinew_ident::atomic::write(&path, written.text)?;
     Ok(NewRig {
@@ -153,18 +136,18 @@ pub fn run(args: &NewArgs) -> Result<NewRig> {
 /// `File` for a column that was asked for and is not there, and for a recording in which no input
 /// or no position can be told; `Arguments` for an inertia that is not positive.
 pub fn rig_text(
-    args: &NewArgs,
+    options: &NewRigOptions,
     recording: &Recording,
     terminal: Option<Terminal>,
 ) -> Result<Written> {
-    if args
-        .inertia
-        .is_some_and(|inertia| !(inertia.is_finite() && inertia > 0.0))
-    {
-        return Err(Error::arguments("the inertia must be a positive number").help("--inertia 1.5"));
+    let bad = |inertia: &f64| !(inertia.is_finite() && *inertia > 0.0);
+    if let Some(inertia) = options.inertia.filter(bad) {
+        return Err(
+            Error::must_be("--inertia", "more than 0", inertia).help("for example --inertia 1.5")
+        );
     }
-    let columns = Columns::of(recording, &args.inputs, &args.outputs)?;
-    let answers = Answers::collect(args, recording, &columns, terminal)?;
+    let columns = Columns::of(recording, &options.inputs, &options.outputs)?;
+    let answers = Answers::collect(options, recording, &columns, terminal)?;
     let variant = |spring: bool, found: Option<&str>| {
         text::write(recording, &columns, &answers, (spring, found))
     };
@@ -176,7 +159,7 @@ pub fn rig_text(
         Some(spring) => variant(spring, None),
         None => {
             let [with, without] = [true, false].map(|spring| variant(spring, None));
-            let verdict = Verdict::of(recording, &with, &without, args.quiet);
+            let verdict = Verdict::of(recording, &with, &without, options.quiet);
             let found = verdict.sentence();
             let text = variant(verdict.spring, Some(&found));
             guesses.push(format!("{found} (--spring yes|no)"));
@@ -184,7 +167,7 @@ pub fn rig_text(
         }
     };
     // A name with a quote in it, say: better found here than by the next command.
-    crate::rig_file::parse(&text, &display(&args.out, &args.recording))?;
+    crate::rig_file::parse(&text, &display(&options.out, &options.recording))?;
     Ok(Written {
         text,
         unused: columns.unused(recording),

@@ -21,7 +21,7 @@ fn recording(header: &str) -> Recording {
     Recording::parse(text.as_bytes(), "axis.csv").unwrap()
 }
 
-fn written(header: &str, args: &NewArgs) -> (String, Rig, Vec<String>) {
+fn written(header: &str, args: &NewRigOptions) -> (String, Rig, Vec<String>) {
     let written = rig_text(args, &recording(header), None).unwrap();
     let rig = Rig::parse(&written.text, "axis.toml").unwrap();
     (written.text, rig, written.unused)
@@ -31,10 +31,10 @@ fn written(header: &str, args: &NewArgs) -> (String, Rig, Vec<String>) {
 fn a_force_and_a_position_make_a_rig_that_can_be_fitted() {
     let (text, rig, unused) = written(
         "t,u_N,q_m",
-        &NewArgs {
-            spring: Some(YesNo::Yes),
+        &NewRigOptions {
+            spring: Some(true),
             inertia: Some(1.2),
-            ..NewArgs::default()
+            ..NewRigOptions::default()
         },
     );
     insta::assert_snapshot!("force_and_position", text);
@@ -64,9 +64,9 @@ fn a_force_and_a_position_make_a_rig_that_can_be_fitted() {
 
 #[test]
 fn columns_like_those_of_emps_are_told_apart() {
-    let args = NewArgs {
-        spring: Some(YesNo::No),
-        ..NewArgs::default()
+    let args = NewRigOptions {
+        spring: Some(false),
+        ..NewRigOptions::default()
     };
     let (text, rig, unused) = written("t,q_m,qref_m,u_V,force_N", &args);
     assert_eq!(rig.actuators[0].input, "u_V");
@@ -88,7 +88,7 @@ fn columns_like_those_of_emps_are_told_apart() {
 
 #[test]
 fn units_that_are_not_si_are_converted_by_the_rig() {
-    let (_, rig, _) = written("t,tau_mNm,arm_deg,arm_deg_s", &NewArgs::default());
+    let (_, rig, _) = written("t,tau_mNm,arm_deg,arm_deg_s", &NewRigOptions::default());
     assert_eq!(rig.bodies[0].name, "arm");
     assert_eq!(rig.bodies[0].motion, sinew_sim::unit::Motion::Hinge);
     assert_eq!(rig.actuators[0].column_factor, 1e-3);
@@ -100,9 +100,9 @@ fn units_that_are_not_si_are_converted_by_the_rig() {
 fn two_positions_make_two_bodies() {
     let (_, rig, _) = written(
         "t,u1_V,u2_V,q1_m,q2_m",
-        &NewArgs {
+        &NewRigOptions {
             name: Some("a \"pair\"".into()),
-            ..NewArgs::default()
+            ..NewRigOptions::default()
         },
     );
     assert_eq!(
@@ -124,7 +124,12 @@ fn answers_are_taken_from_a_person() {
         input: &mut typed,
         output: &mut shown,
     };
-    let written = rig_text(&NewArgs::default(), &recording("t,u_N,q_m"), Some(terminal)).unwrap();
+    let written = rig_text(
+        &NewRigOptions::default(),
+        &recording("t,u_N,q_m"),
+        Some(terminal),
+    )
+    .unwrap();
     let rig = Rig::parse(&written.text, "axis.toml").unwrap();
     assert!(written.guesses.is_empty());
     assert_eq!((rig.bodies[0].inertia.value, rig.springs.len()), (2.5, 1));
@@ -158,16 +163,16 @@ fn pushed(stiffness: f64) -> Recording {
 #[test]
 fn whether_there_is_a_spring_is_asked_of_the_recording_where_nobody_says() {
     for (stiffness, springs) in [(40.0, 1), (0.0, 0)] {
-        let args = NewArgs {
+        let args = NewRigOptions {
             quiet: true,
-            ..NewArgs::default()
+            ..NewRigOptions::default()
         };
         let written = rig_text(&args, &pushed(stiffness), None).unwrap();
         let rig = Rig::parse(&written.text, "pushed.toml").unwrap();
         assert_eq!(rig.springs.len(), springs, "{:?}", written.guesses);
         assert_eq!(written.guesses.len(), 2);
-        let said = NewArgs {
-            spring: Some(if springs == 1 { YesNo::No } else { YesNo::Yes }),
+        let said = NewRigOptions {
+            spring: Some(if springs == 1 { false } else { true }),
             ..args
         };
         let written = rig_text(&said, &pushed(stiffness), None).unwrap();
@@ -178,23 +183,23 @@ fn whether_there_is_a_spring_is_asked_of_the_recording_where_nobody_says() {
 
 #[test]
 fn what_cannot_be_told_is_asked_for() {
-    let refusal = |header: &str, args: &NewArgs| {
+    let refusal = |header: &str, args: &NewRigOptions| {
         rig_text(args, &recording(header), None)
             .unwrap_err()
             .to_string()
     };
-    assert!(refusal("t,q_m", &NewArgs::default()).contains("--input COLUMN"));
-    assert!(refusal("t,u_V", &NewArgs::default()).contains("--output COLUMN"));
-    let typo = NewArgs {
+    assert!(refusal("t,q_m", &NewRigOptions::default()).contains("--input COLUMN"));
+    assert!(refusal("t,u_V", &NewRigOptions::default()).contains("--output COLUMN"));
+    let typo = NewRigOptions {
         inputs: vec!["u_v".into()],
-        ..NewArgs::default()
+        ..NewRigOptions::default()
     };
     assert!(refusal("t,u_V,q_m", &typo).contains("did you mean `u_V`?"));
-    let weightless = NewArgs {
+    let weightless = NewRigOptions {
         inertia: Some(0.0),
-        ..NewArgs::default()
+        ..NewRigOptions::default()
     };
-    assert!(refusal("t,u_V,q_m", &weightless).contains("positive"));
+    assert!(refusal("t,u_V,q_m", &weightless).contains("more than 0; got 0"));
 }
 
 #[test]
@@ -202,10 +207,10 @@ fn an_existing_rig_is_not_replaced() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("axis.csv");
     recording("t,u_N,q_m").write(&path).unwrap();
-    let args = NewArgs {
+    let args = NewRigOptions {
         recording: path,
         yes: true,
-        ..NewArgs::default()
+        ..NewRigOptions::default()
     };
     assert_eq!(run(&args).unwrap().path, folder.path().join("axis.toml"));
     assert!(
@@ -215,7 +220,7 @@ fn an_existing_rig_is_not_replaced() {
             .contains("exists already")
     );
     assert!(
-        run(&NewArgs {
+        run(&NewRigOptions {
             force: true,
             ..args
         })

@@ -19,8 +19,9 @@ use crate::rig_file;
 use sinew_ident::cli::progress::Stage;
 use sinew_ident::diagnose::{Diagnosis, Options, Recordings, diagnose};
 use sinew_ident::error::{Error, Result};
-use sinew_ident::fit::{Fit, FitOptions, FreeRun, doubt, fit, free_run};
+use sinew_ident::fit::{Fit, FitOptions, FreeRun, fit, free_runs};
 use sinew_ident::recording::Recording;
+use sinew_ident::report::unexplained;
 
 /// Inputs and settings of the pipeline.
 #[derive(Clone, Debug)]
@@ -129,7 +130,7 @@ pub fn build(request: &Request) -> Result<Outcome> {
         ));
     })?;
     sinew_ident::atomic::write(request.out.join("rig.toml"), fitted.rig.to_toml())?;
-    let free_runs = free_runs(&rig, &fitted.rig, &recordings, &tests)?;
+    let free_runs = all_free_runs(&rig, &fitted, &tests)?;
     stage.end(fit_sentence(&fitted));
     let doubts = doubts(&fitted);
     if !request.quiet {
@@ -286,29 +287,26 @@ fn no_recording() -> Error {
     Error::arguments("no recording to fit the rig to").help("name one with --fit")
 }
 
-fn free_runs(
-    before: &Rig,
-    after: &Rig,
-    fit: &[Recording],
-    test: &[Recording],
-) -> Result<Vec<Fitted>> {
-    let of = |role: &'static str, recording: &Recording| -> Result<Fitted> {
-        Ok(Fitted {
+/// The free runs of the fit, and those of both rigs over the recordings that are only scored.
+fn all_free_runs(before: &Rig, fit: &Fit, tests: &[Recording]) -> Result<Vec<Fitted>> {
+    let of_role = |role: &'static str, before: &[FreeRun], after: &[FreeRun]| -> Vec<Fitted> {
+        let pairs = before.iter().cloned().zip(after.iter().cloned());
+        let fitted = pairs.map(|(before, after)| Fitted {
             role,
-            before: free_run(before, recording)?,
-            after: free_run(after, recording)?,
-        })
+            before,
+            after,
+        });
+        fitted.collect()
     };
-    let fit = fit.iter().map(|r| of("fit", r));
-    fit.chain(test.iter().map(|r| of("test", r))).collect()
+    let mut runs = of_role("fit", &fit.as_written_runs, &fit.runs);
+    let [before, after] = [before, &fit.rig].map(|rig| free_runs(rig, tests));
+    runs.extend(of_role("test", &before?, &after?));
+    Ok(runs)
 }
 
 /// Signals that the refitted rig does not explain, on the recordings of the fit.
 fn doubts(fit: &Fit) -> Vec<String> {
-    let sensors = fit.sensors.iter();
-    sensors
-        .filter_map(|s| doubt(&s.signal, &s.unit, s.rms, s.spread))
-        .collect()
+    fit.sensors.iter().filter_map(unexplained).collect()
 }
 
 fn fit_sentence(fit: &Fit) -> String {

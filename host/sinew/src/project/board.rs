@@ -1,7 +1,7 @@
-//! Facts of each board: one table for building, flashing and sizing.
+//! Names and programs of each board; its memories and clock are in the table of `sinew-nn`.
 
 use super::Board;
-use sinew_nn::footprint::chip::{Chip, NRF52840, STM32F446};
+use sinew_nn::footprint::{self, chip::Chip};
 
 impl Board {
     /// Every board.
@@ -29,11 +29,7 @@ impl Board {
 
     /// Its microcontroller; none where nothing is flashed.
     pub fn chip(self) -> Option<&'static Chip> {
-        match self {
-            Self::Qemu | Self::Host => None,
-            Self::Stm32f446 => Some(&STM32F446),
-            Self::Nrf52840 => Some(&NRF52840),
-        }
+        footprint::Board::named(self.folder())?.chip
     }
 
     /// Program to run, in cargo's folder for the target; of two, the one that answers in lockstep.
@@ -67,6 +63,15 @@ mod tests {
         let length = field("LENGTH");
         let length: u32 = length.trim_end_matches('K').parse().expect("kibibytes");
         (origin, length * 1024)
+    }
+
+    #[test]
+    fn boards_that_are_flashed_have_a_chip() {
+        let with_chip = Board::ALL
+            .into_iter()
+            .filter(|board| board.chip().is_some());
+        let with_chip: Vec<Board> = with_chip.collect();
+        assert_eq!(with_chip, [Board::Stm32f446, Board::Nrf52840]);
     }
 
     #[test]

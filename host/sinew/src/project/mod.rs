@@ -33,7 +33,7 @@ pub fn hash_sources(hasher: &mut impl std::hash::Hasher) {
 }
 
 /// Optimisation goal of a microcontroller's image.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Optimise {
     /// As few instructions a step as it knows how to.
@@ -60,7 +60,7 @@ impl Optimise {
 }
 
 /// Board of a controller.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Board {
     /// QEMU's mps2-an386, a Cortex-M4F: instruction counts are exact, time is not.
     Qemu,

@@ -9,7 +9,7 @@ const SMOOTH: f64 = 1e-2;
 
 /// A choice of cost, summed over outputs and inputs in units of half their ranges
 /// (docs/explanation/comparison.md, eq. 3).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Objective {
     /// Mean square error, and 1e-5 of the mean square change of the command.

@@ -10,6 +10,7 @@ use super::levenberg::{DecisionVariables, Prior, StoppingCriteria, descend, mini
 use super::segment::{Problem, Segment};
 use super::*;
 use crate::recording::Column;
+use crate::report::unexplained;
 
 mod imposed;
 mod starts;
@@ -190,8 +191,7 @@ fn a_person_is_warned_of_a_rig_that_explains_nothing() {
     let (recording, _) = foreign();
     let warned = |text: &str| {
         let fit = run(&parse(text), std::slice::from_ref(&recording));
-        let s = &fit.sensors[0];
-        doubt(&s.signal, &s.unit, s.rms, s.spread)
+        unexplained(&fit.sensors[0])
     };
     let whole = oscillator(1.0, 40.0, 1.2, "");
     assert_eq!(warned(&whole), None);
@@ -200,8 +200,42 @@ fn a_person_is_warned_of_a_rig_that_explains_nothing() {
     bare.replace_range(coil, "");
     assert!(warned(&bare).unwrap().contains("misses q_m by"));
     // From three tenths of the spread on.
-    assert_eq!(doubt("q_m", "m", 0.0299, 0.1), None);
-    assert!(doubt("q_m", "m", 0.0301, 0.1).is_some());
+    let sensor = |rms| SensorFit {
+        signal: "q_m".into(),
+        unit: "m".into(),
+        as_written_rms: 0.1,
+        rms,
+        spread: 0.1,
+        samples: 100,
+    };
+    assert!(sensor(0.0299).is_explained());
+    assert!(!sensor(0.0301).is_explained());
+    assert!(
+        !sensor(f64::INFINITY).is_explained(),
+        "it cannot be simulated"
+    );
+}
+
+/// Whoever draws the fit needs no second simulation.
+#[test]
+fn the_free_runs_of_a_fit_are_those_of_its_rigs() {
+    let (recording, test) = foreign();
+    let rig = parse(&oscillator(1.0, 40.0, 1.2, ""));
+    let recordings = [recording, test];
+    let fit = run(&rig, &recordings);
+    for (runs, rig) in [(&fit.as_written_runs, &rig), (&fit.runs, &fit.rig)] {
+        assert_eq!(runs.len(), recordings.len());
+        for (run, recording) in runs.iter().zip(&recordings) {
+            let own = free_run(rig, recording).unwrap();
+            assert_eq!(run.recording, own.recording);
+            assert_eq!(run.sensors[0].simulated, own.sensors[0].simulated);
+        }
+    }
+    assert_ne!(
+        fit.as_written_runs[0].sensors[0].simulated,
+        fit.runs[0].sensors[0].simulated
+    );
+    assert_eq!(pool(&fit.runs)[0].rms, fit.sensors[0].rms);
 }
 
 #[test]
