@@ -10,7 +10,7 @@ use crate::device::{Device, decode_log};
 use crate::project::{self, Board, Chip, Optimise, Sizes, board_folder, image};
 use sinew_ident::cli::progress::Stage;
 use sinew_ident::error::{Error, Result};
-use sinew_ident::report::{Table, count, quantity, significant};
+use sinew_ident::report::{self, Table, quantity, significant};
 
 /// Instructions in a tick of QEMU's counter: 40 ns and 32 ns (boards/qemu/README.md).
 const INSTRUCTIONS_PER_TICK: f64 = 1.25;
@@ -89,7 +89,7 @@ pub fn measure(
     project::write(&folder, spec, optimise)?;
     let stage = Stage::begin("count its steps in QEMU", quiet);
     let steps = count(&folder, cache)?;
-    stage.end(count(steps.steps as usize, "step"));
+    stage.end(report::count(steps.steps as usize, "step"));
     let mut rows = Vec::new();
     for board in boards {
         let Some(chip) = board.chip() else { continue };
