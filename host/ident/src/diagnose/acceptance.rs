@@ -6,13 +6,13 @@ use std::collections::BTreeMap;
 use sinew_sim::effects::Family;
 use sinew_sim::{Rig, Settings};
 
-use crate::diagnose::candidate::Candidate;
+use crate::diagnose::candidate::{Candidate, kin, only};
 use crate::diagnose::case::Case;
 use crate::diagnose::data::Data;
 use crate::diagnose::evidence::{Comparison, Gain, apart};
 use crate::diagnose::model::Model;
 use crate::diagnose::residuals::Residuals;
-use crate::diagnose::share::{beside_noise, kin, share_left, spoils_a_recording};
+use crate::diagnose::share::{beside_noise, share_left, spoils_a_recording};
 use crate::diagnose::term::Term;
 use crate::error::Result;
 use crate::fit::levenberg::DecisionVariables;
@@ -380,12 +380,6 @@ pub(crate) fn probabilities(
         all[index] = share;
     }
     all
-}
-
-/// The one term of `a` that `b` has not, if it is one.
-pub(crate) fn only<'a>(a: &'a Candidate, b: &Candidate) -> Option<&'a Term> {
-    let mut of_a = (a.trial.terms.iter()).filter(|s| !b.trial.terms.contains(s));
-    of_a.next().filter(|_| of_a.next().is_none())
 }
 
 /// Tells whether residuals hold something that noise does not explain and that matters.

@@ -87,3 +87,19 @@ impl Candidate {
         ours.len() == theirs.len() && ours.iter().all(|term| theirs.contains(term))
     }
 }
+
+/// The one term of `a` that `b` has not, if it is one.
+pub(crate) fn only<'a>(a: &'a Candidate, b: &Candidate) -> Option<&'a Term> {
+    let mut of_a = (a.trial.terms.iter()).filter(|s| !b.trial.terms.contains(s));
+    of_a.next().filter(|_| of_a.next().is_none())
+}
+
+/// Tells whether two candidates may be one finding: they differ by a law of one family in one
+/// place, or by one law in two places.
+pub(crate) fn kin(a: &Candidate, b: &Candidate) -> bool {
+    let differ = only(a, b).zip(only(b, a));
+    differ.is_some_and(|(mine, its)| {
+        let family = mine.family().is_some() && mine.family() == its.family();
+        family && (mine.has_place_of(its) || mine.kind() == its.kind())
+    })
+}

@@ -2,6 +2,7 @@
 //! (docs/explanation/diagnosis.md).
 
 mod acceptance;
+mod attribution;
 mod baseline;
 mod calibration;
 mod candidate;

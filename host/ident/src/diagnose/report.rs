@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use sinew_sim::{Plant, Rig};
 
+use crate::diagnose::attribution::shares;
 use crate::diagnose::baseline::explains_as_written;
 use crate::diagnose::calibration::{Known, effects};
 use crate::diagnose::candidate::implausible;
@@ -19,7 +20,7 @@ use crate::diagnose::locate::{intervals, locate};
 use crate::diagnose::next_experiment::next_experiment;
 use crate::diagnose::pool::Pool;
 use crate::diagnose::remainder::{beside, judged, whole};
-use crate::diagnose::share::{share_left, shares};
+use crate::diagnose::share::share_left;
 use crate::diagnose::split::Roles;
 use crate::diagnose::verify::{Named, number};
 use crate::diagnose::wording::share_of;

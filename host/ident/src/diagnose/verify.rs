@@ -4,11 +4,11 @@ use crate::diagnose::config::CONFIG;
 use sinew_sim::Rig;
 
 use crate::diagnose::acceptance::{
-    best_acceptable_by_size, holds_over_whole_recordings, is_determined, leaves_something, only,
+    best_acceptable_by_size, holds_over_whole_recordings, is_determined, leaves_something,
     probabilities, simplest,
 };
 use crate::diagnose::calibration::{Known, least_sure};
-use crate::diagnose::candidate::Candidate;
+use crate::diagnose::candidate::{Candidate, only};
 use crate::diagnose::case::Case;
 use crate::diagnose::corrected::{falls, mend};
 use crate::diagnose::evidence::apart;
