@@ -217,9 +217,9 @@ impl Samples<'_> {
             if row + 1 < rows {
                 let (here, next) = (&steps[row], &steps[row + 1]);
                 let transition = transition(self.steps[row + 1]);
-                let Some(inverse) = inverse(&next.predicted_spread) else {
-                    break;
-                };
+                // Where rows are so close that the prediction's spread is singular, what follows
+                // says no more than the row itself.
+                let inverse = inverse(&next.predicted_spread).unwrap_or_default();
                 let gain = product(&product(&here.spread, &transposed(&transition)), &inverse);
                 let surprise = [0, 1, 2].map(|i| mean[i] - next.predicted[i]);
                 let correction = apply(&gain, &surprise);

@@ -28,17 +28,17 @@ pub struct Arguments {
     /// A recording that is only scored, once, at the end; may be repeated.
     #[arg(long, value_name = "CSV")]
     test: Vec<PathBuf>,
-    /// Where the findings are written for programs (sinew-diagnosis/1); otherwise they are printed
-    /// for a person. `-` is standard output.
+    /// File for the findings as JSON (sinew-diagnosis/1), in the place of text for a person; `-` is
+    /// standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
     /// File for a page with plots.
     #[arg(long, value_name = "HTML")]
     report: Option<PathBuf>,
-    /// Where the mended rig is written; the rig's own text and comments are kept.
+    /// File for the mended rig; the rig's own text and comments are kept.
     #[arg(long, value_name = "TOML")]
     rig_out: Option<PathBuf>,
-    /// Where the mended rig is written for MuJoCo.
+    /// File for the mended rig as MuJoCo's MJCF.
     #[arg(long, value_name = "XML")]
     mjcf: Option<PathBuf>,
     #[command(flatten)]

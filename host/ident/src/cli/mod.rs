@@ -3,6 +3,7 @@
 pub mod check;
 pub mod diagnose;
 pub mod excite;
+mod fault_text;
 pub mod fit;
 pub mod mjcf;
 pub mod overwrite;

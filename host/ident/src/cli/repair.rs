@@ -101,7 +101,7 @@ impl Repairs {
     pub fn judge(&self, checks: &[Check], quiet: bool) -> Result<()> {
         let shown = checks.iter().filter(|check| !quiet || self.refused(check));
         let shown: Vec<Check> = shown.cloned().collect();
-        eprint!("{}", super::check::text(&shown));
+        eprint!("{}", super::fault_text::text(&shown));
         self.refuse(checks)
     }
 

@@ -234,9 +234,9 @@ constants! {
         /// names that 1,280 controls of seeds 2032 to 2035 were given were modes, and of seed 2035
         /// no mode was rightly named with less than 0.83.
         unsure_of_mode: f64 = 0.8, "1", Table;
-        /// Growth of the error of free runs over whole check recordings from where on a candidate is
-        /// none, whatever it does on intervals. Of what was named rightly on seeds 2032 and
-        /// 2033 none had more than 1.16; a damping by the root of speed, called friction, had 1.51.
+        /// Growth of the error of free runs over whole check recordings from where on a candidate
+        /// is none, whatever it does on intervals. Of what was named rightly on seeds 2032 and 2033
+        /// none had more than 1.16; a damping by the root of speed, called friction, had 1.51.
         lost: f64 = 1.25, "1", Table;
         /// The same with an effect of several rests: a free run ends in one or in another. A right
         /// one of seed 2034 had 1.53.
