@@ -25,6 +25,23 @@ pub(super) fn keep(
     first: Found,
     run: &mut dyn FnMut(&[usize]) -> Result<Found>,
 ) -> Result<(Found, Rig)> {
+    let claimed: Vec<bool> = first.half_widths.iter().map(Option::is_some).collect();
+    let (mut found, fitted) = hold(rig, plant, recordings, first, run)?;
+    // Held neighbours lend no certainty: an interval counts where the fit of all has one too.
+    for (width, claimed) in found.half_widths.iter_mut().zip(claimed) {
+        *width = width.filter(|_| claimed);
+    }
+    Ok((found, fitted))
+}
+
+/// Holds undetermined parameters for as long as that adds no error.
+fn hold(
+    rig: &Rig,
+    plant: &Plant,
+    recordings: &[Recording],
+    first: Found,
+    run: &mut dyn FnMut(&[usize]) -> Result<Found>,
+) -> Result<(Found, Rig)> {
     let free = fitted(rig, plant, &first)?;
     let least = error(&free, recordings)?;
     let mut best = (first, free);

@@ -1,3 +1,4 @@
-//! Faults of recordings: cases that went wrong elsewhere, with the truth that wrote them.
+//! Faults of recordings: cases that went wrong elsewhere, and faults that are put into sound ones.
 
 mod cases;
+mod seeded;
