@@ -21,15 +21,17 @@ pub struct Arguments {
     /// A recording (CSV) that estimates parameters; may be repeated.
     #[arg(long, value_name = "CSV", required = true)]
     fit: Vec<PathBuf>,
-    /// A recording that decides what is believed; may be repeated. Without one, part of --fit is
-    /// set aside.
+    /// A recording that decides between explanations; may be repeated.
+    ///
+    /// Without one, part of --fit is set aside.
     #[arg(long, value_name = "CSV")]
     check: Vec<PathBuf>,
     /// A recording that is only scored, once, at the end; may be repeated.
     #[arg(long, value_name = "CSV")]
     test: Vec<PathBuf>,
-    /// File for the findings as JSON (sinew-diagnosis/1), in the place of text for a person; `-` is
-    /// standard output.
+    /// File for the findings as JSON (sinew-diagnosis/1); `-` is standard output.
+    ///
+    /// Without it they are printed for a person.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
     /// File for a page with plots.

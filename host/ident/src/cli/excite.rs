@@ -61,8 +61,9 @@ pub struct Arguments {
     /// Fraction of each input's range that is used, about its middle.
     #[arg(long, value_name = "FRACTION", default_value_t = 0.8)]
     amplitude: f64,
-    /// Lowest and highest frequency of its sines; without it two periods in all, and a twelfth of
-    /// the rate.
+    /// Lowest and highest frequency of its sines.
+    ///
+    /// Without it, two periods in all and a twelfth of the rate.
     #[arg(long, value_name = "LOW,HIGH")]
     band: Option<String>,
     /// Noise of the sensors that is reckoned with, as a fraction of what each signal ranges over.

@@ -214,7 +214,7 @@ mod tests {
       "test":  { "as_written_rms": 4.0e-3, "before_rms": 1.3e-3, "after_rms": 9.5e-5 },
       "noise_rms": 8.8e-5 } },
   "parameters": { "carriage.inertia": { "value": 95.2, "unit": "kg", "ci95": [94.0, 96.1] } },
-  "next_experiment": "..." , "seconds": 1.9 }"#;
+  "next_experiment": "...", "checks": [], "seconds": 1.9 }"#;
 
     fn json(diagnosis: &Diagnosis) -> serde_json::Value {
         serde_json::to_value(diagnosis).expect("it can be written")

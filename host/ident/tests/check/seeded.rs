@@ -1,6 +1,6 @@
 //! Twelve kinds of faults put into sound recordings, and sound ones without: how many are named.
 //!
-//! `cargo test -p sinew-ident --test check seeded -- --nocapture` prints the table of
+//! `cargo test -p sinew-ident --test check seeded -- --ignored --nocapture` prints the table of
 //! docs/evaluation/checks.md. Recordings are shipped (`rigs/*.csv`), simulated, and real
 //! (`SINEW_DATA`, where it is set).
 
@@ -279,6 +279,7 @@ fn seeded(sound: &Sound, fault: &str, draw: &mut Draw) -> Option<Recording> {
 }
 
 #[test]
+#[ignore = "takes minutes"]
 fn seeded_faults_are_named_and_sound_recordings_are_not() {
     let mut sound: Vec<Sound> = (0..8).map(simulated).collect();
     sound.extend(shipped());

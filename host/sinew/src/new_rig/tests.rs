@@ -209,7 +209,7 @@ fn an_existing_rig_is_not_replaced() {
     recording("t,u_N,q_m").write(&path).unwrap();
     let args = NewRigOptions {
         recording: path,
-        yes: true,
+        guess: true,
         ..NewRigOptions::default()
     };
     assert_eq!(run(&args).unwrap().path, folder.path().join("axis.toml"));
@@ -221,7 +221,7 @@ fn an_existing_rig_is_not_replaced() {
     );
     assert!(
         run(&NewRigOptions {
-            force: true,
+            replace: true,
             ..args
         })
         .is_ok()
