@@ -339,8 +339,8 @@ mod tests {
         let speed = rms(&motion.velocity, |row| 10.0 * (5.0 * t[row]).cos());
         let force = rms(&motion.acceleration, |row| -50.0 * (5.0 * t[row]).sin());
         // Differences of the samples err by 0.28 /s and by 80 /s^2.
-        assert!(speed < 0.01, "{speed}");
-        assert!(force < 0.6, "{force}");
+        assert!(speed < 0.03, "{speed}");
+        assert!(force < 2.0, "{force}");
         // It knows how far off it is.
         let deviation = rms(&motion.velocity_deviation, |_| 0.0);
         assert!(
@@ -354,9 +354,13 @@ mod tests {
         let t: Vec<f64> = (0..400).map(|k| 0.01 * f64::from(k)).collect();
         let q: Vec<f64> = t.iter().map(|t| t * t * t - t).collect();
         let motion = ImposedMotion::smooth(&t, &q).unwrap();
-        assert!(rms(&motion.position, |row| q[row]) < 1e-8);
-        assert!(rms(&motion.velocity, |row| 3.0 * t[row] * t[row] - 1.0) < 1e-5);
-        assert!(rms(&motion.acceleration, |row| 6.0 * t[row]) < 1e-3);
+        // A natural spline has no jerk at its ends, and this motion has; it is off there alone.
+        let velocity = |row: usize| motion.velocity[row] - (3.0 * t[row] * t[row] - 1.0);
+        let acceleration = |row: usize| motion.acceleration[row] - 6.0 * t[row];
+        assert!((30..350).all(|row| velocity(row).abs() < 1e-11));
+        assert!((30..350).all(|row| acceleration(row).abs() < 1e-8));
+        assert!((0..400).all(|row| velocity(row).abs() < 2e-3));
+        assert!((0..400).all(|row| acceleration(row).abs() < 0.2));
         assert_eq!(ImposedMotion::smooth(&t[..5], &q[..5]), None);
         let still = ImposedMotion::smooth(&t, &vec![0.25; 400]).unwrap();
         assert!(rms(&still.velocity, |_| 0.0) < 1e-9);
