@@ -30,6 +30,8 @@ pub fn check() -> Result<()> {
         );
         return by_metadata();
     };
+    // It reads the manifest of every package of every target, of which a build fetches its own.
+    process::run(&mut cargo(&["fetch", "--locked", "--quiet"]))?;
     let mut command = Command::new(program);
     command.args([
         "--offline",
