@@ -172,7 +172,7 @@ fn whether_there_is_a_spring_is_asked_of_the_recording_where_nobody_says() {
         assert_eq!(rig.springs.len(), springs, "{:?}", written.guesses);
         assert_eq!(written.guesses.len(), 2);
         let said = NewRigOptions {
-            spring: Some(if springs == 1 { false } else { true }),
+            spring: Some(springs != 1),
             ..args
         };
         let written = rig_text(&said, &pushed(stiffness), None).unwrap();
