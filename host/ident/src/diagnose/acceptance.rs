@@ -35,7 +35,7 @@ pub(crate) fn holds_over_whole_recordings(case: &Case, before: &Rig, after: &Rig
         Ok(residuals.map(|residuals| beside_noise(&residuals, case.check)))
     };
     let both = left(before)?.zip(left(after)?);
-    Ok(both.is_some_and(|(before, after)| after < CONFIG.acceptance.most_left * before))
+    Ok(both.is_some_and(|(before, after)| after < CONFIG.acceptance.most_left_of_whole * before))
 }
 
 /// A gain that counts: sure under resampling, and large enough to matter.

@@ -13,6 +13,7 @@ use crate::diagnose::case::Case;
 use crate::diagnose::corrected::{falls, mend};
 use crate::diagnose::evidence::apart;
 use crate::diagnose::pool::Pool;
+use crate::diagnose::share::share_left;
 use crate::diagnose::split::Roles;
 use crate::diagnose::term::Term;
 use crate::error::Result;
@@ -76,7 +77,8 @@ pub(crate) fn verify(
 }
 
 /// The corrected model, if its free runs hold. Judged in intervals, an explanation is believed only
-/// if the whole of a recording that chose nothing gains too; or if nothing is left in any interval,
+/// if the whole of a recording that chose nothing gains too; or if next to nothing is left in any
+/// interval,
 /// and the whole is not lost: what integrates over a ripple ends a whole recording in one well or
 /// in another, and a start that the first rows hardly show, of a memory above all, carries it away.
 fn holds(
@@ -88,7 +90,8 @@ fn holds(
 ) -> Result<Option<Named>> {
     let (rig, known) = mend(found, index, case, roles)?;
     let finalist = &found.candidates[index];
-    let all = !leaves_something(case, finalist);
+    let left = share_left(case, finalist, &found.baseline);
+    let all = !leaves_something(case, finalist) && left < CONFIG.acceptance.most_left_of_lost;
     let mut terms = finalist.trial.terms.iter();
     let wells = terms.any(|term| term.effect().is_some_and(|(kind, _)| kind.has_many_rests()));
     let lost = if wells {
