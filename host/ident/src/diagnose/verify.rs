@@ -104,7 +104,24 @@ fn holds(
             && all
             && (falls(&refitted.rig, &rig, roles, lost)
                 || holds_over_whole_recordings(case, &refitted.rig, &rig)?);
+    let holds = holds && keeps_its_size(finalist, &known);
     Ok(holds.then_some(Named { index, rig, known }))
+}
+
+/// Tells whether every effect is still there in the corrected model, which was fitted to whole
+/// recordings: one that vanishes there had followed the start states of intervals.
+fn keeps_its_size(finalist: &Candidate, known: &Known) -> bool {
+    let (model, values) = (&finalist.trial.model, &finalist.trial.point.values);
+    let kept = |name: &String| {
+        let before = model.plant.slot(name).map(|slot| values[slot].abs());
+        let after = known.get(name).map(|estimate| estimate.value.abs());
+        after.zip(before).is_some_and(|(after, before)| {
+            after > 0.0 && after >= CONFIG.acceptance.kept_of_size * before
+        })
+    };
+    let all = finalist.terms().iter().flat_map(Term::sizes);
+    all.into_iter()
+        .all(|sizes| sizes.is_empty() || sizes.iter().any(kept))
 }
 
 /// Takes an explanation out, what builds on it and what is the same motion by a richer law in the
