@@ -36,11 +36,23 @@ impl FileError {
 }
 
 /// Replaces the file at `path`, making its directory first: written beside it, flushed to the disk,
-/// then renamed.
+/// then renamed. A link is followed; a pipe or a device is written through.
 ///
 /// # Errors
 /// [`FileError::Io`].
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    let end = fs::canonicalize(path);
+    let place = end.as_deref().unwrap_or(path);
+    if fs::metadata(place).is_ok_and(|found| !found.is_file() && !found.is_dir()) {
+        let written = File::options().write(true).open(place);
+        return written
+            .and_then(|mut stream| stream.write_all(bytes))
+            .map_err(|error| FileError::io(path, error));
+    }
+    replace(place, bytes).map_err(|error| FileError::io(path, error))
+}
+
+fn replace(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     // The process id keeps two programs that write the same model from sharing a file.
     let temporary = path.with_added_extension(format!("{}.tmp", std::process::id()));
     let result = path
@@ -52,10 +64,9 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
             file.sync_all()
         })
         .and_then(|()| fs::rename(&temporary, path));
-    result.map_err(|error| {
+    result.inspect_err(|_| {
         // The first error is the one to report; there may be no temporary file at all.
         let _ = fs::remove_file(&temporary);
-        FileError::io(path, error)
     })
 }
 
@@ -88,4 +99,26 @@ pub fn read(path: &Path, max: u64) -> Result<Vec<u8>, FileError> {
         });
     }
     Ok(bytes)
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_link_is_followed_and_a_device_stays() {
+        let folder = std::env::temp_dir().join(format!("sinew-nn-files-{}", std::process::id()));
+        let (kept, link) = (folder.join("kept.txt"), folder.join("link.txt"));
+        write(&kept, b"old").expect("the folder can be made");
+        std::os::unix::fs::symlink(&kept, &link).expect("a link can be made");
+        write(&link, b"new").expect("it can be written");
+        assert_eq!(fs::read(&kept).expect("it is there"), b"new");
+        let metadata = fs::symlink_metadata(&link).expect("it is there");
+        assert!(metadata.is_symlink());
+        let null = folder.join("null");
+        std::os::unix::fs::symlink("/dev/null", &null).expect("a link can be made");
+        write(&null, b"gone").expect("a device takes it");
+        assert!(!fs::metadata("/dev/null").expect("it is there").is_file());
+        fs::remove_dir_all(&folder).expect("it can be removed");
+    }
 }
