@@ -332,3 +332,29 @@ fn seeded_faults_are_named_and_sound_recordings_are_not() {
     assert!(named * 100 >= of * 95, "{report}");
     assert!(false_ones.is_empty(), "{report}");
 }
+
+/// Faults that show in a column alone, without a fit: these take no time.
+#[test]
+fn faults_of_one_column_are_named_and_sound_columns_are_not() {
+    let mut draw = Draw(11);
+    let (mut named, mut missed) = (0, Vec::new());
+    for sound in (0..16).map(simulated) {
+        let alone = |recording: &Recording| check(std::slice::from_ref(recording), None);
+        let own = alone(&sound.recording);
+        assert!(own.is_empty(), "{}: {own:?}", sound.name);
+        for (fault, kind) in FAULTS {
+            let by_column = ["jitter", "gap", "coarse steps", "sentinel"].contains(&fault);
+            let Some(faulty) = by_column
+                .then(|| seeded(&sound, fault, &mut draw))
+                .flatten()
+            else {
+                continue;
+            };
+            match alone(&faulty).iter().any(|c| c.kind.starts_with(kind)) {
+                true => named += 1,
+                false => missed.push(format!("{}: {fault}", sound.name)),
+            }
+        }
+    }
+    assert!(named == 64 && missed.is_empty(), "{named}: {missed:?}");
+}
