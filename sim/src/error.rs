@@ -93,6 +93,11 @@ pub enum SimulationError {
         /// The column's name.
         column: String,
     },
+    /// A column that imposes a motion, with fewer than six valid samples.
+    TooFewSamples {
+        /// Name of the column.
+        column: String,
+    },
     /// The state became infinite or NaN.
     Diverged {
         /// The first body that did.
@@ -138,6 +143,11 @@ impl fmt::Display for SimulationError {
             Self::NoInput { column } => {
                 write!(f, "input column `{column}` has no valid sample to hold")
             }
+            Self::TooFewSamples { column } => write!(
+                f,
+                "column `{column}`, which imposes a motion, has fewer than the six valid samples that \
+                 are needed to smooth it"
+            ),
             Self::Diverged { at, time } => write!(
                 f,
                 "{}:{}: the simulation left the finite numbers at t = {time} s, at body `{}`: with these \

@@ -211,7 +211,7 @@ impl Plant {
         let first = self.inputs.len() - motion::INPUTS * self.topology.imposed.len();
         for start in (first..self.inputs.len()).step_by(motion::INPUTS) {
             let motion = ImposedMotion::smooth(t, &columns[start]);
-            let motion = motion.ok_or_else(|| SimulationError::NoInput {
+            let motion = motion.ok_or_else(|| SimulationError::TooFewSamples {
                 column: self.inputs[start].column.clone(),
             })?;
             let derived = [

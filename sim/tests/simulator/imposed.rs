@@ -226,4 +226,5 @@ fn a_motion_that_is_not_there_is_refused() {
     let refused = plant.simulate_recording(&times(20, 0.1), &[&gap[..]; 4], &[&gap[..]]);
     let message = refused.unwrap_err().to_string();
     assert!(message.contains("`q_m`"), "{message}");
+    assert!(message.contains("six valid samples"), "{message}");
 }

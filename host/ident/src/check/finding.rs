@@ -30,6 +30,10 @@ impl Check {
         sentence: String,
         remedy: impl Into<String>,
     ) -> Self {
+        debug_assert!(
+            super::KINDS.contains(&kind),
+            "{kind} is not among the kinds"
+        );
         Self {
             file: recording.path().display().to_string(),
             line: recording.line(row),

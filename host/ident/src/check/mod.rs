@@ -29,6 +29,27 @@ use columns::Columns;
 pub use determine::{Determined, Effect, Parameter, determine};
 pub use finding::Check;
 
+/// Kinds of faults, by their names in results and on the command line.
+pub const KINDS: [&str; 17] = [
+    "clipped",
+    "dead_channel",
+    "degrees_for_radians",
+    "different_devices",
+    "gap",
+    "input_lags",
+    "irregular_sampling",
+    "no_excitation",
+    "quantised",
+    "sentinel",
+    "spike",
+    "stuck_channel",
+    "time_in_microseconds",
+    "time_in_milliseconds",
+    "time_in_nanoseconds",
+    "wrapped_counter",
+    "wrong_sign",
+];
+
 /// Faults of recordings, file by file and line by line; a rig tells which columns are inputs.
 ///
 /// ```

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use sinew_sim::Rig;
 
-use crate::check::{Check, check};
+use crate::check::{Check, KINDS, check};
 use crate::error::{Error, Result};
 use crate::recording::Recording;
 use crate::recording::repair::{Repair, TimeUnit};
@@ -41,7 +41,7 @@ pub struct Repairs {
     #[arg(long, value_name = "COLUMN=ROWS", value_parser = rows)]
     late: Vec<(String, i64)>,
     /// Kind of fault that is not refused, such as `sentinel`; may be repeated.
-    #[arg(long, value_name = "KIND")]
+    #[arg(long, value_name = "KIND", value_parser = KINDS, hide_possible_values = true)]
     accept: Vec<String>,
 }
 

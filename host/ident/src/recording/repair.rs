@@ -48,7 +48,8 @@ impl Repair {
     /// The recording without the faults.
     ///
     /// # Errors
-    /// `File`, with the header's line, for a column that is not there.
+    /// `File`, with the header's line, for a column that is not there; for a column that would lose
+    /// half of its rows.
     pub fn apply(&self, mut recording: Recording) -> Result<Recording> {
         if self.time_unit != TimeUnit::Seconds {
             // A division: 5 ms is the nearest number to 0.005, which a product is not always.
@@ -70,7 +71,14 @@ impl Repair {
             unwrap(values_of(&mut recording, name, "--unwrap")?, *period);
         }
         for (name, rows) in &self.late {
-            shift(values_of(&mut recording, name, "--late")?, *rows);
+            let count = recording.t.len();
+            if usize::try_from(rows.unsigned_abs()).is_ok_and(|by| 2 * by < count) {
+                shift(values_of(&mut recording, name, "--late")?, *rows);
+                continue;
+            }
+            let message =
+                format!("`--late {name}={rows}` moves out half of its {count} rows or more");
+            return Err(Error::file(&recording.path, message).help("check the number of rows"));
         }
         Ok(recording)
     }
@@ -123,6 +131,19 @@ mod tests {
 
     fn recording(text: &str) -> Recording {
         Recording::parse(text.as_bytes(), "a.csv").unwrap()
+    }
+
+    #[test]
+    fn a_column_is_not_moved_out_of_its_recording() {
+        for rows in [2, -2, i64::MAX, i64::MIN] {
+            let repair = Repair {
+                late: vec![("u_N".into(), rows)],
+                ..Repair::default()
+            };
+            let refused = repair.apply(recording("t,u_N\n0,1\n1,2\n2,3\n3,4\n"));
+            let message = refused.unwrap_err().to_string();
+            assert!(message.contains("--late u_N="), "{message}");
+        }
     }
 
     #[test]
