@@ -72,7 +72,7 @@ impl Repair {
         }
         for (name, rows) in &self.late {
             let count = recording.t.len();
-            if usize::try_from(rows.unsigned_abs()).is_ok_and(|by| 2 * by < count) {
+            if usize::try_from(rows.unsigned_abs()).is_ok_and(|by| by < count.div_ceil(2)) {
                 shift(values_of(&mut recording, name, "--late")?, *rows);
                 continue;
             }
