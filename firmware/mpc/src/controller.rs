@@ -371,7 +371,7 @@ impl<
 }
 
 /// Limits in model units: near enough for planning, the limiter has the exact ones.
-const fn scaled_bounds<
+pub(crate) const fn scaled_bounds<
     const NU: usize,
     const NY: usize,
     const NS: usize,

@@ -32,8 +32,9 @@
 //!
 //! Implement [`Model`] (a prediction and its derivatives), name the shapes by [`controller!`], and
 //! call [`ControlLoop::step`] once a period. The example of [`controller!`] is complete;
-//! `examples/` has a heater and a pendulum. [`feedback`] has PID and RISE behind the same limits.
-//! Generated models use the kernels of [`network`].
+//! `examples/` has a heater and a pendulum. A model with a state has [`StateLoop`] instead, behind
+//! the Kalman filter of [`filter`]; [`state_controller!`] names its shapes. [`feedback`] has PID
+//! and RISE behind the same limits. Generated models use the kernels of [`network`].
 //!
 //! Equations: `docs/explanation/controller.md` of the project.
 
@@ -58,6 +59,8 @@ mod restart;
 pub mod rollout;
 pub mod scaling;
 pub mod sensitivity;
+pub mod state_loop;
+pub mod state_predictor;
 pub mod status;
 pub mod work_bound;
 
@@ -72,5 +75,6 @@ pub use newton::{MAX_ITERATIONS, Outcome, solve};
 pub use problem::{Plan, Problem, Weights};
 pub use scaling::ModelScaling;
 pub use sensitivity::Propagate;
+pub use state_loop::{StateLoop, StateSettings};
 pub use status::Status;
 pub use work_bound::{Parts, Work};

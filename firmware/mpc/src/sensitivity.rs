@@ -294,7 +294,7 @@ fn add<const NU: usize, const NY: usize, const DD: usize>(
 
 /// `sum += weight a`.
 #[inline(always)]
-fn add_scaled<const R: usize, const C: usize>(
+pub(crate) fn add_scaled<const R: usize, const C: usize>(
     sum: &mut [[f32; C]; R],
     weight: f32,
     a: &[[f32; C]; R],
@@ -308,7 +308,7 @@ fn add_scaled<const R: usize, const C: usize>(
 
 /// `sum += a b`.
 #[inline(always)]
-fn add_product<const R: usize, const K: usize, const C: usize>(
+pub(crate) fn add_product<const R: usize, const K: usize, const C: usize>(
     sum: &mut [[f32; C]; R],
     a: &[[f32; K]; R],
     b: &[[f32; C]; K],

@@ -127,6 +127,11 @@ impl<
         &self.filter
     }
 
+    /// The filter, to change its settings between two calls.
+    pub const fn filter_mut(&mut self) -> &mut Filter<NX, NU, NM, NP, NZ> {
+        &mut self.filter
+    }
+
     /// As [`Filter::update`], once a period; NaN also for a reading that may still come.
     pub fn update<M: StateSpace<NX, NU, NM, NP>>(
         &mut self,
