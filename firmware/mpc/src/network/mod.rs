@@ -4,5 +4,6 @@ pub mod curvature;
 pub mod dense;
 pub mod recurrent;
 pub mod skip;
+pub mod state;
 
 pub use dense::*;

@@ -5,6 +5,7 @@
 mod common;
 mod derivatives;
 mod mass;
+mod network;
 mod plant;
 mod rules;
 mod tracking;
