@@ -10,7 +10,7 @@ use super::progress::Stage;
 use super::repair::Repairs;
 use crate::error::Result;
 use crate::fit::{FitOptions, fit, score};
-use crate::report::{count, quantity, unexplained};
+use crate::report::{count, quantity, warnings};
 
 /// Arguments of `sinew fit`.
 #[derive(Args)]
@@ -92,10 +92,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             );
         }
     }
-    for s in &found.sensors {
-        if let Some(warning) = unexplained(s) {
-            println!("warning: {warning}");
-        }
+    for warning in warnings(&found) {
+        println!("warning: {warning}");
     }
     match &arguments.out {
         Some(path) => {

@@ -141,7 +141,12 @@ pub fn diagnose(
         trust: roles.trust(),
         progress,
     };
-    let mut pool = search_in_parts(&mut case, &refitted.rig, &values, budget)?;
+    // Free runs over recordings that are longer than the fit could use would judge noise.
+    let runs_away = (refitted.runaway).is_some_and(|runaway| !runaway.whole);
+    let mut pool = match runs_away {
+        true => None,
+        false => search_in_parts(&mut case, &refitted.rig, &values, budget)?,
+    };
     if let Some(pool) = &pool
         && let Some(again) = refit_again(pool, &refitted, &values, &case, &roles)?
     {

@@ -8,9 +8,10 @@ use sinew_sim::{Plant, Rig, Settings};
 use crate::diagnose::data::Data;
 use crate::diagnose::term::{Term, Tried};
 use crate::error::Result;
+use crate::fit::bounds::bounds;
 use crate::fit::levenberg::{DecisionVariables, Prior, Stop, StoppingCriteria, minimise};
 use crate::fit::segment::{Problem, Segment};
-use crate::fit::stages::{bounds, fitted_slots};
+use crate::fit::stages::fitted_slots;
 use crate::fit::uncertainty;
 
 /// A rig under trial.

@@ -22,12 +22,12 @@ use crate::diagnose::pool::Pool;
 use crate::diagnose::remainder::{beside, judged, whole};
 use crate::diagnose::share::share_left;
 use crate::diagnose::split::Roles;
-use crate::diagnose::verify::{Named, number};
+use crate::diagnose::verify::{Named, numbers};
 use crate::diagnose::wording::share_of;
 use crate::error::Result;
-use crate::fit::{Fit, FittedParameter, score};
+use crate::fit::{BeyondBounds, Fit, FittedParameter, Runaway, SensorFit, score};
 use crate::recording::Recording;
-use crate::report::significant;
+use crate::report::{beyond_bounds, runs_away, significant};
 
 /// Decides on the verdict and writes everything down.
 ///
@@ -42,7 +42,7 @@ pub(crate) fn conclude(
     roles: &Roles,
 ) -> Result<Diagnosis> {
     let chosen = found.and_then(|found| Some((found, found.chosen?)));
-    let suspected = chosen.and_then(|(found, index)| number(found, index));
+    let suspected = chosen.map_or_else(Vec::new, |(found, index)| numbers(found, index, case));
     let (named, mended) = match named {
         Some(Named { index, rig, known }) => {
             (found.map(|found| (found, index)), Some((rig, known)))
@@ -115,10 +115,18 @@ pub(crate) fn conclude(
         verdict,
         sentence: match far(refitted) {
             Some(far) if verdict == Verdict::Parameters => far,
-            _ if found.is_none() => UNSIMULATED.into(),
+            _ if found.is_none() => match &refitted.runaway {
+                Some(runaway) => no_free_runs(runaway),
+                None => UNSIMULATED.into(),
+            },
             _ => match explained.zip(remainder.as_ref()) {
                 Some((explained, remainder)) => in_part(&effects, explained, remainder),
-                None => sentence(verdict, &effects, suspected, location.as_ref(), stands_in),
+                None => match &refitted.beyond {
+                    Some(beyond) if verdict == Verdict::Unexplained => {
+                        bound(beyond, &refitted.sensors)
+                    }
+                    _ => sentence(verdict, &effects, &suspected, location.as_ref(), stands_in),
+                },
             },
         },
         complete: remainder.is_none(),
@@ -166,6 +174,22 @@ const UNSIMULATED: &str = "The search could not begin: from its refitted paramet
      cannot be simulated over the recordings, so nothing is known of what it lacks. Cut the \
      recordings shorter, or give the rig other values to start from.";
 
+/// Sentence of a rig that runs away by itself: its free runs cannot be judged.
+fn no_free_runs(runaway: &Runaway) -> String {
+    format!(
+        "Nothing is known of what the rig lacks: {}.",
+        runs_away(runaway)
+    )
+}
+
+/// Sentence where a bound of the rig keeps a parameter from a better value.
+fn bound(beyond: &BeyondBounds, within: &[SensorFit]) -> String {
+    format!(
+        "A bound of the rig is suspected: {}. Widen it and diagnose again.",
+        beyond_bounds(beyond, within)
+    )
+}
+
 /// Sentence where something is named and something is left.
 fn in_part(effects: &[FoundEffect], explained: f64, remainder: &Remainder) -> String {
     let all: Vec<&str> = effects.iter().map(|e| e.sentence.as_str()).collect();
@@ -184,7 +208,7 @@ fn in_part(effects: &[FoundEffect], explained: f64, remainder: &Remainder) -> St
 fn sentence(
     verdict: Verdict,
     effects: &[FoundEffect],
-    suspected: Option<&str>,
+    suspected: &[&str],
     location: Option<&Location>,
     stands_in: bool,
 ) -> String {
@@ -214,11 +238,20 @@ fn sentence(
                 _ => String::new(),
             };
             let what = match suspected {
-                Some(number) => format!(
+                [number] => format!(
                     "The number `{number}` of the rig is suspected: with another value it explains the \
                      recordings better than any missing physics. Write it as {{ value = ... }} and fit again."
                 ),
-                None => format!(
+                [first, others @ ..] => format!(
+                    "One of the numbers `{first}`{} of the rig is suspected: with another value any one of them explains \
+                     the recordings alike, and better than any missing physics. Write the one that you trust least as \
+                     {{ value = ... }} and fit again.",
+                    others
+                        .iter()
+                        .map(|other| format!(", `{other}`"))
+                        .collect::<String>()
+                ),
+                [] => format!(
                     "Something is missing from the model that no effect of the vocabulary explains.{place}"
                 ),
             };

@@ -159,3 +159,18 @@ pub(crate) fn number(found: &Pool, index: usize) -> Option<&str> {
         _ => None,
     }
 }
+
+/// The chosen bare number, and every other that moves the rig alike with another value: recordings
+/// do not tell which of them is wrong. Empty where the choice is no number.
+pub(crate) fn numbers<'a>(found: &'a Pool, index: usize, case: &Case) -> Vec<&'a str> {
+    let Some(chosen) = number(found, index) else {
+        return Vec::new();
+    };
+    let best = &found.candidates[index];
+    let alike = (0..found.candidates.len()).filter_map(|other| {
+        let name = number(found, other).filter(|_| other != index)?;
+        let distance = apart(best, &found.candidates[other], case);
+        (distance < CONFIG.evidence.alike).then_some(name)
+    });
+    std::iter::once(chosen).chain(alike).collect()
+}

@@ -7,9 +7,13 @@
 //! own initial state, and grow to whole recordings. A device that drifts and a poor first guess do
 //! no harm.
 
+mod beyond;
+pub(crate) mod bounds;
 pub(crate) mod experiment;
+mod horizons;
 pub(crate) mod levenberg;
 pub(crate) mod pace;
+mod runaway;
 pub(crate) mod score;
 pub(crate) mod segment;
 pub(crate) mod stages;
@@ -19,9 +23,12 @@ mod undetermined;
 
 use sinew_sim::{Plant, Rig};
 
+pub use self::beyond::{BeyondBound, BeyondBounds};
 use self::experiment::Experiment;
 pub use self::levenberg::Stop;
+pub use self::runaway::Runaway;
 pub use self::score::{FreeRun, FreeRunSensor, SensorError, free_run, free_runs, pool, score};
+use self::stages::Apart;
 use crate::error::{Error, Result};
 use crate::recording::Recording;
 
@@ -77,6 +84,10 @@ pub struct Fit {
     pub runs: Vec<FreeRun>,
     /// Inputs with missing samples, which held their last value.
     pub held: Vec<HeldInput>,
+    /// Better values beyond the bounds that parameters rest at.
+    pub beyond: Option<BeyondBounds>,
+    /// The plant runs away by itself: free-run errors of long recordings say nothing.
+    pub runaway: Option<Runaway>,
     /// Reason for which the last stage ended.
     pub stop: Stop,
     /// Steps of all stages.
@@ -197,16 +208,28 @@ pub fn fit(
     let step = plant.settings().rate_step;
     let settings = pace::settings(&plant, &plant.values(), &experiments, step);
     let plant = plant.with_settings(settings);
-    let first = stages::run(rig, &plant, &experiments, options, progress)?;
-    let mut run =
-        |held: &[usize]| stages::run_holding(rig, &plant, &experiments, (options, held), progress);
-    let (found, fitted) = undetermined::keep(rig, &plant, recordings, first, &mut run)?;
+    let mut run = |apart: Apart| stages::run(rig, &plant, &experiments, (options, apart), progress);
+    let first = run(Apart::default())?;
+    let mut holding = |held: &[usize]| {
+        run(Apart {
+            held,
+            ..Apart::default()
+        })
+    };
+    let (found, fitted) = undetermined::keep(rig, &plant, recordings, first, &mut holding)?;
     let known = plant.parameters();
     let runs = free_runs(&fitted, recordings)?;
+    let errors = pool(&runs);
+    let mut releasing = |released: &[usize]| {
+        let held = &found.held;
+        run(Apart { held, released })
+    };
+    let within = (&found, &errors[..]);
+    let beyond = beyond::beyond((rig, &plant), recordings, within, &mut releasing)?;
 
     let parameters = found.slots.iter().enumerate().map(|(j, &slot)| {
         let (parameter, value) = (&known[slot], found.values[slot]);
-        let [low, high] = stages::bounds(parameter);
+        let [low, high] = bounds::bounds(parameter);
         FittedParameter {
             name: parameter.name.clone(),
             unit: parameter.unit.clone(),
@@ -218,7 +241,7 @@ pub fn fit(
     });
     let sensors = pool(&as_written_runs)
         .into_iter()
-        .zip(pool(&runs))
+        .zip(errors)
         .map(|(before, after)| SensorFit {
             signal: after.signal,
             unit: after.unit,
@@ -241,6 +264,8 @@ pub fn fit(
         runs,
         held: held.collect(),
         rig: fitted,
+        beyond,
+        runaway: found.runaway,
         stop: found.stop,
         steps: found.steps,
         seconds: begun.elapsed().as_secs_f64(),

@@ -61,7 +61,20 @@ pub struct SensorError {
 /// that cannot be compiled.
 pub fn free_run(rig: &Rig, recording: &Recording) -> Result<FreeRun> {
     let plant = Plant::new(rig)?;
-    let experiment = Experiment::new(&plant, recording)?;
+    run_at(rig, &plant, &plant.values(), recording)
+}
+
+/// As [`free_run`], with these values of the parameters.
+///
+/// # Errors
+/// As [`free_run`].
+pub(super) fn run_at(
+    rig: &Rig,
+    plant: &Plant,
+    values: &[f64],
+    recording: &Recording,
+) -> Result<FreeRun> {
+    let experiment = Experiment::new(plant, recording)?;
     let judged_from = start_rows(experiment.rows());
     if judged_from >= experiment.rows() {
         let rows = experiment.rows();
@@ -73,12 +86,11 @@ pub fn free_run(rig: &Rig, recording: &Recording) -> Result<FreeRun> {
             "more than {START_ROWS}: the first {START_ROWS} give the start state"
         )));
     }
-    let values = plant.values();
     let experiments = [experiment];
-    let start = estimate_start(rig, &plant, &experiments, &values)?;
+    let start = estimate_start(rig, plant, &experiments, values)?;
     let [experiment] = experiments;
-    let drive = experiment.drive(&plant, 0..experiment.rows())?;
-    let run = plant.simulate(&values, &start, &drive, &experiment.t).ok();
+    let drive = experiment.drive(plant, 0..experiment.rows())?;
+    let run = plant.simulate(values, &start, &drive, &experiment.t).ok();
     let sensors = plant
         .sensors()
         .iter()
@@ -164,6 +176,13 @@ pub fn pool(runs: &[FreeRun]) -> Vec<SensorError> {
             }
         })
         .collect()
+}
+
+/// Free-run error over the spread of the signals, root of the sum of the squares of all sensors.
+pub(super) fn relative(sensors: &[SensorError]) -> f64 {
+    let judged = sensors.iter().filter(|s| s.spread > 0.0 && s.samples > 0);
+    let squares = judged.map(|s| (s.rms / s.spread).powi(2));
+    squares.sum::<f64>().sqrt()
 }
 
 /// The start state that the first 5 % of a recording show.

@@ -339,7 +339,7 @@ impl<'a> Problem<'a> {
     {
         let width = seeded.width;
         let signals = &self.experiments[segment.experiment].signals;
-        let (sensors, parameters) = (signals.len(), self.parameters());
+        let sensors = signals.len();
         let origin: Vec<(usize, usize)> = segment
             .rows
             .clone()
@@ -351,13 +351,7 @@ impl<'a> Problem<'a> {
             .par_iter()
             .enumerate()
             .map(|(chunk, numbers)| {
-                let state: Vec<Dual<D>> = state
-                    .iter()
-                    .enumerate()
-                    .map(|(index, &x)| {
-                        seed(chunk * D, parameters + index, x, self.state_scale[index])
-                    })
-                    .collect();
+                let state = self.seeded_state::<D>(chunk, state);
                 let run = numbers
                     .simulate(&state, &segment.drive, self.times(segment))
                     .ok()?;
@@ -387,6 +381,35 @@ impl<'a> Problem<'a> {
             residual,
             origin,
         })
+    }
+
+    /// State at the end of a segment with its derivatives, `D` directions at a time; `None` where
+    /// the simulation fails.
+    pub fn final_states<const D: usize>(
+        &self,
+        seeded: &Seeded<D>,
+        segment: &Segment,
+        state: &[f64],
+    ) -> Option<Vec<Vec<Dual<D>>>>
+    where
+        Dual<D>: Simulated,
+    {
+        let ends = seeded.numbers.iter().enumerate().map(|(chunk, numbers)| {
+            let start = self.seeded_state::<D>(chunk, state);
+            let run = numbers.simulate(&start, &segment.drive, self.times(segment));
+            Some(run.ok()?.final_state)
+        });
+        ends.collect()
+    }
+
+    /// Initial state with derivatives in the directions of a chunk.
+    fn seeded_state<const D: usize>(&self, chunk: usize, state: &[f64]) -> Vec<Dual<D>> {
+        let states = state.iter().enumerate();
+        let seeded = states.map(|(index, &x)| {
+            let direction = self.parameters() + index;
+            seed(chunk * D, direction, x, self.state_scale[index])
+        });
+        seeded.collect()
     }
 
     /// Normal equations of every segment at the present unknowns; `None` where a simulation fails.

@@ -1,20 +1,16 @@
 //! The order of work: short stretches first, whole recordings last
 //! (docs/explanation/identification.md, eq. 9).
 
-use sinew_sim::{Parameter, Plant, Rig};
+use sinew_sim::{Plant, Rig};
 
+use super::bounds::{bounds, natural};
 use super::experiment::{Experiment, Views, spreads};
+use super::horizons::{beyond_simulation, first_stretches, next_stretches, whole_recordings};
 use super::levenberg::{DecisionVariables, Prior, Stop, StoppingCriteria, minimise, total_cost};
+use super::runaway::Runaway;
 use super::segment::{Problem, Segment};
 use super::{FitOptions, Progress, start, uncertainty};
-use crate::error::{Error, Result};
-
-/// Stretches of the first two stages are this part of a recording; the last takes it whole.
-const PARTS: [usize; 3] = [64, 8, 1];
-
-/// No stretch is shorter than this where it can be helped: a start state of its own needs rows to
-/// show.
-const SHORTEST: usize = 25;
+use crate::error::Result;
 
 /// A relative error below this is arithmetic, not noise.
 const FINEST: f64 = 1e-7;
@@ -29,19 +25,17 @@ pub(crate) struct Found {
     pub half_widths: Vec<Option<f64>>,
     pub stop: Stop,
     pub steps: usize,
+    /// The plant runs away by itself along the recordings.
+    pub runaway: Option<Runaway>,
 }
 
-/// The bounds of a parameter: its owner's, and zero where the sign is fixed.
-pub(crate) fn bounds(parameter: &Parameter) -> [f64; 2] {
-    let least = if parameter.non_negative {
-        0.0
-    } else {
-        f64::NEG_INFINITY
-    };
-    [
-        parameter.min.unwrap_or(least).max(least),
-        parameter.max.unwrap_or(f64::INFINITY),
-    ]
+/// Parameters that a fit treats apart.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Apart<'a> {
+    /// These stay as written.
+    pub held: &'a [usize],
+    /// These are free of the bounds that the rig's owner gave.
+    pub released: &'a [usize],
 }
 
 /// Fits; `progress` hears of every step.
@@ -49,24 +43,13 @@ pub(crate) fn run(
     rig: &Rig,
     plant: &Plant,
     experiments: &[Experiment],
-    options: &FitOptions,
-    progress: &mut dyn FnMut(Progress),
-) -> Result<Found> {
-    run_holding(rig, plant, experiments, (options, &[]), progress)
-}
-
-/// Fits all parameters but some, which stay as written.
-pub(crate) fn run_holding(
-    rig: &Rig,
-    plant: &Plant,
-    experiments: &[Experiment],
-    (options, held): (&FitOptions, &[usize]),
+    (options, apart): (&FitOptions, Apart),
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Found> {
     let views = Views::new(rig, plant);
     let written = plant.values();
     let mut slots = fitted_slots(plant);
-    slots.retain(|slot| !held.contains(slot));
+    slots.retain(|slot| !apart.held.contains(slot));
     let spreads = spreads(experiments);
     let mut problem = Problem {
         plant,
@@ -80,7 +63,13 @@ pub(crate) fn run_holding(
         bounds: problem
             .slots
             .iter()
-            .map(|&slot| bounds(&plant.parameters()[slot]))
+            .map(|&slot| {
+                let parameter = &plant.parameters()[slot];
+                match apart.released.contains(&slot) {
+                    true => natural(parameter),
+                    false => bounds(parameter),
+                }
+            })
             .collect(),
         written: problem.slots.iter().map(|&slot| written[slot]).collect(),
         widths: vec![options.prior_width; problem.slots.len()],
@@ -96,14 +85,17 @@ pub(crate) fn run_holding(
     let longest = experiments.iter().map(Experiment::rows).max().unwrap_or(0);
     let (mut stop, mut steps) = (Stop::Converged, 0);
     let (mut stage, mut level) = (1, 0);
+    // An unstable plant is fitted in intervals to the end.
+    let mut in_intervals = false;
     loop {
         let horizon = segments
             .iter()
             .map(|segment| segment.rows.len())
             .max()
             .unwrap_or(0);
-        let last = horizon == longest;
-        if last && !options.near {
+        let whole = horizon == longest;
+        let last = whole || in_intervals;
+        if whole && !options.near {
             better_of_written(
                 &problem,
                 &belief,
@@ -116,7 +108,7 @@ pub(crate) fn run_holding(
         // Whole recordings: until the weights agree with what sensors and starts are missed by.
         for _ in 0..if last { 5 } else { 1 } {
             let mut moved = 0.0;
-            if last {
+            if whole {
                 moved = start::anchor(&problem, &mut segments, &unknowns.values, &unknowns.states)?;
             }
             rescale(&mut problem, &belief, &unknowns, &silent);
@@ -155,13 +147,26 @@ pub(crate) fn run_holding(
                 break;
             }
         }
-        if last {
+        if whole {
             break;
         }
+        let runaway = Runaway::along(&problem, &segments, &unknowns, &spreads);
+        let most = runaway.map_or(f64::INFINITY, |runaway| runaway.longest_interval());
+        let before = (&segments[..], level, most);
+        let next = next_stretches(&problem, &belief, &views, before, &unknowns)?;
+        match next {
+            Some(next) => (segments, unknowns, level) = next,
+            // Once more, to the end: parameters near the truth may be stable.
+            None if last => break,
+            None => {
+                in_intervals = true;
+                continue;
+            }
+        }
+        in_intervals = false;
         stage += 1;
-        (segments, unknowns, level) =
-            next_stretches(&problem, &belief, &views, (&segments, level), &unknowns)?;
     }
+    let runaway = Runaway::along(&problem, &segments, &unknowns, &spreads);
     rescale(&mut problem, &belief, &unknowns, &silent);
     let widths = uncertainty::half_widths(&problem, &belief, &segments, &unknowns);
     let slots = fitted_slots(plant);
@@ -172,7 +177,8 @@ pub(crate) fn run_holding(
     let half_widths = slots.iter().map(width).collect();
     Ok(Found {
         slots,
-        held: held.to_vec(),
+        held: apart.held.to_vec(),
+        runaway,
         values: unknowns.values,
         half_widths,
         stop,
@@ -192,142 +198,6 @@ pub(crate) fn fitted_slots(plant: &Plant) -> Vec<usize> {
         .into_iter()
         .filter(|slot| !starts(slot))
         .collect()
-}
-
-/// Cuts every recording into stretches of `horizon` rows; the last takes what would be too short
-/// alone.
-fn cut(problem: &Problem, horizon: impl Fn(usize) -> usize) -> Result<Vec<Segment>> {
-    let mut segments = Vec::new();
-    for (index, experiment) in problem.experiments.iter().enumerate() {
-        let rows = experiment.rows();
-        let horizon = horizon(rows).clamp(1, rows);
-        let count = (rows / horizon).max(1);
-        for k in 0..count {
-            let end = if k + 1 == count {
-                rows
-            } else {
-                (k + 1) * horizon
-            };
-            segments.push(Segment::new(
-                problem.plant,
-                problem.experiments,
-                index,
-                k * horizon..end,
-            )?);
-        }
-    }
-    Ok(segments)
-}
-
-/// Rows of a stretch of stage `stage` (from 0) in a recording of `rows`.
-fn horizon_of(stage: usize, rows: usize) -> usize {
-    if stage + 1 >= PARTS.len() {
-        return rows;
-    }
-    // Multiples of one another, so that what a stage found for its starts serves the next.
-    let shortest = (rows / PARTS[0]).max(SHORTEST);
-    shortest * (PARTS[0] / PARTS[stage])
-}
-
-/// The shortest stretches, shortened further until the rig as written can be simulated over them.
-fn first_stretches(
-    problem: &Problem,
-    views: &Views,
-    written: &[f64],
-) -> Result<(Vec<Segment>, DecisionVariables)> {
-    let mut divisor = 1;
-    loop {
-        let segments = cut(problem, |rows| horizon_of(0, rows) / divisor)?;
-        let states = start::states(problem, views, &segments, written)?;
-        if problem.cost(&segments, written, &states).is_finite() {
-            return Ok((
-                segments,
-                DecisionVariables {
-                    values: written.to_vec(),
-                    states,
-                },
-            ));
-        }
-        divisor *= 2;
-        if divisor > SHORTEST {
-            return Err(beyond_simulation(
-                segments
-                    .iter()
-                    .map(|segment| segment.rows.len())
-                    .max()
-                    .unwrap_or(0),
-            ));
-        }
-    }
-}
-
-/// Every recording as one stretch, its start fitted to the rig as written.
-fn whole_recordings(
-    problem: &Problem,
-    views: &Views,
-    written: &[f64],
-) -> Result<(Vec<Segment>, DecisionVariables)> {
-    let segments = cut(problem, |rows| rows)?;
-    let states = start::states(problem, views, &segments, written)?;
-    let unknowns = DecisionVariables {
-        values: written.to_vec(),
-        states: start::settle(problem, &segments, written, states),
-    };
-    if problem
-        .cost(&segments, written, &unknowns.states)
-        .is_finite()
-    {
-        return Ok((segments, unknowns));
-    }
-    let rows = segments.iter().map(|segment| segment.rows.len()).max();
-    Err(beyond_simulation(rows.unwrap_or(0)))
-}
-
-/// Stretches of the next level with what is known of their starts. Where they cannot be simulated
-/// they are halved, and the level stays: each call gives longer stretches than the one before.
-fn next_stretches(
-    problem: &Problem,
-    belief: &Prior,
-    views: &Views,
-    (segments, level): (&[Segment], usize),
-    unknowns: &DecisionVariables,
-) -> Result<(Vec<Segment>, DecisionVariables, usize)> {
-    let longest = |segments: &[Segment]| {
-        segments
-            .iter()
-            .map(|segment| segment.rows.len())
-            .max()
-            .unwrap_or(0)
-    };
-    for halvings in 0..6 {
-        let longer = cut(problem, |rows| {
-            horizon_of(level + 1, rows).min(rows) >> halvings
-        })?;
-        if longest(&longer) <= longest(segments) {
-            break;
-        }
-        let mut states = start::states(problem, views, &longer, &unknowns.values)?;
-        for (segment, state) in longer.iter().zip(&mut states) {
-            let known = segments.iter().position(|old| {
-                old.experiment == segment.experiment && old.rows.start == segment.rows.start
-            });
-            if let Some(known) = known {
-                state.clone_from(&unknowns.states[known]);
-            }
-        }
-        let candidate = DecisionVariables {
-            values: unknowns.values.clone(),
-            states,
-        };
-        if total_cost(problem, belief, &longer, &candidate).is_finite() {
-            return Ok((
-                longer,
-                candidate,
-                if halvings == 0 { level + 1 } else { level },
-            ));
-        }
-    }
-    Err(beyond_simulation(2 * longest(segments)))
 }
 
 /// Whole recordings start from what the stretches found, unless the rig as written does better.
@@ -352,30 +222,40 @@ fn better_of_written(
     Ok(())
 }
 
+/// Part of the change that shows in the signals below which a written value counts as zero: people
+/// write 1e-8 for none.
+const AS_GOOD_AS_ZERO: f64 = 1e-3;
+
 /// One unit of each parameter: the larger of what the rig says and what was found, so that
-/// millimetres and tonnes are alike. A parameter that is zero in both takes what would show in the
-/// signals.
-fn rescale(problem: &mut Problem, belief: &Prior, unknowns: &DecisionVariables, silent: &[f64]) {
+/// millimetres and tonnes are alike. A parameter that is as good as zero in both takes what would
+/// show in the signals.
+fn rescale(
+    problem: &mut Problem,
+    belief: &Prior,
+    unknowns: &DecisionVariables,
+    silent: &[Option<f64>],
+) {
     for (j, &slot) in problem.slots.iter().enumerate() {
         let size = unknowns.values[slot].abs();
         let written = belief.written[j].abs();
-        problem.scale[j] = if written > 0.0 {
-            written.max(size)
-        } else {
-            silent[j].max(size)
+        problem.scale[j] = match silent[j] {
+            Some(shown) if written <= AS_GOOD_AS_ZERO * shown => shown.max(size),
+            None if written == 0.0 => size.max(1.0),
+            _ => written.max(size),
         };
     }
 }
 
-/// For each parameter the change that moves the signals by a hundredth of themselves.
+/// For each parameter the change that moves the signals by a hundredth of themselves; `None` where
+/// no change does.
 fn silent_scales(
     problem: &Problem,
     segments: &[Segment],
     unknowns: &DecisionVariables,
-) -> Vec<f64> {
+) -> Vec<Option<f64>> {
     let parameters = problem.parameters();
     let Some(normals) = problem.linearise(segments, &unknowns.values, &unknowns.states) else {
-        return vec![1.0; parameters];
+        return vec![None; parameters];
     };
     let samples = sample_count(problem, segments) as f64;
     (0..parameters)
@@ -385,11 +265,7 @@ fn silent_scales(
             // Residuals are in thousandths of the signals' spread here: ten of them are a
             // hundredth.
             let scale = 10.0 / sensitivity;
-            if scale.is_finite() && scale > 0.0 {
-                scale
-            } else {
-                1.0
-            }
+            (scale.is_finite() && scale > 0.0).then_some(scale)
         })
         .collect()
 }
@@ -432,13 +308,4 @@ fn reweight(
         }
     }
     changed
-}
-
-fn beyond_simulation(rows: usize) -> Error {
-    Error::failed(format!(
-        "the rig cannot be simulated over {rows} rows of the recordings: it leaves all bounds"
-    ))
-    .help(
-        "check the signs and sizes of stiffness, damping and gain; `sinew simulate` shows the run",
-    )
 }

@@ -5,8 +5,9 @@
 
 use sinew_sim::{Plant, Rig};
 
-use super::score::score;
-use super::stages::{Found, bounds};
+use super::bounds::bounds;
+use super::score::{relative, score};
+use super::stages::Found;
 use crate::error::Result;
 use crate::recording::Recording;
 
@@ -99,12 +100,7 @@ fn fitted(rig: &Rig, plant: &Plant, found: &Found) -> Result<Rig> {
     Ok(rig.with_values(&named)?)
 }
 
-/// Free-run error over the spread of the signals, root mean square of all sensors.
+/// Free-run error over the spread of the signals.
 fn error(rig: &Rig, recordings: &[Recording]) -> Result<f64> {
-    let sensors = score(rig, recordings)?;
-    let parts = sensors.iter().filter(|s| s.spread > 0.0 && s.samples > 0);
-    Ok(parts
-        .map(|s| (s.rms / s.spread).powi(2))
-        .sum::<f64>()
-        .sqrt())
+    Ok(relative(&score(rig, recordings)?))
 }

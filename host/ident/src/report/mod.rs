@@ -28,7 +28,7 @@ use std::path::Path;
 
 pub use quantity::{count, quantity, significant};
 pub use sheet::sheet;
-pub use unexplained::unexplained;
+pub use unexplained::{beyond_bounds, runs_away, unexplained, warnings};
 
 use crate::error::Result;
 

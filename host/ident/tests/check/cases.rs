@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use sinew_ident::check::{Check, check};
 use sinew_ident::diagnose::{Options, Recordings, Verdict, diagnose};
-use sinew_ident::fit::{Fit, FitOptions, fit};
+use sinew_ident::fit::{Fit, FitOptions, fit, score};
 use sinew_ident::recording::Recording;
 use sinew_ident::recording::repair::{Repair, TimeUnit};
+use sinew_ident::report::warnings;
 use sinew_sim::Rig;
 
 fn file(case: &str, name: &str) -> PathBuf {
@@ -56,6 +57,48 @@ fn an_encoder_that_counts_backwards_is_named_with_its_gain() {
     let a = recording("23-encoder-sign", "A.csv");
     assert_eq!(check(std::slice::from_ref(&a), Some(&right)), []);
     assert_near(&fitted(&right, a), &[2.0, 50.0, 1.5], 0.01);
+}
+
+#[test]
+fn a_damping_that_starts_at_its_bound_leaves_it() {
+    let case = "27-start-at-bound";
+    for name in ["rig.toml", "zero.toml"] {
+        let rig = Rig::load(file(case, name)).unwrap();
+        let fit = fitted(&rig, recording(case, "A.csv"));
+        assert_near(&fit, &[2.0, 50.0, 1.5], 0.01);
+        let unseen = score(&fit.rig, &[recording(case, "B.csv")]).unwrap();
+        assert!(unseen[0].rms < 1.2e-4, "{name}: {}", unseen[0].rms);
+    }
+}
+
+/// An inverted pendulum of 0.02 kg m^2, 0.01 N m s/rad and 0.8 N m, held upright for 8 s. Its
+/// unstable pole is the positive root of `inertia s^2 + damping s - amplitude`.
+#[test]
+fn an_unstable_plant_is_fitted_in_intervals_and_is_said_to_run_away() {
+    let case = "32-unstable-under-feedback";
+    let pole = (-0.01 + f64::sqrt(0.01 * 0.01 + 4.0 * 0.02 * 0.8)) / (2.0 * 0.02);
+    for name in ["rig.toml", "true.toml"] {
+        let rig = Rig::load(file(case, name)).unwrap();
+        let fit = fitted(&rig, recording(case, "A.csv"));
+        assert_near(&fit, &[0.02, 0.01, 0.8], 0.01);
+        let runaway = fit.runaway.expect("it falls over without its controller");
+        assert!((runaway.rate / pole - 1.0).abs() < 0.05, "{runaway:?}");
+        assert!((1.0..3.0).contains(&runaway.interval), "{runaway:?}");
+        assert!(!runaway.whole);
+        assert!(warnings(&fit)[0].contains("runs away by itself"));
+    }
+    let recordings = Recordings {
+        fit: vec![recording(case, "A.csv")],
+        ..Recordings::default()
+    };
+    let options = Options::default();
+    let found = diagnose(&rig(case), &recordings, &options, &|_, _, _| {}).unwrap();
+    assert_eq!(found.verdict, Verdict::Unexplained);
+    assert!(
+        found.sentence.contains("Cut the recordings to"),
+        "{}",
+        found.sentence
+    );
 }
 
 #[test]

@@ -21,7 +21,7 @@ use sinew_ident::diagnose::{Diagnosis, Options, Recordings, diagnose};
 use sinew_ident::error::{Error, Result};
 use sinew_ident::fit::{Fit, FitOptions, FreeRun, fit, free_runs};
 use sinew_ident::recording::Recording;
-use sinew_ident::report::unexplained;
+use sinew_ident::report::warnings;
 
 /// Inputs and settings of the pipeline.
 #[derive(Clone, Debug)]
@@ -306,7 +306,7 @@ fn all_free_runs(before: &Rig, fit: &Fit, tests: &[Recording]) -> Result<Vec<Fit
 
 /// Signals that the refitted rig does not explain, on the recordings of the fit.
 fn doubts(fit: &Fit) -> Vec<String> {
-    fit.sensors.iter().filter_map(unexplained).collect()
+    warnings(fit)
 }
 
 fn fit_sentence(fit: &Fit) -> String {

@@ -1,30 +1,49 @@
-//! Bare numbers of a rig that are wrong.
+//! Numbers and bounds of a rig that are wrong. The recordings are of another writer.
 
-use crate::diagnose::{Options, Recordings, Verdict, diagnose};
+use crate::diagnose::{Diagnosis, Options, Recordings, Verdict, diagnose};
 use crate::recording::Recording;
 use sinew_sim::Rig;
 
-/// A bare mass of 1.6 kg for 2.0 kg. The recordings are of another writer. With the other numbers
-/// free, the drive's gain is as good a suspect.
-#[test]
-fn a_bare_number_that_is_wrong_is_suspected_and_no_refit_hides_it() {
-    let folder = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/tests/cases/24-wrong-bare-mass"
-    );
-    let read = |name: &str| Recording::read(format!("{folder}/{name}.csv")).expect("it is there");
+fn path(name: &str) -> String {
+    let root = env!("CARGO_MANIFEST_DIR");
+    format!("{root}/tests/cases/24-wrong-bare-mass/{name}")
+}
+
+fn diagnosed(rig: &Rig) -> Diagnosis {
+    let read = |name: &str| Recording::read(path(name)).expect("it is there");
     let recordings = Recordings {
-        fit: vec![read("A")],
-        check: vec![read("B")],
+        fit: vec![read("A.csv")],
+        check: vec![read("B.csv")],
         test: Vec::new(),
     };
-    let rig = Rig::load(format!("{folder}/mass.toml")).expect("it is a rig");
-    let found = diagnose(&rig, &recordings, &Options::default(), &|_, _, _| {});
-    let found = found.expect("it can be diagnosed");
+    let found = diagnose(rig, &recordings, &Options::default(), &|_, _, _| {});
+    found.expect("it can be diagnosed")
+}
+
+/// 1.6 kg for 2.0, 40 N/m for 50 and 3.0 N s/m for 1.5. The other numbers are free, so a gain
+/// explains as much: mass, stiffness and damping would scale with it.
+#[test]
+fn a_bare_number_that_is_wrong_is_suspected_with_all_that_are_as_good() {
+    for (file, number) in [
+        ("mass.toml", "mass.inertia"),
+        ("stiffness.toml", "spring.stiffness"),
+        ("damping.toml", "damper.damping"),
+    ] {
+        let found = diagnosed(&Rig::load(path(file)).expect("it is a rig"));
+        assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.sentence);
+        let several = found.sentence.starts_with("One of the numbers");
+        let named = found.sentence.contains(&format!("`{number}`"));
+        assert!(several && named, "{file}: {}", found.sentence);
+    }
+}
+
+#[test]
+fn a_bound_that_excludes_the_truth_is_suspected() {
+    let text = std::fs::read_to_string(path("mass.toml")).expect("it is a rig");
+    let text = text.replace("inertia = 1.6", "inertia = { value = 1.5, max = 1.8 }");
+    let found = diagnosed(&Rig::parse(&text, "bound.toml").expect("it is a rig"));
     assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.sentence);
-    assert!(
-        found.sentence.contains("is suspected"),
-        "{}",
-        found.sentence
-    );
+    let said = "A bound of the rig is suspected: `mass.inertia` rests at its bound of 1.80 kg; \
+                without it 2.00 kg would leave";
+    assert!(found.sentence.starts_with(said), "{}", found.sentence);
 }

@@ -1,0 +1,83 @@
+//! Values beyond the bounds that fitted parameters rest at.
+//!
+//! A bound that excludes the truth makes a sound plant model look as if it lacked physics. Where a
+//! parameter rests at a bound of the rig's owner, the rig is fitted once more without it.
+
+use sinew_sim::{Plant, Rig};
+
+use super::bounds::{bounds, reached};
+use super::score::{SensorError, pool, relative, run_at};
+use super::stages::Found;
+use crate::error::Result;
+use crate::recording::Recording;
+
+/// Fit without the bounds that parameters rest at. It explains the recordings better.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BeyondBounds {
+    /// Parameters that left their bounds.
+    pub parameters: Vec<BeyondBound>,
+    /// Free-run error without these bounds, one entry a sensor.
+    pub sensors: Vec<SensorError>,
+}
+
+/// One parameter that a bound keeps from a better value, SI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BeyondBound {
+    /// Its name, such as `spring.stiffness`.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// The bound.
+    pub bound: f64,
+    /// Its fitted value without the bound.
+    pub value: f64,
+}
+
+/// Largest error without the bounds, as a part of the error within them, that is worth a word.
+const WORTH_A_WORD: f64 = 0.8;
+
+/// Fits without the bounds that parameters rest at, with `run` of the slots that are released.
+/// `None` where none rests at a bound, or nothing is gained.
+///
+/// # Errors
+/// As [`run_at`]; those of `run` mean that nothing is gained.
+pub(super) fn beyond(
+    (rig, plant): (&Rig, &Plant),
+    recordings: &[Recording],
+    (found, within): (&Found, &[SensorError]),
+    run: &mut dyn FnMut(&[usize]) -> Result<Found>,
+) -> Result<Option<BeyondBounds>> {
+    let known = plant.parameters();
+    let fitted = found.slots.iter().filter(|slot| !found.held.contains(slot));
+    let resting: Vec<(usize, f64)> = fitted
+        .filter_map(|&slot| Some((slot, reached(&known[slot], found.values[slot])?)))
+        .collect();
+    let slots: Vec<usize> = resting.iter().map(|(slot, _)| *slot).collect();
+    if slots.is_empty() {
+        return Ok(None);
+    }
+    let Ok(free) = run(&slots) else {
+        return Ok(None);
+    };
+    let runs = recordings
+        .iter()
+        .map(|recording| run_at(rig, plant, &free.values, recording))
+        .collect::<Result<Vec<_>>>()?;
+    let sensors = pool(&runs);
+    let better = relative(&sensors) <= WORTH_A_WORD * relative(within);
+    let left = |&(slot, bound): &(usize, f64)| {
+        let [low, high] = bounds(&known[slot]);
+        let value = free.values[slot];
+        (value < low || value > high).then(|| BeyondBound {
+            name: known[slot].name.clone(),
+            unit: known[slot].unit.clone(),
+            bound,
+            value,
+        })
+    };
+    let parameters: Vec<BeyondBound> = resting.iter().filter_map(left).collect();
+    Ok((better && !parameters.is_empty()).then_some(BeyondBounds {
+        parameters,
+        sensors,
+    }))
+}

@@ -1,0 +1,177 @@
+//! Claims that a fit must not make, and warnings that it must give.
+
+use super::*;
+use crate::report::unexplained;
+
+#[test]
+fn friction_that_the_rig_lacks_is_seen_in_the_error() {
+    let (recording, _) = foreign();
+    let fit = run(&parse(&oscillator(1.0, 40.0, 1.2, "")), &[recording]);
+    let sensor = &fit.sensors[0];
+    assert!(
+        sensor.rms < 0.7 * sensor.as_written_rms,
+        "refitting does not help: {sensor:?}"
+    );
+    assert!(sensor.rms > 20.0 * 4.8e-4, "{sensor:?}");
+}
+
+/// Dry friction leaves a tenth of the motion, which a controller lives with; without its spring the
+/// mass is anywhere.
+#[test]
+fn a_person_is_warned_of_a_rig_that_explains_nothing() {
+    let (recording, _) = foreign();
+    let warned = |text: &str| {
+        let fit = run(&parse(text), std::slice::from_ref(&recording));
+        unexplained(&fit.sensors[0])
+    };
+    let whole = oscillator(1.0, 40.0, 1.2, "");
+    assert_eq!(warned(&whole), None);
+    let coil = whole.find("[[spring]]").unwrap()..whole.find("[[damper]]").unwrap();
+    let mut bare = whole.clone();
+    bare.replace_range(coil, "");
+    assert!(warned(&bare).unwrap().contains("misses q_m by"));
+    // From three tenths of the spread on.
+    let sensor = |rms| SensorFit {
+        signal: "q_m".into(),
+        unit: "m".into(),
+        as_written_rms: 0.1,
+        rms,
+        spread: 0.1,
+        samples: 100,
+    };
+    assert!(sensor(0.0299).is_explained());
+    assert!(!sensor(0.0301).is_explained());
+    assert!(
+        !sensor(f64::INFINITY).is_explained(),
+        "it cannot be simulated"
+    );
+}
+
+/// Whoever draws the fit needs no second simulation.
+#[test]
+fn the_free_runs_of_a_fit_are_those_of_its_rigs() {
+    let (recording, test) = foreign();
+    let rig = parse(&oscillator(1.0, 40.0, 1.2, ""));
+    let recordings = [recording, test];
+    let fit = run(&rig, &recordings);
+    for (runs, rig) in [(&fit.as_written_runs, &rig), (&fit.runs, &fit.rig)] {
+        assert_eq!(runs.len(), recordings.len());
+        for (run, recording) in runs.iter().zip(&recordings) {
+            let own = free_run(rig, recording).unwrap();
+            assert_eq!(run.recording, own.recording);
+            assert_eq!(run.sensors[0].simulated, own.sensors[0].simulated);
+        }
+    }
+    assert_ne!(
+        fit.as_written_runs[0].sensors[0].simulated,
+        fit.runs[0].sensors[0].simulated
+    );
+    assert_eq!(pool(&fit.runs)[0].rms, fit.sensors[0].rms);
+}
+
+#[test]
+fn what_the_data_do_not_determine_stays_near_the_rig_and_claims_nothing() {
+    let truth = parse(&oscillator(1.0, 40.0, 1.0, ""));
+    let recording = recorded(&truth, 1500, 0.01, 10.0, 1e-3, 3);
+    // Gain, inertia, stiffness and damping only show as ratios.
+    let text = oscillator(3.0, 100.0, 2.0, "").replace("gain = 1.0", "gain = { value = 2.0 }");
+    let fit = run(&parse(&text), &[recording]);
+    let value = |name: &str| parameter(&fit, name).value;
+    assert!((value("coil.stiffness") / value("mass.inertia") / 40.0 - 1.0).abs() < 0.01);
+    assert!((value("push.gain") / value("mass.inertia") - 1.0).abs() < 0.01);
+    assert!(
+        fit.parameters
+            .iter()
+            .all(|parameter| parameter.ci95.is_none()),
+        "{:?}",
+        fit.parameters
+    );
+    for parameter in &fit.parameters {
+        let ratio = parameter.value / parameter.as_written;
+        assert!(
+            (0.3..3.0).contains(&ratio),
+            "{parameter:?} went far from the rig"
+        );
+    }
+}
+
+#[test]
+fn a_parameter_that_is_lost_in_noise_claims_nothing() {
+    let text = |load: f64| {
+        let effect = "[[effect]]\nkind = \"constant_load\"\ncomponent = \"mass\"\n";
+        oscillator(
+            1.0,
+            40.0,
+            1.0,
+            &format!("{effect}level = {{ value = {load:?} }}\n"),
+        )
+    };
+    let recording = recorded(&parse(&text(1e-4)), 400, 0.02, 10.0, 0.05, 11);
+    let fit = run(&parse(&text(2e-4)), &[recording]);
+    let load = parameter(&fit, "mass.constant_load.level");
+    assert_eq!((load.ci95, load.at_bound), (None, false));
+    assert!(load.value.abs() < 1e-2, "{load:?} went far from the rig");
+    assert!(
+        parameter(&fit, "coil.stiffness").ci95.is_some(),
+        "{:?}",
+        fit.parameters
+    );
+}
+
+#[test]
+fn intervals_hold_the_truth_nineteen_times_in_twenty() {
+    let truth = parse(&oscillator(1.0, 40.0, 1.0, ""));
+    let (mut inside, mut all) = (0, 0);
+    for seed in 0..60 {
+        let recording = recorded(&truth, 600, 0.02, 10.0, 0.05, 100 + seed);
+        let fit = run(&parse(&oscillator(1.3, 50.0, 0.8, "")), &[recording]);
+        for (found, truth) in fit.parameters.iter().zip([1.0, 40.0, 1.0]) {
+            let [low, high] = found.ci95.unwrap();
+            inside += usize::from((low..high).contains(&truth));
+            all += 1;
+        }
+    }
+    let part = f64::from(inside as u32) / f64::from(all);
+    // 180 intervals: 95 % +- 3.2 % for two standard deviations if all were independent.
+    assert!((0.90..0.99).contains(&part), "{inside} of {all}");
+}
+
+#[test]
+fn what_cannot_be_fitted_is_said() {
+    let rig = parse(&oscillator(1.0, 40.0, 1.0, ""));
+    let refusal = |recordings: &[Recording]| {
+        fit(&rig, recordings, &FitOptions::default(), &mut |_| {})
+            .unwrap_err()
+            .to_string()
+    };
+    assert!(refusal(&[]).contains("at least one recording"));
+    let csv = |text: &str| Recording::parse(text.as_bytes(), "a.csv").unwrap();
+    assert!(refusal(&[csv("t,u_N,q_mm\n0,1,2\n1,2,3\n")]).contains("did you mean `q_mm`?"));
+    assert!(refusal(&[csv("t,u_N,q_m\n0,1,2\n1,2,3\n")]).contains("too few"));
+    let rows: String = (0..50).map(|k| format!("{k},1,\n")).collect();
+    assert!(refusal(&[csv(&format!("t,u_N,q_m\n{rows}"))]).contains("a single sample"));
+    let stiff = parse(&oscillator(1e-9, 1e12, 0.0, ""));
+    let error = fit(
+        &stiff,
+        &[recorded(&rig, 100, 0.1, 1.0, 0.0, 9)],
+        &FitOptions::default(),
+        &mut |_| {},
+    );
+    let error = error.unwrap_err();
+    assert!(error.to_string().contains("cannot be simulated"), "{error}");
+    assert_eq!(error.exit_code(), 1);
+}
+
+#[test]
+fn a_rig_without_free_parameters_is_only_scored() {
+    let truth = parse(&oscillator(1.0, 40.0, 1.0, ""));
+    let recording = recorded(&truth, 500, 0.01, 10.0, 0.01, 10);
+    let known = parse(
+        &oscillator(1.0, 40.0, 1.0, "")
+            .replace("{ value = ", "")
+            .replace(" }", ""),
+    );
+    let fit = run(&known, &[recording]);
+    assert!(fit.parameters.is_empty());
+    assert_eq!(fit.sensors[0].rms, fit.sensors[0].as_written_rms);
+}
