@@ -31,6 +31,7 @@ pub use self::score::{FreeRun, FreeRunSensor, SensorError, free_run, free_runs, 
 use self::stages::Apart;
 use crate::error::{Error, Result};
 use crate::recording::Recording;
+use crate::report::quantity;
 
 /// Settings of a fit. The default serves; nothing here depends on the device.
 #[derive(Debug, Clone)]
@@ -187,8 +188,8 @@ pub struct HeldInput {
 ///
 /// # Errors
 /// `File` for a recording that lacks a column of the rig, has no sample of any sensor, or is too
-/// short; `Arguments` without a recording; `Failed` where the rig cannot be simulated even over
-/// short stretches.
+/// short, and for recordings in which no sensor ever changes; `Arguments` without a recording;
+/// `Failed` where the rig cannot be simulated even over short stretches.
 pub fn fit(
     rig: &Rig,
     recordings: &[Recording],
@@ -205,6 +206,9 @@ pub fn fit(
         .iter()
         .map(|recording| Experiment::new(&plant, recording))
         .collect::<Result<Vec<_>>>()?;
+    if !plant.free_slots().is_empty() {
+        moves(&plant, &experiments, recordings)?;
+    }
     let step = plant.settings().rate_step;
     let settings = pace::settings(&plant, &plant.values(), &experiments, step);
     let plant = plant.with_settings(settings);
@@ -270,6 +274,30 @@ pub fn fit(
         steps: found.steps,
         seconds: begun.elapsed().as_secs_f64(),
     })
+}
+
+/// Refuses recordings in which no sensor ever changes: an immovable device explains them best.
+fn moves(plant: &Plant, experiments: &[Experiment], recordings: &[Recording]) -> Result<()> {
+    let first = |sensor: usize| {
+        let all = experiments.iter().flat_map(|it| &it.signals[sensor]);
+        let mut valid = all.copied().filter(|y| y.is_finite());
+        let first = valid.next();
+        (first, first.is_none_or(|first| valid.all(|y| y == first)))
+    };
+    let sensors = plant.sensors().iter().enumerate();
+    let mut constant = Vec::new();
+    for (index, sensor) in sensors {
+        let (value, never_changes) = first(index);
+        if !never_changes {
+            return Ok(());
+        }
+        let value = value.map(|value| format!(" ({})", quantity(value, &sensor.unit)));
+        constant.push(format!("`{}`{}", sensor.column, value.unwrap_or_default()));
+    }
+    let message = format!("no sensor ever changes: {}", constant.join(", "));
+    Err(Error::file(recordings[0].path(), message)
+        .expected("readings of a device that moves, or their noise")
+        .help("is the sensor connected and read? `sinew excite` writes an experiment that moves"))
 }
 
 #[cfg(test)]

@@ -22,13 +22,13 @@ mod html;
 mod plot;
 mod quantity;
 mod sheet;
-mod unexplained;
+mod warnings;
 
 use std::path::Path;
 
 pub use quantity::{count, quantity, significant};
 pub use sheet::sheet;
-pub use unexplained::{beyond_bounds, runs_away, unexplained, warnings};
+pub use warnings::{beyond_bounds, runs_away, unexplained, warnings};
 
 use crate::error::Result;
 

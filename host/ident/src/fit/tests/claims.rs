@@ -1,7 +1,7 @@
 //! Claims that a fit must not make, and warnings that it must give.
 
 use super::*;
-use crate::report::unexplained;
+use crate::report::{unexplained, warnings};
 
 #[test]
 fn friction_that_the_rig_lacks_is_seen_in_the_error() {
@@ -150,6 +150,12 @@ fn what_cannot_be_fitted_is_said() {
     assert!(refusal(&[csv("t,u_N,q_m\n0,1,2\n1,2,3\n")]).contains("too few"));
     let rows: String = (0..50).map(|k| format!("{k},1,\n")).collect();
     assert!(refusal(&[csv(&format!("t,u_N,q_m\n{rows}"))]).contains("a single sample"));
+    let rows: String = (0..50).map(|k| format!("{k},{},0.01\n", k % 7)).collect();
+    let dead = refusal(&[csv(&format!("t,u_N,q_m\n{rows}"))]);
+    assert!(
+        dead.contains("no sensor ever changes: `q_m` (10.0 mm)"),
+        "{dead}"
+    );
     let stiff = parse(&oscillator(1e-9, 1e12, 0.0, ""));
     let error = fit(
         &stiff,
@@ -174,4 +180,24 @@ fn a_rig_without_free_parameters_is_only_scored() {
     let fit = run(&known, &[recording]);
     assert!(fit.parameters.is_empty());
     assert_eq!(fit.sensors[0].rms, fit.sensors[0].as_written_rms);
+}
+
+#[test]
+fn a_person_is_asked_for_the_unit_where_every_parameter_changed_by_powers_of_ten() {
+    let (recording, _) = foreign();
+    let text = oscillator(1.0, 40.0, 1.2, FRICTION);
+    let asked = |text: &str, recording: &Recording| {
+        let warnings = warnings(&run(&parse(text), std::slice::from_ref(recording)));
+        warnings
+            .iter()
+            .any(|warning| warning.contains("in another unit"))
+    };
+    assert!(!asked(&text, &recording));
+    let minutes = recording.t().iter().map(|t| t / 60.0).collect();
+    let columns = recording.columns().to_vec();
+    let in_minutes = Recording::new("minutes.csv", minutes, columns).unwrap();
+    assert!(asked(&text, &in_minutes));
+    // "None yet" is no unit.
+    let none_yet = text.replace("damping = { value = 1.2 }", "damping = { value = 1e-8 }");
+    assert!(!asked(&none_yet, &recording));
 }

@@ -1,16 +1,42 @@
-//! Warnings of a refitted rig that does not explain its recordings.
+//! Warnings of a refitted rig: it does not explain its recordings, or only with values that no
+//! device of its kind has.
 
 use super::{quantity, significant};
-use crate::fit::{BeyondBounds, Fit, Runaway, SensorFit};
+use crate::fit::{BeyondBounds, Fit, FittedParameter, Runaway, SensorFit};
+
+/// Smallest change of a parameter, as a factor, that speaks for a column in another unit.
+const ANOTHER_UNIT: f64 = 50.0;
+
+/// Largest one: a parameter that grew by more was written as next to nothing, for "none yet".
+const NONE_YET: f64 = 1e6;
 
 /// Warnings for a person, none where the refitted rig explains its recordings.
 pub fn warnings(fit: &Fit) -> Vec<String> {
+    let far = another_unit(&fit.parameters).into_iter();
     let beyond = fit.beyond.iter().map(|it| beyond_bounds(it, &fit.sensors));
     let missed = match &fit.runaway {
         Some(runaway) => vec![runs_away(runaway)],
         None => fit.sensors.iter().filter_map(unexplained).collect(),
     };
-    beyond.chain(missed).collect()
+    far.chain(beyond).chain(missed).collect()
+}
+
+/// Warning of parameters that changed as they do where time, an input or a sensor is in another
+/// unit; `None` without any.
+fn another_unit(parameters: &[FittedParameter]) -> Option<String> {
+    let changed = parameters.iter().filter_map(|parameter| {
+        let times = parameter.value / parameter.as_written;
+        let known = parameter.ci95.is_some() && times > 0.0;
+        let far = times * ANOTHER_UNIT < 1.0 || (ANOTHER_UNIT..NONE_YET).contains(&times);
+        let said = || format!("`{}` by {}", parameter.name, significant(times, 2));
+        (known && far).then(said)
+    });
+    let changed: Vec<String> = changed.collect();
+    let list = changed.join(", ");
+    let warning = format!(
+        "the fit multiplied {list}: is a column, or the time, in another unit than the rig says?"
+    );
+    (!changed.is_empty()).then_some(warning)
 }
 
 /// Warning of a signal; `None` where the refitted rig explains it ([`SensorFit::is_explained`]).
