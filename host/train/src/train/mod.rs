@@ -27,7 +27,12 @@ pub use fold::{Folded, Remembering};
 pub use layers::layers;
 pub use windows::{Scaled, Shape, Windows, scale, scaling};
 
-use basis::{Basis, least_squares};
+pub(crate) use basis::least_squares;
+pub(crate) use linear::Linear;
+pub(crate) use matrix::to_matrix;
+pub(crate) use network::tensor;
+
+use basis::Basis;
 use checkpoint::Reached;
 use network::{Frame, Predictor, loss_weights};
 use sensitivities::Sensitivities;

@@ -58,7 +58,7 @@ pub struct Batch {
     targets: Vec<Tensor<2>>,
 }
 
-pub(super) fn tensor(rows: usize, columns: usize, values: Vec<f32>, device: &Device) -> Tensor<2> {
+pub(crate) fn tensor(rows: usize, columns: usize, values: Vec<f32>, device: &Device) -> Tensor<2> {
     Tensor::from_data(TensorData::new(values, [rows, columns]), device)
 }
 
