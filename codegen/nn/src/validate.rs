@@ -24,9 +24,17 @@ impl Network {
                 ),
             ));
         }
-        if self.nodes.len() < 2 || self.nodes.len() > MAX_NODES {
+        if let [] | [_] = self.nodes[..] {
+            let what = "a network without a layer beside its input";
+            return Err(NetworkError::unsupported(
+                "network",
+                what,
+                "give it a layer with weights or an activation",
+            ));
+        }
+        if self.nodes.len() > MAX_NODES {
             let message = format!("{} layers: expected 2 to {MAX_NODES}", self.nodes.len());
-            return Err(NetworkError::malformed("network", message));
+            return Err(NetworkError::too_large("network", message));
         }
         let mut names = HashSet::new();
         for (place, node) in self.nodes.iter().enumerate() {

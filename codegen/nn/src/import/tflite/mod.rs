@@ -6,6 +6,7 @@ mod dense;
 mod elementwise;
 mod file;
 mod flatbuffer;
+mod names;
 mod operators;
 mod places;
 mod recurrent;

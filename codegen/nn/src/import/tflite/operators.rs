@@ -1,37 +1,29 @@
 //! Operator of the file: the method that reads it, its options, or the nearest operator that works.
 
 use super::file::Operator;
+use super::names::operator_name;
 use super::{Import, held, tensor};
 use crate::{Activation, NetworkError, Op, Pool, PoolKind};
 
-/// Operators that are known not to work: code, name and what is nearest.
-const NEAREST: &[(i32, &str, &str)] = &[
-    (34, "PAD", "use padding='same' in the convolution"),
-    (67, "TRANSPOSE_CONV", "use Conv2D"),
-    (117, "HARD_SWISH", "use swish"),
-    (7, "EMBEDDING_LOOKUP", "use Dense on one-hot inputs"),
-    (53, "CAST", "convert a model of float32"),
-    (32, "CUSTOM", "use TensorFlow Lite's own operators"),
+/// Operators that are known not to work: code and what is nearest.
+const NEAREST: &[(i32, &str)] = &[
+    (34, "use padding='same' in the convolution"),
+    (67, "use Conv2D"),
+    (117, "use swish"),
+    (7, "use Dense on one-hot inputs"),
+    (53, "convert a model of float32"),
+    (32, "use TensorFlow Lite's own operators"),
     (
         142,
-        "VAR_HANDLE",
         "convert with TFLiteConverter.from_keras_model, which freezes the weights",
     ),
-    (42, "DIV", "division by a constant works"),
-    (54, "PRELU", "use LeakyReLU"),
-    (75, "SQRT", "use Normalization"),
-    (
-        76,
-        "RSQRT",
-        "use BatchNormalization, which is folded into weights",
-    ),
-    (92, "SQUARE", "use a Dense layer of more units"),
-    (
-        99,
-        "SQUARED_DIFFERENCE",
-        "use BatchNormalization, which is folded into weights",
-    ),
-    (126, "BATCH_MATMUL", "use Dense"),
+    (42, "division by a constant works"),
+    (54, "use LeakyReLU"),
+    (75, "use Normalization"),
+    (76, "use BatchNormalization, which is folded into weights"),
+    (92, "use a Dense layer of more units"),
+    (99, "use BatchNormalization, which is folded into weights"),
+    (126, "use Dense"),
 ];
 
 /// Operators: code, and the fields of their options that are looked at or change nothing.
@@ -222,14 +214,12 @@ fn activation(code: i32, operator: &Operator<'_>, name: &str) -> Result<Activati
         150 if options.map_or(Ok(0), |options| options.byte(0))? != 0 => Activation::GeluTanh,
         150 => Activation::Gelu,
         other => {
-            let known = NEAREST.iter().find(|(code, ..)| *code == other);
-            let (what, nearest) = known.map_or(
-                (
-                    format!("the operator {other}"),
-                    "see docs/reference/networks.md for the operators that are",
-                ),
-                |(_, name, nearest)| (format!("the operator {name}"), *nearest),
+            let known = NEAREST.iter().find(|(code, _)| *code == other);
+            let nearest = known.map_or(
+                "see docs/reference/networks.md for the operators that are",
+                |(_, nearest)| *nearest,
             );
+            let what = format!("the operator {}", operator_name(other));
             return Err(NetworkError::unsupported(name, what, nearest));
         }
     })
