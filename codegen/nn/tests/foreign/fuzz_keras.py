@@ -181,10 +181,7 @@ def stirred(net, rng):
 
 
 def lite(net, x):
-    # A batch of one: recurrent layers do not convert with an open one.
-    given = tf.TensorSpec((1, *x.shape[1:]), tf.float32)
-    function = tf.function(lambda v: net(v)).get_concrete_function(given)
-    converter = tf.lite.TFLiteConverter.from_concrete_functions([function], net)
+    converter = tf.lite.TFLiteConverter.from_keras_model(net)
     data = converter.convert()
     run = Interpreter(model_content=data)
     run.allocate_tensors()

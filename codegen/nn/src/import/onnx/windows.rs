@@ -1,13 +1,11 @@
 //! Layers of images: convolution, pooling and batch normalisation, with channels last.
 
 use super::{Import, Node, Value};
+use crate::import::groups::MAX_UNGROUPED;
 use crate::import::keras::normalise;
 use crate::import::pads;
 use crate::import::tensor::{self, Tensor};
 use crate::{Convolution, NetworkError, Op, Pool, PoolKind, Window};
-
-/// Weights of a convolution in groups with its zeros between groups.
-const MAX_UNGROUPED: usize = 65_536;
 
 impl Import<'_> {
     /// Rows and columns of an image and its channels last; the value has channels first.

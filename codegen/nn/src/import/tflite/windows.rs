@@ -2,11 +2,9 @@
 
 use super::Import;
 use super::file::Operator;
+use crate::import::groups::{self, MAX_UNGROUPED};
 use crate::import::pads;
 use crate::{Convolution, NetworkError, Op, Window};
-
-/// Weights of a depthwise convolution with its zeros between channels.
-const MAX_UNGROUPED: usize = 65_536;
 
 impl Import<'_> {
     fn image(&self, x: usize, name: &str) -> Result<[usize; 2], NetworkError> {
@@ -65,20 +63,10 @@ impl Import<'_> {
         let weights = self.weights(operator, 1, name)?;
         weights.expect_axes(name, 4)?;
         let channels = self.network.nodes[x].shape.last().copied().unwrap_or(1);
-        if weights.shape[3] != channels && channels.is_multiple_of(weights.shape[3].max(1)) {
-            return Err(NetworkError::unsupported(
-                name,
-                format!(
-                    "a convolution in {} groups",
-                    channels / weights.shape[3].max(1)
-                ),
-                "use groups=1",
-            ));
-        }
         let size = [weights.shape[1], weights.shape[2]];
         let window = self.window(operator, image, size, Some([5, 4]))?;
         let bias = self.bias(operator, weights.shape[0], name)?;
-        let weights = weights.values.clone();
+        let weights = groups::ungrouped(name, weights.clone(), channels)?.values;
         self.network.push(
             name,
             Op::Convolution(Convolution {

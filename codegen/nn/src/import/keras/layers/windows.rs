@@ -5,8 +5,8 @@ use serde_json::Value;
 use super::Import;
 use super::values::pair;
 use crate::import::keras::config::Layer;
-use crate::import::pads;
 use crate::import::tensor::Tensor;
+use crate::import::{groups as grouped, pads};
 use crate::{Convolution, NetworkError, Op, Pool, PoolKind, Window};
 
 impl Import<'_> {
@@ -17,13 +17,6 @@ impl Import<'_> {
     ) -> Result<usize, NetworkError> {
         let name = &layer.name;
         let config = &layer.config;
-        if config["groups"].as_u64().unwrap_or(1) != 1 {
-            return Err(NetworkError::unsupported(
-                name,
-                "a convolution in groups",
-                "use groups=1",
-            ));
-        }
         let kernel = self.weights.get(layer, "kernel", 0)?;
         let kernel = if layer.class == "Conv1D" {
             kernel.expect_axes(name, 3)?;
@@ -36,7 +29,16 @@ impl Import<'_> {
         let size = [kernel.shape[0], kernel.shape[1]];
         let window = self.window(layer, x, size, &config["strides"], &config["dilation_rate"])?;
         let bias = self.bias(layer, 1, kernel.shape[3])?;
-        let weights = kernel.permuted(&[3, 0, 1, 2]).values;
+        let channels = self.network.nodes[x].shape.last().copied().unwrap_or(0);
+        let groups = config["groups"].as_u64().unwrap_or(1);
+        if groups.checked_mul(kernel.shape[2] as u64) != Some(channels as u64) {
+            let shape = &kernel.shape;
+            let message =
+                format!("{groups} groups for {channels} channels and weights of {shape:?}");
+            return Err(NetworkError::malformed(name, message));
+        }
+        let weights = kernel.permuted(&[3, 0, 1, 2]);
+        let weights = grouped::ungrouped(name, weights, channels)?.values;
         self.push(
             name,
             Op::Convolution(Convolution {
