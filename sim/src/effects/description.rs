@@ -230,8 +230,13 @@ pub(super) const fn strength(name: &'static str, quantity: Quantity, sign: Sign)
     ParameterSpec::new(name, quantity, sign).with_role(Role::Strength)
 }
 
+/// A place, at which zero is as good as any other.
 pub(super) const fn place(name: &'static str, quantity: Quantity, sign: Sign) -> ParameterSpec {
-    ParameterSpec::new(name, quantity, sign).with_role(Role::Place)
+    ParameterSpec {
+        role: Role::Place,
+        zero_means_absent: false,
+        ..ParameterSpec::new(name, quantity, sign)
+    }
 }
 
 /// Knowledge about an effect without simulating it.

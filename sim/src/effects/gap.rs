@@ -1,6 +1,9 @@
 //! Forces that are there on one side of a position only (docs/explanation/plant.md, eq. 13).
 
-use super::{Description, Effect, Energy, Family, Port, Quantity, Scales, Sign, place, strength};
+use super::{
+    Description, Effect, Energy, Family, ParameterSpec, Port, Quantity, Scales, Sign, place,
+    strength,
+};
 use crate::scalar::Scalar;
 
 const BASE: Description = Description {
@@ -115,7 +118,10 @@ impl Effect for TendonSlack {
         ports: &[Port::Tendon],
         law: "T = max(0, T_0 + k (stretch - slack) + c stretch')",
         equation: "13c",
-        parameters: &[place("slack", Quantity::Coordinate, Sign::Any)],
+        parameters: &[ParameterSpec {
+            zero_means_absent: true,
+            ..place("slack", Quantity::Coordinate, Sign::Any)
+        }],
         confusable: &["backlash", "quadratic_stiffness"],
         excited_by: "motion that lets the tendon go slack and pulls it taut again",
         sentence: "The tendon {component} cannot push: it goes slack, by {slack}, where the model \

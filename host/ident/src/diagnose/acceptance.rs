@@ -11,6 +11,7 @@ use crate::diagnose::case::Case;
 use crate::diagnose::data::Data;
 use crate::diagnose::evidence::{Comparison, Gain, apart};
 use crate::diagnose::model::Model;
+use crate::diagnose::one_way::{needs_a_return, one_way};
 use crate::diagnose::residuals::Residuals;
 use crate::diagnose::share::{beside_noise, share_left, spoils_a_recording};
 use crate::diagnose::term::Term;
@@ -70,6 +71,8 @@ pub(crate) fn refusal(
     let left = share_left(case, candidate, base);
     if !plausible(case, candidate) {
         Some("has a parameter of the wrong sign, or one that shows in no recording of this length")
+    } else if one_way(case) && candidate.terms().iter().any(needs_a_return) {
+        Some("is one motion with another weight or scale: no recording comes back to where it was")
     } else if left >= CONFIG.acceptance.most_left {
         Some("leaves more than half of the mismatch on the check recordings")
     } else if candidate.has_mode() && left >= CONFIG.acceptance.most_left_of_mode {
@@ -160,8 +163,20 @@ pub(crate) fn best_acceptable(
     base: &Candidate,
     candidates: &[Candidate],
 ) -> Option<usize> {
+    best_acceptable_of(case, base, candidates, |_| true)
+}
+
+/// The same of those that `asked` admits.
+pub(crate) fn best_acceptable_of(
+    case: &Case,
+    base: &Candidate,
+    candidates: &[Candidate],
+    asked: impl Fn(usize) -> bool,
+) -> Option<usize> {
     let comparison = comparison(case, base, candidates);
-    ranking(case, base, candidates).into_iter().find(|&index| {
+    let order = ranking(case, base, candidates).into_iter();
+    let mut order = order.filter(|&index| asked(index));
+    order.find(|&index| {
         gain_counts(
             case,
             comparison.gain(index + 1, 0),
@@ -275,21 +290,65 @@ pub(crate) fn simplest(
     plainest(case, base, chosen, candidates)
 }
 
-/// Of laws that are one finding, the one with the fewest parameters.
+/// Of laws that are one finding, and of those whose own parameters nothing shows, the one with the
+/// fewest parameters.
 fn plainest(case: &Case, base: &Candidate, chosen: usize, candidates: &[Candidate]) -> usize {
     let alike = one_finding_with(case, base, chosen, candidates);
+    let best = &candidates[chosen];
+    let left = |candidate: &Candidate| share_left(case, candidate, base);
+    // Two laws are not plainer than one that leaves less than they do.
+    let outdone = |other: &Candidate| {
+        let one_of = |one: &&Candidate| one.terms().len() < other.terms().len();
+        let mut ones = candidates.iter().filter(one_of);
+        ones.any(|one| left(one) <= left(other) && acceptable(case, one, base))
+    };
     let plainer = |&index: &usize| {
-        alike[index]
-            && candidates[index].parameters() < candidates[chosen].parameters()
-            && acceptable(case, &candidates[index], base)
+        let other = &candidates[index];
+        other.parameters() < best.parameters()
+            && (alike[index] || gives_way(case, base, best, other))
+            && left(other) < left(best) + CONFIG.acceptance.nearly
+            && acceptable(case, other, base)
+            && !outdone(other)
     };
     let plainer = (0..candidates.len()).filter(plainer);
     let least = plainer.min_by_key(|&index| candidates[index].parameters());
     least.unwrap_or(chosen)
 }
 
-/// Tells of each candidate whether the chosen one and it are one finding: kin of which neither is
-/// surely better, where the chosen one leaves more than noise to tell them apart by.
+/// Tells whether a law gives way to a simpler one of its family in its place: that one explains
+/// nearly as much, and of the richer law some parameter is not known.
+fn gives_way(case: &Case, base: &Candidate, richer: &Candidate, simpler: &Candidate) -> bool {
+    let differ = only(richer, simpler).zip(only(simpler, richer));
+    let Some((mine, _)) = differ.filter(|(mine, its)| mine.has_place_of(its)) else {
+        return false;
+    };
+    let left = |candidate: &Candidate| share_left(case, candidate, base);
+    kin(richer, simpler)
+        && left(simpler) < left(richer) + CONFIG.acceptance.nearly
+        && !is_known(case, richer, mine).unwrap_or(true)
+}
+
+/// Tells whether the recordings show every parameter of a term: none has an interval that spans
+/// zero, or none at all.
+fn is_known(case: &Case, candidate: &Candidate, term: &Term) -> Result<bool> {
+    let (model, point) = (&candidate.trial.model, &candidate.trial.point);
+    let segments = case.fit.segments(&model.plant, &case.fit_intervals)?;
+    let widths = model.half_widths(case.fit, &segments, point);
+    let known = |name: &String| {
+        let value = model.plant.slot(name).map(|slot| point.values[slot].abs());
+        let fitted = model
+            .plant
+            .slot(name)
+            .is_some_and(|slot| model.slots.contains(&slot));
+        let width = widths.get(name).copied();
+        !fitted || value.zip(width).is_some_and(|(value, width)| value > width)
+    };
+    Ok(term.parameters().iter().all(known))
+}
+
+/// Tells of each candidate whether the chosen one and it are one finding: a richer law that gives
+/// way to it, or kin of which neither is surely better, where the chosen one leaves more than noise
+/// to tell them apart by or the other is a richer law in its place.
 pub(crate) fn one_finding_with(
     case: &Case,
     base: &Candidate,
@@ -297,16 +356,18 @@ pub(crate) fn one_finding_with(
     candidates: &[Candidate],
 ) -> Vec<bool> {
     let best = &candidates[chosen];
-    if !leaves_something(case, best) {
-        return vec![false; candidates.len()];
-    }
+    let left = leaves_something(case, best);
     let comparison = comparison(case, base, candidates);
     let surely = |a: usize, b: usize| comparison.gain(a + 1, b + 1).low > 0.0;
+    let richer = |other: &Candidate| {
+        let differ = only(best, other).zip(only(other, best));
+        differ.is_some_and(|(mine, its)| mine.has_place_of(its))
+            && other.parameters() > best.parameters()
+    };
     let one = |index: usize| {
-        index != chosen
-            && kin(best, &candidates[index])
-            && !surely(chosen, index)
-            && !surely(index, chosen)
+        let other = &candidates[index];
+        let one = || (left || richer(other)) && !surely(chosen, index) && !surely(index, chosen);
+        index != chosen && kin(best, other) && (one() || gives_way(case, base, other, best))
     };
     (0..candidates.len()).map(one).collect()
 }
@@ -351,8 +412,8 @@ fn at_one_component(
 }
 
 /// Shares of the evidence among what is possible here: of no more effects than were found to
-/// matter, and such as may be named where something is. What may not be named takes no share from
-/// what may.
+/// matter, and such as may be named where something is. What may not be named, or is not surely
+/// better than the rig alone, takes no share from what is.
 pub(crate) fn probabilities(
     case: &Case,
     base: &Candidate,
@@ -360,16 +421,18 @@ pub(crate) fn probabilities(
     chosen: Option<usize>,
 ) -> Vec<f64> {
     let most = chosen.map_or(2, |index| candidates[index].trial.terms.len());
-    let possible = |candidate: &Candidate| {
+    let of_all = chosen.map(|_| comparison(case, base, candidates));
+    let surely =
+        |index: usize| (of_all.as_ref()).is_none_or(|all| all.gain(index + 1, 0).low > 0.0);
+    let possible = |&index: &usize| {
+        let candidate = &candidates[index];
         let may = match chosen {
-            Some(_) => acceptable(case, candidate, base),
+            Some(_) => acceptable(case, candidate, base) && surely(index),
             None => plausible(case, candidate),
         };
         may && candidate.trial.terms.len() <= most
     };
-    let able: Vec<usize> = (0..candidates.len())
-        .filter(|&index| possible(&candidates[index]))
-        .collect();
+    let able: Vec<usize> = (0..candidates.len()).filter(possible).collect();
     let rivals: Vec<Candidate> = able
         .iter()
         .map(|&index| candidates[index].clone())

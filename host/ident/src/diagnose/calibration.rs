@@ -40,13 +40,12 @@ pub(crate) fn effects(
     effects
 }
 
-/// The confidence of the least sure of what would be named.
-pub(crate) fn least_sure(found: &Pool, chosen: usize, case: &Case) -> f64 {
+/// Confidence of each of the effects that would be named, as it would be printed.
+pub(crate) fn sureness(found: &Pool, chosen: usize, case: &Case) -> Vec<f64> {
     let all = Named::new(found, chosen, case);
     let terms = found.candidates[chosen].terms().iter();
-    terms
-        .map(|term| all.alternatives(term).confidence)
-        .fold(1.0, f64::min)
+    let of = |term: &Term| all.alternatives(term).calibrated(case.trust).confidence;
+    terms.map(of).collect()
 }
 
 /// Named candidate among the candidates of a search.

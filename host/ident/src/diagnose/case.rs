@@ -10,6 +10,8 @@ use sinew_sim::{Plant, Rig, Settings};
 use crate::diagnose::data::Data;
 use crate::diagnose::progress::Progress;
 use crate::fit::pace::{dearness, pace, settings, substeps};
+use crate::fit::{Fit, FreeRun, free_runs, pool};
+use crate::recording::Recording;
 
 /// Recordings and how they are cut for judging.
 pub(crate) struct Case<'a> {
@@ -69,6 +71,19 @@ pub(crate) fn refit_settings(
         settings,
         rows.max((CONFIG.refit.rows as f64 / dear) as usize),
     )
+}
+
+/// Tells whether the refitted rig runs away from some recording: its free run ends farther from it
+/// than what was measured ever moved. What holds the device there, a controller above all, does not
+/// hold the simulation, and its error says nothing of the effects that are missing.
+pub(crate) fn runs_away(refitted: &Fit, check: &[Recording]) -> bool {
+    let away = |run: &FreeRun| {
+        let mut sensors = pool(std::slice::from_ref(run)).into_iter();
+        sensors.any(|s| s.spread > 0.0 && (s.rms.is_nan() || s.rms > CONFIG.split.away * s.spread))
+    };
+    // What cannot be simulated to its end may be in pieces.
+    let of_check = free_runs(&refitted.rig, check);
+    refitted.runs.iter().any(away) || of_check.map_or(true, |runs| runs.iter().any(away))
 }
 
 /// Some body is held in place by nothing: it integrates what pushes it, and a whole recording's

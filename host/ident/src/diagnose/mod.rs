@@ -23,6 +23,7 @@ mod locate;
 mod model;
 mod next_experiment;
 mod noise;
+mod one_way;
 pub mod output;
 mod pool;
 mod progress;
@@ -124,7 +125,7 @@ pub fn diagnose(
     let believed = Plant::new(&refitted.rig)?;
     let values = believed.values();
     let (settings, budget) = refit_settings(&believed, &values, &fit_data, &both_data);
-    let in_parts = case::integrates(rig);
+    let in_parts = case::integrates(rig) || case::runs_away(&refitted, &roles.check);
     let parts = if in_parts { CONFIG.split.parts } else { 1 };
     let mut case = Case {
         written: rig,

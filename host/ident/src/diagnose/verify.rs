@@ -4,10 +4,10 @@ use crate::diagnose::config::CONFIG;
 use sinew_sim::Rig;
 
 use crate::diagnose::acceptance::{
-    best_acceptable_by_size, holds_over_whole_recordings, is_determined, leaves_something,
-    probabilities, simplest,
+    best_acceptable_by_size, best_acceptable_of, holds_over_whole_recordings, is_determined,
+    leaves_something, probabilities, simplest,
 };
-use crate::diagnose::calibration::{Known, least_sure};
+use crate::diagnose::calibration::{Known, sureness};
 use crate::diagnose::candidate::{Candidate, only};
 use crate::diagnose::case::Case;
 use crate::diagnose::corrected::{falls, mend};
@@ -58,9 +58,17 @@ pub(crate) fn verify(
             true => CONFIG.acceptance.unsure_of_mode,
             false => CONFIG.acceptance.unsure,
         };
-        if known && least_sure(found, index, case) < unsure * case.trust {
-            found.unsure = Some(index);
-            break;
+        let limit = unsure * case.trust;
+        let sure = sureness(found, index, case);
+        if known && sure.iter().any(|sure| *sure < limit) {
+            let half = sure_half(found, index, case, (&sure, limit));
+            if half.is_none() {
+                found.unsure = Some(index);
+                break;
+            }
+            found.chosen = half;
+            found.probabilities = probabilities(case, &found.baseline, &found.candidates, half);
+            continue;
         }
         if known && let Some(named) = holds(found, index, refitted, case, roles)? {
             return Ok(Some(named));
@@ -74,6 +82,29 @@ pub(crate) fn verify(
     }
     found.chosen = found.chosen.filter(|&index| number(found, index).is_some());
     Ok(None)
+}
+
+/// The sure half of two effects of which one is not sure: the candidate that has it alone, where it
+/// may be named by itself. All explanations that have it speak for it.
+fn sure_half(
+    found: &Pool,
+    index: usize,
+    case: &Case,
+    (sure, limit): (&[f64], f64),
+) -> Option<usize> {
+    let pair = &found.candidates[index];
+    let sure = pair
+        .terms()
+        .iter()
+        .zip(sure)
+        .filter(|(_, sure)| **sure >= limit);
+    let sure: Vec<&Term> = sure.map(|(term, _)| term).collect();
+    let alone = |candidate: &Candidate| {
+        candidate.terms().len() == 1 && sure.iter().any(|term| candidate.terms().contains(term))
+    };
+    let ones = found.candidates.iter().map(alone).collect::<Vec<bool>>();
+    let single = best_acceptable_of(case, &found.baseline, &found.candidates, |i| ones[i]);
+    single.filter(|_| pair.terms().len() > 1)
 }
 
 /// The corrected model, if its free runs hold. Judged in intervals, an explanation is believed only
@@ -109,7 +140,8 @@ fn holds(
 }
 
 /// Tells whether every effect is still there in the corrected model, which was fitted to whole
-/// recordings: one that vanishes there had followed the start states of intervals.
+/// recordings: one that vanishes there had followed the start states of intervals. Where the size
+/// of one of two is known there, that of the other is, too.
 fn keeps_its_size(finalist: &Candidate, known: &Known) -> bool {
     let (model, values) = (&finalist.trial.model, &finalist.trial.point.values);
     let kept = |name: &String| {
@@ -119,9 +151,15 @@ fn keeps_its_size(finalist: &Candidate, known: &Known) -> bool {
             after > 0.0 && after >= CONFIG.acceptance.kept_of_size * before
         })
     };
-    let all = finalist.terms().iter().flat_map(Term::sizes);
-    all.into_iter()
-        .all(|sizes| sizes.is_empty() || sizes.iter().any(kept))
+    let sizes: Vec<Vec<Vec<String>>> = finalist.terms().iter().map(Term::sizes).collect();
+    let shown = |name: &String| known.get(name).is_some_and(|size| size.ci95.is_some());
+    let any_shown = |term: &Vec<Vec<String>>| term.iter().flatten().any(shown);
+    let as_known = !sizes.iter().any(any_shown)
+        || sizes
+            .iter()
+            .all(|term| term.iter().all(Vec::is_empty) || any_shown(term));
+    let mut all = sizes.iter().flatten();
+    as_known && all.all(|sizes| sizes.is_empty() || sizes.iter().any(kept))
 }
 
 /// Takes an explanation out, what builds on it and what is the same motion by a richer law in the

@@ -1,0 +1,68 @@
+//! Motions that never come back, which make one effect of many.
+
+use crate::diagnose::case::Case;
+use crate::diagnose::data::Data;
+use crate::diagnose::term::Term;
+use sinew_sim::effects::Family;
+
+/// Part of a signal's range on each side of its middle within which a crossing is not counted.
+const BAND: f64 = 0.05;
+
+/// Tells whether nothing that was recorded comes back: each signal crosses its middle once at most
+/// in each recording. A fall is such a motion. Position, speed and time are one there, so a friction,
+/// a load, another weight and a bent scale are one motion.
+pub(crate) fn one_way(case: &Case) -> bool {
+    [case.fit, case.check].into_iter().all(never_comes_back)
+}
+
+fn never_comes_back(data: &Data) -> bool {
+    let signals = data.experiments.iter().flat_map(|e| &e.signals);
+    let mut signals = signals.map(|signal| crossings(signal));
+    signals.all(|crossings| crossings <= 1)
+}
+
+/// Tells whether a term needs a motion that comes back to be told from a wrong number.
+pub(crate) fn needs_a_return(term: &Term) -> bool {
+    matches!(term.family(), Some(Family::Friction | Family::Load))
+        || term.kind() == "sensor_curvature"
+}
+
+/// Number of times that a signal passes from one side of its middle to the other.
+fn crossings(signal: &[f64]) -> usize {
+    let known = || signal.iter().copied().filter(|value| value.is_finite());
+    let (low, high) = known().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+        (low.min(value), high.max(value))
+    });
+    let (middle, band) = (0.5 * (low + high), BAND * (high - low));
+    let sides = known().filter(|value| (value - middle).abs() > band);
+    let mut sides = sides.map(|value| value > middle);
+    let Some(mut side) = sides.next() else {
+        return 0;
+    };
+    let mut count = 0;
+    for next in sides {
+        count += usize::from(next != side);
+        side = next;
+    }
+    count
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fall_passes_its_middle_once_and_a_swing_again_and_again() {
+        let fall: Vec<f64> = (0..50)
+            .map(|k| 47.0 - 4.9 * (f64::from(k) / 16.0).powi(2))
+            .collect();
+        assert_eq!(crossings(&fall), 1);
+        let noisy: Vec<f64> = (0..50)
+            .map(|k| f64::from(k) + if k % 2 == 0 { 1.0 } else { -1.0 })
+            .collect();
+        assert_eq!(crossings(&noisy), 1);
+        let swing: Vec<f64> = (0..100).map(|k| (0.3 * f64::from(k)).sin()).collect();
+        assert!(crossings(&swing) > 5);
+        assert_eq!(crossings(&[f64::NAN, 1.0, 1.0]), 0);
+    }
+}
