@@ -1,11 +1,13 @@
 //! `sinew diagnose`: what physics a rig lacks.
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use clap::Args;
 use sinew_sim::Rig;
 
 use super::Common;
+use super::interrupt::Interrupt;
 use super::overwrite::{self, identity};
 use super::progress::Stage;
 use super::repair::Repairs;
@@ -43,10 +45,21 @@ pub struct Arguments {
     /// File for the mended rig as MuJoCo's MJCF.
     #[arg(long, value_name = "XML")]
     mjcf: Option<PathBuf>,
+    /// Seconds after which nothing more is tried; the answer is the best so far.
+    ///
+    /// Judging it takes a little longer. Ctrl-C does the same at once, and ends with status 130.
+    #[arg(long, value_name = "S", value_parser = seconds)]
+    time_limit: Option<Duration>,
     #[command(flatten)]
     repairs: Repairs,
     #[command(flatten)]
     common: Common,
+}
+
+fn seconds(text: &str) -> std::result::Result<Duration, String> {
+    let seconds = text.parse().ok().filter(|seconds: &f64| *seconds > 0.0);
+    let limit = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    limit.ok_or_else(|| format!("must be seconds above 0, got {text}, for example 60"))
 }
 
 /// # Errors
@@ -66,12 +79,16 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .repairs
         .before(&rig, all.into_iter().flatten(), quiet)?;
     let stage = Stage::begin("diagnose", quiet);
+    let interrupt = Interrupt::listen();
     let options = Options {
         seed: arguments.common.seed,
+        time_limit: arguments.time_limit,
+        stop: interrupt.stop.clone(),
         ..Options::default()
     };
     let told = |what: &str, done: usize, of: usize| stage.count(done, of, what);
     let mut found = diagnose(&rig, &recordings, &options, &told)?;
+    drop(interrupt);
     found.checks = checks;
     stage.end(verdict(&found));
     leave(arguments, &rig, &recordings, &found)

@@ -5,6 +5,7 @@ pub mod diagnose;
 pub mod excite;
 mod fault_text;
 pub mod fit;
+pub mod interrupt;
 pub mod mjcf;
 pub mod overwrite;
 pub mod progress;
@@ -62,9 +63,16 @@ pub struct Common {
     pub quiet: bool,
 }
 
-/// Runs the program `sinew-ident`: 0 on success, 2 for bad arguments or bad files, 1 for anything
-/// else.
+/// Runs the program `sinew-ident`: 0 on success, 2 for bad arguments or bad files, 130 after
+/// Ctrl-C, 1 for anything else.
 pub fn main() -> ExitCode {
+    // Without a handler the system ends the process, as it does any other.
+    let _ = ctrlc::set_handler(|| {
+        if !interrupt::is_taken() {
+            let _files = crate::atomic::remove_unfinished();
+            std::process::exit(interrupt::STATUS.into());
+        }
+    });
     let program = match Program::try_parse() {
         Ok(program) => program,
         Err(error) => {
@@ -74,7 +82,7 @@ pub fn main() -> ExitCode {
         }
     };
     match run(program.verb) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => interrupt::status(),
         Err(error) => {
             eprintln!("error: {error}");
             ExitCode::from(error.exit_code())

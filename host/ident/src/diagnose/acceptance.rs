@@ -11,7 +11,6 @@ use crate::diagnose::case::Case;
 use crate::diagnose::data::Data;
 use crate::diagnose::evidence::{Comparison, Gain, apart};
 use crate::diagnose::model::Model;
-use crate::diagnose::one_way::{needs_a_return, one_way};
 use crate::diagnose::residuals::Residuals;
 use crate::diagnose::share::{beside_noise, share_left, spoils_a_recording};
 use crate::diagnose::term::Term;
@@ -71,8 +70,6 @@ pub(crate) fn refusal(
     let left = share_left(case, candidate, base);
     if !plausible(case, candidate) {
         Some("has a parameter of the wrong sign, or one that shows in no recording of this length")
-    } else if one_way(case) && candidate.terms().iter().any(needs_a_return) {
-        Some("is one motion with another weight or scale: no recording comes back to where it was")
     } else if left >= CONFIG.acceptance.most_left {
         Some("leaves more than half of the mismatch on the check recordings")
     } else if candidate.has_mode() && left >= CONFIG.acceptance.most_left_of_mode {

@@ -3,12 +3,14 @@
 
 use crate::diagnose::config::CONFIG;
 use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
 
 use sinew_sim::effects::Kind;
 use sinew_sim::{Plant, Rig, Settings};
 
 use crate::diagnose::data::Data;
 use crate::diagnose::progress::Progress;
+use crate::diagnose::time_budget::TimeBudget;
 use crate::fit::pace::{dearness, pace, settings, substeps};
 use crate::fit::{Fit, FreeRun, free_runs, pool};
 use crate::recording::Recording;
@@ -34,6 +36,30 @@ pub(crate) struct Case<'a> {
     /// Less than 1 where recordings are too short to be checked by others.
     pub trust: f64,
     pub progress: &'a (dyn Fn(&str, usize, usize) + Sync),
+    /// Time that the search may take.
+    pub time: TimeBudget,
+    /// Moves that it had no time for.
+    pub untried: Untried,
+}
+
+/// Names of moves that a search had no time for, wholly or in part.
+#[derive(Debug, Default)]
+pub(crate) struct Untried(Mutex<Vec<&'static str>>);
+
+impl Untried {
+    /// Notes a move, once.
+    pub fn note(&self, name: &'static str) {
+        let mut names = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+
+    /// All of them, in the order in which they were noted.
+    pub fn names(&self) -> Vec<&'static str> {
+        let names = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        names.clone()
+    }
 }
 
 impl Case<'_> {
@@ -48,6 +74,7 @@ impl Case<'_> {
         Progress {
             callback: self.progress,
             what,
+            time: &self.time,
         }
     }
 }

@@ -4,6 +4,7 @@ use sinew_sim::{Plant, Rig};
 
 use crate::diagnose::calibration::Known;
 use crate::diagnose::candidate::Candidate;
+use crate::diagnose::case::Case;
 use crate::diagnose::config::CONFIG;
 use crate::diagnose::finding::FoundEffect;
 use crate::error::Result;
@@ -19,8 +20,10 @@ pub(crate) fn lower(
     named: &Candidate,
     corrected: &Rig,
     known: &Known,
+    case: &Case,
 ) -> Result<Vec<String>> {
     let mut reasons = at_bounds(corrected, known)?;
+    reasons.extend(stopped(case).map(|stopped| format!("less sure: {stopped}")));
     reasons.extend(fit_left_behind(named));
     let all = CONFIG
         .calibration
@@ -36,6 +39,15 @@ pub(crate) fn lower(
         }
     }
     Ok(reasons)
+}
+
+/// Sentence of a search that had no time to end.
+pub(crate) fn stopped(case: &Case) -> Option<String> {
+    let untried = case.untried.names();
+    (!untried.is_empty()).then(|| {
+        let moves = untried.join(", ");
+        format!("the search was stopped before it ended; not tried, or in part: {moves}")
+    })
 }
 
 /// Parameters that rest at a bound which the rig's owner gave.

@@ -36,16 +36,19 @@ mod split;
 mod term;
 #[cfg(test)]
 mod tests;
+mod time_budget;
 mod verify;
 mod whole_recordings;
 mod wording;
 
 use crate::diagnose::config::CONFIG;
+use std::time::Duration;
+
 use sinew_sim::effects::Kind;
 use sinew_sim::{Plant, Rig};
 
 use self::baseline::refit_again;
-use self::case::{Case, refit_settings};
+use self::case::{Case, Untried, refit_settings};
 pub use self::details::{Details, Finalist, ForceTrace, Recovered};
 pub use self::finding::{
     Diagnosis, Errors, Estimate, FORMAT, FoundEffect, Interval, Location, Remainder, Rival,
@@ -53,6 +56,8 @@ pub use self::finding::{
 };
 use self::search::search_in_parts;
 use self::split::Roles;
+pub use self::time_budget::Stop;
+use self::time_budget::TimeBudget;
 use crate::error::Result;
 use crate::fit::{FitOptions, fit};
 use crate::recording::Recording;
@@ -77,6 +82,11 @@ pub struct Options {
     pub effects: Vec<Kind>,
     /// Names of moves that the search leaves out (`search/moves`), to see what they are worth.
     pub without_moves: Vec<String>,
+    /// Time after which nothing more is tried and the best so far is judged; judging it takes a
+    /// little longer. Without it the search goes to its end, and an answer is reproducible.
+    pub time_limit: Option<Duration>,
+    /// Request to end the search as if its time were over.
+    pub stop: Stop,
 }
 
 impl Default for Options {
@@ -85,6 +95,8 @@ impl Default for Options {
             seed: 1,
             effects: Kind::ALL.to_vec(),
             without_moves: Vec::new(),
+            time_limit: None,
+            stop: Stop::default(),
         }
     }
 }
@@ -117,6 +129,7 @@ pub fn diagnose(
     progress: &(dyn Fn(&str, usize, usize) + Sync),
 ) -> Result<Diagnosis> {
     let begun = std::time::Instant::now();
+    let time = TimeBudget::new(options.time_limit, options.stop.clone());
     let roles = Roles::new(&recordings.fit, &recordings.check, &recordings.test)?;
     let plant = Plant::new(rig)?;
     let [fit_data, check_data, both_data] = roles.data(rig, &plant)?;
@@ -141,6 +154,8 @@ pub fn diagnose(
         seed: options.seed,
         trust: roles.trust(),
         progress,
+        time,
+        untried: Untried::default(),
     };
     // Free runs over recordings that are longer than the fit could use would judge noise.
     let runs_away = (refitted.runaway).is_some_and(|runaway| !runaway.whole);

@@ -8,23 +8,30 @@ use sinew_sim::effects::Family;
 /// Part of a signal's range on each side of its middle within which a crossing is not counted.
 const BAND: f64 = 0.05;
 
-/// Tells whether nothing that was recorded comes back: each signal crosses its middle once at most
-/// in each recording. A fall is such a motion. Position, speed and time are one there, so a friction,
-/// a load, another weight and a bent scale are one motion.
+/// Sentence of a report where [`one_way`] holds.
+pub(crate) const NOTE: &str = "nothing drives the device and nothing that was recorded comes back \
+     to where it was, so most laws are one motion: laws of speed alone were asked for";
+
+/// Tells whether nothing drives the device and nothing that was recorded comes back: each signal
+/// crosses its middle once at most in each recording. In a fall position, speed and time are one.
 pub(crate) fn one_way(case: &Case) -> bool {
     [case.fit, case.check].into_iter().all(never_comes_back)
 }
 
-fn never_comes_back(data: &Data) -> bool {
-    let signals = data.experiments.iter().flat_map(|e| &e.signals);
-    let mut signals = signals.map(|signal| crossings(signal));
-    signals.all(|crossings| crossings <= 1)
+/// The terms that the recordings can tell from others: in a motion that never comes back, laws that
+/// are smooth in speed, which any device has, stand for all that move alike.
+pub(crate) fn can_be_told(case: &Case, mut terms: Vec<Term>) -> Vec<Term> {
+    if one_way(case) {
+        terms.retain(|term| term.family() == Some(Family::Damping));
+    }
+    terms
 }
 
-/// Tells whether a term needs a motion that comes back to be told from a wrong number.
-pub(crate) fn needs_a_return(term: &Term) -> bool {
-    matches!(term.family(), Some(Family::Friction | Family::Load))
-        || term.kind() == "sensor_curvature"
+fn never_comes_back(data: &Data) -> bool {
+    let mut inputs = data.experiments.iter().flat_map(|e| &e.inputs);
+    let mut signals = data.experiments.iter().flat_map(|e| &e.signals);
+    let constant = |input: &Vec<f64>| input.windows(2).all(|pair| pair[0] == pair[1]);
+    inputs.all(constant) && signals.all(|signal| crossings(signal) <= 1)
 }
 
 /// Number of times that a signal passes from one side of its middle to the other.

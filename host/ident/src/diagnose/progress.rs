@@ -1,5 +1,6 @@
 //! Progress of the search, counted.
 
+use crate::diagnose::time_budget::TimeBudget;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Callback with a part of the search, how much of it is done, and of how much.
@@ -10,6 +11,8 @@ pub(crate) type Callback<'a> = dyn Fn(&str, usize, usize) + Sync + 'a;
 pub(crate) struct Progress<'a> {
     pub callback: &'a Callback<'a>,
     pub what: &'a str,
+    /// Time that the whole search may take.
+    pub time: &'a TimeBudget,
 }
 
 /// A number of like things to do.
@@ -58,6 +61,7 @@ mod tests {
         let progress = Progress {
             callback: &callback,
             what: "one effect",
+            time: &TimeBudget::default(),
         };
         let count = progress.count("fitted", 2);
         count.one();

@@ -10,7 +10,7 @@ use crate::diagnose::calibration::{Known, effects};
 use crate::diagnose::candidate::implausible;
 use crate::diagnose::case::Case;
 use crate::diagnose::details::Details;
-use crate::diagnose::doubt::lower;
+use crate::diagnose::doubt::{lower, stopped};
 use crate::diagnose::finalists::finalists;
 use crate::diagnose::finding::{
     Diagnosis, Errors, Estimate, FORMAT, FoundEffect, Location, Remainder, SignalFit, Verdict,
@@ -18,6 +18,7 @@ use crate::diagnose::finding::{
 use crate::diagnose::locate::learned_force::learn;
 use crate::diagnose::locate::{intervals, locate};
 use crate::diagnose::next_experiment::next_experiment;
+use crate::diagnose::one_way::{NOTE, one_way};
 use crate::diagnose::pool::Pool;
 use crate::diagnose::remainder::{beside, judged, whole};
 use crate::diagnose::share::share_left;
@@ -51,15 +52,19 @@ pub(crate) fn conclude(
     };
     let (mended, known) = mended.unwrap_or_else(|| (refitted.rig.clone(), estimates(refitted)));
     let mut notes = notes(refitted);
+    notes.extend(one_way(case).then(|| NOTE.to_owned()));
     let effects = match named {
         Some((found, index)) => {
             let shares = shares(found, index, case)?;
             let mut effects = effects(found, index, case, &known, &shares);
             let named = &found.candidates[index];
-            notes.extend(lower(&mut effects, named, &mended, &known)?);
+            notes.extend(lower(&mut effects, named, &mended, &known, case)?);
             effects
         }
-        None => Vec::new(),
+        None => {
+            notes.extend(stopped(case));
+            Vec::new()
+        }
     };
     let verdict = match found {
         _ if named.is_some() => Verdict::MissingPhysics,
@@ -125,7 +130,11 @@ pub(crate) fn conclude(
                     Some(beyond) if verdict == Verdict::Unexplained => {
                         bound(beyond, &refitted.sensors)
                     }
-                    _ => sentence(verdict, &effects, &suspected, location.as_ref(), stands_in),
+                    _ => {
+                        let stopped = stopped(case).is_some();
+                        let place = location.as_ref();
+                        sentence(verdict, &effects, &suspected, place, (stands_in, stopped))
+                    }
                 },
             },
         },
@@ -210,7 +219,7 @@ fn sentence(
     effects: &[FoundEffect],
     suspected: &[&str],
     location: Option<&Location>,
-    stands_in: bool,
+    (stands_in, stopped): (bool, bool),
 ) -> String {
     match verdict {
         Verdict::Consistent => {
@@ -250,6 +259,10 @@ fn sentence(
                         .iter()
                         .map(|other| format!(", `{other}`"))
                         .collect::<String>()
+                ),
+                [] if stopped => format!(
+                    "Something is missing from the model. The search was stopped before it ended, and nothing that it \
+                     had tried explains it.{place}"
                 ),
                 [] => format!(
                     "Something is missing from the model that no effect of the vocabulary explains.{place}"

@@ -32,7 +32,7 @@ use crate::project::{Board, Optimise};
 use crate::rig_file::{self, ControlTable};
 use sinew_device::protocol::Identity;
 pub use sinew_ident::cli::{Common, Recordings};
-use sinew_ident::cli::{check, diagnose, excite, fit, mjcf};
+use sinew_ident::cli::{check, diagnose, excite, fit, interrupt, mjcf};
 use sinew_ident::error::{Error, Result};
 use sinew_model::spec::ModelSpec;
 
@@ -216,12 +216,15 @@ pub fn main() -> ExitCode {
     // A handler that cannot be installed costs only the tidying up; the system still ends the
     // process.
     let _ = ctrlc::set_handler(|| {
+        if interrupt::is_taken() {
+            return;
+        }
         // Held until the process is gone: nothing starts a child, makes a file, or takes a killed
         // child for a failure of its own any more.
         let _children = crate::device::kill_all();
         let _files = sinew_ident::atomic::remove_unfinished();
         eprintln!("\nstopped; no file was left half written");
-        std::process::exit(130);
+        std::process::exit(interrupt::STATUS.into());
     });
     end_with_the_reader();
     let parsed = help::command().try_get_matches();
@@ -234,7 +237,7 @@ pub fn main() -> ExitCode {
         }
     };
     match run(program.verb) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => interrupt::status(),
         Err(error) => {
             eprintln!("error: {error}");
             ExitCode::from(error.exit_code())

@@ -54,7 +54,12 @@ fn literature(case: &Case) -> String {
     if case.known.is_empty() {
         "nothing is missing".into()
     } else {
-        case.known.join(" or ")
+        let slight = if case.slight {
+            ", or nothing: it is slight"
+        } else {
+            ""
+        };
+        case.known.join(" or ") + slight
     }
 }
 
@@ -93,7 +98,7 @@ fn row(text: &mut String, case: &Case, answer: &Value) {
         error("before_rms"),
         error("after_rms"),
         case.published,
-        agreement(case.known, &kinds),
+        agreement((case.known, case.slight), &kinds),
         answer["seconds"].as_f64().unwrap_or(f64::NAN)
     );
 }
@@ -111,12 +116,13 @@ fn explained(answer: &Value) -> String {
 }
 
 /// Agreement of what was found with what is known, no less and no more.
-fn agreement(known: &[&str], found: &[&str]) -> &'static str {
-    let right = found.iter().filter(|kind| known.contains(kind)).count();
-    match (known, found) {
-        ([], []) => "yes",
-        (_, [_]) if right == 1 => "yes",
-        (_, [_, _, ..]) if right > 0 => "**in part**",
+fn agreement((known, slight): (&[&str], bool), found: &[&str]) -> &'static str {
+    let right = found.iter().filter(|kind| known.contains(kind));
+    match (known, found, right.count()) {
+        ([], [], _) => "yes",
+        (_, [], _) if slight => "yes",
+        (_, [_, ..], right) if right == found.len() => "yes",
+        (_, [_, _, ..], right) if right > 0 => "**in part**",
         _ => "**no**",
     }
 }
@@ -154,15 +160,17 @@ mod tests {
 
     #[test]
     fn another_effect_beside_the_known_one_is_half_an_answer() {
-        let drag = ["quadratic_drag", "viscous_damping"];
-        assert_eq!(agreement(&drag, &["viscous_damping"]), "yes");
+        let drag: (&[&str], bool) = (&["quadratic_drag", "viscous_damping"], false);
+        assert_eq!(agreement(drag, &["viscous_damping"]), "yes");
         assert_eq!(
-            agreement(&drag, &["viscous_damping", "gravity_load"]),
+            agreement(drag, &["viscous_damping", "gravity_load"]),
             "**in part**"
         );
-        assert_eq!(agreement(&drag, &["gravity_load"]), "**no**");
-        assert_eq!(agreement(&drag, &[]), "**no**");
-        assert_eq!(agreement(&[], &[]), "yes");
-        assert_eq!(agreement(&[], &["gravity_load"]), "**no**");
+        assert_eq!(agreement(drag, &["gravity_load"]), "**no**");
+        assert_eq!(agreement(drag, &[]), "**no**");
+        assert_eq!(agreement((drag.0, true), &[]), "yes");
+        assert_eq!(agreement((drag.0, true), &["gravity_load"]), "**no**");
+        assert_eq!(agreement((&[], false), &[]), "yes");
+        assert_eq!(agreement((&[], false), &["gravity_load"]), "**no**");
     }
 }

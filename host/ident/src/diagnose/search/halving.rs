@@ -29,6 +29,9 @@ pub(crate) fn race(
     let looked: Vec<Vec<Start>> = terms
         .par_iter()
         .map(|term| {
+            if progress.time.is_spent() {
+                return Vec::new();
+            }
             let look = best_starts(subset, parent, &run, &screen, term);
             count.one();
             look.unwrap_or_default()
@@ -45,16 +48,22 @@ pub(crate) fn race(
     let mut ended: Vec<Trial> = trial
         .into_par_iter()
         .map(|trial| {
+            if progress.time.is_spent() {
+                return trial;
+            }
             let further = further(subset, trial);
             count.one();
             further
         })
         .collect();
-    if !explained(subset, parent, &ended) {
+    if !explained(subset, parent, &ended) && !progress.time.is_spent() {
         let count = progress.count("fitted afresh", ended.len());
         ended = ended
             .into_par_iter()
             .map(|trial| {
+                if progress.time.is_spent() {
+                    return trial;
+                }
                 let afresh = afresh(subset, trial);
                 count.one();
                 afresh
@@ -82,6 +91,9 @@ pub(crate) fn refitted(subset: &Subset, begun: Vec<Vec<Start>>, progress: Progre
     begun
         .into_par_iter()
         .filter_map(|starts| {
+            if progress.time.is_spent() {
+                return None;
+            }
             let ends = (tied(subset, starts).into_iter()).filter_map(|b| {
                 subset.improved(b.terms, b.model, b.from, CONFIG.screening.first_steps)
             });

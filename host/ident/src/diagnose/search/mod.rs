@@ -24,6 +24,7 @@ use crate::diagnose::baseline::{
 };
 use crate::diagnose::candidate::{Candidate, Trial};
 use crate::diagnose::case::Case;
+use crate::diagnose::one_way::can_be_told;
 use crate::diagnose::pool::Pool;
 use crate::diagnose::search::refocus::refocused;
 use crate::diagnose::share::share_left;
@@ -45,6 +46,7 @@ pub(crate) fn search_in_parts(
     let mut pool = search(case, rig, values)?;
     let mut parts = if case.in_parts { CONFIG.split.parts } else { 1 };
     while parts > 1
+        && !case.time.is_spent()
         && let Some(nothing) = pool.as_ref().filter(|pool| pool.needs_nothing(case))
     {
         parts /= 2;
@@ -92,14 +94,14 @@ pub(crate) fn search(case: &Case, rig: &Rig, values: &[f64]) -> Result<Option<Po
         subset,
         start,
         rig,
-        terms: terms(rig, &plant, case.effects),
+        terms: can_be_told(case, terms(rig, &plant, case.effects)),
     };
     improve(&context, &mut pool)?;
     let best = pool.chosen.or_else(|| {
         let order = ranking(case, &pool.baseline, &pool.candidates);
         order.first().copied()
     });
-    if let Some(index) = best {
+    if let Some(index) = best.filter(|_| !case.time.is_spent()) {
         let best = &pool.candidates[index].trial;
         if let Some(again) = restart_baseline(case, &context.start, best, &pool.baseline)? {
             pool.rebase(case, again)?;
@@ -124,9 +126,16 @@ fn improve(context: &Context, pool: &mut Pool) -> Result<()> {
             if !step.applies(context, pool) {
                 break;
             }
+            if context.case.time.is_spent() {
+                context.case.untried.note(step.name());
+                break;
+            }
             let Some(proposal) = step.propose(context, pool)? else {
                 break;
             };
+            if context.case.time.is_spent() {
+                context.case.untried.note(step.name());
+            }
             let before = pool.best_terms();
             pool.take(proposal);
             pool.choose(context.case, step.selection())?;

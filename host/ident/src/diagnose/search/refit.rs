@@ -208,13 +208,17 @@ pub(crate) fn refit_best(
     trial: &[Trial],
     what: &str,
 ) -> Result<Vec<Candidate>> {
-    let count = case.progress_of(what).count(
-        "fitted to everything",
-        trial.len().min(CONFIG.refit.candidates),
-    );
+    // Where the time is over, the best is fitted all the same: the answer is the best so far.
+    let most = if case.time.is_spent() {
+        1
+    } else {
+        CONFIG.refit.candidates
+    };
+    let most = trial.len().min(most);
+    let count = case.progress_of(what).count("fitted to everything", most);
     let finals: Vec<Option<Candidate>> = trial
         .par_iter()
-        .take(CONFIG.refit.candidates)
+        .take(most)
         .map(|trial| {
             let candidate = refit(case, subset, trial, CONFIG.refit.steps)
                 .ok()

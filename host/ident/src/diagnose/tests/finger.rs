@@ -74,6 +74,8 @@ pub fn case<'a>(
         seed: 0,
         trust: 1.0,
         progress: &|_, _, _| {},
+        time: Default::default(),
+        untried: Default::default(),
     }
 }
 

@@ -9,6 +9,8 @@ mod kin;
 mod mode;
 mod moves;
 mod parts;
+mod simpler;
+mod stopped;
 mod taut;
 mod together;
 

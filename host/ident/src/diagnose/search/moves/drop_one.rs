@@ -66,6 +66,9 @@ pub(crate) fn halves(
         .progress_of("halves of pairs")
         .count("fitted", halves.len());
     let alone = halves.into_par_iter().map(|(pair, term)| {
+        if case.time.is_spent() {
+            return Ok(None);
+        }
         let half = subset.alone(start, pair, term, CONFIG.screening.more_steps)?;
         let half = half.map(|half| refit(case, subset, &half, CONFIG.refit.steps));
         count.one();

@@ -93,6 +93,9 @@ pub(crate) fn pairs(
     let mut parents: Vec<Term> = Vec::new();
     let mut pairs = short;
     for index in beam {
+        if case.time.is_spent() {
+            break;
+        }
         let done = pairs.iter().any(|pair| !leaves_something(case, pair));
         if done && left(index) > CONFIG.pair.close * least {
             continue;
@@ -108,7 +111,8 @@ pub(crate) fn pairs(
         }
     }
     for exchange in 0..CONFIG.pair.exchanges {
-        if exchange > 0 && pairs.iter().any(|pair| !leaves_something(case, pair)) {
+        let explained = || pairs.iter().any(|pair| !leaves_something(case, pair));
+        if case.time.is_spent() || exchange > 0 && explained() {
             break;
         }
         let Some(&best) = ranking(case, base, &pairs).first() else {

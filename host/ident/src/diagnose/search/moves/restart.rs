@@ -81,6 +81,9 @@ pub(crate) fn restarted(
         .progress_of("rivals from the best one's numbers")
         .count("fitted", rivals.len());
     let again = rivals.into_par_iter().map(|rival| {
+        if case.time.is_spent() {
+            return Ok(None);
+        }
         let (plant, known) = (&rival.trial.model.plant, &rival.trial.point);
         // What brings no state of its own begins where the best one does.
         let states = [plant, &best.trial.model.plant].map(sinew_sim::Plant::state_len);

@@ -102,7 +102,7 @@ pub(crate) fn pairs_on_short_intervals(
         .collect();
     let mut pairs: Vec<Trial> = Vec::new();
     let mut raced = 0;
-    while raced < parents.len() {
+    while raced < parents.len() && !case.time.is_spent() {
         let parent = &parents[raced];
         raced += 1;
         let second = |term: &&Term| term.may_join(&parent.terms);

@@ -98,7 +98,7 @@ pub(crate) fn swapped(
             .filter(|term| near(rig, replaced, term) || alone(term))
             .cloned()
             .collect();
-        if exchanged.is_empty() {
+        if exchanged.is_empty() || case.time.is_spent() {
             continue;
         }
         let parent = match &others[..] {
