@@ -337,7 +337,7 @@ mod tests {
     /// A strength that is not marked as one has no weak start, and a strong effect is then seldom
     /// found.
     #[test]
-    fn roles_ranges_and_what_is_absent_at_zero_are_as_the_blind_tables_were_made_with() {
+    fn roles_ranges_and_sizes_change_only_with_a_new_blind_table() {
         let of = |wanted: &dyn Fn(&ParameterSpec) -> bool| {
             let mut all = Vec::new();
             for &kind in Kind::ALL {
@@ -382,6 +382,10 @@ mod tests {
         assert_eq!(
             of(&|spec| spec.zero_means_absent == (spec.held || spec.sign == Sign::Positive)),
             [
+                // A place has no size.
+                "end_stop.position",
+                "gravity_load.zero",
+                "position_ripple.phase",
                 "hidden_mode.inertia",
                 "hidden_mode.stiffness",
                 "hidden_mode.damping"
