@@ -5,6 +5,7 @@ mod bench;
 mod experiments;
 mod figure;
 mod foreign;
+mod page;
 mod proof;
 mod recorded;
 

@@ -7,6 +7,7 @@ use anyhow::{Context, Result};
 use serde_json::Value;
 
 use super::case::Case;
+use crate::page::wrapped;
 
 const HEAD: &str = "# Real devices\n\
 \n\
@@ -44,10 +45,10 @@ pub fn page(cases: &[Case], out: &Path) -> Result<String> {
             .with_context(|| format!("{} is no diagnosis", path.display()))?;
         row(&mut text, case, &answer);
         let sentence = answer["sentence"].as_str().unwrap_or_default();
-        let _ = writeln!(sentences, "- {}: {sentence}", case.device);
+        let _ = writeln!(sentences, "| {} | {sentence} |", case.device);
     }
-    let _ = writeln!(text, "\nWhat was said:\n\n{sentences}");
-    Ok(text)
+    let _ = write!(text, "\n| device | what was said |\n|---|---|\n{sentences}");
+    Ok(wrapped(&text))
 }
 
 fn literature(case: &Case) -> String {
