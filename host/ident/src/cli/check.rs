@@ -7,6 +7,7 @@ use sinew_sim::Rig;
 
 use super::fault_text::{text, wrapped};
 use super::overwrite;
+use super::progress::Stage;
 use super::repair::Repairs;
 use crate::check::{Check, Determined, check, determine};
 use crate::error::{Error, Result};
@@ -51,11 +52,16 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     for recording in &recordings {
         require_columns(recording, rig.as_ref())?;
     }
+    // With a rig it takes seconds; it leaves no line of its own.
+    let stage = Stage::begin("check", false);
+    stage.say("faults");
     let found = check(&recordings, rig.as_ref());
+    stage.say("parameters and effects that these recordings determine");
     // Numbers of recordings that are certainly wrong would mislead.
     let sound = is_sound(&found);
     let determined = rig.as_ref().filter(|_| sound);
     let determined = determined.and_then(|rig| determine(rig, &recordings));
+    drop(stage);
     let on_output = arguments
         .json
         .as_deref()

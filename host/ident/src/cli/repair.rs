@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use sinew_sim::Rig;
 
+use super::progress::Stage;
 use crate::check::{Check, KINDS, check};
 use crate::error::{Error, Result};
 use crate::recording::Recording;
@@ -67,7 +68,10 @@ impl Repairs {
         quiet: bool,
     ) -> Result<Vec<Check>> {
         let recordings: Vec<Recording> = recordings.into_iter().cloned().collect();
+        // It refits the rig some times, which takes seconds; without a fault it leaves no line.
+        let stage = Stage::begin("check the recordings", quiet);
         let checks = check(&recordings, Some(rig));
+        drop(stage);
         self.judge(&checks, quiet)?;
         Ok(checks)
     }
