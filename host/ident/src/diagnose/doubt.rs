@@ -7,6 +7,7 @@ use crate::diagnose::candidate::Candidate;
 use crate::diagnose::case::Case;
 use crate::diagnose::config::CONFIG;
 use crate::diagnose::finding::FoundEffect;
+use crate::diagnose::one_way::{NOTE, one_way};
 use crate::error::Result;
 use crate::report::{quantity, significant};
 
@@ -24,6 +25,7 @@ pub(crate) fn lower(
 ) -> Result<Vec<String>> {
     let mut reasons = at_bounds(corrected, known)?;
     reasons.extend(stopped(case).map(|stopped| format!("less sure: {stopped}")));
+    reasons.extend(one_way(case).then(|| format!("less sure: {NOTE}")));
     reasons.extend(fit_left_behind(named));
     let all = CONFIG
         .calibration

@@ -10,7 +10,8 @@ const BAND: f64 = 0.05;
 
 /// Sentence of a report where [`one_way`] holds.
 pub(crate) const NOTE: &str = "nothing drives the device and nothing that was recorded comes back \
-     to where it was, so most laws are one motion: laws of speed alone were asked for";
+     to where it was; another weight or load, a dry friction or a bent scale would be nearly one \
+     motion with a law of speed, and only those were asked for";
 
 /// Tells whether nothing drives the device and nothing that was recorded comes back: each signal
 /// crosses its middle once at most in each recording. In a fall position, speed and time are one.

@@ -52,7 +52,6 @@ pub(crate) fn conclude(
     };
     let (mended, known) = mended.unwrap_or_else(|| (refitted.rig.clone(), estimates(refitted)));
     let mut notes = notes(refitted);
-    notes.extend(one_way(case).then(|| NOTE.to_owned()));
     let effects = match named {
         Some((found, index)) => {
             let shares = shares(found, index, case)?;
@@ -63,6 +62,7 @@ pub(crate) fn conclude(
         }
         None => {
             notes.extend(stopped(case));
+            notes.extend(one_way(case).then(|| NOTE.to_owned()));
             Vec::new()
         }
     };

@@ -87,11 +87,42 @@ fn a_fall_has_drag_and_nothing_that_needs_a_way_back_to_be_told_from_it() {
         let alike = ["wrong_number", "constant_load", "friction", "sensor"];
         !alike.iter().any(|kind| one.name.contains(kind))
     }));
+    let note = |note: &String| note.starts_with("less sure: nothing drives the device");
     assert!(
-        found
-            .details
-            .notes
-            .iter()
-            .any(|note| note.contains("comes back"))
+        found.details.notes.iter().any(note),
+        "{:?}",
+        found.details.notes
     );
+    assert!(found.effects[0].confidence < 0.75);
+}
+
+/// Without drag, under another weight: what the rig cannot know is no sure drag.
+#[test]
+fn a_fall_under_another_weight_is_no_sure_drag() {
+    let rig = Rig::parse(FALL, "fall.toml").expect("it is one");
+    let lighter = |seed| {
+        let recording = fall(1e-6, seed);
+        let [column] = recording.columns() else {
+            panic!("it has one column");
+        };
+        let t = recording.t().to_vec();
+        let slower = |(h, t): (&f64, &f64)| h + 0.5 * 1.3 * t * t;
+        let values = column.values.iter().zip(&t).map(slower).collect();
+        let column = Column {
+            name: column.name.clone(),
+            values,
+        };
+        Recording::new("light.csv", t, vec![column]).expect("it is one")
+    };
+    let recordings = Recordings {
+        fit: vec![lighter(3)],
+        check: vec![lighter(4)],
+        test: vec![],
+    };
+    let found = diagnose(&rig, &recordings, &Options::default(), &|_, _, _| {});
+    let found = found.expect("it can be diagnosed");
+    let sure = found.effects.iter().any(|effect| effect.confidence > 0.75);
+    assert!(!sure, "{}", found.sentence);
+    let note = |note: &String| note.contains("another weight or load");
+    assert!(found.details.notes.iter().any(note));
 }
