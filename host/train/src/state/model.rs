@@ -74,7 +74,7 @@ impl StateModel {
     /// The next state in double precision; `z` = (x, u, theta), model units.
     ///
     /// # Panics
-    /// Where `z` is shorter than the state.
+    /// A `z` shorter than the state.
     pub fn next(&self, z: &[f64]) -> Vec<f64> {
         let units: Vec<f64> = self
             .hidden

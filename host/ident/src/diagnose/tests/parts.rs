@@ -162,3 +162,21 @@ fn what_only_its_start_carries_away_runs_through_and_what_is_wrong_does_not() {
     assert!(through(&right));
     assert!(!through(&before) && !through(&twice));
 }
+
+#[test]
+fn a_rig_whose_free_run_leaves_the_recording_has_run_away() {
+    use crate::diagnose::case::runs_away;
+    let recordings = super::recordings();
+    let refitted = crate::fit::fit(
+        &super::rig(),
+        &recordings.fit,
+        &crate::fit::FitOptions::default(),
+        &mut |_| {},
+    );
+    let mut refitted = refitted.expect("it can be fitted");
+    assert!(!runs_away(&refitted, &recordings.check));
+    let text = std::fs::read_to_string(super::shipped(".toml")).expect("it ships");
+    let text = text.replace("gain = 1.0", "gain = 10.0");
+    refitted.rig = Rig::parse(&text, "loud.toml").expect("it is one");
+    assert!(runs_away(&refitted, &recordings.check));
+}
