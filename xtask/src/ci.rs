@@ -11,7 +11,9 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, ensure};
 
 use crate::arguments::none;
-use crate::{demo, deny, evaluation, modules, package, references, snapshots, test, tutorials};
+use crate::{
+    demo, deny, evaluation, modules, oldest, package, references, snapshots, test, tutorials,
+};
 use xtask::process::{self, cargo, root, target_folder};
 use xtask::setup::{self, Extent, Toolchain};
 
@@ -60,6 +62,7 @@ const FIRST: &[Stage] = &[
 const BESIDE: &[Stage] = &[
     ("clippy, workspace", |_| clippy_workspace()),
     ("packages", |_| package::check()),
+    ("oldest compilers", |_| oldest::check()),
     ("tests compile", test::compile),
 ];
 

@@ -9,6 +9,7 @@ mod evaluation;
 mod generate;
 mod help;
 mod modules;
+mod oldest;
 mod package;
 mod prose;
 mod references;
@@ -86,6 +87,15 @@ const VERBS: &[Verb] = &[
         arguments: "",
         line: "Hold what is measured against tests/budgets.toml, which only a person writes",
         run: snapshots::budget,
+    },
+    Verb {
+        name: "oldest",
+        arguments: "",
+        line: "Compile the no_std crates and printed networks with the rust-version that each declares",
+        run: |arguments| {
+            none(arguments)?;
+            oldest::check()
+        },
     },
     Verb {
         name: "bench",

@@ -38,9 +38,7 @@ impl<const NY: usize> BumplessTransfer<NY> {
         if self.left == 0 {
             return;
         }
-        if self.waiting
-            && let Some(first) = reference.first()
-        {
+        if let (true, Some(first)) = (self.waiting, reference.first()) {
             if !y.iter().chain(first).all(|value| value.is_finite()) {
                 // Nothing is known to start from; the controller predicts or refuses this sample.
                 return;

@@ -502,16 +502,16 @@ impl<
 /// Rows r(k+1) .. of a frame, the last one held to the horizon; `None` where they are not whole or
 /// too many.
 fn preview<const NY: usize, const N: usize>(rows: &[f32]) -> Option<[[f32; NY]; N]> {
-    let (rows, rest) = rows.as_chunks::<NY>();
-    let last = rows.last()?;
-    if !rest.is_empty() || rows.len() > N {
-        return None;
-    }
-    let mut reference = [*last; N];
-    for (place, row) in reference.iter_mut().zip(rows) {
+    let mut reference = [*rows.last_chunk()?; N];
+    let mut rest = rows;
+    for place in &mut reference {
+        let Some((row, after)) = rest.split_first_chunk() else {
+            break;
+        };
         *place = *row;
+        rest = after;
     }
-    Some(reference)
+    rest.is_empty().then_some(reference)
 }
 
 const fn refused(reason: Reason) -> ToHost {

@@ -101,11 +101,8 @@ fn main() {
         Horizons::new(1, [1, 2, 4, 6, 7]),
     );
     let reference_at = |k: usize| {
-        if (k / 100).is_multiple_of(2) {
-            0.5
-        } else {
-            -0.2
-        }
+        let turn = (k / 100) % 2;
+        [0.5, -0.2][turn]
     };
     // The cart is lighter than believed, and gravity pulls it down the slope.
     let (truth, slope) = (1.6, -0.4);

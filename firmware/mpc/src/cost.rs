@@ -39,16 +39,19 @@ impl<const NV: usize> Quadratic<NV> {
 
     /// Fills H by its lower triangle of blocks, `NU` by `NU`, row after row.
     fn enter<const NU: usize, const NB: usize>(&mut self, pairs: &[[[[f32; NU]; NU]; NB]; NB]) {
-        let mut pairs = pairs.as_flattened().iter();
-        for b in 0..NB {
-            for (m, pair) in (0..=b).zip(&mut pairs) {
-                let rows = self.hessian.iter_mut().skip(b * NU);
-                for (row, values) in rows.zip(pair) {
-                    if let Some(place) = row.as_chunks_mut().0.get_mut(m) {
-                        *place = *values;
+        let mut pairs = pairs.as_flattened();
+        for (b, rows) in self.hessian.chunks_exact_mut(NU).enumerate() {
+            let Some((of_row, rest)) = pairs.split_at_checked(b + 1) else {
+                return;
+            };
+            for (r, row) in rows.iter_mut().enumerate() {
+                for (place, pair) in row.chunks_exact_mut(NU).zip(of_row) {
+                    if let Some(values) = pair.get(r) {
+                        place.copy_from_slice(values);
                     }
                 }
             }
+            pairs = rest;
         }
         // The blocks on the diagonal have their own roundings above it.
         for row in NU..NV {
@@ -93,9 +96,9 @@ impl<const NV: usize> Default for Quadratic<NV> {
 #[inline(never)]
 pub fn dot<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
     let mut sum = 0.0;
-    let (a, a_rest) = a.as_chunks::<4>();
-    let (b, b_rest) = b.as_chunks::<4>();
-    for (a, b) in a.iter().zip(b) {
+    let (a, a_rest) = a.split_at(N - N % 4);
+    let (b, b_rest) = b.split_at(N - N % 4);
+    for (a, b) in a.chunks_exact(4).zip(b.chunks_exact(4)) {
         sum += a[0] * b[0];
         sum += a[1] * b[1];
         sum += a[2] * b[2];
@@ -238,7 +241,7 @@ impl<
         trajectory: &Trajectory<Trace<M, NU, NY, NS, ND, DD>, NY, N>,
         quadratic: &mut Quadratic<NV>,
     ) {
-        quadratic.gradient = [0.0; NV];
+        let mut gradient = [[0.0; NU]; NB];
         let mut blocks = const { [[[[0.0; NU]; NY]; DD]; NB] };
         let mut pairs = const { [[[[0.0; NU]; NU]; NB]; NB] };
         let mut channels = const { [[[0.0; NU]; NS]; NB] };
@@ -260,7 +263,7 @@ impl<
             };
             let mut sensitivities = Sensitivities {
                 blocks: &mut blocks,
-                gradient: quadratic.gradient.as_chunks_mut().0,
+                gradient: &mut gradient,
                 pairs: pairs.as_flattened_mut(),
             };
             if M::Model::PREDICTS_CHANNELS {
@@ -278,7 +281,7 @@ impl<
             active_before = active;
         }
         quadratic.enter::<NU, NB>(&pairs);
-        self.add_moves(plan, quadratic);
+        self.add_moves(plan, &gradient, quadratic);
         M::linearise(self, plan, trajectory, quadratic);
     }
 
@@ -310,21 +313,27 @@ impl<
         cost
     }
 
-    /// Adds the moves, and the commands themselves where they have a weight, to gradient and
-    /// Hessian.
-    fn add_moves(&self, plan: &[f32; NV], quadratic: &mut Quadratic<NV>) {
-        for v in 0..NV {
+    /// Adds the moves, and the commands themselves where they have a weight, to the Hessian, and
+    /// enters the gradient: `tracking` and theirs.
+    fn add_moves(
+        &self,
+        plan: &[f32; NV],
+        tracking: &[[f32; NU]; NB],
+        quadratic: &mut Quadratic<NV>,
+    ) {
+        for (v, tracking) in (0..NV).zip(tracking.as_flattened()) {
             let (change, lambda) = self.change(plan, v);
             let force = lambda * change;
-            quadratic.gradient[v] += force;
+            quadratic.gradient[v] = tracking + force;
             quadratic.add(v, v, lambda);
             if M::Model::COMMAND_WEIGHT > 0.0 {
                 quadratic.gradient[v] += M::Model::COMMAND_WEIGHT * plan[v];
                 quadratic.add(v, v, M::Model::COMMAND_WEIGHT);
             }
-            if let Some(before) = v.checked_sub(NU)
-                && let Some(gradient) = quadratic.gradient.get_mut(before)
-            {
+            let Some(before) = v.checked_sub(NU) else {
+                continue;
+            };
+            if let Some(gradient) = quadratic.gradient.get_mut(before) {
                 *gradient -= force;
                 quadratic.add(before, before, lambda);
                 quadratic.add(v, before, -lambda);

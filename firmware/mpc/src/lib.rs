@@ -40,6 +40,7 @@
 
 pub mod active_set;
 pub mod barrier;
+mod chunk;
 pub mod constraints;
 pub mod controller;
 pub mod cost;

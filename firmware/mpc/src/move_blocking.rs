@@ -6,6 +6,8 @@
 //! is zero. The decision variables are the commands at the ends of the blocks; after the last block
 //! the command is held. Blocks of one step each are the classical control horizon.
 
+use crate::chunk::chunk;
+
 /// Position of a command among the decision variables: between the ends of two blocks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interpolation {
@@ -24,10 +26,9 @@ impl Interpolation {
         plan: &[f32; NV],
         previous: &[f32; NU],
     ) -> [f32; NU] {
-        let (ends, _) = plan.as_chunks();
-        let before = self.block.checked_sub(1).and_then(|b| ends.get(b));
+        let before = self.block.checked_sub(1).and_then(|b| chunk(plan, b));
         let mut u = *before.unwrap_or(previous);
-        if let Some(ends) = ends.get(self.block) {
+        if let Some(ends) = chunk::<_, NV, NU>(plan, self.block) {
             for (u, end) in u.iter_mut().zip(ends) {
                 // Exactly the end of the block at its last step.
                 *u = end - (1.0 - self.weight) * (end - *u);

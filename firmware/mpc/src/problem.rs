@@ -128,11 +128,11 @@ impl<const NV: usize> Plan<NV> {
                 _ => 1.0,
             };
             for v in b * NU..(b + 1) * NU {
-                if let (Some(end), Some(next)) =
-                    (self.u.get(v).copied(), self.u.get(v + NU).copied())
-                    && let Some(place) = self.u.get_mut(v)
-                {
-                    *place = next - (1.0 - share) * (next - end);
+                let Some(next) = self.u.get(v + NU).copied() else {
+                    continue;
+                };
+                if let Some(end) = self.u.get_mut(v) {
+                    *end = next - (1.0 - share) * (next - *end);
                 }
             }
         }

@@ -233,10 +233,10 @@ fn enter_inputs<const NU: usize, const NY: usize, const ND: usize, const DD: usi
         if let Some(lags) = sensitivities.blocks.get_mut(block) {
             add(lags, weight, direct);
         }
-        if weight < 1.0
-            && let Some(lags) = sensitivities.blocks.get_mut(block.wrapping_sub(1))
-        {
-            add(lags, 1.0 - weight, direct);
+        if weight < 1.0 {
+            if let Some(lags) = sensitivities.blocks.get_mut(block.wrapping_sub(1)) {
+                add(lags, 1.0 - weight, direct);
+            }
         }
     }
 }

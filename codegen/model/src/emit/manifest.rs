@@ -16,7 +16,7 @@ name = "sinew-model-{name}"
 description = "The network of {name} and the controller built on it"
 version = "0.1.0"
 edition = "2024"
-rust-version = "1.88"
+rust-version = "1.87"
 publish = false
 
 [lib]

@@ -10,12 +10,7 @@ pub fn scale<N: Number, const LEN: usize, const C: usize>(
     x: &[N; LEN],
     y: &mut [N; LEN],
 ) {
-    for (y, x) in y
-        .as_chunks_mut::<C>()
-        .0
-        .iter_mut()
-        .zip(x.as_chunks::<C>().0)
-    {
+    for (y, x) in y.chunks_exact_mut(C).zip(x.chunks_exact(C)) {
         for ((y, x), (gain, offset)) in y.iter_mut().zip(x).zip(gain.iter().zip(offset)) {
             *y = x.weigh(*gain) + N::constant(*offset);
         }
@@ -38,12 +33,7 @@ pub fn scale_back<N: Number, const LEN: usize, const C: usize, const R: usize>(
     t_y: &[[N; R]; LEN],
     t_x: &mut [[N; R]; LEN],
 ) {
-    for (t_x, t_y) in t_x
-        .as_chunks_mut::<C>()
-        .0
-        .iter_mut()
-        .zip(t_y.as_chunks::<C>().0)
-    {
+    for (t_x, t_y) in t_x.chunks_exact_mut(C).zip(t_y.chunks_exact(C)) {
         for ((t_x, t_y), gain) in t_x.iter_mut().zip(t_y).zip(gain) {
             for (t_x, t_y) in t_x.iter_mut().zip(t_y) {
                 *t_x = t_y.weigh(*gain);
@@ -85,12 +75,7 @@ pub fn concatenate<
     x: &[T; LEN],
     y: &mut [T; OUT],
 ) {
-    for (y, x) in y
-        .as_chunks_mut::<TOTAL>()
-        .0
-        .iter_mut()
-        .zip(x.as_chunks::<PART>().0)
-    {
+    for (y, x) in y.chunks_exact_mut(TOTAL).zip(x.chunks_exact(PART)) {
         for (y, x) in y.iter_mut().skip(start).zip(x) {
             *y = *x;
         }
@@ -110,12 +95,7 @@ pub fn concatenate_back<
     t_y: &[T; OUT],
     t_x: &mut [T; LEN],
 ) {
-    for (t_y, t_x) in t_y
-        .as_chunks::<TOTAL>()
-        .0
-        .iter()
-        .zip(t_x.as_chunks_mut::<PART>().0)
-    {
+    for (t_y, t_x) in t_y.chunks_exact(TOTAL).zip(t_x.chunks_exact_mut(PART)) {
         for (t_y, t_x) in t_y.iter().skip(start).zip(t_x) {
             *t_x = *t_y;
         }

@@ -27,8 +27,7 @@ pub fn convolve<
     x: &[N; LEN],
     y: &mut [N; OUT],
 ) {
-    let image = x.as_chunks::<C>().0;
-    let mut outputs = y.as_chunks_mut::<F>().0.iter_mut();
+    let mut outputs = y.chunks_exact_mut(F);
     for p in 0..window.output[0] {
         for q in 0..window.output[1] {
             let Some(y) = outputs.next() else { return };
@@ -37,7 +36,8 @@ pub fn convolve<
             }
             for i in 0..KH {
                 for j in 0..KW {
-                    let Some(cell) = window.place(p, q, i, j).and_then(|at| image.get(at)) else {
+                    let place = window.place(p, q, i, j);
+                    let Some(cell) = place.and_then(|at| x.chunks_exact(C).nth(at)) else {
                         continue;
                     };
                     for (y, w) in y.iter_mut().zip(w.rows()) {
@@ -71,15 +71,14 @@ pub fn convolve_back<
     t_x: &mut [[N; R]; LEN],
 ) {
     *t_x = [[N::ZERO; R]; LEN];
-    let image = t_x.as_chunks_mut::<C>().0;
-    let mut outputs = t_y.as_chunks::<F>().0.iter();
+    let mut outputs = t_y.chunks_exact(F);
     for p in 0..window.output[0] {
         for q in 0..window.output[1] {
             let Some(t_y) = outputs.next() else { return };
             for i in 0..KH {
                 for j in 0..KW {
                     let place = window.place(p, q, i, j);
-                    let Some(cell) = place.and_then(|at| image.get_mut(at)) else {
+                    let Some(cell) = place.and_then(|at| t_x.chunks_exact_mut(C).nth(at)) else {
                         continue;
                     };
                     for (f, (t_y, row)) in t_y.iter().zip(w.rows()).enumerate() {

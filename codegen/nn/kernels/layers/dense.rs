@@ -88,9 +88,9 @@ fn back_through<N: Number, W: Weight, const IN: usize, const OUT: usize, const R
             }
         }
     } else if size_of::<[[N; R]; 8]>() <= REGISTERS {
-        back_by::<8, _, _, _, _, _>(w, t_y, end, t_x);
+        back_by::<8, N, W, IN, OUT, R>(w, t_y, end, t_x);
     } else {
-        back_by::<4, _, _, _, _, _>(w, t_y, end, t_x);
+        back_by::<4, N, W, IN, OUT, R>(w, t_y, end, t_x);
     }
 }
 
@@ -132,17 +132,18 @@ fn back_by<
     end: impl Fn(usize, [N; R]) -> [N; R],
     t_x: &mut [[N; R]; IN],
 ) {
-    let (blocks, rest) = t_x.as_chunks_mut::<B>();
-    let done = B * blocks.len();
-    for (block, t_x) in blocks.iter_mut().enumerate() {
+    // The compiler folds these lengths: all are those of types.
+    let (blocks, rest) = t_x.split_at_mut(IN - IN % B);
+    let done = blocks.len();
+    for (block, t_x) in blocks.chunks_exact_mut(B).enumerate() {
         let sums = columns::<N, W, IN, OUT, R, B>(w, t_y, B * block);
         for (c, (t_x, sum)) in t_x.iter_mut().zip(sums).enumerate() {
             *t_x = end(B * block + c, sum);
         }
     }
-    let (fours, ones) = rest.as_chunks_mut::<4>();
-    let last = done + 4 * fours.len();
-    for (block, t_x) in fours.iter_mut().enumerate() {
+    let (fours, ones) = rest.split_at_mut(IN % B - IN % B % 4);
+    let last = done + fours.len();
+    for (block, t_x) in fours.chunks_exact_mut(4).enumerate() {
         let start = done + 4 * block;
         let sums = columns::<N, W, IN, OUT, R, 4>(w, t_y, start);
         for (c, (t_x, sum)) in t_x.iter_mut().zip(sums).enumerate() {
@@ -196,10 +197,12 @@ pub fn add_dense_back<N: Number, W: Weight, const IN: usize, const OUT: usize, c
     t_y: &[[N; R]; OUT],
     t_x: &mut [[N; R]; IN],
 ) {
-    let (fours, rest) = t_x.as_chunks_mut::<4>();
-    let done = 4 * fours.len();
-    for (i, t_x) in fours.iter_mut().enumerate() {
-        add_columns(w, t_y, 4 * i, t_x);
+    let (fours, rest) = t_x.split_at_mut(IN - IN % 4);
+    let done = fours.len();
+    for (i, t_x) in fours.chunks_exact_mut(4).enumerate() {
+        if let Some(t_x) = t_x.first_chunk_mut::<4>() {
+            add_columns(w, t_y, 4 * i, t_x);
+        }
     }
     for (i, t_x) in rest.iter_mut().enumerate() {
         add_columns(w, t_y, done + i, core::array::from_mut(t_x));

@@ -11,42 +11,40 @@ pub fn max_pool<N: Number, const LEN: usize, const OUT: usize, const C: usize>(
     x: &[N; LEN],
     y: &mut [N; OUT],
 ) {
-    let image = x.as_chunks::<C>().0;
-    let mut outputs = y.as_chunks_mut::<C>().0.iter_mut();
+    let mut outputs = y.chunks_exact_mut(C);
     for p in 0..window.output[0] {
         for q in 0..window.output[1] {
             let Some(y) = outputs.next() else { return };
             for (c, y) in y.iter_mut().enumerate() {
-                let place = largest(window, image, [p, q], c);
-                if let Some(cell) = place.and_then(|at| image.get(at)) {
-                    *y = cell[c];
+                if let Some((_, x)) = largest::<_, C>(window, x, [p, q], c) {
+                    *y = x;
                 }
             }
         }
     }
 }
 
-/// Place of the largest element of channel `c` for output `at`; the first, if several are.
+/// Cell and value of the largest element of channel `c` for output `at`; the first, if several are.
 #[inline(always)]
 fn largest<N: Number, const C: usize>(
     window: &Window,
-    image: &[[N; C]],
+    x: &[N],
     at: [usize; 2],
     c: usize,
-) -> Option<usize> {
-    let mut best: Option<(usize, f32)> = None;
+) -> Option<(usize, N)> {
+    let mut best: Option<(usize, N)> = None;
     for i in 0..window.size[0] {
         for j in 0..window.size[1] {
             let place = window.place(at[0], at[1], i, j);
-            if let Some((place, cell)) = place.and_then(|at| image.get(at).map(|cell| (at, cell))) {
-                let value = cell[c].value();
-                if best.is_none_or(|(_, most)| value > most) {
-                    best = Some((place, value));
+            let found = place.and_then(|at| Some((at, *x.chunks_exact(C).nth(at)?.get(c)?)));
+            if let Some((place, x)) = found {
+                if best.is_none_or(|(_, most)| x.value() > most.value()) {
+                    best = Some((place, x));
                 }
             }
         }
     }
-    best.map(|(place, _)| place)
+    best
 }
 
 /// Adjoints of `y` to adjoints of `x`: each goes to the largest element.
@@ -64,16 +62,15 @@ pub fn max_pool_back<
     t_x: &mut [[N; R]; LEN],
 ) {
     *t_x = [[N::ZERO; R]; LEN];
-    let image = x.as_chunks::<C>().0;
-    let t_image = t_x.as_chunks_mut::<C>().0;
-    let mut outputs = t_y.as_chunks::<C>().0.iter();
+    let mut outputs = t_y.chunks_exact(C);
     for p in 0..window.output[0] {
         for q in 0..window.output[1] {
             let Some(t_y) = outputs.next() else { return };
             for (c, t_y) in t_y.iter().enumerate() {
-                let place = largest(window, image, [p, q], c);
-                if let Some(cell) = place.and_then(|at| t_image.get_mut(at)) {
-                    for (t_x, t_y) in cell[c].iter_mut().zip(t_y) {
+                let place = largest::<_, C>(window, x, [p, q], c).map(|(place, _)| place);
+                let cell = place.and_then(|at| t_x.chunks_exact_mut(C).nth(at));
+                if let Some(t_x) = cell.and_then(|cell| cell.get_mut(c)) {
+                    for (t_x, t_y) in t_x.iter_mut().zip(t_y) {
                         *t_x = *t_x + *t_y;
                     }
                 }
@@ -106,16 +103,16 @@ pub fn average_pool<N: Number, const LEN: usize, const OUT: usize, const C: usiz
     x: &[N; LEN],
     y: &mut [N; OUT],
 ) {
-    let image = x.as_chunks::<C>().0;
-    let mut outputs = y.as_chunks_mut::<C>().0.iter_mut();
+    let mut outputs = y.chunks_exact_mut(C);
     for p in 0..window.output[0] {
         for q in 0..window.output[1] {
             let Some(y) = outputs.next() else { return };
             let share = share(window, count_padding, [p, q]);
-            *y = [N::ZERO; C];
+            y.fill(N::ZERO);
             for i in 0..window.size[0] {
                 for j in 0..window.size[1] {
-                    if let Some(cell) = window.place(p, q, i, j).and_then(|at| image.get(at)) {
+                    let place = window.place(p, q, i, j);
+                    if let Some(cell) = place.and_then(|at| x.chunks_exact(C).nth(at)) {
                         for (y, x) in y.iter_mut().zip(cell) {
                             *y = *y + *x;
                         }
@@ -144,8 +141,7 @@ pub fn average_pool_back<
     t_x: &mut [[N; R]; LEN],
 ) {
     *t_x = [[N::ZERO; R]; LEN];
-    let image = t_x.as_chunks_mut::<C>().0;
-    let mut outputs = t_y.as_chunks::<C>().0.iter();
+    let mut outputs = t_y.chunks_exact(C);
     for p in 0..window.output[0] {
         for q in 0..window.output[1] {
             let Some(t_y) = outputs.next() else { return };
@@ -153,7 +149,7 @@ pub fn average_pool_back<
             for i in 0..window.size[0] {
                 for j in 0..window.size[1] {
                     let place = window.place(p, q, i, j);
-                    if let Some(cell) = place.and_then(|at| image.get_mut(at)) {
+                    if let Some(cell) = place.and_then(|at| t_x.chunks_exact_mut(C).nth(at)) {
                         for (t_x, t_y) in cell.iter_mut().zip(t_y) {
                             for (t_x, t_y) in t_x.iter_mut().zip(t_y) {
                                 *t_x = *t_x + t_y.weigh(share);

@@ -24,15 +24,15 @@ pub fn rectified_back<W1: Weight, W2: Weight, const IN: usize, const OUT: usize>
 ) {
     let open = list(a);
     if open < 1 << (3 * 5) {
-        few::<4, _, _, _, _>(w2, outer, open, w1, t_x);
+        few::<4, W1, W2, IN, OUT>(w2, outer, open, w1, t_x);
     } else if open >= 1 << (3 * 8) {
         let mut t = [[0.0; OUT]; UNITS];
         dense_seed(w2, outer, &mut t);
         dense_back(w1, &t, t_x);
     } else if open < 1 << (3 * 7) {
-        few::<6, _, _, _, _>(w2, outer, open, w1, t_x);
+        few::<6, W1, W2, IN, OUT>(w2, outer, open, w1, t_x);
     } else {
-        few::<7, _, _, _, _>(w2, outer, open, w1, t_x);
+        few::<7, W1, W2, IN, OUT>(w2, outer, open, w1, t_x);
     }
 }
 
@@ -70,9 +70,9 @@ fn few<const K: usize, W1: Weight, W2: Weight, const IN: usize, const OUT: usize
     let rows: [&[W1; IN]; K] = core::array::from_fn(|k| &w1.rows()[unit(k)]);
     // Two inputs a turn, written out: else it is the compiler's choice, which depends on what else
     // it sees.
-    let (twos, rest) = t_x.as_chunks_mut::<2>();
-    let done = 2 * twos.len();
-    for (i, two) in twos.iter_mut().enumerate() {
+    let (twos, rest) = t_x.split_at_mut(IN - IN % 2);
+    let done = twos.len();
+    for (i, two) in twos.chunks_exact_mut(2).enumerate() {
         for (c, t_x) in two.iter_mut().enumerate() {
             *t_x = column(rows, &t, 2 * i + c);
         }

@@ -7,7 +7,7 @@ use crate::number::Number;
 /// taken off first, so that nothing overflows.
 #[inline(always)]
 pub fn softmax<N: Number, const LEN: usize, const LAST: usize>(a: &mut [N; LEN]) {
-    for a in a.as_chunks_mut::<LAST>().0 {
+    for a in a.chunks_exact_mut(LAST) {
         let mut largest = f32::NEG_INFINITY;
         for z in a.iter() {
             if z.value() > largest {
@@ -34,12 +34,7 @@ pub fn softmax_back<N: Number, const LEN: usize, const LAST: usize, const R: usi
     a: &[N; LEN],
     t: &mut [[N; R]; LEN],
 ) {
-    for (a, t) in a
-        .as_chunks::<LAST>()
-        .0
-        .iter()
-        .zip(t.as_chunks_mut::<LAST>().0)
-    {
+    for (a, t) in a.chunks_exact(LAST).zip(t.chunks_exact_mut(LAST)) {
         let mut mean = [N::ZERO; R];
         for (a, t) in a.iter().zip(t.iter()) {
             for (mean, t) in mean.iter_mut().zip(t) {

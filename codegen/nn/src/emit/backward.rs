@@ -41,7 +41,7 @@ fn without_idle_mut(text: &str) -> String {
             .strip_prefix("let mut ")
             .and_then(|l| l.split(' ').next());
         let idle = name.is_some_and(|name| {
-            let uses = [format!("&mut {name}"), format!("{name}.as_chunks_mut")];
+            let uses = [format!("&mut {name}"), format!("{name}.chunks_exact_mut")];
             !uses.iter().any(|used| rest.contains(used))
         });
         lines.push(if idle {
@@ -127,6 +127,7 @@ impl Printer<'_> {
         let window = || format!("&{}", constant(plan, place, "_WINDOW"));
         let t_y = format!("&{own}");
         let channels = plan.network.nodes[from].shape.last().copied().unwrap_or(1);
+        let (before, after) = (plan.network.nodes[from].len(), node.len());
         match &node.op {
             Op::Input => {}
             Op::Dense(_) => match &plan.network.nodes[from].op {
@@ -148,7 +149,7 @@ impl Printer<'_> {
                         ("average_pool_back", padding.to_string())
                     }
                 };
-                let function = format!("{function}::<_, _, _, {channels}, _>");
+                let function = format!("{function}::<_, {before}, {after}, {channels}, R>");
                 let mut arguments = vec![window(), argument, t_y];
                 if pool.kind == PoolKind::Max && plan.buffer[from] == 0 {
                     arguments[1] = "x".into();
@@ -177,7 +178,7 @@ impl Printer<'_> {
             }
             Op::Softmax => {
                 let last = node.shape.last().copied().unwrap_or(1);
-                let function = format!("softmax_back::<_, _, {last}, _>");
+                let function = format!("softmax_back::<_, {after}, {last}, R>");
                 self.within(place, &function, vec![plan.borrowed(place)]);
             }
             Op::Add => {
@@ -188,7 +189,9 @@ impl Printer<'_> {
             Op::Concatenate(axis) => {
                 let total: usize = node.shape[*axis..].iter().product();
                 for (from, start, length) in parts(plan, place, *axis) {
-                    let function = format!("concatenate_back::<_, _, _, {length}, {total}>");
+                    let part = plan.network.nodes[from].len();
+                    let function =
+                        format!("concatenate_back::<_, {part}, {after}, {length}, {total}>");
                     self.reach(from, &function, vec![start.to_string(), t_y.clone()]);
                 }
             }
@@ -255,22 +258,26 @@ impl Printer<'_> {
         };
         let inputs = layer.inputs();
         self.text.push_str(&format!(
-            "    let inputs = {target}.as_chunks_mut::<{inputs}>().0;\n"
+            "    let inputs = {target}.chunks_exact_mut({inputs});\n"
         ));
         let mut items = format!("a.{name}_steps.iter().zip(inputs)");
         let mut pattern = "(step, t_x)".to_string();
         if layer.sequences {
             let units = layer.units;
-            self.text.push_str(&format!(
-                "    let outputs = {own}.as_chunks::<{units}>().0;\n"
-            ));
+            self.text
+                .push_str(&format!("    let outputs = {own}.chunks_exact({units});\n"));
             items = format!("{items}.zip(outputs)");
             pattern = format!("({pattern}, t_y)");
         }
         self.text
             .push_str(&format!("    for {pattern} in {items}.rev() {{\n"));
+        self.text
+            .push_str("        let Some(t_x) = t_x.first_chunk_mut() else { continue };\n");
         if layer.sequences {
-            self.text.push_str("        add_back(t_y, &mut t_h);\n");
+            self.text.push_str(
+                "        let Some(t_y) = t_y.first_chunk() else { continue };\n        \
+                 add_back(t_y, &mut t_h);\n",
+            );
         }
         let state = if two {
             "(&mut t_h, &mut t_c)"

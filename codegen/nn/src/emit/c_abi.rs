@@ -25,7 +25,7 @@ name = \"{name}-c\"
 description = \"The network {name} for C\"
 version = \"0.1.0\"
 edition = \"2024\"
-rust-version = \"1.88\"
+rust-version = \"1.85\"
 publish = false
 
 [lib]

@@ -67,6 +67,8 @@ fn statement(plan: &Plan<'_>, place: usize) -> String {
     let x = plan.borrowed(from);
     let y = format!("&mut a.{}", plan.names[plan.buffer[place]]);
     let channels = plan.network.nodes[from].shape.last().copied().unwrap_or(1);
+    // Named, not left as `_`: compilers before 1.89 do not infer lengths beside others.
+    let (before, after) = (plan.network.nodes[from].len(), node.len());
     match &node.op {
         Op::Input => String::new(),
         Op::Dense(_) => call(4, "dense", &[weights("_W"), weights("_B"), x, y]),
@@ -78,12 +80,12 @@ fn statement(plan: &Plan<'_>, place: usize) -> String {
         Op::Pool(pool) => match pool.kind {
             PoolKind::Max => call(
                 4,
-                &format!("max_pool::<_, _, _, {channels}>"),
+                &format!("max_pool::<_, {before}, {after}, {channels}>"),
                 &[window(), x, y],
             ),
             kind => {
                 let padding = (kind == PoolKind::AverageWithPadding).to_string();
-                let function = format!("average_pool::<_, _, _, {channels}>");
+                let function = format!("average_pool::<_, {before}, {after}, {channels}>");
                 call(4, &function, &[window(), padding, x, y])
             }
         },
@@ -126,9 +128,10 @@ fn copy(plan: &Plan<'_>, place: usize, from: usize) -> String {
 }
 
 fn softmax(plan: &Plan<'_>, place: usize) -> String {
-    let last = plan.network.nodes[place].shape.last().copied().unwrap_or(1);
+    let node = &plan.network.nodes[place];
+    let (all, last) = (node.len(), node.shape.last().copied().unwrap_or(1));
     let y = format!("&mut {}", plan.value(place));
-    call(4, &format!("softmax::<_, _, {last}>"), &[y])
+    call(4, &format!("softmax::<_, {all}, {last}>"), &[y])
 }
 
 /// Shape of the result and steps in what is read, both of three axes.
@@ -167,7 +170,9 @@ fn concatenate(plan: &Plan<'_>, place: usize, axis: usize, y: &str) -> String {
     parts(plan, place, axis)
         .into_iter()
         .map(|(from, start, length)| {
-            let function = format!("concatenate::<_, _, _, {length}, {total}>");
+            let nodes = &plan.network.nodes;
+            let (part, all) = (nodes[from].len(), nodes[place].len());
+            let function = format!("concatenate::<_, {part}, {all}, {length}, {total}>");
             call(
                 4,
                 &function,
@@ -220,17 +225,18 @@ fn recurrent(plan: &Plan<'_>, place: usize, layer: &Recurrent, x: &str) -> Strin
         format!("    let mut h = {rest};\n")
     };
     let x = x.trim_start_matches('&');
-    let mut items = format!("{x}.as_chunks::<{inputs}>().0.iter().zip(&mut a.{name}_steps)");
+    let mut items = format!("{x}.chunks_exact({inputs}).zip(&mut a.{name}_steps)");
     let mut pattern = "(x, step)".to_string();
     if layer.sequences {
         items = format!("{items}.zip(outputs)");
         pattern = format!("({pattern}, y)");
         text.push_str(&format!(
-            "    let outputs = a.{name}.as_chunks_mut::<{units}>().0;\n"
+            "    let outputs = a.{name}.chunks_exact_mut({units});\n"
         ));
     }
     text.push_str(&format!(
-        "    let steps = {items};\n    for {pattern} in steps {{\n"
+        "    let steps = {items};\n    for {pattern} in steps {{\n        \
+         let Some(x) = x.first_chunk() else {{ continue }};\n"
     ));
     let state = if two { "(&h, &c)" } else { "&h" };
     arguments.extend(["x".into(), state.into(), "step".into()]);
@@ -241,7 +247,7 @@ fn recurrent(plan: &Plan<'_>, place: usize, layer: &Recurrent, x: &str) -> Strin
         "        h = step.state;\n"
     });
     if layer.sequences {
-        text.push_str("        *y = h;\n    }\n");
+        text.push_str("        y.copy_from_slice(&h);\n    }\n");
     } else {
         text.push_str(&format!("    }}\n    a.{name} = h;\n"));
     }

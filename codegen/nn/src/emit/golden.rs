@@ -20,7 +20,8 @@ pub(super) fn print(network: &Network) -> String {
             "INPUTS, OUTPUTS, State, predict",
             "        let mut state = State::new();
         let mut found = [0.0; OUTPUTS];
-        for x in x.as_chunks::<INPUTS>().0 {
+        for x in x.chunks_exact(INPUTS) {
+            let x: &[f32; INPUTS] = x.try_into().expect(\"chunks have this length\");
             found = predict(&mut state, x);
         }
 ",

@@ -13,7 +13,7 @@ name = \"{name}\"
 description = \"The network {name}\"
 version = \"0.1.0\"
 edition = \"2024\"
-rust-version = \"1.88\"
+rust-version = \"1.85\"
 publish = false
 
 [dependencies]

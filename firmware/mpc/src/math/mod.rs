@@ -25,10 +25,24 @@ pub fn add_down(a: f32, b: f32) -> f32 {
         return if overflowed { f32::MAX } else { sum };
     }
     if two_sum_error(a, b, sum) < 0.0 {
-        sum.next_down()
+        next_down(sum)
     } else {
         sum
     }
+}
+
+/// Largest f32 below a finite `x` (`f32::next_down` of Rust 1.86).
+#[inline]
+fn next_down(x: f32) -> f32 {
+    let bits = x.to_bits();
+    f32::from_bits(if x == 0.0 {
+        // Both zeros: the smallest negative number.
+        0x8000_0001
+    } else if x.is_sign_positive() {
+        bits - 1
+    } else {
+        bits + 1
+    })
 }
 
 /// Smallest f32 that is not below `a + b` in real arithmetic; see [`add_down`].

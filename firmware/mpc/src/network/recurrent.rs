@@ -68,7 +68,7 @@ pub fn input_along<
 ) -> [[f32; NU]; NX] {
     let mut x = [[0.0; NU]; NX];
     let (of_u, rest) = x.split_at_mut(NU * ND);
-    for (rows, u) in of_u.as_chunks_mut::<NU>().0.iter_mut().zip(&direction.u) {
+    for (rows, u) in of_u.chunks_exact_mut(NU).zip(&direction.u) {
         for (c, row) in rows.iter_mut().enumerate() {
             row[c] = *u;
         }
