@@ -50,11 +50,7 @@ fn a_late_camera_gives_the_estimate_of_one_in_time() {
 }
 
 fn command(k: usize) -> f32 {
-    if (k / 37).is_multiple_of(2) {
-        2.0
-    } else {
-        -2.0
-    }
+    [2.0, -2.0][(k / 37) % 2]
 }
 
 #[test]
