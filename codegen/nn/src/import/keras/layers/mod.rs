@@ -142,7 +142,8 @@ impl<'a> Import<'a> {
         match layer.class {
             "Dense" => {
                 let dense = self.dense(layer, x)?;
-                self.activate(layer, dense)
+                let place = self.activate(layer, dense)?;
+                self.keep_axes(name, x, place)
             }
             "TimeDistributed" => self.time_distributed(layer, x),
             "Conv1D" | "Conv2D" => {
@@ -317,6 +318,18 @@ impl<'a> Import<'a> {
         )
     }
 
+    /// Gives the result `place` of a dense layer the axes of what it read, `x`: one row of features
+    /// in a sequence or an image of length 1 stays one.
+    fn keep_axes(&mut self, name: &str, x: usize, place: usize) -> Result<usize, NetworkError> {
+        let (before, after) = (&self.network.nodes[x].shape, &self.network.nodes[place]);
+        if before.len() == after.shape.len() {
+            return Ok(place);
+        }
+        let mut shape = vec![1; before.len() - 1];
+        shape.push(after.len());
+        self.push(&format!("{name} axes"), Op::Reshape(shape), place)
+    }
+
     /// The bias, or zeros where the layer has none.
     fn bias(
         &self,
@@ -359,7 +372,7 @@ impl<'a> Import<'a> {
         };
         let place = self.activate(&inside, place)?;
         inside.config.expect_read(&layer.name, class)?;
-        Ok(place)
+        self.keep_axes(&layer.name, x, place)
     }
 
     fn relu(&mut self, layer: &Layer<'_>, x: usize) -> Result<usize, NetworkError> {
