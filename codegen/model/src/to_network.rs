@@ -22,7 +22,7 @@ use crate::spec::{self, Layer, ModelSpec, OutputForm, Role};
 /// [`NetworkError`] if the model is not valid.
 pub fn network(spec: &ModelSpec) -> Result<Network, NetworkError> {
     spec.validate()
-        .map_err(|error| NetworkError::malformed("model.toml", error.to_string()))?;
+        .map_err(|error| NetworkError::caused("model.toml", error))?;
     let mut network = Network::new(&spec.name, "regressor", vec![spec.regressor_len()]);
     // Every signal as often as the regressor has it: (gain, offset) from physical to model units.
     let scaled = |role: Role| {

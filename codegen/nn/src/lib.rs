@@ -37,7 +37,7 @@ mod validate;
 
 pub use activation::Activation;
 pub use build_error::BuildError;
-pub use error::NetworkError;
+pub use error::{Cause, NetworkError};
 pub use graph::{Golden, Network, Node};
 pub use layer::{Cell, Convolution, Dense, Op, Pool, PoolKind, Recurrent, Window};
 pub use validate::is_package_name;

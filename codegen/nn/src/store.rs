@@ -224,7 +224,7 @@ impl From<Window> for WindowText {
 pub fn load(directory: &Path) -> Result<Network, NetworkError> {
     let read = |file: &str, max: u64| {
         let path = directory.join(file);
-        files::read(&path, max).map_err(|error| NetworkError::malformed(file, error.to_string()))
+        files::read(&path, max).map_err(|error| NetworkError::caused(file, error))
     };
     let text = String::from_utf8(read(NETWORK_FILE, MAX_TEXT_BYTES)?)
         .map_err(|_| NetworkError::malformed(NETWORK_FILE, "it is not UTF-8 text"))?;
@@ -238,7 +238,8 @@ pub fn load(directory: &Path) -> Result<Network, NetworkError> {
 /// [`NetworkError`].
 pub fn parse(text: &str, weights: &[u8]) -> Result<Network, NetworkError> {
     let wrong = |message: String| NetworkError::malformed(NETWORK_FILE, message);
-    let text: Text = toml::from_str(text).map_err(|error| wrong(error.to_string()))?;
+    let text: Text =
+        toml::from_str(text).map_err(|error| NetworkError::caused(NETWORK_FILE, error))?;
     if text.format != FORMAT {
         return Err(wrong(format!(
             "the format is {:?}: this program reads {FORMAT:?}",
@@ -509,7 +510,6 @@ fn golden(network: &Network, file: &SafeTensors<'_>) -> Result<Vec<Golden>, Netw
 /// [`NetworkError`] if the network is not valid.
 pub fn print(network: &Network) -> Result<[(&'static str, Vec<u8>); 2], NetworkError> {
     network.validate()?;
-    let wrong = |error: String| NetworkError::malformed("network", error);
     let mut text = Text {
         format: FORMAT.into(),
         name: network.name.clone(),
@@ -569,8 +569,8 @@ pub fn print(network: &Network) -> Result<[(&'static str, Vec<u8>); 2], NetworkE
         .collect();
     let weights = views
         .and_then(|views| safetensors::serialize(views, None))
-        .map_err(|error| wrong(error.to_string()))?;
-    let text = toml::to_string(&text).map_err(|error| wrong(error.to_string()))?;
+        .map_err(|error| NetworkError::caused("network", error))?;
+    let text = toml::to_string(&text).map_err(|error| NetworkError::caused("network", error))?;
     Ok([(WEIGHTS_FILE, weights), (NETWORK_FILE, text.into_bytes())])
 }
 
@@ -582,8 +582,7 @@ pub fn print(network: &Network) -> Result<[(&'static str, Vec<u8>); 2], NetworkE
 pub fn save(directory: &Path, network: &Network) -> Result<(), NetworkError> {
     for (file, contents) in print(network)? {
         let path = directory.join(file);
-        files::write(&path, &contents)
-            .map_err(|error| NetworkError::malformed(file, error.to_string()))?;
+        files::write(&path, &contents).map_err(|error| NetworkError::caused(file, error))?;
     }
     Ok(())
 }

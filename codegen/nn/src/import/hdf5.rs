@@ -26,7 +26,7 @@ fn guarded<T>(
 ) -> Result<T, NetworkError> {
     match catch_unwind(AssertUnwindSafe(work)) {
         Ok(Ok(value)) => Ok(value),
-        Ok(Err(error)) => Err(NetworkError::malformed(place, error.to_string())),
+        Ok(Err(error)) => Err(NetworkError::caused(place, error)),
         Err(_) => Err(NetworkError::malformed(
             place,
             "the HDF5 structure is broken",

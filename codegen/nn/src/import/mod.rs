@@ -68,7 +68,7 @@ pub fn read(path: &Path) -> Result<Network, NetworkError> {
     // The limit holds for what is read, not for what the file system claims: it may be a device.
     File::open(path)
         .and_then(|file| file.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes))
-        .map_err(|error| NetworkError::malformed(&place, error.to_string()))?;
+        .map_err(|error| NetworkError::caused(&place, error))?;
     let name = path
         .file_name()
         .map_or_else(String::new, |name| name.to_string_lossy().into());

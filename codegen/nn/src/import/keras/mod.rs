@@ -46,16 +46,15 @@ pub(super) fn import_archive(name: &str, bytes: &[u8]) -> Result<Network, Networ
         NetworkError::malformed("archive", message)
     })?;
     let mut entry = |name: &str| {
-        let broken = |error: String| NetworkError::malformed(name, error);
         let entry = archive
             .by_name(name)
-            .map_err(|error| broken(error.to_string()))?;
+            .map_err(|error| NetworkError::caused(name, error))?;
         let mut contents = Vec::new();
         // An archive of a few bytes can unpack to gigabytes.
         entry
             .take(MAX_FILE_BYTES + 1)
             .read_to_end(&mut contents)
-            .map_err(|error| broken(error.to_string()))?;
+            .map_err(|error| NetworkError::caused(name, error))?;
         if contents.len() as u64 > MAX_FILE_BYTES {
             return Err(NetworkError::too_large(
                 name,
@@ -82,7 +81,7 @@ fn build(
     keras_2: bool,
 ) -> Result<Network, NetworkError> {
     let config: Value = serde_json::from_str(text)
-        .map_err(|error| NetworkError::malformed("model configuration", error.to_string()))?;
+        .map_err(|error| NetworkError::caused("model configuration", error))?;
     let model = Model::new(&config)?;
     // The configuration says in better words than the weights what cannot be read.
     let weights = weights()?;
