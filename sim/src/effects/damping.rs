@@ -9,6 +9,8 @@ use crate::scalar::Scalar;
 pub(super) struct Viscous;
 
 impl Effect for Viscous {
+    const FOLLOWS_SIGNALS: bool = true;
+
     const DESCRIPTION: Description = Description {
         kind: "viscous_damping",
         family: Family::Damping,

@@ -27,6 +27,8 @@ const BASE: Description = Description {
 pub(super) struct Coulomb;
 
 impl Effect for Coulomb {
+    const FOLLOWS_SIGNALS: bool = true;
+
     const DESCRIPTION: Description = Description {
         kind: "coulomb_friction",
         law: "F = -level sign(v)",

@@ -72,6 +72,10 @@ trait Effect {
     /// The slope of its force jumps where the velocity of its body passes zero.
     const KINK_AT_REST: bool = false;
 
+    /// Its strengths may depend on a recorded column in real devices: a voltage, a pressure, a
+    /// temperature.
+    const FOLLOWS_SIGNALS: bool = false;
+
     /// True if fitted parameters describe what shows within a recording of `duration` seconds.
     /// Signs are judged by the description.
     fn plausible(_p: &[f64], _duration: f64) -> bool {
@@ -178,6 +182,14 @@ macro_rules! effects {
                 match self {
                     $(Self::$name => <$file::$law as Effect>::MANY_RESTS,)*
                     Self::Added(added) => added.law().has_many_rests(),
+                }
+            }
+
+            /// True if a search tries its strengths as functions of a recorded column.
+            pub fn follows_signals(self) -> bool {
+                match self {
+                    $(Self::$name => <$file::$law as Effect>::FOLLOWS_SIGNALS,)*
+                    Self::Added(_) => false,
                 }
             }
 

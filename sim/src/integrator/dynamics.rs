@@ -13,6 +13,8 @@ pub(super) struct Dynamics<S> {
     /// Zero of a body whose motion is imposed: nothing moves it.
     pub(super) inverse_inertia: Vec<S>,
     pub(super) motions: Vec<Motion>,
+    /// Values of the parameters that depend on a column, at its zero.
+    at_zero: Vec<S>,
     /// Parameter of the central path; 0: hard laws.
     pub(super) smoothing: f64,
 }
@@ -27,7 +29,18 @@ impl<S: Scalar> Dynamics<S> {
             inverse_inertia: topology.bodies.iter().enumerate().map(inverse).collect(),
             motions: Motion::all(topology),
             values: topology.shapes.complete(values),
+            at_zero: (topology.depending.iter())
+                .map(|depending| values[depending.slot])
+                .collect(),
             smoothing,
+        }
+    }
+
+    /// Puts the parameters where the signals are (docs/explanation/plant.md, eq. 26).
+    pub(super) fn depend(&mut self, topology: &Topology, signals: &[S]) {
+        for (depending, &at_zero) in topology.depending.iter().zip(&self.at_zero) {
+            let change = self.values[depending.slope] * signals[depending.signal];
+            self.values[depending.slot] = at_zero + change;
         }
     }
 
@@ -36,7 +49,11 @@ impl<S: Scalar> Dynamics<S> {
         // What is derived comes out of the parameters again.
         let parameters = self.values.len() - topology.shapes.derived.len();
         let values = self.values[..parameters].iter().map(|value| value.value());
-        Dynamics::new(topology, &values.collect::<Vec<f64>>(), self.smoothing)
+        let mut values: Vec<f64> = values.collect();
+        for (depending, at_zero) in topology.depending.iter().zip(&self.at_zero) {
+            values[depending.slot] = at_zero.value();
+        }
+        Dynamics::new(topology, &values, self.smoothing)
     }
 
     /// Puts the imposed bodies where they are `tau` seconds into the sample interval.
@@ -65,6 +82,15 @@ impl<S: Scalar> Dynamics<S> {
             motions: &self.motions,
             branches,
             smoothing: self.smoothing,
+        }
+    }
+}
+
+impl Dynamics<f64> {
+    /// Takes the values of parameters that depend on a column from numbers with derivatives.
+    pub(super) fn take_depending<S: Scalar>(&mut self, topology: &Topology, from: &Dynamics<S>) {
+        for depending in &topology.depending {
+            self.values[depending.slot] = from.values[depending.slot].value();
         }
     }
 }

@@ -15,6 +15,7 @@ mod modes;
 mod plain;
 mod rate;
 mod runge_kutta;
+mod signal;
 mod stepper;
 mod sticking;
 mod stiction_set;

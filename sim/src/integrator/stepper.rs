@@ -2,6 +2,7 @@
 
 use super::exact::{Exact, TransitionCache};
 use super::input_chain::InputChain;
+use super::signal::Signals;
 use super::substep::Substep;
 use crate::error::SimulationError;
 use crate::input_trajectory::InputTrajectory;
@@ -35,6 +36,7 @@ pub struct Stepper<S> {
     pub(crate) topology: Arc<Topology>,
     pub(super) work: Substep<S>,
     pub(super) supply: InputChain<S>,
+    pub(super) signals: Signals<S>,
     pub(super) report: Report,
     pub(super) rate: (f64, usize),
     pub(super) time: f64,
@@ -83,6 +85,7 @@ impl<S: Scalar> Stepper<S> {
         let mut stepper = Self {
             work: Substep::new(&topology, values, plant.settings().smoothing),
             supply: InputChain::new(&topology),
+            signals: Signals::new(&topology),
             topology,
             report: Report::default(),
             rate: (0.0, 0),
@@ -107,6 +110,9 @@ impl<S: Scalar> Stepper<S> {
     /// InputChainSlots of inputs begin where what was before the first row leaves them.
     pub(crate) fn replay_history(&mut self, drive: &InputTrajectory) {
         let work = &mut self.work;
+        let (past, first) = (drive.past(), self.topology.acting);
+        self.signals
+            .replay(&self.topology, &work.dynamics.values, past, first);
         let (values, input_signals) = (&work.dynamics.values, &mut work.input_signals);
         self.supply
             .replay_history(&self.topology, values, drive, input_signals);
@@ -195,7 +201,12 @@ impl<S: Scalar> Stepper<S> {
 
     /// Takes a column's value and slope from now on.
     pub(crate) fn take(&mut self, input: usize, value: S, slope: S) {
-        if let Some(motion) = input.checked_sub(self.topology.acting) {
+        let beyond = input.checked_sub(self.topology.acting);
+        let signals = self.topology.signals.len();
+        if let Some(signal) = beyond.filter(|&beyond| beyond < signals) {
+            return self.take_signal(signal, value);
+        }
+        if let Some(motion) = beyond.map(|beyond| beyond - signals) {
             let (index, which) = (motion / motion::INPUTS, motion % motion::INPUTS);
             let work = &mut self.work;
             let motion = &mut work.dynamics.motions[index];
@@ -223,6 +234,20 @@ impl<S: Scalar> Stepper<S> {
                 };
             }
         }
+    }
+
+    /// Takes the value of a column that parameters depend on, which holds until the next row.
+    fn take_signal(&mut self, signal: usize, value: S) {
+        let (slots, values) = (&self.topology.signals[signal], &self.work.dynamics.values);
+        self.signals.take(signal, slots, values, (self.time, value));
+        self.depend();
+    }
+
+    /// Puts parameters where the signals are.
+    fn depend(&mut self) {
+        let (topology, work) = (&*self.topology, &mut self.work);
+        work.dynamics.depend(topology, self.signals.now());
+        work.plain.dynamics.take_depending(topology, &work.dynamics);
     }
 
     /// Fits the imposed motions to an interval of `dt`.
@@ -284,6 +309,7 @@ impl<S: Scalar> Stepper<S> {
     pub(crate) fn carried(&self) -> Vec<S> {
         let mut carried = self.state();
         carried.extend(self.supply.kept());
+        carried.extend(self.signals.kept());
         carried
     }
 
@@ -297,7 +323,11 @@ impl<S: Scalar> Stepper<S> {
         sample: impl FnMut(usize, f64) -> (T, T),
     ) -> Result<Stepper<T>, SimulationError> {
         let (state, kept) = carried.split_at(plant.state_len());
+        let signals = kept.len() - Signals::<T>::kept_len(&self.topology);
+        let (kept, signals) = kept.split_at(signals);
         let mut lifted = Stepper::begin(plant, values, state)?;
+        lifted.signals = self.signals.lifted(signals);
+        lifted.depend();
         lifted.supply = self.supply.lifted(kept, sample);
         lifted.report = self.report;
         let rests = &self.work.modes.friction;

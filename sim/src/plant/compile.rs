@@ -12,23 +12,24 @@ use super::topology::{
 use super::{Input, MotionQuantity, Parameter, Plant, SensorChannel};
 use crate::effects::{Kind, Sign};
 use crate::error::Error;
-use crate::rig::{Drives, End, Hold, Place, Reads, Rig};
+use crate::rig::{Drives, End, Hold, Place, Reads, Rig, Signal};
 use crate::settings::Settings;
 use crate::unit::{self, Motion, Quantity};
 use std::sync::Arc;
 
 /// Every parameter of a rig with its place in the file, in slot order.
 pub(crate) fn parameters(rig: &Rig) -> Vec<(Parameter, Place)> {
-    build(rig, &mut Vec::new()).0.entries
+    build(rig, &rig.dependences(), &mut Vec::new()).0.entries
 }
 
 pub(super) fn compile(rig: &Rig) -> Result<Plant, Error> {
     let inputs = inputs(rig)?;
-    let acts = |input: &&Input| input.motion.is_none();
+    let acts = |input: &&Input| input.motion.is_none() && !input.exogenous;
     let mut columns: Vec<&str> = (inputs.iter().filter(acts))
         .map(|input| input.column.as_str())
         .collect();
-    let (slots, topology) = build(rig, &mut columns);
+    let signals = rig.dependences();
+    let (slots, topology) = build(rig, &signals, &mut columns);
     let sensors = rig.sensors.iter().map(|sensor| SensorChannel {
         name: sensor.name.clone(),
         column: sensor.signal.clone(),
@@ -64,6 +65,7 @@ fn inputs(rig: &Rig) -> Result<Vec<Input>, Error> {
                 column_factor: actuator.column_factor,
                 line: actuator.line,
                 motion: None,
+                exogenous: false,
             });
             continue;
         };
@@ -88,6 +90,17 @@ fn inputs(rig: &Rig) -> Result<Vec<Input>, Error> {
             (a, b) => a.or(b),
         };
     }
+    inputs.extend(rig.dependences().into_iter().map(|signal| Input {
+        column: signal.column,
+        actuator: signal.name,
+        hold: Hold::Zero,
+        limit: None,
+        rate_limit: None,
+        column_factor: signal.column_factor,
+        line: signal.line,
+        motion: None,
+        exogenous: true,
+    }));
     for body in &rig.bodies {
         let Some(from) = &body.motion_from else {
             continue;
@@ -101,6 +114,7 @@ fn inputs(rig: &Rig) -> Result<Vec<Input>, Error> {
             column_factor: from.column_factor,
             line: from.line,
             motion: Some(quantity),
+            exogenous: false,
         }));
     }
     Ok(inputs)
@@ -116,7 +130,11 @@ fn signal_unit(rig: &Rig, sensor: &crate::rig::Sensor) -> String {
 }
 
 /// Slots and topology; `columns` are the distinct inputs in order (added to where they are new).
-fn build<'a>(rig: &'a Rig, columns: &mut Vec<&'a str>) -> (Slots<'a>, Topology) {
+fn build<'a>(
+    rig: &'a Rig,
+    signals: &[Signal],
+    columns: &mut Vec<&'a str>,
+) -> (Slots<'a>, Topology) {
     let mut slots = Slots::new(rig);
     // Hidden modes are bodies too, after those of the rig.
     let hidden = (rig.effects.iter()).filter(|effect| effect.kind == Kind::HiddenMode);
@@ -262,7 +280,7 @@ fn build<'a>(rig: &'a Rig, columns: &mut Vec<&'a str>) -> (Slots<'a>, Topology) 
         ..Topology::default()
     };
     hasel::add(rig, &mut slots, &mut topology);
-    add_actuators(rig, columns, &mut slots, &mut topology);
+    add_actuators(rig, columns, &mut slots, &mut topology, signals.len());
     for sensor in &rig.sensors {
         let reading = reading_unit(rig, sensor.reads);
         let signal = signal_unit(rig, sensor);
@@ -287,6 +305,8 @@ fn build<'a>(rig: &'a Rig, columns: &mut Vec<&'a str>) -> (Slots<'a>, Topology) 
     }
     attach::add_effects(rig, &mut slots, &mut topology);
     shapes::add(rig, &mut slots, &mut topology);
+    (topology.signals, topology.depending) = slots.add_dependences(signals, rig);
+    topology.rates_vary |= !topology.depending.is_empty();
     attach::finish(&mut topology);
     (slots, topology)
 }
@@ -296,6 +316,7 @@ fn add_actuators<'a>(
     columns: &mut Vec<&'a str>,
     slots: &mut Slots,
     topology: &mut Topology,
+    signals: usize,
 ) {
     for actuator in &rig.actuators {
         let over = match actuator.drives {
@@ -330,5 +351,5 @@ fn add_actuators<'a>(
     let imposed = (rig.bodies.iter().enumerate()).filter(|(_, body)| body.motion_from.is_some());
     topology.imposed = imposed.map(|(index, _)| index).collect();
     topology.acting = columns.len();
-    topology.inputs = columns.len() + motion::INPUTS * topology.imposed.len();
+    topology.inputs = columns.len() + signals + motion::INPUTS * topology.imposed.len();
 }

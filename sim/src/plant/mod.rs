@@ -41,13 +41,14 @@ pub struct Parameter {
     pub non_negative: bool,
 }
 
-/// A distinct column of the recording that drives the plant; actuators may share one. A column that
-/// imposes a motion comes four times, once a [`MotionQuantity`], after those of the actuators.
+/// A distinct column of the recording that drives the plant; actuators may share one. After those
+/// of the actuators come columns that parameters depend on, then those that impose a motion, four
+/// times each, once a [`MotionQuantity`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Input {
     /// The column's name.
     pub column: String,
-    /// The first actuator that takes it; the body whose motion it imposes.
+    /// The first actuator that takes it; the signal that it is; the body whose motion it imposes.
     pub actuator: String,
     /// Hold between samples at that actuator.
     pub hold: Hold,
@@ -61,6 +62,8 @@ pub struct Input {
     pub line: usize,
     /// Quantity that is derived from the column, where the column imposes a motion.
     pub motion: Option<MotionQuantity>,
+    /// It drives nothing: parameters depend on it.
+    pub exogenous: bool,
 }
 
 /// Quantity of an imposed motion, derived from the column with the coordinate
@@ -91,6 +94,7 @@ impl Input {
     /// Its owner in errors: the actuator or the body.
     pub fn wanted_by(&self) -> String {
         match self.motion {
+            None if self.exogenous => format!("signal `{}` of the rig", self.actuator),
             None => format!("actuator `{}` of the rig", self.actuator),
             Some(_) => format!("`motion_from` of body `{}` of the rig", self.actuator),
         }
@@ -227,10 +231,27 @@ impl Plant {
         Ok(())
     }
 
-    /// True where a recording imposes the motion of some body, so that only recordings can drive
-    /// the plant.
+    /// True where a recording imposes the motion of some body.
     pub fn has_imposed_motion(&self) -> bool {
         !self.topology.imposed.is_empty()
+    }
+
+    /// Reason for which only recordings can drive the plant: a motion that is imposed, or a column
+    /// that parameters depend on; `None` where commands can.
+    pub fn only_recordings(&self) -> Option<String> {
+        let body = self.inputs.iter().find(|input| input.motion.is_some());
+        let signal = self.inputs.iter().find(|input| input.exogenous);
+        match (body, signal) {
+            (Some(body), _) => Some(format!(
+                "the body `{}` with `motion_from` moves as a recording says",
+                body.actuator
+            )),
+            (None, Some(signal)) => Some(format!(
+                "parameters may depend on the column `{}`, which only a recording has",
+                signal.column
+            )),
+            (None, None) => None,
+        }
     }
 
     /// The columns that it writes, in file order.

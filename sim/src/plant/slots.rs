@@ -1,14 +1,17 @@
 //! Slots of the parameter vector, and the units of what stands in them.
 
 use super::Parameter;
+use super::topology::{Depending, SignalSlots};
 use crate::effects::Sign;
-use crate::rig::{Actuator, HaselReading, Place, Reads, Rig, Site, Value};
+use crate::rig::{Actuator, Dependence, HaselReading, Place, Reads, Rig, Signal, Site, Value};
 use crate::unit::{self, Motion, Quantity};
 
 /// The slots as they are handed out.
 #[derive(Default)]
 pub(super) struct Slots<'a> {
     pub(super) entries: Vec<(Parameter, Place)>,
+    /// Slots of parameters that depend on a column, with how; their slopes have no slot yet.
+    depending: Vec<(usize, Box<Dependence>)>,
     /// Names of the chains and of the plates, whose numbers their bodies share.
     owners: [Vec<&'a str>; 2],
 }
@@ -19,6 +22,7 @@ impl<'a> Slots<'a> {
         let plates = rig.geometry.plates.iter().map(|plate| plate.name.as_str());
         Self {
             entries: Vec::new(),
+            depending: Vec::new(),
             owners: [chains.collect(), plates.collect()],
         }
     }
@@ -71,6 +75,9 @@ impl<'a> Slots<'a> {
             return slot;
         }
         let name = self.shared(&value.place).unwrap_or(name);
+        if let Some(with) = &value.with {
+            self.depending.push((self.entries.len(), with.clone()));
+        }
         self.entries.push((
             Parameter {
                 name,
@@ -84,6 +91,35 @@ impl<'a> Slots<'a> {
             value.place.clone(),
         ));
         self.entries.len() - 1
+    }
+
+    /// Slots of the signals' lags and of the slopes by them, after all others, so that laws keep
+    /// their parameters in neighbouring slots.
+    pub(super) fn add_dependences(
+        &mut self,
+        signals: &[Signal],
+        rig: &Rig,
+    ) -> (Vec<SignalSlots>, Vec<Depending>) {
+        let lags = signals.iter().map(|signal| SignalSlots {
+            lag: signal.lag.as_ref().map(|lag| {
+                let name = format!("{}.lag", signal.name);
+                self.add(name, "s", Sign::NonNegative, lag)
+            }),
+        });
+        let lags = lags.collect();
+        let depending = std::mem::take(&mut self.depending).into_iter();
+        let slopes = depending.filter_map(|(slot, with)| {
+            let signal = rig.signal_index(signals, &with.signal)?;
+            let of = &self.entries[slot].0;
+            let per = signal_unit(&signals[signal]);
+            let (name, unit) = (format!("{}.slope", of.name), unit::ratio(&of.unit, per));
+            Some(Depending {
+                slot,
+                slope: self.add(name, unit, Sign::Any, &with.slope),
+                signal,
+            })
+        });
+        (lags, slopes.collect())
     }
 
     /// A parameter of a component whose quantity follows from the motion.
@@ -106,6 +142,15 @@ pub(super) fn input_unit(actuator: &Actuator) -> &str {
         unit::of_column(&actuator.input)
     } else {
         ""
+    }
+}
+
+/// Unit of a signal that parameters depend on: SI where a `unit` key converts the column.
+pub(super) fn signal_unit(signal: &Signal) -> &str {
+    let written = unit::of_column(&signal.column);
+    match signal.column_factor == 1.0 {
+        true => written,
+        false => unit::si(written),
     }
 }
 

@@ -40,6 +40,10 @@ pub(crate) struct Topology {
     pub(crate) inputs: usize,
     /// Those of the actuators, which come first.
     pub(crate) acting: usize,
+    /// Columns that parameters depend on: their inputs follow those of the actuators.
+    pub(crate) signals: Vec<SignalSlots>,
+    /// Parameters that depend on them.
+    pub(crate) depending: Vec<Depending>,
     /// Bodies whose motion the recording imposes, in the order of their inputs.
     pub(crate) imposed: Vec<usize>,
     /// Every body is imposed and nothing has a rate: there is nothing to integrate.
@@ -59,6 +63,22 @@ pub(crate) struct Topology {
     pub(crate) hasels: Vec<Hasel>,
     /// Components with a shape.
     pub(crate) shapes: Shapes,
+}
+
+/// A column that parameters depend on.
+#[derive(Debug)]
+pub(crate) struct SignalSlots {
+    /// Time constant with which the rig follows it.
+    pub(crate) lag: Option<usize>,
+}
+
+/// A parameter that depends on a signal (docs/explanation/plant.md, eq. 26).
+#[derive(Debug)]
+pub(crate) struct Depending {
+    pub(crate) slot: usize,
+    pub(crate) slope: usize,
+    /// Index of the signal.
+    pub(crate) signal: usize,
 }
 
 #[derive(Debug)]
@@ -282,6 +302,7 @@ impl Topology {
     pub(crate) fn has_memory(&self) -> bool {
         let memory = |chain: &InputChainSlots| chain.delay.or(chain.play).or(chain.lag);
         self.lines.iter().any(|line| memory(&line.chain).is_some())
+            || self.signals.iter().any(|signal| signal.lag.is_some())
     }
 
     /// True where the rates are affine in the state and the inputs, and few enough.
@@ -295,6 +316,7 @@ impl Topology {
             && !self.shaped
             && !self.rates_vary
             && self.imposed.is_empty()
+            && self.depending.is_empty()
             && (self.loads.iter()).all(|load| straight(&load.law, load.motion))
             && (self.springs.iter()).all(|spring| {
                 spring.laws.iter().all(|law| straight(law, spring.motion))

@@ -8,6 +8,7 @@ use super::geometry::{
 use super::names::{Component, Names};
 use super::reader::{Source, Spanned, TableReader};
 use super::sections::read_names;
+use super::signals::read_signals;
 use super::{
     Actuator, Body, Damper, Drives, End, FORMAT, Gravity, Hold, MotionColumn, Reads, Rig, Sensor,
     Spring, Tendon,
@@ -29,6 +30,7 @@ const TOP: &[&str] = &[
     "actuator",
     "sensor",
     "effect",
+    "signal",
     "chain",
     "plate",
     "waveguide",
@@ -71,6 +73,7 @@ pub(super) fn read_rig<'a>(source: &'a Source<'a>, table: &'a dyn TableLike) -> 
         tendons: Vec::new(),
         actuators: Vec::new(),
         sensors: Vec::new(),
+        signals: Vec::new(),
         effects: Vec::new(),
         geometry: Geometry::default(),
     };
@@ -101,6 +104,7 @@ pub(super) fn read_rig<'a>(source: &'a Source<'a>, table: &'a dyn TableLike) -> 
     rig.actuators = each(&root, "actuator", |table| read_actuator(table, &names))?;
     rig.sensors = each(&root, "sensor", |table| read_sensor(table, &names, &rig))?;
     rig.effects = read_effects(&root.tables("effect")?, &names, &rig)?;
+    rig.signals = read_signals(&root.tables("signal")?)?;
     Ok(rig)
 }
 
@@ -281,7 +285,7 @@ fn read_limit(table: &TableReader) -> Result<Option<(f64, f64)>, Error> {
     }
 }
 
-fn read_factor(table: &TableReader) -> Result<f64, Error> {
+pub(super) fn read_factor(table: &TableReader) -> Result<f64, Error> {
     let Some(unit) = table.optional_text("unit")? else {
         return Ok(1.0);
     };

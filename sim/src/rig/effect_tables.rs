@@ -48,10 +48,12 @@ fn read_effect(table: &TableReader, names: &Names, rig: &Rig) -> Result<EffectTa
             None => table.parameter(spec.name, spec.sign),
         })
         .collect();
+    let parameters = parameters?;
+    table.refuse_dependence(description.family, &parameters)?;
     Ok(EffectTable {
         kind,
         site,
-        parameters: parameters?,
+        parameters,
     })
 }
 

@@ -1,7 +1,7 @@
 //! Effects put into a rig: where each can sit, and the rig as if it had been written with one more.
 
 use super::{Drives, End, Rig, Site};
-use crate::effects::{Kind, Port};
+use crate::effects::{Kind, Port, Role};
 use crate::error::Error;
 use crate::suggest;
 use toml_edit::{ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value};
@@ -102,6 +102,39 @@ impl Rig {
     /// # Errors
     /// Those of [`Rig::parse`]: a value of the wrong sign, a kind twice at a component.
     pub fn with_effect(&self, kind: Kind, site: Site, values: &[f64]) -> Result<Self, Error> {
+        self.with_table(kind, self.effect_table(kind, site, values))
+    }
+
+    /// The same with an effect whose strengths depend on a signal
+    /// (docs/explanation/plant.md, eq. 26): `values` go on with a slope a strength, in the order of
+    /// the description.
+    ///
+    /// # Errors
+    /// Those of [`Rig::with_effect`].
+    pub fn with_dependent_effect(
+        &self,
+        kind: Kind,
+        site: Site,
+        values: &[f64],
+        signal: &str,
+    ) -> Result<Self, Error> {
+        let mut table = self.effect_table(kind, site, values);
+        let specs = kind.description().parameters;
+        let slopes = values.get(specs.len()..).unwrap_or_default();
+        let strengths = specs.iter().filter(|spec| spec.role == Role::Strength);
+        for (spec, &slope) in strengths.zip(slopes) {
+            let value = table.get_mut(spec.name).and_then(Item::as_inline_table_mut);
+            if let Some(value) = value {
+                let mut free = InlineTable::new();
+                free.insert("value", Value::from(slope));
+                value.insert("with", Value::from(signal));
+                value.insert("slope", Value::from(free));
+            }
+        }
+        self.with_table(kind, table)
+    }
+
+    fn with_table(&self, kind: Kind, table: Table) -> Result<Self, Error> {
         let unwritable = || Error {
             file: self.file.clone(),
             line: None,
@@ -111,7 +144,6 @@ impl Rig {
         };
         let mut document: DocumentMut = self.text.parse().map_err(|_| unwritable())?;
         let root = document.as_table_mut();
-        let table = self.effect_table(kind, site, values);
         match root
             .entry("effect")
             .or_insert(Item::ArrayOfTables(ArrayOfTables::new()))

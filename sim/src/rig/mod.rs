@@ -7,6 +7,7 @@ mod geometry;
 mod names;
 mod reader;
 mod sections;
+mod signals;
 mod tables;
 mod write;
 
@@ -63,6 +64,8 @@ pub struct Rig {
     pub actuators: Vec<Actuator>,
     /// Sensors: readings to signals.
     pub sensors: Vec<Sensor>,
+    /// Columns that parameters may depend on, those that only a `with` names last.
+    pub signals: Vec<Signal>,
     /// Physics beyond the textbook.
     pub effects: Vec<EffectTable>,
     /// Components with a shape: chains, plates and their sensors.
@@ -80,7 +83,37 @@ pub struct Value {
     pub max: Option<f64>,
     /// A fit may change it.
     pub free: bool,
+    /// Column of the recording that it changes with, if one does.
+    pub with: Option<Box<Dependence>>,
     pub(crate) place: Place,
+}
+
+/// Dependence of a parameter on a column of the recording: `value + slope * signal`
+/// (docs/explanation/plant.md, eq. 26).
+#[derive(Clone, Debug)]
+pub struct Dependence {
+    /// Name of a `[[signal]]`, or a column.
+    pub signal: String,
+    /// Change of the parameter by one unit of the signal.
+    pub slope: Value,
+    /// Line of the `with` key, for errors about the recording.
+    pub line: usize,
+}
+
+/// Column of the recording that drives nothing, and that parameters may depend on: a pressure, a
+/// voltage, a temperature.
+#[derive(Clone, Debug)]
+pub struct Signal {
+    /// Unique among the signals.
+    pub name: String,
+    /// Column of the recording.
+    pub column: String,
+    /// Time constant with which the rig follows the column, s; none: at once.
+    pub lag: Option<Value>,
+    /// Factor of the column's unit to SI (the `unit` key; 1 without one).
+    pub column_factor: f64,
+    /// Line of the `column` key, for errors about the recording.
+    pub line: usize,
 }
 
 /// Place of a parameter in the file, also of one that is not written there.
@@ -94,6 +127,8 @@ pub(crate) struct Place {
     pub(crate) within: Option<(&'static str, usize)>,
     /// The key.
     pub(crate) key: String,
+    /// It is the `slope` in the table of that key, and not its `value`.
+    pub(crate) slope: bool,
     /// Its line, from 1; that of the table where it is not written.
     pub(crate) line: usize,
 }

@@ -93,9 +93,9 @@ pub struct TableReader<'a> {
     pub(super) what: String,
     table: &'a dyn TableLike,
     pub(super) span: Span,
-    array: &'static str,
+    pub(super) array: &'static str,
     index: usize,
-    within: Option<(&'static str, usize)>,
+    pub(super) within: Option<(&'static str, usize)>,
 }
 
 impl<'a> TableReader<'a> {
@@ -349,7 +349,7 @@ impl<'a> TableReader<'a> {
             index: self.index,
             within: self.within,
         };
-        inner.allow(&["value", "min", "max"])?;
+        inner.allow(&["value", "min", "max", "with", "slope"])?;
         let value = inner
             .number("value", sign)?
             .ok_or_else(|| inner.missing("value", "a number"))?;
@@ -377,6 +377,7 @@ impl<'a> TableReader<'a> {
             min,
             max,
             free: true,
+            with: self.dependence(key, &inner)?,
             place: self.place(key),
         }))
     }
@@ -394,22 +395,24 @@ impl<'a> TableReader<'a> {
             .unwrap_or_else(|| self.held(key, default)))
     }
 
-    fn held(&self, key: &str, value: f64) -> Value {
+    pub(super) fn held(&self, key: &str, value: f64) -> Value {
         Value {
             value,
             min: None,
             max: None,
             free: false,
+            with: None,
             place: self.place(key),
         }
     }
 
-    fn place(&self, key: &str) -> Place {
+    pub(super) fn place(&self, key: &str) -> Place {
         Place {
             table: self.array,
             index: self.index,
             within: self.within,
             key: key.to_owned(),
+            slope: false,
             line: self.line(key),
         }
     }

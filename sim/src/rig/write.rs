@@ -4,7 +4,7 @@ use super::{Place, Rig};
 use crate::error::Error;
 use crate::plant::parameters;
 use crate::suggest;
-use toml_edit::{DocumentMut, Item, TableLike, Value};
+use toml_edit::{DocumentMut, InlineTable, Item, TableLike, Value};
 
 impl Rig {
     /// The rig as a file: its own text.
@@ -65,6 +65,9 @@ fn replace(document: &mut DocumentMut, place: &Place, value: f64) -> Option<()> 
             table.insert(&place.key, toml_edit::value(value));
         }
         Some(item) => {
+            if place.slope {
+                return set_slope(item.as_table_like_mut()?, value);
+            }
             let number = match item.as_table_like_mut() {
                 Some(inner) => inner.get_mut("value")?,
                 None => item,
@@ -73,6 +76,22 @@ fn replace(document: &mut DocumentMut, place: &Place, value: f64) -> Option<()> 
         }
     }
     Some(())
+}
+
+/// Puts the slope of a parameter into its table; one that is not written is free.
+fn set_slope(parameter: &mut dyn TableLike, value: f64) -> Option<()> {
+    match parameter.get_mut("slope") {
+        None => {
+            let mut free = InlineTable::new();
+            free.insert("value", Value::from(value));
+            parameter.insert("slope", toml_edit::value(free));
+            Some(())
+        }
+        Some(item) => match item.as_table_like_mut() {
+            Some(inner) => set(inner.get_mut("value")?, value),
+            None => set(item, value),
+        },
+    }
 }
 
 fn element(item: &mut Item, index: usize) -> Option<&mut dyn TableLike> {

@@ -24,3 +24,4 @@ mod passive;
 mod past;
 mod refusals;
 mod rig_text;
+mod signals;

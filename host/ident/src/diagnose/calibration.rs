@@ -9,7 +9,8 @@ use crate::diagnose::evidence::apart;
 use crate::diagnose::finding::{Estimate, FoundEffect, Rival};
 use crate::diagnose::pool::Pool;
 use crate::diagnose::share::share_left;
-use crate::diagnose::term::Term;
+use crate::diagnose::term::{BySignal, Term};
+use crate::report::significant;
 use sinew_sim::effects::Kind;
 
 /// Values and intervals of the corrected model's parameters, by name.
@@ -32,7 +33,7 @@ pub(crate) fn effects(
             let each = sites.iter();
             each.map(move |place| FoundEffect {
                 share: *share,
-                ..one(kind, &place.name, about.clone(), known)
+                ..one(kind, &place.name, term.by(), about.clone(), known)
             })
         })
         .collect();
@@ -77,29 +78,58 @@ fn joint_confidence(found: &Pool, chosen: usize, case: &Case) -> f64 {
     case.trust * whole * small * sure
 }
 
-fn one(kind: Kind, component: &str, about: Alternatives, known: &Known) -> FoundEffect {
+fn one(
+    kind: Kind,
+    component: &str,
+    by: Option<&BySignal>,
+    about: Alternatives,
+    known: &Known,
+) -> FoundEffect {
     let description = kind.description();
-    let parameters: BTreeMap<String, Estimate> = description
-        .parameters
-        .iter()
-        .filter_map(|spec| {
-            let name = format!("{component}.{}.{}", description.kind, spec.name);
-            let estimate = known.get(&name)?;
-            Some((spec.name.to_owned(), estimate.clone()))
-        })
-        .collect();
-    let values: Vec<(f64, &str)> = description
-        .parameters
-        .iter()
-        .filter_map(|spec| parameters.get(spec.name))
-        .map(|estimate| (estimate.value, estimate.unit.as_str()))
-        .collect();
+    let estimate = |key: &str| {
+        let estimate = known.get(&format!("{component}.{}.{key}", description.kind))?;
+        Some((key.to_owned(), estimate.clone()))
+    };
+    let own = description.parameters.iter();
+    let slopes = own.clone().map(|spec| format!("{}.slope", spec.name));
+    let slopes: BTreeMap<String, Estimate> = slopes.filter_map(|key| estimate(&key)).collect();
+    let mut parameters: BTreeMap<String, Estimate> =
+        own.filter_map(|spec| estimate(spec.name)).collect();
+    // A strength that depends on a signal is said in the middle of the signal's range.
+    let middle = by.map_or(0.0, |by| 0.5 * (by.range[0] + by.range[1]));
+    let at = |name: &str, signal: f64| {
+        let own = parameters.get(name)?;
+        let slope = slopes.get(&format!("{name}.slope"));
+        let change = slope.map_or(0.0, |slope| slope.value * signal);
+        Some((own.value + change, own.unit.as_str()))
+    };
+    let names = description.parameters.iter().map(|spec| spec.name);
+    let values: Vec<(f64, &str)> = names.clone().filter_map(|name| at(name, middle)).collect();
+    let mut equation = kind.equation(&values);
+    let mut sentence = kind.sentence(component, &values);
+    if let Some(by) = by {
+        for name in names.filter(|name| slopes.contains_key(&format!("{name}.slope"))) {
+            let ends = by.range.map(|signal| (at(name, signal), signal));
+            let said = ends.map(|(value, signal)| {
+                let (value, unit) = value.unwrap_or_default();
+                let (value, signal) = (significant(value, 3), significant(signal, 3));
+                format!("{value} {unit} at {signal} {}", by.unit)
+                    .trim()
+                    .to_owned()
+            });
+            let said = said.join(", ");
+            equation += &format!(", {name} by {}: {said}", by.name);
+            sentence += &format!(" Its {name} depends on {}: {said}.", by.name);
+        }
+    }
+    parameters.extend(slopes);
     FoundEffect {
         share: 0.0,
         kind: description.kind.into(),
         component: component.into(),
-        equation: kind.equation(&values),
-        sentence: kind.sentence(component, &values),
+        equation,
+        sentence,
+        with: by.map(|by| by.name.clone()),
         confidence: about.confidence,
         rivals: about.rivals,
         indistinguishable_from: about.indistinguishable,
@@ -137,7 +167,8 @@ impl<'a> Named<'a> {
         let all = found.candidates.iter().zip(&found.probabilities);
         for ((finalist, p), one_finding) in all.zip(&self.one_finding) {
             let share = p * self.joint_confidence;
-            if finalist.trial.terms.iter().any(|its| its.says(term)) {
+            let mut its = finalist.trial.terms.iter();
+            if its.any(|its| its.says(term) || its.is_effect_of(term)) {
                 about.confidence += share;
                 continue;
             }

@@ -56,6 +56,7 @@ pub(crate) fn carriage() -> Diagnosis {
             share: 0.99,
             kind: "coulomb_friction".into(),
             component: "carriage".into(),
+            with: None,
             equation: "F = -20.1 N sign(v)".into(),
             sentence: "...".into(),
             parameters: [("level".to_owned(), estimate(20.1, "N", [19.8, 20.4]))].into(),

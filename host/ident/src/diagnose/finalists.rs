@@ -56,7 +56,11 @@ pub(crate) fn finalists(found: &Pool, chosen: Option<usize>, case: &Case) -> Vec
 fn name(candidate: &Candidate) -> String {
     let terms = candidate.trial.terms.iter();
     let parts: Vec<String> = terms
-        .map(|term| format!("{} at {}", term.kind(), term.component()))
+        .map(|term| {
+            let by = term.by().map(|by| format!(" by {}", by.name));
+            let by = by.unwrap_or_default();
+            format!("{} at {}{by}", term.kind(), term.component())
+        })
         .collect();
     parts.join(" + ")
 }

@@ -85,6 +85,9 @@ pub struct FoundEffect {
     pub kind: String,
     /// Its place.
     pub component: String,
+    /// Signal of the rig that its strengths depend on, if they do.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub with: Option<String>,
     /// Its law with numbers.
     pub equation: String,
     /// For a person.

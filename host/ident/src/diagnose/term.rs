@@ -1,6 +1,6 @@
 //! Terms of a candidate: effects that a rig may lack and bare numbers in it that may be wrong.
 
-use sinew_sim::effects::{Description, Family, Kind, ParameterSpec, Sign};
+use sinew_sim::effects::{Description, Family, Kind, ParameterSpec, Role, Sign};
 use sinew_sim::rig::Site;
 use sinew_sim::{Plant, Rig};
 
@@ -16,12 +16,28 @@ pub(crate) struct Place {
     pub name: String,
 }
 
+/// Signal of the rig that the strengths of an effect depend on.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct BySignal {
+    /// Its name in the rig.
+    pub name: String,
+    /// Unit of its column.
+    pub unit: String,
+    /// Smallest and largest value in the fit recordings.
+    pub range: [f64; 2],
+}
+
 /// One hypothesis about what a rig lacks.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Term {
     /// An effect of the vocabulary with parameters of its own at each of its sites: at one
     /// component, or at every one of a group of identical components.
-    Effect { kind: Kind, sites: Vec<Place> },
+    Effect {
+        kind: Kind,
+        sites: Vec<Place>,
+        /// Signal that its strengths depend on, if they do.
+        by: Option<BySignal>,
+    },
     /// A parameter that the rig holds as known.
     Number { name: String },
 }
@@ -44,7 +60,61 @@ impl Term {
         Self::Effect {
             kind,
             sites: sites.iter().map(place).collect(),
+            by: None,
         }
+    }
+
+    /// The same effect with strengths that depend on a signal.
+    fn depending(mut self, signal: &BySignal) -> Self {
+        if let Self::Effect { by, .. } = &mut self {
+            *by = Some(signal.clone());
+        }
+        self
+    }
+
+    /// The signal that its strengths depend on.
+    pub fn by(&self) -> Option<&BySignal> {
+        match self {
+            Self::Effect { by, .. } => by.as_ref(),
+            Self::Number { .. } => None,
+        }
+    }
+
+    /// What each of its parameters at one component is, in the order of [`Term::apply`]: the
+    /// description's, then a slope for each strength that depends on a signal.
+    pub fn specs(&self) -> Vec<&'static ParameterSpec> {
+        let Some((kind, _)) = self.effect() else {
+            return Vec::new();
+        };
+        let own = kind.description().parameters.iter();
+        let slopes = own.clone().filter(|spec| is_strength(spec));
+        let slopes = slopes.filter(|_| self.by().is_some());
+        own.chain(slopes).collect()
+    }
+
+    /// Start values of its parameters at one component from those of the effect alone: strengths
+    /// half constant and half proportional to the signal, and nearly proportional to it.
+    pub fn with_slopes(&self, start: &[f64]) -> Vec<Vec<f64>> {
+        let Some((by, (kind, _))) = self.by().zip(self.effect()) else {
+            return vec![start.to_vec()];
+        };
+        let specs = kind.description().parameters.iter();
+        let largest = by.range[0].abs().max(by.range[1].abs());
+        let parts = [(0.5, 0.5), (0.1, 0.9)];
+        let with = parts.map(|(constant, proportional)| {
+            let strengths = specs
+                .clone()
+                .zip(start)
+                .filter(|(spec, _)| is_strength(spec));
+            let slopes = strengths.map(|(_, value)| proportional * value / largest);
+            let own = specs.clone().zip(start);
+            let own = own.map(|(spec, value)| match is_strength(spec) {
+                true => constant * value,
+                false => *value,
+            });
+            own.chain(slopes).collect()
+        });
+        with.into()
     }
 
     /// Its kind as a report names it.
@@ -66,7 +136,7 @@ impl Term {
     /// The effect and every component that it sits at; `None` of a number.
     pub fn effect(&self) -> Option<(Kind, &[Place])> {
         match self {
-            Self::Effect { kind, sites } => Some((*kind, sites)),
+            Self::Effect { kind, sites, .. } => Some((*kind, sites)),
             Self::Number { .. } => None,
         }
     }
@@ -74,7 +144,7 @@ impl Term {
     /// The effect and its component, where it sits at one alone.
     pub fn single(&self) -> Option<(Kind, &Place)> {
         match self {
-            Self::Effect { kind, sites } => match &sites[..] {
+            Self::Effect { kind, sites, .. } => match &sites[..] {
                 [one] => Some((*kind, one)),
                 _ => None,
             },
@@ -105,9 +175,11 @@ impl Term {
         } = kind.description();
         let at = |place: &Place| -> Vec<String> {
             let specs = parameters.iter().filter(|spec| which(spec));
-            specs
-                .map(|spec| format!("{}.{kind}.{}", place.name, spec.name))
-                .collect()
+            let full = |spec: &ParameterSpec| format!("{}.{kind}.{}", place.name, spec.name);
+            let slopes = specs.clone().filter(|spec| is_strength(spec));
+            let slopes = slopes.filter(|_| self.by().is_some());
+            let slopes = slopes.map(|spec| format!("{}.slope", full(spec)));
+            specs.map(full).chain(slopes).collect()
         };
         sites.iter().map(at).collect()
     }
@@ -140,7 +212,13 @@ impl Term {
         let covers = both.is_some_and(|((kind, mine), (its, theirs))| {
             kind == its && theirs.iter().all(|place| mine.contains(place))
         });
+        let covers = covers && (other.by().is_none() || self.by() == other.by());
         covers || self == other
+    }
+
+    /// Tells whether it is the same effect at the same components, whatever its strengths depend on.
+    pub fn is_effect_of(&self, other: &Self) -> bool {
+        self.effect().is_some() && self.effect() == other.effect()
     }
 
     /// Name of its place in a report: components joined by a plus, or the parameter's full name.
@@ -161,9 +239,17 @@ impl Term {
     pub fn apply(&self, rig: &Rig, values: &[f64]) -> Result<Rig> {
         let mut rig = rig.clone();
         if let Some((kind, sites)) = self.effect() {
-            let each = kind.description().parameters.len();
+            // Slopes that are not given begin at zero.
+            let each = (values.len() / sites.len()).max(1);
             for (place, values) in sites.iter().zip(values.chunks(each)) {
-                rig = rig.with_effect(kind, place.site, values)?;
+                rig = match self.by() {
+                    None => rig.with_effect(kind, place.site, values)?,
+                    Some(by) => {
+                        let mut values = values.to_vec();
+                        values.resize(self.specs().len(), 0.0);
+                        rig.with_dependent_effect(kind, place.site, &values, &by.name)?
+                    }
+                };
             }
         }
         Ok(rig)
@@ -193,14 +279,25 @@ impl Term {
                 slot.map_or(0.0, |slot| plant.parameters()[slot].value)
             };
             let free = description.parameters.iter().filter(|spec| !spec.held);
+            let slopes = free.clone().filter(|spec| is_strength(spec));
+            let slopes = slopes.filter(|_| self.by().is_some()).map(|spec| Tried {
+                name: full(&format!("{}.slope", spec.name)),
+                bounds: [f64::NEG_INFINITY, f64::INFINITY],
+            });
             let tried = free.map(|spec| {
                 let [least, most] = spec.range.bounds(spec.name, start);
+                // With a slope it is the value at the signal's zero, which need not be met.
+                let depends = self.by().is_some() && is_strength(spec);
+                let lowest = match depends {
+                    true => f64::NEG_INFINITY,
+                    false => lowest(spec),
+                };
                 Tried {
                     name: full(spec.name),
-                    bounds: [lowest(spec).max(least), most],
+                    bounds: [lowest.max(least), most],
                 }
             });
-            tried.collect::<Vec<_>>()
+            tried.chain(slopes).collect::<Vec<_>>()
         };
         sites.iter().flat_map(at).collect()
     }
@@ -234,7 +331,8 @@ impl Term {
 
     /// Those of its parameters that the vocabulary wants at zero or more.
     pub fn not_below_zero(&self) -> Vec<String> {
-        let each = self.named(|spec| spec.sign == Sign::NonNegative);
+        let depends = |spec: &ParameterSpec| self.by().is_some() && is_strength(spec);
+        let each = self.named(|spec| spec.sign == Sign::NonNegative && !depends(spec));
         each.into_iter().flatten().collect()
     }
 
@@ -251,11 +349,69 @@ impl Term {
                 return false;
             };
             let own: Vec<f64> = slots.into_iter().map(|slot| values[slot]).collect();
-            let mut signs = specs.iter().zip(&own);
-            signs.all(|(spec, value)| spec.sign.admits(*value)) && kind.plausible(&own, duration)
+            self.over_the_signal(&own).iter().all(|own| {
+                let mut signs = specs.iter().zip(own);
+                signs.all(|(spec, value)| spec.sign.admits(*value)) && kind.plausible(own, duration)
+            })
         };
         self.named(|_| true).iter().all(at)
     }
+}
+
+impl Term {
+    /// Parameters of the effect at one component at both ends of the signal's range; a strength
+    /// that is nearly zero at one of them is zero there. As they are without a signal.
+    pub fn over_the_signal(&self, own: &[f64]) -> Vec<Vec<f64>> {
+        let Some((by, (kind, _))) = self.by().zip(self.effect()) else {
+            return vec![own.to_vec()];
+        };
+        let specs = kind.description().parameters;
+        let at = |signal: f64| -> Vec<f64> {
+            let mut slopes = own[specs.len()..].iter();
+            let own = specs.iter().zip(own).map(|(spec, value)| {
+                let slope = is_strength(spec).then(|| slopes.next()).flatten();
+                value + slope.map_or(0.0, |slope| slope * signal)
+            });
+            own.collect()
+        };
+        let mut ends = by.range.map(at);
+        for (which, spec) in specs
+            .iter()
+            .enumerate()
+            .filter(|(_, spec)| is_strength(spec))
+        {
+            let largest = ends[0][which].abs().max(ends[1][which].abs());
+            for end in &mut ends {
+                if spec.sign == Sign::NonNegative && end[which] > -NEARLY_ZERO * largest {
+                    end[which] = end[which].max(0.0);
+                }
+            }
+        }
+        ends.into()
+    }
+}
+
+/// Part of its largest value below which a strength that depends on a signal is zero at an end of
+/// the signal's range.
+const NEARLY_ZERO: f64 = 0.1;
+
+fn is_strength(spec: &ParameterSpec) -> bool {
+    spec.role == Role::Strength && !spec.held
+}
+
+/// Effects at each component whose strengths depend on one of these signals.
+pub(crate) fn depending_terms(rig: &Rig, effects: &[Kind], signals: &[BySignal]) -> Vec<Term> {
+    let kinds = effects.iter().filter(|kind| kind.follows_signals());
+    let at = |&kind: &Kind| {
+        let sites = kind.sites(rig).into_iter();
+        sites.flat_map(move |site| {
+            let plain = Term::at(rig, kind, &[site]);
+            signals
+                .iter()
+                .map(move |signal| plain.clone().depending(signal))
+        })
+    };
+    kinds.flat_map(at).collect()
 }
 
 /// Every term that may be missing from a rig: these effects at each component, at each group of

@@ -163,12 +163,9 @@ pub fn design(plant: &Plant, file: impl AsRef<Path>, options: &Options) -> Resul
             "the rig has no actuator: nothing can excite it",
         ));
     }
-    if plant.has_imposed_motion() {
-        return Err(Error::file(
-            file,
-            "the rig has a body with `motion_from`: only a recording can move it",
-        )
-        .expected("a rig whose bodies move by their actuators"));
+    if let Some(reason) = plant.only_recordings() {
+        let message = format!("only a recording can drive this rig: {reason}");
+        return Err(Error::file(file, message).expected("a rig that its actuators alone drive"));
     }
     let rows = (options.seconds * options.rate_hz).round() as usize + 1;
     let t: Vec<f64> = (0..rows).map(|k| k as f64 / options.rate_hz).collect();

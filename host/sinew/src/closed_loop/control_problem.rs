@@ -119,10 +119,11 @@ impl ControlProblem {
                 Error::file(&rig.file, message).expected("an [[actuator]] with its `input`")
             );
         }
-        if plant.has_imposed_motion() {
-            let message = "a body with `motion_from` moves as a recording says: nothing to control";
-            return Err(Error::file(&rig.file, message)
-                .expected("a rig whose bodies move by their actuators"));
+        if let Some(reason) = plant.only_recordings() {
+            let message = format!("nothing to control: {reason}");
+            return Err(
+                Error::file(&rig.file, message).expected("a rig that its actuators alone drive")
+            );
         }
         let period_s = 1.0 / control.and_then(|c| c.rate_hz).unwrap_or(RATE_HZ);
         let horizon = control.and_then(|c| c.horizon).unwrap_or(10);

@@ -310,7 +310,7 @@ impl Pushed {
                     .ok()?;
                 stepper.state()
             } else {
-                if self.plant.has_imposed_motion() {
+                if self.plant.only_recordings().is_some() {
                     stepper.hold(&inputs(row)).ok()?;
                 }
                 stepper.signals()

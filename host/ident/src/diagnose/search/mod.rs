@@ -28,7 +28,7 @@ use crate::diagnose::one_way::can_be_told;
 use crate::diagnose::pool::Pool;
 use crate::diagnose::search::refocus::refocused;
 use crate::diagnose::share::share_left;
-use crate::diagnose::term::terms;
+use crate::diagnose::term::{BySignal, depending_terms, terms};
 use crate::error::Result;
 
 /// Searches over the intervals of the case; then over fewer and longer ones, from where the rig
@@ -89,12 +89,14 @@ pub(crate) fn search(case: &Case, rig: &Rig, values: &[f64]) -> Result<Option<Po
         },
         None => (subset, start),
     };
+    let mut all = terms(rig, &plant, case.effects);
+    all.extend(depending_terms(rig, case.effects, &signals(case, &plant)));
     let context = Context {
         case,
         subset,
         start,
         rig,
-        terms: can_be_told(case, terms(rig, &plant, case.effects)),
+        terms: can_be_told(case, all),
     };
     improve(&context, &mut pool)?;
     let best = pool.chosen.or_else(|| {
@@ -109,6 +111,25 @@ pub(crate) fn search(case: &Case, rig: &Rig, values: &[f64]) -> Result<Option<Po
     }
     pool.conclude(case);
     Ok(Some(pool))
+}
+
+/// Signals of the rig that vary in the fit recordings.
+fn signals(case: &Case, plant: &Plant) -> Vec<BySignal> {
+    let inputs = plant.inputs().iter().enumerate();
+    let signals = inputs.filter(|(_, input)| input.exogenous);
+    let ranges = signals.map(|(index, input)| {
+        let experiments = case.fit.experiments.iter();
+        let values = experiments.flat_map(|experiment| experiment.inputs[index].iter().copied());
+        let wider = |[low, high]: [f64; 2], value: f64| [low.min(value), high.max(value)];
+        BySignal {
+            name: input.actuator.clone(),
+            unit: input.unit().to_owned(),
+            range: values.fold([f64::INFINITY, f64::NEG_INFINITY], wider),
+        }
+    });
+    ranges
+        .filter(|signal| signal.range[0] < signal.range[1])
+        .collect()
 }
 
 /// Makes every move that applies, in their order.

@@ -3,7 +3,7 @@
 
 use crate::diagnose::config::CONFIG;
 use sinew_sim::Rig;
-use sinew_sim::effects::{Kind, Role};
+use sinew_sim::effects::Role;
 
 use crate::diagnose::candidate::Trial;
 use crate::diagnose::model::Model;
@@ -91,9 +91,14 @@ fn starts(run: &Run, term: &Term) -> Result<Vec<(Vec<f64>, bool)>> {
             let count = each.iter().map(Vec::len).min().unwrap_or(0);
             let start = |k: usize| {
                 let starts: Vec<&[f64]> = each.iter().map(|starts| &starts[k][..]).collect();
-                mean(&starts).repeat(starts.len())
+                mean(&starts)
             };
-            Ok(with_weak(kind, (0..count).map(start).collect()))
+            let starts = (0..count).flat_map(|k| {
+                let one = start(k);
+                let with = term.with_slopes(&one).into_iter();
+                with.map(|one| one.repeat(sites.len())).collect::<Vec<_>>()
+            });
+            Ok(with_weak(term, starts.collect()))
         }
     }
 }
@@ -142,10 +147,11 @@ pub(crate) fn promising(looked: Vec<Vec<Start>>) -> Vec<Vec<Start>> {
 
 /// A start and the same one so weak that the linear theory holds for it (`true`): a start that
 /// changes the motion a lot promises nothing, whatever the truth.
-fn with_weak(kind: Kind, starts: Vec<Vec<f64>>) -> Vec<(Vec<f64>, bool)> {
+fn with_weak(term: &Term, starts: Vec<Vec<f64>>) -> Vec<(Vec<f64>, bool)> {
     let weak = |start: &Vec<f64>| -> Vec<f64> {
         // Of one component after the other.
-        let specs = kind.description().parameters.iter().cycle();
+        let specs = term.specs();
+        let specs = specs.iter().cycle();
         specs
             .zip(start)
             .map(|(spec, value)| {
