@@ -32,8 +32,6 @@ const fn loop_rate(name: &'static str, sign: Sign) -> ParameterSpec {
 pub(super) struct Hysteresis;
 
 impl Effect for Hysteresis {
-    const FOLLOWS_SIGNALS: bool = true;
-
     const DESCRIPTION: Description = Description {
         kind: "hysteresis",
         law: "F = -alpha z, z' = v - beta |v| |z|^(exponent - 1) z - gamma v |z|^exponent",

@@ -136,7 +136,14 @@ fn holds(
             && (falls(&refitted.rig, &rig, roles, lost)
                 || holds_over_whole_recordings(case, &refitted.rig, &rig)?);
     let holds = holds && keeps_its_size(finalist, &known);
+    let holds = holds && (!leaves_something(case, finalist) || shows_a_number(&known));
     Ok(holds.then_some(Named { index, rig, known }))
+}
+
+/// Tells whether the recordings determine any number of the corrected model. Where they determine
+/// none, a law can follow a disturbance and let the rig's own numbers make up for it.
+fn shows_a_number(known: &Known) -> bool {
+    known.values().any(|estimate| estimate.ci95.is_some())
 }
 
 /// Tells whether every effect is still there in the corrected model, which was fitted to whole

@@ -9,6 +9,7 @@ mod kin;
 mod mode;
 mod moves;
 mod parts;
+mod signal;
 mod simpler;
 mod stopped;
 mod taut;
