@@ -1,5 +1,6 @@
 //! The components of a rig, from their tables.
 
+use super::column::read_factor;
 use super::effect_tables::read_effects;
 use super::geometry::{
     self, Geometry, Reading, read_hasel, read_magnet, read_magnetometer, read_path, read_waveguide,
@@ -16,7 +17,7 @@ use super::{
 use crate::effects::Sign;
 use crate::error::Error;
 use crate::suggest;
-use crate::unit::{self, Motion};
+use crate::unit::Motion;
 use toml_edit::TableLike;
 
 const TOP: &[&str] = &[
@@ -283,20 +284,6 @@ fn read_limit(table: &TableReader) -> Result<Option<(f64, f64)>, Error> {
             ),
         )),
     }
-}
-
-pub(super) fn read_factor(table: &TableReader) -> Result<f64, Error> {
-    let Some(unit) = table.optional_text("unit")? else {
-        return Ok(1.0);
-    };
-    unit::factor(unit.value).map_err(|help| {
-        table
-            .error_at(
-                "unit",
-                format!("`unit` of {}: unknown unit `{}`", table.what, unit.value),
-            )
-            .helped(help)
-    })
 }
 
 fn read_sensor(table: &TableReader, names: &Names, rig: &Rig) -> Result<Sensor, Error> {

@@ -1,5 +1,6 @@
 //! The rig file: what the owner of a device believes about it, typed, and with its lines kept.
 
+mod column;
 mod components;
 mod effect_tables;
 mod extend;

@@ -1,7 +1,7 @@
 //! Columns of the recording that parameters depend on: the `[[signal]]` tables of a rig, and `with`
 //! and `slope` in a parameter's own table.
 
-use super::components::read_factor;
+use super::column::read_factor;
 use super::reader::TableReader;
 use super::{Dependence, Rig, Signal, Value};
 use crate::effects::{Family, Sign};

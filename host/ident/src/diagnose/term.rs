@@ -216,7 +216,8 @@ impl Term {
         covers || self == other
     }
 
-    /// Tells whether it is the same effect at the same components, whatever its strengths depend on.
+    /// Tells whether it is the same effect at the same components, whatever its strengths depend
+    /// on.
     pub fn is_effect_of(&self, other: &Self) -> bool {
         self.effect().is_some() && self.effect() == other.effect()
     }
