@@ -10,11 +10,9 @@ use heapless::Vec;
 use crate::clock::Clock;
 use crate::mode::Drive;
 use crate::protocol::{Identity, MAX_FRAME, Reason, ToDevice, ToHost, decode, encode};
-use crate::session::Session;
-use sinew_mpc::CostTerm;
-use sinew_mpc::controller::ControlLoop;
+use crate::session::LoopSession;
 use sinew_mpc::limits::Limits;
-use sinew_mpc::{Parts, Work};
+use sinew_mpc::{Parts, PredictiveLoop};
 
 /// The name of every check of this module, handed to the macro `$each`.
 #[macro_export]
@@ -96,16 +94,12 @@ pub trait Device {
 }
 
 impl<
-    M: CostTerm<NU, NY, NS, ND, DD>,
+    C: PredictiveLoop<NU, NY, NS, N>,
     const NU: usize,
     const NY: usize,
     const NS: usize,
-    const ND: usize,
-    const DD: usize,
     const N: usize,
-    const NB: usize,
-    const NV: usize,
-> Device for Session<M, NU, NY, NS, ND, DD, N, NB, NV>
+> Device for LoopSession<C, NU, NY, NS, N>
 {
     fn ask(&mut self, question: &ToDevice, clock: &impl Clock) -> ToHost {
         self.answer(question, clock)
@@ -466,17 +460,13 @@ pub struct Ticks {
 /// Times `steps` control steps at random states with random references, and the parts of an
 /// optimisation.
 pub fn times<
-    M: CostTerm<NU, NY, NS, ND, DD>,
+    C: PredictiveLoop<NU, NY, NS, N>,
     const NU: usize,
     const NY: usize,
     const NS: usize,
-    const ND: usize,
-    const DD: usize,
     const N: usize,
-    const NB: usize,
-    const NV: usize,
 >(
-    control: &mut ControlLoop<M, NU, NY, NS, ND, DD, N, NB, NV>,
+    control: &mut C,
     steps: u32,
     clock: &impl Clock,
 ) -> Ticks {
@@ -488,13 +478,16 @@ pub fn times<
         if k % 4 == 0 {
             control.reset();
         }
-        let scaling = *control.scaling();
         let mut drawn = || 1.2 * random.draw();
-        let y = scaling.y.to_physical(&core::array::from_fn(|_| drawn()));
-        let s = scaling.s.to_physical(&core::array::from_fn(|_| drawn()));
-        let reference =
-            core::array::from_fn(|_| scaling.y.to_physical(&core::array::from_fn(|_| drawn())));
-        let plan = core::array::from_fn(|_| drawn());
+        let (y, s) = (
+            core::array::from_fn(|_| drawn()),
+            core::array::from_fn(|_| drawn()),
+        );
+        let (y, s) = control.to_physical(&y, &s);
+        let reference = core::array::from_fn(|_| {
+            let row = core::array::from_fn(|_| drawn());
+            control.to_physical(&row, &[0.0; NS]).0
+        });
         let start = clock.ticks();
         let _ = control.step(&y, &s, &reference);
         let stepped = clock.ticks();
@@ -505,9 +498,9 @@ pub fn times<
         sum += u64::from(spent);
         longest = longest.max(spent);
         around = around.max(passed);
-        parts = parts.or_more(control.parts(&plan, || clock.ticks()));
+        parts = parts.or_more(control.parts(&mut drawn, || clock.ticks()));
     }
-    let most = Work::most(control.settings().iterations, NU, NV);
+    let most = control.most_work();
     Ticks {
         steps,
         mean: u32::try_from(sum / u64::from(steps.max(1))).unwrap_or(u32::MAX),

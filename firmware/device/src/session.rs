@@ -15,11 +15,9 @@ use crate::protocol::{
     ToHost, decode, encode,
 };
 use crate::supervisor::Supervisor;
-use sinew_mpc::CostTerm;
-use sinew_mpc::controller::{ControlLoop, Settings, Step};
+use sinew_mpc::controller::{ControlLoop, Step};
 use sinew_mpc::limits::Limits;
-use sinew_mpc::model::{Jacobian, Model};
-use sinew_mpc::network::unflatten;
+use sinew_mpc::{CostTerm, PredictiveLoop};
 
 /// Rows of an excitation that wait for their tick: a quarter of a second at 120 Hz.
 pub const EXCITATION_ROWS: usize = 32;
@@ -90,7 +88,7 @@ pub const EXCITATION_ROWS: usize = 32;
 /// };
 /// assert!(u[0] > 0.0 && u[0] <= 0.5);
 /// ```
-pub struct Session<
+pub type Session<
     M,
     const NU: usize,
     const NY: usize,
@@ -100,8 +98,11 @@ pub struct Session<
     const N: usize,
     const NB: usize,
     const NV: usize,
-> {
-    controller: ControlLoop<M, NU, NY, NS, ND, DD, N, NB, NV>,
+> = LoopSession<ControlLoop<M, NU, NY, NS, ND, DD, N, NB, NV>, NU, NY, NS, N>;
+
+/// A session of any [`PredictiveLoop`]; [`Session`] is that of a [`ControlLoop`].
+pub struct LoopSession<C, const NU: usize, const NY: usize, const NS: usize, const N: usize> {
+    controller: C,
     identity: Identity,
     accumulator: Accumulator,
     summary: Summary,
@@ -152,15 +153,31 @@ impl<
         controller: ControlLoop<M, NU, NY, NS, ND, DD, N, NB, NV>,
         identity: Identity,
     ) -> Self {
+        let widest = *controller.limits();
+        Self::within(controller, widest, identity)
+    }
+}
+
+impl<
+    C: PredictiveLoop<NU, NY, NS, N>,
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const N: usize,
+> LoopSession<C, NU, NY, NS, N>
+{
+    /// A session that has heard nothing yet; `widest`: the limits that the controller was made
+    /// with.
+    pub const fn within(controller: C, widest: Limits<NU>, identity: Identity) -> Self {
         const {
             use crate::protocol::{MAX_CHANNELS, MAX_PREVIEW, MAX_SIGNALS};
             assert!(NU <= MAX_SIGNALS && NY <= MAX_SIGNALS);
             // What a network remembers is in no frame.
-            assert!(NS <= MAX_CHANNELS || M::Model::PREDICTS_CHANNELS);
-            assert!(NY <= MAX_PREVIEW && NU * ND + NY * DD + NS <= MAX_REGRESSOR);
+            assert!(NS <= MAX_CHANNELS || C::HIDDEN_CHANNELS);
+            assert!(NY <= MAX_PREVIEW && C::POINT <= MAX_REGRESSOR);
         }
         Self {
-            widest: *controller.limits(),
+            widest,
             controller,
             identity,
             accumulator: Accumulator::new(),
@@ -271,7 +288,7 @@ impl<
         if self.state.drive().is_some_and(Drive::is_on_board) {
             return refused(Reason::Mode);
         }
-        let missed = self.controller.estimator().missed();
+        let missed = self.controller.missed();
         let (step, ticks) = match self.state.mode {
             Mode::Armed(_) => {
                 self.transfer.apply(y, &mut reference);
@@ -298,7 +315,7 @@ impl<
     /// The channels of a frame; those that nobody measures are missing in it.
     #[inline(always)]
     fn channels(&self, s: &[f32]) -> Option<[f32; NS]> {
-        if !M::Model::PREDICTS_CHANNELS {
+        if !C::HIDDEN_CHANNELS {
             return s.try_into().ok();
         }
         let mut channels = [f32::NAN; NS];
@@ -311,15 +328,14 @@ impl<
     /// Counts a step and the samples that were missed in it; `missed` before it.
     fn count(&mut self, missed: u32) {
         self.summary.steps = self.summary.steps.wrapping_add(1);
-        let missed = self.controller.estimator().missed().wrapping_sub(missed);
+        let missed = self.controller.missed().wrapping_sub(missed);
         self.summary.missed_samples = self.summary.missed_samples.wrapping_add(missed);
     }
 
     /// Ends control where an armed step shows that it should.
     fn judge(&mut self, y: &[f32; NY], step: &Step<NU>) {
-        let scaling = self.controller.scaling();
-        let (y, u) = (scaling.y.to_model(y), scaling.u.to_model(&step.u));
-        let max_missing_samples = self.controller.settings().max_missing_samples;
+        let (y, u) = self.controller.to_model(y, &step.u);
+        let max_missing_samples = self.controller.max_missing_samples();
         let Some(cause) = self
             .supervisor
             .check(&y, &u, step.status, max_missing_samples)
@@ -404,43 +420,38 @@ impl<
         else {
             return refused(Reason::Shape);
         };
-        let settings = Settings {
+        if !self.controller.tune(
             tracking_weight,
             move_suppression,
             disturbance_gain,
             iterations,
-            max_missing_samples: self.controller.settings().max_missing_samples,
-        };
-        if !settings.is_valid() {
+        ) {
             return refused(Reason::Settings);
         }
-        *self.controller.settings_mut() = settings;
         ToHost::Tuned
     }
 
     #[inline(never)]
     fn probe(&self, x: &[f32]) -> ToHost {
-        let Some(regressor) = unflatten::<NU, NY, NS, ND, DD>(x) else {
-            return refused(Reason::Shape);
-        };
-        let (mut trace, mut jacobian) = (M::Model::TRACE, Jacobian::ZERO);
-        let model = self.controller.model();
-        let y = model.predict(&regressor, &mut trace);
-        model.jacobian(&trace, &mut jacobian);
-        let mut flat = Vec::new();
-        if NY * (NU * ND + NY * DD) <= MAX_JACOBIAN {
-            for r in 0..NY {
-                let inputs = jacobian.u.iter().filter_map(|lag| lag.get(r)).flatten();
-                let outputs = jacobian.y.iter().filter_map(|lag| lag.get(r)).flatten();
-                for derivative in inputs.chain(outputs) {
-                    // Room was checked; `extend` would leave a panic in the image.
-                    let _ = flat.push(*derivative);
+        let (mut prediction, mut derivatives) = (Vec::new(), Vec::new());
+        let known = self.controller.probe(
+            x,
+            &mut |value| {
+                let _ = prediction.push(value);
+            },
+            &mut |value| {
+                // All of them or none; `extend` would leave a panic in the image.
+                if C::DERIVATIVES <= MAX_JACOBIAN {
+                    let _ = derivatives.push(value);
                 }
-            }
+            },
+        );
+        if !known {
+            return refused(Reason::Shape);
         }
         ToHost::Prediction {
-            y: Vec::from_slice(&y).unwrap_or_default(),
-            jacobian: flat,
+            y: prediction,
+            jacobian: derivatives,
         }
     }
 
@@ -489,12 +500,12 @@ impl<
     }
 
     /// The controller.
-    pub const fn controller(&self) -> &ControlLoop<M, NU, NY, NS, ND, DD, N, NB, NV> {
+    pub const fn controller(&self) -> &C {
         &self.controller
     }
 
     /// The controller, to be changed.
-    pub const fn controller_mut(&mut self) -> &mut ControlLoop<M, NU, NY, NS, ND, DD, N, NB, NV> {
+    pub const fn controller_mut(&mut self) -> &mut C {
         &mut self.controller
     }
 }

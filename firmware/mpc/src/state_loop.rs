@@ -13,6 +13,7 @@ use crate::problem::{Plan, Problem, Weights};
 use crate::scaling::ModelScaling;
 use crate::state_predictor::{Outputs, StatePredictor};
 use crate::status::Status;
+use crate::work_bound::Parts;
 
 /// Weights and iterations of a [`StateLoop`], model units; may change between two steps. The noise
 /// of its filter is in [`Filter::settings_mut`].
@@ -67,6 +68,8 @@ pub struct StateLoop<
     plan: Plan<NV>,
     /// The plan continues the last command; otherwise it has to be started from there.
     warm: bool,
+    /// Periods in which a measurement was missing or refused, since the reset.
+    missed: u32,
 }
 
 impl<
@@ -85,7 +88,7 @@ impl<
 {
     /// A loop at rest at the safe command. Contradictory limits are
     /// [sanitised](Limits::sanitised); settings are checked at every step.
-    pub fn new(
+    pub const fn new(
         model: S,
         scaling: ModelScaling<NU, NM, 0>,
         limits: Limits<NU>,
@@ -117,6 +120,7 @@ impl<
             filter: LateFilter::new(filter),
             plan: Plan::new(),
             warm: false,
+            missed: 0,
         }
     }
 
@@ -177,7 +181,11 @@ impl<
 
     fn observe(&mut self, m: &[f32; NM]) -> Sample {
         let scaled = self.scaling.y.to_model(m);
-        self.filter.update(&self.predictor.0.model, &scaled).sample
+        let sample = self.filter.update(&self.predictor.0.model, &scaled).sample;
+        if sample != Sample::Measured {
+            self.missed = self.missed.wrapping_add(1);
+        }
+        sample
     }
 
     fn apply(&mut self, u: &[f32; NU]) {
@@ -208,15 +216,10 @@ impl<
             step.status = Status::BadSettings;
             return;
         }
-        let filter = self.filter.filter();
-        self.predictor.0.follow(filter);
+        self.predictor.0.follow(self.filter.filter());
         let problem = Problem {
             model: &self.predictor,
-            start: &Regressor {
-                u: [self.bounds.previous],
-                y: [[0.0; NY]],
-                s: *filter.x(),
-            },
+            start: &self.start(),
             disturbance: &[0.0; NY],
             reference: &scaled,
             weights: self.settings.weights,
@@ -236,6 +239,7 @@ impl<
         filter.restart();
         self.filter = LateFilter::new(filter);
         self.warm = false;
+        self.missed = 0;
     }
 
     /// One step towards the safe command, physical units: what to call when control ends. Resets.
@@ -249,6 +253,67 @@ impl<
     pub fn emergency_stop(&mut self) {
         self.limiter.emergency_stop();
         self.reset();
+    }
+
+    /// Replaces the limits; `false`, and nothing is changed, unless they lie within `widest` and
+    /// hold both the safe command and the one applied last.
+    pub fn set_limits(&mut self, limits: Limits<NU>, widest: &Limits<NU>) -> bool {
+        if !limits.is_within(widest) || !limits.contain(self.limiter.applied()) {
+            return false;
+        }
+        self.limiter.set_limits(limits);
+        self.bounds = scaled_bounds(self.limiter.limits(), &self.scaling, &self.horizons);
+        true
+    }
+
+    /// The limits in force, physical units.
+    pub const fn limits(&self) -> &Limits<NU> {
+        self.limiter.limits()
+    }
+
+    /// Scaling between physical and model units; `y` is of the measurements.
+    pub const fn scaling(&self) -> &ModelScaling<NU, NM, 0> {
+        &self.scaling
+    }
+
+    /// Transition and measurements.
+    pub const fn model(&self) -> &S {
+        &self.predictor.0.model
+    }
+
+    /// Periods in which a measurement was missing or refused, since the reset.
+    pub const fn missed(&self) -> u32 {
+        self.missed
+    }
+
+    /// Weights and iterations, as they are at the next step.
+    pub const fn settings(&self) -> &StateSettings<NU, NY> {
+        &self.settings
+    }
+
+    /// Cost of the parts of an optimisation here and now, with a reference of zeros: for bounds,
+    /// not for control ([`work_bound`](crate::work_bound)). Changes nothing.
+    pub fn parts(&self, plan: &[f32; NV], ticks: impl Fn() -> u32) -> Parts {
+        let problem = Problem {
+            model: &self.predictor,
+            start: &self.start(),
+            disturbance: &[0.0; NY],
+            reference: &[[0.0; NY]; N],
+            weights: self.settings.weights,
+            bounds: &self.bounds,
+            horizons: &self.horizons,
+        };
+        Parts::measure(&problem, plan, ticks)
+    }
+
+    /// The state estimate as the solver takes it.
+    #[inline(always)]
+    fn start(&self) -> Regressor<NU, NY, NX, 1, 1> {
+        Regressor {
+            u: [self.bounds.previous],
+            y: [[0.0; NY]],
+            s: *self.filter.filter().x(),
+        }
     }
 
     /// The command applied last, physical units.

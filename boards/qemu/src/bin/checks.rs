@@ -9,7 +9,7 @@ use sinew_board_qemu::pac;
 use sinew_board_qemu::semihosting::{ExitCode, exit};
 use sinew_board_qemu::time::{self, Counter};
 use sinew_board_runtime::checks::{golden, subject};
-use sinew_board_runtime::model::control::Controller;
+use sinew_board_runtime::model::control::{Controller, HORIZON, NS, NU, NY};
 use sinew_board_runtime::{model, stack};
 use sinew_device::checks::{self, Outcome, Ticks, times};
 use sinew_device::for_each_check;
@@ -39,7 +39,7 @@ fn main() -> ! {
         mean,
         longest,
         bound,
-    } = times(
+    } = times::<_, NU, NY, NS, HORIZON>(
         CONTROLLER.init_with(model::control::controller),
         STEPS,
         &Counter,

@@ -2,11 +2,11 @@
 
 use heapless::{Deque, Vec};
 
-use super::{EXCITATION_ROWS, Session, preview, refused};
+use super::{EXCITATION_ROWS, LoopSession, preview, refused};
 use crate::clock::Clock;
 use crate::mode::{Cause, Drive, Mode};
 use crate::protocol::{Reason, Telemetry, ToHost};
-use sinew_mpc::CostTerm;
+use sinew_mpc::PredictiveLoop;
 use sinew_mpc::controller::Step;
 
 /// Output of the board's pins.
@@ -73,16 +73,12 @@ impl<const NU: usize, const NY: usize, const N: usize> Own<NU, NY, N> {
 }
 
 impl<
-    M: CostTerm<NU, NY, NS, ND, DD>,
+    C: PredictiveLoop<NU, NY, NS, N>,
     const NU: usize,
     const NY: usize,
     const NS: usize,
-    const ND: usize,
-    const DD: usize,
     const N: usize,
-    const NB: usize,
-    const NV: usize,
-> Session<M, NU, NY, NS, ND, DD, N, NB, NV>
+> LoopSession<C, NU, NY, NS, N>
 {
     /// One tick: what the sensors say (NaN: missing) at `at_us` of the board's clock, and what the
     /// outputs are to be. Inside the limits whatever comes in; the safe command unless armed.
@@ -93,7 +89,7 @@ impl<
         s: &[f32; NS],
         clock: &impl Clock,
     ) -> (Outputs<NU>, Option<ToHost>) {
-        let missed = self.controller.estimator().missed();
+        let missed = self.controller.missed();
         let start = clock.ticks();
         let (step, row, reference) = self.own_step(y, s);
         let ticks = clock.ticks().wrapping_sub(start);
@@ -142,7 +138,7 @@ impl<
                 }
                 let wish = row.map_or(*self.controller.applied(), |(_, u)| u);
                 let step = self.controller.open_loop(y, s, Some(&wish));
-                if self.own.starved > self.controller.settings().max_missing_samples {
+                if self.own.starved > self.controller.max_missing_samples() {
                     self.disarm(Cause::Starved);
                 }
                 (step, row.map(|(number, _)| number), [f32::NAN; NY])
@@ -165,13 +161,7 @@ impl<
         reference: &[f32; NY],
         ticks: u32,
     ) -> ToHost {
-        let estimator = self.controller.estimator();
-        let newest = estimator.regressor().y.first().copied();
-        let estimate = self
-            .controller
-            .scaling()
-            .y
-            .to_physical(&newest.unwrap_or([f32::NAN; NY]));
+        let estimate = self.controller.estimate();
         ToHost::Telemetry(Telemetry {
             tick: self.own.tick,
             at_us,
@@ -183,7 +173,7 @@ impl<
             u: Vec::from_slice(&step.u).unwrap_or_default(),
             reference: Vec::from_slice(reference).unwrap_or_default(),
             estimate: Vec::from_slice(&estimate).unwrap_or_default(),
-            disturbance: Vec::from_slice(estimator.disturbance()).unwrap_or_default(),
+            disturbance: Vec::from_slice(self.controller.disturbance()).unwrap_or_default(),
             status: step.status,
             iterations: step.iterations,
             ticks,

@@ -106,7 +106,7 @@ impl<
 > LateFilter<NX, NU, NM, NP, NZ, DEPTH>
 {
     /// A filter without a past.
-    pub fn new(filter: Filter<NX, NU, NM, NP, NZ>) -> Self {
+    pub const fn new(filter: Filter<NX, NU, NM, NP, NZ>) -> Self {
         const { assert!(DEPTH >= 1) };
         let period = Period {
             before: filter.estimate,

@@ -165,7 +165,7 @@ impl<const NX: usize, const NU: usize, const NM: usize, const NP: usize, const N
     Filter<NX, NU, NM, NP, NZ>
 {
     /// A filter that has read nothing.
-    pub fn new(prior: Prior<NX, NU, NP>, settings: FilterSettings<NX, NU, NM, NP>) -> Self {
+    pub const fn new(prior: Prior<NX, NU, NP>, settings: FilterSettings<NX, NU, NM, NP>) -> Self {
         const { assert!(NX >= 1 && NU >= 1 && NM >= 1) };
         const { assert!(NZ == NX + NU + NP, "NZ is all that is estimated") };
         Self {
@@ -401,7 +401,7 @@ impl<const NX: usize, const NU: usize, const NM: usize, const NP: usize, const N
 
 impl<const NX: usize, const NU: usize, const NP: usize, const NZ: usize> Estimate<NX, NU, NP, NZ> {
     /// The prior, before any reading.
-    fn new(prior: &Prior<NX, NU, NP>) -> Self {
+    const fn new(prior: &Prior<NX, NU, NP>) -> Self {
         Self {
             x: prior.x,
             d: [0.0; NU],
@@ -415,15 +415,20 @@ impl<const NX: usize, const NU: usize, const NP: usize, const NZ: usize> Estimat
 }
 
 /// Variances of (x, d, theta) before any reading.
-fn initial_variances<const NX: usize, const NU: usize, const NP: usize, const NZ: usize>(
+const fn initial_variances<const NX: usize, const NU: usize, const NP: usize, const NZ: usize>(
     prior: &Prior<NX, NU, NP>,
 ) -> [f32; NZ] {
     let mut variances = [0.0; NZ];
-    let deviations = prior.state_deviation.iter();
-    let deviations = deviations.chain(&prior.disturbance_deviation);
-    let deviations = deviations.chain(&prior.parameter_deviation);
-    for (place, deviation) in variances.iter_mut().zip(deviations) {
-        *place = variance(*deviation);
+    let mut i = 0;
+    while i < NZ {
+        variances[i] = variance(if i < NX {
+            prior.state_deviation[i]
+        } else if i < NX + NU {
+            prior.disturbance_deviation[i - NX]
+        } else {
+            prior.parameter_deviation[i - NX - NU]
+        });
+        i += 1;
     }
     variances
 }

@@ -82,7 +82,7 @@ impl<const NX: usize, const NU: usize, const NM: usize, const NP: usize>
 
 /// Square of a standard deviation; 0 where that is no finite number.
 #[inline(always)]
-pub(super) fn variance(deviation: f32) -> f32 {
+pub(super) const fn variance(deviation: f32) -> f32 {
     let square = deviation * deviation;
     if deviation > 0.0 && square.is_finite() {
         square
