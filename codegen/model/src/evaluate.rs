@@ -104,7 +104,7 @@ pub fn predict_with_jacobian(spec: &ModelSpec, x: &[f64]) -> Evaluation {
         }
     }
     add_present_output(spec, x, &mut a);
-    if spec.form == OutputForm::Increment {
+    if spec.form != OutputForm::Absolute {
         for (output, row) in jacobian.iter_mut().enumerate() {
             row[present_output(spec) + output] += 1.0;
         }
@@ -135,7 +135,7 @@ fn add_skip(spec: &ModelSpec, x: &[f64], y: &mut [f64]) {
 }
 
 fn add_present_output(spec: &ModelSpec, x: &[f64], y: &mut [f64]) {
-    if spec.form == OutputForm::Increment {
+    if spec.form != OutputForm::Absolute {
         for (y, now) in y.iter_mut().zip(&x[present_output(spec)..]) {
             *y += now;
         }

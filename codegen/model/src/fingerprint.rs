@@ -43,6 +43,30 @@ pub fn fingerprint(spec: &ModelSpec) -> u32 {
             }
         }
     }
+    // Only where there is one: the fingerprint of a model without it is what it always was.
+    if let Some(state) = &spec.state {
+        for state in &state.states {
+            let signal = &state.signal;
+            hash.text(&signal.name);
+            hash.doubles(&[signal.span, signal.offset, state.deviation, state.noise]);
+        }
+        for parameter in &state.parameters {
+            hash.text(&parameter.name);
+            let [value, spread] = [parameter.value, parameter.spread];
+            let [lower, upper] = [parameter.lower, parameter.upper];
+            hash.doubles(&[value, spread, parameter.noise, lower, upper]);
+        }
+        for value in state
+            .measurement
+            .weights
+            .iter()
+            .chain(&state.measurement.bias)
+        {
+            hash.bytes(&value.to_le_bytes());
+        }
+        hash.doubles(&state.measurement_noise);
+        hash.doubles(&[state.disturbance_deviation, state.gate]);
+    }
     let control = &spec.control;
     hash.count(control.horizon);
     hash.count(control.control_horizon);

@@ -169,6 +169,7 @@ pub fn import(
         past_inputs: network.inputs_past,
         past_outputs: network.outputs_past,
         form: OutputForm::Absolute,
+        state: None,
         skip: None,
         layers,
         control: ControlSpec {

@@ -219,6 +219,7 @@ fn model() -> impl Strategy<Value = ModelSpec> {
                     past_inputs,
                     past_outputs,
                     form,
+                    state: None,
                     skip: None,
                     layers,
                     control: sinew_model::spec::ControlSpec {

@@ -11,6 +11,8 @@ pub enum Form {
     Absolute,
     /// Added to the present output.
     Increment,
+    /// The change of the state, which a filter on the chip estimates.
+    State,
 }
 
 /// The first hidden layer.
@@ -93,7 +95,11 @@ fn read_network(tables: &Tables, outputs: &[usize]) -> Result<Option<NetworkTabl
 
         ));
     }
-    let forms = [("absolute", Form::Absolute), ("increment", Form::Increment)];
+    let forms = [
+        ("absolute", Form::Absolute),
+        ("increment", Form::Increment),
+        ("state", Form::State),
+    ];
     let first_layers = [
         ("tanh", FirstLayer::Tanh),
         ("relu", FirstLayer::Relu),
@@ -149,6 +155,29 @@ fn read_network(tables: &Tables, outputs: &[usize]) -> Result<Option<NetworkTabl
             ),
         ));
     }
+    let form = table.word("form", &forms)?;
+    if form == Some(Form::State) {
+        for key in [
+            "past_inputs",
+            "past_outputs",
+            "observer_gain",
+            "derivative_weight",
+        ] {
+            if table.has(key) {
+                return Err(table.error_at(
+                    key,
+                    format!("`{key}` of [network] is for a network on past readings; expected no `{key}` beside `form = \"state\"`"),
+                ));
+            }
+        }
+        let wide = hidden.as_ref().is_some_and(|widths| widths.len() != 1);
+        if wide || first_layer.is_some_and(|first| first != FirstLayer::Tanh) {
+            return Err(table.error_at(
+                "form",
+                "`form = \"state\"` of [network] has one hidden layer of tanh; expected one width in `hidden`",
+            ));
+        }
+    }
     Ok(Some(NetworkTable {
         hidden,
         first_layer,
@@ -156,7 +185,7 @@ fn read_network(tables: &Tables, outputs: &[usize]) -> Result<Option<NetworkTabl
         past_outputs: table.count("past_outputs", 1, MAX_STEPS)?,
         observer_gain,
         derivative_weight,
-        form: table.word("form", &forms)?,
+        form,
         channels,
         line: table.own_line(),
     }))

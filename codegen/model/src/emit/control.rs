@@ -20,11 +20,15 @@ pub(super) fn print(spec: &ModelSpec) -> String {
     let model = fingerprint(spec);
     let [u, y, s] = Role::ALL.map(|role| scaling(spec, role));
     let limits = limits(spec);
-    let narrow = |values: &[f64]| literal::list(values.iter().map(|&x| literal::float(x as f32)));
-    let tracking_weight = narrow(&control.tracking_weight);
-    let move_suppression = narrow(&control.move_suppression);
-    let disturbance_gain = literal::float(control.disturbance_gain as f32);
-    let (iterations, max_missing_samples) = (control.iterations, control.max_missing_samples);
+    let parts = match &spec.state {
+        None => Parts::regression(spec),
+        Some(state) => super::state::parts(spec, state),
+    };
+    let Parts {
+        uses,
+        settings,
+        types,
+    } = parts;
     format!(
         "//! The control problem: shapes, scaling, limits, settings, and the controller they make.
 //!
@@ -32,11 +36,7 @@ pub(super) fn print(spec: &ModelSpec) -> String {
 
 use sinew_device::protocol::{{Identity, PROTOCOL}};
 use sinew_device::session;
-use sinew_mpc::controller::{{ControlLoop, Settings}};
-use sinew_mpc::limits::Limits;
-use sinew_mpc::move_blocking::Horizons;
-use sinew_mpc::scaling::{{ModelScaling, Scaling}};
-
+{uses}
 use crate::network::Network;
 
 /// Commands.
@@ -75,17 +75,7 @@ pub const SCALING: ModelScaling<NU, NY, NS> = ModelScaling {{
 #[rustfmt::skip]
 pub const LIMITS: Limits<NU> = {limits};
 
-/// Initial settings of the controller; a session may change them.
-#[rustfmt::skip]
-pub const SETTINGS: Settings<NU, NY> = Settings {{
-    tracking_weight: {tracking_weight},
-    move_suppression: {move_suppression},
-    disturbance_gain: {disturbance_gain},
-    iterations: {iterations},
-    max_missing_samples: {max_missing_samples},
-}};
-
-/// The first step that counts, and the lengths of the blocks of equal moves.
+{settings}/// The first step that counts, and the lengths of the blocks of equal moves.
 #[rustfmt::skip]
 pub const HORIZONS: Horizons<HORIZON, MOVE_BLOCKS> = Horizons::new({first_step}, {lengths});
 
@@ -103,6 +93,54 @@ pub const IDENTITY: Identity = Identity {{
     rate_mhz: {rate_mhz},
 }};
 
+{types}",
+        period = literal::float(period_s as f32),
+    )
+}
+
+/// Text that differs between a model on past readings and one with a state.
+pub(super) struct Parts {
+    /// Imports beside those of every model.
+    pub uses: String,
+    /// Settings of the controller.
+    pub settings: String,
+    /// Types of controller and session, and their constructors.
+    pub types: String,
+}
+
+impl Parts {
+    fn regression(spec: &ModelSpec) -> Self {
+        let control = &spec.control;
+        let tracking_weight = narrow(&control.tracking_weight);
+        let move_suppression = narrow(&control.move_suppression);
+        let disturbance_gain = literal::float(control.disturbance_gain as f32);
+        let (iterations, max_missing_samples) = (control.iterations, control.max_missing_samples);
+        Self {
+            uses: "use sinew_mpc::controller::{ControlLoop, Settings};
+use sinew_mpc::limits::Limits;
+use sinew_mpc::move_blocking::Horizons;
+use sinew_mpc::scaling::{ModelScaling, Scaling};
+"
+            .into(),
+            settings: format!(
+                "/// Initial settings of the controller; a session may change them.
+#[rustfmt::skip]
+pub const SETTINGS: Settings<NU, NY> = Settings {{
+    tracking_weight: {tracking_weight},
+    move_suppression: {move_suppression},
+    disturbance_gain: {disturbance_gain},
+    iterations: {iterations},
+    max_missing_samples: {max_missing_samples},
+}};
+
+"
+            ),
+            types: REGRESSION_TYPES.into(),
+        }
+    }
+}
+
+const REGRESSION_TYPES: &str = "\
 /// The controller of this model.
 pub type Controller =
     ControlLoop<Network, NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS, HORIZON, MOVE_BLOCKS, DECISIONS>;
@@ -121,17 +159,19 @@ pub type Session = session::Session<
 >;
 
 /// A controller at rest.
-pub const fn controller() -> Controller {{
+pub const fn controller() -> Controller {
     ControlLoop::new(Network, SCALING, LIMITS, SETTINGS, HORIZONS)
-}}
+}
 
 /// A session at rest: what a board feeds with bytes.
-pub const fn session() -> Session {{
+pub const fn session() -> Session {
     Session::new(controller(), IDENTITY)
-}}
-",
-        period = literal::float(period_s as f32),
-    )
+}
+";
+
+/// A list of f32.
+pub(super) fn narrow(values: &[f64]) -> String {
+    literal::list(values.iter().map(|&x| literal::float(x as f32)))
 }
 
 /// The rate in millihertz, to the nearest; a rate beyond u32 cannot come out of a valid period.

@@ -11,7 +11,7 @@ pub(super) fn print(spec: &ModelSpec, options: &EmitOptions) -> String {
     let drawn = others.len();
     let count = supplied + drawn;
     let length = spec.point_len();
-    let outputs = spec.outputs.len();
+    let outputs = spec.predicted_len();
     let vectors: String = spec
         .golden
         .iter()

@@ -11,6 +11,7 @@ mod library;
 mod manifest;
 mod network;
 mod recurrent;
+mod state;
 
 use crate::spec::{Layer, ModelSpec, SpecError};
 use sinew_nn::emit::predictor_kernels;
@@ -72,10 +73,14 @@ pub struct GeneratedFile {
 /// [`SpecError`] if the specification is not valid.
 pub fn emit(spec: &ModelSpec, options: &EmitOptions) -> Result<Vec<GeneratedFile>, SpecError> {
     spec.validate()?;
+    let network = match &spec.state {
+        None => network::print(spec),
+        Some(state) => state::network(spec, state),
+    };
     let mut files = vec![
         file("Cargo.toml", manifest::print(spec, options)),
         file("src/lib.rs", library::print(spec)),
-        file("src/network.rs", network::print(spec)),
+        file("src/network.rs", network),
         file("src/control.rs", control::print(spec)),
         file("src/golden.rs", golden::print(spec, options)),
     ];

@@ -59,7 +59,8 @@ pub(super) fn print(spec: &ModelSpec) -> String {
     let trace = if jacobian.contains("a.a") { "a" } else { "_" };
     let (meaning, result, identity, next) = match spec.form {
         OutputForm::Absolute => ("the next output", last, "", ""),
-        OutputForm::Increment => (
+        // A model with a state is printed elsewhere.
+        OutputForm::Increment | OutputForm::State => (
             "the change of the output",
             format!("next(x, &{last})"),
             "    network::add_identity(jacobian);\n",

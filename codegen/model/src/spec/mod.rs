@@ -11,6 +11,7 @@ mod layer;
 pub mod limits;
 mod role;
 mod signal;
+mod state;
 mod validate;
 
 pub use control::ControlSpec;
@@ -19,6 +20,7 @@ pub use golden::Golden;
 pub use layer::{Activation, Dense, Layer, RowsError, gru_cell, lstm_cell, unfilled};
 pub use role::Role;
 pub use signal::Signal;
+pub use state::{MAX_PARAMETERS, MAX_STATES, Parameter, State, StateSpec};
 
 /// Meaning of the last layer's output, in model units (docs/reference/model-files.md, eq. 4).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,11 +29,13 @@ pub enum OutputForm {
     Absolute,
     /// `y(k+1) = y(k) + network(x)`: the network learns the change, which is small at a fast rate.
     Increment,
+    /// `x(k+1) = x(k) + network(u, x, theta)` of a model with a state ([`StateSpec`]).
+    State,
 }
 
 impl OutputForm {
     /// Every form, in the order of the documentation.
-    pub const ALL: [Self; 2] = [Self::Absolute, Self::Increment];
+    pub const ALL: [Self; 3] = [Self::Absolute, Self::Increment, Self::State];
 
     /// The form's name in `model.toml`.
     #[must_use]
@@ -39,6 +43,7 @@ impl OutputForm {
         match self {
             Self::Absolute => "absolute",
             Self::Increment => "increment",
+            Self::State => "state",
         }
     }
 }
@@ -83,6 +88,7 @@ impl OutputForm {
 ///         iterations: 2,
 ///         max_missing_samples: 12,
 ///     },
+///     state: None,
 ///     golden: vec![],
 /// };
 /// assert!(spec.validate().is_ok());
@@ -116,6 +122,8 @@ pub struct ModelSpec {
     pub layers: Vec<Layer>,
     /// The control problem.
     pub control: ControlSpec,
+    /// State, measurement and filter; with [`OutputForm::State`] and nothing else.
+    pub state: Option<StateSpec>,
     /// Reference vectors of the tool that made the weights, if it supplied any. They are part of
     /// the tests of the emitted crate, not of the model's identity.
     pub golden: Vec<Golden>,
@@ -125,11 +133,21 @@ impl ModelSpec {
     /// Length of the flattened regressor.
     #[must_use]
     pub fn regressor_len(&self) -> usize {
+        if let Some(state) = &self.state {
+            return self.inputs.len() + state.states.len() + state.parameters.len();
+        }
         // Saturating, because a specification is asked for its length before it is validated.
         let past = |n: usize, signals: &[Signal]| n.saturating_mul(signals.len());
         past(self.past_inputs, &self.inputs)
             .saturating_add(past(self.past_outputs, &self.outputs))
             .saturating_add(self.channels.len())
+    }
+
+    /// Length of a prediction: outputs, or states where there are any.
+    #[must_use]
+    pub fn predicted_len(&self) -> usize {
+        let states = self.state.as_ref().map(|state| state.states.len());
+        states.unwrap_or(self.outputs.len())
     }
 
     /// Length of the hidden state of a recurrent first layer; 0 for a dense one.

@@ -7,7 +7,7 @@ use super::limits::{
     MAX_CHANNELS, MAX_GOLDEN, MAX_LAYERS, MAX_NAME, MAX_PARAMETERS, MAX_REGRESSOR, MAX_SIGNALS,
     MAX_WIDTH,
 };
-use super::{Activation, Layer, ModelSpec, Role, Signal, SpecError};
+use super::{Activation, Layer, ModelSpec, OutputForm, Role, Signal, SpecError};
 use crate::evaluate;
 use sinew_nn::is_package_name;
 use sinew_nn::literal::count;
@@ -34,6 +34,7 @@ impl ModelSpec {
         })?;
         self.validate_signals()?;
         self.validate_regressor()?;
+        self.validate_state()?;
         self.validate_layers()?;
         self.validate_skip()?;
         self.control
@@ -49,6 +50,34 @@ impl ModelSpec {
             Role::Output => &self.outputs,
             Role::Channel => &self.channels,
         }
+    }
+
+    fn validate_state(&self) -> Result<(), SpecError> {
+        let with_state = self.form == OutputForm::State;
+        check(
+            "form",
+            self.form.name(),
+            "\"state\" with [[state]] alone",
+            |_| with_state == self.state.is_some(),
+        )?;
+        let Some(state) = &self.state else {
+            return Ok(());
+        };
+        for (key, past) in [
+            ("past_inputs", self.past_inputs),
+            ("past_outputs", self.past_outputs),
+        ] {
+            check(key, past, "1: a state is all of the past", |p| p == 1)?;
+        }
+        let hidden = match &self.layers[..] {
+            [Layer::Dense(hidden), Layer::Dense(_)] => Some(hidden.activation),
+            _ => None,
+        };
+        let layers = "a dense layer with tanh and a linear one, for a model with a state";
+        check("layer", self.layers.len(), layers, |_| {
+            hidden == Some(Activation::Tanh) && self.skip.is_some()
+        })?;
+        state.validate(self.outputs.len() + self.channels.len())
     }
 
     fn validate_signals(&self) -> Result<(), SpecError> {
@@ -164,12 +193,12 @@ impl ModelSpec {
                 shape: self.layers[count - 1].to_string(),
             });
         }
-        if expected != self.outputs.len() {
+        if expected != self.predicted_len() {
             return Err(SpecError::OutputMismatch {
                 layer: count - 1,
                 shape: self.layers[count - 1].to_string(),
                 found: expected,
-                expected: self.outputs.len(),
+                expected: self.predicted_len(),
             });
         }
         if self.parameters() > MAX_PARAMETERS {
@@ -185,7 +214,7 @@ impl ModelSpec {
         let Some(weights) = &self.skip else {
             return Ok(());
         };
-        let expected = self.outputs.len() * self.regressor_len();
+        let expected = self.predicted_len() * self.regressor_len();
         if weights.len() != expected {
             return Err(SpecError::SkipLength {
                 found: weights.len(),
@@ -218,7 +247,7 @@ impl ModelSpec {
         for (index, golden) in self.golden.iter().enumerate() {
             for (what, found, expected) in [
                 ("x", golden.x.len(), self.point_len()),
-                ("y", golden.y.len(), self.outputs.len()),
+                ("y", golden.y.len(), self.predicted_len()),
             ] {
                 if found != expected {
                     return Err(SpecError::GoldenLength {

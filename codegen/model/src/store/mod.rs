@@ -21,6 +21,7 @@
 //! ```
 
 mod error;
+mod state;
 mod text;
 mod weights;
 

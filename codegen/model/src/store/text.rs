@@ -7,7 +7,7 @@ use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::{FORMAT, MODEL_FILE, StoreError, WEIGHTS_FILE};
+use super::{FORMAT, MODEL_FILE, StoreError, WEIGHTS_FILE, state};
 use crate::spec::limits::{MAX_PARAMETERS, MAX_WIDTH};
 use crate::spec::{
     Activation, ControlSpec, Dense, Layer, ModelSpec, OutputForm, Role, Signal, SpecError,
@@ -31,6 +31,11 @@ struct Document {
     output: Vec<SignalTable>,
     #[serde(default)]
     channel: Vec<SignalTable>,
+    #[serde(default)]
+    state: Vec<state::StateTable>,
+    #[serde(default)]
+    parameter: Vec<state::ParameterTable>,
+    filter: Option<state::FilterTable>,
     layer: Vec<Spanned<LayerTable>>,
     control: ControlTable,
 }
@@ -40,6 +45,7 @@ struct Document {
 enum FormKey {
     Absolute,
     Increment,
+    State,
 }
 
 #[derive(Deserialize)]
@@ -121,6 +127,10 @@ pub(super) fn parse(text: &str) -> Result<ModelSpec, StoreError> {
         let span = layer.span();
         empty_layer(layer.into_inner()).map_err(|message| refuse(text, span, &message))
     });
+    let measurements = document.output.len() + document.channel.len();
+    let filter = document.filter;
+    let (states, parameters) = (document.state, document.parameter);
+    let state = filter.map(|filter| state::spec(states, parameters, filter, measurements));
     let signals = |tables: Vec<SignalTable>| tables.into_iter().map(Signal::from).collect();
     Ok(ModelSpec {
         name: document.name,
@@ -133,11 +143,13 @@ pub(super) fn parse(text: &str) -> Result<ModelSpec, StoreError> {
         form: match document.form {
             FormKey::Absolute => OutputForm::Absolute,
             FormKey::Increment => OutputForm::Increment,
+            FormKey::State => OutputForm::State,
         },
         // Its weights come with those of the layers.
         skip: document.shortcut.then(Vec::new),
         layers: layers.collect::<Result<_, _>>()?,
         control: document.control.into(),
+        state,
         golden: Vec::new(),
     })
 }
@@ -299,6 +311,9 @@ fn write_model(text: &mut String, spec: &ModelSpec) -> std::fmt::Result {
             writeln!(text, "activation = {}", string(activation.name()))?;
         }
     }
+    if let Some(spec) = &spec.state {
+        state::write(text, spec)?;
+    }
     let control = &spec.control;
     writeln!(text, "\n[control]")?;
     writeln!(text, "horizon = {}", control.horizon)?;
@@ -331,7 +346,7 @@ fn write_model(text: &mut String, spec: &ModelSpec) -> std::fmt::Result {
 }
 
 /// A TOML string with its quotes and escapes.
-fn string(value: &str) -> String {
+pub(super) fn string(value: &str) -> String {
     toml::Value::from(value).to_string()
 }
 

@@ -1,6 +1,7 @@
 //! `weights.safetensors`: for layer `i`, `layer.i.weights` (f32, outputs x inputs) and
 //! `layer.i.bias` (f32, outputs), of a recurrent one `layer.i.kernel`, `.recurrent`, `.bias` and
 //! `.inner_bias`; with `shortcut = true` also `shortcut.weights` (f32, outputs x regressor);
+//! of a model with a state `measurement.weights` (f32, measurements x states) and `.bias`;
 //! optionally `golden.x` (f32) and `golden.y` (f64), one row each.
 
 use safetensors::tensor::TensorView;
@@ -8,9 +9,11 @@ use safetensors::{Dtype, SafeTensors};
 
 use super::StoreError;
 use crate::spec::limits::MAX_GOLDEN;
-use crate::spec::{Golden, ModelSpec};
+use crate::spec::{Dense, Golden, ModelSpec};
 
 const SHORTCUT: &str = "shortcut.weights";
+const MEASUREMENT: &str = "measurement.weights";
+const MEASUREMENT_BIAS: &str = "measurement.bias";
 const GOLDEN_X: &str = "golden.x";
 const GOLDEN_Y: &str = "golden.y";
 
@@ -27,9 +30,16 @@ pub(super) fn fill(spec: &mut ModelSpec, bytes: &[u8]) -> Result<(), StoreError>
         }
     }
     if spec.skip.is_some() {
-        let shape = [spec.outputs.len(), spec.regressor_len()];
+        let shape = [spec.predicted_len(), spec.regressor_len()];
         spec.skip = Some(f32s(tensor(&file, SHORTCUT, Dtype::F32, &shape)?));
         known.push(SHORTCUT.into());
+    }
+    if let Some(state) = &mut spec.state {
+        let measurement = &mut state.measurement;
+        let shape = [measurement.outputs, measurement.inputs];
+        measurement.weights = f32s(tensor(&file, MEASUREMENT, Dtype::F32, &shape)?);
+        measurement.bias = f32s(tensor(&file, MEASUREMENT_BIAS, Dtype::F32, &shape[..1])?);
+        known.extend([MEASUREMENT.into(), MEASUREMENT_BIAS.into()]);
     }
     if file.tensor(GOLDEN_X).is_ok() || file.tensor(GOLDEN_Y).is_ok() {
         spec.golden = golden(spec, &file)?;
@@ -57,7 +67,7 @@ fn golden(spec: &ModelSpec, file: &SafeTensors<'_>) -> Result<Vec<Golden>, Store
             "tensor {GOLDEN_X:?} has {rows} rows: at most {MAX_GOLDEN} are kept"
         )));
     }
-    let (n_x, n_y) = (spec.point_len(), spec.outputs.len());
+    let (n_x, n_y) = (spec.point_len(), spec.predicted_len());
     let x = f32s(tensor(file, GOLDEN_X, Dtype::F32, &[rows, n_x])?);
     let y = f64s(tensor(file, GOLDEN_Y, Dtype::F64, &[rows, n_y])?);
     // chunks(0) panics; a model without signals is refused by validate, which comes after this.
@@ -99,15 +109,28 @@ pub(super) fn print(spec: &ModelSpec) -> Result<Vec<u8>, StoreError> {
         }
     }
     if let Some(weights) = &spec.skip {
-        let shape = vec![spec.outputs.len(), spec.regressor_len()];
+        let shape = vec![spec.predicted_len(), spec.regressor_len()];
         tensors.push((SHORTCUT.into(), Dtype::F32, shape, bytes_of(weights)));
+    }
+    if let Some(state) = &spec.state {
+        let Dense {
+            inputs,
+            outputs,
+            weights,
+            bias,
+            ..
+        } = &state.measurement;
+        let shape = vec![*outputs, *inputs];
+        tensors.push((MEASUREMENT.into(), Dtype::F32, shape, bytes_of(weights)));
+        let shape = vec![*outputs];
+        tensors.push((MEASUREMENT_BIAS.into(), Dtype::F32, shape, bytes_of(bias)));
     }
     if !spec.golden.is_empty() {
         let x: Vec<f32> = spec.golden.iter().flat_map(|g| g.x.clone()).collect();
         let y = spec.golden.iter().flat_map(|g| &g.y);
         let y: Vec<u8> = y.flat_map(|value| value.to_le_bytes()).collect();
         let rows = spec.golden.len();
-        let (n_x, n_y) = (spec.point_len(), spec.outputs.len());
+        let (n_x, n_y) = (spec.point_len(), spec.predicted_len());
         tensors.push((GOLDEN_X.into(), Dtype::F32, vec![rows, n_x], bytes_of(&x)));
         tensors.push((GOLDEN_Y.into(), Dtype::F64, vec![rows, n_y], y));
     }

@@ -38,6 +38,7 @@ pub fn tiny() -> ModelSpec {
             dense(2, 1, Activation::Linear, 0.25),
         ],
         control: control(1, 1),
+        state: None,
         golden: vec![],
     }
 }
@@ -83,6 +84,7 @@ pub fn network(
         skip: None,
         layers,
         control: control(2, 2),
+        state: None,
         golden: vec![],
     }
 }

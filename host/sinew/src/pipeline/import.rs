@@ -36,6 +36,13 @@ pub fn adopt(
     let table = rig_file::network_table(rig)?;
     let line = table.as_ref().map_or(1, |table| table.line);
     let form = match table.as_ref().and_then(|t| t.form) {
+        Some(Form::State) => {
+            return Err(Error::file(
+                &rig.file,
+                "`form = \"state\"` of [network] is for networks that `sinew train` makes",
+            )
+            .expected("`form = \"absolute\"` or `form = \"increment\"`"));
+        }
         Some(Form::Absolute) => OutputForm::Absolute,
         Some(Form::Increment) => OutputForm::Increment,
         None => {
@@ -124,6 +131,7 @@ pub fn adopt(
                 .unwrap_or(1.0),
             ..control(task)
         },
+        state: None,
         golden: vec![],
     };
     spec.validate()

@@ -10,6 +10,7 @@ use sinew_model::store;
 use sinew_sim::{Plant, Rig};
 use sinew_train::{FirstLayer, Form};
 
+use super::learn_state::{has_a_state, learn_state};
 use crate::closed_loop::control_problem::ControlProblem;
 use crate::rig_file;
 use sinew_ident::error::{Error, Result};
@@ -104,7 +105,11 @@ pub fn learn(
     (seed, checkpoint): (u64, &Path),
     mut progress: impl FnMut(usize, usize, Epoch),
 ) -> Result<Learned> {
-    if rig_file::network_table(rig)?.and_then(|t| t.form) == Some(Form::Absolute) {
+    let form = rig_file::network_table(rig)?.and_then(|t| t.form);
+    if form == Some(Form::State) {
+        return learn_state(rig, plant, values, sampled_states, task, seed, progress);
+    }
+    if form == Some(Form::Absolute) {
         return Err(
             Error::file(&rig.file, "`form = \"absolute\"` is for imported networks").expected(
                 "`form = \"increment\"`, or no `form`: training learns the change of the output",
@@ -241,6 +246,7 @@ fn learned(
             observer_gain: options.observer_gain,
             ..control(task)
         },
+        state: None,
         golden: vec![],
     };
     spec.validate()
@@ -281,6 +287,9 @@ fn in_model_units(
 /// # Errors
 /// It does not.
 pub fn fits(rig: &Rig, plant: &Plant, task: &ControlProblem) -> Result<()> {
+    if rig_file::network_table(rig)?.and_then(|t| t.form) == Some(Form::State) {
+        return has_a_state(rig, plant);
+    }
     let (shape, options) = options(rig, task.horizon, 0)?;
     let shape = Shape {
         n_u: plant.inputs().len(),

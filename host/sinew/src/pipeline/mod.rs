@@ -4,5 +4,6 @@ pub mod build;
 pub mod footprint;
 pub mod import;
 pub mod learn;
+mod learn_state;
 pub mod predictor;
 pub mod summary;

@@ -437,6 +437,7 @@ pub(super) mod tests {
             past_inputs: shape.past_inputs,
             past_outputs: shape.past_outputs,
             form: OutputForm::Increment,
+            state: None,
             skip: Some(folded.linear.concat()),
             layers: layers(folded).expect("folded layers are whole"),
             control: ControlSpec {
