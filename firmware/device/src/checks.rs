@@ -305,7 +305,9 @@ pub fn its_derivatives_are_those_of_double_precision<S: Device, C: Clock>(
         let width = golden.x.len();
         let size = largest(&golden.jacobian);
         let of_lags = |n, past| usize::from(n) * usize::from(past);
-        let columns = of_lags(who.n_u, who.past_inputs) + of_lags(who.n_y, who.past_outputs);
+        // What is predicted is the outputs, or all of a state.
+        let of_outputs = golden.y.len() * usize::from(who.past_outputs);
+        let columns = of_lags(who.n_u, who.past_inputs) + of_outputs;
         let columns = columns.max(1);
         let rows = golden.jacobian.chunks(width.max(1));
         // More derivatives than a frame carries are not sent.

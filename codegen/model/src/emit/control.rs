@@ -1,6 +1,7 @@
 //! The emitted `src/control.rs`: shapes, scaling, limits, settings, and the controller they make.
 
 use super::HEADER;
+use super::parts::{Parts, narrow};
 use crate::fingerprint::fingerprint;
 use crate::spec::{ModelSpec, Role};
 use sinew_nn::literal;
@@ -21,7 +22,7 @@ pub(super) fn print(spec: &ModelSpec) -> String {
     let [u, y, s] = Role::ALL.map(|role| scaling(spec, role));
     let limits = limits(spec);
     let parts = match &spec.state {
-        None => Parts::regression(spec),
+        None => regression(spec),
         Some(state) => super::state::parts(spec, state),
     };
     let Parts {
@@ -98,32 +99,22 @@ pub const IDENTITY: Identity = Identity {{
     )
 }
 
-/// Text that differs between a model on past readings and one with a state.
-pub(super) struct Parts {
-    /// Imports beside those of every model.
-    pub uses: String,
-    /// Settings of the controller.
-    pub settings: String,
-    /// Types of controller and session, and their constructors.
-    pub types: String,
-}
-
-impl Parts {
-    fn regression(spec: &ModelSpec) -> Self {
-        let control = &spec.control;
-        let tracking_weight = narrow(&control.tracking_weight);
-        let move_suppression = narrow(&control.move_suppression);
-        let disturbance_gain = literal::float(control.disturbance_gain as f32);
-        let (iterations, max_missing_samples) = (control.iterations, control.max_missing_samples);
-        Self {
-            uses: "use sinew_mpc::controller::{ControlLoop, Settings};
+/// The parts of a model on past readings.
+fn regression(spec: &ModelSpec) -> Parts {
+    let control = &spec.control;
+    let tracking_weight = narrow(&control.tracking_weight);
+    let move_suppression = narrow(&control.move_suppression);
+    let disturbance_gain = literal::float(control.disturbance_gain as f32);
+    let (iterations, max_missing_samples) = (control.iterations, control.max_missing_samples);
+    Parts {
+        uses: "use sinew_mpc::controller::{ControlLoop, Settings};
 use sinew_mpc::limits::Limits;
 use sinew_mpc::move_blocking::Horizons;
 use sinew_mpc::scaling::{ModelScaling, Scaling};
 "
-            .into(),
-            settings: format!(
-                "/// Initial settings of the controller; a session may change them.
+        .into(),
+        settings: format!(
+            "/// Initial settings of the controller; a session may change them.
 #[rustfmt::skip]
 pub const SETTINGS: Settings<NU, NY> = Settings {{
     tracking_weight: {tracking_weight},
@@ -134,9 +125,8 @@ pub const SETTINGS: Settings<NU, NY> = Settings {{
 }};
 
 "
-            ),
-            types: REGRESSION_TYPES.into(),
-        }
+        ),
+        types: REGRESSION_TYPES.into(),
     }
 }
 
@@ -168,11 +158,6 @@ pub const fn session() -> Session {
     Session::new(controller(), IDENTITY)
 }
 ";
-
-/// A list of f32.
-pub(super) fn narrow(values: &[f64]) -> String {
-    literal::list(values.iter().map(|&x| literal::float(x as f32)))
-}
 
 /// The rate in millihertz, to the nearest; a rate beyond u32 cannot come out of a valid period.
 fn rate_mhz(period_s: f64) -> u32 {

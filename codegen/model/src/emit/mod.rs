@@ -10,6 +10,7 @@ mod golden;
 mod library;
 mod manifest;
 mod network;
+mod parts;
 mod recurrent;
 mod state;
 

@@ -2,7 +2,7 @@
 //! and prior of its filter.
 
 use super::HEADER;
-use super::control::{Parts, narrow};
+use super::parts::{Parts, narrow};
 use crate::spec::{Layer, ModelSpec, StateSpec};
 use sinew_nn::literal;
 

@@ -21,6 +21,7 @@
 //! ```
 
 mod error;
+mod quote;
 mod state;
 mod text;
 mod weights;

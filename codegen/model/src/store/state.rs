@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use serde::Deserialize;
 
-use super::text::string;
+use super::quote::string;
 use crate::spec::{Activation, Dense, Parameter, Signal, State, StateSpec};
 
 #[derive(Deserialize)]

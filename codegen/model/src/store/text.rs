@@ -7,6 +7,7 @@ use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::quote::string;
 use super::{FORMAT, MODEL_FILE, StoreError, WEIGHTS_FILE, state};
 use crate::spec::limits::{MAX_PARAMETERS, MAX_WIDTH};
 use crate::spec::{
@@ -343,11 +344,6 @@ fn write_model(text: &mut String, spec: &ModelSpec) -> std::fmt::Result {
         "max_missing_samples = {}",
         control.max_missing_samples
     )
-}
-
-/// A TOML string with its quotes and escapes.
-pub(super) fn string(value: &str) -> String {
-    toml::Value::from(value).to_string()
 }
 
 impl From<SignalTable> for Signal {

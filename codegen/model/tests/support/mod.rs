@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use sinew_model::reference;
 use sinew_model::spec::{
-    Activation, ControlSpec, Dense, Golden, Layer, ModelSpec, OutputForm, Signal, unfilled,
+    Activation, ControlSpec, Dense, Golden, Layer, ModelSpec, OutputForm, Parameter, Signal, State,
+    StateSpec, unfilled,
 };
 use sinew_nn::{Cell, Recurrent};
 
@@ -48,6 +49,45 @@ pub fn with_shortcut() -> ModelSpec {
     ModelSpec {
         name: "shortcut".into(),
         skip: Some(vec![0.375, -0.125, 0.0625]),
+        ..tiny()
+    }
+}
+
+/// A model with two states and a parameter; its output and its channel are measured.
+pub fn with_state() -> ModelSpec {
+    let state = |name: &str| State {
+        signal: signal(name, "SI", 2.0, 0.5),
+        deviation: 1.0,
+        noise: 1e-3,
+    };
+    ModelSpec {
+        name: "state".into(),
+        form: OutputForm::State,
+        skip: Some((1..=8).map(|i| 0.0625 * i as f32).collect()),
+        layers: vec![
+            dense(4, 3, Activation::Tanh, 0.4),
+            dense(3, 2, Activation::Linear, 0.25),
+        ],
+        state: Some(StateSpec {
+            states: vec![state("mass.position"), state("mass.velocity")],
+            parameters: vec![Parameter {
+                name: "mass.inertia".into(),
+                value: 1.5,
+                spread: 0.15,
+                noise: 0.02,
+                lower: -2.5,
+                upper: 2.5,
+            }],
+            measurement: Dense::from_rows(
+                &[vec![0.5, 0.25], vec![-0.5, 0.125]],
+                vec![0.5, -1.0],
+                Activation::Linear,
+            )
+            .unwrap(),
+            measurement_noise: vec![1e-3, 2e-3],
+            disturbance_deviation: 0.01,
+            gate: 6.0,
+        }),
         ..tiny()
     }
 }

@@ -9,7 +9,8 @@ use sinew_sim::{Plant, Rig};
 use sinew_train::Form;
 
 use crate::closed_loop::control_problem::ControlProblem;
-use crate::pipeline::learn::{control, crate_name, options, score, unit_of};
+use crate::pipeline::learn::{crate_name, options, score};
+use crate::pipeline::learned::{control, unit_of};
 use crate::rig_file;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::recording::Recording;

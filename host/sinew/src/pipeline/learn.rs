@@ -11,6 +11,8 @@ use sinew_sim::{Plant, Rig};
 use sinew_train::{FirstLayer, Form};
 
 use super::learn_state::{has_a_state, learn_state};
+pub use super::learned::{Learned, Record, crate_name};
+use super::learned::{control, unit_of};
 use crate::closed_loop::control_problem::ControlProblem;
 use crate::rig_file;
 use sinew_ident::error::{Error, Result};
@@ -30,33 +32,6 @@ const EPISODE_STEPS: usize = 60;
 const EPISODES: [usize; 3] = [400, 80, 80];
 /// States of the recordings from which episodes may begin.
 pub const SAMPLED_STATES: usize = 4000;
-
-/// A trained model and how good it is.
-#[derive(Clone, Debug)]
-pub struct Learned {
-    /// The model with provisional control settings.
-    pub spec: ModelSpec,
-    /// The record of its training.
-    pub record: Record,
-}
-
-/// Record of a training; lengths in SI.
-#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
-pub struct Record {
-    /// One entry a pass.
-    pub history: Vec<Epoch>,
-    /// The pass that was kept.
-    pub kept: usize,
-    /// Weights and biases.
-    pub parameters: usize,
-    /// Root mean square error one step ahead, each output, on episodes that trained and chose
-    /// nothing.
-    pub one_step_rms: Vec<f64>,
-    /// The same at the end of the horizon, the network fed with its own predictions.
-    pub horizon_rms: Vec<f64>,
-    /// Steps of that horizon.
-    pub horizon: usize,
-}
 
 /// The rig's `[network]` table, what it leaves open filled in.
 ///
@@ -332,34 +307,6 @@ pub fn save(folder: &Path, spec: &ModelSpec) -> Result<()> {
     Ok(())
 }
 
-/// Settings that hold until they are tuned.
-pub(super) fn control(task: &ControlProblem) -> ControlSpec {
-    ControlSpec {
-        horizon: task.horizon,
-        control_horizon: task.control_horizon,
-        move_blocks: vec![],
-        first_step: 1,
-        tracking_weight: task.tracking_weight.clone(),
-        move_suppression: task
-            .move_suppression
-            .clone()
-            .unwrap_or_else(|| vec![0.01; task.limits.len()]),
-        command_weight: task.command_weight,
-        lower: task.limits.iter().map(|l| l.0).collect(),
-        upper: task.limits.iter().map(|l| l.1).collect(),
-        rate_limit: task.limits.iter().map(|l| l.2 / task.period_s).collect(),
-        safe: task
-            .limits
-            .iter()
-            .map(|(low, high, _)| 0.0_f64.clamp(*low, *high))
-            .collect(),
-        disturbance_gain: 0.2,
-        observer_gain: 1.0,
-        iterations: 2,
-        max_missing_samples: 10,
-    }
-}
-
 /// Least noise of a second attempt, as a part of half an output's range. Not of the first: real
 /// sensors can be quieter, and what they say is worth learning.
 const QUIET: f64 = 1e-5;
@@ -456,32 +403,6 @@ fn observed(spec: &ModelSpec, shape: Shape, episodes: &[Scaled]) -> Vec<Scaled> 
         }
     }
     episodes
-}
-
-/// A unit; `1` for none, since a model names a unit for every signal.
-pub(super) fn unit_of(unit: &str) -> &str {
-    match unit {
-        "" => "1",
-        unit => unit,
-    }
-}
-
-/// A rig's name as cargo takes it: lower-case letters, digits and `-`.
-pub fn crate_name(name: &str) -> String {
-    let mut text = String::new();
-    for c in name.chars() {
-        if c.is_ascii_alphanumeric() {
-            text.push(c.to_ascii_lowercase());
-        } else if !text.ends_with('-') && !text.is_empty() {
-            text.push('-');
-        }
-    }
-    let text = text.trim_end_matches('-');
-    if text.is_empty() {
-        "rig".into()
-    } else {
-        text.into()
-    }
 }
 
 #[cfg(test)]

@@ -5,5 +5,6 @@ pub mod footprint;
 pub mod import;
 pub mod learn;
 mod learn_state;
+mod learned;
 pub mod predictor;
 pub mod summary;

@@ -27,6 +27,9 @@ pub struct StateOptions {
     pub batch: usize,
     /// Learning rate at the start; it falls to a hundredth along a cosine.
     pub learning_rate: f64,
+    /// States whose sign matters, as a velocity's does to friction: half of the hidden units start
+    /// as a step of one of them at its physical zero, each of another steepness.
+    pub switching: Vec<usize>,
     /// Seed of everything that is drawn.
     pub seed: u64,
 }
@@ -40,10 +43,14 @@ impl Default for StateOptions {
             batches: 40,
             batch: 256,
             learning_rate: 2e-2,
+            switching: Vec::new(),
             seed: 1,
         }
     }
 }
+
+/// Least and largest slope of a unit that starts as a step, model units.
+const STEEPNESS: [f64; 2] = [10.0, 1000.0];
 
 /// One pass: losses relative to the best linear model (1 = as good as that).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -209,7 +216,7 @@ pub fn train(
     device.seed(options.seed);
     let mut model = Transition {
         linear: filled(&w, &b, &device),
-        hidden: Linear::drawn(z.ncols(), options.units, &device),
+        hidden: started(z.ncols(), options, &scales.states, &device),
         last: filled(
             &DMatrix::zeros(n, options.units),
             &DVector::zeros(n),
@@ -291,6 +298,38 @@ pub fn train(
         *error = error.sqrt();
     }
     Ok(model)
+}
+
+/// The hidden layer before training. A gradient moves weights of order 1, and a step as sharp as
+/// dry friction's has weights of order 100: it is not found from there.
+fn started(inputs: usize, options: &StateOptions, states: &[Scale], device: &Device) -> Linear {
+    let drawn = Linear::drawn(inputs, options.units, device);
+    let steps = match options.switching.len() {
+        0 => 0,
+        _ => options.units / 2,
+    };
+    if steps == 0 {
+        return drawn;
+    }
+    let mut w = to_matrix(drawn.weight.val()).transpose();
+    let bias = drawn.bias.as_ref().map(|b| b.val().into_data());
+    let mut b = bias.map_or_else(
+        || DVector::zeros(options.units),
+        |b| DVector::from_iterator(options.units, b.iter::<f64>()),
+    );
+    let [least, most] = STEEPNESS;
+    for unit in 0..steps {
+        let state = options.switching[unit % options.switching.len()];
+        let share = unit as f64 / (steps.max(2) - 1) as f64;
+        let steepness = least * (most / least).powf(share);
+        let Some(scale) = states.get(state) else {
+            continue;
+        };
+        w.row_mut(unit).fill(0.0);
+        w[(unit, state)] = steepness;
+        b[unit] = steepness * scale.offset / scale.span;
+    }
+    filled(&w, &b, device)
 }
 
 /// Every z(k) and x(k+1) - x(k), a row each.

@@ -1,0 +1,18 @@
+//! Parts of the emitted controller that the kinds of models do not share.
+
+use sinew_nn::literal;
+
+/// Text that differs between a model on past readings and one with a state.
+pub(super) struct Parts {
+    /// Imports beside those of every model.
+    pub uses: String,
+    /// Settings of the controller.
+    pub settings: String,
+    /// Types of controller and session, and their constructors.
+    pub types: String,
+}
+
+/// A list of f32.
+pub(super) fn narrow(values: &[f64]) -> String {
+    literal::list(values.iter().map(|&x| literal::float(x as f32)))
+}
