@@ -141,31 +141,6 @@ fn the_same_seed_gives_the_same_weights_and_another_does_not() {
 }
 
 #[test]
-fn half_of_the_units_start_as_steps_at_rest() {
-    let plant = plant();
-    let set = episodes(&plant, 1, 40);
-    let options = StateOptions {
-        units: 4,
-        epochs: 1,
-        batches: 1,
-        learning_rate: 0.0,
-        switching: vec![1],
-        ..StateOptions::default()
-    };
-    let model = train((1, 1), [&set, &set, &set], &options, |_, _, _| {}).expect("a model");
-    let rest = model.states[1].scaled(0.0);
-    for (unit, steepness) in [(0, 10.0), (1, 1000.0)] {
-        assert_eq!(
-            model.hidden[unit],
-            [0.0, steepness, 0.0, 0.0, 0.0, 0.0, 0.0]
-        );
-        let at_rest = f64::from(steepness) * rest + f64::from(model.hidden_bias[unit]);
-        assert!(at_rest.abs() < 1e-3, "{at_rest}");
-    }
-    assert!(model.hidden[2].iter().all(|w| w.abs() < 2.0));
-}
-
-#[test]
 fn parameters_of_a_device_are_found_back_from_its_values() {
     let plant = plant();
     let population = population(&plant);
