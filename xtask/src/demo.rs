@@ -26,7 +26,7 @@ struct Case {
 pub fn demo(flags: &[String]) -> Result<()> {
     build(
         &Case {
-            rig: "rigs/mass-spring-damper.toml",
+            rig: "rigs/demo.toml",
             fit: "rigs/mass-spring-damper.fit.csv".into(),
             test: "rigs/mass-spring-damper.test.csv".into(),
             out: "target/demo",
