@@ -29,9 +29,14 @@ const FRAMEWORKS: &str = "codegen/nn/tests/frameworks/models";
 /// # Errors
 /// A crate that does not compile with the version that it declares.
 pub fn check() -> Result<()> {
-    for folder in ALONE.iter().chain([&CONTROLLER]) {
+    // What a later compiler has resolved there may ask for more than the declared version.
+    let controller = root().join(CONTROLLER);
+    let locks = [root(), controller.clone()].map(|folder| folder.join("Cargo.lock"));
+    fs::copy(&locks[0], &locks[1]).with_context(|| format!("cannot write {:?}", locks[1]))?;
+    for folder in ALONE {
         compile(&root().join(folder))?;
     }
+    compile(&controller)?;
     for network in NETWORKS {
         compile(&printed(network)?)?;
     }
