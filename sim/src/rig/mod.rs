@@ -65,7 +65,7 @@ pub struct Rig {
     pub actuators: Vec<Actuator>,
     /// Sensors: readings to signals.
     pub sensors: Vec<Sensor>,
-    /// Columns that parameters may depend on, those that only a `with` names last.
+    /// Columns that parameters may depend on, as the rig declares them.
     pub signals: Vec<Signal>,
     /// Physics beyond the textbook.
     pub effects: Vec<EffectTable>,

@@ -11,6 +11,7 @@ mod stiffness;
 mod timestep;
 mod xml;
 
+use sinew_sim::Plant;
 use sinew_sim::effects::Kind;
 use sinew_sim::rig::{EffectTable, Reads, Rig, Site};
 
@@ -75,11 +76,28 @@ pub fn mjcf(rig: &Rig) -> Mjcf {
         );
         model.left_out.push(left_out);
     }
+    model.left_out.extend(dependences(rig));
     let text = write(rig, step, &model);
     Mjcf {
         text,
         left_out: model.left_out,
     }
+}
+
+/// A line about each number that depends on a recorded column: it is written at the column's zero.
+fn dependences(rig: &Rig) -> Vec<String> {
+    let Ok(plant) = Plant::new(rig) else {
+        return Vec::new();
+    };
+    let slopes = plant.parameters().iter().filter_map(|parameter| {
+        let of = parameter.name.strip_suffix(".slope")?;
+        let slope = format!("{} {}", parameter.value, parameter.unit);
+        Some(format!(
+            "{of} by a recorded column: it is written at the column's zero; add {slope} times the \
+             column at every step"
+        ))
+    });
+    slopes.collect()
 }
 
 fn sensors(rig: &Rig, model: &mut Model) {

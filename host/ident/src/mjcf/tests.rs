@@ -32,6 +32,20 @@ fn what_mujoco_cannot_carry_is_named_with_its_numbers() {
     assert!(written.text.contains(&format!("<!-- LEFT OUT: {what}")));
 }
 
+#[test]
+fn a_number_that_depends_on_a_column_is_named_as_left_out() {
+    let text = "format = \"sinew-rig/1\"\nname = \"x\"\n[[body]]\nname = \"cart\"\n\
+                motion = \"slide\"\ninertia = 1.0\n[[damper]]\nname = \"oil\"\nfrom = \"ground\"\n\
+                to = \"cart\"\ndamping = { value = 0.25, with = \"T_K\", slope = 0.5 }\n";
+    let rig = Rig::parse(text, "warm.toml").expect("it is sound");
+    let left_out = mjcf(&rig).left_out;
+    let what = "oil.damping by a recorded column: it is written at the column's zero; add 0.5";
+    assert!(
+        left_out.iter().any(|line| line.starts_with(what)),
+        "{left_out:?}"
+    );
+}
+
 /// A force without a name is not lost on the way to MuJoCo without a word.
 #[test]
 fn a_learned_force_is_named_as_left_out() {

@@ -37,6 +37,9 @@ const DISTURBANCE: f64 = 0.01;
 const QUIET: f64 = 1e-5;
 /// Largest innovation that is believed, in standard deviations.
 const GATE: f64 = 6.0;
+/// Trainings from starts of their own, of which the best on validation is kept: of three seeds of
+/// the demo one ended with an error half as large again (docs/decisions/0081).
+const STARTS: usize = 3;
 /// Episodes that say which parameters matter.
 const TRIALS: usize = 40;
 
@@ -115,20 +118,38 @@ pub(super) fn learn_state(
         )?);
     }
     let n_m = task.outputs.len() + task.channels.len();
-    let mut history = Vec::new();
-    let model = train(
-        (plant.inputs().len(), n_m),
-        [&sets[0], &sets[1], &sets[2]],
-        &options,
-        |done, of, losses| {
-            let losses = Epoch {
-                training: losses.training,
-                validation: losses.validation,
-            };
-            history.push(losses);
-            progress(done, of, losses);
-        },
-    )?;
+    let least = |history: &[Epoch]| {
+        let losses = history.iter().map(|losses| losses.validation);
+        losses.fold(f64::INFINITY, f64::min)
+    };
+    let mut best: Option<(StateModel, Vec<Epoch>)> = None;
+    for start in 0..STARTS {
+        let options = StateOptions {
+            seed: seed.wrapping_add(1000 * start as u64),
+            ..options.clone()
+        };
+        let mut history = Vec::new();
+        let model = train(
+            (plant.inputs().len(), n_m),
+            [&sets[0], &sets[1], &sets[2]],
+            &options,
+            |done, of, losses| {
+                let losses = Epoch {
+                    training: losses.training,
+                    validation: losses.validation,
+                };
+                history.push(losses);
+                progress(start * of + done, STARTS * of, losses);
+            },
+        )?;
+        let better = |(_, known): &(StateModel, Vec<Epoch>)| least(&history) < least(known);
+        if best.as_ref().is_none_or(better) {
+            best = Some((model, history));
+        }
+    }
+    let Some((model, history)) = best else {
+        return Err(Error::failed("no training was started"));
+    };
     let spec = spec(rig, plant, values, &population, task, &model)?;
     let (one_step_rms, horizon_rms) = score(&model, task, &sets[2]);
     let best = |a: &(usize, &Epoch), b: &(usize, &Epoch)| a.1.validation.total_cmp(&b.1.validation);
