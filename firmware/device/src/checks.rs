@@ -85,7 +85,7 @@ pub struct Subject<S, C> {
 pub trait Device {
     /// The answer to one message.
     fn ask(&mut self, question: &ToDevice, clock: &impl Clock) -> ToHost;
-    /// As [`Session::receive`].
+    /// As `Session::receive`.
     fn hear(&mut self, bytes: &[u8], clock: &impl Clock, reply: impl FnMut(&[u8]));
     /// Identity of the device.
     fn who(&self) -> Identity;
@@ -455,7 +455,7 @@ pub struct Ticks {
     /// Of the longest seen.
     pub longest: u32,
     /// No step can take more: what surrounds the optimisation, and each of its parts at its
-    /// longest, as often as the const parameters allow ([`Work::most`]).
+    /// longest, as often as the const parameters allow (`Work::most`).
     pub bound: u32,
 }
 
