@@ -89,7 +89,7 @@ fn declared(folder: &Path) -> Result<String> {
         .to_string())
 }
 
-/// Whether rustup has this version for both targets, after it was asked to install it.
+/// Tells whether rustup has this version for both targets, after it was asked to install it.
 fn installed(version: &str) -> bool {
     let cargo = format!("+{version}");
     let core = Command::new("rustc")

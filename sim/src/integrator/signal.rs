@@ -9,7 +9,7 @@ use crate::scalar::Scalar;
 struct Followed<S> {
     /// The column since it was taken.
     column: S,
-    /// Where the rig is on its way there.
+    /// Value that the rig has reached on its way there.
     now: S,
     /// When the column was taken; `None` before the first time, from which the rig begins settled.
     since: Option<f64>,
@@ -36,7 +36,7 @@ impl<S: Scalar> Signals<S> {
         }
     }
 
-    /// Where the rig is with each.
+    /// Value of each that the rig has reached.
     pub(super) fn now(&self) -> &[S] {
         &self.now
     }

@@ -164,7 +164,7 @@ pub const SETTINGS: StateSettings<NU, NY> = StateSettings {{
     iterations: {iterations},
 }};
 
-/// What the filter assumes before any reading, model units.
+/// Assumptions of the filter before any reading, model units.
 #[rustfmt::skip]
 pub const PRIOR: Prior<STATES, NU, PARAMETERS> = Prior {{
     x: [0.0; STATES],

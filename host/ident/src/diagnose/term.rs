@@ -80,7 +80,7 @@ impl Term {
         }
     }
 
-    /// What each of its parameters at one component is, in the order of [`Term::apply`]: the
+    /// Description of each parameter at one component, in the order of [`Term::apply`]: the
     /// description's, then a slope for each strength that depends on a signal.
     pub fn specs(&self) -> Vec<&'static ParameterSpec> {
         let Some((kind, _)) = self.effect() else {
