@@ -85,6 +85,22 @@ fn a_model_with_half_a_state_is_refused() {
     assert!(message.contains("measurement_noise"), "{message}");
 }
 
+/// States without a filter would be read by nothing.
+#[test]
+fn tables_of_a_state_without_a_filter_are_refused() {
+    let directory = tempfile::tempdir().unwrap();
+    store::save(directory.path(), &support::with_state()).unwrap();
+    let path = directory.path().join("model.toml");
+    let text = fs::read_to_string(&path).unwrap();
+    let (before, after) = text.split_once("[filter]").expect("it has one");
+    let rest = after.find("\n[").map_or("", |next| &after[next..]);
+    fs::write(&path, format!("{before}{rest}")).unwrap();
+    let message = store::load(directory.path())
+        .expect_err("refused")
+        .to_string();
+    assert!(message.contains("need [filter]"), "{message}");
+}
+
 #[test]
 fn a_network_that_remembers_comes_back_to_the_bit() {
     for (name, cell) in [("gru", gru_cell()), ("lstm", lstm_cell())] {

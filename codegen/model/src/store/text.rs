@@ -131,6 +131,11 @@ pub(super) fn parse(text: &str) -> Result<ModelSpec, StoreError> {
     let measurements = document.output.len() + document.channel.len();
     let filter = document.filter;
     let (states, parameters) = (document.state, document.parameter);
+    // Tables that nothing would read are no less wrong than unknown keys.
+    if filter.is_none() && !(states.is_empty() && parameters.is_empty()) {
+        let message = "[[state]] and [[parameter]] need [filter] beside them";
+        return Err(refuse(text, 0..0, message));
+    }
     let state = filter.map(|filter| state::spec(states, parameters, filter, measurements));
     let signals = |tables: Vec<SignalTable>| tables.into_iter().map(Signal::from).collect();
     Ok(ModelSpec {
