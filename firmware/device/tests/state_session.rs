@@ -196,3 +196,28 @@ fn weights_are_replaced_or_refused() {
     let noise = controller.filter().settings().disturbance_noise;
     assert_eq!(noise, [0.05]);
 }
+
+#[test]
+fn limits_are_replaced_within_those_of_the_model_and_hold_the_next_command() {
+    let mut session = session();
+    let narrow = |session: &mut Session, lower: f32, upper: f32| {
+        session.answer(
+            &ToDevice::Limit {
+                lower: [lower].into_iter().collect(),
+                upper: [upper].into_iter().collect(),
+                rate: [0.5].into_iter().collect(),
+            },
+            &NoClock,
+        )
+    };
+    let refused = ToHost::Refused {
+        reason: Reason::Limits,
+    };
+    assert_eq!(narrow(&mut session, -2.0, 1.0), refused);
+    // The command applied last is 0.
+    assert_eq!(narrow(&mut session, 0.1, 1.0), refused);
+    assert_ne!(narrow(&mut session, -0.05, 0.05), refused);
+    for _ in 0..20 {
+        assert!(sample(&mut session, 0.0).abs() <= 0.05);
+    }
+}

@@ -474,3 +474,36 @@ fn measure(model: &mut StateModel, data: &Data) {
         .collect();
     model.measurement_bias = offset.iter().map(|v| *v as f32).collect();
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Half of the units switch where the physical state passes zero, from gently to sharply.
+    #[test]
+    fn half_of_the_units_start_as_steps_at_the_physical_zero() {
+        let scale = |span, offset| Scale { span, offset };
+        let states = [scale(1.0, 0.0), scale(2.0, 0.5)];
+        let options = StateOptions {
+            units: 6,
+            switching: vec![1],
+            ..StateOptions::default()
+        };
+        let device = Device::default().autodiff();
+        let layer = started(4, &options, &states, &device);
+        let weights = to_matrix(layer.weight.val());
+        let bias = layer.bias.as_ref().expect("it has one").val().into_data();
+        let bias: Vec<f64> = bias.iter::<f64>().collect();
+        let at_rest = states[1].scaled(0.0);
+        for unit in 0..3 {
+            let column = weights.column(unit);
+            assert_eq!([column[0], column[2], column[3]], [0.0; 3]);
+            assert!((column[1] * at_rest + bias[unit]).abs() < 1e-3, "{unit}");
+        }
+        let slopes = [0, 1, 2].map(|unit| weights[(1, unit)]);
+        for (slope, expected) in slopes.iter().zip([10.0, 100.0, 1000.0]) {
+            assert!((slope / expected - 1.0).abs() < 1e-4, "{slopes:?}");
+        }
+        assert!(weights.column(3).iter().all(|weight| weight.abs() < 5.0));
+    }
+}
