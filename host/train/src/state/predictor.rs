@@ -495,10 +495,9 @@ mod tests {
         let bias = layer.bias.as_ref().expect("it has one").val().into_data();
         let bias: Vec<f64> = bias.iter::<f64>().collect();
         let at_rest = states[1].scaled(0.0);
-        for unit in 0..3 {
-            let column = weights.column(unit);
+        for (column, bias) in weights.column_iter().zip(&bias).take(3) {
             assert_eq!([column[0], column[2], column[3]], [0.0; 3]);
-            assert!((column[1] * at_rest + bias[unit]).abs() < 1e-3, "{unit}");
+            assert!((column[1] * at_rest + bias).abs() < 1e-3, "{column}");
         }
         let slopes = [0, 1, 2].map(|unit| weights[(1, unit)]);
         for (slope, expected) in slopes.iter().zip([10.0, 100.0, 1000.0]) {
