@@ -228,6 +228,7 @@ fn foreign() -> Result<()> {
     for program in [
         "mass_spring_damper.py",
         "damper_stand.py",
+        "payload.py",
         "finger.py",
         "foam.py",
     ] {

@@ -69,14 +69,15 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Runs the rig from `start` over one stretch of time and takes in what it does. A run that
+    /// Runs the rig with these values from `start` over one stretch of time and takes in what it
+    /// does. A run that
     /// ends early leaves what there was.
     ///
     /// # Errors
     /// `Simulation` where the rig cannot be simulated.
     pub(crate) fn take(
         &mut self,
-        start: &[f64],
+        (values, start): (&[f64], &[f64]),
         drive: &InputTrajectory,
         times: &[f64],
     ) -> Result<()> {
@@ -89,7 +90,7 @@ impl<'a> Run<'a> {
             .iter()
             .map(|s| (s.gain.value, s.offset.value));
         let signals: Vec<(f64, f64)> = signals.collect();
-        let taken = plant.simulate_with(self.values, start, drive, times, |row, at| {
+        let taken = plant.simulate_with(values, start, drive, times, |row, at| {
             let (state, time) = (at.state(), times[row]);
             for body in 0..bodies {
                 self.q[body].push(state[body]);

@@ -39,6 +39,8 @@ pub struct Parameter {
     pub free: bool,
     /// The rig file allows zero or more, whatever the bounds.
     pub non_negative: bool,
+    /// Each recording has a value of its own; `value` is what they share.
+    pub per_recording: bool,
 }
 
 /// A distinct column of the recording that drives the plant; actuators may share one. After those

@@ -87,6 +87,7 @@ impl<'a> Slots<'a> {
                 max: value.max,
                 free: value.free,
                 non_negative: matches!(sign, Sign::NonNegative | Sign::Positive),
+                per_recording: value.per_recording,
             },
             value.place.clone(),
         ));

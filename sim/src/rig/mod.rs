@@ -6,6 +6,7 @@ mod effect_tables;
 mod extend;
 mod geometry;
 mod names;
+mod per_recording;
 mod reader;
 mod sections;
 mod signals;
@@ -86,6 +87,8 @@ pub struct Value {
     pub free: bool,
     /// Column of the recording that it changes with, if one does.
     pub with: Option<Box<Dependence>>,
+    /// Each recording has a value of its own; `value` is what they share.
+    pub per_recording: bool,
     pub(crate) place: Place,
 }
 

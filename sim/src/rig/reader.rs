@@ -349,7 +349,7 @@ impl<'a> TableReader<'a> {
             index: self.index,
             within: self.within,
         };
-        inner.allow(&["value", "min", "max", "with", "slope"])?;
+        inner.allow(&["value", "min", "max", "with", "slope", "per"])?;
         let value = inner
             .number("value", sign)?
             .ok_or_else(|| inner.missing("value", "a number"))?;
@@ -378,6 +378,7 @@ impl<'a> TableReader<'a> {
             max,
             free: true,
             with: self.dependence(key, &inner)?,
+            per_recording: self.per_recording(key, &inner, value)?,
             place: self.place(key),
         }))
     }
@@ -402,6 +403,7 @@ impl<'a> TableReader<'a> {
             max: None,
             free: false,
             with: None,
+            per_recording: false,
             place: self.place(key),
         }
     }

@@ -22,6 +22,7 @@ mod mechanisms;
 mod order;
 mod passive;
 mod past;
+mod per_recording;
 mod refusals;
 mod rig_text;
 mod signals;

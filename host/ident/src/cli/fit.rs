@@ -9,8 +9,8 @@ use super::Recordings;
 use super::progress::Stage;
 use super::repair::Repairs;
 use crate::error::Result;
-use crate::fit::{FitOptions, fit, score};
-use crate::report::{count, quantity, warnings};
+use crate::fit::{FitOptions, fit, free_runs, pool, score};
+use crate::report::{count, own_value, quantity, warnings};
 
 /// Arguments of `sinew fit`.
 #[derive(Args)]
@@ -67,6 +67,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             quantity(p.as_written, &p.unit),
             quantity(p.value, &p.unit)
         );
+        for own in &p.recordings {
+            println!("    {}: {}", own.recording, own_value(own));
+        }
     }
     for held in &found.held {
         println!(
@@ -83,7 +86,16 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         );
     }
     if !tests.is_empty() {
-        for (before, after) in score(&rig, &tests)?.iter().zip(score(&found.rig, &tests)?) {
+        let runs = free_runs(&found.rig, &tests)?;
+        for own in runs.iter().flat_map(|run| &run.own) {
+            println!(
+                "test  {}: {} {}, from this recording alone",
+                own.recording,
+                own.name,
+                own_value(own)
+            );
+        }
+        for (before, after) in score(&rig, &tests)?.iter().zip(pool(&runs)) {
             println!(
                 "test  {}: free-run error {} as written, {} refitted",
                 after.signal,

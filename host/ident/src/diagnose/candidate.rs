@@ -8,6 +8,7 @@ use sinew_sim::{Parameter, Plant};
 use crate::diagnose::model::{Model, Point};
 use crate::diagnose::residuals::Residuals;
 use crate::diagnose::term::Term;
+use crate::fit::local;
 
 /// A rig with some terms in it, as far as it was fitted.
 #[derive(Clone)]
@@ -65,9 +66,11 @@ pub(crate) struct Candidate {
 }
 
 impl Candidate {
-    /// Number of fitted parameters.
+    /// Number of fitted parameters; one that differs by recording counts once for each.
     pub fn parameters(&self) -> usize {
-        self.trial.model.slots.len()
+        let (model, roles) = (&self.trial.model, [&self.fit, &self.check]);
+        let recordings: usize = roles.iter().map(|role| role.recordings()).sum();
+        model.slots.len() + recordings * local::slots(&model.plant).len()
     }
 
     /// Tells whether it has a coordinate that nobody sees.

@@ -55,6 +55,7 @@ fn estimates(rig: &Rig, width: impl Fn(&str) -> Option<f64>) -> Result<Known> {
             value,
             unit: parameter.unit.clone(),
             ci95: width(&parameter.name).map(|half| [value - half, value + half]),
+            recordings: Vec::new(),
         };
         (parameter.name.clone(), estimate)
     });

@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::fit::experiment::spreads;
 use crate::fit::experiment::{Experiment, Views};
 use crate::fit::segment::{Problem, Segment};
-use crate::fit::start;
+use crate::fit::{local, start};
 use crate::recording::Recording;
 
 /// Recordings as every candidate is held against them.
@@ -28,6 +28,8 @@ pub(crate) struct Data {
     pub sigma: Vec<f64>,
     /// Natural sizes of the baseline rig's states, by name.
     state_scale: BTreeMap<String, f64>,
+    /// Natural sizes of its local parameters' deviations, by name.
+    local_scale: BTreeMap<String, f64>,
 }
 
 /// Start states that were found for intervals.
@@ -83,6 +85,9 @@ impl Data {
                 .state_names()
                 .into_iter()
                 .zip(start::scales(&experiments, &views, &plant.values()))
+                .collect(),
+            local_scale: local::names(plant)
+                .zip(local::scales(plant, &experiments, &views, &plant.values()))
                 .collect(),
             noise,
             step,
@@ -166,9 +171,10 @@ impl Data {
         plant: &Plant,
         intervals: &[(usize, Range<usize>)],
     ) -> Result<Vec<Segment>> {
+        let problem = self.judging(plant);
         intervals
             .iter()
-            .map(|(index, rows)| Segment::new(plant, &self.experiments, *index, rows.clone()))
+            .map(|(index, rows)| problem.segment(*index, rows.clone()))
             .collect()
     }
 
@@ -273,7 +279,7 @@ impl Data {
                 continue;
             };
             let until = rows.start + times[rows.clone()].partition_point(|t| *t <= begins);
-            let way = Segment::new(plant, &found.data.experiments, *index, rows.start..until)?;
+            let way = there.segment(*index, rows.start..until)?;
             let reached = there.final_state(&way, values, from);
             let whole = std::slice::from_ref(segment);
             let cost = |state: &Vec<f64>| here.cost(whole, values, std::slice::from_ref(state));
@@ -293,6 +299,7 @@ impl Data {
             scale: Vec::new(),
             sigma: self.sigma.clone(),
             state_scale: self.state_scale(plant),
+            local: local::slots(plant),
         }
     }
 
@@ -318,6 +325,7 @@ impl Data {
                 Some(scale) => *scale,
                 None => largest(name.ends_with(".velocity")),
             })
+            .chain(local::names(plant).map(|name| self.local_scale[&name]))
             .collect()
     }
 
@@ -399,7 +407,7 @@ mod tests {
             assert!(cost(reached) <= cost(guess));
             if reached != guess {
                 nearer += 1;
-                let way = Segment::new(&plant, &data.experiments, 0, 0..segment.rows.start + 1);
+                let way = problem.segment(0, 0..segment.rows.start + 1);
                 let there = problem.final_state(&way.expect("rows"), &values, &states[0]);
                 assert_eq!(Some(reached.clone()), there);
             }

@@ -46,6 +46,7 @@ pub(crate) fn carriage() -> Diagnosis {
         value,
         unit: unit.into(),
         ci95: Some(ci95),
+        recordings: Vec::new(),
     };
     Diagnosis {
         format: FORMAT,

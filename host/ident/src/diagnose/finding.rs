@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::diagnose::details::Finalist;
+use crate::fit::OwnValue;
 
 /// The name of the format and its version.
 pub const FORMAT: &str = "sinew-diagnosis/1";
@@ -140,6 +141,10 @@ pub struct Estimate {
     pub unit: String,
     /// Interval that holds it nineteen times in twenty; null where the data do not say.
     pub ci95: Option<[f64; 2]>,
+    /// Own values of the recordings of all roles, each from that recording alone with all else as
+    /// it is; absent where it does not differ by recording.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub recordings: Vec<OwnValue>,
 }
 
 /// Place and time of a mismatch.

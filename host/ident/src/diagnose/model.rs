@@ -300,7 +300,7 @@ impl Model {
         let known = self.plant.parameters();
         self.slots
             .iter()
-            .zip(widths)
+            .zip(widths.parameters)
             .filter_map(|(&slot, width)| Some((known[slot].name.clone(), width?)))
             .collect()
     }

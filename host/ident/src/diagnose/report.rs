@@ -26,7 +26,7 @@ use crate::diagnose::split::Roles;
 use crate::diagnose::verify::{Named, numbers};
 use crate::diagnose::wording::share_of;
 use crate::error::Result;
-use crate::fit::{BeyondBounds, Fit, FittedParameter, Runaway, SensorFit, score};
+use crate::fit::{BeyondBounds, Fit, FittedParameter, Runaway, SensorFit, free_run, score};
 use crate::recording::Recording;
 use crate::report::{beyond_bounds, runs_away, significant};
 
@@ -50,7 +50,8 @@ pub(crate) fn conclude(
         }
         None => (None, None),
     };
-    let (mended, known) = mended.unwrap_or_else(|| (refitted.rig.clone(), estimates(refitted)));
+    let (mended, mut known) = mended.unwrap_or_else(|| (refitted.rig.clone(), estimates(refitted)));
+    known_own_values(&mut known, &mended, roles)?;
     let mut notes = notes(refitted);
     let effects = match named {
         Some((found, index)) => {
@@ -173,6 +174,7 @@ fn estimates(fitted: &Fit) -> Known {
         value: p.value,
         unit: p.unit.clone(),
         ci95: p.ci95,
+        recordings: Vec::new(),
     };
     let parameters = fitted.parameters.iter();
     parameters.map(|p| (p.name.clone(), of(p))).collect()
@@ -315,6 +317,26 @@ fn notes(refitted: &Fit) -> Vec<String> {
         )
     });
     held.chain(open).collect()
+}
+
+/// Enters the own values of all recordings where parameters differ by recording.
+fn known_own_values(known: &mut Known, rig: &Rig, roles: &Roles) -> Result<()> {
+    let plant = Plant::new(rig)?;
+    if !plant.parameters().iter().any(|p| p.per_recording && p.free) {
+        return Ok(());
+    }
+    for run in [&roles.fit, &roles.check, &roles.test]
+        .into_iter()
+        .flatten()
+        .map(|recording| free_run(rig, recording))
+    {
+        for own in run?.own {
+            if let Some(estimate) = known.get_mut(&own.name) {
+                estimate.recordings.push(own);
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Free-run errors by signal and role, of the rig as written, refitted and mended.

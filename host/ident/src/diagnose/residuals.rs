@@ -89,6 +89,12 @@ impl Residuals {
             .collect()
     }
 
+    /// Number of recordings.
+    pub fn recordings(&self) -> usize {
+        let indices = self.origin.iter().flatten().map(|(recording, _)| recording);
+        indices.max().map_or(0, |last| last + 1)
+    }
+
     /// Root mean square of one sensor's residuals, SI.
     pub fn rms(&self, sensor: usize) -> f64 {
         let count: usize = self.series[sensor].iter().map(Vec::len).sum();

@@ -98,7 +98,7 @@ pub fn reveal(
 
     let values = plant.values();
     let mut run = Run::new(rig, &plant, &values, &[&experiment.inputs]);
-    run.take(&start, &drive, &experiment.t)?;
+    run.take((&values, &start), &drive, &experiment.t)?;
     let places: Vec<(Kind, Site)> = (Kind::ALL.iter())
         .flat_map(|&kind| kind.sites(rig).into_iter().map(move |site| (kind, site)))
         .collect();

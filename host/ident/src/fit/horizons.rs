@@ -27,12 +27,7 @@ fn cut(problem: &Problem, horizon: impl Fn(usize) -> usize) -> Result<Vec<Segmen
             } else {
                 (k + 1) * horizon
             };
-            segments.push(Segment::new(
-                problem.plant,
-                problem.experiments,
-                index,
-                k * horizon..end,
-            )?);
+            segments.push(problem.segment(index, k * horizon..end)?);
         }
     }
     Ok(segments)
@@ -136,6 +131,7 @@ pub(super) fn next_stretches(
             continue;
         }
         let mut states = start::states(problem, views, &longer, &unknowns.values)?;
+        let deviations = problem.deviations(segments, &unknowns.states);
         for (segment, state) in longer.iter().zip(&mut states) {
             let known = segments.iter().position(|old| {
                 old.experiment == segment.experiment && old.rows.start == segment.rows.start
@@ -143,6 +139,7 @@ pub(super) fn next_stretches(
             if let Some(known) = known {
                 state.clone_from(&unknowns.states[known]);
             }
+            state[problem.plant.state_len()..].clone_from_slice(&deviations[segment.experiment]);
         }
         let candidate = DecisionVariables {
             values: unknowns.values.clone(),

@@ -3,7 +3,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::segment::{Normal, Problem, Segment};
+use super::derivatives::Normal;
+use super::segment::{Problem, Segment};
 
 /// Decision variables: plant parameters and one initial state per segment. `z` is derived from
 /// `values`: `values[slot] = scale * z`.
@@ -206,6 +207,16 @@ fn cost_below(
 }
 
 impl Prior {
+    /// Prior where no parameter is fitted.
+    pub fn none() -> Self {
+        Self {
+            bounds: Vec::new(),
+            written: Vec::new(),
+            widths: Vec::new(),
+            tied: Vec::new(),
+        }
+    }
+
     /// Distance of each fitted parameter from the rig, in standard deviations of the prior.
     fn pull(&self, problem: &Problem, values: &[f64]) -> Vec<f64> {
         (0..problem.parameters())
@@ -238,13 +249,15 @@ impl Step {
         let parameters = problem.parameters();
         let mut reduced = DMatrix::<f64>::zeros(parameters, parameters);
         let mut gradient = DVector::<f64>::zeros(parameters);
-        let mut factors = Vec::with_capacity(normals.len());
-        for normal in normals {
+        let mut steps = Vec::with_capacity(normals.len());
+        for (normal, state) in normals.iter().zip(&unknowns.states) {
+            let normal = problem.held(normal, &unknowns.values, state);
             let factor = damped(&normal.xx, damping).cholesky()?;
             let back = factor.solve(&normal.zx.transpose());
             reduced += &normal.zz - &normal.zx * &back;
-            gradient += &normal.bz - &normal.zx * factor.solve(&normal.bx);
-            factors.push((factor, back));
+            let alone = factor.solve(&normal.bx);
+            gradient += &normal.bz - &normal.zx * &alone;
+            steps.push((alone, back));
         }
         let pull = belief.pull(problem, &unknowns.values);
         for j in 0..parameters {
@@ -271,10 +284,12 @@ impl Step {
             }
         }
         clip(problem, belief, unknowns, &mut dz);
-        let dx: Vec<DVector<f64>> = normals
-            .iter()
-            .zip(&factors)
-            .map(|(normal, (factor, back))| factor.solve(&normal.bx) - back * &dz)
+        let dx: Vec<DVector<f64>> = (steps.into_iter().zip(&unknowns.states))
+            .map(|((alone, back), state)| {
+                let mut dx = alone - back * &dz;
+                problem.clip_local(&unknowns.values, state, &mut dx);
+                dx
+            })
             .collect();
         let predicted_reduction = predicted_reduction(belief, normals, &pull, &dz, &dx);
         (predicted_reduction.is_finite()).then_some(Self {

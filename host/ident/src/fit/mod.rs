@@ -9,9 +9,11 @@
 
 mod beyond;
 pub(crate) mod bounds;
+pub(crate) mod derivatives;
 pub(crate) mod experiment;
 mod horizons;
 pub(crate) mod levenberg;
+pub(crate) mod local;
 pub(crate) mod pace;
 mod runaway;
 pub(crate) mod score;
@@ -21,14 +23,17 @@ pub(crate) mod start;
 pub(crate) mod uncertainty;
 mod undetermined;
 
-use sinew_sim::{Plant, Rig};
+use sinew_sim::{Parameter, Plant, Rig};
 
 pub use self::beyond::{BeyondBound, BeyondBounds};
 use self::experiment::Experiment;
 pub use self::levenberg::Stop;
 pub use self::runaway::Runaway;
-pub use self::score::{FreeRun, FreeRunSensor, SensorError, free_run, free_runs, pool, score};
-use self::stages::Apart;
+pub use self::score::{
+    FreeRun, FreeRunSensor, OwnValue, SensorError, free_run, free_runs, pool, score,
+};
+use self::stages::{Apart, Local};
+use self::uncertainty::interval;
 use crate::error::{Error, Result};
 use crate::recording::Recording;
 use crate::report::quantity;
@@ -113,6 +118,8 @@ pub struct FittedParameter {
     pub ci95: Option<[f64; 2]>,
     /// It rests at a bound of the rig's, or at zero where the sign is fixed.
     pub at_bound: bool,
+    /// Own value of each recording, where they differ by recording (`per`): `value` is their mean.
+    pub recordings: Vec<OwnValue>,
 }
 
 /// Error of one sensor over the recordings of the fit, SI.
@@ -231,18 +238,22 @@ pub fn fit(
     let within = (&found, &errors[..]);
     let beyond = beyond::beyond((rig, &plant), recordings, within, &mut releasing)?;
 
-    let parameters = found.slots.iter().enumerate().map(|(j, &slot)| {
-        let (parameter, value) = (&known[slot], found.values[slot]);
-        let [low, high] = bounds::bounds(parameter);
-        FittedParameter {
-            name: parameter.name.clone(),
-            unit: parameter.unit.clone(),
-            as_written: parameter.value,
-            value,
-            ci95: found.half_widths[j].map(|half| [value - half, value + half]),
-            at_bound: !found.held.contains(&slot) && (value <= low || value >= high),
-        }
+    let shared = found.slots.iter().enumerate().map(|(j, &slot)| {
+        let own = (found.half_widths[j], Vec::new());
+        fitted_parameter(
+            &known[slot],
+            found.values[slot],
+            !found.held.contains(&slot),
+            own,
+        )
     });
+    let local = found.local.iter().map(|it| {
+        let own = own_values(&known[it.slot], it, &experiments);
+        fitted_parameter(&known[it.slot], found.values[it.slot], true, own)
+    });
+    let order = |parameter: &FittedParameter| plant.slot(&parameter.name);
+    let mut parameters: Vec<FittedParameter> = shared.chain(local).collect();
+    parameters.sort_by_key(order);
     let sensors = pool(&as_written_runs)
         .into_iter()
         .zip(errors)
@@ -262,7 +273,7 @@ pub fn fit(
         })
     });
     Ok(Fit {
-        parameters: parameters.collect(),
+        parameters,
         sensors: sensors.collect(),
         as_written_runs,
         runs,
@@ -274,6 +285,44 @@ pub fn fit(
         steps: found.steps,
         seconds: begun.elapsed().as_secs_f64(),
     })
+}
+
+/// A fitted parameter with half the width of its interval and the recordings' own values.
+fn fitted_parameter(
+    parameter: &Parameter,
+    value: f64,
+    moved: bool,
+    (half, recordings): (Option<f64>, Vec<OwnValue>),
+) -> FittedParameter {
+    let [low, high] = bounds::bounds(parameter);
+    FittedParameter {
+        name: parameter.name.clone(),
+        unit: parameter.unit.clone(),
+        as_written: parameter.value,
+        value,
+        ci95: half.map(|half| interval(value, half)),
+        at_bound: moved && (value <= low || value >= high),
+        recordings,
+    }
+}
+
+/// Own values of the recordings, and half the width of the interval of their mean: `None` where any
+/// of them has none.
+fn own_values(
+    parameter: &Parameter,
+    local: &Local,
+    experiments: &[Experiment],
+) -> (Option<f64>, Vec<OwnValue>) {
+    let own = local.own.iter().zip(experiments);
+    let own = own.map(|(&found, experiment)| OwnValue::new(parameter, &experiment.name, found));
+    let own: Vec<OwnValue> = own.collect();
+    // A value at a bound does not move.
+    let halves = local.own.iter().zip(&own);
+    let halves = halves.map(|((_, half), own)| half.or(own.at_bound.then_some(0.0)));
+    let squares: Option<Vec<f64>> = halves.map(|half| Some(half?.powi(2))).collect();
+    let squares = squares.map(|squares| squares.iter().sum::<f64>());
+    let half = squares.map(|squares| squares.sqrt() / own.len().max(1) as f64);
+    (half.filter(|half| *half > 0.0), own)
 }
 
 /// Refuses recordings in which no sensor ever changes: an immovable device explains them best.

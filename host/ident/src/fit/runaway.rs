@@ -52,7 +52,7 @@ impl Runaway {
             .zip(&unknowns.states)
             .map(|(segment, state)| problem.transition(segment, &unknowns.values, state))
             .collect();
-        let states = problem.state_scale.len();
+        let states = problem.plant.state_len();
         let mut fastest: Option<f64> = None;
         for index in 0..problem.experiments.len() {
             let mut product = DMatrix::<f64>::identity(states, states);
@@ -100,7 +100,7 @@ impl Problem<'_> {
     /// `state_scale`; `None` where the simulation fails.
     fn transition(&self, segment: &Segment, values: &[f64], state: &[f64]) -> Option<DMatrix<f64>> {
         const WIDTH: usize = 4;
-        let states = state.len();
+        let states = self.plant.state_len();
         let held = self.states_only();
         let seeded = held.seeded::<WIDTH>(std::slice::from_ref(segment), values, states);
         let ends: Vec<Vec<Dual<WIDTH>>> = held.final_states(&seeded, segment, state)?;

@@ -1,11 +1,14 @@
 //! Error of a rig on a recording: the free-run simulation error
 //! (docs/explanation/identification.md, eq. 14).
 
-use sinew_sim::{Plant, Rig};
+use serde::Serialize;
+use sinew_sim::{Parameter, Plant, Rig};
 
+use super::bounds::bounds;
 use super::experiment::{Experiment, START_ROWS, Views, spreads, start_rows};
-use super::segment::{Problem, Segment};
-use super::start;
+use super::segment::Problem;
+use super::uncertainty::interval;
+use super::{local, start};
 use crate::error::{Error, Result};
 use crate::recording::Recording;
 
@@ -20,8 +23,52 @@ pub struct FreeRun {
     pub judged_from: usize,
     /// Initial state, in the order of [`Plant::state_names`].
     pub start: Vec<f64>,
+    /// Every parameter of the plant, SI: those that differ by recording as this one shows them.
+    pub values: Vec<f64>,
+    /// Own values of this recording, estimated from it alone; empty where the rig has none.
+    pub own: Vec<OwnValue>,
     /// One entry a sensor of the rig, in file order.
     pub sensors: Vec<FreeRunSensor>,
+}
+
+/// A parameter's own value in one recording, SI.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OwnValue {
+    /// Name of the recording's file.
+    pub recording: String,
+    /// `load_cell.offset`.
+    #[serde(skip)]
+    pub name: String,
+    /// Its unit.
+    #[serde(skip)]
+    pub unit: String,
+    /// The value.
+    pub value: f64,
+    /// 95 % confidence interval; `None` where the recording does not determine it or where it
+    /// rests at a bound.
+    pub ci95: Option<[f64; 2]>,
+    /// It rests at a bound.
+    #[serde(skip)]
+    pub at_bound: bool,
+}
+
+impl OwnValue {
+    /// The value of a parameter in a recording, with half the width of its interval.
+    pub(super) fn new(
+        parameter: &Parameter,
+        recording: &str,
+        (value, half): (f64, Option<f64>),
+    ) -> Self {
+        let [low, high] = bounds(parameter);
+        Self {
+            recording: recording.to_owned(),
+            name: parameter.name.clone(),
+            unit: parameter.unit.clone(),
+            value,
+            ci95: half.map(|half| interval(value, half)),
+            at_bound: value <= low || value >= high,
+        }
+    }
 }
 
 /// One sensor of a [`FreeRun`], SI.
@@ -87,6 +134,14 @@ pub(super) fn run_at(
         )));
     }
     let experiments = [experiment];
+    let found = local::estimate(rig, plant, &experiments, values)?;
+    let values = &found.values;
+    let own = local::slots(plant).into_iter().zip(&found.half_widths);
+    let own = own.map(|(slot, half)| {
+        let parameter = &plant.parameters()[slot];
+        OwnValue::new(parameter, &experiments[0].name, (values[slot], *half))
+    });
+    let own = own.collect();
     let start = estimate_start(rig, plant, &experiments, values)?;
     let [experiment] = experiments;
     let drive = experiment.drive(plant, 0..experiment.rows())?;
@@ -114,6 +169,8 @@ pub(super) fn run_at(
         t: experiment.t,
         judged_from,
         start,
+        own,
+        values: found.values,
         sensors,
     })
 }
@@ -200,12 +257,7 @@ fn estimate_start(
         sigma.map(|spread| 1e-3 * spread).collect(),
         start::scales(experiments, &views, values),
     );
-    let window = [Segment::new(
-        plant,
-        experiments,
-        0,
-        0..start_rows(experiments[0].rows()),
-    )?];
+    let window = [problem.segment(0, 0..start_rows(experiments[0].rows()))?];
     let guess = start::states(&problem, &views, &window, values)?.swap_remove(0);
     Ok(start::estimate(&problem, 0, values, guess)?.0)
 }

@@ -9,7 +9,7 @@ use super::horizons::{beyond_simulation, first_stretches, next_stretches, whole_
 use super::levenberg::{DecisionVariables, Prior, Stop, StoppingCriteria, minimise, total_cost};
 use super::runaway::Runaway;
 use super::segment::{Problem, Segment};
-use super::{FitOptions, Progress, start, uncertainty};
+use super::{FitOptions, Progress, local, start, uncertainty};
 use crate::error::Result;
 
 /// A relative error below this is arithmetic, not noise.
@@ -23,10 +23,19 @@ pub(crate) struct Found {
     pub held: Vec<usize>,
     pub values: Vec<f64>,
     pub half_widths: Vec<Option<f64>>,
+    /// One entry a local parameter.
+    pub local: Vec<Local>,
     pub stop: Stop,
     pub steps: usize,
     /// The plant runs away by itself along the recordings.
     pub runaway: Option<Runaway>,
+}
+
+/// Own values of the recordings for one parameter, SI.
+pub(crate) struct Local {
+    pub slot: usize,
+    /// Value and half the width of its 95 % interval, one entry a recording.
+    pub own: Vec<(f64, Option<f64>)>,
 }
 
 /// Parameters that a fit treats apart.
@@ -56,7 +65,8 @@ pub(crate) fn run(
         experiments,
         scale: vec![1.0; slots.len()],
         sigma: spreads.iter().map(|spread| 1e-3 * spread).collect(),
-        state_scale: start::scales(experiments, &views, &written),
+        state_scale: local::state_scales(plant, experiments, &views, &written),
+        local: local::slots(plant),
         slots,
     };
     let belief = Prior {
@@ -108,6 +118,7 @@ pub(crate) fn run(
         // Whole recordings: until the weights agree with what sensors and starts are missed by.
         for _ in 0..if last { 5 } else { 1 } {
             let mut moved = 0.0;
+            problem.recentre(&segments, &mut unknowns);
             if whole {
                 moved = start::anchor(&problem, &mut segments, &unknowns.values, &unknowns.states)?;
             }
@@ -167,15 +178,17 @@ pub(crate) fn run(
         stage += 1;
     }
     let runaway = Runaway::along(&problem, &segments, &unknowns, &spreads);
+    problem.recentre(&segments, &mut unknowns);
     rescale(&mut problem, &belief, &unknowns, &silent);
     let widths = uncertainty::half_widths(&problem, &belief, &segments, &unknowns);
     let slots = fitted_slots(plant);
     let width = |slot: &usize| {
         let fitted = problem.slots.iter().position(|fitted| fitted == slot);
-        fitted.and_then(|j| widths[j])
+        fitted.and_then(|j| widths.parameters[j])
     };
     let half_widths = slots.iter().map(width).collect();
     Ok(Found {
+        local: own_values(&problem, &segments, &unknowns, &widths.local),
         slots,
         held: apart.held.to_vec(),
         runaway,
@@ -186,8 +199,8 @@ pub(crate) fn run(
     })
 }
 
-/// Free parameters but those that only say where a simulation starts: a fit has start states of its
-/// own.
+/// Free parameters but those that only say where a simulation starts, since a fit has start states
+/// of its own, and local ones, whose values are fitted with the start states.
 pub(crate) fn fitted_slots(plant: &Plant) -> Vec<usize> {
     let starts = |slot: &usize| {
         let name = &plant.parameters()[*slot].name;
@@ -196,8 +209,36 @@ pub(crate) fn fitted_slots(plant: &Plant) -> Vec<usize> {
     plant
         .free_slots()
         .into_iter()
-        .filter(|slot| !starts(slot))
+        .filter(|slot| !starts(slot) && !plant.parameters()[*slot].per_recording)
         .collect()
+}
+
+/// Own values of every recording; the width is that of the recording's longest segment.
+fn own_values(
+    problem: &Problem,
+    segments: &[Segment],
+    unknowns: &DecisionVariables,
+    widths: &[Vec<Option<f64>>],
+) -> Vec<Local> {
+    let deviations = problem.deviations(segments, &unknowns.states);
+    let width = |experiment: usize, index: usize| {
+        let own = segments.iter().zip(widths);
+        let own = own.filter(|(segment, _)| segment.experiment == experiment);
+        let longest = own.max_by_key(|(segment, _)| segment.rows.len());
+        longest.and_then(|(_, widths)| widths.get(index).copied().flatten())
+    };
+    let local = problem.local.iter().enumerate().map(|(index, &slot)| {
+        let each = deviations.iter().enumerate();
+        let own = each.map(|(experiment, own)| {
+            let value = problem.own_value(&unknowns.values, index, own[index]);
+            (value, width(experiment, index))
+        });
+        Local {
+            slot,
+            own: own.collect(),
+        }
+    });
+    local.collect()
 }
 
 /// Whole recordings start from what the stretches found, unless the rig as written does better.

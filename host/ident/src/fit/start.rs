@@ -1,6 +1,6 @@
 //! Initial states of the shooting segments, as far as the recording shows them.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use sinew_sim::{Plant, SensorChannel};
 
 use super::experiment::{Experiment, View, Views, start_rows};
@@ -39,7 +39,11 @@ pub(crate) fn states(
         let experiment = &problem.experiments[segment.experiment];
         let mut state = match ended.take() {
             Some(state) => state,
-            None => at_rest(problem.plant, experiment, segment.rows.start, values)?,
+            None => {
+                let mut state = at_rest(problem.plant, experiment, segment.rows.start, values)?;
+                state.resize(state.len() + problem.local.len(), 0.0);
+                state
+            }
         };
         show(experiment, views, segment.rows.start, values, &mut state);
         for (view, reading) in &readings {
@@ -184,7 +188,7 @@ pub(crate) fn near(
             continue;
         }
         let rows = segment.rows.start..segment.rows.start + FIRST_ROWS;
-        let first = Segment::new(problem.plant, problem.experiments, segment.experiment, rows);
+        let first = problem.segment(segment.experiment, rows);
         let Ok(mut first) = first else { continue };
         first.anchor = segment.anchor.clone();
         let found = best(problem, &[first], values, vec![state.clone()]).swap_remove(0);
@@ -205,12 +209,7 @@ fn best(
     states: Vec<Vec<f64>>,
 ) -> Vec<Vec<f64>> {
     let held = problem.states_only();
-    let belief = Prior {
-        bounds: Vec::new(),
-        written: Vec::new(),
-        widths: Vec::new(),
-        tied: Vec::new(),
-    };
+    let belief = Prior::none();
     let mut unknowns = DecisionVariables {
         values: values.to_vec(),
         states,
@@ -243,12 +242,7 @@ pub(crate) fn estimate(
 ) -> Result<(Vec<f64>, InitialStatePrior)> {
     let rows = problem.experiments[experiment].rows();
     let held = problem.states_only();
-    let window = [Segment::new(
-        problem.plant,
-        problem.experiments,
-        experiment,
-        0..start_rows(rows).min(rows),
-    )?];
+    let window = [problem.segment(experiment, 0..start_rows(rows).min(rows))?];
     let state = settle(&held, &window, values, vec![guess]).swap_remove(0);
     let Some(shown) = held.rows(&window[0], values, &state) else {
         let loose = InitialStatePrior::loose(state.len());
@@ -261,11 +255,31 @@ pub(crate) fn estimate(
     let mean = scaled(&state, &problem.state_scale);
     Ok((
         state,
-        InitialStatePrior {
-            mean,
-            weight: normal.xx / variance,
-        },
+        of_plant(mean, normal.xx / variance, problem.plant.state_len()),
     ))
+}
+
+/// Prior of the plant's own states alone: those after them, which the whole recording shows, are
+/// left loose, and what is known of the others only together with them is given up.
+fn of_plant(mut mean: DVector<f64>, weight: DMatrix<f64>, own: usize) -> InitialStatePrior {
+    let others = mean.len() - own;
+    if others == 0 {
+        return InitialStatePrior { mean, weight };
+    }
+    let mut prior = InitialStatePrior::loose(mean.len());
+    let across = weight.view((0, own), (own, others)).into_owned();
+    let inner = weight.view((own, own), (others, others)).into_owned();
+    let known = weight.view((0, 0), (own, own)).into_owned();
+    if let Some(factor) = inner.cholesky() {
+        let marginal = known - &across * factor.solve(&across.transpose());
+        prior
+            .weight
+            .view_mut((0, 0), (own, own))
+            .copy_from(&marginal);
+        mean.rows_mut(own, others).fill(0.0);
+        prior.mean = mean;
+    }
+    prior
 }
 
 fn scaled(state: &[f64], scale: &[f64]) -> DVector<f64> {

@@ -6,8 +6,10 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
+use super::bounds::bounds;
+use super::derivatives::{Normal, Rows};
 use super::levenberg::{DecisionVariables, Prior};
-use super::segment::{Normal, Problem, Rows, Segment};
+use super::segment::{Problem, Segment};
 
 /// A direction of the parameters whose standard deviation exceeds this part of their size is not
 /// determined.
@@ -16,26 +18,38 @@ const LOOSE: f64 = 1.0;
 /// A parameter with more than this part of its square in loose directions is not determined.
 const SHARE: f64 = 0.01;
 
-/// Half the width of each fitted parameter's 95 % interval, SI; `None` where the data do not
-/// determine it or where it rests at a bound.
+/// Half widths of 95 % intervals, SI; `None` where the data do not determine a value or where it
+/// rests at a bound.
+pub(crate) struct HalfWidths {
+    /// One entry a fitted parameter.
+    pub parameters: Vec<Option<f64>>,
+    /// One entry a segment, each with one a local parameter.
+    pub local: Vec<Vec<Option<f64>>>,
+}
+
+/// Half widths of all fitted values.
 pub(crate) fn half_widths(
     problem: &Problem,
     belief: &Prior,
     segments: &[Segment],
     unknowns: &DecisionVariables,
-) -> Vec<Option<f64>> {
+) -> HalfWidths {
     let parameters = problem.parameters();
-    let nothing = vec![None; parameters];
+    let nothing = || HalfWidths {
+        parameters: vec![None; parameters],
+        local: vec![vec![None; problem.local.len()]; segments.len()],
+    };
     let mut information = DMatrix::<f64>::zeros(parameters, parameters);
     let mut scores: Vec<DVector<f64>> = Vec::new();
     let mut memory: f64 = 1.0;
+    let mut starts = Vec::with_capacity(segments.len());
     for (segment, state) in segments.iter().zip(&unknowns.states) {
         let Some(rows) = problem.rows(segment, &unknowns.values, state) else {
-            return nothing;
+            return nothing();
         };
         let normal = problem.normal(segment, &rows, state);
         let Some(back) = elimination(&normal) else {
-            return nothing;
+            return nothing();
         };
         information += &normal.zz - &normal.zx * &back;
         let correlated = memory_of(&rows, problem.sigma.len());
@@ -46,6 +60,7 @@ pub(crate) fn half_widths(
             parameters,
             block_length(rows.residual.len(), correlated),
         ));
+        starts.push((normal.xx, back, correlated));
     }
     let determined = determined(&information, memory);
     let Some(inverse) = (information
@@ -54,7 +69,7 @@ pub(crate) fn half_widths(
             belief.widths.iter().map(|width| width.powi(-2)),
         )))
     .cholesky() else {
-        return nothing;
+        return nothing();
     };
     let inverse = inverse.inverse();
     let mut middle = DMatrix::<f64>::zeros(parameters, parameters);
@@ -64,18 +79,67 @@ pub(crate) fn half_widths(
     let blocks = scores.len() as f64;
     let freedom = (blocks - parameters as f64).max(1.0);
     let sandwich = &inverse * middle * &inverse * (blocks / freedom);
-    (0..parameters)
-        .map(|j| {
-            let [low, high] = belief.bounds[j];
-            let value = unknowns.values[problem.slots[j]];
-            if !determined[j] || value <= low || value >= high {
-                return None;
-            }
-            // Never below what independent noise of this size would leave.
-            let variance = sandwich[(j, j)].max(inverse[(j, j)]);
-            Some(student_95(freedom) * variance.sqrt() * problem.scale[j])
-        })
+    let quantile = student_95(freedom);
+    let of_parameters = (0..parameters).map(|j| {
+        let [low, high] = belief.bounds[j];
+        let value = unknowns.values[problem.slots[j]];
+        if !determined[j] || value <= low || value >= high {
+            return None;
+        }
+        // Never below what independent noise of this size would leave.
+        let variance = sandwich[(j, j)].max(inverse[(j, j)]);
+        Some(quantile * variance.sqrt() * problem.scale[j])
+    });
+    let of_segment = |((xx, back, memory), state): (&(_, _, f64), &Vec<f64>)| {
+        local(
+            problem,
+            &unknowns.values,
+            state,
+            (xx, back, *memory),
+            &sandwich,
+        )
+        .into_iter()
+        .map(|deviation| Some(quantile * deviation?))
         .collect()
+    };
+    HalfWidths {
+        parameters: of_parameters.collect(),
+        local: starts
+            .iter()
+            .zip(&unknowns.states)
+            .map(of_segment)
+            .collect(),
+    }
+}
+
+/// Standard deviations of a segment's own values, SI: what its rows leave open, its residuals'
+/// memory counted, and what the shared parameters `shared` leave open.
+fn local(
+    problem: &Problem,
+    values: &[f64],
+    state: &[f64],
+    (xx, back, memory): (&DMatrix<f64>, &DMatrix<f64>, f64),
+    shared: &DMatrix<f64>,
+) -> Vec<Option<f64>> {
+    let first = problem.plant.state_len();
+    let Some(alone) = xx.clone().cholesky().map(|factor| factor.inverse()) else {
+        return vec![None; problem.local.len()];
+    };
+    let passed_on = back * shared * back.transpose();
+    let own = problem.local.iter().enumerate().map(|(index, &slot)| {
+        let at = first + index;
+        let [low, high] = bounds(&problem.plant.parameters()[slot]);
+        let value = problem.own_value(values, index, state[at]);
+        let deviation = (alone[(at, at)] * memory + passed_on[(at, at)]).sqrt();
+        let determined = deviation < LOOSE && value > low && value < high;
+        determined.then_some(deviation * problem.state_scale[at])
+    });
+    own.collect()
+}
+
+/// Interval about a value.
+pub(crate) fn interval(value: f64, half: f64) -> [f64; 2] {
+    [value - half, value + half]
 }
 
 /// `A_xx^-1 A_xz`: how the start state answers to the parameters.

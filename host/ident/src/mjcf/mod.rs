@@ -15,6 +15,7 @@ use sinew_sim::Plant;
 use sinew_sim::effects::Kind;
 use sinew_sim::rig::{EffectTable, Reads, Rig, Site};
 
+use crate::report::shared_values;
 use xml::Element;
 
 /// A rig written for MuJoCo.
@@ -77,6 +78,7 @@ pub fn mjcf(rig: &Rig) -> Mjcf {
         model.left_out.push(left_out);
     }
     model.left_out.extend(dependences(rig));
+    model.left_out.extend(shared_values(rig));
     let text = write(rig, step, &model);
     Mjcf {
         text,

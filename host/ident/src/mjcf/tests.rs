@@ -72,3 +72,13 @@ fn names_and_remarks_cannot_break_the_file() {
     let comment = written.lines().next().expect("a comment comes first");
     assert_eq!(comment.matches("--").count(), 2, "{comment}");
 }
+
+#[test]
+fn a_number_that_differs_by_recording_is_written_at_what_recordings_share() {
+    let text = "format = \"sinew-rig/1\"\nname = \"x\"\n[[body]]\nname = \"cart\"\n\
+                motion = \"slide\"\ninertia = { value = 2.0, per = \"recording\" }\n";
+    let rig = Rig::parse(text, "laden.toml").expect("it is sound");
+    let left_out = mjcf(&rig).left_out;
+    let what = "differing by recording, here at `value`: `cart.inertia` = 2.00 kg";
+    assert_eq!(left_out, [what]);
+}

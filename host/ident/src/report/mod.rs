@@ -19,6 +19,7 @@ mod axis;
 mod decimate;
 mod escape;
 mod html;
+mod own_values;
 mod plot;
 mod quantity;
 mod sheet;
@@ -26,6 +27,7 @@ mod warnings;
 
 use std::path::Path;
 
+pub use own_values::{own_interval, own_value, shared_values};
 pub use quantity::{count, quantity, significant};
 pub use sheet::sheet;
 pub use warnings::{beyond_bounds, runs_away, unexplained, warnings};

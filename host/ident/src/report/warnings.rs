@@ -1,6 +1,7 @@
 //! Warnings of a refitted rig: it does not explain its recordings, or only with values that no
 //! device of its kind has.
 
+use super::own_values::only_one;
 use super::{quantity, significant};
 use crate::fit::{BeyondBounds, Fit, FittedParameter, Runaway, SensorFit};
 
@@ -18,7 +19,8 @@ pub fn warnings(fit: &Fit) -> Vec<String> {
         Some(runaway) => vec![runs_away(runaway)],
         None => fit.sensors.iter().filter_map(unexplained).collect(),
     };
-    far.chain(beyond).chain(missed).collect()
+    let alone = only_one(&fit.parameters);
+    far.chain(beyond).chain(missed).chain(alone).collect()
 }
 
 /// Warning of parameters that changed as they do where time, an input or a sensor is in another

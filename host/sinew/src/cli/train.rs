@@ -16,7 +16,7 @@ use sinew_ident::cli::progress::Stage;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::fit::free_runs;
 use sinew_ident::recording::Recording;
-use sinew_ident::report::quantity;
+use sinew_ident::report::{quantity, shared_values};
 
 /// Arguments of `sinew train`.
 #[derive(Args)]
@@ -52,6 +52,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         [("--json", arguments.json.as_deref())],
     )?;
     let rig = rig_file::load(&arguments.rig)?;
+    if let Some(line) = shared_values(&rig).filter(|_| !arguments.common.quiet) {
+        println!("{line}");
+    }
     let plant = Plant::new(&rig)?;
     let (recordings, tests) = (
         read(&arguments.recordings.fit)?,

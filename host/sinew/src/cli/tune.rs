@@ -25,7 +25,7 @@ use crate::tuning::tune::{
 };
 use sinew_ident::cli::overwrite;
 use sinew_ident::error::{Error, Result};
-use sinew_ident::report::{Table, significant};
+use sinew_ident::report::{Table, shared_values, significant};
 
 /// Arguments of `sinew tune`.
 #[derive(Args)]
@@ -89,6 +89,9 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     refuse(arguments)?;
     let rig = rig_file::load(&arguments.rig)?;
+    if let Some(line) = shared_values(&rig).filter(|_| !arguments.common.quiet) {
+        println!("{line}");
+    }
     let Recordings { fit, test } = &arguments.recordings;
     let mut ready = ModelLoop::load(&arguments.rig, None, fit, test, arguments.common.seed)?;
     arguments.conditions.apply(&mut ready)?;

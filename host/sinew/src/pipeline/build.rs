@@ -21,7 +21,7 @@ use sinew_ident::diagnose::{Diagnosis, Options, Recordings, diagnose};
 use sinew_ident::error::{Error, Result};
 use sinew_ident::fit::{Fit, FitOptions, FreeRun, fit, free_runs};
 use sinew_ident::recording::Recording;
-use sinew_ident::report::warnings;
+use sinew_ident::report::{shared_values, warnings};
 
 /// Inputs and settings of the pipeline.
 #[derive(Clone, Debug)]
@@ -304,9 +304,13 @@ fn all_free_runs(before: &Rig, fit: &Fit, tests: &[Recording]) -> Result<Vec<Fit
     Ok(runs)
 }
 
-/// Signals that the refitted rig does not explain, on the recordings of the fit.
+/// Signals that the refitted rig does not explain, on the recordings of the fit, and values that
+/// are taken for all recordings.
 fn doubts(fit: &Fit) -> Vec<String> {
     warnings(fit)
+        .into_iter()
+        .chain(shared_values(&fit.rig))
+        .collect()
 }
 
 fn fit_sentence(fit: &Fit) -> String {

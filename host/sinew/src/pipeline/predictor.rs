@@ -150,7 +150,7 @@ pub fn starts(
         let count = SAMPLED_STATES / recordings.len().max(1);
         all.extend(sampled_states(
             plant,
-            &plant.values(),
+            &run.values,
             &run.start,
             recording.t(),
             &slices,

@@ -11,6 +11,7 @@ use anyhow::{Result, bail};
 const PROGRAMS: &[&[&str]] = &[
     &["mass_spring_damper.py"],
     &["damper_stand.py"],
+    &["payload.py"],
     &["finger.py"],
     &["foam.py"],
     &["mujoco_trajectories.py"],

@@ -11,6 +11,7 @@ use sinew_sim::{Dual, Plant, Rig, Scalar, Stepper};
 use crate::diagnose::data::Data;
 use crate::error::Result;
 use crate::fit::experiment::Experiment;
+use crate::fit::start;
 
 /// Directions of one simulation that carries derivatives.
 const WIDE: usize = 8;
@@ -151,8 +152,16 @@ impl Pushed {
         let start = data
             .starts(rig, &self.plant, &segments, &self.values)?
             .swap_remove(0);
-        let scale = data.judging(&self.plant).state_scale;
+        let problem = data.judging(&self.plant);
+        // Own values of the recording without a force, where it has some.
+        let start = match problem.local.is_empty() {
+            true => start,
+            false => start::settle(&problem, &segments, &self.values, vec![start]).swap_remove(0),
+        };
+        let values = problem.values_at(&self.values, &start);
+        let start = problem.plant_state(&start).to_vec();
         let states = start.len();
+        let scale = &problem.state_scale[..states];
         let mut mean = DVector::from_iterator(states + 1, start.into_iter().chain([0.0]));
         let mut spread = DMatrix::from_diagonal(&DVector::from_iterator(
             states + 1,
@@ -164,7 +173,7 @@ impl Pushed {
         let mut steps: Vec<Step> = Vec::with_capacity(rows);
         let mut evidence = 0.0;
         for row in 0..rows {
-            let here = self.linear(place, recording, row, &mean, false);
+            let here = self.linear(place, &values, (recording, row), &mean, false);
             let Some(here) = here else { return Ok(None) };
             let linearised_at = mean.clone();
             for (sensor, (expected, slope)) in here.signals.iter().enumerate() {
@@ -191,7 +200,7 @@ impl Pushed {
                 });
                 break;
             }
-            let Some(on) = self.linear(place, recording, row, &mean, true) else {
+            let Some(on) = self.linear(place, &values, (recording, row), &mean, true) else {
                 return Ok(None);
             };
             let fade = (-(recording.t[row + 1] - recording.t[row]) / wander.time).exp();
@@ -272,8 +281,8 @@ impl Pushed {
     fn linear(
         &self,
         place: &Place,
-        recording: &Experiment,
-        row: usize,
+        values: &[f64],
+        (recording, row): (&Experiment, usize),
         mean: &DVector<f64>,
         on: bool,
     ) -> Option<Linear> {
@@ -290,8 +299,7 @@ impl Pushed {
                 }
                 dual
             };
-            let mut values: Vec<Dual<WIDE>> =
-                self.values.iter().map(|&v| Dual::constant(v)).collect();
+            let mut values: Vec<Dual<WIDE>> = values.iter().map(|&v| Dual::constant(v)).collect();
             let force = seeded(states);
             values[self.loads[place.to]] += force;
             if let Some(from) = place.from {

@@ -6,7 +6,7 @@ use super::text::roles;
 use super::{interval, percent, placed};
 use crate::diagnose::wording::share_of;
 use crate::diagnose::{Diagnosis, Estimate};
-use crate::report::{Table, quantity, significant};
+use crate::report::{Table, own_interval, quantity, significant};
 
 /// Numbers with their intervals.
 pub(super) fn estimates(caption: &str, of: &BTreeMap<String, Estimate>) -> Table {
@@ -14,7 +14,11 @@ pub(super) fn estimates(caption: &str, of: &BTreeMap<String, Estimate>) -> Table
         Table::new(caption, ["parameter", "#value", "#95 % interval"]),
         |table, (name, estimate)| {
             let value = quantity(estimate.value, &estimate.unit);
-            table.row([name.clone(), value, interval(estimate)])
+            let table = table.row([name.clone(), value, interval(estimate)]);
+            estimate.recordings.iter().fold(table, |table, own| {
+                let of = format!("{name} of {}", own.recording);
+                table.row([of, quantity(own.value, &own.unit), own_interval(own)])
+            })
         },
     )
 }

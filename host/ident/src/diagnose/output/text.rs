@@ -5,7 +5,7 @@ use std::fmt::Write;
 use super::{interval, percent, placed};
 use crate::diagnose::wording::share_of;
 use crate::diagnose::{Diagnosis, Errors, Finalist, FoundEffect, Rival, SignalFit, Verdict};
-use crate::report::quantity;
+use crate::report::{own_value, quantity};
 
 /// Stretches that are named; the report marks all of them.
 const STRETCHES: usize = 4;
@@ -144,6 +144,13 @@ fn parameters(text: &mut String, diagnosis: &Diagnosis) {
         let value = quantity(estimate.value, &estimate.unit);
         let what = format!("{name:<26}{value:>14}   ({})", interval(estimate));
         line(text, if index == 0 { "parameters" } else { "" }, &what);
+        for own in &estimate.recordings {
+            line(
+                text,
+                "",
+                &format!("    {}: {}", own.recording, own_value(own)),
+            );
+        }
     }
 }
 

@@ -9,6 +9,7 @@ use crate::diagnose::candidate::Trial;
 use crate::diagnose::residuals::Residuals;
 use crate::diagnose::search::subset::{Subset, race_rows};
 use crate::error::Result;
+use crate::fit::local;
 
 /// The subset with as many intervals as it has, and no longer, where the fitted rig leaves most of
 /// the squares. `None` where something stands out on the subset as it is: a stop that is met once
@@ -74,7 +75,9 @@ pub(crate) fn affordable<'a>(subset: &Subset<'a>, parent: &Trial) -> Result<Subs
         let times = &experiment.t[range.clone()];
         let plant = &parent.model.plant;
         // What was fitted to the subset can be simulated there.
-        if let Ok(run) = plant.simulate(&parent.point.values, start, &drive, times) {
+        let values = local::values(plant, &parent.point.values, start);
+        let start = &start[..plant.state_len()];
+        if let Ok(run) = plant.simulate(&values, start, &drive, times) {
             rows += times.len();
             taken += run.report.substeps;
         }

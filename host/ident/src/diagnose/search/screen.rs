@@ -9,8 +9,8 @@ use crate::diagnose::candidate::Trial;
 use crate::diagnose::model::Model;
 use crate::diagnose::search::subset::Subset;
 use crate::error::Result;
+use crate::fit::derivatives::Rows;
 use crate::fit::levenberg::DecisionVariables;
-use crate::fit::segment::Rows;
 
 /// Derivatives of the parent's residuals in its own parameters and start states, factored once.
 pub(crate) struct Screen {

@@ -12,6 +12,7 @@ use crate::diagnose::search::subset::Subset;
 use crate::diagnose::term::Term;
 use crate::error::Result;
 use crate::fit::levenberg::DecisionVariables;
+use crate::fit::local;
 use crate::scales::Run;
 
 /// The starts of a term that have the lowest predicted cost, the best one first: two, and a weak
@@ -64,7 +65,10 @@ fn inherited(
     model: &Model,
     values: &[f64],
 ) -> Result<Vec<Vec<f64>>> {
-    let (names, known) = (model.plant.state_names(), parent.model.plant.state_names());
+    let (names, known) = (
+        local::state_names(&model.plant),
+        local::state_names(&parent.model.plant),
+    );
     if names == known {
         return Ok(parent.point.states.clone());
     }

@@ -12,6 +12,7 @@ use crate::diagnose::model::Model;
 use crate::diagnose::term::Term;
 use crate::error::Result;
 use crate::fit::levenberg::DecisionVariables;
+use crate::fit::local;
 use crate::fit::pace::{dearness, pace, settings, substeps};
 use crate::scales::Run;
 
@@ -118,7 +119,9 @@ impl Subset<'_> {
         for ((index, rows), start) in self.intervals.iter().zip(&point.states) {
             let experiment = &self.data.experiments[*index];
             let drive = experiment.drive(&model.plant, rows.clone())?;
-            run.take(start, &drive, &experiment.t[rows.clone()])?;
+            let values = local::values(&model.plant, &point.values, start);
+            let start = &start[..model.plant.state_len()];
+            run.take((&values, start), &drive, &experiment.t[rows.clone()])?;
         }
         Ok(run)
     }

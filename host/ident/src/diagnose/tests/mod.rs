@@ -6,6 +6,7 @@ mod bare_number;
 mod finger;
 mod judged;
 mod kin;
+mod local;
 mod mode;
 mod moves;
 mod parts;

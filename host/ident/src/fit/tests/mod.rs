@@ -13,6 +13,7 @@ use crate::recording::Column;
 mod bounds;
 mod claims;
 mod imposed;
+mod local;
 mod recovered;
 mod search;
 mod starts;

@@ -17,11 +17,12 @@ fn the_derivatives_are_those_of_the_simulation() {
         plant: &plant,
         experiments: &experiments,
         slots: plant.free_slots(),
+        local: Vec::new(),
         scale: vec![0.5, 20.0, 0.4, 0.2],
         sigma: vec![1e-3],
         state_scale: vec![0.1, 2.0],
     };
-    let segment = Segment::new(&plant, &experiments, 0, 10..140).unwrap();
+    let segment = Segment::new(&plant, &experiments, 0, 10..140, plant.state_len()).unwrap();
     let (values, state) = (plant.values(), vec![0.02, 0.5]);
     let rows = problem.rows(&segment, &values, &state).unwrap();
     let seeded = problem.seeded::<8>(std::slice::from_ref(&segment), &values, 6);
@@ -95,12 +96,13 @@ fn what_is_tied_changes_by_the_same_part_of_its_scale() {
     let recording = recorded(&truth, 400, 0.01, 10.0, 0.01, 8);
     let plant = Plant::new(&parse(&oscillator(1.0, 40.0, 1.0, ""))).unwrap();
     let experiments = [Experiment::new(&plant, &recording).unwrap()];
-    let segments = [Segment::new(&plant, &experiments, 0, 0..400).unwrap()];
+    let segments = [Segment::new(&plant, &experiments, 0, 0..400, plant.state_len()).unwrap()];
     let begun = [1.0, 40.0, 1.0];
     let problem = Problem {
         plant: &plant,
         experiments: &experiments,
         slots: plant.free_slots(),
+        local: Vec::new(),
         scale: begun.to_vec(),
         sigma: vec![1e-3],
         state_scale: vec![0.1, 1.0],
@@ -147,12 +149,16 @@ fn fitted_twice(start: [f64; 3], recording: &Recording) -> (usize, f64) {
     let rig = parse(&oscillator(inertia, stiffness, damping, FRICTION));
     let plant = Plant::new(&rig).unwrap();
     let experiments = [Experiment::new(&plant, recording).unwrap()];
-    let stretch = |k: usize| Segment::new(&plant, &experiments, 0, 200 * k..200 * (k + 1));
+    let stretch = |k: usize| {
+        let rows = 200 * k..200 * (k + 1);
+        Segment::new(&plant, &experiments, 0, rows, plant.state_len())
+    };
     let segments: Vec<Segment> = (0..4).map(|k| stretch(k).unwrap()).collect();
     let problem = Problem {
         plant: &plant,
         experiments: &experiments,
         slots: plant.free_slots(),
+        local: Vec::new(),
         scale: vec![inertia, stiffness, damping, 0.1],
         sigma: vec![1e-3],
         state_scale: vec![0.1, 1.0],

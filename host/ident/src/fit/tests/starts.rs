@@ -7,7 +7,7 @@ use crate::fit::experiment::spreads;
 fn cut(plant: &Plant, experiments: &[Experiment], parts: usize) -> Vec<Segment> {
     let rows = experiments[0].rows();
     let part = |k: usize| k * rows / parts..(k + 1) * rows / parts;
-    let segment = |k| Segment::new(plant, experiments, 0, part(k)).unwrap();
+    let segment = |k| Segment::new(plant, experiments, 0, part(k), plant.state_len()).unwrap();
     (0..parts).map(segment).collect()
 }
 
@@ -105,7 +105,14 @@ fn a_play_in_the_middle_of_a_recording_stands_where_the_rows_before_left_it() {
     let start = vec![0.0; plant.state_len()];
     for segment in cut(&plant, &experiments, 8) {
         let rows = segment.rows.clone();
-        let until = Segment::new(&plant, &experiments, 0, 0..rows.start + 1).unwrap();
+        let until = Segment::new(
+            &plant,
+            &experiments,
+            0,
+            0..rows.start + 1,
+            plant.state_len(),
+        )
+        .unwrap();
         let state = problem.final_state(&until, &values, &start).unwrap();
         let shown = problem.signals(&segment, &values, &state).unwrap();
         let recorded = &experiments[0].signals[0][rows.clone()];

@@ -1,0 +1,53 @@
+//! A diagnosis of recordings whose sensor has a zero of its own in each.
+
+use super::*;
+
+/// A shipped recording whose positions read this much more.
+fn shifted(name: &str, zero: f64) -> Recording {
+    let read = Recording::read(shipped(name)).expect("it ships with the project");
+    let columns = ["u_N", "q_m"].map(|column| {
+        let values = read.column(column).expect("it has it");
+        let more = if column == "q_m" { zero } else { 0.0 };
+        Column {
+            name: column.into(),
+            values: values.iter().map(|value| value + more).collect(),
+        }
+    });
+    Recording::new(
+        name.trim_start_matches('.'),
+        read.t().to_vec(),
+        columns.into(),
+    )
+    .expect("it is one")
+}
+
+#[test]
+fn a_friction_is_named_beside_zeros_that_differ_by_recording() {
+    let text = rig().to_toml().to_owned();
+    let zero = "offset = { value = 0.0, per = \"recording\" }\nsignal = \"q_m\"";
+    let text = text.replace("signal = \"q_m\"", zero);
+    let rig = Rig::parse(&text, "zeros.toml").expect("it is sound");
+    let recordings = Recordings {
+        fit: vec![shifted(".fit.csv", 0.004)],
+        check: vec![shifted(".test.csv", -0.006)],
+        test: vec![shifted(".test.csv", 0.002)],
+    };
+    let found = diagnose(&rig, &recordings, &Options::default(), &|_, _, _| {})
+        .expect("it can be diagnosed");
+    assert_eq!(found.verdict, Verdict::MissingPhysics, "{}", found.sentence);
+    let kinds: Vec<&str> = found.effects.iter().map(|e| e.kind.as_str()).collect();
+    assert_eq!(kinds, ["coulomb_friction"]);
+    // tests/foreign/mass_spring_damper.truth.json
+    let level = &found.effects[0].parameters["level"];
+    assert!((level.value / 0.58 - 1.0).abs() < 0.02, "{level:?}");
+    let sensor = &rig.sensors[0].name;
+    let own = &found.parameters[&format!("{sensor}.offset")].recordings;
+    let values: Vec<f64> = own.iter().map(|own| own.value).collect();
+    for (value, truth) in values.iter().zip([0.004, -0.006, 0.002]) {
+        assert!((value - truth).abs() < 2e-4, "{values:?}");
+    }
+    assert_eq!(values.len(), 3);
+    assert!(found.mended.to_toml().contains("per = \"recording\""));
+    let json = crate::diagnose::output::json(&found).expect("it can be written");
+    assert!(json.contains("\"recordings\": ["), "{json}");
+}
