@@ -65,6 +65,7 @@ impl Clock for NoClock {
 fn session() -> Session {
     let prior = Prior {
         x: [0.0; 2],
+        rest_deviation: [1.0; 2],
         state_deviation: [1.0; 2],
         disturbance_deviation: [0.1],
         theta: [0.0],

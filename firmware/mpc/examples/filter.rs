@@ -74,6 +74,7 @@ fn noise(k: usize) -> f32 {
 fn main() {
     let prior = Prior {
         x: [0.0; 2],
+        rest_deviation: [1.0, 0.0],
         state_deviation: [1.0, 3.0],
         disturbance_deviation: [0.5],
         theta: [10.0, 0.5],

@@ -65,6 +65,7 @@ impl StateSpace<STATES, INPUTS, MEASUREMENTS, PARAMETERS> for Cart {
 fn main() {
     let prior = Prior {
         x: [0.0; 2],
+        rest_deviation: [1.0, 0.01],
         state_deviation: [1.0; 2],
         disturbance_deviation: [0.5],
         theta: [1.0],

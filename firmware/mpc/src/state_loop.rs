@@ -232,27 +232,33 @@ impl<
         step.cost = outcome.cost;
     }
 
-    /// Forgets the plan and the state; disturbance and parameters are kept, and so is the command
-    /// applied last: an actuator stays where it is.
+    /// Forgets the plan and the state, and begins at rest. Disturbance and parameters are kept, and
+    /// so is the command applied last: an actuator stays where it is.
     pub fn reset(&mut self) {
+        self.forget(Filter::rest);
+    }
+
+    fn forget(&mut self, start: impl FnOnce(&mut Filter<NX, NU, NM, NP, NZ>)) {
         let mut filter = *self.filter.filter();
-        filter.restart();
+        start(&mut filter);
         self.filter = LateFilter::new(filter);
         self.warm = false;
         self.missed = 0;
     }
 
-    /// One step towards the safe command, physical units: what to call when control ends. Resets.
+    /// One step towards the safe command, physical units: what to call when control ends. Resets,
+    /// without a belief that the plant is at rest.
     pub fn ramp_to_safe(&mut self) -> [f32; NU] {
         let u = self.limiter.ramp_to_safe();
-        self.reset();
+        self.forget(Filter::restart);
         u
     }
 
-    /// The safe command at once, without regard to the rate: an emergency stop. Resets.
+    /// The safe command at once, without regard to the rate: an emergency stop. Resets, without a
+    /// belief that the plant is at rest.
     pub fn emergency_stop(&mut self) {
         self.limiter.emergency_stop();
-        self.reset();
+        self.forget(Filter::restart);
     }
 
     /// Replaces the limits; `false`, and nothing is changed, unless they lie within `widest` and

@@ -117,6 +117,8 @@ pub(super) fn parts(spec: &ModelSpec, state: &StateSpec) -> Parts {
     let of_parameters = |value: fn(&crate::spec::Parameter) -> f64| {
         narrow(&state.parameters.iter().map(value).collect::<Vec<_>>())
     };
+    let rest = of_states(|s| s.rest);
+    let rest_deviation = of_states(|s| s.rest_deviation);
     let state_deviation = of_states(|s| s.deviation);
     let state_noise = of_states(|s| s.noise);
     let parameter_noise = of_parameters(|p| p.noise);
@@ -167,7 +169,8 @@ pub const SETTINGS: StateSettings<NU, NY> = StateSettings {{
 /// Assumptions of the filter before any reading, model units.
 #[rustfmt::skip]
 pub const PRIOR: Prior<STATES, NU, PARAMETERS> = Prior {{
-    x: [0.0; STATES],
+    x: {rest},
+    rest_deviation: {rest_deviation},
     state_deviation: {state_deviation},
     disturbance_deviation: [{deviation}; NU],
     theta: [0.0; PARAMETERS],

@@ -32,7 +32,11 @@ pub struct StateSpec {
 pub struct State {
     /// Name, unit and scaling.
     pub signal: Signal,
-    /// Standard deviation at the start, model units.
+    /// Value at rest, model units; where rest says nothing, the middle.
+    pub rest: f64,
+    /// Standard deviation at a start at rest, model units.
+    pub rest_deviation: f64,
+    /// Standard deviation after a gap, when the plant may move, model units.
     pub deviation: f64,
     /// Standard deviation of what a period adds and the model does not know, model units.
     pub noise: f64,
@@ -78,6 +82,8 @@ impl StateSpec {
                 "a finite number",
                 finite,
             )?;
+            check(key("rest"), state.rest, "a finite number", finite)?;
+            check(key("rest_deviation"), state.rest_deviation, a_noise, noise)?;
             check(key("deviation"), state.deviation, a_deviation, positive)?;
             check(key("noise"), state.noise, a_noise, noise)?;
         }

@@ -14,6 +14,11 @@ pub(super) struct StateTable {
     unit: String,
     span: f64,
     offset: f64,
+    /// Files without it begin at the middle.
+    #[serde(default)]
+    rest: f64,
+    /// Files without it begin as after a gap.
+    rest_deviation: Option<f64>,
     deviation: f64,
     noise: f64,
 }
@@ -51,6 +56,8 @@ pub(super) fn spec(
             span: table.span,
             offset: table.offset,
         },
+        rest: table.rest,
+        rest_deviation: table.rest_deviation.unwrap_or(table.deviation),
         deviation: table.deviation,
         noise: table.noise,
     });
@@ -86,6 +93,8 @@ pub(super) fn write(text: &mut String, spec: &StateSpec) -> std::fmt::Result {
         writeln!(text, "unit = {}", string(&state.signal.unit))?;
         writeln!(text, "span = {:?}", state.signal.span)?;
         writeln!(text, "offset = {:?}", state.signal.offset)?;
+        writeln!(text, "rest = {:?}", state.rest)?;
+        writeln!(text, "rest_deviation = {:?}", state.rest_deviation)?;
         writeln!(text, "deviation = {:?}", state.deviation)?;
         writeln!(text, "noise = {:?}", state.noise)?;
     }

@@ -57,6 +57,8 @@ pub fn with_shortcut() -> ModelSpec {
 pub fn with_state() -> ModelSpec {
     let state = |name: &str| State {
         signal: signal(name, "SI", 2.0, 0.5),
+        rest: -0.25,
+        rest_deviation: 0.01,
         deviation: 1.0,
         noise: 1e-3,
     };

@@ -36,6 +36,7 @@ use super::{Estimate, Filter, StateSpace, Update};
 /// # }
 /// # let prior = Prior {
 /// #     x: [0.0],
+/// #     rest_deviation: [1.0],
 /// #     state_deviation: [1.0],
 /// #     disturbance_deviation: [0.1],
 /// #     theta: [],

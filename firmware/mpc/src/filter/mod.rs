@@ -58,6 +58,8 @@
 //!
 //! let prior = Prior {
 //!     x: [0.0; 2],
+//!     // Somewhere, at rest; after a gap it may move.
+//!     rest_deviation: [1.0, 0.01],
 //!     state_deviation: [1.0; 2],
 //!     disturbance_deviation: [0.0],
 //!     theta: [1.0],
@@ -90,6 +92,7 @@
 //! ```
 
 mod covariance;
+mod estimate;
 mod late;
 mod settings;
 mod state_space;
@@ -101,10 +104,8 @@ pub use state_space::{MeasurementJacobian, StateSpace, TransitionJacobian};
 
 use crate::estimator::Sample;
 use crate::math::clamp;
+use estimate::{Estimate, IMPLAUSIBLE};
 use settings::variance;
-
-/// A value further than this from model zero is none; also keeps every sum finite.
-const IMPLAUSIBLE: f32 = 1.0e6;
 
 /// Periods whose parameter noise may be owed: what readings took from a parameter's variance is
 /// given back over at most this long (eq. 18).
@@ -146,32 +147,17 @@ pub struct Filter<
     estimate: Estimate<NX, NU, NP, NZ>,
 }
 
-/// Everything that readings change.
-#[derive(Clone, Copy, Debug)]
-struct Estimate<const NX: usize, const NU: usize, const NP: usize, const NZ: usize> {
-    x: [f32; NX],
-    d: [f32; NU],
-    theta: [f32; NP],
-    covariance: Covariance<NZ>,
-    /// Variance that readings took from each parameter and noise has not given back.
-    owed: [f32; NP],
-    /// Periods in a row without an accepted reading.
-    missing_run: u16,
-    /// A reading was accepted since the start.
-    started: bool,
-}
-
 impl<const NX: usize, const NU: usize, const NM: usize, const NP: usize, const NZ: usize>
     Filter<NX, NU, NM, NP, NZ>
 {
-    /// A filter that has read nothing.
+    /// A filter that has read nothing, of a plant at rest.
     pub const fn new(prior: Prior<NX, NU, NP>, settings: FilterSettings<NX, NU, NM, NP>) -> Self {
         const { assert!(NX >= 1 && NU >= 1 && NM >= 1) };
         const { assert!(NZ == NX + NU + NP, "NZ is all that is estimated") };
         Self {
             prior,
             settings,
-            estimate: Estimate::new(&prior),
+            estimate: Estimate::new(&prior, settings.max_missing_samples),
         }
     }
 
@@ -214,7 +200,8 @@ impl<const NX: usize, const NU: usize, const NM: usize, const NP: usize, const N
     ///
     /// Each reading corrects the estimate by itself (eq. 17), so missing ones cost nothing. A
     /// reading beyond the gate changes nothing. The first period with readings after a start takes
-    /// them all.
+    /// them all. One beyond the gate soon after a start at rest says that the plant moves: from the
+    /// next period on the state is as uncertain as after a gap.
     pub fn update<M: StateSpace<NX, NU, NM, NP>>(
         &mut self,
         model: &M,
@@ -263,17 +250,21 @@ impl<const NX: usize, const NU: usize, const NM: usize, const NP: usize, const N
             uses[i] = Reading::Accepted;
             accepted += 1;
         }
-        self.correct(&correction);
+        self.estimate.correct(&self.prior, &correction);
         if accepted > 0 {
             self.estimate.missing_run = 0;
             self.estimate.started = true;
+            self.estimate.unconfirmed = self.estimate.unconfirmed.saturating_sub(1);
         } else {
             self.estimate.missing_run = self.estimate.missing_run.saturating_add(1);
             if self.estimate.missing_run > self.settings.max_missing_samples {
-                self.restart();
+                self.estimate.restart(&self.prior);
             }
         }
-        self.recover();
+        if self.estimate.unconfirmed > 0 && uses.contains(&Reading::Rejected) {
+            self.estimate.widen(&self.prior);
+        }
+        self.estimate.recover(&self.prior);
         let sample = if !self.estimate.started {
             Sample::SignalLost
         } else if accepted == NM {
@@ -319,7 +310,7 @@ impl<const NX: usize, const NU: usize, const NM: usize, const NP: usize, const N
         if self.settings.adapt {
             self.forget();
         }
-        self.recover();
+        self.estimate.recover(&self.prior);
     }
 
     /// Gives back variance that readings took from the parameters (eq. 18): never more, so that an
@@ -354,81 +345,20 @@ impl<const NX: usize, const NU: usize, const NM: usize, const NP: usize, const N
         row
     }
 
-    /// Adds a correction of (x, d, theta); the parameters stay within their bounds.
-    fn correct(&mut self, correction: &[f32; NZ]) {
-        for (x, correction) in self.estimate.x.iter_mut().zip(correction) {
-            *x += correction;
-        }
-        for (d, correction) in self.estimate.d.iter_mut().zip(correction.iter().skip(NX)) {
-            *d += correction;
-        }
-        let corrections = correction.iter().skip(NX + NU);
-        let bounds = self.prior.lower.iter().zip(&self.prior.upper);
-        for ((theta, correction), (lower, upper)) in
-            self.estimate.theta.iter_mut().zip(corrections).zip(bounds)
-        {
-            *theta = clamp(*theta + correction, *lower, *upper);
-        }
-    }
-
     /// Starts the state anew, as after a gap: at the prior, with its covariance. Disturbance and
     /// parameters keep their estimates, and the parameters their covariance.
     pub fn restart(&mut self) {
-        self.estimate.x = self.prior.x;
-        let variances = initial_variances(&self.prior);
-        self.estimate.covariance.restart(NX + NU, &variances);
-        self.estimate.missing_run = 0;
-        self.estimate.started = false;
+        self.estimate.restart(&self.prior);
     }
 
-    /// Forgets everything: the prior.
+    /// As [`Filter::restart`], of a plant at rest.
+    pub fn rest(&mut self) {
+        self.estimate
+            .rest(&self.prior, self.settings.max_missing_samples);
+    }
+
+    /// Forgets everything: the prior, at rest.
     pub fn reset(&mut self) {
-        self.estimate = Estimate::new(&self.prior);
+        self.estimate = Estimate::new(&self.prior, self.settings.max_missing_samples);
     }
-
-    /// Starts anew where an estimate is no plausible number.
-    fn recover(&mut self) {
-        let plausible = |value: &f32| value.abs() <= IMPLAUSIBLE;
-        let Estimate { x, d, theta, .. } = &self.estimate;
-        let known = d.iter().chain(theta).all(plausible);
-        if !known || !self.estimate.covariance.is_valid() {
-            self.reset();
-        } else if !x.iter().all(plausible) {
-            self.restart();
-        }
-    }
-}
-
-impl<const NX: usize, const NU: usize, const NP: usize, const NZ: usize> Estimate<NX, NU, NP, NZ> {
-    /// The prior, before any reading.
-    const fn new(prior: &Prior<NX, NU, NP>) -> Self {
-        Self {
-            x: prior.x,
-            d: [0.0; NU],
-            theta: prior.theta,
-            covariance: Covariance::diagonal(initial_variances(prior)),
-            owed: [0.0; NP],
-            missing_run: 0,
-            started: false,
-        }
-    }
-}
-
-/// Variances of (x, d, theta) before any reading.
-const fn initial_variances<const NX: usize, const NU: usize, const NP: usize, const NZ: usize>(
-    prior: &Prior<NX, NU, NP>,
-) -> [f32; NZ] {
-    let mut variances = [0.0; NZ];
-    let mut i = 0;
-    while i < NZ {
-        variances[i] = variance(if i < NX {
-            prior.state_deviation[i]
-        } else if i < NX + NU {
-            prior.disturbance_deviation[i - NX]
-        } else {
-            prior.parameter_deviation[i - NX - NU]
-        });
-        i += 1;
-    }
-    variances
 }

@@ -3,10 +3,13 @@
 /// Belief before any reading; model units. Deviations are standard deviations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prior<const NX: usize, const NU: usize, const NP: usize> {
-    /// State at the start, and after a gap.
+    /// State at rest, and after a gap.
     pub x: [f32; NX],
-    /// Deviation of the state. A reading that is the first after a start is never refused, so wide
-    /// is safe.
+    /// Deviation of the state at a start at rest: small where rest says what the state is, as with
+    /// a velocity. Readings that contradict it widen it to `state_deviation`.
+    pub rest_deviation: [f32; NX],
+    /// Deviation of the state after a gap, when the plant may move. A reading that is the first
+    /// after a start is never refused, so wide is safe.
     pub state_deviation: [f32; NX],
     /// Deviation of the input disturbance about 0.
     pub disturbance_deviation: [f32; NU],

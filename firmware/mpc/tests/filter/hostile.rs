@@ -59,6 +59,7 @@ proptest! {
             max_missing_samples: 3,
         };
         let prior = Prior {
+            rest_deviation: [deviations[1], deviations[0]],
             state_deviation: [deviations[0], deviations[1]],
             disturbance_deviation: [deviations[2]],
             parameter_deviation: [deviations[3], deviations[4]],

@@ -9,3 +9,4 @@ mod linear;
 mod precision;
 mod reference;
 mod rules;
+mod start;

@@ -16,6 +16,7 @@ const NZ: usize = NX + NU + NP;
 fn prior() -> Prior<NX, NU, NP> {
     Prior {
         x: [0.0; NX],
+        rest_deviation: [1.0; NX],
         state_deviation: [1.0; NX],
         disturbance_deviation: [0.5],
         theta: [0.0; NP],

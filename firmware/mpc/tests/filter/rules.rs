@@ -60,6 +60,7 @@ pub type MassFilter = Filter<2, 1, 1, 2, 5>;
 
 pub const PRIOR: Prior<2, 1, 2> = Prior {
     x: [0.0; 2],
+    rest_deviation: [1.0, 1.0],
     state_deviation: [1.0, 1.0],
     disturbance_deviation: [0.0],
     theta: [1.0, 10.0],
@@ -317,6 +318,7 @@ fn a_load_is_found_as_a_disturbance_of_the_input() {
 #[test]
 fn the_first_reading_is_believed_however_narrow_the_prior() {
     let narrow = Prior {
+        rest_deviation: [1e-3; 2],
         state_deviation: [1e-3; 2],
         ..PRIOR
     };

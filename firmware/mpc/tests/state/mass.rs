@@ -116,6 +116,7 @@ pub const LIMITS: Limits<1> = Limits {
 
 pub const PRIOR: Prior = Prior {
     x: [0.0; 2],
+    rest_deviation: [1.0, 0.01],
     state_deviation: [1.0, 1.0],
     disturbance_deviation: [0.2],
     theta: [1.0; 4],

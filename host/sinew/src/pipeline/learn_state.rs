@@ -33,6 +33,9 @@ const BOUND: f64 = 2.5;
 const DRIFT: f64 = 0.22;
 /// Standard deviation of an input's disturbance before any reading, as a part of half its range.
 const DISTURBANCE: f64 = 0.01;
+/// Standard deviation of a velocity at rest, as a part of half its range: no device is quite
+/// still.
+const STILL: f64 = 0.01;
 /// Least noise of a measurement, model units: simulated recordings may have none.
 const QUIET: f64 = 1e-5;
 /// Largest innovation that is believed, in standard deviations.
@@ -289,10 +292,17 @@ fn spec(
         },
         state: Some(StateSpec {
             states: states
-                .map(|((name, scale), error)| State {
-                    signal: signal(name, "SI", *scale),
-                    deviation: 1.0,
-                    noise: *error,
+                .enumerate()
+                .map(|(i, ((name, scale), error))| {
+                    // Rest says what a velocity is, and nothing of a position or a charge.
+                    let velocity = (plant.bodies()..2 * plant.bodies()).contains(&i);
+                    State {
+                        signal: signal(name, "SI", *scale),
+                        rest: if velocity { scale.scaled(0.0) } else { 0.0 },
+                        rest_deviation: if velocity { STILL } else { 1.0 },
+                        deviation: 1.0,
+                        noise: *error,
+                    }
                 })
                 .collect(),
             parameters: parameters.collect(),
