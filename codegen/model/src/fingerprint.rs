@@ -49,6 +49,7 @@ pub fn fingerprint(spec: &ModelSpec) -> u32 {
             let signal = &state.signal;
             hash.text(&signal.name);
             hash.doubles(&[signal.span, signal.offset, state.deviation, state.noise]);
+            hash.doubles(&[state.rest, state.rest_deviation]);
         }
         for parameter in &state.parameters {
             hash.text(&parameter.name);

@@ -64,6 +64,25 @@ fn a_model_with_a_state_comes_back_to_the_bit() {
     other.state.as_mut().unwrap().states[0].noise = 2e-3;
     let fingerprint = sinew_model::fingerprint;
     assert_ne!(fingerprint(&spec), fingerprint(&other));
+    let mut other = spec.clone();
+    other.state.as_mut().unwrap().states[0].rest_deviation = 0.5;
+    assert_ne!(fingerprint(&spec), fingerprint(&other));
+}
+
+#[test]
+fn a_state_without_a_rest_begins_as_after_a_gap() {
+    let directory = tempfile::tempdir().unwrap();
+    store::save(directory.path(), &support::with_state()).unwrap();
+    let path = directory.path().join("model.toml");
+    let text = fs::read_to_string(&path).unwrap();
+    let older = text.lines().filter(|line| !line.starts_with("rest"));
+    let older: Vec<&str> = older.collect();
+    assert_eq!(older.len(), text.lines().count() - 4);
+    fs::write(&path, older.join("\n")).unwrap();
+    let spec = store::load(directory.path()).unwrap();
+    for state in spec.state.expect("it has one").states {
+        assert_eq!((state.rest, state.rest_deviation), (0.0, state.deviation));
+    }
 }
 
 #[test]
