@@ -312,8 +312,8 @@ fn plainest(case: &Case, base: &Candidate, chosen: usize, candidates: &[Candidat
     least.unwrap_or(chosen)
 }
 
-/// Tells whether a law gives way to a simpler one of its family in its place: that one explains
-/// nearly as much, and of the richer law some parameter is not known.
+/// Tells whether a law gives way to a simpler one of its family in its place: they explain nearly
+/// as much as each other, and of the richer law some parameter is not known.
 fn gives_way(case: &Case, base: &Candidate, richer: &Candidate, simpler: &Candidate) -> bool {
     let differ = only(richer, simpler).zip(only(simpler, richer));
     let Some((mine, _)) = differ.filter(|(mine, its)| mine.has_place_of(its)) else {
@@ -321,7 +321,7 @@ fn gives_way(case: &Case, base: &Candidate, richer: &Candidate, simpler: &Candid
     };
     let left = |candidate: &Candidate| share_left(case, candidate, base);
     kin(richer, simpler)
-        && left(simpler) < left(richer) + CONFIG.acceptance.nearly
+        && (left(simpler) - left(richer)).abs() < CONFIG.acceptance.nearly
         && !is_known(case, richer, mine).unwrap_or(true)
 }
 

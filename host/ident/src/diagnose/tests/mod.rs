@@ -10,6 +10,7 @@ mod local;
 mod mode;
 mod moves;
 mod parts;
+mod rivals;
 mod signal;
 mod simpler;
 mod stopped;
