@@ -12,6 +12,7 @@ pub mod config;
 mod corrected;
 mod data;
 mod details;
+mod differing;
 mod doubt;
 mod evidence;
 #[cfg(test)]

@@ -4,12 +4,14 @@ use std::collections::BTreeMap;
 
 use sinew_sim::{Plant, Rig};
 
+use crate::diagnose::acceptance::leaves_something;
 use crate::diagnose::attribution::shares;
 use crate::diagnose::baseline::explains_as_written;
 use crate::diagnose::calibration::{Known, effects};
 use crate::diagnose::candidate::implausible;
 use crate::diagnose::case::Case;
 use crate::diagnose::details::Details;
+use crate::diagnose::differing::differing;
 use crate::diagnose::doubt::{lower, stopped};
 use crate::diagnose::finalists::finalists;
 use crate::diagnose::finding::{
@@ -78,6 +80,12 @@ pub(crate) fn conclude(
         }
         _ => Verdict::Unexplained,
     };
+    if let Some(found) = found {
+        let left = named.map_or(&found.baseline, |(found, index)| &found.candidates[index]);
+        if leaves_something(case, left) {
+            notes.extend(differing(case, left));
+        }
+    }
     let wrong = matches!(verdict, Verdict::MissingPhysics | Verdict::Unexplained);
     let wanted = effects.first().map(|effect| effect.component.as_str());
     let (location, recovered) = match found {

@@ -1,6 +1,7 @@
 //! A diagnosis of recordings whose sensor has a zero of its own in each.
 
 use super::*;
+use sinew_sim::effects::Kind;
 
 /// A shipped recording whose positions read this much more.
 fn shifted(name: &str, zero: f64) -> Recording {
@@ -50,4 +51,26 @@ fn a_friction_is_named_beside_zeros_that_differ_by_recording() {
     assert!(found.mended.to_toml().contains("per = \"recording\""));
     let json = crate::diagnose::output::json(&found).expect("it can be written");
     assert!(json.contains("\"recordings\": ["), "{json}");
+}
+
+/// The same recordings under a rig that knows nothing of zeros.
+#[test]
+fn zeros_that_differ_by_recording_are_noted_with_the_key_to_write() {
+    let recordings = Recordings {
+        fit: vec![shifted(".fit.csv", 0.004), shifted(".fit.csv", -0.012)],
+        check: vec![shifted(".test.csv", -0.016), shifted(".test.csv", 0.012)],
+        test: Vec::new(),
+    };
+    let options = Options {
+        effects: vec![Kind::Coulomb],
+        ..Options::default()
+    };
+    let found =
+        diagnose(&rig(), &recordings, &options, &|_, _, _| {}).expect("it can be diagnosed");
+    let notes = &found.details.notes;
+    let note = notes
+        .iter()
+        .find(|note| note.contains("differ by a constant at encoder"));
+    let key = "`offset = { value = 0.0, per = \"recording\" }`";
+    assert!(note.is_some_and(|note| note.contains(key)), "{notes:?}");
 }
