@@ -20,6 +20,15 @@ pub enum BuildError {
     /// A source file cannot be written.
     #[error(transparent)]
     File(#[from] FileError),
+    /// A file that `sinew emit` did not write stands in the place of one that it would.
+    #[error(
+        "{} was not written by `sinew emit` and would be replaced; name another folder or move it",
+        file.display()
+    )]
+    Foreign {
+        /// Path of the file.
+        file: PathBuf,
+    },
     /// No board has this name.
     #[error("there is no board {name:?}: expected one of {expected}")]
     Board {

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use super::emit::{self, Accuracy, LIBRARY, Options, Weights};
 use super::footprint::{self, BOARDS, Board};
-use super::{Golden, Network, evaluate, quantise, store, summary, target};
+use super::{Golden, Network, evaluate, generated, quantise, store, summary, target};
 use crate::BuildError;
-use crate::files::{self, FileError};
+use crate::files::FileError;
 
 /// Writes a network as a folder, if `out` is given; the answer is its table.
 ///
@@ -57,9 +57,7 @@ fn with_golden(network: &Network, options: &Options) -> Network {
 /// [`BuildError`].
 pub fn emit(network: &Network, out: &Path, options: &Options) -> Result<String, BuildError> {
     let network = &with_golden(network, options);
-    for file in emit::emit(network, options)? {
-        files::write_changed(&out.join(file.path), file.text.as_bytes())?;
-    }
+    generated::write(out, &emit::emit(network, options)?)?;
     let mut text = format!("wrote {}\n{}", out.display(), loss(network, options));
     if options.c_abi {
         let folder = absolute(&out.join("c"))?;

@@ -22,6 +22,7 @@ pub mod evaluate;
 pub mod files;
 mod fold;
 pub mod footprint;
+mod generated;
 mod graph;
 pub mod import;
 pub mod layer;

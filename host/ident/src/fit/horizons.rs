@@ -6,12 +6,28 @@ use super::segment::{Problem, Segment};
 use super::start;
 use crate::error::{Error, Result};
 
-/// Stretches of the first two stages are this part of a recording; the last takes it whole.
-const PARTS: [usize; 3] = [64, 8, 1];
+/// Lengths of the stretches of each stage.
+#[derive(Clone, Copy)]
+pub(crate) struct Ladder {
+    /// Stretches of a stage are this part of a recording; the last stage takes it whole.
+    parts: &'static [usize],
+    /// No stretch is shorter than this where it can be helped: a start state of its own needs rows
+    /// to show.
+    shortest: usize,
+}
 
-/// No stretch is shorter than this where it can be helped: a start state of its own needs rows to
-/// show.
-const SHORTEST: usize = 25;
+/// Stretches over which noise does little.
+pub(crate) const USUAL: Ladder = Ladder {
+    parts: &[64, 8, 1],
+    shortest: 25,
+};
+
+/// Stretches within which a device does not swing. Noise weighs more, but values that are wrong by
+/// orders are found: over a few swings every one of them is missed alike.
+pub(crate) const FINE: Ladder = Ladder {
+    parts: &[512, 64, 8, 1],
+    shortest: 8,
+};
 
 /// Cuts every recording into stretches of `horizon` rows; the last takes what would be too short
 /// alone.
@@ -33,14 +49,16 @@ fn cut(problem: &Problem, horizon: impl Fn(usize) -> usize) -> Result<Vec<Segmen
     Ok(segments)
 }
 
-/// Rows of a stretch of stage `stage` (from 0) in a recording of `rows`.
-fn horizon_of(stage: usize, rows: usize) -> usize {
-    if stage + 1 >= PARTS.len() {
-        return rows;
+impl Ladder {
+    /// Rows of a stretch of stage `stage` (from 0) in a recording of `rows`.
+    fn horizon(&self, stage: usize, rows: usize) -> usize {
+        let Self { parts, shortest } = self;
+        if stage + 1 >= parts.len() {
+            return rows;
+        }
+        // Multiples of one another, so that what a stage found for its starts serves the next.
+        (rows / parts[0]).max(*shortest) * (parts[0] / parts[stage])
     }
-    // Multiples of one another, so that what a stage found for its starts serves the next.
-    let shortest = (rows / PARTS[0]).max(SHORTEST);
-    shortest * (PARTS[0] / PARTS[stage])
 }
 
 /// The shortest stretches, shortened further until the rig as written can be simulated over them.
@@ -48,10 +66,11 @@ pub(super) fn first_stretches(
     problem: &Problem,
     views: &Views,
     written: &[f64],
+    ladder: &Ladder,
 ) -> Result<(Vec<Segment>, DecisionVariables)> {
     let mut divisor = 1;
     loop {
-        let segments = cut(problem, |rows| horizon_of(0, rows) / divisor)?;
+        let segments = cut(problem, |rows| ladder.horizon(0, rows) / divisor)?;
         let states = start::states(problem, views, &segments, written)?;
         if problem.cost(&segments, written, &states).is_finite() {
             return Ok((
@@ -63,7 +82,7 @@ pub(super) fn first_stretches(
             ));
         }
         divisor *= 2;
-        if divisor > SHORTEST {
+        if divisor > ladder.shortest {
             return Err(beyond_simulation(
                 segments
                     .iter()
@@ -105,6 +124,7 @@ pub(super) fn next_stretches(
     belief: &Prior,
     views: &Views,
     (segments, level, most): (&[Segment], usize, f64),
+    ladder: &Ladder,
     unknowns: &DecisionVariables,
 ) -> Result<Option<(Vec<Segment>, DecisionVariables, usize)>> {
     let longest = |segments: &[Segment]| {
@@ -121,7 +141,7 @@ pub(super) fn next_stretches(
     let mut too_long = false;
     for halvings in 0..6 {
         let longer = cut(problem, |rows| {
-            horizon_of(level + 1, rows).min(rows) >> halvings
+            ladder.horizon(level + 1, rows).min(rows) >> halvings
         })?;
         if longest(&longer) <= longest(segments) {
             break;

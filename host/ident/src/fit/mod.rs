@@ -17,6 +17,7 @@ pub(crate) mod local;
 pub(crate) mod pace;
 mod runaway;
 pub(crate) mod score;
+mod second_start;
 pub(crate) mod segment;
 pub(crate) mod stages;
 pub(crate) mod start;
@@ -27,6 +28,7 @@ use sinew_sim::{Parameter, Plant, Rig};
 
 pub use self::beyond::{BeyondBound, BeyondBounds};
 use self::experiment::Experiment;
+use self::horizons::Ladder;
 pub use self::levenberg::Stop;
 pub use self::runaway::Runaway;
 pub use self::score::{
@@ -219,8 +221,17 @@ pub fn fit(
     let step = plant.settings().rate_step;
     let settings = pace::settings(&plant, &plant.values(), &experiments, step);
     let plant = plant.with_settings(settings);
-    let mut run = |apart: Apart| stages::run(rig, &plant, &experiments, (options, apart), progress);
-    let first = run(Apart::default())?;
+    let mut over = |ladder: &Ladder, apart: Apart| {
+        stages::run(
+            rig,
+            &plant,
+            &experiments,
+            (options, ladder, apart),
+            progress,
+        )
+    };
+    let (ladder, first) = second_start::better((rig, &plant, recordings), options, &mut over)?;
+    let mut run = |apart: Apart| over(ladder, apart);
     let mut holding = |held: &[usize]| {
         run(Apart {
             held,

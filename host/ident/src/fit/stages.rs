@@ -5,7 +5,9 @@ use sinew_sim::{Plant, Rig};
 
 use super::bounds::{bounds, natural};
 use super::experiment::{Experiment, Views, spreads};
-use super::horizons::{beyond_simulation, first_stretches, next_stretches, whole_recordings};
+use super::horizons::{
+    Ladder, beyond_simulation, first_stretches, next_stretches, whole_recordings,
+};
 use super::levenberg::{DecisionVariables, Prior, Stop, StoppingCriteria, minimise, total_cost};
 use super::runaway::Runaway;
 use super::segment::{Problem, Segment};
@@ -52,7 +54,7 @@ pub(crate) fn run(
     rig: &Rig,
     plant: &Plant,
     experiments: &[Experiment],
-    (options, apart): (&FitOptions, Apart),
+    (options, ladder, apart): (&FitOptions, &Ladder, Apart),
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Found> {
     let views = Views::new(rig, plant);
@@ -89,7 +91,7 @@ pub(crate) fn run(
     let (mut segments, mut unknowns) = if options.near {
         whole_recordings(&problem, &views, &written)?
     } else {
-        first_stretches(&problem, &views, &written)?
+        first_stretches(&problem, &views, &written, ladder)?
     };
     let silent = silent_scales(&problem, &segments, &unknowns);
     let longest = experiments.iter().map(Experiment::rows).max().unwrap_or(0);
@@ -164,7 +166,7 @@ pub(crate) fn run(
         let runaway = Runaway::along(&problem, &segments, &unknowns, &spreads);
         let most = runaway.map_or(f64::INFINITY, |runaway| runaway.longest_interval());
         let before = (&segments[..], level, most);
-        let next = next_stretches(&problem, &belief, &views, before, &unknowns)?;
+        let next = next_stretches(&problem, &belief, &views, before, ladder, &unknowns)?;
         match next {
             Some(next) => (segments, unknowns, level) = next,
             // Once more, to the end: parameters near the truth may be stable.

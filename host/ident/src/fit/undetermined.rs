@@ -89,7 +89,7 @@ fn undetermined(plant: &Plant, found: &Found) -> Vec<usize> {
 }
 
 /// The rig with fitted values; a held one keeps its digits.
-fn fitted(rig: &Rig, plant: &Plant, found: &Found) -> Result<Rig> {
+pub(super) fn fitted(rig: &Rig, plant: &Plant, found: &Found) -> Result<Rig> {
     let slots = found.slots.iter().filter(|slot| !found.held.contains(slot));
     let slots = slots.copied().chain(found.local.iter().map(|it| it.slot));
     let named: Vec<(&str, f64)> = slots

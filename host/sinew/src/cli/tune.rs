@@ -17,7 +17,7 @@ use crate::closed_loop::benchmark::Benchmark;
 use crate::closed_loop::controller_result::ControllerResult;
 use crate::closed_loop::model_loop::ModelLoop;
 use crate::pipeline::learn::save;
-use crate::project::Board;
+use crate::project::{self, Board};
 use crate::rig_file;
 use crate::tuning::objective::Objective;
 use crate::tuning::tune::{
@@ -96,6 +96,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let mut ready = ModelLoop::load(&arguments.rig, None, fit, test, arguments.common.seed)?;
     arguments.conditions.apply(&mut ready)?;
     let believed = ready.model(&arguments.model)?;
+    project::ready(Board::Host)?;
     let bench = ready.bench();
     let shapes = Shape::candidates(&believed, &arguments.horizons, &arguments.control_horizons)?;
     let scenarios = bench.tuning_scenarios(&bench.tuning_plants())?;

@@ -308,14 +308,23 @@ impl Device {
 /// The log's file in a device's working folder.
 const LOG: &str = "log";
 
-/// QEMU by way of the board's `run.sh`, which is to run in `folder`.
-fn emulator(runner: &Path, image: &Path, folder: &Workplace) -> Result<Command> {
-    if let Err(error) = Command::new("qemu-system-arm").arg("--version").output() {
-        return Err(
+/// Makes sure that QEMU can be started.
+///
+/// # Errors
+/// It cannot.
+pub fn has_qemu() -> Result<()> {
+    match Command::new("qemu-system-arm").arg("--version").output() {
+        Ok(_) => Ok(()),
+        Err(error) => Err(
             Error::failed(format!("qemu-system-arm cannot be run: {error}"))
                 .help("apt-get install --no-install-recommends qemu-system-arm"),
-        );
+        ),
     }
+}
+
+/// QEMU by way of the board's `run.sh`, which is to run in `folder`.
+fn emulator(runner: &Path, image: &Path, folder: &Workplace) -> Result<Command> {
+    has_qemu()?;
     // The child has a working folder of its own.
     let absolute = |path: &Path| std::path::absolute(path).map_err(|e| Error::read(path, e));
     let mut command = Command::new("sh");

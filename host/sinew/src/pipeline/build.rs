@@ -120,6 +120,9 @@ pub struct Outcome {
 pub fn build(request: &Request) -> Result<Outcome> {
     let begun = Instant::now();
     let (rig, recordings, tests) = load(request)?;
+    // Tuning runs the firmware on this computer.
+    project::ready(Board::Host)?;
+    project::ready(request.board)?;
     let stage = Stage::begin("fit the rig to the recordings", request.quiet);
     let fitted = fit(&rig, &recordings, &FitOptions::default(), &mut |p| {
         stage.say(format!(

@@ -5,12 +5,10 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
 
+use super::toolchain::{TARGET, cargo, firmware_cargo, no_cargo, target_help};
 use super::{Board, board_folder};
 use crate::device::Guarded;
 use sinew_ident::error::{Error, Result};
-
-/// The target of every Cortex-M4F with its floating-point unit in use.
-const TARGET: &str = "thumbv7em-none-eabihf";
 
 /// Binaries of one board, ready to run.
 #[derive(Clone, Debug)]
@@ -90,10 +88,7 @@ pub fn checks(folder: &Path, cache: &Path) -> Result<PathBuf> {
 
 /// Builds a board's programs: their folder.
 fn run(folder: &Path, board: Board, cache: &Path, more: &[&str]) -> Result<PathBuf> {
-    let on = match board {
-        Board::Host => Machine::ThisOne,
-        Board::Qemu | Board::Stm32f446 | Board::Nrf52840 => Machine::Microcontroller,
-    };
+    let on = Machine::of(board);
     let arguments: Vec<&str> = ["build"].iter().chain(more).copied().collect();
     run_cargo(&board_folder(folder, board), on, cache, &arguments)
 }
@@ -105,6 +100,16 @@ pub enum Machine {
     ThisOne,
     /// A Cortex-M4F, by the toolchain that `cargo xtask setup` found.
     Microcontroller,
+}
+
+impl Machine {
+    /// The machine that a board's programs run on.
+    pub fn of(board: Board) -> Self {
+        match board {
+            Board::Host => Self::ThisOne,
+            Board::Qemu | Board::Stm32f446 | Board::Nrf52840 => Self::Microcontroller,
+        }
+    }
 }
 
 /// Runs cargo with `--release` in a crate that is a workspace of its own: the folder of what it
@@ -134,10 +139,7 @@ pub fn run_cargo(
     if on == Machine::Microcontroller {
         command.args(["--target", TARGET]);
     }
-    let (status, words) = complaints(&mut command).map_err(|e| {
-        Error::failed(format!("cargo cannot be run: {e}"))
-            .help("install Rust from rustup, or name cargo in SINEW_FIRMWARE_CARGO")
-    })?;
+    let (status, words) = complaints(&mut command).map_err(no_cargo)?;
     if !status.success() {
         let error = Error::failed(format!(
             "building {} failed:\n{}",
@@ -145,9 +147,7 @@ pub fn run_cargo(
             words.trim_end()
         ));
         return Err(if words.contains("target may not be installed") {
-            error.help(format!(
-                "run `cargo xtask setup`, or `rustup target add {TARGET}`"
-            ))
+            error.help(target_help())
         } else {
             error
         });
@@ -171,28 +171,4 @@ fn complaints(command: &mut Command) -> std::io::Result<(ExitStatus, String)> {
         errors.read_to_end(&mut words)?;
     }
     Ok((child.wait()?, String::from_utf8_lossy(&words).into_owned()))
-}
-
-fn cargo(program: &str) -> Command {
-    let mut command = Command::new(program);
-    // A cargo that runs this program hands its own settings down; the firmware's build has its own.
-    for name in ["RUSTC", "RUSTC_WRAPPER", "RUSTDOC", "CARGO_BUILD_TARGET"] {
-        command.env_remove(name);
-    }
-    command
-}
-
-/// cargo for the microcontroller: rustup's by default, another as `cargo xtask setup` found it.
-fn firmware_cargo() -> Command {
-    let program = std::env::var("SINEW_FIRMWARE_CARGO").unwrap_or_else(|_| "cargo".into());
-    let mut command = cargo(&program);
-    if let Ok(rustc) = std::env::var("SINEW_FIRMWARE_RUSTC") {
-        command.env("RUSTC", rustc);
-    }
-    if std::env::var("SINEW_FIRMWARE_BUILD_STD").is_ok_and(|v| v == "1") {
-        command
-            .env("RUSTC_BOOTSTRAP", "1")
-            .env("CARGO_UNSTABLE_BUILD_STD", "core");
-    }
-    command
 }

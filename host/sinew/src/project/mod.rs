@@ -12,6 +12,7 @@ mod board;
 mod build;
 pub mod image;
 mod sources;
+mod toolchain;
 
 use std::path::{Path, PathBuf};
 
@@ -22,6 +23,7 @@ use toml_edit::{DocumentMut, Item, Table, value};
 pub use build::{Built, Machine, build, checks, compile, run_cargo};
 pub use image::Sizes;
 pub use sinew_nn::footprint::chip::Chip;
+pub use toolchain::ready;
 
 use sinew_ident::cli::progress::Stage;
 use sinew_ident::error::{Error, Result};

@@ -4,4 +4,5 @@ mod desk;
 mod excite;
 mod interrupt;
 mod refusals;
+mod toolchain;
 mod verbs;

@@ -79,7 +79,8 @@ impl Constant {
             return Err(NetworkError::unsupported(
                 &proto.name,
                 "weights in a file of their own",
-                "save the model with its weights inside",
+                "save the model with its weights inside: `torch.onnx.export(..., external_data=False)`, \
+                 or `onnx.save(onnx.load(file), file)`",
             ));
         }
         let shape: Vec<usize> = proto

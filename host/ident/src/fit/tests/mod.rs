@@ -16,6 +16,7 @@ mod imposed;
 mod local;
 mod recovered;
 mod search;
+mod second_start;
 mod starts;
 
 fn root() -> PathBuf {
