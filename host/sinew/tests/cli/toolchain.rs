@@ -57,7 +57,7 @@ fn the_target_is_missed_before_the_fit() {
     let rustc = program("rustc", "echo /nonexistent/lib");
     let path = cargo.parent().and_then(|folder| folder.to_str());
     let words = refused(
-        "stm32f446",
+        "qemu",
         path.expect("a folder"),
         &[("SINEW_FIRMWARE_RUSTC", rustc.to_str().expect("a path"))],
     );
