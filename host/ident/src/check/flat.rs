@@ -136,6 +136,14 @@ impl Motion {
     }
 }
 
+/// Length of the second longest run; 1 where there is none.
+fn second_longest(runs: &[(usize, usize)]) -> usize {
+    let [_, second] = runs.iter().fold([1, 1], |[first, second], &(_, length)| {
+        [first.max(length), second.max(first.min(length))]
+    });
+    second
+}
+
 /// A run of one value that begins in motion and ends in a jump, or longer than any other by far and
 /// without end.
 fn stuck(recording: &Recording, name: &str, series: &Series) -> Option<Check> {
@@ -144,12 +152,11 @@ fn stuck(recording: &Recording, name: &str, series: &Series) -> Option<Check> {
     let fast = quantile(sizes(&steps), 0.98);
     let usual = quantile(sizes(&steps), 0.5);
     let speed = sinew_sim::unit::of_column(name).ends_with("/s");
+    let second = second_longest(&runs);
     let found = runs.iter().find(|&&(first, length)| {
         // A velocity of zero is rest.
         let rest = speed && series.samples[first].1 == 0.0;
         let into = first.checked_sub(1).map_or(0.0, |k| steps[k].abs());
-        let others = runs.iter().filter(|run| run.0 != first);
-        let second = others.map(|run| run.1).max().unwrap_or(1);
         let ends = match steps.get(first + length - 1) {
             Some(jump) => jump.abs() > 3.0 * fast,
             None => into > usual && length > 4 * second,

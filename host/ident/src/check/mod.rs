@@ -9,6 +9,7 @@
 //! nothing computed from the recording as it is would be right.
 
 mod columns;
+mod copies;
 mod derivative;
 mod determine;
 mod excitation;
@@ -30,7 +31,7 @@ pub use determine::{Determined, Effect, Parameter, determine};
 pub use finding::Check;
 
 /// Kinds of faults, by their names in results and on the command line.
-pub const KINDS: [&str; 17] = [
+pub const KINDS: [&str; 18] = [
     "clipped",
     "dead_channel",
     "degrees_for_radians",
@@ -40,6 +41,7 @@ pub const KINDS: [&str; 17] = [
     "irregular_sampling",
     "no_excitation",
     "quantised",
+    "same_recording",
     "sentinel",
     "spike",
     "stuck_channel",
@@ -69,6 +71,7 @@ pub fn check(recordings: &[Recording], rig: Option<&Rig>) -> Vec<Check> {
     let mut sound: Vec<Recording> = Vec::new();
     for recording in recordings {
         let mut here = alone(recording, rig);
+        // The first of two that are equally sure stays: the times themselves before a guessed rig.
         here.extend(rig.and_then(|rig| timescale::detect(rig, recording)));
         surest_of_time(&mut here);
         if !here.iter().any(|check| check.certain) {
@@ -77,6 +80,7 @@ pub fn check(recordings: &[Recording], rig: Option<&Rig>) -> Vec<Check> {
         here.sort_by_key(|check| check.line);
         found.extend(here);
     }
+    found.extend(copies::detect(recordings));
     // A refit of what is certainly wrong would tell nothing.
     found.extend(rig.map_or_else(Vec::new, |rig| refit::detect(rig, &sound)));
     found
@@ -85,7 +89,7 @@ pub fn check(recordings: &[Recording], rig: Option<&Rig>) -> Vec<Check> {
 /// One word on the time at most, the surest.
 fn surest_of_time(found: &mut Vec<Check>) {
     let on_time = |check: &Check| check.kind.starts_with("time_in");
-    let best = found.iter().filter(|check| on_time(check));
+    let best = found.iter().rev().filter(|check| on_time(check));
     let Some(best) = best.max_by_key(|check| check.certain).cloned() else {
         return;
     };

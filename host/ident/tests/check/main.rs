@@ -1,4 +1,6 @@
 //! Faults of recordings: cases that went wrong elsewhere, and faults that are put into sound ones.
 
 mod cases;
+mod copies;
+mod scale;
 mod seeded;
