@@ -37,8 +37,22 @@ pub(super) fn detect(rig: &Rig, recording: &Recording) -> Option<Check> {
         number(step),
         number(time)
     );
+    if is_guessed(rig) {
+        let sentence = format!("{sentence}, if the guesses in the rig are near the truth");
+        let remedy = format!("--time-unit {flag} if they are");
+        return Some(Check::likely(recording, 0, kind, sentence, remedy));
+    }
     let remedy = format!("--time-unit {flag}");
     Some(Check::certain(recording, 0, kind, sentence, remedy))
+}
+
+/// True where a comment of the rig calls a number of its motion a guess, as `sinew new` writes.
+fn is_guessed(rig: &Rig) -> bool {
+    rig.to_toml().lines().any(|line| {
+        let (entry, comment) = line.split_once('#').unwrap_or((line, ""));
+        let key = entry.split('=').next().unwrap_or_default().trim();
+        matches!(key, "inertia" | "stiffness" | "damping") && comment.contains("a guess")
+    })
 }
 
 /// Period or time constant of the slowest body that has one by its own springs, weight or dampers,

@@ -29,9 +29,9 @@ enum Unit {
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Repairs of recordings")]
 pub struct Repairs {
-    /// Unit of the column `t`.
-    #[arg(long, value_enum, default_value = "s")]
-    time_unit: Unit,
+    /// Unit of the column `t`; s unless it is given.
+    #[arg(long, value_enum)]
+    time_unit: Option<Unit>,
     /// Number that stands for "no value"; may be repeated.
     #[arg(long, value_name = "NUMBER", allow_negative_numbers = true)]
     missing: Vec<f64>,
@@ -76,6 +76,38 @@ impl Repairs {
         Ok(checks)
     }
 
+    /// True where `--time-unit` was given.
+    pub fn time_unit_is_given(&self) -> bool {
+        self.time_unit.is_some()
+    }
+
+    /// True where `--accept` names the kind.
+    pub fn accepts(&self, kind: &str) -> bool {
+        self.accept.iter().any(|accepted| accepted == kind)
+    }
+
+    /// The flags as they would be typed again, each after a space; empty without repairs.
+    pub fn flags(&self) -> String {
+        let unit = self.time_unit.iter().filter_map(|unit| {
+            let value = unit.to_possible_value()?;
+            Some(format!(" --time-unit {}", value.get_name()))
+        });
+        let missing = self
+            .missing
+            .iter()
+            .map(|number| format!(" --missing {number}"));
+        let unwrap = self.unwrap.iter();
+        let unwrap = unwrap.map(|(column, period)| format!(" --unwrap {column}={period}"));
+        let late = self.late.iter();
+        let late = late.map(|(column, rows)| format!(" --late {column}={rows}"));
+        let accept = self.accept.iter().map(|kind| format!(" --accept {kind}"));
+        unit.chain(missing)
+            .chain(unwrap)
+            .chain(late)
+            .chain(accept)
+            .collect()
+    }
+
     /// Refuses checks that are certain.
     ///
     /// # Errors
@@ -95,7 +127,7 @@ impl Repairs {
     }
 
     fn refused(&self, check: &Check) -> bool {
-        check.certain && !self.accept.iter().any(|kind| kind == check.kind)
+        check.certain && !self.accepts(check.kind)
     }
 
     /// Prints checks on standard error, and refuses those that are certain.
@@ -103,7 +135,12 @@ impl Repairs {
     /// # Errors
     /// As [`Repairs::before`].
     pub fn judge(&self, checks: &[Check], quiet: bool) -> Result<()> {
+        // The flag answers a mere suspicion.
+        let answered = |check: &Check| {
+            !check.certain && check.kind.starts_with("time_in") && self.time_unit_is_given()
+        };
         let shown = checks.iter().filter(|check| !quiet || self.refused(check));
+        let shown = shown.filter(|check| !answered(check));
         let shown: Vec<Check> = shown.cloned().collect();
         eprint!("{}", super::fault_text::text(&shown));
         self.refuse(checks)
@@ -111,7 +148,7 @@ impl Repairs {
 
     fn repair(&self) -> Repair {
         Repair {
-            time_unit: match self.time_unit {
+            time_unit: match self.time_unit.unwrap_or_default() {
                 Unit::S => TimeUnit::Seconds,
                 Unit::Ms => TimeUnit::Milliseconds,
                 Unit::Us => TimeUnit::Microseconds,

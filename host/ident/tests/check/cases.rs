@@ -117,6 +117,26 @@ fn milliseconds_are_named_and_mended() {
     assert_near(&fitted(&rig, a), &[2.0, 50.0, 1.5], 0.02);
 }
 
+/// A damper that `sinew new` guessed is no evidence of microseconds: the whole numbers of the times
+/// are, of milliseconds.
+#[test]
+fn guessed_numbers_make_no_unit_of_time_certain() {
+    let case = "28-milliseconds";
+    let text = std::fs::read_to_string(file(case, "rig.toml")).unwrap();
+    let text = text.replace(
+        "stiffness = { value = 40.0 }",
+        "stiffness = { value = 4e7 }",
+    );
+    for (comment, certain) in [("# N s/m, a guess", false), ("# N s/m, weighed", true)] {
+        let damping = "damping = { value = 1.0 }";
+        let text = text.replace(damping, &format!("{damping}   {comment}"));
+        let rig = Rig::parse(&text, "rig.toml").unwrap();
+        let found = check(&[recording(case, "A.csv")], Some(&rig));
+        let time = found.iter().find(|check| check.kind.starts_with("time_in"));
+        assert_eq!(time.unwrap().certain, certain, "{found:?}");
+    }
+}
+
 #[test]
 fn a_counter_that_wraps_is_named_and_mended() {
     let case = "29-encoder-wrap";
