@@ -11,6 +11,7 @@ use super::interrupt::Interrupt;
 use super::overwrite::{self, identity};
 use super::progress::Stage;
 use super::repair::Repairs;
+use super::said::Said;
 use crate::diagnose::output::{self, Shown};
 use crate::diagnose::{Diagnosis, Options, Recordings, diagnose};
 use crate::error::{Error, Result};
@@ -112,15 +113,21 @@ fn leave(
 ) -> Result<()> {
     let quiet = arguments.common.quiet;
     let mut written: Vec<&Path> = Vec::new();
+    let said = Said::beside([
+        arguments.json.as_deref(),
+        arguments.report.as_deref(),
+        arguments.rig_out.as_deref(),
+        arguments.mjcf.as_deref(),
+    ]);
     match &arguments.json {
         Some(path) => {
             crate::atomic::write(path, output::json(found)?)?;
             written.push(path);
-            if !quiet && !crate::atomic::is_output(path) {
-                println!("{}", found.sentence);
+            if !quiet {
+                said.line(&found.sentence);
             }
         }
-        None => print!("{}", output::text(found)),
+        None => said.line(output::text(found).trim_end()),
     }
     if let Some(path) = &arguments.report {
         let shown: Vec<Shown<'_>> = [
@@ -142,13 +149,9 @@ fn leave(
         super::mjcf::write(&found.mended, path, quiet)?;
         written.push(path);
     }
-    let mixed = arguments
-        .json
-        .as_deref()
-        .is_some_and(crate::atomic::is_output);
-    if !quiet && !mixed {
+    if !quiet {
         for path in written {
-            println!("{}", path.display());
+            said.wrote(path);
         }
     }
     Ok(())

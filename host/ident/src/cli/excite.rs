@@ -7,6 +7,7 @@ use sinew_sim::{Plant, Rig};
 
 use super::overwrite;
 use super::progress::Stage;
+use super::said::Said;
 use crate::error::{Error, Result};
 use crate::excite::{Kind, Options, design, reveal, table};
 use crate::report::count;
@@ -111,16 +112,17 @@ pub fn run(arguments: &Arguments, control_rate_hz: Option<f64>) -> Result<()> {
     experiment
         .recording(&plant, &arguments.out)?
         .write(&arguments.out)?;
+    let said = Said::beside([Some(arguments.out.as_path())]);
     if let Some(found) = &revelation {
-        print!("{}", table(found));
+        said.line(table(found).trim_end());
     }
     if !arguments.quiet {
-        println!(
+        said.line(format!(
             "{} of {} in {}",
             count(experiment.t.len(), "row"),
             count(experiment.inputs.len(), "input"),
             arguments.out.display()
-        );
+        ));
     }
     Ok(())
 }

@@ -6,8 +6,10 @@ use clap::Args;
 use sinew_sim::Rig;
 
 use super::Recordings;
+use super::overwrite;
 use super::progress::Stage;
 use super::repair::Repairs;
+use super::said::Said;
 use crate::error::Result;
 use crate::fit::{FitOptions, fit, free_runs, pool, score};
 use crate::report::{count, own_value, quantity, warnings};
@@ -32,9 +34,15 @@ pub struct Arguments {
 /// # Errors
 /// A bad file, or a rig that cannot be fitted.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    if let Some(path) = &arguments.out {
-        crate::atomic::prepare(path)?;
-    }
+    let Recordings { fit: fitted, test } = &arguments.recordings;
+    let fitted = fitted.iter().map(|path| ("--fit", path.as_path()));
+    let tests = test.iter().map(|path| ("--test", path.as_path()));
+    overwrite::refuse(
+        std::iter::once(("the rig", arguments.rig.as_path()))
+            .chain(fitted)
+            .chain(tests),
+        [("--out", arguments.out.as_deref())],
+    )?;
     let rig = Rig::load(&arguments.rig)?;
     let (recordings, tests) = (
         arguments.repairs.read(&arguments.recordings.fit)?,
@@ -52,6 +60,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         ));
     })?;
     stage.end(count(found.steps, "step"));
+    let said = Said::beside([arguments.out.as_deref()]);
 
     for p in &found.parameters {
         let interval = match p.ci95 {
@@ -61,58 +70,71 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             None if p.at_bound => "at its bound".into(),
             None => "not determined by these recordings".into(),
         };
-        println!(
+        said.line(format!(
             "{:<32} {:>14} → {:>14}   ({interval})",
             p.name,
             quantity(p.as_written, &p.unit),
             quantity(p.value, &p.unit)
-        );
+        ));
         for own in &p.recordings {
-            println!("    {}: {}", own.recording, own_value(own));
+            said.line(format!("    {}: {}", own.recording, own_value(own)));
         }
     }
     for held in &found.held {
-        println!(
+        said.line(format!(
             "{}: {} samples of {} are missing and held their last value",
             held.recording, held.missing, held.column
-        );
+        ));
     }
     for s in &found.sensors {
-        println!(
+        said.line(format!(
             "fit   {}: free-run error {} as written, {} refitted",
             s.signal,
             quantity(s.as_written_rms, &s.unit),
             quantity(s.rms, &s.unit)
-        );
+        ));
     }
     if !tests.is_empty() {
         let runs = free_runs(&found.rig, &tests)?;
         for own in runs.iter().flat_map(|run| &run.own) {
-            println!(
+            said.line(format!(
                 "test  {}: {} {}, from this recording alone",
                 own.recording,
                 own.name,
                 own_value(own)
-            );
+            ));
         }
         for (before, after) in score(&rig, &tests)?.iter().zip(pool(&runs)) {
-            println!(
+            said.line(format!(
                 "test  {}: free-run error {} as written, {} refitted",
                 after.signal,
                 quantity(before.rms, &after.unit),
                 quantity(after.rms, &after.unit)
-            );
+            ));
         }
     }
     for warning in warnings(&found) {
-        println!("warning: {warning}");
+        said.line(format!("warning: {warning}"));
     }
     match &arguments.out {
         Some(path) => {
             crate::atomic::write(path, found.rig.to_toml())?;
-            println!("{}", path.display());
+            said.wrote(path);
+            said.line(format!("next: {}", diagnosis(arguments)));
         }
-        None => println!("nothing written; --out RIG.toml keeps the fitted rig"),
+        None => said.line("nothing written; --out RIG.toml keeps the fitted rig"),
     }
     Ok(())
+}
+
+/// Command line that looks for physics that the rig lacks.
+fn diagnosis(arguments: &Arguments) -> String {
+    let Recordings { fit, test } = &arguments.recordings;
+    let mut line = format!("sinew diagnose {}", arguments.rig.display());
+    for (flag, paths) in [("--fit", fit), ("--test", test)] {
+        for path in paths {
+            line += &format!(" {flag} {}", path.display());
+        }
+    }
+    line + &arguments.repairs.flags()
 }

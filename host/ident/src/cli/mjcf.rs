@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use sinew_sim::Rig;
 
+use super::overwrite;
 use crate::error::Result;
 use crate::mjcf::mjcf;
 
@@ -24,6 +25,10 @@ pub struct Arguments {
 /// # Errors
 /// A bad rig, or a file that cannot be written.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    overwrite::refuse(
+        [("the rig", arguments.rig.as_path())],
+        [("--out", Some(arguments.out.as_path()))],
+    )?;
     write(&Rig::load(&arguments.rig)?, &arguments.out, arguments.quiet)
 }
 

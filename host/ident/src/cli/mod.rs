@@ -10,6 +10,7 @@ pub mod mjcf;
 pub mod overwrite;
 pub mod progress;
 pub mod repair;
+pub mod said;
 
 use std::path::PathBuf;
 use std::process::ExitCode;

@@ -5,9 +5,19 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 
-/// The same file, however it is written; a file that does not exist is only itself.
+/// The same file, however it is written: through links, with `./` or from another folder. Of a file
+/// that does not exist its folder is resolved.
 pub fn identity(path: &Path) -> PathBuf {
-    path.canonicalize().unwrap_or_else(|_| path.to_path_buf())
+    path.canonicalize().unwrap_or_else(|_| {
+        let folder = match path.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder,
+            _ => Path::new("."),
+        };
+        match (folder.canonicalize(), path.file_name()) {
+            (Ok(folder), Some(name)) => folder.join(name),
+            _ => path.to_path_buf(),
+        }
+    })
 }
 
 /// No result may replace what it was made from, or another result, and each can be written. Each
@@ -38,4 +48,35 @@ pub fn refuse<'a>(
         taken.push((file, flag));
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_names_of_one_file_are_the_same_before_it_exists_too() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::os::unix::fs::symlink(folder.path(), at("link")).unwrap();
+        for name in ["kept.csv", "new.csv"] {
+            std::fs::write(at("kept.csv"), "t").unwrap();
+            let (plain, other) = (at(name), at("link").join(".").join(name));
+            assert_eq!(identity(&plain), identity(&other));
+            let refused = refuse(
+                [("--fit", plain.as_path())],
+                [("--out", Some(other.as_path()))],
+            );
+            let message = refused.unwrap_err().to_string();
+            assert!(
+                message.contains("would overwrite what --fit names"),
+                "{message}"
+            );
+        }
+        refuse(
+            [("--fit", Path::new("/dev/null"))],
+            [("--out", Some(Path::new("/dev/null")))],
+        )
+        .unwrap();
+    }
 }

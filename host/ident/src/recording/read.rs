@@ -128,6 +128,9 @@ fn first_name(source: &Source, record: &ByteRecord, name: &str) -> Error {
     {
         return error.help("rename it to `t` if it is in seconds");
     }
+    if name.starts_with('[') || name.contains('=') {
+        return error.help("this looks like a rig (TOML); a recording is a CSV file");
+    }
     error.help("put the column with the times first and call it `t`")
 }
 

@@ -1,0 +1,34 @@
+//! Printed results beside a file that goes to standard output.
+
+use std::fmt::Display;
+use std::path::Path;
+
+/// Lines for a person: on standard output, or on standard error where a file takes the former.
+#[derive(Clone, Copy, Debug)]
+pub struct Said {
+    aside: bool,
+}
+
+impl Said {
+    /// Stands aside where one of these files is standard output.
+    pub fn beside<'a>(files: impl IntoIterator<Item = Option<&'a Path>>) -> Self {
+        let aside = files.into_iter().flatten().any(crate::atomic::is_output);
+        Self { aside }
+    }
+
+    /// One line, or several.
+    pub fn line(self, text: impl Display) {
+        if self.aside {
+            eprintln!("{text}");
+        } else {
+            println!("{text}");
+        }
+    }
+
+    /// Name of a file that was written; standard output has none.
+    pub fn wrote(self, path: &Path) {
+        if !crate::atomic::is_output(path) {
+            self.line(path.display());
+        }
+    }
+}
