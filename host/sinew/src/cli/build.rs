@@ -8,6 +8,7 @@ use super::{Common, Recordings};
 use crate::pipeline::build::{Request, build};
 use crate::project::{Board, Optimise};
 use crate::report;
+use sinew_ident::cli::overwrite;
 use sinew_ident::error::{Error, Result};
 
 /// Arguments of `sinew build`.
@@ -49,6 +50,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         ))
         .help("build for qemu, the same controller to the bit; then sinew flash"));
     }
+    let Recordings { fit, test } = &arguments.recordings;
+    let recordings = fit.iter().chain(test);
+    // Files of the folder that a rig or a recording may be called like.
+    let written = ["rig.toml", "mended.toml", "loop.csv"].map(|name| arguments.out.join(name));
+    overwrite::refuse(
+        std::iter::once(("RIG", arguments.rig.as_path()))
+            .chain(recordings.map(|path| ("a recording", path.as_path()))),
+        written.iter().map(|path| ("--out", Some(path.as_path()))),
+    )?;
     let request = Request {
         rig: arguments.rig.clone(),
         fit: arguments.recordings.fit.clone(),

@@ -12,7 +12,7 @@ use sinew_mpc::feedback::rise::RiseState;
 use super::LoopArguments;
 use super::conditions::Conditions;
 use crate::closed_loop::baseline::{BaselineController, Tuning};
-use crate::closed_loop::benchmark::Benchmark;
+use crate::closed_loop::benchmark::{Benchmark, tuned_on};
 use crate::closed_loop::controller_result::ControllerResult;
 use crate::closed_loop::model_loop::ModelLoop;
 use crate::closed_loop::scenario::Scenario;
@@ -21,6 +21,7 @@ use crate::project::Board;
 use crate::tuning::optimise::Budget;
 use sinew_ident::cli::overwrite;
 use sinew_ident::cli::progress::Stage;
+use sinew_ident::cli::said::Said;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::report::{quantity, sheet};
 
@@ -178,38 +179,53 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     others.with::<PidState>()?;
     others.with::<RiseState>()?;
 
-    println!("reference: {}", ready.task.reference_source);
+    let said = Said::beside([
+        arguments.json.as_deref(),
+        arguments.report.as_deref(),
+        arguments.plot.as_deref(),
+    ]);
+    said.line(format!("reference: {}", ready.task.reference_source));
     for m in &ready.moved {
-        println!(
+        said.line(format!(
             "{:<32} {:>14} in the model, {:>14} in the plant",
             m.name,
             quantity(m.fitted, &m.unit),
             quantity(m.plant, &m.unit)
-        );
+        ));
     }
     let plant = arguments.plant.as_ref().map(|p| p.display().to_string());
     let plant = plant.or(arguments.plant_program.clone());
     let board = arguments.board.name();
     let spread = arguments.draws.map(|_| arguments.spread);
-    let contest =
-        Benchmark::new(&ready, &of_loop.rig, plant, board, controllers, gains).spread(spread);
+    let contest = Benchmark::new(&ready, &of_loop.rig, plant, board, controllers, gains)
+        .spread(spread)
+        .evaluations(arguments.evaluations);
     let contest = match arguments.board {
         Board::Host => contest,
         _ => contest.optimise(of_loop.optimise),
     };
-    print!("{}", contest.table().text());
+    said.line(contest.table().text().trim_end());
+    if arguments.evaluations.is_some() {
+        said.line(contest.tuning_sentence());
+    }
     if let Some(path) = &arguments.json {
         sinew_ident::atomic::write(path, format!("{:#}\n", contest.value()?))?;
-        println!("{}", path.display());
+        said.wrote(path);
     }
     if let Some(path) = &arguments.report {
         let command = format!("sinew compare {}", of_loop.rig.display());
         contest.report(&command).write(path)?;
-        println!("{}", path.display());
+        said.wrote(path);
     }
     if let Some(path) = &arguments.plot {
         sinew_ident::atomic::write(path, sheet(&contest.errors()))?;
-        println!("{}", path.display());
+        said.wrote(path);
+    }
+    if let [model] = arguments.models.as_slice() {
+        said.line(format!(
+            "next: sinew emit {} --out firmware",
+            model.display()
+        ));
     }
     Ok(())
 }
@@ -268,11 +284,7 @@ impl Others<'_> {
         let judged = ControllerResult::new(L::NAME, runs, &self.ready.task)?;
         self.controllers.push(judged);
         self.gains.insert(L::NAME.into(), by_name::<L>(&tuning));
-        stage.end(match self.ready.drawn.len() {
-            0 => "on the plant that it is judged on",
-            1 => "on the plant as written and on the one that it is judged on",
-            _ => "on the plant as written and on the first two that it is judged on",
-        });
+        stage.end(tuned_on(self.ready));
         Ok(())
     }
 }

@@ -11,6 +11,7 @@ use crate::closed_loop::control_problem::ControlProblem;
 use crate::pipeline::import::{adopt, judged};
 use crate::pipeline::learn::save;
 use crate::rig_file;
+use sinew_ident::cli::overwrite::identity;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::recording::Recording;
 use sinew_ident::report::quantity;
@@ -38,6 +39,9 @@ pub struct Arguments {
 /// A file that is no network, or one with a layer that cannot be emitted; a network that does not
 /// fit the rig.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    if let Some(out) = &arguments.out {
+        refuse_own_folder(&arguments.network, out)?;
+    }
     match (&arguments.rig, &arguments.out) {
         (Some(rig), Some(out)) => model(arguments, rig, out),
         (_, out) => {
@@ -49,15 +53,19 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
 }
 
-fn model(arguments: &Arguments, rig: &Path, out: &Path) -> Result<()> {
-    let folder = |path: &Path| path.canonicalize().ok();
-    if arguments.network.is_dir() && folder(out) == folder(&arguments.network) {
-        return Err(Error::arguments(format!(
-            "--out {} is the network's own folder, whose weights it would replace",
-            out.display()
-        ))
-        .help("name another"));
+/// The network's own folder holds the weights that the result would replace.
+fn refuse_own_folder(network: &Path, out: &Path) -> Result<()> {
+    if !network.is_dir() || identity(out) != identity(network) {
+        return Ok(());
     }
+    Err(Error::arguments(format!(
+        "--out {} is the network's own folder, whose weights it would replace",
+        out.display()
+    ))
+    .help("name another"))
+}
+
+fn model(arguments: &Arguments, rig: &Path, out: &Path) -> Result<()> {
     let network = import::read(&arguments.network).map_err(Error::refused)?;
     let text = commands::import(&network, None).map_err(Error::refused)?;
     let rig = rig_file::load(rig)?;

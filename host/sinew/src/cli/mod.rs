@@ -104,6 +104,16 @@ fn speed_alone(optimise: Optimise) -> Result<()> {
     )
 }
 
+/// The recordings as they would be typed again, each flag after a space.
+fn recording_flags(recordings: &Recordings) -> String {
+    let Recordings { fit, test } = recordings;
+    let fit = fit.iter().map(|path| format!(" --fit {}", path.display()));
+    let test = test
+        .iter()
+        .map(|path| format!(" --test {}", path.display()));
+    fit.chain(test).collect()
+}
+
 /// A rig, its recordings and where its loop is built: what `compare` and `pil` take.
 #[derive(Args, Clone, Debug)]
 pub struct LoopArguments {

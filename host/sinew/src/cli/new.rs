@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 
 use crate::new_rig::{self, Motion, NewRigOptions};
 use sinew_ident::cli::repair::Repairs;
+use sinew_ident::cli::said::Said;
 use sinew_ident::error::Result;
 
 /// Arguments of `sinew new`; an answer that is not given is asked at a terminal, or guessed.
@@ -75,20 +76,25 @@ pub fn run(arguments: Arguments) -> Result<()> {
         quiet: arguments.quiet,
     };
     let new = new_rig::run(&options)?;
-    println!("{}", new.path.display());
+    let said = Said::beside([Some(new.path.as_path())]);
+    said.wrote(&new.path);
     if !new.unused.is_empty() {
-        println!(
+        said.line(format!(
             "columns that the rig does not use: {}",
             new.unused.join(", ")
-        );
+        ));
     }
     for guess in &new.guesses {
-        println!("guessed: {guess}");
+        said.line(format!("guessed: {guess}"));
     }
-    println!(
-        "next: sinew fit {} --fit {}",
-        new.path.display(),
-        options.recording.display()
-    );
+    let rig = match sinew_ident::atomic::is_output(&new.path) {
+        true => "RIG.toml".into(),
+        false => new.path.display().to_string(),
+    };
+    said.line(format!(
+        "next: sinew fit {rig} --fit {}{}",
+        options.recording.display(),
+        options.repairs.flags()
+    ));
     Ok(())
 }

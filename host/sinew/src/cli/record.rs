@@ -6,6 +6,7 @@ use clap::Args;
 
 use super::LiveArguments;
 use crate::live::record::{excitation, record};
+use sinew_ident::cli::overwrite;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::recording::Recording;
 
@@ -28,6 +29,10 @@ pub struct Arguments {
 /// # Errors
 /// A bad file, a board that cannot be reached or is the wrong one, one that stopped by itself.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    overwrite::refuse(
+        [("--input", arguments.input.as_path())],
+        [("--out", Some(arguments.out.as_path()))],
+    )?;
     let input = Recording::read(&arguments.input)?;
     let (mut device, names, identity) = arguments.live.connect()?;
     let rows = excitation(&input, &names, identity.rate_mhz)?;

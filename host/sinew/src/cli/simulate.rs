@@ -11,6 +11,7 @@ use crate::closed_loop::plant_program::{PlantProgram, Recorded};
 use crate::rig_file;
 use crate::view::{self, Animation};
 use sinew_ident::cli::overwrite;
+use sinew_ident::cli::said::Said;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::noise::gaussian;
 use sinew_ident::recording::{Column, Recording};
@@ -169,14 +170,19 @@ pub fn run(arguments: &Arguments) -> Result<()> {
                 );
             }
         }
-        println!(
+        let said = Said::beside([
+            Some(arguments.out.as_path()),
+            arguments.plot.as_deref(),
+            arguments.html.as_deref(),
+        ]);
+        said.line(format!(
             "{} rows of {} signals in {}",
             recording.len(),
             signals_written,
             arguments.out.display()
-        );
+        ));
         for path in [&arguments.plot, &arguments.html].into_iter().flatten() {
-            println!("{}", path.display());
+            said.wrote(path);
         }
     }
     Ok(())

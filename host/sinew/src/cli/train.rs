@@ -6,13 +6,14 @@ use clap::Args;
 use sinew_model::store;
 use sinew_sim::Plant;
 
-use super::{Common, Recordings};
+use super::{Common, Recordings, recording_flags};
 use crate::closed_loop::control_problem::ControlProblem;
 use crate::pipeline::learn::{CHECKPOINT_FILE, fits, learn, save};
 use crate::pipeline::predictor::starts;
 use crate::rig_file;
 use sinew_ident::cli::overwrite;
 use sinew_ident::cli::progress::Stage;
+use sinew_ident::cli::said::Said;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::fit::free_runs;
 use sinew_ident::recording::Recording;
@@ -49,7 +50,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     overwrite::refuse(
         std::iter::once(("RIG", arguments.rig.as_path()))
             .chain(recordings.map(|path| ("a recording", path.as_path()))),
-        [("--json", arguments.json.as_deref())],
+        [
+            ("--json", arguments.json.as_deref()),
+            (
+                "--out",
+                Some(arguments.out.join(store::MODEL_FILE).as_path()),
+            ),
+        ],
     )?;
     let rig = rig_file::load(&arguments.rig)?;
     if let Some(line) = shared_values(&rig).filter(|_| !arguments.common.quiet) {
@@ -79,21 +86,28 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     )?;
     stage.end(format!("{} weights", learned.record.parameters));
     save(&arguments.out, &learned.spec)?;
+    let said = Said::beside([arguments.json.as_deref()]);
     for (i, unit) in task.units(&plant).enumerate() {
-        println!(
+        said.line(format!(
             "{}: {} off after one step, {} after {}, on stretches that trained nothing",
             learned.spec.outputs[i].name,
             quantity(learned.record.one_step_rms[i], unit),
             quantity(learned.record.horizon_rms[i], unit),
             learned.record.horizon
-        );
+        ));
     }
     if let Some(path) = &arguments.json {
         let text = serde_json::to_string_pretty(&learned.record)
             .map_err(|e| Error::failed(format!("{}: {e}", path.display())))?;
         sinew_ident::atomic::write(path, text + "\n")?;
-        println!("{}", path.display());
+        said.wrote(path);
     }
-    println!("{}", arguments.out.join(store::MODEL_FILE).display());
+    said.line(arguments.out.join(store::MODEL_FILE).display());
+    said.line(format!(
+        "next: sinew tune {} {}{} --out tuned.toml --model-out tuned",
+        arguments.rig.display(),
+        arguments.out.display(),
+        recording_flags(&arguments.recordings)
+    ));
     Ok(())
 }

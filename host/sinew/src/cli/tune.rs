@@ -11,7 +11,7 @@ use sinew_mpc::feedback::rise::RiseState;
 
 use super::compare::by_name;
 use super::conditions::Conditions;
-use super::{Common, Recordings};
+use super::{Common, Recordings, recording_flags};
 use crate::closed_loop::baseline::{BaselineController, Tuning};
 use crate::closed_loop::benchmark::Benchmark;
 use crate::closed_loop::controller_result::ControllerResult;
@@ -24,6 +24,7 @@ use crate::tuning::tune::{
     Line, Request, Shape, TunedFeedback, controlled, tune_feedback, tune_mpc,
 };
 use sinew_ident::cli::overwrite;
+use sinew_ident::cli::said::Said;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::report::{Table, shared_values, significant};
 
@@ -129,12 +130,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         save(folder, &spec)?;
     }
 
-    println!(
+    let said = Said::beside([Some(arguments.out.as_path()), arguments.json.as_deref()]);
+    said.line(format!(
         "objective: {}, of three plants over references that are not reported on; reported: {}",
         arguments.objective.name(),
         ready.task.reference_source
-    );
-    print!("{}", found.objectives().text());
+    ));
+    said.line(found.objectives().text().trim_end());
     let contest = Benchmark::new(
         &ready,
         &arguments.rig,
@@ -143,9 +145,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         found.contestants(&ready)?,
         std::mem::take(&mut found.gains),
     );
-    print!("{}", contest.table().text());
+    said.line(contest.table().text().trim_end());
     let control = &spec.control;
-    println!(
+    said.line(format!(
         "MPC: horizon {}, control horizon {}, Q {}, Lambda {}, disturbance gain {}, iterations {}",
         control.horizon,
         control.control_horizon,
@@ -153,9 +155,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         list(&control.move_suppression),
         significant(control.disturbance_gain, 3),
         control.iterations
-    );
-    print!("{}", found.said);
-    println!("{}", arguments.out.display());
+    ));
+    if !found.said.is_empty() {
+        said.line(found.said.trim_end());
+    }
+    said.wrote(&arguments.out);
     if let Some(path) = &arguments.json {
         let mut document = contest.value()?;
         document["format"] = json!("sinew-tuning/1");
@@ -170,7 +174,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             "iterations": control.iterations,
         });
         sinew_ident::atomic::write(path, format!("{document:#}\n"))?;
-        println!("{}", path.display());
+        said.wrote(path);
+    }
+    if let Some(model) = &arguments.model_out {
+        said.line(format!(
+            "next: sinew compare {} {}{} --out loop",
+            arguments.out.display(),
+            model.display(),
+            recording_flags(&arguments.recordings)
+        ));
     }
     Ok(())
 }

@@ -57,6 +57,9 @@ pub struct Benchmark {
     /// Spread of each loop's own plant around the one in `plant`, as a part of each free
     /// parameter; null where all loops have one plant.
     spread: Option<f64>,
+    /// Evaluations that tuning PID and RISE was allowed each; absent where it was the default search.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    evaluations: Option<usize>,
     outputs: Vec<Signal>,
     /// Gains by name, an object a channel, of controllers without a model.
     gains: Map<String, Value>,
@@ -64,6 +67,9 @@ pub struct Benchmark {
     pub controllers: Vec<ControllerResult>,
     #[serde(skip)]
     inputs: Vec<Signal>,
+    /// Plants that PID and RISE were tuned on, in words.
+    #[serde(skip)]
+    tuned_on: &'static str,
 }
 
 #[derive(Serialize)]
@@ -103,6 +109,8 @@ impl Benchmark {
             delay_s: ready.delay_s,
             judged_s: ready.task.judged_s,
             spread: None,
+            evaluations: None,
+            tuned_on: tuned_on(ready),
             outputs: sensors
                 .map(|s| Signal {
                     signal: s.column.clone(),
@@ -124,6 +132,24 @@ impl Benchmark {
     #[must_use]
     pub fn spread(self, spread: Option<f64>) -> Self {
         Self { spread, ..self }
+    }
+
+    /// Says that the controllers without a model were tuned with a budget of its own.
+    #[must_use]
+    pub fn evaluations(self, evaluations: Option<usize>) -> Self {
+        Self {
+            evaluations,
+            ..self
+        }
+    }
+
+    /// Conditions of the tuning of PID and RISE, for the terminal and the page.
+    pub fn tuning_sentence(&self) -> String {
+        let budget = match self.evaluations {
+            Some(count) => format!("with {count} evaluations, not the default search"),
+            None => "with the default search".into(),
+        };
+        format!("PID and RISE were each tuned {budget}, {}.", self.tuned_on)
     }
 
     /// Says what the images were made for.
@@ -262,6 +288,17 @@ impl Benchmark {
             })
     }
 
+    /// Parameters in which the plant differs from the model.
+    fn plant_table(&self) -> Option<Table> {
+        let titles = vec!["parameter", "#in the model", "#in the plant"];
+        let table = Table::new("difference of the plant from the model", titles);
+        let rows = self.moved.iter().map(|m| {
+            let value = |value: f64| quantity(value, &m.unit);
+            vec![m.name.clone(), value(m.fitted), value(m.plant)]
+        });
+        (!self.moved.is_empty()).then(|| rows.fold(table, Table::row))
+    }
+
     /// The page.
     pub fn report(&self, command: &str) -> Report {
         let load = match self.disturbance {
@@ -279,6 +316,14 @@ impl Benchmark {
                 ),
             }
         ));
+        let section = section.text(format!(
+            "{} The MPC knows its model only.",
+            self.tuning_sentence()
+        ));
+        let section = match self.plant_table() {
+            Some(table) => section.with(Block::Table(table)),
+            None => section,
+        };
         let section = section.with(Block::Table(self.table()));
         let plots = self.courses().into_iter().map(Block::Plot);
         let lead = self.outputs.iter().take(1).map(|output| {
@@ -304,5 +349,14 @@ impl Benchmark {
     /// A number that JSON has no word for.
     pub fn value(&self) -> Result<Value> {
         serde_json::to_value(self).map_err(|e| Error::failed(format!("the comparison: {e}")))
+    }
+}
+
+/// Plants that PID and RISE are tuned on.
+pub fn tuned_on(ready: &ModelLoop) -> &'static str {
+    match ready.drawn.len() {
+        0 => "on the plant that it is judged on",
+        1 => "on the plant as written and on the one that it is judged on",
+        _ => "on the plant as written and on the first two that it is judged on",
     }
 }

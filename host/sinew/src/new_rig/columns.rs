@@ -45,6 +45,14 @@ fn quantity(column: &str) -> Quantity {
     }
 }
 
+/// Steps of an encoder, whose size only the device's owner knows: `enc_counts`, `q_ticks`.
+pub(super) fn is_counts(column: &str) -> bool {
+    let name = column.to_lowercase();
+    ["_counts", "_count", "_ticks", "_tick", "_cts", "_lsb"]
+        .iter()
+        .any(|unit| name.ends_with(unit))
+}
+
 /// The input is a force or torque already.
 pub(super) fn is_force(column: &str) -> bool {
     matches!(quantity(column), Quantity::Force(_))
@@ -115,6 +123,11 @@ impl Columns {
                 _ => false,
             })
             .collect();
+        let counted = |name: &String| !inputs.contains(name) && shown(name) && is_counts(name);
+        let positions = match positions.is_empty() {
+            true => names().filter(counted).collect(),
+            false => positions,
+        };
         let inputs = if inputs.is_empty() {
             guess_inputs(recording, outputs)
         } else {
@@ -164,11 +177,45 @@ impl Columns {
             }),
         );
         Ok(Self {
+            motion: motions.first().copied().or_else(|| of_forces(&inputs)),
             inputs,
-            motion: motions.first().copied(),
             velocities,
             references,
             positions,
+        })
+    }
+
+    /// Body that spring and damper connect this one with; `None`: the ground. A body without an
+    /// input of its own moves by its neighbour only.
+    pub fn neighbour(&self, index: usize) -> Option<usize> {
+        let before = index.checked_sub(1)?;
+        (self.inputs.len() < self.positions.len()).then_some(before)
+    }
+
+    /// The guess that several positions and fewer inputs make.
+    pub fn chain_sentence(&self) -> Option<String> {
+        self.neighbour(1).filter(|_| self.positions.len() > 1)?;
+        let drives = match self.inputs.len() {
+            1 => "one input drives".to_owned(),
+            count => format!("{count} inputs drive"),
+        };
+        Some(format!(
+            "{drives} {} bodies in a chain, each joined to the one before by a spring and a \
+             damper, in the order of the columns (change `from` and `to` in the rig)",
+            self.positions.len()
+        ))
+    }
+
+    /// The guess that columns in counts make.
+    pub fn counts_sentence(&self) -> Option<String> {
+        let names = self.positions.iter().filter(|name| is_counts(name));
+        let names: Vec<String> = names.map(|name| format!("`{name}`")).collect();
+        (!names.is_empty()).then(|| {
+            format!(
+                "an encoder's resolution for {} (`gain` of its sensor, in counts per rad or per \
+                 m; a recording does not show it)",
+                names.join(", ")
+            )
         })
     }
 
@@ -186,6 +233,14 @@ impl Columns {
         let names = recording.columns().iter().map(|column| column.name.clone());
         names.filter(|name| !used.contains(&name)).collect()
     }
+}
+
+/// Motion by the unit of the inputs: a torque turns.
+fn of_forces(inputs: &[String]) -> Option<Motion> {
+    inputs.iter().find_map(|name| match quantity(name) {
+        Quantity::Force(motion) => Some(motion),
+        _ => None,
+    })
 }
 
 /// Columns called a command, or else the first voltage and the like, or else the first force.

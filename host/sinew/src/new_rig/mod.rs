@@ -17,6 +17,8 @@ use std::path::{Path, PathBuf};
 use self::answers::Answers;
 use self::columns::Columns;
 use self::spring::Verdict;
+use sinew_ident::check::Check;
+use sinew_ident::cli::overwrite;
 use sinew_ident::cli::repair::Repairs;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::recording::Recording;
@@ -98,7 +100,11 @@ pub fn run(options: &NewRigOptions) -> Result<NewRig> {
         .out
         .clone()
         .unwrap_or_else(|| options.recording.with_extension("toml"));
-    if path.exists() && !options.replace {
+    overwrite::refuse(
+        [("the recording", options.recording.as_path())],
+        [("--out", Some(path.as_path()))],
+    )?;
+    if path.exists() && !options.replace && !sinew_ident::atomic::is_stream(&path) {
         return Err(
             Error::arguments(format!("{} exists already", path.display()))
                 .help("give another name with --out, or --force to replace it"),
@@ -110,6 +116,7 @@ pub fn run(options: &NewRigOptions) -> Result<NewRig> {
     let recording = recordings.remove(0);
     let checks = sinew_ident::check::check(std::slice::from_ref(&recording), None);
     options.repairs.judge(&checks, options.quiet)?;
+    refuse_open_unit(&options.repairs, &checks)?;
     let asking =
         !options.guess && std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
     let written = if asking {
@@ -127,6 +134,21 @@ pub fn run(options: &NewRigOptions) -> Result<NewRig> {
         unused: written.unused,
         guesses: written.guesses,
     })
+}
+
+/// Refuses times that look like another unit than seconds where no flag says which they have: every
+/// guess of the rig would be wrong by powers of the unit.
+fn refuse_open_unit(repairs: &Repairs, checks: &[Check]) -> Result<()> {
+    let open = |check: &&Check| check.kind.starts_with("time_in") && !repairs.accepts(check.kind);
+    match checks.iter().find(open) {
+        Some(check) if !repairs.time_unit_is_given() => {
+            let remedy = check.remedy.trim_end_matches(" if they are");
+            let message = format!("the unit of `t` is open: {}", check.sentence);
+            Err(Error::file(&check.file, message)
+                .help(format!("{remedy}, or --time-unit s if they are seconds")))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// The text of the rig, the columns that it leaves out, and what it guesses. `terminal`: where to
@@ -155,6 +177,8 @@ pub fn rig_text(
     if !answers.inertia_known {
         guesses.push(format!("an inertia of {} (--inertia)", answers.inertia));
     }
+    guesses.extend(columns.chain_sentence());
+    guesses.extend(columns.counts_sentence());
     let text = match answers.spring {
         Some(spring) => variant(spring, None),
         None => {

@@ -227,3 +227,80 @@ fn an_existing_rig_is_not_replaced() {
         .is_ok()
     );
 }
+
+/// A rig on which each body hung on the ground could move the first one only.
+#[test]
+fn fewer_inputs_than_positions_make_a_chain() {
+    let args = NewRigOptions {
+        spring: Some(false),
+        ..NewRigOptions::default()
+    };
+    let (text, rig, _) = written("t,u_N,x1_m,x2_m,x3_m", &args);
+    let joined: Vec<(&str, &str)> = (rig.springs.iter())
+        .map(|spring| (rig.end_name(spring.from), rig.end_name(spring.to)))
+        .collect();
+    assert_eq!(joined, [("x1", "x2"), ("x2", "x3")]);
+    assert_eq!(rig.end_name(rig.dampers[2].from), "x2");
+    assert_eq!(
+        text.matches("# A guess: no input drives this body").count(),
+        2
+    );
+    let guesses = rig_text(&args, &recording("t,u_N,x1_m,x2_m,x3_m"), None);
+    let guesses = guesses.unwrap().guesses.join("; ");
+    assert!(guesses.contains("3 bodies in a chain"), "{guesses}");
+    // As many inputs as positions: each body has its own.
+    let (_, rig, _) = written("t,u1_V,u2_V,q1_m,q2_m", &args);
+    assert!(rig.springs.is_empty());
+}
+
+#[test]
+fn an_encoder_in_counts_has_a_gain_and_a_torque_turns() {
+    let args = NewRigOptions {
+        spring: Some(true),
+        ..NewRigOptions::default()
+    };
+    let (text, rig, unused) = written("t,tau_Nm,enc_counts", &args);
+    assert_eq!(rig.bodies[0].motion, sinew_sim::unit::Motion::Hinge);
+    assert!((rig.sensors[0].gain.value - 4096.0 / std::f64::consts::TAU).abs() < 1e-6);
+    assert!(text.contains("# counts per rad, a guess"), "{text}");
+    assert!(unused.is_empty());
+    let written_text = rig_text(&args, &recording("t,tau_Nm,enc_counts"), None).unwrap();
+    assert!(
+        written_text
+            .guesses
+            .iter()
+            .any(|guess| guess.contains("`enc_counts`"))
+    );
+    // Beside a position in a unit the counts have no part.
+    let (_, _, unused) = written("t,tau_Nm,enc_counts,q_rad", &args);
+    assert_eq!(unused, ["enc_counts"]);
+}
+
+#[test]
+fn milliseconds_are_refused_until_a_flag_says_the_unit() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("ms.csv");
+    let rows: String = (0..60)
+        .map(|row| {
+            format!(
+                "{},{},{}\n",
+                5 * row,
+                (0.3 * f64::from(row)).sin(),
+                0.01 * f64::from(row * row)
+            )
+        })
+        .collect();
+    std::fs::write(&path, format!("t,u_N,q_m\n{rows}")).unwrap();
+    let args = NewRigOptions {
+        recording: path,
+        guess: true,
+        quiet: true,
+        ..NewRigOptions::default()
+    };
+    let refused = run(&args).unwrap_err().to_string();
+    assert!(
+        refused.contains("--time-unit ms, or --time-unit s"),
+        "{refused}"
+    );
+    assert!(!folder.path().join("ms.toml").exists());
+}

@@ -6,7 +6,7 @@ use sinew_sim::unit;
 
 use super::Motion;
 use super::answers::Answers;
-use super::columns::{Columns, is_force, stem};
+use super::columns::{Columns, is_counts, is_force, stem};
 use sinew_ident::recording::Recording;
 
 /// Numbers that only a recording can guess: what would make forces, springs and dampers matter
@@ -81,13 +81,21 @@ pub(super) fn write(
             let _ = write!(text, "\n# {found}");
             text.push_str(if spring { "" } else { "\n" });
         }
-        if spring {
+        let neighbour = columns.neighbour(index);
+        let from = neighbour.map_or("ground".into(), |other| body_name(columns, other));
+        if neighbour.is_some() {
+            text.push_str(
+                "\n# A guess: no input drives this body, so that spring and damper join it to the one before.\n",
+            );
+        }
+        if spring || neighbour.is_some() {
             let _ = write!(
                 text,
-                "\n[[spring]]                    # force = -stiffness (q - rest)\nname = {}\nfrom = \"ground\"\nto = {}\n\
+                "\n[[spring]]                    # force = -stiffness (q - rest)\nname = {}\nfrom = {}\nto = {}\n\
                  stiffness = {{ value = {}, min = 0.0 }}   # {push}, a guess\n\
                  # rest = {{ value = 0.0 }}    # where it pulls to, if that is not zero\n",
                 quoted(&format!("{body}_spring")),
+                quoted(&from),
                 quoted(&body),
                 number(guess.stiffness)
             );
@@ -99,9 +107,10 @@ pub(super) fn write(
         };
         let _ = write!(
             text,
-            "\n[[damper]]                    # force = -damping v\nname = {}\nfrom = \"ground\"\nto = {}\n\
+            "\n[[damper]]                    # force = -damping v\nname = {}\nfrom = {}\nto = {}\n\
              damping = {{ value = {}, min = 0.0 }}   # {per_speed}, a guess\n",
             quoted(&format!("{body}_damper")),
+            quoted(&from),
             quoted(&body),
             number(guess.damping)
         );
@@ -117,6 +126,16 @@ pub(super) fn write(
             &format!("{body}.position"),
             position,
         );
+        if is_counts(position) {
+            text.push_str(match answers.motion {
+                Motion::Hinge => {
+                    "gain = 651.8986469            # counts per rad, a guess: 4096 counts a turn / 6.283185307\n"
+                }
+                Motion::Slide => {
+                    "gain = 1e6                    # counts per m, a guess: a scale of 1 um a count\n"
+                }
+            });
+        }
         if let Some(velocity) = &columns.velocities[index] {
             push_sensor(
                 &mut text,

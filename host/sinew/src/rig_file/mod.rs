@@ -15,7 +15,25 @@ use sinew_train::NetworkTable;
 /// # Errors
 /// The file cannot be read, or the first thing in it that is wrong, with its line and column.
 pub fn load(path: impl AsRef<Path>) -> Result<Rig, Error> {
-    checked(Rig::load(path)?)
+    let path = path.as_ref();
+    checked(Rig::load(path).map_err(|error| recording_for_rig(path, error))?)
+}
+
+/// The error of a recording that stands where a rig was expected, with a hint.
+fn recording_for_rig(path: &Path, error: Error) -> Error {
+    let text = std::fs::read_to_string(path).unwrap_or_default();
+    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+    match lines.next() {
+        Some(header) if header.starts_with("t,") => Error {
+            help: Some(
+                "this looks like a recording (CSV); the rig file comes first, recordings follow \
+                 a flag such as --fit"
+                    .into(),
+            ),
+            ..error
+        },
+        _ => error,
+    }
 }
 
 /// Understands the text of a rig file, its `[control]` and `[network]` tables included.
@@ -32,7 +50,14 @@ pub fn parse(text: &str, file: &str) -> Result<Rig, Error> {
 /// # Errors
 /// The first thing in the two tables that is wrong, with its line and column.
 pub fn check(path: impl AsRef<Path>) -> Result<(), Error> {
-    Rig::load(path).map_or(Ok(()), |rig| checked(rig).map(|_| ()))
+    let path = path.as_ref();
+    match Rig::load(path) {
+        Ok(rig) => checked(rig).map(|_| ()),
+        Err(error) => {
+            let hinted = recording_for_rig(path, error.clone());
+            if hinted == error { Ok(()) } else { Err(hinted) }
+        }
+    }
 }
 
 fn checked(rig: Rig) -> Result<Rig, Error> {

@@ -215,6 +215,73 @@ fn new_writes_a_rig_that_fit_accepts() {
     );
 }
 
+/// Every verb that writes refuses an output that is one of its inputs, before any work.
+#[test]
+fn no_verb_replaces_what_it_reads() {
+    let desk = Desk::new();
+    let recording = "mass-spring-damper.fit.csv";
+    desk.bring("rigs/mass-spring-damper.toml")
+        .bring("rigs/mass-spring-damper.fit.csv");
+    let rig = desk.read("mass-spring-damper.toml");
+    desk.write("rig.toml", &rig).write("model.toml", &rig);
+    desk.write("test.csv", &desk.read(recording));
+    std::os::unix::fs::symlink("rig.toml", desk.path("link.toml")).expect("a link can be made");
+    let lines = [
+        format!("fit rig.toml --fit {recording} --out ./{recording}"),
+        format!("fit rig.toml --fit {recording} --test test.csv --out test.csv"),
+        format!("fit rig.toml --fit {recording} --out link.toml"),
+        "mjcf rig.toml --out link.toml".into(),
+        format!("new {recording} --yes --force --out ./{recording}"),
+        format!("build rig.toml --fit {recording} --out ."),
+        format!("train model.toml --fit {recording} --out ."),
+    ];
+    for line in lines {
+        let output = desk.sinew(&line);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{line}: {said}");
+        assert!(said.contains("would overwrite what"), "{line}: {said}");
+    }
+    assert_eq!(desk.read("rig.toml"), rig);
+    assert_eq!(desk.read("test.csv"), desk.read(recording));
+}
+
+/// Standard output holds the file alone.
+#[test]
+fn a_file_on_standard_output_stands_there_alone() {
+    let desk = Desk::new();
+    desk.bring("rigs/mass-spring-damper.toml")
+        .bring("rigs/mass-spring-damper.fit.csv");
+    for line in [
+        "new mass-spring-damper.fit.csv --yes --spring yes --out -",
+        "fit mass-spring-damper.toml --fit mass-spring-damper.fit.csv --out -",
+    ] {
+        let text = desk.succeed(line);
+        Rig::parse(&text, "stdout").unwrap_or_else(|error| panic!("{line}: {error}\n{text}"));
+    }
+}
+
+/// The unit that a person states is not refused on numbers that `sinew new` guessed.
+#[test]
+fn a_stated_unit_of_time_passes_from_new_to_fit() {
+    let desk = Desk::new();
+    desk.bring("rigs/mass-spring-damper.fit.csv");
+    let sound = desk.read("mass-spring-damper.fit.csv");
+    let mut lines = sound.lines().skip_while(|line| !line.starts_with("t,"));
+    let header = lines.next().expect("a header").to_owned() + "\n";
+    let rows = lines.take(1500).enumerate().map(|(row, line)| {
+        let (_, fields) = line.split_once(',').expect("a row has fields");
+        format!("{},{fields}\n", 8 * row)
+    });
+    desk.write("ms.csv", &(header + &rows.collect::<String>()));
+    let said = desk.succeed("new ms.csv --yes --spring no --time-unit ms --inertia 1e-3");
+    let next = said.lines().last().expect("it says what is next");
+    assert!(next.ends_with("--fit ms.csv --time-unit ms"), "{said}");
+    desk.succeed(&format!(
+        "{} --quiet",
+        next.trim_start_matches("next: sinew ")
+    ));
+}
+
 #[test]
 fn emit_writes_a_project_that_builds_and_answers() {
     let desk = Desk::new();
