@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 
-/// The same file, however it is written: through links, with `./` or from another folder. Of a file
-/// that does not exist its folder is resolved.
+/// The same file, however it is written: through links or with `./`. The folder of a file that does
+/// not exist is resolved.
 pub fn identity(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| {
         let folder = match path.parent() {

@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::path::Path;
 
-/// Lines for a person: on standard output, or on standard error where a file takes the former.
+/// Lines for a person. They go to standard error where a file is standard output.
 #[derive(Clone, Copy, Debug)]
 pub struct Said {
     aside: bool,

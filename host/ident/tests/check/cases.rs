@@ -117,8 +117,7 @@ fn milliseconds_are_named_and_mended() {
     assert_near(&fitted(&rig, a), &[2.0, 50.0, 1.5], 0.02);
 }
 
-/// A damper that `sinew new` guessed is no evidence of microseconds: the whole numbers of the times
-/// are, of milliseconds.
+/// A damper that `sinew new` guessed is no evidence of a unit.
 #[test]
 fn guessed_numbers_make_no_unit_of_time_certain() {
     let case = "28-milliseconds";

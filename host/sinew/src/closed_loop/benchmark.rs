@@ -57,7 +57,7 @@ pub struct Benchmark {
     /// Spread of each loop's own plant around the one in `plant`, as a part of each free
     /// parameter; null where all loops have one plant.
     spread: Option<f64>,
-    /// Evaluations that tuning PID and RISE was allowed each; absent where it was the default search.
+    /// Evaluations that tuned PID and RISE each. Absent after the default search.
     #[serde(skip_serializing_if = "Option::is_none")]
     evaluations: Option<usize>,
     outputs: Vec<Signal>,

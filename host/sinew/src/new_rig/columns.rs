@@ -185,8 +185,7 @@ impl Columns {
         })
     }
 
-    /// Body that spring and damper connect this one with; `None`: the ground. A body without an
-    /// input of its own moves by its neighbour only.
+    /// Body that spring and damper connect this one with. `None`: the ground.
     pub fn neighbour(&self, index: usize) -> Option<usize> {
         let before = index.checked_sub(1)?;
         (self.inputs.len() < self.positions.len()).then_some(before)

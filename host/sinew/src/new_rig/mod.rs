@@ -136,8 +136,8 @@ pub fn run(options: &NewRigOptions) -> Result<NewRig> {
     })
 }
 
-/// Refuses times that look like another unit than seconds where no flag says which they have: every
-/// guess of the rig would be wrong by powers of the unit.
+/// Refuses times that look like no seconds, unless a flag says their unit. Every guess of the rig
+/// would be wrong.
 fn refuse_open_unit(repairs: &Repairs, checks: &[Check]) -> Result<()> {
     let open = |check: &&Check| check.kind.starts_with("time_in") && !repairs.accepts(check.kind);
     match checks.iter().find(open) {
