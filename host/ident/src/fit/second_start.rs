@@ -28,7 +28,7 @@ pub(super) fn better(
 ) -> Result<(&'static Ladder, Found)> {
     let first = run(&USUAL, Apart::default())?;
     let errors = |found: &Found| score(&undetermined::fitted(rig, plant, found)?, recordings);
-    let poor = |sensor: &SensorError| !(sensor.rms <= POOR * sensor.spread);
+    let poor = |sensor: &SensorError| sensor.rms.is_nan() || sensor.rms > POOR * sensor.spread;
     // Of a plant that runs away the free run says nothing.
     if options.near || first.runaway.is_some() {
         return Ok((&USUAL, first));
