@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
 
-use super::toolchain::{TARGET, cargo, firmware_cargo, no_cargo, target_help};
+use super::toolchain::{Machine, TARGET, cargo, firmware_cargo, no_cargo, target_help};
 use super::{Board, board_folder};
 use crate::device::Guarded;
 use sinew_ident::error::{Error, Result};
@@ -91,25 +91,6 @@ fn run(folder: &Path, board: Board, cache: &Path, more: &[&str]) -> Result<PathB
     let on = Machine::of(board);
     let arguments: Vec<&str> = ["build"].iter().chain(more).copied().collect();
     run_cargo(&board_folder(folder, board), on, cache, &arguments)
-}
-
-/// Target of a build.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Machine {
-    /// The one that this program runs on.
-    ThisOne,
-    /// A Cortex-M4F, by the toolchain that `cargo xtask setup` found.
-    Microcontroller,
-}
-
-impl Machine {
-    /// The machine that a board's programs run on.
-    pub fn of(board: Board) -> Self {
-        match board {
-            Board::Host => Self::ThisOne,
-            Board::Qemu | Board::Stm32f446 | Board::Nrf52840 => Self::Microcontroller,
-        }
-    }
 }
 
 /// Runs cargo with `--release` in a crate that is a workspace of its own: the folder of what it

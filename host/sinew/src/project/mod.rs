@@ -20,10 +20,10 @@ use sinew_model::emit::{EmitOptions, emit};
 use sinew_model::spec::ModelSpec;
 use toml_edit::{DocumentMut, Item, Table, value};
 
-pub use build::{Built, Machine, build, checks, compile, run_cargo};
+pub use build::{Built, build, checks, compile, run_cargo};
 pub use image::Sizes;
 pub use sinew_nn::footprint::chip::Chip;
-pub use toolchain::ready;
+pub use toolchain::{Machine, ready};
 
 use sinew_ident::cli::progress::Stage;
 use sinew_ident::error::{Error, Result};

@@ -3,12 +3,31 @@
 use std::path::Path;
 use std::process::Command;
 
-use super::{Board, Machine};
+use super::Board;
 use crate::device;
 use sinew_ident::error::{Error, Result};
 
 /// The target of every Cortex-M4F with its floating-point unit in use.
 pub(super) const TARGET: &str = "thumbv7em-none-eabihf";
+
+/// Target of a build.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Machine {
+    /// The one that this program runs on.
+    ThisOne,
+    /// A Cortex-M4F, by the toolchain that `cargo xtask setup` found.
+    Microcontroller,
+}
+
+impl Machine {
+    /// The machine that a board's programs run on.
+    pub fn of(board: Board) -> Self {
+        match board {
+            Board::Host => Self::ThisOne,
+            Board::Qemu | Board::Stm32f446 | Board::Nrf52840 => Self::Microcontroller,
+        }
+    }
+}
 
 /// Makes sure that programs for `board` can be built, and run where it is QEMU.
 ///
