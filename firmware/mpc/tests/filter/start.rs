@@ -17,7 +17,7 @@ const MOVING: Prior<2, 1, 2> = Prior {
 
 /// Model units a second.
 fn deviation_of_speed(bench: &Bench) -> f32 {
-    bench.filter.covariance().variance(1).sqrt()
+    f64::from(bench.filter.covariance().variance(1)).sqrt() as f32
 }
 
 fn bench(prior: Prior<2, 1, 2>, speed: f32) -> Bench {
@@ -41,7 +41,7 @@ fn error_of_the_first_readings(prior: Prior<2, 1, 2>) -> f32 {
             sum += error * error / 200.0;
         }
     }
-    sum.sqrt()
+    f64::from(sum).sqrt() as f32
 }
 
 #[test]

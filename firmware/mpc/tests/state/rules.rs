@@ -261,13 +261,14 @@ proptest! {
 
 #[test]
 fn a_reset_begins_at_rest_and_an_emergency_stop_does_not() {
-    let speed = |controller: &mass::Controller| controller.filter().covariance().variance(1).sqrt();
+    let speed = |controller: &mass::Controller| controller.filter().covariance().variance(1);
+    let variance = |deviation: f32| deviation * deviation;
     let mut controller = controller(FILTER);
     let _ = controller.step(&[0.1], &HELD);
     controller.emergency_stop();
-    assert_eq!(speed(&controller), PRIOR.state_deviation[1]);
+    assert_eq!(speed(&controller), variance(PRIOR.state_deviation[1]));
     controller.reset();
-    assert_eq!(speed(&controller), PRIOR.rest_deviation[1]);
+    assert_eq!(speed(&controller), variance(PRIOR.rest_deviation[1]));
     let _ = controller.ramp_to_safe();
-    assert_eq!(speed(&controller), PRIOR.state_deviation[1]);
+    assert_eq!(speed(&controller), variance(PRIOR.state_deviation[1]));
 }
