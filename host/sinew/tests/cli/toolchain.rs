@@ -12,7 +12,7 @@ fn desk() -> Desk {
 const BUILD: &str =
     "build mass-spring-damper.toml --fit mass-spring-damper.fit.csv --out out --board";
 
-/// What a build for `board` says where only the programs in `path` exist.
+/// Words of a build for `board` where only the programs in `path` exist.
 fn refused(board: &str, path: &str, more: &[(&str, &str)]) -> String {
     let desk = desk();
     let mut command = desk.command(&format!("{BUILD} {board}"));
