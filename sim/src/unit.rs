@@ -90,6 +90,25 @@ impl Quantity {
         }
     }
 
+    /// The unit for a person who has no rig yet: of slides and of hinges, or by the signal.
+    pub fn unit_in_words(self) -> String {
+        match self {
+            Self::Input => "unit of the input".to_owned(),
+            Self::PerInput => "1 / unit of the input".to_owned(),
+            Self::PerReading => "1 / unit of the reading".to_owned(),
+            Self::PerReadingSquared => "1 / unit of the reading squared".to_owned(),
+            Self::Gap => "m or rad; at an actuator the unit of its input".to_owned(),
+            Self::Ratio => "no unit".to_owned(),
+            _ => {
+                let [slide, hinge] = [Motion::Slide, Motion::Hinge].map(|motion| self.unit(motion));
+                match slide == hinge {
+                    true => slide.to_owned(),
+                    false => format!("{slide} or {hinge}"),
+                }
+            }
+        }
+    }
+
     /// The unit at an actuator or a sensor whose input or reading is measured in `base`.
     pub(crate) fn unit_of(self, base: &str) -> String {
         let base = if base.is_empty() { "1" } else { base };

@@ -3,8 +3,8 @@
 use sinew_ident::diagnose::{Options, Recordings, Verdict, diagnose};
 use sinew_ident::recording::{Column, Recording};
 use sinew_sim::effects::{
-    AddedEffect, At, Description, Energy, Family, Jet, Kind, ParameterSpec, Port, Quantity, Role,
-    Scales, Sign, Slopes,
+    AddedEffect, At, Description, Energy, Explanation, Family, Jet, Kind, ParameterSpec, Port,
+    Quantity, Role, Scales, Sign, Slopes,
 };
 use sinew_sim::{Plant, Rig};
 
@@ -33,6 +33,14 @@ static DESCRIPTION: Description = Description {
 impl AddedEffect for QuinticDrag {
     fn description(&self) -> &'static Description {
         &DESCRIPTION
+    }
+
+    fn explanation(&self) -> &'static Explanation {
+        &Explanation {
+            cause: "A fluid that thickens when it is sheared.",
+            parameters: &[("strength", "force over the fifth power of the velocity")],
+            next: "Record motion at low and at high speed.",
+        }
     }
 
     fn starts(&self, scales: &Scales) -> Vec<Vec<f64>> {

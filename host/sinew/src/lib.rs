@@ -9,11 +9,13 @@
 //! | [`tuning`] | a closed loop | weights and gains |
 //! | [`pipeline`] | a recording | all of it, and a [`report`] |
 //! | [`flash`] | an image | a board that runs it |
+//! | [`explain`] | a name in a result | its meaning |
 //! | [`live`] | a board with a rig | a recording, a watched run |
 
 pub mod cli;
 pub mod closed_loop;
 pub mod device;
+pub mod explain;
 pub mod flash;
 pub mod live;
 pub mod new_rig;

@@ -1,7 +1,8 @@
 //! Between the recorded input and the force (docs/explanation/plant.md, eq. 14).
 
 use super::{
-    Description, Effect, Energy, Family, Port, Quantity, Scales, Sign, parameter, strength,
+    Description, Effect, Energy, Explanation, Family, Port, Quantity, Scales, Sign, parameter,
+    strength,
 };
 
 const BASE: Description = Description {
@@ -32,6 +33,14 @@ impl Effect for Delay {
         ..BASE
     };
 
+    const EXPLANATION: Explanation = Explanation {
+        cause: "Dead time between the recorded command and its action: a bus, a sample-and-hold, a \
+                driver, fluid in a line.",
+        parameters: &[("delay", "dead time")],
+        next: "Compare the time stamps of command and measurement with sinew check. Record steps \
+               at a sampling interval below the delay; a lag bends the onset, a delay shifts it.",
+    };
+
     fn starts(scales: &Scales) -> Vec<Vec<f64>> {
         vec![vec![1.5 * scales.interval], vec![0.1 * scales.time]]
     }
@@ -55,6 +64,17 @@ impl Effect for Lag {
         sentence: "The actuator {component} follows its input with a lag of {time_constant} that \
                    the model does not have.",
         ..BASE
+    };
+
+    const EXPLANATION: Explanation = Explanation {
+        cause: "Dynamics between command and force: inductance, a current loop, a valve, heating.",
+        parameters: &[(
+            "time_constant",
+            "time in which the force reaches 63 % of a step",
+        )],
+        next: "Record steps of the input with a sampling interval below the time constant. A \
+               sensor lag delays the reading of every motion, an actuator lag only forced \
+               motion.",
     };
 
     /// A lag that does not end is a slow drift under another name.
@@ -82,6 +102,17 @@ impl Effect for DeadZone {
         ..BASE
     };
 
+    const EXPLANATION: Explanation = Explanation {
+        cause: "A valve with overlap, a stage with crossover, a PWM that is too short to switch. \
+                Small commands have no force.",
+        parameters: &[(
+            "width",
+            "largest input without force, in the unit of the input",
+        )],
+        next: "Sweep the input slowly through zero while the body moves. Dry friction stops a \
+               moving body as well, a dead zone does not.",
+    };
+
     fn starts(scales: &Scales) -> Vec<Vec<f64>> {
         vec![vec![0.05 * scales.input], vec![0.3 * scales.input]]
     }
@@ -103,6 +134,17 @@ impl Effect for Curvature {
         ..BASE
     };
 
+    const EXPLANATION: Explanation = Explanation {
+        cause: "Force that is not proportional to the command: magnetic saturation, an \
+                electrostatic drive, a valve characteristic.",
+        parameters: &[(
+            "coefficient",
+            "change of the gain per unit of the input; negative where the gain falls",
+        )],
+        next: "Record steps of several sizes and both signs. A gain that falls only at the largest \
+               inputs is saturation.",
+    };
+
     fn starts(scales: &Scales) -> Vec<Vec<f64>> {
         vec![vec![0.2 / scales.input], vec![-0.2 / scales.input]]
     }
@@ -121,6 +163,14 @@ impl Effect for Saturation {
         excited_by: "inputs up to the largest that is allowed",
         sentence: "The actuator {component} saturates at {limit} of its input.",
         ..BASE
+    };
+
+    const EXPLANATION: Explanation = Explanation {
+        cause: "A limit of the driver, supply or valve below the one that the command has. Larger \
+                commands change nothing.",
+        parameters: &[("limit", "largest input that acts, in the unit of the input")],
+        next: "Read the limit of the driver. Then set the limits of the actuator in the rig, so \
+               that a controller does not rely on more.",
     };
 
     fn starts(scales: &Scales) -> Vec<Vec<f64>> {

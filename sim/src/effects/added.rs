@@ -2,7 +2,7 @@
 
 use std::sync::{PoisonError, RwLock};
 
-use super::{At, Description, Kind, Scales, Slopes};
+use super::{At, Description, Explanation, Kind, Scales, Slopes};
 use crate::dual::Dual;
 use crate::scalar::Scalar;
 
@@ -17,7 +17,8 @@ const WIDTH: usize = 16;
 ///
 /// ```
 /// use sinew_sim::effects::{
-///     AddedEffect, At, Description, Energy, Family, Jet, Kind, ParameterSpec, Port, Quantity, Role, Scales, Sign, Slopes,
+///     AddedEffect, At, Description, Energy, Explanation, Family, Jet, Kind, ParameterSpec, Port,
+///     Quantity, Role, Scales, Sign, Slopes,
 /// };
 /// use sinew_sim::Rig;
 ///
@@ -42,6 +43,13 @@ const WIDTH: usize = 16;
 ///     fn description(&self) -> &'static Description {
 ///         &DESCRIPTION
 ///     }
+///     fn explanation(&self) -> &'static Explanation {
+///         &Explanation {
+///             cause: "A fluid that thickens when it is sheared.",
+///             parameters: &[("coefficient", "force over the cube of the velocity")],
+///             next: "Record motion at low and at high speed.",
+///         }
+///     }
 ///     fn starts(&self, scales: &Scales) -> Vec<Vec<f64>> {
 ///         vec![vec![0.5 * scales.force / scales.velocity.powi(3)]]
 ///     }
@@ -61,6 +69,9 @@ pub trait AddedEffect: Sync {
     /// Name, ports, parameters and words of the effect. Ports other than a body and a spring are
     /// refused.
     fn description(&self) -> &'static Description;
+
+    /// Words about it for a person.
+    fn explanation(&self) -> &'static Explanation;
 
     /// Start values of a fit, made of typical sizes at the port, most likely first.
     fn starts(&self, scales: &Scales) -> Vec<Vec<f64>>;
@@ -250,6 +261,14 @@ mod tests {
     impl AddedEffect for Root {
         fn description(&self) -> &'static Description {
             &DESCRIPTION
+        }
+
+        fn explanation(&self) -> &'static Explanation {
+            &Explanation {
+                cause: "",
+                parameters: &[],
+                next: "",
+            }
         }
 
         fn starts(&self, _scales: &Scales) -> Vec<Vec<f64>> {

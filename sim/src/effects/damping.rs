@@ -1,7 +1,8 @@
 //! Damping that the rig has no component for (docs/explanation/plant.md, eq. 10).
 
 use super::{
-    At, Description, Effect, Energy, Family, Motion, Port, Quantity, Scales, Sign, Slopes, strength,
+    At, Description, Effect, Energy, Explanation, Family, Motion, Port, Quantity, Scales, Sign,
+    Slopes, strength,
 };
 use crate::scalar::Scalar;
 
@@ -22,6 +23,14 @@ impl Effect for Viscous {
         confusable: &["quadratic_drag", "viscoelastic_creep", "coulomb_friction"],
         excited_by: "motion at several speeds",
         sentence: "Viscous damping of {damping} at {component} is missing from the model.",
+    };
+
+    const EXPLANATION: Explanation = Explanation {
+        cause: "Lubricant, air gap, eddy currents or back-EMF. The force is proportional to the \
+                velocity.",
+        parameters: &[("damping", "force over velocity")],
+        next: "Add a damper to the rig if the device has one by design. Record several speeds: \
+               drag grows with their square, dry friction not at all.",
     };
 
     fn starts(scales: &Scales) -> Vec<Vec<f64>> {
@@ -62,6 +71,13 @@ impl Effect for QuadraticDrag {
         excited_by: "motion at low and at high speed",
         sentence: "Drag of {coefficient} times the speed squared at {component} is missing from the \
                    model.",
+    };
+
+    const EXPLANATION: Explanation = Explanation {
+        cause: "Drag of a fluid that is displaced: air at speed, oil through an orifice.",
+        parameters: &[("coefficient", "force over the square of the velocity")],
+        next: "Record speeds that differ by a factor of four or more. Over a narrow range of \
+               speeds viscous damping fits as well.",
     };
 
     const KINK_AT_REST: bool = true;

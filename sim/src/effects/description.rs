@@ -265,6 +265,27 @@ pub struct Description {
     pub sentence: &'static str,
 }
 
+/// Words about an effect for somebody who meets its name for the first time (`sinew explain`).
+#[derive(Clone, Copy, Debug)]
+pub struct Explanation {
+    /// Parts of devices that cause it, and what it does there.
+    pub cause: &'static str,
+    /// Meaning of each parameter by its name; `spring_*` stands for all that begin with `spring_`.
+    pub parameters: &'static [(&'static str, &'static str)],
+    /// Next step of a person whose diagnosis names it.
+    pub next: &'static str,
+}
+
+impl Explanation {
+    /// Tells whether an entry of [`Explanation::parameters`] is about a parameter.
+    pub fn is_about(entry: &str, parameter: &str) -> bool {
+        match entry.strip_suffix('*') {
+            Some(beginning) => parameter.starts_with(beginning),
+            None => entry == parameter,
+        }
+    }
+}
+
 /// Typical sizes at a port, from a recording: what start values of a fit are made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scales {

@@ -5,8 +5,8 @@
 //! while the other forces stay within [`Effect::hold`]. Nothing is smoothed.
 
 use super::{
-    At, Description, Effect, Energy, Family, ParameterSpec, Port, Quantity, Scales, SearchRange,
-    Sign, Slopes, parameter, strength,
+    At, Description, Effect, Energy, Explanation, Family, ParameterSpec, Port, Quantity, Scales,
+    SearchRange, Sign, Slopes, parameter, strength,
 };
 use crate::scalar::Scalar;
 
@@ -43,6 +43,18 @@ impl Effect for Coulomb {
         excited_by: "reversals and rests at forces just above and below the level",
         sentence: "Dry friction of {level} at {component} is missing from the model.",
         ..BASE
+    };
+
+    const EXPLANATION: Explanation = Explanation {
+        cause: "Dry contact in a bearing, guide, seal or gear. The body sticks until the other \
+                forces exceed the level, and then slides against a constant force.",
+        parameters: &[(
+            "level",
+            "force of friction while the body slides, and largest force that holds it at rest",
+        )],
+        next: "Record slow and fast motion. A force that grows with speed is viscous damping, one \
+               that falls after break-away is Stribeck friction, one that grows with load is \
+               load-dependent friction.",
     };
 
     fn starts(scales: &Scales) -> Vec<Vec<f64>> {
@@ -83,6 +95,26 @@ impl Effect for Stribeck {
         sentence: "Friction at {component} falls from {static_level} at rest to {level} above \
                    {velocity}; the model has none.",
         ..BASE
+    };
+
+    const EXPLANATION: Explanation = Explanation {
+        cause: "Lubricated contact: the static level holds the body, and friction falls as a film \
+                of lubricant carries it. The fall causes stick-slip at low speed.",
+        parameters: &[
+            (
+                "level",
+                "force of friction well above the Stribeck velocity",
+            ),
+            ("static_level", "largest force that holds the body at rest"),
+            (
+                "velocity",
+                "Stribeck velocity: speed at which the excess of the static level has fallen to \
+                 1/e",
+            ),
+        ],
+        next: "Move at constant speeds from the slowest possible one upward, both ways. Without \
+               slow motion the static level and the velocity stay undetermined, and dry friction \
+               fits as well.",
     };
 
     /// Friction that is larger in motion than at rest is some damping under another name.
@@ -145,6 +177,19 @@ impl Effect for DirectionDependent {
         ..BASE
     };
 
+    const EXPLANATION: Explanation = Explanation {
+        cause: "Friction of a seal, ratchet, preloaded nut or gear whose two directions differ in \
+                level or in growth with speed.",
+        parameters: &[
+            ("level_pos", "dry friction in forward motion"),
+            ("level_neg", "dry friction in backward motion"),
+            ("damping_pos", "viscous part in forward motion"),
+            ("damping_neg", "viscous part in backward motion"),
+        ],
+        next: "Rest the body at several positions. A constant load moves the middle of the two \
+               levels, so the rests tell it from friction that differs with direction.",
+    };
+
     /// The smaller of its dampings is a damper's: the motion stays the same to the bit but for
     /// rounding.
     fn canonical(p: &mut [f64], damper: &mut f64) {
@@ -200,6 +245,18 @@ impl Effect for LoadDependent {
         sentence: "Friction at {component} that grows with its load, {coefficient} times the load, \
                    is missing from the model.",
         ..BASE
+    };
+
+    const EXPLANATION: Explanation = Explanation {
+        cause: "Friction of a tendon over its guides (capstan friction), or of a bearing or gear \
+                under load. It vanishes without load.",
+        parameters: &[(
+            "coefficient",
+            "force of friction over the load; the load is the tension of a tendon, or the \
+                 actuator force at a body",
+        )],
+        next: "Repeat one slow reversal at three loads. Dry friction keeps its level, \
+               load-dependent friction grows in proportion.",
     };
 
     fn starts(_scales: &Scales) -> Vec<Vec<f64>> {

@@ -1,8 +1,8 @@
 //! Forces that are there on one side of a position only (docs/explanation/plant.md, eq. 13).
 
 use super::{
-    Description, Effect, Energy, Family, ParameterSpec, Port, Quantity, Scales, Sign, place,
-    strength,
+    Description, Effect, Energy, Explanation, Family, ParameterSpec, Port, Quantity, Scales, Sign,
+    place, strength,
 };
 use crate::scalar::Scalar;
 
@@ -39,6 +39,22 @@ impl Effect for EndStop {
         sentence: "{component} meets a stop at {position} (stiffness {stiffness}, damping \
                    {damping}) that the model does not have.",
         ..BASE
+    };
+
+    const EXPLANATION: Explanation = Explanation {
+        cause: "A mechanical stop, bumper or hard limit of travel that the rig does not have. It \
+                pushes and never pulls.",
+        parameters: &[
+            ("position", "coordinate at which contact begins"),
+            ("stiffness", "force over penetration"),
+            ("damping", "force over the rate of penetration"),
+            (
+                "side",
+                "1: the stop limits large coordinates; -1: small ones",
+            ),
+        ],
+        next: "Approach both ends slowly and fast. Then keep references away from the stop, or \
+               give the rig the stop.",
     };
 
     /// A stop a tenth or a third of the range inside either end.
@@ -92,6 +108,17 @@ impl Effect for Backlash {
         ..BASE
     };
 
+    const EXPLANATION: Explanation = Explanation {
+        cause: "Play in a gear, coupling, joint or cable. No force is transmitted within the gap. \
+                At an actuator its input has the play.",
+        parameters: &[(
+            "gap",
+            "whole width of the play, half of it each side of zero force",
+        )],
+        next: "Reverse the force slowly through zero. The output rests through the gap; with \
+               hysteresis it moves all the time.",
+    };
+
     fn starts(scales: &Scales) -> Vec<Vec<f64>> {
         vec![vec![0.1 * scales.position], vec![0.5 * scales.position]]
     }
@@ -127,6 +154,17 @@ impl Effect for TendonSlack {
         sentence: "The tendon {component} cannot push: it goes slack, by {slack}, where the model \
                    pushes.",
         ..BASE
+    };
+
+    const EXPLANATION: Explanation = Explanation {
+        cause: "A cable, belt or tendon, which can pull and cannot push. The rig's spring pushes \
+                where the device is slack.",
+        parameters: &[(
+            "slack",
+            "stretch at which the tension vanishes, beyond the one that the rig gives",
+        )],
+        next: "Let the tendon go slack and pull it taut again. Raise the pretension if the task \
+               must not meet it.",
     };
 
     fn starts(scales: &Scales) -> Vec<Vec<f64>> {

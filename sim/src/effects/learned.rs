@@ -2,8 +2,8 @@
 //! (docs/explanation/plant.md, eq. 12d).
 
 use super::{
-    At, Description, Effect, Energy, Family, ParameterSpec, Port, Quantity, Scales, Sign, Slopes,
-    parameter, place, strength,
+    At, Description, Effect, Energy, Explanation, Family, ParameterSpec, Port, Quantity, Scales,
+    Sign, Slopes, parameter, place, strength,
 };
 use crate::scalar::Scalar;
 
@@ -74,6 +74,24 @@ impl Effect for Learned {
         confusable: &[],
         excited_by: "all positions at all speeds",
         sentence: "A force without a name stands in at {component}.",
+    };
+
+    const EXPLANATION: Explanation = Explanation {
+        cause: "A force without a name. It stands in where no effect of the vocabulary explains \
+                the recordings, as a spring and a damping between knots.",
+        parameters: &[
+            ("middle", "middle of the range of positions"),
+            ("reach", "half of that range"),
+            ("speed", "largest speed of the knots"),
+            ("spring_*", "force of the spring at a knot of the position"),
+            (
+                "damping_*",
+                "damping at a knot of position and speed, zero or more",
+            ),
+        ],
+        next: "Use it inside the recorded range only. Look at the plots of --report for the \
+               quantity that the force follows, and record the experiment that the diagnosis \
+               proposes.",
     };
 
     /// No force at all, over the range that is met.

@@ -1,8 +1,8 @@
 //! Forces from outside (docs/explanation/plant.md, eq. 12).
 
 use super::{
-    At, Description, Effect, Energy, Family, Motion, ParameterSpec, Port, Quantity, Scales,
-    SearchRange, Sign, Slopes, parameter, place, strength,
+    At, Description, Effect, Energy, Explanation, Family, Motion, ParameterSpec, Port, Quantity,
+    Scales, SearchRange, Sign, Slopes, parameter, place, strength,
 };
 use crate::scalar::Scalar;
 
@@ -39,6 +39,23 @@ impl Effect for Gravity {
         sentence: "A weight of {amplitude} at {component}, hanging at {zero}, is missing from the \
                    model.",
         ..BASE
+    };
+
+    const EXPLANATION: Explanation = Explanation {
+        cause: "Weight of a link, tool or payload that the rig does not have, or a device that is \
+                not level.",
+        parameters: &[
+            (
+                "amplitude",
+                "weight on a slide; weight times lever arm on a hinge",
+            ),
+            (
+                "zero",
+                "angle at which the weight hangs straight down; no meaning on a slide",
+            ),
+        ],
+        next: "Move through a wide range of angles slowly. A narrow range shows a constant load. \
+               Then add a gravity component to the rig.",
     };
 
     fn starts(scales: &Scales) -> Vec<Vec<f64>> {
@@ -85,6 +102,14 @@ impl Effect for Constant {
         ..BASE
     };
 
+    const EXPLANATION: Explanation = Explanation {
+        cause: "A constant force: a preload, a counterweight, a tilted table, an offset of the \
+                driver.",
+        parameters: &[("level", "the force, in the direction of the coordinate")],
+        next: "Look for an offset of the input or a rest of the spring first: a fit cannot tell \
+               them from a load. Record rests at several positions.",
+    };
+
     fn starts(scales: &Scales) -> Vec<Vec<f64>> {
         vec![vec![0.2 * scales.force], vec![-0.2 * scales.force]]
     }
@@ -122,6 +147,21 @@ impl Effect for PositionRipple {
         sentence: "A ripple of {amplitude} over the position of {component}, wave number \
                    {wave_number}, is missing from the model.",
         ..BASE
+    };
+
+    const EXPLANATION: Explanation = Explanation {
+        cause: "Force that repeats over the position: cogging of a motor, an eccentric wheel, \
+                teeth of a belt.",
+        parameters: &[
+            ("amplitude", "largest force of the ripple"),
+            (
+                "wave_number",
+                "radians of the ripple per unit of the coordinate",
+            ),
+            ("phase", "angle of the ripple at coordinate zero"),
+        ],
+        next: "Move slowly and evenly over three periods or more. Compare the wave number with \
+               pole pairs or teeth.",
     };
 
     /// A free run over a ripple ends in one of its wells or in another.

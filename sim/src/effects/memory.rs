@@ -1,8 +1,8 @@
 //! Forces that depend on what went before (docs/explanation/plant.md, eq. 15).
 
 use super::{
-    Description, Effect, Energy, Family, ParameterSpec, Port, Quantity, Scales, SearchRange, Sign,
-    parameter, strength,
+    Description, Effect, Energy, Explanation, Family, ParameterSpec, Port, Quantity, Scales,
+    SearchRange, Sign, parameter, strength,
 };
 use crate::scalar::Scalar;
 
@@ -50,6 +50,22 @@ impl Effect for Hysteresis {
         sentence: "The spring {component} has hysteresis (Bouc-Wen, {alpha}, beta {beta}, gamma \
                    {gamma}, exponent {exponent}) that the model does not have.",
         ..BASE
+    };
+
+    const EXPLANATION: Explanation = Explanation {
+        cause: "Internal friction of a spring, rubber, braided cable or piezo stack (Bouc-Wen). \
+                The force depends on the path, not on the rate.",
+        parameters: &[
+            ("alpha", "stiffness of the hysteretic part at a reversal"),
+            ("beta", "rate of saturation while the spring is loaded"),
+            (
+                "gamma",
+                "rate of saturation that differs between loading and unloading",
+            ),
+            ("exponent", "sharpness of the transition to saturation"),
+        ],
+        next: "Record loops of three amplitudes, each slow and fast. Loops that change with speed \
+               are creep or damping; parallel steps at reversals are dry friction.",
     };
 
     fn starts(scales: &Scales) -> Vec<Vec<f64>> {
@@ -109,6 +125,23 @@ impl Effect for Creep {
         sentence: "The spring {component} creeps: a branch of {stiffness} that relaxes in \
                    {time_constant} is missing from the model.",
         ..BASE
+    };
+
+    const EXPLANATION: Explanation = Explanation {
+        cause: "A polymer, foam, gel or tendon that relaxes: after a step the force decays by the \
+                share of a Maxwell branch.",
+        parameters: &[
+            (
+                "stiffness",
+                "stiffness of the branch, which adds to the spring's in fast motion",
+            ),
+            (
+                "time_constant",
+                "time in which the force of the branch falls to 1/e",
+            ),
+        ],
+        next: "Hold steps for five time constants. Motion that is all slow or all fast shows a \
+               spring alone, or a damper alone.",
     };
 
     /// A lag that does not end is a slow drift under another name.

@@ -25,7 +25,7 @@ use crate::scalar::Scalar;
 pub use crate::unit::{Motion, Quantity};
 pub use added::{Added, AddedEffect, Jet};
 pub use description::{
-    Description, Energy, Family, ParameterSpec, Port, Role, Scales, SearchRange, Sign,
+    Description, Energy, Explanation, Family, ParameterSpec, Port, Role, Scales, SearchRange, Sign,
 };
 use description::{parameter, place, strength};
 pub(crate) use gap::{dead_band, press};
@@ -62,6 +62,9 @@ pub struct Slopes {
 trait Effect {
     /// Knowledge about it without simulating it.
     const DESCRIPTION: Description;
+
+    /// Words about it for a person.
+    const EXPLANATION: Explanation;
 
     /// Start values of a fit, made of typical sizes at the port, most likely first.
     fn starts(scales: &Scales) -> Vec<Vec<f64>>;
@@ -146,6 +149,14 @@ macro_rules! effects {
                 match self {
                     $(Self::$name => &<$file::$law as Effect>::DESCRIPTION,)*
                     Self::Added(added) => added.law().description(),
+                }
+            }
+
+            /// Words about it for a person.
+            pub fn explanation(self) -> &'static Explanation {
+                match self {
+                    $(Self::$name => &<$file::$law as Effect>::EXPLANATION,)*
+                    Self::Added(added) => added.law().explanation(),
                 }
             }
 
@@ -270,12 +281,16 @@ effects! {
 }
 
 impl Kind {
+    /// Every effect that a rig of this process may hold: the vocabulary, what stands beside it, and
+    /// what was registered.
+    pub fn known() -> Vec<Self> {
+        let builtin = Self::ALL.iter().chain(Self::BESIDE).copied();
+        builtin.chain(added::all()).collect()
+    }
+
     /// The effect of that name.
     pub fn named(kind: &str) -> Option<Self> {
-        (Self::ALL.iter().chain(Self::BESIDE))
-            .copied()
-            .chain(added::all())
-            .find(|candidate| candidate.description().kind == kind)
+        (Self::known().into_iter()).find(|candidate| candidate.description().kind == kind)
     }
 }
 
@@ -342,6 +357,33 @@ mod tests {
                         spec.name
                     );
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn an_explanation_has_every_parameter_once_and_sentences_of_a_readable_length() {
+        for kind in Kind::known() {
+            let (description, words) = (kind.description(), kind.explanation());
+            for spec in description.parameters {
+                let about = |entry: &&(&str, &str)| Explanation::is_about(entry.0, spec.name);
+                let entries = words.parameters.iter().filter(about).count();
+                assert_eq!(entries, 1, "{}.{}", description.kind, spec.name);
+            }
+            for (entry, meaning) in words.parameters {
+                let about = |spec: &&ParameterSpec| Explanation::is_about(entry, spec.name);
+                let known = description.parameters.iter().find(about).is_some();
+                assert!(
+                    known && !meaning.is_empty(),
+                    "{}: {entry}",
+                    description.kind
+                );
+            }
+            for text in [words.cause, words.next] {
+                assert!(text.ends_with('.'), "{}: {text}", description.kind);
+                let mut sentences = text.split(". ");
+                let long = sentences.find(|sentence| sentence.split(' ').count() > 25);
+                assert_eq!(long, None, "{}", description.kind);
             }
         }
     }

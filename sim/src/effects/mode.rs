@@ -1,7 +1,8 @@
 //! Coordinates that the rig does not have (docs/explanation/plant.md, eq. 16).
 
 use super::{
-    Description, Effect, Energy, Family, ParameterSpec, Port, Quantity, Scales, Sign, strength,
+    Description, Effect, Energy, Explanation, Family, ParameterSpec, Port, Quantity, Scales, Sign,
+    strength,
 };
 
 /// An unmodelled mass on a spring and a damper (eq. 16). The plant makes it a body of its own,
@@ -35,6 +36,21 @@ impl Effect for HiddenMode {
         excited_by: "fast steps and chirps through its resonance",
         sentence: "{component} carries a mass of {inertia} on a spring of {stiffness} and a damper \
                    of {damping} that the model does not have.",
+    };
+
+    const EXPLANATION: Explanation = Explanation {
+        cause: "A mass on a spring that the rig does not have: a payload that swings, a shaft, a \
+                sensor bracket, a flexible link.",
+        parameters: &[
+            ("inertia", "inertia that is carried"),
+            (
+                "stiffness",
+                "stiffness of its spring; with the inertia it gives the resonance",
+            ),
+            ("damping", "damping between it and the body"),
+        ],
+        next: "Record a chirp through the resonance. If the frequency is that of a known part, \
+               model the part as a body and a spring.",
     };
 
     /// A mode that does not swing once is a slow drift under another name.

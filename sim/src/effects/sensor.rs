@@ -1,7 +1,8 @@
 //! Between the reading and the recorded signal (docs/explanation/plant.md, eq. 17).
 
 use super::{
-    Description, Effect, Energy, Family, Port, Quantity, Scales, Sign, parameter, strength,
+    Description, Effect, Energy, Explanation, Family, Port, Quantity, Scales, Sign, parameter,
+    strength,
 };
 use crate::scalar::Scalar;
 
@@ -38,6 +39,17 @@ impl Effect for Lag {
         ..BASE
     };
 
+    const EXPLANATION: Explanation = Explanation {
+        cause: "A filter in the sensor or its driver: a moving average, an anti-aliasing filter, a \
+                thermal mass.",
+        parameters: &[(
+            "time_constant",
+            "time in which the reading reaches 63 % of a step",
+        )],
+        next: "Measure the motion with a second sensor, or start from rest. Turn off filters of \
+               the driver, or state the lag in the rig.",
+    };
+
     /// A lag that does not end is a slow drift under another name.
     fn plausible(p: &[f64], duration: f64) -> bool {
         p[0] < duration
@@ -65,6 +77,17 @@ impl Effect for Curvature {
         sentence: "The sensor {component} is not linear: {quadratic} and {cubic} are missing from \
                    the model.",
         ..BASE
+    };
+
+    const EXPLANATION: Explanation = Explanation {
+        cause: "A sensor that is not linear: a Hall or stretch sensor, a potentiometer under load, \
+                a lever arm.",
+        parameters: &[
+            ("quadratic", "quadratic part, over the unit of the reading"),
+            ("cubic", "cubic part, over its square"),
+        ],
+        next: "Calibrate the sensor at five static positions. A spring that is not linear changes \
+               the motion, a sensor only its reading.",
     };
 
     fn starts(scales: &Scales) -> Vec<Vec<f64>> {

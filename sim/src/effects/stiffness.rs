@@ -2,7 +2,8 @@
 //! (docs/explanation/plant.md, eq. 11).
 
 use super::{
-    At, Description, Effect, Energy, Family, Port, Quantity, Scales, Sign, Slopes, strength,
+    At, Description, Effect, Energy, Explanation, Family, Port, Quantity, Scales, Sign, Slopes,
+    strength,
 };
 use crate::scalar::Scalar;
 
@@ -38,6 +39,17 @@ impl Effect for Cubic {
         sentence: "The spring {component} is not linear: a cubic part of {coefficient} is missing \
                    from the model.",
         ..BASE
+    };
+
+    const EXPLANATION: Explanation = Explanation {
+        cause: "A spring that hardens (positive) or softens (negative) alike in both directions: \
+                large bending, a soft stop, a magnetic spring.",
+        parameters: &[(
+            "coefficient",
+            "force over the cube of the extension; negative for a spring that softens",
+        )],
+        next: "Load the spring statically at several extensions both ways. A sensor that is not \
+               linear bends every signal of its kind, a spring only the force.",
     };
 
     fn starts(scales: &Scales) -> Vec<Vec<f64>> {
@@ -78,6 +90,17 @@ impl Effect for Quadratic {
         ..BASE
     };
 
+    const EXPLANATION: Explanation = Explanation {
+        cause: "A spring that is stiffer one way than the other: a cone spring, a membrane, a \
+                buckled beam, a leg that is preloaded.",
+        parameters: &[(
+            "coefficient",
+            "force over the square of the extension; its sign is that of the stiffer direction",
+        )],
+        next: "Record large extensions of equal size both ways. Motion to one side alone does not \
+               separate it from cubic stiffness.",
+    };
+
     fn starts(scales: &Scales) -> Vec<Vec<f64>> {
         let coefficient = scales.force / (scales.position * scales.position);
         vec![vec![0.2 * coefficient], vec![-0.2 * coefficient]]
@@ -116,6 +139,17 @@ impl Effect for CrossCoupling {
         sentence: "The bodies {component} are joined by a stiffness of {stiffness} that the model \
                    does not have.",
         ..BASE
+    };
+
+    const EXPLANATION: Explanation = Explanation {
+        cause: "An elastic connection of two bodies that the rig does not join: a frame that \
+                bends, a cable, shared foam.",
+        parameters: &[(
+            "stiffness",
+            "force over the difference of the two coordinates",
+        )],
+        next: "Excite one body while the other is held. Motion of the held one's sensor or force \
+               confirms the connection; then add a spring to the rig.",
     };
 
     fn starts(scales: &Scales) -> Vec<Vec<f64>> {

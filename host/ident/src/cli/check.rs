@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use sinew_sim::Rig;
 
+use super::exit_code;
 use super::fault_text::{text, wrapped};
 use super::overwrite;
 use super::progress::Stage;
@@ -25,6 +26,9 @@ pub struct Arguments {
     /// File for the faults as JSON; `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
+    /// End with status 3 for faults that are likely and not certain.
+    #[arg(long)]
+    exit_code: bool,
     #[command(flatten)]
     repairs: Repairs,
 }
@@ -38,9 +42,11 @@ struct Document<'a> {
     determined: Option<&'a Determined>,
 }
 
+/// Returns the exit status.
+///
 /// # Errors
 /// A bad file; `Failed` where something is certainly wrong.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub fn run(arguments: &Arguments) -> Result<u8> {
     let read = arguments
         .files
         .iter()
@@ -85,7 +91,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             .map_err(|error| Error::failed(format!("the faults are no JSON: {error}")))?;
         crate::atomic::write(path, text + "\n")?;
     }
-    arguments.repairs.refuse(&found)
+    arguments.repairs.refuse(&found)?;
+    Ok(match arguments.exit_code {
+        true => exit_code::of_checks(&found),
+        false => 0,
+    })
 }
 
 /// No check is certain.

@@ -7,6 +7,7 @@ use clap::Args;
 use sinew_sim::Rig;
 
 use super::Common;
+use super::exit_code;
 use super::interrupt::Interrupt;
 use super::overwrite::{self, identity};
 use super::progress::Stage;
@@ -51,6 +52,9 @@ pub struct Arguments {
     /// Judging it takes a little longer. Ctrl-C does the same at once, and ends with status 130.
     #[arg(long, value_name = "S", value_parser = seconds)]
     time_limit: Option<Duration>,
+    /// End with status 3 for missing physics and with 4 for an unexplained mismatch.
+    #[arg(long)]
+    exit_code: bool,
     #[command(flatten)]
     repairs: Repairs,
     #[command(flatten)]
@@ -63,9 +67,11 @@ fn seconds(text: &str) -> std::result::Result<Duration, String> {
     limit.ok_or_else(|| format!("must be seconds above 0, got {text}, for example 60"))
 }
 
+/// Returns the exit status.
+///
 /// # Errors
 /// Arguments that contradict each other, a bad file, or a rig that cannot be fitted.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub fn run(arguments: &Arguments) -> Result<u8> {
     refuse_two_roles(arguments)?;
     refuse_overwriting(arguments)?;
     let rig = Rig::load(&arguments.rig)?;
@@ -92,7 +98,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     drop(interrupt);
     found.checks = checks;
     stage.end(verdict(&found));
-    leave(arguments, &rig, &recordings, &found)
+    leave(arguments, &rig, &recordings, &found)?;
+    Ok(match arguments.exit_code {
+        true => exit_code::of_verdict(found.verdict),
+        false => 0,
+    })
 }
 
 /// The contract's word for the verdict, for a line of progress.

@@ -16,7 +16,7 @@ pub(super) fn text(checks: &[Check]) -> String {
 }
 
 /// Words in lines of at most 80 columns.
-pub(super) fn wrapped(words: &str, first: &str, further: &str) -> String {
+pub fn wrapped(words: &str, first: &str, further: &str) -> String {
     let (mut text, mut line) = (String::new(), first.to_owned());
     let mut empty = true;
     for word in words.split_whitespace() {

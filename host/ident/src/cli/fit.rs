@@ -6,11 +6,13 @@ use clap::Args;
 use sinew_sim::Rig;
 
 use super::Recordings;
+use super::exit_code;
 use super::overwrite;
 use super::progress::Stage;
 use super::repair::Repairs;
 use super::said::Said;
 use crate::error::Result;
+use crate::fit::json::json;
 use crate::fit::{FitOptions, fit, free_runs, pool, score};
 use crate::report::{count, own_value, quantity, warnings};
 
@@ -26,14 +28,22 @@ pub struct Arguments {
     /// File for the fitted rig; its comments are kept.
     #[arg(long, value_name = "TOML")]
     out: Option<PathBuf>,
+    /// File for the result as JSON (sinew-fit/1); `-` is standard output.
+    #[arg(long, value_name = "JSON")]
+    json: Option<PathBuf>,
+    /// End with status 3 for an undetermined parameter and with 4 for an unexplained signal.
+    #[arg(long)]
+    exit_code: bool,
     /// No progress.
     #[arg(long)]
     quiet: bool,
 }
 
+/// Returns the exit status.
+///
 /// # Errors
 /// A bad file, or a rig that cannot be fitted.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub fn run(arguments: &Arguments) -> Result<u8> {
     let Recordings { fit: fitted, test } = &arguments.recordings;
     let fitted = fitted.iter().map(|path| ("--fit", path.as_path()));
     let tests = test.iter().map(|path| ("--test", path.as_path()));
@@ -41,7 +51,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         std::iter::once(("the rig", arguments.rig.as_path()))
             .chain(fitted)
             .chain(tests),
-        [("--out", arguments.out.as_deref())],
+        [
+            ("--out", arguments.out.as_deref()),
+            ("--json", arguments.json.as_deref()),
+        ],
     )?;
     let rig = Rig::load(&arguments.rig)?;
     let (recordings, tests) = (
@@ -60,7 +73,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         ));
     })?;
     stage.end(count(found.steps, "step"));
-    let said = Said::beside([arguments.out.as_deref()]);
+    let said = Said::beside([arguments.out.as_deref(), arguments.json.as_deref()]);
 
     for p in &found.parameters {
         let interval = match p.ci95 {
@@ -94,6 +107,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             quantity(s.rms, &s.unit)
         ));
     }
+    let mut tested = Vec::new();
     if !tests.is_empty() {
         let runs = free_runs(&found.rig, &tests)?;
         for own in runs.iter().flat_map(|run| &run.own) {
@@ -104,7 +118,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
                 own_value(own)
             ));
         }
-        for (before, after) in score(&rig, &tests)?.iter().zip(pool(&runs)) {
+        tested = score(&rig, &tests)?.into_iter().zip(pool(&runs)).collect();
+        for (before, after) in &tested {
             said.line(format!(
                 "test  {}: free-run error {} as written, {} refitted",
                 after.signal,
@@ -116,6 +131,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     for warning in warnings(&found) {
         said.line(format!("warning: {warning}"));
     }
+    if let Some(path) = &arguments.json {
+        let text = format!("{:#}\n", json(&found, &tested));
+        crate::atomic::write(path, text)?;
+        said.wrote(path);
+    }
     match &arguments.out {
         Some(path) => {
             crate::atomic::write(path, found.rig.to_toml())?;
@@ -124,7 +144,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         }
         None => said.line("nothing written; --out RIG.toml keeps the fitted rig"),
     }
-    Ok(())
+    Ok(match arguments.exit_code {
+        true => exit_code::of_fit(&found),
+        false => 0,
+    })
 }
 
 /// Command line that looks for physics that the rig lacks.

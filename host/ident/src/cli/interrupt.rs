@@ -53,11 +53,11 @@ pub fn is_taken() -> bool {
     true
 }
 
-/// Exit status of a verb that has done what it could.
-pub fn status() -> ExitCode {
+/// Exit status of a verb that has done what it could; `code` where nobody interrupted it.
+pub fn status(code: u8) -> ExitCode {
     ExitCode::from(match INTERRUPTED.load(Ordering::Relaxed) {
         true => STATUS,
-        false => 0,
+        false => code,
     })
 }
 

@@ -3,6 +3,7 @@
 pub mod check;
 pub mod diagnose;
 pub mod excite;
+pub mod exit_code;
 mod fault_text;
 pub mod fit;
 pub mod interrupt;
@@ -12,6 +13,7 @@ pub mod progress;
 pub mod repair;
 pub mod said;
 
+pub use fault_text::wrapped;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -65,7 +67,7 @@ pub struct Common {
 }
 
 /// Runs the program `sinew-ident`: 0 on success, 2 for bad arguments or bad files, 130 after
-/// Ctrl-C, 1 for anything else.
+/// Ctrl-C, 1 for anything else; with `--exit-code` 3 or 4 by the result ([`exit_code`]).
 pub fn main() -> ExitCode {
     // Without a handler the system ends the process, as it does any other.
     let _ = ctrlc::set_handler(|| {
@@ -83,7 +85,7 @@ pub fn main() -> ExitCode {
         }
     };
     match run(program.verb) {
-        Ok(()) => interrupt::status(),
+        Ok(code) => interrupt::status(code),
         Err(error) => {
             eprintln!("error: {error}");
             ExitCode::from(error.exit_code())
@@ -91,12 +93,12 @@ pub fn main() -> ExitCode {
     }
 }
 
-fn run(verb: Verb) -> Result<()> {
+fn run(verb: Verb) -> Result<u8> {
     match verb {
         Verb::Fit(arguments) => fit::run(&arguments),
         Verb::Diagnose(arguments) => diagnose::run(&arguments),
         Verb::Check(arguments) => check::run(&arguments),
-        Verb::Excite(arguments) => excite::run(&arguments, None),
-        Verb::Mjcf(arguments) => mjcf::run(&arguments),
+        Verb::Excite(arguments) => excite::run(&arguments, None).map(|()| 0),
+        Verb::Mjcf(arguments) => mjcf::run(&arguments).map(|()| 0),
     }
 }

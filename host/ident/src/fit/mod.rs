@@ -12,6 +12,7 @@ pub(crate) mod bounds;
 pub(crate) mod derivatives;
 pub(crate) mod experiment;
 mod horizons;
+pub mod json;
 pub(crate) mod levenberg;
 pub(crate) mod local;
 pub(crate) mod pace;

@@ -19,6 +19,7 @@ use crate::closed_loop::scenario::Scenario;
 use crate::closed_loop::setup::BUDGET;
 use crate::project::Board;
 use crate::tuning::optimise::Budget;
+use sinew_ident::cli::exit_code::{FOUND, UNEXPLAINED};
 use sinew_ident::cli::overwrite;
 use sinew_ident::cli::progress::Stage;
 use sinew_ident::cli::said::Said;
@@ -85,6 +86,9 @@ pub struct Arguments {
     /// File with the scores for programs (sinew-comparison/1).
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
+    /// End with status 3 where PID or RISE tracks better, with 4 for a command outside limits.
+    #[arg(long)]
+    exit_code: bool,
     /// File for a page with plots.
     #[arg(long, value_name = "HTML")]
     report: Option<PathBuf>,
@@ -93,9 +97,11 @@ pub struct Arguments {
     plot: Option<PathBuf>,
 }
 
+/// Returns the exit status.
+///
 /// # Errors
 /// A bad file, or a model that does not fit the rig.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub fn run(arguments: &Arguments) -> Result<u8> {
     let of_loop = &arguments.of_loop;
     let names = names(&arguments.models)?;
     let recordings = &of_loop.recordings;
@@ -227,7 +233,34 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             model.display()
         ));
     }
-    Ok(())
+    Ok(match arguments.exit_code {
+        true => exit_code(&contest.controllers),
+        false => 0,
+    })
+}
+
+/// Exit status of the controllers by their first output, in the median loop.
+fn exit_code(controllers: &[ControllerResult]) -> u8 {
+    let mut loops = controllers.iter().flat_map(|c| &c.loops);
+    let outside = loops.any(|l| l.score.outside_limits > 0);
+    let errors_of = |models: bool| {
+        let asked = controllers
+            .iter()
+            .filter(|c| c.parameters.is_some() == models);
+        asked.map(|c| c.rms(0).0).collect::<Vec<f64>>()
+    };
+    status(outside, &errors_of(true), &errors_of(false))
+}
+
+/// 0 where the first model's error is at most that of every controller without a model; 3 where it
+/// is not; 4 where any command was outside its limits.
+fn status(outside: bool, models: &[f64], baselines: &[f64]) -> u8 {
+    let leads = |error: &f64| baselines.iter().all(|baseline| error <= baseline);
+    match (outside, models.first().is_some_and(leads)) {
+        (true, _) => UNEXPLAINED,
+        (false, true) => 0,
+        (false, false) => FOUND,
+    }
 }
 
 /// The times between which loops are judged; `duration_s` of the reference, once it is known.
@@ -326,4 +359,18 @@ fn names(models: &[PathBuf]) -> Result<Vec<String>> {
         names.push(name);
     }
     Ok(names)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn statuses_are_those_of_the_reference() {
+        assert_eq!(status(false, &[1.0], &[2.0, 1.0]), 0);
+        assert_eq!(status(false, &[1.0, 0.1], &[2.0, 0.5]), 3);
+        assert_eq!(status(false, &[1.0], &[]), 0);
+        assert_eq!(status(false, &[f64::NAN], &[2.0]), 3);
+        assert_eq!(status(true, &[1.0], &[2.0]), 4);
+    }
 }

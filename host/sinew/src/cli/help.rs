@@ -11,13 +11,14 @@ const GROUPS: &[(&str, &[&str])] = &[
     (
         "Identify",
         &[
-            "new", "check", "simulate", "excite", "fit", "diagnose", "mjcf",
+            "new", "check", "simulate", "excite", "fit", "diagnose", "explain", "mjcf",
         ],
     ),
     ("Train", &["train"]),
     ("Control", &["build", "tune", "compare", "pil"]),
     ("Board", &["emit", "size", "flash", "record", "monitor"]),
     ("Networks", &["import", "verify"]),
+    ("Shell", &["completions"]),
 ];
 
 /// The command line with its verbs in groups.

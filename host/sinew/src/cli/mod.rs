@@ -2,8 +2,10 @@
 
 mod build;
 mod compare;
+mod completions;
 mod conditions;
 mod emit;
+mod explain;
 mod flash;
 mod help;
 mod import;
@@ -60,6 +62,8 @@ enum Verb {
     Fit(fit::Arguments),
     /// Find the physics that a rig lacks.
     Diagnose(diagnose::Arguments),
+    /// Explain an effect, verdict, fault or status by its name.
+    Explain(explain::Arguments),
     /// Write a rig for MuJoCo.
     Mjcf(mjcf::Arguments),
     /// Train a network on a rig and write the model.
@@ -84,6 +88,11 @@ enum Verb {
     Record(record::Arguments),
     /// Watch and steer the hardware of a board, live.
     Monitor(monitor::Arguments),
+    /// Print the completion script of a shell.
+    Completions(completions::Arguments),
+    /// Write the man pages.
+    #[command(hide = true)]
+    ManPages(completions::ManArguments),
     /// Print the help of every verb as Markdown.
     #[command(hide = true)]
     CliReference,
@@ -221,7 +230,7 @@ impl LiveArguments {
 }
 
 /// Runs the program: 0 when it did what was asked, 2 for bad arguments or bad files, 130 after
-/// Ctrl-C, 141 where nobody reads on, 1 for anything else.
+/// Ctrl-C, 141 where nobody reads on, 1 for anything else; with `--exit-code` 3 or 4 by the result.
 pub fn main() -> ExitCode {
     // A handler that cannot be installed costs only the tidying up; the system still ends the
     // process.
@@ -247,7 +256,7 @@ pub fn main() -> ExitCode {
         }
     };
     match run(program.verb) {
-        Ok(()) => interrupt::status(),
+        Ok(code) => interrupt::status(code),
         Err(error) => {
             eprintln!("error: {error}");
             ExitCode::from(error.exit_code())
@@ -281,21 +290,23 @@ fn control_rate_hz(rig: &Path) -> Result<Option<f64>> {
     Ok(ControlTable::read(&rig)?.and_then(|control| control.rate_hz))
 }
 
-fn run(verb: Verb) -> Result<()> {
-    match verb {
+/// Runs a verb and returns the exit status.
+fn run(verb: Verb) -> Result<u8> {
+    let done = match verb {
         Verb::Build(arguments) => build::run(&arguments),
         Verb::New(arguments) => new::run(arguments),
-        Verb::Check(arguments) => check::run(&arguments),
+        Verb::Check(arguments) => return check::run(&arguments),
         Verb::Simulate(arguments) => simulate::run(&arguments),
         Verb::Excite(arguments) => excite::run(&arguments, control_rate_hz(&arguments.rig)?),
         Verb::Fit(arguments) => {
             rig_file::check(&arguments.rig)?;
-            fit::run(&arguments)
+            return fit::run(&arguments);
         }
         Verb::Diagnose(arguments) => {
             rig_file::check(&arguments.rig)?;
-            diagnose::run(&arguments)
+            return diagnose::run(&arguments);
         }
+        Verb::Explain(arguments) => explain::run(&arguments),
         Verb::Mjcf(arguments) => {
             rig_file::check(&arguments.rig)?;
             mjcf::run(&arguments)
@@ -306,14 +317,20 @@ fn run(verb: Verb) -> Result<()> {
         Verb::Import(arguments) => import::run(&arguments),
         Verb::Verify(arguments) => verify::run(&arguments),
         Verb::Size(arguments) => size::run(&arguments),
-        Verb::Compare(arguments) => compare::run(&arguments),
+        Verb::Compare(arguments) => return compare::run(&arguments),
         Verb::Pil(arguments) => pil::run(&arguments),
         Verb::Flash(arguments) => flash::run(&arguments),
         Verb::Record(arguments) => record::run(&arguments),
         Verb::Monitor(arguments) => monitor::run(&arguments),
+        Verb::Completions(arguments) => {
+            completions::run(&arguments);
+            Ok(())
+        }
+        Verb::ManPages(arguments) => completions::man_pages(&arguments),
         Verb::CliReference => {
             print!("{}", help::reference());
             Ok(())
         }
-    }
+    };
+    done.map(|()| 0)
 }

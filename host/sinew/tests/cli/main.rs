@@ -4,5 +4,7 @@ mod desk;
 mod excite;
 mod interrupt;
 mod refusals;
+mod results;
+mod schema;
 mod toolchain;
 mod verbs;

@@ -1,0 +1,48 @@
+//! `sinew-fit/1`: the result of a fit for programs.
+
+use serde_json::{Map, Value, json};
+
+use super::{Fit, FittedParameter, SensorError, SensorFit};
+
+/// Format of the document.
+pub const FORMAT: &str = "sinew-fit/1";
+
+/// Result of a fit as JSON, SI; `test` holds the errors on test recordings, rig as written and
+/// refitted, one entry a sensor. A number that is not finite is null.
+pub fn json(found: &Fit, test: &[(SensorError, SensorError)]) -> Value {
+    let parameter = |p: &FittedParameter| {
+        let recordings = p.recordings.iter();
+        let recordings: Vec<Value> = recordings.map(|own| json!(own)).collect();
+        let value = json!({
+            "as_written": p.as_written, "value": p.value, "unit": p.unit, "ci95": p.ci95,
+            "at_bound": p.at_bound, "recordings": recordings,
+        });
+        (p.name.clone(), value)
+    };
+    let errors = |as_written: f64, refitted: f64| json!({ "as_written_rms": finite(as_written), "fitted_rms": finite(refitted) });
+    let sensor = |s: &SensorFit| {
+        let mut after = test.iter().filter(|(_, after)| after.signal == s.signal);
+        let of_test = after
+            .next()
+            .map(|(before, after)| errors(before.rms, after.rms));
+        let value = json!({
+            "unit": s.unit, "spread": finite(s.spread), "samples": s.samples,
+            "explained": s.is_explained(),
+            "fit": errors(s.as_written_rms, s.rms), "test": of_test,
+        });
+        (s.signal.clone(), value)
+    };
+    json!({
+        "format": FORMAT,
+        "parameters": found.parameters.iter().map(parameter).collect::<Map<_, _>>(),
+        "signals": found.sensors.iter().map(sensor).collect::<Map<_, _>>(),
+        "warnings": crate::report::warnings(found),
+        "steps": found.steps,
+        "seconds": found.seconds,
+    })
+}
+
+/// Numbers of JSON are finite.
+fn finite(number: f64) -> Option<f64> {
+    number.is_finite().then_some(number)
+}

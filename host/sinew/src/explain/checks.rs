@@ -1,0 +1,101 @@
+//! Explanations of the faults of recordings (docs/reference/checks.md).
+
+/// Name, meaning and next step.
+pub(super) const WORDS: &[(&str, &str, &str)] = &[
+    (
+        "clipped",
+        "A sensor stays at an end of its range while the device moves on.",
+        "Record within the range of the sensor, or write empty fields for the clipped samples.",
+    ),
+    (
+        "dead_channel",
+        "A sensor never changes although the input does.",
+        "Check the cable and the name of the column. Leave the sensor out of the rig until it \
+         measures.",
+    ),
+    (
+        "degrees_for_radians",
+        "An angle is recorded in degrees, and the rig takes it for radians.",
+        "Write unit = \"deg\" in the sensor, or name the column with its unit.",
+    ),
+    (
+        "different_devices",
+        "Two recordings exclude each other's parameters: the device, its load or its state \
+         differs.",
+        "Diagnose one device at a time, or free the parameter for each recording with per = \
+         \"recording\".",
+    ),
+    (
+        "gap",
+        "Rows are missing: the time between two rows is much longer than the others.",
+        "Cut the recording at the gap. A simulation across it would not know the input.",
+    ),
+    (
+        "input_lags",
+        "An input is written some rows after it acted.",
+        "Shift the column with --late, for example --late u_N=1. If the device has a dead time, \
+         add input_delay to the rig instead.",
+    ),
+    (
+        "irregular_sampling",
+        "Rows lie unevenly in time.",
+        "Record with the time stamps of the device, not of the computer that receives them.",
+    ),
+    (
+        "no_excitation",
+        "Every sensor shows noise alone. Such rows determine no parameter.",
+        "Drive the device. `sinew excite RIG --out experiment.csv` designs an experiment within \
+         its limits.",
+    ),
+    (
+        "quantised",
+        "A sensor has 40 levels or fewer over its motion.",
+        "Record more digits, or a larger motion. Effects smaller than one level cannot be named.",
+    ),
+    (
+        "same_recording",
+        "A file holds the same rows as another, to fit or to test.",
+        "Give each recording one role. A test recording that was fitted proves nothing.",
+    ),
+    (
+        "sentinel",
+        "A number stands for a missing value, such as -9999.",
+        "Name it with --missing, for example --missing -9999, or write empty fields.",
+    ),
+    (
+        "spike",
+        "Single samples jump away and back.",
+        "Write empty fields for them; a missing sample costs less than a wrong one.",
+    ),
+    (
+        "stuck_channel",
+        "A sensor froze while the device moved.",
+        "Write empty fields for the frozen samples, and look for the cause in the driver of the \
+         sensor.",
+    ),
+    (
+        "time_in_microseconds",
+        "Times are in microseconds where seconds are expected.",
+        "Pass --time-unit us, or divide the column t.",
+    ),
+    (
+        "time_in_milliseconds",
+        "Times are in milliseconds where seconds are expected.",
+        "Pass --time-unit ms, or divide the column t.",
+    ),
+    (
+        "time_in_nanoseconds",
+        "Times are in nanoseconds where seconds are expected.",
+        "Pass --time-unit ns, or divide the column t.",
+    ),
+    (
+        "wrapped_counter",
+        "A counter or angle begins anew at the end of its range.",
+        "Join the turns with --unwrap, for example --unwrap q_rad=6.283.",
+    ),
+    (
+        "wrong_sign",
+        "A sensor or an actuator counts against the direction of the rig.",
+        "Write gain = -1.0 in the sensor, or negate the gain of the actuator.",
+    ),
+];

@@ -1,0 +1,109 @@
+//! Results for programs: JSON by its schema on standard output, and exit statuses.
+
+use serde_json::Value;
+
+use crate::desk::Desk;
+use crate::schema::{schema, violations};
+
+const RIG: &str = "mass-spring-damper.toml";
+const ROLES: &str = "--fit mass-spring-damper.fit.csv --test mass-spring-damper.test.csv";
+
+fn desk() -> Desk {
+    let desk = Desk::new();
+    for file in ["toml", "fit.csv", "test.csv"] {
+        desk.bring(&format!("rigs/mass-spring-damper.{file}"));
+    }
+    desk
+}
+
+/// Runs a verb whose result is on standard output, and checks it by its schema.
+fn result(desk: &Desk, line: &str, name: &str, status: i32) -> Value {
+    let output = desk.sinew(line);
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(status), "sinew {line}\n{errors}");
+    let document = serde_json::from_slice(&output.stdout);
+    let document = document.unwrap_or_else(|e| panic!("sinew {line}: no JSON alone: {e}"));
+    assert_eq!(
+        violations(&schema(name), &document),
+        [""; 0],
+        "sinew {line}"
+    );
+    document
+}
+
+#[test]
+fn a_missing_friction_is_status_3_and_only_on_demand() {
+    let desk = desk();
+    let line = format!("diagnose {RIG} {ROLES} --json - --quiet --rig-out mended.toml");
+    let found = result(&desk, &line, "diagnosis", 0);
+    assert_eq!(found["verdict"], "missing_physics");
+    let again = result(&desk, &format!("{line} --exit-code"), "diagnosis", 3);
+    assert_eq!(again["sentence"], found["sentence"]);
+    // The corrected rig lacks nothing.
+    let line = format!("diagnose mended.toml {ROLES} --json - --quiet --exit-code");
+    let consistent = result(&desk, &line, "diagnosis", 0);
+    assert_eq!(consistent["effects"], Value::Array(Vec::new()));
+}
+
+#[test]
+fn an_unexplained_signal_is_status_4_and_an_undetermined_parameter_3() {
+    let desk = desk();
+    let sound = desk.read(RIG);
+    let stiff = "stiffness = { value = 40.0, min = 1.0, max = 400.0 }";
+    let gain = "gain = 1.0 ";
+    assert!(sound.contains(stiff) && sound.contains(gain));
+    desk.write("stiff.toml", &sound.replace(stiff, "stiffness = 300.0"));
+    desk.write("gain.toml", &sound.replace(gain, "gain = { value = 1.0 } "));
+    let explained = |rig: &str, flag: &str, status| {
+        let line = format!("fit {rig} {ROLES} --json - --quiet {flag}");
+        let found = result(&desk, &line, "fit", status);
+        let signal = &found["signals"]["q_m"];
+        let error = |key: &str| signal["test"][key].as_f64();
+        assert!(error("as_written_rms") > error("fitted_rms"), "{signal}");
+        signal["explained"] == true
+    };
+    assert!(explained(RIG, "--exit-code", 0));
+    assert!(explained("gain.toml", "--exit-code", 3));
+    assert!(!explained("stiff.toml", "--exit-code", 4));
+    assert!(!explained("stiff.toml", "", 0));
+}
+
+#[test]
+fn likely_faults_are_status_3_and_none_is_status_0() {
+    let desk = desk();
+    let sound = format!("check mass-spring-damper.fit.csv --rig {RIG} --json - --exit-code");
+    let found = result(&desk, &sound, "check", 0);
+    assert!(found["determined"].is_object());
+    let text = desk.read("mass-spring-damper.fit.csv");
+    let rows: Vec<&str> = text.lines().collect();
+    let cut = [&rows[..rows.len() / 3], &rows[rows.len() / 2..]].concat();
+    desk.write("cut.csv", &(cut.join("\n") + "\n"));
+    let found = result(&desk, "check cut.csv --json -", "check", 0);
+    assert_eq!(found["checks"][0]["kind"], "gap", "{found}");
+    result(&desk, "check cut.csv --json - --exit-code", "check", 3);
+}
+
+#[test]
+fn explanations_are_documents_and_an_unknown_name_is_refused() {
+    let desk = Desk::new();
+    let list: Value =
+        serde_json::from_str(&desk.succeed("explain --json -")).expect("a list is JSON");
+    let names = list.as_array().expect("it is a list");
+    assert!(names.len() > 60);
+    for document in names {
+        assert_eq!(violations(&schema("explanation"), document), [""; 0]);
+    }
+    let one = result(&desk, "explain hysteresis --json -", "explanation", 0);
+    assert!(
+        one["law"]["text"]
+            .as_str()
+            .is_some_and(|law| law.contains("alpha"))
+    );
+    assert!(desk.succeed("explain LinkLost").contains("silent"));
+    let refused = desk.refusal("explain columb_friction");
+    assert!(
+        refused.contains("did you mean `coulomb_friction`"),
+        "{refused}"
+    );
+    assert!(refused.contains("exit status 2"), "{refused}");
+}
