@@ -12,7 +12,8 @@ use anyhow::{Context, Result, ensure};
 
 use crate::arguments::none;
 use crate::{
-    demo, deny, evaluation, modules, oldest, package, references, snapshots, test, tutorials,
+    demo, deny, evaluation, modules, oldest, package, python, references, snapshots, test,
+    tutorials,
 };
 use xtask::process::{self, cargo, root, target_folder};
 use xtask::setup::{self, Extent, Toolchain};
@@ -74,6 +75,7 @@ const LAST: &[Stage] = &[
     ("budgets", |_| snapshots::budget(&[])),
     ("documentation", |_| documentation()),
     ("tutorials", |toolchain| tutorials::run(toolchain, &[])),
+    ("python", |_| python::run(&[])),
     ("demo", |_| demo::demo(&[])),
 ];
 

@@ -5,6 +5,7 @@ mod arguments;
 mod ci;
 mod demo;
 mod deny;
+mod dist;
 mod evaluation;
 mod generate;
 mod help;
@@ -12,6 +13,7 @@ mod modules;
 mod oldest;
 mod package;
 mod prose;
+mod python;
 mod references;
 mod snapshots;
 mod survive;
@@ -126,6 +128,18 @@ const VERBS: &[Verb] = &[
         arguments: "[--program PATH]",
         line: "The tutorials of docs/tutorials, executed line by line",
         run: |arguments| tutorials::run(&setup::run(setup::Extent::Build)?, arguments),
+    },
+    Verb {
+        name: "python",
+        arguments: "",
+        line: "The Python package: lints, build and tests, where Python and pip are there",
+        run: python::run,
+    },
+    Verb {
+        name: "dist",
+        arguments: "[--profile NAME]",
+        line: "The release archive of this system, tried in an empty root; in target/dist",
+        run: dist::run,
     },
     Verb {
         name: "survive",
