@@ -4,8 +4,6 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use sinew_nn::files;
-
 use crate::emit::{self, EmitOptions};
 use crate::spec::SpecError;
 use crate::store::{self, MODEL_FILE, StoreError};
@@ -39,7 +37,7 @@ pub fn write(
 ) -> Result<Vec<PathBuf>, RegenerateError> {
     let stale = stale(model, out, options)?;
     for (path, text) in &stale {
-        files::write(path, text.as_bytes()).map_err(StoreError::from)?;
+        sinew_files::write(path, text.as_bytes()).map_err(StoreError::from)?;
     }
     Ok(stale.into_iter().map(|(path, _)| path).collect())
 }

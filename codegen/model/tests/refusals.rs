@@ -226,6 +226,16 @@ fn files_of_gigabytes() {
 }
 
 #[test]
+fn a_file_in_the_place_of_a_models_folder() {
+    let directory = tempfile::tempdir().unwrap();
+    let rig = directory.path().join("rig.toml");
+    fs::write(&rig, "format = \"sinew-rig/1\"\n").unwrap();
+    let error = store::load(&rig).unwrap_err().to_string();
+    let message = error.strip_prefix(&rig.display().to_string()).unwrap();
+    insta::assert_snapshot!(message, @": a file; a model is a folder with model.toml and weights.safetensors, as `sinew train RIG --out FOLDER` writes it");
+}
+
+#[test]
 fn a_directory_without_a_model() {
     let directory = tempfile::tempdir().unwrap();
     let error = store::load(directory.path()).unwrap_err().to_string();

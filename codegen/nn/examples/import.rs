@@ -8,7 +8,7 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 
 use sinew_nn::emit::{Options, emit};
-use sinew_nn::{evaluate, files, import, summary};
+use sinew_nn::{evaluate, import, summary};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args_os().skip(1).map(PathBuf::from);
@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let printed = emit(&network, &Options::default())?;
     if let Some(folder) = arguments.next() {
         for file in &printed {
-            files::write_changed(&folder.join(&file.path), file.text.as_bytes())?;
+            sinew_files::write_changed(folder.join(&file.path), file.text.as_bytes())?;
         }
         println!("\nwrote {}", folder.display());
     } else {

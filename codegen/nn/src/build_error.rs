@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitStatus;
 
 use crate::NetworkError;
-use crate::files::FileError;
+use sinew_files::FileError;
 
 /// Error of a network that is compiled for a microcontroller, or run in QEMU.
 ///

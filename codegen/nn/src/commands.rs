@@ -6,7 +6,7 @@ use super::emit::{self, Accuracy, LIBRARY, Options, Weights};
 use super::footprint::{self, BOARDS, Board};
 use super::{Golden, Network, evaluate, generated, quantise, store, summary, target};
 use crate::BuildError;
-use crate::files::FileError;
+use sinew_files::FileError;
 
 /// Writes a network as a folder, if `out` is given; the answer is its table.
 ///
@@ -94,7 +94,7 @@ fn loss(network: &Network, options: &Options) -> String {
 }
 
 fn absolute(path: &Path) -> Result<PathBuf, FileError> {
-    std::path::absolute(path).map_err(|error| FileError::io(path, error))
+    std::path::absolute(path).map_err(|error| FileError::read(path, error))
 }
 
 /// The board of a name.

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::BuildError;
 use crate::emit::{File, HEADER};
-use crate::files::{self, FileError};
+use sinew_files::FileError;
 
 /// Folders of a printed crate.
 const FOLDERS: [&str; 5] = ["", "src", "tests", "examples", "c"];
@@ -25,7 +25,7 @@ pub(crate) fn write(out: &Path, printed: &[File]) -> Result<(), BuildError> {
         }
     }
     for file in printed {
-        files::write_changed(&out.join(&file.path), file.text.as_bytes())?;
+        sinew_files::write_changed(out.join(&file.path), file.text.as_bytes())?;
     }
     for folder in FOLDERS {
         // A folder that is not there holds nothing.
@@ -35,7 +35,7 @@ pub(crate) fn write(out: &Path, printed: &[File]) -> Result<(), BuildError> {
         for path in entries.flatten().map(|entry| entry.path()) {
             let kept = printed.iter().any(|file| out.join(&file.path) == path);
             if !kept && path.is_file() && is_printed(&path) {
-                fs::remove_file(&path).map_err(|error| FileError::io(&path, error))?;
+                fs::remove_file(&path).map_err(|error| FileError::write(&path, error))?;
             }
         }
     }

@@ -19,7 +19,6 @@ pub mod commands;
 pub mod emit;
 mod error;
 pub mod evaluate;
-pub mod files;
 mod fold;
 pub mod footprint;
 mod generated;

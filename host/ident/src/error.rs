@@ -12,6 +12,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use sinew_files::FileError;
 use sinew_sim::SimulationError;
 use sinew_sim::suggest::nearest_file;
 
@@ -306,6 +307,19 @@ impl Error {
 impl From<Kind> for Error {
     fn from(kind: Kind) -> Self {
         Self(Box::new(kind))
+    }
+}
+
+impl From<FileError> for Error {
+    fn from(error: FileError) -> Self {
+        match error {
+            FileError::Read { file, error } => Self::read(file, error),
+            FileError::Write { file, error } => Self::write(file, error),
+            FileError::TooLarge { file, max } => Self::file(
+                file,
+                format!("larger than {max} bytes, the most that is read"),
+            ),
+        }
     }
 }
 

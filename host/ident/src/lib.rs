@@ -10,7 +10,6 @@
 //! | [`mjcf`] | a rig | a MuJoCo model |
 //! | [`report`] | results | a page |
 
-pub mod atomic;
 pub mod check;
 #[cfg(feature = "cli")]
 pub mod cli;

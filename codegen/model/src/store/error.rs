@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use sinew_nn::files::FileError;
+use sinew_files::FileError;
 
 use crate::spec::SpecError;
 
@@ -17,6 +17,16 @@ pub enum StoreError {
         /// Reason that the file system gave.
         #[source]
         error: std::io::Error,
+    },
+    /// A file in the place of a model's folder.
+    #[error(
+        "{}: a file; a model is a folder with model.toml and weights.safetensors, as `sinew train \
+         RIG --out FOLDER` writes it",
+        file.display()
+    )]
+    NotAModel {
+        /// Path of the file.
+        file: PathBuf,
     },
     /// The file is larger than any model's.
     #[error("{}: larger than the {max} bytes that a model's file may have", file.display())]
@@ -76,6 +86,7 @@ impl StoreError {
     /// The same error with the file's name made a path.
     pub(super) fn within(mut self, directory: &Path) -> Self {
         let (Self::Io { file, .. }
+        | Self::NotAModel { file }
         | Self::TooLarge { file, .. }
         | Self::Text { file, .. }
         | Self::Weights { file, .. }
@@ -88,7 +99,9 @@ impl StoreError {
 impl From<FileError> for StoreError {
     fn from(error: FileError) -> Self {
         match error {
-            FileError::Io { file, error } => Self::Io { file, error },
+            FileError::Read { file, error } | FileError::Write { file, error } => {
+                Self::Io { file, error }
+            }
             FileError::TooLarge { file, max } => Self::TooLarge { file, max },
         }
     }

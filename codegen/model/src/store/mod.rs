@@ -31,7 +31,7 @@ use std::path::Path;
 pub use error::StoreError;
 pub use sinew_nn::store::WEIGHTS_FILE;
 
-use sinew_nn::files::{read, write};
+use sinew_files::{read, write};
 
 use crate::spec::ModelSpec;
 
@@ -48,11 +48,17 @@ const MAX_WEIGHTS_BYTES: u64 = 4 * 1024 * 1024;
 /// Reads and validates the model in `directory`.
 ///
 /// # Errors
-/// [`StoreError::Io`] if a file cannot be read, [`StoreError::TooLarge`] before reading one that no
+/// [`StoreError::NotAModel`] of a file, [`StoreError::Io`] if one cannot be read,
+/// [`StoreError::TooLarge`] before reading one that no
 /// model needs, otherwise as [`parse`].
 pub fn load(directory: &Path) -> Result<ModelSpec, StoreError> {
-    let text = read(&directory.join(MODEL_FILE), MAX_TEXT_BYTES)?;
-    let weights = read(&directory.join(WEIGHTS_FILE), MAX_WEIGHTS_BYTES)?;
+    if directory.is_file() {
+        return Err(StoreError::NotAModel {
+            file: directory.into(),
+        });
+    }
+    let text = read(directory.join(MODEL_FILE), MAX_TEXT_BYTES)?;
+    let weights = read(directory.join(WEIGHTS_FILE), MAX_WEIGHTS_BYTES)?;
     let text = String::from_utf8(text).map_err(|error| StoreError::Text {
         file: directory.join(MODEL_FILE),
         line: text::line_of(error.as_bytes(), error.utf8_error().valid_up_to()),
@@ -80,7 +86,7 @@ pub fn parse(text: &str, weights: &[u8]) -> Result<ModelSpec, StoreError> {
 /// [`StoreError::Spec`] before anything is written, [`StoreError::Io`] if a file cannot be written.
 pub fn save(directory: &Path, spec: &ModelSpec) -> Result<(), StoreError> {
     for (file, contents) in print(spec).map_err(|error| error.within(directory))? {
-        write(&directory.join(file), &contents)?;
+        write(directory.join(file), &contents)?;
     }
     Ok(())
 }

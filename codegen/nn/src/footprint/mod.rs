@@ -12,9 +12,9 @@ use std::path::Path;
 use object::{Object, ObjectSection, SectionFlags, SectionKind};
 
 use crate::emit::{Options, Weights, emit};
-use crate::files::{self, FileError};
 use crate::summary::thousands;
 use crate::{BuildError, Network, target};
+use sinew_files::FileError;
 
 pub use board::{BOARDS, Board};
 pub use chip::CYCLES_PER_INSTRUCTION;
@@ -103,7 +103,7 @@ pub fn memory(
 ) -> Result<[(u64, u64); 2], BuildError> {
     for file in emit(network, options)? {
         let path = folder.join("network").join(file.path);
-        files::write_changed(&path, file.text.as_bytes())?;
+        sinew_files::write_changed(&path, file.text.as_bytes())?;
     }
     probe::write_workspace(network, folder)?;
     target::build(folder, "bare")?;
@@ -119,7 +119,7 @@ pub fn memory(
 /// # Errors
 /// [`BuildError::File`], or [`BuildError::Image`] if it is no ELF file.
 pub fn sections(path: &Path) -> Result<(u64, u64), BuildError> {
-    let data = std::fs::read(path).map_err(|error| FileError::io(path, error))?;
+    let data = std::fs::read(path).map_err(|error| FileError::read(path, error))?;
     let file = object::File::parse(&*data).map_err(|error| BuildError::Image {
         file: path.into(),
         error,

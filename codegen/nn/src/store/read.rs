@@ -7,7 +7,6 @@ use safetensors::{Dtype, SafeTensors};
 
 use super::text::{Kind, Text};
 use super::{FORMAT, NETWORK_FILE, WEIGHTS_FILE};
-use crate::files;
 use crate::limits::{MAX_FILE_BYTES, MAX_GOLDEN};
 use crate::{
     Cell, Convolution, Dense, Golden, Network, NetworkError, Op, Pool, PoolKind, Recurrent,
@@ -31,7 +30,7 @@ const MAX_TEXT_BYTES: u64 = 1024 * 1024;
 pub fn load(directory: &Path) -> Result<Network, NetworkError> {
     let read = |file: &str, max: u64| {
         let path = directory.join(file);
-        files::read(&path, max).map_err(|error| NetworkError::caused(file, error))
+        sinew_files::read(&path, max).map_err(|error| NetworkError::caused(file, error))
     };
     let text = String::from_utf8(read(NETWORK_FILE, MAX_TEXT_BYTES)?)
         .map_err(|_| NetworkError::malformed(NETWORK_FILE, "it is not UTF-8 text"))?;

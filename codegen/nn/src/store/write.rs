@@ -7,7 +7,6 @@ use safetensors::tensor::TensorView;
 
 use super::text::{InputText, Kind, LayerText, Text};
 use super::{FORMAT, NETWORK_FILE, WEIGHTS_FILE};
-use crate::files;
 use crate::{Cell, Network, NetworkError, Op, PoolKind};
 
 /// The files of a network by name; the same network gives the same bytes.
@@ -99,7 +98,7 @@ pub fn print(network: &Network) -> Result<[(&'static str, Vec<u8>); 2], NetworkE
 pub fn save(directory: &Path, network: &Network) -> Result<(), NetworkError> {
     for (file, contents) in print(network)? {
         let path = directory.join(file);
-        files::write(&path, &contents).map_err(|error| NetworkError::caused(file, error))?;
+        sinew_files::write(&path, &contents).map_err(|error| NetworkError::caused(file, error))?;
     }
     Ok(())
 }

@@ -10,6 +10,9 @@ const PLATEAU: usize = 4;
 /// Fewest equal samples of a sensor that froze, and of all plateaus together.
 const FROZEN: usize = 20;
 
+/// Fewest rows in which a sensor without values says something.
+const FEWEST_ROWS: usize = 20;
+
 /// Most levels of a sensor whose steps are too coarse.
 const LEVELS: usize = 40;
 
@@ -21,13 +24,38 @@ pub(super) fn detect(
     values: &[f64],
     driven: bool,
 ) -> Option<Check> {
-    let series = Series::of(values)?;
+    let Some(series) = Series::of(values) else {
+        return silent(recording, name, values);
+    };
     if series.width() == 0.0 {
         return driven.then(|| dead(recording, name, &series));
     }
     coarse(recording, name, &series)
         .or_else(|| stuck(recording, name, &series))
         .or_else(|| clipped(recording, name, &series))
+}
+
+/// A sensor that gave next to nothing, in a recording that is long enough to tell.
+fn silent(recording: &Recording, name: &str, values: &[f64]) -> Option<Check> {
+    if values.len() < FEWEST_ROWS {
+        return None;
+    }
+    let valid = values.iter().filter(|value| value.is_finite()).count();
+    let sentence = format!(
+        "{name} has {} in {}",
+        counted(valid, "value"),
+        rows(values.len())
+    );
+    let remedy = "check the sensor and its cable; or leave the recording or the sensor out";
+    let row = values.iter().position(|value| value.is_finite());
+    let row = row.unwrap_or_default();
+    Some(Check::likely(
+        recording,
+        row,
+        "dead_channel",
+        sentence,
+        remedy,
+    ))
 }
 
 fn dead(recording: &Recording, name: &str, series: &Series) -> Check {

@@ -71,7 +71,7 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
     let on_output = arguments
         .json
         .as_deref()
-        .is_some_and(crate::atomic::is_output);
+        .is_some_and(sinew_files::is_output);
     if !on_output {
         print!("{}", text(&found));
         if found.is_empty() {
@@ -89,7 +89,7 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         };
         let text = serde_json::to_string_pretty(&document)
             .map_err(|error| Error::failed(format!("the faults are no JSON: {error}")))?;
-        crate::atomic::write(path, text + "\n")?;
+        sinew_files::write(path, text + "\n")?;
     }
     arguments.repairs.refuse(&found)?;
     Ok(match arguments.exit_code {

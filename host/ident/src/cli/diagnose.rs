@@ -131,7 +131,7 @@ fn leave(
     ]);
     match &arguments.json {
         Some(path) => {
-            crate::atomic::write(path, output::json(found)?)?;
+            sinew_files::write(path, output::json(found)?)?;
             written.push(path);
             if !quiet {
                 said.line(&found.sentence);
@@ -152,7 +152,7 @@ fn leave(
         written.push(path);
     }
     if let Some(path) = &arguments.rig_out {
-        crate::atomic::write(path, output::mended(found))?;
+        sinew_files::write(path, output::mended(found))?;
         written.push(path);
     }
     if let Some(path) = &arguments.mjcf {

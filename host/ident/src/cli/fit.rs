@@ -138,7 +138,7 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
     }
     match &arguments.out {
         Some(path) => {
-            crate::atomic::write(path, found.rig.to_toml())?;
+            sinew_files::write(path, found.rig.to_toml())?;
             said.wrote(path);
             said.line(format!("next: {}", diagnosis(arguments)));
         }

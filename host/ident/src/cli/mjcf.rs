@@ -38,7 +38,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 /// `Write`.
 pub fn write(rig: &Rig, path: &Path, quiet: bool) -> Result<()> {
     let written = mjcf(rig);
-    crate::atomic::write(path, &written.text)?;
+    sinew_files::write(path, &written.text)?;
     if !quiet {
         for what in &written.left_out {
             eprintln!("left out of {}: {what}", path.display());

@@ -72,7 +72,7 @@ pub fn main() -> ExitCode {
     // Without a handler the system ends the process, as it does any other.
     let _ = ctrlc::set_handler(|| {
         if !interrupt::is_taken() {
-            let _files = crate::atomic::remove_unfinished();
+            let _files = sinew_files::remove_unfinished();
             std::process::exit(interrupt::STATUS.into());
         }
     });

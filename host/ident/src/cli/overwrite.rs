@@ -33,7 +33,7 @@ pub fn refuse<'a>(
     let mut taken: Vec<(PathBuf, &str)> = read.collect();
     for (flag, path) in written {
         let Some(path) = path else { continue };
-        if crate::atomic::is_stream(path) {
+        if sinew_files::is_stream(path) {
             continue;
         }
         let file = identity(path);
@@ -44,7 +44,7 @@ pub fn refuse<'a>(
             ))
             .help("give it another name"));
         }
-        crate::atomic::prepare(path)?;
+        sinew_files::prepare(path)?;
         taken.push((file, flag));
     }
     Ok(())

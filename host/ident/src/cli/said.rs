@@ -12,7 +12,7 @@ pub struct Said {
 impl Said {
     /// Stands aside where one of these files is standard output.
     pub fn beside<'a>(files: impl IntoIterator<Item = Option<&'a Path>>) -> Self {
-        let aside = files.into_iter().flatten().any(crate::atomic::is_output);
+        let aside = files.into_iter().flatten().any(sinew_files::is_output);
         Self { aside }
     }
 
@@ -27,7 +27,7 @@ impl Said {
 
     /// Name of a file that was written; standard output has none.
     pub fn wrote(self, path: &Path) {
-        if !crate::atomic::is_output(path) {
+        if !sinew_files::is_output(path) {
             self.line(path.display());
         }
     }

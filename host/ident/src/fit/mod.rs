@@ -318,8 +318,8 @@ fn fitted_parameter(
     }
 }
 
-/// Own values of the recordings, and half the width of the interval of their mean: `None` where any
-/// of them has none.
+/// Own values of the recordings, and half the width of the interval of the mean of those that are
+/// determined: `None` where none is.
 fn own_values(
     parameter: &Parameter,
     local: &Local,
@@ -330,11 +330,12 @@ fn own_values(
     let own: Vec<OwnValue> = own.collect();
     // A value at a bound does not move.
     let halves = local.own.iter().zip(&own);
-    let halves = halves.map(|((_, half), own)| half.or(own.at_bound.then_some(0.0)));
-    let squares: Option<Vec<f64>> = halves.map(|half| Some(half?.powi(2))).collect();
-    let squares = squares.map(|squares| squares.iter().sum::<f64>());
-    let half = squares.map(|squares| squares.sqrt() / own.len().max(1) as f64);
-    (half.filter(|half| *half > 0.0), own)
+    let halves = halves.filter_map(|((_, half), own)| half.or(own.at_bound.then_some(0.0)));
+    let (count, squares) = halves.fold((0, 0.0), |(count, squares), half| {
+        (count + 1, squares + half * half)
+    });
+    let half = squares.sqrt() / f64::from(count.max(1));
+    (Some(half).filter(|half| *half > 0.0), own)
 }
 
 /// Refuses recordings in which no sensor ever changes: an immovable device explains them best.

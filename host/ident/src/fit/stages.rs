@@ -1,7 +1,7 @@
 //! The order of work: short stretches first, whole recordings last
 //! (docs/explanation/identification.md, eq. 9).
 
-use sinew_sim::{Plant, Rig};
+use sinew_sim::{Parameter, Plant, Rig};
 
 use super::bounds::{bounds, natural};
 use super::experiment::{Experiment, Views, spreads};
@@ -38,6 +38,28 @@ pub(crate) struct Local {
     pub slot: usize,
     /// Value and half the width of its 95 % interval, one entry a recording.
     pub own: Vec<(f64, Option<f64>)>,
+}
+
+impl Local {
+    /// Mean of the values of the recordings that determine theirs, SI. The other recordings take
+    /// it: they say nothing, and must not move it. `shared` where no recording determines any.
+    fn share(&mut self, parameter: &Parameter, shared: f64) -> f64 {
+        let [low, high] = bounds(parameter);
+        let is_known =
+            |&(value, half): &(f64, Option<f64>)| half.is_some() || value <= low || value >= high;
+        let known = self.own.iter().filter(|own| is_known(own));
+        let (count, sum) = known.fold((0, 0.0), |(count, sum), (value, _)| {
+            (count + 1, sum + value)
+        });
+        if count == 0 {
+            return shared;
+        }
+        let mean = sum / f64::from(count);
+        for own in self.own.iter_mut().filter(|own| !is_known(own)) {
+            own.0 = mean;
+        }
+        mean
+    }
 }
 
 /// Parameters that a fit treats apart.
@@ -189,12 +211,17 @@ pub(crate) fn run(
         fitted.and_then(|j| widths.parameters[j])
     };
     let half_widths = slots.iter().map(width).collect();
+    let mut local = own_values(&problem, &segments, &unknowns, &widths.local);
+    let mut values = unknowns.values;
+    for it in &mut local {
+        values[it.slot] = it.share(&plant.parameters()[it.slot], values[it.slot]);
+    }
     Ok(Found {
-        local: own_values(&problem, &segments, &unknowns, &widths.local),
+        local,
         slots,
         held: apart.held.to_vec(),
         runaway,
-        values: unknowns.values,
+        values,
         half_widths,
         stop,
         steps,

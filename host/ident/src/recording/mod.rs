@@ -140,7 +140,7 @@ impl Recording {
     /// # Errors
     /// `Write`.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<()> {
-        crate::atomic::write(path, self.to_csv())
+        Ok(sinew_files::write(path, self.to_csv())?)
     }
 
     /// The CSV text.

@@ -240,7 +240,7 @@ impl Report {
     /// # Errors
     /// `Write`.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<()> {
-        crate::atomic::write(path, self.to_html())
+        Ok(sinew_files::write(path, self.to_html())?)
     }
 }
 

@@ -4,3 +4,4 @@ mod cases;
 mod copies;
 mod scale;
 mod seeded;
+mod silent;

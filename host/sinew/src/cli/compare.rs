@@ -215,7 +215,7 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         said.line(contest.tuning_sentence());
     }
     if let Some(path) = &arguments.json {
-        sinew_ident::atomic::write(path, format!("{:#}\n", contest.value()?))?;
+        sinew_files::write(path, format!("{:#}\n", contest.value()?))?;
         said.wrote(path);
     }
     if let Some(path) = &arguments.report {
@@ -224,7 +224,7 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         said.wrote(path);
     }
     if let Some(path) = &arguments.plot {
-        sinew_ident::atomic::write(path, sheet(&contest.errors()))?;
+        sinew_files::write(path, sheet(&contest.errors()))?;
         said.wrote(path);
     }
     if let [model] = arguments.models.as_slice() {

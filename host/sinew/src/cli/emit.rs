@@ -68,7 +68,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         ));
     }
     let spec = store::load(&arguments.model).map_err(Error::refused)?;
-    project::write(&arguments.out, &spec, arguments.optimise)?;
+    let kept = project::write(&arguments.out, &spec, arguments.optimise)?;
+    print!("{}", project::kept(&kept));
     println!(
         "{}: the model, as Rust",
         arguments.out.join("model").display()

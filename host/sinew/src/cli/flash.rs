@@ -57,7 +57,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     let chip = chip(board)?;
     let spec = store::load(model).map_err(Error::refused)?;
-    project::write(&arguments.out, &spec, arguments.optimise)?;
+    let kept = project::write(&arguments.out, &spec, arguments.optimise)?;
+    eprint!("{}", project::kept(&kept));
     let cache = arguments.build_dir.as_deref();
     let built = project::build_shown(&arguments.out, board, cache, arguments.quiet)?;
     let options = Options {

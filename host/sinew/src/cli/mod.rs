@@ -241,7 +241,7 @@ pub fn main() -> ExitCode {
         // Held until the process is gone: nothing starts a child, makes a file, or takes a killed
         // child for a failure of its own any more.
         let _children = crate::device::kill_all();
-        let _files = sinew_ident::atomic::remove_unfinished();
+        let _files = sinew_files::remove_unfinished();
         eprintln!("\nstopped; no file was left half written");
         std::process::exit(interrupt::STATUS.into());
     });
@@ -274,7 +274,7 @@ fn end_with_the_reader() {
         let words = panic.payload_as_str().unwrap_or_default();
         if words.starts_with("failed printing to stdout") && words.contains("Broken pipe") {
             let _children = crate::device::kill_all();
-            let _files = sinew_ident::atomic::remove_unfinished();
+            let _files = sinew_files::remove_unfinished();
             std::process::exit(CLOSED_PIPE);
         }
         usual(panic);

@@ -87,7 +87,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     for guess in &new.guesses {
         said.line(format!("guessed: {guess}"));
     }
-    let rig = match sinew_ident::atomic::is_output(&new.path) {
+    let rig = match sinew_files::is_output(&new.path) {
         true => "RIG.toml".into(),
         false => new.path.display().to_string(),
     };

@@ -239,7 +239,7 @@ fn draw(
 ) -> Result<()> {
     let plots = || view::simulation(plant, recording.t(), inputs, &run.trajectory);
     if let Some(path) = &arguments.plot {
-        sinew_ident::atomic::write(path, sinew_ident::report::sheet(&plots()))?;
+        sinew_files::write(path, sinew_ident::report::sheet(&plots()))?;
     }
     let Some(path) = &arguments.html else {
         return Ok(());

@@ -99,7 +99,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if let Some(path) = &arguments.json {
         let text = serde_json::to_string_pretty(&learned.record)
             .map_err(|e| Error::failed(format!("{}: {e}", path.display())))?;
-        sinew_ident::atomic::write(path, text + "\n")?;
+        sinew_files::write(path, text + "\n")?;
         said.wrote(path);
     }
     said.line(arguments.out.join(store::MODEL_FILE).display());

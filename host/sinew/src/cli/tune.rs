@@ -125,7 +125,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
 
     let written = controlled(&rig, &spec.control)?;
-    sinew_ident::atomic::write(&arguments.out, written.to_toml())?;
+    sinew_files::write(&arguments.out, written.to_toml())?;
     if let Some(folder) = &arguments.model_out {
         save(folder, &spec)?;
     }
@@ -173,7 +173,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             "disturbance_gain": control.disturbance_gain,
             "iterations": control.iterations,
         });
-        sinew_ident::atomic::write(path, format!("{document:#}\n"))?;
+        sinew_files::write(path, format!("{document:#}\n"))?;
         said.wrote(path);
     }
     if let Some(model) = &arguments.model_out {

@@ -190,7 +190,10 @@ impl ModelLoop {
         quiet: bool,
         scenarios: &[Scenario],
     ) -> Result<BoardRuns> {
-        project::write(folder, spec, optimise)?;
+        eprint!(
+            "{}",
+            project::kept(&project::write(folder, spec, optimise)?)
+        );
         let built = project::build_shown(folder, board, cache, quiet)?;
         let stage = Stage::begin(format!("run it on {}", board.name()), quiet);
         let (bench, hash) = (self.bench(), fingerprint(spec));

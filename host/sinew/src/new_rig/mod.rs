@@ -104,7 +104,7 @@ pub fn run(options: &NewRigOptions) -> Result<NewRig> {
         [("the recording", options.recording.as_path())],
         [("--out", Some(path.as_path()))],
     )?;
-    if path.exists() && !options.replace && !sinew_ident::atomic::is_stream(&path) {
+    if path.exists() && !options.replace && !sinew_files::is_stream(&path) {
         return Err(
             Error::arguments(format!("{} exists already", path.display()))
                 .help("give another name with --out, or --force to replace it"),
@@ -128,7 +128,7 @@ pub fn run(options: &NewRigOptions) -> Result<NewRig> {
     } else {
         rig_text(options, &recording, None)?
     };
-    sinew_ident::atomic::write(&path, written.text)?;
+    sinew_files::write(&path, written.text)?;
     Ok(NewRig {
         path,
         unused: written.unused,

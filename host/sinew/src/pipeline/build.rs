@@ -123,6 +123,7 @@ pub fn build(request: &Request) -> Result<Outcome> {
     // Tuning runs the firmware on this computer.
     project::ready(Board::Host)?;
     project::ready(request.board)?;
+    project::is_free(&request.out)?;
     let stage = Stage::begin("fit the rig to the recordings", request.quiet);
     let fitted = fit(&rig, &recordings, &FitOptions::default(), &mut |p| {
         stage.say(format!(
@@ -132,7 +133,7 @@ pub fn build(request: &Request) -> Result<Outcome> {
             100.0 * p.error
         ));
     })?;
-    sinew_ident::atomic::write(request.out.join("rig.toml"), fitted.rig.to_toml())?;
+    sinew_files::write(request.out.join("rig.toml"), fitted.rig.to_toml())?;
     let free_runs = all_free_runs(&rig, &fitted, &tests)?;
     stage.end(fit_sentence(&fitted));
     let doubts = doubts(&fitted);
@@ -180,7 +181,8 @@ pub fn build(request: &Request) -> Result<Outcome> {
         request.quiet,
     )?;
 
-    project::write(&request.out, &spec, request.optimise)?;
+    let kept = project::write(&request.out, &spec, request.optimise)?;
+    eprint!("{}", project::kept(&kept));
     let host = compile(request, Board::Host)?;
     let board = match request.board {
         Board::Host => host.clone(),
@@ -266,7 +268,7 @@ fn find(
     let told = |what: &str, done: usize, of: usize| stage.count(done, of, what);
     let found = diagnose(rig, &recordings, &options, &told)?;
     let mended = sinew_ident::diagnose::output::mended(&found);
-    sinew_ident::atomic::write(request.out.join("mended.toml"), mended)?;
+    sinew_files::write(request.out.join("mended.toml"), mended)?;
     stage.end(&found.sentence);
     Ok(found)
 }

@@ -86,7 +86,10 @@ pub fn measure(
     quiet: bool,
 ) -> Result<(Steps, Vec<OnBoard>)> {
     let folder = cache.join("projects").join(&spec.name);
-    project::write(&folder, spec, optimise)?;
+    eprint!(
+        "{}",
+        project::kept(&project::write(&folder, spec, optimise)?)
+    );
     let stage = Stage::begin("count its steps in QEMU", quiet);
     let steps = count(&folder, cache)?;
     stage.end(report::count(steps.steps as usize, "step"));

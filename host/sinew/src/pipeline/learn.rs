@@ -302,7 +302,7 @@ pub fn fits(rig: &Rig, plant: &Plant, task: &ControlProblem) -> Result<()> {
 /// The specification is not valid, or a file cannot be written.
 pub fn save(folder: &Path, spec: &ModelSpec) -> Result<()> {
     for (file, contents) in store::print(spec).map_err(Error::refused)? {
-        sinew_ident::atomic::write(folder.join(file), contents)?;
+        sinew_files::write(folder.join(file), contents)?;
     }
     Ok(())
 }

@@ -95,7 +95,7 @@ pub(super) fn predictor(
         record: learned.record.clone(),
     })
     .map_err(|e| Error::failed(format!("{}: {e}", kept.display())))?;
-    sinew_ident::atomic::write(&kept, text)?;
+    sinew_files::write(&kept, text)?;
     Ok(Predictor {
         spec,
         record: learned.record,

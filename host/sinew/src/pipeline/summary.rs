@@ -165,6 +165,6 @@ impl Summary {
     pub fn write(&self, path: &Path) -> Result<()> {
         let text = serde_json::to_string_pretty(self)
             .map_err(|e| Error::failed(format!("{}: {e}", path.display())))?;
-        sinew_ident::atomic::write(path, text + "\n")
+        Ok(sinew_files::write(path, text + "\n")?)
     }
 }

@@ -35,7 +35,7 @@ pub fn build(folder: &Path, board: Board, cache: Option<&Path>) -> Result<Built>
     let images = folder.join("images").join(board.folder());
     let copy = |from: &Path, name: &str| -> Result<PathBuf> {
         let to = images.join(name);
-        sinew_ident::atomic::copy(from, &to)?;
+        sinew_files::copy(from, &to)?;
         std::path::absolute(&to).map_err(|e| Error::write(&to, e))
     };
     let name = match board {

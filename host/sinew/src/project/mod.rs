@@ -13,7 +13,9 @@ mod build;
 pub mod image;
 mod sources;
 mod toolchain;
+mod written;
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use sinew_model::emit::{EmitOptions, emit};
@@ -27,6 +29,7 @@ pub use toolchain::{Machine, ready};
 
 use sinew_ident::cli::progress::Stage;
 use sinew_ident::error::{Error, Result};
+use written::SourceFile;
 
 /// Everything that the firmware is built from, for telling whether a result still holds.
 pub fn hash_sources(hasher: &mut impl std::hash::Hasher) {
@@ -75,35 +78,72 @@ pub enum Board {
 }
 
 /// Writes the project of `spec` to `folder`; files that would not change are left alone, so that a
-/// second build has nothing to do.
+/// second build has nothing to do. Returns the files that were edited since an earlier run wrote
+/// them: they stay as they are.
 ///
 /// # Errors
-/// [`Error`] when the specification is not valid or a file cannot be written.
-pub fn write(folder: &Path, spec: &ModelSpec, optimise: Optimise) -> Result<()> {
+/// [`Error`] when the specification is not valid, somebody else's file is in the way, or a file
+/// cannot be written.
+pub fn write(folder: &Path, spec: &ModelSpec, optimise: Optimise) -> Result<Vec<PathBuf>> {
     let options = EmitOptions {
         firmware: "../firmware".into(),
         ..EmitOptions::default()
     };
     let generated = emit(spec, &options).map_err(|e| Error::failed(e.to_string()))?;
+    let mut files: Vec<SourceFile> = Vec::new();
     for file in generated {
-        update(&folder.join("model").join(file.path), file.text.as_bytes())?;
+        files.push(SourceFile {
+            path: format!("model/{}", file.path),
+            contents: file.text.into_bytes().into(),
+        });
     }
     for (path, contents) in sources::SOURCES {
-        let target = folder.join(path);
-        match *path {
-            "Cargo.toml" => update(&target, workspace(contents)?.as_bytes())?,
+        let contents: Cow<'static, [u8]> = match *path {
+            "Cargo.toml" => workspace(contents)?.into_bytes().into(),
             path if path.starts_with("boards/") && path.ends_with("Cargo.toml") => {
-                update(
-                    &target,
-                    board_manifest(contents, spec, optimise)?.as_bytes(),
-                )?;
+                board_manifest(contents, spec, optimise)?
+                    .into_bytes()
+                    .into()
             }
             // A board's lock names the model that it was made with; cargo mends it in place.
-            path if path.ends_with("Cargo.lock") && target.exists() => {}
-            _ => update(&target, contents)?,
-        }
+            path if path.ends_with("Cargo.lock") => {
+                let target = folder.join(path);
+                if !target.exists() {
+                    sinew_files::write(target, contents)?;
+                }
+                continue;
+            }
+            _ => (*contents).into(),
+        };
+        files.push(SourceFile {
+            path: (*path).into(),
+            contents,
+        });
     }
-    Ok(())
+    written::update(folder, &files)
+}
+
+/// Finds out whether [`write`] would replace somebody else's file, before the work of minutes that
+/// comes first.
+///
+/// # Errors
+/// The first such file.
+pub fn is_free(folder: &Path) -> Result<()> {
+    let sources = sources::SOURCES.iter().map(|(path, _)| *path);
+    written::is_free(folder, sources.chain(["model/Cargo.toml"]))
+}
+
+/// Lines about edited files that stayed as they are; empty of none.
+pub fn kept(files: &[PathBuf]) -> String {
+    let line = |file: &PathBuf| {
+        let new = file.with_added_extension("new");
+        let beside = match new.exists() {
+            true => format!("; the new one is {}", new.display()),
+            false => String::new(),
+        };
+        format!("{}: edited, so it stays{beside}\n", file.display())
+    };
+    files.iter().map(line).collect()
 }
 
 /// The workspace settings that `firmware/*` inherit, without the members that are not there.
@@ -165,17 +205,6 @@ fn parse(name: &str, contents: &[u8]) -> Result<DocumentMut> {
     let text = String::from_utf8_lossy(contents);
     text.parse()
         .map_err(|e| Error::failed(format!("the embedded {name}: {e}")))
-}
-
-/// Writes `contents` where they differ from what is there.
-fn update(path: &Path, contents: &[u8]) -> Result<()> {
-    if std::fs::read(path).is_ok_and(|old| old == contents) {
-        return Ok(());
-    }
-    if let Some(parent) = path.parent() {
-        std::fs::create_dir_all(parent).map_err(|e| Error::write(parent, e))?;
-    }
-    sinew_ident::atomic::write(path, contents)
 }
 
 /// Builds one board of the project in `folder`, with progress.

@@ -108,6 +108,9 @@ fn lead(outcome: &Outcome, summary: &Summary) -> String {
 pub fn write(outcome: &Outcome, summary: &Summary, folder: &Path, command: &str) -> Result<()> {
     report(outcome, summary, command).write(folder.join("report.html"))?;
     summary.write(&folder.join("summary.json"))?;
-    sinew_ident::atomic::write(folder.join("loop.csv"), table::loop_csv(outcome))?;
-    sinew_ident::atomic::write(folder.join("device.log"), &outcome.mpc.log)
+    sinew_files::write(folder.join("loop.csv"), table::loop_csv(outcome))?;
+    Ok(sinew_files::write(
+        folder.join("device.log"),
+        &outcome.mpc.log,
+    )?)
 }

@@ -217,7 +217,10 @@ impl<'a> Firmware<'a> {
         cache: Option<&Path>,
         quiet: bool,
     ) -> Result<Self> {
-        project::write(folder, spec, Optimise::Speed)?;
+        eprint!(
+            "{}",
+            project::kept(&project::write(folder, spec, Optimise::Speed)?)
+        );
         Ok(Self {
             folder,
             built: project::build_shown(folder, Board::Host, cache, quiet)?,

@@ -19,7 +19,6 @@ use serde::{Deserialize, Serialize};
 
 use super::network::Predictor;
 use super::{Epoch, Options};
-use sinew_ident::atomic;
 use sinew_ident::error::Result;
 
 const FORMAT: &str = "sinew-checkpoint/1";
@@ -137,7 +136,7 @@ impl Checkpoint {
         })?;
         bytes.push(b'\n');
         bytes.extend(body);
-        atomic::write(&self.file, bytes)?;
+        sinew_files::write(&self.file, bytes)?;
         self.last = Instant::now();
         Ok(())
     }

@@ -6,7 +6,6 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::files;
 use crate::target::{self, TARGET};
 use crate::{BuildError, Network};
 
@@ -85,7 +84,7 @@ pub(super) fn write_workspace(network: &Network, folder: &Path) -> Result<(), Bu
 
 fn put(folder: &Path, files: &[(&str, &str)]) -> Result<(), BuildError> {
     for (path, text) in files {
-        files::write_changed(&folder.join(path), text.as_bytes())?;
+        sinew_files::write_changed(folder.join(path), text.as_bytes())?;
     }
     Ok(())
 }

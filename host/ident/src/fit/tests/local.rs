@@ -99,11 +99,43 @@ fn a_recording_that_says_nothing_of_a_value_takes_the_shared_one() {
     }
     let silent = &gain.recordings[3];
     assert!(silent.ci95.is_none(), "{silent:?}");
-    assert!((silent.value - 1.1).abs() < 0.02, "{silent:?}");
+    assert_eq!(silent.value, gain.value, "{silent:?}");
+    assert!((gain.value - 1.1).abs() < 0.02, "{gain:?}");
     assert!(
-        (gain.value - 1.1).abs() < 0.02 && gain.ci95.is_none(),
+        gain.ci95.is_some_and(|[low, high]| low < 1.1 && 1.1 < high),
         "{gain:?}"
     );
+}
+
+/// One sample determines no payload, whatever it draws the fit to: the mean is of the other three.
+#[test]
+fn a_recording_of_one_sample_does_not_move_the_mean() {
+    let mut recordings = ["first", "second", "third"].map(payload).to_vec();
+    let [known, with] = [false, true].map(|with| {
+        if with {
+            let unseen = payload("unseen");
+            let mut position = vec![f64::NAN; unseen.len()];
+            position[0] = unseen.column("q_m").unwrap()[0];
+            let columns = unseen.columns().iter().map(|column| Column {
+                name: column.name.clone(),
+                values: match column.name == "q_m" {
+                    true => position.clone(),
+                    false => column.values.clone(),
+                },
+            });
+            let times = unseen.t().to_vec();
+            recordings.push(Recording::new("empty.csv", times, columns.collect()).unwrap());
+        }
+        run(&carrier("0.0"), &recordings)
+    });
+    let [alone, beside] = [&known, &with].map(|fitted| parameter(fitted, "mass.inertia"));
+    assert!(
+        (alone.value - beside.value).abs() < 1e-4,
+        "{alone:?} {beside:?}"
+    );
+    assert!(beside.ci95.is_some(), "{beside:?}");
+    assert_eq!(beside.recordings[3].value, beside.value);
+    assert!(beside.recordings[3].ci95.is_none());
 }
 
 /// A mass of 2 kg on 80 N/m and 1.5 N s/m, let go at 0.1 m, in closed form.
