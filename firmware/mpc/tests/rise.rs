@@ -17,6 +17,7 @@ const GAINS: RiseGains = RiseGains {
     alpha2: 4.0,
     beta: 2.0,
     proportional_setpoint_weight: 1.0,
+    derivative_setpoint_weight: 1.0,
     filter_s: 0.004,
     tracking_time_s: 0.1,
 };
@@ -146,6 +147,30 @@ fn commands_are_those_of_the_published_equation_in_double_precision() {
             "step {k}: {u} and {expected}"
         );
     }
+}
+
+/// A step of the reference by 1 changes the filtered slope by c / (filter + period): in (13) once
+/// as it is, and once in the integral.
+#[test]
+fn the_derivative_weight_scales_the_blow_of_a_reference_step() {
+    let limits = Limits {
+        lower: [-1e6],
+        upper: [1e6],
+        ..WIDE
+    };
+    let after = |derivative_setpoint_weight| {
+        let gains = RiseGains {
+            derivative_setpoint_weight,
+            ..GAINS
+        };
+        let mut rise = Rise::new([gains], PERIOD_S, limits, 5);
+        let _ = rise.step(&[0.0], &[1.0]);
+        f64::from(rise.step(&[0.0], &[2.0])[0])
+    };
+    let part = f64::from(GAINS.gain / (GAINS.filter_s + PERIOD_S));
+    let expected = 0.75 * part * f64::from(1.0 + PERIOD_S * GAINS.alpha2);
+    let blow = after(1.0) - after(0.25);
+    assert!((blow / expected - 1.0).abs() < 1e-5, "{blow}, {expected}");
 }
 
 #[test]

@@ -171,13 +171,13 @@ proptest! {
     #[test]
     fn every_command_of_rise_is_inside(
         limits in sound_limits(),
-        gains: [u32; 7],
+        gains: [u32; 8],
         samples in prop::collection::vec(([any_f32(), any_f32()], [any_f32(), any_f32()]), 1..20),
     ) {
         let g = gains.map(f32::from_bits);
         let gains = RiseGains {
             gain: g[0], alpha1: g[1], alpha2: g[2], beta: g[3], proportional_setpoint_weight: g[4],
-            filter_s: g[5], tracking_time_s: g[6],
+            derivative_setpoint_weight: g[5], filter_s: g[6], tracking_time_s: g[7],
         };
         let mut rise = Rise::new([gains; 2], 0.01, limits, 3);
         let mut before = limits.safe;

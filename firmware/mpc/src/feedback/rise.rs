@@ -4,9 +4,10 @@
 //! uncertain nonlinear systems", IEEE Transactions on Automatic Control 49(7), 2004, eq. 9;
 //! docs/explanation/controller.md, eq. 13.
 //!
-//! e2 = de/dt + alpha1 e with e = r - y, u = u(0) + gain (e2 - e2(0)) + integral of
-//! (gain alpha2 e2 + beta sgn(e2)) + back-calculation; outside the integral e2 has a setpoint
-//! weight, as the PID has. Without it a static spring force would require a steady-state error.
+//! e2 = d(c r - y)/dt + alpha1 e with e = r - y, u = u(0) + gain (e2 - e2(0)) + integral of
+//! (gain alpha2 e2 + beta sgn(e2)) + back-calculation. Outside the integral alpha1 e is
+//! alpha1 (b r - y). Without the weight b a static spring force would require a steady-state
+//! error; without c a step of the reference is a blow. With b = c = 1 it is the paper's law.
 
 use crate::feedback::{Feedback, Law, back_calculation};
 
@@ -23,7 +24,9 @@ pub struct RiseGains {
     pub beta: f32,
     /// Weight b of the reference in alpha1 (b r - y) outside the integral; 1: the paper's law.
     pub proportional_setpoint_weight: f32,
-    /// Time constant of the filter of de/dt, seconds.
+    /// Weight c of the reference in d(c r - y)/dt; 1: the paper's law.
+    pub derivative_setpoint_weight: f32,
+    /// Time constant of the filter of d(c r - y)/dt, seconds.
     pub filter_s: f32,
     /// Time constant of the anti-windup, seconds; shorter than a period: one period.
     pub tracking_time_s: f32,
@@ -33,9 +36,9 @@ pub struct RiseGains {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RiseState {
     integral: f32,
-    /// de/dt, filtered.
+    /// d(c r - y)/dt, filtered.
     slope: f32,
-    /// The last e, and e2(0) with the weighted reference; none before the first sample.
+    /// The last c r - y, and e2(0) with the weighted reference; none before the first sample.
     begun: Option<(f32, f32)>,
 }
 
@@ -53,14 +56,15 @@ impl Law for RiseState {
     fn advance(&mut self, gains: &RiseGains, period_s: f32, reference: f32, y: f32) -> f32 {
         let error = reference - y;
         let weighted = gains.alpha1 * (gains.proportional_setpoint_weight * reference - y);
+        let differenced = gains.derivative_setpoint_weight * reference - y;
         let Some((before, origin)) = self.begun else {
             // t = 0: no slope yet, and nothing integrated.
-            self.begun = Some((error, weighted));
+            self.begun = Some((differenced, weighted));
             return self.integral;
         };
         let window = gains.filter_s + period_s;
-        self.slope = (gains.filter_s * self.slope + (error - before)) / window;
-        self.begun = Some((error, origin));
+        self.slope = (gains.filter_s * self.slope + (differenced - before)) / window;
+        self.begun = Some((differenced, origin));
         let e2 = self.slope + gains.alpha1 * error;
         self.integral += period_s * (gains.gain * gains.alpha2 * e2 + gains.beta * sign(e2));
         gains.gain * (self.slope + weighted - origin) + self.integral
@@ -95,6 +99,7 @@ fn sign(x: f32) -> f32 {
 ///     alpha2: 1.0,
 ///     beta: 0.2,
 ///     proportional_setpoint_weight: 1.0,
+///     derivative_setpoint_weight: 1.0,
 ///     filter_s: 0.02,
 ///     tracking_time_s: 0.5,
 /// };
