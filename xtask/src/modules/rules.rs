@@ -19,14 +19,14 @@ const RULES: &[(&str, &[Forbidden])] = &[
     ("sinew-device", &[Forbidden::OursBut(&["sinew-mpc"])]),
     (
         "sinew-nn",
-        &[Forbidden::OursBut(&["sinew-kernels", "sinew-network"])],
+        &[Forbidden::OursBut(&["sinew-files", "sinew-kernels"])],
     ),
     ("sinew-sim", &[Forbidden::OursBut(&[])]),
     (
         "sinew-ident",
         &[
             Forbidden::These(&["burn", "clap", "nix"]),
-            Forbidden::OursBut(&["sinew-sim"]),
+            Forbidden::OursBut(&["sinew-files", "sinew-sim"]),
         ],
     ),
 ];
