@@ -133,7 +133,7 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
     }
     if let Some(path) = &arguments.json {
         let text = format!("{:#}\n", json(&found, &tested));
-        crate::atomic::write(path, text)?;
+        sinew_files::write(path, text)?;
         said.wrote(path);
     }
     match &arguments.out {

@@ -42,7 +42,7 @@ fn script(shell: Shell) -> String {
 /// `Write` where the folder cannot be written.
 pub fn man_pages(arguments: &ManArguments) -> Result<()> {
     for (name, page) in pages()? {
-        sinew_ident::atomic::write(arguments.out.join(name), page)?;
+        sinew_files::write(arguments.out.join(name), page)?;
     }
     Ok(())
 }

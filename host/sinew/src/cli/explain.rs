@@ -40,7 +40,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     match &arguments.json {
         Some(path) => {
             let json = json.map_err(|e| Error::failed(format!("the words are no JSON: {e}")))?;
-            sinew_ident::atomic::write(path, json + "\n")?;
+            sinew_files::write(path, json + "\n")?;
             said.wrote(path);
         }
         None => said.line(text.trim_end()),
