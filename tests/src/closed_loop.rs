@@ -31,13 +31,18 @@ pub struct Run {
 impl Run {
     /// FNV-1a over the bits of every command, in order.
     pub fn command_hash(&self) -> u64 {
-        let bytes = self.steps.iter().flat_map(|step| &step.u);
-        bytes
-            .flat_map(|u| u.to_bits().to_le_bytes())
-            .fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
-                (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3)
-            })
+        let commands = self.steps.iter().flat_map(|step| &step.u);
+        hash(commands.map(|u| u.to_bits()))
     }
+}
+
+/// FNV-1a over words, low bytes first.
+pub fn hash(words: impl Iterator<Item = u32>) -> u64 {
+    words
+        .flat_map(u32::to_le_bytes)
+        .fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3)
+        })
 }
 
 /// Samples of the reference problem.

@@ -9,6 +9,7 @@ pub mod image;
 pub mod reference;
 pub mod rtt;
 pub mod snapshot;
+pub mod state_demo;
 
 use std::io::Write;
 

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use sinew::device::Device;
 use sinew::project::{Board, Sizes, image::sizes};
+use sinew_device::protocol::Summary;
 use sinew_ident::error::{Error, Result};
 
 use crate::{closed_loop, image};
@@ -16,7 +17,7 @@ use crate::{closed_loop, image};
 /// counts are right to about an instruction, and the same in every run.
 const INSTRUCTIONS_PER_TICK: f64 = 40.0 / 32.0;
 
-/// The reference closed loop in QEMU, in numbers. Contents of a file in `tests/expected/`.
+/// A closed loop in QEMU, in numbers. Contents of a file in `tests/expected/`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Measured {
@@ -64,31 +65,36 @@ pub struct Budget {
 /// The image does not build or the run breaks off.
 pub fn measure() -> Result<Measured> {
     let path = image::build(Board::Qemu)?.lockstep;
-    let Sizes {
-        flash_bytes,
-        ram_bytes,
-        ..
-    } = sizes(&path)?;
     let mut device = Device::qemu(&image::runner(), &path)?;
     let run = closed_loop::run(&mut device)?;
-    let ticks = run.steps.iter().map(|step| u64::from(step.ticks));
-    let instructions = |ticks: f64| (ticks * INSTRUCTIONS_PER_TICK).round() as u64;
-    let count = run.steps.len() as u64;
-    Ok(Measured {
-        compiler: image::compiler()
-            .ok_or_else(|| Error::failed("rustc does not say its version"))?,
-        steps: count,
-        instructions_mean: instructions(ticks.clone().sum::<u64>() as f64 / count as f64),
-        instructions_max: instructions(ticks.max().unwrap_or(0) as f64),
-        deadline_misses: run.summary.deadline_misses.into(),
-        flash_bytes,
-        ram_bytes,
-        stack_bytes: run.summary.stack_high_water_bytes.into(),
-        commands: format!("{:016x}", run.command_hash()),
-    })
+    let ticks: Vec<u32> = run.steps.iter().map(|step| step.ticks).collect();
+    Measured::new(&ticks, run.command_hash(), &run.summary, &sizes(&path)?)
 }
 
 impl Measured {
+    /// Figures of a run: ticks of every step, hash of its commands, counts of the device, sizes of
+    /// its image.
+    ///
+    /// # Errors
+    /// The compiler does not say its version.
+    pub fn new(ticks: &[u32], commands: u64, summary: &Summary, sizes: &Sizes) -> Result<Self> {
+        let instructions = |ticks: f64| (ticks * INSTRUCTIONS_PER_TICK).round() as u64;
+        let total: u64 = ticks.iter().map(|ticks| u64::from(*ticks)).sum();
+        let most = ticks.iter().copied().max().unwrap_or(0);
+        Ok(Self {
+            compiler: image::compiler()
+                .ok_or_else(|| Error::failed("rustc does not say its version"))?,
+            steps: ticks.len() as u64,
+            instructions_mean: instructions(total as f64 / ticks.len().max(1) as f64),
+            instructions_max: instructions(f64::from(most)),
+            deadline_misses: summary.deadline_misses.into(),
+            flash_bytes: sizes.flash_bytes,
+            ram_bytes: sizes.ram_bytes,
+            stack_bytes: summary.stack_high_water_bytes.into(),
+            commands: format!("{commands:016x}"),
+        })
+    }
+
     /// As the file holds it.
     ///
     /// # Errors

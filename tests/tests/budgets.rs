@@ -1,15 +1,34 @@
-//! Instructions, flash, RAM, stack and command bits of the reference controller in QEMU, against
-//! the snapshot and against the budget. `cargo xtask measure`, `bless` and `budget` are this file,
+//! Instructions, flash, RAM, stack and command bits of two controllers in QEMU, against their
+//! snapshots and against their budgets. `cargo xtask measure`, `bless` and `budget` are this file,
 //! by the variable SINEW_SNAPSHOTS.
 
 use std::fs;
 use std::sync::OnceLock;
 
+use sinew_ident::error::Result;
 use sinew_tests::snapshot::{self, Measured};
-use sinew_tests::{image, skip};
+use sinew_tests::{image, skip, state_demo};
 
-/// Model S of the reference problem, horizon 10, nothing blocked.
-const NAME: &str = "reference_s_n10";
+/// Loop that is measured, by the name of its snapshot and its budget.
+struct Case {
+    name: &'static str,
+    measure: fn() -> Result<Measured>,
+    run: OnceLock<Measured>,
+}
+
+/// Model S of the reference problem, horizon 10.
+static REFERENCE: Case = Case {
+    name: "reference_s_n10",
+    measure: snapshot::measure,
+    run: OnceLock::new(),
+};
+
+/// State network of the demo behind its filter, horizon 12.
+static STATE: Case = Case {
+    name: "demo_state_n12",
+    measure: state_demo::measure,
+    run: OnceLock::new(),
+};
 
 /// Bytes of flash by which two checkouts may differ: panic messages of dependencies hold the path
 /// of cargo's registry, six times.
@@ -21,14 +40,16 @@ const PATHS: u64 = 200;
 /// in the mean, seven 36,408).
 const ORDER: u64 = 500;
 
-/// One run serves both tests. `None`: this machine cannot run images, and it has been said.
-fn measured() -> Option<&'static Measured> {
-    static RUN: OnceLock<Measured> = OnceLock::new();
-    if let Some(reason) = image::cannot_run() {
-        skip(reason);
-        return None;
+impl Case {
+    /// One run serves both tests. `None`: this machine cannot run images, and it has been said.
+    fn measured(&'static self) -> Option<&'static Measured> {
+        if let Some(reason) = image::cannot_run() {
+            skip(reason);
+            return None;
+        }
+        let run = || (self.measure)().unwrap_or_else(|error| panic!("{error}"));
+        Some(self.run.get_or_init(run))
     }
-    Some(RUN.get_or_init(|| snapshot::measure().unwrap_or_else(|error| panic!("{error}"))))
 }
 
 fn mode() -> String {
@@ -37,11 +58,23 @@ fn mode() -> String {
 
 #[test]
 fn the_reference_run_matches_its_snapshot() {
-    let Some(measured) = measured() else { return };
-    let path = snapshot::expected(NAME);
+    matches_its_snapshot(&REFERENCE);
+}
+
+#[test]
+fn the_state_run_matches_its_snapshot() {
+    matches_its_snapshot(&STATE);
+}
+
+fn matches_its_snapshot(case: &'static Case) {
+    let Some(measured) = case.measured() else {
+        return;
+    };
+    let name = case.name;
+    let path = snapshot::expected(name);
     let text = measured.to_text().unwrap_or_else(|error| panic!("{error}"));
     match mode().as_str() {
-        "measure" => return println!("\n{NAME}\n{text}"),
+        "measure" => return println!("\n{name}\n{text}"),
         "bless" => {
             if fs::read_to_string(&path).is_ok_and(|old| old == text) {
                 return println!("\n{}: nothing has changed", path.display());
@@ -61,7 +94,7 @@ fn the_reference_run_matches_its_snapshot() {
     );
     if measured.compiler != expected.compiler {
         return skip(&format!(
-            "instructions and sizes of {NAME} were measured with {}, and this is {}: only the budget holds",
+            "instructions and sizes of {name} were measured with {}, and this is {}: only the budget holds",
             expected.compiler, measured.compiler
         ));
     }
@@ -85,16 +118,28 @@ fn the_reference_run_matches_its_snapshot() {
     }
     assert_eq!(
         measured, expected,
-        "{NAME} has changed: look at the figures, then cargo xtask bless"
+        "{name} has changed: look at the figures, then cargo xtask bless"
     );
 }
 
 #[test]
 fn the_reference_run_is_within_its_budget() {
-    let Some(measured) = measured() else { return };
-    let budget = snapshot::budget(NAME).unwrap_or_else(|error| panic!("{error}"));
+    is_within_its_budget(&REFERENCE);
+}
+
+#[test]
+fn the_state_run_is_within_its_budget() {
+    is_within_its_budget(&STATE);
+}
+
+fn is_within_its_budget(case: &'static Case) {
+    let Some(measured) = case.measured() else {
+        return;
+    };
+    let name = case.name;
+    let budget = snapshot::budget(name).unwrap_or_else(|error| panic!("{error}"));
     if !mode().is_empty() {
-        println!("\n{:>20}  {:>10}  {:>10}", NAME, "measured", "budget");
+        println!("\n{:>20}  {:>10}  {:>10}", name, "measured", "budget");
         for (name, measured, most) in measured.beside(&budget) {
             println!("{name:>20}  {measured:>10}  {most:>10}");
         }

@@ -75,7 +75,7 @@ const VERBS: &[Verb] = &[
     Verb {
         name: "measure",
         arguments: "",
-        line: "Instructions, flash, RAM and stack of the reference controller in QEMU, as a table",
+        line: "Instructions, flash, RAM and stack of two controllers in QEMU, as tables",
         run: snapshots::measure,
     },
     Verb {
