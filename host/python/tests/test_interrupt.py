@@ -5,8 +5,6 @@ import threading
 import time
 
 import pytest
-from conftest import RIGS
-
 import sinew_ident
 
 
@@ -16,10 +14,8 @@ def interrupt_after(seconds: float) -> threading.Timer:
     return timer
 
 
-def test_ctrl_c_ends_a_diagnosis(rig, fit_frame, test_frame):
-    begin = time.monotonic()
-    sinew_ident.diagnose(rig, fit_frame, test_frame)
-    whole = time.monotonic() - begin
+def test_ctrl_c_ends_a_diagnosis(rig, fit_frame, test_frame, found):
+    whole = found.to_dict()["seconds"]
     begin = time.monotonic()
     timer = interrupt_after(0.1 * whole)
     with pytest.raises(KeyboardInterrupt):
@@ -36,18 +32,9 @@ def test_an_error_of_the_progress_callback_ends_a_fit(rig, fit_frame):
         sinew_ident.fit(rig, [fit_frame] * 3, progress=refuse)
 
 
-def test_progress_is_told_in_the_calling_thread(rig, fit_frame):
-    told = []
+def test_other_threads_run_and_progress_is_told_in_the_calling_thread(rig, fit_frame):
+    told, ticks = [], []
     here = threading.get_ident()
-    sinew_ident.diagnose(
-        rig, fit_frame, progress=lambda *news: told.append((threading.get_ident(), *news))
-    )
-    assert told and {thread for thread, *_ in told} == {here}
-    assert all(done <= of for _, _, done, of in told)
-
-
-def test_other_threads_run_while_it_computes(rig, fit_frame):
-    ticks = []
     stop = threading.Event()
 
     def count():
@@ -58,9 +45,13 @@ def test_other_threads_run_while_it_computes(rig, fit_frame):
     counter = threading.Thread(target=count)
     counter.start()
     begin = time.monotonic()
-    sinew_ident.diagnose(rig, fit_frame)
+    sinew_ident.diagnose(
+        rig, fit_frame, progress=lambda *news: told.append((threading.get_ident(), *news))
+    )
     end = time.monotonic()
     stop.set()
     counter.join()
     gaps = [b - a for a, b in zip(ticks, ticks[1:]) if begin < b < end]
     assert len(gaps) > 20 and max(gaps) < 0.5 * (end - begin)
+    assert told and {thread for thread, *_ in told} == {here}
+    assert all(done <= of for _, _, done, of in told)

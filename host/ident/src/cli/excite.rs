@@ -9,6 +9,7 @@ use super::overwrite;
 use super::progress::Stage;
 use super::said::Said;
 use crate::error::{Error, Result};
+use crate::excite::json::json;
 use crate::excite::{Kind, Options, design, reveal, table};
 use crate::report::count;
 
@@ -73,6 +74,11 @@ pub struct Arguments {
     /// Write the inputs only, without measuring what they would reveal.
     #[arg(long)]
     no_table: bool,
+    /// File for the experiment and what it would reveal as JSON (sinew-excite/1).
+    ///
+    /// `-` is standard output.
+    #[arg(long, value_name = "JSON")]
+    json: Option<PathBuf>,
     /// No progress and no remarks.
     #[arg(long)]
     quiet: bool,
@@ -85,7 +91,10 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, control_rate_hz: Option<f64>) -> Result<()> {
     overwrite::refuse(
         [("the rig", arguments.rig.as_path())],
-        [("--out", Some(arguments.out.as_path()))],
+        [
+            ("--out", Some(arguments.out.as_path())),
+            ("--json", arguments.json.as_deref()),
+        ],
     )?;
     let rig = Rig::load(&arguments.rig)?;
     let plant = Plant::new(&rig)?;
@@ -112,7 +121,7 @@ pub fn run(arguments: &Arguments, control_rate_hz: Option<f64>) -> Result<()> {
     experiment
         .recording(&plant, &arguments.out)?
         .write(&arguments.out)?;
-    let said = Said::beside([Some(arguments.out.as_path())]);
+    let said = Said::beside([Some(arguments.out.as_path()), arguments.json.as_deref()]);
     if let Some(found) = &revelation {
         said.line(table(found).trim_end());
     }
@@ -123,6 +132,16 @@ pub fn run(arguments: &Arguments, control_rate_hz: Option<f64>) -> Result<()> {
             count(experiment.inputs.len(), "input"),
             arguments.out.display()
         ));
+    }
+    if let Some(path) = &arguments.json {
+        let inputs = plant.inputs().iter().map(|input| input.column.as_str());
+        let document = json(
+            &experiment,
+            &inputs.collect::<Vec<_>>(),
+            revelation.as_ref(),
+        );
+        sinew_files::write(path, format!("{document:#}\n"))?;
+        said.wrote(path);
     }
     Ok(())
 }

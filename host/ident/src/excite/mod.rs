@@ -16,6 +16,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod json;
 mod limits;
 pub mod reveal;
 mod signal;

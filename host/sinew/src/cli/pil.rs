@@ -3,11 +3,14 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use serde_json::{Value, json};
 
 use super::LoopArguments;
 use crate::closed_loop::setup::{DeviceRun, same_bits};
 use crate::device::Device;
 use crate::project::Board;
+use sinew_ident::cli::overwrite;
+use sinew_ident::cli::said::Said;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::report::quantity;
 
@@ -31,12 +34,18 @@ pub struct Arguments {
     /// Or the socket of one in QEMU.
     #[arg(long, value_name = "PORT", conflicts_with = "board")]
     port: Option<PathBuf>,
+    /// File for the scores as JSON (sinew-pil/1); `-` is standard output.
+    #[arg(long, value_name = "JSON")]
+    json: Option<PathBuf>,
 }
 
 /// # Errors
 /// A bad file, a model that does not fit the rig, firmware that does not build or run.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let of_loop = &arguments.of_loop;
+    let rig = ("RIG", of_loop.rig.as_path());
+    overwrite::refuse([rig], [("--json", arguments.json.as_deref())])?;
+    let said = Said::beside([arguments.json.as_deref()]);
     let ready = of_loop.load(arguments.plant.as_deref())?;
     let spec = ready.model(&arguments.model)?;
     let bench = ready.bench();
@@ -53,33 +62,62 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             bench.loop_with(Device::port(port)?, model, &scenario[0])?.0
         }
     };
-    for (i, (unit, sensor)) in ready.units().zip(&ready.task.outputs).enumerate() {
-        println!(
-            "{}: {} RMS, {} at most, over {} steps",
-            ready.plant.sensors()[*sensor].column,
+    let outputs: Vec<(&str, &str)> = (ready.units().zip(&ready.task.outputs))
+        .map(|(unit, sensor)| (ready.plant.sensors()[*sensor].column.as_str(), unit))
+        .collect();
+    for (i, (signal, unit)) in outputs.iter().enumerate() {
+        said.line(format!(
+            "{signal}: {} RMS, {} at most, over {} steps",
             quantity(device.score.rms[i], unit),
             quantity(device.score.max[i], unit),
             device.summary.steps
-        );
+        ));
     }
-    println!(
+    said.line(format!(
         "{} late, {} samples missed, {} frames rejected, {} B of stack",
         device.summary.deadline_misses,
         device.summary.missed_samples,
         device.summary.frames_rejected,
         device.summary.stack_high_water_bytes
-    );
+    ));
+    let mut equal = None;
     if arguments.port.is_some() {
         // In real time some samples come too late, and what stands in for them is no other run's.
-        println!("{} ticks without a sample in time", device.late);
+        said.line(format!("{} ticks without a sample in time", device.late));
     } else if arguments.board != Board::Host {
         if !same_bits(&device.answers, &run(Board::Host)?.answers) {
             return Err(Error::failed(
                 "the board and this computer give different commands",
             ));
         }
-        println!("the same bits on this computer");
+        equal = Some(true);
+        said.line("the same bits on this computer");
     }
-    print!("{}", device.log);
+    if !device.log.is_empty() {
+        said.line(device.log.trim_end());
+    }
+    if let Some(path) = &arguments.json {
+        let text = format!("{:#}\n", document(&device, &outputs, equal));
+        sinew_files::write(path, text)?;
+        said.wrote(path);
+    }
     Ok(())
+}
+
+/// The loop as JSON, SI. `outputs` are signals with their units; `equal` tells whether every
+/// command has the bits of this computer's build, none where that was not compared.
+fn document(device: &DeviceRun, outputs: &[(&str, &str)], equal: Option<bool>) -> Value {
+    let (score, summary) = (&device.score, &device.summary);
+    let output = |(i, (signal, unit)): (usize, &(&str, &str))| json!({ "signal": signal, "unit": unit, "rms": score.rms[i], "max": score.max[i] });
+    json!({
+        "format": "sinew-pil/1",
+        "steps": summary.steps,
+        "outputs": outputs.iter().enumerate().map(output).collect::<Vec<_>>(),
+        "outside_limits": score.outside_limits,
+        "deadline_misses": summary.deadline_misses,
+        "missed_samples": summary.missed_samples,
+        "frames_rejected": summary.frames_rejected,
+        "stack_bytes": summary.stack_high_water_bytes,
+        "host_equals_device": equal,
+    })
 }

@@ -1,5 +1,7 @@
 //! Results for programs: JSON by its schema on standard output, and exit statuses.
 
+use std::path::Path;
+
 use serde_json::Value;
 
 use crate::desk::Desk;
@@ -66,6 +68,64 @@ fn an_unexplained_signal_is_status_4_and_an_undetermined_parameter_3() {
     assert!(explained("gain.toml", "--exit-code", 3));
     assert!(!explained("stiff.toml", "--exit-code", 4));
     assert!(!explained("stiff.toml", "", 0));
+}
+
+/// A loop that needs no training, and the flags of its build outputs.
+fn loop_desk() -> (Desk, String) {
+    let desk = crate::interrupt::reference_desk();
+    crate::verbs::reference_model(&desk, "model");
+    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pil");
+    let flags = format!("--out out --build-dir {} --quiet --json -", cache.display());
+    (desk, flags)
+}
+
+#[test]
+fn a_comparison_ends_with_the_status_of_its_own_errors() {
+    let (desk, flags) = loop_desk();
+    let line = format!("compare rig.toml model --fit recording.csv --evaluations 20 {flags}");
+    let found = result(&desk, &line, "comparison", 0);
+    let controllers = found["controllers"].as_array().expect("a list");
+    let error = |controller: &Value| controller["loops"][0]["rms"][0].as_f64();
+    let outside = |controller: &Value| controller["loops"][0]["outside_limits"] != 0;
+    assert!(!controllers.iter().any(outside), "{found}");
+    assert_eq!(controllers.len(), 3);
+    let leads = controllers[1..]
+        .iter()
+        .all(|other| error(&controllers[0]) <= error(other));
+    let status = if leads { 0 } else { 3 };
+    result(&desk, &format!("{line} --exit-code"), "comparison", status);
+}
+
+#[test]
+fn a_loop_on_a_board_is_a_document() {
+    let (desk, flags) = loop_desk();
+    let line = format!("pil rig.toml model --fit recording.csv --board host {flags}");
+    let found = result(&desk, &line, "pil", 0);
+    assert!(found["steps"].as_u64() > Some(100), "{found}");
+    assert_eq!(found["outputs"].as_array().map(Vec::len), Some(3));
+    assert!(
+        found["host_equals_device"].is_null(),
+        "the host is the board"
+    );
+}
+
+#[test]
+fn an_experiment_says_what_it_would_reveal() {
+    let desk = desk();
+    let line = format!("excite {RIG} --out exc.csv --seconds 8 --quiet --json -");
+    let found = result(&desk, &line, "excite", 0);
+    assert_eq!(
+        (&found["rows"], &found["inputs"]),
+        (&961.into(), &serde_json::json!(["u_N"]))
+    );
+    let effects = found["revelation"]["effects"]
+        .as_array()
+        .expect("it was measured");
+    let named = |kind: &str| effects.iter().find(|effect| effect["kind"] == kind);
+    let friction = named("coulomb_friction").expect("a mass may rub");
+    assert_eq!(friction["verdict"], "determined", "{friction}");
+    let inputs_only = result(&desk, &format!("{line} --no-table"), "excite", 0);
+    assert!(inputs_only["revelation"].is_null());
 }
 
 #[test]

@@ -332,7 +332,7 @@ fn a_controller_can_be_made_for_size_and_a_network_alone_cannot() {
 }
 
 /// The model of the reference problem S in a folder of its own.
-fn reference_model(desk: &Desk, folder: &str) {
+pub fn reference_model(desk: &Desk, folder: &str) {
     std::fs::create_dir_all(desk.path(folder)).expect("it can be made");
     for file in ["model.toml", "weights.safetensors"] {
         let from = checkout().join("models/reference-s").join(file);
