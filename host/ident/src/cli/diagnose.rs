@@ -41,10 +41,10 @@ pub struct Arguments {
     /// File for a page with plots.
     #[arg(long, value_name = "HTML")]
     report: Option<PathBuf>,
-    /// File for the mended rig; the rig's own text and comments are kept.
+    /// File for the corrected rig; the rig's own text and comments are kept.
     #[arg(long, value_name = "TOML")]
     rig_out: Option<PathBuf>,
-    /// File for the mended rig as MuJoCo's MJCF.
+    /// File for the corrected rig as MuJoCo's MJCF.
     #[arg(long, value_name = "XML")]
     mjcf: Option<PathBuf>,
     /// Seconds after which nothing more is tried; the answer is the best so far.

@@ -250,7 +250,7 @@ fn sentence(
             });
             let learned = match (stands_in, location) {
                 (true, Some(at)) => format!(
-                    " In the mended rig a learned force at {} stands in for it: a spring and a damping without a name, which \
+                    " In the corrected rig a learned force at {} stands in for it: a spring and a damping without a name, which \
                      cannot drive the rig.",
                     at.component
                 ),

@@ -154,18 +154,30 @@ fn difference(network: &Network, inputs: &[Vec<f64>], expected: &[Vec<f64>]) -> 
     Ok(worst)
 }
 
+/// The panic of the first failing test, or the compiler's first error.
+fn cause(said: &str) -> String {
+    let lines: Vec<&str> = said.lines().map(str::trim).collect();
+    let panic = lines.iter().position(|line| line.contains("panicked at"));
+    let message = panic.and_then(|at| lines.get(at + 1));
+    let error = lines.iter().find(|line| line.starts_with("error"));
+    let cause = message.or(error).or(lines.last());
+    cause.unwrap_or(&"no word").chars().take(QUOTED).collect()
+}
+
 /// Runs the tests of an emitted crate, its golden vectors among them.
 fn test(folder: &Path) -> Result<()> {
-    let status = Command::new("cargo")
+    let output = Command::new("cargo")
         .args(["test", "--quiet"])
         .current_dir(folder)
-        .stdout(Stdio::null())
-        .status()
+        .output()
         .map_err(|error| Error::arguments(format!("cargo: {error}")))?;
-    if !status.success() {
+    if !output.status.success() {
+        let said =
+            [output.stdout, output.stderr].map(|of| String::from_utf8_lossy(&of).into_owned());
         return Err(Error::arguments(format!(
-            "{}: its tests fail",
-            folder.display()
+            "{}: its tests fail: {}",
+            folder.display(),
+            cause(&said.concat())
         )));
     }
     // A crate of int8 weights or of a coarser tanh has none: it is not meant to give the network's
@@ -177,4 +189,19 @@ fn test(folder: &Path) -> Result<()> {
     };
     println!("{}: its tests pass, {golden}", folder.display());
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cause_is_the_first_panic_or_the_compilers_first_error() {
+        let failing = "running 1 test\n---- golden stdout ----\n\nthread 'golden' (7) panicked at \
+                       tests/golden.rs:9:5:\n  output 0: 1.0, expected 2.0\nnote: run with\n";
+        assert_eq!(cause(failing), "output 0: 1.0, expected 2.0");
+        let broken = "   Compiling x\nerror[E0308]: mismatched types\nerror: could not compile\n";
+        assert_eq!(cause(broken), "error[E0308]: mismatched types");
+        assert_eq!(cause(""), "no word");
+    }
 }

@@ -33,7 +33,7 @@ pub fn closing_lines(outcome: &Outcome, summary: &Summary, folder: &Path) -> Vec
         line(
             "diagnosis",
             format!(
-                "{}: free-run error {} refitted, {} mended",
+                "{}: free-run error {} refitted, {} corrected",
                 found.found,
                 quantity(found.before_rms, &found.unit),
                 quantity(found.after_rms, &found.unit)

@@ -216,7 +216,7 @@ fn what_next(diagnosis: &Diagnosis) -> Section {
         section = section.text(diagnosis.next_experiment.clone());
     }
     section
-        .text("The mended rig, which every other verb simulates and trains on (--rig-out):")
+        .text("The corrected rig, which every other verb simulates and trains on (--rig-out):")
         .with(Block::Code(mended(diagnosis)))
 }
 

@@ -46,7 +46,7 @@ pub(super) fn runs(diagnosis: &Diagnosis, runs: &Runs<'_>) -> Vec<Plot> {
                 before.simulated.clone(),
             ))
             .with(line(
-                "mended",
+                "corrected",
                 Stroke::Dashed,
                 Tone::Blue,
                 after.simulated.clone(),
@@ -61,7 +61,7 @@ pub(super) fn runs(diagnosis: &Diagnosis, runs: &Runs<'_>) -> Vec<Plot> {
                 error(&before.simulated),
             ))
             .with(line(
-                "mended",
+                "corrected",
                 Stroke::Solid,
                 Tone::Blue,
                 error(&after.simulated),

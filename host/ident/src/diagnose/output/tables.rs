@@ -30,7 +30,7 @@ pub(super) fn errors(diagnosis: &Diagnosis) -> Table {
         "recordings",
         "#rig as written",
         "#refitted",
-        "#mended",
+        "#corrected",
         "#noise",
     ];
     let mut table = Table::new("Free-run error (RMS)", titles);

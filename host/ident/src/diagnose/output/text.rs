@@ -99,7 +99,7 @@ fn law(text: &mut String, effect: &FoundEffect) {
 fn fit(text: &mut String, diagnosis: &Diagnosis) {
     let title = format!(
         "{:<14}{:>14}{:>14}{:>14}",
-        "free-run RMS", "as written", "refitted", "mended"
+        "free-run RMS", "as written", "refitted", "corrected"
     );
     line(text, "fit", &title);
     for (signal, fit) in &diagnosis.fit {
