@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use sinew_ident::error::{Error, Result};
-use sinew_nn::emit::HEADER;
+use sinew_model::emit::HEADER;
 
 /// List of the written files with their checksums, in the project's folder.
 const LIST: &str = ".sinew-written";
@@ -191,6 +191,19 @@ mod tests {
         // The same contents are nobody's loss.
         fs::write(folder.path().join("Cargo.toml"), "ours").unwrap();
         assert!(update(folder.path(), &written).unwrap().is_empty());
+    }
+
+    #[test]
+    fn a_folder_of_a_program_without_lists_is_written_over() {
+        let folder = tempfile::tempdir().unwrap();
+        let older = [("model/Cargo.toml", HEADER), ("Cargo.toml", "older")];
+        for (path, text) in older {
+            sinew_files::write(folder.path().join(path), text).unwrap();
+        }
+        is_free(folder.path(), ["Cargo.toml"].into_iter()).unwrap();
+        let new = files(&[("model/Cargo.toml", "new"), ("Cargo.toml", "new")]);
+        assert!(update(folder.path(), &new).unwrap().is_empty());
+        assert_eq!(fs::read(folder.path().join("Cargo.toml")).unwrap(), b"new");
     }
 
     #[test]
