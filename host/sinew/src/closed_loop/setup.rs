@@ -296,14 +296,6 @@ impl Setup<'_> {
         Ok((run, end))
     }
 
-    /// Tunes the PID on `plants`, and runs it on the plant of the comparison.
-    ///
-    /// # Errors
-    /// As [`Setup::tuned`] and [`Setup::run_baseline`].
-    pub fn pid(&self, plants: &[Vec<f64>], scenario: &Scenario) -> Result<PidRun> {
-        self.run_baseline(self.tuned::<PidState>(plants, BUDGET)?, scenario)
-    }
-
     /// Tunes a controller without a model on plants of the comparison, with references it will not
     /// be judged on.
     ///

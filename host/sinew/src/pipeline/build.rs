@@ -5,14 +5,16 @@ use std::time::Instant;
 
 use sinew_model::fingerprint;
 use sinew_model::spec::ModelSpec;
+use sinew_mpc::feedback::pid::PidState;
 use sinew_sim::{Plant, Rig};
 
 use crate::closed_loop::control_problem::ControlProblem;
 use crate::closed_loop::disturbance::Disturbance;
 use crate::closed_loop::perturbed_plant::PerturbedParameter;
 use crate::closed_loop::setup::{DeviceRun, PidRun, Setup, same_bits};
+use crate::pipeline::kept_pid::KeptPids;
 use crate::pipeline::learn::Record;
-use crate::pipeline::predictor::{Predictor, predictor};
+use crate::pipeline::predictor::{self, Predictor, predictor};
 use crate::pipeline::summary::ModelRig;
 use crate::project::{self, Board, Built, Optimise, Sizes};
 use crate::rig_file;
@@ -206,11 +208,22 @@ pub fn build(request: &Request) -> Result<Outcome> {
             Some(equal)
         }
     };
-    let pid = |on: &str, plants: &[Vec<f64>]| {
+    // The reference may be that of a test recording.
+    let all = [&recordings[..], &tests[..]].concat();
+    let key = predictor::key(rig_of_model, &all, request.seed);
+    let mut kept = KeptPids::open(request.out.join("pid.json"), key);
+    let mut pid = |on: &str, plants: &[Vec<f64>]| {
         let stage = Stage::begin("tune and run the PID", request.quiet);
-        let pid = bench.pid(plants, &scenario).map_err(|e| e.to_string());
-        stage.end(if pid.is_ok() { on } else { "none" });
-        pid
+        let tuned = kept.tuned(&bench, plants);
+        let run = tuned.and_then(|(tuning, reused)| {
+            Ok((bench.run_baseline::<PidState>(tuning, &scenario)?, reused))
+        });
+        stage.end(match &run {
+            Ok((_, true)) => format!("{on}, as before"),
+            Ok((_, false)) => on.to_owned(),
+            Err(_) => "none".to_owned(),
+        });
+        run.map(|(pid, _)| pid).map_err(|error| error.to_string())
     };
     let informed_pid = pid("on the plants that tuned the MPC", &bench.tuning_plants());
     let very = [values.clone(), values.clone()];

@@ -3,6 +3,7 @@
 pub mod build;
 pub mod footprint;
 pub mod import;
+mod kept_pid;
 pub mod learn;
 mod learn_state;
 mod learned;

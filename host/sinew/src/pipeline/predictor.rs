@@ -108,8 +108,8 @@ fn earlier(path: &Path, key: u64) -> Option<Kept> {
     (kept.key == key).then_some(kept)
 }
 
-/// Changes with anything that training depends on.
-fn key(rig: &Rig, recordings: &[Recording], seed: u64) -> u64 {
+/// Hash that changes with anything that training and tuning depend on.
+pub(super) fn key(rig: &Rig, recordings: &[Recording], seed: u64) -> u64 {
     let mut hasher = DefaultHasher::new();
     env!("CARGO_PKG_VERSION").hash(&mut hasher);
     format!("{:?}", sinew_train::train::Options::default()).hash(&mut hasher);
