@@ -10,6 +10,9 @@ const PLATEAU: usize = 4;
 /// Fewest equal samples of a sensor that froze, and of all plateaus together.
 const FROZEN: usize = 20;
 
+/// Fewest readings that can say anything of a device.
+const FEWEST_READINGS: usize = 20;
+
 /// Fewest rows in which a sensor without values says something.
 const FEWEST_ROWS: usize = 20;
 
@@ -17,16 +20,17 @@ const FEWEST_ROWS: usize = 20;
 const LEVELS: usize = 40;
 
 /// The first of `dead_channel`, `quantised`, `clipped`, `stuck_channel` in one column of a sensor;
-/// `driven`: some input of the recording changes.
+/// `driven`: some input of the recording changes; `named`: a rig has this sensor.
 pub(super) fn detect(
     recording: &Recording,
     name: &str,
     values: &[f64],
-    driven: bool,
+    (driven, named): (bool, bool),
 ) -> Option<Check> {
-    let Some(series) = Series::of(values) else {
-        return silent(recording, name, values);
-    };
+    if let Some(silent) = silent(recording, name, values, named) {
+        return Some(silent);
+    }
+    let series = Series::of(values)?;
     if series.width() == 0.0 {
         return driven.then(|| dead(recording, name, &series));
     }
@@ -36,11 +40,11 @@ pub(super) fn detect(
 }
 
 /// A sensor that gave next to nothing, in a recording that is long enough to tell.
-fn silent(recording: &Recording, name: &str, values: &[f64]) -> Option<Check> {
-    if values.len() < FEWEST_ROWS {
+fn silent(recording: &Recording, name: &str, values: &[f64], named: bool) -> Option<Check> {
+    let valid = values.iter().filter(|value| value.is_finite()).count();
+    if values.len() < FEWEST_ROWS || valid >= FEWEST_READINGS {
         return None;
     }
-    let valid = values.iter().filter(|value| value.is_finite()).count();
     let sentence = format!(
         "{name} has {} in {}",
         counted(valid, "value"),
@@ -49,13 +53,11 @@ fn silent(recording: &Recording, name: &str, values: &[f64]) -> Option<Check> {
     let remedy = "check the sensor and its cable; or leave the recording or the sensor out";
     let row = values.iter().position(|value| value.is_finite());
     let row = row.unwrap_or_default();
-    Some(Check::likely(
-        recording,
-        row,
-        "dead_channel",
-        sentence,
-        remedy,
-    ))
+    let check = match named {
+        true => Check::certain,
+        false => Check::likely,
+    };
+    Some(check(recording, row, "dead_channel", sentence, remedy))
 }
 
 fn dead(recording: &Recording, name: &str, series: &Series) -> Check {

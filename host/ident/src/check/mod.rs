@@ -101,6 +101,8 @@ fn surest_of_time(found: &mut Vec<Check>) {
 fn alone(recording: &Recording, rig: Option<&Rig>) -> Vec<Check> {
     let columns = Columns::of(recording, rig);
     let values = |name: &String| recording.column(name).unwrap_or_default();
+    // A rig asks for its sensors; a log may have columns of rare events.
+    let named = rig.is_some();
     let driven = columns.inputs.iter().any(|name| varies(values(name)));
     let mut found = sampling::detect(recording);
     found.extend(time::detect(recording));
@@ -108,7 +110,9 @@ fn alone(recording: &Recording, rig: Option<&Rig>) -> Vec<Check> {
         let sensor = columns.sensors.contains(name);
         let of_values = sentinel::detect(recording, name, values(name))
             .or_else(|| sensor.then(|| wrap::detect(recording, name, values(name)))?)
-            .or_else(|| sensor.then(|| flat::detect(recording, name, values(name), driven))?);
+            .or_else(|| {
+                sensor.then(|| flat::detect(recording, name, values(name), (driven, named)))?
+            });
         found.extend(of_values);
     }
     for (q, qd) in derivative::pairs(recording) {

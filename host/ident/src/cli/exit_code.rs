@@ -2,7 +2,7 @@
 
 use crate::check::Check;
 use crate::diagnose::Verdict;
-use crate::fit::Fit;
+use crate::fit::{Fit, FittedParameter};
 
 /// Something was found that a script wants to react to.
 pub const FOUND: u8 = 3;
@@ -33,7 +33,9 @@ pub fn of_fit(found: &Fit) -> u8 {
     if !found.sensors.iter().all(|sensor| sensor.is_explained()) {
         return UNEXPLAINED;
     }
-    let determined = found.parameters.iter().all(|p| p.ci95.is_some());
+    let own = |p: &FittedParameter| p.recordings.iter().all(|o| o.ci95.is_some() || o.at_bound);
+    let determined = |p: &FittedParameter| p.ci95.is_some() && own(p);
+    let determined = found.parameters.iter().all(determined);
     if determined { 0 } else { FOUND }
 }
 

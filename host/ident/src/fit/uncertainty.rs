@@ -18,6 +18,10 @@ const LOOSE: f64 = 1.0;
 /// A parameter with more than this part of its square in loose directions is not determined.
 const SHARE: f64 = 0.01;
 
+/// Fewest readings for each parameter, beside one for each start state: with as many readings as
+/// unknowns every residual is zero, whatever the numbers.
+const READINGS: usize = 2;
+
 /// Half widths of 95 % intervals, SI; `None` where the data do not determine a value or where it
 /// rests at a bound.
 pub(crate) struct HalfWidths {
@@ -43,6 +47,7 @@ pub(crate) fn half_widths(
     let mut scores: Vec<DVector<f64>> = Vec::new();
     let mut memory: f64 = 1.0;
     let mut starts = Vec::with_capacity(segments.len());
+    let (mut readings, mut unknown) = (0, READINGS * parameters);
     for (segment, state) in segments.iter().zip(&unknowns.states) {
         let Some(rows) = problem.rows(segment, &unknowns.values, state) else {
             return nothing();
@@ -52,6 +57,8 @@ pub(crate) fn half_widths(
             return nothing();
         };
         information += &normal.zz - &normal.zx * &back;
+        readings += rows.residual.len();
+        unknown += state.len();
         let correlated = memory_of(&rows, problem.sigma.len());
         memory = memory.max(correlated);
         scores.extend(block_scores(
@@ -60,7 +67,11 @@ pub(crate) fn half_widths(
             parameters,
             block_length(rows.residual.len(), correlated),
         ));
-        starts.push((normal.xx, back, correlated));
+        let is_open = rows.residual.len() <= state.len();
+        starts.push((normal.xx, back, correlated, is_open));
+    }
+    if readings < unknown {
+        return nothing();
     }
     let determined = determined(&information, memory);
     let Some(inverse) = (information
@@ -90,7 +101,10 @@ pub(crate) fn half_widths(
         let variance = sandwich[(j, j)].max(inverse[(j, j)]);
         Some(quantile * variance.sqrt() * problem.scale[j])
     });
-    let of_segment = |((xx, back, memory), state): (&(_, _, f64), &Vec<f64>)| {
+    let of_segment = |((xx, back, memory, is_open), state): (&(_, _, f64, bool), &Vec<f64>)| {
+        if *is_open {
+            return vec![None; problem.local.len()];
+        }
         local(
             problem,
             &unknowns.values,

@@ -79,7 +79,12 @@ fn page(topic: &Topic) -> String {
             "",
             &format!("eq. {} of docs/explanation/plant.md", law.equation),
         );
-        row("sits at", &format!("a {}", topic.sits_at.join(", a ")));
+        let place = |place: &&str| match place.starts_with(['a', 'e', 'i', 'o', 'u']) {
+            true => format!("an {place}"),
+            false => format!("a {place}"),
+        };
+        let places: Vec<String> = topic.sits_at.iter().map(place).collect();
+        row("sits at", &places.join(", "));
     }
     for parameter in &topic.parameters {
         let (name, unit, meaning) = (parameter.name, &parameter.unit, parameter.meaning);

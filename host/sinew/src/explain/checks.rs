@@ -9,7 +9,7 @@ pub(super) const WORDS: &[(&str, &str, &str)] = &[
     ),
     (
         "dead_channel",
-        "A sensor never changes although the input does.",
+        "A sensor never changes although the input does, or has fewer than 20 values.",
         "Check the cable and the name of the column. Leave the sensor out of the rig until it \
          measures.",
     ),

@@ -29,6 +29,7 @@ pub use toolchain::{Machine, ready};
 
 use sinew_ident::cli::progress::Stage;
 use sinew_ident::error::{Error, Result};
+pub use written::Kept;
 use written::SourceFile;
 
 /// Everything that the firmware is built from, for telling whether a result still holds.
@@ -84,7 +85,7 @@ pub enum Board {
 /// # Errors
 /// [`Error`] when the specification is not valid, somebody else's file is in the way, or a file
 /// cannot be written.
-pub fn write(folder: &Path, spec: &ModelSpec, optimise: Optimise) -> Result<Vec<PathBuf>> {
+pub fn write(folder: &Path, spec: &ModelSpec, optimise: Optimise) -> Result<Vec<Kept>> {
     let options = EmitOptions {
         firmware: "../firmware".into(),
         ..EmitOptions::default()
@@ -95,6 +96,7 @@ pub fn write(folder: &Path, spec: &ModelSpec, optimise: Optimise) -> Result<Vec<
         files.push(SourceFile {
             path: format!("model/{}", file.path),
             contents: file.text.into_bytes().into(),
+            once: false,
         });
     }
     for (path, contents) in sources::SOURCES {
@@ -105,25 +107,19 @@ pub fn write(folder: &Path, spec: &ModelSpec, optimise: Optimise) -> Result<Vec<
                     .into_bytes()
                     .into()
             }
-            // A board's lock names the model that it was made with; cargo mends it in place.
-            path if path.ends_with("Cargo.lock") => {
-                let target = folder.join(path);
-                if !target.exists() {
-                    sinew_files::write(target, contents)?;
-                }
-                continue;
-            }
             _ => (*contents).into(),
         };
         files.push(SourceFile {
             path: (*path).into(),
             contents,
+            // A board's lock names the model that it was made with; cargo mends it in place.
+            once: path.ends_with("Cargo.lock"),
         });
     }
     written::update(folder, &files)
 }
 
-/// Finds out whether [`write`] would replace somebody else's file, before the work of minutes that
+/// Finds out whether [`write()`] would replace somebody else's file, before the work of minutes that
 /// comes first.
 ///
 /// # Errors
@@ -134,14 +130,14 @@ pub fn is_free(folder: &Path) -> Result<()> {
 }
 
 /// Lines about edited files that stayed as they are; empty of none.
-pub fn kept(files: &[PathBuf]) -> String {
-    let line = |file: &PathBuf| {
-        let new = file.with_added_extension("new");
-        let beside = match new.exists() {
-            true => format!("; the new one is {}", new.display()),
-            false => String::new(),
+pub fn kept(files: &[Kept]) -> String {
+    let line = |Kept { path, new }: &Kept| {
+        let beside = if *new {
+            "; its new version ends in .new"
+        } else {
+            ""
         };
-        format!("{}: edited, so it stays{beside}\n", file.display())
+        format!("{}: edited, so it stays{beside}\n", path.display())
     };
     files.iter().map(line).collect()
 }
