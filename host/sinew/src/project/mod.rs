@@ -119,8 +119,8 @@ pub fn write(folder: &Path, spec: &ModelSpec, optimise: Optimise) -> Result<Vec<
     written::update(folder, &files)
 }
 
-/// Finds out whether [`write()`] would replace somebody else's file, before the work of minutes that
-/// comes first.
+/// Finds out whether [`write()`] would replace somebody else's file, before the work of minutes
+/// that comes first.
 ///
 /// # Errors
 /// The first such file.
