@@ -1,11 +1,20 @@
 """Ctrl-C, progress and other threads."""
 
 import _thread
+import signal
 import threading
 import time
 
 import pytest
 import sinew_ident
+
+
+@pytest.fixture(autouse=True)
+def interrupts():
+    """Python's own handler: a shell starts background programs with SIGINT ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 def interrupt_after(seconds: float) -> threading.Timer:
