@@ -201,3 +201,32 @@ fn a_person_is_asked_for_the_unit_where_every_parameter_changed_by_powers_of_ten
     let none_yet = text.replace("damping = { value = 1.2 }", "damping = { value = 1e-8 }");
     assert!(!asked(&none_yet, &recording));
 }
+
+/// Three readings fit three parameters and a start exactly, whatever the truth; five do nearly.
+#[test]
+fn no_interval_comes_of_fewer_readings_than_unknowns() {
+    let truth = parse(&oscillator(1.0, 50.0, 2.0, ""));
+    let whole = recorded(&truth, 600, 0.01, 10.0, 0.0, 5);
+    let believed = parse(&oscillator(1.5, 30.0, 1.0, ""));
+    for rows in [vec![120, 300, 480], vec![60, 150, 260, 390, 520]] {
+        let columns = whole.columns().iter().map(|column| {
+            let kept =
+                |(row, value): (usize, &f64)| match column.name != "q_m" || rows.contains(&row) {
+                    true => *value,
+                    false => f64::NAN,
+                };
+            Column {
+                name: column.name.clone(),
+                values: column.values.iter().enumerate().map(kept).collect(),
+            }
+        });
+        let sparse = Recording::new("sparse.csv", whole.t().to_vec(), columns.collect()).unwrap();
+        let fitted = run(&believed, &[sparse]);
+        assert_eq!(fitted.parameters.len(), 3);
+        assert!(
+            fitted.parameters.iter().all(|p| p.ci95.is_none()),
+            "{rows:?}: {:?}",
+            fitted.parameters
+        );
+    }
+}

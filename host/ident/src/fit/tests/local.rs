@@ -138,33 +138,6 @@ fn a_recording_of_one_sample_does_not_move_the_mean() {
     assert!(beside.recordings[3].ci95.is_none());
 }
 
-/// Three readings fit three parameters and a start exactly, whatever the truth.
-#[test]
-fn no_interval_comes_of_fewer_readings_than_unknowns() {
-    let recording = payload("first");
-    let mut position = vec![f64::NAN; recording.len()];
-    for row in [40, 200, 420] {
-        position[row] = recording.column("q_m").unwrap()[row];
-    }
-    let columns = recording.columns().iter().map(|column| Column {
-        name: column.name.clone(),
-        values: match column.name == "q_m" {
-            true => position.clone(),
-            false => column.values.clone(),
-        },
-    });
-    let times = recording.t().to_vec();
-    let sparse = Recording::new("sparse.csv", times, columns.collect()).unwrap();
-    let fitted = run(&carrier("0.0"), &[sparse]);
-    let own = fitted.parameters.iter().flat_map(|p| &p.recordings);
-    assert!(own.clone().count() == 1 && own.clone().all(|own| own.ci95.is_none()));
-    assert!(
-        fitted.parameters.iter().all(|p| p.ci95.is_none()),
-        "{:?}",
-        fitted.parameters
-    );
-}
-
 /// A mass of 2 kg on 80 N/m and 1.5 N s/m, let go at 0.1 m, in closed form.
 fn ringing() -> Recording {
     let mut random = Noise(31);
