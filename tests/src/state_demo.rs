@@ -59,7 +59,7 @@ pub fn measure() -> Result<Measured> {
     Measured::new(&ticks, bits, &summary, &sizes(&built.lockstep)?)
 }
 
-/// What a controller costs that does not control says nothing.
+/// Refuses the costs of a controller that does not control.
 fn follows(run: &Run) -> Result<()> {
     let error = run.score(&[]).rms[0];
     if error <= MOST_ERROR_M {

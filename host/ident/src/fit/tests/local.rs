@@ -138,6 +138,46 @@ fn a_recording_of_one_sample_does_not_move_the_mean() {
     assert!(beside.recordings[3].ci95.is_none());
 }
 
+/// Four readings fit two own values and two start states exactly: they determine nothing.
+#[test]
+fn a_recording_of_as_many_readings_as_unknowns_determines_no_own_value() {
+    let text = oscillator(1.0, 40.0, 1.0, "")
+        .replace("inertia = { value = 1.0 }", "inertia = 1.0")
+        .replace("40.0 }", "40.0, per = \"recording\" }")
+        .replace(
+            "damping = { value = 1.0 }",
+            "damping = { value = 1.0, per = \"recording\" }",
+        );
+    let rig = parse(&text);
+    let truth = parse(&oscillator(1.0, 50.0, 2.0, ""));
+    let whole = recorded(&truth, 600, 0.01, 10.0, 0.0, 5);
+    let other = recorded(&truth, 600, 0.01, 10.0, 0.01, 6);
+    let columns = other.columns().iter().map(|column| Column {
+        name: column.name.clone(),
+        values: match column.name == "q_m" {
+            true => (0..)
+                .zip(&column.values)
+                .map(|(row, value)| match [90, 230, 370, 510].contains(&row) {
+                    true => *value,
+                    false => f64::NAN,
+                })
+                .collect(),
+            false => column.values.clone(),
+        },
+    });
+    let sparse = Recording::new("sparse.csv", other.t().to_vec(), columns.collect()).unwrap();
+    let fitted = run(&rig, &[whole, sparse]);
+    for (name, value) in [("coil.stiffness", 50.0), ("dashpot.damping", 2.0)] {
+        let shared = parameter(&fitted, name);
+        assert!((shared.value / value - 1.0).abs() < 0.01, "{shared:?}");
+        let sparse = &shared.recordings[1];
+        assert!(
+            sparse.ci95.is_none() && sparse.value == shared.value,
+            "{sparse:?}"
+        );
+    }
+}
+
 /// A mass of 2 kg on 80 N/m and 1.5 N s/m, let go at 0.1 m, in closed form.
 fn ringing() -> Recording {
     let mut random = Noise(31);
