@@ -29,6 +29,13 @@ const RULES: &[(&str, &[Forbidden])] = &[
             Forbidden::OursBut(&["sinew-files", "sinew-sim"]),
         ],
     ),
+    (
+        "sinew-plan",
+        &[
+            Forbidden::These(&["burn", "clap", "nix"]),
+            Forbidden::OursBut(&["sinew-files", "sinew-ident", "sinew-sim"]),
+        ],
+    ),
 ];
 
 /// The rules that the workspace breaks, each as a line.
