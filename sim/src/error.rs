@@ -98,6 +98,13 @@ pub enum SimulationError {
         /// Name of the column.
         column: String,
     },
+    /// No unique stable rest under constant inputs.
+    NoRest {
+        /// The body that moves most in the direction in question.
+        at: BodyPlace,
+        /// Reason.
+        reason: NoRest,
+    },
     /// The state became infinite or NaN.
     Diverged {
         /// The first body that did.
@@ -105,6 +112,46 @@ pub enum SimulationError {
         /// When, s.
         time: f64,
     },
+}
+
+/// Reason for which a plant has no unique stable rest under constant inputs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoRest {
+    /// No spring, tendon or stop holds the body: it rests anywhere, or nowhere.
+    Free,
+    /// The forces balance, but a small push leaves the balance.
+    Unstable,
+    /// The search did not end.
+    NotFound {
+        /// Steps that were taken.
+        steps: usize,
+    },
+    /// A recording imposes the body's motion.
+    Imposed,
+}
+
+impl fmt::Display for NoRest {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Free => write!(
+                f,
+                "no spring, taut tendon or stop holds it under these inputs, so that it rests \
+                 anywhere or nowhere\n  help: add what holds it, or an input that pulls a tendon \
+                 taut; dry friction alone does not fix a rest"
+            ),
+            Self::Unstable => write!(
+                f,
+                "the forces balance where a small push leads away\n  help: start elsewhere, or is \
+                 something soft below zero there?"
+            ),
+            Self::NotFound { steps } => write!(
+                f,
+                "no balance of forces was found in {steps} steps\n  help: are the inputs within \
+                 their limits?"
+            ),
+            Self::Imposed => write!(f, "a recording imposes its motion"),
+        }
+    }
 }
 
 impl fmt::Display for SimulationError {
@@ -147,6 +194,11 @@ impl fmt::Display for SimulationError {
                 f,
                 "column `{column}`, which imposes a motion, has fewer than the six valid samples that \
                  are needed to smooth it"
+            ),
+            Self::NoRest { at, reason } => write!(
+                f,
+                "{}:{}: body `{}` has no unique rest: {reason}",
+                at.file, at.line, at.body
             ),
             Self::Diverged { at, time } => write!(
                 f,

@@ -24,6 +24,7 @@
 //!   through every event and its time.
 //! - **Linear rigs in one step.** A sample interval is a matrix exponential, without truncation
 //!   error.
+//! - **Rests.** [`Plant::rest`] finds the static equilibrium without simulating.
 //!
 //! A rig file (TOML) becomes a [`Rig`], a typed description that keeps its text and lines. A rig
 //! becomes a [`Plant`], whose every number is a parameter slot. A plant is simulated over any
@@ -90,11 +91,12 @@ pub mod rig;
 mod scalar;
 mod settings;
 mod simulate;
+mod statics;
 pub mod suggest;
 pub mod unit;
 
 pub use dual::Dual;
-pub use error::{BodyPlace, Error, SimulationError};
+pub use error::{BodyPlace, Error, NoRest, SimulationError};
 pub use imposed_motion::ImposedMotion;
 pub use input_trajectory::InputTrajectory;
 pub use integrator::Stepper;
@@ -103,3 +105,4 @@ pub use rig::Rig;
 pub use scalar::Scalar;
 pub use settings::{Report, Settings};
 pub use simulate::{Gradient, ParameterizedPlant, RecordingRun, Simulated, Trajectory};
+pub use statics::{Contraction, Rest, RestInterval, RestPoint};

@@ -2,6 +2,7 @@
 
 mod gradient;
 mod parameterized;
+mod rest;
 mod run;
 pub(crate) mod simulated;
 mod start;

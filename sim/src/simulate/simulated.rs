@@ -15,6 +15,7 @@ use crate::integrator::Stepper;
 use crate::integrator::exact::TransitionCache;
 use crate::plant::Plant;
 use crate::scalar::Scalar;
+use crate::statics::Rest;
 
 /// Methods of [`Simulated`]. In the trait these are generic bodies; in an `impl` that names its
 /// type nothing generic is left, and that makes them this crate's.
@@ -60,6 +61,16 @@ macro_rules! bodies {
             first: &[Option<f64>],
         ) -> Result<Vec<Self>, SimulationError> {
             plant.start(values, first)
+        }
+
+        /// [`Plant::rest`].
+        fn rest(
+            plant: &Plant,
+            values: &[Self],
+            inputs: &[Self],
+            start: &[f64],
+        ) -> Result<Rest<Self>, SimulationError> {
+            plant.find_rest(values, inputs, start)
         }
 
         /// [`Plant::simulate_until`], and

@@ -24,5 +24,6 @@ mod passive;
 mod past;
 mod per_recording;
 mod refusals;
+mod rests;
 mod rig_text;
 mod signals;

@@ -6,4 +6,5 @@ mod foam;
 mod laws;
 mod mass_spring_damper;
 mod mujoco;
-mod recording;
+mod mujoco_rests;
+pub mod recording;

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use sinew_sim::{InputTrajectory, Plant, Rig};
 
-/// Path of a file of `tests/foreign`.
-fn path(name: &str) -> PathBuf {
+/// Path of a file or folder of `tests/foreign`.
+pub fn path(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
         .join("../tests/foreign")
         .join(name)

@@ -15,6 +15,7 @@ const PROGRAMS: &[&[&str]] = &[
     &["finger.py"],
     &["foam.py"],
     &["mujoco_trajectories.py"],
+    &["mujoco_rests.py"],
     &["-m", "hardlaw.check"],
     &["-m", "hardlaw.exact"],
     &["-m", "hardlaw.committed"],
