@@ -93,6 +93,16 @@ pub fn fingerprint(spec: &ModelSpec) -> u32 {
     hash.doubles(&[control.disturbance_gain]);
     hash.count(control.iterations.into());
     hash.count(control.max_missing_samples.into());
+    // Only where there is one, as above.
+    if let Some(value) = &control.value {
+        hash.text("value");
+        hash.count(value.rows);
+        hash.count(value.ahead);
+        hash.count(value.points.len());
+        for point in &value.points {
+            hash.doubles(point);
+        }
+    }
     hash.0
 }
 

@@ -7,6 +7,7 @@
 //! | [`spec`] | signals, network and control problem, and the checks that make them valid |
 //! | [`store`] | the model on disk: `model.toml` and `weights.safetensors` |
 //! | [`evaluate`] | the predictor and its Jacobian in double precision, the reference of every test |
+//! | [`value`] | the cost-to-go at the end of the horizon |
 //! | [`emit`] | the printed crate |
 //! | [`regenerate`] | committed models, printed again and compared |
 //! | [`mod@reference`] | the importer of the reference problem |
@@ -23,5 +24,6 @@ pub mod regenerate;
 pub mod spec;
 pub mod store;
 pub mod to_network;
+pub mod value;
 
 pub use fingerprint::fingerprint;

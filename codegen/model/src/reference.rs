@@ -66,6 +66,12 @@ pub enum ReferenceError {
         #[source]
         error: RowsError,
     },
+    /// A line of the trajectory is not numbers.
+    #[error("reference.csv, line {line}: expected a time and a number for each output")]
+    Row {
+        /// The line, from 1.
+        line: usize,
+    },
     /// The model that comes out is not valid.
     #[error(transparent)]
     Spec(#[from] SpecError),
@@ -196,6 +202,7 @@ pub fn import(
             disturbance_gain: 0.0,
             iterations: problem.newton_iterations,
             max_missing_samples: horizon as u16,
+            value: None,
         },
         golden: network
             .golden_f64
@@ -208,6 +215,21 @@ pub fn import(
     };
     spec.validate()?;
     Ok(spec)
+}
+
+/// Rows of the reference trajectory, `reference.csv`: a header, then t and the outputs.
+///
+/// # Errors
+/// The first line that is not numbers.
+pub fn motions(text: &str) -> Result<Vec<Vec<f64>>, ReferenceError> {
+    let rows = text.lines().enumerate().skip(1).map(|(index, line)| {
+        let numbers: Result<Vec<f64>, _> = line.split(',').skip(1).map(str::parse).collect();
+        match numbers {
+            Ok(row) if !row.is_empty() => Ok(row),
+            _ => Err(ReferenceError::Row { line: index + 1 }),
+        }
+    });
+    rows.collect()
 }
 
 fn read<'a, T: Deserialize<'a>>(what: &'static str, text: &'a str) -> Result<T, ReferenceError> {

@@ -89,6 +89,7 @@ fn emitted_code_is_formatted() {
         weighted,
         support::tiny(),
         support::with_shortcut(),
+        support::with_value(),
         support::reference("S"),
         support::reference("L"),
         support::reference("P"),

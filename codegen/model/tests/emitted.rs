@@ -26,6 +26,7 @@ fn specs() -> Vec<ModelSpec> {
         support::reference("P"),
         support::tiny(),
         support::with_shortcut(),
+        support::with_value(),
         network("one-linear", Absolute, 0, &[(2, Linear)]),
         network("one-tanh", Increment, 1, &[(2, Tanh)]),
         network("one-relu", Increment, 0, &[(2, Relu)]),

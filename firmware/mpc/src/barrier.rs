@@ -9,9 +9,9 @@
 //! command, and twice differentiable.
 
 use crate::constraints::Bounds;
-use crate::cost::{CostTerm, Quadratic, Trace};
+use crate::cost::{CostTerm, End, Path, Quadratic};
+use crate::model::Regressor;
 use crate::problem::Problem;
-use crate::rollout::Trajectory;
 
 /// A model whose controller has the barrier, with the sharpness s. 0, a negative number and NaN:
 /// none. Goes around [`Exact`](crate::exact_hessian::Exact) where both are wanted.
@@ -55,6 +55,8 @@ impl<
 > CostTerm<NU, NY, NS, ND, DD> for Barred<M>
 {
     type Model = M::Model;
+    type Residuals = M::Residuals;
+    const RESIDUALS: M::Residuals = M::RESIDUALS;
 
     fn model(&self) -> &M::Model {
         self.0.model()
@@ -76,14 +78,32 @@ impl<
     fn linearise<const N: usize, const NB: usize, const NV: usize>(
         problem: &Problem<'_, Self, NU, NY, NS, ND, DD, N, NB, NV>,
         plan: &[f32; NV],
-        trajectory: &Trajectory<Trace<M, NU, NY, NS, ND, DD>, NY, N>,
+        path: &Path<M, NU, NY, NS, ND, DD, N>,
         quadratic: &mut Quadratic<NV>,
     ) {
-        M::linearise(&Self::inside(problem), plan, trajectory, quadratic);
+        M::linearise(&Self::inside(problem), plan, path, quadratic);
         let s = problem.model.1;
         if s > 0.0 && s.is_finite() {
             add_derivatives(s, problem.bounds, plan, quadratic);
         }
+    }
+
+    fn prepare(&mut self, reference: &[[f32; NY]], disturbance: &[f32]) {
+        self.0.prepare(reference, disturbance);
+    }
+
+    fn cost_to_go(&self, end: &Regressor<NU, NY, NS, ND, DD>, residuals: &mut M::Residuals) -> f32 {
+        self.0.cost_to_go(end, residuals)
+    }
+
+    fn linearise_cost_to_go<const NB: usize>(
+        &self,
+        residuals: &M::Residuals,
+        end: &End<'_, NU, NY, NS, DD, NB>,
+        gradient: &mut [[f32; NU]],
+        pairs: &mut [[[f32; NU]; NU]],
+    ) {
+        self.0.linearise_cost_to_go(residuals, end, gradient, pairs);
     }
 }
 

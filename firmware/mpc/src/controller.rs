@@ -97,7 +97,8 @@ pub struct Step<const NU: usize> {
 }
 
 /// The controller of one rig. `NB` blocks of moves, `NV = NB NU` decision variables, `N` steps
-/// predicted.
+/// predicted. `P` rows of the reference are seen: those of the horizon and, where a cost-to-go
+/// stands at its end, those ahead of it.
 #[derive(Clone, Debug)]
 pub struct ControlLoop<
     M,
@@ -109,6 +110,7 @@ pub struct ControlLoop<
     const N: usize,
     const NB: usize,
     const NV: usize,
+    const P: usize = N,
 > {
     model: M,
     scaling: ModelScaling<NU, NY, NS>,
@@ -133,7 +135,8 @@ impl<
     const N: usize,
     const NB: usize,
     const NV: usize,
-> ControlLoop<M, NU, NY, NS, ND, DD, N, NB, NV>
+    const P: usize,
+> ControlLoop<M, NU, NY, NS, ND, DD, N, NB, NV, P>
 {
     /// A loop at rest at the safe command. Contradictory limits are
     /// [sanitised](Limits::sanitised); settings are checked at every step.
@@ -150,6 +153,7 @@ impl<
                 "NV is the number of decision variables, NB NU"
             );
             assert!(NB >= 1 && N >= NB, "the blocks fit the horizon");
+            assert!(P >= N, "every predicted step has a row of the reference");
         }
         let limiter = Limiter::new(limits);
         let bounds = scaled_bounds(limiter.limits(), &scaling, &horizons);
@@ -167,11 +171,11 @@ impl<
     }
 
     /// One step, all arguments in physical units: measured outputs (NaN: missing), sensor channels,
-    /// r(k+1) .. r(k+N).
+    /// r(k+1) .. r(k+P).
     ///
     /// The command is inside the limits exactly, for any input and whatever the status.
     #[inline(never)]
-    pub fn step(&mut self, y: &[f32; NY], s: &[f32; NS], reference: &[[f32; NY]; N]) -> Step<NU> {
+    pub fn step(&mut self, y: &[f32; NY], s: &[f32; NS], reference: &[[f32; NY]; P]) -> Step<NU> {
         let valid = self.settings.is_valid();
         let sample = self.observe(y, s, valid);
         let mut step = Step {
@@ -239,14 +243,14 @@ impl<
     }
 
     /// Continues the plan of the last step and improves it, if the request makes sense.
-    fn optimise(&mut self, reference: &[[f32; NY]; N], valid: bool, step: &mut Step<NU>) {
+    fn optimise(&mut self, reference: &[[f32; NY]; P], valid: bool, step: &mut Step<NU>) {
         if self.warm {
             self.plan.shift::<NU, N, NB>(&self.horizons);
         } else {
             self.plan.hold(&self.bounds.previous);
             self.warm = true;
         }
-        let mut scaled = [[0.0; NY]; N];
+        let mut scaled = [[0.0; NY]; P];
         for (scaled, reference) in scaled.iter_mut().zip(reference) {
             *scaled = self.scaling.y.to_model(reference);
         }
@@ -259,11 +263,17 @@ impl<
             };
             return;
         }
+        // The constructor holds that there are as many.
+        let Some(predicted) = scaled.first_chunk::<N>() else {
+            return;
+        };
+        let disturbance = self.estimator.disturbance();
+        (self.model).prepare(scaled.get(N - 1..).unwrap_or_default(), disturbance);
         let problem = Problem {
             model: &self.model,
             start: self.estimator.regressor(),
-            disturbance: self.estimator.disturbance(),
-            reference: &scaled,
+            disturbance,
+            reference: predicted,
             weights: Weights {
                 tracking: self.settings.tracking_weight,
                 moves: self.settings.move_suppression,

@@ -2,6 +2,7 @@
 //! to 7).
 
 use crate::model::{Model, Regressor};
+use crate::move_blocking::Interpolation;
 use crate::problem::Problem;
 use crate::rollout::Trajectory;
 use crate::sensitivity::{Propagate, Sensitivities, Stage};
@@ -125,6 +126,12 @@ pub trait CostTerm<
     /// The predictor.
     type Model: Propagate<NU, NY, NS, ND, DD>;
 
+    /// Residuals of a cost-to-go at the end of the horizon (eq. 4d); `()` where there is none.
+    type Residuals: Copy;
+
+    /// Residuals before any rollout.
+    const RESIDUALS: Self::Residuals;
+
     /// The predictor.
     fn model(&self) -> &Self::Model;
 
@@ -142,11 +149,68 @@ pub trait CostTerm<
     fn linearise<const N: usize, const NB: usize, const NV: usize>(
         _problem: &Problem<'_, Self, NU, NY, NS, ND, DD, N, NB, NV>,
         _plan: &[f32; NV],
-        _trajectory: &Trajectory<Trace<Self, NU, NY, NS, ND, DD>, NY, N>,
+        _path: &Path<Self, NU, NY, NS, ND, DD, N>,
         _quadratic: &mut Quadratic<NV>,
     ) {
     }
+
+    /// Takes over what the cost-to-go needs once a step: the reference from r(k+N) on, and the
+    /// disturbance. Nothing by default.
+    #[inline(always)]
+    fn prepare(&mut self, _reference: &[[f32; NY]], _disturbance: &[f32]) {}
+
+    /// Cost-to-go of the regressor at the end of the horizon; leaves its residuals. 0 by default.
+    #[inline(always)]
+    fn cost_to_go(
+        &self,
+        _end: &Regressor<NU, NY, NS, ND, DD>,
+        _residuals: &mut Self::Residuals,
+    ) -> f32 {
+        0.0
+    }
+
+    /// Adds the halved derivatives of the cost-to-go; nothing by default.
+    #[inline(always)]
+    fn linearise_cost_to_go<const NB: usize>(
+        &self,
+        _residuals: &Self::Residuals,
+        _end: &End<'_, NU, NY, NS, DD, NB>,
+        _gradient: &mut [[f32; NU]],
+        _pairs: &mut [[[f32; NU]; NU]],
+    ) {
+    }
 }
+
+/// Sensitivities at the end of the horizon.
+pub struct End<
+    'a,
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const DD: usize,
+    const NB: usize,
+> {
+    /// Blocks with an effect.
+    pub active: usize,
+    /// Interpolation of u(k) .. u(k+N-1) in the plan, the newest last.
+    pub inputs: &'a [Interpolation],
+    /// `[b][lag][r][c]` is the derivative of y_r(k+N-lag) by the command of channel c at the end of
+    /// block b.
+    pub blocks: &'a [[[[f32; NU]; NY]; DD]; NB],
+    /// `[b][r][c]` is that of s_r(k+N); zero where the channels are held.
+    pub channels: &'a [[[f32; NU]; NS]; NB],
+}
+
+/// Results of a rollout for a cost term: its model's traces and its residuals.
+pub type Path<
+    C,
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const ND: usize,
+    const DD: usize,
+    const N: usize,
+> = Trajectory<Trace<C, NU, NY, NS, ND, DD>, NY, N, <C as CostTerm<NU, NY, NS, ND, DD>>::Residuals>;
 
 /// The trace of a cost term's model.
 pub type Trace<
@@ -168,6 +232,8 @@ impl<
 > CostTerm<NU, NY, NS, ND, DD> for M
 {
     type Model = M;
+    type Residuals = ();
+    const RESIDUALS: () = ();
 
     #[inline(always)]
     fn model(&self) -> &M {
@@ -193,7 +259,7 @@ impl<
     pub fn rollout(
         &self,
         plan: &[f32; NV],
-        trajectory: &mut Trajectory<Trace<M, NU, NY, NS, ND, DD>, NY, N>,
+        trajectory: &mut Path<M, NU, NY, NS, ND, DD, N>,
     ) -> f32 {
         // Part by part: what is copied whole becomes a call of memcpy.
         let Regressor { u, y, s } = self.start;
@@ -228,7 +294,7 @@ impl<
                 cost += *weighted * error;
             }
         }
-        cost
+        cost + (self.model).cost_to_go(&regressor, &mut trajectory.residuals)
     }
 
     /// The exact gradient of J through the recursion and its Gauss-Newton Hessian
@@ -238,7 +304,7 @@ impl<
     pub fn linearise(
         &self,
         plan: &[f32; NV],
-        trajectory: &Trajectory<Trace<M, NU, NY, NS, ND, DD>, NY, N>,
+        trajectory: &Path<M, NU, NY, NS, ND, DD, N>,
         quadratic: &mut Quadratic<NV>,
     ) {
         let mut gradient = [[0.0; NU]; NB];
@@ -280,6 +346,18 @@ impl<
             }
             active_before = active;
         }
+        let end = End {
+            active: active_before,
+            inputs: &self.horizons.interpolation,
+            blocks: &blocks,
+            channels: &channels,
+        };
+        self.model.linearise_cost_to_go(
+            &trajectory.residuals,
+            &end,
+            &mut gradient,
+            pairs.as_flattened_mut(),
+        );
         quadratic.enter::<NU, NB>(&pairs);
         self.add_moves(plan, &gradient, quadratic);
         M::linearise(self, plan, trajectory, quadratic);

@@ -28,6 +28,8 @@ impl<
 > CostTerm<NU, NY, NS, ND, DD> for Exact<M>
 {
     type Model = M;
+    type Residuals = ();
+    const RESIDUALS: () = ();
 
     fn model(&self) -> &M {
         &self.0

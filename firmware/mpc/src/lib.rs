@@ -64,6 +64,7 @@ pub mod sensitivity;
 pub mod state_loop;
 pub mod state_predictor;
 pub mod status;
+pub mod terminal;
 pub mod work_bound;
 
 pub use constraints::{ActiveSet, Bounds};
@@ -80,4 +81,5 @@ pub use scaling::ModelScaling;
 pub use sensitivity::Propagate;
 pub use state_loop::{StateLoop, StateSettings};
 pub use status::Status;
+pub use terminal::{ValuePoint, Valued};
 pub use work_bound::{Parts, Work};

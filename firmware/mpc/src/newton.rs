@@ -1,7 +1,7 @@
 //! Safeguarded Newton iterations on the plan (docs/explanation/controller.md, section 5).
 
 use crate::active_set;
-use crate::cost::{CostTerm, Quadratic, Trace};
+use crate::cost::{CostTerm, Path, Quadratic};
 use crate::model::Model;
 use crate::problem::{Plan, Problem};
 use crate::restart::{RESTART_RATIO, restart};
@@ -71,7 +71,7 @@ pub fn solve<
     let allowed = iterations.clamp(1, MAX_ITERATIONS);
     problem.bounds.project(&mut plan.u);
     // Made by the compiler: one memset.
-    let mut trajectory = const { Trajectory::new(M::Model::TRACE) };
+    let mut trajectory = const { Trajectory::new(M::Model::TRACE, M::RESIDUALS) };
     let mut outcome = Outcome {
         status: Status::IterationLimit,
         iterations: 0,
@@ -174,7 +174,7 @@ fn line_search<
 >(
     problem: &Problem<'_, M, NU, NY, NS, ND, DD, N, NB, NV>,
     plan: &mut Plan<NV>,
-    trajectory: &mut Trajectory<Trace<M, NU, NY, NS, ND, DD>, NY, N>,
+    trajectory: &mut Path<M, NU, NY, NS, ND, DD, N>,
     step: &[f32; NV],
     slope: f32,
     cost_of_step: f32,

@@ -101,14 +101,15 @@ impl<
     const N: usize,
     const NB: usize,
     const NV: usize,
-> PredictiveLoop<NU, NY, NS, N> for ControlLoop<M, NU, NY, NS, ND, DD, N, NB, NV>
+    const P: usize,
+> PredictiveLoop<NU, NY, NS, P> for ControlLoop<M, NU, NY, NS, ND, DD, N, NB, NV, P>
 {
     const HIDDEN_CHANNELS: bool = M::Model::PREDICTS_CHANNELS;
     const POINT: usize = NU * ND + NY * DD + NS;
     const DERIVATIVES: usize = NY * (NU * ND + NY * DD);
 
     #[inline(always)]
-    fn step(&mut self, y: &[f32; NY], s: &[f32; NS], reference: &[[f32; NY]; N]) -> Step<NU> {
+    fn step(&mut self, y: &[f32; NY], s: &[f32; NS], reference: &[[f32; NY]; P]) -> Step<NU> {
         Self::step(self, y, s, reference)
     }
 

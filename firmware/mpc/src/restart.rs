@@ -3,9 +3,8 @@
 //! answers a small change by next to nothing, so that the step points far and wrong and its
 //! shortened parts gain little, while the reference is leaving.
 
-use crate::cost::{CostTerm, Trace};
+use crate::cost::{CostTerm, Path};
 use crate::problem::{Plan, Problem};
-use crate::rollout::Trajectory;
 
 /// A plan whose J has grown by this factor since the last step, and whose quadratic could not be
 /// trusted, is distrusted.
@@ -30,7 +29,7 @@ pub(crate) fn restart<
 >(
     problem: &Problem<'_, M, NU, NY, NS, ND, DD, N, NB, NV>,
     plan: &mut Plan<NV>,
-    trajectory: &mut Trajectory<Trace<M, NU, NY, NS, ND, DD>, NY, N>,
+    trajectory: &mut Path<M, NU, NY, NS, ND, DD, N>,
     cost: f32,
 ) {
     let mut least = cost;

@@ -4,19 +4,22 @@ use crate::model::{Model, Regressor};
 
 /// Intermediate values of a rollout for the derivatives: the network is not evaluated again.
 #[derive(Clone, Debug)]
-pub struct Trajectory<T, const NY: usize, const N: usize> {
+pub struct Trajectory<T, const NY: usize, const N: usize, E = ()> {
     /// Trace of the model at each step.
     pub traces: [T; N],
     /// Q e_j, the weighted tracking errors; zero before N1.
     pub weighted: [[f32; NY]; N],
+    /// Residuals of the cost-to-go at the end of the horizon.
+    pub residuals: E,
 }
 
-impl<T: Copy, const NY: usize, const N: usize> Trajectory<T, NY, N> {
+impl<T: Copy, const NY: usize, const N: usize, E: Copy> Trajectory<T, NY, N, E> {
     /// Room for a rollout.
-    pub const fn new(trace: T) -> Self {
+    pub const fn new(trace: T, residuals: E) -> Self {
         Self {
             traces: [trace; N],
             weighted: [[0.0; NY]; N],
+            residuals,
         }
     }
 }

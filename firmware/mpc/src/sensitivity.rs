@@ -103,7 +103,7 @@ pub fn propagate<const NU: usize, const NY: usize, const ND: usize, const DD: us
         }
         push(lags, &next);
     }
-    enter_inputs(jacobian, stage, sensitivities);
+    enter_inputs(&jacobian.u, stage.inputs, sensitivities.blocks);
     add_up(stage, sensitivities);
 }
 
@@ -137,7 +137,7 @@ pub fn propagate_channels<
         push(lags, &next);
         *channel = next_channel;
     }
-    enter_inputs(jacobian, stage, sensitivities);
+    enter_inputs(&jacobian.u, stage.inputs, sensitivities.blocks);
     for (place, direct) in stage.inputs.iter().rev().zip(&of_channels.u) {
         let Interpolation { block, weight } = *place;
         if let Some(channel) = channels.get_mut(block) {
@@ -223,18 +223,18 @@ fn push<const NU: usize, const NY: usize, const DD: usize>(
 
 /// Direct effect of the commands: `df/du(k+j-lag) du(k+j-lag)/dv_b`.
 #[inline(always)]
-fn enter_inputs<const NU: usize, const NY: usize, const ND: usize, const DD: usize>(
-    jacobian: &Jacobian<NU, NY, ND, DD>,
-    stage: &Stage<'_, NY>,
-    sensitivities: &mut Sensitivities<'_, NU, NY, DD>,
+pub(crate) fn enter_inputs<const NU: usize, const NY: usize, const ND: usize, const DD: usize>(
+    by_input: &[[[f32; NU]; NY]; ND],
+    inputs: &[Interpolation],
+    blocks: &mut [[[[f32; NU]; NY]; DD]],
 ) {
-    for (place, direct) in stage.inputs.iter().rev().zip(&jacobian.u) {
+    for (place, direct) in inputs.iter().rev().zip(by_input) {
         let Interpolation { block, weight } = *place;
-        if let Some(lags) = sensitivities.blocks.get_mut(block) {
+        if let Some(lags) = blocks.get_mut(block) {
             add(lags, weight, direct);
         }
         if weight < 1.0 {
-            if let Some(lags) = sensitivities.blocks.get_mut(block.wrapping_sub(1)) {
+            if let Some(lags) = blocks.get_mut(block.wrapping_sub(1)) {
                 add(lags, 1.0 - weight, direct);
             }
         }
@@ -243,7 +243,7 @@ fn enter_inputs<const NU: usize, const NY: usize, const ND: usize, const DD: usi
 
 /// The step's part of gradient and Hessian.
 #[inline(always)]
-fn add_up<const NU: usize, const NY: usize, const DD: usize>(
+pub(crate) fn add_up<const NU: usize, const NY: usize, const DD: usize>(
     stage: &Stage<'_, NY>,
     sensitivities: &mut Sensitivities<'_, NU, NY, DD>,
 ) {

@@ -66,7 +66,7 @@ impl Parts {
         plan: &[f32; NV],
         ticks: impl Fn() -> u32,
     ) -> Self {
-        let mut trajectory = Trajectory::new(M::Model::TRACE);
+        let mut trajectory = Trajectory::new(M::Model::TRACE, M::RESIDUALS);
         let mut quadratic = Quadratic::new();
         let mut active = ActiveSet::new();
         let mut step = *plan;

@@ -62,7 +62,7 @@ fn check<
         let plan: [f32; NV] = random.array(0.8);
         let mut quadratic = Quadratic::new();
         let mut trajectory =
-            Trajectory::new(<Shallow<NX, H, NY> as Model<NU, NY, NS, ND, DD>>::TRACE);
+            Trajectory::new(<Shallow<NX, H, NY> as Model<NU, NY, NS, ND, DD>>::TRACE, ());
         let cost = problem.rollout(&plan, &mut trajectory);
         problem.linearise(&plan, &trajectory, &mut quadratic);
         let wide: Vec<f64> = plan.iter().map(|u| f64::from(*u)).collect();

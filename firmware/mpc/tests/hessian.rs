@@ -156,7 +156,7 @@ fn descend<M: CostTerm<2, 3, 0, 3, 2>>(
     for _ in 0..rounds {
         let _ = solve(&problem, &mut plan, 1);
     }
-    let mut trajectory = Trajectory::new(M::Model::TRACE);
+    let mut trajectory = Trajectory::new(M::Model::TRACE, M::RESIDUALS);
     let mut quadratic = Quadratic::new();
     problem.rollout(&plan.u, &mut trajectory);
     problem.linearise(&plan.u, &trajectory, &mut quadratic);

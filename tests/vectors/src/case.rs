@@ -113,7 +113,7 @@ impl<
         horizons: &Horizons<N, NB>,
     ) -> (f32, Quadratic<NV>) {
         let problem = self.problem(model, horizons);
-        let mut trajectory = Trajectory::new(M::Model::TRACE);
+        let mut trajectory = Trajectory::new(M::Model::TRACE, M::RESIDUALS);
         let mut quadratic = Quadratic::new();
         let cost = problem.rollout(&self.plan, &mut trajectory);
         problem.linearise(&self.plan, &trajectory, &mut quadratic);

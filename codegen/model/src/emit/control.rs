@@ -2,6 +2,7 @@
 
 use super::HEADER;
 use super::parts::{Parts, narrow};
+use super::value;
 use crate::fingerprint::fingerprint;
 use crate::spec::{ModelSpec, Role};
 use sinew_nn::literal;
@@ -11,7 +12,7 @@ pub(super) fn print(spec: &ModelSpec) -> String {
     let (n_u, n_y, measured) = (spec.inputs.len(), spec.outputs.len(), spec.channels.len());
     let n_s = measured + spec.hidden_state_len();
     let (past_inputs, past_outputs) = (spec.past_inputs, spec.past_outputs);
-    let (horizon, control_horizon) = (control.horizon, control.control_horizon);
+    let control_horizon = control.control_horizon;
     let blocks = control.blocks();
     let (n_blocks, decisions) = (blocks.len(), blocks.len() * n_u);
     let lengths = literal::list(blocks.iter().map(ToString::to_string));
@@ -39,7 +40,7 @@ use sinew_device::protocol::{{Identity, PROTOCOL}};
 use sinew_device::session;
 {uses}
 use crate::network::Network;
-
+{value_use}
 /// Commands.
 pub const NU: usize = {n_u};
 /// Outputs.
@@ -52,9 +53,7 @@ pub const MEASURED: usize = {measured};
 pub const PAST_INPUTS: usize = {past_inputs};
 /// Values of each output that the network sees, the present one included.
 pub const PAST_OUTPUTS: usize = {past_outputs};
-/// Steps that are predicted.
-pub const HORIZON: usize = {horizon};
-/// Steps that are decided; the last command is held after them.
+{horizon}/// Steps that are decided; the last command is held after them.
 pub const CONTROL_HORIZON: usize = {control_horizon};
 /// Blocks of equal moves that these steps have.
 pub const MOVE_BLOCKS: usize = {n_blocks};
@@ -78,7 +77,7 @@ pub const LIMITS: Limits<NU> = {limits};
 
 {settings}/// The first step that counts, and the lengths of the blocks of equal moves.
 #[rustfmt::skip]
-pub const HORIZONS: Horizons<HORIZON, MOVE_BLOCKS> = Horizons::new({first_step}, {lengths});
+pub const HORIZONS: Horizons<{predicted}, MOVE_BLOCKS> = Horizons::new({first_step}, {lengths});
 
 /// Identity that the device reports.
 pub const IDENTITY: Identity = Identity {{
@@ -96,6 +95,13 @@ pub const IDENTITY: Identity = Identity {{
 
 {types}",
         period = literal::float(period_s as f32),
+        horizon = value::horizon(control),
+        value_use = if control.value.is_some() {
+            "use crate::value::{DIRECTION, POINTS, ROWS};\n"
+        } else {
+            ""
+        },
+        predicted = value::predicted(control),
     )
 }
 
@@ -112,7 +118,12 @@ use sinew_mpc::limits::Limits;
 use sinew_mpc::move_blocking::Horizons;
 use sinew_mpc::scaling::{ModelScaling, Scaling};
 "
-        .into(),
+        .to_string()
+            + if control.value.is_some() {
+                "use sinew_mpc::terminal::Valued;\n"
+            } else {
+                ""
+            },
         settings: format!(
             "/// Initial settings of the controller; a session may change them.
 #[rustfmt::skip]
@@ -126,7 +137,11 @@ pub const SETTINGS: Settings<NU, NY> = Settings {{
 
 "
         ),
-        types: REGRESSION_TYPES.into(),
+        types: match control.value {
+            None => REGRESSION_TYPES,
+            Some(_) => value::TYPES,
+        }
+        .into(),
     }
 }
 

@@ -25,6 +25,17 @@ pub(super) fn print(spec: &ModelSpec) -> String {
     let signals = signals(spec);
     let layers = layers(spec);
     let horizon = spec.control.horizon;
+    let (of_value, cost_to_go) = match &spec.control.value {
+        None => ("", String::new()),
+        Some(value) => (
+            "mod value;\n",
+            format!(
+                "; a cost-to-go of {} at {}",
+                literal::count(value.rows, "row"),
+                literal::count(value.points.len(), "point")
+            ),
+        ),
+    };
     let control_horizon = spec.control.control_horizon;
     let blocks = literal::count(spec.control.blocks().len(), "block");
     let period_ms = spec.period_s * 1e3;
@@ -37,7 +48,7 @@ pub(super) fn print(spec: &ModelSpec) -> String {
 //! |---|---|---|---|
 {signals}//!
 //! Network, {parameters}: {layers}.{remembered}
-//! Controller: {horizon} steps predicted, {control_horizon} decided in {blocks}.
+//! Controller: {horizon} steps predicted, {control_horizon} decided in {blocks}{cost_to_go}.
 #![no_std]
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
@@ -47,7 +58,7 @@ pub(super) fn print(spec: &ModelSpec) -> String {
 pub mod control;
 pub mod golden;
 {of_layers}mod network;
-{of_numbers}{modules}
+{of_numbers}{of_value}{modules}
 pub use control::{{Controller, IDENTITY, Session, controller, session}};
 pub use network::Network;
 "

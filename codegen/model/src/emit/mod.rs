@@ -13,6 +13,7 @@ mod network;
 mod parts;
 mod recurrent;
 mod state;
+mod value;
 
 use crate::spec::{Layer, ModelSpec, SpecError};
 use sinew_nn::emit::predictor_kernels;
@@ -85,6 +86,9 @@ pub fn emit(spec: &ModelSpec, options: &EmitOptions) -> Result<Vec<GeneratedFile
         file("src/control.rs", control::print(spec)),
         file("src/golden.rs", golden::print(spec, options)),
     ];
+    if let Some(rows) = crate::value::rows(spec) {
+        files.push(file("src/value.rs", value::print(spec, &rows)));
+    }
     if let Some(Layer::Recurrent(layer)) = spec.layers.first() {
         let kernels = predictor_kernels(layer.cell).into_iter();
         files.extend(kernels.map(|kernel| file(&kernel.path, kernel.text)));

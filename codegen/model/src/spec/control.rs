@@ -1,5 +1,6 @@
 //! The control problem of a model (docs/explanation/controller.md).
 
+use super::ValueSpec;
 use super::limits::{MAX_DECISION_VARIABLES, MAX_HORIZON, MAX_ITERATIONS};
 use super::validate::check;
 use super::{Role, SpecError};
@@ -40,6 +41,8 @@ pub struct ControlSpec {
     pub iterations: u8,
     /// Missing samples in a row that are predicted before the safe command is given.
     pub max_missing_samples: u16,
+    /// Cost-to-go at the end of the horizon; `None`: the horizon is all that counts.
+    pub value: Option<ValueSpec>,
 }
 
 const WEIGHT: &str = "a finite number, 0 or more";
@@ -107,7 +110,17 @@ impl ControlSpec {
             self.iterations,
             format!("1 to {MAX_ITERATIONS}"),
             |n| (1..=MAX_ITERATIONS).contains(&n),
-        )
+        )?;
+        match &self.value {
+            Some(value) => value.validate(self.horizon, outputs),
+            None => Ok(()),
+        }
+    }
+
+    /// Rows of the reference that a step sees: those of the horizon, and those ahead of it.
+    #[must_use]
+    pub fn preview(&self) -> usize {
+        self.horizon + self.value.as_ref().map_or(0, |value| value.ahead)
     }
 
     fn validate_horizons(&self, inputs: usize) -> Result<(), SpecError> {

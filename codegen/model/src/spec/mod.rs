@@ -13,6 +13,7 @@ mod role;
 mod signal;
 mod state;
 mod validate;
+mod value;
 
 pub use control::ControlSpec;
 pub use error::SpecError;
@@ -21,6 +22,7 @@ pub use layer::{Activation, Dense, Layer, RowsError, gru_cell, lstm_cell, unfill
 pub use role::Role;
 pub use signal::Signal;
 pub use state::{MAX_PARAMETERS, MAX_STATES, Parameter, State, StateSpec};
+pub use value::{MAX_POINTS, MAX_VALUE_ROWS, ValueSpec};
 
 /// Meaning of the last layer's output, in model units (docs/reference/model-files.md, eq. 4).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,6 +89,7 @@ impl OutputForm {
 ///         disturbance_gain: 0.2,
 ///         iterations: 2,
 ///         max_missing_samples: 12,
+///         value: None,
 ///     },
 ///     state: None,
 ///     golden: vec![],

@@ -39,6 +39,7 @@ impl ModelSpec {
         self.validate_skip()?;
         self.control
             .validate(self.inputs.len(), self.outputs.len())?;
+        self.validate_value()?;
         self.validate_golden()
     }
 
@@ -78,6 +79,28 @@ impl ModelSpec {
             hidden == Some(Activation::Tanh) && self.skip.is_some()
         })?;
         state.validate(self.outputs.len() + self.channels.len())
+    }
+
+    /// A cost-to-go is computed for a model on past readings without channels, at points that go
+    /// one way.
+    fn validate_value(&self) -> Result<(), SpecError> {
+        let Some(value) = &self.control.value else {
+            return Ok(());
+        };
+        let channels = self.channels.len() + self.hidden_state_len();
+        check(
+            "control.terminal",
+            "value",
+            "no terminal for a model with a state, with channels or with a recurrent layer: its \
+             cost-to-go is not computed yet",
+            |_| channels == 0 && self.state.is_none(),
+        )?;
+        check(
+            "control.value.points",
+            value.points.len(),
+            "each further than the one before along the way from the first to the last",
+            |_| value.goes_one_way(&self.outputs),
+        )
     }
 
     fn validate_signals(&self) -> Result<(), SpecError> {

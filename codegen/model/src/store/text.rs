@@ -12,7 +12,7 @@ use super::{FORMAT, MODEL_FILE, StoreError, WEIGHTS_FILE, state};
 use crate::spec::limits::{MAX_PARAMETERS, MAX_WIDTH};
 use crate::spec::{
     Activation, ControlSpec, Dense, Layer, ModelSpec, OutputForm, Role, Signal, SpecError,
-    gru_cell, lstm_cell, unfilled,
+    ValueSpec, gru_cell, lstm_cell, unfilled,
 };
 use sinew_nn::{Cell, Recurrent};
 
@@ -112,6 +112,22 @@ struct ControlTable {
     // The older name.
     #[serde(alias = "gap_limit")]
     max_missing_samples: u16,
+    terminal: Option<TerminalKey>,
+    value: Option<ValueTable>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum TerminalKey {
+    Value,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ValueTable {
+    rows: usize,
+    ahead: usize,
+    points: Vec<Vec<f64>>,
 }
 
 /// N1 where the file does not say it: the first predicted step counts.
@@ -134,6 +150,10 @@ pub(super) fn parse(text: &str) -> Result<ModelSpec, StoreError> {
     // Tables that nothing would read are no less wrong than unknown keys.
     if filter.is_none() && !(states.is_empty() && parameters.is_empty()) {
         let message = "[[state]] and [[parameter]] need [filter] beside them";
+        return Err(refuse(text, 0..0, message));
+    }
+    if document.control.terminal.is_some() != document.control.value.is_some() {
+        let message = "`terminal = \"value\"` of [control] and [control.value] need each other";
         return Err(refuse(text, 0..0, message));
     }
     let state = filter.map(|filter| state::spec(states, parameters, filter, measurements));
@@ -348,7 +368,19 @@ fn write_model(text: &mut String, spec: &ModelSpec) -> std::fmt::Result {
         text,
         "max_missing_samples = {}",
         control.max_missing_samples
-    )
+    )?;
+    if let Some(value) = &control.value {
+        writeln!(text, "terminal = \"value\"")?;
+        writeln!(text, "\n[control.value]")?;
+        writeln!(text, "rows = {}", value.rows)?;
+        writeln!(text, "ahead = {}", value.ahead)?;
+        writeln!(text, "points = [")?;
+        for point in &value.points {
+            writeln!(text, "    {point:?},")?;
+        }
+        writeln!(text, "]")?;
+    }
+    Ok(())
 }
 
 impl From<SignalTable> for Signal {
@@ -380,6 +412,11 @@ impl From<ControlTable> for ControlSpec {
             disturbance_gain: table.disturbance_gain,
             iterations: table.iterations,
             max_missing_samples: table.max_missing_samples,
+            value: table.value.map(|value| ValueSpec {
+                rows: value.rows,
+                ahead: value.ahead,
+                points: value.points,
+            }),
         }
     }
 }

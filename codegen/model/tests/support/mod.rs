@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use sinew_model::reference;
 use sinew_model::spec::{
     Activation, ControlSpec, Dense, Golden, Layer, ModelSpec, OutputForm, Parameter, Signal, State,
-    StateSpec, unfilled,
+    StateSpec, ValueSpec, unfilled,
 };
 use sinew_nn::{Cell, Recurrent};
 
@@ -54,6 +54,21 @@ pub fn with_shortcut() -> ModelSpec {
 }
 
 /// A model with two states and a parameter; its output and its channel are measured.
+/// Network S at a horizon of two, with a cost-to-go.
+pub fn with_value() -> ModelSpec {
+    let mut spec = reference("S");
+    spec.name = "with-value".into();
+    spec.control.horizon = 2;
+    spec.control.control_horizon = 2;
+    spec.control.move_blocks = vec![2];
+    spec.control.value = Some(ValueSpec {
+        rows: 2,
+        ahead: 3,
+        points: vec![vec![-0.2, -0.1, -0.1], vec![0.3, 0.2, 0.2]],
+    });
+    spec
+}
+
 pub fn with_state() -> ModelSpec {
     let state = |name: &str| State {
         signal: signal(name, "SI", 2.0, 0.5),
@@ -217,6 +232,7 @@ pub fn control(inputs: usize, outputs: usize) -> ControlSpec {
         disturbance_gain: 0.2,
         iterations: 2,
         max_missing_samples: 12,
+        value: None,
     }
 }
 

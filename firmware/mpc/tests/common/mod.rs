@@ -37,7 +37,7 @@ pub fn quadratic<
     problem: &Problem<'_, M, NU, NY, NS, ND, DD, N, NB, NV>,
     plan: &[f32; NV],
 ) -> (f32, Quadratic<NV>) {
-    let mut trajectory = Trajectory::new(M::Model::TRACE);
+    let mut trajectory = Trajectory::new(M::Model::TRACE, M::RESIDUALS);
     let mut quadratic = Quadratic::new();
     let cost = problem.rollout(plan, &mut trajectory);
     problem.linearise(plan, &trajectory, &mut quadratic);

@@ -85,7 +85,7 @@ fn quadratic<M: Propagate<1, 1, STATES, 1, 1>>(
         },
         horizons: &Horizons::<9, 3>::new(2, [1, 3, 2]),
     };
-    let mut trajectory = Trajectory::new(M::TRACE);
+    let mut trajectory = Trajectory::new(M::TRACE, ());
     let mut quadratic = Quadratic::new();
     let cost = problem.rollout(plan, &mut trajectory);
     problem.linearise(plan, &trajectory, &mut quadratic);

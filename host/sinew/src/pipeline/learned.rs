@@ -57,6 +57,7 @@ pub(super) fn control(task: &ControlProblem) -> ControlSpec {
         observer_gain: 1.0,
         iterations: 2,
         max_missing_samples: 10,
+        value: None,
     }
 }
 

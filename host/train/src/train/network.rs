@@ -456,6 +456,7 @@ pub(super) mod tests {
                 disturbance_gain: 0.0,
                 iterations: 1,
                 max_missing_samples: 0,
+                value: None,
             },
             golden: vec![],
         }

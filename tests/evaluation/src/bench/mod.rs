@@ -15,6 +15,7 @@ pub mod plant;
 #[allow(dead_code, reason = "the tests use what is not used here")]
 mod reference;
 mod table;
+mod value;
 
 use std::fs;
 
@@ -30,6 +31,7 @@ type Section = (&'static str, fn() -> Result<Value>);
 const SECTIONS: &[Section] = &[
     ("forward_instructions", forward::run),
     ("mpc_instructions", control::run),
+    ("terminal_value", value::run),
     ("image", control::image),
     ("differences", differences::run),
     ("peers", peers::run),
