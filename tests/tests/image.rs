@@ -3,7 +3,8 @@
 
 use std::path::Path;
 
-use sinew::project::{Board, Optimise, compile, image::sizes, write};
+use sinew::project::wired::wired;
+use sinew::project::{Board, Optimise, compile, image::sizes, write, write_wired};
 use sinew_model::store;
 use sinew_tests::callgraph::CallGraph;
 use sinew_tests::{image, skip};
@@ -90,4 +91,45 @@ fn no_image_has_a_heap() {
         let sizes = sizes(&path).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(sizes.heap_bytes, 0, "{}", path.display());
     }
+}
+
+#[test]
+fn a_wired_nucleo_links_with_every_kind_of_wire() {
+    if let Some(reason) = image::cannot_run() {
+        return skip(reason);
+    }
+    let root = image::root();
+    let spec = store::load(&root.join("models/demo-state")).expect("a committed model");
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = std::fs::read_to_string(root.join("boards/stm32f446/demo.wiring.toml"))
+        .expect("is committed");
+    // The other encoder and a servo; then a voltage and a pulse without a sign.
+    let other = text
+        .replace("[\"PA6\", \"PA7\"]", "[\"PB6\", \"PB7\"]")
+        .replace("\"signed\"", "\"servo\"")
+        .replace("\"PA8\"", "\"PC9\"")
+        .replace("direction", "# ");
+    let plain = other
+        .replace("\"servo\"", "\"pwm\"")
+        .replace("\"PC9\"", "\"PA11\"")
+        .replace("\"encoder\"", "\"adc\"")
+        .replace("pins = [\"PB6\", \"PB7\"]", "pin = \"PA5\"")
+        .replace("counts_per_unit", "at_full")
+        .replace("at_start", "at_zero");
+    let mut images = Vec::new();
+    for text in [text, other, plain] {
+        let file = folder.path().join("wiring.toml");
+        std::fs::write(&file, text).expect("written");
+        let sources =
+            wired(Some(&file), &spec, Some("stm32f446")).unwrap_or_else(|e| panic!("{e}"));
+        let project = folder.path().join("project");
+        write_wired(&project, &spec, Optimise::Speed, &sources).unwrap_or_else(|e| panic!("{e}"));
+        // With build outputs of its own: cargo would put it in the place of the plain board's.
+        let cache = image::cache().join("wired");
+        let built = compile(&project, Board::Stm32f446, &cache).unwrap_or_else(|e| panic!("{e}"));
+        let sizes = sizes(&built.lockstep).expect("an image");
+        println!("{} B of flash", sizes.flash_bytes);
+        images.push(std::fs::read(&built.lockstep).expect("just built"));
+    }
+    assert!(images[0] != images[1] && images[1] != images[2]);
 }

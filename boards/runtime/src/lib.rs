@@ -17,6 +17,7 @@ pub mod outbox;
 pub mod pacer;
 pub mod probe;
 pub mod restart;
+pub mod scales;
 pub mod serve;
 pub mod stack;
 pub mod wiring;

@@ -14,7 +14,7 @@ use crate::link::{Heard, Link};
 use crate::newest::Newest;
 use crate::outbox::Outbox;
 use crate::pacer::Pacer;
-use crate::wiring::{self, SENSORS};
+use crate::wiring::{self, Readings, SENSORS};
 
 /// Seconds without a byte from the host after which its own rig is disarmed.
 pub const SILENCE_S: u32 = 2;
@@ -26,7 +26,8 @@ pub trait Board: Clock {
     /// Largest duty of the outputs.
     const DUTY_FULL: u16;
 
-    /// Reads every sensor: outputs first, then channels, in the model's order.
+    /// Reads every sensor, a converter's code or an encoder's counter: outputs first, then channels,
+    /// in the model's order.
     async fn sample(&mut self) -> [u16; SENSORS];
 
     /// Sets the outputs; with `live` false the power stages are off, whatever the duties are.
@@ -60,6 +61,7 @@ pub struct Desk<'a, B> {
 pub async fn serve<B: Board>(mut desk: Desk<'_, B>, mut line: impl Read) -> ! {
     let silence = desk.session.identity().rate_mhz.div_ceil(1000) * SILENCE_S;
     let mut newest = Newest::new();
+    let mut readings = Readings::new();
     let mut chunk = [0; 64];
     let mut quiet: u32 = 0;
 
@@ -74,7 +76,7 @@ pub async fn serve<B: Board>(mut desk: Desk<'_, B>, mut line: impl Read) -> ! {
                     desk.session.disarm(Cause::LinkLost);
                 }
                 desk.board.silent(quiet);
-                desk.tick(at_us, &mut newest).await;
+                desk.tick(at_us, &mut newest, &mut readings).await;
                 if desk.pacer.is_due() {
                     desk.session.note_deadline_miss();
                 }
@@ -99,7 +101,7 @@ pub async fn serve<B: Board>(mut desk: Desk<'_, B>, mut line: impl Read) -> ! {
 }
 
 impl<B: Board> Desk<'_, B> {
-    async fn tick(&mut self, at_us: u64, newest: &mut Newest) {
+    async fn tick(&mut self, at_us: u64, newest: &mut Newest, readings: &mut Readings) {
         if self.session.state().mode == Mode::Armed(Drive::Host) {
             if let Some(sample) = newest.take() {
                 let mut answer = self.session.answer(sample, &self.board);
@@ -107,8 +109,8 @@ impl<B: Board> Desk<'_, B> {
             }
             return;
         }
-        let codes = self.board.sample().await;
-        let (y, s) = wiring::measured(&codes, B::CODE_FULL);
+        let raw = self.board.sample().await;
+        let (y, s) = readings.measured(&raw, B::CODE_FULL);
         let (outputs, telemetry) = self.session.tick(at_us, &y, &s, &self.board);
         self.board
             .drive(&wiring::duties(&outputs.u, B::DUTY_FULL), outputs.live);

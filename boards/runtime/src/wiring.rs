@@ -1,63 +1,44 @@
-//! Physical value of each converter code: the page to edit for a rig of your own.
-//!
-//! As it stands, a sensor's range is the range that the model was trained on (code 0: model -1,
-//! full scale: model +1), and an actuator's is its limits (duty 0: lower, duty 1: upper). Write
-//! your own [`Span`]s where your sensors and amplifiers differ; the order is the model's.
+//! Readings to physical values and commands to duties, by the scales of [`crate::scales`].
 
-use model::control::{LIMITS, MEASURED, NS, NU, NY, SCALING};
-use sinew_device::converter::Span;
+use model::control::{LIMITS, MEASURED, NS, NU, NY};
+use sinew_device::converter::Counter;
 
-/// Converter channels: the outputs, then the sensor channels.
+use crate::scales::{ACTUATOR_SPANS, SENSOR_SCALES};
+
+/// Sensors: the outputs, then the sensor channels.
 pub const SENSORS: usize = NY + MEASURED;
 
-/// Physical values of each sensor's converter.
-pub const SENSOR_SPANS: [Span; SENSORS] = sensor_spans();
-/// Physical values of each actuator's duty.
-pub const ACTUATOR_SPANS: [Span; NU] = actuator_spans();
-
-const fn sensor_spans() -> [Span; SENSORS] {
-    let mut spans = [Span {
-        zero: 0.0,
-        full: 0.0,
-    }; SENSORS];
-    let mut i = 0;
-    while i < SENSORS {
-        spans[i] = if i < NY {
-            Span::of_model(SCALING.y.span[i], SCALING.y.offset[i])
-        } else {
-            Span::of_model(SCALING.s.span[i - NY], SCALING.s.offset[i - NY])
-        };
-        i += 1;
-    }
-    spans
+/// What the readings before have left: positions of the encoders.
+pub struct Readings {
+    counters: [Counter; SENSORS],
 }
 
-const fn actuator_spans() -> [Span; NU] {
-    let mut spans = [Span {
-        zero: 0.0,
-        full: 0.0,
-    }; NU];
-    let mut i = 0;
-    while i < NU {
-        spans[i] = Span {
-            zero: LIMITS.lower[i],
-            full: LIMITS.upper[i],
-        };
-        i += 1;
+impl Readings {
+    /// Readings of a board that has just started.
+    pub const fn new() -> Self {
+        Self {
+            counters: [Counter::new(); SENSORS],
+        }
     }
-    spans
+
+    /// Raw readings to outputs and channels, physical units; NaN where a converter stands at its
+    /// end, and for what the network remembers.
+    pub fn measured(&mut self, raw: &[u16; SENSORS], full_scale: u16) -> ([f32; NY], [f32; NS]) {
+        let mut values = raw
+            .iter()
+            .zip(&SENSOR_SCALES)
+            .zip(&mut self.counters)
+            .map(|((raw, scale), counter)| scale.physical(*raw, full_scale, counter));
+        let y = core::array::from_fn(|_| values.next().unwrap_or(f32::NAN));
+        let s = core::array::from_fn(|_| values.next().unwrap_or(f32::NAN));
+        (y, s)
+    }
 }
 
-/// Codes to outputs and channels, physical units; NaN where a converter stands at its end, and for
-/// what the network remembers.
-pub fn measured(codes: &[u16; SENSORS], full_scale: u16) -> ([f32; NY], [f32; NS]) {
-    let mut values = codes
-        .iter()
-        .zip(&SENSOR_SPANS)
-        .map(|(code, span)| span.physical(*code, full_scale));
-    let y = core::array::from_fn(|_| values.next().unwrap_or(f32::NAN));
-    let s = core::array::from_fn(|_| values.next().unwrap_or(f32::NAN));
-    (y, s)
+impl Default for Readings {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 /// A command to duties, 0 to `full_scale`. Outside its span: the nearest end.

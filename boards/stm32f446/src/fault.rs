@@ -8,11 +8,13 @@ use sinew_device::mode::Cause;
 /// Of port B: D4, high while the power stages may drive. Pull it down on your board.
 const ENABLE_PIN: usize = 5;
 
-/// Power stages off. From any context; two registers, nothing that could fail.
+/// Power stages off. From any context; three registers, nothing that could fail.
 pub fn outputs_off() {
     pac::GPIOB.bsrr().write(|w| w.set_br(ENABLE_PIN, true));
-    // Main output enable of the PWM timer: its pins go to their idle level (RM0390, 17.3.11).
+    // Main output enable of the PWM and servo timers: their pins go to their idle level (RM0390,
+    // 17.3.11). A timer without a clock ignores it.
     pac::TIM1.bdtr().modify(|w| w.set_moe(false));
+    pac::TIM8.bdtr().modify(|w| w.set_moe(false));
 }
 
 /// Why the chip has started, for the session.

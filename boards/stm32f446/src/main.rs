@@ -1,14 +1,16 @@
 //! The controller on a Nucleo-F446RE: frames over the ST-Link's virtual serial port, log over RTT.
 //!
-//! Pins and drivers are in [`nucleo`], what happens when something breaks in [`fault`]; the rest is
-//! `sinew_board_runtime`.
+//! The rig's pins are in [`pins`], what reads and drives them in [`drivers`], the board's own parts in
+//! [`nucleo`], what happens when something breaks in [`fault`]; the rest is `sinew_board_runtime`.
 
 #![no_std]
 #![no_main]
 
 mod clocks;
+mod drivers;
 mod fault;
 mod nucleo;
+mod pins;
 
 use panic_probe as _;
 

@@ -1,11 +1,9 @@
-//! Pins and drivers. The table is in README.md.
+//! The board's own parts: line, pace, watchdog, ENABLE. The rig's pins are in [`crate::pins`].
 
-use embassy_stm32::adc::{Adc, AdcChannel, AnyAdcChannel, SampleTime};
-use embassy_stm32::gpio::{Level, Output, OutputType, Speed};
-use embassy_stm32::peripherals::{ADC1, IWDG, TIM1, TIM2, USART2};
-use embassy_stm32::time::Hertz;
+use embassy_stm32::adc::Adc;
+use embassy_stm32::gpio::{Level, Output, Speed};
+use embassy_stm32::peripherals::{ADC1, IWDG, TIM2, USART2};
 use embassy_stm32::timer::low_level::Timer;
-use embassy_stm32::timer::simple_pwm::{PwmPin, SimplePwm};
 use embassy_stm32::usart::{
     BufferedInterruptHandler, BufferedUart, BufferedUartRx, BufferedUartTx,
 };
@@ -20,18 +18,19 @@ use sinew_device::clock::Clock;
 use static_cell::ConstStaticCell;
 
 use crate::clocks::APB1_TIMER_HZ;
+use crate::drivers::{PWM_COUNTS, Wired};
 use crate::fault;
+use crate::pins::{ACTUATORS_WIRED, SENSORS_WIRED, wired};
 
-/// Analogue inputs: A0 to A5.
-const ANALOGUE_INPUTS: usize = 6;
-/// Outputs of timer 1.
-const PWM_OUTPUTS: usize = 4;
 const _: () = {
     assert!(
-        SENSORS <= ANALOGUE_INPUTS,
-        "this board measures six signals"
+        SENSORS <= SENSORS_WIRED,
+        "the model has more sensors than are wired (src/pins.rs)"
     );
-    assert!(NU <= PWM_OUTPUTS, "this board drives four actuators");
+    assert!(
+        NU <= ACTUATORS_WIRED,
+        "the model has more actuators than are wired (src/pins.rs)"
+    );
 };
 
 /// Timer 2 at the model's rate.
@@ -39,10 +38,6 @@ pub static PACER: Pacer = Pacer::new(IDENTITY.rate_mhz, APB1_TIMER_HZ);
 
 /// The ST-Link passes it on (UM1724, 6.8).
 const BAUD: u32 = 921_600;
-/// Beyond hearing.
-const PWM_HZ: u32 = 20_000;
-/// Timer 1 counts 180 MHz.
-const PWM_COUNTS: u16 = 9_000;
 /// The watchdog's patience: several periods of any sensible rate, and short for a rig.
 const WATCHDOG_US: u32 = 250_000;
 
@@ -57,9 +52,7 @@ bind_interrupts!(struct Interrupts {
 /// The board.
 pub struct Nucleo {
     adc: Adc<'static, ADC1>,
-    sensors: [AnyAdcChannel<'static, ADC1>; ANALOGUE_INPUTS],
-    // Kept, or its pins would be given back.
-    _pwm: SimplePwm<'static, TIM1>,
+    wired: Wired,
     enable: Output<'static>,
     watchdog: IndependentWatchdog<'static, IWDG>,
     _pace: Timer<'static, TIM2>,
@@ -89,33 +82,12 @@ impl Nucleo {
         );
         let (transmitter, receiver) = line.ok()?.split();
 
-        let pwm = SimplePwm::new(
-            p.TIM1,
-            Some(PwmPin::new(p.PA8, OutputType::PushPull)),
-            Some(PwmPin::new(p.PA9, OutputType::PushPull)),
-            Some(PwmPin::new(p.PA10, OutputType::PushPull)),
-            Some(PwmPin::new(p.PA11, OutputType::PushPull)),
-            Hertz(PWM_HZ),
-            Default::default(),
-        );
-        for channel in 0..PWM_OUTPUTS {
-            pac::TIM1.ccer().modify(|w| w.set_cce(channel, true));
-        }
-
-        let sensors = [
-            p.PA0.degrade_adc(),
-            p.PA1.degrade_adc(),
-            p.PA4.degrade_adc(),
-            p.PB0.degrade_adc(),
-            p.PC1.degrade_adc(),
-            p.PC0.degrade_adc(),
-        ];
+        let wired = wired!(p);
         let mut watchdog = IndependentWatchdog::new(p.IWDG, WATCHDOG_US);
         watchdog.unleash();
         let board = Self {
             adc: Adc::new(p.ADC1),
-            sensors,
-            _pwm: pwm,
+            wired,
             enable,
             watchdog,
             _pace: pace(p.TIM2),
@@ -163,19 +135,17 @@ impl Board for Nucleo {
     const CODE_FULL: u16 = 4095;
     const DUTY_FULL: u16 = PWM_COUNTS;
 
-    /// One after the other, about 8 us each: 84 cycles of sampling at 22.5 MHz suit a source of 10
-    /// kilohms (DS10693, 6.3.20).
     async fn sample(&mut self) -> [u16; SENSORS] {
-        let mut codes = [0; SENSORS];
-        for (code, sensor) in codes.iter_mut().zip(&mut self.sensors) {
-            *code = self.adc.blocking_read(sensor, SampleTime::CYCLES84);
+        let mut raw = [0; SENSORS];
+        for (raw, sensor) in raw.iter_mut().zip(&mut self.wired.sensors) {
+            *raw = sensor.read(&mut self.adc);
         }
-        codes
+        raw
     }
 
     fn drive(&mut self, duties: &[u16; NU], live: bool) {
-        for (channel, duty) in duties.iter().enumerate() {
-            pac::TIM1.ccr(channel).write(|w| w.set_ccr(*duty));
+        for (actuator, duty) in self.wired.actuators.iter_mut().zip(duties) {
+            actuator.drive(*duty, live);
         }
         self.enable
             .set_level(if live { Level::High } else { Level::Low });

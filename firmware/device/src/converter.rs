@@ -41,3 +41,66 @@ impl Span {
         Some((share.clamp(0.0, 1.0) * f32::from(full_scale) + 0.5) as u16)
     }
 }
+
+/// Scale of a quadrature encoder whose 16-bit counter the board hands over.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Encoder {
+    /// Physical units of one count; negative where it counts backwards.
+    pub unit_per_count: f32,
+    /// Physical value where the board starts.
+    pub start: f32,
+}
+
+/// Position of an encoder beyond the 16 bits of its counter.
+///
+/// Two readings may be 32,767 counts apart at most: an encoder of 4,096 counts a turn then makes
+/// less than eight turns in a period of the loop.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counter {
+    last: Option<u16>,
+    total: i32,
+}
+
+impl Counter {
+    /// A counter that calls its first reading 0.
+    pub const fn new() -> Self {
+        Self {
+            last: None,
+            total: 0,
+        }
+    }
+
+    /// Counts since the first reading; it stays at the ends of its range rather than wrap.
+    pub fn advance(&mut self, raw: u16) -> i32 {
+        let change = raw.wrapping_sub(self.last.unwrap_or(raw)).cast_signed();
+        self.last = Some(raw);
+        self.total = self.total.saturating_add(i32::from(change));
+        self.total
+    }
+}
+
+impl Encoder {
+    /// Counts since the start as a physical value. Beyond 2^24 counts the last ones are lost.
+    pub fn physical(&self, counts: i32) -> f32 {
+        self.start + self.unit_per_count * counts as f32
+    }
+}
+
+/// Scale of a sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Scale {
+    /// A code of an analogue-to-digital converter.
+    Converter(Span),
+    /// The counter of an encoder.
+    Encoder(Encoder),
+}
+
+impl Scale {
+    /// A raw reading as a physical value; NaN, a missing sample, as [`Span::physical`].
+    pub fn physical(&self, raw: u16, full_scale: u16, counter: &mut Counter) -> f32 {
+        match self {
+            Self::Converter(span) => span.physical(raw, full_scale),
+            Self::Encoder(encoder) => encoder.physical(counter.advance(raw)),
+        }
+    }
+}

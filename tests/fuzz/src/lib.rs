@@ -11,7 +11,7 @@ use sinew_ident::recording::Recording;
 pub type Target = (&'static str, fn(&[u8]));
 
 /// The targets.
-pub const TARGETS: [Target; 7] = [
+pub const TARGETS: [Target; 8] = [
     ("import", import),
     ("emit", emit),
     ("network", network),
@@ -19,7 +19,33 @@ pub const TARGETS: [Target; 7] = [
     ("rig", rig),
     ("frame", frame),
     ("recording", recording),
+    ("wiring", wiring),
 ];
+
+/// A wiring file that is accepted is checked, drawn and printed, whatever it wires.
+pub fn wiring(data: &[u8]) {
+    let Ok(board) = sinew_wiring::board("stm32f446") else {
+        return;
+    };
+    let text = String::from_utf8_lossy(data);
+    let Ok(wiring) = sinew_wiring::Wiring::parse(&text) else {
+        return;
+    };
+    let signal = |name: &str, range| sinew_wiring::Signal {
+        name: name.into(),
+        unit: "1".into(),
+        range,
+    };
+    let signals = sinew_wiring::Signals {
+        sensors: vec![signal("q_m", None)],
+        actuators: vec![signal("u_N", Some([-20.0, 20.0]))],
+        rate_hz: 120.0,
+    };
+    let _ = sinew_wiring::check(&wiring, &signals, board);
+    let _ = sinew_wiring::table(&wiring, board);
+    let _ = sinew_wiring::picture(&wiring, board);
+    let _ = sinew_wiring::sources(&wiring, &signals, board);
+}
 
 /// A file of another tool. The first byte chooses its name; HDF5, zip and TensorFlow Lite are known
 /// by their own first bytes.

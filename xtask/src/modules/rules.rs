@@ -22,6 +22,7 @@ const RULES: &[(&str, &[Forbidden])] = &[
         &[Forbidden::OursBut(&["sinew-files", "sinew-kernels"])],
     ),
     ("sinew-sim", &[Forbidden::OursBut(&[])]),
+    ("sinew-wiring", &[Forbidden::OursBut(&[])]),
     (
         "sinew-ident",
         &[

@@ -4,6 +4,7 @@ pub mod check;
 pub mod diagnose;
 pub mod excite;
 pub mod exit_code;
+pub mod failing;
 mod fault_text;
 pub mod fit;
 pub mod interrupt;
@@ -67,7 +68,7 @@ pub struct Common {
 }
 
 /// Runs the program `sinew-ident`: 0 on success, 2 for bad arguments or bad files, 130 after
-/// Ctrl-C, 1 for anything else; with `--exit-code` 3 or 4 by the result ([`exit_code`]).
+/// Ctrl-C, 141 where nobody reads on, 1 for anything else; with `--exit-code` 3 or 4 by the result ([`exit_code`]).
 pub fn main() -> ExitCode {
     // Without a handler the system ends the process, as it does any other.
     let _ = ctrlc::set_handler(|| {
@@ -76,6 +77,7 @@ pub fn main() -> ExitCode {
             std::process::exit(interrupt::STATUS.into());
         }
     });
+    failing::end_with_standard_output(sinew_files::remove_unfinished);
     let program = match Program::try_parse() {
         Ok(program) => program,
         Err(error) => {
@@ -86,10 +88,7 @@ pub fn main() -> ExitCode {
     };
     match run(program.verb) {
         Ok(code) => interrupt::status(code),
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::from(error.exit_code())
-        }
+        Err(error) => failing::status(&error),
     }
 }
 

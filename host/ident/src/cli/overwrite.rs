@@ -20,8 +20,8 @@ pub fn identity(path: &Path) -> PathBuf {
     })
 }
 
-/// No result may replace what it was made from, or another result, and each can be written. Each
-/// path comes with what names it, a flag or words.
+/// No result may replace what it was made from, or another result, and each can be written. One
+/// result alone may go to standard output. Each path comes with what names it, a flag or words.
 ///
 /// # Errors
 /// `Arguments`, with both names; `Write`.
@@ -31,8 +31,17 @@ pub fn refuse<'a>(
 ) -> Result<()> {
     let read = read.into_iter().map(|(name, path)| (identity(path), name));
     let mut taken: Vec<(PathBuf, &str)> = read.collect();
+    let mut output: Option<&str> = None;
     for (flag, path) in written {
         let Some(path) = path else { continue };
+        if sinew_files::is_output(path)
+            && let Some(before) = output.replace(flag)
+        {
+            return Err(Error::arguments(format!(
+                "{before} and {flag} both go to standard output, where they would mix"
+            ))
+            .help(format!("name a file for {before} or {flag}")));
+        }
         if sinew_files::is_stream(path) {
             continue;
         }
@@ -78,5 +87,14 @@ mod tests {
             [("--out", Some(Path::new("/dev/null")))],
         )
         .unwrap();
+    }
+
+    #[test]
+    fn one_result_alone_goes_to_standard_output() {
+        let (json, report) = (Path::new("-"), Path::new("/dev/stdout"));
+        refuse([], [("--json", Some(json)), ("--report", None)]).unwrap();
+        let both = refuse([], [("--json", Some(json)), ("--report", Some(report))]);
+        let message = both.unwrap_err().to_string();
+        assert!(message.starts_with("--json and --report both"), "{message}");
     }
 }

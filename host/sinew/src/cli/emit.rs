@@ -34,6 +34,9 @@ pub struct Arguments {
     /// Optimisation goal of a controller's image.
     #[arg(long, value_enum, default_value = "speed")]
     optimise: Optimise,
+    /// Wiring of a controller's board, as `sinew wire` writes it.
+    #[arg(long, value_name = "TOML", conflicts_with = "c_abi")]
+    wiring: Option<PathBuf>,
 }
 
 /// # Errors
@@ -41,6 +44,11 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let folder = arguments.model.join(NETWORK_FILE);
     let is_network = arguments.model.is_file() || folder.is_file();
+    if is_network && arguments.wiring.is_some() {
+        return Err(Error::arguments(
+            "--wiring is for a controller, not for a network alone",
+        ));
+    }
     if is_network || arguments.c_abi {
         speed_alone(arguments.optimise)?;
         let options = Options {
@@ -68,7 +76,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         ));
     }
     let spec = store::load(&arguments.model).map_err(Error::refused)?;
-    let kept = project::write(&arguments.out, &spec, arguments.optimise)?;
+    let wired = project::wired::wired(arguments.wiring.as_deref(), &spec, None)?;
+    let kept = project::write_wired(&arguments.out, &spec, arguments.optimise, &wired)?;
     print!("{}", project::kept(&kept));
     println!(
         "{}: the model, as Rust",

@@ -27,6 +27,9 @@ pub struct Arguments {
     /// Optimisation goal of the image.
     #[arg(long, value_enum, default_value = "speed")]
     optimise: Optimise,
+    /// Wiring of the board, as `sinew wire` writes it.
+    #[arg(long, value_name = "TOML")]
+    wiring: Option<PathBuf>,
     /// Only list the debug probes that are connected.
     #[arg(long)]
     list: bool,
@@ -57,7 +60,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     let chip = chip(board)?;
     let spec = store::load(model).map_err(Error::refused)?;
-    let kept = project::write(&arguments.out, &spec, arguments.optimise)?;
+    let wired = project::wired::wired(arguments.wiring.as_deref(), &spec, Some(board.folder()))?;
+    let kept = project::write_wired(&arguments.out, &spec, arguments.optimise, &wired)?;
     eprint!("{}", project::kept(&kept));
     let cache = arguments.build_dir.as_deref();
     let built = project::build_shown(&arguments.out, board, cache, arguments.quiet)?;

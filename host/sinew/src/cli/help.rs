@@ -16,7 +16,10 @@ const GROUPS: &[(&str, &[&str])] = &[
     ),
     ("Train", &["train"]),
     ("Control", &["build", "tune", "compare", "pil"]),
-    ("Board", &["emit", "size", "flash", "record", "monitor"]),
+    (
+        "Board",
+        &["wire", "emit", "size", "flash", "record", "monitor"],
+    ),
     ("Networks", &["import", "verify"]),
     ("Shell", &["completions"]),
 ];

@@ -19,6 +19,7 @@ mod train;
 mod tune;
 mod values;
 mod verify;
+mod wire;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -34,7 +35,7 @@ use crate::project::{Board, Optimise};
 use crate::rig_file::{self, ControlTable};
 use sinew_device::protocol::Identity;
 pub use sinew_ident::cli::{Common, Recordings};
-use sinew_ident::cli::{check, diagnose, excite, fit, interrupt, mjcf};
+use sinew_ident::cli::{check, diagnose, excite, failing, fit, interrupt, mjcf};
 use sinew_ident::error::{Error, Result};
 use sinew_model::spec::ModelSpec;
 
@@ -70,6 +71,8 @@ enum Verb {
     Train(train::Arguments),
     /// Read a network of another tool and show its layers.
     Import(import::Arguments),
+    /// Wire a rig's sensors and actuators to the pins of a board.
+    Wire(wire::Arguments),
     /// Write the sources of a model's firmware, or of a network alone.
     Emit(emit::Arguments),
     /// Compare a network with the framework that wrote it, by your own Python.
@@ -245,7 +248,9 @@ pub fn main() -> ExitCode {
         eprintln!("\nstopped; no file was left half written");
         std::process::exit(interrupt::STATUS.into());
     });
-    end_with_the_reader();
+    failing::end_with_standard_output(|| {
+        (crate::device::kill_all(), sinew_files::remove_unfinished())
+    });
     let parsed = help::command().try_get_matches();
     let program = match parsed.and_then(|matches| Program::from_arg_matches(&matches)) {
         Ok(program) => program,
@@ -257,28 +262,8 @@ pub fn main() -> ExitCode {
     };
     match run(program.verb) {
         Ok(code) => interrupt::status(code),
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::from(error.exit_code())
-        }
+        Err(error) => failing::status(&error),
     }
-}
-
-/// Where the reader of standard output has gone away (`sinew train .. | head -1`), `println`
-/// panics. That is no failure of this program: it ends with the status that a shell gives to one
-/// that the closed pipe has killed.
-fn end_with_the_reader() {
-    const CLOSED_PIPE: i32 = 128 + 13;
-    let usual = std::panic::take_hook();
-    std::panic::set_hook(Box::new(move |panic| {
-        let words = panic.payload_as_str().unwrap_or_default();
-        if words.starts_with("failed printing to stdout") && words.contains("Broken pipe") {
-            let _children = crate::device::kill_all();
-            let _files = sinew_files::remove_unfinished();
-            std::process::exit(CLOSED_PIPE);
-        }
-        usual(panic);
-    }));
 }
 
 /// Control rate of a rig, where its `[control]` table has one.
@@ -316,6 +301,7 @@ fn run(verb: Verb) -> Result<u8> {
         Verb::Emit(arguments) => emit::run(&arguments),
         Verb::Import(arguments) => import::run(&arguments),
         Verb::Verify(arguments) => verify::run(&arguments),
+        Verb::Wire(arguments) => wire::run(&arguments),
         Verb::Size(arguments) => size::run(&arguments),
         Verb::Compare(arguments) => return compare::run(&arguments),
         Verb::Pil(arguments) => pil::run(&arguments),

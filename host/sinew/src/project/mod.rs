@@ -13,6 +13,7 @@ mod build;
 pub mod image;
 mod sources;
 mod toolchain;
+pub mod wired;
 mod written;
 
 use std::borrow::Cow;
@@ -86,6 +87,19 @@ pub enum Board {
 /// [`Error`] when the specification is not valid, somebody else's file is in the way, or a file
 /// cannot be written.
 pub fn write(folder: &Path, spec: &ModelSpec, optimise: Optimise) -> Result<Vec<Kept>> {
+    write_wired(folder, spec, optimise, &[])
+}
+
+/// As [`write()`], with the pins and scales of a rig's own wiring in the place of the board's.
+///
+/// # Errors
+/// As [`write()`].
+pub fn write_wired(
+    folder: &Path,
+    spec: &ModelSpec,
+    optimise: Optimise,
+    wired: &[sinew_wiring::SourceFile],
+) -> Result<Vec<Kept>> {
     let options = EmitOptions {
         firmware: "../firmware".into(),
         ..EmitOptions::default()
@@ -100,6 +114,8 @@ pub fn write(folder: &Path, spec: &ModelSpec, optimise: Optimise) -> Result<Vec<
         });
     }
     for (path, contents) in sources::SOURCES {
+        let own = wired.iter().find(|file| file.path == *path);
+        let contents = own.map_or(*contents, |file| file.text.as_bytes());
         let contents: Cow<'static, [u8]> = match *path {
             "Cargo.toml" => workspace(contents)?.into_bytes().into(),
             path if path.starts_with("boards/") && path.ends_with("Cargo.toml") => {
@@ -107,7 +123,7 @@ pub fn write(folder: &Path, spec: &ModelSpec, optimise: Optimise) -> Result<Vec<
                     .into_bytes()
                     .into()
             }
-            _ => (*contents).into(),
+            _ => contents.to_vec().into(),
         };
         files.push(SourceFile {
             path: (*path).into(),

@@ -135,21 +135,44 @@ fn interrupt(desk: &Desk, mut child: Child, when: &str) {
 
 #[test]
 fn a_reader_that_goes_away_ends_it_in_silence() {
+    for results in ["--out f.toml", "--json -"] {
+        let (reader, writer) = std::io::pipe().expect("a pipe can be made");
+        drop(reader);
+        let (status, words) = fit_into(results, writer.into());
+        // Beside a file on standard output, the numbers for a person go to standard error.
+        assert!(!words.contains("error: "), "{words}");
+        assert_eq!(status, Some(141), "{results}: {words}");
+    }
+}
+
+#[test]
+fn a_full_disk_behind_standard_output_is_an_error() {
+    for (results, file) in [("--out f.toml", "standard output"), ("--json -", "-")] {
+        let full = std::fs::File::options().write(true).open("/dev/full");
+        let (status, words) = fit_into(results, full.expect("a device").into());
+        let expected = format!("error: {file}: cannot be written: No space left on device");
+        let last = words.trim_end().lines().last();
+        assert!(
+            last.is_some_and(|line| line.starts_with(&expected)),
+            "{words}"
+        );
+        assert_eq!(status, Some(1), "{words}");
+        assert!(!words.contains("panicked"), "{words}");
+    }
+}
+
+/// Status and standard error of a fit that writes to this standard output.
+fn fit_into(results: &str, output: Stdio) -> (Option<i32>, String) {
     let desk = Desk::new();
     desk.bring("rigs/mass-spring-damper.toml")
         .bring("rigs/mass-spring-damper.fit.csv");
-    let mut command = desk.command(
-        "fit mass-spring-damper.toml --fit mass-spring-damper.fit.csv --out f.toml --quiet",
-    );
-    let (reader, writer) = std::io::pipe().expect("a pipe can be made");
-    drop(reader);
-    let output = command
-        .stdout(writer)
-        .stderr(Stdio::piped())
-        .output()
-        .expect("the program starts");
-    let words = String::from_utf8_lossy(&output.stderr);
-    assert_eq!((output.status.code(), &*words), (Some(141), ""));
+    let mut command = desk.command(&format!(
+        "fit mass-spring-damper.toml --fit mass-spring-damper.fit.csv {results} --quiet"
+    ));
+    let output = command.stdout(output).stderr(Stdio::piped()).output();
+    let output = output.expect("the program starts");
+    let words = String::from_utf8_lossy(&output.stderr).into_owned();
+    (output.status.code(), words)
 }
 
 /// Every file of the desk.

@@ -8,3 +8,4 @@ mod results;
 mod schema;
 mod toolchain;
 mod verbs;
+mod wire;

@@ -1,0 +1,151 @@
+//! `sinew wire`: a rig's sensors and actuators to the pins of a board.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use sinew_sim::rig::Reads;
+use sinew_sim::{Plant, Rig};
+use sinew_wiring::{Checked, Signal, Signals, Wiring};
+
+use crate::project::wired::{read, refused};
+use crate::rig_file::{self, ControlTable};
+use sinew_ident::cli::overwrite;
+use sinew_ident::cli::said::Said;
+use sinew_ident::error::{Error, Result};
+
+/// Control rate where the rig names none, in hertz.
+const RATE_HZ: f64 = 120.0;
+
+/// Arguments of `sinew wire`.
+#[derive(Args)]
+pub struct Arguments {
+    /// The rig file (TOML).
+    rig: PathBuf,
+    /// Board of a first wiring: stm32f446.
+    #[arg(long, required_unless_present = "check", conflicts_with = "check")]
+    board: Option<String>,
+    /// A wiring to check and to show, in the place of a first one.
+    #[arg(long, value_name = "TOML")]
+    check: Option<PathBuf>,
+    /// File of the first wiring; by default beside the rig, as NAME.wiring.toml.
+    #[arg(long, value_name = "TOML", conflicts_with = "check")]
+    out: Option<PathBuf>,
+    /// Replace a wiring that is there already.
+    #[arg(long, conflicts_with = "check")]
+    force: bool,
+    /// Draw the wiring.
+    #[arg(long, value_name = "SVG")]
+    picture: Option<PathBuf>,
+}
+
+/// # Errors
+/// A bad rig, a board that cannot be wired, a wiring with faults: all of them at once.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let rig = rig_file::load(&arguments.rig)?;
+    let signals = of_rig(&rig)?;
+    match &arguments.check {
+        Some(file) => checked(arguments, file, &signals),
+        None => first(arguments, &signals),
+    }
+}
+
+/// Writes a first wiring.
+fn first(arguments: &Arguments, signals: &Signals) -> Result<()> {
+    let name = arguments.board.as_deref().unwrap_or_default();
+    let board = sinew_wiring::board(name).map_err(Error::arguments)?;
+    let beside = || arguments.rig.with_extension("wiring.toml");
+    let out = arguments.out.clone().unwrap_or_else(beside);
+    overwrite::refuse(
+        [("RIG", arguments.rig.as_path())],
+        [
+            ("--out", Some(out.as_path())),
+            ("--picture", arguments.picture.as_deref()),
+        ],
+    )?;
+    if !arguments.force && out.is_file() {
+        return Err(
+            Error::arguments(format!("{} is there already", out.display()))
+                .help("--force replaces it; --check looks at it"),
+        );
+    }
+    let text = sinew_wiring::propose(signals, board).map_err(|fault| refused(None, &[fault]))?;
+    if let Some(path) = &arguments.picture {
+        let wiring = Wiring::parse(&text).map_err(|fault| refused(None, &[fault]))?;
+        sinew_files::write(path, sinew_wiring::picture(&wiring, board))?;
+    }
+    sinew_files::write(&out, &text)?;
+    let said = Said::beside([Some(out.as_path()), arguments.picture.as_deref()]);
+    said.wrote(&out);
+    arguments.picture.iter().for_each(|path| said.wrote(path));
+    said.line(format!(
+        "next: fill in what is nan, then sinew wire {} --check {}",
+        arguments.rig.display(),
+        out.display()
+    ));
+    Ok(())
+}
+
+/// Checks a wiring; shows its table.
+fn checked(arguments: &Arguments, file: &Path, signals: &Signals) -> Result<()> {
+    overwrite::refuse(
+        [("RIG", arguments.rig.as_path()), ("--check", file)],
+        [("--picture", arguments.picture.as_deref())],
+    )?;
+    let (wiring, board) = read(file)?;
+    let Checked { faults, remarks } = sinew_wiring::check(&wiring, signals, board);
+    if !faults.is_empty() {
+        return Err(refused(Some(file), &faults));
+    }
+    let said = Said::beside([arguments.picture.as_deref()]);
+    said.line(sinew_wiring::table(&wiring, board).trim_end());
+    remarks.iter().for_each(|remark| said.line(remark));
+    if let Some(path) = &arguments.picture {
+        sinew_files::write(path, sinew_wiring::picture(&wiring, board))?;
+        said.wrote(path);
+    }
+    said.line(format!(
+        "next: sinew flash --board {} --model DIR --wiring {}",
+        board.name,
+        file.display()
+    ));
+    Ok(())
+}
+
+/// Signals of the controller that a rig asks for.
+fn of_rig(rig: &Rig) -> Result<Signals> {
+    let plant = Plant::new(rig)?;
+    let control = ControlTable::read(rig)?;
+    let positions = || {
+        let sensors = 0..rig.sensors.len();
+        sensors
+            .filter(|k| matches!(rig.sensors[*k].reads, Reads::Position(_)))
+            .collect()
+    };
+    let outputs = control
+        .as_ref()
+        .map_or_else(positions, |c| c.outputs.clone());
+    let channels = rig_file::network_table(rig)?.map(|network| network.channels);
+    let sensors = outputs.into_iter().chain(channels.unwrap_or_default());
+    Ok(Signals {
+        sensors: sensors
+            .map(|k| {
+                let sensor = &plant.sensors()[k];
+                Signal {
+                    name: sensor.column.clone(),
+                    unit: sensor.unit.clone(),
+                    range: None,
+                }
+            })
+            .collect(),
+        actuators: plant
+            .inputs()
+            .iter()
+            .map(|input| Signal {
+                name: input.column.clone(),
+                unit: input.unit().into(),
+                range: input.limit.map(|(low, high)| [low, high]),
+            })
+            .collect(),
+        rate_hz: control.and_then(|c| c.rate_hz).unwrap_or(RATE_HZ),
+    })
+}
