@@ -26,8 +26,8 @@ pub trait Board: Clock {
     /// Largest duty of the outputs.
     const DUTY_FULL: u16;
 
-    /// Reads every sensor, a converter's code or an encoder's counter: outputs first, then channels,
-    /// in the model's order.
+    /// Reads every sensor, a converter's code or an encoder's counter: outputs first, then
+    /// channels, in the model's order.
     async fn sample(&mut self) -> [u16; SENSORS];
 
     /// Sets the outputs; with `live` false the power stages are off, whatever the duties are.

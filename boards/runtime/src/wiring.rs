@@ -8,7 +8,7 @@ use crate::scales::{ACTUATOR_SPANS, SENSOR_SCALES};
 /// Sensors: the outputs, then the sensor channels.
 pub const SENSORS: usize = NY + MEASURED;
 
-/// What the readings before have left: positions of the encoders.
+/// Traces of the readings before: positions of the encoders.
 pub struct Readings {
     counters: [Counter; SENSORS],
 }

@@ -1,4 +1,4 @@
-//! What reads and drives the rig's pins: converter, encoder timers, pulses of power stages and of
+//! Drivers of the rig's pins: converter, encoder timers, pulses of power stages and of
 //! servos.
 
 #![allow(dead_code, reason = "a rig uses some of them (src/pins.rs)")]

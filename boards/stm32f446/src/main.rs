@@ -1,7 +1,7 @@
 //! The controller on a Nucleo-F446RE: frames over the ST-Link's virtual serial port, log over RTT.
 //!
-//! The rig's pins are in [`pins`], what reads and drives them in [`drivers`], the board's own parts in
-//! [`nucleo`], what happens when something breaks in [`fault`]; the rest is `sinew_board_runtime`.
+//! The rig's pins are in [`pins`], their drivers in [`drivers`], the board's own parts in
+//! [`nucleo`], and the end of a broken program in [`fault`]; the rest is `sinew_board_runtime`.
 
 #![no_std]
 #![no_main]

@@ -1,8 +1,6 @@
-//! Boards that can be wired: their pins, and what each pin can be.
+//! A board that can be wired: its pins, and the uses of each.
 
-use crate::stm32f446;
-
-/// What a pin can be. Timers and channels count from 1, as in the chip's manual.
+/// Use of a pin. Timers and channels count from 1, as in the chip's manual.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Use {
     /// Input of the analogue-to-digital converter.
@@ -35,7 +33,7 @@ pub struct Pin {
     pub name: &'static str,
     /// Place on the board, for instance `A0` or `CN10-14`.
     pub place: &'static str,
-    /// What it can be.
+    /// Its uses.
     pub uses: &'static [Use],
 }
 
@@ -60,21 +58,6 @@ pub struct Board {
     pub servo: &'static str,
     /// Pulses of a servo a second.
     pub servo_hz: f64,
-}
-
-/// Every board that can be wired.
-const BOARDS: [&Board; 1] = [&stm32f446::BOARD];
-
-/// The board of this name.
-///
-/// # Errors
-/// The names that there are.
-pub fn board(name: &str) -> Result<&'static Board, String> {
-    let names: Vec<&str> = BOARDS.iter().map(|board| board.name).collect();
-    BOARDS
-        .into_iter()
-        .find(|board| board.name == name)
-        .ok_or_else(|| format!("`{name}` cannot be wired: there is {}", names.join(", ")))
 }
 
 impl Board {

@@ -12,9 +12,9 @@ const SHARE_SAID: f64 = 0.2;
 /// Result of a check.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Checked {
-    /// What cannot be: no sources are made.
+    /// Faults: no sources are made.
     pub faults: Vec<Fault>,
-    /// What can be and may not be meant.
+    /// Remarks about what may not be meant.
     pub remarks: Vec<String>,
 }
 

@@ -14,9 +14,9 @@ const FORMAT: &str = "sinew-wiring/1";
 pub struct Fault {
     /// Line, from 1.
     pub line: Option<usize>,
-    /// What is wrong.
+    /// Fault in words.
     pub message: String,
-    /// What would be right.
+    /// Contents that would be right.
     pub expected: String,
 }
 
@@ -63,7 +63,7 @@ pub struct Wiring {
 pub struct SensorWire {
     /// Column of the recording.
     pub column: String,
-    /// What reads it.
+    /// Way in which it is read.
     pub by: SensorBy,
     /// Line of its table in the file.
     pub line: usize,
@@ -97,7 +97,7 @@ pub enum SensorBy {
 pub struct ActuatorWire {
     /// Column of the recording.
     pub input: String,
-    /// What drives it.
+    /// Way in which it is driven.
     pub by: ActuatorBy,
     /// Physical value of the smallest duty or the shortest pulse.
     pub at_zero: f64,

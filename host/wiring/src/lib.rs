@@ -1,3 +1,7 @@
+#![doc = include_str!("../README.md")]
+//!
+//! # Reference
+//!
 //! Wiring of a rig to its board: a file, its check, its picture, and the sources made from it.
 //!
 //! A [`Wiring`] names for each signal of a controller the pin, what reads or drives it, and the
@@ -6,6 +10,7 @@
 //! `docs/reference/wiring.md`.
 
 mod board;
+mod boards;
 mod check;
 mod file;
 mod picture;
@@ -15,7 +20,8 @@ mod sources;
 mod stm32f446;
 mod table;
 
-pub use board::{Board, Pin, Use, board};
+pub use board::{Board, Pin, Use};
+pub use boards::board;
 pub use check::{Checked, check};
 pub use file::{ActuatorBy, ActuatorWire, Fault, SensorBy, SensorWire, Wiring};
 pub use picture::picture;

@@ -120,10 +120,10 @@ fn pins(sensors: &[&SensorWire], actuators: &[&ActuatorWire], board: &Board) -> 
                 writeln!(text, "                $crate::drivers::analogue($p.{pin}),")
             }
             SensorBy::Encoder { pins: [a, b], .. } => {
-                let timer = timer(board, a);
+                let n = timer(board, a);
                 writeln!(
                     text,
-                    "                $crate::drivers::encoder{timer}($p.TIM{timer}, $p.{a}, $p.{b}),"
+                    "                $crate::drivers::encoder{n}($p.TIM{n}, $p.{a}, $p.{b}),"
                 )
             }
         };

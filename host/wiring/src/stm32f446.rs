@@ -1,4 +1,4 @@
-//! Pins of a Nucleo-F446RE (UM1724, table 16 and figure 18; alternate functions: DS10693, table 11).
+//! Pins of a Nucleo-F446RE (UM1724, table 16 and figure 18; DS10693, table 11).
 
 use crate::board::{Board, Pin, Use};
 

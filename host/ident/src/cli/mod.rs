@@ -68,7 +68,8 @@ pub struct Common {
 }
 
 /// Runs the program `sinew-ident`: 0 on success, 2 for bad arguments or bad files, 130 after
-/// Ctrl-C, 141 where nobody reads on, 1 for anything else; with `--exit-code` 3 or 4 by the result ([`exit_code`]).
+/// Ctrl-C, 141 where nobody reads on, 1 for anything else; with `--exit-code` 3 or 4 by the result
+/// ([`exit_code`]).
 pub fn main() -> ExitCode {
     // Without a handler the system ends the process, as it does any other.
     let _ = ctrlc::set_handler(|| {

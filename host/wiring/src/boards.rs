@@ -1,0 +1,19 @@
+//! List of the boards that can be wired.
+
+use crate::board::Board;
+use crate::stm32f446;
+
+/// Every board that can be wired.
+const BOARDS: [&Board; 1] = [&stm32f446::BOARD];
+
+/// The board of this name.
+///
+/// # Errors
+/// The names that there are.
+pub fn board(name: &str) -> Result<&'static Board, String> {
+    let names: Vec<&str> = BOARDS.iter().map(|board| board.name).collect();
+    BOARDS
+        .into_iter()
+        .find(|board| board.name == name)
+        .ok_or_else(|| format!("`{name}` cannot be wired: there is {}", names.join(", ")))
+}
