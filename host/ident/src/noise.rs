@@ -3,6 +3,35 @@
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
+/// A long signal whose spread is below this many times its white noise is nothing but noise.
+const NOISE_ALONE: f64 = 1.15;
+
+/// Scatter of that ratio for white noise, times the root of the number of samples: one of noise
+/// alone in a thousand exceeds it.
+const SCATTER: f64 = 4.5;
+
+/// Fewest samples that tell noise from motion.
+const FEWEST: usize = 64;
+
+/// Spread of so many samples, as a multiple of their white noise, below which they are noise alone.
+pub(crate) fn most_of_noise(samples: usize) -> f64 {
+    NOISE_ALONE.max(1.0 + SCATTER / (samples.max(1) as f64).sqrt())
+}
+
+/// Standard deviation of a signal that is noise alone; `None` of one that moves, and of one that is
+/// too short to tell.
+pub(crate) fn noise_alone(t: &[f64], samples: &[f64]) -> Option<f64> {
+    let valid: Vec<f64> = samples.iter().copied().filter(|y| y.is_finite()).collect();
+    if valid.len() < FEWEST {
+        return None;
+    }
+    let mean = valid.iter().sum::<f64>() / valid.len() as f64;
+    let squares: f64 = valid.iter().map(|y| (y - mean).powi(2)).sum();
+    let spread = (squares / valid.len() as f64).sqrt();
+    let noise = noise_level(t, samples);
+    (noise > 0.0 && spread <= most_of_noise(valid.len()) * noise).then_some(spread)
+}
+
 /// Longest window beside the usual one.
 const LONGEST: f64 = 4.0;
 

@@ -16,6 +16,7 @@ use super::said::Said;
 use crate::diagnose::output::{self, Shown};
 use crate::diagnose::{Diagnosis, Options, Recordings, diagnose};
 use crate::error::{Error, Result};
+use crate::fit::require;
 
 /// Arguments of `sinew diagnose`.
 #[derive(Args)]
@@ -82,6 +83,7 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
     };
     let quiet = arguments.common.quiet;
     let all = [&recordings.fit, &recordings.check, &recordings.test];
+    require(&rig, all.into_iter().flatten())?;
     let checks = arguments
         .repairs
         .before(&rig, all.into_iter().flatten(), quiet)?;

@@ -13,7 +13,7 @@ use super::repair::Repairs;
 use super::said::Said;
 use crate::error::Result;
 use crate::fit::json::json;
-use crate::fit::{FitOptions, fit, free_runs, pool, score};
+use crate::fit::{FitOptions, fit, free_runs, pool, require, score};
 use crate::report::{count, own_value, quantity, warnings};
 
 /// Arguments of `sinew fit`.
@@ -61,6 +61,7 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         arguments.repairs.read(&arguments.recordings.fit)?,
         arguments.repairs.read(&arguments.recordings.test)?,
     );
+    require(&rig, recordings.iter().chain(&tests))?;
     let all = recordings.iter().chain(&tests);
     arguments.repairs.before(&rig, all, arguments.quiet)?;
     let stage = Stage::begin("fit the rig to the recordings", arguments.quiet);

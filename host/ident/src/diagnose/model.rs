@@ -301,7 +301,7 @@ impl Model {
         self.slots
             .iter()
             .zip(widths.parameters)
-            .filter_map(|(&slot, width)| Some((known[slot].name.clone(), width?)))
+            .filter_map(|(&slot, width)| Some((known[slot].name.clone(), width.half()?)))
             .collect()
     }
 

@@ -16,6 +16,7 @@ use super::derivatives::Normal;
 use super::experiment::{Experiment, Views, spreads};
 use super::levenberg::{DecisionVariables, Prior};
 use super::segment::{Problem, Segment};
+use super::uncertainty::Width;
 use super::{start, uncertainty};
 use crate::error::Result;
 
@@ -236,9 +237,8 @@ pub(crate) fn scales(
 pub(super) struct Own {
     /// Every parameter, the own ones in place of the shared ones.
     pub values: Vec<f64>,
-    /// Half the width of the 95 % interval of each local parameter; `None` where the recording
-    /// does not determine it.
-    pub half_widths: Vec<Option<f64>>,
+    /// Certainty of each local parameter.
+    pub widths: Vec<Width>,
 }
 
 /// Searches with residuals weighted by what the search before left.
@@ -258,7 +258,7 @@ pub(super) fn estimate(
     if local.is_empty() {
         return Ok(Own {
             values: values.to_vec(),
-            half_widths: Vec::new(),
+            widths: Vec::new(),
         });
     }
     let views = Views::new(rig, plant);
@@ -293,14 +293,18 @@ pub(super) fn estimate(
         states: vec![state],
     };
     let mut widths = uncertainty::half_widths(&problem, &Prior::none(), &whole, &unknowns);
+    let widths = widths.local.pop();
+    let widths = widths.unwrap_or(vec![Width::Open; local.len()]);
     let mut own = values.to_vec();
-    for (index, &slot) in local.iter().enumerate() {
+    // A value that these rows leave open is the shared one.
+    let known = (local.iter().zip(&widths).enumerate()).filter(|(_, it)| *it.1 != Width::Open);
+    for (index, (&slot, _)) in known {
         let deviation = unknowns.states[0][plant.state_len() + index];
         own[slot] = problem.own_value(values, index, deviation);
     }
     Ok(Own {
         values: own,
-        half_widths: widths.local.pop().unwrap_or(vec![None; local.len()]),
+        widths,
     })
 }
 

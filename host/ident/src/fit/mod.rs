@@ -20,6 +20,7 @@ mod runaway;
 pub(crate) mod score;
 mod second_start;
 pub(crate) mod segment;
+mod sizes;
 pub(crate) mod stages;
 pub(crate) mod start;
 pub(crate) mod uncertainty;
@@ -29,15 +30,17 @@ use sinew_sim::{Parameter, Plant, Rig};
 
 pub use self::beyond::{BeyondBound, BeyondBounds};
 use self::experiment::Experiment;
+pub(crate) use self::experiment::START_ROWS;
 use self::horizons::Ladder;
 pub use self::levenberg::Stop;
 pub use self::runaway::Runaway;
 pub use self::score::{
-    FreeRun, FreeRunSensor, OwnValue, SensorError, free_run, free_runs, pool, score,
+    FreeRun, FreeRunSensor, OwnValue, SensorError, free_run, free_runs, pool, require, score,
 };
 use self::stages::{Apart, Local};
-use self::uncertainty::interval;
+use self::uncertainty::{Width, interval};
 use crate::error::{Error, Result};
+use crate::noise::{most_of_noise, noise_level};
 use crate::recording::Recording;
 use crate::report::quantity;
 
@@ -138,6 +141,8 @@ pub struct SensorFit {
     pub rms: f64,
     /// Standard deviation of the measurement itself.
     pub spread: f64,
+    /// Standard deviation of the measurement's white noise.
+    pub noise: f64,
     /// Samples judged.
     pub samples: usize,
 }
@@ -145,11 +150,18 @@ pub struct SensorFit {
 /// Largest free-run error, as a part of the signal's standard deviation, that still explains it.
 const POOR: f64 = 0.3;
 
+/// Largest free-run error, as a multiple of the noise, that leaves nothing but noise: the start of
+/// a free run is only known as well as a few rows show it.
+const NEAR_NOISE: f64 = 2.0;
+
 impl SensorFit {
     /// Returns true where the refitted rig explains the signal: its free-run error is at most 0.3
-    /// of the signal's standard deviation.
+    /// of the signal's standard deviation or twice its noise. Of a signal that is noise alone
+    /// there is nothing to explain.
     pub fn is_explained(&self) -> bool {
-        self.rms <= POOR * self.spread
+        let still = self.spread <= most_of_noise(self.samples) * self.noise;
+        still && self.rms.is_finite()
+            || self.rms <= (POOR * self.spread).max(NEAR_NOISE * self.noise)
     }
 }
 
@@ -251,7 +263,7 @@ pub fn fit(
     let beyond = beyond::beyond((rig, &plant), recordings, within, &mut releasing)?;
 
     let shared = found.slots.iter().enumerate().map(|(j, &slot)| {
-        let own = (found.half_widths[j], Vec::new());
+        let own = (found.widths[j].half(), Vec::new());
         fitted_parameter(
             &known[slot],
             found.values[slot],
@@ -269,12 +281,14 @@ pub fn fit(
     let sensors = pool(&as_written_runs)
         .into_iter()
         .zip(errors)
-        .map(|(before, after)| SensorFit {
+        .enumerate()
+        .map(|(sensor, (before, after))| SensorFit {
             signal: after.signal,
             unit: after.unit,
             as_written_rms: before.rms,
             rms: after.rms,
             spread: after.spread,
+            noise: noise_of(&runs, sensor),
             samples: after.samples,
         });
     let held = experiments.iter().flat_map(|experiment| {
@@ -284,9 +298,10 @@ pub fn fit(
             missing: *missing,
         })
     });
+    let sensors = sensors.collect();
     Ok(Fit {
         parameters,
-        sensors: sensors.collect(),
+        sensors,
         as_written_runs,
         runs,
         held: held.collect(),
@@ -297,6 +312,15 @@ pub fn fit(
         steps: found.steps,
         seconds: begun.elapsed().as_secs_f64(),
     })
+}
+
+/// White noise of each sensor, root mean square over free runs, SI.
+fn noise_of(runs: &[FreeRun], sensor: usize) -> f64 {
+    let levels = runs
+        .iter()
+        .map(|run| noise_level(&run.t, &run.sensors[sensor].measured));
+    let squares: f64 = levels.map(|level| level * level).sum();
+    (squares / runs.len().max(1) as f64).sqrt()
 }
 
 /// A fitted parameter with half the width of its interval and the recordings' own values.
@@ -329,8 +353,11 @@ fn own_values(
     let own = own.map(|(&found, experiment)| OwnValue::new(parameter, &experiment.name, found));
     let own: Vec<OwnValue> = own.collect();
     // A value at a bound does not move.
-    let halves = local.own.iter().zip(&own);
-    let halves = halves.filter_map(|((_, half), own)| half.or(own.at_bound.then_some(0.0)));
+    let halves = local.own.iter().filter_map(|(_, width)| match width {
+        Width::Half(half) => Some(*half),
+        Width::AtBound => Some(0.0),
+        Width::Open => None,
+    });
     let (count, squares) = halves.fold((0, 0.0), |(count, squares), half| {
         (count + 1, squares + half * half)
     });

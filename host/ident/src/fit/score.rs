@@ -4,10 +4,9 @@
 use serde::Serialize;
 use sinew_sim::{Parameter, Plant, Rig};
 
-use super::bounds::bounds;
 use super::experiment::{Experiment, START_ROWS, Views, spreads, start_rows};
 use super::segment::Problem;
-use super::uncertainty::interval;
+use super::uncertainty::{Width, interval};
 use super::{local, start};
 use crate::error::{Error, Result};
 use crate::recording::Recording;
@@ -47,26 +46,25 @@ pub struct OwnValue {
     /// 95 % confidence interval; `None` where the recording does not determine it or where it
     /// rests at a bound.
     pub ci95: Option<[f64; 2]>,
-    /// It rests at a bound.
+    /// It rests at a bound, and the recording leaves it no way back.
     #[serde(skip)]
     pub at_bound: bool,
 }
 
 impl OwnValue {
-    /// The value of a parameter in a recording, with half the width of its interval.
+    /// The value of a parameter in a recording, with its certainty.
     pub(super) fn new(
         parameter: &Parameter,
         recording: &str,
-        (value, half): (f64, Option<f64>),
+        (value, width): (f64, Width),
     ) -> Self {
-        let [low, high] = bounds(parameter);
         Self {
             recording: recording.to_owned(),
             name: parameter.name.clone(),
             unit: parameter.unit.clone(),
             value,
-            ci95: half.map(|half| interval(value, half)),
-            at_bound: value <= low || value >= high,
+            ci95: width.half().map(|half| interval(value, half)),
+            at_bound: width == Width::AtBound,
         }
     }
 }
@@ -111,6 +109,35 @@ pub fn free_run(rig: &Rig, recording: &Recording) -> Result<FreeRun> {
     run_at(rig, &plant, &plant.values(), recording)
 }
 
+/// Finds what would keep a rig from being judged by recordings, before any work.
+///
+/// # Errors
+/// As [`free_run`].
+pub fn require<'a>(rig: &Rig, recordings: impl IntoIterator<Item = &'a Recording>) -> Result<()> {
+    let plant = Plant::new(rig)?;
+    let recordings = recordings.into_iter();
+    // A column that is missing first: no length would mend that.
+    let read = recordings.map(|it| Ok((it, Experiment::new(&plant, it)?)));
+    let read = read.collect::<Result<Vec<_>>>()?;
+    let mut all = read.iter();
+    all.try_for_each(|(recording, experiment)| long_enough(recording, experiment))
+}
+
+/// Refuses a recording that is too short to judge a rig by.
+fn long_enough(recording: &Recording, experiment: &Experiment) -> Result<()> {
+    let rows = experiment.rows();
+    if start_rows(rows) < rows {
+        return Ok(());
+    }
+    Err(Error::file(
+        recording.path(),
+        format!("{rows} rows are too few to judge a rig by"),
+    )
+    .expected(format!(
+        "more than {START_ROWS}: the first {START_ROWS} give the start state"
+    )))
+}
+
 /// As [`free_run`], with these values of the parameters.
 ///
 /// # Errors
@@ -122,24 +149,15 @@ pub(super) fn run_at(
     recording: &Recording,
 ) -> Result<FreeRun> {
     let experiment = Experiment::new(plant, recording)?;
+    long_enough(recording, &experiment)?;
     let judged_from = start_rows(experiment.rows());
-    if judged_from >= experiment.rows() {
-        let rows = experiment.rows();
-        return Err(Error::file(
-            recording.path(),
-            format!("{rows} rows are too few to judge a rig by"),
-        )
-        .expected(format!(
-            "more than {START_ROWS}: the first {START_ROWS} give the start state"
-        )));
-    }
     let experiments = [experiment];
     let found = local::estimate(rig, plant, &experiments, values)?;
     let values = &found.values;
-    let own = local::slots(plant).into_iter().zip(&found.half_widths);
-    let own = own.map(|(slot, half)| {
+    let own = local::slots(plant).into_iter().zip(&found.widths);
+    let own = own.map(|(slot, width)| {
         let parameter = &plant.parameters()[slot];
-        OwnValue::new(parameter, &experiments[0].name, (values[slot], *half))
+        OwnValue::new(parameter, &experiments[0].name, (values[slot], *width))
     });
     let own = own.collect();
     let start = estimate_start(rig, plant, &experiments, values)?;

@@ -1,7 +1,7 @@
 //! The order of work: short stretches first, whole recordings last
 //! (docs/explanation/identification.md, eq. 9).
 
-use sinew_sim::{Parameter, Plant, Rig};
+use sinew_sim::{Plant, Rig};
 
 use super::bounds::{bounds, natural};
 use super::experiment::{Experiment, Views, spreads};
@@ -11,6 +11,8 @@ use super::horizons::{
 use super::levenberg::{DecisionVariables, Prior, Stop, StoppingCriteria, minimise, total_cost};
 use super::runaway::Runaway;
 use super::segment::{Problem, Segment};
+use super::sizes::{self, rescale, sample_count, silent_scales};
+use super::uncertainty::Width;
 use super::{FitOptions, Progress, local, start, uncertainty};
 use crate::error::Result;
 
@@ -24,7 +26,13 @@ pub(crate) struct Found {
     /// Parameters that were held as written.
     pub held: Vec<usize>,
     pub values: Vec<f64>,
-    pub half_widths: Vec<Option<f64>>,
+    /// One entry a parameter; open where it was held.
+    pub widths: Vec<Width>,
+    /// Error over the spread of each signal, start states fitted to all rows, root of the sum of
+    /// the squares of all sensors; infinite where that cannot be simulated.
+    pub error: f64,
+    /// Samples of all sensors in the fit.
+    pub samples: usize,
     /// One entry a local parameter.
     pub local: Vec<Local>,
     pub stop: Stop,
@@ -36,17 +44,15 @@ pub(crate) struct Found {
 /// Own values of the recordings for one parameter, SI.
 pub(crate) struct Local {
     pub slot: usize,
-    /// Value and half the width of its 95 % interval, one entry a recording.
-    pub own: Vec<(f64, Option<f64>)>,
+    /// Value and its certainty, one entry a recording.
+    pub own: Vec<(f64, Width)>,
 }
 
 impl Local {
     /// Mean of the values of the recordings that determine theirs, SI. The other recordings take
     /// it: they say nothing, and must not move it. `shared` where no recording determines any.
-    fn share(&mut self, parameter: &Parameter, shared: f64) -> f64 {
-        let [low, high] = bounds(parameter);
-        let is_known =
-            |&(value, half): &(f64, Option<f64>)| half.is_some() || value <= low || value >= high;
+    fn share(&mut self, shared: f64) -> f64 {
+        let is_known = |(_, width): &(f64, Width)| *width != Width::Open;
         let known = self.own.iter().filter(|own| is_known(own));
         let (count, sum) = known.fold((0, 0.0), |(count, sum), (value, _)| {
             (count + 1, sum + value)
@@ -204,17 +210,24 @@ pub(crate) fn run(
     let runaway = Runaway::along(&problem, &segments, &unknowns, &spreads);
     problem.recentre(&segments, &mut unknowns);
     rescale(&mut problem, &belief, &unknowns, &silent);
-    let widths = uncertainty::half_widths(&problem, &belief, &segments, &unknowns);
+    let mut widths = uncertainty::half_widths(&problem, &belief, &segments, &unknowns);
+    sizes::open_by_noise(
+        &problem,
+        &belief,
+        &unknowns,
+        (&silent, &mut widths.parameters),
+    );
     let slots = fitted_slots(plant);
     let width = |slot: &usize| {
         let fitted = problem.slots.iter().position(|fitted| fitted == slot);
-        fitted.and_then(|j| widths.parameters[j])
+        fitted.map_or(Width::Open, |j| widths.parameters[j])
     };
-    let half_widths = slots.iter().map(width).collect();
+    let all = slots.iter().map(width).collect();
+    let error = error(&problem, &segments, &unknowns, &spreads);
     let mut local = own_values(&problem, &segments, &unknowns, &widths.local);
     let mut values = unknowns.values;
     for it in &mut local {
-        values[it.slot] = it.share(&plant.parameters()[it.slot], values[it.slot]);
+        values[it.slot] = it.share(values[it.slot]);
     }
     Ok(Found {
         local,
@@ -222,7 +235,9 @@ pub(crate) fn run(
         held: apart.held.to_vec(),
         runaway,
         values,
-        half_widths,
+        widths: all,
+        error,
+        samples: sample_count(&problem, &segments),
         stop,
         steps,
     })
@@ -247,14 +262,15 @@ fn own_values(
     problem: &Problem,
     segments: &[Segment],
     unknowns: &DecisionVariables,
-    widths: &[Vec<Option<f64>>],
+    widths: &[Vec<Width>],
 ) -> Vec<Local> {
     let deviations = problem.deviations(segments, &unknowns.states);
     let width = |experiment: usize, index: usize| {
         let own = segments.iter().zip(widths);
         let own = own.filter(|(segment, _)| segment.experiment == experiment);
         let longest = own.max_by_key(|(segment, _)| segment.rows.len());
-        longest.and_then(|(_, widths)| widths.get(index).copied().flatten())
+        let width = longest.and_then(|(_, widths)| widths.get(index).copied());
+        width.unwrap_or(Width::Open)
     };
     let local = problem.local.iter().enumerate().map(|(index, &slot)| {
         let each = deviations.iter().enumerate();
@@ -292,68 +308,28 @@ fn better_of_written(
     Ok(())
 }
 
-/// Part of the change that shows in the signals below which a written value counts as zero: people
-/// write 1e-8 for none.
-const AS_GOOD_AS_ZERO: f64 = 1e-3;
-
-/// One unit of each parameter: the larger of what the rig says and what was found, so that
-/// millimetres and tonnes are alike. A parameter that is as good as zero in both takes what would
-/// show in the signals.
-fn rescale(
-    problem: &mut Problem,
-    belief: &Prior,
-    unknowns: &DecisionVariables,
-    silent: &[Option<f64>],
-) {
-    for (j, &slot) in problem.slots.iter().enumerate() {
-        let size = unknowns.values[slot].abs();
-        let written = belief.written[j].abs();
-        problem.scale[j] = match silent[j] {
-            Some(shown) if written <= AS_GOOD_AS_ZERO * shown => shown.max(size),
-            None if written == 0.0 => size.max(1.0),
-            _ => written.max(size),
-        };
-    }
-}
-
-/// For each parameter the change that moves the signals by a hundredth of themselves; `None` where
-/// no change does.
-fn silent_scales(
+/// Error of the fitted segments over the spread of the signals ([`Found::error`]).
+fn error(
     problem: &Problem,
     segments: &[Segment],
     unknowns: &DecisionVariables,
-) -> Vec<Option<f64>> {
-    let parameters = problem.parameters();
-    let Some(normals) = problem.linearise(segments, &unknowns.values, &unknowns.states) else {
-        return vec![None; parameters];
+    spreads: &[f64],
+) -> f64 {
+    let normals = problem.linearise(segments, &unknowns.values, &unknowns.states);
+    let Some(normals) = normals else {
+        return f64::INFINITY;
     };
-    let samples = sample_count(problem, segments) as f64;
-    (0..parameters)
-        .map(|j| {
-            let sensitivity =
-                (normals.iter().map(|normal| normal.zz[(j, j)]).sum::<f64>() / samples).sqrt();
-            // Residuals are in thousandths of the signals' spread here: ten of them are a
-            // hundredth.
-            let scale = 10.0 / sensitivity;
-            (scale.is_finite() && scale > 0.0).then_some(scale)
-        })
-        .collect()
-}
-
-fn sample_count(problem: &Problem, segments: &[Segment]) -> usize {
-    let count = segments.iter().map(|segment| {
-        let signals = &problem.experiments[segment.experiment].signals;
-        signals
-            .iter()
-            .map(|column| {
-                column[segment.rows.clone()]
-                    .iter()
-                    .filter(|y| y.is_finite())
-                    .count()
-            })
-            .sum::<usize>()
-    });
-    count.sum::<usize>().max(1)
+    let of_sensor = |(sensor, spread): (usize, &f64)| {
+        let squares: f64 = normals.iter().map(|normal| normal.squares[sensor]).sum();
+        let count: usize = normals.iter().map(|normal| normal.counts[sensor]).sum();
+        let sigma = problem.sigma[sensor] / spread;
+        squares / count.max(1) as f64 * sigma * sigma
+    };
+    let sensors = spreads
+        .iter()
+        .enumerate()
+        .filter(|(_, spread)| **spread > 0.0);
+    sensors.map(of_sensor).sum::<f64>().sqrt()
 }
 
 /// Weights each sensor by what it is missed by; true where a weight changed by more than a tenth.

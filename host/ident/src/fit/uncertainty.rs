@@ -22,13 +22,40 @@ const SHARE: f64 = 0.01;
 /// unknowns every residual is zero, whatever the numbers.
 const READINGS: usize = 2;
 
-/// Half widths of 95 % intervals, SI; `None` where the data do not determine a value or where it
-/// rests at a bound.
+/// Least distance beyond a bound, in standard deviations of white noise, to which a recording draws
+/// a value that rests there for a reason.
+const PUSHED: f64 = 3.0;
+
+/// Readings for each unknown from which on it does not matter how many a fit takes from the noise.
+const PLENTY: usize = 20;
+
+/// Certainty of a fitted value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Width {
+    /// The data do not determine it, wherever the search left it.
+    Open,
+    /// It rests at a bound, and the data leave it no way back.
+    AtBound,
+    /// Half the width of its 95 % interval, SI.
+    Half(f64),
+}
+
+impl Width {
+    /// Half the width of the interval; `None` where there is none.
+    pub fn half(self) -> Option<f64> {
+        match self {
+            Self::Half(half) => Some(half),
+            Self::Open | Self::AtBound => None,
+        }
+    }
+}
+
+/// Certainty of all fitted values.
 pub(crate) struct HalfWidths {
     /// One entry a fitted parameter.
-    pub parameters: Vec<Option<f64>>,
+    pub parameters: Vec<Width>,
     /// One entry a segment, each with one a local parameter.
-    pub local: Vec<Vec<Option<f64>>>,
+    pub local: Vec<Vec<Width>>,
 }
 
 /// Half widths of all fitted values.
@@ -40,8 +67,8 @@ pub(crate) fn half_widths(
 ) -> HalfWidths {
     let parameters = problem.parameters();
     let nothing = || HalfWidths {
-        parameters: vec![None; parameters],
-        local: vec![vec![None; problem.local.len()]; segments.len()],
+        parameters: vec![Width::Open; parameters],
+        local: vec![vec![Width::Open; problem.local.len()]; segments.len()],
     };
     let mut information = DMatrix::<f64>::zeros(parameters, parameters);
     let mut scores: Vec<DVector<f64>> = Vec::new();
@@ -68,11 +95,18 @@ pub(crate) fn half_widths(
             block_length(rows.residual.len(), correlated),
         ));
         let is_open = rows.residual.len() <= state.len();
-        starts.push((normal.xx, back, correlated, is_open));
+        starts.push(((normal.xx, normal.bx), back, correlated, is_open));
     }
     if readings < unknown {
         return nothing();
     }
+    // Residuals of a fit to few readings are smaller than the noise by what the fit took of it.
+    let taken = unknown - (READINGS - 1) * parameters;
+    let spare = (readings - taken) as f64;
+    let few = match readings < PLENTY * taken {
+        true => readings as f64 / spare,
+        false => 1.0,
+    };
     let determined = determined(&information, memory);
     let Some(inverse) = (information
         + DMatrix::from_diagonal(&DVector::from_iterator(
@@ -90,30 +124,36 @@ pub(crate) fn half_widths(
     let blocks = scores.len() as f64;
     let freedom = (blocks - parameters as f64).max(1.0);
     let sandwich = &inverse * middle * &inverse * (blocks / freedom);
-    let quantile = student_95(freedom);
+    let quantile = student_95(freedom.min(spare));
     let of_parameters = (0..parameters).map(|j| {
         let [low, high] = belief.bounds[j];
         let value = unknowns.values[problem.slots[j]];
-        if !determined[j] || value <= low || value >= high {
-            return None;
+        if !determined[j] {
+            return Width::Open;
+        }
+        if value <= low || value >= high {
+            return Width::AtBound;
         }
         // Never below what independent noise of this size would leave.
-        let variance = sandwich[(j, j)].max(inverse[(j, j)]);
-        Some(quantile * variance.sqrt() * problem.scale[j])
+        let variance = few * sandwich[(j, j)].max(inverse[(j, j)]);
+        Width::Half(quantile * variance.sqrt() * problem.scale[j])
     });
-    let of_segment = |((xx, back, memory, is_open), state): (&(_, _, f64, bool), &Vec<f64>)| {
+    let of_segment = |((own, back, memory, is_open), state): (&(_, _, f64, bool), &Vec<f64>)| {
         if *is_open {
-            return vec![None; problem.local.len()];
+            return vec![Width::Open; problem.local.len()];
         }
         local(
             problem,
             &unknowns.values,
             state,
-            (xx, back, *memory),
+            (own, back, *memory),
             &sandwich,
         )
         .into_iter()
-        .map(|deviation| Some(quantile * deviation?))
+        .map(|width| match width {
+            Width::Half(deviation) => Width::Half(quantile * deviation),
+            other => other,
+        })
         .collect()
     };
     HalfWidths {
@@ -132,12 +172,12 @@ fn local(
     problem: &Problem,
     values: &[f64],
     state: &[f64],
-    (xx, back, memory): (&DMatrix<f64>, &DMatrix<f64>, f64),
+    ((xx, slope), back, memory): (&(DMatrix<f64>, DVector<f64>), &DMatrix<f64>, f64),
     shared: &DMatrix<f64>,
-) -> Vec<Option<f64>> {
+) -> Vec<Width> {
     let first = problem.plant.state_len();
     let Some(alone) = xx.clone().cholesky().map(|factor| factor.inverse()) else {
-        return vec![None; problem.local.len()];
+        return vec![Width::Open; problem.local.len()];
     };
     let passed_on = back * shared * back.transpose();
     let own = problem.local.iter().enumerate().map(|(index, &slot)| {
@@ -145,8 +185,19 @@ fn local(
         let [low, high] = bounds(&problem.plant.parameters()[slot]);
         let value = problem.own_value(values, index, state[at]);
         let deviation = (alone[(at, at)] * memory + passed_on[(at, at)]).sqrt();
-        let determined = deviation < LOOSE && value > low && value < high;
-        determined.then_some(deviation * problem.state_scale[at])
+        if value > low && value < high {
+            // A deviation that is no number is open, too.
+            return match deviation < LOOSE {
+                true => Width::Half(deviation * problem.state_scale[at]),
+                false => Width::Open,
+            };
+        }
+        // What a bound leaves has a long memory, and may be all that speaks for the bound.
+        let beyond = (alone.row(at) * slope)[0].abs() / alone[(at, at)].sqrt();
+        match deviation < LOOSE || beyond > PUSHED {
+            true => Width::AtBound,
+            false => Width::Open,
+        }
     });
     own.collect()
 }

@@ -1,14 +1,17 @@
 //! Parameters that the recordings do not determine stay as written, to the digit.
 //!
 //! A fit moves along directions in which the data are silent, by noise alone. Such parameters are
-//! held as written and the others are fitted again; the result counts where it leaves no more.
+//! held as written and the others are fitted again; the result counts where it leaves no more than
+//! noise alone would let them gain. Recordings of a device at rest determine no parameter: noise
+//! has a resonance at some frequency, and a fit finds it.
 
 use sinew_sim::{Plant, Rig};
 
-use super::bounds::bounds;
 use super::score::{relative, score};
 use super::stages::Found;
+use super::uncertainty::Width;
 use crate::error::Result;
+use crate::noise::{most_of_noise, noise_alone, noise_level};
 use crate::recording::Recording;
 
 /// Error that holding parameters may add, as a part of the error.
@@ -23,16 +26,38 @@ pub(super) fn keep(
     rig: &Rig,
     plant: &Plant,
     recordings: &[Recording],
-    first: Found,
+    mut first: Found,
     run: &mut dyn FnMut(&[usize]) -> Result<Found>,
 ) -> Result<(Found, Rig)> {
-    let claimed: Vec<bool> = first.half_widths.iter().map(Option::is_some).collect();
-    let (mut found, fitted) = hold(rig, plant, recordings, first, run)?;
+    let at_rest = noise_beside_spread(plant, recordings);
+    if at_rest.is_some() {
+        first.widths.fill(Width::Open);
+    }
+    let open: Vec<bool> = first.widths.iter().map(|it| *it == Width::Open).collect();
+    let (mut found, fitted) = hold(rig, plant, recordings, (first, at_rest), run)?;
     // Held neighbours lend no certainty: an interval counts where the fit of all has one too.
-    for (width, claimed) in found.half_widths.iter_mut().zip(claimed) {
-        *width = width.filter(|_| claimed);
+    for (width, open) in found.widths.iter_mut().zip(open) {
+        if open && width.half().is_some() {
+            *width = Width::Open;
+        }
     }
     Ok((found, fitted))
+}
+
+/// Noise over the spread of the signals, root of the sum of the squares of all sensors. `None`
+/// where any sensor shows more than noise in any recording.
+fn noise_beside_spread(plant: &Plant, recordings: &[Recording]) -> Option<f64> {
+    let (mut squares, mut count) = (0.0, 0_usize);
+    for recording in recordings {
+        for sensor in plant.sensors() {
+            let values = recording.column(&sensor.column)?;
+            let spread = noise_alone(recording.t(), values)?;
+            squares += (noise_level(recording.t(), values) / spread).powi(2);
+            count += 1;
+        }
+    }
+    let mean = squares / count.max(1) as f64;
+    (count > 0).then(|| (plant.sensors().len() as f64 * mean).sqrt())
 }
 
 /// Holds undetermined parameters for as long as that adds no error.
@@ -40,14 +65,22 @@ fn hold(
     rig: &Rig,
     plant: &Plant,
     recordings: &[Recording],
-    first: Found,
+    (first, at_rest): (Found, Option<f64>),
     run: &mut dyn FnMut(&[usize]) -> Result<Found>,
 ) -> Result<(Found, Rig)> {
     let free = fitted(rig, plant, &first)?;
     let least = error(&free, recordings)?;
+    let (first_error, samples) = (first.error, first.samples);
+    // A free run shows how well the first rows tell where it starts; the fit itself does not.
+    let leaves_no_more = |held: usize, found: &Found, fitted: &Rig| -> Result<bool> {
+        let by_noise = (1.0 + gain_of_noise(held) / samples.max(1) as f64).sqrt();
+        Ok(found.error <= (by_noise + NO_MORE) * first_error
+            || at_rest.is_some_and(|noise| found.error <= most_of_noise(samples) * noise)
+            || error(fitted, recordings)? <= (1.0 + NO_MORE) * least)
+    };
     let mut best = (first, free);
     loop {
-        let open = undetermined(plant, &best.0);
+        let open = undetermined(&best.0);
         if open.is_empty() {
             return Ok(best);
         }
@@ -65,7 +98,7 @@ fn hold(
         for held in choices {
             let Ok(found) = run(&held) else { continue };
             let fitted = fitted(rig, plant, &found)?;
-            if error(&fitted, recordings)? <= (1.0 + NO_MORE) * least {
+            if leaves_no_more(held.len(), &found, &fitted)? {
                 kept = Some((found, fitted));
                 break;
             }
@@ -77,14 +110,18 @@ fn hold(
     }
 }
 
-/// Fitted parameters without an interval that rest at no bound and are not held yet.
-fn undetermined(plant: &Plant, found: &Found) -> Vec<usize> {
-    let open = found.slots.iter().zip(&found.half_widths);
-    let open = open.filter(|(slot, width)| {
-        let [low, high] = bounds(&plant.parameters()[**slot]);
-        let value = found.values[**slot];
-        width.is_none() && !found.held.contains(slot) && value > low && value < high
-    });
+/// Squares, in units of the noise's, that so many parameters gain by noise alone: the mean of their
+/// chi-squared distribution and six of its standard deviations.
+fn gain_of_noise(parameters: usize) -> f64 {
+    let freedom = parameters as f64;
+    freedom + 6.0 * (2.0 * freedom).sqrt()
+}
+
+/// Fitted parameters that the recordings leave open and that are not held yet; one that noise drove
+/// to a bound is open, too.
+fn undetermined(found: &Found) -> Vec<usize> {
+    let open = found.slots.iter().zip(&found.widths);
+    let open = open.filter(|(slot, width)| **width == Width::Open && !found.held.contains(slot));
     open.map(|(slot, _)| *slot).collect()
 }
 

@@ -37,6 +37,7 @@ fn a_person_is_warned_of_a_rig_that_explains_nothing() {
         as_written_rms: 0.1,
         rms,
         spread: 0.1,
+        noise: 1e-3,
         samples: 100,
     };
     assert!(sensor(0.0299).is_explained());
@@ -168,6 +169,22 @@ fn what_cannot_be_fitted_is_said() {
     assert_eq!(error.exit_code(), 1);
 }
 
+/// A column that is missing first, then a length, whatever the order of the files.
+#[test]
+fn recordings_that_cannot_be_judged_are_found_without_a_fit() {
+    let rig = parse(&oscillator(1.0, 40.0, 1.0, ""));
+    let few = recorded(&rig, 20, 0.01, 10.0, 0.01, 10);
+    let enough = recorded(&rig, 21, 0.01, 10.0, 0.01, 10);
+    let column = Recording::parse("t,u_N,q_mm\n0,1,2\n1,2,3\n".as_bytes(), "a.csv").unwrap();
+    assert!(require(&rig, [&enough]).is_ok());
+    let refused = |them: &[&Recording]| {
+        let refused = require(&rig, them.iter().copied());
+        refused.unwrap_err().to_string()
+    };
+    assert!(refused(&[&enough, &few]).contains("20 rows are too few to judge a rig by"));
+    assert!(refused(&[&few, &column]).contains("did you mean `q_mm`?"));
+}
+
 #[test]
 fn a_rig_without_free_parameters_is_only_scored() {
     let truth = parse(&oscillator(1.0, 40.0, 1.0, ""));
@@ -227,6 +244,46 @@ fn no_interval_comes_of_fewer_readings_than_unknowns() {
             fitted.parameters.iter().all(|p| p.ci95.is_none()),
             "{rows:?}: {:?}",
             fitted.parameters
+        );
+    }
+}
+
+/// Readings every second row of a slow sensor, from a few to many: the interval of a claim holds
+/// the truth as often as it says.
+#[test]
+fn intervals_of_few_readings_hold_the_truth_as_often_as_they_say() {
+    let truth = parse(&oscillator(1.0, 40.0, 1.0, ""));
+    let believed = parse(&oscillator(1.3, 50.0, 0.8, ""));
+    for readings in [12, 18, 24, 40] {
+        let (mut inside, mut all) = (0, 0);
+        for seed in 0..40 {
+            let whole = recorded(&truth, 360, 0.02, 10.0, 0.05, 300 + seed);
+            let columns = whole.columns().iter().map(|column| Column {
+                name: column.name.clone(),
+                values: match column.name == "q_m" {
+                    true => (0..)
+                        .zip(&column.values)
+                        .map(|(row, value)| match row % (360 / readings) {
+                            0 => *value,
+                            _ => f64::NAN,
+                        })
+                        .collect(),
+                    false => column.values.clone(),
+                },
+            });
+            let few = Recording::new("few.csv", whole.t().to_vec(), columns.collect()).unwrap();
+            let fit = run(&believed, &[few]);
+            for (found, truth) in fit.parameters.iter().zip([1.0, 40.0, 1.0]) {
+                if let Some([low, high]) = found.ci95 {
+                    inside += usize::from((low..high).contains(&truth));
+                    all += 1;
+                }
+            }
+        }
+        println!("{readings} readings: {inside} of {all}");
+        assert!(
+            inside * 100 >= all * 88,
+            "{readings} readings: {inside} of {all}"
         );
     }
 }

@@ -178,6 +178,32 @@ fn a_recording_of_as_many_readings_as_unknowns_determines_no_own_value() {
     }
 }
 
+/// Thirty rows at rest leave the own stiffness open, wherever a search for it ends.
+#[test]
+fn an_own_value_that_a_short_recording_leaves_open_is_the_shared_one_and_at_no_bound() {
+    let own = "40.0, min = 20.0, max = 60.0, per = \"recording\" }";
+    let text = oscillator(1.0, 40.0, 1.0, "").replace("40.0 }", own);
+    let rig = parse(&text);
+    let moving = recorded(&rig, 600, 0.01, 10.0, 0.01, 7);
+    let fitted = run(&rig, &[moving]);
+    let shared = parameter(&fitted, "coil.stiffness").value;
+    for seed in 0..20 {
+        let mut random = Noise(seed);
+        let noise = (0..30).map(|_| 1e-3 * random.normal()).collect();
+        let t = (0..30).map(|k| 0.01 * f64::from(k)).collect();
+        let column = |name: &str, values| Column {
+            name: name.into(),
+            values,
+        };
+        let columns = vec![column("u_N", vec![0.0; 30]), column("q_m", noise)];
+        let short = Recording::new("short.csv", t, columns).unwrap();
+        let run = free_run(&fitted.rig, &short).unwrap();
+        let own = &run.own[0];
+        assert!(own.ci95.is_none() && !own.at_bound, "{seed}: {own:?}");
+        assert_eq!(own.value, shared, "{seed}");
+    }
+}
+
 /// A mass of 2 kg on 80 N/m and 1.5 N s/m, let go at 0.1 m, in closed form.
 fn ringing() -> Recording {
     let mut random = Noise(31);

@@ -10,6 +10,7 @@ use super::segment::{Problem, Segment};
 use super::*;
 use crate::recording::Column;
 
+mod at_rest;
 mod bounds;
 mod claims;
 mod imposed;
