@@ -86,8 +86,13 @@ impl Candidate {
 
     /// Tells whether it adds the same terms as another, in any order.
     pub fn has_terms_of(&self, other: &Self) -> bool {
-        let (ours, theirs) = (self.terms(), other.terms());
-        ours.len() == theirs.len() && ours.iter().all(|term| theirs.contains(term))
+        self.adds(other.terms())
+    }
+
+    /// Tells whether it adds these terms and no other, in any order.
+    pub fn adds(&self, terms: &[Term]) -> bool {
+        let ours = self.terms();
+        ours.len() == terms.len() && ours.iter().all(|term| terms.contains(term))
     }
 }
 

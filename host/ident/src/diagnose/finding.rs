@@ -11,6 +11,9 @@ use crate::fit::OwnValue;
 /// The name of the format and its version.
 pub const FORMAT: &str = "sinew-diagnosis/1";
 
+/// Kind of a rival that is a bare number of the rig with another value.
+pub const WRONG_NUMBER: &str = "wrong_number";
+
 /// `sinew-diagnosis/1`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Diagnosis {

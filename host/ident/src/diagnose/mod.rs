@@ -53,14 +53,14 @@ use self::case::{Case, Untried, refit_settings};
 pub use self::details::{Details, Finalist, ForceTrace, Recovered};
 pub use self::finding::{
     Diagnosis, Errors, Estimate, FORMAT, FoundEffect, Interval, Location, Remainder, Rival,
-    SignalFit, Verdict,
+    SignalFit, Verdict, WRONG_NUMBER,
 };
 use self::search::search_in_parts;
 use self::split::Roles;
 pub use self::time_budget::Stop;
 use self::time_budget::TimeBudget;
 use crate::error::Result;
-use crate::fit::{FitOptions, fit};
+use crate::fit::{FitOptions, fit, require};
 use crate::recording::Recording;
 
 /// Recordings by role.
@@ -132,6 +132,7 @@ pub fn diagnose(
     let begun = std::time::Instant::now();
     let time = TimeBudget::new(options.time_limit, options.stop.clone());
     let roles = Roles::new(&recordings.fit, &recordings.check, &recordings.test)?;
+    require(rig, &recordings.test)?;
     let plant = Plant::new(rig)?;
     let [fit_data, check_data, both_data] = roles.data(rig, &plant)?;
     progress("refitting the rig", 0, 1);

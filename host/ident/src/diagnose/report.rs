@@ -140,7 +140,8 @@ pub(crate) fn conclude(
                         bound(beyond, &refitted.sensors)
                     }
                     _ => {
-                        let stopped = stopped(case).is_some();
+                        let tried = found.is_some_and(|found| !found.candidates.is_empty());
+                        let stopped = stopped(case).map(|_| tried);
                         let place = location.as_ref();
                         sentence(verdict, &effects, &suspected, place, (stands_in, stopped))
                     }
@@ -224,12 +225,14 @@ fn in_part(effects: &[FoundEffect], explained: f64, remainder: &Remainder) -> St
     )
 }
 
+/// The finding where nothing special is to be said. `stopped` is none of a whole search; of a
+/// stopped one it tells whether anything had been fitted.
 fn sentence(
     verdict: Verdict,
     effects: &[FoundEffect],
     suspected: &[&str],
     location: Option<&Location>,
-    (stands_in, stopped): (bool, bool),
+    (stands_in, stopped): (bool, Option<bool>),
 ) -> String {
     match verdict {
         Verdict::Consistent => {
@@ -270,7 +273,11 @@ fn sentence(
                         .map(|other| format!(", `{other}`"))
                         .collect::<String>()
                 ),
-                [] if stopped => format!(
+                [] if stopped == Some(false) => format!(
+                    "The search was stopped before it had fitted any effect: something is missing from the model, \
+                     and it is not known what. Give it more time.{place}"
+                ),
+                [] if stopped.is_some() => format!(
                     "Something is missing from the model. The search was stopped before it ended, and nothing that it \
                      had tried explains it.{place}"
                 ),

@@ -4,6 +4,7 @@ use sinew_sim::effects::{Description, Family, Kind, ParameterSpec, Role, Sign};
 use sinew_sim::rig::Site;
 use sinew_sim::{Plant, Rig};
 
+use crate::diagnose::finding::WRONG_NUMBER;
 use crate::diagnose::identical;
 use crate::error::Result;
 
@@ -121,7 +122,7 @@ impl Term {
     pub fn kind(&self) -> &str {
         match self {
             Self::Effect { kind, .. } => kind.description().kind,
-            Self::Number { .. } => "wrong_number",
+            Self::Number { .. } => WRONG_NUMBER,
         }
     }
 

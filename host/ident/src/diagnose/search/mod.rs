@@ -9,6 +9,7 @@ pub(crate) mod moves;
 pub(crate) mod refit;
 mod refocus;
 mod screen;
+pub(crate) mod simpler;
 pub(crate) mod start;
 pub(crate) mod subset;
 
@@ -108,6 +109,9 @@ pub(crate) fn search(case: &Case, rig: &Rig, values: &[f64]) -> Result<Option<Po
         if let Some(again) = restart_baseline(case, &context.start, best, &pool.baseline)? {
             pool.rebase(case, again)?;
         }
+    }
+    if case.time.is_spent() {
+        simpler::add_simpler(&context, &mut pool)?;
     }
     pool.conclude(case);
     Ok(Some(pool))

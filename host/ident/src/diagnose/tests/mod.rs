@@ -86,6 +86,19 @@ fn the_demos_hidden_friction_is_named_and_mends_what_chose_nothing() {
     assert!(sum + effect.confidence <= 1.0);
 }
 
+/// A column that is missing from what is only scored is said before the search.
+#[test]
+fn a_test_recording_that_cannot_be_scored_is_refused_before_any_work() {
+    let mut recordings = recordings();
+    let rows = "t,u_N,q_mm\n0,0,0\n0.01,0,0\n";
+    let test = Recording::parse(rows.as_bytes(), "column.csv").expect("it is one");
+    recordings.test.push(test);
+    let told = |what: &str, _, _| panic!("{what}: that is work");
+    let refused = diagnose(&rig(), &recordings, &Options::default(), &told);
+    let refused = refused.expect_err("it lacks a column").to_string();
+    assert!(refused.contains("there is no column `q_m`"), "{refused}");
+}
+
 #[test]
 fn nothing_is_missing_from_the_mended_rig_and_no_effect_is_invented() {
     let mended = found(&rig()).mended;

@@ -21,7 +21,7 @@ fn pool(case: &Case) -> Pool {
     pool
 }
 
-fn context<'a>(case: &'a Case<'a>, terms: Vec<Term>) -> Context<'a> {
+pub fn context<'a>(case: &'a Case<'a>, terms: Vec<Term>) -> Context<'a> {
     let subset = subset(case);
     let start = subset.first(case.written, &compiled(case.written).values(), 15);
     let start = start.expect("a rig").expect("it can be simulated");

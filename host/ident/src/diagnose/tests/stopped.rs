@@ -2,7 +2,14 @@
 
 use std::time::Duration;
 
-use super::{recordings, rig};
+use super::finger::case;
+use super::judged::finals_of;
+use super::moves::context;
+use super::{compiled, recordings, rig};
+use crate::diagnose::data::Data;
+use crate::diagnose::pool::{Pool, Selection};
+use crate::diagnose::search::simpler::add_simpler;
+use crate::diagnose::term::{Term, term};
 use crate::diagnose::{Options, Stop, Verdict, diagnose};
 
 #[test]
@@ -15,10 +22,13 @@ fn a_search_without_time_claims_nothing_and_says_why() {
     let found = found.expect("it can be diagnosed");
     assert_eq!(found.verdict, Verdict::Unexplained);
     assert!(
-        found.sentence.contains("stopped before it ended"),
+        found
+            .sentence
+            .starts_with("The search was stopped before it had fitted any effect"),
         "{}",
         found.sentence
     );
+    assert!(found.effects.is_empty() && found.candidates.is_empty());
     let note = |note: &String| note.contains("not tried, or in part: single, ");
     assert!(
         found.details.notes.iter().any(note),
@@ -54,4 +64,34 @@ fn a_search_that_is_stopped_answers_with_the_best_so_far_and_is_less_sure() {
         "{:?}",
         found.details.notes
     );
+}
+
+/// The richer law alone was fitted when the time was over. Both of its levels are alike, and its
+/// dampings are nothing.
+#[test]
+fn a_stopped_search_names_the_simple_law_that_a_richer_one_contains() {
+    let (rig, recordings) = (rig(), recordings());
+    let plant = compiled(&rig);
+    let both = [recordings.fit.clone(), recordings.check.clone()].concat();
+    let [fit, check, both] = [recordings.fit, recordings.check, both]
+        .map(|them| Data::new(&rig, &plant, &them).expect("its columns are there"));
+    let case = case(&rig, [&fit, &check, &both], vec![(0, 0..fit.rows())]);
+    let start = [0.5, 0.5, 0.01, 0.01];
+    let (baseline, richer) = finals_of(&case, "direction_dependent_friction", &["mass"], &start);
+    let mut pool = Pool::new(baseline);
+    pool.candidates.push(richer);
+    pool.choose(&case, Selection::Best).expect("a rig");
+    assert_eq!(pool.chosen, Some(0), "it explains the recordings");
+    let kinds = [
+        "coulomb_friction",
+        "direction_dependent_friction",
+        "viscous_damping",
+    ];
+    let terms: Vec<Term> = kinds.map(|kind| term(case.written, kind, &["mass"])).into();
+    let context = context(&case, terms);
+    add_simpler(&context, &mut pool).expect("a rig");
+    pool.conclude(&case);
+    let best = pool.best().expect("something explains the recordings");
+    assert_eq!(best.terms()[0].kind(), "coulomb_friction");
+    assert_eq!(pool.candidates.len(), 2, "no other family is tried");
 }
