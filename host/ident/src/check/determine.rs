@@ -6,13 +6,22 @@ use sinew_sim::{Plant, Rig};
 
 use super::refit::is_small;
 use crate::excite::Experiment;
-use crate::excite::reveal::{REVEALED, WEAKLY, reveal};
+use crate::excite::reveal::{Visibility, reveal};
 use crate::fit::{FitOptions, fit};
 use crate::noise::noise_level;
 use crate::recording::Recording;
 
-/// Rows of a recording that are simulated.
+/// Rows of a recording that are simulated, where every sensor has [`READINGS`] in them.
 const ROWS: usize = 1200;
+
+/// Most rows that are simulated of a recording with few readings.
+const MOST_ROWS: usize = 12_000;
+
+/// Readings of a sensor that are as good as all of them.
+const READINGS: usize = 300;
+
+/// Fewest readings that tell noise from motion.
+const FEWEST_READINGS: usize = 20;
 
 /// Parameters and effects beside what recordings say of them.
 #[derive(Debug, Clone, Serialize)]
@@ -44,10 +53,11 @@ pub struct Effect {
     /// Component where it would sit.
     pub component: String,
     /// Distance of its signals from all that the rig could imitate, in standard deviations of the
-    /// noise, in the recording that shows it best; null where it cannot be simulated.
+    /// noise, in the recording that shows it best; null where it cannot be simulated, or where the
+    /// readings are too few.
     pub distance: Option<f64>,
-    /// `determined`, `weakly` or `not_determined`.
-    pub verdict: &'static str,
+    /// Grade of the distance.
+    pub verdict: Visibility,
     /// Motion that would show it.
     pub excited_by: &'static str,
 }
@@ -59,7 +69,7 @@ pub fn determine(rig: &Rig, recordings: &[Recording]) -> Option<Determined> {
         return None;
     }
     let parts: Vec<Recording> = (recordings.iter())
-        .map(|recording| recording.rows(0..recording.len().min(ROWS)))
+        .map(|recording| recording.rows(0..rows_of(rig, recording)))
         .collect::<crate::error::Result<_>>()
         .ok()?;
     let fitted = fit(rig, &parts, &FitOptions::default(), &mut |_| {}).ok()?;
@@ -76,6 +86,15 @@ pub fn determine(rig: &Rig, recordings: &[Recording]) -> Option<Determined> {
             }
         }
     }
+    // A law beside a rig of which nothing is known can follow anything: it is a guess.
+    let known = fitted.parameters.iter().any(|p| p.ci95.is_some());
+    if !known && !fitted.parameters.is_empty() {
+        for effect in &mut effects {
+            if effect.verdict == Visibility::Determined {
+                effect.verdict = Visibility::Weakly;
+            }
+        }
+    }
     let parameters = fitted.parameters.into_iter().map(|found| Parameter {
         name: found.name,
         unit: found.unit,
@@ -86,6 +105,34 @@ pub fn determine(rig: &Rig, recordings: &[Recording]) -> Option<Determined> {
         parameters: parameters.collect(),
         effects,
     })
+}
+
+/// First rows of a recording that hold enough readings of every sensor.
+fn rows_of(rig: &Rig, recording: &Recording) -> usize {
+    let enough = |column: &str| {
+        let values = recording.column(column).unwrap_or_default();
+        let valid = values.iter().enumerate().filter(|(_, y)| y.is_finite());
+        let mut rows = valid.map(|(row, _)| row + 1);
+        rows.nth(READINGS - 1).unwrap_or(recording.len())
+    };
+    let sensors = rig.sensors.iter().map(|sensor| enough(&sensor.signal));
+    let wanted = sensors.max().unwrap_or(ROWS);
+    wanted.clamp(ROWS, MOST_ROWS).min(recording.len())
+}
+
+/// Noise of a sensor over its range, as if every row had a reading: of few readings each says as
+/// much less. Infinite where they are too few to tell noise from motion; `None` of a sensor that
+/// never changes.
+fn noise_over_range(recording: &Recording, values: &[f64]) -> Option<f64> {
+    let rows = recording.t().iter().zip(values);
+    let (t, valid): (Vec<f64>, Vec<f64>) = rows.filter(|(_, y)| y.is_finite()).unzip();
+    let high = valid.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let low = valid.iter().copied().fold(f64::INFINITY, f64::min);
+    if valid.len() < FEWEST_READINGS {
+        return Some(f64::INFINITY);
+    }
+    let thinned = (values.len() as f64 / valid.len() as f64).sqrt();
+    (high > low).then(|| thinned * noise_level(&t, &valid) / (high - low))
 }
 
 /// Effects in one recording, its inputs applied to the fitted rig.
@@ -102,26 +149,20 @@ fn effects_of(rig: &Rig, recording: &Recording) -> Option<Vec<Effect>> {
         inputs: inputs.collect::<Option<Vec<Vec<f64>>>>()?,
     };
     // The noisiest sensor beside its range.
-    let parts = plant.sensors().iter().filter_map(|sensor| {
-        let values = recording.column(&sensor.column)?;
-        let valid = || values.iter().copied().filter(|value| value.is_finite());
-        let high = valid().fold(f64::NEG_INFINITY, f64::max);
-        let low = valid().fold(f64::INFINITY, f64::min);
-        (high > low).then(|| noise_level(recording.t(), values) / (high - low))
-    });
-    let noise = parts.fold(0.0, f64::max).clamp(1e-4, 1.0);
-    let found = reveal(rig, &experiment, noise, &|_, _| {}).ok()?;
+    let parts = plant
+        .sensors()
+        .iter()
+        .filter_map(|sensor| noise_over_range(recording, recording.column(&sensor.column)?));
+    let noise = parts.fold(0.0, f64::max);
+    let found = reveal(rig, &experiment, noise.clamp(1e-4, 1.0), &|_, _| {}).ok()?;
     let effects = found.effects.into_iter().map(|seen| {
         let description = seen.kind.description();
+        let distance = seen.distance.filter(|_| noise.is_finite());
         Effect {
             kind: description.kind,
             component: seen.component,
-            distance: seen.distance,
-            verdict: match seen.distance {
-                Some(distance) if distance >= REVEALED => "determined",
-                Some(distance) if distance >= WEAKLY => "weakly",
-                _ => "not_determined",
-            },
+            distance,
+            verdict: Visibility::of(distance),
             excited_by: description.excited_by,
         }
     });

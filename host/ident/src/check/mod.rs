@@ -25,19 +25,23 @@ mod wrap;
 
 use sinew_sim::Rig;
 
+use crate::fit::START_ROWS;
 use crate::recording::Recording;
 use columns::Columns;
 pub use determine::{Determined, Effect, Parameter, determine};
 pub use finding::Check;
+use finding::rows;
 
 /// Kinds of faults, by their names in results and on the command line.
-pub const KINDS: [&str; 18] = [
+pub const KINDS: [&str; 20] = [
     "clipped",
     "dead_channel",
     "degrees_for_radians",
     "different_devices",
+    "few_rows",
     "gap",
     "input_lags",
+    "input_leads",
     "irregular_sampling",
     "no_excitation",
     "quantised",
@@ -105,10 +109,11 @@ fn alone(recording: &Recording, rig: Option<&Rig>) -> Vec<Check> {
     let named = rig.is_some();
     let driven = columns.inputs.iter().any(|name| varies(values(name)));
     let mut found = sampling::detect(recording);
+    found.extend(few_rows(recording));
     found.extend(time::detect(recording));
     for name in columns.inputs.iter().chain(&columns.sensors) {
         let sensor = columns.sensors.contains(name);
-        let of_values = sentinel::detect(recording, name, values(name))
+        let of_values = sentinel::detect(recording, name, values(name), sensor)
             .or_else(|| sensor.then(|| wrap::detect(recording, name, values(name)))?)
             .or_else(|| {
                 sensor.then(|| flat::detect(recording, name, values(name), (driven, named)))?
@@ -123,6 +128,19 @@ fn alone(recording: &Recording, rig: Option<&Rig>) -> Vec<Check> {
         found.extend(excitation::detect(recording, &columns.sensors));
     }
     found
+}
+
+/// A recording that is too short to judge a rig by.
+fn few_rows(recording: &Recording) -> Option<Check> {
+    let count = recording.len();
+    (count <= START_ROWS).then(|| {
+        let sentence = format!(
+            "{} are too few to judge a rig by: the first {START_ROWS} show where a run starts",
+            rows(count)
+        );
+        let remedy = "record longer";
+        Check::likely(recording, 0, "few_rows", sentence, remedy)
+    })
 }
 
 fn varies(values: &[f64]) -> bool {

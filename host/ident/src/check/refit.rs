@@ -32,8 +32,14 @@ const EXACT: f64 = 1e-3;
 /// Error beside the noise below which a rig leaves nothing but noise.
 const NOISE_ALONE: f64 = 2.0;
 
-/// Lags that are tried, rows.
-const LAGS: [i64; 5] = [1, 2, 3, 5, 8];
+/// Lags that are tried first, rows; then those beside the best of them.
+const LAGS: [i64; 7] = [1, 2, 3, 5, 8, 12, 18];
+
+/// Squares, beside those as recorded, from which on a lag is worth a closer look.
+const CLOSER: f64 = 0.5;
+
+/// Part of the noise that its estimate may exceed it by, squared.
+const SURELY_NOISE: f64 = 0.25;
 
 /// Factor by which refitted parameters that are no fault differ from the rig's.
 const BELIEVED: f64 = 5.0;
@@ -81,7 +87,7 @@ pub(super) fn is_small(rig: &Rig) -> bool {
     states.is_ok_and(|states| states <= STATES) && !rig.actuators.is_empty()
 }
 
-/// `wrong_sign`, `input_lags`, `degrees_for_radians`, `different_devices`.
+/// `wrong_sign`, `input_lags`, `input_leads`, `degrees_for_radians`, `different_devices`.
 pub(super) fn detect(rig: &Rig, recordings: &[Recording]) -> Vec<Check> {
     if !is_small(rig) {
         return Vec::new();
@@ -97,7 +103,7 @@ pub(super) fn detect(rig: &Rig, recordings: &[Recording]) -> Vec<Check> {
         };
         let named = degrees(rig, &part, &refit)
             .or_else(|| wrong_sign(rig, &part, &refit))
-            .or_else(|| input_lags(rig, &part, &refit));
+            .or_else(|| moved_input(rig, &part, &refit));
         match named {
             Some(check) => found.push(check),
             None => plain.push((recording, refit)),
@@ -187,51 +193,140 @@ fn wrong_sign(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<Check> 
     })
 }
 
-/// An input that was written some rows after it acted: the device moves before its command.
-fn input_lags(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<Check> {
-    if plain.error() < EXACT {
+/// An input moved by some rows, and what the refitted rig leaves then.
+struct Moved<'a> {
+    squares: f64,
+    input: &'a str,
+    lag: i64,
+}
+
+impl<'a> Moved<'a> {
+    /// A refit to the recording with the input `lag` rows earlier; `None` where that cannot be
+    /// fitted.
+    fn of(rig: &Rig, recording: &Recording, input: &'a str, lag: i64) -> Option<Self> {
+        let repair = Repair {
+            late: vec![(input.to_owned(), lag)],
+            ..Repair::default()
+        };
+        let shifted = repair.apply(recording.clone()).ok()?;
+        let empty = usize::try_from(lag.unsigned_abs()).ok()?;
+        let rows = match lag > 0 {
+            true => 0..shifted.len().checked_sub(empty)?,
+            false => empty..shifted.len(),
+        };
+        let refit = Refit::of(rig, &shifted.rows(rows).ok()?)?;
+        Some(Self {
+            squares: refit.squares,
+            input,
+            lag,
+        })
+    }
+}
+
+/// An input that was written some rows after it acted, so that the device moves before its command,
+/// or one row before.
+fn moved_input(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<Check> {
+    let own = noise(rig, recording);
+    // Noise alone cannot become a fifth of itself.
+    let hopeless = FAR_LESS * plain.squares < SURELY_NOISE * own * own;
+    if plain.error() < EXACT || hopeless {
         return None;
     }
     let mut inputs: Vec<&str> = rig.actuators.iter().map(|a| a.input.as_str()).collect();
     inputs.dedup();
-    let mut best: Option<(f64, &str, i64)> = None;
-    for input in inputs {
-        for lag in LAGS {
-            let repair = Repair {
-                late: vec![(input.to_owned(), lag)],
-                ..Repair::default()
-            };
-            let shifted = repair.apply(recording.clone()).ok()?;
-            let count = usize::try_from(lag).unwrap_or(0);
-            let shifted = shifted.rows(0..shifted.len().saturating_sub(count)).ok()?;
-            let Some(refit) = Refit::of(rig, &shifted) else {
-                continue;
-            };
-            if best.is_none_or(|(squares, ..)| refit.squares < squares) {
-                best = Some((refit.squares, input, lag));
-            } else if best.is_some_and(|(squares, ..)| refit.squares > 4.0 * squares) {
-                // Beyond the lag it only gets worse.
-                break;
-            }
+    // Missing physics can look early as well: only what leaves noise alone is a matter of time.
+    let noise = EXACT.max(NOISE_ALONE * own);
+    let explains =
+        |moved: &Moved| moved.squares < FAR_LESS * plain.squares && moved.squares.sqrt() < noise;
+    let late = inputs.iter().filter_map(|input| {
+        let best = coarsely(rig, recording, input)?;
+        match best.squares < CLOSER * plain.squares {
+            true => Some(closely(rig, recording, best)),
+            false => Some(best),
+        }
+    });
+    let late = late.min_by(|a, b| a.squares.total_cmp(&b.squares));
+    if let Some(late) = late.filter(explains) {
+        return Some(lags(recording, &late, plain));
+    }
+    let early = inputs
+        .iter()
+        .filter_map(|input| Moved::of(rig, recording, input, -1));
+    let early = early.min_by(|a, b| a.squares.total_cmp(&b.squares));
+    early
+        .filter(explains)
+        .map(|early| leads(recording, &early, plain))
+}
+
+/// The best of [`LAGS`] for an input.
+fn coarsely<'a>(rig: &Rig, recording: &Recording, input: &'a str) -> Option<Moved<'a>> {
+    let mut best: Option<Moved> = None;
+    for lag in LAGS {
+        let Some(moved) = Moved::of(rig, recording, input, lag) else {
+            continue;
+        };
+        match &best {
+            Some(known) if moved.squares > 4.0 * known.squares => break,
+            Some(known) if moved.squares >= known.squares => {}
+            _ => best = Some(moved),
         }
     }
-    let (squares, input, lag) = best?;
-    // Missing physics can look early as well: only what leaves noise alone is a matter of time.
-    let noise = EXACT.max(NOISE_ALONE * noise(rig, recording));
-    (squares < FAR_LESS * plain.squares && squares.sqrt() < noise).then(|| {
-        let step = recording.interval().unwrap_or(0.0);
-        let rows = usize::try_from(lag).unwrap_or(0);
-        let sentence = format!(
-            "{input} is written {} ({} ms) after it acts: moved so, the refitted rig misses {} % \
-             of the signals, as it is {} %",
-            counted(rows, "row"),
-            number(1e3 * step * lag as f64),
-            number(100.0 * squares.sqrt()),
-            number(100.0 * plain.error())
-        );
-        let remedy = format!("--late {input}={lag}");
-        Check::certain(recording, 0, "input_lags", sentence, remedy)
-    })
+    best
+}
+
+/// The best lag that is reached from another row by row.
+fn closely<'a>(rig: &Rig, recording: &Recording, mut best: Moved<'a>) -> Moved<'a> {
+    let tried = best.lag;
+    for step in [1, -1] {
+        let mut lag = tried + step;
+        while lag > 0 && !LAGS.contains(&lag) {
+            match Moved::of(rig, recording, best.input, lag) {
+                Some(moved) if moved.squares < best.squares => best = moved,
+                _ => break,
+            }
+            lag += step;
+        }
+    }
+    best
+}
+
+/// Check of an input that was written late.
+fn lags(recording: &Recording, late: &Moved, plain: &Refit) -> Check {
+    let (input, lag) = (late.input, late.lag);
+    let sentence = format!(
+        "{input} is written {} after it acts: moved so, the refitted rig misses {} % of the \
+         signals, as it is {} %",
+        rows_in_time(recording, lag),
+        number(100.0 * late.squares.sqrt()),
+        number(100.0 * plain.error())
+    );
+    let remedy = format!("--late {input}={lag}");
+    Check::certain(recording, 0, "input_lags", sentence, remedy)
+}
+
+/// Check of an input that was written early. A device that is one row late looks the same.
+fn leads(recording: &Recording, early: &Moved, plain: &Refit) -> Check {
+    let (input, lag) = (early.input, early.lag);
+    let sentence = format!(
+        "{input} is written {} before it acts, or the device is that late: moved so, the refitted \
+         rig misses {} % of the signals, as it is {} %",
+        rows_in_time(recording, -lag),
+        number(100.0 * early.squares.sqrt()),
+        number(100.0 * plain.error())
+    );
+    let remedy = format!("--late {input}={lag} if the logger did it");
+    Check::likely(recording, 0, "input_leads", sentence, remedy)
+}
+
+/// A number of rows with its time: `2 rows (20 ms)`.
+fn rows_in_time(recording: &Recording, lag: i64) -> String {
+    let step = recording.interval().unwrap_or(0.0);
+    let rows = usize::try_from(lag).unwrap_or(0);
+    format!(
+        "{} ({} ms)",
+        counted(rows, "row"),
+        number(1e3 * step * lag as f64)
+    )
 }
 
 /// White noise of the sensors over their spread, root mean square.

@@ -13,8 +13,20 @@ const SPIKE: f64 = 12.0;
 /// Largest part of a column that is taken for a sentinel.
 const PART: f64 = 0.2;
 
-/// `sentinel` and `spike` of one column.
-pub(super) fn detect(recording: &Recording, name: &str, values: &[f64]) -> Option<Check> {
+/// Jumps into and out of a run are this many times the usual steps of the motion.
+const TORN: f64 = 6.0;
+
+/// Fewest runs of a sentinel.
+const RUNS: usize = 2;
+
+/// `sentinel` and `spike` of one column. An input may well stay at one value and jump; of a
+/// `sensor` that is no motion.
+pub(super) fn detect(
+    recording: &Recording,
+    name: &str,
+    values: &[f64],
+    sensor: bool,
+) -> Option<Check> {
     let series = Series::of(values)?;
     let found = far_value(&series).or_else(|| dropouts(&series));
     if let Some((value, at)) = found {
@@ -25,6 +37,17 @@ pub(super) fn detect(recording: &Recording, name: &str, values: &[f64]) -> Optio
             rows(at.len())
         );
         let remedy = format!("--missing {value}");
+        return Some(Check::certain(
+            recording, at[0], "sentinel", sentence, remedy,
+        ));
+    }
+    if let Some((value, at)) = sensor.then(|| torn_runs(&series)).flatten() {
+        let sentence = format!(
+            "{value} stands in {} of {name}, in runs that the motion jumps into and out of, as \
+             drivers write for \"no value\"",
+            rows(at.len())
+        );
+        let remedy = format!("--missing {name}={value}");
         return Some(Check::certain(
             recording, at[0], "sentinel", sentence, remedy,
         ));
@@ -73,6 +96,57 @@ fn dropouts(series: &Series) -> Option<(f64, Vec<usize>)> {
         let rows = spikes.iter().map(|&k| series.samples[k].0);
         (value, rows.collect())
     })
+}
+
+/// One exact value that a motion jumps to, stays at and jumps back from, to about where it would be
+/// by then, again and again: with its rows. A motion that rests there comes to it and leaves it
+/// slowly; one that passes through has no run of equal samples.
+fn torn_runs(series: &Series) -> Option<(f64, Vec<usize>)> {
+    let runs = series.runs();
+    let value_of = |run: &(usize, usize)| series.samples[run.0].1;
+    let value = most_jumped_to(series, &runs)?;
+    let steps = series.samples.windows(2).map(|pair| [pair[0].1, pair[1].1]);
+    let beside = steps.filter(|pair| !pair.contains(&value));
+    let sizes = beside
+        .map(|[a, b]| (b - a).abs())
+        .filter(|size| *size > 0.0);
+    let usual = quantile(sizes, 0.98);
+    let is_torn = |run: &&(usize, usize)| {
+        let jumps = jumps(series, run);
+        jumps.is_some_and(|[into, out_of]| {
+            let onward = (out_of - into).abs() <= usual * (run.1 + 1) as f64;
+            into * out_of > 0.0 && into.abs().min(out_of.abs()) > TORN * usual && onward
+        })
+    };
+    let here: Vec<&(usize, usize)> = runs.iter().filter(|run| value_of(run) == value).collect();
+    let torn = here.iter().copied().filter(|run| is_torn(run));
+    let torn: Vec<usize> = torn.map(|run| run.1).collect();
+    let rows = here.iter().flat_map(|run| run.0..run.0 + run.1);
+    let rows: Vec<usize> = rows.map(|k| series.samples[k].0).collect();
+    let few = 2 * rows.len() < series.samples.len();
+    let most = 2 * torn.iter().sum::<usize>() >= rows.len();
+    (usual > 0.0 && few && most && torn.len() >= RUNS).then_some((value, rows))
+}
+
+/// Samples before and after a run, less its value; `None` at either end of the series.
+fn jumps(series: &Series, &(first, length): &(usize, usize)) -> Option<[f64; 2]> {
+    let value = series.samples[first].1;
+    let before = series.samples[first.checked_sub(1)?].1;
+    let after = series.samples.get(first + length)?.1;
+    Some([before - value, after - value])
+}
+
+/// The value of the most runs that begin and end in a jump.
+fn most_jumped_to(series: &Series, runs: &[(usize, usize)]) -> Option<f64> {
+    let usual = quantile(sizes(&series.steps()), 0.5);
+    let torn = runs.iter().filter(|run| {
+        let jumps = jumps(series, run);
+        run.1 >= 2 && jumps.is_some_and(|jumps| jumps.iter().all(|jump| jump.abs() > TORN * usual))
+    });
+    let mut values: Vec<f64> = torn.map(|run| series.samples[run.0].1).collect();
+    values.sort_unstable_by(f64::total_cmp);
+    let groups = values.chunk_by(|a, b| a == b);
+    groups.max_by_key(|group| group.len()).map(|group| group[0])
 }
 
 /// Indices of samples that lie far outside both neighbours, where these lie close together.

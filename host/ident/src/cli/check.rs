@@ -12,6 +12,7 @@ use super::progress::Stage;
 use super::repair::Repairs;
 use crate::check::{Check, Determined, check, determine};
 use crate::error::{Error, Result};
+use crate::excite::reveal::Visibility;
 use crate::recording::Recording;
 
 /// Arguments of `sinew check`.
@@ -122,7 +123,7 @@ fn determinations(found: &Determined) -> String {
         };
         text += &wrapped(&words, "  ", "    ");
     }
-    let places = |verdict: &str| {
+    let places = |verdict: Visibility| {
         let effects = found.effects.iter().filter(|e| e.verdict == verdict);
         let names: Vec<String> = effects
             .map(|effect| format!("{} at {}", effect.kind, effect.component))
@@ -130,16 +131,19 @@ fn determinations(found: &Determined) -> String {
         names.join(", ")
     };
     for (words, verdict) in [
-        ("would be named if missing: ", "determined"),
-        ("would be guessed at: ", "weakly"),
-        ("would not be seen: ", "not_determined"),
+        ("would be named if missing: ", Visibility::Determined),
+        ("would be guessed at: ", Visibility::Weakly),
+        ("would not be seen: ", Visibility::NotDetermined),
     ] {
         let names = places(verdict);
         if !names.is_empty() {
             text += &wrapped(&format!("{words}{names}"), "", "  ");
         }
     }
-    let unseen = found.effects.iter().filter(|e| e.verdict != "determined");
+    let unseen = found
+        .effects
+        .iter()
+        .filter(|e| e.verdict != Visibility::Determined);
     let mut wanted: Vec<&str> = unseen.map(|effect| effect.excited_by).collect();
     wanted.sort_unstable();
     wanted.dedup();

@@ -32,9 +32,9 @@ pub struct Repairs {
     /// Unit of the column `t`; s unless it is given.
     #[arg(long, value_enum)]
     time_unit: Option<Unit>,
-    /// Number that stands for "no value"; may be repeated.
-    #[arg(long, value_name = "NUMBER", allow_negative_numbers = true)]
-    missing: Vec<f64>,
+    /// Number that stands for "no value", or a column and its own, such as q_m=0; may be repeated.
+    #[arg(long, value_name = "NUMBER", value_parser = missing, allow_negative_numbers = true)]
+    missing: Vec<(Option<String>, f64)>,
     /// Column of a counter that begins anew, and its period in the column's unit; may be repeated.
     #[arg(long, value_name = "COLUMN=PERIOD", value_parser = period)]
     unwrap: Vec<(String, f64)>,
@@ -92,10 +92,10 @@ impl Repairs {
             let value = unit.to_possible_value()?;
             Some(format!(" --time-unit {}", value.get_name()))
         });
-        let missing = self
-            .missing
-            .iter()
-            .map(|number| format!(" --missing {number}"));
+        let missing = self.missing.iter().map(|(column, number)| match column {
+            Some(column) => format!(" --missing {column}={number}"),
+            None => format!(" --missing {number}"),
+        });
         let unwrap = self.unwrap.iter();
         let unwrap = unwrap.map(|(column, period)| format!(" --unwrap {column}={period}"));
         let late = self.late.iter();
@@ -147,6 +147,9 @@ impl Repairs {
     }
 
     fn repair(&self) -> Repair {
+        let everywhere = self.missing.iter().filter(|(column, _)| column.is_none());
+        let in_one = self.missing.iter();
+        let in_one = in_one.filter_map(|(column, number)| Some((column.clone()?, *number)));
         Repair {
             time_unit: match self.time_unit.unwrap_or_default() {
                 Unit::S => TimeUnit::Seconds,
@@ -154,11 +157,26 @@ impl Repairs {
                 Unit::Us => TimeUnit::Microseconds,
                 Unit::Ns => TimeUnit::Nanoseconds,
             },
-            missing: self.missing.clone(),
+            missing: everywhere.map(|(_, number)| *number).collect(),
+            missing_in: in_one.collect(),
             unwrap: self.unwrap.clone(),
             late: self.late.clone(),
         }
     }
+}
+
+/// `NUMBER` or `COLUMN=NUMBER`.
+fn missing(text: &str) -> std::result::Result<(Option<String>, f64), String> {
+    let (column, number) = match text.rsplit_once('=') {
+        Some((column, number)) => (Some(column.to_owned()), number),
+        None => (None, text),
+    };
+    let number = number
+        .parse()
+        .ok()
+        .filter(|number: &f64| number.is_finite());
+    let expected = "expected a number such as -9999, or a column and its number, such as q_m=0";
+    Ok((column, number.ok_or(expected)?))
 }
 
 /// `COLUMN=PERIOD`.

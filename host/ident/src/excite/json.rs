@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::Experiment;
-use super::reveal::{PARALLEL, REVEALED, Revelation, WEAKLY};
+use super::reveal::{PARALLEL, Revelation, Visibility};
 
 /// Format of the document.
 pub const FORMAT: &str = "sinew-excite/1";
@@ -31,7 +31,7 @@ fn revelation(found: &Revelation) -> Value {
             "kind": seen.kind.description().kind,
             "component": seen.component,
             "distance": seen.distance.filter(|distance| distance.is_finite()),
-            "verdict": verdict(seen.distance),
+            "verdict": Visibility::of(seen.distance),
         })
     });
     let confusions = found.confusions.iter().map(|confusion| {
@@ -44,13 +44,4 @@ fn revelation(found: &Revelation) -> Value {
         "parallel_cosine": PARALLEL,
         "imitating_directions": found.directions,
     })
-}
-
-/// The word of `sinew check` for a distance in standard deviations of the noise.
-fn verdict(distance: Option<f64>) -> &'static str {
-    match distance {
-        Some(distance) if distance >= REVEALED => "determined",
-        Some(distance) if distance >= WEAKLY => "weakly",
-        _ => "not_determined",
-    }
 }

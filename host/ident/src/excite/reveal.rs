@@ -7,6 +7,7 @@ mod imitation;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
+use serde::Serialize;
 use sinew_sim::effects::Kind;
 use sinew_sim::rig::Site;
 use sinew_sim::{InputTrajectory, Plant, Rig, Settings};
@@ -28,6 +29,29 @@ pub const PARALLEL: f64 = 0.95;
 const RATE_STEP: f64 = 0.5;
 /// By how much an effect, or other numbers, may make a run dearer before it is given up.
 const DEARER: usize = 16;
+
+/// Grade of a distance from everything else.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Visibility {
+    /// The effect would be named.
+    Determined,
+    /// It would be guessed at.
+    Weakly,
+    /// It would not be seen.
+    NotDetermined,
+}
+
+impl Visibility {
+    /// Grade of a distance in standard deviations of the noise; none of what cannot be simulated.
+    pub fn of(distance: Option<f64>) -> Self {
+        match distance {
+            Some(distance) if distance >= REVEALED => Self::Determined,
+            Some(distance) if distance >= WEAKLY => Self::Weakly,
+            _ => Self::NotDetermined,
+        }
+    }
+}
 
 /// Visibility of one effect in an experiment.
 #[derive(Clone, Debug)]

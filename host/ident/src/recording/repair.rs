@@ -38,6 +38,8 @@ pub struct Repair {
     pub time_unit: TimeUnit,
     /// Values that stand for "no value", in every column but `t`.
     pub missing: Vec<f64>,
+    /// Values that stand for "no value" in one column.
+    pub missing_in: Vec<(String, f64)>,
     /// Columns of a counter that begins anew, with its period in the column's unit.
     pub unwrap: Vec<(String, f64)>,
     /// Columns that are late by some rows; a negative number moves a column later.
@@ -65,6 +67,12 @@ impl Repair {
                 if self.missing.contains(value) {
                     *value = f64::NAN;
                 }
+            }
+        }
+        for (name, missing) in &self.missing_in {
+            let values = values_of(&mut recording, name, "--missing")?.iter_mut();
+            for value in values.filter(|value| *value == missing) {
+                *value = f64::NAN;
             }
         }
         for (name, period) in &self.unwrap {
@@ -152,6 +160,7 @@ mod tests {
         let repair = Repair {
             time_unit: TimeUnit::Milliseconds,
             missing: vec![-9999.0],
+            missing_in: Vec::new(),
             unwrap: vec![("q_rad".into(), 6.0)],
             late: vec![("u_N".into(), 1)],
         };
@@ -170,6 +179,20 @@ mod tests {
             Repair::default().apply(same.clone()).unwrap().to_csv(),
             same.to_csv()
         );
+    }
+
+    /// Zero is a command as good as any.
+    #[test]
+    fn a_value_is_missing_in_the_column_that_is_named_and_nowhere_else() {
+        let repair = Repair {
+            missing_in: vec![("q_m".into(), 0.0)],
+            ..Repair::default()
+        };
+        let mended = repair.apply(recording("t,u_N,q_m\n0,0,1\n1,0,0\n2,1,2\n"));
+        let mended = mended.unwrap();
+        assert_eq!(mended.column("u_N").unwrap(), [0.0, 0.0, 1.0]);
+        let q = mended.column("q_m").unwrap();
+        assert!(q[1].is_nan() && q[0] == 1.0 && q[2] == 2.0);
     }
 
     #[test]

@@ -4,4 +4,5 @@ mod cases;
 mod copies;
 mod scale;
 mod seeded;
+mod shifted;
 mod silent;
