@@ -26,6 +26,12 @@ pub(super) const WORDS: &[(&str, &str, &str)] = &[
          \"recording\".",
     ),
     (
+        "few_rows",
+        "A recording has 20 rows or fewer. The first 20 show where a run starts, and none is left \
+         to judge it by.",
+        "Record longer.",
+    ),
+    (
         "gap",
         "Rows are missing: the time between two rows is much longer than the others.",
         "Cut the recording at the gap. A simulation across it would not know the input.",
@@ -35,6 +41,12 @@ pub(super) const WORDS: &[(&str, &str, &str)] = &[
         "An input is written some rows after it acted.",
         "Shift the column with --late, for example --late u_N=1. If the device has a dead time, \
          add input_delay to the rig instead.",
+    ),
+    (
+        "input_leads",
+        "An input is written one row before it acts, or the device answers one row late.",
+        "Where the logger did it, shift the column with --late u_N=-1. Otherwise add input_delay \
+         to the rig.",
     ),
     (
         "irregular_sampling",
@@ -59,8 +71,9 @@ pub(super) const WORDS: &[(&str, &str, &str)] = &[
     ),
     (
         "sentinel",
-        "A number stands for a missing value, such as -9999.",
-        "Name it with --missing, for example --missing -9999, or write empty fields.",
+        "A number stands for a missing value, such as -9999, or 0 in a sensor that moves.",
+        "Name it with --missing, for example --missing -9999 or --missing q_m=0, or write empty \
+         fields.",
     ),
     (
         "spike",

@@ -16,6 +16,7 @@ macro_rules! words {
 }
 
 mod checks;
+mod determination;
 mod effects;
 mod faults;
 mod statuses;
@@ -42,6 +43,8 @@ pub enum Group {
     Verdict,
     /// Fault of a recording, by `sinew check`.
     Check,
+    /// Word for what recordings say of an effect, a parameter or a number.
+    Determination,
     /// Outcome of a control step.
     Status,
     /// Reason for the operating mode of the firmware.
@@ -50,10 +53,11 @@ pub enum Group {
 
 impl Group {
     /// Every group, in the order of a list.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::Effect,
         Self::Verdict,
         Self::Check,
+        Self::Determination,
         Self::Status,
         Self::Fault,
     ];
@@ -64,6 +68,7 @@ impl Group {
             Self::Effect => "effect that a rig may lack",
             Self::Verdict => "verdict of sinew diagnose",
             Self::Check => "fault of a recording",
+            Self::Determination => "what recordings say",
             Self::Status => "status of a control step",
             Self::Fault => "cause of the firmware's operating mode",
         }
@@ -139,6 +144,8 @@ pub fn topics() -> Vec<Topic> {
     let tables = [
         (Group::Verdict, verdicts::WORDS),
         (Group::Check, checks::WORDS),
+        (Group::Determination, determination::WORDS),
+        (Group::Determination, determination::OTHERS),
         (Group::Status, statuses::WORDS),
         (Group::Fault, faults::WORDS),
     ];
@@ -175,7 +182,7 @@ pub fn explain(name: &str) -> Result<Topic> {
     }
     let names: Vec<&str> = all.iter().map(|topic| topic.name).collect();
     let error = Error::arguments(format!(
-        "`{name}` is no effect, verdict, check, status or fault"
+        "`{name}` is no effect, verdict, check, status, fault or word of a result"
     ));
     let list = "`sinew explain` without a name lists all of them";
     let near = near(name, &names);
@@ -227,6 +234,48 @@ mod tests {
     fn checks_are_those_of_the_library() {
         let words: Vec<&str> = checks::WORDS.iter().map(|(name, ..)| *name).collect();
         assert_eq!(words, KINDS);
+    }
+
+    /// Every word that a diagnosis, a check or an experiment writes as a code.
+    #[test]
+    fn every_code_of_a_result_is_explained() {
+        use sinew_ident::diagnose::{Verdict, WRONG_NUMBER};
+        use sinew_ident::excite::reveal::Visibility;
+        let written = |code: serde_json::Result<serde_json::Value>| {
+            let code = code.unwrap();
+            code.as_str().unwrap().to_owned()
+        };
+        let verdicts = [
+            Verdict::Consistent,
+            Verdict::Parameters,
+            Verdict::MissingPhysics,
+            Verdict::Unexplained,
+        ];
+        let grades = [
+            Visibility::Determined,
+            Visibility::Weakly,
+            Visibility::NotDetermined,
+        ];
+        let kinds = sinew_sim::effects::Kind::known().into_iter();
+        let mut codes: Vec<String> = kinds.map(|it| it.description().kind.to_owned()).collect();
+        assert!(codes.iter().any(|code| code == "learned_residual"));
+        codes.extend(KINDS.map(ToOwned::to_owned));
+        codes.extend(verdicts.map(|it| written(serde_json::to_value(it))));
+        codes.extend(grades.map(|it| written(serde_json::to_value(it))));
+        codes.push(WRONG_NUMBER.to_owned());
+        for code in codes {
+            assert_eq!(explain(&code).unwrap().name, code);
+        }
+    }
+
+    /// Kinds of effects as the reference lists them.
+    #[test]
+    fn the_page_on_effects_lists_every_effect() {
+        let page = include_str!("../../../../docs/reference/effects.md");
+        for kind in sinew_sim::effects::Kind::known() {
+            let name = kind.description().kind;
+            assert!(page.contains(&format!("| `{name}` |")), "{name}");
+        }
     }
 
     /// Names of causes and statuses stand as `LinkLost` in the reference.
