@@ -10,6 +10,7 @@
 //! | [`pipeline`] | a recording | all of it, and a [`report`] |
 //! | [`flash`] | an image | a board that runs it |
 //! | [`explain`] | a name in a result | its meaning |
+//! | [`rests`] | a rig and constant inputs | where it rests |
 //! | [`live`] | a board with a rig | a recording, a watched run |
 
 pub mod cli;
@@ -22,6 +23,7 @@ pub mod new_rig;
 pub mod pipeline;
 pub mod project;
 pub mod report;
+pub mod rests;
 pub mod rig_file;
 pub mod tuning;
 pub mod view;

@@ -11,7 +11,7 @@ const GROUPS: &[(&str, &[&str])] = &[
     (
         "Identify",
         &[
-            "new", "check", "simulate", "excite", "fit", "diagnose", "explain", "mjcf",
+            "new", "check", "simulate", "settle", "excite", "fit", "diagnose", "explain", "mjcf",
         ],
     ),
     ("Train", &["train"]),

@@ -13,6 +13,7 @@ mod monitor;
 mod new;
 mod pil;
 mod record;
+mod settle;
 mod simulate;
 mod size;
 mod train;
@@ -57,6 +58,8 @@ enum Verb {
     Check(check::Arguments),
     /// Simulate a rig with the inputs of a recording.
     Simulate(simulate::Arguments),
+    /// Find where a rig rests under constant inputs.
+    Settle(settle::Arguments),
     /// Design an experiment within the limits of a rig.
     Excite(excite::Arguments),
     /// Fit the parameters of a rig to recordings.
@@ -282,6 +285,7 @@ fn run(verb: Verb) -> Result<u8> {
         Verb::New(arguments) => new::run(arguments),
         Verb::Check(arguments) => return check::run(&arguments),
         Verb::Simulate(arguments) => simulate::run(&arguments),
+        Verb::Settle(arguments) => settle::run(&arguments),
         Verb::Excite(arguments) => excite::run(&arguments, control_rate_hz(&arguments.rig)?),
         Verb::Fit(arguments) => {
             rig_file::check(&arguments.rig)?;

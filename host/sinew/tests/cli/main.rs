@@ -6,6 +6,7 @@ mod interrupt;
 mod refusals;
 mod results;
 mod schema;
+mod settle;
 mod toolchain;
 mod verbs;
 mod wire;
