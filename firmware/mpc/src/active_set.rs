@@ -37,13 +37,26 @@ pub const fn iteration_limit(nv: usize) -> u16 {
 /// goes out as the active set at `w`.
 ///
 /// Cost: at most [`iteration_limit`] factorisations of `NV^3 / 6` multiply-adds.
-#[inline(never)]
 pub fn solve<const NU: usize, const NV: usize>(
     quadratic: &Quadratic<NV>,
     bounds: &Bounds<NU, NV>,
     u: &[f32; NV],
     active: &mut ActiveSet<NV>,
     w: &mut [f32; NV],
+) -> Solution {
+    solve_until(quadratic, bounds, u, active, w, &mut || false)
+}
+
+/// As [`solve`], until `stop` says so, which is asked before every factorisation: `w` is then the
+/// best that was found, and inside the limits.
+#[inline(never)]
+pub(crate) fn solve_until<const NU: usize, const NV: usize>(
+    quadratic: &Quadratic<NV>,
+    bounds: &Bounds<NU, NV>,
+    u: &[f32; NV],
+    active: &mut ActiveSet<NV>,
+    w: &mut [f32; NV],
+    stop: &mut impl FnMut() -> bool,
 ) -> Solution {
     *w = *u;
     active.keep_tight(bounds, u);
@@ -58,6 +71,9 @@ pub fn solve<const NU: usize, const NV: usize>(
         optimal: false,
     };
     for _ in 0..iteration_limit(NV) {
+        if stop() {
+            break;
+        }
         solution.iterations += 1;
         let free = active.is_empty();
         let p = reduced_step::<NU, NV>(quadratic, &residual, active, free);

@@ -176,6 +176,66 @@ impl<
     /// The command is inside the limits exactly, for any input and whatever the status.
     #[inline(never)]
     pub fn step(&mut self, y: &[f32; NY], s: &[f32; NS], reference: &[[f32; NY]; P]) -> Step<NU> {
+        self.step_while(y, s, reference, || false)
+    }
+
+    /// As [`ControlLoop::step`], with a budget of time: the optimisation ends soon after `stop`
+    /// becomes true ([`newton::solve_until`]), with the best plan so far.
+    ///
+    /// ```
+    /// # use sinew_mpc::{Limits, Model, Propagate, Settings, Status};
+    /// # sinew_mpc::controller! {
+    /// #     model: Lag, inputs: 1, outputs: 1, channels: 0, past_inputs: 1, past_outputs: 1,
+    /// #     horizon: 10, move_blocks: 2,
+    /// # }
+    /// # struct Lag;
+    /// # impl Model<INPUTS, OUTPUTS, CHANNELS, PAST_INPUTS, PAST_OUTPUTS> for Lag {
+    /// #     type Trace = ();
+    /// #     const TRACE: () = ();
+    /// #     fn predict(&self, x: &Regressor, _: &mut ()) -> [f32; OUTPUTS] {
+    /// #         [0.9 * x.y[0][0] + 0.1 * x.u[0][0]]
+    /// #     }
+    /// #     fn jacobian(&self, _: &(), jacobian: &mut Jacobian) {
+    /// #         jacobian.y[0][0][0] = 0.9;
+    /// #         jacobian.u[0][0][0] = 0.1;
+    /// #     }
+    /// # }
+    /// # impl Propagate<INPUTS, OUTPUTS, CHANNELS, PAST_INPUTS, PAST_OUTPUTS> for Lag {}
+    /// # let limits = Limits { lower: [-1.0], upper: [1.0], rate: [0.5], safe: [0.0] };
+    /// # let settings = Settings {
+    /// #     tracking_weight: [1.0], move_suppression: [0.01], disturbance_gain: 0.5, iterations: 2,
+    /// #     max_missing_samples: 5,
+    /// # };
+    /// # let horizons = Horizons::new(1, [1, 2]);
+    /// # let mut controller = Controller::new(Lag, Scaling::IDENTITY, limits, settings, horizons);
+    /// // On a board: `|| timer.ticks().wrapping_sub(start) > budget`.
+    /// let mut asked = 0;
+    /// let stop = || {
+    ///     asked += 1;
+    ///     asked > 3
+    /// };
+    /// let step = controller.step_until(&[0.0], &[], &[[0.5]; 10], stop);
+    /// assert!(step.status.is_controlled() && step.u[0].abs() <= 0.5);
+    /// ```
+    #[inline(never)]
+    pub fn step_until(
+        &mut self,
+        y: &[f32; NY],
+        s: &[f32; NS],
+        reference: &[[f32; NY]; P],
+        stop: impl FnMut() -> bool,
+    ) -> Step<NU> {
+        self.step_while(y, s, reference, stop)
+    }
+
+    #[inline(always)]
+    fn step_while(
+        &mut self,
+        y: &[f32; NY],
+        s: &[f32; NS],
+        reference: &[[f32; NY]; P],
+        stop: impl FnMut() -> bool,
+    ) -> Step<NU> {
         let valid = self.settings.is_valid();
         let sample = self.observe(y, s, valid);
         let mut step = Step {
@@ -190,7 +250,7 @@ impl<
             step.u = self.limiter.ramp_to_safe();
             self.warm = false;
         } else {
-            self.optimise(reference, valid, &mut step);
+            self.optimise(reference, valid, &mut step, stop);
             let unsaturated = self
                 .scaling
                 .u
@@ -243,7 +303,13 @@ impl<
     }
 
     /// Continues the plan of the last step and improves it, if the request makes sense.
-    fn optimise(&mut self, reference: &[[f32; NY]; P], valid: bool, step: &mut Step<NU>) {
+    fn optimise(
+        &mut self,
+        reference: &[[f32; NY]; P],
+        valid: bool,
+        step: &mut Step<NU>,
+        stop: impl FnMut() -> bool,
+    ) {
         if self.warm {
             self.plan.shift::<NU, N, NB>(&self.horizons);
         } else {
@@ -281,7 +347,8 @@ impl<
             bounds: &self.bounds,
             horizons: &self.horizons,
         };
-        let outcome = newton::solve(&problem, &mut self.plan, self.settings.iterations);
+        let iterations = self.settings.iterations;
+        let outcome = newton::solve_until(&problem, &mut self.plan, iterations, stop);
         step.status = outcome.status;
         step.iterations = outcome.iterations;
         step.cost = outcome.cost;

@@ -201,6 +201,22 @@ pub struct End<
     pub channels: &'a [[[f32; NU]; NS]; NB],
 }
 
+impl<'a, const NU: usize, const NY: usize, const NS: usize, const DD: usize, const NB: usize>
+    End<'a, NU, NY, NS, DD, NB>
+{
+    /// The same with the number of blocks written out, for code that is compiled for it; `None`
+    /// where there are fewer.
+    #[inline(always)]
+    pub fn with_blocks<const B: usize>(&self) -> Option<End<'a, NU, NY, NS, DD, B>> {
+        Some(End {
+            active: self.active,
+            inputs: self.inputs,
+            blocks: self.blocks.first_chunk()?,
+            channels: self.channels.first_chunk()?,
+        })
+    }
+}
+
 /// Results of a rollout for a cost term: its model's traces and its residuals.
 pub type Path<
     C,

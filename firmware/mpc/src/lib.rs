@@ -74,7 +74,7 @@ pub use filter::{Filter, FilterSettings, LateFilter, Prior, StateSpace};
 pub use limits::Limits;
 pub use model::{Jacobian, Model, Regressor};
 pub use move_blocking::Horizons;
-pub use newton::{MAX_ITERATIONS, Outcome, solve};
+pub use newton::{MAX_ITERATIONS, Outcome, solve, solve_until};
 pub use predictive_loop::PredictiveLoop;
 pub use problem::{Plan, Problem, Weights};
 pub use scaling::ModelScaling;

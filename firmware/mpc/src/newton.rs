@@ -52,7 +52,7 @@ pub struct Outcome {
 /// is too small to matter, another iteration would gain next to nothing and is left out. Cost: one
 /// evaluation of J and, an iteration, one set of derivatives, one subproblem and at most three
 /// evaluations of J; the surroundings cost `2 NU + 1` evaluations and count as an iteration.
-#[inline(never)]
+#[inline(always)]
 pub fn solve<
     M: CostTerm<NU, NY, NS, ND, DD>,
     const NU: usize,
@@ -67,6 +67,33 @@ pub fn solve<
     problem: &Problem<'_, M, NU, NY, NS, ND, DD, N, NB, NV>,
     plan: &mut Plan<NV>,
     iterations: u8,
+) -> Outcome {
+    solve_until(problem, plan, iterations, || false)
+}
+
+/// As [`solve`], until `stop` says so: it may end at any instant, since every plan on the way is
+/// inside the limits and none is dearer than the one before, to within the last step that promises
+/// so little that it is not evaluated.
+///
+/// `stop` is asked before every iteration, factorisation and evaluation of J but the first, and has
+/// to stay true. At most one of these, or one set of derivatives, is finished after it became true;
+/// after a restart one evaluation more. The status is then [`Status::IterationLimit`].
+#[inline(never)]
+pub fn solve_until<
+    M: CostTerm<NU, NY, NS, ND, DD>,
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const ND: usize,
+    const DD: usize,
+    const N: usize,
+    const NB: usize,
+    const NV: usize,
+>(
+    problem: &Problem<'_, M, NU, NY, NS, ND, DD, N, NB, NV>,
+    plan: &mut Plan<NV>,
+    iterations: u8,
+    mut stop: impl FnMut() -> bool,
 ) -> Outcome {
     let allowed = iterations.clamp(1, MAX_ITERATIONS);
     problem.bounds.project(&mut plan.u);
@@ -85,17 +112,21 @@ pub fn solve<
     let mut restarted = false;
     let mut quadratic = Quadratic::new();
     let mut candidate = plan.u;
-    while outcome.iterations < allowed {
+    while outcome.iterations < allowed && !stop() {
         problem.linearise(&plan.u, &trajectory, &mut quadratic);
         outcome.iterations += 1;
         let mut active = plan.active.clone();
-        active_set::solve(
+        active_set::solve_until(
             &quadratic,
             problem.bounds,
             &plan.u,
             &mut active,
             &mut candidate,
+            &mut stop,
         );
+        if stop() {
+            break;
+        }
         let step: [f32; NV] = core::array::from_fn(|v| candidate[v] - plan.u[v]);
         let slope = quadratic.slope(&step);
         let curvature = quadratic.curvature(&step);
@@ -138,7 +169,9 @@ pub fn solve<
                     slope,
                     cost,
                     &mut outcome,
-                ) {
+                    &mut stop,
+                ) || stop()
+                {
                     Status::IterationLimit
                 } else {
                     Status::NoDecrease
@@ -147,7 +180,7 @@ pub fn solve<
         }
         if !agrees && !restarted && outcome.cost > RESTART_RATIO * before {
             restarted = true;
-            restart(problem, plan, &mut trajectory, outcome.cost);
+            restart(problem, plan, &mut trajectory, outcome.cost, &mut stop);
             outcome.cost = problem.rollout(&plan.u, &mut trajectory);
             outcome.status = Status::IterationLimit;
         } else if outcome.status != Status::IterationLimit {
@@ -161,6 +194,10 @@ pub fn solve<
 /// Takes the fraction of `step` that lowers J, at the minimum of the parabola through what is
 /// known; the limits are convex, so every fraction is feasible. False: none of the tried parts did,
 /// the plan stays.
+#[allow(
+    clippy::too_many_arguments,
+    reason = "one call; the values are those of the iteration around it"
+)]
 fn line_search<
     M: CostTerm<NU, NY, NS, ND, DD>,
     const NU: usize,
@@ -179,10 +216,14 @@ fn line_search<
     slope: f32,
     cost_of_step: f32,
     outcome: &mut Outcome,
+    stop: &mut impl FnMut() -> bool,
 ) -> bool {
     let mut fraction = 1.0_f32;
     let mut cost = cost_of_step;
     for _ in 0..BACKTRACKS {
+        if stop() {
+            break;
+        }
         let rise = cost - outcome.cost - slope * fraction;
         let minimum = -slope * fraction * fraction / (2.0 * rise);
         // Written so that a NaN (cost not finite) takes the shortest fraction.

@@ -31,6 +31,7 @@ pub(crate) fn restart<
     plan: &mut Plan<NV>,
     trajectory: &mut Path<M, NU, NY, NS, ND, DD, N>,
     cost: f32,
+    stop: &mut impl FnMut() -> bool,
 ) {
     let mut least = cost;
     let found = plan.u;
@@ -41,6 +42,9 @@ pub(crate) fn restart<
             continue;
         }
         for perturbation in [PERTURBATION * range, -PERTURBATION * range] {
+            if stop() {
+                return;
+            }
             let mut candidate = found;
             for u in candidate.iter_mut().skip(channel).step_by(NU) {
                 *u += perturbation;

@@ -7,7 +7,7 @@
 pub enum Status {
     /// The plan is optimal as far as f32 can tell.
     Converged,
-    /// The plan improved until the iterations were used up: the usual case.
+    /// The plan improved until the iterations, or the time, were used up: the usual case.
     IterationLimit,
     /// A step was found that should lower the cost and did not; the better plan is kept.
     NoDecrease,

@@ -165,7 +165,7 @@ impl<
     }
 
     /// Cost: per point and row `NY` multiply-adds for each row of the reference from r(k+N) on.
-    #[inline(never)]
+    #[inline(always)]
     fn prepare(&mut self, reference: &[[f32; NY]], disturbance: &[f32]) {
         let mut place = 0.0;
         for (direction, r) in (self.direction.iter()).zip(reference.first().unwrap_or(&[0.0; NY])) {

@@ -39,8 +39,7 @@ pub(super) fn print(spec: &ModelSpec) -> String {
 use sinew_device::protocol::{{Identity, PROTOCOL}};
 use sinew_device::session;
 {uses}
-use crate::network::Network;
-{value_use}
+{predictor}
 /// Commands.
 pub const NU: usize = {n_u};
 /// Outputs.
@@ -96,10 +95,9 @@ pub const IDENTITY: Identity = Identity {{
 {types}",
         period = literal::float(period_s as f32),
         horizon = value::horizon(control),
-        value_use = if control.value.is_some() {
-            "use crate::value::{DIRECTION, POINTS, ROWS};\n"
-        } else {
-            ""
+        predictor = match control.value {
+            None => "use crate::network::Network;\n",
+            Some(_) => "use crate::value::Predictor;\n",
         },
         predicted = value::predicted(control),
     )
@@ -118,12 +116,7 @@ use sinew_mpc::limits::Limits;
 use sinew_mpc::move_blocking::Horizons;
 use sinew_mpc::scaling::{ModelScaling, Scaling};
 "
-        .to_string()
-            + if control.value.is_some() {
-                "use sinew_mpc::terminal::Valued;\n"
-            } else {
-                ""
-            },
+        .into(),
         settings: format!(
             "/// Initial settings of the controller; a session may change them.
 #[rustfmt::skip]

@@ -34,9 +34,6 @@ pub(super) fn predicted(control: &ControlSpec) -> &'static str {
 }
 
 pub(super) const TYPES: &str = "\
-/// The network with its cost-to-go.
-pub type Predictor = Valued<Network, NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS, ROWS>;
-
 /// The controller of this model.
 pub type Controller = ControlLoop<
     Predictor,
@@ -56,8 +53,7 @@ pub type Session = session::LoopSession<Controller, NU, NY, NS, HORIZON>;
 
 /// A controller at rest.
 pub const fn controller() -> Controller {
-    let predictor = Valued::new(Network, DIRECTION, &POINTS);
-    ControlLoop::new(predictor, SCALING, LIMITS, SETTINGS, HORIZONS)
+    ControlLoop::new(Predictor::new(), SCALING, LIMITS, SETTINGS, HORIZONS)
 }
 
 /// A session at rest: what a board feeds with bytes.
@@ -77,12 +73,84 @@ pub(super) fn print(spec: &ModelSpec, value: &ValueRows) -> String {
 //!
 //! {HEADER}
 
-use sinew_mpc::terminal::ValuePoint;
+use sinew_mpc::cost::{{self, CostTerm}};
+use sinew_mpc::model;
+use sinew_mpc::terminal::{{ValuePoint, Valued}};
 
-use crate::control::{{NS, NU, NY, PAST_INPUTS, PAST_OUTPUTS}};
+use crate::control::{{MOVE_BLOCKS, NS, NU, NY, PAST_INPUTS, PAST_OUTPUTS}};
+use crate::network::Network;
+
+type Regressor = model::Regressor<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS>;
+type End<'a, const NB: usize> = cost::End<'a, NU, NY, NS, PAST_OUTPUTS, NB>;
 
 /// Rows.
 pub const ROWS: usize = {rows};
+
+/// The network with its cost-to-go.
+#[derive(Clone, Debug)]
+pub struct Predictor(Valued<Network, NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS, ROWS>);
+
+impl Predictor {{
+    /// Before any step.
+    #[must_use]
+    pub const fn new() -> Self {{
+        Self(Valued::new(Network, DIRECTION, &POINTS))
+    }}
+}}
+
+impl Default for Predictor {{
+    fn default() -> Self {{
+        Self::new()
+    }}
+}}
+
+// Code of this crate, which is compiled for speed.
+impl CostTerm<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS> for Predictor {{
+    type Model = Network;
+    type Residuals = [f32; ROWS];
+    const RESIDUALS: [f32; ROWS] = [0.0; ROWS];
+
+    #[inline(always)]
+    fn model(&self) -> &Network {{
+        self.0.model()
+    }}
+
+    #[inline(never)]
+    fn prepare(&mut self, reference: &[[f32; NY]], disturbance: &[f32]) {{
+        self.0.prepare(reference, disturbance);
+    }}
+
+    #[inline(never)]
+    fn cost_to_go(&self, end: &Regressor, residuals: &mut [f32; ROWS]) -> f32 {{
+        self.0.cost_to_go(end, residuals)
+    }}
+
+    #[inline(always)]
+    fn linearise_cost_to_go<const NB: usize>(
+        &self,
+        residuals: &[f32; ROWS],
+        end: &End<NB>,
+        gradient: &mut [[f32; NU]],
+        pairs: &mut [[[f32; NU]; NU]],
+    ) {{
+        if let Some(end) = end.with_blocks() {{
+            self.linearise(residuals, &end, gradient, pairs);
+        }}
+    }}
+}}
+
+impl Predictor {{
+    #[inline(never)]
+    fn linearise(
+        &self,
+        residuals: &[f32; ROWS],
+        end: &End<MOVE_BLOCKS>,
+        gradient: &mut [[f32; NU]],
+        pairs: &mut [[[f32; NU]; NU]],
+    ) {{
+        self.0.linearise_cost_to_go(residuals, end, gradient, pairs);
+    }}
+}}
 
 /// Direction of the outputs along which the operating points lie.
 #[rustfmt::skip]

@@ -193,10 +193,10 @@ const HEAD: &str = "# Speed, size and quality of the control step
 
 This page is written by
 `cargo xtask bench forward_instructions mpc_instructions terminal_value image peers --publish`.
-The command takes minutes, most of them IPOPT's. It measures every figure except those headed *quoted*, which were
-measured elsewhere on the same shapes, and *goal*. Instructions are counted exactly on QEMU's
-Cortex-M4F (mps2-an386). They are the same in every run of the same compiler. The reference problem
-is that of `models/reference`, with 590 control steps of its closed loop.
+The command takes minutes, most of them IPOPT's. It measures every figure except those headed
+*quoted*, which were measured elsewhere on the same shapes, and *goal*. Instructions are counted
+exactly on QEMU's Cortex-M4F (mps2-an386). They are the same in every run of the same compiler. The
+reference problem is that of `models/reference`, with 590 control steps of its closed loop.
 
 ## One prediction: instructions, largest over the golden vectors
 
@@ -222,7 +222,7 @@ const TERMINAL_VALUE: &str = "
 ## Cost-to-go at the end of the horizon: S
 
 Rows of a cost-to-go stand for the steps after the horizon
-([0091](../decisions/0091-cost-to-go.md)), with eight rows of the reference behind it. Network,
+([0091](../decisions/0091-cost-to-go.md)), with four rows of the reference behind it. Network,
 weights and limits are those of the table above. The aims: at N = 1 a tracking of 0.031 within
 8,000 instructions, at N = 3 of 0.0275 within 16,000. Flash, statics and stack are those of the
 whole counting image. This table alone comes from `cargo xtask bench terminal_value`.

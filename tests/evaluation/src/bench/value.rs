@@ -15,7 +15,7 @@ use xtask::process::{root, target_folder};
 use xtask::setup::{self, Extent};
 
 /// Rows of the reference behind the horizon that the cost-to-go takes.
-const AHEAD: usize = 8;
+const AHEAD: usize = 4;
 
 /// A controller of network S.
 struct Case {
