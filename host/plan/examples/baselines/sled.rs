@@ -45,7 +45,35 @@ pub fn run() -> Result<()> {
         }
         line("path from rest", &plant, &goals, Search::PathFromRest, 1)?;
     }
+    let plant = Plant::new(&Rig::parse(&both_sides(), "both.toml")?)?;
+    let goals = [
+        Goal::parse("right.position = 0.08 at 3 s")?,
+        Goal::parse("left.position = -0.08 at 3 s")?,
+        Goal::parse("sled.position = 0.02 at 3 s")?,
+    ];
+    println!("both sides, then back: largest miss in units of 0.08 m");
+    for seed in 1..=5 {
+        line("central path", &plant, &goals, Search::CentralPath, seed)?;
+        line(
+            "samples, hard laws",
+            &plant,
+            &goals,
+            Search::SamplesThenHard,
+            seed,
+        )?;
+    }
     Ok(())
+}
+
+/// The sled between two masses, 50 mm from either: it has to reverse to push both.
+fn both_sides() -> String {
+    let sled = include_str!("../../tests/sled.toml");
+    sled.replace("second", "right")
+        + "\n[[body]]\nname = \"left\"\nmotion = \"slide\"\ninertia = 0.5\n\
+           [[tendon]]\nname = \"contact_left\"\nstiffness = 2000.0\ndamping = 20.0\n\
+           path = [{ body = \"sled\", arm = -1.0 }, { body = \"left\", arm = 1.0 }]\n\
+           [[effect]]\nkind = \"tendon_slack\"\ncomponent = \"contact_left\"\nslack = 0.05\n\
+           [[effect]]\nkind = \"coulomb_friction\"\ncomponent = \"left\"\nlevel = 1.0\n"
 }
 
 /// The sled and so many masses behind one another, each on a dry guide and 50 mm from the next.

@@ -136,8 +136,11 @@ pub fn run(wanted: &[String]) -> Result<()> {
         ratios.push(line(&task)?);
     }
     ratios.sort_by(f64::total_cmp);
-    if let Some(median) = ratios.get(ratios.len() / 2) {
-        println!("median of {}: {median:.3}", ratios.len());
+    if let (Some(low), Some(high)) = (
+        ratios.get(ratios.len().saturating_sub(1) / 2),
+        ratios.get(ratios.len() / 2),
+    ) {
+        println!("median of {}: {:.3}", ratios.len(), (low + high) / 2.0);
     }
     Ok(())
 }
