@@ -15,7 +15,7 @@ const GROUPS: &[(&str, &[&str])] = &[
         ],
     ),
     ("Train", &["train"]),
-    ("Control", &["build", "tune", "compare", "pil"]),
+    ("Control", &["build", "plan", "tune", "compare", "pil"]),
     (
         "Board",
         &["wire", "emit", "size", "flash", "record", "monitor"],

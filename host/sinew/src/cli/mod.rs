@@ -12,6 +12,7 @@ mod import;
 mod monitor;
 mod new;
 mod pil;
+mod plan;
 mod record;
 mod settle;
 mod simulate;
@@ -62,6 +63,8 @@ enum Verb {
     Settle(settle::Arguments),
     /// Design an experiment within the limits of a rig.
     Excite(excite::Arguments),
+    /// Plan commands that reach goals, through friction, slack and stops.
+    Plan(plan::Arguments),
     /// Fit the parameters of a rig to recordings.
     Fit(fit::Arguments),
     /// Find the physics that a rig lacks.
@@ -287,6 +290,7 @@ fn run(verb: Verb) -> Result<u8> {
         Verb::Simulate(arguments) => simulate::run(&arguments),
         Verb::Settle(arguments) => settle::run(&arguments),
         Verb::Excite(arguments) => excite::run(&arguments, control_rate_hz(&arguments.rig)?),
+        Verb::Plan(arguments) => plan::run(&arguments),
         Verb::Fit(arguments) => {
             rig_file::check(&arguments.rig)?;
             return fit::run(&arguments);

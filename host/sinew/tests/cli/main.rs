@@ -3,6 +3,7 @@
 mod desk;
 mod excite;
 mod interrupt;
+mod plan;
 mod refusals;
 mod results;
 mod schema;
