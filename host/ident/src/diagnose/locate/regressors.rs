@@ -21,7 +21,7 @@ pub(crate) fn follows(company: &Company) -> (&'static str, f64) {
     let most = |column: &[f64]| column.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     let (reach, speed) = (most(q).max(1e-300), most(v).max(1e-300));
     let over = |f: &dyn Fn(usize) -> f64| (0..q.len()).map(f).collect::<Vec<f64>>();
-    // Sign as far as the speed is known: a tenth of the largest is moving for sure.
+    // Sign as far as the speed is known: above a fiftieth of the largest it moves for sure.
     let sign = |v: f64| (v / (0.02 * speed)).clamp(-1.0, 1.0);
     let mut laws: Vec<(&'static str, Vec<f64>)> = vec![
         ("position", over(&|k| q[k])),
