@@ -49,7 +49,7 @@ fn every_shape_of_network_has_its_calls() {
 }
 
 #[test]
-fn a_network_that_remembers_predicts_its_memory() {
+fn a_recurrent_network_predicts_its_hidden_state() {
     use Activation::Linear;
     for (name, cell) in [("gru", gru_cell()), ("lstm", lstm_cell())] {
         let spec = support::recurrent(name, cell, 2, 1, &[(2, Linear)]);
@@ -125,12 +125,12 @@ fn emitted_code_is_formatted() {
 }
 
 #[test]
-fn weight_and_observer_are_in_the_network_and_only_where_there_are_any() {
+fn weight_and_observer_are_beside_the_settings_and_only_where_there_are_any() {
     let mut spec = support::tiny();
     let emitted = |spec: &ModelSpec| {
         let files = files(spec);
-        let network = files.iter().find(|file| file.path.ends_with("network.rs"));
-        network.expect("it is always emitted").text.clone()
+        let control = files.iter().find(|file| file.path.ends_with("control.rs"));
+        control.expect("it is always emitted").text.clone()
     };
     let plain = emitted(&spec);
     assert!(!plain.contains("COMMAND_WEIGHT") && !plain.contains("OBSERVER_GAIN"));

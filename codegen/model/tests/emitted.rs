@@ -182,11 +182,11 @@ fn library(name: &str) -> String {
 
 fn check_call(spec: &ModelSpec) -> String {
     let (name, library) = (&spec.name, library(&spec.name));
-    let memory = match spec.hidden_state_len() {
+    let hidden = match spec.hidden_state_len() {
         0 => String::new(),
-        _ => format!("    check_memory!({library}, {name:?});\n"),
+        _ => format!("    check_hidden_state!({library}, {name:?});\n"),
     };
-    memory + &format!("    check!({library}, {name:?});\n")
+    hidden + &format!("    check!({library}, {name:?});\n")
 }
 
 /// Cargo for the target as the environment names it, if it can build for it.
@@ -237,7 +237,7 @@ use sinew_mpc::network::unflatten;
 
 /// Hidden state and its derivatives against double precision; derivatives along directions against
 /// all of the Jacobian.
-macro_rules! check_memory {
+macro_rules! check_hidden_state {
     ($model:ident, $name:literal) => {{
         use $model::control::{MEASURED, NS, NU, NY, PAST_INPUTS, PAST_OUTPUTS};
         let (mut moved, mut steepest) = (0.0_f64, 0.0_f64);
@@ -259,10 +259,10 @@ macro_rules! check_memory {
                     near(of_channels.y_by_s[r][c], golden.jacobian[r][lags + c]);
                 }
             }
-            for (m, memory) in golden.memory.iter().enumerate() {
-                near(channels[MEASURED + m], *memory);
-                moved = moved.max((*memory - f64::from(x.s[MEASURED + m])).abs());
-                let row = &golden.memory_jacobian[m];
+            for (m, hidden) in golden.hidden_state.iter().enumerate() {
+                near(channels[MEASURED + m], *hidden);
+                moved = moved.max((*hidden - f64::from(x.s[MEASURED + m])).abs());
+                let row = &golden.hidden_state_jacobian[m];
                 steepest = row.iter().fold(steepest, |most, d| most.max(d.abs()));
                 for (lag, block) in of_channels.u.iter().enumerate() {
                     (0..NU).for_each(|c| near(block[MEASURED + m][c], row[lag * NU + c]));
@@ -319,7 +319,7 @@ macro_rules! check_memory {
                 near(*along, f64::from(*all));
             }
         }
-        assert!(moved > 1e-2 && steepest > 1e-2, "{}: the memory stands still", $name);
+        assert!(moved > 1e-2 && steepest > 1e-2, "{}: the hidden state stands still", $name);
     }};
 }
 

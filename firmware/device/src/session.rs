@@ -30,7 +30,7 @@ pub const EXCITATION_ROWS: usize = 32;
 /// use sinew_device::mode::Drive;
 /// use sinew_device::protocol::{ToDevice, ToHost};
 /// use sinew_device::session::Session;
-/// use sinew_mpc::{Limits, Model, Propagate, Settings};
+/// use sinew_mpc::{Limits, Model, Propagate, Settings, Tuning};
 ///
 /// sinew_mpc::controller! {
 ///     model: Lag,
@@ -55,6 +55,7 @@ pub const EXCITATION_ROWS: usize = 32;
 /// #     }
 /// # }
 /// # impl Propagate<INPUTS, OUTPUTS, CHANNELS, PAST_INPUTS, PAST_OUTPUTS> for Lag {}
+/// # impl Tuning for Lag {}
 /// struct Ticks;
 ///
 /// impl Clock for Ticks {

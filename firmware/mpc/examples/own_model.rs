@@ -4,7 +4,7 @@
 
 use sinew_mpc::controller::Settings;
 use sinew_mpc::model::Model;
-use sinew_mpc::{Limits, Propagate};
+use sinew_mpc::{Limits, Propagate, Tuning};
 
 sinew_mpc::controller! {
     model: Heater,
@@ -37,6 +37,7 @@ impl Model<INPUTS, OUTPUTS, CHANNELS, PAST_INPUTS, PAST_OUTPUTS> for Heater {
 }
 
 impl Propagate<INPUTS, OUTPUTS, CHANNELS, PAST_INPUTS, PAST_OUTPUTS> for Heater {}
+impl Tuning for Heater {}
 
 fn main() {
     let mut controller = Controller::new(

@@ -11,7 +11,7 @@ use std::fmt::Write as _;
 
 use sinew_mpc::controller::Settings;
 use sinew_mpc::model::Model;
-use sinew_mpc::{Limits, Propagate};
+use sinew_mpc::{Limits, Propagate, Tuning};
 
 sinew_mpc::controller! {
     model: Pendulum,
@@ -55,6 +55,7 @@ impl Model<INPUTS, OUTPUTS, CHANNELS, PAST_INPUTS, PAST_OUTPUTS> for Pendulum {
 }
 
 impl Propagate<INPUTS, OUTPUTS, CHANNELS, PAST_INPUTS, PAST_OUTPUTS> for Pendulum {}
+impl Tuning for Pendulum {}
 
 fn next(theta: f32, before: f32, u: f32) -> f32 {
     let acceleration = u - GRAVITY * theta.sin() - DAMPING * (theta - before) / PERIOD_S;

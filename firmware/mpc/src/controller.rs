@@ -495,7 +495,7 @@ pub(crate) const fn scaled_bounds<
 /// `Scaling`, `Horizons` and `Controller`.
 ///
 /// ```
-/// use sinew_mpc::{Limits, Model, Propagate, Settings};
+/// use sinew_mpc::{Limits, Model, Propagate, Settings, Tuning};
 ///
 /// sinew_mpc::controller! {
 ///     model: Lag,
@@ -526,6 +526,7 @@ pub(crate) const fn scaled_bounds<
 /// }
 ///
 /// impl Propagate<INPUTS, OUTPUTS, CHANNELS, PAST_INPUTS, PAST_OUTPUTS> for Lag {}
+/// impl Tuning for Lag {}
 ///
 /// let mut controller = Controller::new(
 ///     Lag,

@@ -6,6 +6,7 @@ use crate::move_blocking::Interpolation;
 use crate::problem::Problem;
 use crate::rollout::Trajectory;
 use crate::sensitivity::{Propagate, Sensitivities, Stage};
+use crate::tuning::Tuning;
 
 /// The model of J around a plan. Gradient and Hessian are halved: `J(U + p) ~ J + 2 g'p + p'Hp`;
 /// the halves cancel in the Newton step.

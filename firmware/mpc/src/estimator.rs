@@ -6,6 +6,7 @@
 
 use crate::model::{Model, Regressor};
 use crate::rollout::shift;
+use crate::tuning::Tuning;
 
 /// A measurement further than this from model zero, in model units, is no measurement: a thousand
 /// times the range that was seen in training. It also keeps every sum below finite.
@@ -38,6 +39,7 @@ pub enum Sample {
 /// #         jacobian.u[0][0][0] = 0.5;
 /// #     }
 /// # }
+/// # impl sinew_mpc::Tuning for Lag {}
 /// use sinew_mpc::estimator::{Estimator, Sample};
 ///
 /// // The model `Lag` is y(k+1) = 0.5 y(k) + 0.5 u(k).
@@ -114,7 +116,7 @@ impl<const NU: usize, const NY: usize, const NS: usize, const ND: usize, const D
     /// `d <- d + gain (y - (f + d))` (eq. 10) while every value in the regressor was measured; what
     /// enters it is `y`, or with an observer `(f + d) + L (y - (f + d))` (eq. 10c). The first
     /// sample, and the first one after a loss, fills the whole history: at rest there.
-    pub fn observe<M: Model<NU, NY, NS, ND, DD>>(
+    pub fn observe<M: Model<NU, NY, NS, ND, DD> + Tuning>(
         &mut self,
         model: &M,
         y: &[f32; NY],

@@ -65,6 +65,7 @@ pub mod state_loop;
 pub mod state_predictor;
 pub mod status;
 pub mod terminal;
+pub mod tuning;
 pub mod work_bound;
 
 pub use constraints::{ActiveSet, Bounds};
@@ -82,4 +83,5 @@ pub use sensitivity::Propagate;
 pub use state_loop::{StateLoop, StateSettings};
 pub use status::Status;
 pub use terminal::{ValuePoint, Valued};
+pub use tuning::Tuning;
 pub use work_bound::{Parts, Work};

@@ -68,16 +68,6 @@ pub trait Model<const NU: usize, const NY: usize, const NS: usize, const ND: usi
     /// channel, one that nobody measures. Costs nothing where it is off.
     const PREDICTS_CHANNELS: bool = false;
 
-    /// R: what the square of each planned command costs, in model units, so that inputs that can do
-    /// each other's work share it (docs/explanation/controller.md, eq. 4c). Costs nothing where it
-    /// is 0.
-    const COMMAND_WEIGHT: f32 = 0.0;
-
-    /// L: how much of a measurement enters the history, over 0 to 1; the rest is the prediction
-    /// (docs/explanation/controller.md, eq. 10c). What is measured enters as it is where it is 1,
-    /// at no cost.
-    const OBSERVER_GAIN: f32 = 1.0;
-
     /// The next output; `trace` is overwritten.
     fn predict(&self, x: &Regressor<NU, NY, NS, ND, DD>, trace: &mut Self::Trace) -> [f32; NY];
 

@@ -30,6 +30,7 @@ pub struct Weights<const NU: usize, const NY: usize> {
 /// #         jacobian.u[0][0][0] = 0.5;
 /// #     }
 /// # }
+/// # impl sinew_mpc::Tuning for Lag {}
 /// # impl Propagate<1, 1, 0, 1, 1> for Lag {}
 /// use sinew_mpc::{Bounds, Horizons, Plan, Problem, Status, Weights, solve};
 ///

@@ -5,6 +5,7 @@
 use crate::model::{ChannelJacobian, Jacobian, Model, Regressor};
 use crate::move_blocking::Interpolation;
 use crate::rollout;
+use crate::tuning::Tuning;
 
 /// One step of the horizon.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,7 +44,7 @@ pub trait Propagate<
     const NS: usize,
     const ND: usize,
     const DD: usize,
->: Model<NU, NY, NS, ND, DD>
+>: Model<NU, NY, NS, ND, DD> + Tuning
 {
     /// Enters u(k+j) into `x`, predicts, adds the disturbance, and enters the result.
     fn advance(

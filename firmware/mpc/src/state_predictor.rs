@@ -3,6 +3,7 @@
 use crate::filter::{Filter, MeasurementJacobian, StateSpace, TransitionJacobian};
 use crate::model::{ChannelJacobian, Jacobian, Model, Regressor};
 use crate::sensitivity::{self, Propagate, Sensitivities, Stage};
+use crate::tuning::Tuning;
 
 /// State-space model with its parameters and disturbance as they are estimated now: a [`Model`]
 /// whose channels are the state.
@@ -128,6 +129,8 @@ impl<S, const NU: usize, const NM: usize, const NP: usize> Outputs<S, NU, NM, NP
         (f, outputs)
     }
 }
+
+impl<S, const NU: usize, const NM: usize, const NP: usize> Tuning for Outputs<S, NU, NM, NP> {}
 
 impl<
     S: StateSpace<NX, NU, NM, NP>,

@@ -502,6 +502,7 @@ impl Model<1, 1, 0, 2, 1> for Sticking {
 }
 
 impl Propagate<1, 1, 0, 2, 1> for Sticking {}
+impl sinew_mpc::Tuning for Sticking {}
 
 #[test]
 fn a_sticking_device_is_broken_free_at_once() {

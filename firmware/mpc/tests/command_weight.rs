@@ -9,7 +9,7 @@ use sinew_mpc::limits::Limits;
 use sinew_mpc::model::{Jacobian, Model, Regressor};
 use sinew_mpc::scaling::ModelScaling;
 use sinew_mpc::sensitivity::Propagate;
-use sinew_mpc::{Bounds, Horizons, Problem, Quadratic, Weights};
+use sinew_mpc::{Bounds, Horizons, Problem, Quadratic, Tuning, Weights};
 
 /// Two inputs that push one output alike; R in millionths.
 #[derive(Clone, Copy)]
@@ -18,7 +18,6 @@ struct Pair<const MILLIONTHS: u32>;
 impl<const MILLIONTHS: u32> Model<2, 1, 0, 1, 1> for Pair<MILLIONTHS> {
     type Trace = ();
     const TRACE: () = ();
-    const COMMAND_WEIGHT: f32 = MILLIONTHS as f32 * 1e-6;
 
     fn predict(&self, x: &Regressor<2, 1, 0, 1, 1>, (): &mut ()) -> [f32; 1] {
         [0.5 * x.y[0][0] + 0.3 * (x.u[0][0] + x.u[0][1])]
@@ -31,6 +30,10 @@ impl<const MILLIONTHS: u32> Model<2, 1, 0, 1, 1> for Pair<MILLIONTHS> {
 }
 
 impl<const MILLIONTHS: u32> Propagate<2, 1, 0, 1, 1> for Pair<MILLIONTHS> {}
+
+impl<const MILLIONTHS: u32> Tuning for Pair<MILLIONTHS> {
+    const COMMAND_WEIGHT: f32 = MILLIONTHS as f32 * 1e-6;
+}
 
 /// Commands and output after `steps` from commands that pull against each other.
 fn after<const MILLIONTHS: u32>(steps: usize, reference: f32) -> ([f32; 2], f32) {

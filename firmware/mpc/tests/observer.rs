@@ -3,6 +3,7 @@
 
 use sinew_mpc::estimator::{Estimator, Sample};
 use sinew_mpc::model::{Jacobian, Model, Regressor};
+use sinew_mpc::tuning::Tuning;
 
 /// An output that halves in each step, pushed by its input; L in percent.
 struct Halving<const PERCENT: u32>;
@@ -10,7 +11,6 @@ struct Halving<const PERCENT: u32>;
 impl<const PERCENT: u32> Model<1, 1, 0, 1, 2> for Halving<PERCENT> {
     type Trace = ();
     const TRACE: () = ();
-    const OBSERVER_GAIN: f32 = PERCENT as f32 / 100.0;
 
     fn predict(&self, x: &Regressor<1, 1, 0, 1, 2>, (): &mut ()) -> [f32; 1] {
         [0.5 * x.y[0][0] + x.u[0][0]]
@@ -20,6 +20,10 @@ impl<const PERCENT: u32> Model<1, 1, 0, 1, 2> for Halving<PERCENT> {
         jacobian.u[0] = [[1.0]];
         jacobian.y[0] = [[0.5]];
     }
+}
+
+impl<const PERCENT: u32> Tuning for Halving<PERCENT> {
+    const OBSERVER_GAIN: f32 = PERCENT as f32 / 100.0;
 }
 
 /// The estimator after `measured`, with a command of `u` at every step and no estimate of a

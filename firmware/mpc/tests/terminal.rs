@@ -271,6 +271,7 @@ impl Model<1, 1, 1, 2, 1> for Follows {
 }
 
 impl Propagate<1, 1, 1, 2, 1> for Follows {}
+impl sinew_mpc::Tuning for Follows {}
 
 #[test]
 fn a_linear_model_with_predicted_channels_has_exactly_its_quadratic() {

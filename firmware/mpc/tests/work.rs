@@ -10,7 +10,7 @@ use sinew_mpc::limits::Limits;
 use sinew_mpc::model::{Jacobian, Model, Regressor};
 use sinew_mpc::scaling::ModelScaling;
 use sinew_mpc::sensitivity::Propagate;
-use sinew_mpc::{Horizons, MAX_ITERATIONS, Work};
+use sinew_mpc::{Horizons, MAX_ITERATIONS, Tuning, Work};
 
 const NU: usize = 2;
 const NY: usize = 3;
@@ -41,6 +41,7 @@ impl Model<NU, NY, 0, 3, 2> for Counting<'_> {
 }
 
 impl Propagate<NU, NY, 0, 3, 2> for Counting<'_> {}
+impl Tuning for Counting<'_> {}
 
 /// Mostly ordinary, now and then any bits.
 fn hostile(random: &mut Random) -> f32 {

@@ -18,9 +18,9 @@ use crate::network::Network;
 pub const NU: usize = 1;
 /// Outputs.
 pub const NY: usize = 1;
-/// Channels: what sensors give, then what the network remembers.
+/// Channels: sensors, then the hidden state of the network.
 pub const NS: usize = 0;
-/// Channels that sensors give.
+/// Channels that are sensors.
 pub const MEASURED: usize = 0;
 /// Values of each command that the network sees, the one being decided included.
 pub const PAST_INPUTS: usize = 1;

@@ -7,7 +7,7 @@
 //! | input 0: `u_N` | N | 0.0 | 20.0 |
 //! | output 0: `q_m` | m | 0.2915354033970414 | 1.4010506664601803 |
 //!
-//! Network, 156 parameters: dense 7 -> 14, tanh; dense 14 -> 2, linear; a linear path beside them.
+//! Network, 156 parameters: dense 7 -> 14, tanh; dense 14 -> 2, linear; a skip connection.
 //! Controller: 12 steps predicted, 4 decided in 4 blocks.
 #![no_std]
 #![forbid(unsafe_code)]

@@ -8,6 +8,7 @@ use sinew_mpc::controller::{ControlLoop, Settings};
 use sinew_mpc::limits::Limits;
 use sinew_mpc::move_blocking::Horizons;
 use sinew_mpc::scaling::{ModelScaling, Scaling};
+use sinew_mpc::tuning::Tuning;
 
 use crate::network::Network;
 
@@ -15,9 +16,9 @@ use crate::network::Network;
 pub const NU: usize = 2;
 /// Outputs.
 pub const NY: usize = 3;
-/// Channels: what sensors give, then what the network remembers.
+/// Channels: sensors, then the hidden state of the network.
 pub const NS: usize = 0;
-/// Channels that sensors give.
+/// Channels that are sensors.
 pub const MEASURED: usize = 0;
 /// Values of each command that the network sees, the one being decided included.
 pub const PAST_INPUTS: usize = 3;
@@ -70,6 +71,9 @@ pub const SETTINGS: Settings<NU, NY> = Settings {
     iterations: 2,
     max_missing_samples: 10,
 };
+
+/// Weights that are fixed when the controller is compiled.
+impl Tuning for Network {}
 
 /// The first step that counts, and the lengths of the blocks of equal moves.
 #[rustfmt::skip]

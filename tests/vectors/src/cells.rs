@@ -4,6 +4,7 @@
 use sinew_mpc::model::{ChannelJacobian, Jacobian, Model, Regressor};
 use sinew_mpc::network::recurrent;
 use sinew_mpc::sensitivity::{self, Propagate, Sensitivities, Stage};
+use sinew_mpc::tuning::Tuning;
 
 use crate::layers::gru::{self, Gru};
 use crate::layers::lstm::{self, Lstm};
@@ -53,6 +54,8 @@ impl<C, const H: usize, const NY: usize> Readout<C, H, NY> {
         core::array::from_fn(|k| core::array::from_fn(|r| self.w[r][k]))
     }
 }
+
+impl<C, const H: usize, const NY: usize> Tuning for Readout<C, H, NY> {}
 
 fn input<const NX: usize, const NU: usize, const NY: usize, const NS: usize>(
     x: &Regressor<NU, NY, NS, 1, 1>,

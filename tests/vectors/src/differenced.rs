@@ -3,6 +3,7 @@
 
 use sinew_mpc::model::{Jacobian, Model, Regressor};
 use sinew_mpc::sensitivity::{self, Propagate, Sensitivities, Stage};
+use sinew_mpc::tuning::Tuning;
 
 /// Step of a difference, model units: about the root of f32's resolution, where rounding and
 /// curvature are level, and a power of two.
@@ -51,10 +52,15 @@ where
     }
 }
 
+impl<M: Tuning> Tuning for Differenced<M> {
+    const COMMAND_WEIGHT: f32 = M::COMMAND_WEIGHT;
+    const OBSERVER_GAIN: f32 = M::OBSERVER_GAIN;
+}
+
 impl<M, const NU: usize, const NY: usize, const NS: usize, const ND: usize, const DD: usize>
     Propagate<NU, NY, NS, ND, DD> for Differenced<M>
 where
-    M: Model<NU, NY, NS, ND, DD>,
+    M: Model<NU, NY, NS, ND, DD> + Tuning,
 {
     /// As generated models do, the first prediction of a horizon is derived by u(k) alone.
     fn propagate(

@@ -3,6 +3,7 @@
 use sinew_mpc::model::{Jacobian, Model, Regressor, SecondOrder};
 use sinew_mpc::network::{self, curvature};
 use sinew_mpc::sensitivity::Propagate;
+use sinew_mpc::tuning::Tuning;
 
 use super::random::Random;
 
@@ -83,6 +84,8 @@ impl<
 > Propagate<NU, NY, NS, ND, DD> for Shallow<NX, H, NY>
 {
 }
+
+impl<const NX: usize, const H: usize, const NY: usize> Tuning for Shallow<NX, H, NY> {}
 
 impl<
     const NX: usize,

@@ -4,7 +4,7 @@ use super::HEADER;
 use super::parts::{Parts, narrow};
 use super::value;
 use crate::fingerprint::fingerprint;
-use crate::spec::{ModelSpec, Role};
+use crate::spec::{ControlSpec, ModelSpec, Role};
 use sinew_nn::literal;
 
 pub(super) fn print(spec: &ModelSpec) -> String {
@@ -44,9 +44,9 @@ use sinew_device::session;
 pub const NU: usize = {n_u};
 /// Outputs.
 pub const NY: usize = {n_y};
-/// Channels: what sensors give, then what the network remembers.
+/// Channels: sensors, then the hidden state of the network.
 pub const NS: usize = {n_s};
-/// Channels that sensors give.
+/// Channels that are sensors.
 pub const MEASURED: usize = {measured};
 /// Values of each command that the network sees, the one being decided included.
 pub const PAST_INPUTS: usize = {past_inputs};
@@ -109,12 +109,14 @@ fn regression(spec: &ModelSpec) -> Parts {
     let tracking_weight = narrow(&control.tracking_weight);
     let move_suppression = narrow(&control.move_suppression);
     let disturbance_gain = literal::float(control.disturbance_gain as f32);
+    let tuning = tuning(control);
     let (iterations, max_missing_samples) = (control.iterations, control.max_missing_samples);
     Parts {
         uses: "use sinew_mpc::controller::{ControlLoop, Settings};
 use sinew_mpc::limits::Limits;
 use sinew_mpc::move_blocking::Horizons;
 use sinew_mpc::scaling::{ModelScaling, Scaling};
+use sinew_mpc::tuning::Tuning;
 "
         .into(),
         settings: format!(
@@ -128,6 +130,9 @@ pub const SETTINGS: Settings<NU, NY> = Settings {{
     max_missing_samples: {max_missing_samples},
 }};
 
+/// Weights that are fixed when the controller is compiled.
+impl Tuning for Network {tuning}
+
 "
         ),
         types: match control.value {
@@ -135,6 +140,22 @@ pub const SETTINGS: Settings<NU, NY> = Settings {{
             Some(_) => value::TYPES,
         }
         .into(),
+    }
+}
+
+/// Body of `Tuning`: the constants that differ from its defaults.
+fn tuning(control: &ControlSpec) -> String {
+    let constants = [
+        ("COMMAND_WEIGHT", control.command_weight as f32, 0.0),
+        ("OBSERVER_GAIN", control.observer_gain as f32, 1.0),
+    ];
+    let differ = constants.iter().filter(|(_, value, usual)| value != usual);
+    let lines: String = differ
+        .map(|(name, value, _)| format!("    const {name}: f32 = {};\n", literal::float(*value)))
+        .collect();
+    match &lines[..] {
+        "" => "{}".into(),
+        lines => format!("{{\n{lines}}}"),
     }
 }
 
@@ -174,12 +195,12 @@ fn rate_mhz(period_s: f64) -> u32 {
 
 fn scaling(spec: &ModelSpec, role: Role) -> String {
     let signals = spec.signals(role);
-    // What is remembered has no unit.
-    let remembered = match role {
+    // A hidden state has no unit.
+    let hidden = match role {
         Role::Channel => spec.hidden_state_len(),
         _ => 0,
     };
-    let plain = |value| std::iter::repeat_n(literal::float(value), remembered);
+    let plain = |value| std::iter::repeat_n(literal::float(value), hidden);
     let spans = signals.iter().map(|s| literal::float(s.span as f32));
     let offsets = signals.iter().map(|s| literal::float(s.offset as f32));
     let (spans, offsets) = (spans.chain(plain(1.0)), offsets.chain(plain(0.0)));

@@ -19,15 +19,15 @@ pub(super) fn print(spec: &ModelSpec, options: &EmitOptions) -> String {
         .map(|g| vector(spec, g))
         .collect();
     let seed = options.golden_seed;
-    let (remembered, fields) = match spec.hidden_state_len() {
+    let (hidden, fields) = match spec.hidden_state_len() {
         0 => ("", String::new()),
         n => (
-            ", what is remembered",
+            ", hidden state",
             format!(
-                "    /// What is remembered afterwards.
-    pub memory: [f64; {n}],
+                "    /// Hidden state afterwards.
+    pub hidden_state: [f64; {n}],
     /// A row for each of these, the columns of `jacobian`.
-    pub memory_jacobian: [[f64; {length}]; {n}],
+    pub hidden_state_jacobian: [[f64; {length}]; {n}],
 "
             ),
         ),
@@ -41,7 +41,7 @@ pub(super) fn print(spec: &ModelSpec, options: &EmitOptions) -> String {
 /// One input, the output that belongs to it and its derivatives, in model units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Golden {{
-    /// Regressor, flattened: u(k), u(k-1) .., y(k), y(k-1) .., channels{remembered}.
+    /// Regressor, flattened: u(k), u(k-1) .., y(k), y(k-1) .., channels{hidden}.
     pub x: [f32; {length}],
     /// y(k+1).
     pub y: [f64; {outputs}],
@@ -62,11 +62,11 @@ fn vector(spec: &ModelSpec, golden: &Golden) -> String {
     let at = evaluate::predict_with_jacobian(spec, &x);
     let jacobian = at.jacobian;
     let doubles = |values: Vec<f64>| values.into_iter().map(literal::double).collect::<Vec<_>>();
-    let memory = match spec.hidden_state_len() {
+    let hidden_state = match spec.hidden_state_len() {
         0 => String::new(),
         _ => format!(
-            "        memory: {},
-        memory_jacobian: {},
+            "        hidden_state: {},
+        hidden_state_jacobian: {},
 ",
             literal::block(doubles(at.hidden_state), 8, 8),
             literal::matrix(at.hidden_state_jacobian.into_iter().map(doubles), 8),
@@ -77,7 +77,7 @@ fn vector(spec: &ModelSpec, golden: &Golden) -> String {
         x: {},
         y: {},
         jacobian: {},
-{memory}    }},
+{hidden_state}    }},
 ",
         literal::block(golden.x.iter().copied().map(literal::float), 8, 4),
         literal::block(doubles(golden.y.clone()), 8, 4),

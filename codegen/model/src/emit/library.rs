@@ -9,9 +9,9 @@ pub(super) fn print(spec: &ModelSpec) -> String {
     let inputs = literal::count(spec.inputs.len(), "input");
     let outputs = literal::count(spec.outputs.len(), "output");
     let channels = literal::count(spec.channels.len(), "sensor channel");
-    let remembered = match spec.hidden_state_len() {
+    let hidden = match spec.hidden_state_len() {
         0 => String::new(),
-        n => format!(" It remembers {}.", literal::count(n, "value")),
+        n => format!(" Hidden state: {}.", literal::count(n, "value")),
     };
     let (modules, of_layers, of_numbers) = match spec.hidden_state_len() {
         0 => ("", "", ""),
@@ -47,7 +47,7 @@ pub(super) fn print(spec: &ModelSpec) -> String {
 //! | signal | unit | physical value of model 0 | of one model unit |
 //! |---|---|---|---|
 {signals}//!
-//! Network, {parameters}: {layers}.{remembered}
+//! Network, {parameters}: {layers}.{hidden}
 //! Controller: {horizon} steps predicted, {control_horizon} decided in {blocks}{cost_to_go}.
 #![no_std]
 #![forbid(unsafe_code)]
@@ -81,7 +81,7 @@ fn signals(spec: &ModelSpec) -> String {
 fn layers(spec: &ModelSpec) -> String {
     let layers: Vec<String> = spec.layers.iter().map(ToString::to_string).collect();
     let beside = match spec.skip {
-        Some(_) => "; a linear path beside them",
+        Some(_) => "; a skip connection",
         None => "",
     };
     layers.join("; ") + beside

@@ -5,22 +5,9 @@
 
 use super::backward::chain;
 use super::{HEADER, recurrent};
-use crate::spec::{Activation, ControlSpec, Dense, Layer, ModelSpec, OutputForm};
+use crate::spec::{Activation, Dense, Layer, ModelSpec, OutputForm};
 use sinew_nn::Recurrent;
 use sinew_nn::literal;
-
-/// The constants of a controller that the network carries, where they are not what a model has that
-/// says nothing.
-fn settings(control: &ControlSpec) -> String {
-    let constants = [
-        ("COMMAND_WEIGHT", control.command_weight as f32, 0.0),
-        ("OBSERVER_GAIN", control.observer_gain as f32, 1.0),
-    ];
-    let differ = constants.iter().filter(|(_, value, usual)| value != usual);
-    differ
-        .map(|(name, value, _)| format!("    const {name}: f32 = {};\n", literal::float(*value)))
-        .collect()
-}
 
 pub(super) fn print(spec: &ModelSpec) -> String {
     let layers = &spec.layers[..];
@@ -46,8 +33,8 @@ pub(super) fn print(spec: &ModelSpec) -> String {
     };
     if let Some(values) = &spec.skip {
         let last = layers.len();
-        forward.push_str(&format!("    skip::add(&SHORTCUT, &x, &mut a.a{last});\n"));
-        jacobian.push_str("    skip::add_jacobian(&SHORTCUT, jacobian);\n");
+        forward.push_str(&format!("    skip::add(&SKIP, &x, &mut a.a{last});\n"));
+        jacobian.push_str("    skip::add_jacobian(&SKIP, jacobian);\n");
         skip = skip_connection(spec, values);
         kernels = match recurrent {
             None => "network::{self, skip}",
@@ -84,7 +71,6 @@ pub(super) fn print(spec: &ModelSpec) -> String {
         None => Parts::dense(),
         Some(layer) => Parts::recurrent(spec, layer),
     };
-    let settings = settings(&spec.control);
     format!(
         "//! The predictor: weights in flash, {state}.
 //!
@@ -108,7 +94,7 @@ pub struct Network;
 impl Model<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS> for Network {{
     type Trace = Activations;
     const TRACE: Activations = Activations::ZERO;
-{constant}{settings}
+{constant}
     fn predict(&self, x: &Regressor, a: &mut Activations) -> [f32; NY] {{
         forward(x, a);
         {result}
@@ -199,7 +185,7 @@ impl Parts {
             uses: "use crate::control::{MEASURED, NS, NU, NY, PAST_INPUTS, PAST_OUTPUTS};\n"
                 .to_string()
                 + &recurrent::uses(layer),
-            state: "what it remembers in its channels",
+            state: "its hidden state in its channels",
             types: "type ChannelJacobian = model::ChannelJacobian<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS>;\n",
             sensitivities: "type Direction<'a> = sensitivity::Direction<'a, NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS>;\n",
             constant: "    const PREDICTS_CHANNELS: bool = true;\n",
@@ -311,9 +297,9 @@ fn skip_connection(spec: &ModelSpec, values: &[f32]) -> String {
     let rows = literal::matrix(values.chunks(n_x.max(1)).map(numbers), 0);
     format!(
         "
-/// The linear path beside the network, one row for each of its {outputs}.
+/// Skip connection: linear weights beside the network, one row for each of its {outputs}.
 #[rustfmt::skip]
-static SHORTCUT: [[f32; {n_x}]; {n_y}] = {rows};
+static SKIP: [[f32; {n_x}]; {n_y}] = {rows};
 ",
         outputs = literal::count(n_y, "output")
     )

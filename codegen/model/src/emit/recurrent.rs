@@ -14,7 +14,7 @@ pub(super) fn module(layer: &Recurrent) -> &'static str {
     }
 }
 
-/// The parts of the memory: their field in what a step leaves, and where each begins.
+/// The parts of the hidden state: their field in what a step leaves, and where each begins.
 fn parts(layer: &Recurrent) -> Vec<(&'static str, &'static str, String)> {
     let all = [
         ("state", "h", "MEASURED".to_string()),
@@ -62,11 +62,11 @@ pub(super) fn forward(layer: &Recurrent) -> String {
     for (_, name, start) in parts(layer) {
         text += &format!("    let {name} = recurrent::at(&x.s, {start}, 0.0);\n");
     }
-    let memory = together(layer, |name| format!("&{name}"));
+    let state = together(layer, |name| format!("&{name}"));
     let module = module(layer);
     text + &format!(
         "    let x = recurrent::input(x);\n    \
-         {module}::step(&L1, Sigmoid, Tanh, &x, {memory}, &mut a.a1);\n"
+         {module}::step(&L1, Sigmoid, Tanh, &x, {state}, &mut a.a1);\n"
     )
 }
 
@@ -74,13 +74,13 @@ pub(super) fn forward(layer: &Recurrent) -> String {
 /// at once.
 fn backward(layer: &Recurrent, columns: &str) -> Vec<String> {
     let (inputs, module) = (layer.inputs(), module(layer));
-    let memory = match layer.cell {
+    let state = match layer.cell {
         Cell::Lstm { .. } => "(&mut t1, &mut c1)",
         _ => "&mut t1",
     };
     vec![
         format!("let mut t_x = [[0.0; {columns}]; {inputs}];"),
-        format!("{module}::step_back(&L1, Sigmoid, Tanh, &a.a1, {memory}, &mut t_x);"),
+        format!("{module}::step_back(&L1, Sigmoid, Tanh, &a.a1, {state}, &mut t_x);"),
     ]
 }
 
@@ -125,7 +125,7 @@ pub(super) fn functions(spec: &ModelSpec, layer: &Recurrent) -> String {
             format!("        recurrent::enter(&a.a1.{field}, {start}, &mut s);\n")
         })
         .collect();
-    let (units, remembered) = (layer.units, spec.hidden_state_len());
+    let (units, hidden) = (layer.units, spec.hidden_state_len());
     let adjoints = match layer.cell {
         Cell::Lstm { .. } => "&[&t1, &c1]",
         _ => "&[&t1]",
@@ -135,17 +135,17 @@ pub(super) fn functions(spec: &ModelSpec, layer: &Recurrent) -> String {
         "recurrent::enter_by_channels(&t_x, {adjoints}, jacobian);"
     ));
     if spec.skip.is_some() && !spec.channels.is_empty() {
-        lines.push("recurrent::add_path(&SHORTCUT, jacobian);".into());
+        lines.push("recurrent::add_path(&SKIP, jacobian);".into());
     }
     lines.push(format!(
-        "let mut t1 = recurrent::unit::<{units}, {remembered}>(0);"
+        "let mut t1 = recurrent::unit::<{units}, {hidden}>(0);"
     ));
     if let Cell::Lstm { .. } = layer.cell {
         lines.push(format!(
-            "let mut c1 = recurrent::unit::<{units}, {remembered}>({units});"
+            "let mut c1 = recurrent::unit::<{units}, {hidden}>({units});"
         ));
     }
-    lines.extend(backward(layer, &remembered.to_string()));
+    lines.extend(backward(layer, &hidden.to_string()));
     lines.push(format!(
         "recurrent::enter_of_channels(&t_x, {adjoints}, jacobian);"
     ));
@@ -189,16 +189,17 @@ pub(super) fn along(spec: &ModelSpec, layer: &Recurrent) -> String {
             2 => "h".into(),
             n => format!("v{}", n - 1),
         };
-        let (name, mutable) = match n == last {
-            true => ("y".into(), "mut "),
-            false => (format!("v{n}"), ""),
+        let (name, mutable) = if n == last {
+            ("y".into(), "mut ")
+        } else {
+            (format!("v{n}"), "")
         };
         lines.push(format!(
             "let {mutable}{name} = recurrent::dense_along(&W{n}, &d{n}, &{before});"
         ));
     }
     if spec.skip.is_some() {
-        lines.push("recurrent::add_along(&SHORTCUT, &x, &mut y);".into());
+        lines.push("recurrent::add_along(&SKIP, &x, &mut y);".into());
     }
     if spec.form == OutputForm::Increment {
         lines.push("recurrent::add_present(direction, &mut y);".into());

@@ -155,12 +155,12 @@ impl ModelSpec {
 
     /// Composition of the regressor, in words.
     fn composition(&self) -> String {
-        let remembered = match self.hidden_state_len() {
+        let hidden = match self.hidden_state_len() {
             0 => String::new(),
-            n => format!(", {} remembered", count(n, "value")),
+            n => format!(", {} of hidden state", count(n, "value")),
         };
         format!(
-            "{} of {}, {} of {}, {}{remembered}",
+            "{} of {}, {} of {}, {}{hidden}",
             count(self.past_inputs, "value"),
             count(self.inputs.len(), "input"),
             count(self.past_outputs, "value"),

@@ -96,3 +96,4 @@ impl<const NU: usize, const NS: usize> Model<NU, NU, NS, 2, 1> for Linear {
 }
 
 impl<const NU: usize, const NS: usize> Propagate<NU, NU, NS, 2, 1> for Linear {}
+impl sinew_mpc::Tuning for Linear {}

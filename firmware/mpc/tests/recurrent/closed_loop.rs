@@ -150,6 +150,7 @@ impl<const PREDICTED: bool> Model<1, 1, 1, 1, 1> for ThroughAChannel<PREDICTED> 
 }
 
 impl<const PREDICTED: bool> Propagate<1, 1, 1, 1, 1> for ThroughAChannel<PREDICTED> {}
+impl<const PREDICTED: bool> sinew_mpc::Tuning for ThroughAChannel<PREDICTED> {}
 
 fn run<const PREDICTED: bool>(measured: bool) -> (f32, Status) {
     let mut loop_: Loop<_, 1> = control(ThroughAChannel::<PREDICTED>);

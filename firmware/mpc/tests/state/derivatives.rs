@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use sinew_mpc::rollout::Trajectory;
 use sinew_mpc::sensitivity::{Propagate, Sensitivities, Stage, propagate_channels};
 use sinew_mpc::state_predictor::{Outputs, StatePredictor};
-use sinew_mpc::{Bounds, Horizons, Model, Problem, Quadratic, Regressor, Weights};
+use sinew_mpc::{Bounds, Horizons, Model, Problem, Quadratic, Regressor, Tuning, Weights};
 
 use crate::common::cases;
 use crate::mass::{INPUTS, MEASUREMENTS, Mass, OUTPUTS, PARAMETERS, STATES};
@@ -41,6 +41,8 @@ impl Model<INPUTS, OUTPUTS, STATES, 1, 1> for Generic {
         self.0.channel_jacobian(trace, jacobian);
     }
 }
+
+impl Tuning for Generic {}
 
 impl Propagate<INPUTS, OUTPUTS, STATES, 1, 1> for Generic {
     fn propagate_channels(
