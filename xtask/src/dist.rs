@@ -133,13 +133,12 @@ fn try_out(archive: &Path, name: &str, target: &str) -> Result<()> {
     process::run(tar.arg("--directory").arg(&place))?;
     let folder = place.join(name);
     let is_root = answer(Command::new("id").arg("-u")).is_some_and(|id| id == "0");
-    let mut first = match target == STATIC && is_root {
-        true => {
-            let mut command = Command::new("/usr/sbin/chroot");
-            command.arg(&folder).arg("/sinew");
-            command
-        }
-        false => Command::new(folder.join("sinew")),
+    let mut first = if target == STATIC && is_root {
+        let mut command = Command::new("/usr/sbin/chroot");
+        command.arg(&folder).arg("/sinew");
+        command
+    } else {
+        Command::new(folder.join("sinew"))
     };
     process::run(
         first

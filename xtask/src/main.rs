@@ -120,7 +120,7 @@ const VERBS: &[Verb] = &[
     Verb {
         name: "experiments",
         arguments: "[NAMES] [--seed S] [--controllers A,B] [--cases A,B]",
-        line: "Questions whose answer is measured: what a controller gains from a mended model (mended)",
+        line: "Questions whose answer is measured: what a controller gains from a corrected model (correction)",
         run: |arguments| evaluation::run("experiments", arguments),
     },
     Verb {

@@ -174,11 +174,11 @@ mod tests {
             { "rms": [3e-3], "max": [9e-3], "distance": null },
             { "rms": [1e-3], "max": [7e-3], "distance": null },
             { "rms": [2e-3], "max": [8e-3], "distance": null } ] });
-        let row = Row::of(&one).expect("it has loops");
+        let row = Row::of(&one).expect("the controller has loops");
         assert_eq!(middle(&row.rms), (2e-3, 3e-3));
         let two = json!({ "name": "b", "loops": [
             { "rms": [3e-3, 4e-3], "max": [1.0, 1.0], "distance": { "rms": 5e-3, "max": 0.011 } } ] });
-        let row = Row::of(&two).expect("it has loops");
+        let row = Row::of(&two).expect("the controller has loops");
         assert_eq!((row.rms[0], row.max[0]), (5e-3, 0.011));
         assert!(
             row.line(&two, Some(4e-4))

@@ -28,9 +28,9 @@ pub fn run() -> Result<Value> {
     process::run(&mut cargo(&["build", "--quiet", "--package", "sinew"]))?;
     let folder = target_folder().join("bench/diagnosis");
     fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
-    let believed = fs::read_to_string(root().join(RIG)).with_context(|| format!("no {RIG}"))?;
-    fs::write(folder.join("real.toml"), believed.clone() + HIDDEN)?;
-    fs::write(folder.join("believed.toml"), believed)?;
+    let nominal = fs::read_to_string(root().join(RIG)).with_context(|| format!("no {RIG}"))?;
+    fs::write(folder.join("real.toml"), nominal.clone() + HIDDEN)?;
+    fs::write(folder.join("nominal.toml"), nominal)?;
     println!(
         "| samples of each of three recordings | seconds | wanted | largest memory, MB | wanted |"
     );
@@ -60,9 +60,8 @@ fn sinew(folder: &Path, line: &str) -> Command {
 }
 
 fn record(folder: &Path, role: &str, seconds: f64, seed: u64) -> Result<()> {
-    let excite = format!(
-        "excite believed.toml --out inputs.csv --seconds {seconds} --kind mixed --no-table"
-    );
+    let excite =
+        format!("excite nominal.toml --out inputs.csv --seconds {seconds} --kind mixed --no-table");
     let simulate = format!(
         "simulate real.toml --input inputs.csv --out {role}.csv --with-inputs --noise 0.002"
     );
@@ -75,7 +74,7 @@ fn record(folder: &Path, role: &str, seconds: f64, seed: u64) -> Result<()> {
 /// Seconds, and the most memory that the process ever had.
 fn diagnose(folder: &Path) -> Result<(f64, f64)> {
     let begun = Instant::now();
-    let line = "diagnose believed.toml --fit fit.csv --check check.csv --test test.csv --json found.json --quiet";
+    let line = "diagnose nominal.toml --fit fit.csv --check check.csv --test test.csv --json found.json --quiet";
     let mut child = sinew(folder, line).spawn().context("it does not start")?;
     let status = format!("/proc/{}/status", child.id());
     let mut kilobytes = 0.0_f64;

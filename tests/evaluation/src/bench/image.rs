@@ -45,9 +45,10 @@ impl Around {
     /// The model in `models/MODEL`, or in `target/bench/models/MODEL` where that is none of ours.
     fn reference(model: &str) -> Self {
         let ours = root().join("models").join(model);
-        let path = match ours.exists() {
-            true => ours,
-            false => target_folder().join("bench/models").join(model),
+        let path = if ours.exists() {
+            ours
+        } else {
+            target_folder().join("bench/models").join(model)
         };
         Self {
             name: model.into(),

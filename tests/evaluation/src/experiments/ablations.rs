@@ -1,7 +1,7 @@
 //! Value of each part of the controller, a figure each: the published problems with it and
 //! without it, on the same plants.
 //!
-//! Exact derivatives have a benchmark (`cargo xtask bench differences`), mended physics an
+//! Exact derivatives have a benchmark (`cargo xtask bench differences`), corrected physics an
 //! experiment of its own.
 
 use anyhow::{Context, Result};

@@ -160,12 +160,12 @@ pub fn run(seed: u64, only: &[String]) -> Result<()> {
     let (bare, _) = whole
         .split_once("[[waveguide]]")
         .context("rigs/tendon.toml has no fibres to leave out")?;
-    let believed = bench.write("believed.toml", bare)?;
+    let nominal = bench.write("nominal.toml", bare)?;
     let asked = |case: &&Case| only.is_empty() || only.iter().any(|name| name == case.name);
     let (mut rows, mut all) = (String::new(), Vec::new());
     for case in CASES.iter().filter(asked) {
         println!("{NAME}: {}", case.name);
-        let found = diagnosed(&bench, &believed, bare, case)?;
+        let found = diagnosed(&bench, &nominal, bare, case)?;
         rows += &row(case, &found);
         all.push(json!({ "case": case.name, "right": is_right(case, &found), "diagnosis": found }));
     }
@@ -177,7 +177,7 @@ pub fn run(seed: u64, only: &[String]) -> Result<()> {
 
 /// Three recordings of the platform with what is hidden, its joints 6 % stiffer and 16 % more
 /// damped than its owner wrote; and what is said of them.
-fn diagnosed(bench: &Bench, believed: &Path, bare: &str, case: &Case) -> Result<Value> {
+fn diagnosed(bench: &Bench, nominal: &Path, bare: &str, case: &Case) -> Result<Value> {
     let stiffer = bare.replace("value = 0.293", "value = 0.310");
     let mut text = stiffer.replace("value = 0.0019", "value = 0.0022");
     for Hidden { kind, at, truth } in case.hidden {
@@ -192,10 +192,10 @@ fn diagnosed(bench: &Bench, believed: &Path, bare: &str, case: &Case) -> Result<
         }
     }
     let real = bench.write(&format!("{}.real.toml", case.name), &text)?;
-    let mut diagnose = bench.sinew("diagnose", believed);
+    let mut diagnose = bench.sinew("diagnose", nominal);
     for (k, role) in (0..).zip(["fit", "check", "test"]) {
         let seed = (10 * bench.seed + k).to_string();
-        let inputs = bench.inputs(believed, &excited(&TENDON), &seed)?;
+        let inputs = bench.inputs(nominal, &excited(&TENDON), &seed)?;
         let recording = bench.path(&format!("{}.{role}.csv", case.name));
         let mut simulate = bench.sinew("simulate", &real);
         simulate.arg("--input").arg(inputs);

@@ -23,7 +23,7 @@ const CHANGES: [&str; 5] = ["3", "2.5", "2", "1.5", "1"];
 /// Setup, Python or its packages, or the exit status of `sinew`.
 pub fn run(seed: u64) -> Result<()> {
     let bench = Bench::new(NAME, seed)?;
-    let rig = Path::new(MASS.believed);
+    let rig = Path::new(MASS.nominal);
     // The seed of the mass's own first recording: what its noise is a part of.
     let inputs = bench.inputs(rig, &excited(&MASS), &(10 * seed).to_string())?;
     let recording = bench.path("fit.csv");

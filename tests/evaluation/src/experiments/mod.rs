@@ -22,7 +22,7 @@ struct Experiment {
 const EXPERIMENTS: &[Experiment] = &[
     Experiment {
         name: rehearsal::STAGE.name,
-        question: "what a controller gains once `sinew diagnose` has mended its model",
+        question: "what a controller gains once `sinew diagnose` has corrected its model",
         run: |seed, only| rehearsal::run(&rehearsal::STAGE, whole(seed, only)?),
     },
     Experiment {
@@ -111,7 +111,12 @@ pub fn run(arguments: &[String]) -> Result<()> {
             }
             continue;
         }
-        match EXPERIMENTS.iter().find(|e| e.name == argument) {
+        // The name that this experiment had before.
+        let wanted = match &argument[..] {
+            "mended" => rehearsal::STAGE.name,
+            name => name,
+        };
+        match EXPERIMENTS.iter().find(|e| e.name == wanted) {
             Some(experiment) => asked.push(experiment),
             None => {
                 let known: Vec<String> = EXPERIMENTS

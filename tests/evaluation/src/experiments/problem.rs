@@ -9,7 +9,7 @@ pub struct Problem {
     /// As on the command line, and the folder of its results.
     pub name: &'static str,
     /// Rig file of the controller's owner.
-    pub believed: &'static str,
+    pub nominal: &'static str,
     /// Effects that the owner knows of beside the rig, such as the delay of his electronics.
     pub known: &'static str,
     /// Part of the inputs' range that the recordings use: enough to go a little beyond what is
@@ -68,8 +68,8 @@ impl Variant {
 /// Knowledge of the plants in a controller's model.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Knowledge {
-    /// The believed rig.
-    Believed,
+    /// The nominal rig.
+    Nominal,
     /// Model by `sinew diagnose`, from recordings of the plant in the middle of those drawn.
-    Mended,
+    Corrected,
 }

@@ -1,8 +1,8 @@
-//! The published problems, run again (docs/evaluation/published.md): from the believed rig to
+//! The published problems, run again (docs/evaluation/published.md): from the nominal rig to
 //! firmware in QEMU, on plants that the controller has not seen.
 //!
-//! Training and tuning see the believed rig and recordings simulated with it, nothing else. The
-//! plants are the believed rig with what [`Problem::left_out`] adds, every free parameter drawn
+//! Training and tuning see the nominal rig and recordings simulated with it, nothing else. The
+//! plants are the nominal rig with what [`Problem::left_out`] adds, every free parameter drawn
 //! within 20 %, one a loop, with noise and a delay.
 
 use std::path::{Path, PathBuf};
@@ -41,22 +41,22 @@ pub fn run(problem: &Problem, seed: u64, only: &[String]) -> Result<()> {
         },
     };
     let tail = run.bench.text(Path::new(problem.left_out))?;
-    let mut believed = run.bench.text(Path::new(problem.believed))?;
-    let end = believed.find("[control]").unwrap_or(believed.len());
-    believed.insert_str(end, problem.known);
-    run.bench.write("believed.toml", &believed)?;
+    let mut nominal = run.bench.text(Path::new(problem.nominal))?;
+    let end = nominal.find("[control]").unwrap_or(nominal.len());
+    nominal.insert_str(end, problem.known);
+    run.bench.write("nominal.toml", &nominal)?;
     run.bench
-        .write("real.toml", &format!("{believed}\n{tail}"))?;
+        .write("real.toml", &format!("{nominal}\n{tail}"))?;
     if let Some([asked, tuning]) = problem.paths {
         run.bench.write("path.csv", &asked())?;
         run.bench.write("tuning-path.csv", &tuning())?;
     }
     let seeds = (0..).map(|k| 10 * seed + k);
     for (name, seed) in ["fit", "test"].iter().zip(seeds) {
-        run.record(&run.bench.path("believed.toml"), name, seed)?;
+        run.record(&run.bench.path("nominal.toml"), name, seed)?;
     }
-    if run.variants.iter().any(|v| v.knows == Knowledge::Mended) {
-        run.mend()?;
+    if run.variants.iter().any(|v| v.knows == Knowledge::Corrected) {
+        run.correct()?;
     }
     for variant in run.variants.iter().filter(|v| v.small.is_none()) {
         run.controller(variant)?;
@@ -134,12 +134,12 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Inputs that the believed rig's limits allow, and what `rig` answers.
+    /// Inputs that the nominal rig's limits allow, and what `rig` answers.
     fn record(&self, rig: &Path, name: &str, seed: u64) -> Result<()> {
         let seed = seed.to_string();
-        let believed = self.bench.path("believed.toml");
+        let nominal = self.bench.path("nominal.toml");
         let wanted = excited(self.problem);
-        let inputs = self.bench.inputs(&believed, &wanted, &seed)?;
+        let inputs = self.bench.inputs(&nominal, &wanted, &seed)?;
         let mut simulate = self.bench.sinew("simulate", rig);
         simulate.arg("--input").arg(&inputs).arg("--out");
         simulate.arg(self.bench.path(&format!("{name}.csv")));
@@ -147,22 +147,22 @@ impl Run<'_> {
         process::run(simulate.args(["--seed", &seed]))
     }
 
-    /// The believed rig, mended by recordings of the plant in the middle.
-    fn mend(&self) -> Result<()> {
+    /// The nominal rig, corrected by recordings of the plant in the middle.
+    fn correct(&self) -> Result<()> {
         let real = self.bench.path("real.toml");
         for (k, name) in (5..).zip(["real-fit", "real-check", "real-test"]) {
             self.record(&real, name, 10 * self.bench.seed + k)?;
         }
         let mut diagnose = self
             .bench
-            .sinew("diagnose", &self.bench.path("believed.toml"));
+            .sinew("diagnose", &self.bench.path("nominal.toml"));
         for role in ["fit", "check", "test"] {
             let recording = self.bench.path(&format!("real-{role}.csv"));
             diagnose.arg(format!("--{role}")).arg(recording);
         }
         diagnose
             .arg("--rig-out")
-            .arg(self.bench.path("mended.toml"));
+            .arg(self.bench.path("corrected.toml"));
         process::run(
             diagnose
                 .arg("--json")
@@ -182,8 +182,8 @@ impl Run<'_> {
     fn controller(&self, variant: &Variant) -> Result<()> {
         println!("{}: {}", self.problem.name, variant.name);
         let known = match variant.knows {
-            Knowledge::Believed => self.bench.path("believed.toml"),
-            Knowledge::Mended => self.bench.path("mended.toml"),
+            Knowledge::Nominal => self.bench.path("nominal.toml"),
+            Knowledge::Corrected => self.bench.path("corrected.toml"),
         };
         let mut text = self.bench.text(&known)?;
         if let Some(tables) = variant.tables {
@@ -258,7 +258,7 @@ impl Run<'_> {
         if !part.is_empty()
             && let Some(all) = whole["controllers"].as_array_mut()
         {
-            all.retain(|c| !is_opponent(c));
+            all.retain(|c| !is_baseline(c));
         }
         if let Some([(_, group), ..]) = groups.get(..1)
             && let [variant] = group[..]
@@ -272,7 +272,7 @@ impl Run<'_> {
             let more = more["controllers"].as_array_mut().map(std::mem::take);
             if let (Some(all), Some(more)) = (whole["controllers"].as_array_mut(), more) {
                 let names = group.iter().map(|variant| variant.name);
-                let models = more.into_iter().filter(|c| !is_opponent(c));
+                let models = more.into_iter().filter(|c| !is_baseline(c));
                 all.extend(models.zip(names).map(|(mut controller, name)| {
                     // One model alone is called MPC.
                     controller["name"] = name.into();
@@ -324,8 +324,8 @@ impl Run<'_> {
         process::run(compare.arg("--json").arg(self.bench.path(scores)))?;
         let mut all = self.bench.json(scores)?;
         let all = all["controllers"].as_array_mut().map(std::mem::take);
-        let opponents = all.into_iter().flatten().filter(is_opponent);
-        let named = opponents.map(|mut controller| {
+        let baselines = all.into_iter().flatten().filter(is_baseline);
+        let named = baselines.map(|mut controller| {
             let name = controller["name"].as_str().unwrap_or_default();
             controller["name"] = without_preview(name).into();
             controller
@@ -337,12 +337,12 @@ impl Run<'_> {
         let (Some(mut compare), Some(first)) = (self.loops(group), group.first()) else {
             return Ok(());
         };
-        let opponents = match k {
+        let baselines = match k {
             0 if self.part.is_empty() => self.problem.evaluations.1,
             // PID and RISE are there already.
             _ => Some("20"),
         };
-        if let Some(count) = opponents {
+        if let Some(count) = baselines {
             compare.args(["--evaluations", count]);
         }
         if first.small.is_some() {
@@ -432,7 +432,7 @@ impl Run<'_> {
 }
 
 /// True if it is PID or RISE, which every comparison has.
-fn is_opponent(controller: &Value) -> bool {
+fn is_baseline(controller: &Value) -> bool {
     ["PID", "RISE"]
         .iter()
         .any(|name| controller["name"] == *name)
@@ -465,7 +465,10 @@ mod tests {
             );
             assert_eq!(names(&[alone, "15-8-3"]).expect("both").len(), 2);
         }
-        assert_eq!(names(&["mended"]).expect("it trains its own"), ["mended"]);
+        assert_eq!(
+            names(&["corrected"]).expect("it trains its own"),
+            ["corrected"]
+        );
         assert!(names(&[]).expect("all").contains(&"horizon-1"));
     }
 

@@ -1,10 +1,10 @@
-//! `cargo xtask experiments mended`, `mass-on-mujoco` and `tendon-on-mujoco`: does a controller
+//! `cargo xtask experiments correction`, `mass-on-mujoco` and `tendon-on-mujoco`: does a controller
 //! gain from recordings of the real rig, and from `sinew diagnose`? (docs/evaluation/correction.md,
 //! docs/evaluation/published.md)
 //!
 //! Everything goes through the program as a user would call it. The real rig is seen by what writes
 //! the recordings and by the plant of the loop, and by the tuning of PID and RISE; fit, diagnosis,
-//! training and the tuning of every MPC see recordings and the believed rig.
+//! training and the tuning of every MPC see recordings and the nominal rig.
 
 use std::path::Path;
 use std::process::Command;
@@ -23,8 +23,8 @@ pub struct Rehearsal {
     /// As on the command line, and the folder of its results.
     pub name: &'static str,
     /// Rig file of the owner.
-    believed: &'static str,
-    /// Line at which the believed rig's file ends, and the text that replaces the rest.
+    nominal: &'static str,
+    /// Line at which the nominal rig's file ends, and the text that replaces the rest.
     tail: Option<(&'static str, &'static str)>,
     real: Real,
     /// Noise of the recordings and so of the loops, as a part of what each signal ranges over.
@@ -49,8 +49,8 @@ enum Real {
 
 /// A stage whose leaves stiffen and whose guide rubs.
 pub const STAGE: Rehearsal = Rehearsal {
-    name: "mended",
-    believed: "rigs/experiments/flexure-stage.toml",
+    name: "correction",
+    nominal: "rigs/experiments/flexure-stage.toml",
     tail: None,
     real: Real::Rig("rigs/experiments/flexure-stage.real.toml"),
     noise: "0.001",
@@ -63,7 +63,7 @@ pub const STAGE: Rehearsal = Rehearsal {
 /// The mass on a spring, as MuJoCo has it.
 pub const MASS: Rehearsal = Rehearsal {
     name: "mass-on-mujoco",
-    believed: "rigs/mass-spring-damper.toml",
+    nominal: "rigs/mass-spring-damper.toml",
     real: Real::MuJoCo("plants.mass_spring_damper"),
     noise: "0.005",
     excite: &["--seconds", "30", "--amplitude", "0.3"],
@@ -96,7 +96,7 @@ pub const MASS: Rehearsal = Rehearsal {
 /// have slack.
 pub const TENDON: Rehearsal = Rehearsal {
     name: "tendon-on-mujoco",
-    believed: "rigs/tendon.toml",
+    nominal: "rigs/tendon.toml",
     // It has no fibres.
     tail: Some(("[[waveguide]]", TENDON_CALM)),
     real: Real::MuJoCo("plants.tendon"),
@@ -157,9 +157,9 @@ pub fn run(rehearsal: &Rehearsal, seed: u64) -> Result<()> {
     run.summary()
 }
 
-/// Models of the controllers: the rig as written, refitted to the recordings, mended by the
+/// Models of the controllers: the rig as written, refitted to the recordings, corrected by the
 /// diagnosis.
-const NAMES: [&str; 3] = ["MPC-believed", "MPC-refitted", "MPC-mended"];
+const NAMES: [&str; 3] = ["MPC-nominal", "MPC-refitted", "MPC-corrected"];
 
 struct Run<'a> {
     bench: Bench,
@@ -169,14 +169,14 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// The believed rig and the paths.
+    /// The nominal rig and the paths.
     fn begin(&self) -> Result<()> {
-        let mut text = self.bench.text(Path::new(self.rehearsal.believed))?;
+        let mut text = self.bench.text(Path::new(self.rehearsal.nominal))?;
         if let Some((end, tail)) = self.rehearsal.tail {
             text.truncate(text.find(end).unwrap_or(text.len()));
             text += tail;
         }
-        self.bench.write("MPC-believed.toml", &text)?;
+        self.bench.write("MPC-nominal.toml", &text)?;
         if let Some([asked, tuning]) = self.rehearsal.paths {
             self.bench.write("path.csv", &asked())?;
             self.bench.write("tuning-path.csv", &tuning())?;
@@ -184,20 +184,20 @@ impl Run<'_> {
         Ok(())
     }
 
-    fn believed(&self) -> std::path::PathBuf {
-        self.bench.path("MPC-believed.toml")
+    fn nominal(&self) -> std::path::PathBuf {
+        self.bench.path("MPC-nominal.toml")
     }
 
-    /// Inputs that the believed rig's limits allow, and what the real one answers.
+    /// Inputs that the nominal rig's limits allow, and what the real one answers.
     fn record(&self, role: &str, seed: u64) -> Result<()> {
         let recording = self.bench.path(&format!("{role}.csv"));
         let seed = seed.to_string();
-        let believed = self.believed();
-        let inputs = self.bench.inputs(&believed, self.rehearsal.excite, &seed)?;
+        let nominal = self.nominal();
+        let inputs = self.bench.inputs(&nominal, self.rehearsal.excite, &seed)?;
         let mut simulate = match self.rehearsal.real {
             Real::Rig(rig) => self.bench.sinew("simulate", Path::new(rig)),
             Real::MuJoCo(_) => {
-                let mut simulate = self.bench.sinew("simulate", &self.believed());
+                let mut simulate = self.bench.sinew("simulate", &self.nominal());
                 simulate.args(&self.real);
                 simulate
             }
@@ -213,11 +213,11 @@ impl Run<'_> {
 
     /// The rigs that the other two controllers know.
     fn rigs(&self) -> Result<()> {
-        let mut fit = self.bench.sinew("fit", &self.believed());
+        let mut fit = self.bench.sinew("fit", &self.nominal());
         self.recordings(&mut fit);
         fit.arg("--out").arg(self.bench.path("MPC-refitted.toml"));
         process::run(fit.arg("--quiet"))?;
-        let mut diagnose = self.bench.sinew("diagnose", &self.believed());
+        let mut diagnose = self.bench.sinew("diagnose", &self.nominal());
         for role in ["fit", "check", "test"] {
             diagnose
                 .arg(format!("--{role}"))
@@ -225,7 +225,7 @@ impl Run<'_> {
         }
         diagnose
             .arg("--rig-out")
-            .arg(self.bench.path("MPC-mended.toml"));
+            .arg(self.bench.path("MPC-corrected.toml"));
         diagnose
             .arg("--json")
             .arg(self.bench.path("diagnosis.json"));
@@ -274,7 +274,7 @@ impl Run<'_> {
     }
 
     fn compare(&self) -> Result<()> {
-        let mut compare = self.bench.sinew("compare", &self.believed());
+        let mut compare = self.bench.sinew("compare", &self.nominal());
         for name in NAMES {
             compare.arg(self.bench.path("models").join(name));
         }

@@ -41,9 +41,10 @@ impl Target {
     }
 
     fn reached(&self) -> bool {
-        match self.least {
-            true => self.found >= self.wanted,
-            false => self.found <= self.wanted,
+        if self.least {
+            self.found >= self.wanted
+        } else {
+            self.found <= self.wanted
         }
     }
 
@@ -63,13 +64,11 @@ pub fn said(target: &Target) -> String {
         unit,
         ..
     } = target;
-    let bound = match target.least {
-        true => "at least",
-        false => "at most",
-    };
-    let verdict = match target.reached() {
-        true => "reached".into(),
-        false => format!("missed by {:.0} %", 100.0 * (found / wanted - 1.0).abs()),
+    let bound = if target.least { "at least" } else { "at most" };
+    let verdict = if target.reached() {
+        "reached".into()
+    } else {
+        format!("missed by {:.0} %", 100.0 * (found / wanted - 1.0).abs())
     };
     let wanted = (1e3 * wanted).round() / 1e3;
     format!("{what}: {found:.3} {unit}, wanted {bound} {wanted} {unit}: {verdict}")

@@ -1,4 +1,4 @@
-//! The recordings, the rigs that are believed of their devices, and what is known.
+//! The recordings, the nominal rigs of their devices, and what is known.
 //!
 //! Splits are those of the data's own descriptions: what is held out there is held out here.
 
@@ -20,7 +20,7 @@ impl Source {
 pub struct Case {
     /// Names its files.
     pub name: &'static str,
-    /// Believed of it.
+    /// Its nominal rig.
     pub rig: &'static str,
     /// For people.
     pub device: &'static str,

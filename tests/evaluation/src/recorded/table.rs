@@ -110,9 +110,10 @@ fn explained(answer: &Value) -> String {
         .as_array()
         .is_some_and(|all| !all.is_empty());
     let left = answer["remainder"]["share"].as_f64().unwrap_or(0.0);
-    match named {
-        true => format!("{:.0} %", 100.0 * (1.0 - left)),
-        false => String::new(),
+    if named {
+        format!("{:.0} %", 100.0 * (1.0 - left))
+    } else {
+        String::new()
     }
 }
 

@@ -57,7 +57,7 @@ const HASEL_TUNE: &[&str] = &[
 /// The HASEL platform on the published swirl; the plants creep and remember.
 pub const HASEL: Problem = Problem {
     name: "hasel",
-    believed: "rigs/hasel.toml",
+    nominal: "rigs/hasel.toml",
     // One period between a command and its voltage, as the owner knows from the amplifiers' bus;
     // without it in the model the controller swings the plate up.
     known: concat!(

@@ -5,7 +5,7 @@ use crate::experiments::problem::{Knowledge, Problem, Variant};
 use crate::experiments::targets::{Target, errors};
 
 /// The rig's own tables, its network taught by the simulator's derivatives as well, as all networks
-/// here are but HASEL's that remember and those of the mended mass
+/// here are but HASEL's that remember and those of the corrected mass
 /// (docs/lab/0069-sobolev-training.md).
 const MASS_TABLES: &str = "[control]\nrate_hz = 120.0\noutputs = [\"encoder\"]\nhorizon = 12\ncontrol_horizon = 4\n\n\
      [network]\nhidden = [12]\npast_inputs = 4\npast_outputs = 8\nderivative_weight = 1.0\n";
@@ -33,7 +33,7 @@ macro_rules! mass_tables {
 /// plants rub.
 pub const MASS: Problem = Problem {
     name: "mass-spring-damper",
-    believed: "rigs/mass-spring-damper.toml",
+    nominal: "rigs/mass-spring-damper.toml",
     known: "",
     amplitude: "0.3",
     kind: "mixed",
@@ -128,9 +128,9 @@ pub const MASS: Problem = Problem {
             ..PLAIN
         },
         Variant {
-            name: "mended",
+            name: "corrected",
             // Without its tables, so without the derivatives, which do not help it.
-            knows: Knowledge::Mended,
+            knows: Knowledge::Corrected,
             tune: &["--horizons", "12", "--control-horizons", "4"],
             ..PLAIN
         },
@@ -154,7 +154,7 @@ mod tests {
     #[test]
     fn the_masss_tables_are_its_rigs_own_but_for_the_derivatives() {
         let rig = include_str!("../../../../../rigs/mass-spring-damper.toml");
-        let own = &rig[rig.find("[control]").expect("it has one")..];
+        let own = &rig[rig.find("[control]").expect("the list has this entry")..];
         let lines = own.lines().map(|line| line.split('#').next().unwrap_or(""));
         let own: String = lines
             .map(|line| line.trim_end().to_owned() + "\n")

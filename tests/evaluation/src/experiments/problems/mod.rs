@@ -17,11 +17,11 @@ use super::problem::{Knowledge, Variant};
 /// The published rate, which any controller is to keep.
 const FLOOR_HZ: f64 = 120.0;
 
-/// Trained on the believed rig with the rig's own tables, and tuned as it is.
+/// Trained on the nominal rig with the rig's own tables, and tuned as it is.
 const PLAIN: Variant = Variant {
     name: "",
     tables: None,
-    knows: Knowledge::Believed,
+    knows: Knowledge::Nominal,
     imported: None,
     network_of: None,
     tune: &[],

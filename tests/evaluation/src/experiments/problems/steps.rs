@@ -70,10 +70,10 @@ pub const STEPS: Problem = Problem {
             ..PLAIN
         },
         Variant {
-            name: "mended",
+            name: "corrected",
             // The derivatives do not help it.
             tables: Some(steps_tables!("")),
-            knows: Knowledge::Mended,
+            knows: Knowledge::Corrected,
             tune: STEPS_TUNE,
             ..PLAIN
         },

@@ -39,7 +39,7 @@ pub const EIGHT: [fn() -> String; 2] = [|| tendon_path(eight, 14.0), || tendon_p
 /// The tendon platform on a figure of eight; the plants' tendons rub and have slack.
 pub const TENDON: Problem = Problem {
     name: "tendon",
-    believed: "rigs/tendon.toml",
+    nominal: "rigs/tendon.toml",
     known: "",
     amplitude: "1",
     kind: "mixed",
@@ -118,8 +118,8 @@ pub const TENDON: Problem = Problem {
             ..PLAIN
         },
         Variant {
-            name: "mended",
-            knows: Knowledge::Mended,
+            name: "corrected",
+            knows: Knowledge::Corrected,
             tables: Some(TENDON_LAGS),
             tune: &["--horizons", "10", "--control-horizons", "3"],
             ..PLAIN
