@@ -4,12 +4,13 @@ use crate::diagnose::config::CONFIG;
 use std::collections::BTreeMap;
 
 use crate::diagnose::acceptance::{exceeds_noise, leaves_something, one_finding_with};
+use crate::diagnose::by_signal::BySignal;
 use crate::diagnose::case::Case;
 use crate::diagnose::evidence::apart;
 use crate::diagnose::finding::{Estimate, FoundEffect, Rival};
 use crate::diagnose::pool::Pool;
 use crate::diagnose::share::share_left;
-use crate::diagnose::term::{BySignal, Term};
+use crate::diagnose::term::Term;
 use crate::report::significant;
 use sinew_sim::effects::Kind;
 

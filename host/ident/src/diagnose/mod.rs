@@ -4,6 +4,7 @@
 mod acceptance;
 mod attribution;
 mod baseline;
+mod by_signal;
 mod calibration;
 mod candidate;
 mod canonical;
@@ -27,6 +28,7 @@ mod noise;
 mod one_way;
 pub mod output;
 mod pool;
+mod possible_terms;
 mod progress;
 mod remainder;
 mod report;
@@ -161,9 +163,10 @@ pub fn diagnose(
     };
     // Free runs over recordings that are longer than the fit could use would judge noise.
     let runs_away = (refitted.runaway).is_some_and(|runaway| !runaway.whole);
-    let mut pool = match runs_away {
-        true => None,
-        false => search_in_parts(&mut case, &refitted.rig, &values, budget)?,
+    let mut pool = if runs_away {
+        None
+    } else {
+        search_in_parts(&mut case, &refitted.rig, &values, budget)?
     };
     if let Some(pool) = &pool
         && let Some(again) = refit_again(pool, &refitted, &values, &case, &roles)?

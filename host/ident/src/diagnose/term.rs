@@ -1,11 +1,11 @@
 //! Terms of a candidate: effects that a rig may lack and bare numbers in it that may be wrong.
 
-use sinew_sim::effects::{Description, Family, Kind, ParameterSpec, Role, Sign};
+use sinew_sim::effects::{Description, Family, Kind, ParameterSpec, Sign};
 use sinew_sim::rig::Site;
 use sinew_sim::{Plant, Rig};
 
+use crate::diagnose::by_signal::{BySignal, is_strength};
 use crate::diagnose::finding::WRONG_NUMBER;
-use crate::diagnose::identical;
 use crate::error::Result;
 
 /// Site of an effect with the name of its component.
@@ -15,17 +15,6 @@ pub(crate) struct Place {
     pub site: Site,
     /// Name of the component; a pair of bodies is written `a+b`.
     pub name: String,
-}
-
-/// Signal of the rig that the strengths of an effect depend on.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct BySignal {
-    /// Its name in the rig.
-    pub name: String,
-    /// Unit of its column.
-    pub unit: String,
-    /// Smallest and largest value in the fit recordings.
-    pub range: [f64; 2],
 }
 
 /// One hypothesis about what a rig lacks.
@@ -66,7 +55,7 @@ impl Term {
     }
 
     /// The same effect with strengths that depend on a signal.
-    fn depending(mut self, signal: &BySignal) -> Self {
+    pub fn depending(mut self, signal: &BySignal) -> Self {
         if let Self::Effect { by, .. } = &mut self {
             *by = Some(signal.clone());
         }
@@ -81,6 +70,24 @@ impl Term {
         }
     }
 
+    /// Start values of its parameters at one component from those of the effect alone, several
+    /// where its strengths depend on a signal.
+    pub fn with_slopes(&self, start: &[f64]) -> Vec<Vec<f64>> {
+        match self.by().zip(self.effect()) {
+            Some((by, (kind, _))) => by.with_slopes(kind.description().parameters, start),
+            None => vec![start.to_vec()],
+        }
+    }
+
+    /// Parameters of the effect at one component at both ends of the signal's range, as they are
+    /// without a signal.
+    pub fn over_the_signal(&self, own: &[f64]) -> Vec<Vec<f64>> {
+        match self.by().zip(self.effect()) {
+            Some((by, (kind, _))) => by.over_its_range(kind.description().parameters, own),
+            None => vec![own.to_vec()],
+        }
+    }
+
     /// Description of each parameter at one component, in the order of [`Term::apply`]: the
     /// description's, then a slope for each strength that depends on a signal.
     pub fn specs(&self) -> Vec<&'static ParameterSpec> {
@@ -91,31 +98,6 @@ impl Term {
         let slopes = own.clone().filter(|spec| is_strength(spec));
         let slopes = slopes.filter(|_| self.by().is_some());
         own.chain(slopes).collect()
-    }
-
-    /// Start values of its parameters at one component from those of the effect alone: strengths
-    /// half constant and half proportional to the signal, and nearly proportional to it.
-    pub fn with_slopes(&self, start: &[f64]) -> Vec<Vec<f64>> {
-        let Some((by, (kind, _))) = self.by().zip(self.effect()) else {
-            return vec![start.to_vec()];
-        };
-        let specs = kind.description().parameters.iter();
-        let largest = by.range[0].abs().max(by.range[1].abs());
-        let parts = [(0.5, 0.5), (0.1, 0.9)];
-        let with = parts.map(|(constant, proportional)| {
-            let strengths = specs
-                .clone()
-                .zip(start)
-                .filter(|(spec, _)| is_strength(spec));
-            let slopes = strengths.map(|(_, value)| proportional * value / largest);
-            let own = specs.clone().zip(start);
-            let own = own.map(|(spec, value)| match is_strength(spec) {
-                true => constant * value,
-                false => *value,
-            });
-            own.chain(slopes).collect()
-        });
-        with.into()
     }
 
     /// Its kind as a report names it.
@@ -290,9 +272,10 @@ impl Term {
                 let [least, most] = spec.range.bounds(spec.name, start);
                 // With a slope it is the value at the signal's zero, which need not be met.
                 let depends = self.by().is_some() && is_strength(spec);
-                let lowest = match depends {
-                    true => f64::NEG_INFINITY,
-                    false => lowest(spec),
+                let lowest = if depends {
+                    f64::NEG_INFINITY
+                } else {
+                    lowest(spec)
                 };
                 Tried {
                     name: full(spec.name),
@@ -360,100 +343,6 @@ impl Term {
     }
 }
 
-impl Term {
-    /// Parameters of the effect at one component at both ends of the signal's range; a strength
-    /// that is nearly zero at one of them is zero there. As they are without a signal.
-    pub fn over_the_signal(&self, own: &[f64]) -> Vec<Vec<f64>> {
-        let Some((by, (kind, _))) = self.by().zip(self.effect()) else {
-            return vec![own.to_vec()];
-        };
-        let specs = kind.description().parameters;
-        let at = |signal: f64| -> Vec<f64> {
-            let mut slopes = own[specs.len()..].iter();
-            let own = specs.iter().zip(own).map(|(spec, value)| {
-                let slope = is_strength(spec).then(|| slopes.next()).flatten();
-                value + slope.map_or(0.0, |slope| slope * signal)
-            });
-            own.collect()
-        };
-        let mut ends = by.range.map(at);
-        for (which, spec) in specs
-            .iter()
-            .enumerate()
-            .filter(|(_, spec)| is_strength(spec))
-        {
-            let largest = ends[0][which].abs().max(ends[1][which].abs());
-            for end in &mut ends {
-                if spec.sign == Sign::NonNegative && end[which] > -NEARLY_ZERO * largest {
-                    end[which] = end[which].max(0.0);
-                }
-            }
-        }
-        ends.into()
-    }
-}
-
-/// Part of its largest value below which a strength that depends on a signal is zero at an end of
-/// the signal's range.
-const NEARLY_ZERO: f64 = 0.1;
-
-fn is_strength(spec: &ParameterSpec) -> bool {
-    spec.role == Role::Strength && !spec.held
-}
-
-/// Effects at each component whose strengths depend on one of these signals.
-pub(crate) fn depending_terms(rig: &Rig, effects: &[Kind], signals: &[BySignal]) -> Vec<Term> {
-    let kinds = effects.iter().filter(|kind| kind.follows_signals());
-    let at = |&kind: &Kind| {
-        let sites = kind.sites(rig).into_iter();
-        sites.flat_map(move |site| {
-            let plain = Term::at(rig, kind, &[site]);
-            signals
-                .iter()
-                .map(move |signal| plain.clone().depending(signal))
-        })
-    };
-    kinds.flat_map(at).collect()
-}
-
-/// Every term that may be missing from a rig: these effects at each component, at each group of
-/// identical ones, and the rig's bare numbers.
-pub(crate) fn terms(rig: &Rig, plant: &Plant, effects: &[Kind]) -> Vec<Term> {
-    let mut all = Vec::new();
-    for &kind in effects {
-        let sites = kind.sites(rig).into_iter();
-        all.extend(sites.map(|site| Term::at(rig, kind, &[site])));
-    }
-    for &kind in effects {
-        let groups = identical::groups(rig, kind).into_iter();
-        all.extend(groups.map(|sites| Term::at(rig, kind, &sites)));
-    }
-    // A number that is not zero has a size to be wrong by; a zero (an offset, a rest) is left to
-    // the loads.
-    for parameter in plant.parameters() {
-        let starts =
-            parameter.name.ends_with(".start") || parameter.name.ends_with(".start_velocity");
-        if !parameter.free && !starts && parameter.value != 0.0 && !of_effect(rig, &parameter.name)
-        {
-            all.push(Term::Number {
-                name: parameter.name.clone(),
-            });
-        }
-    }
-    all
-}
-
-fn of_effect(rig: &Rig, name: &str) -> bool {
-    rig.effects.iter().any(|effect| {
-        let prefix = format!(
-            "{}.{}.",
-            rig.site_name(effect.site),
-            effect.kind.description().kind
-        );
-        name.starts_with(&prefix)
-    })
-}
-
 /// An effect at one component of a rig, or at all of several.
 #[cfg(test)]
 pub(crate) fn term(rig: &Rig, kind: &str, at: &[&str]) -> Term {
@@ -466,108 +355,34 @@ pub(crate) fn term(rig: &Rig, kind: &str, at: &[&str]) -> Term {
 mod tests {
     use super::*;
 
-    fn shipped() -> Rig {
-        let file = concat!(
-            env!("CARGO_MANIFEST_DIR"),
-            "/../../rigs/mass-spring-damper.toml"
-        );
-        Rig::load(file).expect("the demo's rig ships with the project")
+    fn shipped(name: &str) -> Rig {
+        let rig = Rig::load(format!("{}/../../rigs/{name}", env!("CARGO_MANIFEST_DIR")));
+        rig.expect("the rig ships with the project")
     }
 
     /// A damping by the root of speed was once named as friction that "falls" from 0.06 to 0.15 N
     /// m.
     #[test]
     fn friction_that_is_larger_in_motion_than_at_rest_makes_no_sense() {
-        let stribeck = term(&shipped(), "stribeck_friction", &["mass"]);
+        let stribeck = term(
+            &shipped("mass-spring-damper.toml"),
+            "stribeck_friction",
+            &["mass"],
+        );
         let plausible = |level: f64, at_rest: f64| {
             let rig = stribeck
-                .apply(&shipped(), &[level, at_rest, 0.1])
-                .expect("it can sit there");
-            let plant = Plant::new(&rig).expect("it is sound");
+                .apply(&shipped("mass-spring-damper.toml"), &[level, at_rest, 0.1])
+                .expect("the mass bears friction");
+            let plant = Plant::new(&rig).expect("the rig is sound");
             stribeck.plausible(&plant, &plant.values(), 10.0)
         };
         assert!(plausible(1.0, 1.5));
         assert!(!plausible(1.5, 1.0));
     }
 
-    /// A shipped rig, and the terms that put an effect at several places of it.
-    fn alike(name: &str) -> (Rig, Vec<Term>) {
-        let rig = Rig::load(format!("{}/../../rigs/{name}", env!("CARGO_MANIFEST_DIR")));
-        let rig = rig.expect("it ships with the project");
-        let plant = Plant::new(&rig).expect("it is sound");
-        let all = terms(&rig, &plant, Kind::ALL).into_iter();
-        let together = all.filter(Term::is_group);
-        let together = together.collect();
-        (rig, together)
-    }
-
-    #[test]
-    fn what_one_tendon_spring_winch_or_camera_does_all_alike_are_suspected_of() {
-        let (rig, together) = alike("tendon.toml");
-        let of = |components: &str| -> Vec<&str> {
-            let them = together.iter().filter(|one| one.component() == components);
-            them.map(Term::kind).collect()
-        };
-        let tendons = of("east+west+north+south");
-        assert_eq!(
-            tendons,
-            ["load_dependent_friction", "backlash", "tendon_slack"]
-        );
-        let joints = [1, 2, 3].map(|k| format!("spine.flex_x{k}+spine.flex_y{k}"));
-        assert!(of(&joints.join("+")).contains(&"viscoelastic_creep"));
-        assert!(of("pull_east+pay_out_west+pull_north+pay_out_south").contains(&"input_dead_zone"));
-        assert_eq!(of("tip_x+tip_y+tip_z"), ["sensor_lag", "sensor_curvature"]);
-        let tendons = ["east", "west", "north", "south"];
-        let rub = term(&rig, "load_dependent_friction", &tendons);
-        let with = rub
-            .apply(&rig, &[0.1, 0.2, 0.3, 0.4])
-            .expect("it can sit there");
-        assert_eq!(with.effects.len(), 4);
-        assert_eq!(
-            rub.sizes().len(),
-            4,
-            "each of them has to show that it is there"
-        );
-        let plant = Plant::new(&with).expect("it is sound");
-        assert_eq!(rub.tried(&plant).len(), 4);
-        let slot = |name: &String| plant.values()[plant.slot(name).expect("it has one")];
-        let values: Vec<f64> = rub.parameters().iter().map(slot).collect();
-        assert_eq!(values, [0.1, 0.2, 0.3, 0.4]);
-    }
-
-    #[test]
-    fn springs_of_one_plate_are_alike_and_those_of_several_bodies_are_not() {
-        let (_, together) = alike("hasel.toml");
-        let foam = "column_rise+column_roll+column_pitch";
-        assert!(together.iter().any(|one| one.component() == foam));
-        let field = "field_1x+field_1y+field_1z";
-        assert!(together.iter().any(|one| one.component() == field));
-        for rig in [
-            "mass-spring-damper.toml",
-            "two-mass-drive.toml",
-            "three-mass.toml",
-        ] {
-            assert!(alike(rig).1.is_empty(), "{rig}");
-        }
-    }
-
-    #[test]
-    fn joints_of_one_chain_rub_alike_and_no_load_hangs_at_all_of_them() {
-        let (_, together) = alike("tendon.toml");
-        let joints = "spine.x1+spine.y1+spine.x2+spine.y2+spine.x3+spine.y3";
-        let at_joints = together.iter().filter(|one| one.component() == joints);
-        let kinds: Vec<&str> = at_joints.map(Term::kind).collect();
-        for kind in ["coulomb_friction", "viscous_damping", "end_stop"] {
-            assert!(kinds.contains(&kind), "{kind}");
-        }
-        for kind in ["constant_load", "position_ripple", "hidden_mode"] {
-            assert!(!kinds.contains(&kind), "{kind}");
-        }
-    }
-
     #[test]
     fn no_place_is_suspected_of_the_same_effect_twice() {
-        let (rig, _) = alike("tendon.toml");
+        let rig = shipped("tendon.toml");
         let at = |name: &str, component: &str| term(&rig, name, &[component]);
         let all = term(&rig, "tendon_slack", &["east", "west"]);
         let number = Term::Number {
@@ -587,7 +402,7 @@ mod tests {
 
     #[test]
     fn a_second_effect_is_looked_for_on_top_of_many_only_where_they_did_best() {
-        let (rig, _) = alike("tendon.toml");
+        let rig = shipped("tendon.toml");
         let one = term(&rig, "tendon_slack", &["west"]);
         let all = term(&rig, "tendon_slack", &["east", "west"]);
         let number = Term::Number {

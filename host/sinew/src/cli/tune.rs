@@ -19,10 +19,10 @@ use crate::closed_loop::model_loop::ModelLoop;
 use crate::pipeline::learn::save;
 use crate::project::{self, Board};
 use crate::rig_file;
+use crate::tuning::control_table::controlled;
 use crate::tuning::objective::Objective;
-use crate::tuning::tune::{
-    Line, Request, Shape, TunedFeedback, controlled, tune_feedback, tune_mpc,
-};
+use crate::tuning::shape::Shape;
+use crate::tuning::tune::{Line, Request, TunedFeedback, tune_feedback, tune_mpc};
 use sinew_ident::cli::overwrite;
 use sinew_ident::cli::said::Said;
 use sinew_ident::error::{Error, Result};

@@ -1,7 +1,9 @@
 //! Search for controller settings: one optimiser, one objective and one budget for every
 //! controller.
 
+pub mod control_table;
 pub mod objective;
 pub mod optimise;
 pub mod search_space;
+pub mod shape;
 pub mod tune;

@@ -184,9 +184,10 @@ impl SearchSpace {
             .chain(STARTS)
             .map(|(gain, lambda)| vec![gain, lambda])
             .collect();
-        let share = match self.tied {
-            true => evaluations,
-            false => (TIED * evaluations as f64) as usize,
+        let share = if self.tied {
+            evaluations
+        } else {
+            (TIED * evaluations as f64) as usize
         };
         let tied = search(
             &[GAIN, MOVE_SUPPRESSION],

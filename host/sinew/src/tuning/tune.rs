@@ -4,21 +4,18 @@
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-use sinew_device::protocol::MAX_PREVIEW;
 use sinew_model::fingerprint;
-use sinew_model::spec::{ControlSpec, ModelSpec};
-use sinew_sim::Rig;
-use toml_edit::{Array, DocumentMut, Item, Table, Value};
+use sinew_model::spec::ModelSpec;
 
 use crate::closed_loop::baseline::{BaselineController, Training, Tuning, tune};
 use crate::closed_loop::mpc::{MpcController, Weights};
 use crate::closed_loop::scenario::{Run, Scenario, Score};
 use crate::closed_loop::setup::Setup;
 use crate::project::{self, Board, Built, Optimise};
-use crate::rig_file;
 use crate::tuning::objective::Objective;
 use crate::tuning::optimise;
 use crate::tuning::search_space::{Budget, Cheapest, SearchSpace};
+use crate::tuning::shape::Shape;
 use sinew_ident::cli::progress::Stage;
 use sinew_ident::error::{Error, Result};
 
@@ -115,91 +112,6 @@ fn counter(stage: &Stage, of: usize) -> impl Fn() + Sync + '_ {
     move || {
         let done = 1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
         stage.share(done, of.max(done), "evaluations");
-    }
-}
-
-/// Horizons of a firmware: what its const parameters are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shape {
-    /// Steps predicted.
-    pub horizon: usize,
-    /// Steps decided.
-    pub control_horizon: usize,
-}
-
-impl Shape {
-    /// The shapes to try, the model's own first. Without any asked for: the model's, and what
-    /// differs from it in one horizon, as far as a firmware carries it.
-    ///
-    /// # Errors
-    /// One that was asked for and that no firmware could carry.
-    pub fn candidates(
-        spec: &ModelSpec,
-        horizons: &[usize],
-        control_horizons: &[usize],
-    ) -> Result<Vec<Self>> {
-        let own = Self {
-            horizon: spec.control.horizon,
-            control_horizon: spec.control.control_horizon,
-        };
-        let shape = |horizon: usize, control_horizon: usize| Self {
-            horizon,
-            control_horizon,
-        };
-        let mut shapes = Vec::new();
-        if horizons.is_empty() && control_horizons.is_empty() {
-            let (n, nc) = (own.horizon, own.control_horizon);
-            let near = [
-                own,
-                shape(n / 2, nc.min(n / 2)),
-                shape(n + n / 2, nc),
-                shape(n, nc / 2),
-                shape(n, (2 * nc).min(n)),
-            ];
-            shapes.extend(near.into_iter().filter(|s| s.of(spec).is_ok()));
-        } else {
-            let or_own = |asked: &[usize], own: usize| match asked {
-                [] => vec![own],
-                asked => asked.to_vec(),
-            };
-            for n in or_own(horizons, own.horizon) {
-                for nc in or_own(control_horizons, own.control_horizon.min(n)) {
-                    shape(n, nc).of(spec).map_err(|e| {
-                        Error::arguments(format!(
-                            "horizon {n} with control horizon {nc} is no firmware: {e}"
-                        ))
-                        .help("name others with --horizons and --control-horizons")
-                    })?;
-                    shapes.push(shape(n, nc));
-                }
-            }
-        }
-        let mut kept: Vec<Self> = Vec::new();
-        for shape in shapes {
-            if !kept.contains(&shape) {
-                kept.push(shape);
-            }
-        }
-        Ok(kept)
-    }
-
-    /// The model with these horizons; blocks of moves are kept where they still fit.
-    fn of(self, spec: &ModelSpec) -> std::result::Result<ModelSpec, String> {
-        let mut spec = spec.clone();
-        if self.control_horizon != spec.control.control_horizon {
-            spec.control.move_blocks.clear();
-        }
-        spec.control.first_step = spec.control.first_step.min(self.horizon.max(1));
-        spec.control.horizon = self.horizon;
-        spec.control.control_horizon = self.control_horizon;
-        let preview = self.horizon.saturating_mul(spec.outputs.len());
-        if preview > MAX_PREVIEW {
-            return Err(format!(
-                "it previews {preview} values of the reference, and a frame carries {MAX_PREVIEW}"
-            ));
-        }
-        spec.validate().map_err(|e| e.to_string())?;
-        Ok(spec)
     }
 }
 
@@ -388,55 +300,15 @@ pub fn tune_mpc(
     Ok((line, tuned))
 }
 
-/// The rig with another `[control]` table; its text, comments and other keys stay.
-///
-/// # Errors
-/// A rig whose `[control]` is no table.
-pub fn controlled(rig: &Rig, control: &ControlSpec) -> Result<Rig> {
-    let refused = |what: String| Error::file(&rig.file, format!("cannot write [control]: {what}"));
-    let mut document: DocumentMut = rig
-        .to_toml()
-        .parse()
-        .map_err(|e: toml_edit::TomlError| refused(e.to_string()))?;
-    let table = document
-        .entry("control")
-        .or_insert(Item::Table(Table::new()))
-        .as_table_like_mut()
-        .ok_or_else(|| refused("it is no table".into()))?;
-    let numbers = |values: &[f64]| Value::from(values.iter().copied().collect::<Array>());
-    for (key, mut value) in [
-        ("horizon", Value::from(control.horizon as i64)),
-        (
-            "control_horizon",
-            Value::from(control.control_horizon as i64),
-        ),
-        ("tracking_weight", numbers(&control.tracking_weight)),
-        ("move_suppression", numbers(&control.move_suppression)),
-    ] {
-        match table.get_mut(key).and_then(Item::as_value_mut) {
-            Some(old) => {
-                // What stands before and after the number is the user's.
-                *value.decor_mut() = old.decor().clone();
-                *old = value;
-            }
-            None => {
-                table.insert(key, Item::Value(value));
-            }
-        }
-    }
-    Ok(rig_file::parse(&document.to_string(), &rig.file)?)
-}
-
 #[cfg(test)]
 mod tests {
     use sinew_mpc::feedback::pid::PidState;
     use sinew_mpc::feedback::rise::RiseState;
-    use sinew_sim::Plant;
+    use sinew_sim::{Plant, Rig};
 
     use super::*;
     use crate::closed_loop::control_problem::ControlProblem;
     use crate::closed_loop::disturbance::Disturbance;
-    use crate::rig_file::ControlTable;
     use sinew_ident::recording::Recording;
 
     fn checkout(file: &str) -> std::path::PathBuf {
@@ -452,11 +324,11 @@ mod tests {
     #[test]
     fn the_objective_falls_on_references_that_tuning_has_not_seen() {
         let rig = rig();
-        let plant = Plant::new(&rig).expect("it can be simulated");
-        let recording =
-            Recording::read(checkout("rigs/mass-spring-damper.fit.csv")).expect("it can be read");
+        let plant = Plant::new(&rig).expect("the rig can be simulated");
+        let recording = Recording::read(checkout("rigs/mass-spring-damper.fit.csv"))
+            .expect("the recording can be read");
         let task = ControlProblem::new(&rig, &plant, std::slice::from_ref(&recording), &recording)
-            .expect("it fits the rig");
+            .expect("the recording fits the rig");
         let bench = Setup {
             plant: &plant,
             task: &task,
@@ -467,9 +339,9 @@ mod tests {
         };
         let scenarios = bench
             .tuning_scenarios(&[plant.values()])
-            .expect("it starts");
+            .expect("the loop starts");
         let (values, _) = bench.perturbed_plant();
-        let held_out = bench.scenario(&values).expect("it starts");
+        let held_out = bench.scenario(&values).expect("the loop starts");
         assert_ne!(scenarios[0].reference, held_out.reference);
         let request = |objective| Request {
             bench: &bench,
@@ -510,48 +382,5 @@ mod tests {
         let again =
             tune_feedback::<PidState>(&request(Objective::Tracking)).expect("the plant bears it");
         assert_eq!(accurate.tuning, again.tuning);
-    }
-
-    #[test]
-    fn horizons_are_those_that_a_firmware_carries() {
-        let folder = checkout("models/reference-s");
-        let spec = sinew_model::store::load(&folder).expect("it is committed");
-        let of = |n: &[usize], nc: &[usize]| Shape::candidates(&spec, n, nc);
-        let near = of(&[], &[]).expect("its own at least");
-        assert_eq!(near[0].horizon, spec.control.horizon);
-        assert!(near.len() > 2 && near.iter().all(|s| s.of(&spec).is_ok()));
-        let asked = of(&[6, 8, 6], &[2]).expect("a firmware carries both");
-        assert_eq!(asked.iter().map(|s| s.horizon).collect::<Vec<_>>(), [6, 8]);
-        for (n, nc) in [(0, 1), (4, 5), (129, 2), (100, 2), (4, 0)] {
-            let refusal = of(&[n], &[nc]).expect_err("no firmware");
-            assert_eq!(refusal.exit_code(), 2, "{n}, {nc}: {refusal}");
-        }
-    }
-
-    #[test]
-    fn a_tuned_rig_keeps_its_text() {
-        let rig = rig();
-        let spec =
-            sinew_model::store::load(&checkout("models/reference-s")).expect("it is committed");
-        let control = ControlSpec {
-            horizon: 9,
-            control_horizon: 2,
-            tracking_weight: vec![1.0],
-            move_suppression: vec![0.003],
-            ..spec.control
-        };
-        let tuned = controlled(&rig, &control).expect("it has a [control] table");
-        let table = ControlTable::read(&tuned).expect("the tables were sound");
-        let table = table.expect("tuning keeps the [control] table");
-        assert_eq!((table.horizon, table.control_horizon), (Some(9), Some(2)));
-        assert_eq!(table.move_suppression, Some(vec![0.003]));
-        assert_eq!(table.rate_hz, Some(120.0));
-        let same = |line: &&str| tuned.to_toml().contains(*line);
-        let kept = rig.to_toml().lines().filter(same).count();
-        assert_eq!(
-            kept,
-            rig.to_toml().lines().count() - 2,
-            "only two lines are replaced"
-        );
     }
 }

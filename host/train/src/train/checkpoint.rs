@@ -233,12 +233,12 @@ mod tests {
                 }
             },
         );
-        (outcome.expect("it converges"), first, after_two)
+        (outcome.expect("the training converges"), first, after_two)
     }
 
     #[test]
     fn a_training_that_was_stopped_ends_with_the_same_weights() {
-        let folder = tempfile::tempdir().expect("a folder");
+        let folder = tempfile::tempdir().expect("a temporary folder can be made");
         let file = folder.path().join("deeper/training.checkpoint");
         for (layer, derivative_weight) in [
             (FirstLayer::Tanh, 0.0),
@@ -260,7 +260,7 @@ mod tests {
             assert_eq!(first, 1);
             assert!(!file.exists(), "it has come to its end");
 
-            fs::write(&file, &after_two).expect("room");
+            fs::write(&file, &after_two).expect("the folder is writable");
             let (resumed, first, _) = trained(&options, &file);
             assert_eq!(first, 3, "{layer:?}");
             assert_eq!(resumed.folded, whole.folded, "{layer:?}");
@@ -271,7 +271,7 @@ mod tests {
 
     #[test]
     fn a_checkpoint_of_other_options_or_with_a_wrong_byte_is_none() {
-        let folder = tempfile::tempdir().expect("a folder");
+        let folder = tempfile::tempdir().expect("a temporary folder can be made");
         let file = folder.path().join("training.checkpoint");
         let options = Options {
             hidden: vec![3],
@@ -283,7 +283,7 @@ mod tests {
         };
         let (_, _, bytes) = trained(&options, &file);
         let begins = |bytes: &[u8], options: &Options| {
-            fs::write(&file, bytes).expect("room");
+            fs::write(&file, bytes).expect("the folder is writable");
             trained(options, &file).1
         };
         assert_eq!(begins(&bytes, &options), 3);

@@ -5,6 +5,7 @@
 //! is taken once, from the folded `f32` weights that the firmware will carry.
 
 mod basis;
+mod batch;
 mod cell;
 mod checkpoint;
 mod fold;
@@ -29,12 +30,12 @@ pub use windows::{Scaled, Shape, Windows, scale, scaling};
 
 pub(crate) use basis::least_squares;
 pub(crate) use linear::Linear;
-pub(crate) use matrix::to_matrix;
-pub(crate) use network::tensor;
+pub(crate) use matrix::{tensor, to_matrix};
 
 use basis::Basis;
+use batch::Frame;
 use checkpoint::Reached;
-use network::{Frame, Predictor, loss_weights};
+use network::{Predictor, loss_weights};
 use sensitivities::Sensitivities;
 use sinew_ident::error::Error;
 
@@ -53,9 +54,10 @@ pub const BURN_IN: usize = 32;
 /// Steps until an observer has forgotten all but a thousandth of what it began with.
 fn observer_steps(gain: f64) -> usize {
     const MOST: f64 = 32.0;
-    match gain < 1.0 {
-        true => (1e-3_f64.ln() / (1.0 - gain).ln()).ceil().min(MOST) as usize,
-        false => 0,
+    if gain < 1.0 {
+        (1e-3_f64.ln() / (1.0 - gain).ln()).ceil().min(MOST) as usize
+    } else {
+        0
     }
 }
 
@@ -236,11 +238,10 @@ pub fn train(
         None => start,
     };
     let weight = options.derivative_weight;
-    let sensitivities = match weight > 0.0 {
-        true => {
-            Some([&windows, &judged].map(|windows| Sensitivities::of(windows, rollout, shape.n_y)))
-        }
-        false => None,
+    let sensitivities = if weight > 0.0 {
+        Some([&windows, &judged].map(|windows| Sensitivities::of(windows, rollout, shape.n_y)))
+    } else {
+        None
     };
     let sensitivities = match sensitivities {
         None => None,

@@ -1,17 +1,15 @@
-//! The predictor as burn sees it: a linear path beside a small network, rolled out through its own
-//! predictions.
+//! The predictor as burn sees it: a linear skip connection beside a small network, rolled out
+//! through its own predictions.
 
 use crate::network_table::FirstLayer;
 use burn::module::{Module, Param};
 use burn::tensor::{Device, Tensor, TensorData};
 use nalgebra::{DMatrix, DVector};
 
-use super::Options;
-use super::basis::Basis;
+use super::batch::{Batch, Frame};
 use super::cell::{Cell, State, Weights};
 use super::linear::Linear;
-use super::matrix::to_matrix;
-use super::windows::{Shape, Windows};
+use super::matrix::{matrix, tensor, to_matrix};
 
 /// y(k+1) = y(k) + step * (linear(z) + gain * network(z)), z the features of the regressor.
 #[derive(Module, Debug)]
@@ -20,169 +18,6 @@ pub struct Predictor {
     cell: Option<Cell>,
     hidden: Vec<Linear>,
     last: Linear,
-}
-
-/// Constants of the training.
-pub struct Frame {
-    /// Counts of the regressor.
-    pub shape: Shape,
-    /// z = features x + offset, transposed for row vectors: `[n][n]`.
-    features: Tensor<2>,
-    offset: Tensor<2>,
-    /// Typical change of each output in one period, `[1][n_y]`.
-    step: Tensor<2>,
-    /// Part of that change that the skip connection leaves unexplained.
-    gain: f32,
-    /// Kind of the first layer.
-    first: FirstLayer,
-    /// L of docs/explanation/controller.md, eq. 10c.
-    observer_gain: f64,
-}
-
-/// One batch on the device: history, inputs and targets of `rows` windows.
-pub struct Batch {
-    /// Regressors of the burn-in, `[steps rows][n]`, the oldest step first.
-    before: Option<Tensor<2>>,
-    /// Past values of u, newest first, without u(k).
-    past_u: Vec<Tensor<2>>,
-    /// Past values of y, newest first, y(k) included.
-    past_y: Vec<Tensor<2>>,
-    /// Channels, where there are any, one tensor a correction, then s(k), which stays.
-    channels: Vec<Tensor<2>>,
-    /// Measurements by which the first predictions are corrected, one tensor a step: what an
-    /// observer begins with.
-    corrections: Vec<Tensor<2>>,
-    /// u(k + j), one tensor a step, those of the corrections first.
-    inputs: Vec<Tensor<2>>,
-    /// y(k + 1 + j), one tensor a step.
-    targets: Vec<Tensor<2>>,
-}
-
-pub(crate) fn tensor(rows: usize, columns: usize, values: Vec<f32>, device: &Device) -> Tensor<2> {
-    Tensor::from_data(TensorData::new(values, [rows, columns]), device)
-}
-
-fn matrix(m: &DMatrix<f64>, device: &Device) -> Tensor<2> {
-    let values = m
-        .row_iter()
-        .flat_map(|r| r.iter().map(|v| *v as f32).collect::<Vec<_>>());
-    tensor(m.nrows(), m.ncols(), values.collect(), device)
-}
-
-impl Frame {
-    /// A frame on `device` for `basis`; `step` and `gain` as in [`Predictor`], what the network
-    /// begins with and its observer from `options`.
-    pub fn new(
-        shape: Shape,
-        basis: &Basis,
-        step: &DVector<f64>,
-        gain: f64,
-        options: &Options,
-        device: &Device,
-    ) -> Self {
-        let (a, offset) = basis.affine();
-        Self {
-            shape,
-            features: matrix(&a.transpose(), device),
-            offset: matrix(
-                &DMatrix::from_row_slice(1, offset.len(), offset.as_slice()),
-                device,
-            ),
-            step: matrix(
-                &DMatrix::from_row_slice(1, step.len(), step.as_slice()),
-                device,
-            ),
-            gain: gain as f32,
-            first: options.first,
-            observer_gain: options.observer_gain,
-        }
-    }
-
-    /// Copies the windows `chosen` to the device.
-    pub fn batch(
-        &self,
-        windows: &Windows<'_>,
-        chosen: &[usize],
-        rollout: usize,
-        device: &Device,
-    ) -> Batch {
-        let Shape {
-            n_u,
-            n_y,
-            past_inputs,
-            past_outputs,
-            n_s,
-        } = self.shape;
-        let (rows, n) = (chosen.len(), self.shape.regressor_len());
-        // An observer begins before the window, at what was measured there; a memory is warmed up
-        // by what was.
-        let observed = match self.observer_gain < 1.0 {
-            true => windows.burn_in(),
-            false => 0,
-        };
-        let (mut x, mut inputs, mut targets) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut measured, mut channels) = (Vec::new(), Vec::new());
-        for w in chosen {
-            windows.regressor_before(*w, observed, &mut x);
-            channels.extend_from_slice(windows.channels_since(*w, observed));
-            inputs.extend_from_slice(windows.inputs_from(*w, observed));
-            measured.extend_from_slice(windows.measured_since(*w, observed));
-            targets.extend_from_slice(windows.targets(*w));
-        }
-        let columns = |of: &[f64], stride: usize, start: usize, width: usize| {
-            let values =
-                (0..rows).flat_map(|r| &of[r * stride + start..r * stride + start + width]);
-            tensor(rows, width, values.map(|v| *v as f32).collect(), device)
-        };
-        let column = |start: usize, width: usize| columns(&x, n, start, width);
-        let mut before = Vec::new();
-        for back in (1..=windows.burn_in() - observed).rev() {
-            for w in chosen {
-                windows.regressor_before(*w, back, &mut before);
-            }
-        }
-        let before = (!before.is_empty()).then(|| {
-            let values = before.iter().map(|v| *v as f32).collect();
-            tensor(before.len() / n, n, values, device)
-        });
-        Batch {
-            before,
-            past_u: (1..past_inputs).map(|lag| column(lag * n_u, n_u)).collect(),
-            past_y: (0..past_outputs)
-                .map(|lag| column(past_inputs * n_u + lag * n_y, n_y))
-                .collect(),
-            channels: (0..=observed)
-                .filter(|_| n_s > 0)
-                .map(|j| columns(&channels, (observed + 1) * n_s, j * n_s, n_s))
-                .collect(),
-            corrections: (0..observed)
-                .map(|j| columns(&measured, observed * n_y, j * n_y, n_y))
-                .collect(),
-            inputs: (0..observed + rollout)
-                .map(|j| columns(&inputs, (observed + rollout) * n_u, j * n_u, n_u))
-                .collect(),
-            targets: (0..rollout)
-                .map(|j| columns(&targets, rollout * n_y, j * n_y, n_y))
-                .collect(),
-        }
-    }
-}
-
-impl Batch {
-    /// The same with u(k) and all that follow moved by `moves`, `[rows][n_u]`; what was before k
-    /// stays.
-    pub fn moved(self, moves: &Tensor<2>) -> Self {
-        let before = self.corrections.len();
-        let inputs = self.inputs.into_iter().enumerate();
-        let inputs = inputs.map(|(j, u)| match j < before {
-            true => u,
-            false => u + moves.clone(),
-        });
-        Self {
-            inputs: inputs.collect(),
-            ..self
-        }
-    }
 }
 
 impl Predictor {
@@ -386,8 +221,11 @@ pub(super) mod tests {
     use sinew_model::evaluate::advance;
     use sinew_model::spec::{ControlSpec, ModelSpec, OutputForm, Signal};
 
+    use super::super::Options;
+    use super::super::basis::Basis;
     use super::super::fold::Folded;
     use super::super::layers;
+    use super::super::windows::{Shape, Windows};
     use super::*;
     use crate::train::Scaled;
 

@@ -6,7 +6,9 @@ use burn::tensor::{Device, Tensor};
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
-use super::network::{Frame, Predictor, tensor};
+use super::batch::Frame;
+use super::matrix::tensor;
+use super::network::Predictor;
 use super::windows::Windows;
 use crate::dataset::Sensitivity;
 
@@ -163,8 +165,10 @@ mod tests {
             None,
             |_, _, _| {},
         );
-        let spec =
-            crate::train::network::tests::spec(&trained.expect("it converges").folded, SHAPE);
+        let spec = crate::train::network::tests::spec(
+            &trained.expect("the training converges").folded,
+            SHAPE,
+        );
         let memory = vec![0.0; spec.hidden_state_len()];
         let at = |u: [f64; 2]| advance(&spec, &[&u[..], &[0.0], &memory].concat()).0[0];
         [

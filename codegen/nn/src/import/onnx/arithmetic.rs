@@ -1,7 +1,7 @@
 //! Sums and products: of two values, or of one and weights, which make a scale. `x sigmoid(x)` and
 //! `x (1 + erf(x / sqrt 2)) / 2` are recognised as the activations that they are.
 
-use super::constants::broadcast;
+use super::axes::broadcast;
 use super::{Gelu, Import, Node, Value};
 use crate::import::onnx::constant::Constant;
 use crate::import::shapes::spread_places;

@@ -1,7 +1,7 @@
 //! Operators that move values or take some of them: joined, cut, reshaped, transposed.
 
+use super::axes::{axis_of, gathered, reshape_target, slices, squeezed, transposition};
 use super::constant::Constant;
-use super::constants::{axis_of, gathered, reshape_target, slices, squeezed, transposition};
 use super::{Import, Node, Value};
 use crate::import::shapes::slice_indices;
 use crate::{NetworkError, Op};

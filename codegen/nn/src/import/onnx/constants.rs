@@ -1,7 +1,11 @@
 //! Arithmetic of constants: what exporters compute of shapes and weights is computed once, here. A
 //! batch of 1 is part of every shape.
 
-use super::constant::{BOOL, Constant, DOUBLE, FLOAT, FLOAT16, INT32, INT64, Integers, type_name};
+use super::axes::{
+    axis_of, broadcast, gathered, lengths, reshape_target, slices, squeezed, transposition,
+};
+use super::constant::{Constant, Integers};
+use super::constant_arithmetic::{binary, cast, of_numbers, unary};
 use super::{Import, Node};
 use crate::NetworkError;
 use crate::import::shapes::{places_along, slice_indices, spread_places};
@@ -84,58 +88,6 @@ fn shape_of(node: &Node<'_>, dims: &[usize]) -> Result<Constant, NetworkError> {
     Ok(Constant::Integers(Integers::list(
         dims.iter().map(|&n| n as i64).collect(),
     )))
-}
-
-/// An axis of `axes`, negative ones from the end.
-pub(super) fn axis_of(node: &Node<'_>, axis: i64, axes: usize) -> Result<usize, NetworkError> {
-    let place = if axis < 0 { axis + axes as i64 } else { axis };
-    let place = usize::try_from(place).ok().filter(|&place| place < axes);
-    place.ok_or_else(|| node.malformed(format!("axis {axis} of {axes}")))
-}
-
-/// The shape of two operands together, as NumPy broadcasts.
-pub(super) fn broadcast(
-    node: &Node<'_>,
-    a: &[usize],
-    b: &[usize],
-) -> Result<Vec<usize>, NetworkError> {
-    let axes = a.len().max(b.len());
-    let at = |shape: &[usize], axis: usize| {
-        (axis + shape.len())
-            .checked_sub(axes)
-            .map_or(1, |place| shape[place])
-    };
-    (0..axes)
-        .map(|axis| match (at(a, axis), at(b, axis)) {
-            (n, m) if n == m || m == 1 => Ok(n),
-            (1, m) => Ok(m),
-            _ => Err(node.malformed(format!("the shapes {a:?} and {b:?} do not go together"))),
-        })
-        .collect()
-}
-
-/// Starts, ends, axes and steps of a Slice, as attributes (before opset 10) or as inputs.
-pub(super) fn slices(
-    node: &Node<'_>,
-    lists: [Option<Vec<i64>>; 4],
-    axes: usize,
-) -> Result<Vec<(usize, [i64; 3])>, NetworkError> {
-    let [starts, ends, over, steps] = lists;
-    let (Some(starts), Some(ends)) = (starts, ends) else {
-        return Err(node.unsupported("a slice whose bounds are computed", "use constant bounds"));
-    };
-    let over = over.unwrap_or_else(|| (0..starts.len() as i64).collect());
-    let steps = steps.unwrap_or_else(|| vec![1; starts.len()]);
-    if ends.len() != starts.len() || over.len() != starts.len() || steps.len() != starts.len() {
-        return Err(node.malformed("starts, ends, axes and steps of different lengths"));
-    }
-    let one = |i: usize| {
-        Ok((
-            axis_of(node, over[i], axes)?,
-            [starts[i], ends[i], steps[i]],
-        ))
-    };
-    (0..starts.len()).map(one).collect()
 }
 
 type Inputs<'c> = [Option<&'c Constant>];
@@ -341,125 +293,6 @@ fn evaluate(node: &Node<'_>, inputs: &Inputs<'_>) -> Result<Option<Constant>, Ne
     }
 }
 
-fn of_numbers(shape: Vec<usize>, values: Vec<f64>, whole: bool) -> Constant {
-    if whole {
-        let values = values.into_iter().map(|value| value as i64).collect();
-        Constant::Integers(Integers { shape, values })
-    } else {
-        let values = values.into_iter().map(|value| value as f32).collect();
-        Constant::Floats(Tensor { shape, values })
-    }
-}
-
-fn lengths(node: &Node<'_>, list: &[i64]) -> Result<Vec<usize>, NetworkError> {
-    let length =
-        |&n: &i64| usize::try_from(n).map_err(|_| node.malformed(format!("the shape {list:?}")));
-    list.iter().map(length).collect()
-}
-
-fn cast(node: &Node<'_>, x: &Constant) -> Result<Constant, NetworkError> {
-    let to = node.int("to", 0) as i32;
-    let numbers = x.numbers();
-    let shape = x.shape().to_vec();
-    Ok(match to {
-        FLOAT | DOUBLE => of_numbers(shape, numbers, false),
-        INT32 | INT64 => of_numbers(shape, numbers, true),
-        BOOL => of_numbers(
-            shape,
-            numbers.iter().map(|&n| f64::from(n != 0.0)).collect(),
-            true,
-        ),
-        FLOAT16 => return Err(node.unsupported("a cast to float16", "export in float32")),
-        other => {
-            return Err(node.unsupported(format!("a cast to {}", type_name(other)), "use float32"));
-        }
-    })
-}
-
-/// A shape to be, where 0 stands for the axis as it is and -1 for what is left.
-pub(super) fn reshape_target(
-    node: &Node<'_>,
-    target: &[i64],
-    dims: &[usize],
-) -> Result<Vec<usize>, NetworkError> {
-    let length: usize = dims.iter().product();
-    let axis = |(axis, &n): (usize, &i64)| match n {
-        0 => dims.get(axis).map_or(0, |&n| n as i64),
-        n => n,
-    };
-    let target: Vec<i64> = target.iter().enumerate().map(axis).collect();
-    crate::import::shapes::open(&node.name, &target, length)
-}
-
-/// The shape with axes of length 1 taken out, or put in.
-pub(super) fn squeezed(
-    node: &Node<'_>,
-    dims: &[usize],
-    axes: Option<Vec<i64>>,
-) -> Result<Vec<usize>, NetworkError> {
-    let out = node.proto.op_type == "Unsqueeze";
-    let Some(axes) = axes else {
-        if out || node.input(1).is_some() {
-            return Err(node.unsupported("axes that are computed", "name the axes"));
-        }
-        return Ok(dims.iter().copied().filter(|&n| n != 1).collect());
-    };
-    let count = if out {
-        dims.len() + axes.len()
-    } else {
-        dims.len()
-    };
-    let mut places = axes
-        .iter()
-        .map(|&axis| axis_of(node, axis, count))
-        .collect::<Result<Vec<_>, _>>()?;
-    places.sort_unstable();
-    places.dedup();
-    if places.len() != axes.len() {
-        return Err(node.malformed(format!("an axis of {axes:?} stands twice")));
-    }
-    let mut shape = dims.to_vec();
-    if out {
-        places.iter().for_each(|&place| shape.insert(place, 1));
-        return Ok(shape);
-    }
-    for place in places.into_iter().rev() {
-        if shape.remove(place) != 1 {
-            return Err(node.malformed(format!("it takes axis {place} out of {dims:?}")));
-        }
-    }
-    Ok(shape)
-}
-
-/// The order of axes of a Transpose.
-pub(super) fn transposition(node: &Node<'_>, axes: usize) -> Result<Vec<usize>, NetworkError> {
-    let order: Vec<usize> = match node.ints("perm") {
-        Some(order) => order
-            .iter()
-            .map(|&n| usize::try_from(n).unwrap_or(usize::MAX))
-            .collect(),
-        None => (0..axes).rev().collect(),
-    };
-    let mut sorted = order.clone();
-    sorted.sort_unstable();
-    if sorted != (0..axes).collect::<Vec<_>>() {
-        return Err(node.malformed(format!("perm is {order:?}")));
-    }
-    Ok(order)
-}
-
-/// Indices of an axis, negative ones from the end.
-pub(super) fn gathered(
-    node: &Node<'_>,
-    indices: &[i64],
-    length: usize,
-) -> Result<Vec<usize>, NetworkError> {
-    indices
-        .iter()
-        .map(|&index| axis_of(node, index, length))
-        .collect()
-}
-
 fn concatenated(node: &Node<'_>, parts: &[&Constant]) -> Result<Constant, NetworkError> {
     let axes = parts.first().map_or(0, |part| part.shape().len());
     let axis = axis_of(node, node.int("axis", 0), axes)?;
@@ -522,64 +355,4 @@ fn dequantised(
         .map(|(i, q)| (q - zero[at(i)]) * f64::from(scale.values[at(i)]))
         .collect();
     Ok(of_numbers(dims.to_vec(), values, false))
-}
-
-fn unary(node: &Node<'_>, x: &Constant) -> Result<Option<Constant>, NetworkError> {
-    let whole = matches!(x, Constant::Integers(_));
-    let f: fn(f64) -> f64 = match node.proto.op_type.as_str() {
-        "Neg" => |x| -x,
-        "Abs" => f64::abs,
-        "Not" => |x| f64::from(x == 0.0),
-        "Sqrt" if !whole => f64::sqrt,
-        "Exp" if !whole => f64::exp,
-        "Log" if !whole => f64::ln,
-        "Reciprocal" if !whole => |x| 1.0 / x,
-        "Floor" if !whole => f64::floor,
-        "Ceil" if !whole => f64::ceil,
-        _ => return Ok(None),
-    };
-    let values = x.numbers().into_iter().map(f).collect();
-    Ok(Some(of_numbers(x.shape().to_vec(), values, whole)))
-}
-
-fn binary(node: &Node<'_>, a: &Constant, b: &Constant) -> Result<Option<Constant>, NetworkError> {
-    let whole = matches!((a, b), (Constant::Integers(_), Constant::Integers(_)));
-    let op = node.proto.op_type.as_str();
-    let f: fn(f64, f64) -> f64 = match op {
-        "Add" => |a, b| a + b,
-        "Sub" => |a, b| a - b,
-        "Mul" => |a, b| a * b,
-        "Div" if whole => |a, b| if b == 0.0 { 0.0 } else { (a / b).trunc() },
-        "Div" => |a, b| a / b,
-        "Mod" if whole && node.int("fmod", 0) == 0 => |a, b| {
-            if b == 0.0 {
-                0.0
-            } else {
-                a - b * (a / b).floor()
-            }
-        },
-        "Pow" => f64::powf,
-        "Max" => f64::max,
-        "Min" => f64::min,
-        "Equal" => |a, b| f64::from(a == b),
-        "Less" => |a, b| f64::from(a < b),
-        "Greater" => |a, b| f64::from(a > b),
-        "LessOrEqual" => |a, b| f64::from(a <= b),
-        "GreaterOrEqual" => |a, b| f64::from(a >= b),
-        "And" => |a, b| f64::from(a != 0.0 && b != 0.0),
-        "Or" => |a, b| f64::from(a != 0.0 || b != 0.0),
-        _ => return Ok(None),
-    };
-    let shape = broadcast(node, a.shape(), b.shape())?;
-    let count = tensor::count(&node.name, &shape)?;
-    let (a_at, b_at) = (
-        spread_places(a.shape(), &shape),
-        spread_places(b.shape(), &shape),
-    );
-    let (left, right) = (a.numbers(), b.numbers());
-    let values = (0..count)
-        .map(|i| f(left[a_at[i]], right[b_at[i]]))
-        .collect();
-    let condition = ["Equal", "Less", "Greater", "LessOrEqual", "GreaterOrEqual"].contains(&op);
-    Ok(Some(of_numbers(shape, values, whole || condition)))
 }

@@ -3,7 +3,9 @@
 
 mod arithmetic;
 mod arrangement;
+mod axes;
 mod constant;
+mod constant_arithmetic;
 mod constants;
 mod dense;
 mod elementwise;

@@ -1,6 +1,6 @@
 //! Operators over whole axes: softmax, and the mean, largest or sum.
 
-use super::constants::axis_of;
+use super::axes::axis_of;
 use super::{Import, Node, Value};
 use crate::{NetworkError, Op, Pool, PoolKind, Window};
 

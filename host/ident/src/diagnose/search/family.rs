@@ -100,9 +100,9 @@ mod tests {
 
     #[test]
     fn a_start_takes_the_size_of_another_laws_forces_and_keeps_its_shape() {
-        let kind = |name| Kind::named(name).expect("it is in the vocabulary");
+        let kind = |name| Kind::named(name).expect("the effect is in the vocabulary");
         let stribeck = resized(kind("stribeck_friction"), vec![0.1, 0.2, 3.0], 6.0);
-        let stribeck = stribeck.expect("it has forces");
+        let stribeck = stribeck.expect("the term has forces");
         for (found, wanted) in stribeck.iter().zip([4.0, 8.0, 3.0]) {
             assert!((found - wanted).abs() < 1e-12, "{found} {wanted}");
         }

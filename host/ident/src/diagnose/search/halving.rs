@@ -15,7 +15,7 @@ use crate::error::Result;
 use crate::fit::levenberg::{DecisionVariables, Stop};
 
 /// Every term on top of `parent`, best first; what cannot be simulated is left out.
-pub(crate) fn race(
+pub(crate) fn successive_halving(
     subset: &Subset,
     parent: &Trial,
     terms: &[Term],

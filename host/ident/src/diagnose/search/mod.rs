@@ -23,13 +23,14 @@ use crate::diagnose::acceptance::{leaves_something, ranking};
 use crate::diagnose::baseline::{
     fit_baseline, fit_baseline_from, leaves_less_as_written, restart_baseline,
 };
+use crate::diagnose::by_signal::BySignal;
 use crate::diagnose::candidate::{Candidate, Trial};
 use crate::diagnose::case::Case;
 use crate::diagnose::one_way::can_be_told;
 use crate::diagnose::pool::Pool;
+use crate::diagnose::possible_terms::{depending_terms, terms};
 use crate::diagnose::search::refocus::refocused;
 use crate::diagnose::share::share_left;
-use crate::diagnose::term::{BySignal, depending_terms, terms};
 use crate::error::Result;
 
 /// Searches over the intervals of the case; then over fewer and longer ones, from where the rig

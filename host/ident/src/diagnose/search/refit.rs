@@ -1,12 +1,12 @@
-//! Finals: what a race found, fitted to everything (docs/explanation/diagnosis.md, "Successive
-//! halving").
+//! Full refits: what the halving found, fitted to everything (docs/explanation/diagnosis.md,
+//! "Successive halving").
 
 use crate::diagnose::candidate::{Candidate, Trial};
 use crate::diagnose::case::Case;
 use crate::diagnose::config::CONFIG;
 use crate::diagnose::data::Starts;
 use crate::diagnose::residuals::Residuals;
-use crate::diagnose::search::halving::race;
+use crate::diagnose::search::halving::successive_halving;
 use crate::diagnose::search::subset::{Subset, pieces_of};
 use crate::diagnose::term::Term;
 use crate::error::Result;
@@ -198,7 +198,7 @@ pub(crate) fn screened(
     all: &[Term],
     what: &str,
 ) -> Result<Vec<Trial>> {
-    race(subset, parent, all, case.progress_of(what))
+    successive_halving(subset, parent, all, case.progress_of(what))
 }
 
 /// The best of a screening, fitted to everything.
@@ -216,7 +216,7 @@ pub(crate) fn refit_best(
     };
     let most = trial.len().min(most);
     let count = case.progress_of(what).count("fitted to everything", most);
-    let finals: Vec<Option<Candidate>> = trial
+    let refits: Vec<Option<Candidate>> = trial
         .par_iter()
         .take(most)
         .map(|trial| {
@@ -227,6 +227,6 @@ pub(crate) fn refit_best(
             candidate
         })
         .collect();
-    let finals: Vec<Candidate> = finals.into_iter().flatten().collect();
-    Ok(finals)
+    let refits: Vec<Candidate> = refits.into_iter().flatten().collect();
+    Ok(refits)
 }

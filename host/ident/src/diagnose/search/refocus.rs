@@ -128,7 +128,7 @@ mod tests {
         };
         let t = (0..ROWS).map(|k| k as f64 * step).collect();
         let columns = vec![column("u_N", inputs), column("q_m", seen)];
-        Recording::new("stopped.csv", t, columns).expect("it is one")
+        Recording::new("stopped.csv", t, columns).expect("the text is a recording")
     }
 
     #[test]
@@ -137,9 +137,9 @@ mod tests {
             env!("CARGO_MANIFEST_DIR"),
             "/../../rigs/mass-spring-damper.toml"
         );
-        let rig = Rig::load(file).expect("it ships with the project");
-        let plant = Plant::new(&rig).expect("it can be simulated");
-        let data = Data::new(&rig, &plant, &[stopped()]).expect("it is driven by the input");
+        let rig = Rig::load(file).expect("the rig ships with the project");
+        let plant = Plant::new(&rig).expect("the rig can be simulated");
+        let data = Data::new(&rig, &plant, &[stopped()]).expect("the rig is driven by the input");
         let of = |intervals: &[Range<usize>]| {
             let subset = Subset {
                 written: &rig,
@@ -147,8 +147,10 @@ mod tests {
                 intervals: intervals.iter().map(|rows| (0, rows.clone())).collect(),
                 settings: Settings::default(),
             };
-            let fitted = subset.first(&rig, &plant.values(), 15).expect("a rig");
-            let fitted = fitted.expect("it can be simulated");
+            let fitted = subset
+                .first(&rig, &plant.values(), 15)
+                .expect("the rig is sound");
+            let fitted = fitted.expect("the rig can be simulated");
             let found = refocused(&subset, &fitted).expect("it was fitted");
             (subset.intervals.len(), found.map(|found| found.intervals))
         };

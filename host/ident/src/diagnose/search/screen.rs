@@ -1,5 +1,5 @@
 //! A first look at every term, at the price of one simulation a start: what one joint step of the
-//! linear theory would leave (docs/explanation/diagnosis.md, eq. 5). It orders the race and only
+//! linear theory would leave (docs/explanation/diagnosis.md, eq. 5). It orders the halving and only
 //! spares the hopeless from it.
 
 use crate::diagnose::config::CONFIG;

@@ -9,7 +9,7 @@ use crate::diagnose::config::CONFIG;
 use crate::diagnose::pool::{Pool, Proposal};
 use crate::diagnose::progress::Progress;
 use crate::diagnose::search::context::Context;
-use crate::diagnose::search::halving::race;
+use crate::diagnose::search::halving::successive_halving;
 use crate::diagnose::search::refit::refit;
 use crate::diagnose::search::subset::Subset;
 use crate::diagnose::term::Term;
@@ -86,7 +86,7 @@ fn refitted(
         time: &TimeBudget::default(),
     };
     let mut found = Vec::new();
-    for trial in race(subset, parent, simpler, progress)? {
+    for trial in successive_halving(subset, parent, simpler, progress)? {
         found.extend(refit(case, subset, &trial, CONFIG.refit.steps)?);
     }
     Ok(found)

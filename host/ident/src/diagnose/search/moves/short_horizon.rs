@@ -71,9 +71,9 @@ pub(crate) fn on_short_intervals(
         return Ok((Vec::new(), ShortHorizon::default()));
     };
     let singles = screened(case, &below, &parent, all, ONE)?;
-    let finals = lengthened(case, subset, below, singles.clone(), ONE)?;
+    let refits = lengthened(case, subset, below, singles.clone(), ONE)?;
     let parent = Some(parent);
-    Ok((finals, ShortHorizon { parent, singles }))
+    Ok((refits, ShortHorizon { parent, singles }))
 }
 
 /// Two effects on pieces of the subset: on top of what was best there alone, then on top of the
@@ -101,10 +101,10 @@ pub(crate) fn pairs_on_short_intervals(
         .cloned()
         .collect();
     let mut pairs: Vec<Trial> = Vec::new();
-    let mut raced = 0;
-    while raced < parents.len() && !case.time.is_spent() {
-        let parent = &parents[raced];
-        raced += 1;
+    let mut tried = 0;
+    while tried < parents.len() && !case.time.is_spent() {
+        let parent = &parents[tried];
+        tried += 1;
         let second = |term: &&Term| term.may_join(&parent.terms);
         let rest: Vec<Term> = all.iter().filter(second).cloned().collect();
         pairs.extend(screened(case, &below, parent, &rest, TWO)?);
@@ -114,9 +114,9 @@ pub(crate) fn pairs_on_short_intervals(
         let in_vain = CONFIG
             .short_horizon
             .in_vain
-            .get(raced - 1)
+            .get(tried - 1)
             .map(|part| part * single);
-        let led = raced >= CONFIG.short_horizon.parents
+        let led = tried >= CONFIG.short_horizon.parents
             || (leader.iter()).all(|one| parents[0].terms[0] == **one);
         if led && single > noise && in_vain.is_some_and(|most| pair > most) {
             return Ok(None);
@@ -125,8 +125,8 @@ pub(crate) fn pairs_on_short_intervals(
             .first()
             .is_some_and(|best| beside(best) < CONFIG.short_horizon.hopeful * beside(bare));
         if hopeful
-            && raced == parents.len()
-            && raced < CONFIG.short_horizon.parents + CONFIG.short_horizon.exchanges
+            && tried == parents.len()
+            && tried < CONFIG.short_horizon.parents + CONFIG.short_horizon.exchanges
         {
             let known = |term: &Term| parents.iter().any(|p| p.terms[0] == *term);
             let newcomers = pairs.iter().filter_map(|pair| {

@@ -174,7 +174,7 @@ mod tests {
             env!("CARGO_MANIFEST_DIR"),
             "/../../rigs/two-mass-drive.toml"
         );
-        Rig::load(file).expect("it ships with the project")
+        Rig::load(file).expect("the rig ships with the project")
     }
 
     #[test]

@@ -1,0 +1,89 @@
+//! The `[control]` table of a rig file, written after a tuning.
+
+use sinew_ident::error::{Error, Result};
+use sinew_model::spec::ControlSpec;
+use sinew_sim::Rig;
+use toml_edit::{Array, DocumentMut, Item, Table, Value};
+
+use crate::rig_file;
+
+/// The rig with another `[control]` table; its text, comments and other keys stay.
+///
+/// # Errors
+/// A rig whose `[control]` is no table.
+pub fn controlled(rig: &Rig, control: &ControlSpec) -> Result<Rig> {
+    let refused = |what: String| Error::file(&rig.file, format!("cannot write [control]: {what}"));
+    let mut document: DocumentMut = rig
+        .to_toml()
+        .parse()
+        .map_err(|e: toml_edit::TomlError| refused(e.to_string()))?;
+    let table = document
+        .entry("control")
+        .or_insert(Item::Table(Table::new()))
+        .as_table_like_mut()
+        .ok_or_else(|| refused("it is no table".into()))?;
+    let numbers = |values: &[f64]| Value::from(values.iter().copied().collect::<Array>());
+    for (key, mut value) in [
+        ("horizon", Value::from(control.horizon as i64)),
+        (
+            "control_horizon",
+            Value::from(control.control_horizon as i64),
+        ),
+        ("tracking_weight", numbers(&control.tracking_weight)),
+        ("move_suppression", numbers(&control.move_suppression)),
+    ] {
+        match table.get_mut(key).and_then(Item::as_value_mut) {
+            Some(old) => {
+                // What stands before and after the number is the user's.
+                *value.decor_mut() = old.decor().clone();
+                *old = value;
+            }
+            None => {
+                table.insert(key, Item::Value(value));
+            }
+        }
+    }
+    Ok(rig_file::parse(&document.to_string(), &rig.file)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::rig_file::ControlTable;
+
+    fn checkout(file: &str) -> std::path::PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("../..")
+            .join(file)
+    }
+
+    #[test]
+    fn a_tuned_rig_keeps_its_text() {
+        let rig =
+            Rig::load(checkout("rigs/mass-spring-damper.toml")).expect("the shipped rig is sound");
+        let spec =
+            sinew_model::store::load(&checkout("models/reference-s")).expect("it is committed");
+        let control = ControlSpec {
+            horizon: 9,
+            control_horizon: 2,
+            tracking_weight: vec![1.0],
+            move_suppression: vec![0.003],
+            ..spec.control
+        };
+        let tuned = controlled(&rig, &control).expect("it has a [control] table");
+        let table = ControlTable::read(&tuned).expect("the tables were sound");
+        let table = table.expect("tuning keeps the [control] table");
+        assert_eq!((table.horizon, table.control_horizon), (Some(9), Some(2)));
+        assert_eq!(table.move_suppression, Some(vec![0.003]));
+        assert_eq!(table.rate_hz, Some(120.0));
+        let same = |line: &&str| tuned.to_toml().contains(*line);
+        let kept = rig.to_toml().lines().filter(same).count();
+        assert_eq!(
+            kept,
+            rig.to_toml().lines().count() - 2,
+            "only two lines are replaced"
+        );
+    }
+}
