@@ -138,11 +138,10 @@ fn noise_over_range(recording: &Recording, values: &[f64]) -> Option<f64> {
 /// Effects in one recording, its inputs applied to the fitted rig.
 fn effects_of(rig: &Rig, recording: &Recording) -> Option<Vec<Effect>> {
     let plant = Plant::new(rig).ok()?;
-    let inputs = plant.inputs().iter().map(|input| {
-        let held = recording.held(&input.column, &input.actuator).ok()?;
-        let values = held.values.iter();
-        Some(values.map(|value| value * input.column_factor).collect())
-    });
+    let inputs = plant
+        .inputs()
+        .iter()
+        .map(|input| Some(recording.input(input).ok()?.values));
     let begin = recording.t()[0];
     let experiment = Experiment {
         t: recording.t().iter().map(|t| t - begin).collect(),

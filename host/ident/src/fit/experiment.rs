@@ -105,39 +105,24 @@ impl Experiment {
         let mut inputs = Vec::new();
         let mut held = Vec::new();
         for input in plant.inputs() {
-            let wanted_by = input.wanted_by();
-            let mut values = match input.motion {
+            inputs.push(match input.motion {
                 // The smoothing bridges what is missing.
-                Some(_) => recording.require(&input.column, &wanted_by)?.to_vec(),
+                Some(_) => recording.si(&input.column, input.column_factor, &input.wanted_by())?,
                 None => {
-                    let column = recording.held(&input.column, &wanted_by)?;
+                    let column = recording.input(input)?;
                     if column.missing > 0 {
                         held.push((input.column.clone(), column.missing));
                     }
                     column.values
                 }
-            };
-            values
-                .iter_mut()
-                .for_each(|value| *value *= input.column_factor);
-            inputs.push(values);
+            });
         }
         plant
             .derive_motions(recording.t(), &mut inputs)
             .map_err(|error| Error::file(recording.path(), error.to_string()))?;
-        let mut signals = Vec::new();
-        for sensor in plant.sensors() {
-            let column = recording.require(
-                &sensor.column,
-                &format!("sensor `{}` of the rig", sensor.name),
-            )?;
-            signals.push(
-                column
-                    .iter()
-                    .map(|value| value * sensor.column_factor)
-                    .collect::<Vec<_>>(),
-            );
-        }
+        let sensors = plant.sensors().iter();
+        let signals = sensors.map(|sensor| recording.sensor(sensor));
+        let signals = signals.collect::<Result<Vec<_>>>()?;
         if signals.iter().flatten().all(|value| value.is_nan()) {
             return Err(Error::file(
                 recording.path(),

@@ -12,6 +12,7 @@
 
 mod read;
 pub mod repair;
+mod si;
 mod write;
 
 use std::path::{Path, PathBuf};

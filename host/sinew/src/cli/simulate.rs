@@ -57,15 +57,15 @@ fn columns(recording: &Recording, wanted: &[Input]) -> Result<Vec<Vec<f64>>> {
     wanted
         .iter()
         .map(|input| {
-            let (column, factor) = (input.column.as_str(), input.column_factor);
-            let values = recording.require(column, &input.wanted_by())?;
+            let column = &input.column;
+            let values = recording.si(column, input.column_factor, &input.wanted_by())?;
             if !values.iter().any(|value| value.is_finite()) {
                 let message = format!("input column `{column}` has no valid sample to hold");
                 return Err(Error::file(recording.path(), message)
                     .at(1, 1)
                     .expected("a number in at least one row"));
             }
-            Ok(values.iter().map(|v| v * factor).collect())
+            Ok(values)
         })
         .collect()
 }
@@ -215,9 +215,9 @@ fn simulated(
     let signals: Vec<Vec<f64>> = plant
         .sensors()
         .iter()
-        .map(|sensor| match recording.column(&sensor.column) {
-            Some(values) => values.iter().map(|v| v * sensor.column_factor).collect(),
-            None => vec![f64::NAN; recording.len()],
+        .map(|sensor| {
+            let recorded = recording.sensor(sensor);
+            recorded.unwrap_or_else(|_| vec![f64::NAN; recording.len()])
         })
         .collect();
     let driven: Vec<&[f64]> = inputs.iter().map(Vec::as_slice).collect();

@@ -134,9 +134,7 @@ impl ControlProblem {
             .min(horizon);
 
         let column = |recording: &Recording, sensor: usize| -> Result<Vec<f64>> {
-            let sensor = &plant.sensors()[sensor];
-            let values = recording.require(&sensor.column, &sensor.name)?;
-            Ok(values.iter().map(|v| v * sensor.column_factor).collect())
+            recording.sensor(&plant.sensors()[sensor])
         };
         let mut workspaces = Vec::new();
         let mut noise = Vec::new();
@@ -217,11 +215,7 @@ impl ControlProblem {
                 .zip(&outputs)
                 .map(|(name, sensor)| {
                     let factor = plant.sensors()[*sensor].column_factor;
-                    Ok(reference
-                        .require(name, "[control] reference")?
-                        .iter()
-                        .map(|v| v * factor)
-                        .collect())
+                    reference.si(name, factor, "[control] reference")
                 })
                 .collect::<Result<_>>()?;
             let slices: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
@@ -273,14 +267,14 @@ impl ControlProblem {
     pub fn follow(&mut self, path: &Recording, plant: &Plant) -> Result<()> {
         let column = |sensor: &usize| -> Result<Vec<f64>> {
             let sensor = &plant.sensors()[*sensor];
-            let values = path.require(&sensor.column, &format!("output `{}`", sensor.name))?;
+            let values = path.sensor(sensor)?;
             if !values.iter().any(|v| v.is_finite()) {
                 let message = format!("`{}` has no valid sample to go to", sensor.column);
                 return Err(Error::file(path.path(), message)
                     .at(1, 1)
                     .expected("a number in at least one row"));
             }
-            Ok(values.iter().map(|v| v * sensor.column_factor).collect())
+            Ok(values)
         };
         let columns = self
             .outputs
@@ -390,9 +384,9 @@ fn limits(plant: &Plant, recordings: &[Recording], period: f64) -> Result<Vec<In
             None => {
                 let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
                 for recording in recordings {
-                    for value in recording.require(&input.column, &input.actuator)? {
-                        low = low.min(value * input.column_factor);
-                        high = high.max(value * input.column_factor);
+                    for value in recording.input(input)?.values {
+                        low = low.min(value);
+                        high = high.max(value);
                     }
                 }
                 let margin = 0.1 * (high - low);

@@ -146,9 +146,10 @@ pub fn build(request: &Request) -> Result<Outcome> {
             .for_each(|doubt| eprintln!("  warning: {doubt}"));
     }
 
-    let diagnosis = match request.diagnose {
-        true => Some(find(request, &rig, &recordings, &tests)?),
-        false => None,
+    let diagnosis = if request.diagnose {
+        Some(find(request, &rig, &recordings, &tests)?)
+    } else {
+        None
     };
 
     // What was found missing is known from here on: to the network, the tuning and the plant.

@@ -5,7 +5,7 @@ use std::path::Path;
 use sinew_model::from_network;
 use sinew_model::spec::{ControlSpec, ModelSpec, OutputForm, Signal};
 use sinew_nn::Network;
-use sinew_sim::{Plant, Rig};
+use sinew_sim::{Input, Plant, Rig, SensorChannel};
 use sinew_train::Form;
 
 use crate::closed_loop::control_problem::ControlProblem;
@@ -67,12 +67,8 @@ pub fn adopt(
     let sensors = |indices: &[usize]| -> Result<Vec<(Signal, f64)>> {
         let of = |sensor: &usize| {
             let sensor = &plant.sensors()[*sensor];
-            let range = range(recordings, &sensor.column, &sensor.name)?;
-            let scaled = (
-                range.0 * sensor.column_factor,
-                range.1 * sensor.column_factor,
-            );
-            let signal = signal(&sensor.column, &sensor.unit, scaled);
+            let range = range(recordings, sensor)?;
+            let signal = signal(&sensor.column, &sensor.unit, range);
             Ok((signal, sensor.column_factor))
         };
         indices.iter().map(of).collect()
@@ -179,18 +175,19 @@ fn signal(column: &str, unit: &str, (low, high): (f64, f64)) -> Signal {
     }
 }
 
-/// Lowest and highest value of a column.
-fn range(recordings: &[Recording], column: &str, sensor: &str) -> Result<(f64, f64)> {
+/// Lowest and highest reading of a sensor, SI.
+fn range(recordings: &[Recording], sensor: &SensorChannel) -> Result<(f64, f64)> {
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for recording in recordings {
-        for value in recording.require(column, sensor)? {
-            low = low.min(*value);
-            high = high.max(*value);
+        for value in recording.sensor(sensor)? {
+            low = low.min(value);
+            high = high.max(value);
         }
     }
     if low < high {
         return Ok((low, high));
     }
+    let column = &sensor.column;
     let message = format!("`{column}` never moves, so its range is not known");
     let first = recordings.first().map_or(Path::new(""), Recording::path);
     Err(Error::file(first, message)
@@ -209,30 +206,30 @@ fn episode(
     if t.len() < 2 || !t.windows(2).all(even) {
         return None;
     }
-    let rows = |columns: Vec<(&str, f64)>, signals: &[Signal], count: usize| -> Option<Vec<f64>> {
-        let read = columns.iter().zip(signals).map(|((column, factor), s)| {
-            let values = recording.column(column)?.iter();
-            let scaled = values.map(|v| (v * factor - s.offset) / s.span);
-            Some(scaled.collect::<Vec<f64>>())
-        });
-        let read = read.collect::<Option<Vec<_>>>()?;
-        let rows = (0..count).flat_map(|k| read.iter().map(move |column| column[k]));
-        let rows: Vec<f64> = rows.collect();
+    let rows = |columns: Vec<Vec<f64>>, signals: &[Signal], count: usize| -> Option<Vec<f64>> {
+        let scaled = |k: usize| {
+            let row = columns.iter().zip(signals);
+            row.map(move |(column, s)| (column[k] - s.offset) / s.span)
+        };
+        let rows: Vec<f64> = (0..count).flat_map(scaled).collect();
         rows.iter().all(|v| v.is_finite()).then_some(rows)
     };
-    let sensors = |indices: &[usize]| -> Vec<(&str, f64)> {
+    let sensors = |indices: &[usize]| -> Option<Vec<Vec<f64>>> {
         let each = indices.iter().map(|sensor| &plant.sensors()[*sensor]);
-        each.map(|s| (s.column.as_str(), s.column_factor)).collect()
+        each.map(|sensor| recording.sensor(sensor).ok()).collect()
     };
-    let inputs = plant.inputs().iter();
-    let inputs = inputs.map(|i| (i.column.as_str(), i.column_factor));
+    let input = |input: &Input| {
+        let found = recording.si(&input.column, input.column_factor, &input.wanted_by());
+        found.ok()
+    };
+    let inputs: Option<Vec<Vec<f64>>> = plant.inputs().iter().map(input).collect();
     let steps = t.len() - 1;
-    let y = rows(sensors(&task.outputs), &spec.outputs, t.len())?;
+    let y = rows(sensors(&task.outputs)?, &spec.outputs, t.len())?;
     Some(Scaled {
-        u: rows(inputs.collect(), &spec.inputs, steps)?,
+        u: rows(inputs?, &spec.inputs, steps)?,
         measured: y.clone(),
         y,
-        channels: rows(sensors(&task.channels), &spec.channels, t.len())?,
+        channels: rows(sensors(&task.channels)?, &spec.channels, t.len())?,
         sensitivities: vec![],
         steps,
     })

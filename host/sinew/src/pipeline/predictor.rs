@@ -137,14 +137,7 @@ pub fn starts(
         let columns = plant
             .inputs()
             .iter()
-            .map(|input| {
-                let held = recording.held(&input.column, &input.actuator)?;
-                Ok(held
-                    .values
-                    .iter()
-                    .map(|v| v * input.column_factor)
-                    .collect::<Vec<f64>>())
-            })
+            .map(|input| Ok(recording.input(input)?.values))
             .collect::<Result<Vec<_>>>()?;
         let slices: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
         let count = SAMPLED_STATES / recordings.len().max(1);
