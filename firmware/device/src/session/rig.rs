@@ -136,8 +136,8 @@ impl<
                     }
                     None => {}
                 }
-                let wish = row.map_or(*self.controller.applied(), |(_, u)| u);
-                let step = self.controller.open_loop(y, s, Some(&wish));
+                let command = row.map_or(*self.controller.applied(), |(_, u)| u);
+                let step = self.controller.open_loop(y, s, Some(&command));
                 if self.own.starved > self.controller.max_missing_samples() {
                     self.disarm(Cause::Starved);
                 }

@@ -25,17 +25,17 @@ impl Bounds {
         }
     }
 
-    /// A wish in -1 to 1 brought to the range, followed as fast as the rate limit allows. Begins at
-    /// zero or as near to it as the range comes: where a rig at rest is.
-    pub(super) fn keep(&self, t: &[f64], wish: &[f64]) -> Vec<f64> {
+    /// A normalised signal, in -1 to 1, brought to the range and followed as fast as the rate
+    /// limit allows. Begins at zero or as near to it as the range comes: where a rig at rest is.
+    pub(super) fn keep(&self, t: &[f64], signal: &[f64]) -> Vec<f64> {
         let (middle, half) = ((self.low + self.high) / 2.0, (self.high - self.low) / 2.0);
         let mut u = 0.0f64.clamp(self.low, self.high);
         let mut last = t.first().copied().unwrap_or(0.0);
         let mut kept = Vec::with_capacity(t.len());
-        for (&t, wish) in t.iter().zip(wish) {
+        for (&t, value) in t.iter().zip(signal) {
             let change = self.rate * (t - last);
-            let wanted = middle + half * wish;
-            // The first row is where it starts; a wish elsewhere is followed from the second on.
+            let wanted = middle + half * value;
+            // The first row is where it starts; a signal elsewhere is followed from the second on.
             if kept.is_empty() {
                 kept.push(u);
                 continue;

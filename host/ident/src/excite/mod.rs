@@ -9,8 +9,8 @@
 //!     "x.toml",
 //! )?;
 //! let plant = sinew_sim::Plant::new(&rig)?;
-//! let wish = Options { kind: Kind::Steps, seconds: 4.0, rate_hz: 100.0, ..Options::default() };
-//! let experiment = design(&plant, "x.toml", &wish)?;
+//! let options = Options { kind: Kind::Steps, seconds: 4.0, rate_hz: 100.0, ..Options::default() };
+//! let experiment = design(&plant, "x.toml", &options)?;
 //! let u = &experiment.inputs[0];
 //! assert!(u.windows(2).all(|w| (w[1] - w[0]).abs() <= 0.08) && u.iter().all(|u| u.abs() <= 2.0));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -182,9 +182,9 @@ pub fn design(plant: &Plant, file: impl AsRef<Path>, options: &Options) -> Resul
         // were.
         let mut random = ChaCha8Rng::seed_from_u64(options.seed);
         random.set_stream(index as u64);
-        let wish = signal::shape(options, options.band(), &t, (index, count), &mut random);
+        let signal = signal::shape(options, options.band(), &t, (index, count), &mut random);
         let bounds = limits::Bounds::of(input, limit, options.amplitude);
-        Ok(bounds.keep(&t, &wish))
+        Ok(bounds.keep(&t, &signal))
     });
     let inputs = inputs.collect::<Result<_>>()?;
     Ok(Experiment { t, inputs })

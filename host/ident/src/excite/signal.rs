@@ -10,7 +10,7 @@ const STILL: f64 = 0.02;
 /// Most sines in a multisine.
 const SINES: usize = 40;
 
-/// The wish for input `index` of `count` at every time.
+/// The normalised signal, in -1 to 1, of input `index` of `count` at every time.
 pub(super) fn shape(
     options: &Options,
     band: [f64; 2],
@@ -25,19 +25,19 @@ pub(super) fn shape(
         ref one => std::slice::from_ref(one),
     };
     let each = (end - begin) / parts.len() as f64;
-    let mut wish = vec![0.0; t.len()];
+    let mut signal = vec![0.0; t.len()];
     for (part, kind) in parts.iter().enumerate() {
         let from = begin + part as f64 * each;
         let mut own = part_of(*kind, each, band, (index, count), random);
-        for (wish, &t) in wish.iter_mut().zip(t) {
+        for (signal, &t) in signal.iter_mut().zip(t) {
             // The last part goes on to the last row.
             let inside = t >= from && (t < from + each || part + 1 == parts.len());
             if inside {
-                *wish = own(t - from);
+                *signal = own(t - from);
             }
         }
     }
-    wish
+    signal
 }
 
 type Wave = Box<dyn FnMut(f64) -> f64>;

@@ -21,7 +21,7 @@ fn plant(actuators: &[&str]) -> Plant {
         );
     }
     let rig = Rig::parse(&text, "x.toml").unwrap_or_else(|error| panic!("{error}"));
-    Plant::new(&rig).expect("it is sound")
+    Plant::new(&rig).expect("the rig is sound")
 }
 
 fn spread(u: &[f64]) -> f64 {
@@ -41,12 +41,12 @@ proptest! {
         let plant = plant(&[&limits]);
         let options = Options { kind: KINDS[kind], seconds: 5.0, rate_hz, seed, amplitude, ..Options::default() };
         let recording = design(&plant, "x.toml", &options).and_then(|e| e.recording(&plant, "x.csv"));
-        let bytes = recording.map(|r| r.to_csv()).expect("it is designed");
-        let read = crate::recording::Recording::parse(bytes.as_bytes(), "x.csv").expect("it reads back");
-        let u = read.column("u0_N").expect("it is there");
+        let bytes = recording.map(|r| r.to_csv()).expect("the experiment can be designed");
+        let read = crate::recording::Recording::parse(bytes.as_bytes(), "x.csv").expect("the recording reads back");
+        let u = read.column("u0_N").expect("the recording has this column");
         let factor = plant.inputs()[0].column_factor;
-        let limit = plant.inputs()[0].limit.expect("it has one");
-        let most = plant.inputs()[0].rate_limit.expect("it has one");
+        let limit = plant.inputs()[0].limit.expect("the input has a limit");
+        let most = plant.inputs()[0].rate_limit.expect("the input has a limit");
         for k in 0..u.len() {
             let here = u[k] * factor;
             prop_assert!(here >= limit.0 && here <= limit.1, "row {k}: {here} of {limit:?}");
@@ -67,7 +67,8 @@ fn every_kind_uses_the_range_that_it_is_given() {
             amplitude: 0.5,
             ..Options::default()
         };
-        let experiment = design(&plant, "x.toml", &options).expect("it is designed");
+        let experiment =
+            design(&plant, "x.toml", &options).expect("the experiment can be designed");
         let u = &experiment.inputs[0];
         assert!(u[0] == 0.0, "{kind:?} begins at {}", u[0]);
         assert!(
@@ -88,7 +89,7 @@ fn two_inputs_do_not_move_as_one() {
             ..Options::default()
         };
         let inputs = design(&plant, "x.toml", &options)
-            .expect("it is designed")
+            .expect("the experiment can be designed")
             .inputs;
         let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let (a, b) = (&inputs[0], &inputs[1]);
@@ -106,7 +107,7 @@ fn the_same_seed_draws_the_same_and_another_does_not() {
             ..Options::default()
         };
         design(&plant, "x.toml", &options)
-            .expect("it is designed")
+            .expect("the experiment can be designed")
             .inputs
     };
     assert_eq!(of(7), of(7));

@@ -203,28 +203,28 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
     let plant = plant.or(arguments.plant_program.clone());
     let board = arguments.board.name();
     let spread = arguments.draws.map(|_| arguments.spread);
-    let contest = Benchmark::new(&ready, &of_loop.rig, plant, board, controllers, gains)
+    let benchmark = Benchmark::new(&ready, &of_loop.rig, plant, board, controllers, gains)
         .spread(spread)
         .evaluations(arguments.evaluations);
-    let contest = match arguments.board {
-        Board::Host => contest,
-        _ => contest.optimise(of_loop.optimise),
+    let benchmark = match arguments.board {
+        Board::Host => benchmark,
+        _ => benchmark.optimise(of_loop.optimise),
     };
-    said.line(contest.table().text().trim_end());
+    said.line(benchmark.table().text().trim_end());
     if arguments.evaluations.is_some() {
-        said.line(contest.tuning_sentence());
+        said.line(benchmark.tuning_sentence());
     }
     if let Some(path) = &arguments.json {
-        sinew_files::write(path, format!("{:#}\n", contest.value()?))?;
+        sinew_files::write(path, format!("{:#}\n", benchmark.value()?))?;
         said.wrote(path);
     }
     if let Some(path) = &arguments.report {
         let command = format!("sinew compare {}", of_loop.rig.display());
-        contest.report(&command).write(path)?;
+        benchmark.report(&command).write(path)?;
         said.wrote(path);
     }
     if let Some(path) = &arguments.plot {
-        sinew_files::write(path, sheet(&contest.errors()))?;
+        sinew_files::write(path, sheet(&benchmark.errors()))?;
         said.wrote(path);
     }
     if let [model] = arguments.models.as_slice() {
@@ -233,9 +233,10 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
             model.display()
         ));
     }
-    Ok(match arguments.exit_code {
-        true => exit_code(&contest.controllers),
-        false => 0,
+    Ok(if arguments.exit_code {
+        exit_code(&benchmark.controllers)
+    } else {
+        0
     })
 }
 
@@ -271,9 +272,10 @@ fn judged(asked: &[f64], duration_s: f64) -> Result<Option<[f64; 2]>> {
         [from, to] if within(from, to) => Ok(Some([from, to])),
         _ => {
             let given: Vec<String> = asked.iter().map(f64::to_string).collect();
-            let within = match duration_s.is_finite() {
-                true => format!(", the first before the reference ends at {duration_s:.1} s"),
-                false => String::new(),
+            let within = if duration_s.is_finite() {
+                format!(", the first before the reference ends at {duration_s:.1} s")
+            } else {
+                String::new()
             };
             let expectation = format!("FROM,TO in seconds, the earlier one first{within}");
             Err(Error::must_be("--judged", expectation, given.join(","))

@@ -1,4 +1,4 @@
-//! Controllers without a model as opponents: the firmware's own code, and how any of them is tuned.
+//! Baseline controllers, without a model: the firmware's own code, and how any of them is tuned.
 
 use rayon::prelude::*;
 use sinew_mpc::feedback::{Feedback, Law};
@@ -25,7 +25,7 @@ pub trait BaselineController: Law<Gains: Send + Sync> + Send + Sync {
 }
 
 /// Gains of one channel and how many steps ahead it looks at the reference: the preview that the
-/// predictive controller has is not withheld from its opponents.
+/// predictive controller has is not withheld from these.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tuning<G> {
     /// Gains in physical units.
@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn opponents_begin_inside_their_ranges_with_short_and_long_previews() {
+    fn baselines_begin_inside_their_ranges_with_short_and_long_previews() {
         begins_inside::<PidState>();
         begins_inside::<RiseState>();
     }

@@ -1,4 +1,4 @@
-//! The predictive controller on a device, as an opponent like any other.
+//! The predictive controller on a device, run like any other.
 
 use heapless::Vec as FixedVec;
 use sinew_device::protocol::{Identity, ToDevice, ToHost};

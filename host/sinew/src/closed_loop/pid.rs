@@ -1,4 +1,4 @@
-//! The PID as an opponent (docs/explanation/controller.md, eq. 12).
+//! The PID as a baseline controller (docs/explanation/controller.md, eq. 12).
 
 use sinew_mpc::feedback::pid::{PidGains, PidState};
 

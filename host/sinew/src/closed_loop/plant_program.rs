@@ -275,8 +275,8 @@ mod tests {
         let text = "format = \"sinew-rig/1\"\nname = \"cart\"\n[[body]]\nname = \"cart\"\nmotion = \"slide\"\n\
                     inertia = 1.0\n[[actuator]]\nname = \"push\"\ndrives = \"cart\"\ninput = \"u_N\"\ngain = 1.0\n\
                     [[sensor]]\nname = \"ruler\"\nreads = \"cart.position\"\nsignal = \"q_m\"\n";
-        let rig = Rig::parse(text, "cart.toml").expect("it is a rig");
-        let plant = Plant::new(&rig).expect("it can be simulated");
+        let rig = Rig::parse(text, "cart.toml").expect("the text is a rig");
+        let plant = Plant::new(&rig).expect("the rig can be simulated");
         let drive = InputTrajectory::new(&plant, 1, &[&[0.0]]).expect("one row");
         let program = PlantProgram {
             // It stays: what is noticed is what it says, not that it has gone.

@@ -1,4 +1,4 @@
-//! RISE as an opponent (docs/explanation/controller.md, eq. 13).
+//! RISE as a baseline controller (docs/explanation/controller.md, eq. 13).
 
 use sinew_mpc::feedback::rise::{RiseGains, RiseState};
 

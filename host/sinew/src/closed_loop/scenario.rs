@@ -285,8 +285,8 @@ mod tests {
         let text = "format = \"sinew-rig/1\"\nname = \"cart\"\n[[body]]\nname = \"cart\"\nmotion = \"slide\"\n\
                     inertia = 1.0\n[[actuator]]\nname = \"push\"\ndrives = \"cart\"\ninput = \"u_N\"\ngain = 1.0\n\
                     [[sensor]]\nname = \"ruler\"\nreads = \"cart.position\"\nsignal = \"q_m\"\n";
-        let rig = Rig::parse(text, "cart.toml").expect("it is a rig");
-        let plant = Plant::new(&rig).expect("it can be simulated");
+        let rig = Rig::parse(text, "cart.toml").expect("the text is a rig");
+        let plant = Plant::new(&rig).expect("the rig can be simulated");
         let values = plant.values();
         let start = plant
             .initial_state(&values, &[Some(0.0)])
@@ -311,7 +311,7 @@ mod tests {
 
     #[test]
     fn a_delay_shows_what_was_and_leaves_the_plant_alone() {
-        let of = |delay| scenario(delay).run(&mut Echo).expect("it runs");
+        let of = |delay| scenario(delay).run(&mut Echo).expect("the run ends");
         let prompt = of(0.0);
         assert_eq!(prompt.measured, prompt.y);
         assert!(prompt.y[40 - 1][0] > 1e-2, "it never moved");
@@ -331,7 +331,7 @@ mod tests {
 
     #[test]
     fn a_stretch_of_a_run_is_scored_without_the_rest() {
-        let run = scenario(0.0).run(&mut Echo).expect("it runs");
+        let run = scenario(0.0).run(&mut Echo).expect("the run ends");
         let stretch = run.between(run.t[5], run.t[9]);
         assert_eq!(stretch.t, run.t[5..=9]);
         assert_eq!(stretch.y, run.y[5..=9]);

@@ -46,9 +46,10 @@ impl Run {
             if way == 0.0 {
                 continue;
             }
-            let to = match to < r.len() {
-                true => to.saturating_sub(lead).max(from + REST),
-                false => to,
+            let to = if to < r.len() {
+                to.saturating_sub(lead).max(from + REST)
+            } else {
+                to
             };
             let rest = self.y[from..to].iter();
             let errors: Vec<f64> = rest.map(|y| (y[i] - target) / way).collect();
@@ -123,12 +124,12 @@ mod tests {
     fn overshoot_and_settling_are_those_of_the_move() {
         let found = run(0.5, false)
             .transient(0, 0.1, 0)
-            .expect("it rests after a move");
+            .expect("the reference rests after a move");
         assert!((found.overshoot - 0.25).abs() < 1e-12);
         assert!((found.settling_s.expect("it settles") - 1.0).abs() < 1e-12);
         let never = run(-0.5, true)
             .transient(0, 0.1, 0)
-            .expect("it rests after a move");
+            .expect("the reference rests after a move");
         assert_eq!((never.overshoot, never.settling_s), (0.0, None));
     }
 

@@ -91,7 +91,7 @@ pub fn closing_lines(outcome: &Outcome, summary: &Summary, folder: &Path) -> Vec
     }
     line(
         "plant",
-        format!("the {basis} rig, every free parameter moved by 10 to 20 %"),
+        format!("the {basis} rig, every free parameter perturbed by 10 to 20 %"),
     );
     if let Some(count) = summary.instructions_per_step {
         line(

@@ -294,7 +294,7 @@ pub(super) fn conditions(outcome: &Outcome) -> Section {
     }
     Section::new("Conditions")
         .text(format!(
-            "The plant of the loop is the {basis} rig with every free parameter moved by 10 to 20 %; \
+            "The plant of the loop is the {basis} rig with every free parameter perturbed by 10 to 20 %; \
              neither the network nor the MPC's tuning has seen it. One PID is tuned on the plants that \
              tuned the MPC: the {basis} rig and two whose numbers are moved elsewhere. The other is tuned \
              on the very plant. Both have other references, the same optimiser and the same cost.",

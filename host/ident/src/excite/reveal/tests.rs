@@ -17,15 +17,15 @@ fn rig(damping: &str) -> Rig {
 }
 
 fn found(rig: &Rig, kind: Kind, noise: f64) -> Revelation {
-    let plant = Plant::new(rig).expect("it is sound");
+    let plant = Plant::new(rig).expect("the rig is sound");
     let options = Options {
         kind,
         seconds: 10.0,
         rate_hz: 100.0,
         ..Options::default()
     };
-    let experiment = design(&plant, "x.toml", &options).expect("it is designed");
-    reveal(rig, &experiment, noise, &|_, _| {}).expect("it runs")
+    let experiment = design(&plant, "x.toml", &options).expect("the experiment can be designed");
+    reveal(rig, &experiment, noise, &|_, _| {}).expect("the design runs")
 }
 
 fn distance(found: &Revelation, kind: &str, component: &str) -> f64 {
