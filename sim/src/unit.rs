@@ -101,9 +101,10 @@ impl Quantity {
             Self::Ratio => "no unit".to_owned(),
             _ => {
                 let [slide, hinge] = [Motion::Slide, Motion::Hinge].map(|motion| self.unit(motion));
-                match slide == hinge {
-                    true => slide.to_owned(),
-                    false => format!("{slide} or {hinge}"),
+                if slide == hinge {
+                    slide.to_owned()
+                } else {
+                    format!("{slide} or {hinge}")
                 }
             }
         }

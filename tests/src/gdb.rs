@@ -97,9 +97,10 @@ impl Halted<'_> {
             u8::from_str_radix(pair, 16).map_err(|_| refused(&answer))
         });
         let bytes: Vec<u8> = bytes.collect::<io::Result<_>>()?;
-        match bytes.len() == length as usize {
-            true => Ok(bytes),
-            false => Err(refused(&answer)),
+        if bytes.len() == length as usize {
+            Ok(bytes)
+        } else {
+            Err(refused(&answer))
         }
     }
 

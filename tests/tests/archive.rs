@@ -43,9 +43,10 @@ fn symbols(archive: &Path) -> (BTreeSet<String>, BTreeSet<String>) {
         };
         for symbol in object.symbols() {
             let name = symbol.name().unwrap_or_default().to_string();
-            match symbol.is_undefined() {
-                true => wanted.insert(name),
-                false => symbol.is_global() && defined.insert(name),
+            if symbol.is_undefined() {
+                wanted.insert(name)
+            } else {
+                symbol.is_global() && defined.insert(name)
             };
         }
     }

@@ -19,7 +19,7 @@ fn foreign(name: &str) -> PathBuf {
 /// Largest differences between MuJoCo and a rig, as parts of the signals' ranges; infinite for a
 /// rig that flies away.
 fn differences(rig: &Rig) -> Vec<(String, f64)> {
-    let theirs = Recording::read(foreign("all.csv")).expect("it is committed");
+    let theirs = Recording::read(foreign("all.csv")).expect("the recording is committed");
     let plant = Plant::new(rig).expect("it compiles");
     let column = |name: &str| theirs.column(name).expect("MuJoCo recorded it");
     let inputs: Vec<&[f64]> = plant.inputs().iter().map(|i| column(&i.column)).collect();
@@ -41,7 +41,7 @@ fn differences(rig: &Rig) -> Vec<(String, f64)> {
 
 #[test]
 fn mujoco_runs_a_written_rig_as_our_simulator_does() {
-    let rig = Rig::load(foreign("all.toml")).expect("it is committed");
+    let rig = Rig::load(foreign("all.toml")).expect("the rig is committed");
     for (signal, error) in differences(&rig) {
         println!("{signal}: {error:.1e} of the range");
         assert!(error < TOLERANCE, "{signal}: {error:.2e} of the range");
@@ -50,7 +50,7 @@ fn mujoco_runs_a_written_rig_as_our_simulator_does() {
 
 #[test]
 fn an_effect_that_was_lost_on_the_way_would_be_noticed() {
-    let text = std::fs::read_to_string(foreign("all.toml")).expect("it is committed");
+    let text = std::fs::read_to_string(foreign("all.toml")).expect("the file is committed");
     let effects = text.matches("[[effect]]").count();
     for lost in 1..=effects {
         let mut parts = text.split("[[effect]]").enumerate();
@@ -66,7 +66,7 @@ fn an_effect_that_was_lost_on_the_way_would_be_noticed() {
                 rest += &format!("[[effect]]{part}");
             }
         }
-        let rig = Rig::parse(&rest, "less.toml").expect("it is sound");
+        let rig = Rig::parse(&rest, "less.toml").expect("the rig is sound");
         let largest = differences(&rig)
             .into_iter()
             .map(|(_, e)| e)

@@ -66,7 +66,7 @@ fn an_image_for_size_takes_less_flash_and_has_no_way_to_a_panic_either() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("small");
     write(
         &folder,
-        &model.expect("it ships with the project"),
+        &model.expect("the file ships with the project"),
         Optimise::Size,
     )
     .unwrap_or_else(|error| panic!("{error}"));

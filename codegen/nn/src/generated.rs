@@ -60,14 +60,15 @@ mod tests {
 
     #[test]
     fn printed_files_that_are_printed_no_more_go_and_others_stay() {
-        let out = tempfile::tempdir().expect("a folder");
+        let out = tempfile::tempdir().expect("a temporary folder can be made");
         let of_tool = format!("//! {HEADER}\n");
         let first = [
             file("src/lib.rs", &of_tool),
             file("tests/golden.rs", &of_tool),
         ];
         write(out.path(), &first).expect("an empty folder");
-        fs::write(out.path().join("src/own.rs"), "// mine\n").expect("it is ours");
+        fs::write(out.path().join("src/own.rs"), "// mine\n")
+            .expect("the folder is this test's own");
         write(out.path(), &first[..1]).expect("its own folder");
         assert!(!out.path().join("tests/golden.rs").exists());
         assert!(out.path().join("src/lib.rs").exists());
@@ -76,15 +77,18 @@ mod tests {
 
     #[test]
     fn a_file_of_somebody_else_is_not_replaced() {
-        let out = tempfile::tempdir().expect("a folder");
-        fs::create_dir(out.path().join("src")).expect("it is ours");
+        let out = tempfile::tempdir().expect("a temporary folder can be made");
+        fs::create_dir(out.path().join("src")).expect("the folder is this test's own");
         let mine = out.path().join("src/lib.rs");
-        fs::write(&mine, "// mine\n").expect("it is ours");
+        fs::write(&mine, "// mine\n").expect("the folder is this test's own");
         let of_tool = format!("//! {HEADER}\n");
         let printed = [file("Cargo.toml", &of_tool), file("src/lib.rs", &of_tool)];
         let refused = write(out.path(), &printed).expect_err("it is mine");
         assert!(refused.to_string().contains("src/lib.rs"), "{refused}");
-        assert_eq!(fs::read_to_string(&mine).expect("it is there"), "// mine\n");
+        assert_eq!(
+            fs::read_to_string(&mine).expect("the file is there"),
+            "// mine\n"
+        );
         assert!(!out.path().join("Cargo.toml").exists(), "before anything");
     }
 }

@@ -40,7 +40,7 @@ fn files(folder: &str) -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
     let entries = fs::read_dir(folder).expect("the folder is committed");
     let mut files: Vec<PathBuf> = entries
-        .map(|entry| entry.expect("it can be read").path())
+        .map(|entry| entry.expect("the folder can be read").path())
         .collect();
     files.sort();
     files
@@ -149,10 +149,10 @@ impl Tally {
 fn damaged_files_are_errors_and_take_no_memory() {
     let (mut files, mut folders) = (Tally::default(), Tally::default());
     for path in models() {
-        let bytes = fs::read(&path).expect("it can be read");
+        let bytes = fs::read(&path).expect("the file can be read");
         let name = path
             .file_name()
-            .expect("it has one")
+            .expect("the path has a name")
             .to_string_lossy()
             .into_owned();
         let mut random = Random(bytes.len() as u64);
@@ -162,11 +162,13 @@ fn damaged_files_are_errors_and_take_no_memory() {
                 import::parse(&name, &damaged).is_ok()
             });
         }
-        let folder = tempfile::tempdir().expect("a folder");
-        let network = import::parse(&name, &bytes).expect("it is sound");
-        store::save(folder.path(), &network).expect("it can be written");
-        let text = fs::read_to_string(folder.path().join("network.toml")).expect("it is there");
-        let weights = fs::read(folder.path().join("weights.safetensors")).expect("it is there");
+        let folder = tempfile::tempdir().expect("a temporary folder can be made");
+        let network = import::parse(&name, &bytes).expect("the rig is sound");
+        store::save(folder.path(), &network).expect("the folder is writable");
+        let text =
+            fs::read_to_string(folder.path().join("network.toml")).expect("the file is there");
+        let weights =
+            fs::read(folder.path().join("weights.safetensors")).expect("the file is there");
         assert!(
             store::parse(&text, &weights).is_ok(),
             "{name}: what was written is read"

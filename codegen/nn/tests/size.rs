@@ -31,8 +31,9 @@ fn put(path: &Path, text: &str) {
     if fs::read_to_string(path).is_ok_and(|old| old == text) {
         return;
     }
-    fs::create_dir_all(path.parent().expect("it is in a folder")).expect("it can be made");
-    fs::write(path, text).expect("it can be written");
+    fs::create_dir_all(path.parent().expect("the path lies in a folder"))
+        .expect("the folder is writable");
+    fs::write(path, text).expect("the folder is writable");
 }
 
 #[test]
@@ -65,7 +66,8 @@ fn what_size_says_is_what_a_network_adds_to_a_linked_image() {
         .join(target::TARGET)
         .join("release");
     let linked = |board: &str, program: &str| {
-        footprint::sections(&release.join(format!("{board}-{program}"))).expect("it is linked")
+        footprint::sections(&release.join(format!("{board}-{program}")))
+            .expect("the image is linked")
     };
     for (network, options, boards) in &networks {
         let said = footprint::memory(network, options, &folder.join("said"));
@@ -95,7 +97,7 @@ fn what_size_says_is_what_a_network_adds_to_a_linked_image() {
 fn firmware(folder: &Path, networks: &[(Network, Options, &[&str])]) {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     for (network, options, _) in networks {
-        for file in emit(network, options).expect("it is valid") {
+        for file in emit(network, options).expect("the network is valid") {
             put(&folder.join(&network.name).join(file.path), &file.text);
         }
     }
@@ -125,7 +127,8 @@ fn firmware(folder: &Path, networks: &[(Network, Options, &[&str])]) {
                 continue;
             }
             let name = &network.name;
-            writeln!(dependencies, "{name} = {{ path = \"../{name}\" }}").expect("it is a string");
+            writeln!(dependencies, "{name} = {{ path = \"../{name}\" }}")
+                .expect("writing to a String cannot fail");
             let library = name.replace('-', "_");
             let (state, call) = if network.state() > 0 {
                 (
@@ -150,7 +153,7 @@ fn firmware(folder: &Path, networks: &[(Network, Options, &[&str])]) {
                 board.name
             ),
         );
-        write!(members, "\"{}\", ", board.name).expect("it is a string");
+        write!(members, "\"{}\", ", board.name).expect("writing to a String cannot fail");
     }
     put(
         &folder.join("Cargo.toml"),
@@ -162,7 +165,7 @@ fn firmware(folder: &Path, networks: &[(Network, Options, &[&str])]) {
         let lock = here.join("../../boards/qemu/Cargo.lock");
         put(
             &folder.join("Cargo.lock"),
-            &fs::read_to_string(lock).expect("it is committed"),
+            &fs::read_to_string(lock).expect("the file is committed"),
         );
     }
 }

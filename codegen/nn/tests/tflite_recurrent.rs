@@ -18,7 +18,7 @@ const OPERATORS: [(u8, &str); 7] = [
 
 fn dense() -> Vec<u8> {
     let path = "tests/frameworks/models/tflite-mlp.tflite";
-    fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).expect("it is committed")
+    fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).expect("the file is committed")
 }
 
 fn word(bytes: &[u8], at: usize) -> usize {

@@ -28,7 +28,7 @@ where
 {
     let (mut frame, mut again) = ([0; MAX_FRAME], [0; MAX_FRAME]);
     let sent = encode(&Raw(contents), &mut frame)
-        .expect("it fits")
+        .expect("the message fits")
         .to_vec();
     let (end, body) = sent.split_last().expect("a frame has an end");
     assert_eq!(*end, 0);

@@ -60,12 +60,14 @@ fn victim() -> Victim {
 
 fn frame(message: &ToDevice) -> Vec<u8> {
     let mut buffer = [0; MAX_FRAME];
-    encode(message, &mut buffer).expect("it fits").to_vec()
+    encode(message, &mut buffer)
+        .expect("the message fits")
+        .to_vec()
 }
 
 /// Everything that a peer may say.
 fn vocabulary(random: &mut Random) -> Vec<Vec<u8>> {
-    let fixed2 = |a: f32, b: f32| Fixed::<f32, 8>::from_slice(&[a, b]).expect("it fits");
+    let fixed2 = |a: f32, b: f32| Fixed::<f32, 8>::from_slice(&[a, b]).expect("the message fits");
     let mut frames = Vec::new();
     for seq in 0..40 {
         let mut reference = Fixed::new();
@@ -75,11 +77,11 @@ fn vocabulary(random: &mut Random) -> Vec<Vec<u8>> {
         frames.push(frame(&ToDevice::Sample {
             seq,
             y: fixed2(random.signed(), random.signed()),
-            s: Fixed::from_slice(&[0.0]).expect("it fits"),
+            s: Fixed::from_slice(&[0.0]).expect("the message fits"),
             reference,
         }));
     }
-    let x = Fixed::from_slice(&[0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7]).expect("it fits");
+    let x = Fixed::from_slice(&[0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7]).expect("the message fits");
     let drive = Drive::Host;
     let blend_steps = 0;
     for message in [

@@ -88,9 +88,10 @@ pub fn prepare(path: impl AsRef<Path>) -> Result<(), FileError> {
         return Ok(());
     };
     let temporary = unfinished::beside(&place)?;
-    let made = match place.is_dir() {
-        true => Err(std::io::ErrorKind::IsADirectory.into()),
-        false => unfinished::create(&temporary).and_then(|_| fs::remove_file(&temporary)),
+    let made = if place.is_dir() {
+        Err(std::io::ErrorKind::IsADirectory.into())
+    } else {
+        unfinished::create(&temporary).and_then(|_| fs::remove_file(&temporary))
     };
     unfinished::forget(&temporary);
     made.map_err(|error| FileError::write(path, error))

@@ -19,9 +19,10 @@ pub(crate) fn beside(path: &Path) -> Result<PathBuf, FileError> {
         _ => Path::new("."),
     };
     fs::create_dir_all(folder).map_err(|error| {
-        let error = match folder.is_file() {
-            true => std::io::ErrorKind::NotADirectory.into(),
-            false => error,
+        let error = if folder.is_file() {
+            std::io::ErrorKind::NotADirectory.into()
+        } else {
+            error
         };
         FileError::write(folder, error)
     })?;

@@ -63,7 +63,7 @@ impl AddedEffect for QuinticDrag {
 
 /// Ten seconds of a rig that is pushed by three sines, with 0.2 mm of noise.
 fn recorded(rig: &Rig, seed: u64) -> Recording {
-    let plant = Plant::new(rig).expect("it can be simulated");
+    let plant = Plant::new(rig).expect("the rig can be simulated");
     let t: Vec<f64> = (0..1000).map(|k| 0.01 * f64::from(k)).collect();
     let phase = seed as f64;
     let force = |t: &f64| {
@@ -72,7 +72,7 @@ fn recorded(rig: &Rig, seed: u64) -> Recording {
     let input: Vec<f64> = t.iter().map(force).collect();
     let unseen = vec![f64::NAN; t.len()];
     let run = plant.simulate_recording(&t, &[&input], &[&unseen]);
-    let seen = run.expect("it stays finite").trajectory.column(0);
+    let seen = run.expect("the motion stays finite").trajectory.column(0);
     // Uniform noise by a generator of its own (Lehmer).
     let mut state = seed.wrapping_mul(2_654_435_761).max(1) % 2_147_483_647;
     let noisy = seen.into_iter().map(|q| {
@@ -84,7 +84,7 @@ fn recorded(rig: &Rig, seed: u64) -> Recording {
         values,
     };
     let columns = vec![column("u_N", input), column("q_m", noisy.collect())];
-    Recording::new(format!("{seed}.csv"), t, columns).expect("it is one")
+    Recording::new(format!("{seed}.csv"), t, columns).expect("the text is a recording")
 }
 
 #[test]
@@ -93,7 +93,7 @@ fn an_effect_of_a_users_own_is_simulated_found_and_named() {
         env!("CARGO_MANIFEST_DIR"),
         "/../../rigs/mass-spring-damper.toml"
     );
-    let rig = Rig::load(file).expect("it ships with the project");
+    let rig = Rig::load(file).expect("the rig ships with the project");
     let drag = Kind::register(&QuinticDrag).expect("the name is free");
     let site = rig.site(drag, "mass").expect("it can sit at a body");
     let real = rig

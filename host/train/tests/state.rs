@@ -17,7 +17,7 @@ fn plant() -> Plant {
     let rig = include_str!("../../../rigs/mass-spring-damper.toml");
     let friction = "\n[[effect]]\nkind = \"coulomb_friction\"\ncomponent = \"mass\"\n\
                     level = { value = 0.58, min = 0.0, max = 10.0 }\n";
-    let rig = Rig::parse(&format!("{rig}{friction}"), "rig.toml").expect("a rig");
+    let rig = Rig::parse(&format!("{rig}{friction}"), "rig.toml").expect("the text is a rig");
     Plant::new(&rig).expect("a plant")
 }
 

@@ -21,9 +21,12 @@ pub(super) struct Dynamics<S> {
 
 impl<S: Scalar> Dynamics<S> {
     pub(super) fn new(topology: &Topology, values: &[S], smoothing: f64) -> Self {
-        let inverse = |(body, slots): (usize, &BodySlots)| match topology.is_imposed(body) {
-            true => S::ZERO,
-            false => S::constant(1.0) / values[slots.inertia],
+        let inverse = |(body, slots): (usize, &BodySlots)| {
+            if topology.is_imposed(body) {
+                S::ZERO
+            } else {
+                S::constant(1.0) / values[slots.inertia]
+            }
         };
         Self {
             inverse_inertia: topology.bodies.iter().enumerate().map(inverse).collect(),

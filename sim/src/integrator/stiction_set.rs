@@ -263,7 +263,7 @@ mod tests {
         let plant = plant(&path);
         let slot = plant.slot("t0.load_dependent_friction.coefficient");
         let mut values = plant.values();
-        values[slot.expect("it is there")] = -0.1;
+        values[slot.expect("the plant has this parameter")] = -0.1;
         let topology = &plant.topology;
         let mut work = Substep::<f64>::new(topology, &values, 0.0);
         for sign in [1.0, -1.0] {

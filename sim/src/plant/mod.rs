@@ -106,9 +106,10 @@ impl Input {
     /// or SI where the rig's `unit` key converts it. Empty where the column names none.
     pub fn unit(&self) -> &str {
         let written = crate::unit::of_column(&self.column);
-        match self.column_factor == 1.0 {
-            true => written,
-            false => crate::unit::si(written),
+        if self.column_factor == 1.0 {
+            written
+        } else {
+            crate::unit::si(written)
         }
     }
 }

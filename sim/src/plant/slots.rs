@@ -149,9 +149,10 @@ pub(super) fn input_unit(actuator: &Actuator) -> &str {
 /// Unit of a signal that parameters depend on: SI where a `unit` key converts the column.
 pub(super) fn signal_unit(signal: &Signal) -> &str {
     let written = unit::of_column(&signal.column);
-    match signal.column_factor == 1.0 {
-        true => written,
-        false => unit::si(written),
+    if signal.column_factor == 1.0 {
+        written
+    } else {
+        unit::si(written)
     }
 }
 

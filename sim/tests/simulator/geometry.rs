@@ -99,7 +99,7 @@ fn derivatives_reach_shared_and_derived_numbers() {
     }
     let exact = plant
         .simulate(&values, &start, &drive, &times)
-        .expect("it runs");
+        .expect("the run ends");
     let start = vec![0.0; plant.state_len()];
     for (seed, &slot) in slots.iter().enumerate() {
         let beside = |factor: f64| {
@@ -107,7 +107,7 @@ fn derivatives_reach_shared_and_derived_numbers() {
             values[slot] *= factor;
             plant
                 .simulate(&values, &start, &drive, &times)
-                .expect("it runs")
+                .expect("the run ends")
                 .signal(times.len() - 1, 0)
         };
         let h = 1e-5;
@@ -144,7 +144,7 @@ fn a_chain_let_go_never_gains_energy() {
     start[..6].copy_from_slice(&[0.3, -0.4, 0.1, 0.5, -0.2, 0.35]);
     let run = plant
         .simulate(&plant.values(), &start, &drive, &times)
-        .expect("it runs");
+        .expect("the run ends");
     let mut last = f64::INFINITY;
     let mut first = None;
     for (row, time) in times.iter().enumerate() {
@@ -183,7 +183,7 @@ fn what_segments_share_is_written_back_once() {
         )
     );
     let rig = Rig::parse(&text, "chain.toml").unwrap_or_else(|error| panic!("{error}"));
-    let plant = Plant::new(&rig).expect("it is sound");
+    let plant = Plant::new(&rig).expect("the rig is sound");
     let free: Vec<&str> = (plant.free_slots().into_iter())
         .map(|slot| plant.parameters()[slot].name.as_str())
         .collect();
@@ -208,8 +208,8 @@ fn what_segments_share_is_written_back_once() {
             .to_toml()
             .contains("{ inertia = { value = 0.00002 } }] # two")
     );
-    let moved = Plant::new(&moved).expect("it is sound");
-    let value = |name| moved.values()[moved.slot(name).expect("it is there")];
+    let moved = Plant::new(&moved).expect("the rig is sound");
+    let value = |name| moved.values()[moved.slot(name).expect("the plant has this parameter")];
     assert_eq!(value("spine.inertia.1"), 7e-5);
     assert_eq!(value("east.radius.spine"), 0.011);
     assert_eq!(value("spine.rest_x"), 0.02);

@@ -81,7 +81,9 @@ fn it_settles_where_the_published_force_balances_a_spring() {
 #[test]
 fn it_charges_with_the_time_constant_of_its_capacitance() {
     let slack = 0.004;
-    let still = device(slack, "").slot("m.inertia").expect("it is there");
+    let still = device(slack, "")
+        .slot("m.inertia")
+        .expect("the plant has this parameter");
     let plant = device(slack, "");
     let mut values = plant.values();
     values[still] = 1e9;
@@ -91,7 +93,7 @@ fn it_charges_with_the_time_constant_of_its_capacitance() {
     let start = vec![0.0; plant.state_len()];
     let run = plant
         .simulate(&values, &start, &drive, &times)
-        .expect("it runs");
+        .expect("the run ends");
     let (mut low, mut high) = (REST, std::f64::consts::FRAC_PI_2);
     for _ in 0..80 {
         let a = 0.5 * (low + high);
@@ -134,13 +136,13 @@ fn energy_in_is_energy_kept_and_lost() {
         .state_names()
         .iter()
         .position(|name| name == "muscle.charge");
-    let charge = charge.expect("it has one");
+    let charge = charge.expect("the plant has this parameter");
     plant
         .simulate_with(&plant.values(), &start, &drive, &times, |_, at| {
             let state = at.state();
             rows.push([state[0], state[1], state[charge], at.signal(2)]);
         })
-        .expect("it runs");
+        .expect("the run ends");
     let kept = |row: &[f64; 4]| {
         0.5 * SPRING * row[0] * row[0] + 0.5 * 0.05 * row[1] * row[1] + 0.5 * row[2] * row[3]
     };
@@ -167,7 +169,9 @@ fn energy_in_is_energy_kept_and_lost() {
 fn cut_off_it_never_gains_energy() {
     let plant = device(0.004, "start = -0.002");
     let mut values = plant.values();
-    values[plant.slot("muscle.resistance").expect("it is there")] = 1e18;
+    values[plant
+        .slot("muscle.resistance")
+        .expect("the plant has this parameter")] = 1e18;
     let times = times(4000, 1e-4);
     let drive =
         InputTrajectory::new(&plant, times.len(), &[&vec![0.0; times.len()]]).expect("one column");
@@ -185,7 +189,7 @@ fn cut_off_it_never_gains_energy() {
             first.get_or_insert(kept);
             last = kept;
         })
-        .expect("it runs");
+        .expect("the run ends");
     assert!(
         last < 0.9 * first.unwrap_or(0.0),
         "it lost nothing: this tests nothing"
@@ -208,7 +212,7 @@ fn derivatives_reach_through_the_pouch() {
     let start = vec![Dual::ZERO; plant.state_len()];
     let exact = plant
         .simulate(&values, &start, &drive, &times)
-        .expect("it runs")
+        .expect("the run ends")
         .signal(row, 0);
     let start = vec![0.0; plant.state_len()];
     for (seed, &slot) in slots.iter().enumerate() {
@@ -217,7 +221,7 @@ fn derivatives_reach_through_the_pouch() {
             values[slot] *= factor;
             plant
                 .simulate(&values, &start, &drive, &times)
-                .expect("it runs")
+                .expect("the run ends")
                 .signal(row, 0)
         };
         let h = 1e-5;
@@ -242,7 +246,8 @@ fn the_shipped_platform_reaches_the_published_swirl() {
         rate_step: 0.4,
         ..Settings::default()
     };
-    let plant = Plant::new(&rig.expect("it ships")).expect("it is sound");
+    let plant =
+        Plant::new(&rig.expect("the rig ships with the project")).expect("the rig is sound");
     let plant = plant.with_settings(settings);
     let limits: Vec<[f64; 2]> = (plant.inputs().iter())
         .map(|input| input.limit.expect("an actuator has a limit").into())
@@ -250,8 +255,8 @@ fn the_shipped_platform_reaches_the_published_swirl() {
     let dt = 0.008;
     let sensor = |name: &str| plant.sensors().iter().position(|s| s.name == name);
     let tip = ["tip_x", "tip_y", "tip_z"].map(|name| sensor(name).expect("the tip is read"));
-    let mut stepper =
-        Stepper::new(&plant, &plant.values(), &vec![0.0; plant.state_len()]).expect("it is sound");
+    let mut stepper = Stepper::new(&plant, &plant.values(), &vec![0.0; plant.state_len()])
+        .expect("the rig is sound");
     // Squared volts: both ways and all together.
     let (mut x, mut y, mut all) = (0.0, 0.0, 1e7);
     let (settle, turn, turns) = (3.0, 30.0, 2.0);
@@ -269,7 +274,7 @@ fn the_shipped_platform_reaches_the_published_swirl() {
         for volts in &volts {
             used = [f64::min(used[0], *volts), f64::max(used[1], *volts)];
         }
-        stepper.advance(dt, &volts).expect("it runs");
+        stepper.advance(dt, &volts).expect("the run ends");
         let at = tip.map(|sensor| stepper.signal(sensor));
         let time = row as f64 * dt - settle;
         let phase = std::f64::consts::TAU * time.max(0.0) / turn;

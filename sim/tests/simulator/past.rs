@@ -65,11 +65,11 @@ fn a_stretch_with_its_past_goes_on_as_the_whole_recording_does() {
             };
             plant
                 .simulate_with(&values, &[0.1, 0.0], &whole, &t, see)
-                .expect("it can be simulated");
+                .expect("the rig can be simulated");
             let largest = signals.iter().fold(0.0f64, |m, s| m.max(s.abs()));
             let missed = |drive: &InputTrajectory| {
                 let part = plant.simulate(&values, &state, drive, &t[CUT..]);
-                let part = part.expect("it can be simulated");
+                let part = part.expect("the rig can be simulated");
                 let apart = part.signals.iter().zip(&signals);
                 apart.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
             };
@@ -90,7 +90,7 @@ fn a_recording_begins_with_a_play_whose_input_came_from_nothing() {
     let moved = |plant: &Plant, input: f64| {
         let drive = InputTrajectory::new(plant, ROWS, &[&[input; ROWS]]).expect("a drive");
         let run = plant.simulate(&plant.values(), &[0.0, 0.0], &drive, &t);
-        run.expect("it can be simulated").signals
+        run.expect("the rig can be simulated").signals
     };
     let (loose, tight) = (rig("zero", &[1]), rig("zero", &[]));
     assert!(moved(&loose, 0.5).iter().all(|q| *q == 0.0));
@@ -126,7 +126,7 @@ fn derivatives_see_the_past_forwards_and_backwards() {
     }
     let forward = plant
         .simulate(&values, &start.map(Dual::constant), &drive, &t[CUT..])
-        .expect("it can be simulated");
+        .expect("the rig can be simulated");
     let weights: Vec<f64> = (0..forward.signals.len())
         .map(|k| (0.37 * k as f64).sin())
         .collect();
@@ -143,7 +143,7 @@ fn derivatives_see_the_past_forwards_and_backwards() {
             let mut values = plain.clone();
             values[slot] += step;
             let run = plant.simulate(&values, &start, &drive, &t[CUT..]);
-            loss(&run.expect("it can be simulated").signals)
+            loss(&run.expect("the rig can be simulated").signals)
         };
         let exact = (beside(1e-6) - beside(-1e-6)) / 2e-6;
         let name = &plant.parameters()[slot].name;

@@ -158,8 +158,9 @@ fn integers_are_counted_beside_floats() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("fixed-point");
     let put = |path: &str, text: &str| {
         let path = folder.join(path);
-        std::fs::create_dir_all(path.parent().expect("it has one")).expect("it can be made");
-        std::fs::write(path, text).expect("it can be written");
+        std::fs::create_dir_all(path.parent().expect("the path has a name"))
+            .expect("the folder is writable");
+        std::fs::write(path, text).expect("the folder is writable");
     };
     let package = "[package]\nedition = \"2024\"\nversion = \"0.0.0\"\n";
     let library = |name: &str, path: &str| {
@@ -196,7 +197,7 @@ fn integers_are_counted_beside_floats() {
         "Cargo.toml",
         "[workspace]\nresolver = \"3\"\nmembers = [\"cases\", \"image\", \"integers\", \"kernels\"]\n\n[profile.release]\nlto = \"fat\"\ncodegen-units = 1\npanic = \"abort\"\ndebug = false\n",
     );
-    footprint::probe::write(&folder).expect("it can be written");
+    footprint::probe::write(&folder).expect("the folder is writable");
     let image = footprint::probe::build(&folder).unwrap_or_else(|error| panic!("{error}"));
     let said = footprint::probe::run(&image).unwrap_or_else(|error| panic!("{error}"));
     let said: Vec<&str> = said.split("network\n").skip(1).collect();

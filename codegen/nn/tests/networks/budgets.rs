@@ -96,7 +96,7 @@ pub fn judge(errors: &[Errors]) {
         let one = errors
             .iter()
             .find(|one| one.name == name)
-            .expect("it is among the cases");
+            .expect("the network is among the cases");
         let (Some((predict, _)), Some((jacobian, _))) =
             (one.said.cost.get("predict"), one.said.cost.get("jacobian"))
         else {
@@ -124,7 +124,7 @@ fn tolerances(errors: &[Errors]) {
         let one = errors
             .iter()
             .find(|one| one.name == name)
-            .expect("it is among the cases");
+            .expect("the network is among the cases");
         let instructions = |call: &str| one.said.cost.get(call).map_or(0, |cost| cost.0);
         let (predict, jacobian) = (instructions("predict"), instructions("jacobian"));
         println!(

@@ -17,7 +17,7 @@ fn folder() -> PathBuf {
 /// Every file, by name.
 pub fn files() -> Vec<PathBuf> {
     let entries = fs::read_dir(folder()).expect("the folder is committed");
-    let paths = entries.map(|entry| entry.expect("it can be read").path());
+    let paths = entries.map(|entry| entry.expect("the folder can be read").path());
     let mut files: Vec<PathBuf> = paths
         .filter(|path| path.extension().is_some_and(|e| e != "safetensors"))
         .collect();
@@ -29,7 +29,7 @@ pub fn files() -> Vec<PathBuf> {
 pub fn network(path: &Path) -> Network {
     let mut network =
         import::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    let bytes = fs::read(path.with_extension("golden.safetensors")).expect("it is committed");
+    let bytes = fs::read(path.with_extension("golden.safetensors")).expect("the file is committed");
     let file = SafeTensors::deserialize(&bytes).expect("it is a safetensors file");
     let (x, y) = (file.tensor("x").expect("x"), file.tensor("y").expect("y"));
     let rows = x.shape()[0];

@@ -53,10 +53,7 @@ fn silent(recording: &Recording, name: &str, values: &[f64], named: bool) -> Opt
     let remedy = "check the sensor and its cable; or leave the recording or the sensor out";
     let row = values.iter().position(|value| value.is_finite());
     let row = row.unwrap_or_default();
-    let check = match named {
-        true => Check::certain,
-        false => Check::likely,
-    };
+    let check = if named { Check::certain } else { Check::likely };
     Some(check(recording, row, "dead_channel", sentence, remedy))
 }
 

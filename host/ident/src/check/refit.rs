@@ -119,9 +119,10 @@ pub(super) fn detect(rig: &Rig, recordings: &[Recording]) -> Vec<Check> {
 fn scaled(recording: &Recording, names: &[&str], factor: f64) -> Option<Recording> {
     let columns = recording.columns().iter().map(|column| Column {
         name: column.name.clone(),
-        values: match names.contains(&column.name.as_str()) {
-            true => column.values.iter().map(|value| value * factor).collect(),
-            false => column.values.clone(),
+        values: if names.contains(&column.name.as_str()) {
+            column.values.iter().map(|value| value * factor).collect()
+        } else {
+            column.values.clone()
         },
     });
     Recording::new(recording.path(), recording.t().to_vec(), columns.collect()).ok()

@@ -21,10 +21,7 @@ pub fn of_verdict(verdict: Verdict) -> u8 {
 /// 0 without a fault, 3 with likely faults only. A certain fault that is not accepted is an error,
 /// with its own status.
 pub fn of_checks(checks: &[Check]) -> u8 {
-    match checks.is_empty() {
-        true => 0,
-        false => FOUND,
-    }
+    if checks.is_empty() { 0 } else { FOUND }
 }
 
 /// 0 where the refitted rig explains every signal and determines every parameter, 3 where it

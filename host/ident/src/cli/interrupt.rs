@@ -55,9 +55,10 @@ pub fn is_taken() -> bool {
 
 /// Exit status of a verb that has done what it could; `code` where nobody interrupted it.
 pub fn status(code: u8) -> ExitCode {
-    ExitCode::from(match INTERRUPTED.load(Ordering::Relaxed) {
-        true => STATUS,
-        false => code,
+    ExitCode::from(if INTERRUPTED.load(Ordering::Relaxed) {
+        STATUS
+    } else {
+        code
     })
 }
 

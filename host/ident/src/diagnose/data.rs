@@ -374,14 +374,15 @@ mod tests {
     #[test]
     fn a_start_within_a_known_stretch_is_where_the_plant_is_by_then() {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../rigs/mass-spring-damper");
-        let text =
-            std::fs::read_to_string(format!("{folder}.toml")).expect("it ships with the project");
+        let text = std::fs::read_to_string(format!("{folder}.toml"))
+            .expect("the file ships with the project");
         // tests/foreign/mass_spring_damper.truth.json
         let friction = "\n[[effect]]\nkind = \"coulomb_friction\"\ncomponent = \"mass\"\nlevel = { value = 0.58 }\n";
-        let rig = Rig::parse(&(text + friction), "rubbing.toml").expect("it is a rig");
-        let plant = Plant::new(&rig).expect("it can be simulated");
-        let recording = Recording::read(format!("{folder}.fit.csv")).expect("it ships");
-        let data = Data::new(&rig, &plant, &[recording]).expect("it is driven by the input");
+        let rig = Rig::parse(&(text + friction), "rubbing.toml").expect("the text is a rig");
+        let plant = Plant::new(&rig).expect("the rig can be simulated");
+        let recording = Recording::read(format!("{folder}.fit.csv"))
+            .expect("the recording ships with the project");
+        let data = Data::new(&rig, &plant, &[recording]).expect("the rig is driven by the input");
         let values = plant.values();
         let whole = [(0, 0..600)];
         let first = data.segments(&plant, &whole).expect("rows are there");

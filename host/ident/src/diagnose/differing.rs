@@ -122,7 +122,7 @@ mod tests {
         let text = "format = \"sinew-rig/1\"\nname = \"x\"\n[[body]]\nname = \"m\"\n\
                     motion = \"slide\"\ninertia = 1.0\n[[sensor]]\nname = \"cell\"\n\
                     reads = \"m.position\"\nsignal = \"f\"\noffset = 0.5\n";
-        let rig = sinew_sim::Rig::parse(text, "x.toml").expect("it is sound");
+        let rig = sinew_sim::Rig::parse(text, "x.toml").expect("the rig is sound");
         let sums = means.iter().map(|mean| Sums {
             count,
             sum: count * mean,

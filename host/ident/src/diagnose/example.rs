@@ -29,7 +29,7 @@ signal = "q_m"
 
 /// Dry friction at a carriage.
 pub(crate) fn carriage() -> Diagnosis {
-    let written = sinew_sim::Rig::parse(RIG, "axis.toml").expect("it is sound");
+    let written = sinew_sim::Rig::parse(RIG, "axis.toml").expect("the rig is sound");
     let refitted = written
         .with_values(&[("carriage.inertia", 95.2)])
         .expect("it has this parameter");
@@ -102,7 +102,7 @@ pub(crate) fn carriage() -> Diagnosis {
         checks: Vec::new(),
         seconds: 1.9,
         refitted,
-        mended: sinew_sim::Rig::parse(&mended, "axis.toml").expect("it is sound"),
+        mended: sinew_sim::Rig::parse(&mended, "axis.toml").expect("the rig is sound"),
         details: Details::default(),
     }
 }

@@ -228,12 +228,12 @@ mod tests {
   "next_experiment": "...", "checks": [], "seconds": 1.9 }"#;
 
     fn json(diagnosis: &Diagnosis) -> serde_json::Value {
-        serde_json::to_value(diagnosis).expect("it can be written")
+        serde_json::to_value(diagnosis).expect("the value has a JSON form")
     }
 
     #[test]
     fn the_json_is_the_contracts_example_key_for_key() {
-        let expected: serde_json::Value = serde_json::from_str(EXAMPLE).expect("it is JSON");
+        let expected: serde_json::Value = serde_json::from_str(EXAMPLE).expect("the text is JSON");
         let written = json(&crate::diagnose::example::carriage());
         assert_eq!(plain(written), plain(expected));
     }
@@ -304,7 +304,7 @@ mod tests {
     #[test]
     fn verdicts_are_written_as_the_contract_has_them() {
         let written = |verdict: Verdict| {
-            let json = serde_json::to_value(verdict).expect("it can be written");
+            let json = serde_json::to_value(verdict).expect("the value has a JSON form");
             assert_eq!(json, verdict.name());
             json
         };

@@ -89,9 +89,10 @@ pub(crate) fn judged(
         t[rows.end - 1] - t[rows.start]
     });
     let longest = seconds.fold(0.0, f64::max);
-    let over = match whole {
-        true => "free runs of whole recordings".to_owned(),
-        false => format!("windows of {} s", significant(longest, 2)),
+    let over = if whole {
+        "free runs of whole recordings".to_owned()
+    } else {
+        format!("windows of {} s", significant(longest, 2))
     };
     signals.map(|signal| (signal, over.clone())).collect()
 }

@@ -54,9 +54,10 @@ pub(crate) fn verify(
         // An effect of no size only led away from where the refit of the rig had stopped, as its
         // rivals may have; the simpler law of its family is asked next.
         let known = is_determined(case, &found.candidates[index])?;
-        let unsure = match found.candidates[index].has_mode() {
-            true => CONFIG.acceptance.unsure_of_mode,
-            false => CONFIG.acceptance.unsure,
+        let unsure = if found.candidates[index].has_mode() {
+            CONFIG.acceptance.unsure_of_mode
+        } else {
+            CONFIG.acceptance.unsure
         };
         let limit = unsure * case.trust;
         let sure = sureness(found, index, case);

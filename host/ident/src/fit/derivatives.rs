@@ -72,9 +72,10 @@ impl Problem<'_> {
         Seeded {
             width,
             values: values.to_vec(),
-            numbers: match self.local.is_empty() {
-                true => self.seeds(segments, values, width),
-                false => Vec::new(),
+            numbers: if self.local.is_empty() {
+                self.seeds(segments, values, width)
+            } else {
+                Vec::new()
             },
         }
     }

@@ -99,15 +99,16 @@ mod tests {
                     [[effect]]\nkind = \"end_stop\"\ncomponent = \"m\"\nposition = 0.5\nstiffness = 1e8\n\
                     damping = 10.0\nside = 1.0\n";
         let rig = Rig::parse(text, "x.toml").unwrap_or_else(|error| panic!("{error}"));
-        let plant = Plant::new(&rig).expect("it is sound");
+        let plant = Plant::new(&rig).expect("the rig is sound");
         let experiment = |force: f64| {
             let t: Vec<f64> = (0..200).map(|k| 0.01 * f64::from(k)).collect();
             let columns = [("u_N", force), ("q_m", 0.0)].map(|(name, value)| Column {
                 name: name.into(),
                 values: vec![value; t.len()],
             });
-            let recording = Recording::new("x.csv", t.clone(), columns.into()).expect("it is one");
-            Experiment::new(&plant, &recording).expect("it fits")
+            let recording = Recording::new("x.csv", t.clone(), columns.into())
+                .expect("the text is a recording");
+            Experiment::new(&plant, &recording).expect("the recording fits the rig")
         };
         let most = |experiments: &[Experiment]| {
             settings(&plant, &plant.values(), experiments, 0.1).max_substeps
@@ -125,8 +126,9 @@ mod tests {
     fn a_chain_with_tendons_is_dear_and_masses_on_springs_are_not() {
         let of = |name: &str| {
             let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../rigs/");
-            let rig = Rig::load(format!("{folder}{name}.toml")).expect("it ships");
-            dearness(&Plant::new(&rig).expect("it is sound"))
+            let rig =
+                Rig::load(format!("{folder}{name}.toml")).expect("the rig ships with the project");
+            dearness(&Plant::new(&rig).expect("the rig is sound"))
         };
         assert_eq!(of("tendon"), MOST);
         for cheap in ["mass-spring-damper", "two-mass-drive", "three-mass", "emps"] {
@@ -140,9 +142,12 @@ mod tests {
             let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../rigs/");
             format!("{folder}mass-spring-damper{name}")
         };
-        let plant = Plant::new(&Rig::load(file(".toml")).expect("it ships")).expect("it is sound");
-        let recording = Recording::read(file(".fit.csv")).expect("it ships");
-        let experiments = [Experiment::new(&plant, &recording).expect("it fits")];
+        let plant = Plant::new(&Rig::load(file(".toml")).expect("the rig ships with the project"))
+            .expect("the rig is sound");
+        let recording =
+            Recording::read(file(".fit.csv")).expect("the recording ships with the project");
+        let experiments =
+            [Experiment::new(&plant, &recording).expect("the recording fits the rig")];
         let mut values = plant.values();
         let slot = plant.slot("coil.stiffness").expect("there is a spring");
         let mut runs = |factor: f64| {
@@ -151,7 +156,12 @@ mod tests {
             let drive = experiments[0].drive(&plant, 0..experiments[0].rows());
             let start = vec![0.0; plant.state_len()];
             let plant = plant.with_settings(settings);
-            plant.simulate(&values, &start, &drive.expect("it fits"), &experiments[0].t)
+            plant.simulate(
+                &values,
+                &start,
+                &drive.expect("the rig can be fitted"),
+                &experiments[0].t,
+            )
         };
         assert!(runs(1.0).is_ok());
         assert!(runs(30.0).is_ok(), "a wrong rig still has to be found");

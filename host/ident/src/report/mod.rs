@@ -299,9 +299,12 @@ impl Table {
         let widths: Vec<usize> = (0..titles.len()).filter_map(width).collect();
         let lines = rows().map(|row| {
             let cells = row.iter().zip(&widths).zip(&self.columns);
-            let cells = cells.map(|((cell, width), column)| match column.numeric {
-                true => format!("{cell:>width$}"),
-                false => format!("{cell:<width$}"),
+            let cells = cells.map(|((cell, width), column)| {
+                if column.numeric {
+                    format!("{cell:>width$}")
+                } else {
+                    format!("{cell:<width$}")
+                }
             });
             cells.collect::<Vec<_>>().join("  ") + "\n"
         });

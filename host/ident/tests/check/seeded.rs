@@ -64,9 +64,10 @@ const HINGE: &str = "[[gravity]]\nname = 'weight'\nbody = 'mass'\namplitude = { 
 
 /// A mass on a spring, or a pendulum with a motor.
 fn rig(hinge: bool) -> Rig {
-    let [motion, unit, force, part] = match hinge {
-        true => ["hinge", "rad", "Nm", HINGE],
-        false => ["slide", "m", "N", SLIDE],
+    let [motion, unit, force, part] = if hinge {
+        ["hinge", "rad", "Nm", HINGE]
+    } else {
+        ["slide", "m", "N", SLIDE]
     };
     let text = format!(
         "format = 'sinew-rig/1'\nname = 'x'\n[[body]]\nname = 'mass'\nmotion = '{motion}'\n\
@@ -350,9 +351,10 @@ fn faults_of_one_column_are_named_and_sound_columns_are_not() {
             else {
                 continue;
             };
-            match alone(&faulty).iter().any(|c| c.kind.starts_with(kind)) {
-                true => named += 1,
-                false => missed.push(format!("{}: {fault}", sound.name)),
+            if alone(&faulty).iter().any(|c| c.kind.starts_with(kind)) {
+                named += 1
+            } else {
+                missed.push(format!("{}: {fault}", sound.name))
             }
         }
     }

@@ -7,9 +7,12 @@ use sinew_sim::Rig;
 /// Sixty rows in which the sensor has a value in the first `valid` ones.
 fn recording(valid: u32) -> Recording {
     let rows: String = (0..60)
-        .map(|k| match k < valid {
-            true => format!("{},{},1\n", 0.01 * f64::from(k), f64::from(k).sin()),
-            false => format!("{},,1\n", 0.01 * f64::from(k)),
+        .map(|k| {
+            if k < valid {
+                format!("{},{},1\n", 0.01 * f64::from(k), f64::from(k).sin())
+            } else {
+                format!("{},,1\n", 0.01 * f64::from(k))
+            }
         })
         .collect();
     Recording::parse(format!("t,q_m,u_N\n{rows}").as_bytes(), "a.csv").unwrap()

@@ -79,9 +79,12 @@ fn page(topic: &Topic) -> String {
             "",
             &format!("eq. {} of docs/explanation/plant.md", law.equation),
         );
-        let place = |place: &&str| match place.starts_with(['a', 'e', 'i', 'o', 'u']) {
-            true => format!("an {place}"),
-            false => format!("a {place}"),
+        let place = |place: &&str| {
+            if place.starts_with(['a', 'e', 'i', 'o', 'u']) {
+                format!("an {place}")
+            } else {
+                format!("a {place}")
+            }
         };
         let places: Vec<String> = topic.sits_at.iter().map(place).collect();
         row("sits at", &places.join(", "));

@@ -87,9 +87,10 @@ pub fn run(arguments: Arguments) -> Result<()> {
     for guess in &new.guesses {
         said.line(format!("guessed: {guess}"));
     }
-    let rig = match sinew_files::is_output(&new.path) {
-        true => "RIG.toml".into(),
-        false => new.path.display().to_string(),
+    let rig = if sinew_files::is_output(&new.path) {
+        "RIG.toml".into()
+    } else {
+        new.path.display().to_string()
     };
     said.line(format!(
         "next: sinew fit {rig} --fit {}{}",

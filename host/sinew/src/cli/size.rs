@@ -48,9 +48,10 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let (network, folder) = (&arguments.network, &arguments.build_dir);
     // A model of `sinew train` has a controller around its network.
-    let spec = match network.join(store::MODEL_FILE).is_file() {
-        true => store::load(network).ok(),
-        false => None,
+    let spec = if network.join(store::MODEL_FILE).is_file() {
+        store::load(network).ok()
+    } else {
+        None
     };
     if spec.is_none() {
         speed_alone(arguments.optimise)?;

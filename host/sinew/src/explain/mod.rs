@@ -186,9 +186,10 @@ pub fn explain(name: &str) -> Result<Topic> {
     ));
     let list = "`sinew explain` without a name lists all of them";
     let near = near(name, &names);
-    Err(match near.is_empty() {
-        true => error.help(list),
-        false => error.help(format!("did you mean {}? {list}", near.join(", "))),
+    Err(if near.is_empty() {
+        error.help(list)
+    } else {
+        error.help(format!("did you mean {}? {list}", near.join(", ")))
     })
 }
 

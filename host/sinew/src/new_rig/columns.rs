@@ -124,9 +124,10 @@ impl Columns {
             })
             .collect();
         let counted = |name: &String| !inputs.contains(name) && shown(name) && is_counts(name);
-        let positions = match positions.is_empty() {
-            true => names().filter(counted).collect(),
-            false => positions,
+        let positions = if positions.is_empty() {
+            names().filter(counted).collect()
+        } else {
+            positions
         };
         let inputs = if inputs.is_empty() {
             guess_inputs(recording, outputs)

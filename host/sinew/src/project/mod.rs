@@ -255,13 +255,13 @@ mod tests {
 
     fn manifest(optimise: Optimise) -> DocumentMut {
         let model = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/reference-s");
-        let mut spec = sinew_model::store::load(&model).expect("it ships with the project");
+        let mut spec = sinew_model::store::load(&model).expect("the file ships with the project");
         spec.name = "finger".into();
         let (_, contents) = sources::SOURCES
             .iter()
             .find(|(path, _)| *path == "boards/stm32f446/Cargo.toml")
-            .expect("it is embedded");
-        let text = board_manifest(contents, &spec, optimise).expect("it is TOML");
+            .expect("the file is embedded");
+        let text = board_manifest(contents, &spec, optimise).expect("the text is TOML");
         text.parse().expect("it still is")
     }
 

@@ -25,7 +25,7 @@ fn pulled() -> (Plant, Vec<f64>, Vec<Vec<f64>>, Animation) {
                 .take(row, t[row], &plant, &values, &stepper.state())
                 .expect("the state is the plant's");
         })
-        .expect("it runs");
+        .expect("the run ends");
     (plant, t, inputs, animation)
 }
 
@@ -60,7 +60,7 @@ fn a_page_loads_nothing_and_ends_its_script_once() {
         .and_then(|drive| {
             plant.simulate(&plant.values(), &vec![0.0; plant.state_len()], &drive, &t)
         })
-        .expect("it runs");
+        .expect("the run ends");
     let plots = simulation(&plant, &t, &inputs, &run);
     let html = page("tendon platform", String::new(), Some(&animation), plots).to_html();
     for reach in ["http://", "https://", "src=", "@import", "url("] {
@@ -84,7 +84,7 @@ fn a_sheet_has_every_column_once_and_at_most_five_lines_a_plot() {
         InputTrajectory::new(&plant, t.len(), &[&inputs[0], &inputs[1]]).expect("two columns");
     let run = plant
         .simulate(&plant.values(), &vec![0.0; plant.state_len()], &drive, &t)
-        .expect("it runs");
+        .expect("the run ends");
     let plots = simulation(&plant, &t, &inputs, &run);
     assert!(plots.iter().all(|plot| plot.series.len() <= 5));
     let svg = sheet(&plots);

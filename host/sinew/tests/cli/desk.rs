@@ -29,8 +29,8 @@ impl Desk {
     /// Puts a file there.
     pub fn write(&self, name: &str, text: &str) -> &Self {
         let path = self.path(name);
-        std::fs::create_dir_all(path.parent().expect("it lies in the folder"))
-            .expect("it can be made");
+        std::fs::create_dir_all(path.parent().expect("the path lies in a folder"))
+            .expect("the folder is writable");
         std::fs::write(path, text).expect("the folder can be written");
         self
     }

@@ -117,8 +117,9 @@ fn models() {
         desk.write(&format!("{model}/model.toml"), &sound);
     }
     std::fs::copy(&weights, desk.path("reference-s/weights.safetensors"))
-        .expect("it can be copied");
-    std::fs::copy(&weights, desk.path("misspelt/weights.safetensors")).expect("it can be copied");
+        .expect("the file can be copied");
+    std::fs::copy(&weights, desk.path("misspelt/weights.safetensors"))
+        .expect("the file can be copied");
     desk.write(
         "misspelt/model.toml",
         &sound.replace("past_inputs", "past_input"),

@@ -148,7 +148,7 @@ fn explanations_are_documents_and_an_unknown_name_is_refused() {
     let desk = Desk::new();
     let list: Value =
         serde_json::from_str(&desk.succeed("explain --json -")).expect("a list is JSON");
-    let names = list.as_array().expect("it is a list");
+    let names = list.as_array().expect("the value is a list");
     assert!(names.len() > 60);
     for document in names {
         assert_eq!(violations(&schema("explanation"), document), [""; 0]);

@@ -50,7 +50,7 @@ fn the_target_is_missed_before_the_fit() {
         programs.write(name, &format!("#!/bin/sh\n{text}\n"));
         let path = programs.path(name);
         let all = std::fs::Permissions::from_mode(0o755);
-        std::fs::set_permissions(&path, all).expect("it is ours");
+        std::fs::set_permissions(&path, all).expect("the folder is this test's own");
         path
     };
     let cargo = program("cargo", "echo cargo 1.95.0");
@@ -58,7 +58,7 @@ fn the_target_is_missed_before_the_fit() {
     let path = cargo.parent().and_then(|folder| folder.to_str());
     let words = refused(
         "qemu",
-        path.expect("a folder"),
+        path.expect("the folder is there"),
         &[("SINEW_FIRMWARE_RUSTC", rustc.to_str().expect("a path"))],
     );
     assert!(words.contains("thumbv7em-none-eabihf"), "{words}");

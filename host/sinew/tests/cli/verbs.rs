@@ -75,8 +75,8 @@ fn simulate_agrees_with_somebody_elses_recording() {
     let truth =
         std::fs::read_to_string(checkout().join("tests/foreign/mass_spring_damper.truth.json"));
     let truth: serde_json::Value =
-        serde_json::from_str(&truth.expect("it is committed")).expect("JSON");
-    let number = |key: &str| truth[key].as_f64().expect("it holds this number");
+        serde_json::from_str(&truth.expect("the file is committed")).expect("the text is JSON");
+    let number = |key: &str| truth[key].as_f64().expect("the truth holds this number");
     let rig = Rig::load(desk.path("mass-spring-damper.toml")).expect("the shipped rig is sound");
     let rig = rig.with_values(&[
         ("mass.inertia", number("mass_kg")),
@@ -157,7 +157,8 @@ fn diagnose_names_the_friction_that_the_demos_recording_hides() {
         "{line} --json a.json --report a.html --rig-out mended.toml --mjcf mended.xml"
     ));
     assert_eq!(silent, "", "--quiet with --json says nothing");
-    let found: serde_json::Value = serde_json::from_str(&desk.read("a.json")).expect("it is JSON");
+    let found: serde_json::Value =
+        serde_json::from_str(&desk.read("a.json")).expect("the text is JSON");
     assert_eq!(found["verdict"], "missing_physics");
     let effect = &found["effects"][0];
     assert_eq!(effect["kind"], "coulomb_friction");
@@ -165,8 +166,8 @@ fn diagnose_names_the_friction_that_the_demos_recording_hides() {
     let truth =
         std::fs::read_to_string(checkout().join("tests/foreign/mass_spring_damper.truth.json"));
     let truth: serde_json::Value =
-        serde_json::from_str(&truth.expect("it is committed")).expect("JSON");
-    let number = |value: &serde_json::Value| value.as_f64().expect("it is a number");
+        serde_json::from_str(&truth.expect("the file is committed")).expect("the text is JSON");
+    let number = |value: &serde_json::Value| value.as_f64().expect("the value is a number");
     let (level, hidden) = (
         number(&effect["parameters"]["level"]["value"]),
         number(&truth["coulomb_friction_N"]),
@@ -301,7 +302,8 @@ fn emit_writes_a_project_that_builds_and_answers() {
         "{}",
         String::from_utf8_lossy(&output.stderr)
     );
-    let mut device = Device::host(&cache.join("release/sinew-board-host")).expect("it starts");
+    let mut device =
+        Device::host(&cache.join("release/sinew-board-host")).expect("the program starts");
     let identity = device.hello(None).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!((identity.n_u, identity.n_y, identity.horizon), (2, 3, 10));
 }
@@ -333,10 +335,10 @@ fn a_controller_can_be_made_for_size_and_a_network_alone_cannot() {
 
 /// The model of the reference problem S in a folder of its own.
 pub fn reference_model(desk: &Desk, folder: &str) {
-    std::fs::create_dir_all(desk.path(folder)).expect("it can be made");
+    std::fs::create_dir_all(desk.path(folder)).expect("the folder is writable");
     for file in ["model.toml", "weights.safetensors"] {
         let from = checkout().join("models/reference-s").join(file);
-        std::fs::copy(from, desk.path(folder).join(file)).expect("it can be copied");
+        std::fs::copy(from, desk.path(folder).join(file)).expect("the file can be copied");
     }
 }
 
@@ -358,7 +360,7 @@ fn compare_puts_several_models_to_the_same_loops_of_the_plant_it_is_given() {
             cache.display()
         ));
         let scores: serde_json::Value =
-            serde_json::from_str(&desk.read("scores.json")).expect("it is JSON");
+            serde_json::from_str(&desk.read("scores.json")).expect("the text is JSON");
         let controllers = scores["controllers"].as_array().expect("a list");
         controllers.iter().map(|c| c["loops"].clone()).collect()
     };
@@ -395,7 +397,7 @@ fn compare_draws_a_plant_a_loop_and_follows_a_path() {
              --build-dir {} --quiet --json scores.json {more}",
             cache.display()
         ));
-        serde_json::from_str(&desk.read("scores.json")).expect("it is JSON")
+        serde_json::from_str(&desk.read("scores.json")).expect("the text is JSON")
     };
     let drawn = scores("--draws 3 --delay 0.004");
     assert_eq!(drawn["reference"], "the path of path.csv");
@@ -472,7 +474,11 @@ fn a_program_can_be_the_plant() {
     desk.write("inputs.csv", &inputs);
     let simulate = |out: &str, more: &[&str]| -> Vec<f64> {
         let line = format!("simulate mass-spring-damper.toml --input inputs.csv --out {out}");
-        let output = desk.command(&line).args(more).output().expect("it starts");
+        let output = desk
+            .command(&line)
+            .args(more)
+            .output()
+            .expect("the program starts");
         let errors = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success(), "{errors}");
         let mut read = columns(&desk.read(out));
@@ -487,7 +493,7 @@ fn a_program_can_be_the_plant() {
     let line = "simulate mass-spring-damper.toml --input inputs.csv --out again.csv";
     let mut again = desk.command(line);
     let again = again.args(["--plant-program", "perl cart.pl"]).output();
-    let said = String::from_utf8_lossy(&again.expect("it starts").stderr).into_owned();
+    let said = String::from_utf8_lossy(&again.expect("the program starts").stderr).into_owned();
     assert!(
         said.contains("`v_m_s` of the program is not written"),
         "{said}"
@@ -511,11 +517,11 @@ fn compare_lets_a_program_be_every_drawn_plant() {
         );
         let mut compare = desk.command(&line);
         let output = compare.args(["--plant-program", "perl lags.pl"]).output();
-        let output = output.expect("it starts");
+        let output = output.expect("the program starts");
         let errors = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success(), "{errors}");
         let scores: serde_json::Value =
-            serde_json::from_str(&desk.read("scores.json")).expect("it is JSON");
+            serde_json::from_str(&desk.read("scores.json")).expect("the text is JSON");
         assert_eq!(scores["plant"], "perl lags.pl");
         assert_eq!(scores["moved"], serde_json::json!([]));
         let controllers = scores["controllers"].as_array().expect("a list");
@@ -548,7 +554,7 @@ fn a_network_of_another_tool_becomes_a_model_of_a_rig() {
          --out model",
     );
     assert!(said.contains("dense_1/BiasAdd"), "{said}");
-    let spec = sinew_model::store::load(&desk.path("model")).expect("it is a model");
+    let spec = sinew_model::store::load(&desk.path("model")).expect("the folder holds a model");
     assert_eq!((spec.past_inputs, spec.past_outputs), (4, 8));
     assert_eq!(spec.outputs[0].name, "q_m");
     // It has seen another mass than that of these recordings, and still foresees most of a step.
@@ -571,15 +577,15 @@ fn projects_that_share_build_outputs_keep_their_own_programs() {
     let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pil");
     let models = ["reference-s", "reference-s-n5"].map(|model| {
         let spec = sinew_model::store::load(&checkout().join("models").join(model));
-        let spec = spec.expect("it ships with the project");
-        project::write(&desk.path(model), &spec, Optimise::Speed).expect("it can be written");
+        let spec = spec.expect("the file ships with the project");
+        project::write(&desk.path(model), &spec, Optimise::Speed).expect("the folder is writable");
         (model, sinew_model::fingerprint(&spec))
     });
     let built = |(model, hash): (&str, u32)| {
         for round in 0..8 {
             let built = project::build(&desk.path(model), Board::Host, Some(&cache));
             let built = built.unwrap_or_else(|error| panic!("{error}"));
-            let mut device = Device::host(&built.lockstep).expect("it starts");
+            let mut device = Device::host(&built.lockstep).expect("the program starts");
             let identity = device.hello(Some(hash));
             assert!(identity.is_ok(), "{model}, round {round}: {identity:?}");
         }

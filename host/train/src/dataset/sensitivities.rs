@@ -155,8 +155,8 @@ mod tests {
 
     #[test]
     fn where_an_input_cannot_move_there_is_no_slope() {
-        let rig = Rig::parse(RIG, "hasel.toml").expect("it is sound");
-        let plant = Plant::new(&rig).expect("it is whole");
+        let rig = Rig::parse(RIG, "hasel.toml").expect("the rig is sound");
+        let plant = Plant::new(&rig).expect("the rig is whole");
         let stretch = Stretch {
             first: 4,
             steps: STRETCH,
@@ -171,15 +171,15 @@ mod tests {
                 channels: vec![],
             };
             let found = sensitivities(&plant, &plant.values(), &[episode], &config(), stretch);
-            found.expect("it is stable")[0].len()
+            found.expect("the motion stays finite")[0].len()
         };
         assert_eq!([count(0.0), count(4000.0), count(8000.0)], [0, PLACES, 0]);
     }
 
     #[test]
     fn a_slope_is_what_two_simulations_differ_by() {
-        let rig = Rig::parse(RIG, "hasel.toml").expect("it is sound");
-        let plant = Plant::new(&rig).expect("it is whole");
+        let rig = Rig::parse(RIG, "hasel.toml").expect("the rig is sound");
+        let plant = Plant::new(&rig).expect("the rig is whole");
         let values = plant.values();
         let times: Vec<f64> = (0..100).map(|k| f64::from(k) * 0.008).collect();
         let column = |i: usize| -> Vec<f64> {
@@ -189,17 +189,17 @@ mod tests {
         let columns: Vec<Vec<f64>> = (0..6).map(column).collect();
         let inputs: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
         let start = vec![0.0; plant.state_len()];
-        let seen =
-            sampled_states(&plant, &values, &start, &times, &inputs, 50).expect("it is stable");
+        let seen = sampled_states(&plant, &values, &start, &times, &inputs, 50)
+            .expect("the motion stays finite");
         let config = config();
-        let episodes = draw(&plant, &values, &seen, &config, 4).expect("it is stable");
+        let episodes = draw(&plant, &values, &seen, &config, 4).expect("the motion stays finite");
         let stretch = Stretch {
             first: 4,
             steps: STRETCH,
             reach: &[500.0; 6],
         };
-        let found =
-            sensitivities(&plant, &values, &episodes, &config, stretch).expect("it is stable");
+        let found = sensitivities(&plant, &values, &episodes, &config, stretch)
+            .expect("the motion stays finite");
         assert_eq!(
             found,
             sensitivities(&plant, &values, &episodes, &config, stretch).expect("the same")
@@ -224,7 +224,7 @@ mod tests {
                         .collect();
                         stepper
                             .advance(config.period_s, &row)
-                            .expect("it is stable");
+                            .expect("the motion stays finite");
                         if moves && k < sensitivity.from + STRETCH {
                             y.extend((0..3).map(|sensor| stepper.signal(sensor)));
                         }

@@ -62,7 +62,7 @@ fn largest_error(plant: &Plant) -> f64 {
     let drive = InputTrajectory::new(plant, t.len(), &[u]).expect("one input");
     let run = plant
         .simulate(&plant.values(), &[0.0, 0.0], &drive, t)
-        .expect("it can be simulated");
+        .expect("the rig can be simulated");
     let range = range(q);
     assert!(
         range > 0.1,

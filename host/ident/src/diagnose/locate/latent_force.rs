@@ -154,9 +154,10 @@ impl Pushed {
             .swap_remove(0);
         let problem = data.judging(&self.plant);
         // Own values of the recording without a force, where it has some.
-        let start = match problem.local.is_empty() {
-            true => start,
-            false => start::settle(&problem, &segments, &self.values, vec![start]).swap_remove(0),
+        let start = if problem.local.is_empty() {
+            start
+        } else {
+            start::settle(&problem, &segments, &self.values, vec![start]).swap_remove(0)
         };
         let values = problem.values_at(&self.values, &start);
         let start = problem.plant_state(&start).to_vec();

@@ -225,7 +225,7 @@ mod tests {
         use crate::recording::Recording;
         let rigs = concat!(env!("CARGO_MANIFEST_DIR"), "/../../rigs/mass-spring-damper");
         let own = Rig::load(format!("{rigs}.toml"))?;
-        let dry = Kind::named("coulomb_friction").expect("it is in the vocabulary");
+        let dry = Kind::named("coulomb_friction").expect("the effect is in the vocabulary");
         let rubs = own.with_effect(dry, own.site(dry, "mass")?, &[0.58])?;
         let roles = Roles {
             fit: vec![Recording::read(format!("{rigs}.fit.csv"))?],

@@ -237,7 +237,7 @@ mod tests {
             column("u_V", |t| t.sin()),
             column("q_m", |t| 0.05 * (1.0 - t.cos())),
         ];
-        Recording::new("A.csv", t, columns).expect("it is sound")
+        Recording::new("A.csv", t, columns).expect("the recording is sound")
     }
 
     #[test]

@@ -18,7 +18,7 @@ pub fn foreign(name: &str) -> String {
 fn found(folder: &str, rows: usize) -> Diagnosis {
     let read = |name: &str| {
         let recording = Recording::read(foreign(&format!("{folder}/{name}")));
-        let recording = recording.expect("it is committed");
+        let recording = recording.expect("the file is committed");
         recording.rows(0..rows).expect("it is longer")
     };
     let recordings = Recordings {
@@ -27,9 +27,9 @@ fn found(folder: &str, rows: usize) -> Diagnosis {
         test: Vec::new(),
     };
     let own = Rig::load(foreign(&format!("{folder}/believed.toml")));
-    let own = own.expect("it is committed");
+    let own = own.expect("the file is committed");
     let found = diagnose(&own, &recordings, &Options::default(), &|_, _, _| {});
-    found.expect("it can be diagnosed")
+    found.expect("the rig can be diagnosed")
 }
 
 /// Components and a parameter of the effects, which are all of one kind.
@@ -79,10 +79,10 @@ fn foam_that_creeps_along_all_its_axes_is_named_along_each() {
 
 #[test]
 fn one_tendon_of_two_that_rubs_is_named_alone() {
-    let own = Rig::load(foreign("finger/believed.toml")).expect("it is committed");
+    let own = Rig::load(foreign("finger/believed.toml")).expect("the rig is committed");
     let rubbing = "\n[[effect]]\nkind = \"load_dependent_friction\"\ncomponent = \"west\"\ncoefficient = 0.2\n";
     let real = Rig::parse(&format!("{}{rubbing}", own.to_toml()), "real.toml");
-    let real = real.expect("it is sound");
+    let real = real.expect("the rig is sound");
     let answer = |seed| recorded([&own, &real], (2.0, 100.0), 1e-4, seed);
     let recordings = Recordings {
         fit: vec![answer(1)],
@@ -90,7 +90,7 @@ fn one_tendon_of_two_that_rubs_is_named_alone() {
         test: Vec::new(),
     };
     let found = diagnose(&own, &recordings, &Options::default(), &|_, _, _| {});
-    let found = found.expect("it can be diagnosed");
+    let found = found.expect("the rig can be diagnosed");
     let named = named(&found, "load_dependent_friction", "coefficient");
     agree(&named, &[("west", 0.2)], 0.05);
 }

@@ -28,14 +28,14 @@ impl Finger {
 
     /// Two seconds each of fit and check recordings with these effects.
     pub fn with(effects: &str) -> Self {
-        let own = Rig::load(foreign("finger/believed.toml")).expect("it is committed");
+        let own = Rig::load(foreign("finger/believed.toml")).expect("the rig is committed");
         let text = own.to_toml().to_owned() + effects;
-        let real = Rig::parse(&text, "real.toml").expect("it is sound");
+        let real = Rig::parse(&text, "real.toml").expect("the rig is sound");
         let recording = |seed| recorded([&own, &real], (2.0, 100.0), 1e-4, seed);
         let recordings = [recording(1), recording(2)];
         let plant = compiled(&own);
         let data = |recordings: &[Recording]| {
-            Data::new(&own, &plant, recordings).expect("its columns are there")
+            Data::new(&own, &plant, recordings).expect("the recordings have the columns of the rig")
         };
         Self {
             fit: data(&recordings[..1]),

@@ -28,23 +28,29 @@ pub fn finals_of(case: &Case, kind: &str, at: &[&str], start: &[f64]) -> (Candid
     let term = term(case.written, kind, at);
     let subset = subset(case);
     let values = compiled(case.written).values();
-    let parent = subset.first(case.written, &values, 15).expect("a rig");
-    let parent = parent.expect("it can be simulated");
+    let parent = subset
+        .first(case.written, &values, 15)
+        .expect("the rig is sound");
+    let parent = parent.expect("the rig can be simulated");
     let begun = begin(&subset, &parent, &term, start);
-    let begun = begun.expect("it can sit there");
+    let begun = begun.expect("the component bears this effect");
     let trial = subset.improved(begun.terms, begun.model, begun.from, 10);
-    let trial = trial.expect("it can be simulated");
+    let trial = trial.expect("the rig can be simulated");
     let base = fit_baseline(case, &parent)
-        .expect("a rig")
-        .expect("it is finite");
-    let last = refit(case, &subset, &trial, 12).expect("a rig");
-    (base, last.expect("it is finite"))
+        .expect("the rig is sound")
+        .expect("the fit stays finite");
+    let last = refit(case, &subset, &trial, 12).expect("the rig is sound");
+    (base, last.expect("the fit stays finite"))
 }
 
 /// Where its plant has the friction's coefficient.
 fn slot(of: &Candidate, tendon: &str) -> usize {
     let name = format!("{tendon}.load_dependent_friction.coefficient");
-    of.trial.model.plant.slot(&name).expect("it is there")
+    of.trial
+        .model
+        .plant
+        .slot(&name)
+        .expect("the plant has this parameter")
 }
 
 /// As if the rows that it was fitted to had said a quarter too little.
@@ -53,8 +59,8 @@ fn a_quarter_off(case: &Case, last: &Candidate) -> Candidate {
     for tendon in ["east", "west"] {
         values[slot(last, tendon)] *= 0.75;
     }
-    let off = with_values(case, &last.trial, values).expect("a rig");
-    off.expect("it is finite")
+    let off = with_values(case, &last.trial, values).expect("the rig is sound");
+    off.expect("the fit stays finite")
 }
 
 #[test]
@@ -68,7 +74,7 @@ fn what_a_few_rows_say_of_what_is_alike_is_judged_by_all_rows() {
     let chosen = select(&case, &mut finalists, |all| {
         best_acceptable(&case, &base, all)
     });
-    assert_eq!(chosen.expect("a rig"), Some(0));
+    assert_eq!(chosen.expect("the rig is sound"), Some(0));
     let all = &finalists[0];
     assert!(all.all_rows && !leaves_something(&case, all));
     for (tendon, truth) in [("east", 0.17), ("west", 0.22)] {
@@ -90,7 +96,7 @@ fn many_numbers_that_bend_the_rig_and_leave_something_are_not_believed() {
         let mut implausible = group.clone();
         let (rig, terms) = (&group.trial.model.rig, &group.trial.terms);
         let model = Model::new(rig, &soft, terms, case.settings);
-        implausible.trial.model = model.expect("it is sound");
+        implausible.trial.model = model.expect("the rig is sound");
         assert!(implausible.trial.implausible());
         implausible
     };
@@ -117,7 +123,7 @@ fn of_one_tendon_and_all_of_them_the_one_is_named_where_it_is_as_good() {
     let finger = Finger::rubbing([0.0, 0.2]);
     let case = finger.case(200);
     let (base, all) = finals(&case, &["east", "west"]);
-    assert!(!is_determined(&case, &all).expect("a rig"));
+    assert!(!is_determined(&case, &all).expect("the rig is sound"));
     let (_, right) = finals(&case, &["west"]);
     let (_, wrong) = finals(&case, &["east"]);
     assert_eq!(simplest(&case, &base, 0, &[all.clone(), right]), 1);
@@ -131,13 +137,13 @@ fn what_leaves_nothing_or_saw_all_rows_is_not_fitted_again() {
     let (_, last) = finals(&part, &["east", "west"]);
     let mut finalists = [last.clone()];
     let chosen = select(&part, &mut finalists, |_| Some(0));
-    assert_eq!(chosen.expect("a rig"), Some(0));
+    assert_eq!(chosen.expect("the rig is sound"), Some(0));
     assert!(!finalists[0].all_rows);
     let whole = finger.case(finger.fit.rows());
     let mut finalists = [a_quarter_off(&whole, &last)];
     assert!(leaves_something(&whole, &finalists[0]));
     let chosen = select(&whole, &mut finalists, |_| Some(0));
-    assert_eq!(chosen.expect("a rig"), Some(0));
+    assert_eq!(chosen.expect("the rig is sound"), Some(0));
     assert!(!finalists[0].all_rows);
 }
 
@@ -149,5 +155,5 @@ fn what_two_winches_of_one_joint_have_together_is_there_though_neither_is_known(
     let case = finger.case(200);
     let (_, both) = finals_of(&case, "input_dead_zone", &winches, &[0.015, 0.015]);
     assert!(!leaves_something(&case, &both));
-    assert!(is_determined(&case, &both).expect("a rig"));
+    assert!(is_determined(&case, &both).expect("the rig is sound"));
 }

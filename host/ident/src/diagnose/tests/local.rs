@@ -5,7 +5,7 @@ use sinew_sim::effects::Kind;
 
 /// A shipped recording whose positions read this much more.
 fn shifted(name: &str, zero: f64) -> Recording {
-    let read = Recording::read(shipped(name)).expect("it ships with the project");
+    let read = Recording::read(shipped(name)).expect("the recording ships with the project");
     let columns = ["u_N", "q_m"].map(|column| {
         let values = read.column(column).expect("it has it");
         let more = if column == "q_m" { zero } else { 0.0 };
@@ -19,7 +19,7 @@ fn shifted(name: &str, zero: f64) -> Recording {
         read.t().to_vec(),
         columns.into(),
     )
-    .expect("it is one")
+    .expect("the text is a recording")
 }
 
 #[test]
@@ -27,14 +27,14 @@ fn a_friction_is_named_beside_zeros_that_differ_by_recording() {
     let text = rig().to_toml().to_owned();
     let zero = "offset = { value = 0.0, per = \"recording\" }\nsignal = \"q_m\"";
     let text = text.replace("signal = \"q_m\"", zero);
-    let rig = Rig::parse(&text, "zeros.toml").expect("it is sound");
+    let rig = Rig::parse(&text, "zeros.toml").expect("the rig is sound");
     let recordings = Recordings {
         fit: vec![shifted(".fit.csv", 0.004)],
         check: vec![shifted(".test.csv", -0.006)],
         test: vec![shifted(".test.csv", 0.002)],
     };
     let found = diagnose(&rig, &recordings, &Options::default(), &|_, _, _| {})
-        .expect("it can be diagnosed");
+        .expect("the rig can be diagnosed");
     assert_eq!(found.verdict, Verdict::MissingPhysics, "{}", found.sentence);
     let kinds: Vec<&str> = found.effects.iter().map(|e| e.kind.as_str()).collect();
     assert_eq!(kinds, ["coulomb_friction"]);
@@ -49,7 +49,7 @@ fn a_friction_is_named_beside_zeros_that_differ_by_recording() {
     }
     assert_eq!(values.len(), 3);
     assert!(found.mended.to_toml().contains("per = \"recording\""));
-    let json = crate::diagnose::output::json(&found).expect("it can be written");
+    let json = crate::diagnose::output::json(&found).expect("the folder is writable");
     assert!(json.contains("\"recordings\": ["), "{json}");
 }
 
@@ -66,7 +66,7 @@ fn zeros_that_differ_by_recording_are_noted_with_the_key_to_write() {
         ..Options::default()
     };
     let found =
-        diagnose(&rig(), &recordings, &options, &|_, _, _| {}).expect("it can be diagnosed");
+        diagnose(&rig(), &recordings, &options, &|_, _, _| {}).expect("the rig can be diagnosed");
     let notes = &found.details.notes;
     let note = notes
         .iter()

@@ -39,7 +39,7 @@ fn rig() -> Rig {
 }
 
 fn recordings() -> Recordings {
-    let read = |name| Recording::read(shipped(name)).expect("it ships with the project");
+    let read = |name| Recording::read(shipped(name)).expect("the recording ships with the project");
     Recordings {
         fit: vec![read(".fit.csv")],
         check: vec![read(".test.csv")],
@@ -48,7 +48,8 @@ fn recordings() -> Recordings {
 }
 
 fn found(rig: &Rig) -> Diagnosis {
-    diagnose(rig, &recordings(), &Options::default(), &|_, _, _| {}).expect("it can be diagnosed")
+    diagnose(rig, &recordings(), &Options::default(), &|_, _, _| {})
+        .expect("the rig can be diagnosed")
 }
 
 /// What was pushed with and where it was, 100 times a second.
@@ -59,7 +60,7 @@ fn pushed([inputs, seen]: [Vec<f64>; 2]) -> Recording {
         values,
     };
     let columns = vec![column("u_N", inputs), column("q_m", seen)];
-    Recording::new("pushed.csv", t, columns).expect("it is one")
+    Recording::new("pushed.csv", t, columns).expect("the text is a recording")
 }
 
 #[test]
@@ -113,7 +114,7 @@ fn nothing_is_missing_from_the_mended_rig_and_no_effect_is_invented() {
 fn a_number_far_from_what_its_owner_wrote_is_pointed_at() {
     let mended = found(&rig()).mended;
     let off = mended.with_values(&[("dashpot.damping", 0.1)]);
-    let found = found(&off.expect("it has one"));
+    let found = found(&off.expect("the plant has this parameter"));
     assert_eq!(found.verdict, Verdict::Parameters, "{}", found.sentence);
     let said = "but `dashpot.damping` is 11 times what the rig says: an effect may hide there";
     assert!(found.sentence.contains(said), "{}", found.sentence);
@@ -123,22 +124,22 @@ fn a_number_far_from_what_its_owner_wrote_is_pointed_at() {
 fn the_same_seed_gives_the_same_bytes() {
     let text = |mut diagnosis: Diagnosis| {
         diagnosis.seconds = 0.0;
-        serde_json::to_string(&diagnosis).expect("it can be written")
+        serde_json::to_string(&diagnosis).expect("the value has a JSON form")
     };
     assert_eq!(text(found(&rig())), text(found(&rig())));
 }
 
-/// A rig of `cargo xtask experiments mended`.
+/// A rig of `cargo xtask experiments correction`.
 fn stage(name: &str) -> Rig {
     let folder = env!("CARGO_MANIFEST_DIR");
     Rig::load(format!(
         "{folder}/../../rigs/experiments/flexure-stage{name}.toml"
     ))
-    .expect("it ships with the project")
+    .expect("the rig ships with the project")
 }
 
 fn compiled(rig: &Rig) -> Plant {
-    Plant::new(rig).expect("it can be simulated")
+    Plant::new(rig).expect("the rig can be simulated")
 }
 
 /// What `real` answers to an experiment designed for `believed`, with this much noise on every
@@ -156,12 +157,12 @@ fn recorded(
         seed,
         ..excite::Options::default()
     };
-    let asked = excite::design(&own, "believed", &options).expect("it has limits");
+    let asked = excite::design(&own, "believed", &options).expect("the input has limits");
     let nothing = vec![f64::NAN; asked.t.len()];
     let inputs: Vec<&[f64]> = asked.inputs.iter().map(Vec::as_slice).collect();
     let unseen = vec![&nothing[..]; real.sensors().len()];
     let run = real.simulate_recording(&asked.t, &inputs, &unseen);
-    let run = run.expect("it stays finite");
+    let run = run.expect("the motion stays finite");
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut columns = Vec::new();
     for (input, values) in real.inputs().iter().zip(&asked.inputs) {
@@ -172,7 +173,7 @@ fn recorded(
         let signal = signal.map(|x| x + noise * gaussian(&mut random));
         columns.push(column(&sensor.column, signal.collect()));
     }
-    Recording::new(format!("{seed}.csv"), asked.t, columns).expect("it is one")
+    Recording::new(format!("{seed}.csv"), asked.t, columns).expect("the text is a recording")
 }
 
 fn column(name: &str, values: Vec<f64>) -> Column {
@@ -196,7 +197,9 @@ fn horizons(rig: &Rig) -> Vec<f64> {
         for u in [-1.5, -0.7, 0.0, 0.7, 1.5] {
             let start = plant.initial_state(&values, &[Some(q)]).expect("a start");
             let mut stepper = Stepper::new(&plant, &values, &start).expect("a start");
-            stepper.advance(12.0 / 200.0, &[u]).expect("it is finite");
+            stepper
+                .advance(12.0 / 200.0, &[u])
+                .expect("the fit stays finite");
             ends.push(stepper.signal(0));
         }
     }
@@ -214,7 +217,7 @@ fn the_mended_stage_foresees_what_no_refit_of_the_believed_one_does() {
     let both = [recordings.fit.clone(), recordings.check.clone()].concat();
     let refitted = fit(&stage(""), &both, &FitOptions::default(), &mut |_| {}).expect("a fit");
     let found = diagnose(&stage(""), &recordings, &Options::default(), &|_, _, _| {});
-    let found = found.expect("it can be diagnosed");
+    let found = found.expect("the rig can be diagnosed");
     let mut kinds: Vec<&str> = found.effects.iter().map(|e| e.kind.as_str()).collect();
     kinds.sort_unstable();
     assert_eq!(kinds, ["coulomb_friction", "cubic_stiffness"]);
@@ -256,7 +259,7 @@ fn stiffly_damped(u: &[f64], seed: u64) -> Recording {
     }
     let t = (0..u.len()).map(|k| k as f64 * step).collect();
     let columns = vec![column("u_N", u.to_vec()), column("q_m", seen)];
-    Recording::new(format!("{seed}.csv"), t, columns).expect("it is one")
+    Recording::new(format!("{seed}.csv"), t, columns).expect("the text is a recording")
 }
 
 #[test]
@@ -269,7 +272,7 @@ fn a_law_without_a_name_is_located_and_learned_and_foresees_what_taught_nothing(
             seed,
             ..excite::Options::default()
         };
-        let asked = excite::design(&plant, "mass", &options).expect("it has limits");
+        let asked = excite::design(&plant, "mass", &options).expect("the input has limits");
         stiffly_damped(&asked.inputs[0], seed)
     };
     let recordings = Recordings {
@@ -278,7 +281,7 @@ fn a_law_without_a_name_is_located_and_learned_and_foresees_what_taught_nothing(
         test: vec![recorded(4)],
     };
     let found = diagnose(&rig(), &recordings, &Options::default(), &|_, _, _| {});
-    let found = found.expect("it can be diagnosed");
+    let found = found.expect("the rig can be diagnosed");
     assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.sentence);
     assert!(found.effects.is_empty());
     assert_eq!(found.location.expect("somewhere").component, "mass");
@@ -286,6 +289,6 @@ fn a_law_without_a_name_is_located_and_learned_and_foresees_what_taught_nothing(
     let test = found.fit["q_m"].test.expect("a recording was kept back");
     assert!(test.before_rms > 5.0 * test.after_rms, "{test:?}");
     // What stands in is in the rig, and the rig is one: every other verb takes it.
-    let mended = Rig::parse(found.mended.to_toml(), "mended.toml").expect("it is a rig");
+    let mended = Rig::parse(found.mended.to_toml(), "mended.toml").expect("the text is a rig");
     assert!(compiled(&mended).values().len() > compiled(&rig()).values().len());
 }

@@ -78,27 +78,29 @@ fn recorded(carried: f64, seed: u64) -> Recording {
 fn last(case: &Case, start: &[f64]) -> Candidate {
     let subset = subset(case);
     let values = compiled(case.written).values();
-    let parent = subset.first(case.written, &values, 15).expect("a rig");
-    let parent = parent.expect("it can be simulated");
+    let parent = subset
+        .first(case.written, &values, 15)
+        .expect("the rig is sound");
+    let parent = parent.expect("the rig can be simulated");
     let begun = begin(
         &subset,
         &parent,
         &term(case.written, "hidden_mode", &["mass"]),
         start,
     );
-    let begun = begun.expect("it can sit there");
+    let begun = begun.expect("the component bears this effect");
     let trial = subset.improved(begun.terms, begun.model, begun.from, 10);
-    let trial = trial.expect("it can be simulated");
-    let last = refit(case, &subset, &trial, 12).expect("a rig");
-    last.expect("it is finite")
+    let trial = trial.expect("the rig can be simulated");
+    let last = refit(case, &subset, &trial, 12).expect("the rig is sound");
+    last.expect("the fit stays finite")
 }
 
 /// What is asked of recordings with a mode of this many kilograms.
 fn judged(carried: f64, ask: impl Fn(&Case)) {
-    let own = Rig::parse(SWING, "swing.toml").expect("it is one");
+    let own = Rig::parse(SWING, "swing.toml").expect("the text is a rig");
     let plant = compiled(&own);
     let data = |recordings: &[Recording]| {
-        Data::new(&own, &plant, recordings).expect("its columns are there")
+        Data::new(&own, &plant, recordings).expect("the recordings have the columns of the rig")
     };
     let [first, second] = [recorded(carried, 1), recorded(carried, 2)];
     let (fit, check) = (data(from_ref(&first)), data(from_ref(&second)));
@@ -114,7 +116,7 @@ fn a_mode_that_swings_has_a_size_and_one_as_good_as_rigid_has_none() {
     for (carried, start, there) in [(0.4, [0.02, 7.0, 0.04], true), (0.0, RIGID, false)] {
         judged(carried, |case| {
             let mode = last(case, &start);
-            assert_eq!(is_determined(case, &mode).expect("a rig"), there);
+            assert_eq!(is_determined(case, &mode).expect("the rig is sound"), there);
         });
     }
 }

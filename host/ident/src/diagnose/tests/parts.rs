@@ -56,14 +56,14 @@ fn recorded(load: f64, seed: u64) -> Recording {
 }
 
 fn judged(load: f64) -> Diagnosis {
-    let rig = Rig::parse(CART, "cart.toml").expect("it is one");
+    let rig = Rig::parse(CART, "cart.toml").expect("the text is a rig");
     let recordings = Recordings {
         fit: vec![recorded(load, 1)],
         check: vec![recorded(load, 2)],
         test: Vec::new(),
     };
     let found = diagnose(&rig, &recordings, &Options::default(), &|_, _, _| {});
-    found.expect("it can be diagnosed")
+    found.expect("the rig can be diagnosed")
 }
 
 /// Less than a tenth of the noise in each of eight intervals, six times the noise over the whole.
@@ -91,7 +91,7 @@ fn without_it_nothing_is_missing_over_the_whole_either() {
 #[test]
 fn a_refit_that_short_stretches_led_astray_names_nothing() {
     let file = |name: &str| super::alike::foreign(&format!("cases/case-54/{name}"));
-    let right = Rig::load(file("rig.toml")).expect("it is committed");
+    let right = Rig::load(file("rig.toml")).expect("the rig is committed");
     let off = [
         ("motor.inertia", 3.99294e-6),
         ("load.inertia", 9.98729e-6),
@@ -99,7 +99,7 @@ fn a_refit_that_short_stretches_led_astray_names_nothing() {
         ("shaft_loss.damping", 4.66134e-6),
         ("bearing.damping", 9.53219e-6),
     ];
-    let read = |name| Recording::read(file(name)).expect("it is committed");
+    let read = |name| Recording::read(file(name)).expect("the recording is committed");
     let recordings = Recordings {
         fit: vec![read("fit-a.csv"), read("fit-b.csv")],
         check: vec![read("check.csv")],
@@ -113,7 +113,7 @@ fn a_refit_that_short_stretches_led_astray_names_nothing() {
         ),
     ] {
         let found = diagnose(&rig, &recordings, &Options::default(), &|_, _, _| {});
-        let found = found.expect("it can be diagnosed");
+        let found = found.expect("the rig can be diagnosed");
         assert_eq!(found.verdict, verdict, "{}", found.sentence);
     }
 }
@@ -122,7 +122,7 @@ fn a_refit_that_short_stretches_led_astray_names_nothing() {
 fn progress(load: f64) -> Rig {
     let right = CART.replace("1.8", "2.0");
     let effect = finger::effect("constant_load", "cart", &format!("level = {load}"));
-    Rig::parse(&(right + &effect), "cart.toml").expect("it is one")
+    Rig::parse(&(right + &effect), "cart.toml").expect("the text is a rig")
 }
 
 /// An encoder that is fifty times as noisy in the first second: so bad a start carries any rig
@@ -134,7 +134,7 @@ fn recorded_badly_at_first(load: f64) -> Recording {
     for q in &mut columns[1].values[..100] {
         *q -= 5e-2 * gaussian(&mut random);
     }
-    Recording::new("bad.csv", recorded.t().to_vec(), columns).expect("it is one")
+    Recording::new("bad.csv", recorded.t().to_vec(), columns).expect("the text is a recording")
 }
 
 #[test]
@@ -145,7 +145,7 @@ fn what_only_its_start_carries_away_runs_through_and_what_is_wrong_does_not() {
     let roles = roles.expect("they are there");
     let plant = compiled(&before);
     let data = |recordings: &[Recording]| {
-        Data::new(&before, &plant, recordings).expect("its columns are there")
+        Data::new(&before, &plant, recordings).expect("the recordings have the columns of the rig")
     };
     let both = [roles.fit.clone(), roles.check.clone()].concat();
     let (fit, check, both) = (data(&roles.fit), data(&roles.check), data(&both));
@@ -154,7 +154,8 @@ fn what_only_its_start_carries_away_runs_through_and_what_is_wrong_does_not() {
         check_intervals: check.cut(8),
         ..case(&before, [&fit, &check, &both], fit.cut(8))
     };
-    let through = |after: &Rig| holds_over_whole_recordings(&case, &before, after).expect("a rig");
+    let through =
+        |after: &Rig| holds_over_whole_recordings(&case, &before, after).expect("the rig is sound");
     assert!(
         !falls(&before, &right, &roles, 1.25),
         "its start is no bad one"
@@ -173,10 +174,11 @@ fn a_rig_whose_free_run_leaves_the_recording_has_run_away() {
         &crate::fit::FitOptions::default(),
         &mut |_| {},
     );
-    let mut refitted = refitted.expect("it can be fitted");
+    let mut refitted = refitted.expect("the rig can be fitted");
     assert!(!runs_away(&refitted, &recordings.check));
-    let text = std::fs::read_to_string(super::shipped(".toml")).expect("it ships");
+    let text =
+        std::fs::read_to_string(super::shipped(".toml")).expect("the file ships with the project");
     let text = text.replace("gain = 1.0", "gain = 10.0");
-    refitted.rig = Rig::parse(&text, "loud.toml").expect("it is one");
+    refitted.rig = Rig::parse(&text, "loud.toml").expect("the text is a rig");
     assert!(runs_away(&refitted, &recordings.check));
 }

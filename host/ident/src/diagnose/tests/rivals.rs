@@ -69,14 +69,14 @@ fn hardening(seed: u64) -> Recording {
 
 #[test]
 fn a_law_that_leaves_the_mismatch_looks_like_no_law_that_takes_it() {
-    let rig = Rig::parse(RIG, "hardening.toml").expect("it is one");
+    let rig = Rig::parse(RIG, "hardening.toml").expect("the text is a rig");
     let recordings = Recordings {
         fit: vec![hardening(1)],
         check: vec![hardening(2)],
         test: vec![],
     };
     let found = diagnose(&rig, &recordings, &Options::default(), &|_, _, _| {});
-    let found = found.expect("it can be diagnosed");
+    let found = found.expect("the rig can be diagnosed");
     assert_eq!(found.verdict, Verdict::MissingPhysics, "{}", found.sentence);
     let [cubic] = &found.effects[..] else {
         panic!("{}", found.sentence);

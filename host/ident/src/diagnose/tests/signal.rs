@@ -53,18 +53,18 @@ fn moved([level, slope]: [f64; 2], seed: u64) -> Recording {
         values,
     };
     let columns = vec![column("x_m", x), column("u_V", u), column("f_N", f)];
-    Recording::new(format!("{seed}.csv"), t, columns).expect("it is one")
+    Recording::new(format!("{seed}.csv"), t, columns).expect("the text is a recording")
 }
 
 fn found(law: [f64; 2]) -> Diagnosis {
-    let rig = Rig::parse(STAND, "stand.toml").expect("it is sound");
+    let rig = Rig::parse(STAND, "stand.toml").expect("the rig is sound");
     let recordings = Recordings {
         fit: vec![moved(law, 1), moved(law, 2)],
         check: vec![moved(law, 3)],
         test: Vec::new(),
     };
     let found = diagnose(&rig, &recordings, &Options::default(), &|_, _, _| {});
-    found.expect("it can be diagnosed")
+    found.expect("the rig can be diagnosed")
 }
 
 #[test]

@@ -19,8 +19,8 @@ fn shipped(name: &str) -> String {
 /// smoothed out of the motion is wrong, and a Stribeck law with a peak there leaves a little less.
 #[test]
 fn a_damper_stand_has_dry_friction_and_no_peak_of_it_that_nothing_shows() {
-    let rig = Rig::load(shipped("damper-stand.toml")).expect("it ships with the project");
-    let read = |name| Recording::read(shipped(name)).expect("it ships with the project");
+    let rig = Rig::load(shipped("damper-stand.toml")).expect("the rig ships with the project");
+    let read = |name| Recording::read(shipped(name)).expect("the recording ships with the project");
     for check in [vec![], vec![read("damper-stand.test.csv")]] {
         let recordings = Recordings {
             fit: vec![read("damper-stand.fit.csv")],
@@ -28,7 +28,7 @@ fn a_damper_stand_has_dry_friction_and_no_peak_of_it_that_nothing_shows() {
             test: vec![],
         };
         let found = diagnose(&rig, &recordings, &Options::default(), &|_, _, _| {});
-        let found = found.expect("it can be diagnosed");
+        let found = found.expect("the rig can be diagnosed");
         assert_eq!(named(&found), ["coulomb_friction"], "{}", found.sentence);
         assert!((found.effects[0].parameters["level"].value / 23.0 - 1.0).abs() < 0.03);
         assert!(found.effects[0].confidence > 0.9);
@@ -65,20 +65,21 @@ fn fall(rate: f64, seed: u64) -> Recording {
     };
     let values = t.iter().map(height).collect();
     let name = "height_m".into();
-    Recording::new("fall.csv", t.clone(), vec![Column { name, values }]).expect("it is one")
+    Recording::new("fall.csv", t.clone(), vec![Column { name, values }])
+        .expect("the text is a recording")
 }
 
 /// A load, another weight or a bent camera would be one motion with it.
 #[test]
 fn a_fall_has_drag_and_nothing_that_needs_a_way_back_to_be_told_from_it() {
-    let rig = Rig::parse(FALL, "fall.toml").expect("it is one");
+    let rig = Rig::parse(FALL, "fall.toml").expect("the text is a rig");
     let recordings = Recordings {
         fit: vec![fall(0.2, 1)],
         check: vec![fall(0.2, 2)],
         test: vec![],
     };
     let found = diagnose(&rig, &recordings, &Options::default(), &|_, _, _| {});
-    let found = found.expect("it can be diagnosed");
+    let found = found.expect("the rig can be diagnosed");
     assert_eq!(found.verdict, Verdict::MissingPhysics, "{}", found.sentence);
     assert_eq!(named(&found), ["viscous_damping"]);
     let damping = &found.effects[0].parameters["damping"];
@@ -99,7 +100,7 @@ fn a_fall_has_drag_and_nothing_that_needs_a_way_back_to_be_told_from_it() {
 /// Without drag, under another weight: what the rig cannot know is no sure drag.
 #[test]
 fn a_fall_under_another_weight_is_no_sure_drag() {
-    let rig = Rig::parse(FALL, "fall.toml").expect("it is one");
+    let rig = Rig::parse(FALL, "fall.toml").expect("the text is a rig");
     let lighter = |seed| {
         let recording = fall(1e-6, seed);
         let [column] = recording.columns() else {
@@ -112,7 +113,7 @@ fn a_fall_under_another_weight_is_no_sure_drag() {
             name: column.name.clone(),
             values,
         };
-        Recording::new("light.csv", t, vec![column]).expect("it is one")
+        Recording::new("light.csv", t, vec![column]).expect("the text is a recording")
     };
     let recordings = Recordings {
         fit: vec![lighter(3)],
@@ -120,7 +121,7 @@ fn a_fall_under_another_weight_is_no_sure_drag() {
         test: vec![],
     };
     let found = diagnose(&rig, &recordings, &Options::default(), &|_, _, _| {});
-    let found = found.expect("it can be diagnosed");
+    let found = found.expect("the rig can be diagnosed");
     let sure = found.effects.iter().any(|effect| effect.confidence > 0.75);
     assert!(!sure, "{}", found.sentence);
     let note = |note: &String| note.contains("another weight or load");

@@ -10,10 +10,10 @@ use super::{compiled, recorded};
 /// The shipped tendon platform without its fibres: of six bodies the tip is all that is seen.
 fn platform(stiffness: &str, effect: &str) -> Rig {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../rigs/tendon.toml");
-    let text = std::fs::read_to_string(file).expect("it ships with the project");
+    let text = std::fs::read_to_string(file).expect("the file ships with the project");
     let (bare, _) = text.split_once("[[waveguide]]").expect("it has fibres");
     let text = bare.replace("value = 0.293", stiffness) + effect;
-    Rig::parse(&text, "tendon.toml").expect("it is sound")
+    Rig::parse(&text, "tendon.toml").expect("the rig is sound")
 }
 
 #[test]
@@ -25,7 +25,8 @@ fn start_states_that_are_far_off_do_not_let_tendons_hang() {
     );
     let recording = recorded([&own, &real], (10.0, 120.0), 5e-4, 1);
     let plant = compiled(&own);
-    let data = Data::new(&own, &plant, &[recording]).expect("its columns are there");
+    let data =
+        Data::new(&own, &plant, &[recording]).expect("the recordings have the columns of the rig");
     let subset = Subset {
         written: &own,
         data: &data,
@@ -33,10 +34,12 @@ fn start_states_that_are_far_off_do_not_let_tendons_hang() {
         settings: Settings::default(),
     };
     let fitted = subset.first(&own, &plant.values(), 15);
-    let fitted = fitted.expect("a rig").expect("it can be simulated");
+    let fitted = fitted
+        .expect("the rig is sound")
+        .expect("the rig can be simulated");
     for tendon in &own.tendons {
         let slot = plant.slot(&format!("{}.pretension", tendon.name));
-        let found = fitted.point.values[slot.expect("it has one")];
+        let found = fitted.point.values[slot.expect("the plant has this parameter")];
         assert!(found > 3.0, "{} of 6 N: {found} N", tendon.name);
     }
 }

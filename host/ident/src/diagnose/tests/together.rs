@@ -12,8 +12,10 @@ fn what_is_alike_is_fitted_as_one_before_each_has_its_own_number() {
     let case = finger.case(200);
     let subset = subset(&case);
     let values = compiled(case.written).values();
-    let parent = subset.first(case.written, &values, 15).expect("a rig");
-    let parent = parent.expect("it can be simulated");
+    let parent = subset
+        .first(case.written, &values, 15)
+        .expect("the rig is sound");
+    let parent = parent.expect("the rig can be simulated");
     let begin = |at: &[&str], level: f64| {
         let begun = begin(
             &subset,
@@ -21,7 +23,7 @@ fn what_is_alike_is_fitted_as_one_before_each_has_its_own_number() {
             &term(case.written, RUBS, at),
             &vec![level; at.len()],
         );
-        begun.expect("it can sit there")
+        begun.expect("the component bears this effect")
     };
 
     let starts = [0.001, 0.1].map(|level| begin(&["east", "west"], level));
@@ -31,13 +33,13 @@ fn what_is_alike_is_fitted_as_one_before_each_has_its_own_number() {
     let plant = end.model.plant.clone();
     let of = |values: &[f64], tendon: &str| {
         let name = format!("{tendon}.{RUBS}.coefficient");
-        values[plant.slot(&name).expect("it is there")]
+        values[plant.slot(&name).expect("the plant has this parameter")]
     };
     let [east, west] = ["east", "west"].map(|tendon| of(&end.from.values, tendon));
     assert_eq!(east, west);
     assert!(0.17 < east && east < 0.22, "{east}");
     let trial = subset.improved(end.terms, end.model, end.from, 10);
-    let own = trial.expect("it can be simulated").point.values;
+    let own = trial.expect("the rig can be simulated").point.values;
     assert!((of(&own, "east") / 0.17 - 1.0).abs() < 0.1);
     assert!((of(&own, "west") / 0.22 - 1.0).abs() < 0.1);
 
