@@ -19,7 +19,7 @@ for folder in ../../models/reference-*; do
     { cat "$folder/model.toml"; printf '\000'; cat "$folder/weights.safetensors"; } > "corpus/model/$(basename "$folder")"
 done
 cp ../../rigs/*.toml corpus/rig/
-cp ../../boards/*/*.wiring.toml corpus/wiring/
+cp ../../docs/reference/*.wiring.toml corpus/wiring/
 for file in ../../rigs/*.csv; do head -n 40 "$file" > "corpus/recording/$(basename "$file")"; done
 printf 't,u_V,"q, m"\n0,,1\n0.1,5e-1,nan\n' > corpus/recording/missing.csv
 # A sample of two outputs, a probe, a prediction: the message's number, then lengths and numbers.

@@ -101,7 +101,7 @@ fn a_wired_nucleo_links_with_every_kind_of_wire() {
     let root = image::root();
     let spec = store::load(&root.join("models/demo-state")).expect("a committed model");
     let folder = tempfile::tempdir().expect("a folder");
-    let text = std::fs::read_to_string(root.join("boards/stm32f446/demo.wiring.toml"))
+    let text = std::fs::read_to_string(root.join("docs/reference/demo.wiring.toml"))
         .expect("is committed");
     // The other encoder and a servo; then a voltage and a pulse without a sign.
     let other = text

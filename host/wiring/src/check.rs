@@ -68,9 +68,10 @@ fn named(
     for (name, line) in wires {
         if !signals.iter().any(|signal| signal.name == **name) {
             let message = format!("{key} = \"{name}\" is no {kind} of this controller");
-            let expected = match signals.is_empty() {
-                true => format!("no [[{kind}]]"),
-                false => format!("one of {}", names()),
+            let expected = if signals.is_empty() {
+                format!("no [[{kind}]]")
+            } else {
+                format!("one of {}", names())
             };
             found
                 .faults

@@ -98,9 +98,10 @@ pub fn picture(wiring: &Wiring, board: &Board) -> String {
 fn side(svg: &mut String, k: usize, row: &Row<'_>, board: &Board, right: bool) {
     let y = TOP + ROW * k;
     let place = board.pin(row.pin).map_or("", |pin| pin.place);
-    let (colour, edge, out, inside, anchors) = match right {
-        false => ("#2b7a4b", 290, 220, 302, ["end", "start"]),
-        true => ("#b3541e", 510, 580, 498, ["start", "end"]),
+    let (colour, edge, out, inside, anchors) = if right {
+        ("#b3541e", 510, 580, 498, ["start", "end"])
+    } else {
+        ("#2b7a4b", 290, 220, 302, ["end", "start"])
     };
     let words_at = if right { out + 8 } else { out - 8 };
     let words = escaped(&row.words);

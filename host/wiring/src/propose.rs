@@ -91,9 +91,12 @@ fn sensor(text: &mut String, signal: &Signal, (pin, place): (&str, &str), board:
 fn actuator(text: &mut String, signal: &Signal, (pin, place): (&str, &str)) {
     let Signal { name, unit, range } = signal;
     let [low, high] = range.unwrap_or([f64::NAN; 2]);
-    let number = |value: f64| match value.is_nan() {
-        true => "nan".into(),
-        false => format!("{value:?}"),
+    let number = |value: f64| {
+        if value.is_nan() {
+            "nan".into()
+        } else {
+            format!("{value:?}")
+        }
     };
     let _ = write!(
         text,
@@ -101,8 +104,8 @@ fn actuator(text: &mut String, signal: &Signal, (pin, place): (&str, &str)) {
          input = \"{name}\"\n\
          by = \"pwm\"          # or \"signed\" with direction, or \"servo\"\n\
          pin = \"{pin}\"         # {place}\n\
-         at_zero = {}     # {unit} at no pulse\n\
-         at_full = {}      # {unit} at a pulse as long as the period\n",
+         at_zero = {:<9} # {unit} at no pulse\n\
+         at_full = {:<9} # {unit} at a pulse as long as the period\n",
         number(low),
         number(high)
     );

@@ -77,10 +77,14 @@ fn first(arguments: &Arguments, signals: &Signals) -> Result<()> {
     let said = Said::beside([Some(out.as_path()), arguments.picture.as_deref()]);
     said.wrote(&out);
     arguments.picture.iter().for_each(|path| said.wrote(path));
+    let file = if sinew_files::is_output(&out) {
+        "FILE".into()
+    } else {
+        out.display().to_string()
+    };
     said.line(format!(
-        "next: fill in what is nan, then sinew wire {} --check {}",
-        arguments.rig.display(),
-        out.display()
+        "next: fill in what is nan, then sinew wire {} --check {file}",
+        arguments.rig.display()
     ));
     Ok(())
 }

@@ -41,7 +41,7 @@ fn a_first_wiring_is_filled_in_checked_and_drawn() {
 fn all_faults_of_a_wiring_are_said_at_once() {
     let desk = Desk::new();
     desk.bring("rigs/demo.toml")
-        .bring("boards/stm32f446/demo.wiring.toml");
+        .bring("docs/reference/demo.wiring.toml");
     let text = desk.read("demo.wiring.toml");
     let text = text.replace("q_m", "q_mm").replace("PB10", "PB5");
     desk.write("demo.wiring.toml", &text);
@@ -56,7 +56,7 @@ fn all_faults_of_a_wiring_are_said_at_once() {
 #[test]
 fn emit_puts_a_wiring_into_the_sources_of_its_board() {
     let desk = Desk::new();
-    desk.bring("boards/stm32f446/demo.wiring.toml");
+    desk.bring("docs/reference/demo.wiring.toml");
     let model = checkout().join("models/demo-state");
     let model = model.display();
     desk.succeed(&format!("emit {model} --out plain"));
