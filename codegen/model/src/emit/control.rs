@@ -97,7 +97,7 @@ pub const IDENTITY: Identity = Identity {{
         horizon = value::horizon(control),
         predictor = match control.value {
             None => "use crate::network::Network;\n",
-            Some(_) => "use crate::value::Predictor;\n",
+            Some(_) => "use crate::network::Network;\nuse crate::value::Predictor;\n",
         },
         predicted = value::predicted(control),
     )
