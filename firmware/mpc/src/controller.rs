@@ -183,7 +183,7 @@ impl<
     /// becomes true ([`newton::solve_until`]), with the best plan so far.
     ///
     /// ```
-    /// # use sinew_mpc::{Limits, Model, Propagate, Settings, Status};
+    /// # use sinew_mpc::{Limits, Model, Propagate, Settings, Status, Tuning};
     /// # sinew_mpc::controller! {
     /// #     model: Lag, inputs: 1, outputs: 1, channels: 0, past_inputs: 1, past_outputs: 1,
     /// #     horizon: 10, move_blocks: 2,
@@ -201,6 +201,7 @@ impl<
     /// #     }
     /// # }
     /// # impl Propagate<INPUTS, OUTPUTS, CHANNELS, PAST_INPUTS, PAST_OUTPUTS> for Lag {}
+    /// # impl Tuning for Lag {}
     /// # let limits = Limits { lower: [-1.0], upper: [1.0], rate: [0.5], safe: [0.0] };
     /// # let settings = Settings {
     /// #     tracking_weight: [1.0], move_suppression: [0.01], disturbance_gain: 0.5, iterations: 2,
