@@ -84,7 +84,7 @@ fn a_first_wiring_lacks_nothing_but_the_scales_of_its_sensors() {
 #[test]
 fn a_first_wiring_leaves_the_pins_of_encoders_free() {
     let signals = Signals {
-        sensors: (0..11)
+        sensors: (0..12)
             .map(|k| signal(&format!("fibre_{k}"), "V", None))
             .collect(),
         ..cart()
@@ -179,6 +179,11 @@ fn each_kind_of_fault_names_its_line_and_the_remedy() {
             "[\"PA6\", \"PA7\"]",
             "[\"PA7\", \"PA6\"]",
             "line 4: PA7 and PA6 are not A and B of one timer; expected one of [\"PA6\", \"PA7\"]",
+        ),
+        (
+            "\"PA7\"]",
+            "\"PB7\"]",
+            "line 4: PA6 and PB7 are not A and B of one timer",
         ),
         ("-20000.0", "0.0", "line 4: the scale of `q_m` is not given"),
         (
