@@ -34,10 +34,14 @@ pub fn fit(
                     caller.tell(&format!("stage {}", p.stage), p.step, 0);
                 })?;
             let (before, after) = (free_runs(&rig.rig, &tests)?, free_runs(&found.rig, &tests)?);
-            let tested: Vec<_> = if tests.is_empty() { Vec::new() } else { score(&rig.rig, &tests)?
+            let tested: Vec<_> = if tests.is_empty() {
+                Vec::new()
+            } else {
+                score(&rig.rig, &tests)?
                     .into_iter()
                     .zip(pool(&after))
-                    .collect() };
+                    .collect()
+            };
             let of_fit = found.as_written_runs.iter().zip(&found.runs);
             let of_fit = of_fit.map(|pair| ("fit", pair));
             let of_test = before.iter().zip(&after).map(|pair| ("test", pair));
