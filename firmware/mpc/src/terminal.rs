@@ -1,6 +1,6 @@
 //! Cost-to-go at the end of the horizon, an option (docs/explanation/controller.md, eq. 4d): a
 //! model wrapped in [`Valued`] costs `|W z|^2` more, for everything that comes after the horizon.
-//! Where nothing is wrapped nothing of this is linked.
+//! Nothing of this is linked where nothing is wrapped.
 //!
 //! z holds the regressor at the end, the disturbance and the reference from r(k+N) on. W has `R`
 //! rows at each of some operating points, straight between them. It comes from the model before
