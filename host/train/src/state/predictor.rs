@@ -10,7 +10,7 @@ use sinew_ident::error::Error;
 
 use super::model::{Scale, StateModel};
 use super::rollouts::StateEpisode;
-use crate::train::{Linear, least_squares, tensor, to_matrix};
+use crate::train::{Draws, Linear, least_squares, tensor, to_matrix};
 
 /// Settings of the training.
 #[derive(Clone, Debug, PartialEq)]
@@ -213,7 +213,6 @@ pub fn train(
     let gain = unexplained.max(1e-4);
 
     let device = Device::default().autodiff();
-    device.seed(options.seed);
     let mut model = Transition {
         linear: filled(&w, &b, &device),
         hidden: started(z.ncols(), options, &scales.states, &device),
@@ -303,7 +302,7 @@ pub fn train(
 /// The hidden layer before training. A gradient moves weights of order 1, and a step as sharp as
 /// dry friction's has weights of order 100: it is not found from there.
 fn started(inputs: usize, options: &StateOptions, states: &[Scale], device: &Device) -> Linear {
-    let drawn = Linear::drawn(inputs, options.units, device);
+    let drawn = Linear::drawn(inputs, options.units, &mut Draws::new(options.seed, device));
     let steps = match options.switching.len() {
         0 => 0,
         _ => options.units / 2,

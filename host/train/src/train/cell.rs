@@ -7,7 +7,7 @@ use burn::tensor::{Device, Tensor, TensorData};
 use nalgebra::{DMatrix, DVector};
 
 use super::gates;
-use super::linear::Linear;
+use super::linear::{Draws, Linear};
 use super::matrix::to_matrix;
 
 /// The layer's weights, the gates side by side: z r n of a GRU, i f g o of an LSTM.
@@ -34,10 +34,15 @@ pub type State = Vec<Tensor<2>>;
 
 impl Cell {
     /// A layer with drawn weights; one that is no cell gives none.
-    pub fn new(first: FirstLayer, inputs: usize, units: usize, device: &Device) -> Option<Self> {
+    pub fn new(
+        first: FirstLayer,
+        (inputs, units): (usize, usize),
+        draws: &mut Draws,
+        device: &Device,
+    ) -> Option<Self> {
         let gates = gates(first)?;
-        let kernel = Linear::drawn(inputs, gates * units, device);
-        let recurrent = Linear::without_bias(units, gates * units, device);
+        let kernel = Linear::without_bias(inputs, gates * units, draws);
+        let recurrent = Linear::without_bias(units, gates * units, draws);
         let zeros =
             |n: usize| Tensor::<2>::from_data(TensorData::new(vec![0.0_f32; n], [1, n]), device);
         let inner = (first == FirstLayer::Gru).then(|| Param::from_tensor(zeros(units)));

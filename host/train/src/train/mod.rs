@@ -29,7 +29,7 @@ pub use layers::layers;
 pub use windows::{Scaled, Shape, Windows, scale, scaling};
 
 pub(crate) use basis::least_squares;
-pub(crate) use linear::Linear;
+pub(crate) use linear::{Draws, Linear};
 pub(crate) use matrix::{tensor, to_matrix};
 
 use basis::Basis;
@@ -190,10 +190,15 @@ pub fn train(
     let unexplained = (&changes - &z * w.transpose()).norm() / (changes.len() as f64).sqrt();
 
     let device = Device::default().autodiff();
-    device.seed(options.seed);
     let gain = unexplained.max(1e-4);
     let frame = Frame::new(shape, &basis, &step, gain, options, &device);
-    let predictor = Predictor::new((options.first, &options.hidden), &w, &b, &device);
+    let predictor = Predictor::new(
+        (options.first, &options.hidden),
+        &w,
+        &b,
+        &mut Draws::new(options.seed, &device),
+        &device,
+    );
 
     let mut random = ChaCha8Rng::seed_from_u64(options.seed);
     let sample = |windows: &Windows<'_>, count: usize, random: &mut ChaCha8Rng| -> Vec<usize> {

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::batch::{Batch, Frame};
 use super::cell::{Cell, State, Weights};
-use super::linear::Linear;
+use super::linear::{Draws, Linear};
 use super::matrix::{matrix, tensor, to_matrix};
 
 /// y(k+1) = y(k) + step * (linear(z) + gain * network(z)), z the features of the regressor.
@@ -27,11 +27,12 @@ impl Predictor {
         (first, hidden): (FirstLayer, &[usize]),
         w: &DMatrix<f64>,
         b: &DVector<f64>,
+        draws: &mut Draws,
         device: &Device,
     ) -> Self {
         let (n_y, n) = w.shape();
         let units = hidden.first().copied().unwrap_or(0);
-        let cell = Cell::new(first, n, units, device);
+        let cell = Cell::new(first, (n, units), draws, device);
         let mut widths = match cell {
             Some(_) => vec![],
             None => vec![n],
@@ -54,7 +55,7 @@ impl Predictor {
             cell,
             hidden: widths
                 .windows(2)
-                .map(|p| Linear::drawn(p[0], p[1], device))
+                .map(|p| Linear::drawn(p[0], p[1], draws))
                 .collect(),
             last: Linear {
                 weight: Param::from_tensor(tensor(last, n_y, vec![0.0; last * n_y], device)),
@@ -316,15 +317,15 @@ pub(super) mod tests {
         let basis = Basis::fit(&SHAPE, &x);
         let step = DVector::from_vec(vec![0.2, 0.3]);
         let device = Device::default().autodiff();
-        device.seed(7);
         let gain = 0.7;
         let frame = Frame::new(SHAPE, &basis, &step, gain, &options, &device);
         let n = SHAPE.regressor_len();
         let w = DMatrix::from_fn(SHAPE.n_y, n, |r, c| 0.05 * ((r + 3 * c) as f64).cos());
         let b = DVector::from_vec(vec![0.1, -0.1]);
-        let mut predictor = Predictor::new((first, &[5, 4]), &w, &b, &device);
+        let mut draws = Draws::new(7, &device);
+        let mut predictor = Predictor::new((first, &[5, 4]), &w, &b, &mut draws, &device);
         // Drawn, so that the network says something.
-        predictor.last = Linear::drawn(4, SHAPE.n_y, &device);
+        predictor.last = Linear::drawn(4, SHAPE.n_y, &mut draws);
         let chosen: Vec<usize> = (0..windows.len()).collect();
         let batch = frame.batch(&windows, &chosen, ROLLOUT, &device);
         let found = predictor.roll_out(&frame, &batch);
