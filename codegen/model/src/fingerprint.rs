@@ -68,6 +68,15 @@ pub fn fingerprint(spec: &ModelSpec) -> u32 {
         hash.doubles(&state.measurement_noise);
         hash.doubles(&[state.disturbance_deviation, state.gate]);
     }
+    if let Some(sensor) = &spec.soft_sensor {
+        hash.text("soft sensor");
+        for value in [&sensor.bias, &sensor.linear, &sensor.quadratic]
+            .into_iter()
+            .flatten()
+        {
+            hash.bytes(&value.to_le_bytes());
+        }
+    }
     let control = &spec.control;
     hash.count(control.horizon);
     hash.count(control.control_horizon);

@@ -176,6 +176,7 @@ pub fn import(
         past_outputs: network.outputs_past,
         form: OutputForm::Absolute,
         state: None,
+        soft_sensor: None,
         skip: None,
         layers,
         control: ControlSpec {

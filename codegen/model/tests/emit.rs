@@ -191,6 +191,7 @@ fn a_fingerprint_stays_and_notices_every_change() {
     assert_eq!(seen.len(), 13, "two of the models share a fingerprint");
 
     let without_golden = ModelSpec {
+        soft_sensor: None,
         golden: vec![],
         ..spec.clone()
     };

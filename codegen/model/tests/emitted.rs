@@ -38,6 +38,11 @@ fn specs() -> Vec<ModelSpec> {
             1,
             &[(5, Tanh), (4, Linear), (6, Relu), (3, Tanh), (2, Linear)],
         ),
+        support::sensed(
+            "sensed",
+            network("n", Increment, 0, &[(3, Tanh), (2, Linear)]),
+        ),
+        support::sensed("sensed-value", support::with_value()),
         support::recurrent("gru", gru_cell(), 5, 1, &[(2, Linear)]),
         support::recurrent("lstm", lstm_cell(), 4, 0, &[(3, Tanh), (2, Linear)]),
     ]
@@ -186,7 +191,11 @@ fn check_call(spec: &ModelSpec) -> String {
         0 => String::new(),
         _ => format!("    check_hidden_state!({library}, {name:?});\n"),
     };
-    hidden + &format!("    check!({library}, {name:?});\n")
+    let sensor = match spec.soft_sensor {
+        None => String::new(),
+        Some(_) => format!("    check_soft_sensor!({library}, {name:?});\n"),
+    };
+    hidden + &sensor + &format!("    check!({library}, {name:?});\n")
 }
 
 /// Cargo for the target as the environment names it, if it can build for it.
@@ -320,6 +329,31 @@ macro_rules! check_hidden_state {
             }
         }
         assert!(moved > 1e-2 && steepest > 1e-2, "{}: the hidden state stands still", $name);
+    }};
+}
+
+/// The soft sensor against double precision, and the controller behind it against one that measures
+/// what the sensor says.
+macro_rules! check_soft_sensor {
+    ($model:ident, $name:literal) => {{
+        use sinew_mpc::PredictiveLoop as _;
+        use $model::control::{HORIZON, NU, NY};
+        let mut largest = 0.0_f64;
+        let (mut sensed, mut measured) = ($model::controller(), $model::controller());
+        for golden in &$model::soft_sensor::GOLDEN {
+            let y = $model::soft_sensor::SENSOR.outputs(&golden.channels);
+            for (found, expected) in y.iter().zip(&golden.outputs) {
+                largest = largest.max(expected.abs());
+                let error = (f64::from(*found) - expected).abs();
+                assert!(error < 1e-5, "{}: {found} for {expected}", $name);
+            }
+            let reference = [[0.1; NY]; HORIZON];
+            let a = sensed.step(&[f32::NAN; NY], &golden.channels, &reference);
+            let b = measured.step(&y, &[f32::NAN; 3], &reference);
+            assert_eq!(a.u.map(f32::to_bits), b.u.map(f32::to_bits), "{}", $name);
+            assert_eq!(a.u.len(), NU);
+        }
+        assert!(largest > 0.1, "{}: the sensor says nothing", $name);
     }};
 }
 

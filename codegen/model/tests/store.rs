@@ -11,7 +11,7 @@ use safetensors::tensor::TensorView;
 use sinew_model::spec::{
     Activation, Dense, Golden, Layer, ModelSpec, OutputForm, gru_cell, lstm_cell,
 };
-use sinew_model::{evaluate, store};
+use sinew_model::{evaluate, fingerprint, store};
 
 proptest! {
     #[test]
@@ -297,6 +297,7 @@ fn model() -> impl Strategy<Value = ModelSpec> {
                         observer_gain: [1.0, 1.0 / 3.0][n_y % 2],
                         ..support::control(n_u, n_y)
                     },
+                    soft_sensor: None,
                     golden: vec![],
                 };
                 // A linear path needs a linear end.
@@ -350,4 +351,58 @@ fn layer(inputs: usize, outputs: usize, activation: Activation) -> impl Strategy
                 activation,
             })
         })
+}
+
+#[test]
+fn a_soft_sensor_comes_back_to_the_bit() {
+    let spec = support::sensed("sensed", two_outputs());
+    let directory = tempfile::tempdir().unwrap();
+    store::save(directory.path(), &spec).unwrap();
+    assert_eq!(store::load(directory.path()).unwrap(), spec);
+    // Its weights are part of the identity, as those of the network.
+    let mut other = spec.clone();
+    other.soft_sensor.as_mut().unwrap().quadratic[2] += 0.125;
+    assert_ne!(fingerprint(&other), fingerprint(&spec));
+}
+
+#[test]
+fn a_soft_sensor_that_does_not_fit_is_refused() {
+    type Change = fn(&mut ModelSpec);
+    let changes: [(Change, &str); 6] = [
+        (|spec| spec.channels.clear(), "channel is 0"),
+        (
+            |spec| spec.channels.truncate(2),
+            "expected 4 finite weights in `linear`",
+        ),
+        (
+            |spec| spec.soft_sensor.as_mut().unwrap().bias.clear(),
+            "expected 2 finite weights in `bias`",
+        ),
+        (
+            |spec| spec.soft_sensor.as_mut().unwrap().quadratic[0] = f32::NAN,
+            "expected 12 finite weights in `quadratic`",
+        ),
+        (
+            |spec| spec.soft_sensor.as_mut().unwrap().error[1] = -1.0,
+            "soft_sensor.error",
+        ),
+        (
+            |spec| {
+                let remembers = support::recurrent("gru", gru_cell(), 4, 0, &[]);
+                spec.layers[0] = remembers.layers[0].clone();
+            },
+            "with a recurrent layer",
+        ),
+    ];
+    for (change, expected) in changes {
+        let mut spec = support::sensed("sensed", two_outputs());
+        change(&mut spec);
+        let error = spec.validate().unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
+fn two_outputs() -> ModelSpec {
+    let layers = [(2, Activation::Tanh)];
+    support::network("two", OutputForm::Increment, 0, &layers)
 }

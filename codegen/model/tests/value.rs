@@ -57,6 +57,7 @@ fn linear() -> ModelSpec {
             Dense::from_rows(&rows, vec![0.02, -0.01], Activation::Linear).expect("rows of ten"),
         )],
         control,
+        soft_sensor: None,
         golden: vec![],
     }
 }

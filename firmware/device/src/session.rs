@@ -289,6 +289,14 @@ impl<
         if self.state.drive().is_some_and(Drive::is_on_board) {
             return refused(Reason::Mode);
         }
+        let known;
+        let (y, sensing) = if C::SENSED {
+            let start = clock.ticks();
+            known = self.controller.outputs(y, s);
+            (&known, clock.ticks().wrapping_sub(start))
+        } else {
+            (y, 0)
+        };
         let missed = self.controller.missed();
         let (step, ticks) = match self.state.mode {
             Mode::Armed(_) => {
@@ -297,7 +305,7 @@ impl<
                 let step = self.controller.step(y, s, &reference);
                 let ticks = clock.ticks().wrapping_sub(start);
                 self.judge(y, &step);
-                (step, ticks)
+                (step, ticks.wrapping_add(sensing))
             }
             Mode::Disarmed | Mode::Tripped => (self.controller.open_loop(y, s, None), 0),
         };

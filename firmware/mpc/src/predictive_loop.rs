@@ -20,6 +20,16 @@ pub trait PredictiveLoop<const NU: usize, const NY: usize, const NS: usize, cons
     const POINT: usize;
     /// Derivatives that it gives.
     const DERIVATIVES: usize;
+    /// True where channels may say what outputs are: [`PredictiveLoop::outputs`] is then to be
+    /// asked before anything looks at an output.
+    const SENSED: bool = false;
+
+    /// Outputs as they are known at this step: those that are measured, and of a
+    /// [`SensedLoop`](crate::soft_sensor::SensedLoop) those that channels say. NaN: missing.
+    #[inline(always)]
+    fn outputs(&self, y: &[f32; NY], _s: &[f32; NS]) -> [f32; NY] {
+        *y
+    }
 
     /// One control step; NaN stands for a reading that is missing.
     fn step(&mut self, y: &[f32; NY], s: &[f32; NS], reference: &[[f32; NY]; N]) -> Step<NU>;

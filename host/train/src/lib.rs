@@ -4,10 +4,12 @@
 //! |---|---|---|
 //! | [`dataset`] | a fitted plant | short simulated motions and their derivatives |
 //! | [`train`] | those motions | a network's weights |
+//! | [`soft_sensor`] | channels and outputs of one recording | the outputs, from the channels |
 //! | [`state`] | a population of plants | a state-space model's weights |
 
 pub mod dataset;
 mod network_table;
+pub mod soft_sensor;
 pub mod state;
 pub mod train;
 

@@ -2,7 +2,8 @@
 
 use super::HEADER;
 use super::parts::{Parts, narrow};
-use super::value;
+use super::scaling::scaling;
+use super::{soft_sensor, value};
 use crate::fingerprint::fingerprint;
 use crate::spec::{ControlSpec, ModelSpec, Role};
 use sinew_nn::literal;
@@ -20,7 +21,10 @@ pub(super) fn print(spec: &ModelSpec) -> String {
     let period_s = spec.period_s;
     let rate_mhz = rate_mhz(period_s);
     let model = fingerprint(spec);
-    let [u, y, s] = Role::ALL.map(|role| scaling(spec, role));
+    let [u, y, s] = Role::ALL.map(|role| match role {
+        Role::Channel if spec.soft_sensor.is_some() => NO_SCALING.into(),
+        role => scaling(spec, role),
+    });
     let limits = limits(spec);
     let parts = match &spec.state {
         None => regression(spec),
@@ -39,7 +43,7 @@ pub(super) fn print(spec: &ModelSpec) -> String {
 use sinew_device::protocol::{{Identity, PROTOCOL}};
 use sinew_device::session;
 {uses}
-{predictor}
+{modules}
 /// Commands.
 pub const NU: usize = {n_u};
 /// Outputs.
@@ -48,7 +52,7 @@ pub const NY: usize = {n_y};
 pub const NS: usize = {n_s};
 /// Channels that are sensors.
 pub const MEASURED: usize = {measured};
-/// Values of each command that the network sees, the one being decided included.
+{seen_constant}/// Values of each command that the network sees, the one being decided included.
 pub const PAST_INPUTS: usize = {past_inputs};
 /// Values of each output that the network sees, the present one included.
 pub const PAST_OUTPUTS: usize = {past_outputs};
@@ -63,7 +67,7 @@ pub const PERIOD_S: f32 = {period};
 
 /// Physical units to model units and back.
 #[rustfmt::skip]
-pub const SCALING: ModelScaling<NU, NY, NS> = ModelScaling {{
+pub const SCALING: ModelScaling<NU, NY, {seen}> = ModelScaling {{
     u: {u},
     y: {y},
     s: {s},
@@ -94,13 +98,27 @@ pub const IDENTITY: Identity = Identity {{
 
 {types}",
         period = literal::float(period_s as f32),
+        seen_constant = soft_sensor::seen_constant(spec),
+        seen = soft_sensor::seen_name(spec),
         horizon = value::horizon(control),
-        predictor = match control.value {
-            None => "use crate::network::Network;\n",
-            Some(_) => "use crate::network::Network;\nuse crate::value::Predictor;\n",
-        },
+        modules = modules(spec),
         predicted = value::predicted(control),
     )
+}
+
+/// Imports from the other files of the crate.
+fn modules(spec: &ModelSpec) -> String {
+    let sensor = "use crate::soft_sensor::{PRODUCTS, SENSOR};\n";
+    let lines = [
+        (true, "use crate::network::Network;\n"),
+        (spec.soft_sensor.is_some(), sensor),
+        (
+            spec.control.value.is_some(),
+            "use crate::value::Predictor;\n",
+        ),
+    ];
+    let present = lines.into_iter().filter(|(present, _)| *present);
+    present.map(|(_, line)| line).collect()
 }
 
 /// The parts of a model on past readings.
@@ -110,15 +128,20 @@ fn regression(spec: &ModelSpec) -> Parts {
     let move_suppression = narrow(&control.move_suppression);
     let disturbance_gain = literal::float(control.disturbance_gain as f32);
     let tuning = tuning(control);
+    let sensed_loop = match spec.soft_sensor {
+        None => "",
+        Some(_) => "use sinew_mpc::soft_sensor::SensedLoop;\n",
+    };
     let (iterations, max_missing_samples) = (control.iterations, control.max_missing_samples);
     Parts {
-        uses: "use sinew_mpc::controller::{ControlLoop, Settings};
+        uses: format!(
+            "use sinew_mpc::controller::{{ControlLoop, Settings}};
 use sinew_mpc::limits::Limits;
 use sinew_mpc::move_blocking::Horizons;
-use sinew_mpc::scaling::{ModelScaling, Scaling};
-use sinew_mpc::tuning::Tuning;
+use sinew_mpc::scaling::{{ModelScaling, Scaling}};
+{sensed_loop}use sinew_mpc::tuning::Tuning;
 "
-        .into(),
+        ),
         settings: format!(
             "/// Initial settings of the controller; a session may change them.
 #[rustfmt::skip]
@@ -135,11 +158,11 @@ impl Tuning for Network {tuning}
 
 "
         ),
-        types: match control.value {
-            None => REGRESSION_TYPES,
-            Some(_) => value::TYPES,
-        }
-        .into(),
+        types: match (&control.value, &spec.soft_sensor) {
+            (Some(_), _) => value::types(spec),
+            (None, None) => REGRESSION_TYPES.into(),
+            (None, Some(_)) => soft_sensor::types(BEHIND_SENSOR, "Network"),
+        },
     }
 }
 
@@ -158,6 +181,16 @@ fn tuning(control: &ControlSpec) -> String {
         lines => format!("{{\n{lines}}}"),
     }
 }
+
+/// Scaling of no signals.
+const NO_SCALING: &str = "Scaling {
+        span: [],
+        offset: [],
+    }";
+
+/// The controller behind a soft sensor.
+const BEHIND_SENSOR: &str = "\
+ControlLoop<Network, NU, NY, SEEN, PAST_INPUTS, PAST_OUTPUTS, HORIZON, MOVE_BLOCKS, DECISIONS>";
 
 const REGRESSION_TYPES: &str = "\
 /// The controller of this model.
@@ -191,24 +224,6 @@ pub const fn session() -> Session {
 /// The rate in millihertz, to the nearest; a rate beyond u32 cannot come out of a valid period.
 fn rate_mhz(period_s: f64) -> u32 {
     (1e3 / period_s).round() as u32
-}
-
-fn scaling(spec: &ModelSpec, role: Role) -> String {
-    let signals = spec.signals(role);
-    // A hidden state has no unit.
-    let hidden = match role {
-        Role::Channel => spec.hidden_state_len(),
-        _ => 0,
-    };
-    let plain = |value| std::iter::repeat_n(literal::float(value), hidden);
-    let spans = signals.iter().map(|s| literal::float(s.span as f32));
-    let offsets = signals.iter().map(|s| literal::float(s.offset as f32));
-    let (spans, offsets) = (spans.chain(plain(1.0)), offsets.chain(plain(0.0)));
-    format!(
-        "Scaling {{\n        span: {},\n        offset: {},\n    }}",
-        literal::block(spans, 8, 7),
-        literal::block(offsets, 8, 9)
-    )
 }
 
 fn limits(spec: &ModelSpec) -> String {

@@ -102,7 +102,7 @@ fn drawn(spec: &ModelSpec, options: &EmitOptions) -> Vec<Golden> {
 
 /// The next number of SplitMix64 (Steele, Lea and Flood, 2014), its upper 24 bits as -1 to 1: few
 /// enough to be exact in f32.
-fn uniform(state: &mut u64) -> f32 {
+pub(super) fn uniform(state: &mut u64) -> f32 {
     *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let mut z = *state;
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -36,6 +36,11 @@ pub(super) fn print(spec: &ModelSpec) -> String {
             ),
         ),
     };
+    let (of_sensor, sensed) = match &spec.soft_sensor {
+        None => ("", ""),
+        Some(_) => ("pub mod soft_sensor;\n", "; a soft sensor of the outputs"),
+    };
+    let beside = cost_to_go + sensed;
     let control_horizon = spec.control.control_horizon;
     let blocks = literal::count(spec.control.blocks().len(), "block");
     let period_ms = spec.period_s * 1e3;
@@ -48,7 +53,7 @@ pub(super) fn print(spec: &ModelSpec) -> String {
 //! |---|---|---|---|
 {signals}//!
 //! Network, {parameters}: {layers}.{hidden}
-//! Controller: {horizon} steps predicted, {control_horizon} decided in {blocks}{cost_to_go}.
+//! Controller: {horizon} steps predicted, {control_horizon} decided in {blocks}{beside}.
 #![no_std]
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
@@ -58,7 +63,7 @@ pub(super) fn print(spec: &ModelSpec) -> String {
 pub mod control;
 pub mod golden;
 {of_layers}mod network;
-{of_numbers}{of_value}{modules}
+{of_numbers}{of_sensor}{of_value}{modules}
 pub use control::{{Controller, IDENTITY, Session, controller, session}};
 pub use network::Network;
 "

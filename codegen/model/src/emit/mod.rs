@@ -12,6 +12,8 @@ mod manifest;
 mod network;
 mod parts;
 mod recurrent;
+mod scaling;
+mod soft_sensor;
 mod state;
 mod value;
 
@@ -88,6 +90,10 @@ pub fn emit(spec: &ModelSpec, options: &EmitOptions) -> Result<Vec<GeneratedFile
     ];
     if let Some(rows) = crate::value::rows(spec) {
         files.push(file("src/value.rs", value::print(spec, &rows)));
+    }
+    if let Some(sensor) = &spec.soft_sensor {
+        let text = soft_sensor::print(spec, sensor, options);
+        files.push(file("src/soft_sensor.rs", text));
     }
     if let Some(Layer::Recurrent(layer)) = spec.layers.first() {
         let kernels = predictor_kernels(layer.cell).into_iter();

@@ -4,7 +4,7 @@
 //! bits. The Jacobian is taken from the output side (docs/reference/model-files.md, eq. 5).
 
 use super::backward::chain;
-use super::{HEADER, recurrent};
+use super::{HEADER, recurrent, soft_sensor};
 use crate::spec::{Activation, Dense, Layer, ModelSpec, OutputForm};
 use sinew_nn::Recurrent;
 use sinew_nn::literal;
@@ -68,7 +68,7 @@ pub(super) fn print(spec: &ModelSpec) -> String {
         first,
         along,
     } = match recurrent {
-        None => Parts::dense(),
+        None => Parts::dense(soft_sensor::seen(spec)),
         Some(layer) => Parts::recurrent(spec, layer),
     };
     format!(
@@ -163,9 +163,11 @@ struct Parts {
 }
 
 impl Parts {
-    fn dense() -> Self {
+    fn dense(channels: &str) -> Self {
         Self {
-            uses: "use crate::control::{NS, NU, NY, PAST_INPUTS, PAST_OUTPUTS};\n".into(),
+            uses: format!(
+                "use crate::control::{{{channels}, NU, NY, PAST_INPUTS, PAST_OUTPUTS}};\n"
+            ),
             state: "no state",
             types: "",
             sensitivities: "",

@@ -128,7 +128,7 @@ pub(super) fn parts(spec: &ModelSpec, state: &StateSpec) -> Parts {
     let deviation = literal::float(state.disturbance_deviation as f32);
     let gain = literal::float(control.disturbance_gain as f32);
     let gate = literal::float(state.gate as f32);
-    let signals = spec.outputs.iter().chain(&spec.channels);
+    let signals = spec.outputs.iter().chain(spec.seen_channels());
     let span = narrow(&signals.clone().map(|s| s.span).collect::<Vec<_>>());
     let offset = narrow(&signals.map(|s| s.offset).collect::<Vec<_>>());
     Parts {

@@ -1,6 +1,6 @@
 //! The emitted `src/value.rs`, and what a cost-to-go changes in `src/control.rs`.
 
-use super::HEADER;
+use super::{HEADER, soft_sensor};
 use crate::spec::{ControlSpec, ModelSpec};
 use crate::value::{PointRows, ValueRows};
 use sinew_nn::literal;
@@ -33,9 +33,21 @@ pub(super) fn predicted(control: &ControlSpec) -> &'static str {
     }
 }
 
-pub(super) const TYPES: &str = "\
-/// The controller of this model.
-pub type Controller = ControlLoop<
+/// Types of controller and session.
+pub(super) fn types(spec: &ModelSpec) -> String {
+    let inner = INNER.replace("    NS,", &format!("    {},", soft_sensor::seen_name(spec)));
+    match spec.soft_sensor {
+        None => format!(
+            "/// The controller of this model.
+pub type Controller = {inner};
+{TYPES}"
+        ),
+        Some(_) => soft_sensor::types(&inner, "Predictor::new()"),
+    }
+}
+
+const INNER: &str = "\
+ControlLoop<
     Predictor,
     NU,
     NY,
@@ -46,8 +58,9 @@ pub type Controller = ControlLoop<
     MOVE_BLOCKS,
     DECISIONS,
     HORIZON,
->;
+>";
 
+const TYPES: &str = "
 /// The controller with frames around it.
 pub type Session = session::LoopSession<Controller, NU, NY, NS, HORIZON>;
 
@@ -67,6 +80,7 @@ pub(super) fn print(spec: &ModelSpec, value: &ValueRows) -> String {
     let rows = value.points.first().map_or(0, |point| point.offset.len());
     let n_points = value.points.len();
     let direction = list(&value.direction);
+    let channels = soft_sensor::seen(spec);
     let points: String = value.points.iter().map(|p| point(spec, p)).collect();
     format!(
         "//! The cost-to-go at the end of the horizon: rows in flash.
@@ -77,7 +91,7 @@ use sinew_mpc::cost::{{self, CostTerm}};
 use sinew_mpc::model;
 use sinew_mpc::terminal::{{ValuePoint, Valued}};
 
-use crate::control::{{MOVE_BLOCKS, NS, NU, NY, PAST_INPUTS, PAST_OUTPUTS}};
+use crate::control::{{MOVE_BLOCKS, {channels}, NU, NY, PAST_INPUTS, PAST_OUTPUTS}};
 use crate::network::Network;
 
 type Regressor = model::Regressor<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS>;
@@ -166,7 +180,7 @@ pub static POINTS: [ValuePoint<NU, NY, NS, PAST_INPUTS, PAST_OUTPUTS, ROWS>; {n_
 
 fn point(spec: &ModelSpec, point: &PointRows) -> String {
     let disturbance = point.disturbance.iter().map(|column| numbers(column));
-    let channels = spec.channels.len();
+    let channels = spec.seen_channels().len();
     debug_assert_eq!(channels, 0, "a cost-to-go is for models without channels");
     format!(
         "    ValuePoint {{

@@ -11,6 +11,7 @@ mod layer;
 pub mod limits;
 mod role;
 mod signal;
+mod soft_sensor;
 mod state;
 mod validate;
 mod value;
@@ -21,6 +22,7 @@ pub use golden::Golden;
 pub use layer::{Activation, Dense, Layer, RowsError, gru_cell, lstm_cell, unfilled};
 pub use role::Role;
 pub use signal::Signal;
+pub use soft_sensor::SoftSensorSpec;
 pub use state::{MAX_PARAMETERS, MAX_STATES, Parameter, State, StateSpec};
 pub use value::{MAX_POINTS, MAX_VALUE_ROWS, ValueSpec};
 
@@ -92,6 +94,7 @@ impl OutputForm {
 ///         value: None,
 ///     },
 ///     state: None,
+///     soft_sensor: None,
 ///     golden: vec![],
 /// };
 /// assert!(spec.validate().is_ok());
@@ -110,7 +113,8 @@ pub struct ModelSpec {
     pub inputs: Vec<Signal>,
     /// Measured and predicted outputs y.
     pub outputs: Vec<Signal>,
-    /// Sensor channels s, which hold their last reading over the horizon.
+    /// Sensor channels s, which hold their last reading over the horizon, or which a soft sensor
+    /// takes.
     pub channels: Vec<Signal>,
     /// Lags of each input in the regressor, the value being decided included.
     pub past_inputs: usize,
@@ -127,6 +131,8 @@ pub struct ModelSpec {
     pub control: ControlSpec,
     /// State, measurement and filter; with [`OutputForm::State`] and nothing else.
     pub state: Option<StateSpec>,
+    /// Map from the channels to outputs that are not measured.
+    pub soft_sensor: Option<SoftSensorSpec>,
     /// Reference vectors of the tool that made the weights, if it supplied any. They are part of
     /// the tests of the emitted crate, not of the model's identity.
     pub golden: Vec<Golden>,
@@ -143,7 +149,7 @@ impl ModelSpec {
         let past = |n: usize, signals: &[Signal]| n.saturating_mul(signals.len());
         past(self.past_inputs, &self.inputs)
             .saturating_add(past(self.past_outputs, &self.outputs))
-            .saturating_add(self.channels.len())
+            .saturating_add(self.seen_channels().len())
     }
 
     /// Length of a prediction: outputs, or states where there are any.
@@ -169,6 +175,8 @@ impl ModelSpec {
     #[must_use]
     pub fn parameters(&self) -> usize {
         let layers: usize = self.layers.iter().map(Layer::parameters).sum();
-        layers + self.skip.as_ref().map_or(0, Vec::len)
+        let sensor = self.soft_sensor.as_ref();
+        let sensor = sensor.map_or(0, |s| s.bias.len() + s.linear.len() + s.quadratic.len());
+        layers + self.skip.as_ref().map_or(0, Vec::len) + sensor
     }
 }

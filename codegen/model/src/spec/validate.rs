@@ -34,6 +34,7 @@ impl ModelSpec {
         })?;
         self.validate_signals()?;
         self.validate_regressor()?;
+        self.validate_soft_sensor()?;
         self.validate_state()?;
         self.validate_layers()?;
         self.validate_skip()?;
@@ -78,7 +79,7 @@ impl ModelSpec {
         check("layer", self.layers.len(), layers, |_| {
             hidden == Some(Activation::Tanh) && self.skip.is_some()
         })?;
-        state.validate(self.outputs.len() + self.channels.len())
+        state.validate(self.outputs.len() + self.seen_channels().len())
     }
 
     /// A cost-to-go is computed for a model on past readings without channels, at points that go
@@ -87,7 +88,7 @@ impl ModelSpec {
         let Some(value) = &self.control.value else {
             return Ok(());
         };
-        let channels = self.channels.len() + self.hidden_state_len();
+        let channels = self.seen_channels().len() + self.hidden_state_len();
         check(
             "control.terminal",
             "value",
@@ -165,7 +166,7 @@ impl ModelSpec {
             count(self.inputs.len(), "input"),
             count(self.past_outputs, "value"),
             count(self.outputs.len(), "output"),
-            count(self.channels.len(), "channel"),
+            count(self.seen_channels().len(), "channel"),
         )
     }
 

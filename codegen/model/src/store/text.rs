@@ -11,8 +11,8 @@ use super::quote::string;
 use super::{FORMAT, MODEL_FILE, StoreError, WEIGHTS_FILE, state};
 use crate::spec::limits::{MAX_PARAMETERS, MAX_WIDTH};
 use crate::spec::{
-    Activation, ControlSpec, Dense, Layer, ModelSpec, OutputForm, Role, Signal, SpecError,
-    ValueSpec, gru_cell, lstm_cell, unfilled,
+    Activation, ControlSpec, Dense, Layer, ModelSpec, OutputForm, Role, Signal, SoftSensorSpec,
+    SpecError, ValueSpec, gru_cell, lstm_cell, unfilled,
 };
 use sinew_nn::{Cell, Recurrent};
 
@@ -37,6 +37,7 @@ struct Document {
     #[serde(default)]
     parameter: Vec<state::ParameterTable>,
     filter: Option<state::FilterTable>,
+    soft_sensor: Option<SoftSensorTable>,
     layer: Vec<Spanned<LayerTable>>,
     control: ControlTable,
 }
@@ -73,6 +74,12 @@ enum LayerKey {
     Dense,
     Gru,
     Lstm,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SoftSensorTable {
+    error: Vec<f64>,
 }
 
 /// The gain of no observer.
@@ -144,7 +151,10 @@ pub(super) fn parse(text: &str) -> Result<ModelSpec, StoreError> {
         let span = layer.span();
         empty_layer(layer.into_inner()).map_err(|message| refuse(text, span, &message))
     });
-    let measurements = document.output.len() + document.channel.len();
+    let measurements = match document.soft_sensor {
+        None => document.output.len() + document.channel.len(),
+        Some(_) => document.output.len(),
+    };
     let filter = document.filter;
     let (states, parameters) = (document.state, document.parameter);
     // Tables that nothing would read are no less wrong than unknown keys.
@@ -176,6 +186,13 @@ pub(super) fn parse(text: &str) -> Result<ModelSpec, StoreError> {
         layers: layers.collect::<Result<_, _>>()?,
         control: document.control.into(),
         state,
+        // Its weights come with those of the layers.
+        soft_sensor: document.soft_sensor.map(|table| SoftSensorSpec {
+            error: table.error,
+            bias: Vec::new(),
+            linear: Vec::new(),
+            quadratic: Vec::new(),
+        }),
         golden: Vec::new(),
     })
 }
@@ -339,6 +356,10 @@ fn write_model(text: &mut String, spec: &ModelSpec) -> std::fmt::Result {
     }
     if let Some(spec) = &spec.state {
         state::write(text, spec)?;
+    }
+    if let Some(sensor) = &spec.soft_sensor {
+        writeln!(text, "\n[soft_sensor]")?;
+        writeln!(text, "error = {:?}", sensor.error)?;
     }
     let control = &spec.control;
     writeln!(text, "\n[control]")?;

@@ -1,6 +1,8 @@
 //! `weights.safetensors`: for layer `i`, `layer.i.weights` (f32, outputs x inputs) and
 //! `layer.i.bias` (f32, outputs), of a recurrent one `layer.i.kernel`, `.recurrent`, `.bias` and
 //! `.inner_bias`; with `shortcut = true` also `shortcut.weights` (f32, outputs x regressor);
+//! of a soft sensor `soft_sensor.bias` (f32, outputs), `.linear` (f32, outputs x channels) and
+//! `.quadratic` (f32, outputs x products of two channels);
 //! of a model with a state `measurement.weights` (f32, measurements x states) and `.bias`;
 //! optionally `golden.x` (f32) and `golden.y` (f64), one row each.
 
@@ -9,11 +11,14 @@ use safetensors::{Dtype, SafeTensors};
 
 use super::StoreError;
 use crate::spec::limits::MAX_GOLDEN;
-use crate::spec::{Dense, Golden, ModelSpec};
+use crate::spec::{Dense, Golden, ModelSpec, SoftSensorSpec};
 
 const SHORTCUT: &str = "shortcut.weights";
 const MEASUREMENT: &str = "measurement.weights";
 const MEASUREMENT_BIAS: &str = "measurement.bias";
+const SENSOR_BIAS: &str = "soft_sensor.bias";
+const SENSOR_LINEAR: &str = "soft_sensor.linear";
+const SENSOR_QUADRATIC: &str = "soft_sensor.quadratic";
 const GOLDEN_X: &str = "golden.x";
 const GOLDEN_Y: &str = "golden.y";
 
@@ -40,6 +45,14 @@ pub(super) fn fill(spec: &mut ModelSpec, bytes: &[u8]) -> Result<(), StoreError>
         measurement.weights = f32s(tensor(&file, MEASUREMENT, Dtype::F32, &shape)?);
         measurement.bias = f32s(tensor(&file, MEASUREMENT_BIAS, Dtype::F32, &shape[..1])?);
         known.extend([MEASUREMENT.into(), MEASUREMENT_BIAS.into()]);
+    }
+    let (n_y, n_s) = (spec.outputs.len(), spec.channels.len());
+    if let Some(sensor) = &mut spec.soft_sensor {
+        let n_q = SoftSensorSpec::products(n_s);
+        sensor.bias = f32s(tensor(&file, SENSOR_BIAS, Dtype::F32, &[n_y])?);
+        sensor.linear = f32s(tensor(&file, SENSOR_LINEAR, Dtype::F32, &[n_y, n_s])?);
+        sensor.quadratic = f32s(tensor(&file, SENSOR_QUADRATIC, Dtype::F32, &[n_y, n_q])?);
+        known.extend([SENSOR_BIAS, SENSOR_LINEAR, SENSOR_QUADRATIC].map(String::from));
     }
     if file.tensor(GOLDEN_X).is_ok() || file.tensor(GOLDEN_Y).is_ok() {
         spec.golden = golden(spec, &file)?;
@@ -124,6 +137,17 @@ pub(super) fn print(spec: &ModelSpec) -> Result<Vec<u8>, StoreError> {
         tensors.push((MEASUREMENT.into(), Dtype::F32, shape, bytes_of(weights)));
         let shape = vec![*outputs];
         tensors.push((MEASUREMENT_BIAS.into(), Dtype::F32, shape, bytes_of(bias)));
+    }
+    if let Some(sensor) = &spec.soft_sensor {
+        let (n_y, n_s) = (spec.outputs.len(), spec.channels.len());
+        let n_q = SoftSensorSpec::products(n_s);
+        for (name, shape, values) in [
+            (SENSOR_BIAS, vec![n_y], &sensor.bias),
+            (SENSOR_LINEAR, vec![n_y, n_s], &sensor.linear),
+            (SENSOR_QUADRATIC, vec![n_y, n_q], &sensor.quadratic),
+        ] {
+            tensors.push((name.into(), Dtype::F32, shape, bytes_of(values)));
+        }
     }
     if !spec.golden.is_empty() {
         let x: Vec<f32> = spec.golden.iter().flat_map(|g| g.x.clone()).collect();

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use sinew_model::reference;
 use sinew_model::spec::{
-    Activation, ControlSpec, Dense, Golden, Layer, ModelSpec, OutputForm, Parameter, Signal, State,
-    StateSpec, ValueSpec, unfilled,
+    Activation, ControlSpec, Dense, Golden, Layer, ModelSpec, OutputForm, Parameter, Signal,
+    SoftSensorSpec, State, StateSpec, ValueSpec, unfilled,
 };
 use sinew_nn::{Cell, Recurrent};
 
@@ -40,6 +40,7 @@ pub fn tiny() -> ModelSpec {
         ],
         control: control(1, 1),
         state: None,
+        soft_sensor: None,
         golden: vec![],
     }
 }
@@ -53,7 +54,29 @@ pub fn with_shortcut() -> ModelSpec {
     }
 }
 
-/// A model with two states and a parameter; its output and its channel are measured.
+/// `spec` behind a soft sensor of three channels.
+pub fn sensed(name: &str, spec: ModelSpec) -> ModelSpec {
+    let n_y = spec.outputs.len();
+    let weights = |n: usize, size: f32| -> Vec<f32> {
+        (0..n * n_y)
+            .map(|i| size * ((3 * i + 1) as f32).sin())
+            .collect()
+    };
+    ModelSpec {
+        name: name.into(),
+        channels: (1..=3)
+            .map(|i| signal(&format!("light_{i}"), "1", 0.25 * f64::from(i), 0.5))
+            .collect(),
+        soft_sensor: Some(SoftSensorSpec {
+            error: vec![1e-3; n_y],
+            bias: weights(1, 0.125),
+            linear: weights(3, 0.5),
+            quadratic: weights(6, 0.25),
+        }),
+        ..spec
+    }
+}
+
 /// Network S at a horizon of two, with a cost-to-go.
 pub fn with_value() -> ModelSpec {
     let mut spec = reference("S");
@@ -69,6 +92,7 @@ pub fn with_value() -> ModelSpec {
     spec
 }
 
+/// A model with two states and a parameter; its output and its channel are measured.
 pub fn with_state() -> ModelSpec {
     let state = |name: &str| State {
         signal: signal(name, "SI", 2.0, 0.5),
@@ -142,6 +166,7 @@ pub fn network(
         layers,
         control: control(2, 2),
         state: None,
+        soft_sensor: None,
         golden: vec![],
     }
 }

@@ -91,6 +91,13 @@ impl<
     ) -> (Outputs<NU>, Option<ToHost>) {
         let missed = self.controller.missed();
         let start = clock.ticks();
+        let known;
+        let y = if C::SENSED {
+            known = self.controller.outputs(y, s);
+            &known
+        } else {
+            y
+        };
         let (step, row, reference) = self.own_step(y, s);
         let ticks = clock.ticks().wrapping_sub(start);
         if self.state.drive().is_some() {

@@ -14,7 +14,7 @@ const GROUPS: &[(&str, &[&str])] = &[
             "new", "check", "simulate", "settle", "excite", "fit", "diagnose", "explain", "mjcf",
         ],
     ),
-    ("Train", &["train"]),
+    ("Train", &["train", "calibrate"]),
     ("Control", &["build", "plan", "tune", "compare", "pil"]),
     (
         "Board",

@@ -10,6 +10,7 @@ use sinew_sim::Plant;
 use crate::closed_loop::control_problem::ControlProblem;
 use crate::pipeline::import::{adopt, judged};
 use crate::pipeline::learn::save;
+use crate::pipeline::soft_sensor::{attach, sensor_line};
 use crate::rig_file;
 use sinew_ident::cli::overwrite::identity;
 use sinew_ident::error::{Error, Result};
@@ -78,16 +79,21 @@ fn model(arguments: &Arguments, rig: &Path, out: &Path) -> Result<()> {
     };
     let (fit, test) = (read(&arguments.fit)?, read(&arguments.test)?);
     let task = ControlProblem::new(&rig, &plant, &fit, test.first().unwrap_or(&fit[0]))?;
-    let spec = adopt(&rig, &plant, &task, &fit, (&network, &arguments.network))?;
-    save(out, &spec)?;
-    print!("{text}");
-    match judged(
+    let mut spec = adopt(&rig, &plant, &task, &fit, (&network, &arguments.network))?;
+    let errors = judged(
         &rig,
         &plant,
         &task,
         &spec,
         if test.is_empty() { &fit } else { &test },
-    ) {
+    );
+    let sensor = attach(&mut spec, &task, &plant, &fit)?;
+    save(out, &spec)?;
+    print!("{text}");
+    if let Some(sensor) = &sensor {
+        println!("{}", sensor_line(&spec, sensor));
+    }
+    match errors {
         Some((next, last)) => {
             for (i, unit) in task.units(&plant).enumerate() {
                 println!(

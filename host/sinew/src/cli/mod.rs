@@ -1,6 +1,7 @@
 //! The command line: one file a verb; the exit status is decided here and nowhere else.
 
 mod build;
+mod calibrate;
 mod compare;
 mod completions;
 mod conditions;
@@ -75,6 +76,8 @@ enum Verb {
     Mjcf(mjcf::Arguments),
     /// Train a network on a rig and write the model.
     Train(train::Arguments),
+    /// Calibrate the soft sensor of a model for one device.
+    Calibrate(calibrate::Arguments),
     /// Read a network of another tool and show its layers.
     Import(import::Arguments),
     /// Wire a rig's sensors and actuators to the pins of a board.
@@ -289,6 +292,7 @@ fn run(verb: Verb) -> Result<u8> {
         Verb::Check(arguments) => return check::run(&arguments),
         Verb::Simulate(arguments) => simulate::run(&arguments),
         Verb::Settle(arguments) => settle::run(&arguments),
+        Verb::Calibrate(arguments) => calibrate::run(&arguments),
         Verb::Excite(arguments) => excite::run(&arguments, control_rate_hz(&arguments.rig)?),
         Verb::Plan(arguments) => plan::run(&arguments),
         Verb::Fit(arguments) => {

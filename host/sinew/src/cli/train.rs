@@ -10,6 +10,7 @@ use super::{Common, Recordings, recording_flags};
 use crate::closed_loop::control_problem::ControlProblem;
 use crate::pipeline::learn::{CHECKPOINT_FILE, fits, learn, save};
 use crate::pipeline::predictor::starts;
+use crate::pipeline::soft_sensor::{as_sensed, attach, sensor_line};
 use crate::rig_file;
 use sinew_ident::cli::overwrite;
 use sinew_ident::cli::progress::Stage;
@@ -70,10 +71,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let reference = tests.first().unwrap_or(&recordings[0]);
     let task = ControlProblem::new(&rig, &plant, &recordings, reference)?;
     fits(&rig, &plant, &task)?;
+    let task = as_sensed(&task, &plant, &recordings)?;
     let runs = free_runs(&rig, &recordings)?;
     let sampled_states = starts(&plant, &recordings, &runs)?;
     let stage = Stage::begin("train the network", arguments.common.quiet);
-    let learned = learn(
+    let mut learned = learn(
         &rig,
         &plant,
         &plant.values(),
@@ -85,6 +87,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         },
     )?;
     stage.end(format!("{} weights", learned.record.parameters));
+    let sensor = attach(&mut learned.spec, &task, &plant, &recordings)?;
     save(&arguments.out, &learned.spec)?;
     let said = Said::beside([arguments.json.as_deref()]);
     for (i, unit) in task.units(&plant).enumerate() {
@@ -95,6 +98,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             quantity(learned.record.horizon_rms[i], unit),
             learned.record.horizon
         ));
+    }
+    if let Some(sensor) = &sensor {
+        said.line(sensor_line(&learned.spec, sensor));
     }
     if let Some(path) = &arguments.json {
         let text = serde_json::to_string_pretty(&learned.record)

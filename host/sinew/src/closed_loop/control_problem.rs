@@ -62,10 +62,15 @@ pub struct ControlProblem {
     pub output_range: Vec<f64>,
     /// Standard deviation of each output's noise.
     pub noise: Vec<f64>,
-    /// Indices of the sensors that are the network's channels.
+    /// Indices of the sensors that are the model's channels: those that the network sees, or those
+    /// of the soft sensor.
     pub channels: Vec<usize>,
     /// Standard deviation of each channel's noise.
     pub channel_noise: Vec<f64>,
+    /// A soft sensor says the outputs, from the channels: the controller gets no reading of them.
+    pub sensed: bool,
+    /// Names of the parameters of sensors, which such a calibration takes as they are.
+    pub calibrated: Vec<String>,
     /// First valid sample of every sensor: where a loop starts.
     pub home: Vec<Option<f64>>,
     /// Reference of the comparison, and its source.
@@ -160,7 +165,18 @@ impl ControlProblem {
             noise.push(level);
         }
         let channels = rig_file::network_table(rig)?.map(|network| network.channels);
-        let channels = channels.unwrap_or_default();
+        let mut channels = channels.unwrap_or_default();
+        let sensed = control.is_some_and(|control| !control.sensed_by.is_empty());
+        if let Some(control) = control.filter(|_| sensed) {
+            if !channels.is_empty() {
+                let message = "`channels` of [network] beside `sensed_by` of [control]: a soft \
+                               sensor takes the channels, and the network sees none";
+                return Err(Error::file(&rig.file, message)
+                    .at(control.line, 1)
+                    .expected("one of the two"));
+            }
+            channels.clone_from(&control.sensed_by);
+        }
         let quietest = |sensor: &usize| -> Result<f64> {
             let levels = recordings
                 .iter()
@@ -249,6 +265,12 @@ impl ControlProblem {
             noise,
             channels,
             channel_noise,
+            sensed,
+            calibrated: if sensed {
+                calibrated(rig, plant)
+            } else {
+                vec![]
+            },
             home,
             outputs,
             source: match names {
@@ -290,12 +312,36 @@ impl ControlProblem {
         Ok(())
     }
 
+    /// Channels that the network sees, and the standard deviation of each one's noise.
+    pub fn seen_channels(&self) -> (&[usize], &[f64]) {
+        if self.sensed {
+            (&[], &[])
+        } else {
+            (&self.channels, &self.channel_noise)
+        }
+    }
+
     /// Units of the outputs.
     pub fn units<'a>(&'a self, plant: &'a Plant) -> impl Iterator<Item = &'a str> {
         self.outputs
             .iter()
             .map(|sensor| plant.sensors()[*sensor].unit.as_str())
     }
+}
+
+/// Parameters of sensors, and of what they read of a material.
+fn calibrated(rig: &Rig, plant: &Plant) -> Vec<String> {
+    let sensors = rig.sensors.iter().map(|s| s.name.as_str());
+    let fibres = rig.geometry.waveguides.iter().map(|w| w.name.as_str());
+    let magnets = rig.geometry.magnets.iter().map(|m| m.name.as_str());
+    let meters = rig.geometry.magnetometers.iter().map(|m| m.name.as_str());
+    let names: Vec<&str> = sensors.chain(fibres).chain(magnets).chain(meters).collect();
+    let of_a_sensor = |name: &&String| {
+        let component = name.split('.').next();
+        component.is_some_and(|component| names.contains(&component))
+    };
+    let all = plant.parameters().iter().map(|parameter| &parameter.name);
+    all.filter(of_a_sensor).cloned().collect()
 }
 
 fn long_enough(asked: &Reference, horizon: usize) -> Result<()> {

@@ -13,7 +13,7 @@ use crate::closed_loop::disturbance::Disturbance;
 use crate::closed_loop::perturbed_plant::{PerturbedParameter, perturbed};
 use crate::closed_loop::plant_program::PlantProgram;
 use crate::closed_loop::scenario::Scenario;
-use crate::closed_loop::setup::{DeviceRun, LEAST_PERTURBATION, MOST_PERTURBATION, Setup};
+use crate::closed_loop::setup::{DeviceRun, PERTURBATION, Setup};
 use crate::project::image::Sizes;
 use crate::project::{self, Board, Optimise};
 use crate::rig_file;
@@ -84,8 +84,7 @@ impl ModelLoop {
         let task = ControlProblem::new(&rig, &plant, &recordings, reference)?;
         let (plant, values, moved) = match real {
             None => {
-                let (values, moved) =
-                    perturbed(&plant, LEAST_PERTURBATION, MOST_PERTURBATION, seed);
+                let (values, moved) = perturbed(&plant, &task.calibrated, PERTURBATION, seed);
                 (plant, values, moved)
             }
             Some(path) => {
@@ -129,6 +128,22 @@ impl ModelLoop {
             &spec.channels,
             &channels.collect::<Vec<_>>(),
         )?;
+        if spec.soft_sensor.is_some() != self.task.sensed {
+            let path = model.join(store::MODEL_FILE);
+            let (has, wants) = match self.task.sensed {
+                true => (
+                    "no soft sensor",
+                    "one: `sensed_by` of [control] names its channels",
+                ),
+                false => (
+                    "a soft sensor",
+                    "none: `sensed_by` of [control] names no channel",
+                ),
+            };
+            return Err(Error::file(path, format!("the model has {has}"))
+                .expected(format!("as the rig {} has it, {wants}", self.rig))
+                .help("train a model for this rig: sinew train"));
+        }
         Ok(spec)
     }
 
@@ -147,7 +162,10 @@ impl ModelLoop {
     /// Draws `count` plants about the one in the loop: every free parameter is that of the rig or
     /// the real one as written, times 1 - `spread` to 1 + `spread`.
     pub fn draw(&mut self, spread: f64, count: usize) {
-        let of = |k: u64| perturbed(&self.plant, 0.0, spread, self.seed.wrapping_add(4000 + k)).0;
+        let of = |k: u64| {
+            let seed = self.seed.wrapping_add(4000 + k);
+            perturbed(&self.plant, &self.task.calibrated, (0.0, spread), seed).0
+        };
         self.drawn = (0..count as u64).map(of).collect();
         self.values = self.plant.values();
         self.moved.clear();

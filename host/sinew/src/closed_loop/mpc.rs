@@ -28,6 +28,7 @@ pub struct Answer {
 pub struct MpcController<'a> {
     device: &'a mut Device,
     identity: Identity,
+    sensed: bool,
     /// One entry a step.
     pub answers: Vec<Answer>,
     /// Ticks of a board that paces itself for which the sample came too late.
@@ -71,9 +72,17 @@ impl<'a> MpcController<'a> {
         Ok(Self {
             device,
             identity,
+            sensed: false,
             answers: Vec::new(),
             late: 0,
         })
+    }
+
+    /// The device gets no reading of an output if `sensed`: a soft sensor says them.
+    #[must_use]
+    pub const fn sensed(mut self, sensed: bool) -> Self {
+        self.sensed = sensed;
+        self
     }
 
     /// Replaces the weights.
@@ -100,10 +109,11 @@ impl Controller for MpcController<'_> {
         reference: &Reference,
     ) -> Result<Vec<f64>> {
         let horizon = usize::from(self.identity.horizon);
+        let y = y.iter().map(|y| if self.sensed { f64::NAN } else { *y });
         let preview = (1..=horizon).flat_map(|j| reference.row(k + j).iter().copied());
         let sample = ToDevice::Sample {
             seq: k as u32,
-            y: fixed(y.iter().copied(), "outputs")?,
+            y: fixed(y, "outputs")?,
             s: fixed(s.iter().copied(), "channels")?,
             reference: fixed(preview, "values of the reference")?,
         };

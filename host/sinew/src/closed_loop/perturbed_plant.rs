@@ -18,11 +18,12 @@ pub struct PerturbedParameter {
 }
 
 /// Moves every free parameter by a factor 1 - `most` to 1 - `least` or 1 + `least` to 1 + `most`,
-/// seeded; bounds of the rig are kept.
+/// seeded; bounds of the rig are kept, and so are the values of `calibrated`, parameters that each
+/// device has its own calibration for.
 pub fn perturbed(
     plant: &Plant,
-    least: f64,
-    most: f64,
+    calibrated: &[String],
+    (least, most): (f64, f64),
     seed: u64,
 ) -> (Vec<f64>, Vec<PerturbedParameter>) {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -30,6 +31,9 @@ pub fn perturbed(
     let mut list = Vec::new();
     for slot in plant.free_slots() {
         let parameter = &plant.parameters()[slot];
+        if calibrated.contains(&parameter.name) {
+            continue;
+        }
         let share = random.random_range(least..=most);
         let sign = if random.random_bool(0.5) { 1.0 } else { -1.0 };
         let wished = values[slot] * (1.0 + sign * share);

@@ -23,10 +23,8 @@ use crate::tuning::objective::Objective;
 use crate::tuning::optimise::Budget;
 use sinew_ident::error::{Error, Result};
 
-/// Least relative deviation of a parameter in the plant of the comparison.
-pub const LEAST_PERTURBATION: f64 = 0.10;
-/// See [`LEAST_PERTURBATION`].
-pub const MOST_PERTURBATION: f64 = 0.20;
+/// Least and largest relative deviation of a parameter in the plant of the comparison.
+pub const PERTURBATION: (f64, f64) = (0.10, 0.20);
 /// Steps of a reference that only tuning sees.
 const TUNING_STEPS: usize = 1000;
 /// Budget of tuning a baseline controller for a comparison.
@@ -87,7 +85,7 @@ enum For {
 impl Setup<'_> {
     /// The plant of the comparison: the fitted one with its parameters moved by 10 to 20 %.
     pub fn perturbed_plant(&self) -> (Vec<f64>, Vec<PerturbedParameter>) {
-        perturbed(self.plant, LEAST_PERTURBATION, MOST_PERTURBATION, self.seed)
+        perturbed(self.plant, &self.task.calibrated, PERTURBATION, self.seed)
     }
 
     /// The loop that is reported.
@@ -170,8 +168,8 @@ impl Setup<'_> {
         let draw = |k: u64| {
             perturbed(
                 self.plant,
-                LEAST_PERTURBATION,
-                MOST_PERTURBATION,
+                &self.task.calibrated,
+                PERTURBATION,
                 self.seed.wrapping_add(k),
             )
             .0
@@ -280,7 +278,7 @@ impl Setup<'_> {
         model: u32,
         scenario: &Scenario,
     ) -> Result<(DeviceRun, End)> {
-        let mut controller = MpcController::new(&mut device, model)?;
+        let mut controller = MpcController::new(&mut device, model)?.sensed(self.task.sensed);
         let run = scenario.run(&mut controller)?;
         let answers = std::mem::take(&mut controller.answers);
         let late = controller.late;

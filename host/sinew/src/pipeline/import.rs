@@ -73,7 +73,7 @@ pub fn adopt(
         };
         indices.iter().map(of).collect()
     };
-    let (outputs, channels) = (sensors(&task.outputs)?, sensors(&task.channels)?);
+    let (outputs, channels) = (sensors(&task.outputs)?, sensors(task.seen_channels().0)?);
     // In the units of the columns, which is what the network was trained on.
     let scales = |signals: &[(Signal, f64)]| -> Vec<(f64, f64)> {
         let each = signals.iter();
@@ -129,6 +129,7 @@ pub fn adopt(
             ..control(task)
         },
         state: None,
+        soft_sensor: None,
         golden: vec![],
     };
     spec.validate()
@@ -229,7 +230,7 @@ fn episode(
         u: rows(inputs?, &spec.inputs, steps)?,
         measured: y.clone(),
         y,
-        channels: rows(sensors(&task.channels)?, &spec.channels, t.len())?,
+        channels: rows(sensors(task.seen_channels().0)?, &spec.channels, t.len())?,
         sensitivities: vec![],
         steps,
     })

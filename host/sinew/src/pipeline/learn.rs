@@ -134,8 +134,8 @@ fn learned(
         steps: EPISODE_STEPS + shape.history() + options.burn_in() + options.rollout,
         outputs: task.outputs.clone(),
         noise: task.noise.clone(),
-        channels: task.channels.clone(),
-        channel_noise: task.channel_noise.clone(),
+        channels: task.seen_channels().0.to_vec(),
+        channel_noise: task.seen_channels().1.to_vec(),
         seed,
     };
     let drawn = draw(
@@ -206,7 +206,8 @@ fn learned(
             .map(|(o, s)| signal(&o.column, &o.unit, *s))
             .collect(),
         channels: task
-            .channels
+            .seen_channels()
+            .0
             .iter()
             .map(|s| &plant.sensors()[*s])
             .zip(&s_scaling)
@@ -222,6 +223,7 @@ fn learned(
             ..control(task)
         },
         state: None,
+        soft_sensor: None,
         golden: vec![],
     };
     spec.validate()
@@ -263,6 +265,12 @@ fn in_model_units(
 /// It does not.
 pub fn fits(rig: &Rig, plant: &Plant, task: &ControlProblem) -> Result<()> {
     if rig_file::network_table(rig)?.and_then(|t| t.form) == Some(Form::State) {
+        unsensed(
+            rig,
+            task,
+            "a model with a state",
+            "`form = \"increment\"` of [network]",
+        )?;
         return has_a_state(rig, plant);
     }
     let (shape, options) = options(rig, task.horizon, 0)?;
@@ -277,6 +285,10 @@ pub fn fits(rig: &Rig, plant: &Plant, task: &ControlProblem) -> Result<()> {
         return Err(Error::file(&rig.file, message)
             .at(line, 1)
             .expected("`first_layer = \"tanh\"` or `\"relu\"`, or no `observer_gain`"));
+    }
+    if gates(options.first).is_some() {
+        let wanted = "`first_layer = \"tanh\"` or `\"relu\"` of [network]";
+        unsensed(rig, task, "a network that remembers", wanted)?;
     }
     let vectors = match options.first {
         FirstLayer::Tanh | FirstLayer::Relu => 0,
@@ -294,6 +306,18 @@ pub fn fits(rig: &Rig, plant: &Plant, task: &ControlProblem) -> Result<()> {
     Err(Error::file(&rig.file, message)
         .at(line, 1)
         .expected("a smaller first width in `hidden`, or fewer `past_inputs` and `past_outputs`"))
+}
+
+/// Refuses a soft sensor where the model has no place for one.
+fn unsensed(rig: &Rig, task: &ControlProblem, what: &str, wanted: &str) -> Result<()> {
+    if !task.sensed {
+        return Ok(());
+    }
+    let line = rig_file::ControlTable::read(rig)?.map_or(1, |table| table.line);
+    let message = format!("`sensed_by` of [control] is not for {what}");
+    Err(Error::file(&rig.file, message)
+        .at(line, 1)
+        .expected(format!("{wanted}, or no `sensed_by`")))
 }
 
 /// Writes a model's files, each whole or not at all.

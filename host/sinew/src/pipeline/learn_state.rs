@@ -315,6 +315,7 @@ fn spec(
             disturbance_deviation: DISTURBANCE,
             gate: GATE,
         }),
+        soft_sensor: None,
         golden: vec![],
     };
     spec.validate()

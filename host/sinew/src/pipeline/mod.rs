@@ -8,4 +8,5 @@ pub mod learn;
 mod learn_state;
 mod learned;
 pub mod predictor;
+pub mod soft_sensor;
 pub mod summary;

@@ -10,6 +10,7 @@ use sinew_sim::{Plant, Rig};
 
 use crate::closed_loop::setup::Setup;
 use crate::pipeline::learn::{CHECKPOINT_FILE, Record, SAMPLED_STATES, learn, save};
+use crate::pipeline::soft_sensor::{as_sensed, attach};
 use crate::project;
 use crate::tuning::tune::tune_quickly;
 use sinew_ident::cli::progress::Stage;
@@ -70,7 +71,7 @@ pub(super) fn predictor(
         plant,
         &plant.values(),
         &starts,
-        bench.task,
+        &as_sensed(bench.task, plant, recordings)?,
         (bench.seed, &out.join(CHECKPOINT_FILE)),
         |done, of, losses| {
             stage.share(done, of, &format!("passes, loss {:.4}", losses.validation));
@@ -87,6 +88,7 @@ pub(super) fn predictor(
     ));
 
     let mut spec = learned.spec;
+    attach(&mut spec, bench.task, plant, recordings)?;
     tune_quickly(&mut spec, bench, out, cache, quiet)?;
 
     save(&folder, &spec)?;

@@ -23,6 +23,8 @@ pub struct ControlTable {
     pub move_suppression: Option<Vec<f64>>,
     /// Weight of the square of every command, for inputs that can do each other's work.
     pub command_weight: Option<f64>,
+    /// Indices of the sensors that say the outputs while the device runs; empty: they are measured.
+    pub sensed_by: Vec<usize>,
     /// Line of the table, for errors about what it asks.
     pub line: usize,
 }
@@ -53,8 +55,15 @@ fn read_control(tables: &Tables, rig: &Rig) -> Result<Option<ControlTable>, Erro
         "tracking_weight",
         "move_suppression",
         "command_weight",
+        "sensed_by",
     ])?;
     let outputs = read_outputs(tables, &table, rig)?;
+    let sensed_by = tables.sensors(&table, "sensed_by")?.unwrap_or_default();
+    if sensed_by.iter().any(|sensor| outputs.contains(sensor)) {
+        let message =
+            "`sensed_by` names an output; expected the sensors that are read in its place";
+        return Err(table.error_at("sensed_by", message));
+    }
     let reference = table.texts("reference")?.unwrap_or_default();
     let of_outputs =
         |key: &str, found: usize| expect_length(&table, key, found, outputs.len(), "output");
@@ -92,6 +101,7 @@ fn read_control(tables: &Tables, rig: &Rig) -> Result<Option<ControlTable>, Erro
         tracking_weight,
         move_suppression,
         command_weight: table.number("command_weight", Sign::NonNegative)?,
+        sensed_by,
         line: table.own_line(),
     }))
 }

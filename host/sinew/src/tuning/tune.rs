@@ -120,6 +120,7 @@ struct Firmware<'a> {
     folder: &'a Path,
     built: Built,
     model: u32,
+    sensed: bool,
 }
 
 impl<'a> Firmware<'a> {
@@ -137,6 +138,7 @@ impl<'a> Firmware<'a> {
             folder,
             built: project::build_shown(folder, Board::Host, cache, quiet)?,
             model: fingerprint(spec),
+            sensed: spec.soft_sensor.is_some(),
         })
     }
 
@@ -165,7 +167,7 @@ impl<'a> Firmware<'a> {
     /// A device that has run nothing yet, since a reset keeps the command applied last.
     fn run(&self, weights: &Weights, scenario: &Scenario) -> Result<Run> {
         let mut device = Setup::start(self.folder, Board::Host, &self.built)?;
-        let mut mpc = MpcController::new(&mut device, self.model)?;
+        let mut mpc = MpcController::new(&mut device, self.model)?.sensed(self.sensed);
         mpc.tune(weights)?;
         scenario.run(&mut mpc)
     }

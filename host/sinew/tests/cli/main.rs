@@ -1,5 +1,6 @@
 //! The `sinew` program as its users meet it. One test program, because linking is the slow part.
 
+mod calibrate;
 mod desk;
 mod excite;
 mod interrupt;

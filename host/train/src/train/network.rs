@@ -297,6 +297,7 @@ pub(super) mod tests {
                 max_missing_samples: 0,
                 value: None,
             },
+            soft_sensor: None,
             golden: vec![],
         }
     }

@@ -232,7 +232,12 @@ impl Run<'_> {
         let mut groups: Vec<(String, Vec<&Variant>)> = Vec::new();
         for variant in &self.variants {
             let channels = variant.tables.and_then(|tables| {
-                let line = tables.lines().find(|line| line.starts_with("channels"));
+                let asks = |line: &&str| {
+                    ["channels", "sensed_by"]
+                        .iter()
+                        .any(|key| line.starts_with(key))
+                };
+                let line = tables.lines().find(asks);
                 line.map(String::from)
             });
             let key = match variant.small {

@@ -42,6 +42,14 @@ macro_rules! hasel_memory {
 }
 
 const HASEL_TABLES: &str = hasel_tables!("[8]", "2", "3");
+/// No reading of the tip: the magnets say it.
+const HASEL_MAGNETS: &str = "[control]\nrate_hz = 125.0\noutputs = [\"tip_x\", \"tip_y\", \"tip_z\"]\nhorizon = 10\ncontrol_horizon = 2\n\
+     command_weight = 0.008\nsensed_by = [\
+     \"field_1x\", \"field_1y\", \"field_1z\", \"field_2x\", \"field_2y\", \"field_2z\", \
+     \"field_3x\", \"field_3y\", \"field_3z\", \"field_4x\", \"field_4y\", \"field_4z\", \
+     \"field_5x\", \"field_5y\", \"field_5z\", \"field_6x\", \"field_6y\", \
+     \"field_6z\"]\n\n\
+     [network]\nhidden = [8]\npast_inputs = 2\npast_outputs = 3\nobserver_gain = 0.6\nderivative_weight = 1.0\n";
 /// Six inputs that are alike, and a worst moment that is asked for
 /// (docs/lab/0067-input-redundancy.md).
 const HASEL_TUNE: &[&str] = &[
@@ -113,6 +121,12 @@ pub const HASEL: Problem = Problem {
                 "--objective",
                 "peak",
             ],
+            ..PLAIN
+        },
+        Variant {
+            name: "magnets-alone",
+            tables: Some(HASEL_MAGNETS),
+            tune: HASEL_TUNE,
             ..PLAIN
         },
         Variant {

@@ -26,6 +26,11 @@ const TENDON_RELU: &str = tendon_tables!(
     "hidden = [8]\nfirst_layer = \"relu\"\npast_inputs = 3\npast_outputs = 3\nchannels = [\"light_1\", \"light_2\", \"light_3\", \"light_4\", \"light_5\", \
      \"light_6\", \"light_7\", \"light_8\", \"light_9\", \"light_10\", \"light_11\"]\n"
 );
+/// No reading of the tip: the eleven fibres say it.
+const TENDON_FIBRES: &str = "[control]\nrate_hz = 120.0\noutputs = [\"tip_x\", \"tip_y\", \"tip_z\"]\nhorizon = 10\ncontrol_horizon = 3\n\
+     sensed_by = [\"light_1\", \"light_2\", \"light_3\", \"light_4\", \"light_5\", \"light_6\", \"light_7\", \"light_8\", \
+     \"light_9\", \"light_10\", \"light_11\"]\n\n\
+     [network]\nhidden = [8]\npast_inputs = 3\npast_outputs = 3\nderivative_weight = 1.0\n";
 const TENDON_LAGS: &str = tendon_tables!("hidden = [8]\npast_inputs = 3\npast_outputs = 3\n");
 
 /// The 32 inputs without the derivatives, tuned from a calm start: from a hundredth of this move
@@ -86,6 +91,12 @@ pub const TENDON: Problem = Problem {
         Variant {
             name: "26-8-3-channels",
             tables: Some(TENDON_CHANNELS),
+            tune: &["--horizons", "10", "--control-horizons", "3"],
+            ..PLAIN
+        },
+        Variant {
+            name: "fibres-alone",
+            tables: Some(TENDON_FIBRES),
             tune: &["--horizons", "10", "--control-horizons", "3"],
             ..PLAIN
         },

@@ -1,0 +1,97 @@
+//! `sinew calibrate`: the soft sensor of a model, for one device.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use sinew_model::store;
+use sinew_sim::Plant;
+
+use crate::closed_loop::control_problem::ControlProblem;
+use crate::pipeline::learn::save;
+use crate::pipeline::soft_sensor::{attach, sensor_line};
+use crate::rig_file;
+use sinew_ident::cli::overwrite;
+use sinew_ident::cli::said::Said;
+use sinew_ident::error::{Error, Result};
+use sinew_ident::recording::Recording;
+
+/// Arguments of `sinew calibrate`.
+#[derive(Args)]
+#[command(after_long_help = "Examples:\n  \
+    sinew calibrate rig.toml model --fit camera.csv --out model-7\n  \
+    sinew emit model-7 --out firmware-7 --board stm32f446")]
+pub struct Arguments {
+    /// The rig file (TOML) with `sensed_by` in its [control] table.
+    rig: PathBuf,
+    /// Folder of the model: model.toml and weights.safetensors.
+    model: PathBuf,
+    /// A recording of this device that has the channels and the outputs; may be repeated.
+    #[arg(long, value_name = "CSV", required = true)]
+    fit: Vec<PathBuf>,
+    /// Folder for the model with this device's soft sensor.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Nothing but errors.
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// # Errors
+/// A bad file, a rig or model without a soft sensor, or recordings that do not determine it.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let recordings = arguments.fit.iter();
+    overwrite::refuse(
+        [
+            ("RIG", arguments.rig.as_path()),
+            ("MODEL", arguments.model.join(store::MODEL_FILE).as_path()),
+        ]
+        .into_iter()
+        .chain(recordings.map(|path| ("a recording", path.as_path()))),
+        [(
+            "--out",
+            Some(arguments.out.join(store::MODEL_FILE).as_path()),
+        )],
+    )?;
+    let rig = rig_file::load(&arguments.rig)?;
+    let plant = Plant::new(&rig)?;
+    let read = arguments.fit.iter().map(Recording::read);
+    let recordings = read.collect::<Result<Vec<_>>>()?;
+    let task = ControlProblem::new(&rig, &plant, &recordings, &recordings[0])?;
+    if !task.sensed {
+        return Err(
+            Error::file(&rig.file, "the rig has no soft sensor").expected(
+                "`sensed_by` in [control]: the sensors that say the outputs while the device runs",
+            ),
+        );
+    }
+    let mut spec = store::load(&arguments.model).map_err(Error::refused)?;
+    let columns = |sensors: &[usize]| -> Vec<&str> {
+        let each = sensors.iter();
+        each.map(|s| plant.sensors()[*s].column.as_str()).collect()
+    };
+    let outputs: Vec<&str> = spec.outputs.iter().map(|s| s.name.as_str()).collect();
+    if outputs != columns(&task.outputs) || spec.soft_sensor.is_none() {
+        let path = arguments.model.join(store::MODEL_FILE);
+        let message = "the model is not one of this rig with a soft sensor";
+        return Err(Error::file(path, message)
+            .expected(format!(
+                "[soft_sensor], and the outputs {}",
+                columns(&task.outputs).join(", ")
+            ))
+            .help("train one: sinew train"));
+    }
+    let Some(found) = attach(&mut spec, &task, &plant, &recordings)? else {
+        unreachable!("a task with a soft sensor has one to attach");
+    };
+    save(&arguments.out, &spec)?;
+    if !arguments.quiet {
+        let said = Said::beside([None]);
+        said.line(sensor_line(&spec, &found));
+        said.line(arguments.out.join(store::MODEL_FILE).display());
+        said.line(format!(
+            "next: sinew emit {} --out firmware --board stm32f446",
+            arguments.out.display()
+        ));
+    }
+    Ok(())
+}
