@@ -2,7 +2,7 @@
 //! behind.
 
 use sinew::device::{Device, End, decode_log};
-use sinew::project::Board;
+use sinew::project::{self, Board, Optimise, board_folder};
 use sinew_device::protocol::{Reason, ToDevice, ToHost};
 use sinew_model_reference_s::golden::GOLDEN;
 use sinew_tests::closed_loop::{self, sample};
@@ -319,4 +319,84 @@ fn over_the_serial_line_no_frame_is_lost() {
     assert!(summary.steps as usize >= SAMPLES, "{summary:?}");
     let end = device.end().unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(end.status, Some(0));
+}
+
+/// Network S behind a soft sensor of three channels, each of which says one output.
+fn sensed() -> sinew_model::spec::ModelSpec {
+    use sinew_model::spec::{Signal, SoftSensorSpec};
+    let spec = sinew_model::store::load(&image::root().join("models/reference-s"));
+    let spec = spec.unwrap_or_else(|error| panic!("{error}"));
+    let mut linear = vec![0.0; 9];
+    (0..3).for_each(|i| linear[4 * i] = 1.0);
+    sinew_model::spec::ModelSpec {
+        name: "sensed".into(),
+        channels: (0..3)
+            .map(|i| Signal {
+                name: format!("light_{i}"),
+                unit: "1".into(),
+                span: 2.0,
+                offset: 0.5,
+            })
+            .collect(),
+        soft_sensor: Some(SoftSensorSpec {
+            error: vec![0.0; 3],
+            bias: vec![0.0; 3],
+            linear,
+            quadratic: (0..18).map(|i| 0.01 * (i as f32).sin()).collect(),
+        }),
+        ..spec
+    }
+}
+
+#[test]
+fn a_controller_that_reads_no_output_gives_the_same_bits() {
+    if let Some(reason) = image::cannot_run() {
+        return skip(reason);
+    }
+    let folder = image::cache().join("sensed");
+    let spec = sensed();
+    let written = project::write(&folder, &spec, Optimise::Speed);
+    written.unwrap_or_else(|error| panic!("{error}"));
+    let start = |board| {
+        let built = project::build(&folder, board, None).unwrap_or_else(|error| panic!("{error}"));
+        let device = match board {
+            Board::Host => Device::host(&built.lockstep),
+            _ => Device::qemu(
+                &board_folder(&folder, board).join("run.sh"),
+                &built.lockstep,
+            ),
+        };
+        let mut device = device.unwrap_or_else(|error| panic!("{error}"));
+        let identity = device.hello(Some(sinew_model::fingerprint(&spec)));
+        let identity = identity.unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!((identity.n_y, identity.n_s), (3, 3));
+        device.arm().unwrap_or_else(|error| panic!("{error}"));
+        device
+    };
+    let run = |mut device: Device| {
+        let step = |k: u32| {
+            let s = |i: u32| 0.5 + (0.05 * (k * (i + 1)) as f32).sin();
+            let question = ToDevice::Sample {
+                seq: k,
+                y: [f32::NAN; 3].into_iter().collect(),
+                s: (0..3).map(s).collect(),
+                reference: [0.1, -0.05, 0.2].into_iter().collect(),
+            };
+            match device.ask(&question) {
+                Ok(ToHost::Command { u, status, .. }) => {
+                    assert!(status.is_controlled(), "step {k}: {status:?}");
+                    u.iter().map(|u| u.to_bits()).collect::<Vec<_>>()
+                }
+                other => panic!("step {k}: {other:?}"),
+            }
+        };
+        let bits: Vec<Vec<u32>> = (0..40).map(step).collect();
+        let (summary, _) = device.finish().unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(summary.missed_samples, 0);
+        bits
+    };
+    let in_qemu = run(start(Board::Qemu));
+    assert_eq!(in_qemu, run(start(Board::Host)));
+    let moved = in_qemu.windows(2).filter(|pair| pair[0] != pair[1]);
+    assert!(moved.count() > 20, "the controller hardly moves");
 }

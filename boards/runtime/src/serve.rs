@@ -149,7 +149,7 @@ impl<B: Board> Desk<'_, B> {
         };
         if self.session.state().mode == Mode::Tripped {
             // Not at the next tick: now.
-            let safe = *self.session.controller().applied();
+            let safe = *self.session.applied();
             self.board
                 .drive(&wiring::duties(&safe, B::DUTY_FULL), false);
         }

@@ -508,6 +508,11 @@ impl<
         &self.identity
     }
 
+    /// The command applied last.
+    pub fn applied(&self) -> &[f32; NU] {
+        self.controller.applied()
+    }
+
     /// The controller.
     pub const fn controller(&self) -> &C {
         &self.controller

@@ -1,7 +1,8 @@
 //! Soft sensor: outputs that no sensor reads, computed from channels that are read
 //! (docs/explanation/controller.md, section 11).
 
-use crate::controller::Step;
+use crate::controller::{ControlLoop, Step};
+use crate::cost::CostTerm;
 use crate::limits::Limits;
 use crate::predictive_loop::PredictiveLoop;
 use crate::scaling::Scaling;
@@ -107,6 +108,41 @@ impl<C, const NS: usize, const NY: usize, const NQ: usize, const NI: usize, cons
     /// The controller within.
     pub const fn controller(&self) -> &C {
         &self.controller
+    }
+
+    /// One control step, as [`PredictiveLoop::step`].
+    #[inline(always)]
+    pub fn step<const NU: usize>(
+        &mut self,
+        y: &[f32; NY],
+        s: &[f32; NS],
+        reference: &[[f32; NY]; N],
+    ) -> Step<NU>
+    where
+        C: PredictiveLoop<NU, NY, NI, N>,
+    {
+        PredictiveLoop::step(self, y, s, reference)
+    }
+}
+
+impl<
+    M: CostTerm<NU, NY, NI, ND, DD>,
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const NQ: usize,
+    const NI: usize,
+    const ND: usize,
+    const DD: usize,
+    const N: usize,
+    const NB: usize,
+    const NV: usize,
+    const P: usize,
+> SensedLoop<ControlLoop<M, NU, NY, NI, ND, DD, N, NB, NV, P>, NS, NY, NQ, NI, P>
+{
+    /// Planned commands of the last step, as [`ControlLoop::plan`].
+    pub const fn plan(&self) -> &[f32; NV] {
+        self.controller.plan()
     }
 }
 

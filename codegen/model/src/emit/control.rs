@@ -21,10 +21,7 @@ pub(super) fn print(spec: &ModelSpec) -> String {
     let period_s = spec.period_s;
     let rate_mhz = rate_mhz(period_s);
     let model = fingerprint(spec);
-    let [u, y, s] = Role::ALL.map(|role| match role {
-        Role::Channel if spec.soft_sensor.is_some() => NO_SCALING.into(),
-        role => scaling(spec, role),
-    });
+    let [u, y, s] = Role::ALL.map(|role| scaling(spec, role));
     let limits = limits(spec);
     let parts = match &spec.state {
         None => regression(spec),
@@ -67,7 +64,7 @@ pub const PERIOD_S: f32 = {period};
 
 /// Physical units to model units and back.
 #[rustfmt::skip]
-pub const SCALING: ModelScaling<NU, NY, {seen}> = ModelScaling {{
+pub const SCALING: ModelScaling<NU, NY, NS> = ModelScaling {{
     u: {u},
     y: {y},
     s: {s},
@@ -99,7 +96,6 @@ pub const IDENTITY: Identity = Identity {{
 {types}",
         period = literal::float(period_s as f32),
         seen_constant = soft_sensor::seen_constant(spec),
-        seen = soft_sensor::seen_name(spec),
         horizon = value::horizon(control),
         modules = modules(spec),
         predicted = value::predicted(control),
@@ -181,12 +177,6 @@ fn tuning(control: &ControlSpec) -> String {
         lines => format!("{{\n{lines}}}"),
     }
 }
-
-/// Scaling of no signals.
-const NO_SCALING: &str = "Scaling {
-        span: [],
-        offset: [],
-    }";
 
 /// The controller behind a soft sensor.
 const BEHIND_SENSOR: &str = "\

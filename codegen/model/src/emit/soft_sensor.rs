@@ -47,7 +47,13 @@ pub type Session = session::LoopSession<Controller, NU, NY, NS, HORIZON>;
 
 /// A controller at rest.
 pub const fn controller() -> Controller {{
-    let regulator = ControlLoop::new({predictor}, SCALING, LIMITS, SETTINGS, HORIZONS);
+    // The network sees no channel.
+    let scaling = ModelScaling {{
+        u: SCALING.u,
+        y: SCALING.y,
+        s: Scaling::IDENTITY,
+    }};
+    let regulator = ControlLoop::new({predictor}, scaling, LIMITS, SETTINGS, HORIZONS);
     SensedLoop::new(regulator, &SENSOR)
 }}
 

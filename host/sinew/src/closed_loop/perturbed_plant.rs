@@ -31,11 +31,12 @@ pub fn perturbed(
     let mut list = Vec::new();
     for slot in plant.free_slots() {
         let parameter = &plant.parameters()[slot];
+        let share = random.random_range(least..=most);
+        let sign = if random.random_bool(0.5) { 1.0 } else { -1.0 };
+        // Drawn all the same: the others are then those of the same seed without a calibration.
         if calibrated.contains(&parameter.name) {
             continue;
         }
-        let share = random.random_range(least..=most);
-        let sign = if random.random_bool(0.5) { 1.0 } else { -1.0 };
         let wished = values[slot] * (1.0 + sign * share);
         values[slot] = wished
             .max(parameter.min.unwrap_or(f64::NEG_INFINITY))
@@ -48,4 +49,39 @@ pub fn perturbed(
         });
     }
     (values, list)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sinew_sim::Rig;
+
+    #[test]
+    fn calibrated_parameters_stay_and_the_others_move_as_without_them() {
+        let rig = Rig::parse(
+            "format = \"sinew-rig/1\"\nname = \"r\"\n\
+             [[body]]\nname = \"m\"\nmotion = \"slide\"\ninertia = { value = 1.0 }\n\
+             [[sensor]]\nname = \"s\"\nreads = \"m.position\"\nsignal = \"s_m\"\n\
+             gain = { value = 2.0 }\n\
+             [[spring]]\nname = \"k\"\nfrom = \"ground\"\nto = \"m\"\n\
+             stiffness = { value = 3.0 }\n",
+            "rig.toml",
+        );
+        let plant = Plant::new(&rig.expect("a rig")).expect("a plant");
+        let place = |name: &str| {
+            let names = plant.parameters().iter();
+            names.map(|p| &p.name).position(|other| other == name)
+        };
+        let gain = place("s.gain").expect("a parameter");
+        let (all, moved) = perturbed(&plant, &[], (0.1, 0.2), 7);
+        let (kept, fewer) = perturbed(&plant, &["s.gain".into()], (0.1, 0.2), 7);
+        assert_eq!((moved.len(), fewer.len()), (3, 2));
+        for (slot, (all, kept)) in all.iter().zip(&kept).enumerate() {
+            if slot == gain {
+                assert!(*kept == 2.0 && (all - 2.0).abs() > 0.1);
+            } else {
+                assert_eq!(all, kept);
+            }
+        }
+    }
 }
