@@ -207,6 +207,50 @@ fn rows_of_a_linear_model_are_the_least_cost_of_a_long_horizon() {
     }
 }
 
+#[test]
+fn a_weight_of_commands_is_in_the_cost_to_go_from_the_command_of_rest() {
+    let mut spec = linear();
+    // At rest at zero without a command.
+    if let Layer::Dense(dense) = &mut spec.layers[0] {
+        dense.bias = vec![0.0; 2];
+    }
+    spec.control.command_weight = 0.3;
+    spec.control.value.as_mut().expect("it has one").points = vec![vec![0.0, 0.0]];
+    spec.validate().expect("valid");
+    let rows = value::rows(&spec).expect("a value");
+    let mut random = Random(5);
+    let mut vector = |n: usize| (0..n).map(|_| random.signed()).collect::<Vec<f64>>();
+    let start = Past {
+        u: (0..3).map(|_| vector(2)).collect(),
+        y: (0..2).map(|_| vector(2)).collect(),
+    };
+    let (d, reference) = (vec![0.0; 2], (0..5).map(|_| vector(2)).collect::<Vec<_>>());
+    let mut costs = |weight: f64| -> [f64; 2] {
+        let mut of = || {
+            let mut past = start.clone();
+            past.advance(&spec, &vector(2), &d);
+            let to_go = |commands: &[f64]| {
+                let mut all = residuals(&spec, &past, commands, &d, &reference);
+                all.extend(commands.iter().map(|u| weight.sqrt() * u));
+                all
+            };
+            (
+                least(2 * LONG, to_go),
+                of_rows(&rows, &past, &d, &reference),
+            )
+        };
+        let ((one, of_one), (two, of_two)) = (of(), of());
+        [two - one, of_two - of_one]
+    };
+    let [exact, found] = costs(0.3);
+    assert!(
+        (exact - found).abs() < 1e-5 * (1.0 + exact.abs()),
+        "{exact}, {found}"
+    );
+    let [other, found] = costs(0.0);
+    assert!((other - found).abs() > 1e-3, "the weight changes nothing");
+}
+
 /// Network S at a horizon of one, with a value at points along its reference.
 fn of_reference(points: usize) -> ModelSpec {
     let read = |file: &str| {

@@ -92,8 +92,8 @@ impl ModelSpec {
         check(
             "control.terminal",
             "value",
-            "no terminal for a model with a state, with channels or with a recurrent layer: its \
-             cost-to-go is not computed yet",
+            "no terminal for a model with a state, with channels or with a recurrent layer, whose \
+             cost-to-go is not computed; it is for networks of dense layers on past readings",
             |_| channels == 0 && self.state.is_none(),
         )?;
         check(

@@ -87,7 +87,7 @@ impl ValueSpec {
 
     /// Every point lies further along the direction than the one before, in the firmware's
     /// precision.
-    pub(super) fn goes_one_way(&self, outputs: &[Signal]) -> bool {
+    pub(crate) fn goes_one_way(&self, outputs: &[Signal]) -> bool {
         let (points, direction) = self.scaled(outputs);
         let place = |y: &[f64]| y.iter().zip(&direction).map(|(y, d)| y * d).sum::<f64>() as f32;
         points

@@ -8,5 +8,5 @@ mod rest;
 mod riccati;
 mod rows;
 
-pub use points::along;
+pub use points::{along, on_motions};
 pub use rows::{PointRows, ValueRows, rows};

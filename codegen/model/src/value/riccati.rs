@@ -12,6 +12,8 @@ pub(super) struct StageWeights<'a> {
     pub tracking: &'a [f64],
     /// Diagonal of Lambda.
     pub moves: &'a [f64],
+    /// R of eq. 4c.
+    pub commands: f64,
 }
 
 /// P of the least cost `xi' P xi` of every step after the horizon, no limit active.
@@ -21,10 +23,11 @@ pub(super) struct StageWeights<'a> {
 /// the last row, with `M = P + C' Q C` of the next step:
 ///
 /// ```text
-/// P = F' M F + E' Lambda E - G' (B' M B + Lambda)^-1 G,   G = B' M F - Lambda E
+/// P = F' M F + E' Lambda E - G' (B' M B + Lambda + R)^-1 G,   G = B' M F - Lambda E
 /// ```
 ///
-/// where `E xi` is the last command.
+/// where `E xi` is the last command. R counts from the command of the rest, which is the least one
+/// that holds the point: so it shares the work among the inputs and costs no tracking there.
 pub(super) fn cost_to_go(
     model: &Linear,
     weights: &StageWeights<'_>,
@@ -41,6 +44,7 @@ pub(super) fn cost_to_go(
     let mut last = Matrix::zero(n_u, n);
     last.enter(0, model.last_command, &Matrix::unit(n_u));
     let moves = diagonal(weights.moves);
+    let held = moves.plus(weights.commands, &Matrix::unit(n_u));
     let of_moves = last.transpose().times(&moves).times(&last);
     let (f_transposed, b_transposed) = (f.transpose(), b.transpose());
     let mut p = Matrix::zero(n, n);
@@ -56,7 +60,7 @@ pub(super) fn cost_to_go(
         let m = p.plus(1.0, &squares);
         let mf = m.times(&f);
         let g = b_transposed.times(&mf).plus(-1.0, &moves.times(&last));
-        let h = b_transposed.times(&m).times(&b).plus(1.0, &moves);
+        let h = b_transposed.times(&m).times(&b).plus(1.0, &held);
         let gain = h.solve(&g)?;
         let full = f_transposed.times(&mf).plus(1.0, &of_moves);
         let next = full.plus(-1.0, &g.transpose().times(&gain));

@@ -68,6 +68,7 @@ fn of_point(spec: &ModelSpec, value: &ValueSpec, model: &Linear) -> Option<Matri
     let weights = StageWeights {
         tracking: &spec.control.tracking_weight,
         moves: &spec.control.move_suppression,
+        commands: spec.control.command_weight,
     };
     let p = cost_to_go(model, &weights, value.ahead)?;
     let reach = reach(spec, model);
