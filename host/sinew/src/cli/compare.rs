@@ -135,7 +135,7 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
     arguments.conditions.apply(&mut ready)?;
     ready.task.judged_s = judged(&arguments.judged, ready.task.duration_s())?;
     if let Some(longest) = arguments.longest_lead {
-        ready.task.longest_lead = longest.min(ready.task.horizon);
+        ready.task.longest_lead = longest.min(ready.task.preview());
     }
     if let Some(command) = &arguments.plant_program {
         ready.let_be_the_plant(command, arguments.spread);

@@ -101,7 +101,7 @@ fn model(arguments: &Arguments, rig: &Path, out: &Path) -> Result<()> {
                     spec.outputs[i].name,
                     quantity(next[i], unit),
                     quantity(last[i], unit),
-                    task.horizon
+                    task.rollout()
                 );
             }
         }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::{Map, Value, json};
+use sinew_model::store;
 use sinew_mpc::MAX_ITERATIONS;
 use sinew_mpc::feedback::pid::PidState;
 use sinew_mpc::feedback::rise::RiseState;
@@ -26,7 +27,7 @@ use crate::tuning::tune::{Line, Request, TunedFeedback, tune_feedback, tune_mpc}
 use sinew_ident::cli::overwrite;
 use sinew_ident::cli::said::Said;
 use sinew_ident::error::{Error, Result};
-use sinew_ident::report::{Table, shared_values, significant};
+use sinew_ident::report::{Table, count, shared_values, significant};
 
 /// Arguments of `sinew tune`.
 #[derive(Args)]
@@ -96,7 +97,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let Recordings { fit, test } = &arguments.recordings;
     let mut ready = ModelLoop::load(&arguments.rig, None, fit, test, arguments.common.seed)?;
     arguments.conditions.apply(&mut ready)?;
-    let believed = ready.model(&arguments.model)?;
+    let mut believed = ready.model(&arguments.model)?;
+    if let Some(value) = ready.task.cost_to_go(&believed.outputs) {
+        // Along what is asked for now.
+        believed.control.value = Some(value);
+        believed.validate().map_err(|e| {
+            Error::file(arguments.model.join(store::MODEL_FILE), e.to_string())
+                .help("[control] of the rig asks for a cost-to-go: `terminal = \"value\"`")
+        })?;
+    }
     project::ready(Board::Host)?;
     let bench = ready.bench();
     let shapes = Shape::candidates(&believed, &arguments.horizons, &arguments.control_horizons)?;
@@ -156,6 +165,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         significant(control.disturbance_gain, 3),
         control.iterations
     ));
+    if let Some(value) = &control.value {
+        said.line(format!(
+            "cost-to-go: {}, {} of the reference behind the horizon, {}",
+            count(value.rows, "row"),
+            count(value.ahead, "row"),
+            count(value.points.len(), "operating point")
+        ));
+    }
     if !found.said.is_empty() {
         said.line(found.said.trim_end());
     }

@@ -1,17 +1,26 @@
 //! Control problem: the rig's `[control]` table, filled in from the recordings.
 
 use sinew_device::protocol::MAX_PREVIEW;
+use sinew_model::spec::{MAX_VALUE_ROWS, Signal, ValueSpec};
+use sinew_model::value;
 use sinew_sim::{Plant, Rig, Stepper};
+use sinew_train::{FirstLayer, Form};
 
 use crate::closed_loop::reference::{Reference, Workspace};
 use crate::closed_loop::scenario::InputLimits;
-use crate::rig_file::{self, ControlTable};
+use crate::rig_file::{self, ControlTable, TerminalTable};
 use sinew_ident::error::{Error, Result};
 use sinew_ident::noise::noise_level;
 use sinew_ident::recording::Recording;
 
 /// Control rate where the rig names none, in hertz.
 const RATE_HZ: f64 = 120.0;
+/// Steps predicted where the rig names no number.
+const HORIZON: usize = 10;
+/// Rows of the reference behind the horizon of a controller with a cost-to-go.
+const AHEAD: usize = 8;
+/// Most operating points of a cost-to-go.
+const POINTS: usize = 5;
 /// Steps of each level of the staircase (the published experiment).
 const STAIRCASE: usize = 333;
 /// Part of each input's limit that a reference may need at rest: a plant a fifth stiffer still gets
@@ -35,6 +44,17 @@ pub enum Source {
     Path,
 }
 
+/// A cost-to-go at the end of the horizon (docs/explanation/controller.md, eq. 4d).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Terminal {
+    /// Its rows.
+    pub rows: usize,
+    /// Rows of the reference behind the horizon.
+    pub ahead: usize,
+    /// Most operating points along the reference.
+    pub points: usize,
+}
+
 /// The control problem in physical units, before any weight is tuned.
 #[derive(Clone, Debug)]
 pub struct ControlProblem {
@@ -46,6 +66,8 @@ pub struct ControlProblem {
     pub horizon: usize,
     /// Steps with commands of their own.
     pub control_horizon: usize,
+    /// Cost-to-go at the end of the horizon, where the rig asks for one.
+    pub terminal: Option<Terminal>,
     /// Q, one an output.
     pub tracking_weight: Vec<f64>,
     /// Lambda where the rig fixes it; otherwise it is tuned.
@@ -131,12 +153,26 @@ impl ControlProblem {
             );
         }
         let period_s = 1.0 / control.and_then(|c| c.rate_hz).unwrap_or(RATE_HZ);
-        let horizon = control.and_then(|c| c.horizon).unwrap_or(10);
-        carried(rig, period_s, horizon * outputs.len())?;
+        let asked_terminal = control.and_then(|c| c.terminal);
+        let usual = match asked_terminal {
+            Some(_) => 1,
+            None => HORIZON,
+        };
+        let horizon = control.and_then(|c| c.horizon).unwrap_or(usual);
         let control_horizon = control
             .and_then(|c| c.control_horizon)
             .unwrap_or(3)
             .min(horizon);
+        let terminal = match asked_terminal {
+            Some(asked) => {
+                computable(rig)?;
+                let decisions = control_horizon * plant.inputs().len();
+                Some(terminal(asked, horizon, decisions, outputs.len()))
+            }
+            None => None,
+        };
+        let preview = horizon + terminal.map_or(0, |terminal| terminal.ahead);
+        carried(rig, period_s, (preview, terminal.is_some()), outputs.len())?;
 
         let column = |recording: &Recording, sensor: usize| -> Result<Vec<f64>> {
             recording.sensor(&plant.sensors()[sensor])
@@ -240,16 +276,17 @@ impl ControlProblem {
                 format!("`{}` of {}", names.join("`, `"), reference.name()),
             )
         };
-        long_enough(&asked, horizon)?;
+        long_enough(&asked, preview)?;
         let mut units = outputs.iter().map(|s| plant.sensors()[*s].unit.as_str());
         let unit = units.next();
         Ok(Self {
             judged_s: None,
-            longest_lead: horizon,
+            longest_lead: preview,
             one_unit: outputs.len() > 1 && units.all(|other| Some(other) == unit),
             period_s,
             horizon,
             control_horizon,
+            terminal,
             tracking_weight: control
                 .and_then(|c| c.tracking_weight.clone())
                 .unwrap_or_else(|| vec![1.0; outputs.len()]),
@@ -305,7 +342,7 @@ impl ControlProblem {
             .collect::<Result<Vec<_>>>()?;
         let slices: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
         let asked = Reference::recorded(path.t(), &slices, self.period_s);
-        long_enough(&asked, self.horizon)?;
+        long_enough(&asked, self.preview())?;
         self.reference = asked;
         self.source = Source::Path;
         self.reference_source = format!("the path of {}", path.name());
@@ -319,6 +356,27 @@ impl ControlProblem {
         } else {
             (&self.channels, &self.channel_noise)
         }
+    }
+
+    /// Rows of the reference that a step sees: those of the horizon, and those behind it.
+    pub fn preview(&self) -> usize {
+        self.horizon + self.terminal.map_or(0, |terminal| terminal.ahead)
+    }
+
+    /// Steps that a network predicts from its own predictions while it learns, and is judged by:
+    /// the horizon; with a cost-to-go, which looks further, no fewer than without one.
+    pub fn rollout(&self) -> usize {
+        match self.terminal {
+            Some(_) => self.preview().max(HORIZON),
+            None => self.horizon,
+        }
+    }
+
+    /// The cost-to-go of a model with these outputs, its operating points along the reference.
+    pub fn cost_to_go(&self, outputs: &[Signal]) -> Option<ValueSpec> {
+        let terminal = self.terminal?;
+        let shape = (terminal.rows, terminal.ahead, terminal.points);
+        value::on_motions(&self.reference.rows, outputs, shape)
     }
 
     /// Units of the outputs.
@@ -344,14 +402,49 @@ fn calibrated(rig: &Rig, plant: &Plant) -> Vec<String> {
     all.filter(of_a_sensor).cloned().collect()
 }
 
-fn long_enough(asked: &Reference, horizon: usize) -> Result<()> {
-    if asked.steps() >= horizon {
+fn long_enough(asked: &Reference, preview: usize) -> Result<()> {
+    if asked.steps() >= preview {
         return Ok(());
     }
     Err(Error::failed(format!(
-        "the reference has {} steps and the horizon {horizon}",
+        "the reference has {} steps, and a control step looks {preview} ahead",
         asked.steps()
     )))
+}
+
+/// The cost-to-go that is asked for, what is left open filled in. As many rows as decision
+/// variables are exact for the linearised model; the rows of the reference are those that a frame
+/// carries.
+fn terminal(asked: TerminalTable, horizon: usize, decisions: usize, outputs: usize) -> Terminal {
+    let most = (MAX_PREVIEW / outputs).saturating_sub(horizon);
+    Terminal {
+        rows: asked.rows.unwrap_or(decisions.min(MAX_VALUE_ROWS)),
+        ahead: asked.ahead.unwrap_or(AHEAD.min(most)),
+        points: asked.points.unwrap_or(POINTS),
+    }
+}
+
+/// Refuses, before anything is trained, a network whose cost-to-go is not computed.
+fn computable(rig: &Rig) -> Result<()> {
+    let Some(table) = rig_file::network_table(rig)? else {
+        return Ok(());
+    };
+    let reason = if table.form == Some(Form::State) {
+        "`form = \"state\"`"
+    } else if !table.channels.is_empty() {
+        "`channels`"
+    } else if matches!(table.first_layer, Some(FirstLayer::Gru | FirstLayer::Lstm)) {
+        "a recurrent `first_layer`"
+    } else {
+        return Ok(());
+    };
+    let message = format!(
+        "[network] has {reason}, and `terminal = \"value\"` of [control] is not computed for it"
+    );
+    Err(Error::file(&rig.file, message).at(table.line, 1).expected(
+        "a network on past readings, as it is without `form`, `channels` and `first_layer`; \
+             or no `terminal`",
+    ))
 }
 
 /// Rest of each output under constant inputs; `None` where it does not rest, such as an axis
@@ -392,7 +485,12 @@ fn rest(
 }
 
 /// Refuses, before anything is trained, what no firmware could carry.
-fn carried(rig: &Rig, period_s: f64, preview: usize) -> Result<()> {
+fn carried(
+    rig: &Rig,
+    period_s: f64,
+    (steps, with_terminal): (usize, bool),
+    outputs: usize,
+) -> Result<()> {
     let refuse = |message: String, expected: &str| {
         let line = ControlTable::read(rig)?.map_or(1, |control| control.line);
         Err(Error::file(&rig.file, message)
@@ -405,10 +503,15 @@ fn carried(rig: &Rig, period_s: f64, preview: usize) -> Result<()> {
             "`rate_hz` from 0.001 to 100000",
         );
     }
+    let preview = steps * outputs;
     if preview > MAX_PREVIEW {
+        let looked = match with_terminal {
+            true => "`horizon` and `value_ahead` together,",
+            false => "`horizon`",
+        };
         return refuse(
             format!("[control] asks for a reference preview of {preview} values"),
-            &format!("`horizon` times the number of outputs at most {MAX_PREVIEW}"),
+            &format!("{looked} times the number of outputs at most {MAX_PREVIEW}"),
         );
     }
     Ok(())

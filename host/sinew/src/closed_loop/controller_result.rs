@@ -38,7 +38,7 @@ impl Judged {
             },
             distance: task.one_unit.then(|| judged.distance()),
             transient: outputs
-                .map(|i| judged.transient(i, task.period_s, task.horizon))
+                .map(|i| judged.transient(i, task.period_s, task.preview()))
                 .collect(),
             at_limits_s: judged.at_limits_s(&task.limits, task.period_s),
         }

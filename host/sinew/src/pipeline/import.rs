@@ -110,7 +110,7 @@ pub fn adopt(
     let layers = from_network::layers(network, &regressor, &given)
         .map_err(|e| Error::file(from, e.to_string()))?;
     let bare = |signals: Vec<(Signal, f64)>| signals.into_iter().map(|(s, _)| s).collect();
-    let spec = ModelSpec {
+    let mut spec = ModelSpec {
         name: crate_name(&rig.name),
         period_s: task.period_s,
         inputs: bare(inputs),
@@ -132,6 +132,7 @@ pub fn adopt(
         soft_sensor: None,
         golden: vec![],
     };
+    spec.control.value = task.cost_to_go(&spec.outputs);
     spec.validate()
         .map_err(|e| Error::file(from, e.to_string()))?;
     Ok(spec)
@@ -153,7 +154,7 @@ pub fn judged(
         .collect();
     let scaling: Vec<(f64, f64)> = spec.outputs.iter().map(|s| (s.span, s.offset)).collect();
     let (shape, episodes) = (shape(rig, plant, task).ok()?, episodes?);
-    if Windows::new(shape, 0, task.horizon, &episodes).is_empty() {
+    if Windows::new(shape, 0, task.rollout(), &episodes).is_empty() {
         return None;
     }
     Some(score(spec, shape, 0, task, &episodes, &scaling))
@@ -163,7 +164,7 @@ fn shape(rig: &Rig, plant: &Plant, task: &ControlProblem) -> Result<Shape> {
     Ok(Shape {
         n_u: plant.inputs().len(),
         n_y: task.outputs.len(),
-        ..options(rig, task.horizon, 0)?.0
+        ..options(rig, task.rollout(), 0)?.0
     })
 }
 

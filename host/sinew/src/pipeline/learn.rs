@@ -123,7 +123,7 @@ fn learned(
     (seed, checkpoint): (u64, &Path),
     progress: impl FnMut(usize, usize, Epoch),
 ) -> Result<Learned> {
-    let (shape, options) = options(rig, task.horizon, seed)?;
+    let (shape, options) = options(rig, task.rollout(), seed)?;
     let shape = Shape {
         n_u: plant.inputs().len(),
         n_y: task.outputs.len(),
@@ -196,7 +196,7 @@ fn learned(
         .iter()
         .map(|s| &plant.sensors()[*s])
         .zip(&y_scaling);
-    let spec = ModelSpec {
+    let mut spec = ModelSpec {
         name: crate_name(&rig.name),
         period_s: task.period_s,
         inputs: inputs
@@ -226,6 +226,7 @@ fn learned(
         soft_sensor: None,
         golden: vec![],
     };
+    spec.control.value = task.cost_to_go(&spec.outputs);
     spec.validate()
         .map_err(|e| Error::failed(format!("the trained model: {e}")))?;
     let (one_step_rms, horizon_rms) =
@@ -236,7 +237,7 @@ fn learned(
         parameters: spec.parameters(),
         one_step_rms,
         horizon_rms,
-        horizon: task.horizon,
+        horizon: task.rollout(),
     };
     Ok(Learned { spec, record })
 }
@@ -273,7 +274,7 @@ pub fn fits(rig: &Rig, plant: &Plant, task: &ControlProblem) -> Result<()> {
         )?;
         return has_a_state(rig, plant);
     }
-    let (shape, options) = options(rig, task.horizon, 0)?;
+    let (shape, options) = options(rig, task.rollout(), 0)?;
     let shape = Shape {
         n_u: plant.inputs().len(),
         n_y: task.outputs.len(),
@@ -356,7 +357,7 @@ pub(super) fn score(
     y_scaling: &[(f64, f64)],
 ) -> (Vec<f64>, Vec<f64>) {
     let test = observed(spec, shape, test);
-    let windows = Windows::new(shape, burn_in, task.horizon, &test);
+    let windows = Windows::new(shape, burn_in, task.rollout(), &test);
     let mut warm = vec![0.0; spec.hidden_state_len()];
     let mut squares = [vec![0.0; shape.n_y], vec![0.0; shape.n_y]];
     let newest = shape.n_u * shape.past_inputs;
@@ -388,7 +389,7 @@ pub(super) fn score(
             x[newest..newest + shape.n_y].copy_from_slice(&y);
             let place = match j {
                 0 => 0,
-                j if j + 1 == task.horizon => 1,
+                j if j + 1 == task.rollout() => 1,
                 _ => continue,
             };
             for r in 0..shape.n_y {
@@ -398,7 +399,7 @@ pub(super) fn score(
     }
     let count = windows.len().max(1) as f64;
     let rms = |s: &[f64]| s.iter().map(|v| (v / count).sqrt()).collect();
-    if task.horizon == 1 {
+    if task.rollout() == 1 {
         return (rms(&squares[0]), rms(&squares[0]));
     }
     (rms(&squares[0]), rms(&squares[1]))

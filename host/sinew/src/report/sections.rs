@@ -18,7 +18,7 @@ pub(super) fn loop_section(outcome: &Outcome) -> Section {
     let mut section = Section::new("The loop").text(format!(
         "Reference: {}. All controllers have the same plant, limits, noise and, if they want it, the same \
          preview of {} steps. The plots show the PID that was tuned on the very plant.",
-        outcome.task.reference_source, outcome.task.horizon
+        outcome.task.reference_source, outcome.task.preview()
     ));
     // The last is drawn on top.
     let pid = outcome.pid.as_ref().ok();
@@ -286,6 +286,12 @@ pub(super) fn conditions(outcome: &Outcome) -> Section {
         ],
         vec!["Newton iterations".into(), control.iterations.to_string()],
     ];
+    if let Some(value) = &control.value {
+        settings.push(vec![
+            "cost-to-go: rows, reference behind the horizon, points".into(),
+            format!("{}, {}, {}", value.rows, value.ahead, value.points.len()),
+        ]);
+    }
     for (name, pid) in [
         ("PID tuned as the MPC", &outcome.informed_pid),
         ("PID tuned on the plant", &outcome.pid),

@@ -1,5 +1,6 @@
 //! `[control]` of a rig file: the controller that its owner asks for.
 
+use sinew_model::spec::{MAX_POINTS, MAX_VALUE_ROWS};
 use sinew_sim::effects::Sign;
 use sinew_sim::rig::{Reads, TableReader, Tables};
 use sinew_sim::{Error, Rig};
@@ -25,8 +26,21 @@ pub struct ControlTable {
     pub command_weight: Option<f64>,
     /// Indices of the sensors that say the outputs while the device runs; empty: they are measured.
     pub sensed_by: Vec<usize>,
+    /// Cost-to-go at the end of the horizon.
+    pub terminal: Option<TerminalTable>,
     /// Line of the table, for errors about what it asks.
     pub line: usize,
+}
+
+/// Keys of a cost-to-go, `terminal = "value"`; a key that is absent is `None`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TerminalTable {
+    /// Rows of the cost-to-go.
+    pub rows: Option<usize>,
+    /// Rows of the reference behind the horizon that enter.
+    pub ahead: Option<usize>,
+    /// Most operating points.
+    pub points: Option<usize>,
 }
 
 /// Longest horizon that a rig may ask for; far beyond what fits a small chip.
@@ -56,6 +70,10 @@ fn read_control(tables: &Tables, rig: &Rig) -> Result<Option<ControlTable>, Erro
         "move_suppression",
         "command_weight",
         "sensed_by",
+        "terminal",
+        "value_rows",
+        "value_ahead",
+        "value_points",
     ])?;
     let outputs = read_outputs(tables, &table, rig)?;
     let sensed_by = tables.sensors(&table, "sensed_by")?.unwrap_or_default();
@@ -92,6 +110,7 @@ fn read_control(tables: &Tables, rig: &Rig) -> Result<Option<ControlTable>, Erro
             format!("control_horizon = {control} is longer than horizon = {horizon}"),
         ));
     }
+    let terminal = read_terminal(&table)?;
     Ok(Some(ControlTable {
         rate_hz: table.number("rate_hz", Sign::Positive)?,
         outputs,
@@ -102,8 +121,32 @@ fn read_control(tables: &Tables, rig: &Rig) -> Result<Option<ControlTable>, Erro
         move_suppression,
         command_weight: table.number("command_weight", Sign::NonNegative)?,
         sensed_by,
+        terminal,
         line: table.own_line(),
     }))
+}
+
+/// `terminal` and the keys that it has; they are refused without it.
+fn read_terminal(table: &TableReader) -> Result<Option<TerminalTable>, Error> {
+    let terminal = table.word("terminal", &[("value", ())])?;
+    let keys = TerminalTable {
+        rows: table.count("value_rows", 1, MAX_VALUE_ROWS)?,
+        ahead: table.count("value_ahead", 0, MAX_STEPS)?,
+        points: table.count("value_points", 1, MAX_POINTS)?,
+    };
+    if terminal.is_some() {
+        return Ok(Some(keys));
+    }
+    let given = ["value_rows", "value_ahead", "value_points"];
+    match given.iter().find(|key| table.has(key)) {
+        Some(key) => Err(table.error_at(
+            key,
+            format!(
+                "`{key}` of [control] is for a cost-to-go; expected `terminal = \"value\"` beside it"
+            ),
+        )),
+        None => Ok(None),
+    }
 }
 
 fn expect_length(

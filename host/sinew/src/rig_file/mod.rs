@@ -6,7 +6,7 @@ mod tests;
 
 use std::path::Path;
 
-pub use control_table::ControlTable;
+pub use control_table::{ControlTable, TerminalTable};
 use sinew_sim::{Error, Rig};
 use sinew_train::NetworkTable;
 

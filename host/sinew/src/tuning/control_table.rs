@@ -43,6 +43,19 @@ pub fn controlled(rig: &Rig, control: &ControlSpec) -> Result<Rig> {
             }
         }
     }
+    if let Some(value) = &control.value {
+        // What the rig says of it already is what the model was given.
+        for (key, value) in [
+            ("terminal", Value::from("value")),
+            ("value_rows", Value::from(value.rows as i64)),
+            ("value_ahead", Value::from(value.ahead as i64)),
+            ("value_points", Value::from(value.points.len() as i64)),
+        ] {
+            if !table.contains_key(key) {
+                table.insert(key, Item::Value(value));
+            }
+        }
+    }
     Ok(rig_file::parse(&document.to_string(), &rig.file)?)
 }
 
@@ -57,6 +70,40 @@ mod tests {
         Path::new(env!("CARGO_MANIFEST_DIR"))
             .join("../..")
             .join(file)
+    }
+
+    #[test]
+    fn a_tuned_rig_asks_for_the_cost_to_go_of_its_model() {
+        let rig =
+            Rig::load(checkout("rigs/mass-spring-damper.toml")).expect("the shipped rig is sound");
+        let spec =
+            sinew_model::store::load(&checkout("models/reference-s")).expect("it is committed");
+        let mut control = ControlSpec {
+            horizon: 1,
+            control_horizon: 1,
+            tracking_weight: vec![1.0],
+            move_suppression: vec![0.003],
+            ..spec.control
+        };
+        let terminal = |control: &ControlSpec, rig: &Rig| {
+            let tuned = controlled(rig, control).expect("it has a [control] table");
+            let table = ControlTable::read(&tuned).expect("the tables were sound");
+            (table.expect("tuning keeps it").terminal, tuned)
+        };
+        assert_eq!(terminal(&control, &rig).0, None);
+        control.value = Some(sinew_model::spec::ValueSpec {
+            rows: 2,
+            ahead: 5,
+            points: vec![vec![0.0], vec![0.1]],
+        });
+        let (found, tuned) = terminal(&control, &rig);
+        let found = found.expect("the model has a cost-to-go");
+        assert_eq!(
+            (found.rows, found.ahead, found.points),
+            (Some(2), Some(5), Some(2))
+        );
+        let again = terminal(&control, &tuned).1;
+        assert_eq!(again.to_toml(), tuned.to_toml(), "nothing to add");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 //! controller.
 
 pub mod control_table;
+mod cost_to_go;
 pub mod objective;
 pub mod optimise;
 pub mod search_space;

@@ -101,6 +101,11 @@ impl SearchSpace {
         }
     }
 
+    /// Whether Lambda is searched, and whether the gain of the disturbance estimate is.
+    pub fn searched(&self) -> (bool, bool) {
+        (!self.suppression_fixed, self.kept.is_none())
+    }
+
     /// The cheapest weights within a budget and their cost; infinite where no weights have one.
     pub fn cheapest(&self, budget: Budget, cost: impl Fn(&Weights) -> f64 + Sync) -> Cheapest {
         match budget {

@@ -78,7 +78,7 @@ impl Shape {
         spec.control.first_step = spec.control.first_step.min(self.horizon.max(1));
         spec.control.horizon = self.horizon;
         spec.control.control_horizon = self.control_horizon;
-        let preview = self.horizon.saturating_mul(spec.outputs.len());
+        let preview = spec.control.preview().saturating_mul(spec.outputs.len());
         if preview > MAX_PREVIEW {
             return Err(format!(
                 "it previews {preview} values of the reference, and a frame carries {MAX_PREVIEW}"

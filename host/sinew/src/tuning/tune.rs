@@ -12,6 +12,7 @@ use crate::closed_loop::mpc::{MpcController, Weights};
 use crate::closed_loop::scenario::{Run, Scenario, Score};
 use crate::closed_loop::setup::Setup;
 use crate::project::{self, Board, Built, Optimise};
+use crate::tuning::cost_to_go;
 use crate::tuning::objective::Objective;
 use crate::tuning::optimise;
 use crate::tuning::search_space::{Budget, Cheapest, SearchSpace};
@@ -173,6 +174,37 @@ impl<'a> Firmware<'a> {
     }
 }
 
+/// The cheapest weights of a model with a number of evaluations told to `progress`; with the last
+/// failure of a run, where there was one.
+///
+/// Rows of a cost-to-go are printed for the weights beside them, so a firmware with one cannot try
+/// others. The search is then on a horizon that sees as far without a cost-to-go, and
+/// [`refine`](cost_to_go::refine) brings what it found to the model itself.
+fn cheapest(
+    spec: &ModelSpec,
+    (folder, cache, quiet): (&Path, Option<&Path>, bool),
+    (space, budget): (&SearchSpace, Budget),
+    training: &Training<'_>,
+    progress: &(dyn Fn() + Sync),
+) -> Result<(Cheapest, Option<Error>)> {
+    let build = |spec: &ModelSpec| Firmware::build(spec, folder, cache, quiet);
+    let Some(stand_in) = cost_to_go::stand_in(spec) else {
+        return Ok(build(spec)?.cheapest(space, budget, training, progress));
+    };
+    let (budget, left) = cost_to_go::shared(budget);
+    let (found, failure) = build(&stand_in)?.cheapest(space, budget, training, progress);
+    if !found.cost.is_finite() {
+        return Ok((found, failure));
+    }
+    let refined = cost_to_go::refine(&found, space.searched(), left, |weights| {
+        progress();
+        let firmware = build(&cost_to_go::weighted(spec, weights))?;
+        training.cost(|scenario| firmware.run(weights, scenario))
+    });
+    let (refined, error) = refined;
+    Ok((refined, failure.or(error)))
+}
+
 fn no_weights() -> Error {
     Error::failed("no weights give a loop that stays finite")
 }
@@ -193,7 +225,6 @@ pub fn tune_quickly(
     cache: Option<&Path>,
     quiet: bool,
 ) -> Result<()> {
-    let firmware = Firmware::build(spec, folder, cache, quiet)?;
     let stage = Stage::begin("tune the controller", quiet);
     let scenarios = setup.tuning_scenarios(&setup.tuning_plants())?;
     let task = setup.task;
@@ -204,7 +235,8 @@ pub fn tune_quickly(
         spec.control.iterations,
     );
     let training = setup.training(&scenarios, Objective::Tracking);
-    let (found, failure) = firmware.cheapest(&space, QUICK, &training, &|| ());
+    let built = (folder, cache, quiet);
+    let (found, failure) = cheapest(spec, built, (&space, QUICK), &training, &|| ())?;
     if found.cost.is_nan() || found.cost >= f64::MAX {
         return Err(failure.unwrap_or_else(no_weights));
     }
@@ -259,7 +291,6 @@ pub fn tune_mpc(
     let (mut evaluations, share) = (0, request.evaluations / shapes.len().max(1));
     for shape in shapes {
         let mut candidate = shape.of(spec).map_err(Error::arguments)?;
-        let firmware = Firmware::build(&candidate, folder, cache, request.quiet)?;
         let title = format!(
             "tune the MPC, {} and {} steps",
             shape.horizon, shape.control_horizon
@@ -267,7 +298,13 @@ pub fn tune_mpc(
         let stage = Stage::begin(title, request.quiet);
         let told = counter(&stage, share);
         let budget = Budget::Evaluations(share);
-        let (found, error) = firmware.cheapest(&space, budget, &request.training, &told);
+        let (found, error) = cheapest(
+            &candidate,
+            (folder, cache, request.quiet),
+            (&space, budget),
+            &request.training,
+            &told,
+        )?;
         drop(told);
         failure = failure.or(error);
         let weights = found.weights;

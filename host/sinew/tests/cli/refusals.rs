@@ -157,6 +157,24 @@ fn tunings() {
     desk.write("large.toml", &large);
     let twice = "hidden = [12]\nfirst_layer = \"gru\"\nobserver_gain = 0.6";
     desk.write("twice.toml", &rig.replace("hidden = [12]", twice));
+    let valued = |name: &str, key: &str| {
+        let asked = format!("[control]\nterminal = \"value\"\n{key}\n");
+        desk.write(name, &rig.replace("[control]\n", &asked));
+    };
+    valued("far.toml", "value_ahead = 150");
+    valued("valued.toml", "");
+    let with = |name: &str, network: &str| {
+        let text = desk.read("valued.toml");
+        assert!(text.contains("terminal"), "[control] is there");
+        desk.write(name, &text.replace("hidden = [12]", network));
+    };
+    with("recalls.toml", "hidden = [12]\nfirst_layer = \"gru\"");
+    let state = desk.read("valued.toml");
+    let (before, _) = state.split_once("[network]").expect("the rig has one");
+    desk.write(
+        "state.toml",
+        &format!("{before}[network]\nform = \"state\"\n"),
+    );
     let (actuator, sensor) = (rig.find("[[actuator]]"), rig.find("[[sensor]]"));
     let without = actuator
         .zip(sensor)
@@ -193,6 +211,10 @@ fn tunings() {
             "train large.toml --fit good.csv --out out",
             "train twice.toml --fit good.csv --out out",
             "train idle.toml --fit good.csv --out out",
+            "train far.toml --fit good.csv --out out",
+            "train recalls.toml --fit good.csv --out out",
+            "train state.toml --fit good.csv --out out",
+            "tune state.toml . --fit good.csv --out t.toml",
         ],
     );
     assert!(!desk.path("t.toml").exists(), "a refusal writes nothing");

@@ -572,6 +572,59 @@ fn a_network_of_another_tool_becomes_a_model_of_a_rig() {
 }
 
 #[test]
+fn a_cost_to_go_of_the_rig_is_in_its_model_its_crate_and_the_tuned_rig() {
+    let desk = Desk::new();
+    for file in [
+        "rigs/mass-spring-damper.toml",
+        "rigs/mass-spring-damper.fit.csv",
+        "rigs/experiments/mass-spring-damper.tflite",
+    ] {
+        desk.bring(file);
+    }
+    let own = desk.read("mass-spring-damper.toml") + "form = \"increment\"\n";
+    let asked = "horizon = 2\nterminal = \"value\"\nvalue_ahead = 6\n";
+    let own = own.replace("horizon = 12\n", asked);
+    desk.write(
+        "rig.toml",
+        &own.replace("control_horizon = 4", "control_horizon = 1"),
+    );
+    desk.succeed(
+        "import mass-spring-damper.tflite --rig rig.toml --fit mass-spring-damper.fit.csv --out model",
+    );
+    let control = |folder: &str| {
+        let spec = sinew_model::store::load(&desk.path(folder));
+        spec.expect("the folder holds a model").control
+    };
+    let model = control("model");
+    let value = model.value.as_ref().expect("the rig asks for one");
+    assert_eq!((value.rows, value.ahead, value.points.len()), (1, 6, 5));
+    assert_eq!((model.horizon, model.preview()), (2, 8));
+    desk.succeed("emit model --out project");
+    assert!(desk.path("project/model/src/value.rs").exists());
+
+    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("value");
+    desk.succeed(&format!(
+        "tune rig.toml model --fit mass-spring-damper.fit.csv --out tuned.toml --model-out tuned --mpc-only \
+         --evaluations 20 --horizons 1 --control-horizons 1 --build-dir {} --quiet --json tuned.json",
+        cache.display()
+    ));
+    let tuned = control("tuned");
+    assert_eq!((tuned.horizon, tuned.value), (1, model.value));
+    let rig = desk.read("tuned.toml");
+    assert!(
+        rig.contains("horizon = 1\nterminal = \"value\"\nvalue_ahead = 6"),
+        "{rig}"
+    );
+    let scores: serde_json::Value =
+        serde_json::from_str(&desk.read("tuned.json")).expect("the text is JSON");
+    let line = &scores["objectives"][0];
+    let evaluations = line["evaluations"].as_u64().expect("a number");
+    assert!((11..=20).contains(&evaluations), "{line}");
+    let training = |when: &str| line["training"][when].as_f64().expect("a number");
+    assert!(training("after") < training("before"), "{line}");
+}
+
+#[test]
 fn projects_that_share_build_outputs_keep_their_own_programs() {
     let desk = Desk::new();
     let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pil");
