@@ -1,6 +1,7 @@
 //! The cost J and its derivatives with respect to the plan (docs/explanation/controller.md, eq. 4
 //! to 7).
 
+use crate::chunk::chunk_mut;
 use crate::model::{Model, Regressor};
 use crate::move_blocking::Interpolation;
 use crate::problem::Problem;
@@ -41,19 +42,16 @@ impl<const NV: usize> Quadratic<NV> {
 
     /// Fills H by its lower triangle of blocks, `NU` by `NU`, row after row.
     fn enter<const NU: usize, const NB: usize>(&mut self, pairs: &[[[[f32; NU]; NU]; NB]; NB]) {
-        let mut pairs = pairs.as_flattened();
-        for (b, rows) in self.hessian.chunks_exact_mut(NU).enumerate() {
-            let Some((of_row, rest)) = pairs.split_at_checked(b + 1) else {
-                return;
-            };
-            for (r, row) in rows.iter_mut().enumerate() {
-                for (place, pair) in row.chunks_exact_mut(NU).zip(of_row) {
-                    if let Some(values) = pair.get(r) {
-                        place.copy_from_slice(values);
+        let mut pairs = pairs.as_flattened().iter();
+        for b in 0..NB {
+            for (m, pair) in (0..=b).zip(&mut pairs) {
+                let rows = self.hessian.iter_mut().skip(b * NU);
+                for (row, values) in rows.zip(pair) {
+                    if let Some(place) = chunk_mut(row, m) {
+                        *place = *values;
                     }
                 }
             }
-            pairs = rest;
         }
         // The blocks on the diagonal have their own roundings above it.
         for row in NU..NV {
