@@ -30,6 +30,19 @@ macro_rules! hasel_tables {
     };
 }
 
+/// The network of [`HASEL_TABLES`] with a cost-to-go at the end of a short horizon of one move.
+macro_rules! hasel_value {
+    ($horizon:literal) => {
+        concat!(
+            "[control]\nrate_hz = 125.0\noutputs = [\"tip_x\", \"tip_y\", \"tip_z\"]\nhorizon = ",
+            $horizon,
+            "\ncontrol_horizon = 1\ncommand_weight = 0.008\nterminal = \"value\"\n\n",
+            "[network]\nhidden = [8]\npast_inputs = 2\npast_outputs = 3\nobserver_gain = 0.6\n\
+             derivative_weight = 1.0\n"
+        )
+    };
+}
+
 macro_rules! hasel_memory {
     ($first:literal) => {
         concat!(
@@ -136,6 +149,51 @@ pub const HASEL: Problem = Problem {
             tune: &[
                 "--horizons",
                 "1",
+                "--control-horizons",
+                "1",
+                "--tied",
+                "--objective",
+                "peak",
+            ],
+            ..PLAIN
+        },
+        Variant {
+            name: "value-1",
+            tables: Some(hasel_value!("1")),
+            network_of: Some("21-8-3"),
+            tune: &[
+                "--horizons",
+                "1",
+                "--control-horizons",
+                "1",
+                "--tied",
+                "--objective",
+                "peak",
+            ],
+            ..PLAIN
+        },
+        Variant {
+            name: "value-2",
+            tables: Some(hasel_value!("2")),
+            network_of: Some("21-8-3"),
+            tune: &[
+                "--horizons",
+                "2",
+                "--control-horizons",
+                "1",
+                "--tied",
+                "--objective",
+                "peak",
+            ],
+            ..PLAIN
+        },
+        Variant {
+            name: "value-3",
+            tables: Some(hasel_value!("3")),
+            network_of: Some("21-8-3"),
+            tune: &[
+                "--horizons",
+                "3",
                 "--control-horizons",
                 "1",
                 "--tied",

@@ -35,6 +35,18 @@ const TENDON_FIBRES: &str = "[control]\nrate_hz = 120.0\noutputs = [\"tip_x\", \
      [network]\nhidden = [8]\npast_inputs = 3\npast_outputs = 3\nderivative_weight = 1.0\n";
 const TENDON_LAGS: &str = tendon_tables!("hidden = [8]\npast_inputs = 3\npast_outputs = 3\n");
 
+/// The network of [`TENDON_LAGS`] with a cost-to-go at the end of a short horizon of one move.
+macro_rules! tendon_value {
+    ($horizon:literal) => {
+        concat!(
+            "[control]\nrate_hz = 120.0\noutputs = [\"tip_x\", \"tip_y\", \"tip_z\"]\nhorizon = ",
+            $horizon,
+            "\ncontrol_horizon = 1\nterminal = \"value\"\n\n",
+            "[network]\nhidden = [8]\npast_inputs = 3\npast_outputs = 3\nderivative_weight = 1.0\n"
+        )
+    };
+}
+
 /// The 32 inputs without the derivatives, tuned from a calm start: from a hundredth of this move
 /// suppression a search in loops that are late ends where the tip swings.
 pub const TENDON_CALM: &str = "[control]\nrate_hz = 120.0\noutputs = [\"tip_x\", \"tip_y\", \"tip_z\"]\nhorizon = 10\ncontrol_horizon = 3\n\
@@ -114,6 +126,27 @@ pub const TENDON: Problem = Problem {
             tables: Some(TENDON_LAGS),
             network_of: Some("15-8-3"),
             tune: &["--horizons", "1", "--control-horizons", "1"],
+            ..PLAIN
+        },
+        Variant {
+            name: "value-1",
+            tables: Some(tendon_value!("1")),
+            network_of: Some("15-8-3"),
+            tune: &["--horizons", "1", "--control-horizons", "1"],
+            ..PLAIN
+        },
+        Variant {
+            name: "value-2",
+            tables: Some(tendon_value!("2")),
+            network_of: Some("15-8-3"),
+            tune: &["--horizons", "2", "--control-horizons", "1"],
+            ..PLAIN
+        },
+        Variant {
+            name: "value-3",
+            tables: Some(tendon_value!("3")),
+            network_of: Some("15-8-3"),
+            tune: &["--horizons", "3", "--control-horizons", "1"],
             ..PLAIN
         },
         Variant {
