@@ -3,11 +3,16 @@
 
 use std::path::Path;
 
-use sinew::project::wired::wired;
+use sinew::project::wired::{of_rig, wired};
 use sinew::project::{Board, Optimise, compile, image::sizes, write, write_wired};
+use sinew_model::spec::{
+    Activation, ControlSpec, Dense, Layer, ModelSpec, OutputForm, Signal as ModelSignal,
+};
 use sinew_model::store;
+use sinew_sim::Rig;
 use sinew_tests::callgraph::CallGraph;
 use sinew_tests::{image, skip};
+use sinew_wiring::{Signal, Signals};
 
 /// The control step of an image reaches no panic, and calls nothing that cannot be followed.
 fn check_calls(image: &Path) {
@@ -93,6 +98,73 @@ fn no_image_has_a_heap() {
     }
 }
 
+/// A controller of these signals whose network has not been trained: an image's pins and scales do
+/// not ask for more.
+fn untrained(signals: &Signals) -> ModelSpec {
+    let signal = |of: &Signal| ModelSignal {
+        name: of.name.clone(),
+        unit: of.unit.clone(),
+        span: 1.0,
+        offset: 0.0,
+    };
+    let (inputs, outputs) = (signals.actuators.len(), signals.sensors.len());
+    let row = vec![0.1; inputs + outputs];
+    let layer = Dense::from_rows(&vec![row; outputs], vec![0.0; outputs], Activation::Linear);
+    let end = |k: usize| {
+        let ranges = signals.actuators.iter().map(|of| of.range);
+        let ends = ranges.map(|range| range.expect("the rig has limits")[k]);
+        ends.collect::<Vec<f64>>()
+    };
+    ModelSpec {
+        name: "untrained".into(),
+        period_s: 1.0 / signals.rate_hz,
+        inputs: signals.actuators.iter().map(signal).collect(),
+        outputs: signals.sensors.iter().map(signal).collect(),
+        channels: vec![],
+        past_inputs: 1,
+        past_outputs: 1,
+        form: OutputForm::Increment,
+        skip: None,
+        layers: vec![Layer::Dense(layer.expect("one length"))],
+        control: ControlSpec {
+            horizon: 3,
+            control_horizon: 1,
+            move_blocks: vec![],
+            first_step: 1,
+            tracking_weight: vec![1.0; outputs],
+            move_suppression: vec![0.1; inputs],
+            command_weight: 0.0,
+            observer_gain: 1.0,
+            lower: end(0),
+            upper: end(1),
+            rate_limit: vec![f64::INFINITY; inputs],
+            safe: end(0),
+            disturbance_gain: 0.2,
+            iterations: 1,
+            max_missing_samples: 3,
+            value: None,
+        },
+        state: None,
+        golden: vec![],
+    }
+}
+
+/// Image of a wired controller. With build outputs of its own: cargo would put it in the place of
+/// the plain board's.
+fn wired_image(folder: &Path, text: &str, spec: &ModelSpec, board: Board) -> Vec<u8> {
+    let file = folder.join("wiring.toml");
+    std::fs::write(&file, text).expect("written");
+    let sources =
+        wired(Some(&file), spec, Some(board.folder())).unwrap_or_else(|e| panic!("{e}\n{text}"));
+    let project = folder.join("project");
+    write_wired(&project, spec, Optimise::Speed, &sources).unwrap_or_else(|e| panic!("{e}"));
+    let cache = image::cache().join("wired");
+    let built = compile(&project, board, &cache).unwrap_or_else(|e| panic!("{e}"));
+    let sizes = sizes(&built.lockstep).expect("an image");
+    println!("{}: {} B of flash", board.folder(), sizes.flash_bytes);
+    std::fs::read(&built.lockstep).expect("just built")
+}
+
 #[test]
 fn a_wired_nucleo_links_with_every_kind_of_wire() {
     if let Some(reason) = image::cannot_run() {
@@ -116,20 +188,57 @@ fn a_wired_nucleo_links_with_every_kind_of_wire() {
         .replace("pins = [\"PB6\", \"PB7\"]", "pin = \"PA5\"")
         .replace("counts_per_unit", "at_full")
         .replace("at_start", "at_zero");
-    let mut images = Vec::new();
-    for text in [text, other, plain] {
-        let file = folder.path().join("wiring.toml");
-        std::fs::write(&file, text).expect("written");
-        let sources =
-            wired(Some(&file), &spec, Some("stm32f446")).unwrap_or_else(|e| panic!("{e}"));
-        let project = folder.path().join("project");
-        write_wired(&project, &spec, Optimise::Speed, &sources).unwrap_or_else(|e| panic!("{e}"));
-        // With build outputs of its own: cargo would put it in the place of the plain board's.
-        let cache = image::cache().join("wired");
-        let built = compile(&project, Board::Stm32f446, &cache).unwrap_or_else(|e| panic!("{e}"));
-        let sizes = sizes(&built.lockstep).expect("an image");
-        println!("{} B of flash", sizes.flash_bytes);
-        images.push(std::fs::read(&built.lockstep).expect("just built"));
-    }
+    let image = |text: &str| wired_image(folder.path(), text, &spec, Board::Stm32f446);
+    let images = [text, other, plain].map(|text| image(&text));
     assert!(images[0] != images[1] && images[1] != images[2]);
+}
+
+#[test]
+fn a_wired_kit_links_with_every_kind_of_wire() {
+    if let Some(reason) = image::cannot_run() {
+        return skip(reason);
+    }
+    let root = image::root();
+    let spec = store::load(&root.join("models/demo-state")).expect("a committed model");
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = std::fs::read_to_string(root.join("docs/reference/demo.wiring.toml"))
+        .expect("is committed");
+    let text = text
+        .replace("stm32f446", "nrf52840")
+        .replace("[\"PA6\", \"PA7\"]", "[\"P0.26\", \"P0.27\"]")
+        .replace("\"PA8\"", "\"P1.08\"")
+        .replace("\"PB10\"", "\"P0.03\"");
+    // A voltage and a servo.
+    let other = text
+        .replace("\"signed\"", "\"servo\"")
+        .replace("direction", "# ")
+        .replace("\"encoder\"", "\"adc\"")
+        .replace("pins = [\"P0.26\", \"P0.27\"]", "pin = \"P0.05\"")
+        .replace("counts_per_unit", "at_full")
+        .replace("at_start", "at_zero");
+    let image = |text: &str| wired_image(folder.path(), text, &spec, Board::Nrf52840);
+    let images = [text, other].map(|text| image(&text));
+    assert!(images[0] != images[1]);
+}
+
+/// Six high-voltage channels: `sinew wire` proposes their pins, and they link.
+#[test]
+fn a_wired_hasel_platform_links_on_both_boards() {
+    if let Some(reason) = image::cannot_run() {
+        return skip(reason);
+    }
+    let rig = image::root().join("rigs/hasel.toml");
+    let text = std::fs::read_to_string(rig).expect("it ships");
+    let rig = Rig::parse(&text, "hasel.toml").expect("the rig is sound");
+    let signals = of_rig(&rig).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!((signals.sensors.len(), signals.actuators.len()), (3, 6));
+    let spec = untrained(&signals);
+    let folder = tempfile::tempdir().expect("a folder");
+    for board in [Board::Stm32f446, Board::Nrf52840] {
+        let pins = sinew_wiring::board(board.folder()).expect("a board with pins");
+        let text = sinew_wiring::propose(&signals, pins).expect("pins enough");
+        let text = text.replace("at_zero = nan", "at_zero = -0.02");
+        let text = text.replace("at_full = nan", "at_full = 0.02");
+        wired_image(folder.path(), &text, &spec, board);
+    }
 }

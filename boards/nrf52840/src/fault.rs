@@ -8,10 +8,12 @@ use sinew_device::mode::Cause;
 /// Of port 1: D4, high while the power stages may drive. Pull it down on your board.
 const ENABLE_PIN: usize = 5;
 
-/// Power stages off. From any context; two registers, nothing that could fail.
+/// Power stages off. From any context; five registers, nothing that could fail.
 pub fn outputs_off() {
     pac::P1.outclr().write(|w| w.set_pin(ENABLE_PIN, true));
-    pac::PWM0.tasks_stop().write_value(1);
+    for unit in [pac::PWM0, pac::PWM1, pac::PWM2, pac::PWM3] {
+        unit.tasks_stop().write_value(1);
+    }
 }
 
 /// Why the chip has started, for the session.
@@ -44,7 +46,7 @@ fn CLOCK_POWER() {
     }
 }
 
-/// 61 us are left until the reset (PS v1.7, 6.36): enough for two registers.
+/// 61 us are left until the reset (PS v1.7, 6.36): enough for five registers.
 #[interrupt]
 fn WDT() {
     outputs_off();

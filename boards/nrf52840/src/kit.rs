@@ -1,12 +1,12 @@
-//! Pins and drivers. The table is in README.md.
+//! The board's own parts: line, pace, watchdog, ENABLE. The rig's pins are in [`crate::pins`].
 
 use embassy_nrf::buffered_uarte::{
     BufferedUarte, BufferedUarteRx, BufferedUarteTx, InterruptHandler,
 };
 use embassy_nrf::gpio::{Level, Output, OutputDrive};
 use embassy_nrf::peripherals::UARTE0;
-use embassy_nrf::pwm::{DutyCycle, Prescaler, SimpleConfig, SimplePwm};
-use embassy_nrf::saadc::{self, ChannelConfig, Input, Saadc};
+use embassy_nrf::pwm::SimplePwm;
+use embassy_nrf::saadc::{self, Saadc};
 use embassy_nrf::uarte::{self, Baudrate};
 use embassy_nrf::wdt::{self, Watchdog, WatchdogHandle};
 use embassy_nrf::{Peripherals, bind_interrupts, interrupt, pac};
@@ -18,18 +18,19 @@ use sinew_board_runtime::wiring::SENSORS;
 use sinew_device::clock::Clock;
 use static_cell::ConstStaticCell;
 
+use crate::drivers::{Actuator, Decoder, PWM_COUNTS, Sensor, UNITS, load};
 use crate::fault;
+use crate::pins::{ACTUATORS_WIRED, ANALOGUE_WIRED, SENSORS_WIRED, wired};
 
-/// Analogue inputs: A0 to A5.
-const ANALOGUE_INPUTS: usize = 6;
-/// Outputs of one PWM unit.
-const PWM_OUTPUTS: usize = 4;
 const _: () = {
     assert!(
-        SENSORS <= ANALOGUE_INPUTS,
-        "this board measures six signals"
+        SENSORS <= SENSORS_WIRED,
+        "the model has more sensors than are wired (src/pins.rs)"
     );
-    assert!(NU <= PWM_OUTPUTS, "this board drives four actuators");
+    assert!(
+        NU <= ACTUATORS_WIRED,
+        "the model has more actuators than are wired (src/pins.rs)"
+    );
 };
 
 /// Timer 1, without its prescaler.
@@ -37,8 +38,6 @@ const TIMER_HZ: u32 = 16_000_000;
 /// Timer 1 at the model's rate.
 pub static PACER: Pacer = Pacer::new(IDENTITY.rate_mhz, TIMER_HZ);
 
-/// 16 MHz / 1600 = 10 kHz.
-const PWM_COUNTS: u16 = 1_600;
 /// The watchdog's patience, of 32,768 Hz: 250 ms.
 const WATCHDOG_COUNTS: u32 = 8_192;
 
@@ -54,8 +53,11 @@ bind_interrupts!(struct Interrupts {
 
 /// The board.
 pub struct Kit {
-    adc: Saadc<'static, ANALOGUE_INPUTS>,
-    pwm: SimplePwm<'static>,
+    adc: Saadc<'static, ANALOGUE_WIRED>,
+    decoder: Option<Decoder>,
+    sensors: [Sensor; SENSORS_WIRED],
+    actuators: [Actuator; ACTUATORS_WIRED],
+    units: [Option<SimplePwm<'static>>; UNITS],
     enable: Output<'static>,
     watchdog: WatchdogHandle,
 }
@@ -88,24 +90,12 @@ impl Kit {
         );
         let (receiver, transmitter) = line.split();
 
-        let mut config = SimpleConfig::default();
-        config.max_duty = PWM_COUNTS;
-        config.prescaler = Prescaler::Div1;
-        let pwm = SimplePwm::new_4ch(p.PWM0, p.P1_10, p.P1_11, p.P1_12, p.P1_13, &config);
-
-        // Single-ended, a sixth of the input against 0.6 V: full scale is 3.6 V.
+        let wired = wired!(p);
         let adc = Saadc::new(
             p.SAADC,
             Interrupts,
             saadc::Config::default(),
-            [
-                ChannelConfig::single_ended(p.P0_03.degrade_saadc()),
-                ChannelConfig::single_ended(p.P0_04.degrade_saadc()),
-                ChannelConfig::single_ended(p.P0_28.degrade_saadc()),
-                ChannelConfig::single_ended(p.P0_29.degrade_saadc()),
-                ChannelConfig::single_ended(p.P0_30.degrade_saadc()),
-                ChannelConfig::single_ended(p.P0_31.degrade_saadc()),
-            ],
+            wired.analogue,
         );
 
         let mut config = wdt::Config::default();
@@ -119,7 +109,10 @@ impl Kit {
         pace();
         let board = Self {
             adc,
-            pwm,
+            decoder: wired.decoder,
+            sensors: wired.sensors,
+            actuators: wired.actuators,
+            units: wired.units,
             enable,
             watchdog,
         };
@@ -171,23 +164,29 @@ impl Board for Kit {
 
     /// By DMA, about 12 us a channel.
     async fn sample(&mut self) -> [u16; SENSORS] {
-        let mut all = [0; ANALOGUE_INPUTS];
-        self.adc.sample(&mut all).await;
-        let mut codes = [0; SENSORS];
-        for (code, measured) in codes.iter_mut().zip(all) {
-            // Noise around zero may be negative.
-            *code = u16::try_from(measured).unwrap_or(0);
+        let mut codes = [0; ANALOGUE_WIRED];
+        // Without an input it would never end.
+        if !codes.is_empty() {
+            self.adc.sample(&mut codes).await;
         }
-        codes
+        let mut raw = [0; SENSORS];
+        for (raw, sensor) in raw.iter_mut().zip(&self.sensors) {
+            *raw = match sensor {
+                // Noise around zero may be negative.
+                Sensor::Analogue(k) => codes
+                    .get(*k)
+                    .map_or(0, |code| u16::try_from(*code).unwrap_or(0)),
+                Sensor::Encoder => self.decoder.as_mut().map_or(0, Decoder::count),
+            };
+        }
+        raw
     }
 
     fn drive(&mut self, duties: &[u16; NU], live: bool) {
-        // Inverted: high while the counter is below the duty.
-        let mut all = [const { DutyCycle::inverted(0) }; PWM_OUTPUTS];
-        for (all, duty) in all.iter_mut().zip(duties) {
-            *all = DutyCycle::inverted(*duty);
+        for (actuator, duty) in self.actuators.iter_mut().zip(duties) {
+            actuator.set(*duty, live);
         }
-        self.pwm.set_all_duties(all);
+        load(&self.units);
         self.enable
             .set_level(if live { Level::High } else { Level::Low });
     }

@@ -1,13 +1,15 @@
 //! The controller on an nRF52840 DK: frames over the J-Link's virtual serial port, log over RTT.
 //!
-//! Pins and drivers are in [`kit`], what happens when something breaks in [`fault`]; the rest is
-//! `sinew_board_runtime`.
+//! The rig's pins are in [`pins`], their drivers in [`drivers`], the board's own parts in [`kit`],
+//! and the end of a broken program in [`fault`]; the rest is `sinew_board_runtime`.
 
 #![no_std]
 #![no_main]
 
+mod drivers;
 mod fault;
 mod kit;
+mod pins;
 
 use panic_probe as _;
 

@@ -11,20 +11,21 @@ use embassy_stm32::peripherals::{ADC1, TIM1, TIM3, TIM4, TIM8};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::timer::qei::{Config, Qei};
 use embassy_stm32::timer::simple_pwm::{PwmPin, SimplePwm};
-use embassy_stm32::timer::{Ch1, Ch2, Ch3, Ch4, GeneralInstance4Channel, TimerChannel, TimerPin};
+use embassy_stm32::timer::{
+    Ch1, Ch2, Ch3, Ch4, Channel, GeneralInstance4Channel, TimerChannel, TimerPin,
+};
 
 use crate::pins::{ACTUATORS_WIRED, SENSORS_WIRED};
 
 /// Pulses of a power stage a second: beyond hearing.
-pub const PWM_HZ: u32 = 20_000;
-/// Timer 1 counts 180 MHz.
+pub const PWM_HZ: Hertz = Hertz(20_000);
+/// Steps of a duty: timers 1 and 8 count 180 MHz. Timers 3 and 4 count half of it, and take every
+/// second step.
 pub const PWM_COUNTS: u16 = 9_000;
-/// Channels of a timer.
-const CHANNELS: usize = 4;
 /// Duty that stands for no size of a signed actuator.
 const MIDDLE: u16 = PWM_COUNTS / 2;
 /// Pulses of a servo a second.
-pub const SERVO_HZ: u32 = 50;
+pub const SERVO_HZ: Hertz = Hertz(50);
 /// A servo's pulse is 1 to 2 of the 20 ms of its period.
 const SERVO_SHARES: u32 = 20;
 
@@ -34,10 +35,20 @@ pub struct Wired {
     pub sensors: [Sensor; SENSORS_WIRED],
     /// Actuators.
     pub actuators: [Actuator; ACTUATORS_WIRED],
-    /// Kept, or its pins would be given back.
-    pub pwm: Option<SimplePwm<'static, TIM1>>,
-    /// Kept, or its pins would be given back.
-    pub servo: Option<SimplePwm<'static, TIM8>>,
+    /// Timers that make their pulses.
+    pub timers: Timers,
+}
+
+/// Timers that make pulses. Kept, or their pins would be given back.
+pub struct Timers {
+    /// Timer 1.
+    pub tim1: Option<SimplePwm<'static, TIM1>>,
+    /// Timer 3, where it counts no encoder.
+    pub tim3: Option<SimplePwm<'static, TIM3>>,
+    /// Timer 4, where it counts no encoder.
+    pub tim4: Option<SimplePwm<'static, TIM4>>,
+    /// Timer 8.
+    pub tim8: Option<SimplePwm<'static, TIM8>>,
 }
 
 /// One sensor.
@@ -94,14 +105,59 @@ pub fn encoder4(
     Sensor::Timer4(Qei::new(timer, a, b, pulled_up()))
 }
 
-/// One actuator; channels count from 0.
+/// A timer that makes pulses.
+#[derive(Clone, Copy)]
+pub enum Timer {
+    /// Timer 1.
+    Tim1,
+    /// Timer 3.
+    Tim3,
+    /// Timer 4.
+    Tim4,
+    /// Timer 8.
+    Tim8,
+}
+
+impl Timer {
+    /// Counts of its period.
+    fn period(self) -> u32 {
+        let last = match self {
+            Self::Tim1 => pac::TIM1.arr().read().arr(),
+            Self::Tim3 => pac::TIM3.arr().read().arr(),
+            Self::Tim4 => pac::TIM4.arr().read().arr(),
+            Self::Tim8 => pac::TIM8.arr().read().arr(),
+        };
+        u32::from(last) + 1
+    }
+
+    /// Sets a pulse's counts from the next period on.
+    fn set(self, channel: usize, counts: u32) {
+        let counts = u16::try_from(counts).unwrap_or(u16::MAX);
+        match self {
+            Self::Tim1 => pac::TIM1.ccr(channel).write(|w| w.set_ccr(counts)),
+            Self::Tim3 => pac::TIM3.ccr(channel).write(|w| w.set_ccr(counts)),
+            Self::Tim4 => pac::TIM4.ccr(channel).write(|w| w.set_ccr(counts)),
+            Self::Tim8 => pac::TIM8.ccr(channel).write(|w| w.set_ccr(counts)),
+        }
+    }
+
+    /// Sets a pulse of a duty's part of the period.
+    fn set_duty(self, channel: usize, duty: u16) {
+        self.set(
+            channel,
+            self.period() * u32::from(duty) / u32::from(PWM_COUNTS),
+        );
+    }
+}
+
+/// One actuator: its timer, and the channel from 0.
 pub enum Actuator {
-    /// A channel of timer 1.
-    Pwm(usize),
-    /// A channel of timer 1 for the size, a bit for the sign.
-    Signed(usize, Output<'static>),
-    /// A channel of timer 8.
-    Servo(usize),
+    /// Pulses.
+    Pwm(Timer, usize),
+    /// Pulses for the size, a bit for the sign.
+    Signed(Timer, usize, Output<'static>),
+    /// Pulses of a servo.
+    Servo(Timer, usize),
 }
 
 impl Actuator {
@@ -109,29 +165,27 @@ impl Actuator {
     /// is not live, and lets go.
     pub fn drive(&mut self, duty: u16, live: bool) {
         match self {
-            Self::Pwm(channel) => set_pwm(*channel, duty),
-            Self::Signed(channel, direction) => {
+            Self::Pwm(timer, channel) => timer.set_duty(*channel, duty),
+            Self::Signed(timer, channel, direction) => {
                 direction.set_level(Level::from(duty >= MIDDLE));
-                set_pwm(*channel, 2 * duty.abs_diff(MIDDLE).min(MIDDLE));
+                timer.set_duty(*channel, 2 * duty.abs_diff(MIDDLE).min(MIDDLE));
             }
-            Self::Servo(channel) => {
-                let shortest = (u32::from(pac::TIM8.arr().read().arr()) + 1) / SERVO_SHARES;
+            Self::Servo(timer, channel) => {
+                let shortest = timer.period() / SERVO_SHARES;
                 let pulse = shortest + shortest * u32::from(duty) / u32::from(PWM_COUNTS);
-                let pulse = u16::try_from(pulse).unwrap_or(u16::MAX);
-                let pulse = if live { pulse } else { 0 };
-                pac::TIM8.ccr(*channel).write(|w| w.set_ccr(pulse));
+                timer.set(*channel, if live { pulse } else { 0 });
             }
         }
     }
 }
 
-fn set_pwm(channel: usize, duty: u16) {
-    pac::TIM1.ccr(channel).write(|w| w.set_ccr(duty));
-}
-
 /// An actuator with a bit for its sign.
-pub fn signed(channel: usize, direction: Peri<'static, impl Pin>) -> Actuator {
-    Actuator::Signed(channel, Output::new(direction, Level::Low, Speed::Low))
+pub fn signed(timer: Timer, channel: usize, direction: Peri<'static, impl Pin>) -> Actuator {
+    Actuator::Signed(
+        timer,
+        channel,
+        Output::new(direction, Level::Low, Speed::Low),
+    )
 }
 
 /// A pin that makes pulses.
@@ -141,34 +195,18 @@ pub fn output<T: GeneralInstance4Channel, C: TimerChannel>(
     Some(PwmPin::new(pin, OutputType::PushPull))
 }
 
-/// Timer 1 on the pins of its channels, those that are there.
-pub fn pwm(
-    timer: Peri<'static, TIM1>,
-    one: Option<PwmPin<'static, TIM1, Ch1>>,
-    two: Option<PwmPin<'static, TIM1, Ch2>>,
-    three: Option<PwmPin<'static, TIM1, Ch3>>,
-    four: Option<PwmPin<'static, TIM1, Ch4>>,
-) -> Option<SimplePwm<'static, TIM1>> {
-    let rate = Hertz(PWM_HZ);
-    let timer = SimplePwm::new(timer, one, two, three, four, rate, Default::default());
-    for channel in 0..CHANNELS {
-        pac::TIM1.ccer().modify(|w| w.set_cce(channel, true));
-    }
-    Some(timer)
-}
-
-/// Timer 8 on the pins of its channels, those that are there.
-pub fn servo(
-    timer: Peri<'static, TIM8>,
-    one: Option<PwmPin<'static, TIM8, Ch1>>,
-    two: Option<PwmPin<'static, TIM8, Ch2>>,
-    three: Option<PwmPin<'static, TIM8, Ch3>>,
-    four: Option<PwmPin<'static, TIM8, Ch4>>,
-) -> Option<SimplePwm<'static, TIM8>> {
-    let rate = Hertz(SERVO_HZ);
-    let timer = SimplePwm::new(timer, one, two, three, four, rate, Default::default());
-    for channel in 0..CHANNELS {
-        pac::TIM8.ccer().modify(|w| w.set_cce(channel, true));
+/// A timer on the pins of its channels, those that are there.
+pub fn pulses<T: GeneralInstance4Channel>(
+    rate: Hertz,
+    timer: Peri<'static, T>,
+    one: Option<PwmPin<'static, T, Ch1>>,
+    two: Option<PwmPin<'static, T, Ch2>>,
+    three: Option<PwmPin<'static, T, Ch3>>,
+    four: Option<PwmPin<'static, T, Ch4>>,
+) -> Option<SimplePwm<'static, T>> {
+    let mut timer = SimplePwm::new(timer, one, two, three, four, rate, Default::default());
+    for channel in [Channel::Ch1, Channel::Ch2, Channel::Ch3, Channel::Ch4] {
+        timer.channel(channel).enable();
     }
     Some(timer)
 }

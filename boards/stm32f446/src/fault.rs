@@ -8,13 +8,15 @@ use sinew_device::mode::Cause;
 /// Of port B: D4, high while the power stages may drive. Pull it down on your board.
 const ENABLE_PIN: usize = 5;
 
-/// Power stages off. From any context; three registers, nothing that could fail.
+/// Power stages off. From any context; five registers, nothing that could fail.
 pub fn outputs_off() {
     pac::GPIOB.bsrr().write(|w| w.set_br(ENABLE_PIN, true));
-    // Main output enable of the PWM and servo timers: their pins go to their idle level (RM0390,
-    // 17.3.11). A timer without a clock ignores it.
+    // Main output enable of timers 1 and 8: their pins go to their idle level (RM0390, 17.3.11).
+    // Timers 3 and 4 have none: each channel is switched off. A timer without a clock ignores it.
     pac::TIM1.bdtr().modify(|w| w.set_moe(false));
     pac::TIM8.bdtr().modify(|w| w.set_moe(false));
+    pac::TIM3.ccer().write(|_| ());
+    pac::TIM4.ccer().write(|_| ());
 }
 
 /// Why the chip has started, for the session.

@@ -20,19 +20,24 @@ macro_rules! wired {
                 $crate::drivers::analogue($p.PC0),
             ],
             actuators: [
-                $crate::drivers::Actuator::Pwm(0),
-                $crate::drivers::Actuator::Pwm(1),
-                $crate::drivers::Actuator::Pwm(2),
-                $crate::drivers::Actuator::Pwm(3),
+                $crate::drivers::Actuator::Pwm($crate::drivers::Timer::Tim1, 0),
+                $crate::drivers::Actuator::Pwm($crate::drivers::Timer::Tim1, 1),
+                $crate::drivers::Actuator::Pwm($crate::drivers::Timer::Tim1, 2),
+                $crate::drivers::Actuator::Pwm($crate::drivers::Timer::Tim1, 3),
             ],
-            pwm: $crate::drivers::pwm(
-                $p.TIM1,
-                $crate::drivers::output($p.PA8),
-                $crate::drivers::output($p.PA9),
-                $crate::drivers::output($p.PA10),
-                $crate::drivers::output($p.PA11),
-            ),
-            servo: None,
+            timers: $crate::drivers::Timers {
+                tim1: $crate::drivers::pulses(
+                    $crate::drivers::PWM_HZ,
+                    $p.TIM1,
+                    $crate::drivers::output($p.PA8),
+                    $crate::drivers::output($p.PA9),
+                    $crate::drivers::output($p.PA10),
+                    $crate::drivers::output($p.PA11),
+                ),
+                tim3: None,
+                tim4: None,
+                tim8: None,
+            },
         }
     };
 }

@@ -12,29 +12,65 @@ pub enum Use {
         /// 1 for signal A, 2 for signal B.
         phase: u8,
     },
-    /// Output of the timer that makes the power stages' pulses.
-    Pwm {
-        /// Channel of the timer.
-        channel: u8,
-    },
-    /// Output of the timer that makes a servo's pulses.
-    Servo {
+    /// Output of a timer that makes pulses: of power stages, or of servos.
+    Pulses {
+        /// The timer.
+        timer: u8,
         /// Channel of the timer.
         channel: u8,
     },
     /// Output of one bit, such as a direction.
     Bit,
+    /// Anything digital: the chip routes pulses, both inputs of its decoder and bits to it.
+    Routed,
+}
+
+impl Use {
+    /// Pulses can come out of it.
+    pub(crate) fn is_pulses(self) -> bool {
+        matches!(self, Self::Pulses { .. } | Self::Routed)
+    }
+
+    /// A bit can come out of it.
+    pub(crate) fn is_bit(self) -> bool {
+        matches!(self, Self::Bit | Self::Routed)
+    }
 }
 
 /// A pin of a board's headers.
 #[derive(Clone, Copy, Debug)]
 pub struct Pin {
-    /// Name in the chip's manual, for instance `PA0`.
+    /// Name in the chip's manual, for instance `PA0` or `P0.03`.
     pub name: &'static str,
     /// Place on the board, for instance `A0` or `CN10-14`.
     pub place: &'static str,
     /// Its uses.
     pub uses: &'static [Use],
+}
+
+/// Peripherals behind the digital pins.
+#[derive(Clone, Copy, Debug)]
+pub enum Units {
+    /// Timers on the pins that their uses name. One counts an encoder, or makes pulses of one rate.
+    Timers,
+    /// Units of pulses and one decoder, which the chip routes to any digital pin.
+    Routed {
+        /// Units, each of one rate.
+        units: usize,
+        /// Outputs of a unit.
+        channels: usize,
+        /// The decoder of an encoder.
+        decoder: Decoder,
+    },
+}
+
+/// A decoder that looks at its encoder's signals at times, rather than at each edge.
+#[derive(Clone, Copy, Debug)]
+pub struct Decoder {
+    /// Seconds between two looks; each sees one edge at most.
+    pub look_s: f64,
+    /// Largest number of edges that it holds until it is read.
+    pub holds: f64,
 }
 
 /// A board's pins and speeds.
@@ -50,12 +86,12 @@ pub struct Board {
     pub taken: &'static [(&'static str, &'static str)],
     /// Seconds that one analogue input takes.
     pub conversion_s: f64,
-    /// Voltage of the converter's largest code.
+    /// Voltage that [`SensorBy::Analogue`](crate::SensorBy) calls full.
     pub full_scale_v: f64,
-    /// Timer of the power stages' pulses.
-    pub pwm: &'static str,
-    /// Timer of the servos' pulses.
-    pub servo: &'static str,
+    /// Peripherals behind the digital pins.
+    pub units: Units,
+    /// Pulses of a power stage a second.
+    pub pwm_hz: f64,
     /// Pulses of a servo a second.
     pub servo_hz: f64,
 }

@@ -1,10 +1,10 @@
 //! List of the boards that can be wired.
 
 use crate::board::Board;
-use crate::stm32f446;
+use crate::{nrf52840, stm32f446};
 
 /// Every board that can be wired.
-const BOARDS: [&Board; 1] = [&stm32f446::BOARD];
+const BOARDS: [&Board; 2] = [&stm32f446::BOARD, &nrf52840::BOARD];
 
 /// The board of this name.
 ///
@@ -15,5 +15,5 @@ pub fn board(name: &str) -> Result<&'static Board, String> {
     BOARDS
         .into_iter()
         .find(|board| board.name == name)
-        .ok_or_else(|| format!("`{name}` cannot be wired: there is {}", names.join(", ")))
+        .ok_or_else(|| format!("`{name}` cannot be wired: there are {}", names.join(", ")))
 }

@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use crate::board::{Board, Use};
+use crate::board::{Board, Units, Use};
 use crate::file::{ActuatorBy, ActuatorWire, Fault, SensorBy, SensorWire, Wiring};
 use crate::signals::{Signal, Signals};
+use crate::units;
 
 /// Part of the period that the converter may take before it is said.
 const SHARE_SAID: f64 = 0.2;
@@ -19,8 +20,8 @@ pub struct Checked {
 }
 
 /// Everything that is wrong with a wiring: signals without a pin or with two, pins that are not
-/// there, that are taken or that cannot do it, scales that are none, a converter slower than the
-/// loop.
+/// there, that are taken or that cannot do it, timers that would have to do two things, scales that are
+/// none, a converter slower than the loop.
 pub fn check(wiring: &Wiring, signals: &Signals, board: &Board) -> Checked {
     let mut found = Checked::default();
     let sensors: Vec<_> = wiring.sensors.iter().map(|w| (&w.column, w.line)).collect();
@@ -46,6 +47,7 @@ pub fn check(wiring: &Wiring, signals: &Signals, board: &Board) -> Checked {
         let of = signals.actuators.iter().find(|s| s.name == wire.input);
         actuator(&mut found, wire, of, signals.rate_hz, board);
     }
+    units::shared(&mut found, wiring, signals, board);
     speed(&mut found, wiring, signals, board);
     found
 }
@@ -158,13 +160,32 @@ fn span(found: &mut Checked, name: &str, line: usize, ends: [f64; 2]) {
             format!("the scale of `{name}` is not given"),
             "numbers for at_zero and at_full, the physical values of the ends",
         ));
-    } else if ends[0] == ends[1] {
+    } else if let Some(end) = ends.into_iter().find(|end| !is_f32(*end)) {
+        found.faults.push(beyond(name, line, end));
+    } else if ends[0] as f32 == ends[1] as f32 {
         found.faults.push(Fault::new(
             Some(line),
-            format!("at_zero and at_full of `{name}` are both {}", ends[0]),
-            "two values; the larger may come first",
+            format!(
+                "at_zero and at_full of `{name}` are both {:?}",
+                ends[0] as f32
+            ),
+            "two values that differ as f32, which the firmware computes with; the larger may come \
+             first",
         ));
     }
+}
+
+/// The firmware can hold it: neither infinite nor 0 as an f32 where it is not.
+fn is_f32(value: f64) -> bool {
+    (value as f32).is_finite() && (value == 0.0 || (value as f32).is_normal())
+}
+
+fn beyond(name: &str, line: usize, value: f64) -> Fault {
+    Fault::new(
+        Some(line),
+        format!("the scale of `{name}` has {value:e}, which no f32 holds"),
+        "a number that the firmware can compute with, 1.2e-38 to 3.4e38",
+    )
 }
 
 fn sensor(found: &mut Checked, wire: &SensorWire, board: &Board) {
@@ -190,13 +211,25 @@ fn sensor(found: &mut Checked, wire: &SensorWire, board: &Board) {
                     format!("the scale of `{}` is not given", wire.column),
                     "numbers for counts_per_unit (not 0) and at_start",
                 ));
+            } else if let Some(value) = [1.0 / counts_per_unit, *counts_per_unit, *at_start]
+                .into_iter()
+                .find(|value| !is_f32(*value))
+            {
+                found.faults.push(beyond(&wire.column, wire.line, value));
             }
         }
     }
 }
 
-/// Both signals of one timer, A first.
+/// Both signals of one timer, A first; any two pins of a board that routes them.
 fn encoder(found: &mut Checked, line: usize, pins: &[String; 2], board: &Board) {
+    if let Units::Routed { .. } = board.units {
+        let is_input = |of| of == Use::Routed;
+        for pin in pins {
+            able(found, board, (pin, line), "input of the decoder", is_input);
+        }
+        return;
+    }
     let timer = |pin: &str, wanted: u8| {
         let uses = board.pin(pin)?.uses.iter();
         uses.copied().find_map(|of| match of {
@@ -244,13 +277,19 @@ fn actuator(
     board: &Board,
 ) {
     let line = wire.line;
-    let is_pwm = |of| matches!(of, Use::Pwm { .. });
     match &wire.by {
-        ActuatorBy::Pwm { pin } => able(found, board, (pin, line), "PWM output", is_pwm),
+        ActuatorBy::Pwm { pin } => {
+            able(found, board, (pin, line), "PWM output", Use::is_pulses);
+        }
         ActuatorBy::Signed { pin, direction } => {
-            able(found, board, (pin, line), "PWM output", is_pwm);
-            let is_bit = |of| of == Use::Bit;
-            able(found, board, (direction, line), "output of a bit", is_bit);
+            able(found, board, (pin, line), "PWM output", Use::is_pulses);
+            able(
+                found,
+                board,
+                (direction, line),
+                "output of a bit",
+                Use::is_bit,
+            );
             if wire.at_zero.is_finite() && wire.at_zero != -wire.at_full {
                 found.faults.push(Fault::new(
                     Some(line),
@@ -264,8 +303,7 @@ fn actuator(
             }
         }
         ActuatorBy::Servo { pin } => {
-            let is_servo = |of| matches!(of, Use::Servo { .. });
-            able(found, board, (pin, line), "servo output", is_servo);
+            able(found, board, (pin, line), "servo output", Use::is_pulses);
             if rate_hz > board.servo_hz {
                 found.remarks.push(format!(
                     "`{}`: a servo takes a position {} times a second, the controller commands \

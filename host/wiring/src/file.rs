@@ -305,4 +305,13 @@ impl ActuatorWire {
             ActuatorBy::Signed { pin, direction } => vec![pin, direction],
         }
     }
+
+    /// Pin of its pulses.
+    pub fn pulse_pin(&self) -> &str {
+        match &self.by {
+            ActuatorBy::Pwm { pin }
+            | ActuatorBy::Servo { pin }
+            | ActuatorBy::Signed { pin, .. } => pin,
+        }
+    }
 }

@@ -13,14 +13,16 @@ mod board;
 mod boards;
 mod check;
 mod file;
+mod nrf52840;
 mod picture;
 mod propose;
 mod signals;
 mod sources;
 mod stm32f446;
 mod table;
+mod units;
 
-pub use board::{Board, Pin, Use};
+pub use board::{Board, Decoder, Pin, Units, Use};
 pub use boards::board;
 pub use check::{Checked, check};
 pub use file::{ActuatorBy, ActuatorWire, Fault, SensorBy, SensorWire, Wiring};

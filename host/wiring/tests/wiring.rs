@@ -143,12 +143,106 @@ fn a_finger_of_eleven_fibres_and_two_servos_is_wired() {
         "{}",
         pins.text
     );
+    for part in ["tim8: $crate::drivers::pulses(", "SERVO_HZ", "tim1: None"] {
+        assert!(pins.text.contains(part), "{part}: {}", pins.text);
+    }
+}
+
+/// A platform of one sensor and as many power stages.
+fn stages(count: usize) -> Signals {
+    Signals {
+        sensors: vec![signal("z_m", "m", None)],
+        actuators: (0..count)
+            .map(|k| signal(&format!("u{k}_V"), "V", Some([0.0, 8000.0])))
+            .collect(),
+        rate_hz: 125.0,
+    }
+}
+
+/// The first wiring of a controller, its sensors' scales filled in.
+fn filled(signals: &Signals, board: &Board) -> String {
+    let text = propose(signals, board).expect("pins enough");
+    let text = text.replace("at_zero = nan", "at_zero = -1.0");
+    text.replace("at_full = nan", "at_full = 1.0")
+}
+
+#[test]
+fn a_name_with_quotes_or_lines_stays_one_name() {
+    let name = "u\"1\"\n} mod x {";
+    let signals = Signals {
+        sensors: vec![signal(name, "V", None)],
+        actuators: vec![signal("\u{fc} 'V'", "V", Some([0.0, 1.0]))],
+        rate_hz: 100.0,
+    };
+    for board in [nucleo(), kit()] {
+        let text = filled(&signals, board);
+        let wiring = Wiring::parse(&text).unwrap_or_else(|e| panic!("{e}: {text}"));
+        assert_eq!(check(&wiring, &signals, board).faults, []);
+        for file in sources(&wiring, &signals, board) {
+            let lines = file.text.lines().filter(|line| line.contains("mod x"));
+            for line in lines {
+                assert!(line.trim().starts_with("// "), "{line}");
+            }
+            assert!(file.text.contains("mod x"), "{}", file.text);
+        }
+    }
+}
+
+#[test]
+fn six_power_stages_take_two_timers() {
+    let signals = stages(6);
+    let text = filled(&signals, nucleo());
+    let wiring = Wiring::parse(&text).unwrap();
+    assert_eq!(check(&wiring, &signals, nucleo()), Default::default());
+    let [_, pins] = sources(&wiring, &signals, nucleo());
+    for part in [
+        "ACTUATORS_WIRED: usize = 6",
+        "Actuator::Pwm($crate::drivers::Timer::Tim1, 3)",
+        "Actuator::Pwm($crate::drivers::Timer::Tim8, 0)",
+        "Actuator::Pwm($crate::drivers::Timer::Tim8, 1)",
+        "$p.TIM8,\n                    $crate::drivers::output($p.PC6),",
+        "tim3: None",
+    ] {
+        assert!(pins.text.contains(part), "{part} is not in\n{}", pins.text);
+    }
+}
+
+#[test]
+fn a_first_wiring_uses_every_timer_and_no_pin_twice() {
+    // One of the sixteen stands at an analogue input, which the sensor has not.
+    let signals = stages(16);
+    let text = filled(&signals, nucleo());
+    let wiring = Wiring::parse(&text).unwrap();
+    assert_eq!(check(&wiring, &signals, nucleo()).faults, []);
+    let many = propose(&stages(17), nucleo()).unwrap_err().to_string();
+    assert!(many.contains("17 actuators and 16 PWM outputs"), "{many}");
+}
+
+#[test]
+fn a_timer_of_two_rates_or_with_an_encoder_is_refused() {
+    let servo = |name: &str, pin: &str| {
+        format!(
+            "[[actuator]]\ninput = \"{name}\"\nby = \"servo\"\npin = \"{pin}\"\nat_zero = 0.0\n\
+             at_full = 1.5\n"
+        )
+    };
+    let mut signals = cart();
+    signals
+        .actuators
+        .push(signal("left_rad", "rad", Some([0.0, 1.5])));
+    // The motor's pulses and a servo's on timer 1.
+    let found = faults(&format!("{CART}\n{}", servo("left_rad", "PA11")), &signals);
+    assert_eq!(found.len(), 1, "{found:#?}");
+    insta::assert_snapshot!(found[0], @"line 26: timer 1 makes 20000 pulses a second for `u_V`, and not what `left_rad` needs; expected a pin of another timer: PB6, PB7, PC6, PC7, PC8, PC9, PB8, PB9");
+    // A servo beside the encoder of timer 3; on timer 8 it may be.
+    let found = faults(&format!("{CART}\n{}", servo("left_rad", "PB1")), &signals);
+    assert_eq!(found.len(), 1, "{found:#?}");
     assert!(
-        pins.text.contains("servo: $crate::drivers::servo("),
-        "{}",
-        pins.text
+        found[0].contains("timer 3 counts an encoder for `q_m`"),
+        "{found:#?}"
     );
-    assert!(pins.text.contains("pwm: None"), "{}", pins.text);
+    let found = faults(&format!("{CART}\n{}", servo("left_rad", "PC9")), &signals);
+    assert_eq!(found, [""; 0]);
 }
 
 #[test]
@@ -196,7 +290,22 @@ fn each_kind_of_fault_names_its_line_and_the_remedy() {
             "at_full = inf",
             "line 11: the scale of `phi_rad` is not given",
         ),
-        ("\"PA9\"", "\"PB8\"", "line 18: PB8 is no PWM output"),
+        (
+            "at_full = 1.5",
+            "at_full = 1e300",
+            "line 11: the scale of `phi_rad` has 1e300, which no f32 holds",
+        ),
+        (
+            "at_full = 1.5",
+            "at_full = -1.5000000001",
+            "line 11: at_zero and at_full of `phi_rad` are both -1.5",
+        ),
+        (
+            "-20000.0",
+            "1e300",
+            "line 4: the scale of `q_m` has 1e-300, which no f32 holds",
+        ),
+        ("\"PA9\"", "\"PB12\"", "line 18: PB12 is no PWM output"),
         ("\"PB10\"", "\"PA8\"", "line 18: PA8 is no output of a bit"),
         (
             "at_full = 12.0",
@@ -324,6 +433,137 @@ fn the_table_and_the_picture_show_every_pin() {
     }
 }
 
+/// The cart on a board that routes its pins.
+fn routed() -> String {
+    CART.replace("stm32f446", "nrf52840")
+        .replace("\"PA6\"", "\"P1.01\"")
+        .replace("\"PA7\"", "\"P1.02\"")
+        .replace("\"PA0\"", "\"P0.28\"")
+        .replace("\"PA9\"", "\"P1.10\"")
+        .replace("\"PB10\"", "\"P0.31\"")
+}
+
+fn kit() -> &'static Board {
+    board("nrf52840").unwrap()
+}
+
+#[test]
+fn pins_of_a_board_that_routes_them_are_free_to_choose() {
+    let wiring = Wiring::parse(&routed()).unwrap();
+    let checked = check(&wiring, &cart(), kit());
+    assert_eq!(checked.faults, []);
+    assert_eq!(
+        checked.remarks,
+        ["`q_m`: the decoder sees 7812 edges a second at most, a speed of 3.906e-1 m/s"]
+    );
+    let [_, pins] = sources(&wiring, &cart(), kit());
+    assert_eq!(pins.path, "boards/nrf52840/src/pins.rs");
+    insta::assert_snapshot!("routed", pins.text);
+    let svg = picture(&wiring, kit());
+    for words in ["q_m, encoder B", "D0  P1.01", "P1.05", "nRF52840 DK"] {
+        assert!(svg.contains(words), "{words} is not in\n{svg}");
+    }
+}
+
+#[test]
+fn faults_of_a_board_that_routes_its_pins_name_the_remedy() {
+    let again = "\n[[sensor]]\ncolumn = \"x_m\"\nby = \"encoder\"\npins = [\"P1.03\", \"P1.04\"]\n\
+                 counts_per_unit = 1.0\nat_start = 0.0\n";
+    let mut two = cart();
+    two.sensors.push(signal("x_m", "m", None));
+    let slow = Signals {
+        rate_hz: 5.0,
+        ..cart()
+    };
+    for (text, signals, said) in [
+        (
+            routed().replace("\"P0.28\"", "\"P1.08\""),
+            cart(),
+            "P1.08 is no analogue input of nRF52840 DK; expected one of P0.03, P0.04, P0.28",
+        ),
+        (
+            routed().replace("\"P1.10\"", "\"P1.05\""),
+            cart(),
+            "P1.05 is taken by ENABLE of the power stages",
+        ),
+        (
+            routed().replace("\"P1.10\"", "\"PA8\""),
+            cart(),
+            "nRF52840 DK has no pin `PA8` to wire; expected one of P0.03",
+        ),
+        (
+            routed().replace("\"P1.02\"", "\"P1.01\""),
+            cart(),
+            "line 4: P1.01 is wired to `q_m` already",
+        ),
+        (
+            routed() + again,
+            two,
+            "line 26: the one decoder of nRF52840 DK counts `q_m` already; expected by = \"adc\"",
+        ),
+        (
+            routed(),
+            slow,
+            "line 4: the decoder holds 1023 edges, which may come in 131 ms of a period of 200 ms",
+        ),
+    ] {
+        let wiring = Wiring::parse(&text).unwrap();
+        let found = check(&wiring, &signals, kit()).faults;
+        assert_eq!(found.len(), 1, "{said}: {found:#?}");
+        assert!(found[0].to_string().contains(said), "{said}: {}", found[0]);
+    }
+}
+
+#[test]
+fn units_of_pulses_have_one_rate_each() {
+    // Nine power stages take three units, four servos the fourth; a fifth servo has none.
+    let signals = |servos: usize| {
+        let mut signals = stages(9);
+        let servo = |k| signal(&format!("s{k}_rad"), "rad", Some([0.0, 1.5]));
+        signals.actuators.extend((0..servos).map(servo));
+        signals
+    };
+    let wired = |servos| {
+        let text = filled(&signals(servos), kit());
+        let head = text.find("\n[[actuator]]\ninput = \"s0_rad\"").unwrap();
+        let (power, servo) = text.split_at(head);
+        let text = power.to_string() + &servo.replace("by = \"pwm\"", "by = \"servo\"");
+        Wiring::parse(&text).unwrap()
+    };
+    assert_eq!(check(&wired(4), &signals(4), kit()).faults, []);
+    let [_, pins] = sources(&wired(4), &signals(4), kit());
+    for part in [
+        "Actuator::Pwm(2, 0)",
+        "Actuator::Servo(3, 3)",
+        "servos(\n                    $p.PWM3",
+    ] {
+        assert!(pins.text.contains(part), "{part} is not in\n{}", pins.text);
+    }
+    let found = check(&wired(5), &signals(5), kit()).faults;
+    assert_eq!(found.len(), 1, "{found:#?}");
+    assert!(
+        found[0]
+            .to_string()
+            .contains("9 power stages and 5 servos do not fit 4 units of 4 outputs"),
+        "{}",
+        found[0]
+    );
+}
+
+#[test]
+fn a_first_wiring_of_a_board_that_routes_its_pins_passes_once_filled_in() {
+    let signals = Signals {
+        sensors: (0..8)
+            .map(|k| signal(&format!("s{k}"), "V", None))
+            .collect(),
+        ..stages(15)
+    };
+    let wiring = Wiring::parse(&filled(&signals, kit())).unwrap();
+    assert_eq!(check(&wiring, &signals, kit()).faults, []);
+    let many = propose(&stages(17), kit()).unwrap_err().to_string();
+    assert!(many.contains("17 actuators and 16 PWM outputs"), "{many}");
+}
+
 #[test]
 fn a_damaged_file_gives_an_error_or_a_wiring_and_never_a_panic() {
     let mut state = 0x2545_f491_4f6c_dd1d_u64;
@@ -360,6 +600,8 @@ fn a_damaged_file_gives_an_error_or_a_wiring_and_never_a_panic() {
             let _ = check(&wiring, &cart(), nucleo());
             let _ = sources(&wiring, &cart(), nucleo());
             let _ = (picture(&wiring, nucleo()), table(&wiring, nucleo()));
+            let _ = check(&wiring, &cart(), kit());
+            let _ = sources(&wiring, &cart(), kit());
         }
     }
 }

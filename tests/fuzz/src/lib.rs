@@ -24,9 +24,6 @@ pub const TARGETS: [Target; 8] = [
 
 /// A wiring file that is accepted is checked, drawn and printed, whatever it wires.
 pub fn wiring(data: &[u8]) {
-    let Ok(board) = sinew_wiring::board("stm32f446") else {
-        return;
-    };
     let text = String::from_utf8_lossy(data);
     let Ok(wiring) = sinew_wiring::Wiring::parse(&text) else {
         return;
@@ -41,10 +38,15 @@ pub fn wiring(data: &[u8]) {
         actuators: vec![signal("u_N", Some([-20.0, 20.0]))],
         rate_hz: 120.0,
     };
-    let _ = sinew_wiring::check(&wiring, &signals, board);
-    let _ = sinew_wiring::table(&wiring, board);
-    let _ = sinew_wiring::picture(&wiring, board);
-    let _ = sinew_wiring::sources(&wiring, &signals, board);
+    for board in ["stm32f446", "nrf52840"] {
+        let Ok(board) = sinew_wiring::board(board) else {
+            continue;
+        };
+        let _ = sinew_wiring::check(&wiring, &signals, board);
+        let _ = sinew_wiring::table(&wiring, board);
+        let _ = sinew_wiring::picture(&wiring, board);
+        let _ = sinew_wiring::sources(&wiring, &signals, board);
+    }
 }
 
 /// A file of another tool. The first byte chooses its name; HDF5, zip and TensorFlow Lite are known

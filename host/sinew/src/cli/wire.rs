@@ -3,25 +3,20 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use sinew_sim::rig::Reads;
-use sinew_sim::{Plant, Rig};
-use sinew_wiring::{Checked, Signal, Signals, Wiring};
+use sinew_wiring::{Checked, Signals, Wiring};
 
-use crate::project::wired::{read, refused};
-use crate::rig_file::{self, ControlTable};
+use crate::project::wired::{of_rig, read, refused};
+use crate::rig_file;
 use sinew_ident::cli::overwrite;
 use sinew_ident::cli::said::Said;
 use sinew_ident::error::{Error, Result};
-
-/// Control rate where the rig names none, in hertz.
-const RATE_HZ: f64 = 120.0;
 
 /// Arguments of `sinew wire`.
 #[derive(Args)]
 pub struct Arguments {
     /// The rig file (TOML).
     rig: PathBuf,
-    /// Board of a first wiring: stm32f446.
+    /// Board of a first wiring: stm32f446 or nrf52840.
     #[arg(long, required_unless_present = "check", conflicts_with = "check")]
     board: Option<String>,
     /// A wiring to check and to show, in the place of a first one.
@@ -113,43 +108,4 @@ fn checked(arguments: &Arguments, file: &Path, signals: &Signals) -> Result<()> 
         file.display()
     ));
     Ok(())
-}
-
-/// Signals of the controller that a rig asks for.
-fn of_rig(rig: &Rig) -> Result<Signals> {
-    let plant = Plant::new(rig)?;
-    let control = ControlTable::read(rig)?;
-    let positions = || {
-        let sensors = 0..rig.sensors.len();
-        sensors
-            .filter(|k| matches!(rig.sensors[*k].reads, Reads::Position(_)))
-            .collect()
-    };
-    let outputs = control
-        .as_ref()
-        .map_or_else(positions, |c| c.outputs.clone());
-    let channels = rig_file::network_table(rig)?.map(|network| network.channels);
-    let sensors = outputs.into_iter().chain(channels.unwrap_or_default());
-    Ok(Signals {
-        sensors: sensors
-            .map(|k| {
-                let sensor = &plant.sensors()[k];
-                Signal {
-                    name: sensor.column.clone(),
-                    unit: sensor.unit.clone(),
-                    range: None,
-                }
-            })
-            .collect(),
-        actuators: plant
-            .inputs()
-            .iter()
-            .map(|input| Signal {
-                name: input.column.clone(),
-                unit: input.unit().into(),
-                range: input.limit.map(|(low, high)| [low, high]),
-            })
-            .collect(),
-        rate_hz: control.and_then(|c| c.rate_hz).unwrap_or(RATE_HZ),
-    })
 }

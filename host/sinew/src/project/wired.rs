@@ -3,10 +3,16 @@
 use std::path::Path;
 
 use sinew_model::spec::{ModelSpec, Signal as ModelSignal};
+use sinew_sim::rig::Reads;
+use sinew_sim::{Plant, Rig};
 use sinew_wiring::{Board, Checked, Fault, Signal, Signals, SourceFile, Wiring};
 
 use sinew_ident::error::{Error, Result};
 
+use crate::rig_file::{self, ControlTable};
+
+/// Control rate where the rig names none, in hertz.
+const RATE_HZ: f64 = 120.0;
 /// Largest wiring that is read, bytes.
 const LARGEST: u64 = 1 << 20;
 
@@ -66,6 +72,48 @@ pub fn refused(file: Option<&Path>, faults: &[Fault]) -> Error {
         _ => format!("{}\n  expected: {}", fault.message, fault.expected),
     };
     Error::arguments(faults.iter().map(one).collect::<Vec<_>>().join("\n"))
+}
+
+/// Signals of the controller that a rig asks for.
+///
+/// # Errors
+/// A rig that cannot be simulated, or whose control tables do not read.
+pub fn of_rig(rig: &Rig) -> Result<Signals> {
+    let plant = Plant::new(rig)?;
+    let control = ControlTable::read(rig)?;
+    let positions = || {
+        let sensors = 0..rig.sensors.len();
+        sensors
+            .filter(|k| matches!(rig.sensors[*k].reads, Reads::Position(_)))
+            .collect()
+    };
+    let outputs = control
+        .as_ref()
+        .map_or_else(positions, |c| c.outputs.clone());
+    let channels = rig_file::network_table(rig)?.map(|network| network.channels);
+    let sensors = outputs.into_iter().chain(channels.unwrap_or_default());
+    Ok(Signals {
+        sensors: sensors
+            .map(|k| {
+                let sensor = &plant.sensors()[k];
+                Signal {
+                    name: sensor.column.clone(),
+                    unit: sensor.unit.clone(),
+                    range: None,
+                }
+            })
+            .collect(),
+        actuators: plant
+            .inputs()
+            .iter()
+            .map(|input| Signal {
+                name: input.column.clone(),
+                unit: input.unit().into(),
+                range: input.limit.map(|(low, high)| [low, high]),
+            })
+            .collect(),
+        rate_hz: control.and_then(|c| c.rate_hz).unwrap_or(RATE_HZ),
+    })
 }
 
 /// Signals of a model's controller.
