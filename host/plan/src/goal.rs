@@ -1,6 +1,7 @@
 //! Goals as they are typed: `NAME = VALUE at TIME s`.
 
 use sinew_ident::error::{Error, Result};
+use sinew_ident::report::exact;
 
 /// Example of a goal, for errors.
 const EXAMPLE: &str = "for example --goal \"mass.position = 0.12 at 1.5 s\"";
@@ -57,6 +58,7 @@ impl Goal {
 
 impl std::fmt::Display for Goal {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} = {} at {} s", self.name, self.value, self.time_s)
+        let [value, time] = [self.value, self.time_s].map(exact);
+        write!(f, "{} = {value} at {time} s", self.name)
     }
 }

@@ -2,6 +2,7 @@
 
 use sinew_ident::error::{Error, Result};
 use sinew_ident::recording::Recording;
+use sinew_ident::report::exact;
 
 use crate::goal::Goal;
 
@@ -57,7 +58,8 @@ impl Options {
             if value.is_finite() && value > 0.0 {
                 return Ok(());
             }
-            Err(Error::must_be(flag, "more than 0", value).help(format!("for example {example}")))
+            Err(Error::must_be(flag, "more than 0", exact(value))
+                .help(format!("for example {example}")))
         };
         positive("--rate", self.rate_hz, "--rate 120")?;
         positive("--seconds", self.seconds.unwrap_or(1.0), "--seconds 2")?;
@@ -68,15 +70,15 @@ impl Options {
         let path = path.map_or(0.0, end);
         let seconds = self.seconds.unwrap_or(goal.max(path));
         if let Some(late) = goals.iter().find(|goal| goal.time_s > seconds) {
-            let expectation = format!("a time up to the horizon, {seconds} s");
+            let expectation = format!("a time up to the horizon, {} s", exact(seconds));
             return Err(Error::must_be("--goal", expectation, format!("`{late}`"))
                 .help("give the plan more time with --seconds, or the goal an earlier time"));
         }
         let rows = (seconds * self.rate_hz).round();
         if !(2.0..=MOST_ROWS).contains(&rows) {
-            let (least, most) = (2.0 / self.rate_hz, MOST_ROWS / self.rate_hz);
-            let expectation = format!("{least} to {most} s at {} Hz", self.rate_hz);
-            return Err(Error::must_be("the horizon", expectation, seconds)
+            let [least, most] = [2.0, MOST_ROWS].map(|rows| exact(rows / self.rate_hz));
+            let expectation = format!("{least} to {most} s at {} Hz", exact(self.rate_hz));
+            return Err(Error::must_be("the horizon", expectation, exact(seconds))
                 .help("set it with --seconds, or the rows a second with --rate"));
         }
         Ok((0..=rows as usize)

@@ -40,7 +40,29 @@ pub(crate) fn of_goals(plant: &Plant, goals: &[Goal], t: &[f64]) -> Result<Vec<T
             goal: Some(index),
         })
     };
-    goals.iter().enumerate().map(target).collect()
+    let targets: Vec<Target> = goals
+        .iter()
+        .enumerate()
+        .map(target)
+        .collect::<Result<_>>()?;
+    for (later, target) in targets.iter().enumerate() {
+        let contradicts = |other: &&Target| {
+            (other.row, other.quantity) == (target.row, target.quantity)
+                && other.value != target.value
+        };
+        if let Some(other) = targets[..later].iter().find(contradicts) {
+            let [goal, other] =
+                [target, other].map(|of| of.goal.and_then(|index| goals.get(index)));
+            let words = |goal: Option<&Goal>| goal.map_or(String::new(), ToString::to_string);
+            return Err(Error::arguments(format!(
+                "the goal `{}` contradicts `{}`",
+                words(goal),
+                words(other)
+            ))
+            .help("one value of a signal at a time"));
+        }
+    }
+    Ok(targets)
 }
 
 /// Targets along a path: each column that names a sensor or a state, linear between its samples,
@@ -50,10 +72,12 @@ pub(crate) fn of_goals(plant: &Plant, goals: &[Goal], t: &[f64]) -> Result<Vec<T
 /// `File` for a path in which no column is known.
 pub(crate) fn of_path(plant: &Plant, path: &Recording, t: &[f64]) -> Result<Vec<Target>> {
     let mut targets = Vec::new();
+    let mut known = None;
     for column in path.columns() {
         let Ok(quantity) = Quantity::find(plant, &column.name) else {
             continue;
         };
+        known = Some(&column.name);
         let samples = path.t().iter().zip(&column.values);
         let samples: Vec<(f64, f64)> = samples
             .filter(|(_, value)| value.is_finite())
@@ -74,6 +98,12 @@ pub(crate) fn of_path(plant: &Plant, path: &Recording, t: &[f64]) -> Result<Vec<
             weight,
             goal: None,
         }));
+    }
+    if let Some(name) = known.filter(|_| targets.is_empty()) {
+        let message = format!("`{name}` has no value at a row of the plan");
+        return Err(Error::file(path.path(), message)
+            .at(path.header_line(), 1)
+            .expected("two samples or more that are numbers, with a row between them"));
     }
     if targets.is_empty() {
         let names: Vec<&str> = path.columns().iter().map(|c| c.name.as_str()).collect();

@@ -68,6 +68,23 @@ pub fn count(n: usize, noun: &str) -> String {
     format!("{n} {noun}{}", if n == 1 { "" } else { "s" })
 }
 
+/// The shortest text that reads back as the number; with an exponent below 1e-5 and from 1e16 on,
+/// where the plain one would be a row of zeros.
+///
+/// ```
+/// # use sinew_ident::report::exact;
+/// assert_eq!(exact(-0.1), "-0.1");
+/// assert_eq!(exact(1e300), "1e300");
+/// ```
+pub fn exact(value: f64) -> String {
+    let size = value.abs();
+    if size == 0.0 || !size.is_finite() || (1e-5..1e16).contains(&size) {
+        value.to_string()
+    } else {
+        format!("{value:e}")
+    }
+}
+
 /// A number to so many significant digits; plain from 1e-4 to 1e6, with an exponent outside. A dash
 /// for what is not a number.
 ///

@@ -38,13 +38,13 @@ pub struct Arguments {
     #[arg(long, value_name = "CSV")]
     out: PathBuf,
     /// Weight of effort and of change of the commands, beside squared misses.
-    #[arg(long, value_name = "WEIGHT", default_value_t = Options::default().effort)]
+    #[arg(long, value_name = "WEIGHT", default_value_t = Options::default().effort, allow_negative_numbers = true)]
     effort: f64,
     /// Duration, s; without it that of the last goal or of the path.
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     seconds: Option<f64>,
     /// Samples a second; without it the rig's `rate_hz`, or 120.
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     rate: Option<f64>,
     /// Simulations at most, one with derivatives counted by its cost.
     #[arg(long, value_name = "N", default_value_t = Options::default().simulations, value_parser = RangedU64ValueParser::<usize>::new().range(10..=1_000_000))]
@@ -53,7 +53,7 @@ pub struct Arguments {
     #[arg(long, value_name = "N", default_value_t = Options::default().knots, value_parser = RangedU64ValueParser::<usize>::new().range(1..=1000))]
     knots: usize,
     /// Largest miss that counts as reached, as a part of the distance to go.
-    #[arg(long, value_name = "FRACTION", default_value_t = Options::default().tolerance)]
+    #[arg(long, value_name = "FRACTION", default_value_t = Options::default().tolerance, allow_negative_numbers = true)]
     tolerance: f64,
     /// Seed of the samples.
     #[arg(long, default_value_t = Options::default().seed)]

@@ -175,6 +175,12 @@ fn sweep(plant: &Plant, text: &str) -> Result<Sweep> {
         number("--sweep", SWEEP, text, from)?,
         number("--sweep", SWEEP, text, to)?,
     ];
+    if ends[0] == ends[1] {
+        return Err(
+            Error::must_be("--sweep", format!("{SWEEP}, FROM and TO apart"), text)
+                .help(format!("for one rest --input {name}={from}")),
+        );
+    }
     let count = steps
         .trim()
         .parse()

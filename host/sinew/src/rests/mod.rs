@@ -5,6 +5,7 @@ pub mod page;
 pub mod text;
 
 use sinew_ident::error::{Error, Result};
+use sinew_ident::report::exact;
 use sinew_sim::{Dual, Plant, Rest, RestInterval, Scalar, SensorChannel, SimulationError};
 
 /// Derivatives that one implicit solve gives.
@@ -19,6 +20,19 @@ pub struct Sweep {
     pub ends: [f64; 2],
     /// Number of values, 2 or more.
     pub count: usize,
+}
+
+impl Sweep {
+    /// The `k`th value, from 0.
+    fn value(&self, k: usize) -> f64 {
+        let [from, to] = self.ends;
+        let share = k as f64 / (self.count - 1) as f64;
+        if (to - from).is_finite() {
+            from + share * (to - from)
+        } else {
+            (1.0 - share) * from + share * to
+        }
+    }
 }
 
 /// One rest. Inputs and signals are in the units of their columns.
@@ -62,9 +76,7 @@ impl Rests {
         for k in 0..count {
             let mut inputs = inputs.to_vec();
             if let Some(sweep) = &sweep {
-                let [from, to] = sweep.ends;
-                let share = k as f64 / (count - 1) as f64;
-                inputs[sweep.input] = from + share * (to - from);
+                inputs[sweep.input] = sweep.value(k);
             }
             let row = Row::find(&plant, inputs, &start)?;
             start.clone_from(&row.rest.state);
@@ -148,7 +160,7 @@ impl std::error::Error for Unsettled {}
 /// Inputs as a person writes them: `u_N = 2, v_V = 0`.
 pub fn setting(plant: &Plant, inputs: &[f64]) -> String {
     let columns = plant.inputs().iter().zip(inputs);
-    let columns = columns.map(|(input, value)| format!("{} = {value}", input.column));
+    let columns = columns.map(|(input, value)| format!("{} = {}", input.column, exact(*value)));
     columns.collect::<Vec<_>>().join(", ")
 }
 

@@ -1,6 +1,6 @@
 //! Rests for a terminal, and as a table of numbers.
 
-use sinew_ident::report::{Table, count, quantity, significant};
+use sinew_ident::report::{Table, count, exact, quantity, significant};
 
 use super::{Rests, Row, setting};
 
@@ -100,11 +100,11 @@ pub fn csv(rests: &Rests) -> String {
     }
     let mut text = titles.join(",") + "\n";
     for row in &rests.rows {
-        let mut cells: Vec<String> = row.inputs.iter().map(f64::to_string).collect();
+        let mut cells: Vec<String> = row.inputs.iter().map(|u| exact(*u)).collect();
         for (sensor, signal) in row.signals.iter().enumerate() {
-            cells.push(signal.to_string());
+            cells.push(exact(*signal));
             if with_ends {
-                cells.extend(row.range(plant, sensor).map(|end| end.to_string()));
+                cells.extend(row.range(plant, sensor).map(exact));
             }
         }
         text += &(cells.join(",") + "\n");

@@ -105,3 +105,43 @@ fn what_cannot_be_planned_is_refused_and_nothing_is_written() {
         "is missed by 1.",
     );
 }
+
+/// Each said before any work, with numbers that can be read.
+#[test]
+fn odd_goals_and_options_are_refused_in_one_line() {
+    let desk = desk();
+    let refused = |goals: &[&str], more: &str, words: &str| {
+        let output = plan(&desk, goals, &format!("--quiet {more}"));
+        let text = errors(&output);
+        assert_eq!(output.status.code(), Some(2), "{text}");
+        assert!(text.contains(words), "{words} is not in {text}");
+        assert!(text.lines().all(|line| line.len() < 200), "{text}");
+        assert!(!desk.path("plan.csv").exists(), "a refusal writes nothing");
+    };
+    refused(
+        &["encoder = 0.1 at 1 s", "encoder = 0.2 at 1 s"],
+        "",
+        "the goal `encoder = 0.2 at 1 s` contradicts `encoder = 0.1 at 1 s`",
+    );
+    refused(&["encoder = 0.1 at 1e300 s"], "", "got 1e300");
+    refused(&["encoder = 0.1 at 1 s"], "--rate 1e300", "at 1e300 Hz");
+    for (option, value) in [
+        ("--rate", "-1"),
+        ("--seconds", "-1e300"),
+        ("--effort", "-1"),
+        ("--tolerance", "-0.5"),
+    ] {
+        refused(
+            &["encoder = 0.1 at 1 s"],
+            &format!("{option} {value}"),
+            &format!("`{option}` must be more than 0; got {value}"),
+        );
+    }
+    // The column is known, and none of its rows is a number.
+    desk.write("path.csv", "t,encoder\n0,nan\n1,nan\n");
+    refused(
+        &[],
+        "--through path.csv",
+        "`encoder` has no value at a row of the plan",
+    );
+}

@@ -89,6 +89,34 @@ fn a_sweep_is_a_table_and_a_page() {
     assert!(page.contains("<svg") && page.contains("u_A") && page.contains("highest"));
 }
 
+/// Of 1e300 the table, the CSV file and a refusal print an exponent, not 300 digits.
+#[test]
+fn a_number_without_end_is_printed_with_its_exponent() {
+    let desk = desk();
+    let said = desk.succeed("settle demo.toml --input u_N=1e300");
+    assert!(said.contains("at rest under u_N = 1e300\n"), "{said}");
+    let refused = desk.refusal("settle hasel.toml --input u1_kV=1e300");
+    assert!(
+        refused.contains("at: u1_kV = 1e300, u2_kV = 0"),
+        "{refused}"
+    );
+    desk.succeed("settle demo.toml --sweep u_N=0:1e300:3 --out rests.csv --quiet");
+    let text = desk.read("rests.csv");
+    assert!(text.contains("\n5e299,"), "{text}");
+    let table = columns(&text);
+    assert_eq!(table[0].1, [0.0, 5e299, 1e300]);
+    assert!(text.lines().all(|line| line.len() < 60), "{text}");
+}
+
+/// The difference of the ends is more than a number holds; the values between are not.
+#[test]
+fn a_sweep_over_every_number_has_its_middle() {
+    let desk = desk();
+    desk.succeed("settle demo.toml --sweep u_N=-1e308:1e308:3 --out rests.csv --quiet");
+    let table = columns(&desk.read("rests.csv"));
+    assert_eq!(table[0].1, [-1e308, 0.0, 1e308]);
+}
+
 #[test]
 fn refusals() {
     let desk = desk();
@@ -100,6 +128,7 @@ fn refusals() {
         "demo.toml --input u_N=1 --sweep u_N=0:1:3",
         "demo.toml --sweep u_N=0:1",
         "demo.toml --sweep u_N=0:1:1",
+        "demo.toml --sweep u_N=1:1:3",
         "demo.toml --json demo.toml",
         "emps.toml --input u_V=1",
         "absent.toml",
