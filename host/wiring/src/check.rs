@@ -20,8 +20,8 @@ pub struct Checked {
 }
 
 /// Everything that is wrong with a wiring: signals without a pin or with two, pins that are not
-/// there, that are taken or that cannot do it, timers that would have to do two things, scales that are
-/// none, a converter slower than the loop.
+/// there, that are taken or that cannot do it, timers that would have to do two things, scales that
+/// are none, a converter slower than the loop.
 pub fn check(wiring: &Wiring, signals: &Signals, board: &Board) -> Checked {
     let mut found = Checked::default();
     let sensors: Vec<_> = wiring.sensors.iter().map(|w| (&w.column, w.line)).collect();

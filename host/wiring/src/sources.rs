@@ -53,11 +53,17 @@ fn number(value: f64) -> String {
 
 // Writing to a String cannot fail.
 fn scales(sensors: &[&SensorWire], actuators: &[&ActuatorWire]) -> String {
-    let mut text = String::from(
+    let is_encoder = |wire: &&SensorWire| matches!(wire.by, SensorBy::Encoder { .. });
+    let encoder = if sensors.iter().any(is_encoder) {
+        "Encoder, "
+    } else {
+        ""
+    };
+    let mut text = format!(
         "//! Physical values behind counts, codes and duties: printed from the rig's wiring.\n\
          \n\
          use model::control::NU;\n\
-         use sinew_device::converter::{Encoder, Scale, Span};\n\
+         use sinew_device::converter::{{{encoder}Scale, Span}};\n\
          \n\
          use crate::wiring::SENSORS;\n\
          \n\

@@ -17,8 +17,8 @@ const fn pulses(timer: u8, channel: u8) -> Use {
 use Use::{Analogue, Bit};
 
 /// Timers 1 and 8 make pulses; timers 3 and 4 make pulses or count an encoder. Timer 2 paces the
-/// loop, timer 5 is the clock of embassy. Each channel of a timer stands at one pin here, though the
-/// chip may offer others.
+/// loop, timer 5 is the clock of embassy. Each channel of a timer stands at one pin here, though
+/// the chip may offer others.
 pub(crate) const BOARD: Board = Board {
     name: "stm32f446",
     title: "Nucleo-F446RE",

@@ -225,7 +225,8 @@ fn decoders(
         let signal = signals.sensors.iter().find(|s| s.name == wire.column);
         let unit = signal.map_or("", |signal| signal.unit.as_str());
         found.remarks.push(format!(
-            "`{}`: the decoder sees {edges_hz:.0} edges a second at most, a speed of {:.3e} {unit}/s",
+            "`{}`: the decoder sees {edges_hz:.0} edges a second at most, a speed of {:.3e} \
+             {unit}/s",
             wire.column,
             edges_hz / counts_per_unit
         ));

@@ -194,7 +194,9 @@ fn six_power_stages_take_two_timers() {
     let text = filled(&signals, nucleo());
     let wiring = Wiring::parse(&text).unwrap();
     assert_eq!(check(&wiring, &signals, nucleo()), Default::default());
-    let [_, pins] = sources(&wiring, &signals, nucleo());
+    let [scales, pins] = sources(&wiring, &signals, nucleo());
+    // Nothing is imported that is not used.
+    assert!(!scales.text.contains("Encoder"), "{}", scales.text);
     for part in [
         "ACTUATORS_WIRED: usize = 6",
         "Actuator::Pwm($crate::drivers::Timer::Tim1, 3)",

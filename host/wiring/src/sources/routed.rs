@@ -116,7 +116,9 @@ fn outputs(text: &mut String, unit: usize, wires: &[&ActuatorWire]) {
     };
     let _ = writeln!(
         text,
-        "                $crate::drivers::{pulses}(\n                    $p.PWM{unit},\n                    ["
+        "                $crate::drivers::{pulses}(\n                    $p.PWM{unit},\n\
+         {:20}[",
+        ""
     );
     for wire in wires {
         let pin = hal(wire.pulse_pin());
