@@ -220,6 +220,23 @@ fn a_first_wiring_uses_every_timer_and_no_pin_twice() {
     assert!(many.contains("17 actuators and 16 PWM outputs"), "{many}");
 }
 
+/// Twelve sensors take two analogue inputs that could make pulses.
+#[test]
+fn a_first_wiring_gives_no_actuator_the_pin_of_a_sensor() {
+    let signals = |actuators| Signals {
+        sensors: (0..12)
+            .map(|k| signal(&format!("fibre_{k}"), "V", None))
+            .collect(),
+        ..stages(actuators)
+    };
+    let wiring = Wiring::parse(&filled(&signals(14), nucleo())).unwrap();
+    let used = wiring.sensors.iter().flat_map(|wire| wire.pins());
+    assert_eq!(used.filter(|pin| ["PB0", "PB1"].contains(pin)).count(), 2);
+    assert_eq!(check(&wiring, &signals(14), nucleo()).faults, []);
+    let many = propose(&signals(15), nucleo()).unwrap_err().to_string();
+    assert!(many.contains("15 actuators and 14 PWM outputs"), "{many}");
+}
+
 #[test]
 fn a_timer_of_two_rates_or_with_an_encoder_is_refused() {
     let servo = |name: &str, pin: &str| {
