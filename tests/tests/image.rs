@@ -145,6 +145,7 @@ fn untrained(signals: &Signals) -> ModelSpec {
             value: None,
         },
         state: None,
+        soft_sensor: None,
         golden: vec![],
     }
 }

@@ -3,21 +3,13 @@
 use std::collections::BTreeMap;
 
 use crate::board::{Board, Units, Use};
+use crate::checked::Checked;
 use crate::file::{ActuatorBy, ActuatorWire, Fault, SensorBy, SensorWire, Wiring};
 use crate::signals::{Signal, Signals};
 use crate::units;
 
 /// Part of the period that the converter may take before it is said.
 const SHARE_SAID: f64 = 0.2;
-
-/// Result of a check.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Checked {
-    /// Faults: no sources are made.
-    pub faults: Vec<Fault>,
-    /// Remarks about what may not be meant.
-    pub remarks: Vec<String>,
-}
 
 /// Everything that is wrong with a wiring: signals without a pin or with two, pins that are not
 /// there, that are taken or that cannot do it, timers that would have to do two things, scales that

@@ -12,6 +12,7 @@
 mod board;
 mod boards;
 mod check;
+mod checked;
 mod file;
 mod nrf52840;
 mod picture;
@@ -24,7 +25,8 @@ mod units;
 
 pub use board::{Board, Decoder, Pin, Units, Use};
 pub use boards::board;
-pub use check::{Checked, check};
+pub use check::check;
+pub use checked::Checked;
 pub use file::{ActuatorBy, ActuatorWire, Fault, SensorBy, SensorWire, Wiring};
 pub use picture::picture;
 pub use propose::propose;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::board::{Board, Decoder, Units, Use};
-use crate::check::Checked;
+use crate::checked::Checked;
 use crate::file::{ActuatorBy, ActuatorWire, Fault, SensorBy, Wiring};
 use crate::signals::Signals;
 
