@@ -38,6 +38,13 @@ pub struct ParameterizedPlant<'a, S> {
     kept: Arc<TransitionCache<S>>,
 }
 
+impl<S> ParameterizedPlant<'_, S> {
+    /// Value of every parameter slot.
+    pub fn values(&self) -> &[S] {
+        &self.values
+    }
+}
+
 impl Plant {
     /// `values` has one entry a parameter slot; `interval` is the sample interval of most
     /// simulations, s.

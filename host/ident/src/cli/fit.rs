@@ -1,6 +1,6 @@
 //! `sinew fit`: the rig's free parameters from recordings.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use sinew_sim::Rig;
@@ -13,7 +13,11 @@ use super::repair::Repairs;
 use super::said::Said;
 use crate::error::Result;
 use crate::fit::json::json;
-use crate::fit::{FitOptions, fit, free_runs, pool, require, score};
+use crate::fit::{
+    Fit, FitOptions, FreeRun, Progress, fit, fit_rests, free_runs, pool, require, require_rests,
+    rests,
+};
+use crate::recording::Recording;
 use crate::report::{count, own_value, quantity, warnings};
 
 /// Arguments of `sinew fit`.
@@ -23,6 +27,9 @@ pub struct Arguments {
     pub rig: PathBuf,
     #[command(flatten)]
     recordings: Recordings,
+    /// The files are tables of rests: a row has inputs and the readings once nothing moves.
+    #[arg(long = "static")]
+    at_rest: bool,
     #[command(flatten)]
     repairs: Repairs,
     /// File for the fitted rig; its comments are kept.
@@ -57,15 +64,25 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         ],
     )?;
     let rig = Rig::load(&arguments.rig)?;
+    let kind = match arguments.at_rest {
+        true => Kind::Rests,
+        false => Kind::Motions,
+    };
     let (recordings, tests) = (
-        arguments.repairs.read(&arguments.recordings.fit)?,
-        arguments.repairs.read(&arguments.recordings.test)?,
+        kind.read(arguments, &arguments.recordings.fit)?,
+        kind.read(arguments, &arguments.recordings.test)?,
     );
-    require(&rig, recordings.iter().chain(&tests))?;
     let all = recordings.iter().chain(&tests);
-    arguments.repairs.before(&rig, all, arguments.quiet)?;
-    let stage = Stage::begin("fit the rig to the recordings", arguments.quiet);
-    let found = fit(&rig, &recordings, &FitOptions::default(), &mut |p| {
+    match kind {
+        Kind::Rests => require_rests(&rig, all)?,
+        Kind::Motions => {
+            require(&rig, all.clone())?;
+            arguments.repairs.before(&rig, all, arguments.quiet)?;
+        }
+    }
+    let title = format!("fit the rig to the {}", kind.files());
+    let stage = Stage::begin(&title, arguments.quiet);
+    let found = kind.fit(&rig, &recordings, &mut |p| {
         stage.say(format!(
             "stage {}, step {}, {:.2} % of the signal",
             p.stage,
@@ -82,7 +99,7 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
                 format!("{} to {}", quantity(low, &p.unit), quantity(high, &p.unit))
             }
             None if p.at_bound => "at its bound".into(),
-            None => "not determined by these recordings".into(),
+            None => format!("not determined by these {}", kind.files()),
         };
         said.line(format!(
             "{:<32} {:>14} → {:>14}   ({interval})",
@@ -102,15 +119,16 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
     }
     for s in &found.sensors {
         said.line(format!(
-            "fit   {}: free-run error {} as written, {} refitted",
+            "fit   {}: {} {} as written, {} refitted",
             s.signal,
+            kind.error(),
             quantity(s.as_written_rms, &s.unit),
             quantity(s.rms, &s.unit)
         ));
     }
     let mut tested = Vec::new();
     if !tests.is_empty() {
-        let runs = free_runs(&found.rig, &tests)?;
+        let runs = kind.runs(&found.rig, &tests)?;
         for own in runs.iter().flat_map(|run| &run.own) {
             said.line(format!(
                 "test  {}: {} {}, from this recording alone",
@@ -119,11 +137,13 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
                 own_value(own)
             ));
         }
-        tested = score(&rig, &tests)?.into_iter().zip(pool(&runs)).collect();
+        let before = pool(&kind.runs(&rig, &tests)?);
+        tested = before.into_iter().zip(pool(&runs)).collect();
         for (before, after) in &tested {
             said.line(format!(
-                "test  {}: free-run error {} as written, {} refitted",
+                "test  {}: {} {} as written, {} refitted",
                 after.signal,
+                kind.error(),
                 quantity(before.rms, &after.unit),
                 quantity(after.rms, &after.unit)
             ));
@@ -141,7 +161,7 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         Some(path) => {
             sinew_files::write(path, found.rig.to_toml())?;
             said.wrote(path);
-            said.line(format!("next: {}", diagnosis(arguments)));
+            said.line(format!("next: {}", kind.next(arguments, path)));
         }
         None => said.line("nothing written; --out RIG.toml keeps the fitted rig"),
     }
@@ -149,6 +169,65 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         true => exit_code::of_fit(&found),
         false => 0,
     })
+}
+
+/// Kind of the files of a fit.
+#[derive(Clone, Copy)]
+enum Kind {
+    /// Recordings of motions.
+    Motions,
+    /// Tables of rests.
+    Rests,
+}
+
+impl Kind {
+    fn read(self, arguments: &Arguments, paths: &[PathBuf]) -> Result<Vec<Recording>> {
+        match self {
+            Self::Motions => arguments.repairs.read(paths),
+            Self::Rests => arguments.repairs.read_tables(paths),
+        }
+    }
+
+    fn fit(
+        self,
+        rig: &Rig,
+        recordings: &[Recording],
+        progress: &mut dyn FnMut(Progress),
+    ) -> Result<Fit> {
+        match self {
+            Self::Motions => fit(rig, recordings, &FitOptions::default(), progress),
+            Self::Rests => fit_rests(rig, recordings, &FitOptions::default(), progress),
+        }
+    }
+
+    fn runs(self, rig: &Rig, recordings: &[Recording]) -> Result<Vec<FreeRun>> {
+        match self {
+            Self::Motions => free_runs(rig, recordings),
+            Self::Rests => rests(rig, recordings),
+        }
+    }
+
+    fn files(self) -> &'static str {
+        match self {
+            Self::Motions => "recordings",
+            Self::Rests => "rests",
+        }
+    }
+
+    fn error(self) -> &'static str {
+        match self {
+            Self::Motions => "free-run error",
+            Self::Rests => "error at rest",
+        }
+    }
+
+    /// Command line that comes next.
+    fn next(self, arguments: &Arguments, written: &Path) -> String {
+        match self {
+            Self::Motions => diagnosis(arguments),
+            Self::Rests => format!("sinew settle {}", written.display()),
+        }
+    }
 }
 
 /// Command line that looks for physics that the rig lacks.

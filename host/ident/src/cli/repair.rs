@@ -57,6 +57,26 @@ impl Repairs {
         paths.iter().map(read).collect()
     }
 
+    /// Reads tables of rests and mends them.
+    ///
+    /// # Errors
+    /// As [`Recording::read_table`] and [`Repair::apply`]; `Arguments` for a repair of rows in time.
+    pub fn read_tables(&self, paths: &[PathBuf]) -> Result<Vec<Recording>> {
+        let of_time = [
+            ("--time-unit", self.time_unit.is_some()),
+            ("--unwrap", !self.unwrap.is_empty()),
+            ("--late", !self.late.is_empty()),
+            ("--accept", !self.accept.is_empty()),
+        ];
+        if let Some((flag, _)) = of_time.into_iter().find(|(_, given)| *given) {
+            let message = format!("{flag} repairs rows in time; a table of rests has none");
+            return Err(Error::arguments(message).help("of the repairs, --static takes --missing"));
+        }
+        let repair = self.repair();
+        let read = |path: &PathBuf| repair.apply(Recording::read_table(path)?);
+        paths.iter().map(read).collect()
+    }
+
     /// Checks recordings before any work: says what is likely wrong, refuses what certainly is.
     ///
     /// # Errors

@@ -300,6 +300,7 @@ impl Data {
             sigma: self.sigma.clone(),
             state_scale: self.state_scale(plant),
             local: local::slots(plant),
+            rests: None,
         }
     }
 

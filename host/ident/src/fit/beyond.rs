@@ -3,13 +3,12 @@
 //! A bound that excludes the truth makes a sound plant model look as if it lacked physics. Where a
 //! parameter rests at a bound of the rig's owner, the rig is fitted once more without it.
 
-use sinew_sim::{Plant, Rig};
+use sinew_sim::Plant;
 
 use super::bounds::{bounds, reached};
-use super::score::{SensorError, pool, relative, run_at};
+use super::score::{SensorError, relative};
 use super::stages::Found;
 use crate::error::Result;
-use crate::recording::Recording;
 
 /// Fit without the bounds that parameters rest at. It explains the recordings better.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,10 +39,11 @@ const WORTH_A_WORD: f64 = 0.8;
 /// `None` where none rests at a bound, or nothing is gained.
 ///
 /// # Errors
-/// As [`run_at`]; those of `run` mean that nothing is gained.
+/// As those of `errors_at`, the errors with these values of the parameters; those of `run` mean
+/// that nothing is gained.
 pub(super) fn beyond(
-    (rig, plant): (&Rig, &Plant),
-    recordings: &[Recording],
+    plant: &Plant,
+    errors_at: &dyn Fn(&[f64]) -> Result<Vec<SensorError>>,
     (found, within): (&Found, &[SensorError]),
     run: &mut dyn FnMut(&[usize]) -> Result<Found>,
 ) -> Result<Option<BeyondBounds>> {
@@ -59,11 +59,7 @@ pub(super) fn beyond(
     let Ok(free) = run(&slots) else {
         return Ok(None);
     };
-    let runs = recordings
-        .iter()
-        .map(|recording| run_at(rig, plant, &free.values, recording))
-        .collect::<Result<Vec<_>>>()?;
-    let sensors = pool(&runs);
+    let sensors = errors_at(&free.values)?;
     let better = relative(&sensors) <= WORTH_A_WORD * relative(within);
     let left = |&(slot, bound): &(usize, f64)| {
         let [low, high] = bounds(&known[slot]);

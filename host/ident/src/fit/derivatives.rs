@@ -154,16 +154,20 @@ impl Problem<'_> {
             .par_iter()
             .enumerate()
             .map(|(chunk, numbers)| {
-                let state = self.seeded_state::<D>(chunk, state);
-                let run = numbers
-                    .simulate(&state, &segment.drive, self.times(segment))
-                    .ok()?;
-                run.signals
+                let signals = match self.rests {
+                    Some(starts) => self.signals_at_rest(starts, segment, numbers.values())?,
+                    None => {
+                        let state = self.seeded_state::<D>(chunk, state);
+                        let run = numbers.simulate(&state, &segment.drive, self.times(segment));
+                        run.ok()?.signals
+                    }
+                };
+                signals
                     .iter()
                     .all(|signal| {
                         signal.value.is_finite() && signal.derivative.iter().all(|d| d.is_finite())
                     })
-                    .then_some(run.signals)
+                    .then_some(signals)
             })
             .collect::<Option<_>>()?;
 

@@ -13,6 +13,7 @@ pub(crate) mod derivatives;
 pub(crate) mod experiment;
 mod horizons;
 pub mod json;
+mod judge;
 pub(crate) mod levenberg;
 pub(crate) mod local;
 pub(crate) mod pace;
@@ -23,24 +24,26 @@ pub(crate) mod segment;
 mod sizes;
 pub(crate) mod stages;
 pub(crate) mod start;
+mod statics;
 pub(crate) mod uncertainty;
 mod undetermined;
 
-use sinew_sim::{Parameter, Plant, Rig};
+use sinew_sim::{Plant, Rig};
 
 pub use self::beyond::{BeyondBound, BeyondBounds};
 use self::experiment::Experiment;
 pub(crate) use self::experiment::START_ROWS;
 use self::horizons::Ladder;
+use self::judge::Judge;
 pub use self::levenberg::Stop;
 pub use self::runaway::Runaway;
 pub use self::score::{
     FreeRun, FreeRunSensor, OwnValue, SensorError, free_run, free_runs, pool, require, score,
 };
-use self::stages::{Apart, Local};
-use self::uncertainty::{Width, interval};
+use self::stages::Apart;
+pub use self::statics::{fit_rests, require_rests, rests};
 use crate::error::{Error, Result};
-use crate::noise::{most_of_noise, noise_level};
+use crate::noise::most_of_noise;
 use crate::recording::Recording;
 use crate::report::quantity;
 
@@ -244,125 +247,20 @@ pub fn fit(
         )
     };
     let (ladder, first) = second_start::better((rig, &plant, recordings), options, &mut over)?;
-    let mut run = |apart: Apart| over(ladder, apart);
-    let mut holding = |held: &[usize]| {
-        run(Apart {
-            held,
-            ..Apart::default()
-        })
+    let judge = Judge {
+        runs: &|rig| free_runs(rig, recordings),
+        runs_at: &|values| {
+            let run = |recording| score::run_at(rig, &plant, values, recording);
+            recordings.iter().map(run).collect()
+        },
+        at_rest: undetermined::noise_beside_spread(&plant, recordings),
+        noise: &judge::white_noise,
+        begun,
     };
-    let (found, fitted) = undetermined::keep(rig, &plant, recordings, first, &mut holding)?;
-    let known = plant.parameters();
-    let runs = free_runs(&fitted, recordings)?;
-    let errors = pool(&runs);
-    let mut releasing = |released: &[usize]| {
-        let held = &found.held;
-        run(Apart { held, released })
-    };
-    let within = (&found, &errors[..]);
-    let beyond = beyond::beyond((rig, &plant), recordings, within, &mut releasing)?;
-
-    let shared = found.slots.iter().enumerate().map(|(j, &slot)| {
-        let own = (found.widths[j].half(), Vec::new());
-        fitted_parameter(
-            &known[slot],
-            found.values[slot],
-            !found.held.contains(&slot),
-            own,
-        )
-    });
-    let local = found.local.iter().map(|it| {
-        let own = own_values(&known[it.slot], it, &experiments);
-        fitted_parameter(&known[it.slot], found.values[it.slot], true, own)
-    });
-    let order = |parameter: &FittedParameter| plant.slot(&parameter.name);
-    let mut parameters: Vec<FittedParameter> = shared.chain(local).collect();
-    parameters.sort_by_key(order);
-    let sensors = pool(&as_written_runs)
-        .into_iter()
-        .zip(errors)
-        .enumerate()
-        .map(|(sensor, (before, after))| SensorFit {
-            signal: after.signal,
-            unit: after.unit,
-            as_written_rms: before.rms,
-            rms: after.rms,
-            spread: after.spread,
-            noise: noise_of(&runs, sensor),
-            samples: after.samples,
-        });
-    let held = experiments.iter().flat_map(|experiment| {
-        experiment.held.iter().map(|(column, missing)| HeldInput {
-            recording: experiment.name.clone(),
-            column: column.clone(),
-            missing: *missing,
-        })
-    });
-    let sensors = sensors.collect();
-    Ok(Fit {
-        parameters,
-        sensors,
-        as_written_runs,
-        runs,
-        held: held.collect(),
-        rig: fitted,
-        beyond,
-        runaway: found.runaway,
-        stop: found.stop,
-        steps: found.steps,
-        seconds: begun.elapsed().as_secs_f64(),
+    let first = (as_written_runs, first);
+    judge.conclude((rig, &plant, &experiments), first, &mut |apart| {
+        over(ladder, apart)
     })
-}
-
-/// White noise of each sensor, root mean square over free runs, SI.
-fn noise_of(runs: &[FreeRun], sensor: usize) -> f64 {
-    let levels = runs
-        .iter()
-        .map(|run| noise_level(&run.t, &run.sensors[sensor].measured));
-    let squares: f64 = levels.map(|level| level * level).sum();
-    (squares / runs.len().max(1) as f64).sqrt()
-}
-
-/// A fitted parameter with half the width of its interval and the recordings' own values.
-fn fitted_parameter(
-    parameter: &Parameter,
-    value: f64,
-    moved: bool,
-    (half, recordings): (Option<f64>, Vec<OwnValue>),
-) -> FittedParameter {
-    let [low, high] = bounds::bounds(parameter);
-    FittedParameter {
-        name: parameter.name.clone(),
-        unit: parameter.unit.clone(),
-        as_written: parameter.value,
-        value,
-        ci95: half.map(|half| interval(value, half)),
-        at_bound: moved && (value <= low || value >= high),
-        recordings,
-    }
-}
-
-/// Own values of the recordings, and half the width of the interval of the mean of those that are
-/// determined: `None` where none is.
-fn own_values(
-    parameter: &Parameter,
-    local: &Local,
-    experiments: &[Experiment],
-) -> (Option<f64>, Vec<OwnValue>) {
-    let own = local.own.iter().zip(experiments);
-    let own = own.map(|(&found, experiment)| OwnValue::new(parameter, &experiment.name, found));
-    let own: Vec<OwnValue> = own.collect();
-    // A value at a bound does not move.
-    let halves = local.own.iter().filter_map(|(_, width)| match width {
-        Width::Half(half) => Some(*half),
-        Width::AtBound => Some(0.0),
-        Width::Open => None,
-    });
-    let (count, squares) = halves.fold((0, 0.0), |(count, squares), half| {
-        (count + 1, squares + half * half)
-    });
-    let half = squares.sqrt() / f64::from(count.max(1));
-    (Some(half).filter(|half| *half > 0.0), own)
 }
 
 /// Refuses recordings in which no sensor ever changes: an immovable device explains them best.

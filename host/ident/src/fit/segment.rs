@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use sinew_sim::{InputTrajectory, ParameterizedPlant, Plant, Simulated, Trajectory};
 
 use super::experiment::Experiment;
+use super::statics::RestStarts;
 use crate::error::Result;
 
 /// A stretch of one recording, simulated from a start state of its own.
@@ -38,6 +39,8 @@ pub(crate) struct Problem<'a> {
     /// Slots of the parameters of which each segment has a value of its own; their deviations are
     /// the last states of a segment.
     pub local: Vec<usize>,
+    /// Rows are rests instead of a motion ([`super::statics`]).
+    pub rests: Option<&'a RestStarts>,
 }
 
 /// Gaussian prior of a segment's initial state (arrival cost): `(x - mean)' weight (x - mean)`
@@ -139,6 +142,7 @@ impl<'a> Problem<'a> {
             sigma,
             state_scale,
             local: Vec::new(),
+            rests: None,
         }
     }
 
@@ -166,6 +170,10 @@ impl<'a> Problem<'a> {
         states: &[Vec<f64>],
         most: f64,
     ) -> f64 {
+        if let Some(starts) = self.rests {
+            let cost = self.cost_of_rests(starts, segments, values);
+            return if cost <= most { cost } else { f64::INFINITY };
+        }
         let running = Running::new(segments.len());
         let shared = self.numbers(segments, values.to_vec());
         let costs: Vec<f64> = segments

@@ -87,34 +87,19 @@ pub(crate) fn run(
 ) -> Result<Found> {
     let views = Views::new(rig, plant);
     let written = plant.values();
-    let mut slots = fitted_slots(plant);
-    slots.retain(|slot| !apart.held.contains(slot));
     let spreads = spreads(experiments);
     let mut problem = Problem {
-        plant,
-        experiments,
-        scale: vec![1.0; slots.len()],
-        sigma: spreads.iter().map(|spread| 1e-3 * spread).collect(),
-        state_scale: local::state_scales(plant, experiments, &views, &written),
+        scale: Vec::new(),
+        slots: Vec::new(),
         local: local::slots(plant),
-        slots,
+        ..Problem::of_states(
+            plant,
+            experiments,
+            spreads.iter().map(|spread| 1e-3 * spread).collect(),
+            local::state_scales(plant, experiments, &views, &written),
+        )
     };
-    let belief = Prior {
-        bounds: problem
-            .slots
-            .iter()
-            .map(|&slot| {
-                let parameter = &plant.parameters()[slot];
-                match apart.released.contains(&slot) {
-                    true => natural(parameter),
-                    false => bounds(parameter),
-                }
-            })
-            .collect(),
-        written: problem.slots.iter().map(|&slot| written[slot]).collect(),
-        widths: vec![options.prior_width; problem.slots.len()],
-        tied: Vec::new(),
-    };
+    let belief = problem.free(options, apart);
 
     let (mut segments, mut unknowns) = if options.near {
         whole_recordings(&problem, &views, &written)?
@@ -209,13 +194,70 @@ pub(crate) fn run(
     }
     let runaway = Runaway::along(&problem, &segments, &unknowns, &spreads);
     problem.recentre(&segments, &mut unknowns);
-    rescale(&mut problem, &belief, &unknowns, &silent);
-    let mut widths = uncertainty::half_widths(&problem, &belief, &segments, &unknowns);
-    sizes::open_by_noise(
-        &problem,
+    let ended = Ended {
+        silent: &silent,
+        stop,
+        steps,
+        runaway,
+    };
+    Ok(conclude(
+        &mut problem,
         &belief,
+        &segments,
+        unknowns,
+        (apart, &spreads),
+        ended,
+    ))
+}
+
+impl Problem<'_> {
+    /// Frees the parameters that a fit may move, and returns their prior.
+    pub(super) fn free(&mut self, options: &FitOptions, apart: Apart) -> Prior {
+        let written = self.plant.values();
+        self.slots = fitted_slots(self.plant);
+        self.slots.retain(|slot| !apart.held.contains(slot));
+        self.scale = vec![1.0; self.slots.len()];
+        let bounds = self.slots.iter().map(|&slot| {
+            let parameter = &self.plant.parameters()[slot];
+            match apart.released.contains(&slot) {
+                true => natural(parameter),
+                false => bounds(parameter),
+            }
+        });
+        Prior {
+            bounds: bounds.collect(),
+            written: self.slots.iter().map(|&slot| written[slot]).collect(),
+            widths: vec![options.prior_width; self.slots.len()],
+            tied: Vec::new(),
+        }
+    }
+}
+
+/// End of a search.
+pub(super) struct Ended<'a> {
+    pub silent: &'a [Option<f64>],
+    pub stop: Stop,
+    pub steps: usize,
+    pub runaway: Option<Runaway>,
+}
+
+/// Values with their certainty, and the error that is left.
+pub(super) fn conclude(
+    problem: &mut Problem,
+    belief: &Prior,
+    segments: &[Segment],
+    unknowns: DecisionVariables,
+    (apart, spreads): (Apart, &[f64]),
+    ended: Ended,
+) -> Found {
+    let plant = problem.plant;
+    rescale(problem, belief, &unknowns, ended.silent);
+    let mut widths = uncertainty::half_widths(problem, belief, segments, &unknowns);
+    sizes::open_by_noise(
+        problem,
+        belief,
         &unknowns,
-        (&silent, &mut widths.parameters),
+        (ended.silent, &mut widths.parameters),
     );
     let slots = fitted_slots(plant);
     let width = |slot: &usize| {
@@ -223,24 +265,24 @@ pub(crate) fn run(
         fitted.map_or(Width::Open, |j| widths.parameters[j])
     };
     let all = slots.iter().map(width).collect();
-    let error = error(&problem, &segments, &unknowns, &spreads);
-    let mut local = own_values(&problem, &segments, &unknowns, &widths.local);
+    let error = error(problem, segments, &unknowns, spreads);
+    let mut local = own_values(problem, segments, &unknowns, &widths.local);
     let mut values = unknowns.values;
     for it in &mut local {
         values[it.slot] = it.share(values[it.slot]);
     }
-    Ok(Found {
+    Found {
         local,
         slots,
         held: apart.held.to_vec(),
-        runaway,
+        runaway: ended.runaway,
         values,
         widths: all,
         error,
-        samples: sample_count(&problem, &segments),
-        stop,
-        steps,
-    })
+        samples: sample_count(problem, segments),
+        stop: ended.stop,
+        steps: ended.steps,
+    }
 }
 
 /// Free parameters but those that only say where a simulation starts, since a fit has start states
@@ -333,7 +375,7 @@ fn error(
 }
 
 /// Weights each sensor by what it is missed by; true where a weight changed by more than a tenth.
-fn reweight(
+pub(super) fn reweight(
     problem: &mut Problem,
     segments: &[Segment],
     unknowns: &DecisionVariables,

@@ -85,7 +85,7 @@ pub(crate) fn half_widths(
         };
         information += &normal.zz - &normal.zx * &back;
         readings += rows.residual.len();
-        unknown += state.len();
+        unknown += problem.start_states(state);
         let correlated = memory_of(&rows, problem.sigma.len());
         memory = memory.max(correlated);
         scores.extend(block_scores(

@@ -7,7 +7,6 @@
 
 use sinew_sim::{Plant, Rig};
 
-use super::score::{relative, score};
 use super::stages::Found;
 use super::uncertainty::Width;
 use crate::error::Result;
@@ -21,20 +20,19 @@ const NO_MORE: f64 = 0.01;
 /// fits with some slots held.
 ///
 /// # Errors
-/// As [`score`]; those of `run` end the search and not the fit.
+/// As those of `error`, the error of a rig over the spread of the signals; those of `run` end the
+/// search and not the fit.
 pub(super) fn keep(
-    rig: &Rig,
-    plant: &Plant,
-    recordings: &[Recording],
-    mut first: Found,
+    (rig, plant): (&Rig, &Plant),
+    error: &dyn Fn(&Rig) -> Result<f64>,
+    (mut first, at_rest): (Found, Option<f64>),
     run: &mut dyn FnMut(&[usize]) -> Result<Found>,
 ) -> Result<(Found, Rig)> {
-    let at_rest = noise_beside_spread(plant, recordings);
     if at_rest.is_some() {
         first.widths.fill(Width::Open);
     }
     let open: Vec<bool> = first.widths.iter().map(|it| *it == Width::Open).collect();
-    let (mut found, fitted) = hold(rig, plant, recordings, (first, at_rest), run)?;
+    let (mut found, fitted) = hold((rig, plant), error, (first, at_rest), run)?;
     // Held neighbours lend no certainty: an interval counts where the fit of all has one too.
     for (width, open) in found.widths.iter_mut().zip(open) {
         if open && width.half().is_some() {
@@ -46,7 +44,7 @@ pub(super) fn keep(
 
 /// Noise over the spread of the signals, root of the sum of the squares of all sensors. `None`
 /// where any sensor shows more than noise in any recording.
-fn noise_beside_spread(plant: &Plant, recordings: &[Recording]) -> Option<f64> {
+pub(super) fn noise_beside_spread(plant: &Plant, recordings: &[Recording]) -> Option<f64> {
     let (mut squares, mut count) = (0.0, 0_usize);
     for recording in recordings {
         for sensor in plant.sensors() {
@@ -62,21 +60,20 @@ fn noise_beside_spread(plant: &Plant, recordings: &[Recording]) -> Option<f64> {
 
 /// Holds undetermined parameters for as long as that adds no error.
 fn hold(
-    rig: &Rig,
-    plant: &Plant,
-    recordings: &[Recording],
+    (rig, plant): (&Rig, &Plant),
+    error: &dyn Fn(&Rig) -> Result<f64>,
     (first, at_rest): (Found, Option<f64>),
     run: &mut dyn FnMut(&[usize]) -> Result<Found>,
 ) -> Result<(Found, Rig)> {
     let free = fitted(rig, plant, &first)?;
-    let least = error(&free, recordings)?;
+    let least = error(&free)?;
     let (first_error, samples) = (first.error, first.samples);
     // A free run shows how well the first rows tell where it starts; the fit itself does not.
     let leaves_no_more = |held: usize, found: &Found, fitted: &Rig| -> Result<bool> {
         let by_noise = (1.0 + gain_of_noise(held) / samples.max(1) as f64).sqrt();
         Ok(found.error <= (by_noise + NO_MORE) * first_error
             || at_rest.is_some_and(|noise| found.error <= most_of_noise(samples) * noise)
-            || error(fitted, recordings)? <= (1.0 + NO_MORE) * least)
+            || error(fitted)? <= (1.0 + NO_MORE) * least)
     };
     let mut best = (first, free);
     loop {
@@ -136,9 +133,4 @@ pub(super) fn fitted(rig: &Rig, plant: &Plant, found: &Found) -> Result<Rig> {
         })
         .collect();
     Ok(rig.with_values(&named)?)
-}
-
-/// Free-run error over the spread of the signals.
-fn error(rig: &Rig, recordings: &[Recording]) -> Result<f64> {
-    Ok(relative(&score(rig, recordings)?))
 }

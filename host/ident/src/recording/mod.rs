@@ -79,7 +79,26 @@ impl Recording {
     /// # Errors
     /// As [`Recording::read`], less `Read`.
     pub fn parse(bytes: &[u8], path: impl AsRef<Path>) -> Result<Self> {
-        read::parse(bytes, path.as_ref())
+        read::parse(bytes, path.as_ref(), read::Rows::Timed)
+    }
+
+    /// Reads a table of rests: a CSV file whose rows stand for themselves, without times. `t` counts
+    /// them from 0; a column of that name is left out.
+    ///
+    /// # Errors
+    /// As [`Recording::read`], less those of times.
+    pub fn read_table(path: impl AsRef<Path>) -> Result<Self> {
+        let path = path.as_ref();
+        let bytes = std::fs::read(path).map_err(|source| Error::read(path, source))?;
+        Self::parse_table(&bytes, path)
+    }
+
+    /// A table as [`Recording::read_table`], in memory already; `path` is what errors call it.
+    ///
+    /// # Errors
+    /// As [`Recording::read_table`], less `Read`.
+    pub fn parse_table(bytes: &[u8], path: impl AsRef<Path>) -> Result<Self> {
+        read::parse(bytes, path.as_ref(), read::Rows::Untimed)
     }
 
     /// A recording from values, such as a simulation's.

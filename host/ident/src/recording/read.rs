@@ -15,7 +15,16 @@ use crate::report::count;
 /// Expectation in every message about a number.
 const A_NUMBER: &str = "a decimal number such as -1.25e-3, or nothing (a missing sample)";
 
-pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Recording> {
+/// Meaning of the rows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Rows {
+    /// Samples at the times of the first column.
+    Timed,
+    /// Each row stands for itself.
+    Untimed,
+}
+
+pub(super) fn parse(bytes: &[u8], path: &Path, rows: Rows) -> Result<Recording> {
     // A spreadsheet's byte-order mark is no part of the first name.
     let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
     let source = Source { bytes, path };
@@ -29,22 +38,25 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Recording> {
     if !source.next(&mut reader, &mut record)? {
         return Err(source
             .at_end("there is no line with column names")
-            .expected("`t` and the names of the signals"));
+            .expected(match rows {
+                Rows::Timed => "`t` and the names of the signals",
+                Rows::Untimed => "the names of the inputs and signals",
+            }));
     }
     let header_line = source.line(&record);
-    let names = header(&source, &record)?;
+    let names = header(&source, &record, rows)?;
+    let kept = |index: &usize| names[*index] != "t";
+    let kept: Vec<usize> = (0..names.len()).filter(kept).collect();
 
     let mut t: Vec<f64> = Vec::new();
     let mut lines: Vec<usize> = Vec::new();
     // Line of the row before and the byte at which it begins: every byte is counted once.
     let (mut line, mut from) = (1, 0);
-    let mut columns: Vec<Column> = names[1..]
-        .iter()
-        .map(|name| Column {
-            name: name.clone(),
-            values: Vec::new(),
-        })
-        .collect();
+    let empty = |&index: &usize| Column {
+        name: names[index].clone(),
+        values: Vec::new(),
+    };
+    let mut columns: Vec<Column> = kept.iter().map(empty).collect();
     while source.next(&mut reader, &mut record)? {
         if record.len() != names.len() {
             return Err(ragged(&source, &record, &names));
@@ -53,11 +65,13 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Recording> {
         line += line_ends(&bytes[from..start]);
         from = start;
         lines.push(line);
-        t.push(time(&source, &record, t.last().copied())?);
-        for (index, column) in columns.iter_mut().enumerate() {
-            column
-                .values
-                .push(number(&source, &record, index + 1, &column.name)?);
+        t.push(match rows {
+            Rows::Timed => time(&source, &record, t.last().copied())?,
+            Rows::Untimed => t.len() as f64,
+        });
+        for (column, &index) in columns.iter_mut().zip(&kept) {
+            let value = number(&source, &record, index, &column.name)?;
+            column.values.push(value);
         }
     }
     if t.is_empty() {
@@ -74,13 +88,13 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Recording> {
     })
 }
 
-/// The column names: `t` first, none empty, none twice.
-fn header(source: &Source, record: &ByteRecord) -> Result<Vec<String>> {
+/// The column names: `t` first where rows have times, none empty, none twice.
+fn header(source: &Source, record: &ByteRecord, rows: Rows) -> Result<Vec<String>> {
     let mut names: Vec<String> = Vec::with_capacity(record.len());
     for index in 0..record.len() {
         let name = std::str::from_utf8(record[index].trim_ascii())
             .map_err(|_| source.error(record, index, "a column name is not UTF-8 text"))?;
-        if index == 0 && name != "t" {
+        if index == 0 && name != "t" && rows == Rows::Timed {
             return Err(first_name(source, record, name));
         }
         if name.is_empty() {

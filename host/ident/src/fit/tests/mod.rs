@@ -19,6 +19,7 @@ mod recovered;
 mod search;
 mod second_start;
 mod starts;
+mod statics;
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..")

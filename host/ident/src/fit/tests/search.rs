@@ -21,6 +21,7 @@ fn the_derivatives_are_those_of_the_simulation() {
         scale: vec![0.5, 20.0, 0.4, 0.2],
         sigma: vec![1e-3],
         state_scale: vec![0.1, 2.0],
+        rests: None,
     };
     let segment = Segment::new(&plant, &experiments, 0, 10..140, plant.state_len()).unwrap();
     let (values, state) = (plant.values(), vec![0.02, 0.5]);
@@ -106,6 +107,7 @@ fn what_is_tied_changes_by_the_same_part_of_its_scale() {
         scale: begun.to_vec(),
         sigma: vec![1e-3],
         state_scale: vec![0.1, 1.0],
+        rests: None,
     };
     let fitted = |tied: &[&[usize]]| {
         let belief = Prior {
@@ -162,6 +164,7 @@ fn fitted_twice(start: [f64; 3], recording: &Recording) -> (usize, f64) {
         scale: vec![inertia, stiffness, damping, 0.1],
         sigma: vec![1e-3],
         state_scale: vec![0.1, 1.0],
+        rests: None,
     };
     let belief = Prior {
         bounds: vec![[0.01, 1e3], [0.1, 1e3], [0.0, 1e3], [0.0, 1e3]],
