@@ -3,6 +3,7 @@
 mod calibrate;
 mod desk;
 mod excite;
+mod fit_static;
 mod interrupt;
 mod plan;
 mod refusals;
