@@ -60,7 +60,7 @@ impl Repairs {
     /// Reads tables of rests and mends them.
     ///
     /// # Errors
-    /// As [`Recording::read_table`] and [`Repair::apply`]; `Arguments` for a repair of rows in time.
+    /// As [`Recording::read_table`] and [`Repair::apply`]; `Arguments` for a repair of times.
     pub fn read_tables(&self, paths: &[PathBuf]) -> Result<Vec<Recording>> {
         let of_time = [
             ("--time-unit", self.time_unit.is_some()),

@@ -9,8 +9,10 @@ use rayon::prelude::*;
 use sinew_sim::{InputTrajectory, ParameterizedPlant, Plant, Simulated, Trajectory};
 
 use super::experiment::Experiment;
-use super::statics::RestStarts;
 use crate::error::Result;
+
+/// State from which the rest of each row is searched, table by table.
+pub(crate) type RestStarts = [Vec<Vec<f64>>];
 
 /// A stretch of one recording, simulated from a start state of its own.
 pub(crate) struct Segment {

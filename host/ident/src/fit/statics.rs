@@ -1,9 +1,10 @@
 //! Fits to rests: a table of constant inputs and of what the sensors read once nothing moves
 //! (docs/explanation/identification.md, eq. 17).
 //!
-//! The residuals are those of the rests (docs/explanation/plant.md, eq. 28), their derivatives those
-//! of the implicit function (eq. 30). Solver, intervals and result are those of [`super::fit`].
-//! Parameters that no rest depends on, such as inertias and dampings, are held as written.
+//! The residuals are those of the rests (docs/explanation/plant.md, eq. 28), and the derivatives
+//! those of the implicit function (eq. 30). Solver, intervals and result are those of
+//! [`super::fit`]. Parameters that no rest depends on, such as inertias and dampings, are held as
+//! written.
 
 use std::time::Instant;
 
@@ -14,7 +15,7 @@ use super::experiment::{Experiment, spreads};
 use super::judge::Judge;
 use super::levenberg::{DecisionVariables, Stop, StoppingCriteria, minimise};
 use super::score::{FreeRun, FreeRunSensor};
-use super::segment::{Problem, Segment};
+use super::segment::{Problem, RestStarts, Segment};
 use super::sizes::{rescale, sample_count, silent_scales};
 use super::stages::{Apart, Ended, Found, conclude, fitted_slots, reweight};
 use super::{Fit, FitOptions, Progress, local, moves};
@@ -25,9 +26,6 @@ use crate::recording::Recording;
 const ROUNDS: usize = 5;
 /// Relative decrease of the cost below which a search ends.
 const CONVERGED: f64 = 1e-6;
-
-/// State from which the rest of each row is searched, table by table.
-pub(crate) type RestStarts = [Vec<Vec<f64>>];
 
 /// Readings of a rig at rest beside those of each table, row by row: `t` counts the rows. They are
 /// NaN where the rig has no rest.

@@ -82,8 +82,8 @@ impl Recording {
         read::parse(bytes, path.as_ref(), read::Rows::Timed)
     }
 
-    /// Reads a table of rests: a CSV file whose rows stand for themselves, without times. `t` counts
-    /// them from 0; a column of that name is left out.
+    /// Reads a table of rests: a CSV file whose rows stand for themselves, without times. `t`
+    /// counts them from 0; a column of that name is left out.
     ///
     /// # Errors
     /// As [`Recording::read`], less those of times.
