@@ -342,7 +342,7 @@ fn sensed() -> sinew_model::spec::ModelSpec {
             error: vec![0.0; 3],
             bias: vec![0.0; 3],
             linear,
-            quadratic: (0..18).map(|i| 0.01 * (i as f32).sin()).collect(),
+            quadratic: (0..18).map(|i| 0.01 * f64::from(i).sin() as f32).collect(),
         }),
         ..spec
     }
@@ -375,7 +375,7 @@ fn a_controller_that_reads_no_output_gives_the_same_bits() {
     };
     let run = |mut device: Device| {
         let step = |k: u32| {
-            let s = |i: u32| 0.5 + (0.05 * (k * (i + 1)) as f32).sin();
+            let s = |i: u32| 0.5 + (0.05 * f64::from(k * (i + 1))).sin() as f32;
             let question = ToDevice::Sample {
                 seq: k,
                 y: [f32::NAN; 3].into_iter().collect(),
