@@ -92,7 +92,7 @@ mod tests {
         let _ = Linear::drawn(5, 2, &mut others);
         let beside = Linear::drawn(3, 4, &mut draws);
         assert_eq!(values(&alone), values(&beside));
-        let bound = (1.0_f32 / 3.0).sqrt();
+        let bound = (1.0_f64 / 3.0).sqrt() as f32;
         assert!(values(&alone).iter::<f32>().all(|v| v.abs() <= bound));
     }
 }
