@@ -59,7 +59,7 @@ pub fn sensed(name: &str, spec: ModelSpec) -> ModelSpec {
     let n_y = spec.outputs.len();
     let weights = |n: usize, size: f32| -> Vec<f32> {
         (0..n * n_y)
-            .map(|i| size * ((3 * i + 1) as f32).sin())
+            .map(|i| size * f64::from(3 * i as u32 + 1).sin() as f32)
             .collect()
     };
     ModelSpec {
