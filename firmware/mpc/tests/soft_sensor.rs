@@ -102,7 +102,10 @@ fn a_loop_without_outputs_does_what_one_does_that_measures_what_the_channels_say
     let (mut sensed, mut measured) = (Sensed::new(controller(), &SENSOR), controller());
     let reference = [[0.4]; 4];
     for k in 0..50 {
-        let s = [1.0 + 0.4 * (0.1 * f64::from(k)).sin() as f32, -1.0 + 0.02 * k as f32];
+        let s = [
+            1.0 + 0.4 * (0.1 * f64::from(k)).sin() as f32,
+            -1.0 + 0.02 * k as f32,
+        ];
         let y = SENSOR.outputs(&s);
         let a = PredictiveLoop::step(&mut sensed, &[f32::NAN], &s, &reference);
         let b = measured.step(&y, &[], &reference);
