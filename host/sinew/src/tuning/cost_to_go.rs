@@ -45,8 +45,8 @@ pub(super) fn weighted(spec: &ModelSpec, weights: &Weights) -> ModelSpec {
     spec
 }
 
-/// What of a budget goes to the search on the model that stands in, and the evaluations that are
-/// left for [`refine`].
+/// Part of a budget that goes to the search on the model that stands in, and the evaluations that
+/// are left for [`refine`].
 pub(super) fn shared(budget: Budget) -> (Budget, usize) {
     match budget {
         Budget::Iterations(_) => (budget, REFINED),

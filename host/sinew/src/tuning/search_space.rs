@@ -101,7 +101,7 @@ impl SearchSpace {
         }
     }
 
-    /// Whether Lambda is searched, and whether the gain of the disturbance estimate is.
+    /// True for each that is searched: Lambda, and the gain of the disturbance estimate.
     pub fn searched(&self) -> (bool, bool) {
         (!self.suppression_fixed, self.kept.is_none())
     }
