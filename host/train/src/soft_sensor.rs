@@ -9,6 +9,9 @@ use sinew_model::spec::SoftSensorSpec;
 const STRETCHES: usize = 5;
 /// Ridges that are tried, as parts of the rows.
 const RIDGES: [f64; 8] = [1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2];
+/// Most of an output's variance that the map may leave on unseen readings: with more, the channels
+/// say hardly anything of it.
+const MOST_LEFT: f64 = 0.5;
 /// Rows a weight: with fewer the map follows the noise.
 const ROWS_A_WEIGHT: usize = 3;
 
@@ -32,7 +35,7 @@ pub struct Calibrated {
 /// The ridge is the one with the least error on stretches that its weights have not seen.
 ///
 /// # Errors
-/// Too few whole rows, or a channel that never changes.
+/// Too few whole rows, a channel that never changes, or an output that the channels do not say.
 pub fn calibrate(
     channels: &[Vec<f64>],
     outputs: &[Vec<f64>],
@@ -88,6 +91,20 @@ pub fn calibrate(
         .map(|(from, to)| Sums::of(&a, &y, from, to))
         .collect();
     let (ridge, squares) = chosen(&a, &y, &sums)?;
+    for (r, square) in squares.iter().enumerate() {
+        let left = square / y.column(r).variance().max(f64::MIN_POSITIVE);
+        if left > MOST_LEFT {
+            return Err(Error::failed(format!(
+                "the channels do not say output {r}: their best map leaves {:.0} % of its variance \
+                 on readings that it has not seen",
+                100.0 * left
+            ))
+            .expected(format!(
+                "at most {:.0} %: other channels in `sensed_by`, or a longer recording that moves",
+                100.0 * MOST_LEFT
+            )));
+        }
+    }
     let all = Sums::total(&sums, None);
     let weights = all.solve(ridge).ok_or_else(not_positive)?;
     let row = |from: usize, count: usize| -> Vec<f32> {
@@ -270,6 +287,25 @@ mod tests {
         }
         let found = calibrate(&channels, &outputs, &SCALING).unwrap();
         assert_eq!(found.rows, 700 - 140);
+    }
+
+    #[test]
+    fn channels_that_say_nothing_of_an_output_are_refused() {
+        let (mut channels, mut outputs) = bent(600, 0.01);
+        let rough = |k: usize| ((k * k) as f64 * 0.37).sin();
+        outputs[1] = (0..600).map(rough).collect();
+        let unsaid = calibrate(&channels, &outputs, &SCALING)
+            .unwrap_err()
+            .to_string();
+        assert!(unsaid.contains("do not say output 1"), "{unsaid}");
+        channels
+            .iter_mut()
+            .for_each(|column| *column = (0..600).map(rough).collect());
+        outputs.truncate(1);
+        let unsaid = calibrate(&channels, &outputs, &SCALING[..1])
+            .unwrap_err()
+            .to_string();
+        assert!(unsaid.contains("do not say output 0"), "{unsaid}");
     }
 
     #[test]
