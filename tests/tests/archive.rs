@@ -36,7 +36,10 @@ fn symbols(archive: &Path) -> (BTreeSet<String>, BTreeSet<String>) {
     let file = ArchiveFile::parse(&*data).expect("an archive");
     let (mut defined, mut wanted) = (BTreeSet::new(), BTreeSet::new());
     for member in file.members() {
-        let member = member.expect("a member").data(&*data).expect("its bytes");
+        let member = member
+            .expect("a member")
+            .data(&*data)
+            .expect("the member has bytes");
         // The compiler's own metadata is no object.
         let Ok(object) = object::File::parse(member) else {
             continue;

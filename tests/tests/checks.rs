@@ -80,7 +80,7 @@ fn all_of_them_hold_in_qemu() {
         .stdout(Stdio::null())
         .status()
         .expect("QEMU was there a moment ago");
-    let log = std::fs::read(&log).expect("it has a log");
+    let log = std::fs::read(&log).expect("QEMU wrote a log");
     let log = decode_log(&program, &log).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(status.code(), Some(0), "{log}");
     let names = {

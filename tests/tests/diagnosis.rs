@@ -34,7 +34,7 @@ fn answer(folder: &Path) -> Answer {
     let found = diagnose::diagnose(&rig, &recordings, &Options::default(), &|_, _, _| {})
         .unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
     let json = output::json(&found).expect("a finding can be written");
-    serde_json::from_str(&json).expect("its JSON has the contract's form")
+    serde_json::from_str(&json).expect("the JSON has the contract's form")
 }
 
 #[test]

@@ -20,7 +20,7 @@ fn foreign(name: &str) -> PathBuf {
 /// rig that flies away.
 fn differences(rig: &Rig) -> Vec<(String, f64)> {
     let theirs = Recording::read(foreign("all.csv")).expect("the recording is committed");
-    let plant = Plant::new(rig).expect("it compiles");
+    let plant = Plant::new(rig).expect("the rig compiles");
     let column = |name: &str| theirs.column(name).expect("MuJoCo recorded it");
     let inputs: Vec<&[f64]> = plant.inputs().iter().map(|i| column(&i.column)).collect();
     let signals: Vec<&[f64]> = plant.sensors().iter().map(|s| column(&s.column)).collect();

@@ -229,7 +229,7 @@ fn a_wired_hasel_platform_links_on_both_boards() {
         return skip(reason);
     }
     let rig = image::root().join("rigs/hasel.toml");
-    let text = std::fs::read_to_string(rig).expect("it ships");
+    let text = std::fs::read_to_string(rig).expect("the rig ships");
     let rig = Rig::parse(&text, "hasel.toml").expect("the rig is sound");
     let signals = of_rig(&rig).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!((signals.sensors.len(), signals.actuators.len()), (3, 6));

@@ -130,7 +130,7 @@ fn weight_and_observer_are_beside_the_settings_and_only_where_there_are_any() {
     let emitted = |spec: &ModelSpec| {
         let files = files(spec);
         let control = files.iter().find(|file| file.path.ends_with("control.rs"));
-        control.expect("it is always emitted").text.clone()
+        control.expect("control.rs is always emitted").text.clone()
     };
     let plain = emitted(&spec);
     assert!(!plain.contains("COMMAND_WEIGHT") && !plain.contains("OBSERVER_GAIN"));

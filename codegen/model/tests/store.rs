@@ -80,7 +80,7 @@ fn a_state_without_a_rest_begins_as_after_a_gap() {
     assert_eq!(older.len(), text.lines().count() - 4);
     fs::write(&path, older.join("\n")).unwrap();
     let spec = store::load(directory.path()).unwrap();
-    for state in spec.state.expect("it has one").states {
+    for state in spec.state.expect("the model has a state").states {
         assert_eq!((state.rest, state.rest_deviation), (0.0, state.deviation));
     }
 }
@@ -111,7 +111,7 @@ fn tables_of_a_state_without_a_filter_are_refused() {
     store::save(directory.path(), &support::with_state()).unwrap();
     let path = directory.path().join("model.toml");
     let text = fs::read_to_string(&path).unwrap();
-    let (before, after) = text.split_once("[filter]").expect("it has one");
+    let (before, after) = text.split_once("[filter]").expect("the file has a filter");
     let rest = after.find("\n[").map_or("", |next| &after[next..]);
     fs::write(&path, format!("{before}{rest}")).unwrap();
     let message = store::load(directory.path())

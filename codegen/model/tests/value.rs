@@ -215,7 +215,11 @@ fn a_weight_of_commands_is_in_the_cost_to_go_from_the_command_of_rest() {
         dense.bias = vec![0.0; 2];
     }
     spec.control.command_weight = 0.3;
-    spec.control.value.as_mut().expect("it has one").points = vec![vec![0.0, 0.0]];
+    spec.control
+        .value
+        .as_mut()
+        .expect("the specification has a cost-to-go")
+        .points = vec![vec![0.0, 0.0]];
     spec.validate().expect("valid");
     let rows = value::rows(&spec).expect("a value");
     let mut random = Random(5);
@@ -331,7 +335,10 @@ fn what_cannot_have_a_value_is_refused_with_a_reason() {
         spec.validate().expect_err("not valid").to_string()
     };
     fn value(spec: &mut ModelSpec) -> &mut ValueSpec {
-        spec.control.value.as_mut().expect("it has one")
+        spec.control
+            .value
+            .as_mut()
+            .expect("the specification has a cost-to-go")
     }
     let rows = refused(&|spec| value(spec).rows = 4);
     assert!(

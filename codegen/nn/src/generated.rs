@@ -69,7 +69,7 @@ mod tests {
         write(out.path(), &first).expect("an empty folder");
         fs::write(out.path().join("src/own.rs"), "// mine\n")
             .expect("the folder is this test's own");
-        write(out.path(), &first[..1]).expect("its own folder");
+        write(out.path(), &first[..1]).expect("the test's folder is writable");
         assert!(!out.path().join("tests/golden.rs").exists());
         assert!(out.path().join("src/lib.rs").exists());
         assert!(out.path().join("src/own.rs").exists());

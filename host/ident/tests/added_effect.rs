@@ -95,7 +95,7 @@ fn an_effect_of_a_users_own_is_simulated_found_and_named() {
     );
     let rig = Rig::load(file).expect("the rig ships with the project");
     let drag = Kind::register(&QuinticDrag).expect("the name is free");
-    let site = rig.site(drag, "mass").expect("it can sit at a body");
+    let site = rig.site(drag, "mass").expect("drag can sit at a body");
     let real = rig
         .with_effect(drag, site, &[3.0])
         .expect("a rig file holds it");

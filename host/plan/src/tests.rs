@@ -47,10 +47,10 @@ fn derivatives_agree_in_both_directions() {
     for smoothing in [0.05, 0.0] {
         let forward = problem
             .jacobian(smoothing, &x, Direction::Forward)
-            .expect("it is simulated");
+            .expect("the plan is simulated");
         let backward = problem
             .jacobian(smoothing, &x, Direction::Backward)
-            .expect("it is simulated");
+            .expect("the plan is simulated");
         let largest = forward.amax();
         assert!(largest > 1e-3, "nothing moves at {smoothing}");
         let difference = (&forward - &backward).amax();
@@ -61,7 +61,7 @@ fn derivatives_agree_in_both_directions() {
                 moved[variable] += h;
                 problem
                     .readings(smoothing, &moved)
-                    .expect("it is simulated")
+                    .expect("the plan is simulated")
             };
             let (above, below) = (by(3e-4), by(-3e-4));
             for target in 0..2 {
@@ -84,7 +84,7 @@ fn only_the_path_has_a_slope_from_rest() {
     let problem = problem(&["second.position = 0.12 at 1.5 s"], &Options::default());
     let slope = |smoothing: f64| {
         let jacobian = problem.jacobian(smoothing, &problem.rest(), Direction::Forward);
-        jacobian.expect("it is simulated").amax()
+        jacobian.expect("the plan is simulated").amax()
     };
     assert_eq!(slope(0.0), 0.0);
     assert!(slope(0.1) > 1e-4, "{}", slope(0.1));

@@ -59,9 +59,9 @@ fn the_file_is_the_plan() {
         .recording(&plant, "plan.csv")
         .expect("a recording")
         .to_csv();
-    let read = Recording::parse(csv.as_bytes(), "plan.csv").expect("it reads back");
+    let read = Recording::parse(csv.as_bytes(), "plan.csv").expect("the plan reads back");
     let column = |name: &str, factor: f64| -> Vec<f64> {
-        let values = read.column(name).expect("it is there");
+        let values = read.column(name).expect("the plan has the column");
         values.iter().map(|value| value * factor).collect()
     };
     let input = &plant.inputs()[0];
@@ -81,7 +81,7 @@ fn the_file_is_the_plan() {
     let slices: Vec<&[f64]> = signals.iter().map(Vec::as_slice).collect();
     let run = plant
         .simulate_recording(read.t(), &[&u], &slices)
-        .expect("it is simulated");
+        .expect("the plan is simulated");
     for (index, sensor) in plant.sensors().iter().enumerate() {
         let again: Vec<f64> = (run.trajectory.column(index).iter())
             .map(|value| value / sensor.column_factor)

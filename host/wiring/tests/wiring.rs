@@ -53,7 +53,7 @@ at_full = 12.0
 
 /// Faults of a text that reads, as lines.
 fn faults(text: &str, signals: &Signals) -> Vec<String> {
-    let wiring = Wiring::parse(text).expect("it reads");
+    let wiring = Wiring::parse(text).expect("the wiring is TOML");
     let faults = check(&wiring, signals, nucleo()).faults;
     faults.iter().map(ToString::to_string).collect()
 }

@@ -129,7 +129,7 @@ fn shapes_too_stiff_for_their_inertia_name_their_line() {
         let plant = Plant::new(&rig.unwrap_or_else(|error| panic!("{error}")));
         let plant = plant.unwrap_or_else(|error| panic!("{error}"));
         let times = [0.0, 0.01, 0.02];
-        let drive = InputTrajectory::new(&plant, times.len(), &[]).expect("it has no input");
+        let drive = InputTrajectory::new(&plant, times.len(), &[]).expect("the plant has no input");
         let start = vec![0.0; plant.state_len()];
         let refused = plant.simulate(&plant.values(), &start, &drive, &times);
         let refused = refused.map_or_else(|error| error.to_string(), |_| "RUNS".to_owned());

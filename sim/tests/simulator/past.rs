@@ -135,7 +135,7 @@ fn derivatives_see_the_past_forwards_and_backwards() {
         .gradient(&plain, &start, &drive, &t[CUT..], |run| {
             (loss(&run.signals), weights.clone())
         })
-        .expect("it has a gradient");
+        .expect("the loss has a gradient");
     for (seed, &slot) in slots.iter().enumerate() {
         let parts = forward.signals.iter().zip(&weights);
         let ours: f64 = parts.map(|(s, w)| s.derivative[seed] * w).sum();

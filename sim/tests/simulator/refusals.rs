@@ -168,7 +168,7 @@ fn every_number_of_every_effect_is_checked() {
         let table = text
             .lines()
             .position(|line| line == "[[effect]]")
-            .expect("it was added");
+            .expect("the effect was added");
         for (index, spec) in description.parameters.iter().enumerate() {
             let line = table + 3 + index;
             for (wrong, allowed) in [

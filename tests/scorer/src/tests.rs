@@ -185,7 +185,8 @@ fn parameter_errors_leave_zeros_out_and_wrap_phases() {
         value(7.0)
     );
     let answer = answer(&[named("position_ripple", "mass", 0.9, &found, "")]);
-    let concealed = score::meant(&answer.effects[0], &truth).expect("it is the hidden one");
+    let concealed =
+        score::meant(&answer.effects[0], &truth).expect("the answer is the concealed effect");
     let errors = score::parameter_errors(&answer.effects[0], concealed);
     let expected = [("amplitude", 0.02), ("phase", 0.1), ("wave_number", 0.0)];
     assert_eq!(errors.len(), expected.len(), "{errors:?}");

@@ -223,7 +223,7 @@ fn integers_are_counted_beside_floats() {
             .find_map(|line| line.strip_prefix("cost predict "));
         let cost: u64 = cost
             .and_then(|cost| cost.split(' ').next()?.parse().ok())
-            .expect("it was counted");
+            .expect("QEMU counted the instructions");
         let options = Options {
             accuracy: Accuracy::Coarse,
             ..Options::default()

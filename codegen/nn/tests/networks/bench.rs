@@ -160,7 +160,7 @@ fn forget_others(networks: &Path, cases: &[Case]) {
     for entry in fs::read_dir(networks).into_iter().flatten().flatten() {
         let name = entry.file_name();
         if !cases.iter().any(|case| name == case.network.name.as_str()) {
-            fs::remove_dir_all(entry.path()).expect("it is this test's own folder");
+            fs::remove_dir_all(entry.path()).expect("the folder belongs to this test");
         }
     }
 }
@@ -173,7 +173,9 @@ fn join(folder: &Path, files: &[File]) {
             .replace("use crate::", "use kernels::")
     };
     let library = &text("src/lib.rs").expect("every crate has one").text;
-    let start = library.find("pub use network::").expect("it has a network");
+    let start = library
+        .find("pub use network::")
+        .expect("the library re-exports its network");
     let mut module = format!("//! One network.\n\nmod network;\n{}", &library[start..]);
     for name in ["network", "weights"] {
         if let Some(file) = text(&format!("src/{name}.rs")) {

@@ -72,7 +72,7 @@ fn leave_open(case: &mut Case, count: usize) {
             Op::Dense(dense) => Some(dense),
             _ => None,
         });
-    let dense = dense.expect("it has layers");
+    let dense = dense.expect("the network has layers");
     let (x, units) = (&case.inputs[0], dense.bias.len());
     for (h, (bias, row)) in dense
         .bias

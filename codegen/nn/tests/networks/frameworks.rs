@@ -30,7 +30,7 @@ pub fn network(path: &Path) -> Network {
     let mut network =
         import::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     let bytes = fs::read(path.with_extension("golden.safetensors")).expect("the file is committed");
-    let file = SafeTensors::deserialize(&bytes).expect("it is a safetensors file");
+    let file = SafeTensors::deserialize(&bytes).expect("golden vectors are a safetensors file");
     let (x, y) = (file.tensor("x").expect("x"), file.tensor("y").expect("y"));
     let rows = x.shape()[0];
     let floats: Vec<f32> = x

@@ -59,7 +59,9 @@ pub fn judge(workspace: &Workspace, cases: &[Case]) -> Vec<Errors> {
                 same(&host.jacobian, &qemu.jacobian),
                 "{name}: derivatives differ in their bits"
             );
-            said.get_mut(name).expect("it is there").cost = cost;
+            said.get_mut(name)
+                .expect("every network has an answer")
+                .cost = cost;
         }
     } else {
         use std::io::Write as _;

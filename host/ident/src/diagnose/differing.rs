@@ -137,7 +137,7 @@ mod tests {
 
     #[test]
     fn constants_that_differ_are_noted_with_the_key_to_write() {
-        let note = noted(&[-0.4, 0.8, 0.1], 2000.0).expect("they differ");
+        let note = noted(&[-0.4, 0.8, 0.1], 2000.0).expect("the constants differ");
         let begins = "the recordings differ by a constant at cell, from \u{2212}0.400 N to 0.800 N";
         assert!(note.starts_with(begins), "{note}");
         let key = "`offset = { value = 0.5, per = \"recording\" }` at that sensor";

@@ -101,7 +101,11 @@ mod tests {
     fn an_interval_wider_than_the_value_spans_everything_and_an_unknown_one_says_nothing() {
         let of = |ci95| {
             let mut effect = carriage().effects.remove(0);
-            effect.parameters.get_mut("level").expect("its level").ci95 = ci95;
+            effect
+                .parameters
+                .get_mut("level")
+                .expect("friction has a level")
+                .ci95 = ci95;
             spans_everything(&effect)
         };
         assert!(of(Some([-1.0, 41.2])));

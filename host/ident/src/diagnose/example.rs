@@ -32,7 +32,7 @@ pub(crate) fn carriage() -> Diagnosis {
     let written = sinew_sim::Rig::parse(RIG, "axis.toml").expect("the rig is sound");
     let refitted = written
         .with_values(&[("carriage.inertia", 95.2)])
-        .expect("it has this parameter");
+        .expect("the rig has this parameter");
     let mended = format!(
         "{}\n[[effect]]\nkind = \"coulomb_friction\"\ncomponent = \"carriage\"\nlevel = {{ value = 20.1 }}\n",
         refitted.to_toml()

@@ -372,11 +372,14 @@ mod tests {
         );
         let rig = Rig::load(file).expect("the demo's rig ships with the project");
         let term = term(&rig, effect, &["mass"]);
-        let with = term.apply(&rig, begun).expect("it can sit there");
-        let model = Model::new(&with, &rig, &[term], Settings::default()).expect("it is sound");
+        let with = term
+            .apply(&rig, begun)
+            .expect("the effect can sit at the mass");
+        let model =
+            Model::new(&with, &rig, &[term], Settings::default()).expect("the model compiles");
         let named = |slot: &usize| model.plant.parameters()[*slot].name.ends_with(parameter);
         let at = model.slots.iter().position(named);
-        model.bounds[at.expect("it is under trial")]
+        model.bounds[at.expect("the parameter is under trial")]
     }
 
     /// A damping that is zero in truth ended a thousandth below it, and the friction was refused
@@ -391,18 +394,19 @@ mod tests {
         let term = term(&rig, "direction_dependent_friction", &["mass"]);
         let with = term
             .apply(&rig, &[1.0, 2.0, 0.5, 0.5])
-            .expect("it can sit there");
+            .expect("the effect can sit at the mass");
         let terms = [term.clone()];
-        let model = Model::new(&with, &rig, &terms, Settings::default()).expect("it is sound");
+        let model =
+            Model::new(&with, &rig, &terms, Settings::default()).expect("the model compiles");
         let damping = model
             .plant
             .slot("mass.direction_dependent_friction.damping_pos");
         let mut ended = model.plant.values();
-        ended[damping.expect("it has one")] = -1e-3;
+        ended[damping.expect("the rig has a damping")] = -1e-3;
         assert_eq!(model.within(&ended), ended);
         let signed = model.clone().signed(&term.not_below_zero());
         let back = signed.within(&ended);
-        ended[damping.expect("it has one")] = 0.0;
+        ended[damping.expect("the rig has a damping")] = 0.0;
         assert_eq!(back, ended);
     }
 

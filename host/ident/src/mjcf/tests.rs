@@ -53,7 +53,7 @@ fn a_learned_force_is_named_as_left_out() {
     let kind = Kind::Learned;
     let mut values = vec![0.0; kind.description().parameters.len()];
     values[..4].copy_from_slice(&[0.0, 1.0, 2.0, 0.5]);
-    let site = rig.site(kind, "cart").expect("it is a body");
+    let site = rig.site(kind, "cart").expect("cart is a body");
     let rig = rig
         .with_effect(kind, site, &values)
         .expect("the component bears this effect");

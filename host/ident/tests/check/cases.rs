@@ -81,7 +81,9 @@ fn an_unstable_plant_is_fitted_in_intervals_and_is_said_to_run_away() {
         let rig = Rig::load(file(case, name)).unwrap();
         let fit = fitted(&rig, recording(case, "A.csv"));
         assert_near(&fit, &[0.02, 0.01, 0.8], 0.01);
-        let runaway = fit.runaway.expect("it falls over without its controller");
+        let runaway = fit
+            .runaway
+            .expect("the pendulum falls over without its controller");
         assert!((runaway.rate / pole - 1.0).abs() < 0.05, "{runaway:?}");
         assert!((1.0..3.0).contains(&runaway.interval), "{runaway:?}");
         assert!(!runaway.whole);

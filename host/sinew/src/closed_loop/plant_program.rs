@@ -289,7 +289,7 @@ mod tests {
 
     #[test]
     fn a_program_that_talks_after_its_last_answer_is_refused() {
-        let recorded = one_row("0.25\\n").expect("it says what it is asked for");
+        let recorded = one_row("0.25\\n").expect("the program records its request");
         assert_eq!(recorded.signals, [Some(vec![0.25])]);
         let refused = one_row("0.25\\n0.5\\n").err().expect("one line too many");
         let said = refused.to_string();

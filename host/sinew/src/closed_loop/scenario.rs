@@ -290,7 +290,7 @@ mod tests {
         let values = plant.values();
         let start = plant
             .initial_state(&values, &[Some(0.0)])
-            .expect("it can start");
+            .expect("the scenario can start");
         Scenario {
             plant,
             values,

@@ -126,7 +126,7 @@ mod tests {
             .transient(0, 0.1, 0)
             .expect("the reference rests after a move");
         assert!((found.overshoot - 0.25).abs() < 1e-12);
-        assert!((found.settling_s.expect("it settles") - 1.0).abs() < 1e-12);
+        assert!((found.settling_s.expect("the response settles") - 1.0).abs() < 1e-12);
         let never = run(-0.5, true)
             .transient(0, 0.1, 0)
             .expect("the reference rests after a move");
@@ -144,7 +144,7 @@ mod tests {
                 early.y[k][0] = 4.0;
             }
         }
-        let of = |lead| early.transient(0, 0.1, lead).expect("it rests");
+        let of = |lead| early.transient(0, 0.1, lead).expect("the reference rests");
         assert!((of(3).overshoot - 1.0).abs() < 1e-12);
         assert_eq!((of(4).overshoot, of(4).settling_s), (0.0, Some(0.0)));
         // A rest is never shorter than what counts as one.

@@ -262,7 +262,7 @@ mod tests {
             .find(|(path, _)| *path == "boards/stm32f446/Cargo.toml")
             .expect("the file is embedded");
         let text = board_manifest(contents, &spec, optimise).expect("the text is TOML");
-        text.parse().expect("it still is")
+        text.parse().expect("the reduced manifest is TOML")
     }
 
     #[test]

@@ -76,8 +76,8 @@ mod tests {
     fn a_tuned_rig_asks_for_the_cost_to_go_of_its_model() {
         let rig =
             Rig::load(checkout("rigs/mass-spring-damper.toml")).expect("the shipped rig is sound");
-        let spec =
-            sinew_model::store::load(&checkout("models/reference-s")).expect("it is committed");
+        let spec = sinew_model::store::load(&checkout("models/reference-s"))
+            .expect("the model is committed");
         let mut control = ControlSpec {
             horizon: 1,
             control_horizon: 1,
@@ -86,7 +86,7 @@ mod tests {
             ..spec.control
         };
         let terminal = |control: &ControlSpec, rig: &Rig| {
-            let tuned = controlled(rig, control).expect("it has a [control] table");
+            let tuned = controlled(rig, control).expect("the rig has a [control] table");
             let table = ControlTable::read(&tuned).expect("the tables were sound");
             (table.expect("tuning keeps it").terminal, tuned)
         };
@@ -110,8 +110,8 @@ mod tests {
     fn a_tuned_rig_keeps_its_text() {
         let rig =
             Rig::load(checkout("rigs/mass-spring-damper.toml")).expect("the shipped rig is sound");
-        let spec =
-            sinew_model::store::load(&checkout("models/reference-s")).expect("it is committed");
+        let spec = sinew_model::store::load(&checkout("models/reference-s"))
+            .expect("the model is committed");
         let control = ControlSpec {
             horizon: 9,
             control_horizon: 2,
@@ -119,7 +119,7 @@ mod tests {
             move_suppression: vec![0.003],
             ..spec.control
         };
-        let tuned = controlled(&rig, &control).expect("it has a [control] table");
+        let tuned = controlled(&rig, &control).expect("the rig has a [control] table");
         let table = ControlTable::read(&tuned).expect("the tables were sound");
         let table = table.expect("tuning keeps the [control] table");
         assert_eq!((table.horizon, table.control_horizon), (Some(9), Some(2)));

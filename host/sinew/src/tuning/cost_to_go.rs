@@ -142,7 +142,7 @@ mod tests {
     fn spec() -> ModelSpec {
         let folder =
             std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/reference-s");
-        sinew_model::store::load(&folder).expect("it is committed")
+        sinew_model::store::load(&folder).expect("the model is committed")
     }
 
     fn weights() -> Weights {
@@ -166,14 +166,18 @@ mod tests {
             ahead: 6,
             points: vec![vec![0.0; spec.outputs.len()]],
         });
-        let other = stand_in(&spec).expect("it has a cost-to-go");
+        let other = stand_in(&spec).expect("the specification has a cost-to-go");
         other.validate().expect("a firmware carries it");
         assert_eq!((other.control.horizon, other.control.preview()), (8, 8));
         assert_eq!(other.control.control_horizon, 3);
         assert!(other.control.move_blocks.is_empty() && other.control.value.is_none());
         spec.control.control_horizon = 2;
-        spec.control.value.as_mut().expect("it has").ahead = 0;
-        let near = stand_in(&spec).expect("it has a cost-to-go");
+        spec.control
+            .value
+            .as_mut()
+            .expect("the specification has a cost-to-go")
+            .ahead = 0;
+        let near = stand_in(&spec).expect("the specification has a cost-to-go");
         assert_eq!(near.control.move_blocks, [2], "blocks stay where steps do");
     }
 

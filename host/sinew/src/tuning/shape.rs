@@ -97,9 +97,9 @@ mod tests {
     fn horizons_are_those_that_a_firmware_carries() {
         let folder =
             std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/reference-s");
-        let spec = sinew_model::store::load(&folder).expect("it is committed");
+        let spec = sinew_model::store::load(&folder).expect("the model is committed");
         let of = |n: &[usize], nc: &[usize]| Shape::candidates(&spec, n, nc);
-        let near = of(&[], &[]).expect("its own at least");
+        let near = of(&[], &[]).expect("the model's own shape is a candidate");
         assert_eq!(near[0].horizon, spec.control.horizon);
         assert!(near.len() > 2 && near.iter().all(|s| s.of(&spec).is_ok()));
         let asked = of(&[6, 8, 6], &[2]).expect("a firmware carries both");

@@ -64,7 +64,10 @@ fn another_device_has_another_soft_sensor_and_the_same_network() {
     let span = |spec: &ModelSpec| spec.channels[0].span;
     assert!((span(&other) / span(&one) - 1.7).abs() < 1e-9);
     for spec in [&one, &other] {
-        let sensor = spec.soft_sensor.as_ref().expect("it has one");
+        let sensor = spec
+            .soft_sensor
+            .as_ref()
+            .expect("the model has a soft sensor");
         assert!(sensor.error[0] < 1e-6, "{sensor:?}");
     }
     // The channel is in the frames and not in the network.
@@ -171,7 +174,10 @@ fn a_loop_behind_a_soft_sensor_sees_its_channels_alone() {
     desk.succeed(IMPORT);
     // The same controller with a map that says one place, whatever the channel.
     let mut blind = model(&desk, "model");
-    let sensor = blind.soft_sensor.as_mut().expect("it has one");
+    let sensor = blind
+        .soft_sensor
+        .as_mut()
+        .expect("the model has a soft sensor");
     sensor.linear.fill(0.0);
     sensor.quadratic.fill(0.0);
     store::save(&desk.path("blind"), &blind).expect("the folder is writable");

@@ -61,7 +61,7 @@ fn around(folder: &Path) -> Vec<String> {
 
 /// `sinew LINE` on a desk, its own temporary files on the desk too.
 fn start(desk: &Desk, line: &str) -> Child {
-    std::fs::create_dir_all(desk.path("tmp")).expect("it can be made");
+    std::fs::create_dir_all(desk.path("tmp")).expect("the folder can be made");
     desk.command(line)
         .env("TMPDIR", desk.path("tmp"))
         .stdin(Stdio::null())
@@ -88,14 +88,17 @@ fn interrupt(desk: &Desk, mut child: Child, when: &str) {
         wait_for(PATIENCE, || listens(child.id())),
         "{when}: it takes no notice of signals"
     );
-    kill(id, Signal::SIGINT).expect("it runs");
+    kill(id, Signal::SIGINT).expect("the program runs");
     let told = Instant::now();
     let ended = wait_for(PATIENCE, || {
-        child.try_wait().expect("it is our child").is_some()
+        child
+            .try_wait()
+            .expect("the program is a child of the test")
+            .is_some()
     });
     let took = told.elapsed();
     assert!(ended, "{when}: it does not end");
-    let output = child.wait_with_output().expect("it has ended");
+    let output = child.wait_with_output().expect("the program has ended");
     let words = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(130), "{when}: {words}");
     assert!(words.contains("stopped"), "{when}: {words}");
@@ -124,7 +127,7 @@ fn interrupt(desk: &Desk, mut child: Child, when: &str) {
         );
     }
     let left: Vec<_> = std::fs::read_dir(desk.path("tmp"))
-        .expect("it is there")
+        .expect("the folder is there")
         .flatten()
         .collect();
     assert!(

@@ -54,7 +54,7 @@ fn a_plan_simulates_as_planned_and_its_document_keeps_the_schema() {
         columns(&desk.read("plan.csv")),
         columns(&desk.read("again.csv"))
     );
-    let document = serde_json::from_str(&desk.read("plan.json")).expect("it is JSON");
+    let document = serde_json::from_str(&desk.read("plan.json")).expect("the plan is JSON");
     assert_eq!(violations(&schema("plan"), &document), [""; 0]);
     assert!(document["simulations"]["equivalent"].as_u64() <= Some(200));
     assert!(desk.read("plan.html").contains("<title>u_N</title>"));

@@ -179,7 +179,7 @@ fn tunings() {
     let without = actuator
         .zip(sensor)
         .map(|(a, s)| rig[..a].to_owned() + &rig[s..]);
-    desk.write("idle.toml", &without.expect("it has both"));
+    desk.write("idle.toml", &without.expect("the rig has both tables"));
     let line = |model: &str, rest: &str| format!("tune {RIG} {model} --fit good.csv {rest}");
     let report = refusals(
         &desk,

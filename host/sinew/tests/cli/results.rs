@@ -120,7 +120,7 @@ fn an_experiment_says_what_it_would_reveal() {
     );
     let effects = found["revelation"]["effects"]
         .as_array()
-        .expect("it was measured");
+        .expect("the result was measured");
     let named = |kind: &str| effects.iter().find(|effect| effect["kind"] == kind);
     let friction = named("coulomb_friction").expect("a mass may rub");
     assert_eq!(friction["verdict"], "determined", "{friction}");

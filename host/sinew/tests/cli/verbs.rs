@@ -101,7 +101,7 @@ fn simulate_agrees_with_somebody_elses_recording() {
     let theirs = &exact
         .iter()
         .find(|(name, _)| name == "q_m")
-        .expect("it records the position")
+        .expect("the recording has the position")
         .1;
     let range = theirs.iter().copied().fold(0.0, |a: f64, b| a.max(b.abs()));
     let error = theirs
@@ -275,7 +275,7 @@ fn a_stated_unit_of_time_passes_from_new_to_fit() {
     });
     desk.write("ms.csv", &(header + &rows.collect::<String>()));
     let said = desk.succeed("new ms.csv --yes --spring no --time-unit ms --inertia 1e-3");
-    let next = said.lines().last().expect("it says what is next");
+    let next = said.lines().last().expect("the verb names the next step");
     assert!(next.ends_with("--fit ms.csv --time-unit ms"), "{said}");
     desk.succeed(&format!(
         "{} --quiet",

@@ -491,7 +491,12 @@ mod tests {
         let device = Device::default().autodiff();
         let layer = started(4, &options, &states, &device);
         let weights = to_matrix(layer.weight.val());
-        let bias = layer.bias.as_ref().expect("it has one").val().into_data();
+        let bias = layer
+            .bias
+            .as_ref()
+            .expect("the layer has a bias")
+            .val()
+            .into_data();
         let bias: Vec<f64> = bias.iter::<f64>().collect();
         let at_rest = states[1].scaled(0.0);
         for (column, bias) in weights.column_iter().zip(&bias).take(3) {

@@ -229,7 +229,8 @@ mod tests {
             |done, _, _| {
                 first = if first == 0 { done } else { first };
                 if done == 2 {
-                    after_two = fs::read(file).expect("it was written after every pass");
+                    after_two =
+                        fs::read(file).expect("the checkpoint was written after every pass");
                 }
             },
         );

@@ -90,7 +90,7 @@ pub fn error(folder: &str, device: &str, scaled: Option<(&str, f64)>) -> f64 {
     }
     let start = plant
         .initial_state(&values, &vec![Some(0.0); plant.sensors().len()])
-        .expect("it starts at rest");
+        .expect("the plant starts at rest");
     let run = plant
         .simulate(&values, &start, &drive, t)
         .unwrap_or_else(|error| panic!("{device}: {error}"));

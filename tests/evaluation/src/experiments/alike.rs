@@ -291,7 +291,7 @@ mod tests {
     #[test]
     fn a_case_is_right_where_each_component_is_named_and_no_other() {
         let case = CASES.iter().find(|case| case.name == "tendons-rub");
-        let case = case.expect("it is one");
+        let case = case.expect("tendons-rub is a case");
         let kind = "load_dependent_friction";
         let all = [
             ("west", 0.04),

@@ -471,7 +471,7 @@ mod tests {
             assert_eq!(names(&[alone, "15-8-3"]).expect("both").len(), 2);
         }
         assert_eq!(
-            names(&["corrected"]).expect("it trains its own"),
+            names(&["corrected"]).expect("the corrected rig trains a network of its own"),
             ["corrected"]
         );
         assert!(names(&[]).expect("all").contains(&"horizon-1"));

@@ -263,7 +263,7 @@ mod tests {
                 law: Vec::new(),
             }],
         };
-        let frame = frame(0.0, &recovered).expect("it moves");
+        let frame = frame(0.0, &recovered).expect("the mass moves");
         let (found, implausible) = from_recovered(frame, 0.0, &recovered);
         assert!(found[12..].iter().all(|damping| *damping >= 0.0));
         let squares =

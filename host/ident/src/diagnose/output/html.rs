@@ -273,7 +273,8 @@ mod tests {
             recording: &recording,
         }];
         let written = diagnosis.refitted.clone();
-        let page = report(&diagnosis, &written, &shown, "sinew diagnose").expect("it is drawn");
+        let page =
+            report(&diagnosis, &written, &shown, "sinew diagnose").expect("the report is drawn");
         let html = page.to_html();
         for expected in [
             "Dry friction of 20.1 N at carriage is missing from the model.",

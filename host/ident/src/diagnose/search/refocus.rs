@@ -151,7 +151,7 @@ mod tests {
                 .first(&rig, &plant.values(), 15)
                 .expect("the rig is sound");
             let fitted = fitted.expect("the rig can be simulated");
-            let found = refocused(&subset, &fitted).expect("it was fitted");
+            let found = refocused(&subset, &fitted).expect("the weights were fitted");
             (subset.intervals.len(), found.map(|found| found.intervals))
         };
         let (count, moved) = of(&[0..200, 600..800, 1200..1400, 1800..2000]);

@@ -19,7 +19,7 @@ fn found(folder: &str, rows: usize) -> Diagnosis {
     let read = |name: &str| {
         let recording = Recording::read(foreign(&format!("{folder}/{name}")));
         let recording = recording.expect("the file is committed");
-        recording.rows(0..rows).expect("it is longer")
+        recording.rows(0..rows).expect("the recording is longer")
     };
     let recordings = Recordings {
         fit: vec![read("fit.csv")],

@@ -7,7 +7,7 @@ use sinew_sim::effects::Kind;
 fn shifted(name: &str, zero: f64) -> Recording {
     let read = Recording::read(shipped(name)).expect("the recording ships with the project");
     let columns = ["u_N", "q_m"].map(|column| {
-        let values = read.column(column).expect("it has it");
+        let values = read.column(column).expect("the recording has the column");
         let more = if column == "q_m" { zero } else { 0.0 };
         Column {
             name: column.into(),

@@ -92,7 +92,7 @@ fn the_demos_hidden_friction_is_named_and_mends_what_chose_nothing() {
 fn a_test_recording_that_cannot_be_scored_is_refused_before_any_work() {
     let mut recordings = recordings();
     let rows = "t,u_N,q_mm\n0,0,0\n0.01,0,0\n";
-    let test = Recording::parse(rows.as_bytes(), "column.csv").expect("it is one");
+    let test = Recording::parse(rows.as_bytes(), "column.csv").expect("the rows are a recording");
     recordings.test.push(test);
     let told = |what: &str, _, _| panic!("{what}: that is work");
     let refused = diagnose(&rig(), &recordings, &Options::default(), &told);

@@ -24,7 +24,7 @@ fn pool(case: &Case) -> Pool {
 pub fn context<'a>(case: &'a Case<'a>, terms: Vec<Term>) -> Context<'a> {
     let subset = subset(case);
     let start = subset.first(case.written, &compiled(case.written).values(), 15);
-    let start = start.expect("a rig").expect("it can be simulated");
+    let start = start.expect("a rig").expect("the rig can be simulated");
     Context {
         case,
         subset,
@@ -38,7 +38,7 @@ fn named(name: &str) -> &'static dyn Move {
     let mut moves = MOVES.iter();
     *moves
         .find(|step| step.name() == name)
-        .expect("it is listed")
+        .expect("the move is listed")
 }
 
 /// The moves that apply, by name.
@@ -117,6 +117,6 @@ fn a_restart_refits_alternatives_and_never_the_best_itself() {
     let found = restart.propose(&context, &pool).expect("a rig");
     let found = found.expect("something is chosen").candidates;
     assert_eq!(found.len(), 2);
-    let best = pool.best().expect("it is chosen");
+    let best = pool.best().expect("a candidate is chosen");
     assert!(found.iter().all(|one| !one.has_terms_of(best)));
 }

@@ -108,7 +108,9 @@ fn a_refit_that_short_stretches_led_astray_names_nothing() {
     for (rig, verdict) in [
         (right.clone(), Verdict::Consistent),
         (
-            right.with_values(&off).expect("it has them"),
+            right
+                .with_values(&off)
+                .expect("the rig has these parameters"),
             Verdict::Parameters,
         ),
     ] {
@@ -142,7 +144,7 @@ fn what_only_its_start_carries_away_runs_through_and_what_is_wrong_does_not() {
     let load = 8e-4;
     let (before, right, twice) = (progress(0.0), progress(load), progress(2.0 * load));
     let roles = Roles::new(&[recorded(load, 1)], &[recorded_badly_at_first(load)], &[]);
-    let roles = roles.expect("they are there");
+    let roles = roles.expect("both recordings have rows");
     let plant = compiled(&before);
     let data = |recordings: &[Recording]| {
         Data::new(&before, &plant, recordings).expect("the recordings have the columns of the rig")

@@ -83,7 +83,8 @@ fn a_law_that_leaves_the_mismatch_looks_like_no_law_that_takes_it() {
     };
     assert_eq!(cubic.kind, "cubic_stiffness");
     let candidate = |name: &str| found.candidates.iter().find(|one| one.name == name);
-    let quadratic = candidate("quadratic_stiffness at coil").expect("it was tried");
+    let quadratic =
+        candidate("quadratic_stiffness at coil").expect("quadratic stiffness was tried");
     assert!(quadratic.remainder > 0.5, "{quadratic:?}");
     for twin in &cubic.indistinguishable_from {
         let name = format!("{} at {}", twin.kind, twin.component);

@@ -19,7 +19,7 @@ fn a_search_without_time_claims_nothing_and_says_why() {
         ..Options::default()
     };
     let found = diagnose(&rig(), &recordings(), &options, &|_, _, _| {});
-    let found = found.expect("it can be diagnosed");
+    let found = found.expect("the recordings can be diagnosed");
     assert_eq!(found.verdict, Verdict::Unexplained);
     assert!(
         found
@@ -45,13 +45,13 @@ fn a_search_that_is_stopped_answers_with_the_best_so_far_and_is_less_sure() {
         ..Options::default()
     };
     let whole = diagnose(&rig(), &recordings(), &Options::default(), &|_, _, _| {});
-    let whole = whole.expect("it can be diagnosed");
+    let whole = whole.expect("the recordings can be diagnosed");
     let found = diagnose(&rig(), &recordings(), &options, &|what, _, _| {
         if what == "one effect: fitted to everything" {
             stop.ask();
         }
     });
-    let found = found.expect("it can be diagnosed");
+    let found = found.expect("the recordings can be diagnosed");
     assert_eq!(
         found.effects[0].kind, "coulomb_friction",
         "{}",
@@ -74,7 +74,7 @@ fn a_stopped_search_names_the_simple_law_that_a_richer_one_contains() {
     let plant = compiled(&rig);
     let both = [recordings.fit.clone(), recordings.check.clone()].concat();
     let [fit, check, both] = [recordings.fit, recordings.check, both]
-        .map(|them| Data::new(&rig, &plant, &them).expect("its columns are there"));
+        .map(|them| Data::new(&rig, &plant, &them).expect("the recordings have all columns"));
     let case = case(&rig, [&fit, &check, &both], vec![(0, 0..fit.rows())]);
     let start = [0.5, 0.5, 0.01, 0.01];
     let (baseline, richer) = finals_of(&case, "direction_dependent_friction", &["mass"], &start);

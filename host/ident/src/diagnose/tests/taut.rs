@@ -11,7 +11,9 @@ use super::{compiled, recorded};
 fn platform(stiffness: &str, effect: &str) -> Rig {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../rigs/tendon.toml");
     let text = std::fs::read_to_string(file).expect("the file ships with the project");
-    let (bare, _) = text.split_once("[[waveguide]]").expect("it has fibres");
+    let (bare, _) = text
+        .split_once("[[waveguide]]")
+        .expect("the rig has fibres");
     let text = bare.replace("value = 0.293", stiffness) + effect;
     Rig::parse(&text, "tendon.toml").expect("the rig is sound")
 }

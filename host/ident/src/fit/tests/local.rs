@@ -246,7 +246,7 @@ fn one_recording_and_verbs_without_recordings_say_what_per_means_for_them() {
         0.0015,
         3e-5,
     );
-    let line = shared_values(&carrier(DIFFERS)).expect("it has such parameters");
+    let line = shared_values(&carrier(DIFFERS)).expect("the rig has shared parameters");
     let list = "`mass.inertia` = 2.00 kg, `eye.offset` = 0 m";
     assert!(line.ends_with(list), "{line}");
     assert_eq!(shared_values(&parse(&oscillator(1.0, 2.0, 3.0, ""))), None);

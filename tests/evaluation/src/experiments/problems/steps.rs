@@ -100,7 +100,7 @@ mod tests {
 
     #[test]
     fn the_published_staircase_is_three_levels_of_333_steps() {
-        let [asked, _] = STEPS.paths.expect("it has its own");
+        let [asked, _] = STEPS.paths.expect("the problem has paths of its own");
         let text = asked();
         let rows: Vec<&str> = text.lines().skip(1).collect();
         let of = |level: &str| rows.iter().filter(|row| row.ends_with(level)).count();
