@@ -113,9 +113,10 @@ impl Halted<'_> {
         let answer = self
             .0
             .ask(&format!("M{address:x},{:x}:{digits}", bytes.len()))?;
-        match answer == "OK" {
-            true => Ok(()),
-            false => Err(refused(&answer)),
+        if answer == "OK" {
+            Ok(())
+        } else {
+            Err(refused(&answer))
         }
     }
 

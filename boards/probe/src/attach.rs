@@ -34,9 +34,10 @@ pub(crate) fn attach(chip: &Chip, options: &Options) -> Result<Session, Trouble>
 
 /// The same by a probe that is open.
 pub(crate) fn session(probe: Probe, chip: &Chip, options: &Options) -> Result<Session, Trouble> {
-    let permissions = match options.unlock {
-        true => Permissions::new().allow_erase_all(),
-        false => Permissions::new(),
+    let permissions = if options.unlock {
+        Permissions::new().allow_erase_all()
+    } else {
+        Permissions::new()
     };
     let mut session = probe
         .attach(chip.name, permissions)
@@ -77,12 +78,13 @@ pub(crate) fn choose(
 fn identify(session: &mut Session, chip: &Chip) -> Result<(), Trouble> {
     let mut core = session.core(0).map_err(|e| sorted(&e))?;
     let found = core.read_word_32(chip.address).map_err(|e| sorted(&e))?;
-    match found & chip.mask == chip.value {
-        true => Ok(()),
-        false => Err(Trouble::OtherChip {
+    if found & chip.mask == chip.value {
+        Ok(())
+    } else {
+        Err(Trouble::OtherChip {
             expected: chip.name,
             found,
-        }),
+        })
     }
 }
 

@@ -222,9 +222,10 @@ pub fn it_says_who_it_is<S: Device, C: Clock>(
     let mut subject = make();
     let who = subject.session.who();
     let said = subject.ask(&ToDevice::Hello);
-    match said == ToHost::Hello(who) && who.protocol == crate::protocol::PROTOCOL {
-        true => Ok(()),
-        false => Err(Wrong::Answer),
+    if said == ToHost::Hello(who) && who.protocol == crate::protocol::PROTOCOL {
+        Ok(())
+    } else {
+        Err(Wrong::Answer)
     }
 }
 
@@ -242,9 +243,10 @@ fn against<S: Device, C: Clock>(
         chosen(&vector, &answer, &who)?;
         compared = true;
     }
-    match compared {
-        true => Ok(()),
-        false => Err(Wrong::Nothing),
+    if compared {
+        Ok(())
+    } else {
+        Err(Wrong::Nothing)
     }
 }
 
@@ -259,9 +261,10 @@ fn near<'a>(found: impl Iterator<Item = &'a f32>, expected: &[f32], largest: f32
         }
         count += 1;
     }
-    match count == expected.len() {
-        true => Ok(()),
-        false => Err(Wrong::Answer),
+    if count == expected.len() {
+        Ok(())
+    } else {
+        Err(Wrong::Answer)
     }
 }
 
@@ -323,9 +326,10 @@ pub fn its_derivatives_are_those_of_double_precision<S: Device, C: Clock>(
             )?;
             compared += 1;
         }
-        match compared == golden.y.len() {
-            true => Ok(()),
-            false => Err(Wrong::Answer),
+        if compared == golden.y.len() {
+            Ok(())
+        } else {
+            Err(Wrong::Answer)
         }
     })
 }

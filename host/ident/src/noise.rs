@@ -48,9 +48,10 @@ pub fn noise_level(t: &[f64], samples: &[f64]) -> f64 {
         let ranges = t.windows(order + 1).map(|times| times[order] - times[0]);
         let mut ranges: Vec<f64> = ranges.collect();
         let middle = ranges.len() / 2;
-        let usual = match ranges.is_empty() {
-            true => 0.0,
-            false => *ranges.select_nth_unstable_by(middle, f64::total_cmp).1,
+        let usual = if ranges.is_empty() {
+            0.0
+        } else {
+            *ranges.select_nth_unstable_by(middle, f64::total_cmp).1
         };
         let times = t.windows(order + 1);
         for (times, values) in times.zip(samples.windows(order + 1)) {

@@ -32,9 +32,10 @@ impl Problem {
         let backward = self.targets.len() * BACKWARD_COST;
         let sensors = |quantity| matches!(quantity, Quantity::Sensor(_));
         let possible = self.targets.iter().all(|target| sensors(target.quantity));
-        match possible && backward < forward {
-            true => Direction::Backward,
-            false => Direction::Forward,
+        if possible && backward < forward {
+            Direction::Backward
+        } else {
+            Direction::Forward
         }
     }
 

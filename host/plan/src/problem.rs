@@ -172,9 +172,10 @@ impl Problem {
     /// friction is stiff.
     pub(crate) fn plant_at(&self, smoothing: f64) -> Plant {
         let settings = self.plant.settings();
-        let rate_step = match smoothing > 0.0 {
-            true => settings.rate_step.max(GUIDING_STEP),
-            false => settings.rate_step,
+        let rate_step = if smoothing > 0.0 {
+            settings.rate_step.max(GUIDING_STEP)
+        } else {
+            settings.rate_step
         };
         self.plant.with_settings(Settings {
             smoothing,

@@ -61,10 +61,13 @@ pub(super) fn bound(
 ) -> (f64, usize) {
     let bodies = topology.bodies.iter().enumerate();
     let root_inertia: Vec<f64> = bodies
-        .map(|(body, slots)| match topology.is_imposed(body) {
-            // No force moves it.
-            true => f64::INFINITY,
-            false => crate::math::sqrt(values[slots.inertia]),
+        .map(|(body, slots)| {
+            // No force moves an imposed body.
+            if topology.is_imposed(body) {
+                f64::INFINITY
+            } else {
+                crate::math::sqrt(values[slots.inertia])
+            }
         })
         .collect();
     let bodies = root_inertia.len();

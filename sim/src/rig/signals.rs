@@ -41,11 +41,12 @@ impl<'a> TableReader<'a> {
         own: &TableReader<'a>,
     ) -> Result<Option<Box<Dependence>>, Error> {
         let Some(signal) = own.optional_text("with")? else {
-            return match own.has("slope") {
-                true => Err(own
+            return if own.has("slope") {
+                Err(own
                     .error_at("slope", format!("`slope` of {} without `with`", own.what))
-                    .helped("`with = \"COLUMN\"` says what it is the slope by")),
-                false => Ok(None),
+                    .helped("`with = \"COLUMN\"` says what it is the slope by"))
+            } else {
+                Ok(None)
             };
         };
         if !DEPENDING.contains(&self.array) || self.within.is_some() {

@@ -238,9 +238,10 @@ fn settled<S: Scalar>(topology: &Topology, values: &[S], inputs: &[S]) -> Vec<In
 /// Largest Bouc-Wen state: where `z' = 0` in steady motion (eq. 15a); infinite without hardening.
 pub(super) fn saturation<S: Scalar>(p: &[S]) -> f64 {
     let hardening = p[1].value() + p[2].value();
-    match hardening > 0.0 {
-        true => crate::math::exp(-crate::math::ln(hardening) / p[3].value()),
-        false => f64::INFINITY,
+    if hardening > 0.0 {
+        crate::math::exp(-crate::math::ln(hardening) / p[3].value())
+    } else {
+        f64::INFINITY
     }
 }
 

@@ -67,9 +67,10 @@ impl Plant {
         let topology = &*self.topology;
         let mut balance = Balance::new(topology, values, inputs, None);
         let varies = |numbers: &[S]| !numbers.iter().all(|x| x.is_constant());
-        let q = match varies(values) || varies(inputs) {
-            true => problem.lift(&found, &mut balance),
-            false => found.q.iter().map(|&q| S::constant(q)).collect(),
+        let q = if varies(values) || varies(inputs) {
+            problem.lift(&found, &mut balance)
+        } else {
+            found.q.iter().map(|&q| S::constant(q)).collect()
         };
         let (state, signals) = balance.read(&q);
         let (slack, pressed) = balance.branch_names(self);

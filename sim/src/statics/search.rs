@@ -99,9 +99,12 @@ impl Search<'_> {
             let stiffness = self.stiffness(&q);
             let size = (0..q.len()).map(|k| stiffness.component(k, &force).abs());
             largest = size.fold(largest, f64::max);
-            let mut step = stiffness.apply(&force, |value| match value.abs() > FLAT {
-                true => 1.0 / value.abs(),
-                false => 0.0,
+            let mut step = stiffness.apply(&force, |value| {
+                if value.abs() > FLAT {
+                    1.0 / value.abs()
+                } else {
+                    0.0
+                }
             });
             let flat = self.flat(&stiffness, &force, largest);
             if let Some(direction) = &flat {
@@ -219,9 +222,10 @@ impl Search<'_> {
                 (high, at_high) = (share, here);
             }
             // The zero of the secant, kept inside the bracket.
-            let secant = match at_high.is_finite() {
-                true => low - at_low * (high - low) / (at_high - at_low),
-                false => 0.5 * (low + high),
+            let secant = if at_high.is_finite() {
+                low - at_low * (high - low) / (at_high - at_low)
+            } else {
+                0.5 * (low + high)
             };
             let margin = 0.1 * (high - low);
             share = secant.clamp(low + margin, high - margin);

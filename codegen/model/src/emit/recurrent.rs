@@ -210,9 +210,10 @@ pub(super) fn along(spec: &ModelSpec, layer: &Recurrent) -> String {
     }
     let lines: String = lines.iter().map(|line| format!("    {line}\n")).collect();
     // Without a path or an increment the output is not added to.
-    let lines = match lines.contains("&mut y") {
-        true => lines,
-        false => lines.replace("let mut y", "let y"),
+    let lines = if lines.contains("&mut y") {
+        lines
+    } else {
+        lines.replace("let mut y", "let y")
     };
     format!(
         "

@@ -164,9 +164,12 @@ fn sorted(
     PointRows {
         at,
         u: (0..spec.past_inputs)
-            .map(|lag| match lag < past {
-                true => columns(of_inputs + lag * n_u, n_u),
-                false => unseen.clone(),
+            .map(|lag| {
+                if lag < past {
+                    columns(of_inputs + lag * n_u, n_u)
+                } else {
+                    unseen.clone()
+                }
             })
             .collect(),
         y: (0..spec.past_outputs)

@@ -211,9 +211,10 @@ impl<'a> Moved<'a> {
         };
         let shifted = repair.apply(recording.clone()).ok()?;
         let empty = usize::try_from(lag.unsigned_abs()).ok()?;
-        let rows = match lag > 0 {
-            true => 0..shifted.len().checked_sub(empty)?,
-            false => empty..shifted.len(),
+        let rows = if lag > 0 {
+            0..shifted.len().checked_sub(empty)?
+        } else {
+            empty..shifted.len()
         };
         let refit = Refit::of(rig, &shifted.rows(rows).ok()?)?;
         Some(Self {
@@ -241,9 +242,10 @@ fn moved_input(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<Check>
         |moved: &Moved| moved.squares < FAR_LESS * plain.squares && moved.squares.sqrt() < noise;
     let late = inputs.iter().filter_map(|input| {
         let best = coarsely(rig, recording, input)?;
-        match best.squares < CLOSER * plain.squares {
-            true => Some(closely(rig, recording, best)),
-            false => Some(best),
+        if best.squares < CLOSER * plain.squares {
+            Some(closely(rig, recording, best))
+        } else {
+            Some(best)
         }
     });
     let late = late.min_by(|a, b| a.squares.total_cmp(&b.squares));

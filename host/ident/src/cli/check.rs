@@ -93,9 +93,10 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         sinew_files::write(path, text + "\n")?;
     }
     arguments.repairs.refuse(&found)?;
-    Ok(match arguments.exit_code {
-        true => exit_code::of_checks(&found),
-        false => 0,
+    Ok(if arguments.exit_code {
+        exit_code::of_checks(&found)
+    } else {
+        0
     })
 }
 

@@ -101,9 +101,10 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
     found.checks = checks;
     stage.end(verdict(&found));
     leave(arguments, &rig, &recordings, &found)?;
-    Ok(match arguments.exit_code {
-        true => exit_code::of_verdict(found.verdict),
-        false => 0,
+    Ok(if arguments.exit_code {
+        exit_code::of_verdict(found.verdict)
+    } else {
+        0
     })
 }
 

@@ -64,9 +64,10 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         ],
     )?;
     let rig = Rig::load(&arguments.rig)?;
-    let kind = match arguments.at_rest {
-        true => Kind::Rests,
-        false => Kind::Motions,
+    let kind = if arguments.at_rest {
+        Kind::Rests
+    } else {
+        Kind::Motions
     };
     let (recordings, tests) = (
         kind.read(arguments, &arguments.recordings.fit)?,
@@ -165,9 +166,10 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         }
         None => said.line("nothing written; --out RIG.toml keeps the fitted rig"),
     }
-    Ok(match arguments.exit_code {
-        true => exit_code::of_fit(&found),
-        false => 0,
+    Ok(if arguments.exit_code {
+        exit_code::of_fit(&found)
+    } else {
+        0
     })
 }
 

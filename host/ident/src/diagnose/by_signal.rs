@@ -26,9 +26,12 @@ impl BySignal {
                 .filter(|(spec, _)| is_strength(spec));
             let slopes = strengths.map(|(_, value)| proportional * value / largest);
             let own = specs.iter().zip(start);
-            let own = own.map(|(spec, value)| match is_strength(spec) {
-                true => constant * value,
-                false => *value,
+            let own = own.map(|(spec, value)| {
+                if is_strength(spec) {
+                    constant * value
+                } else {
+                    *value
+                }
             });
             own.chain(slopes).collect()
         });

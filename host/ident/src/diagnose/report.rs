@@ -363,9 +363,10 @@ fn signals(
 ) -> Result<BTreeMap<String, SignalFit>> {
     let fit = errors(rigs, &roles.fit)?;
     let check = errors(rigs, &roles.check)?;
-    let test = match roles.test.is_empty() {
-        true => None,
-        false => Some(errors(rigs, &roles.test)?),
+    let test = if roles.test.is_empty() {
+        None
+    } else {
+        Some(errors(rigs, &roles.test)?)
     };
     let plant = Plant::new(rig)?;
     let all = plant.sensors().iter().enumerate().map(|(sensor, known)| {

@@ -219,9 +219,10 @@ impl Problem<'_> {
         self.scale = vec![1.0; self.slots.len()];
         let bounds = self.slots.iter().map(|&slot| {
             let parameter = &self.plant.parameters()[slot];
-            match apart.released.contains(&slot) {
-                true => natural(parameter),
-                false => bounds(parameter),
+            if apart.released.contains(&slot) {
+                natural(parameter)
+            } else {
+                bounds(parameter)
             }
         });
         Prior {

@@ -103,9 +103,10 @@ pub(crate) fn half_widths(
     // Residuals of a fit to few readings are smaller than the noise by what the fit took of it.
     let taken = unknown - (READINGS - 1) * parameters;
     let spare = (readings - taken) as f64;
-    let few = match readings < PLENTY * taken {
-        true => readings as f64 / spare,
-        false => 1.0,
+    let few = if readings < PLENTY * taken {
+        readings as f64 / spare
+    } else {
+        1.0
     };
     let determined = determined(&information, memory);
     let Some(inverse) = (information
@@ -187,16 +188,18 @@ fn local(
         let deviation = (alone[(at, at)] * memory + passed_on[(at, at)]).sqrt();
         if value > low && value < high {
             // A deviation that is no number is open, too.
-            return match deviation < LOOSE {
-                true => Width::Half(deviation * problem.state_scale[at]),
-                false => Width::Open,
+            return if deviation < LOOSE {
+                Width::Half(deviation * problem.state_scale[at])
+            } else {
+                Width::Open
             };
         }
         // What a bound leaves has a long memory, and may be all that speaks for the bound.
         let beyond = (alone.row(at) * slope)[0].abs() / alone[(at, at)].sqrt();
-        match deviation < LOOSE || beyond > PUSHED {
-            true => Width::AtBound,
-            false => Width::Open,
+        if deviation < LOOSE || beyond > PUSHED {
+            Width::AtBound
+        } else {
+            Width::Open
         }
     });
     own.collect()

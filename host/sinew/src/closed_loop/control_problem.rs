@@ -532,9 +532,10 @@ fn carried(
     }
     let preview = steps * outputs;
     if preview > MAX_PREVIEW {
-        let looked = match with_terminal {
-            true => "`horizon` and `value_ahead` together,",
-            false => "`horizon`",
+        let looked = if with_terminal {
+            "`horizon` and `value_ahead` together,"
+        } else {
+            "`horizon`"
         };
         return refuse(
             format!("[control] asks for a reference preview of {preview} values"),

@@ -130,15 +130,16 @@ impl ModelLoop {
         )?;
         if spec.soft_sensor.is_some() != self.task.sensed {
             let path = model.join(store::MODEL_FILE);
-            let (has, wants) = match self.task.sensed {
-                true => (
+            let (has, wants) = if self.task.sensed {
+                (
                     "no soft sensor",
                     "one: `sensed_by` of [control] names its channels",
-                ),
-                false => (
+                )
+            } else {
+                (
                     "a soft sensor",
                     "none: `sensed_by` of [control] names no channel",
-                ),
+                )
             };
             return Err(Error::file(path, format!("the model has {has}"))
                 .expected(format!("as the rig {} has it, {wants}", self.rig))

@@ -31,9 +31,10 @@ fn entry(rests: &Rests, row: &Row) -> Value {
     let signals = || plant.sensors().iter().map(|sensor| sensor.column.clone());
     let by_signal = |values: &[f64]| object(signals().zip(values.iter().map(|&v| json!(v))));
     let readings = (0..row.signals.len()).map(|sensor| {
-        let interval = match row.intervals.is_empty() {
-            true => Value::Null,
-            false => json!(row.range(plant, sensor)),
+        let interval = if row.intervals.is_empty() {
+            Value::Null
+        } else {
+            json!(row.range(plant, sensor))
         };
         json!({
             "value": row.signals[sensor],

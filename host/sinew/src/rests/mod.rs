@@ -148,9 +148,10 @@ impl Unsettled {
 impl std::fmt::Display for Unsettled {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         self.error.fmt(f)?;
-        match self.inputs.is_empty() {
-            true => Ok(()),
-            false => write!(f, "\n  at: {}", self.inputs),
+        if self.inputs.is_empty() {
+            Ok(())
+        } else {
+            write!(f, "\n  at: {}", self.inputs)
         }
     }
 }

@@ -92,9 +92,10 @@ impl Frame {
         let (rows, n) = (chosen.len(), self.shape.regressor_len());
         // An observer begins before the window, at what was measured there; a memory is warmed up
         // by what was.
-        let observed = match self.observer_gain < 1.0 {
-            true => windows.burn_in(),
-            false => 0,
+        let observed = if self.observer_gain < 1.0 {
+            windows.burn_in()
+        } else {
+            0
         };
         let (mut x, mut inputs, mut targets) = (Vec::new(), Vec::new(), Vec::new());
         let (mut measured, mut channels) = (Vec::new(), Vec::new());
@@ -150,10 +151,7 @@ impl Batch {
     pub fn moved(self, moves: &Tensor<2>) -> Self {
         let before = self.corrections.len();
         let inputs = self.inputs.into_iter().enumerate();
-        let inputs = inputs.map(|(j, u)| match j < before {
-            true => u,
-            false => u + moves.clone(),
-        });
+        let inputs = inputs.map(|(j, u)| if j < before { u } else { u + moves.clone() });
         Self {
             inputs: inputs.collect(),
             ..self

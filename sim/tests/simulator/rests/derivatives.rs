@@ -17,9 +17,12 @@ fn worst(plant: &Plant, inputs: &[f64]) -> Option<f64> {
     let mut worst = 0.0f64;
     for index in 0..unknowns.len() {
         let seeded: Vec<Dual<4>> = (unknowns.iter().enumerate())
-            .map(|(k, &x)| match k == index {
-                true => Dual::variable(x, 0),
-                false => Dual::constant(x),
+            .map(|(k, &x)| {
+                if k == index {
+                    Dual::variable(x, 0)
+                } else {
+                    Dual::constant(x)
+                }
             })
             .collect();
         let (seeded_values, seeded_inputs) = seeded.split_at(values.len());

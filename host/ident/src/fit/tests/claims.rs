@@ -227,11 +227,13 @@ fn no_interval_comes_of_fewer_readings_than_unknowns() {
     let believed = parse(&oscillator(1.5, 30.0, 1.0, ""));
     for rows in [vec![120, 300, 480], vec![60, 150, 260, 390, 520]] {
         let columns = whole.columns().iter().map(|column| {
-            let kept =
-                |(row, value): (usize, &f64)| match column.name != "q_m" || rows.contains(&row) {
-                    true => *value,
-                    false => f64::NAN,
-                };
+            let kept = |(row, value): (usize, &f64)| {
+                if column.name != "q_m" || rows.contains(&row) {
+                    *value
+                } else {
+                    f64::NAN
+                }
+            };
             Column {
                 name: column.name.clone(),
                 values: column.values.iter().enumerate().map(kept).collect(),
@@ -260,15 +262,16 @@ fn intervals_of_few_readings_hold_the_truth_as_often_as_they_say() {
             let whole = recorded(&truth, 360, 0.02, 10.0, 0.05, 300 + seed);
             let columns = whole.columns().iter().map(|column| Column {
                 name: column.name.clone(),
-                values: match column.name == "q_m" {
-                    true => (0..)
+                values: if column.name == "q_m" {
+                    (0..)
                         .zip(&column.values)
                         .map(|(row, value)| match row % (360 / readings) {
                             0 => *value,
                             _ => f64::NAN,
                         })
-                        .collect(),
-                    false => column.values.clone(),
+                        .collect()
+                } else {
+                    column.values.clone()
                 },
             });
             let few = Recording::new("few.csv", whole.t().to_vec(), columns.collect()).unwrap();

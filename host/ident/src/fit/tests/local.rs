@@ -118,9 +118,10 @@ fn a_recording_of_one_sample_does_not_move_the_mean() {
             position[0] = unseen.column("q_m").unwrap()[0];
             let columns = unseen.columns().iter().map(|column| Column {
                 name: column.name.clone(),
-                values: match column.name == "q_m" {
-                    true => position.clone(),
-                    false => column.values.clone(),
+                values: if column.name == "q_m" {
+                    position.clone()
+                } else {
+                    column.values.clone()
                 },
             });
             let times = unseen.t().to_vec();
@@ -154,15 +155,19 @@ fn a_recording_of_as_many_readings_as_unknowns_determines_no_own_value() {
     let other = recorded(&truth, 600, 0.01, 10.0, 0.01, 6);
     let columns = other.columns().iter().map(|column| Column {
         name: column.name.clone(),
-        values: match column.name == "q_m" {
-            true => (0..)
+        values: if column.name == "q_m" {
+            (0..)
                 .zip(&column.values)
-                .map(|(row, value)| match [90, 230, 370, 510].contains(&row) {
-                    true => *value,
-                    false => f64::NAN,
+                .map(|(row, value)| {
+                    if [90, 230, 370, 510].contains(&row) {
+                        *value
+                    } else {
+                        f64::NAN
+                    }
                 })
-                .collect(),
-            false => column.values.clone(),
+                .collect()
+        } else {
+            column.values.clone()
         },
     });
     let sparse = Recording::new("sparse.csv", other.t().to_vec(), columns.collect()).unwrap();
