@@ -51,6 +51,32 @@ int main(void)
     if (sinew_mpc_last_status() != 6)
         return printf("20 missing samples are status %u\n", sinew_mpc_last_status()), 1;
 
+    /* By hand: what is asked for, inside the limits; then the safe command at once. */
+    const float asked[NU] = {5.0f, -5.0f};
+    struct sinew_mpc_telemetry said;
+    sinew_reset();
+    before[0] = before[1] = 0;
+    for (int k = 0; k < 40; k++) {
+        sinew_mpc_open_loop(y, asked, u);
+        if (!(fabs(u[0] - before[0]) <= 0.0601) || sinew_mpc_last_status() != 8)
+            return printf("open loop to %g, status %u\n", u[0], sinew_mpc_last_status()), 1;
+        before[0] = u[0];
+    }
+    sinew_mpc_telemetry(&said);
+    if (u[0] != 0.9f || u[1] != -0.9f || said.status != 8 || said.iterations != 0 || said.missed != 0)
+        return printf("open loop ended at %g, %g, %u missed\n", u[0], u[1], said.missed), 1;
+    y[0] = 0.25f;
+    sinew_mpc_open_loop(y, NULL, u);
+    float estimate[NY] = {1, 1, 1}, disturbance[NY] = {NAN, NAN, NAN};
+    sinew_mpc_estimate(estimate);
+    sinew_mpc_disturbance(disturbance);
+    if (sinew_mpc_last_status() != 7 || !(u[0] < 0.9f) || !isfinite(disturbance[0]) || estimate[0] != 0.25f)
+        return printf("towards the safe command: %g, estimate %g\n", u[0], estimate[0]), 1;
+    sinew_mpc_emergency_stop(u);
+    if (u[0] != 0 || u[1] != 0 || sinew_mpc_last_status() != 6)
+        return printf("emergency stop at %g, %g\n", u[0], u[1]), 1;
+    y[0] = 0;
+
     sinew_reset();
     before[0] = before[1] = 0;
     for (int i = 0; i < N * NY; i++)

@@ -1,8 +1,11 @@
 //! The images of this checkout's boards, with the model that is committed.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use object::read::archive::ArchiveFile;
+use object::{Object, ObjectSymbol};
 use sinew::device::Device;
 use sinew::project::{Board, Built, board_folder, compile};
 use sinew_ident::error::{Error, Result};
@@ -93,4 +96,45 @@ const PANICS: [&str; 6] = [
 /// A function of this name is on the way to a panic.
 pub fn is_panic(name: &str) -> bool {
     PANICS.iter().any(|part| name.contains(part))
+}
+
+/// Names of the symbols in an archive's objects.
+#[derive(Debug, Default)]
+pub struct Symbols {
+    /// Defined for other programs.
+    pub global: BTreeSet<String>,
+    /// Defined for the object alone.
+    pub local: BTreeSet<String>,
+    /// Asked for.
+    pub wanted: BTreeSet<String>,
+}
+
+/// Names in an archive.
+pub fn symbols(archive: &Path) -> Symbols {
+    let data = std::fs::read(archive).unwrap_or_else(|error| panic!("{archive:?}: {error}"));
+    let file = ArchiveFile::parse(&*data).expect("an archive");
+    let mut found = Symbols::default();
+    for member in file.members() {
+        let member = member
+            .expect("a member")
+            .data(&*data)
+            .expect("the member has bytes");
+        // The compiler's own metadata is no object.
+        let Ok(object) = object::File::parse(member) else {
+            continue;
+        };
+        for symbol in object.symbols() {
+            let name = symbol.name().unwrap_or_default().to_string();
+            let names = if symbol.is_undefined() {
+                &mut found.wanted
+            } else if symbol.is_global() {
+                &mut found.global
+            } else {
+                &mut found.local
+            };
+            names.insert(name);
+        }
+    }
+    found.wanted.remove("");
+    found
 }

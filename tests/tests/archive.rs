@@ -2,11 +2,9 @@
 //! C program that calls it.
 
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 
-use object::read::archive::ArchiveFile;
-use object::{Object, ObjectSymbol};
 use sinew::device::Workplace;
 use sinew::project::{Machine, run_cargo};
 use sinew_tests::callgraph::CallGraph;
@@ -22,39 +20,21 @@ const ARCHIVE: [&str; 6] = [
 ];
 
 /// The C interface.
-const INTERFACE: [&str; 3] = ["sinew_mpc_step", "sinew_mpc_last_status", "sinew_reset"];
+const INTERFACE: [&str; 8] = [
+    "sinew_mpc_step",
+    "sinew_mpc_open_loop",
+    "sinew_mpc_emergency_stop",
+    "sinew_mpc_last_status",
+    "sinew_mpc_telemetry",
+    "sinew_mpc_estimate",
+    "sinew_mpc_disturbance",
+    "sinew_reset",
+];
 
 fn built(machine: Machine, arguments: &[&str]) -> PathBuf {
     let folder = image::root().join("boards/step");
     let folder = run_cargo(&folder, machine, &image::cache(), arguments);
     folder.unwrap_or_else(|error| panic!("{error}"))
-}
-
-/// Names that an archive's objects define, and those that they ask for.
-fn symbols(archive: &Path) -> (BTreeSet<String>, BTreeSet<String>) {
-    let data = std::fs::read(archive).expect("just built");
-    let file = ArchiveFile::parse(&*data).expect("an archive");
-    let (mut defined, mut wanted) = (BTreeSet::new(), BTreeSet::new());
-    for member in file.members() {
-        let member = member
-            .expect("a member")
-            .data(&*data)
-            .expect("the member has bytes");
-        // The compiler's own metadata is no object.
-        let Ok(object) = object::File::parse(member) else {
-            continue;
-        };
-        for symbol in object.symbols() {
-            let name = symbol.name().unwrap_or_default().to_string();
-            if symbol.is_undefined() {
-                wanted.insert(name)
-            } else {
-                symbol.is_global() && defined.insert(name)
-            };
-        }
-    }
-    wanted.remove("");
-    (defined, wanted)
 }
 
 #[test]
@@ -63,16 +43,16 @@ fn the_archive_for_a_microcontroller_needs_nothing_and_has_no_heap() {
         return skip(reason);
     }
     let folder = built(Machine::Microcontroller, &ARCHIVE);
-    let (defined, wanted) = symbols(&folder.join("libsinew_step.a"));
+    let found = image::symbols(&folder.join("libsinew_step.a"));
     for name in INTERFACE {
-        assert!(defined.contains(name), "{name}");
+        assert!(found.global.contains(name), "{name}");
     }
-    let missing: Vec<&String> = wanted.difference(&defined).collect();
+    let missing: Vec<&String> = found.wanted.difference(&found.global).collect();
     assert!(
         missing.is_empty(),
         "a program would have to bring {missing:?}"
     );
-    let heap = defined.iter().chain(&wanted);
+    let heap = found.global.iter().chain(&found.wanted);
     let heap: Vec<&String> = heap
         .filter(|name| name.contains("__rust_alloc") || *name == "malloc")
         .collect();

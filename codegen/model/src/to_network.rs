@@ -2,7 +2,7 @@
 
 use sinew_nn::{Activation, Dense, Golden, Network, NetworkError, Op};
 
-use crate::spec::{self, Layer, ModelSpec, OutputForm, Role};
+use crate::spec::{self, Layer, ModelSpec, OutputForm};
 
 /// The network of a model, in physical units.
 ///
@@ -25,16 +25,16 @@ pub fn network(spec: &ModelSpec) -> Result<Network, NetworkError> {
         .map_err(|error| NetworkError::caused("model.toml", error))?;
     let mut network = Network::new(&spec.name, "regressor", vec![spec.regressor_len()]);
     // Every signal as often as the regressor has it: (gain, offset) from physical to model units.
-    let scaled = |role: Role| {
-        spec.signals(role)
-            .iter()
-            .map(|s| (1.0 / s.span, -s.offset / s.span))
+    let scaled = |signals: &[spec::Signal]| -> Vec<(f64, f64)> {
+        let scale = |s: &spec::Signal| (1.0 / s.span, -s.offset / s.span);
+        signals.iter().map(scale).collect()
     };
-    let lags = |role, past| std::iter::repeat_n(scaled(role), past).flatten();
-    let inputs: Vec<(f64, f64)> = lags(Role::Input, spec.past_inputs)
-        .chain(lags(Role::Output, spec.past_outputs))
-        .chain(scaled(Role::Channel))
-        .collect();
+    let inputs = [
+        scaled(&spec.inputs).repeat(spec.past_inputs),
+        scaled(&spec.outputs).repeat(spec.past_outputs),
+        scaled(spec.seen_channels()),
+    ]
+    .concat();
     let scale = Op::Scale {
         gain: inputs.iter().map(|(gain, _)| *gain as f32).collect(),
         offset: inputs.iter().map(|(_, offset)| *offset as f32).collect(),

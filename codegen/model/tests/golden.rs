@@ -130,6 +130,17 @@ fn the_committed_reference_networks_are_those_of_the_models() {
     }
 }
 
+#[test]
+fn a_network_behind_a_soft_sensor_is_one_without_channels() {
+    let spec = support::sensed("sensed", support::reference("S"));
+    let network = to_network::network(&spec).unwrap();
+    let plain = to_network::network(&support::reference("S")).unwrap();
+    assert_eq!(network.inputs(), plain.inputs());
+    let x: Vec<f64> = (0..plain.inputs()).map(|i| 0.1 * i as f64).collect();
+    let of = |network| sinew_nn::evaluate::run(network, &x);
+    assert_eq!(of(&network), of(&plain));
+}
+
 /// A model as the network of `sinew size` and `--c-abi`: scaling inside, its hidden state the
 /// network's state.
 #[test]

@@ -3,14 +3,19 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use sinew_model::spec::ModelSpec;
 use sinew_model::{import, store};
 use sinew_nn::commands;
 use sinew_nn::emit::{Accuracy, Options, Weights};
 use sinew_nn::store::NETWORK_FILE;
 
 use super::speed_alone;
-use crate::project::{self, Optimise};
+use crate::project::{self, Optimise, c_library};
+use sinew_ident::cli::progress::Stage;
 use sinew_ident::error::{Error, Result};
+
+/// Folder of a controller for C in that of its network.
+const CONTROLLER: &str = "controller";
 
 /// Arguments of `sinew emit`.
 #[derive(Args)]
@@ -22,7 +27,10 @@ pub struct Arguments {
     /// Folder of the sources.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// The network alone, with a static library and a header for C; a model's scaling is inside.
+    /// Static libraries with headers for C: of a network, and of a controller in controller/.
+    ///
+    /// The network of a controller has the model's scaling inside. One with form = "state" has no
+    /// library of its own.
     #[arg(long)]
     c_abi: bool,
     /// Largest error of tanh, in a network alone: the cheapest function within it is printed.
@@ -49,24 +57,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             "--wiring is for a controller, not for a network alone",
         ));
     }
-    if is_network || arguments.c_abi {
+    if is_network {
         speed_alone(arguments.optimise)?;
-        let options = Options {
-            accuracy: arguments.tanh_tolerance,
-            weights: arguments.weights,
-            c_abi: arguments.c_abi,
-        };
-        let network = import::read(&arguments.model).map_err(Error::refused)?;
-        let text = commands::emit(&network, &arguments.out, &options);
-        print!("{}", text.map_err(Error::refused)?);
-        if arguments.model.is_file() {
-            println!(
-                "`sinew verify {} {}` compares it with its framework, by your own Python",
-                arguments.model.display(),
-                arguments.out.display()
-            );
-        }
-        return Ok(());
+        return network(arguments);
     }
     let plain =
         arguments.tanh_tolerance == Accuracy::default() && arguments.weights == Weights::default();
@@ -76,6 +69,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         ));
     }
     let spec = store::load(&arguments.model).map_err(Error::refused)?;
+    if arguments.c_abi {
+        return for_c(arguments, &spec);
+    }
     let wired = project::wired::wired(arguments.wiring.as_deref(), &spec, None)?;
     let kept = project::write_wired(&arguments.out, &spec, arguments.optimise, &wired)?;
     print!("{}", project::kept(&kept));
@@ -86,6 +82,53 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     println!(
         "{}: `cargo build --release` makes its image",
         arguments.out.join("boards/qemu").display()
+    );
+    Ok(())
+}
+
+/// Prints a network as a crate.
+fn network(arguments: &Arguments) -> Result<()> {
+    let options = Options {
+        accuracy: arguments.tanh_tolerance,
+        weights: arguments.weights,
+        c_abi: arguments.c_abi,
+    };
+    let network = import::read(&arguments.model).map_err(Error::refused)?;
+    let text = commands::emit(&network, &arguments.out, &options);
+    print!("{}", text.map_err(Error::refused)?);
+    if arguments.model.is_file() {
+        println!(
+            "`sinew verify {} {}` compares it with its framework, by your own Python",
+            arguments.model.display(),
+            arguments.out.display()
+        );
+    }
+    Ok(())
+}
+
+/// Prints a controller, and its network where it is one alone, as libraries for C.
+fn for_c(arguments: &Arguments, spec: &ModelSpec) -> Result<()> {
+    let folder = arguments.out.join(CONTROLLER);
+    let kept = c_library::write(&folder, spec, arguments.optimise)?;
+    if spec.state.is_none() {
+        network(arguments)?;
+    }
+    print!("{}", project::kept(&kept));
+    let stage = Stage::begin("build the controller's libraries", false);
+    let built = c_library::build(&folder, &folder.join("rust/target"))?;
+    stage.end("for a Cortex-M4F and for this computer");
+    for library in &built {
+        println!("controller library {}", library.display());
+    }
+    for header in ["sinew_mpc.h", "sinew_model.h"] {
+        println!(
+            "controller header {}",
+            folder.join("src").join(header).display()
+        );
+    }
+    println!(
+        "{}: how a program takes it",
+        folder.join("README.md").display()
     );
     Ok(())
 }

@@ -7,9 +7,12 @@
 //! DIR/model/           the generated model crate
 //! DIR/boards/NAME/     one board, a workspace of its own
 //! ```
+//!
+//! Or the controller as a library for C ([`c_library`]).
 
 mod board;
 mod build;
+pub mod c_library;
 pub mod image;
 mod sources;
 mod toolchain;
@@ -100,24 +103,12 @@ pub fn write_wired(
     optimise: Optimise,
     wired: &[sinew_wiring::SourceFile],
 ) -> Result<Vec<Kept>> {
-    let options = EmitOptions {
-        firmware: "../firmware".into(),
-        ..EmitOptions::default()
-    };
-    let generated = emit(spec, &options).map_err(|e| Error::failed(e.to_string()))?;
-    let mut files: Vec<SourceFile> = Vec::new();
-    for file in generated {
-        files.push(SourceFile {
-            path: format!("model/{}", file.path),
-            contents: file.text.into_bytes().into(),
-            once: false,
-        });
-    }
-    for (path, contents) in sources::SOURCES {
+    let mut files = model(spec, "")?;
+    for (path, contents) in firmware() {
         let own = wired.iter().find(|file| file.path == *path);
         let contents = own.map_or(*contents, |file| file.text.as_bytes());
         let contents: Cow<'static, [u8]> = match *path {
-            "Cargo.toml" => workspace(contents)?.into_bytes().into(),
+            "Cargo.toml" => workspace(contents, "boards")?.into_bytes().into(),
             path if path.starts_with("boards/") && path.ends_with("Cargo.toml") => {
                 board_manifest(contents, spec, optimise)?
                     .into_bytes()
@@ -135,13 +126,36 @@ pub fn write_wired(
     written::update(folder, &files)
 }
 
+/// The embedded sources of a project with boards.
+fn firmware() -> impl Iterator<Item = &'static (&'static str, &'static [u8])> {
+    let c = c_library::FOLDER;
+    sources::SOURCES
+        .iter()
+        .filter(move |(path, _)| !path.starts_with(c))
+}
+
+/// Files of the model's crate, in `model/` below `place`.
+fn model(spec: &ModelSpec, place: &str) -> Result<Vec<SourceFile>> {
+    let options = EmitOptions {
+        firmware: "../firmware".into(),
+        ..EmitOptions::default()
+    };
+    let generated = emit(spec, &options).map_err(|e| Error::failed(e.to_string()))?;
+    let files = generated.into_iter().map(|file| SourceFile {
+        path: format!("{place}model/{}", file.path),
+        contents: file.text.into_bytes().into(),
+        once: false,
+    });
+    Ok(files.collect())
+}
+
 /// Finds out whether [`write()`] would replace somebody else's file, before the work of minutes
 /// that comes first.
 ///
 /// # Errors
 /// The first such file.
 pub fn is_free(folder: &Path) -> Result<()> {
-    let sources = sources::SOURCES.iter().map(|(path, _)| *path);
+    let sources = firmware().map(|(path, _)| *path);
     written::is_free(folder, sources.chain(["model/Cargo.toml"]))
 }
 
@@ -158,17 +172,16 @@ pub fn kept(files: &[Kept]) -> String {
     files.iter().map(line).collect()
 }
 
-/// The workspace settings that `firmware/*` inherit, without the members that are not there.
-fn workspace(contents: &[u8]) -> Result<String> {
+/// The workspace settings that `firmware/*` inherit, without the members that are not there. What
+/// uses them, in the folder `users`, is a workspace of its own.
+fn workspace(contents: &[u8], users: &str) -> Result<String> {
     let mut document = parse("Cargo.toml", contents)?;
     if let Some(workspace) = document["workspace"].as_table_mut() {
         let members = ["firmware/mpc", "firmware/device"]
             .into_iter()
             .collect::<toml_edit::Array>();
         workspace.insert("members", value(members));
-        let apart = ["boards", "model"]
-            .into_iter()
-            .collect::<toml_edit::Array>();
+        let apart = [users, "model"].into_iter().collect::<toml_edit::Array>();
         workspace.insert("exclude", value(apart));
     }
     document.remove("profile");
@@ -178,7 +191,17 @@ fn workspace(contents: &[u8]) -> Result<String> {
 /// A manifest under `boards/`; its `model` line, where it has one, points at this project's model,
 /// and its profile says what the image is made for.
 fn board_manifest(contents: &[u8], spec: &ModelSpec, optimise: Optimise) -> Result<String> {
-    let mut document = parse("boards/*/Cargo.toml", contents)?;
+    manifest_around(contents, spec, optimise, "../../model")
+}
+
+/// A manifest whose `model` line, where it has one, points at the model's crate at `path`.
+fn manifest_around(
+    contents: &[u8],
+    spec: &ModelSpec,
+    optimise: Optimise,
+    path: &str,
+) -> Result<String> {
+    let mut document = parse("Cargo.toml", contents)?;
     if optimise == Optimise::Size && document.get("profile").is_some() {
         small(&mut document, &spec.name);
     }
@@ -195,7 +218,7 @@ fn board_manifest(contents: &[u8], spec: &ModelSpec, optimise: Optimise) -> Resu
     }
     let mut model = Table::new();
     model.insert("package", value(format!("sinew-model-{}", spec.name)));
-    model.insert("path", value("../../model"));
+    model.insert("path", value(path));
     dependencies.insert("model", value(model.into_inline_table()));
     Ok(document.to_string())
 }

@@ -313,10 +313,11 @@ fn a_controller_can_be_made_for_size_and_a_network_alone_cannot() {
     let desk = Desk::new();
     let model = checkout().join("models/reference-s");
     let emit = format!("emit {} --optimise size --out out", model.display());
-    let said = desk.refusal(&format!("{emit} --c-abi"));
+    let network = checkout().join("rigs/experiments/mass-spring-damper.tflite");
+    let alone = format!("emit {} --optimise size --out out", network.display());
+    let said = desk.refusal(&format!("{alone} --c-abi"));
     assert!(said.contains("--optimise is for a controller"), "{said}");
     assert!(!desk.path("out").exists(), "a refusal writes nothing");
-    let network = checkout().join("rigs/experiments/mass-spring-damper.tflite");
     let size = format!("size {} --board qemu --optimise size", network.display());
     let said = desk.refusal(&size);
     assert!(said.contains("--optimise is for a controller"), "{said}");

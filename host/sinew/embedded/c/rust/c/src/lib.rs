@@ -1,0 +1,1 @@
+../../../../../../../boards/step/src/lib.rs

@@ -1,0 +1,1 @@
+../../../../../boards/step/include/sinew_mpc.h
