@@ -4,12 +4,12 @@
 //! full scale: model +1), and an actuator's is its limits (duty 0: lower, duty 1: upper). `sinew
 //! emit --wiring` prints this file from a rig's own wiring.
 
-use model::control::{LIMITS, NU, NY, SCALING};
+use model::control::{LIMITS, NU, SCALING};
 use sinew_device::converter::{Scale, Span};
 
-use crate::wiring::SENSORS;
+use crate::wiring::{OUTPUTS_READ, SENSORS};
 
-/// Scale of each sensor: the outputs, then the channels.
+/// Scale of each sensor: the outputs that are read, then the channels.
 pub const SENSOR_SCALES: [Scale; SENSORS] = sensor_scales();
 /// Physical values of each actuator's duty.
 pub const ACTUATOR_SPANS: [Span; NU] = actuator_spans();
@@ -21,10 +21,13 @@ const fn sensor_scales() -> [Scale; SENSORS] {
     }); SENSORS];
     let mut i = 0;
     while i < SENSORS {
-        scales[i] = Scale::Converter(if i < NY {
+        scales[i] = Scale::Converter(if i < OUTPUTS_READ {
             Span::of_model(SCALING.y.span[i], SCALING.y.offset[i])
         } else {
-            Span::of_model(SCALING.s.span[i - NY], SCALING.s.offset[i - NY])
+            Span::of_model(
+                SCALING.s.span[i - OUTPUTS_READ],
+                SCALING.s.offset[i - OUTPUTS_READ],
+            )
         });
         i += 1;
     }

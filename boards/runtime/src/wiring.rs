@@ -1,12 +1,14 @@
 //! Readings to physical values and commands to duties, by the scales of [`crate::scales`].
 
-use model::control::{LIMITS, MEASURED, NS, NU, NY};
+use model::control::{LIMITS, MEASURED, NS, NU, NY, Session};
 use sinew_device::converter::Counter;
 
 use crate::scales::{ACTUATOR_SPANS, SENSOR_SCALES};
 
-/// Sensors: the outputs, then the sensor channels.
-pub const SENSORS: usize = NY + MEASURED;
+/// Outputs that are read: none where the channels say them.
+pub const OUTPUTS_READ: usize = Session::OUTPUTS_READ;
+/// Sensors: the outputs that are read, then the sensor channels.
+pub const SENSORS: usize = OUTPUTS_READ + MEASURED;
 
 /// Traces of the readings before: positions of the encoders.
 pub struct Readings {
@@ -22,14 +24,17 @@ impl Readings {
     }
 
     /// Raw readings to outputs and channels, physical units; NaN where a converter stands at its
-    /// end, and for what the network remembers.
+    /// end, for an output that is not read, and for what the network remembers.
     pub fn measured(&mut self, raw: &[u16; SENSORS], full_scale: u16) -> ([f32; NY], [f32; NS]) {
         let mut values = raw
             .iter()
             .zip(&SENSOR_SCALES)
             .zip(&mut self.counters)
             .map(|((raw, scale), counter)| scale.physical(*raw, full_scale, counter));
-        let y = core::array::from_fn(|_| values.next().unwrap_or(f32::NAN));
+        let y = core::array::from_fn(|output| {
+            let is_read = output < OUTPUTS_READ;
+            is_read.then(|| values.next()).flatten().unwrap_or(f32::NAN)
+        });
         let s = core::array::from_fn(|_| values.next().unwrap_or(f32::NAN));
         (y, s)
     }

@@ -167,6 +167,9 @@ impl<
     const N: usize,
 > LoopSession<C, NU, NY, NS, N>
 {
+    /// Outputs that a board reads: none where channels say them.
+    pub const OUTPUTS_READ: usize = if C::SENSED { 0 } else { NY };
+
     /// A session that has heard nothing yet; `widest`: the limits that the controller was made
     /// with.
     pub const fn within(controller: C, widest: Limits<NU>, identity: Identity) -> Self {

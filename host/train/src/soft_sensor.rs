@@ -1,8 +1,11 @@
 //! Calibration of a soft sensor: the quadratic map from channels to outputs that one recording of
 //! both determines (docs/explanation/controller.md, eq. 21).
 
+use std::path::Path;
+
 use nalgebra::{Cholesky, DMatrix, DVector};
 use sinew_ident::error::{Error, Result};
+use sinew_ident::recording::Column;
 use sinew_model::spec::SoftSensorSpec;
 
 /// Contiguous stretches, each of which judges the map of all others.
@@ -29,43 +32,51 @@ pub struct Calibrated {
     pub rows: usize,
 }
 
-/// Calibrates on `channels` and `outputs`, a column of readings each, NaN where one is missing;
-/// physical units. `scaling` is span and offset of each output in the model.
+/// Calibrates on readings of `channels` and `outputs`, which `file` has. `scaling` is span and
+/// offset of each output in the model.
 ///
 /// The ridge is the one with the least error on stretches that its weights have not seen.
 ///
 /// # Errors
 /// Too few whole rows, a channel that never changes, or an output that the channels do not say.
 pub fn calibrate(
-    channels: &[Vec<f64>],
-    outputs: &[Vec<f64>],
+    channels: &[Column],
+    outputs: &[Column],
     scaling: &[(f64, f64)],
+    file: &Path,
 ) -> Result<Calibrated> {
     let (n_s, n_y) = (channels.len(), outputs.len());
     let features = 1 + n_s + SoftSensorSpec::products(n_s);
-    let length = channels.iter().chain(outputs).map(Vec::len).min();
+    let length = channels
+        .iter()
+        .chain(outputs)
+        .map(|one| one.values.len())
+        .min();
     let whole: Vec<usize> = (0..length.unwrap_or(0))
         .filter(|k| {
             channels
                 .iter()
                 .chain(outputs)
-                .all(|column| column[*k].is_finite())
+                .all(|one| one.values[*k].is_finite())
         })
         .collect();
     let least = ROWS_A_WEIGHT * features;
     if whole.len() < least {
-        return Err(Error::failed(format!(
-            "the soft sensor has {features} weights an output and {} rows to calibrate them",
-            whole.len()
-        ))
+        return Err(Error::file(
+            file,
+            format!(
+                "the soft sensor has {features} weights an output and {} rows to calibrate them",
+                whole.len()
+            ),
+        )
         .expected(format!(
             "at least {least} rows with every channel and output, or fewer channels in `sensed_by`"
         )));
     }
     let of_channels: Vec<(f64, f64)> = channels
         .iter()
-        .map(|column| {
-            let values = whole.iter().map(|k| column[*k]);
+        .map(|channel| {
+            let values = whole.iter().map(|k| channel.values[*k]);
             let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
                 (low.min(v), high.max(v))
             });
@@ -73,18 +84,22 @@ pub fn calibrate(
         })
         .collect();
     if let Some(still) = of_channels.iter().position(|(span, _)| *span <= 0.0) {
-        return Err(Error::failed(format!(
-            "channel {still} of the soft sensor never changes in the calibration"
-        ))
+        return Err(Error::file(
+            file,
+            format!(
+                "`{}`, a channel of the soft sensor, never changes",
+                channels[still].name
+            ),
+        )
         .expected("channels that move with the outputs"));
     }
     let z = DMatrix::from_fn(whole.len(), n_s, |row, i| {
         let (span, offset) = of_channels[i];
-        (channels[i][whole[row]] - offset) / span
+        (channels[i].values[whole[row]] - offset) / span
     });
     let y = DMatrix::from_fn(whole.len(), n_y, |row, r| {
         let (span, offset) = scaling[r];
-        (outputs[r][whole[row]] - offset) / span
+        (outputs[r].values[whole[row]] - offset) / span
     });
     let a = features_of(&z);
     let sums: Vec<Sums> = stretches(whole.len())
@@ -94,9 +109,10 @@ pub fn calibrate(
     for (r, square) in squares.iter().enumerate() {
         let left = square / y.column(r).variance().max(f64::MIN_POSITIVE);
         if left > MOST_LEFT {
-            return Err(Error::failed(format!(
-                "the channels do not say output {r}: their best map leaves {:.0} % of its variance \
-                 on readings that it has not seen",
+            return Err(Error::file(file, format!(
+                "the channels do not say `{}`: their best map leaves {:.0} % of its variance on \
+                 readings that it has not seen",
+                outputs[r].name,
                 100.0 * left
             ))
             .expected(format!(
@@ -226,18 +242,21 @@ mod tests {
     use super::*;
 
     /// Two channels that bend with two coordinates, and outputs that are their quadratics.
-    fn bent(rows: usize, noise: f64) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
+    fn bent(rows: usize, noise: f64) -> (Vec<Column>, Vec<Column>) {
         let p = |k: usize| (0.031 * k as f64).sin();
         let q = |k: usize| (0.017 * k as f64 + 0.4).cos();
         let rough = |k: usize, i: usize| noise * ((k * (7 + 6 * i)) as f64 * 1.7).sin();
-        let column = |of: &dyn Fn(usize) -> f64| (0..rows).map(of).collect::<Vec<f64>>();
+        let readings = |name: &str, of: &dyn Fn(usize) -> f64| Column {
+            name: name.into(),
+            values: (0..rows).map(of).collect(),
+        };
         let channels = vec![
-            column(&|k| 3.0 + 0.5 * p(k) + rough(k, 0)),
-            column(&|k| -1.0 + 2.0 * q(k) + rough(k, 1)),
+            readings("light1_1", &|k| 3.0 + 0.5 * p(k) + rough(k, 0)),
+            readings("light2_1", &|k| -1.0 + 2.0 * q(k) + rough(k, 1)),
         ];
         let outputs = vec![
-            column(&|k| 0.01 * (p(k) + 0.3 * p(k) * q(k))),
-            column(&|k| 0.02 * (q(k) - 0.2 * p(k) * p(k))),
+            readings("x_m", &|k| 0.01 * (p(k) + 0.3 * p(k) * q(k))),
+            readings("y_m", &|k| 0.02 * (q(k) - 0.2 * p(k) * p(k))),
         ];
         (channels, outputs)
     }
@@ -247,16 +266,19 @@ mod tests {
     #[test]
     fn a_quadratic_is_found_to_the_precision_of_its_weights() {
         let (channels, outputs) = bent(600, 0.0);
-        let found = calibrate(&channels, &outputs, &SCALING).unwrap();
+        let found = calibrate(&channels, &outputs, &SCALING, Path::new("a.csv")).unwrap();
         assert_eq!(found.ridge, RIDGES[0]);
         for k in [3, 200, 599] {
             let each = channels.iter().zip(&found.channels);
             let z: Vec<f64> = each
-                .map(|(c, (span, offset))| (c[k] - offset) / span)
+                .map(|(c, (span, offset))| (c.values[k] - offset) / span)
                 .collect();
             let said = found.spec.outputs(&z);
-            for ((said, column), (span, offset)) in said.iter().zip(&outputs).zip(SCALING) {
-                assert!((span * said + offset - column[k]).abs() < 1e-8, "{said}");
+            for ((said, output), (span, offset)) in said.iter().zip(&outputs).zip(SCALING) {
+                assert!(
+                    (span * said + offset - output.values[k]).abs() < 1e-8,
+                    "{said}"
+                );
             }
         }
         assert!(
@@ -269,7 +291,7 @@ mod tests {
     #[test]
     fn the_error_is_that_of_readings_it_has_not_seen() {
         let (channels, outputs) = bent(900, 0.05);
-        let found = calibrate(&channels, &outputs, &SCALING).unwrap();
+        let found = calibrate(&channels, &outputs, &SCALING, Path::new("a.csv")).unwrap();
         // 0.05 / sqrt(2) of a channel that moves by 0.5 is 0.07 of an output of 0.01.
         assert!(
             (2e-4..1.5e-3).contains(&found.spec.error[0]),
@@ -282,10 +304,10 @@ mod tests {
     fn rows_with_a_gap_are_left_out() {
         let (mut channels, mut outputs) = bent(700, 0.01);
         for k in (0..700).step_by(10) {
-            channels[k % 2][k] = f64::NAN;
-            outputs[1][k + 1] = f64::NAN;
+            channels[k % 2].values[k] = f64::NAN;
+            outputs[1].values[k + 1] = f64::NAN;
         }
-        let found = calibrate(&channels, &outputs, &SCALING).unwrap();
+        let found = calibrate(&channels, &outputs, &SCALING, Path::new("a.csv")).unwrap();
         assert_eq!(found.rows, 700 - 140);
     }
 
@@ -293,33 +315,36 @@ mod tests {
     fn channels_that_say_nothing_of_an_output_are_refused() {
         let (mut channels, mut outputs) = bent(600, 0.01);
         let rough = |k: usize| ((k * k) as f64 * 0.37).sin();
-        outputs[1] = (0..600).map(rough).collect();
-        let unsaid = calibrate(&channels, &outputs, &SCALING)
+        outputs[1].values = (0..600).map(rough).collect();
+        let unsaid = calibrate(&channels, &outputs, &SCALING, Path::new("a.csv"))
             .unwrap_err()
             .to_string();
-        assert!(unsaid.contains("do not say output 1"), "{unsaid}");
+        assert!(
+            unsaid.contains("a.csv: the channels do not say `y_m`"),
+            "{unsaid}"
+        );
         channels
             .iter_mut()
-            .for_each(|column| *column = (0..600).map(rough).collect());
+            .for_each(|channel| channel.values = (0..600).map(rough).collect());
         outputs.truncate(1);
-        let unsaid = calibrate(&channels, &outputs, &SCALING[..1])
+        let unsaid = calibrate(&channels, &outputs, &SCALING[..1], Path::new("a.csv"))
             .unwrap_err()
             .to_string();
-        assert!(unsaid.contains("do not say output 0"), "{unsaid}");
+        assert!(unsaid.contains("do not say `x_m`"), "{unsaid}");
     }
 
     #[test]
     fn what_does_not_determine_it_is_refused() {
         let (channels, outputs) = bent(17, 0.0);
-        let few = calibrate(&channels, &outputs, &SCALING)
+        let few = calibrate(&channels, &outputs, &SCALING, Path::new("a.csv"))
             .unwrap_err()
             .to_string();
         assert!(few.contains("6 weights an output and 17 rows"), "{few}");
         let (mut channels, outputs) = bent(300, 0.0);
-        channels[1].fill(0.25);
-        let still = calibrate(&channels, &outputs, &SCALING)
+        channels[1].values.fill(0.25);
+        let still = calibrate(&channels, &outputs, &SCALING, Path::new("a.csv"))
             .unwrap_err()
             .to_string();
-        assert!(still.contains("channel 1"), "{still}");
+        assert!(still.contains("a.csv: `light2_1`"), "{still}");
     }
 }

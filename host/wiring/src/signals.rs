@@ -14,7 +14,7 @@ pub struct Signal {
 /// The signals of a controller, in its order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Signals {
-    /// Outputs, then channels.
+    /// Outputs that the board reads, then channels.
     pub sensors: Vec<Signal>,
     /// Inputs of the plant.
     pub actuators: Vec<Signal>,

@@ -1,7 +1,9 @@
 //! Soft sensor of a model: calibrated on recordings that have both the channels and the outputs.
 
+use std::path::Path;
+
 use sinew_ident::error::{Error, Result};
-use sinew_ident::recording::Recording;
+use sinew_ident::recording::{Column, Recording};
 use sinew_ident::report::{count, quantity};
 use sinew_model::spec::{ModelSpec, Signal};
 use sinew_sim::Plant;
@@ -80,13 +82,18 @@ fn of(
     recordings: &[Recording],
     scaling: &[(f64, f64)],
 ) -> Result<Calibrated> {
-    let columns = |sensors: &[usize]| -> Result<Vec<Vec<f64>>> {
-        let one = |sensor: &usize| -> Result<Vec<f64>> {
-            let parts = recordings.iter();
-            let parts = parts.map(|r| r.sensor(&plant.sensors()[*sensor]));
-            Ok(parts.collect::<Result<Vec<_>>>()?.concat())
+    let read = |sensors: &[usize]| -> Result<Vec<Column>> {
+        let one = |sensor: &usize| -> Result<Column> {
+            let sensor = &plant.sensors()[*sensor];
+            let parts = recordings.iter().map(|r| r.sensor(sensor));
+            Ok(Column {
+                name: sensor.column.clone(),
+                values: parts.collect::<Result<Vec<_>>>()?.concat(),
+            })
         };
         sensors.iter().map(one).collect()
     };
-    calibrate(&columns(&task.channels)?, &columns(&task.outputs)?, scaling)
+    // Several recordings are one calibration; the first stands for them.
+    let file = recordings.first().map_or(Path::new(""), Recording::path);
+    calibrate(&read(&task.channels)?, &read(&task.outputs)?, scaling, file)
 }

@@ -74,7 +74,8 @@ pub fn refused(file: Option<&Path>, faults: &[Fault]) -> Error {
     Error::arguments(faults.iter().map(one).collect::<Vec<_>>().join("\n"))
 }
 
-/// Signals of the controller that a rig asks for.
+/// Signals of the controller that a rig asks for: no outputs where `sensed_by` names the sensors
+/// that say them.
 ///
 /// # Errors
 /// A rig that cannot be simulated, or whose control tables do not read.
@@ -87,13 +88,16 @@ pub fn of_rig(rig: &Rig) -> Result<Signals> {
             .filter(|k| matches!(rig.sensors[*k].reads, Reads::Position(_)))
             .collect()
     };
-    let outputs = control
-        .as_ref()
-        .map_or_else(positions, |c| c.outputs.clone());
     let channels = rig_file::network_table(rig)?.map(|network| network.channels);
-    let sensors = outputs.into_iter().chain(channels.unwrap_or_default());
+    let channels = channels.unwrap_or_default();
+    let sensors = match &control {
+        Some(control) if !control.sensed_by.is_empty() => control.sensed_by.clone(),
+        Some(control) => [&control.outputs[..], &channels].concat(),
+        None => [positions(), channels].concat(),
+    };
     Ok(Signals {
         sensors: sensors
+            .into_iter()
             .map(|k| {
                 let sensor = &plant.sensors()[k];
                 Signal {
@@ -123,7 +127,11 @@ fn of_model(spec: &ModelSpec) -> Signals {
         unit: signal.unit.clone(),
         range: None,
     };
-    let sensors = spec.outputs.iter().chain(&spec.channels);
+    let outputs = match spec.soft_sensor {
+        None => &spec.outputs[..],
+        Some(_) => &[],
+    };
+    let sensors = outputs.iter().chain(&spec.channels);
     let limits = spec.control.lower.iter().zip(&spec.control.upper);
     Signals {
         sensors: sensors.map(signal).collect(),
@@ -137,5 +145,40 @@ fn of_model(spec: &ModelSpec) -> Signals {
             })
             .collect(),
         rate_hz: 1.0 / spec.period_s,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sinew_model::spec::SoftSensorSpec;
+
+    fn names(signals: &Signals) -> Vec<&str> {
+        let each = signals.sensors.iter();
+        each.map(|signal| signal.name.as_str()).collect()
+    }
+
+    #[test]
+    fn outputs_that_channels_say_need_no_wire() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let text = std::fs::read_to_string(root.join("rigs/tendon.toml")).expect("the rig ships");
+        let read = |text: &str| of_rig(&Rig::parse(text, "tendon.toml").expect("the rig is sound"));
+        let seen = read(&text).expect("the rig has signals");
+        assert_eq!(names(&seen), ["x_m", "y_m", "z_m"]);
+        let blind = "[control]\nsensed_by = [\"light_2\", \"light_5\", \"light_8\"]";
+        let blind = read(&text.replace("[control]", blind)).expect("the rig has signals");
+        assert_eq!(names(&blind), ["light2_1", "light5_1", "light8_1"]);
+
+        let folder = root.join("models/reference-s");
+        let mut spec = sinew_model::store::load(&folder).expect("the model is committed");
+        assert_eq!(names(&of_model(&spec)), ["y1", "y2", "y3"]);
+        spec.channels = spec.inputs.clone();
+        spec.soft_sensor = Some(SoftSensorSpec {
+            error: vec![1e-3; 3],
+            bias: vec![0.0; 3],
+            linear: vec![0.1; 6],
+            quadratic: vec![0.1; 9],
+        });
+        assert_eq!(names(&of_model(&spec)), ["u1", "u2"]);
     }
 }
