@@ -32,6 +32,33 @@ fn functions_are_within_their_stated_errors() {
             worst(1e-6, 1.0, math::ln_1p, libm::log1p, true),
             3e-7,
         ),
+        (
+            "root",
+            worst(1e-3, 40.0, math::root, libm::sqrt, true),
+            3e-7,
+        ),
+        (
+            "reciprocal_root",
+            worst(
+                1e-30,
+                1e-28,
+                math::reciprocal_root,
+                |x| 1.0 / libm::sqrt(x),
+                true,
+            ),
+            3e-7,
+        ),
+        (
+            "reciprocal_root of large numbers",
+            worst(
+                1e30,
+                3e38,
+                math::reciprocal_root,
+                |x| 1.0 / libm::sqrt(x),
+                true,
+            ),
+            3e-7,
+        ),
         ("erf", worst(-6.0, 6.0, math::erf, libm::erf, false), 4e-7),
         (
             "tanh",
@@ -76,4 +103,17 @@ fn ends_and_nan_pass_through() {
     }
     assert_eq!(math::precise::tanh(f32::INFINITY), 1.0);
     assert_eq!(math::precise::tanh(f32::NEG_INFINITY), -1.0);
+}
+
+#[test]
+fn roots_have_limits_at_zero_and_infinity() {
+    assert_eq!(math::root(0.0), 0.0);
+    assert_eq!(math::root(1e-40), 0.0);
+    assert_eq!(math::root(f32::INFINITY), f32::INFINITY);
+    assert_eq!(math::reciprocal_root(0.0), f32::INFINITY);
+    assert_eq!(math::reciprocal_root(f32::INFINITY), 0.0);
+    for x in [-1.0, -1e-40, f32::NEG_INFINITY, f32::NAN] {
+        assert!(math::root(x).is_nan(), "{x}");
+        assert!(math::reciprocal_root(x).is_nan(), "{x}");
+    }
 }

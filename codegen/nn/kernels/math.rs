@@ -5,8 +5,10 @@ mod activation;
 pub mod coarse;
 mod exponential;
 pub mod precise;
+mod root;
 pub mod rough;
 pub mod rougher;
 
 pub use activation::*;
 pub use exponential::{erf, exp, ln_1p};
+pub use root::{reciprocal_root, root};

@@ -66,6 +66,10 @@ pub enum Activation {
     Tanh,
     /// `exp(z)`.
     Exponential,
+    /// `sqrt(z)`.
+    Root,
+    /// `1 / z`.
+    Reciprocal,
 }
 
 impl Activation {
@@ -129,9 +133,12 @@ impl Activation {
     /// both.
     #[must_use]
     pub fn slope_from_value(self) -> bool {
-        !matches!(
-            self,
-            Self::Gelu | Self::GeluTanh | Self::Swish | Self::Softplus
-        )
+        match self {
+            Self::Gelu | Self::GeluTanh | Self::Swish | Self::Softplus => false,
+            // The sign of the value is that of `z` with these alone.
+            Self::LeakyRelu { alpha } => alpha >= 0.0,
+            Self::Elu { alpha, scale } => alpha >= 0.0 && scale > 0.0,
+            _ => true,
+        }
     }
 }

@@ -2,7 +2,7 @@
 //! weights beside them, orders of axes into the columns of a dense layer, and layers without an
 //! effect go.
 
-use super::{Activation, Dense, Network, Op};
+use super::{Activation, Dense, Network, Op, Selection};
 
 impl Network {
     /// The same function with fewer layers.
@@ -85,6 +85,11 @@ impl Network {
                 Op::Activation(Activation::Linear) => true,
                 Op::Reshape(shape) => *shape == self.nodes[from].shape,
                 Op::Permute(axes) => is_no_move(axes, &self.nodes[from].shape),
+                Op::Select(selection) => {
+                    let all = (0..self.nodes[from].len()).map(Some);
+                    selection.shape == self.nodes[from].shape
+                        && selection.places.iter().copied().eq(all)
+                }
                 Op::Scale { .. } => self.readers(from) == 1 && self.scale_into_before(place),
                 _ => false,
             };
@@ -134,7 +139,8 @@ impl Network {
         true
     }
 
-    /// A scale or an order of axes before layer `place` into its weights.
+    /// A scale, an order of axes or a choice of values before layer `place` into its weights, its
+    /// padding or its own choice.
     fn take_in(&mut self, place: usize) -> bool {
         // Past layers that only change the shape.
         let mut source = self.nodes[place].from.first().copied().unwrap_or(0);
@@ -146,18 +152,47 @@ impl Network {
         let before = self.nodes[source].from.first().copied();
         let Some(before) = before else { return false };
         // What the order of axes was makes no difference to a dense layer; others see the shape.
-        let dense = matches!(self.nodes[place].op, Op::Dense(_));
-        if !dense && !path.is_empty() {
+        let flat = matches!(self.nodes[place].op, Op::Dense(_) | Op::Select(_));
+        if !flat && !path.is_empty() {
             return false;
         }
+        let before_shape = self.nodes[before].shape.clone();
         match self.nodes[source].op.clone() {
             Op::Permute(axes) => {
-                let shape = self.nodes[before].shape.clone();
-                let Op::Dense(dense) = &mut self.nodes[place].op else {
-                    return false;
-                };
-                permute_columns(dense, &axes, &shape);
+                let places = permuted_places(&axes, &before_shape);
+                match &mut self.nodes[place].op {
+                    Op::Dense(dense) => permute_columns(dense, &places),
+                    Op::Select(selection) => {
+                        chosen_of(selection, |place| places.get(place).copied());
+                    }
+                    _ => return false,
+                }
             }
+            Op::Select(inner) => match &mut self.nodes[place].op {
+                Op::Select(selection) => {
+                    chosen_of(selection, |place| {
+                        inner.places.get(place).copied().flatten()
+                    });
+                }
+                Op::Dense(dense) => {
+                    let length = before_shape.iter().product();
+                    // The columns of what was not chosen are zeros.
+                    if length > inner.places.len() {
+                        return false;
+                    }
+                    spread_columns(dense, &inner.places, length);
+                }
+                Op::Convolution(layer) => {
+                    let Some([before, after]) = padding(&inner, &before_shape) else {
+                        return false;
+                    };
+                    for axis in 0..2 {
+                        layer.window.before[axis] += before[axis];
+                        layer.window.after[axis] += after[axis];
+                    }
+                }
+                _ => return false,
+            },
             Op::Scale { gain, offset } => {
                 if !scale_inputs(&mut self.nodes[place].op, &gain, &offset) {
                     return false;
@@ -185,8 +220,8 @@ fn is_no_move(axes: &[usize], shape: &[usize]) -> bool {
             .all(|(&axis, &length)| shape[axis] == length)
 }
 
-fn permute_columns(dense: &mut Dense, axes: &[usize], shape: &[usize]) {
-    // Place, in what is read now, of each value of what was read.
+/// Place, before an order of axes, of each value after it.
+fn permuted_places(axes: &[usize], shape: &[usize]) -> Vec<usize> {
     let stride = |axis: usize| shape[axis + 1..].iter().product::<usize>();
     let mut places = vec![0];
     for &axis in axes {
@@ -196,12 +231,65 @@ fn permute_columns(dense: &mut Dense, axes: &[usize], shape: &[usize]) {
             .map(|(place, i)| place + i * stride(axis))
             .collect();
     }
+    places
+}
+
+fn permute_columns(dense: &mut Dense, places: &[usize]) {
     for row in dense.weights.chunks_mut(places.len()) {
         let old = row.to_vec();
         for (&place, value) in places.iter().zip(old) {
             row[place] = value;
         }
     }
+}
+
+/// A choice among values that stand elsewhere, or nowhere, before.
+fn chosen_of(selection: &mut Selection, before: impl Fn(usize) -> Option<usize>) {
+    for place in &mut selection.places {
+        *place = place.and_then(&before);
+    }
+}
+
+/// Columns of the `length` values of which those at `places` were read; those of one value add up.
+fn spread_columns(dense: &mut Dense, places: &[Option<usize>], length: usize) {
+    let rows = dense.weights.chunks(places.len()).map(|old| {
+        let mut row = vec![0.0_f64; length];
+        for (place, &w) in places.iter().zip(old) {
+            if let Some(place) = *place {
+                row[place] += f64::from(w);
+            }
+        }
+        row
+    });
+    dense.weights = rows.flatten().map(|w| w as f32).collect();
+}
+
+/// Rows and columns of zeros before and after an image, if a choice is that and nothing else.
+fn padding(selection: &Selection, image: &[usize]) -> Option<[[usize; 2]; 2]> {
+    let two = |shape: &[usize]| match *shape {
+        [columns, channels] => Some(([1, columns], channels)),
+        [rows, columns, channels] => Some(([rows, columns], channels)),
+        _ => None,
+    };
+    let ((from, channels), (to, all)) = (two(image)?, two(&selection.shape)?);
+    let first = selection
+        .places
+        .iter()
+        .position(|&place| place == Some(0))?;
+    let before = [first / channels / to[1], first / channels % to[1]];
+    let after = [0, 1].map(|axis| to[axis].checked_sub(from[axis] + before[axis]));
+    let [Some(below), Some(beside)] = after else {
+        return None;
+    };
+    let expected = (0..selection.places.len()).map(|place| {
+        let (cell, channel) = (place / channels, place % channels);
+        let (row, column) = (cell / to[1], cell % to[1]);
+        let (row, column) = (row.checked_sub(before[0])?, column.checked_sub(before[1])?);
+        let inside = row < from[0] && column < from[1];
+        inside.then_some((row * from[1] + column) * channels + channel)
+    });
+    let alike = channels == all && selection.places.iter().copied().eq(expected);
+    alike.then_some([before, [below, beside]])
 }
 
 /// `op(gain x + offset)` as an `op(x)` with other weights; false where there is none.

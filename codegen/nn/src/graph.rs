@@ -141,6 +141,13 @@ impl Network {
         self.nodes.iter().map(|node| node.op.state()).sum()
     }
 
+    /// Returns true if the emitted crate has tables of numbers: weights, or places.
+    #[must_use]
+    pub(crate) fn has_tables(&self) -> bool {
+        let selects = |node: &Node| matches!(node.op, Op::Select(_));
+        self.parameters() > 0 || self.nodes.iter().any(selects)
+    }
+
     /// Number of weights and biases.
     #[must_use]
     pub fn parameters(&self) -> usize {

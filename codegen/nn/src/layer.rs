@@ -32,8 +32,27 @@ pub enum Op {
     Recurrent(Recurrent),
     /// The sum of values of equal shape.
     Add,
+    /// The product, value by value, of two values of equal shape.
+    Multiply,
+    /// Values at places of what it reads: slices, reversals, repetitions, padding.
+    Select(Selection),
+    /// `(x - mean) / sqrt(variance + epsilon)`, with mean and variance of each run of the last
+    /// axis.
+    Normalise {
+        /// Added to the variance.
+        epsilon: f32,
+    },
     /// Values side by side along this axis.
     Concatenate(usize),
+}
+
+/// Values at places of what a layer reads.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Selection {
+    /// For each value of the result its place in what is read; none gives zero.
+    pub places: Vec<Option<usize>>,
+    /// Shape of the result.
+    pub shape: Vec<usize>,
 }
 
 /// Weights of a dense layer.
@@ -247,6 +266,9 @@ impl Op {
                 Cell::Lstm { .. } => "lstm",
             },
             Self::Add => "add",
+            Self::Multiply => "multiply",
+            Self::Select(_) => "select",
+            Self::Normalise { .. } => "normalise",
             Self::Concatenate(_) => "concatenate",
         }
     }

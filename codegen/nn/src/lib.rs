@@ -39,5 +39,5 @@ pub use activation::Activation;
 pub use build_error::BuildError;
 pub use error::{Cause, NetworkError};
 pub use graph::{Golden, Network, Node};
-pub use layer::{Cell, Convolution, Dense, Op, Pool, PoolKind, Recurrent, Window};
+pub use layer::{Cell, Convolution, Dense, Op, Pool, PoolKind, Recurrent, Selection, Window};
 pub use validate::is_package_name;

@@ -4,6 +4,8 @@
 pub const MAX_NODES: usize = 512;
 /// Values that one layer gives: 256 KiB of f32, more RAM than most boards have.
 pub const MAX_LENGTH: usize = 65_536;
+/// Values that a selection reads: its places are 16-bit numbers, the largest of which is none.
+pub const MAX_SELECTED: usize = 65_535;
 /// Weights and biases: 4 MiB of f32.
 pub const MAX_PARAMETERS: usize = 1_048_576;
 /// Axes of a shape.

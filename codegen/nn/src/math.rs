@@ -18,6 +18,11 @@ pub fn ln(x: f64) -> f64 {
     libm::log(x)
 }
 
+/// Square root.
+pub fn sqrt(x: f64) -> f64 {
+    libm::sqrt(x)
+}
+
 /// Error function.
 pub fn erf(x: f64) -> f64 {
     libm::erf(x)

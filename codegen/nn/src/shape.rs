@@ -1,6 +1,6 @@
 //! The shape that a layer gives, or why it does not fit what it reads.
 
-use super::limits::{MAX_AXES, MAX_LENGTH, MAX_PARAMETERS};
+use super::limits::{MAX_AXES, MAX_LENGTH, MAX_PARAMETERS, MAX_SELECTED};
 use super::{NetworkError, Op, Recurrent, Window};
 
 /// # Errors
@@ -10,6 +10,7 @@ pub(super) fn infer(layer: &str, op: &Op, inputs: &[&[usize]]) -> Result<Vec<usi
     let expected = match op {
         Op::Input => 0,
         Op::Add | Op::Concatenate(_) => inputs.len().max(1),
+        Op::Multiply => 2,
         _ => 1,
     };
     if inputs.len() != expected {
@@ -73,6 +74,32 @@ pub(super) fn infer(layer: &str, op: &Op, inputs: &[&[usize]]) -> Result<Vec<usi
                 return wrong(format!(
                     "it adds {from:?} to {other:?}: shapes have to be equal"
                 ));
+            }
+            from.to_vec()
+        }
+        Op::Multiply => {
+            if inputs[0] != inputs[1] {
+                return wrong(format!("it multiplies {:?} and {:?}", inputs[0], inputs[1]));
+            }
+            from.to_vec()
+        }
+        Op::Select(selection) => {
+            let (places, shape) = (&selection.places, &selection.shape);
+            if length(from) > MAX_SELECTED {
+                let message = format!("a choice of {from:?}: at most {MAX_SELECTED} values");
+                return Err(NetworkError::too_large(layer, message));
+            }
+            if let Some(place) = places.iter().flatten().find(|&&p| p >= length(from)) {
+                return wrong(format!("{from:?} has no value {place}"));
+            }
+            if length(shape) != places.len() {
+                return wrong(format!("{} places for the shape {shape:?}", places.len()));
+            }
+            shape.clone()
+        }
+        Op::Normalise { epsilon } => {
+            if !epsilon.is_finite() || *epsilon < 0.0 {
+                return wrong(format!("its epsilon is {epsilon}"));
             }
             from.to_vec()
         }

@@ -50,6 +50,28 @@ pub fn add<N: Number, const LEN: usize>(x: &[N; LEN], y: &mut [N; LEN]) {
     }
 }
 
+/// `y *= x`.
+#[inline(always)]
+pub fn multiply<N: Number, const LEN: usize>(x: &[N; LEN], y: &mut [N; LEN]) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y = *y * *x;
+    }
+}
+
+/// Adjoints of a product to those of one factor, `other` being the second: `t_x = other t_y`.
+#[inline(always)]
+pub fn multiply_back<N: Number, const LEN: usize, const R: usize>(
+    other: &[N; LEN],
+    t_y: &[[N; R]; LEN],
+    t_x: &mut [[N; R]; LEN],
+) {
+    for ((t_x, t_y), other) in t_x.iter_mut().zip(t_y).zip(other) {
+        for (t_x, t_y) in t_x.iter_mut().zip(t_y) {
+            *t_x = *other * *t_y;
+        }
+    }
+}
+
 /// Adjoints that reach a value by one more way: `t += more`.
 #[inline(always)]
 pub fn add_back<N: Number, const LEN: usize, const R: usize>(

@@ -3,7 +3,7 @@
 
 use super::forward::{activation, call, cell, constant, inverse_permutation, parts};
 use super::plan::Plan;
-use crate::{Activation, Op, PoolKind, Recurrent};
+use crate::{Activation, Op, PoolKind, Recurrent, literal};
 
 /// State of the printer: the text, and the adjoints so far.
 struct Printer<'a> {
@@ -185,6 +185,20 @@ impl Printer<'_> {
                 for &from in &node.from {
                     self.pass(place, from);
                 }
+            }
+            Op::Multiply => {
+                for (own, other) in [(0, 1), (1, 0)] {
+                    let other = plan.borrowed(node.from[other]);
+                    self.reach(node.from[own], "multiply_back", vec![other, t_y.clone()]);
+                }
+            }
+            Op::Select(_) => self.reach(from, "select_back", vec![weights("_PLACES"), t_y]),
+            Op::Normalise { epsilon } => {
+                let last = node.shape.last().copied().unwrap_or(1);
+                let function = format!("normalise_back::<_, {after}, {last}, R>");
+                let values = [plan.borrowed(from), plan.borrowed(place)];
+                let arguments = [vec![literal::float(*epsilon)], values.into()].concat();
+                self.within(place, &function, arguments);
             }
             Op::Concatenate(axis) => {
                 let total: usize = node.shape[*axis..].iter().product();

@@ -45,6 +45,8 @@ pub(super) fn activation(g: Activation) -> String {
         Activation::Sigmoid => "Sigmoid".into(),
         Activation::Tanh => "Tanh".into(),
         Activation::Exponential => "Exponential".into(),
+        Activation::Root => "Root".into(),
+        Activation::Reciprocal => "Reciprocal".into(),
     }
 }
 
@@ -113,6 +115,16 @@ fn statement(plan: &Plan<'_>, place: usize) -> String {
                 text.push_str(&call(4, "add", &[plan.borrowed(other), y.clone()]));
             }
             text
+        }
+        Op::Multiply => {
+            let copy = copy(plan, place, from);
+            copy + &call(4, "multiply", &[plan.borrowed(node.from[1]), y])
+        }
+        Op::Select(_) => call(4, "select", &[weights("_PLACES"), x, y]),
+        Op::Normalise { epsilon } => {
+            let last = node.shape.last().copied().unwrap_or(1);
+            let function = format!("normalise::<_, {after}, {last}>");
+            call(4, &function, &[literal::float(*epsilon), x, y])
         }
         Op::Concatenate(axis) => concatenate(plan, place, *axis, &y),
         Op::Recurrent(layer) => recurrent(plan, place, layer, &x),

@@ -18,6 +18,7 @@ const FILES: &[(&str, &str)] = &[
     kernel!("math/coarse.rs"),
     kernel!("math/exponential.rs"),
     kernel!("math/precise.rs"),
+    kernel!("math/root.rs"),
     kernel!("math/rough.rs"),
     kernel!("math/rougher.rs"),
     kernel!("layers/activation/elu.rs"),
@@ -26,7 +27,9 @@ const FILES: &[(&str, &str)] = &[
     kernel!("layers/activation/hard_sigmoid.rs"),
     kernel!("layers/activation/leaky_relu.rs"),
     kernel!("layers/activation/linear.rs"),
+    kernel!("layers/activation/reciprocal.rs"),
     kernel!("layers/activation/relu.rs"),
+    kernel!("layers/activation/root.rs"),
     kernel!("layers/activation/sigmoid.rs"),
     kernel!("layers/activation/softplus.rs"),
     kernel!("layers/activation/softsign.rs"),
@@ -40,10 +43,12 @@ const FILES: &[(&str, &str)] = &[
     kernel!("layers/gate.rs"),
     kernel!("layers/gru.rs"),
     kernel!("layers/lstm.rs"),
+    kernel!("layers/normalisation.rs"),
     kernel!("layers/pooling.rs"),
     kernel!("layers/rectified.rs"),
     kernel!("layers/rnn.rs"),
     kernel!("layers/rows.rs"),
+    kernel!("layers/selection.rs"),
     kernel!("layers/softmax.rs"),
     kernel!("layers/window.rs"),
     kernel!("math/activation.rs"),
@@ -61,7 +66,9 @@ pub(super) const ITEMS: &[(&str, &[&str])] = &[
             "HardSigmoid",
             "LeakyRelu",
             "Linear",
+            "Reciprocal",
             "Relu",
+            "Root",
             "Sigmoid",
             "Softplus",
             "Softsign",
@@ -76,6 +83,8 @@ pub(super) const ITEMS: &[(&str, &[&str])] = &[
             "add_back",
             "concatenate",
             "concatenate_back",
+            "multiply",
+            "multiply_back",
             "permute",
             "scale",
             "scale_back",
@@ -97,6 +106,7 @@ pub(super) const ITEMS: &[(&str, &[&str])] = &[
         "layers::elementwise",
         &["activate", "activate_back", "activate_from", "slopes"],
     ),
+    ("layers::normalisation", &["normalise", "normalise_back"]),
     (
         "layers::pooling",
         &[
@@ -107,6 +117,7 @@ pub(super) const ITEMS: &[(&str, &[&str])] = &[
         ],
     ),
     ("layers::rectified", &["rectified_back"]),
+    ("layers::selection", &["select", "select_back"]),
     ("layers::softmax", &["softmax", "softmax_back"]),
     ("layers::window", &["Window"]),
     ("number", &["Dual", "Number"]),
@@ -154,14 +165,19 @@ pub(super) fn files(plan: &Plan<'_>, accuracy: Accuracy, rectified: bool) -> Vec
         || activations
             .iter()
             .any(|(module, _)| matches!(*module, "elu" | "exponential" | "gelu" | "softplus"));
+    let root =
+        layers.contains("normalisation") || activations.iter().any(|(module, _)| *module == "root");
     let mut files = vec![
         copy("number.rs"),
-        file("src/math.rs", math(accuracy, exponential)),
+        file("src/math.rs", math(accuracy, exponential, root)),
         copy("math/activation.rs"),
         file("src/layers.rs", module_list(&layers)),
     ];
     if exponential {
         files.push(copy("math/exponential.rs"));
+    }
+    if root {
+        files.push(copy("math/root.rs"));
     }
     if let Some(module) = accuracy.module() {
         files.push(copy(&format!("math/{module}.rs")));
@@ -222,7 +238,7 @@ fn copy(path: &str) -> File {
     )
 }
 
-fn math(accuracy: Accuracy, exponential: bool) -> String {
+fn math(accuracy: Accuracy, exponential: bool, root: bool) -> String {
     let mut text = String::from(
         "//! The only home of transcendental functions. They use `+ - * /`, comparisons and shifts of an exponent,
 //! each rounded once, so that every machine gives the same bits.
@@ -234,6 +250,7 @@ fn math(accuracy: Accuracy, exponential: bool) -> String {
     let public = if chosen.is_some() { "pub " } else { "" };
     let mut modules = vec![("activation", public)];
     modules.extend(exponential.then_some(("exponential", "")));
+    modules.extend(root.then_some(("root", "")));
     modules.extend(chosen.map(|module| (module, "")));
     modules.sort_unstable();
     for (module, public) in modules {
@@ -245,6 +262,7 @@ fn math(accuracy: Accuracy, exponential: bool) -> String {
         Some(_) => "activation::{clamp, relu}".to_string(),
     }];
     uses.extend(exponential.then(|| "exponential::{erf, exp, ln_1p}".to_string()));
+    uses.extend(root.then(|| "root::{reciprocal_root, root}".to_string()));
     uses.extend(chosen.map(|module| format!("{module}::{{sigmoid, tanh}}")));
     uses.sort_unstable();
     for path in uses {
@@ -291,7 +309,11 @@ fn modules(op: &Op) -> &'static [&'static str] {
         Op::Dense(_) => &["dense", "rows"],
         Op::Convolution(_) => &["convolution", "dense", "rows", "window"],
         Op::Pool(_) => &["pooling", "window"],
-        Op::Permute(_) | Op::Scale { .. } | Op::Add | Op::Concatenate(_) => &["arithmetic"],
+        Op::Permute(_) | Op::Scale { .. } | Op::Add | Op::Multiply | Op::Concatenate(_) => {
+            &["arithmetic"]
+        }
+        Op::Select(_) => &["selection"],
+        Op::Normalise { .. } => &["normalisation"],
         Op::Activation(_) => &["elementwise"],
         Op::Softmax => &["softmax"],
         Op::Recurrent(layer) => match layer.cell {
@@ -334,5 +356,7 @@ fn names(g: Activation) -> &'static [(&'static str, &'static str)] {
         Activation::Sigmoid => &[("sigmoid", "Sigmoid")],
         Activation::Tanh => &[("tanh", "Tanh")],
         Activation::Exponential => &[("exponential", "Exponential")],
+        Activation::Root => &[("root", "Root")],
+        Activation::Reciprocal => &[("reciprocal", "Reciprocal")],
     }
 }

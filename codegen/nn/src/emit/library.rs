@@ -43,7 +43,7 @@ pub(super) fn print(network: &Network) -> String {
     } else {
         items.to_string()
     };
-    let weights = if network.parameters() > 0 {
+    let weights = if network.has_tables() {
         "mod weights;\n"
     } else {
         ""

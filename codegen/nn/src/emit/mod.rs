@@ -110,7 +110,7 @@ pub fn emit(network: &Network, options: &Options) -> Result<Vec<File>, NetworkEr
         file("src/lib.rs", library::print(network)),
         file("src/network.rs", program::print(&plan)),
     ];
-    if network.parameters() > 0 {
+    if network.has_tables() {
         files.push(file(
             "src/weights.rs",
             weights::print(&plan, options.weights),

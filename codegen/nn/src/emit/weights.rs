@@ -42,6 +42,15 @@ pub(super) fn print(plan: &Plan<'_>, weights: Weights) -> String {
                 }
                 continue;
             }
+            Op::Select(selection) => {
+                // The largest is the place of no value.
+                let number = |place: &Option<usize>| place.map_or(u16::MAX, |place| place as u16);
+                let places: Vec<u16> = selection.places.iter().map(number).collect();
+                let kind = format!("[u16; {}]", places.len());
+                let value = nested(&places, &[places.len()], 0, |place| place.to_string());
+                item("_PLACES", &format!("Layer `{name}`, places."), kind, value);
+                continue;
+            }
             Op::Recurrent(layer) => {
                 let (own, kind, value) = recurrent(layer, weights);
                 used.insert(format!("{}::{own}", own.to_lowercase()));

@@ -78,6 +78,21 @@ fn stateless<T: Real>(network: &Network, node: &Node, values: &[Vec<T>]) -> Vec<
                 .map(|(a, b)| a + b.clone())
                 .collect()
         }),
+        Op::Multiply => x
+            .iter()
+            .zip(&values[node.from[1]])
+            .map(|(a, b)| a.clone() * b.clone())
+            .collect(),
+        Op::Select(selection) => {
+            let value = |place: &Option<usize>| place.map_or(T::of(0.0), |place| x[place].clone());
+            selection.places.iter().map(value).collect()
+        }
+        Op::Normalise { epsilon } => {
+            let last = node.shape.last().copied().unwrap_or(1);
+            x.chunks(last)
+                .flat_map(|x| normalise(x, f64::from(*epsilon)))
+                .collect()
+        }
         Op::Concatenate(axis) => concatenate(network, node, *axis, values),
         Op::Input | Op::Recurrent(_) => Vec::new(),
     }
@@ -219,6 +234,8 @@ fn apply<T: Real>(g: Activation, z: T) -> T {
         Activation::Sigmoid => sigmoid(z),
         Activation::Tanh => z.tanh(),
         Activation::Exponential => z.exp(),
+        Activation::Root => z.sqrt(),
+        Activation::Reciprocal => one() / z,
     }
 }
 
@@ -234,6 +251,18 @@ fn softmax<T: Real>(z: &[T]) -> Vec<T> {
         .collect();
     let sum = e.iter().cloned().fold(T::of(0.0), |sum, e| sum + e);
     e.into_iter().map(|e| e / sum.clone()).collect()
+}
+
+fn normalise<T: Real>(x: &[T], epsilon: f64) -> Vec<T> {
+    let mean = |values: Vec<T>| {
+        let count = T::of(values.len() as f64);
+        values.into_iter().fold(T::of(0.0), |sum, x| sum + x) / count
+    };
+    let centre = mean(x.to_vec());
+    let centred: Vec<T> = x.iter().map(|x| x.clone() - centre.clone()).collect();
+    let variance = mean(centred.iter().map(|x| x.clone() * x.clone()).collect());
+    let deviation = (variance + T::of(epsilon)).sqrt();
+    (centred.into_iter().map(|x| x / deviation.clone())).collect()
 }
 
 fn permute<T: Real>(axes: &[usize], shape: &[usize], x: &[T]) -> Vec<T> {

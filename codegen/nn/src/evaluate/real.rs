@@ -18,6 +18,8 @@ pub trait Real:
     fn ln(&self) -> Self;
     /// Hyperbolic tangent.
     fn tanh(&self) -> Self;
+    /// Square root.
+    fn sqrt(&self) -> Self;
     /// Error function.
     fn erf(&self) -> Self;
 }
@@ -41,6 +43,10 @@ impl Real for f64 {
 
     fn tanh(&self) -> Self {
         math::tanh(*self)
+    }
+
+    fn sqrt(&self) -> Self {
+        math::sqrt(*self)
     }
 
     fn erf(&self) -> Self {
@@ -125,6 +131,11 @@ impl<T: Real> Real for Dual<T> {
     fn tanh(&self) -> Self {
         let value = self.value.tanh();
         self.chain(value.clone(), T::of(1.0) - value.clone() * value)
+    }
+
+    fn sqrt(&self) -> Self {
+        let value = self.value.sqrt();
+        self.chain(value.clone(), T::of(0.5) / value)
     }
 
     fn erf(&self) -> Self {

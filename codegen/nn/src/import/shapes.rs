@@ -1,6 +1,7 @@
 //! A target shape with one axis left open, and constants spread over a shape.
 
-use crate::{Dense, NetworkError, Op};
+use crate::limits::MAX_LENGTH;
+use crate::{NetworkError, Op, Selection};
 
 /// The shape that `target` asks of `length` values, where -1 stands for what is left.
 ///
@@ -134,25 +135,59 @@ pub(in crate::import) fn slice_indices(
     indices
 }
 
-/// Weights of a selection, which is a matrix of zeros and ones.
-const MAX_SELECTION: usize = 65_536;
+/// A layer that gives the values at `places` in the shape `shape`.
+pub(super) fn selection(places: &[usize], shape: Vec<usize>) -> Op {
+    let places = places.iter().copied().map(Some).collect();
+    Op::Select(Selection { places, shape })
+}
 
-/// A layer that gives the values at `places` of the `length` that it reads.
+/// Places of a tensor of shape `dims` padded along each axis by `[before, after]` values; a
+/// negative padding takes values away. None stands for a value of the padding.
 ///
 /// # Errors
-/// It would be too large.
-pub(super) fn selection(layer: &str, places: &[usize], length: usize) -> Result<Op, NetworkError> {
-    if places.len().saturating_mul(length) > MAX_SELECTION {
-        return Err(NetworkError::unsupported(
-            layer,
-            format!("a choice of {} of {length} values", places.len()),
-            "give the network only what it reads",
-        ));
+/// The result is empty, or larger than any network's values.
+pub(super) fn padded(
+    layer: &str,
+    dims: &[usize],
+    pads: &[[i64; 2]],
+) -> Result<(Vec<usize>, Vec<Option<usize>>), NetworkError> {
+    let mut shape = Vec::new();
+    for (&length, [before, after]) in dims.iter().zip(pads) {
+        let sum = (length as i64)
+            .saturating_add(*before)
+            .saturating_add(*after);
+        let fits = usize::try_from(sum)
+            .ok()
+            .filter(|&n| (1..=MAX_LENGTH).contains(&n));
+        let wrong = || {
+            let message = format!("it pads {dims:?} by {before} and {after}");
+            NetworkError::malformed(layer, message)
+        };
+        shape.push(fits.ok_or_else(wrong)?);
     }
-    let mut weights = vec![0.0; places.len() * length];
-    for (row, &place) in weights.chunks_mut(length).zip(places) {
-        row[place] = 1.0;
+    if shape
+        .iter()
+        .try_fold(1_usize, |n, &m| n.checked_mul(m))
+        .is_none_or(|n| n > MAX_LENGTH)
+    {
+        let message = format!("{shape:?} are more than {MAX_LENGTH} values");
+        return Err(NetworkError::too_large(layer, message));
     }
-    let bias = vec![0.0; places.len()];
-    Ok(Op::Dense(Dense { weights, bias }))
+    let mut places = vec![Some(0)];
+    for (axis, (&length, &padded)) in dims.iter().zip(&shape).enumerate() {
+        let before = pads[axis][0];
+        let inner = |i: usize| {
+            usize::try_from(i as i64 - before)
+                .ok()
+                .filter(|&i| i < length)
+        };
+        let next = |place: &Option<usize>| {
+            let place = *place;
+            (0..padded)
+                .map(move |i| Some(place? * length + inner(i)?))
+                .collect::<Vec<_>>()
+        };
+        places = places.iter().flat_map(next).collect();
+    }
+    Ok((shape, places))
 }

@@ -10,6 +10,7 @@ use super::{FORMAT, NETWORK_FILE, WEIGHTS_FILE};
 use crate::limits::{MAX_FILE_BYTES, MAX_GOLDEN};
 use crate::{
     Cell, Convolution, Dense, Golden, Network, NetworkError, Op, Pool, PoolKind, Recurrent,
+    Selection,
 };
 
 /// Larger than any description that the limits admit.
@@ -187,6 +188,14 @@ fn op(layer: &str, kind: Kind, file: &SafeTensors<'_>) -> Result<Op, NetworkErro
             recurrent(cell, sequences, streaming)?
         }
         Kind::Add => Op::Add,
+        Kind::Multiply => Op::Multiply,
+        Kind::Select { shape, places } => {
+            let place =
+                |&place: &i64| (place != -1).then(|| place.try_into().unwrap_or(usize::MAX));
+            let places = places.iter().map(place).collect();
+            Op::Select(Selection { places, shape })
+        }
+        Kind::Normalise { epsilon } => Op::Normalise { epsilon },
         Kind::Concatenate { axis } => Op::Concatenate(axis),
     })
 }

@@ -79,6 +79,14 @@ pub(super) enum Kind {
         streaming: bool,
     },
     Add,
+    Multiply,
+    Select {
+        shape: Vec<usize>,
+        places: Vec<i64>,
+    },
+    Normalise {
+        epsilon: f32,
+    },
     Concatenate {
         axis: usize,
     },
@@ -117,6 +125,8 @@ pub(super) enum Function {
     Sigmoid,
     Tanh,
     Exponential,
+    Root,
+    Reciprocal,
 }
 
 macro_rules! same_names {
@@ -135,6 +145,8 @@ macro_rules! same_names {
             $from::Sigmoid => $to::Sigmoid,
             $from::Tanh => $to::Tanh,
             $from::Exponential => $to::Exponential,
+            $from::Root => $to::Root,
+            $from::Reciprocal => $to::Reciprocal,
         }
     };
 }

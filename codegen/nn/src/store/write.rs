@@ -156,6 +156,15 @@ fn kind(op: &Op) -> Option<Kind> {
             }
         }
         Op::Add => Kind::Add,
+        Op::Multiply => Kind::Multiply,
+        Op::Select(selection) => {
+            let place = |place: &Option<usize>| place.map_or(-1, |place| place as i64);
+            Kind::Select {
+                shape: selection.shape.clone(),
+                places: selection.places.iter().map(place).collect(),
+            }
+        }
+        Op::Normalise { epsilon } => Kind::Normalise { epsilon: *epsilon },
         Op::Concatenate(axis) => Kind::Concatenate { axis: *axis },
     })
 }

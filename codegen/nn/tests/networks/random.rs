@@ -3,7 +3,7 @@
 
 use sinew_nn::emit::{Accuracy, Options, Weights};
 use sinew_nn::{
-    Activation, Cell, Convolution, Dense, Network, Op, Pool, PoolKind, Recurrent, Window,
+    Activation, Cell, Convolution, Dense, Network, Op, Pool, PoolKind, Recurrent, Selection, Window,
 };
 
 use super::bench::Case;
@@ -342,6 +342,8 @@ pub fn cases() -> Vec<Case> {
     builder.dense(2).scale();
     networks.push(builder.done());
 
+    networks.extend(products_and_choices());
+
     let mut cases: Vec<Case> = networks
         .into_iter()
         .map(|network| case(network, Options::default()))
@@ -372,6 +374,104 @@ pub fn cases() -> Vec<Case> {
     ));
     cases.extend(int8());
     cases
+}
+
+/// Networks with products, choices of values and normalisation.
+fn products_and_choices() -> Vec<Network> {
+    let select = |shape: &[usize], places: &[Option<usize>]| {
+        Op::Select(Selection {
+            places: places.to_vec(),
+            shape: shape.to_vec(),
+        })
+    };
+    let reversed: Vec<Option<usize>> = (0..12).rev().map(Some).collect();
+    let mut networks = Vec::new();
+
+    // A gate, and a square of the input itself.
+    let mut builder = Builder::new("products", &[5]);
+    let gate = builder.dense_of(0, 4);
+    let gate = builder.add(Op::Activation(Activation::Sigmoid), &[gate]);
+    let value = builder.dense_of(0, 4);
+    let value = builder.add(Op::Activation(Activation::Tanh), &[value]);
+    let product = builder.add(Op::Multiply, &[gate, value]);
+    let square = builder.add(Op::Multiply, &[0, 0]);
+    let both = builder.add(Op::Concatenate(0), &[product, square, product]);
+    builder.dense_of(both, 3);
+    networks.push(builder.done());
+
+    let mut builder = Builder::new("normalised", &[3, 6]);
+    builder
+        .then(Op::Normalise { epsilon: 1e-3 })
+        .scale()
+        .activation(Activation::Tanh)
+        .then(Op::Normalise { epsilon: 1e-5 })
+        .dense(2);
+    networks.push(builder.done());
+    let mut builder = Builder::new("only-normalised", &[4]);
+    builder.then(Op::Normalise { epsilon: 1e-3 });
+    networks.push(builder.done());
+
+    // A slice of the input alone, repeated and padded.
+    let mut builder = Builder::new("only-choice", &[6]);
+    builder.then(select(&[5], &[Some(5), None, Some(2), Some(2), Some(0)]));
+    networks.push(builder.done());
+
+    let mut builder = Builder::new("both-ways", &[4, 3]);
+    builder.then(select(&[4, 3], &reversed));
+    builder.recurrent(gru(true), 3, false, false);
+    let backward = builder.last();
+    builder.add(select(&[4, 3], &reversed), &[0]);
+    builder.recurrent(LSTM, 3, true, false);
+    let last: Vec<Option<usize>> = (9..12).map(Some).collect();
+    builder.then(select(&[3], &last));
+    let other = builder.last();
+    let both = builder.add(Op::Concatenate(0), &[backward, other]);
+    builder.dense_of(both, 2);
+    networks.push(builder.done());
+
+    // Zeros around an image go into the window, those around it in the middle do not.
+    let mut builder = Builder::new("padded", &[3, 2, 2]);
+    let zeros = |place: usize| {
+        let (row, column, channel) = (place / 10, place / 2 % 5, place % 2);
+        let inside = (1..4).contains(&row) && (2..4).contains(&column);
+        inside.then(|| ((row - 1) * 2 + column - 2) * 2 + channel)
+    };
+    let places: Vec<Option<usize>> = (0..50).map(zeros).collect();
+    builder
+        .then(select(&[5, 5, 2], &places))
+        .convolution(2, window([3, 2]))
+        .activation(Activation::Tanh)
+        .dense(3);
+    networks.push(builder.done());
+
+    // Slopes of negative parameters, and functions of positive numbers.
+    let mut builder = Builder::new("signs", &[4]);
+    let mut parts = Vec::new();
+    for g in [
+        Activation::LeakyRelu { alpha: -0.6 },
+        Activation::LeakyRelu { alpha: -1.0 },
+        Activation::LeakyRelu { alpha: 0.0 },
+        Activation::Elu {
+            alpha: -0.7,
+            scale: 1.2,
+        },
+    ] {
+        let dense = builder.dense_of(0, 3);
+        parts.push(builder.add(Op::Activation(g), &[dense]));
+    }
+    for g in [Activation::Root, Activation::Reciprocal] {
+        let dense = builder.dense_of(0, 3);
+        let positive = builder.add(Op::Activation(Activation::Softplus), &[dense]);
+        parts.push(builder.add(Op::Activation(g), &[positive]));
+        let exponential = builder.add(Op::Activation(Activation::Exponential), &[dense]);
+        let scaled = builder.dense_of(exponential, 2);
+        let positive = builder.add(Op::Activation(Activation::Exponential), &[scaled]);
+        parts.push(builder.add(Op::Activation(g), &[positive]));
+    }
+    let all = builder.add(Op::Concatenate(0), &parts);
+    builder.dense_of(all, 3);
+    networks.push(builder.done());
+    networks
 }
 
 /// One network of each kind of matrix, with its weights as integers: it is held against the network

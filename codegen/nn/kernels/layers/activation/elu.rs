@@ -25,8 +25,10 @@ impl Elementwise for Elu {
     }
 
     #[inline(always)]
-    fn slope<N: Number>(self, _z: N, a: N) -> N {
-        if a.value() > 0.0 {
+    fn slope<N: Number>(self, z: N, a: N) -> N {
+        // The value has the sign of z where alpha and scale are not negative, and may stand in its
+        // place.
+        if z.value() > 0.0 {
             N::constant(self.scale)
         } else {
             a + N::constant(self.scale * self.alpha)

@@ -6,7 +6,7 @@ use crate::number::Number;
 /// Leaky rectifier: `z` where positive, else `alpha z`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LeakyRelu {
-    /// Slope where z is negative; not negative itself.
+    /// Slope where z is negative.
     pub alpha: f32,
 }
 
@@ -21,7 +21,8 @@ impl Elementwise for LeakyRelu {
     }
 
     #[inline(always)]
-    fn slope<N: Number>(self, _z: N, a: N) -> N {
-        N::constant(if a.value() > 0.0 { 1.0 } else { self.alpha })
+    fn slope<N: Number>(self, z: N, _a: N) -> N {
+        // The value has the sign of z where alpha is not negative, and may stand in its place.
+        N::constant(if z.value() > 0.0 { 1.0 } else { self.alpha })
     }
 }

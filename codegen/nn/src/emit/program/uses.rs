@@ -44,7 +44,7 @@ pub(super) fn print(plan: &Plan<'_>, text: &str) -> String {
         [one] => lines.push_str(&format!("use crate::layers::{one};\n")),
         _ => lines.push_str(&format!("use crate::layers::{{{}}};\n", cells.join(", "))),
     }
-    if plan.network.parameters() > 0 {
+    if plan.network.has_tables() {
         lines.push_str("use crate::weights;\n");
     }
     let mut sorted: Vec<&str> = lines.lines().collect();

@@ -65,7 +65,7 @@ impl Import<'_> {
             let last = if reads_all && reads_last && steps > 1 {
                 let length = steps * units;
                 let places: Vec<usize> = (length - units..length).collect();
-                self.selection(node, place, &places, length)?
+                self.selection(node, place, &places)?
             } else {
                 place
             };
@@ -102,7 +102,7 @@ impl Import<'_> {
     ) -> Result<usize, NetworkError> {
         let indices: Vec<usize> = (0..steps).rev().collect();
         let places = places_along(&[steps, width], 0, &indices);
-        let place = self.selection(node, place, &places, steps * width)?;
+        let place = self.selection(node, place, &places)?;
         self.held_as(node, place, vec![steps, width])
     }
 

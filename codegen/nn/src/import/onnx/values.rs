@@ -197,44 +197,31 @@ impl Import<'_> {
         if indices.len() == dims[axis] && indices.iter().enumerate().all(|(i, &index)| i == index) {
             return Ok(Value::of(value.place, shape, batch));
         }
-        let places = self.selection(
-            node,
-            value.place,
-            &places_along(&dims, axis, indices),
-            value.len(),
-        )?;
+        let places = self.selection(node, value.place, &places_along(&dims, axis, indices))?;
         Ok(Value::of(places, shape, batch))
     }
 
-    /// A layer that gives the values of node `from`, which has `length`, at `places`.
+    /// A layer that gives the values of node `from` at `places`.
     pub(super) fn selection(
         &mut self,
         node: &Node<'_>,
         from: usize,
         places: &[usize],
-        length: usize,
     ) -> Result<usize, NetworkError> {
-        let op = shapes::selection(&node.name, places, length)?;
+        let op = shapes::selection(places, vec![places.len()]);
         self.push(node, op, from)
     }
 
     /// Recurrent layers of which only the state after the last step is read give nothing else.
     pub(super) fn last_steps(&mut self) {
         for place in 1..self.network.nodes.len() {
-            let Op::Dense(dense) = &self.network.nodes[place].op else {
+            let Op::Select(selection) = &self.network.nodes[place].op else {
                 continue;
             };
-            let units = dense.bias.len();
-            let length = dense.weights.len() / units.max(1);
-            let is_last = length > units
-                && dense.bias.iter().all(|&bias| bias == 0.0)
-                && dense.weights.chunks(length).enumerate().all(|(i, row)| {
-                    let one = length - units + i;
-                    row.iter()
-                        .enumerate()
-                        .all(|(j, &w)| w == if j == one { 1.0 } else { 0.0 })
-                });
-            if !is_last {
+            let units = selection.places.len();
+            let length = self.network.nodes[self.network.nodes[place].from[0]].len();
+            let last = (length.saturating_sub(units)..length).map(Some);
+            if length <= units || !selection.places.iter().copied().eq(last) {
                 continue;
             }
             // Past layers that leave every value where it is.

@@ -51,7 +51,7 @@ impl Import<'_> {
             let chosen = if is_all {
                 x
             } else {
-                let op = shapes::selection(name, &places, length)?;
+                let op = shapes::selection(&places, vec![places.len()]);
                 let inner = self.free_name(&format!("{own} choice"));
                 self.network.push(&inner, op, vec![x])?
             };
