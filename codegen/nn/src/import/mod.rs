@@ -1,6 +1,7 @@
 //! Networks of other tools. Each importer is given a whole file in memory and makes a [`Network`];
 //! what it does not know it refuses, naming the layer and the nearest thing that would work.
 
+mod composite;
 mod groups;
 mod hdf5;
 mod keras;

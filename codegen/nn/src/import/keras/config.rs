@@ -25,6 +25,10 @@ pub(super) struct Layer<'a> {
     pub(super) from: Vec<String>,
     /// Operands of an operation in order, constants among them; empty for a layer.
     pub(super) operands: Vec<Operand>,
+    /// Indices and slices of a GetItem.
+    pub(super) key: &'a Value,
+    /// The wrapped layer whose weights these are: `forward` or `backward`; empty otherwise.
+    pub(super) side: &'static str,
     /// Number of layers of this class before it: Keras 3 names weights by it.
     pub(super) number: usize,
 }
@@ -129,9 +133,11 @@ impl<'a> Model<'a> {
                     .map(String::from)
                     .collect()
             };
-            let operation = value["module"]
-                .as_str()
-                .is_some_and(|m| m.starts_with(OPERATIONS));
+            // Files of the older format do not say where a class is from; a layer can be trained.
+            let operation = match value["module"].as_str() {
+                Some(module) => module.starts_with(OPERATIONS),
+                None => config["trainable"].is_null() && value["inbound_nodes"][0].is_object(),
+            };
             let constant = operands.iter().any(|operand| operand.layer().is_none());
             if !operation && constant {
                 return Err(NetworkError::unsupported(
@@ -149,6 +155,8 @@ impl<'a> Model<'a> {
                 config: Settings::new(config),
                 from,
                 operands,
+                key: &value["inbound_nodes"][0]["args"][1],
+                side: "",
                 number: *number,
             });
             *number += 1;
@@ -247,7 +255,10 @@ fn sources(layer: &str, class: &str, nodes: &Value) -> Result<Vec<Operand>, Netw
     // Keras 3: {"args": [...]} with tensors anywhere within. Keras 2: a list of [name, node,
     // tensor, kwargs].
     if node.is_object() {
-        operands(layer, &node["args"], 0, &mut found)?;
+        // The indices of a GetItem are no operands.
+        let args = &node["args"];
+        let args = if class == "GetItem" { &args[0] } else { args };
+        operands(layer, args, 0, &mut found)?;
         let named = node["kwargs"].as_object();
         for (key, value) in named.into_iter().flatten() {
             if is_idle(key, value) {

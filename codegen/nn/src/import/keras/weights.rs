@@ -61,16 +61,26 @@ impl Weights {
                 n => format!("{class}_{n}"),
             };
             // Recurrent layers keep theirs in a cell, wrappers in a layer.
+            let side = format!("{}_layer/", layer.side);
+            let side = if layer.side.is_empty() { "" } else { &side };
             let paths = ["", "cell/", "layer/", "layer/cell/"];
             return paths
                 .iter()
-                .find_map(|inner| self.take(&format!("{group}/{inner}vars/{number}")));
+                .find_map(|inner| self.take(&format!("{group}/{side}{inner}vars/{number}")));
         }
+        let own = layer.config["name"].as_str().unwrap_or("");
+        let is_side = |segment: &str| {
+            segment == own
+                || segment
+                    .strip_prefix(layer.side)
+                    .is_some_and(|rest| rest.starts_with('_'))
+        };
         let prefix = format!("{}/", layer.name);
         let mut paths = self.tensors.keys();
         let path = paths.find(|path| {
             let last = path.rsplit('/').next().unwrap_or("");
-            path.starts_with(&prefix) && last.split(':').next() == Some(name)
+            let beside = layer.side.is_empty() || path.split('/').skip(1).any(is_side);
+            path.starts_with(&prefix) && beside && last.split(':').next() == Some(name)
         })?;
         self.take(path)
     }

@@ -1,5 +1,6 @@
 //! Each class of Keras layers as nodes of the network.
 
+mod movement;
 mod normalisation;
 mod operation;
 mod recurrent;
@@ -28,33 +29,30 @@ pub(super) const IDLE: &[&str] = &[
     "Identity",
 ];
 
+/// Layers that read several values.
+const SEVERAL: &[&str] = &[
+    "Add",
+    "Subtract",
+    "Multiply",
+    "Average",
+    "Maximum",
+    "Minimum",
+    "Concatenate",
+];
+
 /// Classes that are known not to work, and what is nearest.
 const NEAREST: &[(&str, &str)] = &[
-    ("DepthwiseConv2D", "use Conv2D"),
-    ("DepthwiseConv1D", "use Conv1D"),
-    ("SeparableConv2D", "use Conv2D"),
-    ("SeparableConv1D", "use Conv1D"),
-    ("Conv2DTranspose", "use Conv2D"),
+    ("Conv1DTranspose", "use UpSampling1D and Conv1D"),
+    ("Conv2DTranspose", "use UpSampling2D and Conv2D"),
     ("Conv3D", "use Conv2D"),
-    (
-        "Bidirectional",
-        "use two layers, the second on reversed input, and concatenate",
-    ),
     ("ConvLSTM2D", "use Conv2D and LSTM"),
-    ("PReLU", "use LeakyReLU"),
     ("ThresholdedReLU", "use ReLU"),
-    (
-        "LayerNormalization",
-        "use BatchNormalization, which is folded into weights",
-    ),
-    ("GroupNormalization", "use BatchNormalization"),
+    ("GroupNormalization", "use LayerNormalization"),
+    ("RMSNormalization", "use LayerNormalization"),
+    ("UnitNormalization", "use LayerNormalization"),
     ("MultiHeadAttention", "use GRU"),
     ("Embedding", "use Dense on one-hot inputs"),
-    ("ZeroPadding1D", "use padding='same' in the convolution"),
-    ("ZeroPadding2D", "use padding='same' in the convolution"),
-    ("Subtract", "use Add after a Dense of negative weights"),
-    ("Multiply", "use Add or Concatenate"),
-    ("Average", "use Add and halve the weights after it"),
+    ("Dot", "use Multiply and a Dense of ones"),
     ("Lambda", "write it as layers"),
     (
         "Sequential",
@@ -121,11 +119,11 @@ impl<'a> Import<'a> {
         if !layer.operands.is_empty() {
             return self.operation(layer, from);
         }
-        if from.len() != 1 && !["Add", "Concatenate"].contains(&layer.class) {
+        if from.len() != 1 && !SEVERAL.contains(&layer.class) {
             return Err(NetworkError::unsupported(
                 name,
                 format!("{} of {} values", layer.class, from.len()),
-                "Add and Concatenate read several",
+                format!("{} read several", SEVERAL.join(", ")),
             ));
         }
         if IDLE.contains(&layer.class) {
@@ -199,13 +197,34 @@ impl<'a> Import<'a> {
                 self.push(name, Op::Softmax, x)
             }
             "BatchNormalization" => self.batch_norm(layer, x),
+            "LayerNormalization" => self.layer_norm(layer, x),
+            "PReLU" => self.prelu(layer, x),
+            "DepthwiseConv1D" | "DepthwiseConv2D" | "SeparableConv1D" | "SeparableConv2D" => {
+                let place = self.by_channels(layer, x)?;
+                self.activate(layer, place)
+            }
+            "ZeroPadding1D" | "ZeroPadding2D" | "Cropping1D" | "Cropping2D" => {
+                self.padded(layer, x)
+            }
+            "UpSampling1D" | "UpSampling2D" => self.enlarged(layer, x),
+            "RepeatVector" => self.repeated(layer, x),
+            "Bidirectional" => self.both_ways(layer, x),
             "Normalization" => self.normalization(layer, x),
             "Rescaling" => self.rescaling(layer, x),
             "SimpleRNN" | "GRU" | "LSTM" => self.recurrent(layer, x),
-            "Add" => self.network.push(name, Op::Add, from.to_vec()),
+            "Add" | "Subtract" | "Multiply" | "Average" | "Maximum" | "Minimum" => {
+                self.of_values(layer, from)
+            }
             "Concatenate" => {
                 let axes = self.network.nodes[x].shape.len();
                 let axis = axis_of(name, &config["axis"], axes)?;
+                if self.streaming && axes == 2 && axis == 0 {
+                    return Err(NetworkError::unsupported(
+                        name,
+                        "Concatenate along the steps of a sequence of open length",
+                        "give the model a fixed number of steps, Input((steps, features))",
+                    ));
+                }
                 self.network
                     .push(name, Op::Concatenate(axis), from.to_vec())
             }
@@ -237,6 +256,13 @@ impl<'a> Import<'a> {
             "GlobalMaxPooling1D",
             "GlobalAveragePooling1D",
             "Permute",
+            "Flatten",
+            "Reshape",
+            "DepthwiseConv1D",
+            "SeparableConv1D",
+            "ZeroPadding1D",
+            "Cropping1D",
+            "UpSampling1D",
         ];
         let over_time = self.network.nodes[from].shape.len() == 2;
         if self.streaming && over_time && across.contains(&layer.class) {
@@ -259,10 +285,24 @@ impl<'a> Import<'a> {
         };
         match activation_name(&layer.config, "activation") {
             "softmax" => self.push(&name, Op::Softmax, from),
-            other => match self.activation(&layer.name, other)? {
-                Activation::Linear => Ok(from),
-                g => self.push(&name, Op::Activation(g), from),
+            other => match self.network.named_composite(&name, other, from) {
+                Some(place) => place,
+                None => self.plain_activation(layer, &name, other, from),
             },
+        }
+    }
+
+    /// An activation that is one function.
+    fn plain_activation(
+        &mut self,
+        layer: &Layer<'_>,
+        name: &str,
+        function: &str,
+        from: usize,
+    ) -> Result<usize, NetworkError> {
+        match self.activation(&layer.name, function)? {
+            Activation::Linear => Ok(from),
+            g => self.push(name, Op::Activation(g), from),
         }
     }
 
@@ -362,6 +402,8 @@ impl<'a> Import<'a> {
             config: Settings::new(&inner["config"]),
             from: Vec::new(),
             operands: Vec::new(),
+            key: layer.key,
+            side: "",
             number: layer.number,
         };
         expect_float(&layer.name, &inside.config["dtype"])?;
@@ -377,19 +419,39 @@ impl<'a> Import<'a> {
 
     fn relu(&mut self, layer: &Layer<'_>, x: usize) -> Result<usize, NetworkError> {
         let config = &layer.config;
-        let zero = |key: &str| Ok(stated(&layer.name, key, &config[key])?.unwrap_or(0.0));
-        if !config["max_value"].is_null() || zero("threshold")? != 0.0 {
+        let name = &layer.name;
+        let zero = |key: &str| Ok(stated(name, key, &config[key])?.unwrap_or(0.0));
+        let (threshold, alpha) = (zero("threshold")?, zero("negative_slope")?);
+        if threshold != 0.0 {
             return Err(NetworkError::unsupported(
-                &layer.name,
-                "a ReLU with max_value or threshold",
-                "use ReLU without them",
+                name,
+                format!("a ReLU of threshold {threshold}, which jumps there,"),
+                "use threshold=0: a jump has no derivative",
             ));
         }
-        let g = match zero("negative_slope")? {
-            0.0 => Activation::Relu,
-            alpha => Activation::LeakyRelu { alpha },
+        let most = stated(name, "max_value", &config["max_value"])?;
+        let place = match (alpha, most) {
+            (0.0, Some(most)) if most > 0.0 => return self.network.clipped(name, x, 0.0, most),
+            (0.0, _) => self
+                .network
+                .append(name, Op::Activation(Activation::Relu), &[x])?,
+            (alpha, _) => {
+                let g = Op::Activation(Activation::LeakyRelu { alpha });
+                self.network.append(name, g, &[x])?
+            }
         };
-        self.push(&layer.name, Op::Activation(g), x)
+        match most {
+            None => Ok(place),
+            // A slope below zero would lead above the bound on both sides.
+            Some(most) if most > 0.0 && alpha >= 0.0 => {
+                self.network.clipped(name, place, f32::MIN, most)
+            }
+            Some(most) => Err(NetworkError::unsupported(
+                name,
+                format!("a ReLU of max_value {most} and negative_slope {alpha}"),
+                "use a positive max_value and no negative slope below zero",
+            )),
+        }
     }
 
     fn expect_last_axis(

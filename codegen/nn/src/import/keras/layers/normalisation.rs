@@ -1,8 +1,9 @@
 //! Layers that only scale and shift, folded into one operation.
 
 use super::Import;
-use super::values::numbers;
+use super::values::{numbers, stated};
 use crate::import::keras::config::Layer;
+use crate::import::shapes;
 use crate::{NetworkError, Op};
 
 impl Import<'_> {
@@ -40,6 +41,49 @@ impl Import<'_> {
         };
         let op = normalise([&gamma, &beta, &mean, &variance], epsilon);
         self.push(&layer.name, op, x)
+    }
+
+    /// Each run of the last axis by its own mean and variance, then scaled by channel.
+    pub(super) fn layer_norm(
+        &mut self,
+        layer: &Layer<'_>,
+        x: usize,
+    ) -> Result<usize, NetworkError> {
+        let (name, config) = (&layer.name, &layer.config);
+        self.expect_last_axis(layer, &config["axis"], x)?;
+        if config["rms_scaling"].as_bool() == Some(true) {
+            return Err(NetworkError::unsupported(
+                name,
+                "rms_scaling=True",
+                "use rms_scaling=False",
+            ));
+        }
+        let channels = self.network.nodes[x].shape.last().copied().unwrap_or(0);
+        let mut number = 0;
+        let mut next = |tensor: &str, key: &str, otherwise: f32| {
+            if config[key].as_bool() == Some(false) {
+                return Ok(vec![otherwise; channels]);
+            }
+            let tensor = self.weights.get(layer, tensor, number)?;
+            number += 1;
+            tensor.expect_shape(name, &[channels])?;
+            Ok(tensor.values.clone())
+        };
+        let (gain, offset) = (next("gamma", "scale", 1.0)?, next("beta", "center", 0.0)?);
+        let epsilon = stated(name, "epsilon", &config["epsilon"])?.unwrap_or(1e-3);
+        let normal = self.push(name, Op::Normalise { epsilon }, x)?;
+        self.network.of_each(name, normal, gain, offset)
+    }
+
+    /// A slope for each value, or for each along the axes that are not shared.
+    pub(super) fn prelu(&mut self, layer: &Layer<'_>, x: usize) -> Result<usize, NetworkError> {
+        let name = &layer.name;
+        // What is shared shows in the shape of the slopes.
+        let _ = &layer.config["shared_axes"];
+        let alpha = self.weights.get(layer, "alpha", 0)?;
+        let shape = &self.network.nodes[x].shape;
+        let slopes = shapes::spread(name, &alpha.shape, &alpha.values, shape)?;
+        self.network.prelu(name, x, &slopes)
     }
 
     pub(super) fn normalization(

@@ -6,18 +6,29 @@ use crate::import::keras::config::{Layer, Operand};
 use crate::import::shapes;
 use crate::{Activation, NetworkError, Op};
 
+/// Operations of two operands, of which one may be a constant.
+const OF_TWO: &[&str] = &[
+    "Add",
+    "Subtract",
+    "Multiply",
+    "Divide",
+    "TrueDivide",
+    "Maximum",
+    "Minimum",
+    "Power",
+];
+
 impl Import<'_> {
     pub(super) fn operation(
         &mut self,
         layer: &Layer<'_>,
         from: &[usize],
     ) -> Result<usize, NetworkError> {
-        let arithmetic = ["Add", "Subtract", "Multiply", "Divide", "TrueDivide"];
-        if !arithmetic.contains(&layer.class) {
+        if !OF_TWO.contains(&layer.class) {
             return self.function(layer, from);
         }
         match layer.operands.as_slice() {
-            [Operand::Layer(_), Operand::Layer(_)] => self.of_two(layer, [from[0], from[1]]),
+            [Operand::Layer(_), Operand::Layer(_)] => self.of_values(layer, from),
             [Operand::Layer(_), Operand::Constant(shape, values)] => {
                 self.with_constant(layer, from[0], shape, values, false)
             }
@@ -32,34 +43,42 @@ impl Import<'_> {
         }
     }
 
-    fn of_two(&mut self, layer: &Layer<'_>, [a, b]: [usize; 2]) -> Result<usize, NetworkError> {
+    /// The sum, product, mean, largest or smallest of values, a difference or a quotient of two.
+    pub(super) fn of_values(
+        &mut self,
+        layer: &Layer<'_>,
+        from: &[usize],
+    ) -> Result<usize, NetworkError> {
         let name = &layer.name;
-        let shapes = [a, b].map(|place| self.network.nodes[place].shape.clone());
-        if shapes[0] != shapes[1] {
-            return Err(NetworkError::unsupported(
-                name,
-                format!(
-                    "{} of shapes {:?} and {:?}",
-                    layer.class, shapes[0], shapes[1]
-                ),
-                "values of equal shape work",
-            ));
+        let from = self.network.alike(name, from)?;
+        if let (&[a, b], "Subtract" | "Divide" | "TrueDivide") = (from.as_slice(), layer.class) {
+            return match layer.class {
+                "Subtract" => self.network.difference(name, a, b),
+                _ => self.network.quotient(name, a, b),
+            };
         }
+        let Some((&first, others)) = from.split_first() else {
+            return Err(NetworkError::malformed(name, "it reads nothing"));
+        };
+        let network = &mut self.network;
+        let mut others = others.iter();
         match layer.class {
-            "Add" => self.network.push(name, Op::Add, vec![a, b]),
-            "Subtract" => {
-                let channels = shapes[1].last().copied().unwrap_or(1);
-                let op = Op::Scale {
-                    gain: vec![-1.0; channels],
-                    offset: vec![0.0; channels],
-                };
-                let b = self.push(&format!("{name} negative"), op, b)?;
-                self.network.push(name, Op::Add, vec![a, b])
+            "Add" => network.append(name, Op::Add, &from),
+            "Average" => {
+                let sum = network.append(name, Op::Add, &from)?;
+                network.scaled(name, sum, 1.0 / from.len() as f32, 0.0)
+            }
+            "Multiply" => others.try_fold(first, |product, &other| {
+                network.append(name, Op::Multiply, &[product, other])
+            }),
+            "Maximum" => others.try_fold(first, |most, &other| network.larger(name, most, other)),
+            "Minimum" => {
+                others.try_fold(first, |least, &other| network.smaller(name, least, other))
             }
             class => Err(NetworkError::unsupported(
                 name,
-                format!("{class} of two values"),
-                "Add and Subtract work, and a constant on one side",
+                format!("{class} of {} values", from.len()),
+                "Add, Subtract, Multiply, Divide, Average, Maximum and Minimum work",
             )),
         }
     }
@@ -78,46 +97,70 @@ impl Import<'_> {
         let c = shapes::spread(name, shape, values, &held)?;
         let map = |f: fn(f32) -> f32| c.iter().copied().map(f).collect::<Vec<f32>>();
         let (ones, zeros) = (vec![1.0; c.len()], vec![0.0; c.len()]);
+        let single = c.iter().all(|&other| Some(&other) == c.first());
         let (gain, offset) = match (layer.class, reversed) {
             ("Add", _) => (ones, c),
             ("Subtract", false) => (ones, map(|c| -c)),
             ("Subtract", true) => (vec![-1.0; c.len()], c),
             ("Multiply", _) => (c, zeros),
             ("Divide" | "TrueDivide", false) => (map(|c| 1.0 / c), zeros),
-            _ => {
+            ("Divide" | "TrueDivide", true) => {
+                let g = Op::Activation(Activation::Reciprocal);
+                let inverse = self.network.append(name, g, &[x])?;
+                return self.network.of_each(name, inverse, c, zeros);
+            }
+            ("Power", false) if single => {
+                return self
+                    .network
+                    .power(name, x, c.first().copied().unwrap_or(1.0));
+            }
+            ("Maximum" | "Minimum", _) => {
+                // Bounds of 0 after a shift, one for each value.
+                let sign = if layer.class == "Maximum" { 1.0 } else { -1.0 };
+                let shift = c.iter().map(|c| -sign * c).collect();
+                let gain = vec![sign; c.len()];
+                let shifted = self.network.of_each(name, x, gain.clone(), shift)?;
+                let g = Op::Activation(Activation::Relu);
+                let cut = self.network.append(name, g, &[shifted])?;
+                return self.network.of_each(name, cut, gain, c);
+            }
+            (class, _) => {
                 return Err(NetworkError::unsupported(
                     name,
-                    "division by a value",
-                    "multiply by a constant",
+                    format!("{class} of a constant and a value"),
+                    "a power with one constant exponent works",
                 ));
             }
         };
-        let per_channel = held.last() == Some(&gain.len());
-        if per_channel {
-            return self.push(name, Op::Scale { gain, offset }, x);
-        }
-        let flat = self.push(&format!("{name} flat"), Op::Reshape(vec![gain.len()]), x)?;
-        let scaled = self.push(&format!("{name} scale"), Op::Scale { gain, offset }, flat)?;
-        self.push(name, Op::Reshape(held), scaled)
+        self.network.of_each(name, x, gain, offset)
     }
 
     /// An operation of one value.
     fn function(&mut self, layer: &Layer<'_>, from: &[usize]) -> Result<usize, NetworkError> {
         let (name, config) = (&layer.name, &layer.config);
-        let &[x] = from else {
-            return Err(NetworkError::unsupported(
-                name,
-                format!("the operation {} of {} values", layer.class, from.len()),
-                "Add and Subtract of two values work",
-            ));
-        };
-        if layer.operands.len() != 1 {
+        let constants = layer.operands.iter();
+        if constants
+            .filter(|o| !matches!(o, Operand::Layer(_)))
+            .count()
+            > 0
+        {
             return Err(NetworkError::unsupported(
                 name,
                 format!("the operation {} with a constant", layer.class),
-                "Add, Subtract, Multiply and Divide with a constant work",
+                "Add, Subtract, Multiply, Divide, Power, Maximum and Minimum with a constant work",
             ));
         }
+        if from.len() > 1 && layer.class != "Concatenate" {
+            return Err(NetworkError::unsupported(
+                name,
+                format!("the operation {} of {} values", layer.class, from.len()),
+                "Add, Subtract, Multiply, Divide, Maximum and Minimum of two values work",
+            ));
+        }
+        if let Some(place) = self.moved(layer, from)? {
+            return Ok(place);
+        }
+        let x = from[0];
         let number = |key: &str, otherwise: f32| -> Result<f32, NetworkError> {
             Ok(stated(name, key, &config[key])?.unwrap_or(otherwise))
         };
@@ -130,6 +173,10 @@ impl Import<'_> {
             "Silu" => Activation::Swish,
             "Selu" => Activation::SELU,
             "Exp" => Activation::Exponential,
+            "Sqrt" => Activation::Root,
+            "Reciprocal" => Activation::Reciprocal,
+            "Gelu" if config["approximate"].as_bool() == Some(false) => Activation::Gelu,
+            "Gelu" => Activation::GeluTanh,
             "HardSigmoid" => Activation::HardSigmoid {
                 alpha: 1.0 / 6.0,
                 beta: 0.5,
@@ -141,13 +188,21 @@ impl Import<'_> {
             "LeakyRelu" => Activation::LeakyRelu {
                 alpha: number("negative_slope", 0.2)?,
             },
-            "Negative" => {
-                let channels = self.network.nodes[x].shape.last().copied().unwrap_or(1);
-                let op = Op::Scale {
-                    gain: vec![-1.0; channels],
-                    offset: vec![0.0; channels],
-                };
-                return self.push(name, op, x);
+            "Negative" => return self.network.scaled(name, x, -1.0, 0.0),
+            "Absolute" | "Abs" => return self.network.absolute(name, x),
+            "Square" => return self.network.power(name, x, 2.0),
+            "Relu6" => return self.network.clipped(name, x, 0.0, 6.0),
+            "HardTanh" => return self.network.clipped(name, x, -1.0, 1.0),
+            "HardSilu" => return self.network.hard_swish(name, x),
+            "LogSigmoid" => return self.network.log_sigmoid(name, x),
+            "Mish" => return self.network.mish(name, x),
+            "Celu" => {
+                let alpha = number("alpha", 1.0)?;
+                return self.network.celu(name, x, alpha);
+            }
+            "Clip" => {
+                let (low, high) = (number("x_min", f32::MIN)?, number("x_max", f32::MAX)?);
+                return self.network.clipped(name, x, low, high);
             }
             "Softmax" => {
                 self.expect_last_axis(layer, &config["axis"], x)?;

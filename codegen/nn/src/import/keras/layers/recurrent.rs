@@ -3,29 +3,35 @@
 use super::Import;
 use super::values::activation_name;
 use crate::import::keras::config::Layer;
+use crate::import::keras::settings::{Settings, expect_float};
 use crate::{Cell, NetworkError, Op, Recurrent};
 
 impl Import<'_> {
     pub(super) fn recurrent(&mut self, layer: &Layer<'_>, x: usize) -> Result<usize, NetworkError> {
+        self.cell(layer, layer.class, x)
+    }
+
+    /// A layer of one direction, of class `class`.
+    fn cell(&mut self, layer: &Layer<'_>, class: &str, x: usize) -> Result<usize, NetworkError> {
         let (name, config) = (&layer.name, &layer.config);
-        for (key, nearest) in [
-            ("go_backwards", "reverse the input"),
-            (
-                "return_state",
+        if config["return_state"].as_bool() == Some(true) {
+            return Err(NetworkError::unsupported(
+                name,
+                "return_state=True",
                 "use return_state=False: the emitted State has it",
-            ),
-        ] {
-            if config[key].as_bool() == Some(true) {
-                return Err(NetworkError::unsupported(
-                    name,
-                    format!("{key}=True"),
-                    nearest,
-                ));
-            }
+            ));
+        }
+        let backward = config["go_backwards"].as_bool() == Some(true);
+        if backward && self.streaming {
+            return Err(NetworkError::unsupported(
+                name,
+                "go_backwards=True over a sequence of open length",
+                "give the model a fixed number of steps, Input((steps, features))",
+            ));
         }
         let g = self.activation(name, activation_name(config, "activation"))?;
         let gates = || self.activation(name, activation_name(config, "recurrent_activation"));
-        let cell = match layer.class {
+        let cell = match class {
             "SimpleRNN" => Cell::Simple { activation: g },
             "GRU" => Cell::Gru {
                 activation: g,
@@ -88,6 +94,98 @@ impl Import<'_> {
             sequences: config["return_sequences"].as_bool() == Some(true),
             streaming: self.streaming || (stateful && steps == 1),
         });
-        self.push(name, op, x)
+        let x = if backward { self.reversed(name, x)? } else { x };
+        self.network.append(name, op, &[x])
+    }
+
+    /// The steps of a sequence from the last to the first.
+    fn reversed(&mut self, name: &str, x: usize) -> Result<usize, NetworkError> {
+        match *self.network.nodes[x].shape.as_slice() {
+            [steps, _] if steps > 1 => {
+                let indices: Vec<usize> = (0..steps).rev().collect();
+                let name = format!("{name} reversed");
+                self.network.along(&name, x, 0, &indices)
+            }
+            _ => Ok(x),
+        }
+    }
+
+    /// Two recurrent layers over the same sequence, the second from its end, joined.
+    pub(super) fn both_ways(&mut self, layer: &Layer<'_>, x: usize) -> Result<usize, NetworkError> {
+        let (name, config) = (&layer.name, &layer.config);
+        let wrapped = |key: &str| config.inner(key);
+        let (forward, given) = (wrapped("layer"), wrapped("backward_layer"));
+        let join = match &config["merge_mode"] {
+            mode if mode.is_null() => "null",
+            mode => mode.as_str().unwrap_or("unknown"),
+        };
+        if !["concat", "sum", "ave", "mul"].contains(&join) {
+            return Err(NetworkError::unsupported(
+                name,
+                format!("merge_mode = {join}"),
+                "concat, sum, ave and mul work",
+            ));
+        }
+        let mut places = Vec::new();
+        for side in ["forward", "backward"] {
+            let backward = side == "backward";
+            let value = if backward && !given.is_null() {
+                given
+            } else {
+                forward
+            };
+            let class = value["class_name"].as_str().unwrap_or("");
+            if !["SimpleRNN", "GRU", "LSTM"].contains(&class) {
+                return Err(NetworkError::unsupported(
+                    name,
+                    format!("{class} both ways"),
+                    "Bidirectional works with SimpleRNN, GRU and LSTM",
+                ));
+            }
+            expect_float(name, &value["config"]["dtype"])?;
+            // The weights are found under the wrapper's own class, the cell is that of the layer.
+            let inside = Layer {
+                name: name.clone(),
+                class: layer.class,
+                config: Settings::new(&value["config"]),
+                from: Vec::new(),
+                operands: Vec::new(),
+                key: layer.key,
+                side,
+                number: layer.number,
+            };
+            if self.streaming {
+                return Err(NetworkError::unsupported(
+                    name,
+                    "Bidirectional over a sequence of open length",
+                    "give the model a fixed number of steps, Input((steps, features))",
+                ));
+            }
+            // Without a configuration of its own it is the first, turned round.
+            let own = given.is_null();
+            let turned = if backward && own {
+                self.reversed(name, x)?
+            } else {
+                x
+            };
+            let place = self.cell(&inside, class, turned)?;
+            inside.config.expect_read(name, class)?;
+            let sequences = inside.config["return_sequences"].as_bool() == Some(true);
+            places.push(if backward && sequences {
+                self.reversed(name, place)?
+            } else {
+                place
+            });
+        }
+        let axis = self.network.nodes[places[0]].shape.len() - 1;
+        match join {
+            "concat" => self.network.append(name, Op::Concatenate(axis), &places),
+            "sum" => self.network.append(name, Op::Add, &places),
+            "mul" => self.network.append(name, Op::Multiply, &places),
+            _ => {
+                let sum = self.network.append(name, Op::Add, &places)?;
+                self.network.scaled(name, sum, 0.5, 0.0)
+            }
+        }
     }
 }

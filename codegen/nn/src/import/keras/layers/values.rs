@@ -75,6 +75,10 @@ pub(super) fn axis_of(layer: &str, value: &Value, axes: usize) -> Result<usize, 
         .ok()
         .filter(|&place| place < axes)
         .ok_or_else(|| {
+            if axis == 0 {
+                let what = format!("axis 0, the batch's, beside {axes} others");
+                return NetworkError::unsupported(layer, what, "use an axis after the batch");
+            }
             NetworkError::malformed(layer, format!("axis {axis} of {axes} axes and the batch"))
         })
 }

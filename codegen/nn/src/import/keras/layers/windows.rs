@@ -50,6 +50,87 @@ impl Import<'_> {
         )
     }
 
+    /// A convolution of each channel by itself, as one over all channels with zeros between them;
+    /// of a separable one also the convolution of width 1 after it.
+    pub(super) fn by_channels(
+        &mut self,
+        layer: &Layer<'_>,
+        x: usize,
+    ) -> Result<usize, NetworkError> {
+        let (name, config) = (&layer.name, &layer.config);
+        let one = layer.class.ends_with("1D");
+        let separable = layer.class.starts_with("Separable");
+        let read = |tensor: &Tensor| -> Result<Tensor, NetworkError> {
+            tensor.expect_axes(name, if one { 3 } else { 4 })?;
+            let lead = if one { &[1][..] } else { &[] };
+            let shape = [lead, &tensor.shape].concat();
+            Tensor::new(name, shape, tensor.values.clone())
+        };
+        // The multiplier shows in the shape of the weights, and so do the filters.
+        let _ = &config["depth_multiplier"];
+        let found = self.weights.find(layer, "depthwise_kernel", 0);
+        let kernel = match found {
+            Some(kernel) => read(kernel)?,
+            None => read(self.weights.get(layer, "kernel", 0)?)?,
+        };
+        let channels = self.network.nodes[x].shape.last().copied().unwrap_or(0);
+        let [rows, columns, own, times] = kernel.shape[..] else {
+            return Err(NetworkError::malformed(name, "weights without four axes"));
+        };
+        if own != channels {
+            let message = format!(
+                "weights of shape {:?} for {channels} channels",
+                kernel.shape
+            );
+            return Err(NetworkError::malformed(name, message));
+        }
+        let window = self.window(
+            layer,
+            x,
+            [rows, columns],
+            &config["strides"],
+            &config["dilation_rate"],
+        )?;
+        let filters = own * times;
+        let bias = if separable {
+            vec![0.0; filters]
+        } else {
+            self.bias(layer, 1, filters)?
+        };
+        // Filter `c times + m` is that of channel c alone.
+        let groups = kernel.permuted(&[2, 3, 0, 1]);
+        let groups = Tensor {
+            shape: vec![filters, rows, columns, 1],
+            values: groups.values,
+        };
+        let weights = grouped::ungrouped(name, groups, channels)?.values;
+        let op = Op::Convolution(Convolution {
+            window,
+            weights,
+            bias,
+        });
+        let place = self.push(name, op, x)?;
+        if !separable {
+            return Ok(place);
+        }
+        let points = read(self.weights.get(layer, "pointwise_kernel", 1)?)?;
+        let outputs = points.shape[3];
+        points.expect_shape(name, &[1, 1, filters, outputs])?;
+        let bias = self.bias(layer, 2, outputs)?;
+        let op = Op::Convolution(Convolution {
+            window: Window {
+                size: [1; 2],
+                stride: [1; 2],
+                dilation: [1; 2],
+                before: [0; 2],
+                after: [0; 2],
+            },
+            weights: points.permuted(&[3, 0, 1, 2]).values,
+            bias,
+        });
+        self.network.append(&format!("{name} points"), op, &[place])
+    }
+
     /// A window with the layer's padding.
     pub(super) fn window(
         &self,

@@ -1,0 +1,475 @@
+//! Functions that several layers together compute: bounds, powers, quotients, activations without
+//! a kernel of their own. Importers of all formats share them.
+
+use super::shapes::{self, spread_places};
+use crate::{Activation, Network, NetworkError, Op, Selection};
+
+/// The largest integer power, which takes a product less.
+const MAX_POWER: u32 = 8;
+
+/// Bounds from which on a value is not bounded.
+const UNBOUNDED: f32 = 1e30;
+
+impl Network {
+    /// As [`Network::push`], with a number after the name where another layer has it.
+    pub(in crate::import) fn append(
+        &mut self,
+        name: &str,
+        op: Op,
+        from: &[usize],
+    ) -> Result<usize, NetworkError> {
+        let taken = |name: &str| self.nodes.iter().any(|node| node.name == name);
+        let mut free = name.to_owned();
+        let mut number = 2;
+        while taken(&free) {
+            free = format!("{name} {number}");
+            number += 1;
+        }
+        self.push(&free, op, from.to_vec())
+    }
+
+    fn apply(&mut self, name: &str, g: Activation, x: usize) -> Result<usize, NetworkError> {
+        self.append(name, Op::Activation(g), &[x])
+    }
+
+    /// `gain x + offset`, the same for every value.
+    pub(in crate::import) fn scaled(
+        &mut self,
+        name: &str,
+        x: usize,
+        gain: f32,
+        offset: f32,
+    ) -> Result<usize, NetworkError> {
+        if gain == 1.0 && offset == 0.0 {
+            return Ok(x);
+        }
+        let channels = self.nodes[x].shape.last().copied().unwrap_or(1);
+        let (gain, offset) = (vec![gain; channels], vec![offset; channels]);
+        self.append(name, Op::Scale { gain, offset }, &[x])
+    }
+
+    /// `min(max(x, low), high)`: a hard sigmoid between two bounds, a ReLU at one.
+    pub(in crate::import) fn clipped(
+        &mut self,
+        name: &str,
+        x: usize,
+        low: f32,
+        high: f32,
+    ) -> Result<usize, NetworkError> {
+        let open = |bound: f32| bound.abs() >= UNBOUNDED;
+        match (open(low), open(high)) {
+            (true, true) => Ok(x),
+            (false, true) => {
+                let shifted = self.scaled(name, x, 1.0, -low)?;
+                let cut = self.apply(name, Activation::Relu, shifted)?;
+                self.scaled(name, cut, 1.0, low)
+            }
+            (true, false) => {
+                let shifted = self.scaled(name, x, -1.0, high)?;
+                let cut = self.apply(name, Activation::Relu, shifted)?;
+                self.scaled(name, cut, -1.0, high)
+            }
+            (false, false) if low < high => {
+                let width = high - low;
+                let g = Activation::HardSigmoid {
+                    alpha: 1.0 / width,
+                    beta: -low / width,
+                };
+                let cut = self.apply(name, g, x)?;
+                self.scaled(name, cut, width, low)
+            }
+            _ => Err(NetworkError::unsupported(
+                name,
+                format!("a bound between {low} and {high}"),
+                "use min < max",
+            )),
+        }
+    }
+
+    /// `|x|`, a leaky ReLU of slope -1.
+    pub(in crate::import) fn absolute(
+        &mut self,
+        name: &str,
+        x: usize,
+    ) -> Result<usize, NetworkError> {
+        self.apply(name, Activation::LeakyRelu { alpha: -1.0 }, x)
+    }
+
+    /// `ln sigmoid(x) = -softplus(-x)`.
+    pub(in crate::import) fn log_sigmoid(
+        &mut self,
+        name: &str,
+        x: usize,
+    ) -> Result<usize, NetworkError> {
+        let negative = self.scaled(name, x, -1.0, 0.0)?;
+        let softplus = self.apply(name, Activation::Softplus, negative)?;
+        self.scaled(name, softplus, -1.0, 0.0)
+    }
+
+    /// `max(0, x) + min(0, alpha (exp(x / alpha) - 1))`.
+    pub(in crate::import) fn celu(
+        &mut self,
+        name: &str,
+        x: usize,
+        alpha: f32,
+    ) -> Result<usize, NetworkError> {
+        let elu = Activation::Elu {
+            alpha: 1.0,
+            scale: 1.0,
+        };
+        let place = self.scaled(name, x, 1.0 / alpha, 0.0)?;
+        let place = self.apply(name, elu, place)?;
+        self.scaled(name, place, alpha, 0.0)
+    }
+
+    /// `x g(x)`.
+    pub(in crate::import) fn gated(
+        &mut self,
+        name: &str,
+        x: usize,
+        g: Activation,
+    ) -> Result<usize, NetworkError> {
+        let gate = self.apply(name, g, x)?;
+        self.append(name, Op::Multiply, &[x, gate])
+    }
+
+    /// `x hard_sigmoid(x)`, with a slope of 1/6.
+    pub(in crate::import) fn hard_swish(
+        &mut self,
+        name: &str,
+        x: usize,
+    ) -> Result<usize, NetworkError> {
+        let g = Activation::HardSigmoid {
+            alpha: 1.0 / 6.0,
+            beta: 0.5,
+        };
+        self.gated(name, x, g)
+    }
+
+    /// `x tanh(softplus(x))`.
+    pub(in crate::import) fn mish(&mut self, name: &str, x: usize) -> Result<usize, NetworkError> {
+        let softplus = self.apply(name, Activation::Softplus, x)?;
+        let tanh = self.apply(name, Activation::Tanh, softplus)?;
+        self.append(name, Op::Multiply, &[x, tanh])
+    }
+
+    /// `x` where positive, elsewhere `slopes x`, with a slope for each value of the last axis or for
+    /// each value: `relu(x) - slopes relu(-x)`.
+    pub(in crate::import) fn prelu(
+        &mut self,
+        name: &str,
+        x: usize,
+        slopes: &[f32],
+    ) -> Result<usize, NetworkError> {
+        match slopes.first() {
+            Some(&alpha) if slopes.iter().all(|&other| other == alpha) => {
+                return self.apply(name, Activation::LeakyRelu { alpha }, x);
+            }
+            _ => {}
+        }
+        let held = self.nodes[x].shape.clone();
+        let positive = self.apply(name, Activation::Relu, x)?;
+        let negative = self.scaled(name, x, -1.0, 0.0)?;
+        let negative = self.apply(name, Activation::Relu, negative)?;
+        let gain: Vec<f32> = slopes.iter().map(|slope| -slope).collect();
+        let offset = vec![0.0; gain.len()];
+        let negative = self.of_each(name, negative, gain, offset)?;
+        let negative = self.reshaped(name, negative, &held)?;
+        self.append(name, Op::Add, &[positive, negative])
+    }
+
+    /// A gain and an offset for each value of the last axis, or for each value; the shape stays.
+    pub(in crate::import) fn of_each(
+        &mut self,
+        name: &str,
+        x: usize,
+        gain: Vec<f32>,
+        offset: Vec<f32>,
+    ) -> Result<usize, NetworkError> {
+        let held = self.nodes[x].shape.clone();
+        if held.last() == Some(&gain.len()) {
+            return self.append(name, Op::Scale { gain, offset }, &[x]);
+        }
+        let flat = self.reshaped(name, x, &[gain.len()])?;
+        let scaled = self.append(name, Op::Scale { gain, offset }, &[flat])?;
+        self.reshaped(name, scaled, &held)
+    }
+
+    /// The same values in another shape.
+    pub(in crate::import) fn reshaped(
+        &mut self,
+        name: &str,
+        x: usize,
+        shape: &[usize],
+    ) -> Result<usize, NetworkError> {
+        if self.nodes[x].shape == shape {
+            return Ok(x);
+        }
+        self.append(name, Op::Reshape(shape.to_vec()), &[x])
+    }
+
+    /// `a - b`.
+    pub(in crate::import) fn difference(
+        &mut self,
+        name: &str,
+        a: usize,
+        b: usize,
+    ) -> Result<usize, NetworkError> {
+        let negative = self.scaled(name, b, -1.0, 0.0)?;
+        self.append(name, Op::Add, &[a, negative])
+    }
+
+    /// `max(a, b) = b + relu(a - b)`.
+    pub(in crate::import) fn larger(
+        &mut self,
+        name: &str,
+        a: usize,
+        b: usize,
+    ) -> Result<usize, NetworkError> {
+        let beyond = self.difference(name, a, b)?;
+        let beyond = self.apply(name, Activation::Relu, beyond)?;
+        self.append(name, Op::Add, &[b, beyond])
+    }
+
+    /// `min(a, b) = a - relu(a - b)`.
+    pub(in crate::import) fn smaller(
+        &mut self,
+        name: &str,
+        a: usize,
+        b: usize,
+    ) -> Result<usize, NetworkError> {
+        let beyond = self.difference(name, a, b)?;
+        let beyond = self.apply(name, Activation::Relu, beyond)?;
+        self.difference(name, a, beyond)
+    }
+
+    /// `a / b`.
+    pub(in crate::import) fn quotient(
+        &mut self,
+        name: &str,
+        a: usize,
+        b: usize,
+    ) -> Result<usize, NetworkError> {
+        let inverse = self.apply(name, Activation::Reciprocal, b)?;
+        self.append(name, Op::Multiply, &[a, inverse])
+    }
+
+    /// `x^exponent` for integers up to 8, halves between them, and their negatives.
+    ///
+    /// # Errors
+    /// Another exponent.
+    pub(in crate::import) fn power(
+        &mut self,
+        name: &str,
+        x: usize,
+        exponent: f32,
+    ) -> Result<usize, NetworkError> {
+        let size = exponent.abs();
+        let (whole, half) = (size.trunc() as u32, size.fract());
+        if ![0.0, 0.5].contains(&half) || whole > MAX_POWER || size == 0.0 {
+            return Err(NetworkError::unsupported(
+                name,
+                format!("a power of {exponent}"),
+                format!("integers up to {MAX_POWER}, halves between them and their negatives work"),
+            ));
+        }
+        let mut place = None;
+        if half != 0.0 {
+            place = Some(self.apply(name, Activation::Root, x)?);
+        }
+        // From the highest bit down: squared, and multiplied by x where the bit is set.
+        let mut product = None;
+        for bit in (0..u32::BITS - whole.leading_zeros()).rev() {
+            if let Some(before) = product {
+                product = Some(self.append(name, Op::Multiply, &[before, before])?);
+            }
+            if whole >> bit & 1 == 1 {
+                product = Some(match product {
+                    Some(before) => self.append(name, Op::Multiply, &[before, x])?,
+                    None => x,
+                });
+            }
+        }
+        let place = match (place, product) {
+            (Some(root), Some(product)) => self.append(name, Op::Multiply, &[product, root])?,
+            (one, other) => one.or(other).unwrap_or(x),
+        };
+        if exponent < 0.0 {
+            return self.apply(name, Activation::Reciprocal, place);
+        }
+        Ok(place)
+    }
+
+    /// The value repeated along axes of length 1 until its shape is `shape`, which has as many axes.
+    ///
+    /// # Errors
+    /// The shapes do not go together.
+    pub(in crate::import) fn spread(
+        &mut self,
+        name: &str,
+        x: usize,
+        shape: &[usize],
+    ) -> Result<usize, NetworkError> {
+        let own = self.nodes[x].shape.clone();
+        if own == shape {
+            return Ok(x);
+        }
+        let fits =
+            own.len() == shape.len() && own.iter().zip(shape).all(|(&n, &m)| n == 1 || n == m);
+        if !fits {
+            let message = format!("values of shapes {own:?} and {shape:?} beside each other");
+            let nearest = "values of equal shape, and axes of length 1, work";
+            return Err(NetworkError::unsupported(name, message, nearest));
+        }
+        let op = shapes::selection(&spread_places(&own, shape), shape.to_vec());
+        self.append(name, op, &[x])
+    }
+
+    /// Values of shapes that differ by axes of length 1, brought to one shape.
+    ///
+    /// # Errors
+    /// The shapes do not go together.
+    pub(in crate::import) fn alike(
+        &mut self,
+        name: &str,
+        from: &[usize],
+    ) -> Result<Vec<usize>, NetworkError> {
+        let mut shape = Vec::new();
+        for &x in from {
+            let own = &self.nodes[x].shape;
+            shape.resize(own.len().max(shape.len()), 1);
+            for (axis, n) in shape.iter_mut().zip(own) {
+                *axis = (*axis).max(*n);
+            }
+        }
+        from.iter().map(|&x| self.spread(name, x, &shape)).collect()
+    }
+
+    /// The values padded by zeros along each axis, `[before, after]`; negative numbers cut off.
+    ///
+    /// # Errors
+    /// Nothing is left, or too much.
+    pub(in crate::import) fn padded(
+        &mut self,
+        name: &str,
+        x: usize,
+        pads: &[[i64; 2]],
+    ) -> Result<usize, NetworkError> {
+        if pads.iter().all(|pad| *pad == [0; 2]) {
+            return Ok(x);
+        }
+        let (shape, places) = shapes::padded(name, &self.nodes[x].shape, pads)?;
+        self.append(name, Op::Select(Selection { places, shape }), &[x])
+    }
+
+    /// The values at the given indices of one axis, which keeps its place.
+    pub(in crate::import) fn along(
+        &mut self,
+        name: &str,
+        x: usize,
+        axis: usize,
+        indices: &[usize],
+    ) -> Result<usize, NetworkError> {
+        let mut shape = self.nodes[x].shape.clone();
+        let places = shapes::places_along(&shape, axis, indices);
+        shape[axis] = indices.len();
+        self.append(name, shapes::selection(&places, shape), &[x])
+    }
+
+    /// A function that an activation of this name is made of; none where there is none.
+    pub(in crate::import) fn named_composite(
+        &mut self,
+        name: &str,
+        function: &str,
+        x: usize,
+    ) -> Option<Result<usize, NetworkError>> {
+        Some(match function {
+            "relu6" => self.clipped(name, x, 0.0, 6.0),
+            "hard_tanh" => self.clipped(name, x, -1.0, 1.0),
+            "hard_silu" | "hard_swish" => self.hard_swish(name, x),
+            "mish" => self.mish(name, x),
+            "log_sigmoid" => self.log_sigmoid(name, x),
+            "celu" => self.celu(name, x, 1.0),
+            "tanh_shrink" => {
+                let tanh = match self.apply(name, Activation::Tanh, x) {
+                    Ok(tanh) => tanh,
+                    Err(error) => return Some(Err(error)),
+                };
+                self.difference(name, x, tanh)
+            }
+            _ => return None,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluate;
+
+    fn of(f: impl Fn(&mut Network) -> Result<usize, NetworkError>, x: &[f64]) -> Vec<f64> {
+        let mut network = Network::new("n", "x", vec![x.len()]);
+        f(&mut network).expect("the function is composed");
+        network.validate().expect("the network is valid");
+        evaluate::run(&network, x)
+    }
+
+    #[test]
+    fn powers_are_products_roots_and_reciprocals() {
+        for exponent in [1.5, 2.0, 3.0, 7.0, 8.0, 0.5, -0.5, -1.0, -2.0, -3.5, 4.5] {
+            let x = [0.3, 1.0, 2.7];
+            let found = of(|network| network.power("p", 0, exponent), &x);
+            for (x, y) in x.iter().zip(found) {
+                let exact = x.powf(f64::from(exponent));
+                assert!((y - exact).abs() <= 1e-12 * exact, "{x}^{exponent}: {y}");
+            }
+        }
+        let mut network = Network::new("n", "x", vec![1]);
+        for exponent in [0.0, 9.0, 0.3, -2.25, f32::NAN, f32::INFINITY] {
+            let error = network.power("p", 0, exponent).expect_err("no such power");
+            assert!(error.to_string().contains("a power of"), "{error}");
+        }
+    }
+
+    #[test]
+    fn bounds_and_composed_activations_are_their_formulas() {
+        let x = [-4.0, -0.5, 0.0, 0.7, 8.0];
+        let formulas: [(&str, fn(f64) -> f64); 6] = [
+            ("relu6", |x| x.clamp(0.0, 6.0)),
+            ("hard_tanh", |x| x.clamp(-1.0, 1.0)),
+            ("hard_silu", |x| x * (x / 6.0 + 0.5).clamp(0.0, 1.0)),
+            ("mish", |x| x * x.exp().ln_1p().tanh()),
+            ("log_sigmoid", |x| -(-x).exp().ln_1p()),
+            ("celu", |x| if x > 0.0 { x } else { x.exp_m1() }),
+        ];
+        for (name, exact) in formulas {
+            let found = of(
+                |network| network.named_composite(name, name, 0).expect(name),
+                &x,
+            );
+            for (x, y) in x.iter().zip(found) {
+                assert!((y - exact(*x)).abs() < 1e-6, "{name}({x}) = {y}");
+            }
+        }
+        let found = of(
+            |network| network.prelu("p", 0, &[0.1, -0.2, 3.0, 1.0, 0.5]),
+            &x,
+        );
+        assert_eq!(found[3..], [0.7, 8.0]);
+        assert!((found[0] + 0.4).abs() < 1e-6 && (found[1] - 0.1).abs() < 1e-6);
+        assert_eq!(of(|network| network.absolute("a", 0), &x)[..2], [4.0, 0.5]);
+    }
+
+    #[test]
+    fn zeros_are_put_around_and_values_cut_off() {
+        let x = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+        let found = of(
+            |network| {
+                let image = network.reshaped("r", 0, &[2, 3])?;
+                network.padded("p", image, &[[1, 0], [-1, 1]])
+            },
+            &x,
+        );
+        assert_eq!(found, [0.0, 0.0, 0.0, 2.0, 3.0, 0.0, 5.0, 6.0, 0.0]);
+    }
+}
