@@ -59,6 +59,17 @@ fn functions_are_within_their_stated_errors() {
             ),
             3e-7,
         ),
+        (
+            "ln",
+            worst(
+                0.2,
+                9.0,
+                |x| 1.0 + math::ln(x),
+                |x| 1.0 + libm::log(x),
+                false,
+            ),
+            3e-7,
+        ),
         ("erf", worst(-6.0, 6.0, math::erf, libm::erf, false), 4e-7),
         (
             "tanh",
@@ -103,6 +114,20 @@ fn ends_and_nan_pass_through() {
     }
     assert_eq!(math::precise::tanh(f32::INFINITY), 1.0);
     assert_eq!(math::precise::tanh(f32::NEG_INFINITY), -1.0);
+}
+
+#[test]
+fn logarithms_have_limits_and_hold_from_the_smallest_to_the_largest() {
+    assert_eq!(math::ln(0.0), f32::NEG_INFINITY);
+    assert_eq!(math::ln(f32::INFINITY), f32::INFINITY);
+    assert!(math::ln(-1.0).is_nan() && math::ln(f32::NAN).is_nan());
+    let mut x = f32::MIN_POSITIVE;
+    while x < 1e38 {
+        let exact = libm::log(x.into());
+        let error = (f64::from(math::ln(x)) - exact).abs();
+        assert!(error < 3e-7 * (1.0 + exact.abs()), "{x:e}: {error:e}");
+        x *= 1.0137;
+    }
 }
 
 #[test]

@@ -10,5 +10,5 @@ pub mod rough;
 pub mod rougher;
 
 pub use activation::*;
-pub use exponential::{erf, exp, ln_1p};
+pub use exponential::{erf, exp, ln, ln_1p};
 pub use root::{reciprocal_root, root};

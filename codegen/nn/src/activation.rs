@@ -66,6 +66,8 @@ pub enum Activation {
     Tanh,
     /// `exp(z)`.
     Exponential,
+    /// `ln(z)`.
+    Logarithm,
     /// `sqrt(z)`.
     Root,
     /// `1 / z`.
@@ -134,7 +136,7 @@ impl Activation {
     #[must_use]
     pub fn slope_from_value(self) -> bool {
         match self {
-            Self::Gelu | Self::GeluTanh | Self::Swish | Self::Softplus => false,
+            Self::Gelu | Self::GeluTanh | Self::Swish | Self::Softplus | Self::Logarithm => false,
             // The sign of the value is that of `z` with these alone.
             Self::LeakyRelu { alpha } => alpha >= 0.0,
             Self::Elu { alpha, scale } => alpha >= 0.0 && scale > 0.0,

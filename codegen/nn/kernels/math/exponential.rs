@@ -47,6 +47,27 @@ pub fn ln_1p(x: f32) -> f32 {
     x * p / q
 }
 
+/// Natural logarithm. Error 3e-7 of 1 + |ln x|; 0 gives minus infinity, a negative number or NaN
+/// gives NaN. Below the smallest normal number x counts as 0.
+#[inline(always)]
+pub fn ln(x: f32) -> f32 {
+    if !(x >= f32::MIN_POSITIVE) {
+        return if x >= 0.0 {
+            f32::NEG_INFINITY
+        } else {
+            f32::NAN
+        };
+    }
+    if x == f32::INFINITY {
+        return x;
+    }
+    let bits = x.to_bits();
+    let k = (bits >> 23) as i32 - 127;
+    // Between 1 and 2.
+    let m = f32::from_bits((bits & 0x007f_ffff) | 0x3f80_0000);
+    k as f32 * core::f32::consts::LN_2 + ln_1p(m - 1.0)
+}
+
 /// `erf x = x P(x^2) / Q(x^2)` on [-4, 4]: minimax, error 2e-8.
 const ERF_P: [f32; 6] = [
     core::f32::consts::FRAC_2_SQRT_PI,

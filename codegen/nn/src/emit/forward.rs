@@ -45,6 +45,7 @@ pub(super) fn activation(g: Activation) -> String {
         Activation::Sigmoid => "Sigmoid".into(),
         Activation::Tanh => "Tanh".into(),
         Activation::Exponential => "Exponential".into(),
+        Activation::Logarithm => "Logarithm".into(),
         Activation::Root => "Root".into(),
         Activation::Reciprocal => "Reciprocal".into(),
     }

@@ -27,6 +27,7 @@ const FILES: &[(&str, &str)] = &[
     kernel!("layers/activation/hard_sigmoid.rs"),
     kernel!("layers/activation/leaky_relu.rs"),
     kernel!("layers/activation/linear.rs"),
+    kernel!("layers/activation/logarithm.rs"),
     kernel!("layers/activation/reciprocal.rs"),
     kernel!("layers/activation/relu.rs"),
     kernel!("layers/activation/root.rs"),
@@ -66,6 +67,7 @@ pub(super) const ITEMS: &[(&str, &[&str])] = &[
             "HardSigmoid",
             "LeakyRelu",
             "Linear",
+            "Logarithm",
             "Reciprocal",
             "Relu",
             "Root",
@@ -162,9 +164,12 @@ pub(super) fn files(plan: &Plan<'_>, accuracy: Accuracy, rectified: bool) -> Vec
     }
     let exponential = layers.contains("softmax")
         || accuracy == Accuracy::Precise
-        || activations
-            .iter()
-            .any(|(module, _)| matches!(*module, "elu" | "exponential" | "gelu" | "softplus"));
+        || activations.iter().any(|(module, _)| {
+            matches!(
+                *module,
+                "elu" | "exponential" | "gelu" | "logarithm" | "softplus"
+            )
+        });
     let root =
         layers.contains("normalisation") || activations.iter().any(|(module, _)| *module == "root");
     let mut files = vec![
@@ -261,7 +266,7 @@ fn math(accuracy: Accuracy, exponential: bool, root: bool) -> String {
         None => "activation::*".to_string(),
         Some(_) => "activation::{clamp, relu}".to_string(),
     }];
-    uses.extend(exponential.then(|| "exponential::{erf, exp, ln_1p}".to_string()));
+    uses.extend(exponential.then(|| "exponential::{erf, exp, ln, ln_1p}".to_string()));
     uses.extend(root.then(|| "root::{reciprocal_root, root}".to_string()));
     uses.extend(chosen.map(|module| format!("{module}::{{sigmoid, tanh}}")));
     uses.sort_unstable();
@@ -356,6 +361,7 @@ fn names(g: Activation) -> &'static [(&'static str, &'static str)] {
         Activation::Sigmoid => &[("sigmoid", "Sigmoid")],
         Activation::Tanh => &[("tanh", "Tanh")],
         Activation::Exponential => &[("exponential", "Exponential")],
+        Activation::Logarithm => &[("logarithm", "Logarithm")],
         Activation::Root => &[("root", "Root")],
         Activation::Reciprocal => &[("reciprocal", "Reciprocal")],
     }

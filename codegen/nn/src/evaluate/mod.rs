@@ -234,6 +234,7 @@ fn apply<T: Real>(g: Activation, z: T) -> T {
         Activation::Sigmoid => sigmoid(z),
         Activation::Tanh => z.tanh(),
         Activation::Exponential => z.exp(),
+        Activation::Logarithm => z.ln(),
         Activation::Root => z.sqrt(),
         Activation::Reciprocal => one() / z,
     }

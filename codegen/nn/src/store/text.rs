@@ -125,6 +125,7 @@ pub(super) enum Function {
     Sigmoid,
     Tanh,
     Exponential,
+    Logarithm,
     Root,
     Reciprocal,
 }
@@ -145,6 +146,7 @@ macro_rules! same_names {
             $from::Sigmoid => $to::Sigmoid,
             $from::Tanh => $to::Tanh,
             $from::Exponential => $to::Exponential,
+            $from::Logarithm => $to::Logarithm,
             $from::Root => $to::Root,
             $from::Reciprocal => $to::Reciprocal,
         }

@@ -459,7 +459,11 @@ fn products_and_choices() -> Vec<Network> {
         let dense = builder.dense_of(0, 3);
         parts.push(builder.add(Op::Activation(g), &[dense]));
     }
-    for g in [Activation::Root, Activation::Reciprocal] {
+    for g in [
+        Activation::Root,
+        Activation::Reciprocal,
+        Activation::Logarithm,
+    ] {
         let dense = builder.dense_of(0, 3);
         let positive = builder.add(Op::Activation(Activation::Softplus), &[dense]);
         parts.push(builder.add(Op::Activation(g), &[positive]));

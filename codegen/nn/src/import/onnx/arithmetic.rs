@@ -4,7 +4,7 @@
 use super::axes::broadcast;
 use super::{Gelu, Import, Node, Value};
 use crate::import::onnx::constant::Constant;
-use crate::import::shapes::spread_places;
+use crate::import::shapes::{self, spread_places};
 use crate::import::tensor::Tensor;
 use crate::{Activation, NetworkError, Op};
 
@@ -23,11 +23,7 @@ impl Import<'_> {
             (Some(left), None) if op != "Sum" => self.with_constant(node, 1, &left, true),
             _ if op == "Add" || op == "Sum" => self.sum(node),
             _ if op == "Mul" => self.product(node),
-            _ if op == "Sub" => self.difference(node),
-            _ => Err(node.unsupported(
-                format!("{op} of two values"),
-                "Add, or weights on one side, work",
-            )),
+            _ => self.joined(node),
         }
     }
 
@@ -81,7 +77,17 @@ impl Import<'_> {
             ("Sub", true) => (vec![-1.0; c.len()], c),
             ("Mul", _) => (c, zeros),
             ("Div", false) => (map(|c| 1.0 / c), zeros),
-            _ => return Err(node.unsupported("division by a value", "multiply by weights")),
+            // c / x
+            _ => {
+                let g = Op::Activation(Activation::Reciprocal);
+                let place = self.push(node, g, value.place)?;
+                let op = Op::Scale {
+                    gain: c,
+                    offset: zeros,
+                };
+                let place = self.push(node, op, place)?;
+                return Ok(vec![Value { place, ..value }]);
+            }
         };
         let place = self.push(node, Op::Scale { gain, offset }, value.place)?;
         Ok(vec![Value { place, ..value }])
@@ -89,7 +95,7 @@ impl Import<'_> {
 
     /// The value, its node so that the constant beside it varies along the last axis alone, and the
     /// constant along that axis.
-    fn channelled(
+    pub(super) fn channelled(
         &mut self,
         node: &Node<'_>,
         value: Value,
@@ -99,10 +105,12 @@ impl Import<'_> {
         let dims = value.dims();
         let all = broadcast(node, &dims, &constant.shape)?;
         if all.iter().product::<usize>() != value.len() {
-            return Err(node.unsupported(
-                format!("a constant of shape {:?} beside {dims:?}", constant.shape),
-                "a constant that makes the value no larger works",
-            ));
+            // The value repeated along the axes that the constant has and it has not.
+            let value = self.flat(node, value)?;
+            let op = shapes::selection(&spread_places(&dims, &all), vec![all.iter().product()]);
+            let place = self.push(node, op, value.place)?;
+            let value = Value::of(place, all, value.batch);
+            return self.channelled(node, value, constant);
         }
         if lead {
             // The constant has more axes, all of length 1.
@@ -163,70 +171,6 @@ impl Import<'_> {
         Ok((Value { place, ..value }, c))
     }
 
-    fn sum(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
-        let mut values = Vec::new();
-        for input in 0..node.proto.input.len() {
-            values.push(self.value(node, input)?);
-        }
-        self.added(node, values)
-    }
-
-    /// `a - b`, as `a` and the negative of `b`.
-    fn difference(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
-        let (a, b) = (self.value(node, 0)?, self.value(node, 1)?);
-        let channels = self.network.nodes[b.place]
-            .shape
-            .last()
-            .copied()
-            .unwrap_or(1);
-        let op = Op::Scale {
-            gain: vec![-1.0; channels],
-            offset: vec![0.0; channels],
-        };
-        let place = self.push(node, op, b.place)?;
-        self.added(node, vec![a, Value { place, ..b }])
-    }
-
-    fn added(&mut self, node: &Node<'_>, values: Vec<Value>) -> Result<Vec<Value>, NetworkError> {
-        let Some(first) = values.first() else {
-            return Err(node.malformed("it reads nothing"));
-        };
-        let mut dims = first.dims();
-        for value in &values {
-            dims = broadcast(node, &dims, &value.dims())?;
-        }
-        let length: usize = dims.iter().product();
-        if let Some(other) = values.iter().find(|value| value.len() != length) {
-            return Err(node.unsupported(
-                format!("a sum of {:?} spread over {dims:?}", other.dims()),
-                "add values of equal shape",
-            ));
-        }
-        let alike = values
-            .iter()
-            .all(|value| value.shape == first.shape && value.batch == first.batch);
-        let last = alike && values.iter().any(|value| value.last);
-        let mut from = Vec::new();
-        let mut result = None;
-        for value in values {
-            let value = if last {
-                self.channels_last(node, value)?
-            } else if alike {
-                self.as_written(node, value)?
-            } else {
-                let value = self.flat(node, value)?;
-                let place = self.held_as(node, value.place, vec![length])?;
-                Value::of(place, dims.clone(), value.batch)
-            };
-            from.push(value.place);
-            result.get_or_insert(value);
-        }
-        let result = result.ok_or_else(|| node.malformed("it reads nothing"))?;
-        let name = self.free_name(&node.name);
-        let place = self.network.push(&name, Op::Add, from)?;
-        Ok(vec![Value { place, ..result }])
-    }
-
     fn product(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
         let (a, b) = (self.any_value(node, 0)?, self.any_value(node, 1)?);
         for (x, other) in [(&a, &b), (&b, &a)] {
@@ -249,7 +193,7 @@ impl Import<'_> {
                 return Ok(vec![Value { place, ..x.clone() }]);
             }
         }
-        Err(node.unsupported("a product of two values", "x * Sigmoid(x) works, and Add"))
+        self.joined(node)
     }
 
     /// `erf(x / sqrt 2)` begins a GELU.

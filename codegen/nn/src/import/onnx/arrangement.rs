@@ -18,6 +18,9 @@ impl Import<'_> {
         };
         let dims = first.dims();
         let axis = axis_of(node, node.int("axis", 0), dims.len())?;
+        if values.len() > 1 {
+            self.expect_no_steps(node, &first, axis)?;
+        }
         let all: Vec<Vec<usize>> = values.iter().map(Value::dims).collect();
         let mut shape = dims.clone();
         for other in &all[1..] {
@@ -173,6 +176,9 @@ impl Import<'_> {
                 "use constant indices",
             ));
         };
+        if self.reads_steps && indices.values.iter().any(|&index| index >= 0) {
+            self.expect_no_steps(node, &value, axis)?;
+        }
         let list = gathered(node, &indices.values, dims[axis])?;
         Ok(vec![self.selected(
             node,
@@ -198,6 +204,11 @@ impl Import<'_> {
         }
         for (axis, [start, end, step]) in slices(node, lists, value.dims().len())? {
             let length = value.dims()[axis];
+            // All steps, or the last, are there in each call; others are not.
+            let last = [0, -1].contains(&start) && end >= i64::from(i32::MAX) && step == 1;
+            if !last {
+                self.expect_no_steps(node, &value, axis)?;
+            }
             let indices = slice_indices(length, start, end, step);
             value = self.selected(node, value, axis, &indices, &[indices.len()])?;
         }

@@ -2,7 +2,7 @@
 
 use super::constant::{DOUBLE, FLOAT, type_name};
 use super::{Import, Node, Value};
-use crate::{Activation, NetworkError, Op};
+use crate::{Activation, Network, NetworkError, Op};
 
 impl Import<'_> {
     /// From float32 to float32, or to what is computed in float32 here too.
@@ -16,41 +16,28 @@ impl Import<'_> {
         }
     }
 
-    /// `gain x + offset` with one number for all.
-    fn scaled(
+    /// A function of each value that several layers compute.
+    pub(super) fn composed(
         &mut self,
         node: &Node<'_>,
-        place: usize,
-        gain: f32,
-        offset: f32,
-    ) -> Result<usize, NetworkError> {
-        let channels = self.network.nodes[place].shape.last().copied().unwrap_or(1);
-        let (gain, offset) = (vec![gain; channels], vec![offset; channels]);
-        self.push(node, Op::Scale { gain, offset }, place)
-    }
-
-    pub(super) fn negated(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
+        f: impl FnOnce(&mut Network, &str, usize) -> Result<usize, NetworkError>,
+    ) -> Result<Vec<Value>, NetworkError> {
         let value = self.value(node, 0)?;
-        let place = self.scaled(node, value.place, -1.0, 0.0)?;
+        let place = f(&mut self.network, &node.name, value.place)?;
         Ok(vec![Value { place, ..value }])
     }
 
-    /// `max(0, x) + min(0, alpha (exp(x / alpha) - 1))`.
-    pub(super) fn celu(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
-        let value = self.value(node, 0)?;
+    /// `x sigmoid(alpha x)`.
+    pub(super) fn swish(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
         let alpha = node.float("alpha", 1.0);
-        let elu = Op::Activation(Activation::Elu {
-            alpha: 1.0,
-            scale: 1.0,
-        });
         if alpha == 1.0 {
-            let place = self.push(node, elu, value.place)?;
-            return Ok(vec![Value { place, ..value }]);
+            return self.activation(node, Activation::Swish);
         }
-        let place = self.scaled(node, value.place, 1.0 / alpha, 0.0)?;
-        let place = self.push(node, elu, place)?;
-        let place = self.scaled(node, place, alpha, 0.0)?;
-        Ok(vec![Value { place, ..value }])
+        self.composed(node, |network, name, x| {
+            let gate = network.scaled(name, x, alpha, 0.0)?;
+            let gate = network.append(name, Op::Activation(Activation::Sigmoid), &[gate])?;
+            network.append(name, Op::Multiply, &[x, gate])
+        })
     }
 
     /// Bounds as a hard sigmoid between them; a bound of 0 below alone is a ReLU.
@@ -67,7 +54,7 @@ impl Import<'_> {
             })
         };
         let (low, high) = (bound(1, "min", f32::MIN)?, bound(2, "max", f32::MAX)?);
-        let place = self.clipped(node, value.place, low, high)?;
+        let place = (self.network).clipped(&node.name, value.place, low, high)?;
         Ok(vec![Value { place, ..value }])
     }
 
@@ -80,8 +67,9 @@ impl Import<'_> {
         let (value, bound) = match [is_constant(0), is_constant(1)] {
             [false, true] if node.proto.input.len() == 2 => (0, 1),
             [true, false] if node.proto.input.len() == 2 => (1, 0),
+            [false, false] => return self.joined(node),
             _ => {
-                let what = format!("{} of values", node.proto.op_type);
+                let what = format!("{} of constants and values", node.proto.op_type);
                 return Err(node.unsupported(what, "a value and one number work"));
             }
         };
@@ -102,62 +90,16 @@ impl Import<'_> {
         } else {
             (f32::MIN, first)
         };
-        let place = self.clipped(node, value.place, low, high)?;
+        let place = (self.network).clipped(&node.name, value.place, low, high)?;
         Ok(vec![Value { place, ..value }])
     }
 
-    fn clipped(
-        &mut self,
-        node: &Node<'_>,
-        place: usize,
-        low: f32,
-        high: f32,
-    ) -> Result<usize, NetworkError> {
-        let open = |bound: f32| bound.abs() >= 1e30;
-        match (open(low), open(high)) {
-            (true, true) => Ok(place),
-            (false, true) => {
-                let shifted = if low == 0.0 {
-                    place
-                } else {
-                    self.scaled(node, place, 1.0, -low)?
-                };
-                let place = self.push(node, Op::Activation(Activation::Relu), shifted)?;
-                if low == 0.0 {
-                    Ok(place)
-                } else {
-                    self.scaled(node, place, 1.0, low)
-                }
-            }
-            (true, false) => {
-                let shifted = self.scaled(node, place, -1.0, high)?;
-                let place = self.push(node, Op::Activation(Activation::Relu), shifted)?;
-                self.scaled(node, place, -1.0, high)
-            }
-            (false, false) if low < high => {
-                let width = high - low;
-                let g = Activation::HardSigmoid {
-                    alpha: 1.0 / width,
-                    beta: -low / width,
-                };
-                let place = self.push(node, Op::Activation(g), place)?;
-                self.scaled(node, place, width, low)
-            }
-            _ => Err(node.unsupported(format!("Clip between {low} and {high}"), "use min < max")),
-        }
-    }
-
-    /// One slope for all channels is a leaky ReLU.
+    /// A slope for each channel, or for each value.
     pub(super) fn prelu(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
-        let slope = self.needed(node, 1)?.values.clone();
-        match slope.first() {
-            Some(&alpha) if slope.iter().all(|&other| other == alpha) => {
-                self.activation(node, Activation::LeakyRelu { alpha })
-            }
-            _ => Err(node.unsupported(
-                "PRelu of a slope for each channel",
-                "one slope for all works",
-            )),
-        }
+        let slopes = self.needed(node, 1)?.clone();
+        let value = self.value(node, 0)?;
+        let (value, slopes) = self.channelled(node, value, &slopes)?;
+        let place = self.network.prelu(&node.name, value.place, &slopes)?;
+        Ok(vec![Value { place, ..value }])
     }
 }

@@ -9,8 +9,10 @@ mod constant_arithmetic;
 mod constants;
 mod dense;
 mod elementwise;
+mod joined;
 mod node;
 mod operators;
+mod padding;
 mod proto;
 mod recurrent;
 mod reductions;
@@ -68,6 +70,8 @@ struct Import<'a> {
     constants: HashMap<&'a str, Constant>,
     /// A call is one step of a sequence.
     streaming: bool,
+    /// True if something reads what a recurrent layer gives after every step.
+    reads_steps: bool,
     /// Names that a node reads, or that are the output.
     read: HashSet<&'a str>,
     /// Version of the operators.
@@ -239,16 +243,21 @@ impl<'a> Import<'a> {
             last: false,
             gelu: None,
         };
+        let read: HashSet<&str> = (graph.node.iter().flat_map(|node| &node.input))
+            .chain(graph.output.iter().map(|output| &output.name))
+            .map(String::as_str)
+            .filter(|name| !name.is_empty())
+            .collect();
+        let reads_steps = (graph.node.iter().filter(|node| is_recurrent(&node.op_type)))
+            .filter_map(|node| node.output.first())
+            .any(|name| read.contains(name.as_str()));
         Ok(Self {
             network,
             values: HashMap::from([(input.name.as_str(), value)]),
             constants,
             streaming,
-            read: (graph.node.iter().flat_map(|node| &node.input))
-                .chain(graph.output.iter().map(|output| &output.name))
-                .map(String::as_str)
-                .filter(|name| !name.is_empty())
-                .collect(),
+            reads_steps,
+            read,
             opset: *OPSETS.end(),
             computed: 0,
         })

@@ -1,22 +1,17 @@
 //! Operator of a node: the method that reads it, or the nearest operator that works.
 
 use super::{Import, Node, Value};
-use crate::{Activation, NetworkError};
+use crate::{Activation, Network, NetworkError};
 
 /// Operators that are known not to work, and what is nearest.
 const NEAREST: &[(&str, &str)] = &[
     ("ConvTranspose", "the nearest is Conv"),
-    ("HardSwish", "the nearest is x * Sigmoid(x)"),
-    ("Mish", "the nearest is x * Sigmoid(x)"),
-    ("PRelu", "the nearest is LeakyRelu"),
     ("ThresholdedRelu", "the nearest is Relu"),
     ("LogSoftmax", "the nearest is Softmax"),
-    ("LayerNormalization", "the nearest is BatchNormalization"),
-    ("InstanceNormalization", "the nearest is BatchNormalization"),
-    ("Pad", "use the pads of Conv"),
-    ("Pow", "the nearest is Relu or Softplus"),
-    ("Sqrt", "the nearest is Relu"),
-    ("Log", "the nearest is Softplus"),
+    ("InstanceNormalization", "the nearest is LayerNormalization"),
+    ("GroupNormalization", "the nearest is LayerNormalization"),
+    ("RMSNormalization", "the nearest is LayerNormalization"),
+    ("Where", "a choice by values jumps; the nearest is Relu"),
     ("Einsum", "use MatMul with weights"),
     ("If", "export the branch that is taken"),
     ("Loop", "export an RNN, GRU or LSTM, or steps written out"),
@@ -55,9 +50,24 @@ impl Import<'_> {
             }
             "Cast" => self.cast(node),
             "Clip" => self.clip(node),
-            "Neg" => self.negated(node),
+            "Neg" => self.composed(node, |network, name, x| network.scaled(name, x, -1.0, 0.0)),
+            "Abs" => self.composed(node, Network::absolute),
+            "HardSwish" => self.composed(node, Network::hard_swish),
+            "Mish" => self.composed(node, Network::mish),
+            "Celu" => {
+                let alpha = node.float("alpha", 1.0);
+                self.composed(node, |network, name, x| network.celu(name, x, alpha))
+            }
             "Max" | "Min" => self.bounded(node),
-            "Celu" => self.celu(node),
+            "Mean" => self.joined(node),
+            "Pow" => self.power(node),
+            "Pad" => self.pad(node),
+            "Expand" | "Tile" => self.repeated(node),
+            "ReverseSequence" => self.reverse_sequence(node),
+            "LayerNormalization" => self.layer_norm(node),
+            "Log" => self.activation(node, Activation::Logarithm),
+            "Sqrt" => self.activation(node, Activation::Root),
+            "Reciprocal" => self.activation(node, Activation::Reciprocal),
             "Gather" => self.gather(node),
             "Slice" => self.slice(node),
             "Split" => self.split(node),
@@ -99,13 +109,7 @@ impl Import<'_> {
                 };
                 self.activation(node, g)
             }
-            "Swish" => {
-                if node.float("alpha", 1.0) != 1.0 {
-                    let what = format!("a Swish of alpha {}", node.float("alpha", 1.0));
-                    return Err(node.unsupported(what, "use alpha = 1"));
-                }
-                self.activation(node, Activation::Swish)
-            }
+            "Swish" => self.swish(node),
             "Softmax" => self.softmax(node),
             "Gemm" => self.gemm(node),
             "MatMul" => self.matmul(node),

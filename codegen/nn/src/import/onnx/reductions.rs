@@ -17,6 +17,7 @@ impl Import<'_> {
         } else {
             axis_of(node, axis, dims.len())?
         };
+        self.expect_no_steps(node, &value, axis)?;
         let after = if old { axis } else { axis + 1 };
         let inner: usize = dims[after..].iter().product();
         let length = if old { inner } else { dims[axis] };
@@ -45,7 +46,7 @@ impl Import<'_> {
     }
 
     /// The values of a node as rows of `length`.
-    fn rows(
+    pub(super) fn rows(
         &mut self,
         node: &Node<'_>,
         place: usize,
@@ -80,6 +81,9 @@ impl Import<'_> {
                 .collect::<Result<_, _>>()?,
             _ => (0..dims.len()).collect(),
         };
+        for &axis in &axes {
+            self.expect_no_steps(node, &value, axis)?;
+        }
         let keep = node.int("keepdims", 1) != 0;
         let shape: Vec<usize> = (0..dims.len())
             .filter(|axis| keep || !axes.contains(axis))

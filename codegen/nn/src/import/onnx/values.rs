@@ -173,6 +173,25 @@ impl Import<'_> {
         Ok(Value::of(place, shape, batch))
     }
 
+    /// That an axis is not that of the steps of an open sequence, of which a call sees one.
+    ///
+    /// # Errors
+    /// It may be: it has one place, and is not the batch's.
+    pub(super) fn expect_no_steps(
+        &self,
+        node: &Node<'_>,
+        value: &Value,
+        axis: usize,
+    ) -> Result<(), NetworkError> {
+        if self.streaming && value.dims().get(axis) == Some(&1) && value.batch != Some(axis) {
+            return Err(node.unsupported(
+                format!("{} over a sequence of open length", node.proto.op_type),
+                "export with a fixed number of steps",
+            ));
+        }
+        Ok(())
+    }
+
     /// The values at `indices` of one axis of ONNX's shape, which takes the axes `instead`.
     pub(super) fn selected(
         &mut self,

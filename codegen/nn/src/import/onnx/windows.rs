@@ -11,6 +11,9 @@ impl Import<'_> {
     /// Rows and columns of an image and its channels last; the value has channels first.
     fn image(&mut self, node: &Node<'_>) -> Result<(Value, [usize; 2]), NetworkError> {
         let mut value = self.value(node, 0)?;
+        for axis in 2..value.dims().len() {
+            self.expect_no_steps(node, &value, axis)?;
+        }
         if value.batch != Some(0) {
             let dims = value.dims();
             if dims.first() != Some(&1) {

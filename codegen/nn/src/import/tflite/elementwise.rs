@@ -1,9 +1,10 @@
 //! Operators on each value by itself: sums, products, bounds, and activations within an operator.
 
-use super::Import;
 use super::file::Operator;
-use crate::import::shapes;
+use super::{Import, held, product, tensor};
+use crate::import::shapes::{self, spread_places};
 use crate::import::tensor::Tensor;
+use crate::limits::MAX_LENGTH;
 use crate::{Activation, NetworkError, Op};
 
 impl Import<'_> {
@@ -19,7 +20,8 @@ impl Import<'_> {
             1 => Activation::Relu,
             2 | 3 => {
                 let name = self.free_name(&format!("{name} activation"));
-                return self.clipped(&name, place, code == 3);
+                let (low, high) = if code == 3 { (0.0, 6.0) } else { (-1.0, 1.0) };
+                return self.network.clipped(&name, place, low, high);
             }
             4 => Activation::Tanh,
             other => {
@@ -40,72 +42,71 @@ impl Import<'_> {
         }
     }
 
-    /// Bounds of 0 and 6, or of -1 and 1, as a hard sigmoid between them.
-    pub(super) fn clipped(
+    /// The value at an input repeated to the shape of the operator's result.
+    fn widened(
         &mut self,
+        operator: &Operator<'_>,
+        input: usize,
         name: &str,
-        x: usize,
-        six: bool,
     ) -> Result<usize, NetworkError> {
-        let (low, width) = if six { (0.0, 6.0) } else { (-1.0, 2.0) };
-        let g = Activation::HardSigmoid {
-            alpha: 1.0 / width,
-            beta: -low / width,
-        };
-        let inner = self.free_name(&format!("{name} bounds"));
-        let bounded = self.network.push(&inner, Op::Activation(g), vec![x])?;
-        let channels = self.network.nodes[x].shape.last().copied().unwrap_or(1);
-        let op = Op::Scale {
-            gain: vec![width; channels],
-            offset: vec![low; channels],
-        };
-        self.network.push(name, op, vec![bounded])
+        let x = self.value(operator, input, name)?;
+        let index = |list: &[i32], at: usize| list.get(at).copied().unwrap_or(-1);
+        let own = tensor(self.model, index(&operator.inputs, input))?
+            .shape
+            .clone();
+        let all = &tensor(self.model, index(&operator.outputs, 0))?.shape;
+        let length = product(all);
+        if length == self.network.nodes[x].len() {
+            return Ok(x);
+        }
+        let fits = own.len() <= all.len()
+            && product(&own) == self.network.nodes[x].len()
+            && (own.iter().rev())
+                .zip(all.iter().rev())
+                .all(|(&n, &m)| n == 1 || n == m);
+        if !fits || length > MAX_LENGTH {
+            let message = format!("{own:?} spread over {all:?}");
+            return Err(NetworkError::malformed(name, message));
+        }
+        let op = shapes::selection(&spread_places(&own, all), held(all, length));
+        self.network.append(name, op, &[x])
     }
 
-    /// A value divided by weights.
+    /// The values at both inputs, repeated to the shape of the result.
+    fn both(&mut self, operator: &Operator<'_>, name: &str) -> Result<[usize; 2], NetworkError> {
+        let (a, b) = (
+            self.widened(operator, 0, name)?,
+            self.widened(operator, 1, name)?,
+        );
+        // The same number of values, perhaps with other axes of length 1.
+        let shape = self.network.nodes[a].shape.clone();
+        let b = self.network.reshaped(name, b, &shape)?;
+        Ok([a, b])
+    }
+
+    /// A value divided by weights or another value, or weights by a value.
     pub(super) fn quotient(
         &mut self,
         operator: &Operator<'_>,
         name: &str,
     ) -> Result<usize, NetworkError> {
-        let Some(constant) = self.constant(operator, 1)?.cloned() else {
-            return Err(NetworkError::unsupported(
-                name,
-                "DIV by a value",
-                "division by a constant works",
-            ));
-        };
-        let x = self.value(operator, 0, name)?;
-        let gain: Vec<f32> = self
-            .spread(&constant, x, name)?
-            .iter()
-            .map(|c| 1.0 / c)
-            .collect();
-        let offset = vec![0.0; gain.len()];
-        self.scaled(name, x, gain, offset)
-    }
-
-    /// A gain and an offset for each channel, or for each value.
-    fn scaled(
-        &mut self,
-        name: &str,
-        x: usize,
-        gain: Vec<f32>,
-        offset: Vec<f32>,
-    ) -> Result<usize, NetworkError> {
-        let shape = self.network.nodes[x].shape.clone();
-        if shape.last() == Some(&gain.len()) {
-            return self.network.push(name, Op::Scale { gain, offset }, vec![x]);
+        if let Some(constant) = self.constant(operator, 1)?.cloned() {
+            let x = self.widened(operator, 0, name)?;
+            let gain = self.spread(&constant, x, name)?;
+            let gain: Vec<f32> = gain.iter().map(|c| 1.0 / c).collect();
+            let offset = vec![0.0; gain.len()];
+            return self.network.of_each(name, x, gain, offset);
         }
-        let flat = self.free_name(&format!("{name} flat"));
-        let flat = self
-            .network
-            .push(&flat, Op::Reshape(vec![gain.len()]), vec![x])?;
-        let scale = self.free_name(&format!("{name} scale"));
-        let scaled = self
-            .network
-            .push(&scale, Op::Scale { gain, offset }, vec![flat])?;
-        self.network.push(name, Op::Reshape(shape), vec![scaled])
+        if let Some(constant) = self.constant(operator, 0)?.cloned() {
+            let x = self.widened(operator, 1, name)?;
+            let gain = self.spread(&constant, x, name)?;
+            let g = Op::Activation(Activation::Reciprocal);
+            let inverse = self.network.append(name, g, &[x])?;
+            let offset = vec![0.0; gain.len()];
+            return self.network.of_each(name, inverse, gain, offset);
+        }
+        let [a, b] = self.both(operator, name)?;
+        self.network.quotient(name, a, b)
     }
 
     /// Values added, or a value and weights; with the signs of both.
@@ -119,29 +120,20 @@ impl Import<'_> {
             let Some(constant) = self.constant(operator, weights)?.cloned() else {
                 continue;
             };
-            let x = self.value(operator, value, name)?;
+            let x = self.widened(operator, value, name)?;
             let offset = self.spread(&constant, x, name)?;
             let gain = vec![signs[value]; offset.len()];
             let offset = offset.iter().map(|o| signs[weights] * o).collect();
-            return self.scaled(name, x, gain, offset);
+            return self.network.of_each(name, x, gain, offset);
         }
+        let [a, b] = self.both(operator, name)?;
         if signs != [1.0; 2] {
-            let (a, b) = (
-                self.value(operator, 0, name)?,
-                self.value(operator, 1, name)?,
-            );
-            let op = self.scale(b, -1.0);
-            let b = self
-                .network
-                .push(&self.free_name(&format!("{name} negative")), op, vec![b])?;
-            return self.network.push(name, Op::Add, vec![a, b]);
+            return self.network.difference(name, a, b);
         }
-        let from = (0..operator.inputs.len()).map(|input| self.value(operator, input, name));
-        let from = from.collect::<Result<_, _>>()?;
-        self.network.push(name, Op::Add, from)
+        self.network.append(name, Op::Add, &[a, b])
     }
 
-    /// A value and weights, or a value and its own sigmoid.
+    /// A value and weights, a value and its own sigmoid, or two values.
     pub(super) fn product(
         &mut self,
         operator: &Operator<'_>,
@@ -149,10 +141,10 @@ impl Import<'_> {
     ) -> Result<usize, NetworkError> {
         for (value, weights) in [(0, 1), (1, 0)] {
             if let Some(constant) = self.constant(operator, weights)?.cloned() {
-                let x = self.value(operator, value, name)?;
+                let x = self.widened(operator, value, name)?;
                 let gain = self.spread(&constant, x, name)?;
                 let offset = vec![0.0; gain.len()];
-                return self.scaled(name, x, gain, offset);
+                return self.network.of_each(name, x, gain, offset);
             }
             let (x, gate) = (
                 self.value(operator, value, name)?,
@@ -165,11 +157,116 @@ impl Import<'_> {
                     .push(name, Op::Activation(Activation::Swish), vec![x]);
             }
         }
-        Err(NetworkError::unsupported(
-            name,
-            "MUL of two values",
-            "x * sigmoid(x) works, and ADD",
-        ))
+        let both = self.both(operator, name)?;
+        self.network.append(name, Op::Multiply, &both)
+    }
+
+    /// The larger or the smaller of a value and weights, or of two values.
+    pub(super) fn bounded(
+        &mut self,
+        operator: &Operator<'_>,
+        name: &str,
+    ) -> Result<usize, NetworkError> {
+        const MAXIMUM: i32 = 55;
+        let most = operator.code == MAXIMUM;
+        for (value, weights) in [(0, 1), (1, 0)] {
+            let Some(constant) = self.constant(operator, weights)?.cloned() else {
+                continue;
+            };
+            let x = self.widened(operator, value, name)?;
+            let bounds = self.spread(&constant, x, name)?;
+            if let Some(&first) = bounds.first().filter(|&b| bounds.iter().all(|c| c == b)) {
+                let (low, high) = if most {
+                    (first, f32::MAX)
+                } else {
+                    (f32::MIN, first)
+                };
+                return self.network.clipped(name, x, low, high);
+            }
+            let sign = if most { 1.0 } else { -1.0 };
+            let gain = vec![sign; bounds.len()];
+            let shift = bounds.iter().map(|c| -sign * c).collect();
+            let shifted = self.network.of_each(name, x, gain.clone(), shift)?;
+            let g = Op::Activation(Activation::Relu);
+            let cut = self.network.append(name, g, &[shifted])?;
+            return self.network.of_each(name, cut, gain, bounds);
+        }
+        let [a, b] = self.both(operator, name)?;
+        if most {
+            self.network.larger(name, a, b)
+        } else {
+            self.network.smaller(name, a, b)
+        }
+    }
+
+    /// A slope for each value below zero.
+    pub(super) fn prelu(
+        &mut self,
+        operator: &Operator<'_>,
+        name: &str,
+    ) -> Result<usize, NetworkError> {
+        let x = self.value(operator, 0, name)?;
+        let slopes = self.weights(operator, 1, name)?.clone();
+        let slopes = self.spread(&slopes, x, name)?;
+        self.network.prelu(name, x, &slopes)
+    }
+
+    /// A value to the power of one number.
+    pub(super) fn power(
+        &mut self,
+        operator: &Operator<'_>,
+        name: &str,
+    ) -> Result<usize, NetworkError> {
+        let x = self.value(operator, 0, name)?;
+        let exponents = self.weights(operator, 1, name)?.values.clone();
+        match exponents.first() {
+            Some(&first) if exponents.iter().all(|&other| other == first) => {
+                self.network.power(name, x, first)
+            }
+            _ => Err(NetworkError::unsupported(
+                name,
+                "POW by several exponents",
+                "one constant exponent works",
+            )),
+        }
+    }
+
+    /// Zeros around the axes after the batch.
+    pub(super) fn padded(
+        &mut self,
+        operator: &Operator<'_>,
+        name: &str,
+    ) -> Result<usize, NetworkError> {
+        let x = self.value(operator, 0, name)?;
+        let index = operator.inputs.first().copied().unwrap_or(-1);
+        let dims = tensor(self.model, index)?.shape.clone();
+        let pads = self.integers(operator, 1, name)?;
+        if pads.len() != 2 * dims.len() || pads.iter().any(|&n| n < 0) {
+            let message = format!("{pads:?} around {dims:?}");
+            return Err(NetworkError::malformed(name, message));
+        }
+        if operator.inputs.len() > 2 {
+            let filled = self.weights(operator, 2, name)?;
+            if filled.values.iter().any(|&value| value != 0.0) {
+                let what = format!("PADV2 by {:?}", filled.values);
+                return Err(NetworkError::unsupported(name, what, "pad by zeros"));
+            }
+        }
+        let mut pads: Vec<[i64; 2]> = pads.chunks(2).map(|two| [two[0], two[1]]).collect();
+        let shape = &self.network.nodes[x].shape;
+        if pads.len() == shape.len() + 1 && pads[0] == [0; 2] {
+            pads.remove(0);
+        }
+        let known = [&[1][..], shape].concat() == dims || *shape == dims;
+        if !known || pads.len() != shape.len() {
+            let what = format!("a padding of {dims:?} by {pads:?}");
+            return Err(NetworkError::unsupported(
+                name,
+                what,
+                "pad the axes after the batch",
+            ));
+        }
+        self.network.padded(name, x, &pads)
     }
 
     /// One number for each channel of a node, or for each value.

@@ -23,6 +23,8 @@ pub(super) struct TensorInfo {
 /// One operator.
 pub(super) struct Operator<'a> {
     pub(super) code: i32,
+    /// Version of the operator.
+    pub(super) version: i32,
     pub(super) inputs: Vec<i32>,
     pub(super) outputs: Vec<i32>,
     pub(super) options: Option<Table<'a>>,
@@ -60,10 +62,12 @@ impl<'a> Model<'a> {
             let code = codes.get(index).ok_or_else(|| {
                 NetworkError::malformed("TensorFlow Lite", "an operator of no known code")
             })?;
+            let version = code.int(2, 1)?;
             // The old field holds what fits into a byte.
             let code = code.int(3, 0)?.max(i32::from(code.byte(0)?));
             operators.push(Operator {
                 code,
+                version,
                 inputs: operator.ints(1)?,
                 outputs: operator.ints(2)?,
                 options: operator.table(4)?,

@@ -13,7 +13,7 @@ mod recurrent;
 mod reductions;
 mod windows;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::tensor::Tensor;
 use crate::{Network, NetworkError};
@@ -24,6 +24,8 @@ struct Import<'a> {
     model: &'a Model<'a>,
     /// The node that holds each tensor.
     places: HashMap<i32, usize>,
+    /// Tensors that are computed of nothing but shapes.
+    shapes: HashSet<i32>,
 }
 
 /// # Errors
@@ -80,6 +82,7 @@ pub(super) fn import(name: &str, bytes: &[u8]) -> Result<Network, NetworkError> 
         network: Network::new(name, input_name, shape),
         model: &model,
         places: HashMap::from([(input, 0)]),
+        shapes: HashSet::new(),
     };
     for operator in &model.operators {
         import.operator(operator)?;
@@ -127,6 +130,17 @@ impl Import<'_> {
     ) -> Result<usize, NetworkError> {
         let index = operator.inputs.get(input).copied().unwrap_or(-1);
         self.places.get(&index).copied().ok_or_else(|| {
+            if self.shapes.contains(&index) {
+                let what = "a value that is computed of a shape";
+                return NetworkError::unsupported(name, what, "use constants");
+            }
+            if self
+                .constant(operator, input)
+                .is_ok_and(|found| found.is_some())
+            {
+                let what = "a constant where a value is expected";
+                return NetworkError::unsupported(name, what, "compute it before converting");
+            }
             NetworkError::malformed(
                 name,
                 format!("it reads tensor {index}, which no operator before it gives"),

@@ -7,9 +7,7 @@ use crate::{Activation, NetworkError, Op, Pool, PoolKind};
 
 /// Operators that are known not to work: code and what is nearest.
 const NEAREST: &[(i32, &str)] = &[
-    (34, "use padding='same' in the convolution"),
-    (67, "use Conv2D"),
-    (117, "use swish"),
+    (67, "use UpSampling2D and Conv2D"),
     (7, "use Dense on one-hot inputs"),
     (53, "convert a model of float32"),
     (32, "use TensorFlow Lite's own operators"),
@@ -17,42 +15,70 @@ const NEAREST: &[(i32, &str)] = &[
         142,
         "convert with TFLiteConverter.from_keras_model, which freezes the weights",
     ),
-    (42, "division by a constant works"),
-    (54, "use LeakyReLU"),
-    (75, "use Normalization"),
-    (76, "use BatchNormalization, which is folded into weights"),
-    (92, "use a Dense layer of more units"),
-    (99, "use BatchNormalization, which is folded into weights"),
+    (50, "use softmax"),
+    (61, "a choice by values jumps; the nearest is ReLU"),
+    (123, "a choice by values jumps; the nearest is ReLU"),
+    (64, "a choice by values jumps; the nearest is ReLU"),
     (126, "use Dense"),
 ];
 
-/// Operators: code, and the fields of their options that are looked at or change nothing.
-const OPTIONS: &[(i32, &[usize])] = &[
-    (0, &[0, 1]),
-    (1, &[0, 1, 2, 3, 4, 5]),
-    (2, &[0, 1]),
-    (3, &[0, 1, 2, 3, 4, 5, 6]),
-    (4, &[0, 1, 2, 3, 4, 5, 6]),
-    (9, &[0, 1, 2, 3, 4]),
-    (17, &[0, 1, 2, 3, 4, 5]),
-    (18, &[0]),
-    (22, &[0]),
-    (25, &[0]),
-    (36, &[0, 1]),
-    (40, &[0]),
-    (41, &[0, 1]),
-    (42, &[0]),
-    (43, &[0]),
-    (45, &[0, 1, 2, 3, 4]),
-    (49, &[0]),
-    (74, &[0]),
-    (77, &[0]),
-    (82, &[0]),
-    (83, &[0, 1]),
-    (88, &[0, 1]),
-    (98, &[0]),
-    (102, &[0]),
-    (150, &[0]),
+/// Operators: code, the newest version whose meaning is known here, and the fields of their
+/// options that are looked at or change nothing. Versions up to it differ by the types of numbers.
+const KNOWN: &[(i32, i32, &[usize])] = &[
+    (0, 5, &[0, 1]),
+    (1, 3, &[0, 1, 2, 3, 4, 5]),
+    (2, 4, &[0, 1]),
+    (3, 8, &[0, 1, 2, 3, 4, 5, 6]),
+    (4, 7, &[0, 1, 2, 3, 4, 5, 6]),
+    (6, 6, &[]),
+    (9, 13, &[0, 1, 2, 3, 4]),
+    (14, 3, &[]),
+    (17, 3, &[0, 1, 2, 3, 4, 5]),
+    (18, 7, &[0]),
+    (19, 3, &[]),
+    (20, 1, &[]),
+    (21, 3, &[]),
+    (22, 1, &[0]),
+    (25, 3, &[0]),
+    (28, 3, &[]),
+    (34, 4, &[]),
+    (36, 6, &[0, 1]),
+    (39, 6, &[]),
+    (40, 3, &[0]),
+    (41, 5, &[0, 1]),
+    (42, 2, &[0]),
+    (43, 2, &[0]),
+    (45, 8, &[0, 1, 2, 3, 4]),
+    (47, 2, &[]),
+    (49, 4, &[0]),
+    (54, 1, &[]),
+    (55, 4, &[]),
+    (57, 4, &[]),
+    (59, 1, &[]),
+    (60, 4, &[]),
+    (65, 6, &[]),
+    (70, 1, &[]),
+    (73, 2, &[]),
+    (74, 2, &[0]),
+    (75, 1, &[]),
+    (76, 2, &[]),
+    (77, 1, &[0]),
+    (78, 1, &[]),
+    (81, 2, &[0]),
+    (82, 3, &[0]),
+    (83, 4, &[0, 1]),
+    (88, 4, &[0, 1]),
+    (92, 1, &[]),
+    (98, 2, &[0]),
+    (99, 2, &[]),
+    (101, 5, &[]),
+    (102, 2, &[0]),
+    (105, 3, &[]),
+    (111, 1, &[]),
+    (114, 3, &[]),
+    (117, 1, &[]),
+    (150, 2, &[0]),
+    (152, 1, &[]),
 ];
 
 impl Import<'_> {
@@ -116,7 +142,12 @@ impl Import<'_> {
             }
             20 | 21 => {
                 let x = self.value(operator, 0, &name)?;
-                self.clipped(&name, x, operator.code == 21)?
+                let (low, high) = if operator.code == 21 {
+                    (0.0, 6.0)
+                } else {
+                    (-1.0, 1.0)
+                };
+                self.network.clipped(&name, x, low, high)?
             }
             42 => {
                 let quotient = self.quotient(operator, &name)?;
@@ -124,9 +155,29 @@ impl Import<'_> {
             }
             59 => {
                 let x = self.value(operator, 0, &name)?;
-                self.network.push(&name, self.scale(x, -1.0), vec![x])?
+                self.network.scaled(&name, x, -1.0, 0.0)?
             }
             40 | 74 | 82 => self.reduce(operator, &name)?,
+            55 | 57 => self.bounded(operator, &name)?,
+            34 | 60 => self.padded(operator, &name)?,
+            54 => self.prelu(operator, &name)?,
+            78 => self.power(operator, &name)?,
+            99 => {
+                let difference = self.sum(operator, &name, [1.0, -1.0])?;
+                self.network.power(&name, difference, 2.0)?
+            }
+            75 | 76 | 92 | 101 | 117 | 152 => {
+                let x = self.value(operator, 0, &name)?;
+                let network = &mut self.network;
+                match operator.code {
+                    75 => network.power(&name, x, 0.5)?,
+                    76 => network.power(&name, x, -0.5)?,
+                    92 => network.power(&name, x, 2.0)?,
+                    101 => network.absolute(&name, x)?,
+                    117 => network.hard_swish(&name, x)?,
+                    _ => network.clipped(&name, x, 0.0, 1.0)?,
+                }
+            }
             // A weight that is only widened, or a value that is only requantised, stays itself.
             6 | 114 => {
                 let input = operator.inputs.first().copied().unwrap_or(-1);
@@ -174,21 +225,26 @@ impl Import<'_> {
     }
 }
 
-/// That an operator has no option that nothing here looks at.
+/// That an operator is of a version that is known here, and has no option that nothing looks at.
 fn expect_known(operator: &Operator<'_>, name: &str) -> Result<(), NetworkError> {
-    let Some(options) = operator.options else {
+    let known = KNOWN.iter().find(|(code, ..)| *code == operator.code);
+    // An operator that is not read is refused by its name.
+    let Some((_, newest, known)) = known else {
         return Ok(());
     };
-    let known = OPTIONS.iter().find(|(code, _)| *code == operator.code);
-    let known = known.map_or(&[][..], |(_, fields)| fields);
-    match options
-        .fields()?
-        .into_iter()
-        .find(|field| !known.contains(field))
-    {
+    let version = operator.version;
+    if !(1..=*newest).contains(&version) {
+        return Err(NetworkError::unsupported(
+            name,
+            format!("version {version} of {}", operator_name(operator.code)),
+            format!("versions 1 to {newest} work"),
+        ));
+    }
+    let fields = operator
+        .options
+        .map_or(Ok(Vec::new()), |options| options.fields())?;
+    match fields.into_iter().find(|field| !known.contains(field)) {
         None => Ok(()),
-        // Of an operator that is refused anyway the operator is named.
-        Some(_) if NEAREST.iter().any(|(code, ..)| *code == operator.code) => Ok(()),
         Some(field) => Err(NetworkError::unsupported(
             name,
             format!("option {field} of operator {}", operator.code),
@@ -204,6 +260,7 @@ fn activation(code: i32, operator: &Operator<'_>, name: &str) -> Result<Activati
         19 => Activation::Relu,
         28 => Activation::Tanh,
         47 => Activation::Exponential,
+        73 => Activation::Logarithm,
         98 => Activation::LeakyRelu {
             alpha: options.map_or(Ok(0.0), |options| options.float(0, 0.0))?,
         },

@@ -24,8 +24,13 @@ impl Import<'_> {
             .inputs
             .iter()
             .any(|index| self.places.contains_key(index));
-        if !known || operator.code == 77 || !is_value {
-            return Ok(known);
+        let of_shapes = (operator.inputs.iter()).any(|index| self.shapes.contains(index));
+        if operator.code == 77 || !is_value && (of_shapes || known) {
+            self.shapes.extend(&operator.outputs);
+            return Ok(true);
+        }
+        if !known {
+            return Ok(false);
         }
         if operator.code == 83 {
             self.stack(operator, name)?;
@@ -62,7 +67,7 @@ impl Import<'_> {
     }
 
     /// Integers at an input.
-    fn integers(
+    pub(super) fn integers(
         &self,
         operator: &Operator<'_>,
         input: usize,

@@ -69,7 +69,14 @@ impl Import<'_> {
                 "begin the index with a colon, x[:, ...]",
             ));
         };
-        self.refuse_sequence(layer, x)?;
+        // The last step is there in each call, others are not.
+        let steps = !matches!(
+            parts.get(1),
+            None | Some(Part::Place(-1) | Part::Slice(None, None, 1))
+        );
+        if steps {
+            self.refuse_sequence(layer, x)?;
+        }
         let mut shape = self.network.nodes[x].shape.clone();
         let mut places: Vec<usize> = (0..self.network.nodes[x].len()).collect();
         // Axes that are gone stay as axes of length 1 until the end.

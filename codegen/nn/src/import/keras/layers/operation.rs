@@ -173,6 +173,7 @@ impl Import<'_> {
             "Silu" => Activation::Swish,
             "Selu" => Activation::SELU,
             "Exp" => Activation::Exponential,
+            "Log" => Activation::Logarithm,
             "Sqrt" => Activation::Root,
             "Reciprocal" => Activation::Reciprocal,
             "Gelu" if config["approximate"].as_bool() == Some(false) => Activation::Gelu,

@@ -1,0 +1,118 @@
+//! Several values beside each other: sums, products, quotients, the larger and the smaller. Values
+//! of fewer axes, or with axes of length 1, are repeated as NumPy broadcasts them.
+
+use super::axes::broadcast;
+use super::{Import, Node, Value};
+use crate::import::shapes::{self, spread_places};
+use crate::{NetworkError, Op};
+
+impl Import<'_> {
+    /// Values brought to one shape and one order of axes: their nodes, and the value that has
+    /// their shape.
+    fn aligned(
+        &mut self,
+        node: &Node<'_>,
+        values: Vec<Value>,
+    ) -> Result<(Vec<usize>, Value), NetworkError> {
+        let Some(first) = values.first().cloned() else {
+            return Err(node.malformed("it reads nothing"));
+        };
+        let mut dims = first.dims();
+        for value in &values {
+            dims = broadcast(node, &dims, &value.dims())?;
+        }
+        let length: usize = dims.iter().product();
+        let alike = values
+            .iter()
+            .all(|value| value.shape == first.shape && value.batch == first.batch);
+        let last = alike && values.iter().any(|value| value.last);
+        let mut from = Vec::new();
+        let mut result = None;
+        for value in values {
+            let value = if last {
+                self.channels_last(node, value)?
+            } else if alike {
+                self.as_written(node, value)?
+            } else {
+                let own = value.dims();
+                let value = self.flat(node, value)?;
+                let place = if value.len() == length {
+                    self.held_as(node, value.place, vec![length])?
+                } else {
+                    let op = shapes::selection(&spread_places(&own, &dims), vec![length]);
+                    self.push(node, op, value.place)?
+                };
+                Value::of(place, dims.clone(), first.batch)
+            };
+            from.push(value.place);
+            result.get_or_insert(value);
+        }
+        let result = result.ok_or_else(|| node.malformed("it reads nothing"))?;
+        Ok((from, result))
+    }
+
+    fn values(&self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
+        let inputs = 0..node.proto.input.len();
+        inputs.map(|input| self.value(node, input)).collect()
+    }
+
+    pub(super) fn sum(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
+        let values = self.values(node)?;
+        let (from, result) = self.aligned(node, values)?;
+        let place = self.network.append(&node.name, Op::Add, &from)?;
+        Ok(vec![Value { place, ..result }])
+    }
+
+    /// A difference, a product or a quotient of two values; the larger or smaller, or the mean, of
+    /// several.
+    pub(super) fn joined(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
+        let values = self.values(node)?;
+        let (from, result) = self.aligned(node, values)?;
+        let name = node.name.as_str();
+        let network = &mut self.network;
+        let place = match (node.proto.op_type.as_str(), from.as_slice()) {
+            ("Sub", &[a, b]) => network.difference(name, a, b)?,
+            ("Mul", &[a, b]) => network.append(name, Op::Multiply, &[a, b])?,
+            ("Div", &[a, b]) => network.quotient(name, a, b)?,
+            ("Max", &[first, ref rest @ ..]) => {
+                (rest.iter()).try_fold(first, |most, &other| network.larger(name, most, other))?
+            }
+            ("Min", &[first, ref rest @ ..]) => (rest.iter())
+                .try_fold(first, |least, &other| network.smaller(name, least, other))?,
+            ("Mean", all) => {
+                let sum = network.append(name, Op::Add, all)?;
+                network.scaled(name, sum, 1.0 / all.len() as f32, 0.0)?
+            }
+            (op, all) => {
+                let what = format!("{op} of {} values", all.len());
+                return Err(node.unsupported(what, "two values, or a value and weights, work"));
+            }
+        };
+        Ok(vec![Value { place, ..result }])
+    }
+
+    /// A value to the power of one number.
+    pub(super) fn power(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
+        let constant = self.constants.get(node.input(1).unwrap_or(""));
+        let exponents = constant.map(super::Constant::numbers).unwrap_or_default();
+        let exponent = exponents.first().copied();
+        let single = exponents.iter().all(|&other| Some(other) == exponent);
+        let (Some(exponent), true) = (exponent, single) else {
+            return Err(node.unsupported(
+                "a Pow whose exponent is no single number",
+                "one constant exponent works",
+            ));
+        };
+        let value = self.value(node, 0)?;
+        if exponents.len() > value.len() {
+            return Err(node.unsupported(
+                "a Pow that makes its value larger",
+                "one constant exponent works",
+            ));
+        }
+        let place = self
+            .network
+            .power(&node.name, value.place, exponent as f32)?;
+        Ok(vec![Value { place, ..value }])
+    }
+}
