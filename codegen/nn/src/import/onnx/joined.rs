@@ -6,7 +6,7 @@ use super::{Import, Node, Value};
 use crate::import::shapes::{self, spread_places};
 use crate::{NetworkError, Op};
 
-impl Import<'_> {
+impl<'a> Import<'a> {
     /// Values brought to one shape and one order of axes: their nodes, and the value that has
     /// their shape.
     fn aligned(
@@ -88,6 +88,62 @@ impl Import<'_> {
                 return Err(node.unsupported(what, "two values, or a value and weights, work"));
             }
         };
+        Ok(vec![Value { place, ..result }])
+    }
+
+    /// Notes where a value is positive; false where the node says something else.
+    pub(super) fn sign(&mut self, node: &Node<'a>) -> Result<bool, NetworkError> {
+        let op = node.proto.op_type.as_str();
+        if !["Greater", "GreaterOrEqual", "Less", "LessOrEqual"].contains(&op) {
+            return Ok(false);
+        }
+        let zero = |input: usize| {
+            let constant = self.constants.get(node.input(input).unwrap_or(""));
+            constant.is_some_and(|c| c.numbers().iter().all(|&n| n == 0.0) && c.len() == 1)
+        };
+        let greater = op.starts_with("Greater");
+        let (input, positive) = match [zero(0), zero(1)] {
+            [false, true] => (0, greater),
+            [true, false] => (1, !greater),
+            _ => return Ok(false),
+        };
+        let value = self.value(node, input)?;
+        let value = self.as_written(node, value)?;
+        if let Some(output) = node.proto.output.first() {
+            self.signs.insert(output, (value.place, positive));
+        }
+        Ok(true)
+    }
+
+    /// One value where another is positive, a third elsewhere.
+    pub(super) fn choice(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
+        let nearest = "choices by the sign of x between multiples of x and exp(x) - 1 work";
+        let Some(&(z, positive)) = self.signs.get(node.input(0).unwrap_or("")) else {
+            return Err(node.unsupported("a choice by values, which may jump,", nearest));
+        };
+        let mut parts = [None; 2];
+        let mut result = None;
+        for (part, input) in parts.iter_mut().zip([1, 2]) {
+            match self.constants.get(node.input(input).unwrap_or("")) {
+                Some(constant) if constant.numbers().iter().all(|&n| n == 0.0) => {}
+                Some(_) => {
+                    return Err(node.unsupported("a choice of a constant, which jumps,", nearest));
+                }
+                None => {
+                    let value = self.value(node, input)?;
+                    let value = self.as_written(node, value)?;
+                    *part = Some(value.place);
+                    result = Some(value);
+                }
+            }
+        }
+        if !positive {
+            parts.reverse();
+        }
+        let place = self.network.piecewise(&node.name, z, parts)?;
+        let result = result.filter(|result| result.len() == self.network.nodes[place].len());
+        let result = result.ok_or_else(|| node.malformed("it chooses between constants"))?;
+        let place = self.held_as(node, place, self.network.nodes[result.place].shape.clone())?;
         Ok(vec![Value { place, ..result }])
     }
 

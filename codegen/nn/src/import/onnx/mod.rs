@@ -68,6 +68,8 @@ struct Import<'a> {
     network: Network,
     values: HashMap<&'a str, Value>,
     constants: HashMap<&'a str, Constant>,
+    /// Names of values that say where a node is positive, or where it is not.
+    signs: HashMap<&'a str, (usize, bool)>,
     /// A call is one step of a sequence.
     streaming: bool,
     /// True if something reads what a recurrent layer gives after every step.
@@ -255,6 +257,7 @@ impl<'a> Import<'a> {
             network,
             values: HashMap::from([(input.name.as_str(), value)]),
             constants,
+            signs: HashMap::new(),
             streaming,
             reads_steps,
             read,
@@ -266,7 +269,7 @@ impl<'a> Import<'a> {
     /// Adds every node; each has to follow what it reads, as ONNX demands.
     fn nodes(&mut self, graph: &'a GraphProto) -> Result<(), NetworkError> {
         for (place, proto) in graph.node.iter().enumerate() {
-            let node = Node::new(proto, place, self.opset);
+            let node: Node<'a> = Node::new(proto, place, self.opset);
             let machine_learning = proto.domain == "ai.onnx.ml";
             if !machine_learning && !["", "ai.onnx"].contains(&proto.domain.as_str()) {
                 return Err(node.unsupported(
@@ -292,6 +295,10 @@ impl<'a> Import<'a> {
                 if let Some(output) = proto.output.first().filter(|name| !name.is_empty()) {
                     self.constants.insert(output, constant);
                 }
+                continue;
+            }
+            if self.sign(&node)? {
+                node.expect_read()?;
                 continue;
             }
             let outputs = self.node(&node)?;

@@ -33,15 +33,6 @@ impl Import<'_> {
         self.network.push(&name, Op::Activation(g), vec![place])
     }
 
-    /// The same gain for all channels of a node.
-    pub(super) fn scale(&self, x: usize, gain: f32) -> Op {
-        let channels = self.network.nodes[x].shape.last().copied().unwrap_or(1);
-        Op::Scale {
-            gain: vec![gain; channels],
-            offset: vec![0.0; channels],
-        }
-    }
-
     /// The value at an input repeated to the shape of the operator's result.
     fn widened(
         &mut self,
@@ -197,6 +188,53 @@ impl Import<'_> {
         } else {
             self.network.smaller(name, a, b)
         }
+    }
+
+    /// Where a value is greater than zero.
+    pub(super) fn sign(&mut self, operator: &Operator<'_>, name: &str) -> Result<(), NetworkError> {
+        let bound = self
+            .constant(operator, 1)?
+            .map(|bound| bound.values.clone());
+        if bound.is_none_or(|bound| bound.iter().any(|&value| value != 0.0)) {
+            return Err(NetworkError::unsupported(
+                name,
+                "GREATER than another number than zero",
+                "a choice by values jumps; the nearest is ReLU",
+            ));
+        }
+        let x = self.value(operator, 0, name)?;
+        self.signs
+            .extend(operator.outputs.iter().map(|&output| (output, x)));
+        Ok(())
+    }
+
+    /// One value where another is positive, a third elsewhere.
+    pub(super) fn choice(
+        &mut self,
+        operator: &Operator<'_>,
+        name: &str,
+    ) -> Result<usize, NetworkError> {
+        let condition = operator.inputs.first().copied().unwrap_or(-1);
+        let Some(&z) = self.signs.get(&condition) else {
+            return Err(NetworkError::unsupported(
+                name,
+                "a choice by values, which may jump,",
+                "choices by the sign of x between multiples of x and exp(x) - 1 work",
+            ));
+        };
+        let part = |input: usize| -> Result<Option<usize>, NetworkError> {
+            match self.constant(operator, input)? {
+                Some(constant) if constant.values.iter().all(|&value| value == 0.0) => Ok(None),
+                Some(_) => Err(NetworkError::unsupported(
+                    name,
+                    "a choice of a constant, which jumps,",
+                    "the nearest is ReLU",
+                )),
+                None => self.value(operator, input, name).map(Some),
+            }
+        };
+        let parts = [part(1)?, part(2)?];
+        self.network.piecewise(name, z, parts)
     }
 
     /// A slope for each value below zero.

@@ -24,6 +24,8 @@ struct Import<'a> {
     model: &'a Model<'a>,
     /// The node that holds each tensor.
     places: HashMap<i32, usize>,
+    /// Tensors that say where a node is positive.
+    signs: HashMap<i32, usize>,
     /// Tensors that are computed of nothing but shapes.
     shapes: HashSet<i32>,
 }
@@ -82,6 +84,7 @@ pub(super) fn import(name: &str, bytes: &[u8]) -> Result<Network, NetworkError> 
         network: Network::new(name, input_name, shape),
         model: &model,
         places: HashMap::from([(input, 0)]),
+        signs: HashMap::new(),
         shapes: HashSet::new(),
     };
     for operator in &model.operators {

@@ -16,9 +16,10 @@ const NEAREST: &[(i32, &str)] = &[
         "convert with TFLiteConverter.from_keras_model, which freezes the weights",
     ),
     (50, "use softmax"),
-    (61, "a choice by values jumps; the nearest is ReLU"),
-    (123, "a choice by values jumps; the nearest is ReLU"),
-    (64, "a choice by values jumps; the nearest is ReLU"),
+    (
+        38,
+        "convert with a fixed batch, Input(shape, batch_size=1), which keeps the dilation",
+    ),
     (126, "use Dense"),
 ];
 
@@ -56,7 +57,10 @@ const KNOWN: &[(i32, i32, &[usize])] = &[
     (57, 4, &[]),
     (59, 1, &[]),
     (60, 4, &[]),
+    (61, 2, &[]),
+    (64, 4, &[]),
     (65, 6, &[]),
+    (69, 3, &[]),
     (70, 1, &[]),
     (73, 2, &[]),
     (74, 2, &[0]),
@@ -77,6 +81,8 @@ const KNOWN: &[(i32, i32, &[usize])] = &[
     (111, 1, &[]),
     (114, 3, &[]),
     (117, 1, &[]),
+    (123, 2, &[]),
+    (130, 3, &[]),
     (150, 2, &[0]),
     (152, 1, &[]),
 ];
@@ -159,6 +165,8 @@ impl Import<'_> {
             }
             40 | 74 | 82 => self.reduce(operator, &name)?,
             55 | 57 => self.bounded(operator, &name)?,
+            61 => return self.sign(operator, &name),
+            64 | 123 => self.choice(operator, &name)?,
             34 | 60 => self.padded(operator, &name)?,
             54 => self.prelu(operator, &name)?,
             78 => self.power(operator, &name)?,

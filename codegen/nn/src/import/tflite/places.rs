@@ -3,6 +3,7 @@
 use super::file::Operator;
 use super::{Import, held, product, tensor};
 use crate::import::shapes::{self, places_along, slice_indices};
+use crate::limits::MAX_LENGTH;
 use crate::{NetworkError, Op};
 
 impl Import<'_> {
@@ -19,7 +20,8 @@ impl Import<'_> {
         // SPLIT has its value second.
         let data = usize::from(operator.code == 49);
         let value = operator.inputs.get(data).copied().unwrap_or(-1);
-        let known = [36, 39, 45, 49, 65, 77, 83, 88, 102, 105].contains(&operator.code);
+        let known =
+            [36, 39, 45, 49, 65, 69, 77, 81, 83, 88, 102, 105, 130].contains(&operator.code);
         let is_value = operator
             .inputs
             .iter()
@@ -29,7 +31,7 @@ impl Import<'_> {
             self.shapes.extend(&operator.outputs);
             return Ok(true);
         }
-        if !known {
+        if !known || operator.code == 81 {
             return Ok(false);
         }
         if operator.code == 83 {
@@ -248,6 +250,35 @@ impl Import<'_> {
                     return Err(wrong());
                 }
                 found
+            }
+            69 | 130 => {
+                let list = self.integers(operator, 1, name)?;
+                let tile = operator.code == 69;
+                let lead = if tile {
+                    0
+                } else {
+                    list.len().saturating_sub(dims.len())
+                };
+                if list.len() != dims.len() + lead {
+                    return Err(wrong());
+                }
+                let own = [vec![1; lead], dims.to_vec()].concat();
+                let mut lists: Vec<Vec<usize>> = Vec::new();
+                let mut count = 1_usize;
+                for (&length, &n) in own.iter().zip(&list) {
+                    let n = usize::try_from(n).map_err(|_| wrong())?;
+                    if !tile && length != 1 && length != n || n > MAX_LENGTH {
+                        return Err(wrong());
+                    }
+                    let all = if tile { length.saturating_mul(n) } else { n };
+                    count = count.saturating_mul(all);
+                    if count > MAX_LENGTH {
+                        let message = format!("{dims:?} repeated by {list:?}");
+                        return Err(NetworkError::too_large(name, message));
+                    }
+                    lists.push((0..all).map(|i| i % length).collect());
+                }
+                vec![along_all(&own, &lists)]
             }
             88 => {
                 let axis = axis_of(option(1)?.into())?;

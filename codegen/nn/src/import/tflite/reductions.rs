@@ -1,11 +1,12 @@
 //! Mean, sum and largest over axes.
 
 use super::file::Operator;
-use super::{Import, product, tensor};
+use super::{Import, held, product, tensor};
+use crate::import::shapes;
 use crate::{NetworkError, Op, Pool, PoolKind, Window};
 
 impl Import<'_> {
-    /// The mean, sum or largest over all axes between the batch and the last.
+    /// The mean, sum or largest over axes.
     pub(super) fn reduce(
         &mut self,
         operator: &Operator<'_>,
@@ -20,27 +21,31 @@ impl Import<'_> {
             .map(|&axis| if axis < 0 { axis + count } else { axis })
             .collect();
         axes.sort_unstable();
-        // What is reduced is one run of axes, and what stands before it is 1.
-        let run = axes.windows(2).all(|pair| pair[1] == pair[0] + 1);
-        let (first, after) = (
-            axes.first().copied().unwrap_or(-1),
-            axes.last().map_or(0, |axis| axis + 1),
-        );
-        let inside = run && first >= 0 && after <= count;
-        let outer: usize = if inside {
-            product(&input.shape[..first as usize])
-        } else {
-            0
-        };
-        if outer != 1 {
+        axes.dedup();
+        let dims = input.shape.clone();
+        let inside = axes.iter().all(|axis| (0..count).contains(axis));
+        if !inside || axes.is_empty() || product(&dims) != self.network.nodes[x].len() {
             return Err(NetworkError::unsupported(
                 name,
-                format!("a reduction of {:?} over the axes {axes:?}", input.shape),
-                "all axes between the batch and the channels work, as in GlobalAveragePooling2D",
+                format!("a reduction of {dims:?} over the axes {axes:?}"),
+                "constant axes work",
             ));
         }
-        let reduced = product(&input.shape[first as usize..after as usize]);
-        let channels = product(&input.shape[after as usize..]);
+        // The axes that are reduced come first.
+        let axes: Vec<usize> = axes.iter().map(|&axis| axis as usize).collect();
+        let rest = (0..dims.len()).filter(|axis| !axes.contains(axis));
+        let order: Vec<usize> = axes.iter().copied().chain(rest).collect();
+        let reduced: usize = axes.iter().map(|&axis| dims[axis]).product();
+        let channels = product(&dims) / reduced.max(1);
+        let stride = |axis: usize| dims[axis + 1..].iter().product::<usize>();
+        let mut places = vec![0];
+        for &axis in &order {
+            places = places
+                .iter()
+                .flat_map(|&place| (0..dims[axis]).map(move |i| (place, i)))
+                .map(|(place, i)| place + i * stride(axis))
+                .collect();
+        }
         let window = Window {
             size: [1, reduced],
             stride: [1; 2],
@@ -53,24 +58,19 @@ impl Import<'_> {
         } else {
             PoolKind::Average
         };
-        let mut from = x;
-        if self.network.nodes[x].shape != [reduced, channels] {
-            let rows = Op::Reshape(vec![reduced, channels]);
-            from = self
-                .network
-                .push(&self.free_name(&format!("{name} rows")), rows, vec![x])?;
-        }
+        let from = if places.is_sorted() {
+            self.network.reshaped(name, x, &[reduced, channels])?
+        } else {
+            let op = shapes::selection(&places, vec![reduced, channels]);
+            self.network.append(name, op, &[x])?
+        };
         let pool = Op::Pool(Pool { window, kind });
-        let mut pool =
-            self.network
-                .push(&self.free_name(&format!("{name} pool")), pool, vec![from])?;
+        let mut pool = self.network.append(name, pool, &[from])?;
         if operator.code == 74 {
-            let op = self.scale(pool, reduced as f32);
-            pool = self
-                .network
-                .push(&self.free_name(&format!("{name} sum")), op, vec![pool])?;
+            pool = self.network.scaled(name, pool, reduced as f32, 0.0)?;
         }
-        self.network
-            .push(name, Op::Reshape(vec![channels]), vec![pool])
+        let output = operator.outputs.first().copied().unwrap_or(-1);
+        let shape = held(&tensor(self.model, output)?.shape, channels);
+        self.network.append(name, Op::Reshape(shape), &[pool])
     }
 }
