@@ -527,6 +527,62 @@ def onnx_gelu_tanh(name, rng):
     g.save(name, ["N", 5], y, ["N", 2], opset=20, ir=9)
 
 
+@model
+def keras_both_ways(name, rng):
+    k = keras.layers
+    x = k.Input((5, 3))
+    y = k.Bidirectional(k.GRU(3, return_sequences=True))(x)
+    y = k.LayerNormalization()(y)
+    y = k.Bidirectional(k.LSTM(3), merge_mode="ave")(y)
+    k3(name, keras.Model(x, k.Dense(2)(k.Concatenate()([y, x[:, -1], x[:, 1]]))), rng)
+
+
+@model
+def keras_products(name, rng):
+    k, ops = keras.layers, keras.ops
+    x = k.Input((5,))
+    a, b = k.Dense(4, "tanh")(x), k.Dense(4, "sigmoid")(x)
+    parts = [k.Multiply()([a, b]), a / (b + 0.5), a**2, ops.sqrt(b), ops.maximum(a, 0.2 * b), ops.abs(a), ops.log(b),
+             k.PReLU(alpha_initializer="glorot_uniform")(a), k.Activation("mish")(a), 1.0 / (b + 1.0), b ** -0.5]
+    k3(name, keras.Model(x, k.Dense(3)(k.Concatenate()(parts))), rng)
+
+
+@model
+def keras_padding(name, rng):
+    k = keras.layers
+    k3(name, keras.Sequential([
+        k.Input((5, 4, 2)), k.ZeroPadding2D(((1, 0), (2, 1))), k.Conv2D(2, 3, activation="relu"), k.UpSampling2D((1, 2)),
+        k.DepthwiseConv2D(2, depth_multiplier=2), k.Cropping2D(((0, 1), (1, 0))), k.SeparableConv2D(3, 2, activation="hard_silu"),
+        k.Flatten(), k.Dense(2)]), rng)
+
+
+@model
+def onnx_products(name, rng):
+    g = Graph(rng)
+    y = g.node("Pad", "x", g.constant(np.array([0, 0, 1, 0, 0, 2], np.int64)))
+    y = g.node("Conv", y, g.weight(3, 2, 3), g.weight(3))
+    y = g.node("Pad", y, g.constant(np.array([0, 0, 1, 0, 0, 1], np.int64)), mode="edge")
+    y = g.node("LayerNormalization", y, g.weight(8, low=0.5, high=1.5), g.weight(8), axis=-1)
+    gate = g.node("Sigmoid", y)
+    mean = g.node("ReduceMean", gate, axes=[2], keepdims=1)
+    parts = [g.node("Mul", y, gate), g.node("Div", y, mean), g.node("Pow", y, g.constant(np.float32(3))),
+             g.node("Sqrt", gate), g.node("Log", gate), g.node("Reciprocal", gate), g.node("Max", y, gate),
+             g.node("Where", g.node("Greater", y, g.constant(np.float32(0))), y, g.node("Mul", y, g.constant(np.float32(-0.3))))]
+    y = g.node("Flatten", g.node("Concat", *parts, axis=1))
+    g.save(name, [1, 2, 5], g.node("Gemm", y, g.weight(2, 192), g.weight(2), transB=1), [1, 2])
+
+
+@model
+def tflite_products(name, rng):
+    k, ops = keras.layers, keras.ops
+    x = k.Input((6, 3))
+    y = k.Conv1D(4, 3, padding="causal", activation="selu")(x)
+    y = k.LayerNormalization()(y)
+    y = k.Multiply()([y, k.Dense(4, "sigmoid")(x)])
+    y = k.Concatenate()([k.PReLU(alpha_initializer="glorot_uniform")(y), k.Activation("mish")(y), ops.minimum(y, 0.3)])
+    lite(name, keras.Model(x, k.Dense(2)(y[:, -1])), rng)
+
+
 if __name__ == "__main__":
     HERE.mkdir(exist_ok=True)
     for number, (name, make) in enumerate(MODELS.items()):

@@ -147,6 +147,9 @@ const PROMISED: &[&str] = &[
     "lstm",
     "scale",
     "add",
+    "multiply",
+    "select",
+    "normalise",
     "concatenate",
     "softmax",
     "Relu",
@@ -162,6 +165,9 @@ const PROMISED: &[&str] = &[
     "Sigmoid",
     "Tanh",
     "Exponential",
+    "Logarithm",
+    "Root",
+    "Reciprocal",
 ];
 
 /// Promised kinds that no file of a framework has.
