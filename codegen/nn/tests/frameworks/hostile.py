@@ -72,10 +72,9 @@ FILES = {
     "cycle.onnx": net([node("Add", ["x", "y"], ["z"]), node("MatMul", ["z", "w"], ["y"])], [ONE]),
     "dangling.onnx": net([node("MatMul", ["nowhere", "w"], ["y"])], [ONE]),
     "unknown-operator.onnx": net([node("DepthToSpace", ["x"], ["y"], blocksize=2)], []),
-                                    [weight("w", np.ones((1, 6, 4))), weight("r", np.ones((1, 6, 2)))], shape=(5, 1, 4)),
     "cycle.keras": keras([INPUT, layer("ReLU", "a", ["b"]), layer("ReLU", "b", ["a"])]),
     "bidirectional.keras": keras([INPUT, layer("Bidirectional", "b", ["in"])]),
-    "mish.keras": keras([INPUT, layer("Activation", "b", ["in"], activation="mish")]),
+    "glu.keras": keras([INPUT, layer("Activation", "b", ["in"], activation="glu")]),
     "no-weights.keras": keras([INPUT, layer("Dense", "b", ["in"]), layer("Dense", "c", ["in"])], b"\x89HDF\r\n\x1a\n"),
     "unpacks-to-gigabytes.keras": keras([INPUT, layer("Dense", "b", ["in"])], b"\0" * (80 << 20)),
 }
