@@ -144,3 +144,17 @@ impl Activation {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Otherwise the emitted code would take the sign of `z` from a value that has another.
+    #[test]
+    fn the_value_says_the_sign_only_where_no_parameter_is_negative() {
+        let leaky = |alpha| Activation::LeakyRelu { alpha }.slope_from_value();
+        assert!(leaky(0.2) && leaky(0.0) && !leaky(-0.1) && !leaky(f32::NAN));
+        let elu = |alpha, scale| Activation::Elu { alpha, scale }.slope_from_value();
+        assert!(elu(1.0, 1.0) && !elu(-1.0, 1.0) && !elu(1.0, -1.0));
+    }
+}
