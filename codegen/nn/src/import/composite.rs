@@ -161,8 +161,8 @@ impl Network {
         self.append(name, Op::Multiply, &[x, tanh])
     }
 
-    /// `x` where positive, elsewhere `slopes x`, with a slope for each value of the last axis or for
-    /// each value: `relu(x) - slopes relu(-x)`.
+    /// `x` where positive, elsewhere `slopes x`: `relu(x) - slopes relu(-x)`, with a slope for each
+    /// value of the last axis or for each value.
     pub(in crate::import) fn prelu(
         &mut self,
         name: &str,
@@ -278,7 +278,7 @@ impl Network {
             return Err(NetworkError::unsupported(
                 name,
                 format!("a power of {exponent}"),
-                format!("integers up to {MAX_POWER}, halves between them and their negatives work"),
+                format!("integers up to {MAX_POWER}, halves between and their negatives work"),
             ));
         }
         let mut place = None;
@@ -308,7 +308,7 @@ impl Network {
         Ok(place)
     }
 
-    /// The value repeated along axes of length 1 until its shape is `shape`, which has as many axes.
+    /// The value repeated along axes of length 1 to `shape`, which has as many axes.
     ///
     /// # Errors
     /// The shapes do not go together.

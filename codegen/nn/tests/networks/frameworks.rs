@@ -127,9 +127,9 @@ pub fn judge(cases: &[Case], errors: &[Errors]) {
 }
 
 const HEAD: &str = "# Networks of the frameworks, measured\n\n\
-    Written by `SINEW_SNAPSHOTS=bless cargo test -p sinew-nn --test networks`. Error: largest difference from the\n\
-    framework's own outputs, of their range; of derivatives: from double precision, of the largest. Instructions of one\n\
-    call on a Cortex-M4F in QEMU.\n\n\
+    Written by `SINEW_SNAPSHOTS=bless cargo test -p sinew-nn --test networks`. Error: largest\n\
+    difference from the framework's own outputs, of their range; of derivatives: from double\n\
+    precision, of the largest. Instructions of one call on a Cortex-M4F in QEMU.\n\n\
     | network | parameters | error | of derivatives | predict | with Jacobian |\n|---|---|---|---|---|---|\n";
 
 /// Every kind of layer and of activation that is promised, as an importer or an activation is

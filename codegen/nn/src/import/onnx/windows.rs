@@ -170,7 +170,9 @@ impl Import<'_> {
             Some(&[rows, columns]) if !one => [size(rows), size(columns)],
             other => return Err(node.malformed(format!("kernel_shape is {other:?}"))),
         };
-        let window = self.window(node, image, size, one)?;
+        let mut window = self.window(node, image, size, one)?;
+        let max = node.proto.op_type == "MaxPool";
+        let counted = !max && node.int("count_include_pad", 0) != 0;
         if node.int("ceil_mode", 0) != 0 {
             // It differs only where the last window would not fit.
             for (axis, &length) in image.iter().enumerate() {
@@ -182,22 +184,25 @@ impl Import<'_> {
                 let left = padded
                     .saturating_sub(reach)
                     .checked_rem(window.stride[axis]);
-                if left != Some(0) {
-                    return Err(node.unsupported("ceil_mode = 1", "use ceil_mode = 0"));
+                let Some(left) = left.filter(|&left| left > 0) else {
+                    continue;
+                };
+                // A window that would begin in the padding behind is left out.
+                let stride = window.stride[axis];
+                let begin = padded.saturating_sub(reach) - left + stride;
+                if begin >= length.saturating_add(window.before[axis]) {
+                    continue;
                 }
+                if counted {
+                    let what = "ceil_mode = 1 with count_include_pad = 1";
+                    return Err(node.unsupported(what, "use ceil_mode = 0"));
+                }
+                window.after[axis] = window.after[axis].saturating_add(stride - left);
             }
         }
-        let max = node.proto.op_type == "MaxPool";
-        let kind = match (
-            max,
-            if max {
-                0
-            } else {
-                node.int("count_include_pad", 0)
-            },
-        ) {
+        let kind = match (max, counted) {
             (true, _) => PoolKind::Max,
-            (_, 0) => PoolKind::Average,
+            (_, false) => PoolKind::Average,
             _ => PoolKind::AverageWithPadding,
         };
         self.image_layer(node, &value, Op::Pool(Pool { window, kind }))

@@ -190,7 +190,7 @@ impl Import<'_> {
         }
     }
 
-    /// Where a value is greater than zero.
+    /// Notes the value of which a tensor says where it is greater than zero.
     pub(super) fn sign(&mut self, operator: &Operator<'_>, name: &str) -> Result<(), NetworkError> {
         let bound = self
             .constant(operator, 1)?
