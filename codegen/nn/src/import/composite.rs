@@ -423,6 +423,30 @@ impl Network {
         }
     }
 
+    /// True if `b` is a softplus of `z`, and `a` the line that it nears where `z` is large; both past
+    /// a scale.
+    pub(in crate::import) fn nears(&self, z: usize, a: usize, b: usize) -> bool {
+        let scale = |place: usize| match &self.nodes[place].op {
+            Op::Scale { gain, offset } if offset.iter().all(|&o| o == 0.0) => {
+                let first = gain.first().copied()?;
+                let alike = gain.iter().all(|&g| g == first);
+                alike.then_some((self.nodes[place].from[0], first))
+            }
+            _ => None,
+        };
+        let (softplus, outer) = scale(b).unwrap_or((b, 1.0));
+        let node = &self.nodes[softplus];
+        if node.op != Op::Activation(Activation::Softplus) || node.from != [z] {
+            return false;
+        }
+        let inner = match scale(z) {
+            Some((x, inner)) if x == a => inner,
+            _ if z == a => 1.0,
+            _ => return false,
+        };
+        (inner * outer - 1.0).abs() < 1e-6
+    }
+
     /// True if a node is `z`, or `min(z, 0)`.
     fn below(&self, place: usize, z: usize) -> bool {
         let negative = |place: usize| match &self.nodes[place].op {

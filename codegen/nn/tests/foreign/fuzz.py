@@ -60,7 +60,8 @@ class Graph:
         rng, s, x, rank = self.rng, self.shape, self.last, len(self.shape)
         pick = rng.choice(["act", "act", "param", "dense", "dense", "const", "const", "softmax", "flatten", "reshape",
                            "transpose", "conv", "pool", "global", "norm", "slice", "gather", "concat", "add", "rnn",
-                           "reduce", "squeeze", "clip", "split", "view"])
+                           "reduce", "squeeze", "clip", "split", "view", "product", "product", "spread", "pad", "power",
+                           "layernorm", "choice", "ceil", "prelu"])
         if pick == "act":
             self.node(str(rng.choice(["Relu", "Sigmoid", "Tanh", "Softplus", "Softsign", "Neg", "Identity"])), [x], s)
         elif pick == "param":
@@ -158,6 +159,65 @@ class Graph:
             else:
                 i = [int(v) for v in rng.integers(0, s[axis], int(rng.integers(1, 4)))]
                 self.node("Gather", [x, self.ints(i)], s[:axis] + [len(i)] + s[axis + 1:], axis=axis)
+        elif pick == "product":
+            others = [name for name, shape in self.before if shape == s]
+            other = str(rng.choice(others)) if others else x
+            op = str(rng.choice(["Mul", "Mul", "Max", "Min", "Div"]))
+            if op == "Div":
+                # A divisor that is not near zero.
+                positive = self.name()
+                self.nodes.append(helper.make_node("Sigmoid", [other], [positive]))
+                other = self.name()
+                self.nodes.append(helper.make_node("Add", [positive, self.weight(np.asarray(0.5, np.float32))], [other]))
+            self.node(op, [x, other] if rng.random() < 0.5 or op == "Div" else [other, x], s)
+        elif pick == "spread" and rank > 2 and self.opset < 18:
+            axis, mean = int(rng.integers(1, rank)), self.name()
+            self.nodes.append(helper.make_node(str(rng.choice(["ReduceMean", "ReduceMax"])), [x], [mean], axes=[axis], keepdims=1))
+            self.node(str(rng.choice(["Add", "Sub", "Mul", "Max"])), [x, mean] if rng.random() < 0.5 else [mean, x], s)
+        elif pick == "pad":
+            mode = str(rng.choice(["constant", "constant", "edge", "reflect"]))
+            most = [0] + [min(2, n - 1) if mode == "reflect" else 2 for n in s[1:]]
+            before, after = ([int(rng.integers(0, n + 1)) if rng.random() < 0.6 else 0 for n in most] for _ in range(2))
+            shape = [n + a + b for n, a, b in zip(s, before, after)]
+            if self.opset < 11:
+                self.node("Pad", [x], shape, mode=mode, pads=before + after)
+            else:
+                self.node("Pad", [x, self.ints(before + after)], shape, mode=mode)
+        elif pick == "power":
+            op = str(rng.choice(["Pow", "Sqrt", "Reciprocal", "Abs", "Log"]))
+            if op == "Abs":
+                self.node(op, [x], s)
+            elif op == "Pow" and rng.random() < 0.5:
+                self.node(op, [x, self.weight(np.asarray(rng.integers(1, 4), np.float32))], s)
+            else:
+                positive = self.name()
+                self.nodes.append(helper.make_node("Softplus", [x], [positive]))
+                shifted = self.name()
+                self.nodes.append(helper.make_node("Add", [positive, self.weight(np.asarray(0.3, np.float32))], [shifted]))
+                exponent = [self.weight(np.asarray(rng.choice([0.5, -0.5, -1, -2, 1.5]), np.float32))] if op == "Pow" else []
+                self.node(op, [shifted] + exponent, s)
+        elif pick == "layernorm" and self.opset >= 17 and rank > 1 and s[-1] > 2:
+            axis = int(rng.integers(1, rank))
+            inner = s[axis:]
+            self.node("LayerNormalization", [x, self.floats(*inner)] + ([self.floats(*inner)] if rng.random() < 0.7 else []), s,
+                      axis=axis, epsilon=float(rng.choice([1e-5, 1e-2])))
+        elif pick == "choice" and self.opset >= 9:
+            zero, sign, slope = self.weight(np.asarray(0, np.float32)), self.name(), self.name()
+            less = rng.random() < 0.5
+            self.nodes.append(helper.make_node("Less" if less else "Greater", [x, zero], [sign]))
+            factor = self.weight(np.asarray(rng.uniform(-1, 1), np.float32))
+            self.nodes.append(helper.make_node("Mul", [x, factor], [slope]))
+            self.node("Where", [sign, slope, x] if less else [sign, x, slope], s)
+        elif pick == "ceil" and rank in (3, 4) and s[0] == 1 and self.opset >= 11:
+            size = [int(rng.integers(1, min(3, n) + 1)) for n in s[2:]]
+            strides = [int(rng.integers(1, 3)) for _ in size]
+            shape = s[:2] + [-(-(n - k) // t) + 1 for n, k, t in zip(s[2:], size, strides)]
+            # The last window begins within the image.
+            shape = s[:2] + [m - 1 if (m - 1) * t >= n else m for m, n, t in zip(shape[2:], s[2:], strides)]
+            self.node(str(rng.choice(["MaxPool", "AveragePool"])), [x], shape, kernel_shape=size, strides=strides, ceil_mode=1)
+        elif pick == "prelu":
+            shape = [1] * (rank - 1) + [s[-1]] if rng.random() < 0.5 else [s[1]] + [1] * (rank - 2)
+            self.node("PRelu", [x, self.floats(*shape)], s)
         elif pick in ("concat", "add"):
             others = [name for name, shape in self.before[:-1] if shape == s]
             if not others:
@@ -243,10 +303,16 @@ def onnx_graph(rng):
         try:
             session = onnxruntime.InferenceSession(data, providers=["CPUExecutionProvider"])
             x = [rng.normal(0, 1, graph.input).astype(np.float32) for _ in range(VECTORS)]
-            y = [np.asarray(session.run(None, {"x": v})[0]) for v in x]
+            run = lambda values: [np.asarray(session.run(None, {"x": v})[0]) for v in values]
+            y = run(x)
+            # A graph that magnifies rounding is drawn again: x + c - x, normalised, is noise.
+            beside = run([v + np.float32(1e-6) * rng.normal(0, 1, v.shape).astype(np.float32) for v in x])
         except Exception:  # noqa: BLE001
             continue
-        if all(np.all(np.isfinite(v)) for v in y):
+        if not all(np.all(np.isfinite(v)) for v in y + beside):
+            continue
+        size = max(np.abs(v).max() for v in y)
+        if size > 1e-2 and max(np.abs(a - b).max() for a, b in zip(y, beside)) < 1e-3 * size:
             return data, x, y
 
 

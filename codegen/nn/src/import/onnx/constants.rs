@@ -279,6 +279,10 @@ fn evaluate(node: &Node<'_>, inputs: &Inputs<'_>) -> Result<Option<Constant>, Ne
                 matches!(x, Constant::Integers(_)),
             )))
         }
+        "MatMul" => match (x, read(1)) {
+            (Constant::Floats(a), Some(Constant::Floats(b))) => product(node, a, b),
+            _ => Ok(None),
+        },
         "DequantizeLinear" => {
             let (Constant::Integers(_), Some(Constant::Floats(scale))) = (x, read(1)) else {
                 return Ok(None);
@@ -291,6 +295,28 @@ fn evaluate(node: &Node<'_>, inputs: &Inputs<'_>) -> Result<Option<Constant>, Ne
             _ => Ok(None),
         },
     }
+}
+
+/// The product of a constant and a constant matrix; none where the second is no matrix.
+fn product(node: &Node<'_>, a: &Tensor, b: &Tensor) -> Result<Option<Constant>, NetworkError> {
+    let (&[inner, columns], Some((&last, outer))) = (&b.shape[..], a.shape.split_last()) else {
+        return Ok(None);
+    };
+    if last != inner || inner == 0 || columns == 0 {
+        return Err(node.malformed(format!("a product of {:?} and {:?}", a.shape, b.shape)));
+    }
+    let shape = [outer, &[columns]].concat();
+    tensor::count(&node.name, &shape)?;
+    let mut values = Vec::new();
+    for row in a.values.chunks(inner) {
+        for column in 0..columns {
+            let weights = b.values.iter().skip(column).step_by(columns);
+            let terms = row.iter().zip(weights);
+            let sum: f64 = terms.map(|(&a, &b)| f64::from(a) * f64::from(b)).sum();
+            values.push(sum);
+        }
+    }
+    Ok(Some(of_numbers(shape, values, false)))
 }
 
 fn concatenated(node: &Node<'_>, parts: &[&Constant]) -> Result<Constant, NetworkError> {

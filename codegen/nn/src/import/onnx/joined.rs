@@ -6,6 +6,9 @@ use super::{Import, Node, Value};
 use crate::import::shapes::{self, spread_places};
 use crate::{NetworkError, Op};
 
+/// Number from which on a softplus of it is itself, within 3e-7.
+const LINE: f64 = 15.0;
+
 impl<'a> Import<'a> {
     /// Values brought to one shape and one order of axes: their nodes, and the value that has
     /// their shape.
@@ -97,6 +100,15 @@ impl<'a> Import<'a> {
         if !["Greater", "GreaterOrEqual", "Less", "LessOrEqual"].contains(&op) {
             return Ok(false);
         }
+        let bound = self.constants.get(node.input(1).unwrap_or(""));
+        let bound = bound.filter(|c| c.len() == 1).map(super::Constant::numbers);
+        if op == "Greater" && bound.is_some_and(|bound| bound[0] >= LINE) {
+            let value = self.value(node, 0)?;
+            if let Some(output) = node.proto.output.first() {
+                self.large.insert(output, value.place);
+            }
+            return Ok(true);
+        }
         let zero = |input: usize| {
             let constant = self.constants.get(node.input(input).unwrap_or(""));
             constant.is_some_and(|c| c.numbers().iter().all(|&n| n == 0.0) && c.len() == 1)
@@ -108,9 +120,8 @@ impl<'a> Import<'a> {
             _ => return Ok(false),
         };
         let value = self.value(node, input)?;
-        let value = self.as_written(node, value)?;
         if let Some(output) = node.proto.output.first() {
-            self.signs.insert(output, (value.place, positive));
+            self.signs.insert(output, (value, positive));
         }
         Ok(true)
     }
@@ -118,11 +129,17 @@ impl<'a> Import<'a> {
     /// One value where another is positive, a third elsewhere.
     pub(super) fn choice(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
         let nearest = "choices by the sign of x between multiples of x and exp(x) - 1 work";
-        let Some(&(z, positive)) = self.signs.get(node.input(0).unwrap_or("")) else {
-            return Err(node.unsupported("a choice by values, which may jump,", nearest));
-        };
+        if let Some(&z) = self.large.get(node.input(0).unwrap_or("")) {
+            // Beyond the bound the two differ by less than 3e-7.
+            let (a, b) = (self.value(node, 1)?, self.value(node, 2)?);
+            if self.network.nears(z, a.place, b.place) {
+                return Ok(vec![b]);
+            }
+        }
+        let found = self.signs.get(node.input(0).unwrap_or("")).cloned();
+        let jumps = || node.unsupported("a choice by values, which may jump,", nearest);
+        let (z, positive) = found.ok_or_else(jumps)?;
         let mut parts = [None; 2];
-        let mut result = None;
         for (part, input) in parts.iter_mut().zip([1, 2]) {
             match self.constants.get(node.input(input).unwrap_or("")) {
                 Some(constant) if constant.numbers().iter().all(|&n| n == 0.0) => {}
@@ -131,20 +148,21 @@ impl<'a> Import<'a> {
                 }
                 None => {
                     let value = self.value(node, input)?;
-                    let value = self.as_written(node, value)?;
+                    if (value.last, &value.shape) != (z.last, &z.shape) {
+                        return Err(jumps());
+                    }
                     *part = Some(value.place);
-                    result = Some(value);
                 }
             }
         }
         if !positive {
             parts.reverse();
         }
-        let place = self.network.piecewise(&node.name, z, parts)?;
-        let result = result.filter(|result| result.len() == self.network.nodes[place].len());
-        let result = result.ok_or_else(|| node.malformed("it chooses between constants"))?;
-        let place = self.held_as(node, place, self.network.nodes[result.place].shape.clone())?;
-        Ok(vec![Value { place, ..result }])
+        if parts == [None; 2] {
+            return Err(node.unsupported("a choice between constants", nearest));
+        }
+        let place = self.network.piecewise(&node.name, z.place, parts)?;
+        Ok(vec![Value { place, ..z }])
     }
 
     /// A value to the power of one number.

@@ -69,7 +69,9 @@ struct Import<'a> {
     values: HashMap<&'a str, Value>,
     constants: HashMap<&'a str, Constant>,
     /// Names of values that say where a node is positive, or where it is not.
-    signs: HashMap<&'a str, (usize, bool)>,
+    signs: HashMap<&'a str, (Value, bool)>,
+    /// Names of values that say where a node is so large that a softplus is a line.
+    large: HashMap<&'a str, usize>,
     /// A call is one step of a sequence.
     streaming: bool,
     /// True if something reads what a recurrent layer gives after every step.
@@ -258,6 +260,7 @@ impl<'a> Import<'a> {
             values: HashMap::from([(input.name.as_str(), value)]),
             constants,
             signs: HashMap::new(),
+            large: HashMap::new(),
             streaming,
             reads_steps,
             read,

@@ -7,7 +7,6 @@ use crate::{Activation, Network, NetworkError};
 const NEAREST: &[(&str, &str)] = &[
     ("ConvTranspose", "the nearest is Conv"),
     ("ThresholdedRelu", "the nearest is Relu"),
-    ("LogSoftmax", "the nearest is Softmax"),
     ("InstanceNormalization", "the nearest is LayerNormalization"),
     ("GroupNormalization", "the nearest is LayerNormalization"),
     ("RMSNormalization", "the nearest is LayerNormalization"),
@@ -111,6 +110,7 @@ impl Import<'_> {
             }
             "Swish" => self.swish(node),
             "Softmax" => self.softmax(node),
+            "LogSoftmax" => self.log_softmax(node),
             "Gemm" => self.gemm(node),
             "MatMul" => self.matmul(node),
             "Add" | "Sub" | "Mul" | "Div" | "Erf" | "Sum" => self.arithmetic(node),

@@ -2,7 +2,7 @@
 
 use super::axes::axis_of;
 use super::{Import, Node, Value};
-use crate::{NetworkError, Op, Pool, PoolKind, Window};
+use crate::{Activation, NetworkError, Op, Pool, PoolKind, Window};
 
 impl Import<'_> {
     /// Up to opset 12 over all values from an axis on, by default all but the batch; from 13 on
@@ -45,6 +45,15 @@ impl Import<'_> {
         Ok(vec![Value { place, ..value }])
     }
 
+    /// The logarithm of the softmax; minus infinity where that is below the smallest f32.
+    pub(super) fn log_softmax(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
+        let mut found = self.softmax(node)?;
+        for value in &mut found {
+            value.place = self.push(node, Op::Activation(Activation::Logarithm), value.place)?;
+        }
+        Ok(found)
+    }
+
     /// The values of a node as rows of `length`.
     pub(super) fn rows(
         &mut self,
@@ -71,7 +80,8 @@ impl Import<'_> {
             return Err(node.unsupported("axes that are computed", "name the axes"));
         }
         let empty = axes.as_ref().is_none_or(Vec::is_empty);
-        if empty && node.int("noop_with_empty_axes", 0) != 0 {
+        let idle = node.int("noop_with_empty_axes", 0) != 0;
+        if empty && idle {
             return Ok(vec![value]);
         }
         let axes: Vec<usize> = match axes {
