@@ -51,14 +51,10 @@ pub fn ln_1p(x: f32) -> f32 {
 /// gives NaN. Below the smallest normal number x counts as 0.
 #[inline(always)]
 pub fn ln(x: f32) -> f32 {
-    if !(x >= f32::MIN_POSITIVE) {
-        return if x >= 0.0 {
-            f32::NEG_INFINITY
-        } else {
-            f32::NAN
-        };
+    if x < f32::MIN_POSITIVE {
+        return if x < 0.0 { f32::NAN } else { f32::NEG_INFINITY };
     }
-    if x == f32::INFINITY {
+    if x.is_nan() || x == f32::INFINITY {
         return x;
     }
     let bits = x.to_bits();

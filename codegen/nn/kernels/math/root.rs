@@ -23,7 +23,7 @@ pub fn reciprocal_root(x: f32) -> f32 {
 /// number x counts as 0.
 #[inline(always)]
 pub fn root(x: f32) -> f32 {
-    if x < f32::MIN_POSITIVE && x >= 0.0 {
+    if (0.0..f32::MIN_POSITIVE).contains(&x) {
         return 0.0;
     }
     if x == f32::INFINITY {

@@ -488,7 +488,7 @@ impl Network {
             _ => None,
         };
         match (above, piece(b)) {
-            (Some(s), Some(Piece::Linear(c))) if s == 0.0 => {
+            (Some(0.0), Some(Piece::Linear(c))) => {
                 let negative = self.scaled(name, z, -1.0, 0.0)?;
                 let cut = self.apply(name, Activation::Relu, negative)?;
                 self.scaled(name, cut, -c, 0.0)
@@ -583,7 +583,8 @@ mod tests {
     #[test]
     fn bounds_and_composed_activations_are_their_formulas() {
         let x = [-4.0, -0.5, 0.0, 0.7, 8.0];
-        let formulas: [(&str, fn(f64) -> f64); 6] = [
+        type Formula = (&'static str, fn(f64) -> f64);
+        let formulas: [Formula; 6] = [
             ("relu6", |x| x.clamp(0.0, 6.0)),
             ("hard_tanh", |x| x.clamp(-1.0, 1.0)),
             ("hard_silu", |x| x * (x / 6.0 + 0.5).clamp(0.0, 1.0)),

@@ -192,10 +192,7 @@ impl<'a> Import<'a> {
                     x,
                 )
             }
-            "Softmax" => {
-                self.expect_last_axis(layer, &config["axis"], x)?;
-                self.push(name, Op::Softmax, x)
-            }
+            "Softmax" => self.softmax(layer, x),
             "BatchNormalization" => self.batch_norm(layer, x),
             "LayerNormalization" => self.layer_norm(layer, x),
             "PReLU" => self.prelu(layer, x),

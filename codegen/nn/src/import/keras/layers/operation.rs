@@ -205,10 +205,7 @@ impl Import<'_> {
                 let (low, high) = (number("x_min", f32::MIN)?, number("x_max", f32::MAX)?);
                 return self.network.clipped(name, x, low, high);
             }
-            "Softmax" => {
-                self.expect_last_axis(layer, &config["axis"], x)?;
-                return self.push(name, Op::Softmax, x);
-            }
+            "Softmax" => return self.softmax(layer, x),
             other => {
                 return Err(NetworkError::unsupported(
                     name,
