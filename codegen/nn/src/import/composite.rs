@@ -423,8 +423,8 @@ impl Network {
         }
     }
 
-    /// True if `b` is a softplus of `z`, and `a` the line that it nears where `z` is large; both past
-    /// a scale.
+    /// True if `b` is a softplus of `z`, and `a` the line that it nears where `z` is large; both
+    /// past a scale.
     pub(in crate::import) fn nears(&self, z: usize, a: usize, b: usize) -> bool {
         let scale = |place: usize| match &self.nodes[place].op {
             Op::Scale { gain, offset } if offset.iter().all(|&o| o == 0.0) => {
