@@ -1,11 +1,12 @@
 //! `cargo xtask demo` and `emps`: the whole chain, through the `sinew` program.
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use anyhow::{Context, Result, bail};
 use serde_json::Value;
 
-use xtask::process::{self, cargo, root};
+use xtask::process::{self, root};
 use xtask::setup::{self, Extent};
 
 /// A recording pair and the rig that explains it.
@@ -70,7 +71,8 @@ fn data_folder() -> Option<PathBuf> {
 
 fn build(case: &Case, flags: &[String]) -> Result<()> {
     let toolchain = setup::run(Extent::Build)?;
-    let mut command = cargo(&["run", "--package", "sinew", "--", "build", case.rig]);
+    let mut command = Command::new(process::program("sinew")?);
+    command.args(["build", case.rig]).current_dir(root());
     let file = |path: &Path| path.as_os_str().to_os_string();
     command.arg("--fit").arg(file(&case.fit));
     command.arg("--test").arg(file(&case.test));

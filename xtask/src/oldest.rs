@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result};
-use xtask::process::{self, cargo, root, succeeds, target_folder};
+use xtask::process::{self, root, succeeds, target_folder};
 
 /// Target of the boards.
 const CHIP: &str = "thumbv7em-none-eabihf";
@@ -29,10 +29,8 @@ const FRAMEWORKS: &str = "codegen/nn/tests/frameworks/models";
 /// # Errors
 /// A crate that does not compile with the version that it declares.
 pub fn check() -> Result<()> {
-    // What a later compiler has resolved there may ask for more than the declared version.
     let controller = root().join(CONTROLLER);
-    let locks = [root(), controller.clone()].map(|folder| folder.join("Cargo.lock"));
-    fs::copy(&locks[0], &locks[1]).with_context(|| format!("cannot write {:?}", locks[1]))?;
+    lock(&controller)?;
     for folder in ALONE {
         compile(&root().join(folder))?;
     }
@@ -41,6 +39,18 @@ pub fn check() -> Result<()> {
         compile(&printed(network)?)?;
     }
     Ok(())
+}
+
+/// Gives a generated crate, which has no lock file of its own, the versions of the workspace: those
+/// that the boards' crates have compiled, and none that asks for more than the declared compiler.
+///
+/// # Errors
+/// The folder is not writable.
+pub fn lock(model: &Path) -> Result<()> {
+    let (new, lock) = (model.join("Cargo.lock.new"), model.join("Cargo.lock"));
+    fs::copy(root().join("Cargo.lock"), &new)
+        .and_then(|_| fs::rename(&new, &lock))
+        .with_context(|| format!("cannot write {}", lock.display()))
 }
 
 /// `cargo +VERSION check` of the crate in `folder`, for both targets.
@@ -111,10 +121,9 @@ fn installed(version: &str) -> bool {
 /// The crate that `sinew-nn` prints from one of its committed networks.
 fn printed(network: &str) -> Result<PathBuf> {
     let out = target_folder().join("oldest/printed").join(network);
-    let mut command = cargo(&["run", "--quiet", "--package", "sinew-nn"]);
-    command.args(["--example", "import", "--"]);
+    let mut command = Command::new(process::example("import")?);
     command.arg(Path::new(FRAMEWORKS).join(network)).arg(&out);
-    process::run(command.stdout(Stdio::null()))?;
+    process::run(command.current_dir(root()).stdout(Stdio::null()))?;
     // Cargo would take it for a forgotten member of the workspace around it.
     let manifest = out.join("Cargo.toml");
     let text = fs::read_to_string(&manifest)?;

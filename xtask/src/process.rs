@@ -68,6 +68,29 @@ pub fn cargo(arguments: &[&str]) -> Command {
     command
 }
 
+/// Compiles a program of the workspace, which takes no time where the tests are compiled: its path.
+///
+/// # Errors
+/// It does not compile.
+pub fn program(name: &str) -> Result<PathBuf> {
+    compiled("--bin", name, "debug")
+}
+
+/// Compiles an example whose name no other package of the workspace has: its path.
+///
+/// # Errors
+/// It does not compile.
+pub fn example(name: &str) -> Result<PathBuf> {
+    compiled("--example", name, "debug/examples")
+}
+
+/// With `--package`, cargo would choose the features of one package, and compile what the tests
+/// have compiled once more with those.
+fn compiled(kind: &str, name: &str, folder: &str) -> Result<PathBuf> {
+    run(&mut cargo(&["build", "--workspace", kind, name]))?;
+    Ok(target_folder().join(folder).join(name))
+}
+
 /// The command line as a person would type it.
 pub fn line(command: &Command) -> String {
     let program = Path::new(command.get_program());

@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail, ensure};
 
-use xtask::process::{self, cargo, root, target_folder};
+use xtask::process::{self, root};
 use xtask::setup::Toolchain;
 
 /// End of an expected line whose rest may vary; alone on a line, any number of lines.
@@ -33,11 +33,7 @@ struct Block {
 /// A command fails, or an expected line is missing from its output; by page and line.
 pub fn run(toolchain: &Toolchain, arguments: &[String]) -> Result<()> {
     let program = match arguments {
-        [] => {
-            let mut build = cargo(&["build", "--package", "sinew"]);
-            process::run(toolchain.equip(&mut build))?;
-            target_folder().join("debug/sinew")
-        }
+        [] => process::program("sinew")?,
         [flag, path] if flag == "--program" => std::path::absolute(path)?,
         _ => bail!("tutorials takes nothing, or --program PATH"),
     };

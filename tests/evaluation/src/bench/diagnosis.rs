@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, ensure};
 use serde_json::{Value, json};
 
-use xtask::process::{self, cargo, root, target_folder};
+use xtask::process::{self, root, target_folder};
 
 const RIG: &str = "rigs/two-mass-drive.toml";
 /// Effect that the real one has and the rig has not.
@@ -25,7 +25,7 @@ const RATE: f64 = 120.0;
 /// # Errors
 /// The program does not build or fails, or finds something else.
 pub fn run() -> Result<Value> {
-    process::run(&mut cargo(&["build", "--quiet", "--package", "sinew"]))?;
+    process::program("sinew")?;
     let folder = target_folder().join("bench/diagnosis");
     fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
     let nominal = fs::read_to_string(root().join(RIG)).with_context(|| format!("no {RIG}"))?;

@@ -9,7 +9,7 @@ use anyhow::{Context, Result};
 use serde_json::Value;
 
 use crate::bench::image::{self, Around, Content};
-use xtask::process::{self, cargo, root, target_folder};
+use xtask::process::{self, root, target_folder};
 use xtask::setup::{self, Extent, Toolchain};
 
 /// One experiment under way.
@@ -29,7 +29,7 @@ impl Bench {
     pub fn new(name: &str, seed: u64) -> Result<Self> {
         let begun = Instant::now();
         let toolchain = setup::run(Extent::Build)?;
-        process::run(&mut cargo(&["build", "--package", "sinew"]))?;
+        process::program("sinew")?;
         // Paths are relative to the checkout: what is printed can be typed again.
         let out = Path::new("target/experiments").join(name);
         fs::create_dir_all(root().join(&out))

@@ -7,7 +7,6 @@ use std::process::Command;
 use anyhow::{Context, Result};
 use serde_json::Value;
 
-use super::run::program;
 use crate::foreign::python;
 use xtask::process::{self, target_folder};
 
@@ -23,7 +22,7 @@ pub fn run() -> Result<()> {
         let mut command = python::environment()?.command(&["-m", "hardlaw.bouc_wen"]);
         process::run(command.arg("--out").arg(&folder))?;
     }
-    let sinew = program()?;
+    let sinew = process::program("sinew")?;
     for test in ["test-multisine", "test-sweep"] {
         let answer = folder.join(format!("{test}.json"));
         let mut command = Command::new(&sinew);

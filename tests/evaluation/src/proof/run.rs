@@ -10,7 +10,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, anyhow, bail};
 
 use crate::foreign::python;
-use xtask::process::{self, cargo, root, target_folder};
+use xtask::process::{self, root, target_folder};
 
 /// Folder of a proof's cases, their truths and the answers to them.
 pub struct Folder {
@@ -154,29 +154,13 @@ fn side_by_side(work: impl Fn(usize) -> Result<()> + Sync) -> Result<()> {
     })
 }
 
-/// The program under test, built.
-///
-/// # Errors
-/// It does not build.
-pub fn program() -> Result<PathBuf> {
-    process::run(&mut cargo(&[
-        "build",
-        "--quiet",
-        "--package",
-        "sinew",
-        "--bin",
-        "sinew",
-    ]))?;
-    Ok(target_folder().join("debug/sinew"))
-}
-
 /// Puts every one of these cases that has no answer to the program.
 ///
 /// # Errors
 /// The program does not build or cannot be started; an answer cannot be written. A case on which it
 /// fails is no error: it is counted.
 pub fn ask(folder: &Folder, cases: &[usize]) -> Result<()> {
-    let sinew = program()?;
+    let sinew = process::program("sinew")?;
     let asked = |number: usize| folder.answer(number).exists() || folder.refusal(number).exists();
     let left: Vec<usize> = (cases.iter().copied())
         .filter(|&number| !asked(number))

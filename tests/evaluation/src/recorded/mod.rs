@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 
 use case::{CASES, Case, Source};
-use xtask::process::{self, cargo, data_folder, root, target_folder};
+use xtask::process::{self, data_folder, root, target_folder};
 
 /// With names, only those cases; with `--publish`, the table goes to docs/evaluation/devices.md;
 /// with `--score`, nothing is asked anew and the page is made of the answers that are there.
@@ -39,7 +39,7 @@ pub fn run(arguments: &[String]) -> Result<()> {
     fs::create_dir_all(&out).with_context(|| format!("cannot make {}", out.display()))?;
     let mut skipped = 0;
     if !has("--score") {
-        process::run(&mut cargo(&["build", "--package", "sinew"]))?;
+        process::program("sinew")?;
         for case in CASES {
             let asked = names.is_empty() || names.iter().any(|name| *name == case.name);
             if asked && !ask(case, &data_folder(), &out)? {
