@@ -7,7 +7,7 @@ use std::process::Command;
 use object::read::archive::ArchiveFile;
 use object::{Object, ObjectSymbol};
 use sinew::device::Device;
-use sinew::project::{Board, Built, board_folder, compile};
+use sinew::project::{Board, Built, board_folder, build_to};
 use sinew_ident::error::{Error, Result};
 
 /// Top folder of the repository.
@@ -21,16 +21,19 @@ pub fn runner() -> PathBuf {
     board_folder(&root(), Board::Qemu).join("run.sh")
 }
 
-/// Builds the programs of a board. Quick when nothing has changed.
+/// Builds the programs of a board, and copies them out of the reach of other projects. Quick when
+/// nothing has changed.
 ///
 /// # Errors
 /// What cargo printed, when it does not build.
 pub fn build(board: Board) -> Result<Built> {
-    compile(&root(), board, &cache())
+    let images = cache().join("images").join(board.folder());
+    build_to(&root(), board, &cache(), &images)
 }
 
 /// Build folder of images: beside the workspace's own outputs, as `cargo xtask test` does. The host
-/// program embeds the boards' folders and would be built again after each build in there.
+/// program embeds the boards' folders and would be built again after each build in there. Projects
+/// of tests share it, and what they have in common with the boards is compiled once.
 pub fn cache() -> PathBuf {
     let target = std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into());
     root().join(target).join("boards")

@@ -37,10 +37,9 @@ const MOST_ERROR_M: f64 = 1e-3;
 /// The image does not build, the run breaks off, or the loop does not follow.
 pub fn measure() -> Result<Measured> {
     let spec = store::load(&image::root().join("models").join(MODEL)).map_err(Error::refused)?;
-    // With build outputs of its own: cargo would put this program in the place of model S's.
     let folder = image::cache().join(MODEL);
     project::write(&folder, &spec, Optimise::Speed)?;
-    let built = project::build(&folder, Board::Qemu, None)?;
+    let built = project::build(&folder, Board::Qemu, Some(&image::cache()))?;
     let runner = board_folder(&folder, Board::Qemu).join("run.sh");
     let mut device = Device::qemu(&runner, &built.lockstep)?;
     let (run, bits, ticks) = {

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use sinew::project::wired::{of_rig, wired};
-use sinew::project::{Board, Optimise, compile, image::sizes, write, write_wired};
+use sinew::project::{Board, Optimise, build, image::sizes, write, write_wired};
 use sinew_model::spec::{
     Activation, ControlSpec, Dense, Layer, ModelSpec, OutputForm, Signal as ModelSignal,
 };
@@ -75,8 +75,7 @@ fn an_image_for_size_takes_less_flash_and_has_no_way_to_a_panic_either() {
         Optimise::Size,
     )
     .unwrap_or_else(|error| panic!("{error}"));
-    // Where no other image is put in its place.
-    let small = compile(&folder, Board::Qemu, &folder.join("target"));
+    let small = build(&folder, Board::Qemu, Some(&image::cache()));
     let small = small.unwrap_or_else(|error| panic!("{error}"));
     check_calls(&small.lockstep);
     let small = sizes(&small.lockstep).unwrap_or_else(|error| panic!("{error}"));
@@ -150,8 +149,7 @@ fn untrained(signals: &Signals) -> ModelSpec {
     }
 }
 
-/// Image of a wired controller. With build outputs of its own: cargo would put it in the place of
-/// the plain board's.
+/// Image of a wired controller.
 fn wired_image(folder: &Path, text: &str, spec: &ModelSpec, board: Board) -> Vec<u8> {
     let file = folder.join("wiring.toml");
     std::fs::write(&file, text).expect("written");
@@ -159,8 +157,7 @@ fn wired_image(folder: &Path, text: &str, spec: &ModelSpec, board: Board) -> Vec
         wired(Some(&file), spec, Some(board.folder())).unwrap_or_else(|e| panic!("{e}\n{text}"));
     let project = folder.join("project");
     write_wired(&project, spec, Optimise::Speed, &sources).unwrap_or_else(|e| panic!("{e}"));
-    let cache = image::cache().join("wired");
-    let built = compile(&project, board, &cache).unwrap_or_else(|e| panic!("{e}"));
+    let built = build(&project, board, Some(&image::cache())).unwrap_or_else(|e| panic!("{e}"));
     let sizes = sizes(&built.lockstep).expect("an image");
     println!("{}: {} B of flash", board.folder(), sizes.flash_bytes);
     std::fs::read(&built.lockstep).expect("just built")

@@ -358,7 +358,8 @@ fn a_controller_that_reads_no_output_gives_the_same_bits() {
     let written = project::write(&folder, &spec, Optimise::Speed);
     written.unwrap_or_else(|error| panic!("{error}"));
     let start = |board| {
-        let built = project::build(&folder, board, None).unwrap_or_else(|error| panic!("{error}"));
+        let built = project::build(&folder, board, Some(&image::cache()));
+        let built = built.unwrap_or_else(|error| panic!("{error}"));
         let device = match board {
             Board::Host => Device::host(&built.lockstep),
             _ => Device::qemu(

@@ -70,7 +70,7 @@ fn emitted_crates_compute_what_double_precision_does() {
     let output = Command::new(env!("CARGO"))
         .args(["run", "--quiet", "--release", "--package", "check"])
         .current_dir(&workspace)
-        .env("CARGO_TARGET_DIR", workspace.join("target"))
+        .env("CARGO_TARGET_DIR", outputs())
         .output()
         .expect("cargo runs this test");
     let report = String::from_utf8_lossy(&output.stdout);
@@ -130,12 +130,17 @@ fn emitted_crates_build_for_the_microcontroller() {
             TARGET,
         ])
         .current_dir(&workspace)
-        .env("CARGO_TARGET_DIR", workspace.join("target"))
+        .env("CARGO_TARGET_DIR", outputs())
         .output()
         .expect("the firmware's cargo starts");
     let complaints = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{complaints}");
     assert_eq!(complaints, "", "emitted code compiles without a warning");
+}
+
+/// Build outputs of both tests: those of the boards, which have most crates in common.
+fn outputs() -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).with_file_name("boards")
 }
 
 /// A directory that stays between runs, so that the second run compiles only what changed.

@@ -27,6 +27,8 @@ pub struct Case {
     pub inputs: Vec<Vec<f32>>,
     /// True if second derivatives are taken too.
     pub curvature: bool,
+    /// True if it runs in QEMU as well as on the host.
+    pub in_qemu: bool,
 }
 
 /// Output of a program about one network.
@@ -52,6 +54,9 @@ pub struct Workspace {
     pub folder: PathBuf,
 }
 
+/// Before what only the host's program has.
+const ON_HOST: &str = "#[cfg(feature = \"every\")]\n";
+
 const PACKAGE: &str = "[package]\nedition = \"2024\"\nversion = \"0.0.0\"\n";
 
 impl Workspace {
@@ -64,13 +69,15 @@ impl Workspace {
             let name = &case.network.name;
             let files =
                 emit(&case.network, &case.options).unwrap_or_else(|e| panic!("{name}: {e}"));
+            let only = if case.in_qemu { "" } else { ON_HOST };
             let dependency = format!("{name} = {{ path = \"../networks/{name}\" }}\n");
             if case.options.accuracy == Accuracy::Quick {
                 let library = name.replace('-', "_");
-                writeln!(modules, "pub mod {library};").unwrap();
-                writeln!(uses, "use joined::{library};").unwrap();
+                writeln!(modules, "{only}pub mod {library};").unwrap();
+                writeln!(uses, "{only}use joined::{library};").unwrap();
                 join(&folder.join("joined/src").join(library), &files);
             } else {
+                assert!(case.in_qemu, "{name}: a crate of its own runs everywhere");
                 own.push_str(&dependency);
             }
             all.push_str(&dependency);
@@ -80,7 +87,7 @@ impl Workspace {
                     &file.text,
                 );
             }
-            calls.push_str(&call(case));
+            write!(calls, "{only}{{\n{}}}\n", call(case)).unwrap();
         }
         probe::write(&folder).unwrap_or_else(|error| panic!("{error}"));
         let package = |name: &str, dependencies: &str, path: &str, text: &str| {
@@ -97,7 +104,7 @@ impl Workspace {
         );
         package(
             "joined",
-            "kernels = { path = \"../kernels\" }\n",
+            "kernels = { path = \"../kernels\" }\n\n[features]\nevery = []\n",
             "src/lib.rs",
             &format!(
                 "//! Networks under test.\n#![no_std]\n#![allow(clippy::approx_constant)]\n\n{modules}"
@@ -105,7 +112,9 @@ impl Workspace {
         );
         package(
             "cases",
-            &format!("joined = {{ path = \"../joined\" }}\n{own}"),
+            &format!(
+                "joined = {{ path = \"../joined\" }}\n{own}\n[features]\nevery = [\"joined/every\"]\n"
+            ),
             "src/lib.rs",
             &CASES
                 .replace("{uses}", &uses)
@@ -114,7 +123,7 @@ impl Workspace {
         );
         package(
             "host",
-            "cases = { path = \"../cases\" }\n",
+            "cases = { path = \"../cases\", features = [\"every\"] }\n",
             "src/main.rs",
             HOST,
         );

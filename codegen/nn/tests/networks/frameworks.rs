@@ -76,6 +76,7 @@ pub fn cases() -> Vec<Case> {
             options: Options::default(),
             inputs,
             curvature,
+            in_qemu: true,
         }
     };
     files().iter().map(case).collect()
@@ -94,7 +95,10 @@ pub fn judge(cases: &[Case], errors: &[Errors]) {
         for (found, expected) in errors.said.y.iter().flatten().zip(golden.iter().flatten()) {
             error = worst(error, (f64::from(*found) - expected) / range);
         }
-        let cost = |name: &str| errors.said.cost.get(name).map_or(0, |cost| cost.0);
+        let cost = |name: &str| {
+            let cost = errors.said.cost.get(name);
+            cost.map_or("not in QEMU".into(), |cost| cost.0.to_string())
+        };
         table += &format!(
             "| {} | {} | {error:.1e} | {:.1e} | {} | {} |\n",
             errors.name,

@@ -8,6 +8,20 @@ mod program;
 mod random;
 
 use bench::Workspace;
+use sinew_nn::emit::Accuracy;
+
+/// One in so many networks runs in QEMU, beside those with a budget; all run on the host. The image
+/// is half the time of this test. `cargo xtask survive` sets SINEW_NETWORKS=1, and the table of the
+/// documentation is written from all.
+const IN_QEMU: usize = 5;
+
+fn every() -> usize {
+    if std::env::var("SINEW_SNAPSHOTS").is_ok_and(|mode| mode == "bless") {
+        return 1;
+    }
+    let set = std::env::var("SINEW_NETWORKS");
+    set.map_or(IN_QEMU, |every| every.parse().expect("a number above 0"))
+}
 
 /// Networks of random weights with every layer, and those of the frameworks: one build for all.
 #[test]
@@ -15,6 +29,11 @@ fn networks_compute_what_double_precision_and_their_frameworks_do() {
     let mut cases = frameworks::cases();
     let foreign = cases.len();
     cases.extend(random::cases());
+    let every = every();
+    for (number, case) in cases.iter_mut().enumerate() {
+        let own_crate = case.options.accuracy != Accuracy::Quick;
+        case.in_qemu = own_crate || number % every == 0;
+    }
     cases.extend(budgets::cases());
     let workspace = Workspace::new("networks", &cases);
     let errors = judge::judge(&workspace, &cases);

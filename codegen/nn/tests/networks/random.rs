@@ -528,5 +528,6 @@ pub fn case(network: Network, options: Options) -> Case {
         options,
         inputs,
         curvature,
+        in_qemu: true,
     }
 }

@@ -27,12 +27,19 @@ pub struct Built {
 /// As [`compile`]; a copy that cannot be written.
 pub fn build(folder: &Path, board: Board, cache: Option<&Path>) -> Result<Built> {
     let own = folder.join("target");
-    let cache = cache.unwrap_or(&own);
+    let images = folder.join("images").join(board.folder());
+    build_to(folder, board, cache.unwrap_or(&own), &images)
+}
+
+/// As [`build`], with the copies in `images`.
+///
+/// # Errors
+/// As [`build`].
+pub fn build_to(folder: &Path, board: Board, cache: &Path, images: &Path) -> Result<Built> {
     // Until the copies are there: another `sinew` would put its program in the place of this one.
     // The system gives it back when the process ends, however it ends.
     let lock = lock(cache)?;
     let built = compile(folder, board, cache)?;
-    let images = folder.join("images").join(board.folder());
     let copy = |from: &Path, name: &str| -> Result<PathBuf> {
         let to = images.join(name);
         sinew_files::copy(from, &to)?;

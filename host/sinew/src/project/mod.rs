@@ -26,7 +26,7 @@ use sinew_model::emit::{EmitOptions, emit};
 use sinew_model::spec::ModelSpec;
 use toml_edit::{DocumentMut, Item, Table, value};
 
-pub use build::{Built, build, checks, compile, run_cargo};
+pub use build::{Built, build, build_to, checks, compile, run_cargo};
 pub use image::Sizes;
 pub use sinew_nn::footprint::chip::Chip;
 pub use toolchain::{Machine, ready};

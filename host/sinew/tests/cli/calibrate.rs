@@ -2,7 +2,6 @@
 //! device, and what is refused.
 
 use std::fmt::Write as _;
-use std::path::Path;
 
 use serde_json::Value;
 use sinew_model::spec::ModelSpec;
@@ -181,7 +180,7 @@ fn a_loop_behind_a_soft_sensor_sees_its_channels_alone() {
     sensor.linear.fill(0.0);
     sensor.quadratic.fill(0.0);
     store::save(&desk.path("blind"), &blind).expect("the folder is writable");
-    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pil");
+    let cache = crate::desk::images();
     desk.succeed(
         &IMPORT
             .replace("rig.toml", "plain.toml")

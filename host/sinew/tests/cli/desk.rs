@@ -105,6 +105,12 @@ pub fn checkout() -> PathBuf {
         .to_path_buf()
 }
 
+/// Build outputs of projects: those of the boards, so that what a project and this checkout have in
+/// common is compiled once. What links an image there copies it under a lock.
+pub fn images() -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).with_file_name("boards")
+}
+
 /// Columns of a CSV file by name; a missing value is NaN.
 pub fn columns(text: &str) -> Vec<(String, Vec<f64>)> {
     let mut lines = text.lines().filter(|line| !line.starts_with('#'));

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::desk::{Desk, checkout};
+use crate::desk::{Desk, checkout, images};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 
@@ -280,7 +280,7 @@ fn while_it_fits_and_trains() {
 fn while_cargo_builds_and_while_the_board_runs() {
     let desk = reference_desk();
     // The board's dependencies are built once.
-    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pil");
+    let cache = images();
     let model = checkout().join("models/reference-s");
     let qemu = Command::new("qemu-system-arm")
         .arg("--version")

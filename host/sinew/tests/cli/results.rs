@@ -1,6 +1,5 @@
 //! Results for programs: JSON by its schema on standard output, and exit statuses.
 
-use std::path::Path;
 
 use serde_json::Value;
 
@@ -74,7 +73,7 @@ fn an_unexplained_signal_is_status_4_and_an_undetermined_parameter_3() {
 fn loop_desk() -> (Desk, String) {
     let desk = crate::interrupt::reference_desk();
     crate::verbs::reference_model(&desk, "model");
-    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pil");
+    let cache = crate::desk::images();
     let flags = format!("--out out --build-dir {} --quiet --json -", cache.display());
     (desk, flags)
 }

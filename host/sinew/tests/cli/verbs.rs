@@ -1,9 +1,7 @@
 //! Results of the verbs.
 
-use std::path::Path;
-use std::process::Command;
 
-use crate::desk::{Desk, checkout, columns};
+use crate::desk::{Desk, checkout, columns, images};
 use sinew::device::Device;
 use sinew::project::{self, Board, Optimise};
 use sinew_sim::Rig;
@@ -288,22 +286,9 @@ fn emit_writes_a_project_that_builds_and_answers() {
     let desk = Desk::new();
     let model = checkout().join("models/reference-s");
     desk.succeed(&format!("emit {} --out project", model.display()));
-    let board = desk.path("project/boards/host");
-    // Dependencies are built once; the crates of the project lie elsewhere each time.
-    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("emit");
-    let output = Command::new("cargo")
-        .args(["build", "--release", "--quiet"])
-        .current_dir(&board)
-        .env("CARGO_TARGET_DIR", &cache)
-        .output()
-        .expect("cargo starts");
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    let mut device =
-        Device::host(&cache.join("release/sinew-board-host")).expect("the program starts");
+    let built = project::build(&desk.path("project"), Board::Host, Some(&images()));
+    let built = built.unwrap_or_else(|error| panic!("{error}"));
+    let mut device = Device::host(&built.lockstep).expect("the program starts");
     let identity = device.hello(None).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!((identity.n_u, identity.n_y, identity.horizon), (2, 3, 10));
 }
@@ -346,7 +331,7 @@ pub fn reference_model(desk: &Desk, folder: &str) {
 #[test]
 fn compare_puts_several_models_to_the_same_loops_of_the_plant_it_is_given() {
     let desk = crate::interrupt::reference_desk();
-    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pil");
+    let cache = images();
     for copy in ["a", "b"] {
         reference_model(&desk, copy);
     }
@@ -384,7 +369,7 @@ fn compare_puts_several_models_to_the_same_loops_of_the_plant_it_is_given() {
 #[test]
 fn compare_draws_a_plant_a_loop_and_follows_a_path() {
     let desk = crate::interrupt::reference_desk();
-    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pil");
+    let cache = images();
     reference_model(&desk, "model");
     let mut path = String::from("t,y3,y2,y1\n");
     for k in 0..120 {
@@ -507,7 +492,7 @@ fn a_program_can_be_the_plant() {
 #[test]
 fn compare_lets_a_program_be_every_drawn_plant() {
     let desk = crate::interrupt::reference_desk();
-    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pil");
+    let cache = images();
     reference_model(&desk, "model");
     desk.write("lags.pl", LAGS);
     let loops = |spread: &str| -> Vec<serde_json::Value> {
@@ -603,7 +588,7 @@ fn a_cost_to_go_of_the_rig_is_in_its_model_its_crate_and_the_tuned_rig() {
     desk.succeed("emit model --out project");
     assert!(desk.path("project/model/src/value.rs").exists());
 
-    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("value");
+    let cache = images();
     desk.succeed(&format!(
         "tune rig.toml model --fit mass-spring-damper.fit.csv --out tuned.toml --model-out tuned --mpc-only \
          --evaluations 20 --horizons 1 --control-horizons 1 --build-dir {} --quiet --json tuned.json",
@@ -628,7 +613,7 @@ fn a_cost_to_go_of_the_rig_is_in_its_model_its_crate_and_the_tuned_rig() {
 #[test]
 fn projects_that_share_build_outputs_keep_their_own_programs() {
     let desk = Desk::new();
-    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pil");
+    let cache = images();
     let models = ["reference-s", "reference-s-n5"].map(|model| {
         let spec = sinew_model::store::load(&checkout().join("models").join(model));
         let spec = spec.expect("the file ships with the project");
