@@ -144,7 +144,7 @@ const VERBS: &[Verb] = &[
     Verb {
         name: "survive",
         arguments: "",
-        line: "Long runs: 10 million hostile frames, 100,000 random states, an hour of control in QEMU",
+        line: "Long versions of what ci runs short: frames, states, control, networks, faults, cases",
         run: survive::run,
     },
     Verb {

@@ -5,15 +5,24 @@ use std::process::Command;
 use anyhow::Result;
 
 use crate::arguments::none;
+use crate::evaluation;
 use xtask::process::{self, cargo};
 use xtask::setup::{self, Extent};
 
 /// Ten million frames from a hostile peer, a hundred thousand random states, an hour of control at
-/// 120 Hz.
+/// 120 Hz, every printed network in QEMU.
 const LONG: &[(&str, &str)] = &[
     ("SINEW_HOSTILE_FRAMES", "10000000"),
     ("SINEW_WORST_STATES", "100000"),
     ("SINEW_SOAK_STEPS", "432000"),
+    ("SINEW_NETWORKS", "1"),
+];
+
+/// Test programs, by package, whose length those variables set.
+const PROGRAMS: &[(&str, &str)] = &[
+    ("sinew-device", "hostile"),
+    ("sinew-tests", "endurance"),
+    ("sinew-nn", "networks"),
 ];
 
 /// # Errors
@@ -21,11 +30,13 @@ const LONG: &[(&str, &str)] = &[
 pub fn run(arguments: &[String]) -> Result<()> {
     none(arguments)?;
     let toolchain = setup::run(Extent::Build)?;
-    for (package, test) in [("sinew-device", "hostile"), ("sinew-tests", "endurance")] {
+    for (package, test) in PROGRAMS {
         let mut command = long(package, test);
         process::run(toolchain.equip(&mut command))?;
     }
-    Ok(())
+    let mut seeded = cargo(&["test", "--package", "sinew-ident", "--test", "check"]);
+    process::run(seeded.args(["--", "--ignored", "--nocapture"]))?;
+    evaluation::run("proof", &["--committed".into()])
 }
 
 fn long(package: &str, test: &str) -> Command {

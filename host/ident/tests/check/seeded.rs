@@ -280,7 +280,7 @@ fn seeded(sound: &Sound, fault: &str, draw: &mut Draw) -> Option<Recording> {
 }
 
 #[test]
-#[ignore = "takes minutes"]
+#[ignore = "long run: cargo xtask survive"]
 fn seeded_faults_are_named_and_sound_recordings_are_not() {
     let mut sound: Vec<Sound> = (0..8).map(simulated).collect();
     sound.extend(shipped());

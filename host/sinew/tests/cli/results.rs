@@ -1,6 +1,5 @@
 //! Results for programs: JSON by its schema on standard output, and exit statuses.
 
-
 use serde_json::Value;
 
 use crate::desk::Desk;
@@ -30,20 +29,6 @@ fn result(desk: &Desk, line: &str, name: &str, status: i32) -> Value {
         "sinew {line}"
     );
     document
-}
-
-#[test]
-fn a_missing_friction_is_status_3_and_only_on_demand() {
-    let desk = desk();
-    let line = format!("diagnose {RIG} {ROLES} --json - --quiet --rig-out mended.toml");
-    let found = result(&desk, &line, "diagnosis", 0);
-    assert_eq!(found["verdict"], "missing_physics");
-    let again = result(&desk, &format!("{line} --exit-code"), "diagnosis", 3);
-    assert_eq!(again["sentence"], found["sentence"]);
-    // The corrected rig lacks nothing.
-    let line = format!("diagnose mended.toml {ROLES} --json - --quiet --exit-code");
-    let consistent = result(&desk, &line, "diagnosis", 0);
-    assert_eq!(consistent["effects"], Value::Array(Vec::new()));
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Results of the verbs.
 
-
 use crate::desk::{Desk, checkout, columns, images};
+use crate::schema::{schema, violations};
 use sinew::device::Device;
 use sinew::project::{self, Board, Optimise};
 use sinew_sim::Rig;
@@ -144,7 +144,7 @@ fn fit_writes_a_rig_that_keeps_its_comments() {
 }
 
 #[test]
-fn diagnose_names_the_friction_that_the_demos_recording_hides() {
+fn diagnose_names_the_friction_that_the_demos_recording_hides_by_status_3_on_demand() {
     let desk = Desk::new();
     desk.bring("rigs/mass-spring-damper.toml")
         .bring("rigs/mass-spring-damper.fit.csv")
@@ -157,6 +157,7 @@ fn diagnose_names_the_friction_that_the_demos_recording_hides() {
     assert_eq!(silent, "", "--quiet with --json says nothing");
     let found: serde_json::Value =
         serde_json::from_str(&desk.read("a.json")).expect("the text is JSON");
+    assert_eq!(violations(&schema("diagnosis"), &found), [""; 0]);
     assert_eq!(found["verdict"], "missing_physics");
     let effect = &found["effects"][0];
     assert_eq!(effect["kind"], "coulomb_friction");
@@ -186,8 +187,10 @@ fn diagnose_names_the_friction_that_the_demos_recording_hides() {
     assert!(desk.read("mended.xml").contains("frictionloss="));
     assert!(desk.read("a.html").contains("coulomb_friction at mass"));
 
-    // The same input and seed: the same bytes, seconds aside; and a person gets words.
-    desk.succeed(&format!("{line} --json b.json"));
+    // The same input and seed: the same bytes, seconds aside; and a person gets words, and whoever
+    // asks for it a status.
+    let again = desk.sinew(&format!("{line} --json b.json --exit-code"));
+    assert_eq!(again.status.code(), Some(3));
     let without_seconds = |name: &str| -> String {
         let text = desk.read(name);
         text.lines()
@@ -195,6 +198,13 @@ fn diagnose_names_the_friction_that_the_demos_recording_hides() {
             .collect()
     };
     assert_eq!(without_seconds("a.json"), without_seconds("b.json"));
+
+    // The corrected rig lacks nothing.
+    let mended = line.replace("mass-spring-damper.toml", "mended.toml");
+    desk.succeed(&format!("{mended} --json c.json --exit-code"));
+    let consistent: serde_json::Value =
+        serde_json::from_str(&desk.read("c.json")).expect("the text is JSON");
+    assert_eq!(consistent["effects"], serde_json::json!([]));
 }
 
 #[test]
