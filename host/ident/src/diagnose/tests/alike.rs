@@ -57,7 +57,7 @@ fn agree(named: &[(&str, f64)], truth: &[(&str, f64)], within: f64) {
 
 #[test]
 fn tendons_that_rub_as_closed_formulas_say_are_both_named() {
-    let found = found("finger", 200);
+    let found = found("finger", 80);
     let named = named(&found, "load_dependent_friction", "coefficient");
     // tests/foreign/finger/truth.json
     agree(&named, &[("east", 0.17), ("west", 0.22)], 0.05);

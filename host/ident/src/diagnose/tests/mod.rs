@@ -183,10 +183,10 @@ fn column(name: &str, values: Vec<f64>) -> Column {
     }
 }
 
-/// Six seconds of the real stage, 28 um of noise.
+/// Two seconds of the real stage, 28 um of noise.
 fn recorded_stage(seed: u64) -> Recording {
     let stages = [&stage(""), &stage(".real")];
-    recorded(stages, (6.0, 200.0), 28e-6, seed)
+    recorded(stages, (2.0, 200.0), 28e-6, seed)
 }
 
 /// Positions at the end of the controller's horizon, from rest anywhere under constant commands.
@@ -267,7 +267,7 @@ fn a_law_without_a_name_is_located_and_learned_and_foresees_what_taught_nothing(
     let plant = compiled(&rig());
     let recorded = |seed: u64| {
         let options = excite::Options {
-            seconds: 12.0,
+            seconds: 4.0,
             amplitude: 0.5,
             seed,
             ..excite::Options::default()
