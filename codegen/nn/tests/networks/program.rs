@@ -40,8 +40,8 @@ pub fn call(case: &Case) -> String {
     )
 }
 
-/// The host's build is the quick one: not optimised, which takes a fifth of the time to compile, and
-/// with arithmetic checked.
+/// The host's build is the quick one: not optimised, which takes a fifth of the time, and with
+/// arithmetic checked.
 pub const WORKSPACE: &str = r#"[workspace]
 resolver = "3"
 members = ["host", "image", "cases", "checked", "joined", "kernels", "networks/*"]

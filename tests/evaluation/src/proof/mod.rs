@@ -26,8 +26,8 @@ const CASES: usize = 680;
 /// Cases in `tests/foreign/cases`: all have to be right, or missed where weak. Their recordings and
 /// the seed are fixed.
 const COMMITTED: usize = 56;
-/// Those of them that continuous integration asks, an eighth of the time of all: the quickest of each
-/// family of effects and of each category. Whoever changes the search asks all.
+/// Those of them that continuous integration asks, an eighth of the time of all: the quickest of
+/// each sort. Whoever changes the search asks all.
 const BRIEF: [usize; 20] = [
     1, 2, 3, 4, 6, 7, 8, 9, 10, 11, 12, 14, 15, 16, 18, 19, 20, 21, 23, 30,
 ];
