@@ -16,6 +16,12 @@ const FEWEST_READINGS: usize = 20;
 /// Fewest rows in which a sensor without values says something.
 const FEWEST_ROWS: usize = 20;
 
+/// Fewest equal samples of a sensor that froze more than once.
+const SHORT: usize = 6;
+
+/// Longest run of equal samples of a sensor whose noise or motion its digits show.
+const REPEATS: usize = 2;
+
 /// Most levels of a sensor whose steps are too coarse.
 const LEVELS: usize = 40;
 
@@ -180,7 +186,11 @@ fn stuck(recording: &Recording, name: &str, series: &Series) -> Option<Check> {
     let usual = quantile(sizes(&steps), 0.5);
     let speed = sinew_sim::unit::of_column(name).ends_with("/s");
     let second = second_longest(&runs);
-    let found = runs.iter().find(|&&(first, length)| {
+    // Where no sample else repeats, noise or motion goes on up to the run and from it.
+    let alive = |steps: &[f64]| {
+        second <= REPEATS && quantile(steps.iter().map(|step| step.abs()), 0.5) > 0.5 * usual
+    };
+    let frozen = |&(first, length): &(usize, usize)| {
         // A velocity of zero is rest.
         let rest = speed && series.samples[first].1 == 0.0;
         let into = first.checked_sub(1).map_or(0.0, |k| steps[k].abs());
@@ -188,15 +198,32 @@ fn stuck(recording: &Recording, name: &str, series: &Series) -> Option<Check> {
             Some(jump) => jump.abs() > 3.0 * fast,
             None => into > usual && length > 4 * second,
         };
-        length >= FROZEN && !rest && into > 0.3 * usual && ends
-    });
-    let &(first, length) = found?;
-    let row = series.samples[first].0;
-    let sentence = format!(
-        "{name} stays at {} for {} while the device moves before and after",
-        number(series.samples[first].1),
-        rows(length)
-    );
+        let after = steps.get(first + length..(first + length + REACH).min(steps.len()));
+        let before = &steps[first.saturating_sub(REACH + 1)..first.saturating_sub(1)];
+        let at_end = first > REACH && first + length == series.samples.len() && alive(before);
+        let at_begin = first == 0 && series.samples[0].1 != 0.0 && after.is_some_and(alive);
+        let within = into > 0.3 * usual && ends;
+        length >= SHORT && !rest && (within || length >= FROZEN && (at_end || at_begin))
+    };
+    let all: Vec<&(usize, usize)> = runs.iter().filter(|run| frozen(run)).collect();
+    let &(first, longest) = all.iter().find(|run| run.1 >= FROZEN).or(all.first())?;
+    let together: usize = all.iter().map(|run| run.1).sum();
+    if together < FROZEN {
+        return None;
+    }
+    let row = series.samples[*first].0;
+    let sentence = match all.len() {
+        1 => format!(
+            "{name} stays at {} for {} while the device moves before or after",
+            number(series.samples[*first].1),
+            rows(*longest)
+        ),
+        count => format!(
+            "{name} stays where it is {count} times, for {} together, while the device moves \
+             before or after",
+            rows(together)
+        ),
+    };
     let remedy = "leave these fields empty, or cut the recording there";
     Some(Check::likely(
         recording,

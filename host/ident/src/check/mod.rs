@@ -17,6 +17,7 @@ mod finding;
 mod flat;
 mod refit;
 mod sampling;
+mod sensor_numbers;
 mod sentinel;
 mod series;
 mod time;
@@ -33,7 +34,7 @@ pub use finding::Check;
 use finding::rows;
 
 /// Kinds of faults, by their names in results and on the command line.
-pub const KINDS: [&str; 20] = [
+pub const KINDS: [&str; 24] = [
     "clipped",
     "dead_channel",
     "degrees_for_radians",
@@ -43,9 +44,13 @@ pub const KINDS: [&str; 20] = [
     "input_lags",
     "input_leads",
     "irregular_sampling",
+    "millimetres_for_metres",
     "no_excitation",
     "quantised",
     "same_recording",
+    "sensor_drift",
+    "sensor_gain",
+    "sensor_offset",
     "sentinel",
     "spike",
     "stuck_channel",
@@ -108,7 +113,7 @@ fn alone(recording: &Recording, rig: Option<&Rig>) -> Vec<Check> {
     // A rig asks for its sensors; a log may have columns of rare events.
     let named = rig.is_some();
     let driven = columns.inputs.iter().any(|name| varies(values(name)));
-    let mut found = sampling::detect(recording);
+    let mut found = sampling::detect(recording, driven);
     found.extend(few_rows(recording));
     found.extend(time::detect(recording));
     for name in columns.inputs.iter().chain(&columns.sensors) {
@@ -123,8 +128,9 @@ fn alone(recording: &Recording, rig: Option<&Rig>) -> Vec<Check> {
     for (q, qd) in derivative::pairs(recording) {
         found.extend(derivative::detect(recording, (&q, &qd)));
     }
-    // A sentinel or a wrap is no motion, but hides it.
-    if !found.iter().any(|check| check.certain) {
+    // A sentinel, a wrap or a spike is no motion, but hides it.
+    let hides = |check: &Check| check.certain || check.kind == "spike";
+    if !found.iter().any(hides) {
         found.extend(excitation::detect(recording, &columns.sensors));
     }
     found

@@ -6,6 +6,8 @@ use sinew_sim::unit::Motion;
 use sinew_sim::{Plant, Rig};
 
 use super::finding::{Check, counted, number};
+use super::sensor_numbers;
+use super::timescale::is_guessed;
 use crate::fit::{Fit, FitOptions, fit};
 use crate::noise::noise_level;
 use crate::recording::repair::Repair;
@@ -35,6 +37,9 @@ const NOISE_ALONE: f64 = 2.0;
 /// Lags that are tried first, rows; then those beside the best of them.
 const LAGS: [i64; 7] = [1, 2, 3, 5, 8, 12, 18];
 
+/// Leads that are tried.
+const LEADS: [i64; 4] = [-1, -2, -3, -4];
+
 /// Squares, beside those as recorded, from which on a lag is worth a closer look.
 const CLOSER: f64 = 0.5;
 
@@ -45,14 +50,15 @@ const SURELY_NOISE: f64 = 0.25;
 const BELIEVED: f64 = 5.0;
 
 /// A refitted rig beside the recording.
-struct Refit {
-    fit: Fit,
+pub(super) struct Refit {
+    pub(super) fit: Fit,
     /// Mean square of the error over that of the signals.
     squares: f64,
 }
 
 impl Refit {
-    fn of(rig: &Rig, recording: &Recording) -> Option<Self> {
+    /// `None` where the rig cannot be fitted.
+    pub(super) fn of(rig: &Rig, recording: &Recording) -> Option<Self> {
         let recordings = std::slice::from_ref(recording);
         let fit = fit(rig, recordings, &FitOptions::default(), &mut |_| {}).ok()?;
         let squares = squares(&fit)?;
@@ -60,8 +66,14 @@ impl Refit {
     }
 
     /// Error over the spread of the signals.
-    fn error(&self) -> f64 {
+    pub(super) fn error(&self) -> f64 {
         self.squares.sqrt()
+    }
+
+    /// Fitted value of a parameter; `None` where the recording does not determine it.
+    pub(super) fn value(&self, name: &str) -> Option<f64> {
+        let parameter = self.fit.parameters.iter().find(|p| p.name == name)?;
+        parameter.ci95.map(|_| parameter.value)
     }
 
     /// Largest factor between a parameter and what the rig says of it.
@@ -87,7 +99,8 @@ pub(super) fn is_small(rig: &Rig) -> bool {
     states.is_ok_and(|states| states <= STATES) && !rig.actuators.is_empty()
 }
 
-/// `wrong_sign`, `input_lags`, `input_leads`, `degrees_for_radians`, `different_devices`.
+/// `wrong_sign`, `input_lags`, `input_leads`, `degrees_for_radians`, `millimetres_for_metres`,
+/// `sensor_offset`, `sensor_drift`, `sensor_gain`, `different_devices`.
 pub(super) fn detect(rig: &Rig, recordings: &[Recording]) -> Vec<Check> {
     if !is_small(rig) {
         return Vec::new();
@@ -101,8 +114,9 @@ pub(super) fn detect(rig: &Rig, recordings: &[Recording]) -> Vec<Check> {
         let Some(refit) = Refit::of(rig, &part) else {
             continue;
         };
-        let named = degrees(rig, &part, &refit)
+        let named = another_unit(rig, &part, &refit)
             .or_else(|| wrong_sign(rig, &part, &refit))
+            .or_else(|| sensor_numbers(rig, &part, &refit))
             .or_else(|| moved_input(rig, &part, &refit));
         match named {
             Some(check) => found.push(check),
@@ -128,35 +142,115 @@ fn scaled(recording: &Recording, names: &[&str], factor: f64) -> Option<Recordin
     Recording::new(recording.path(), recording.t().to_vec(), columns.collect()).ok()
 }
 
-/// Sensors of angles whose numbers fit the rig as degrees and not as radians.
-fn degrees(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<Check> {
+/// Units that a column may be in without its rig saying so.
+struct Unit {
+    motion: Motion,
+    kind: &'static str,
+    words: [&'static str; 2],
+    key: &'static str,
+    /// One of it in SI.
+    factor: f64,
+}
+
+const OTHER_UNITS: [Unit; 2] = [
+    Unit {
+        motion: Motion::Hinge,
+        kind: "degrees_for_radians",
+        words: ["degrees", "radians"],
+        key: "deg",
+        factor: std::f64::consts::PI / 180.0,
+    },
+    Unit {
+        motion: Motion::Slide,
+        kind: "millimetres_for_metres",
+        words: ["millimetres", "metres"],
+        key: "mm",
+        factor: 1e-3,
+    },
+];
+
+/// Sensors whose numbers fit the rig as degrees and not as radians, or as millimetres and not as
+/// metres: all of their kind, or one of them.
+fn another_unit(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<Check> {
     if plain.error() < GOOD && plain.farthest() < BELIEVED {
         return None;
     }
-    let angles = rig.sensors.iter().filter(|sensor| {
-        let body = match sensor.reads {
-            Reads::Position(body) | Reads::Velocity(body) => body,
-            _ => return false,
-        };
-        rig.bodies[body].motion == Motion::Hinge && sensor.column_factor == 1.0
-    });
-    let names: Vec<&str> = angles.map(|sensor| sensor.signal.as_str()).collect();
-    let first = *names.first()?;
-    let other = scaled(recording, &names, std::f64::consts::PI / 180.0)?;
-    let refit = Refit::of(rig, &other)?;
+    OTHER_UNITS.iter().find_map(|unit| {
+        let moving = rig.sensors.iter().filter(|sensor| {
+            let body = match sensor.reads {
+                Reads::Position(body) | Reads::Velocity(body) => body,
+                _ => return false,
+            };
+            rig.bodies[body].motion == unit.motion && sensor.column_factor == 1.0
+        });
+        let names: Vec<&str> = moving.map(|sensor| sensor.signal.as_str()).collect();
+        let mut choices: Vec<Vec<&str>> = vec![names.clone()];
+        if names.len() > 1 {
+            choices.extend(names.iter().map(|name| vec![*name]));
+        }
+        let mut choices = choices.into_iter().filter(|names| !names.is_empty());
+        choices.find_map(|names| in_unit(rig, recording, plain, (unit, &names)))
+    })
+}
+
+/// Check of columns that fit the rig in another unit.
+fn in_unit(
+    rig: &Rig,
+    recording: &Recording,
+    plain: &Refit,
+    (unit, names): (&Unit, &[&str]),
+) -> Option<Check> {
+    let refit = Refit::of(rig, &scaled(recording, names, unit.factor)?)?;
     let explains = refit.error() < GOOD && refit.farthest() < BELIEVED;
     let nearer = plain.farthest() > 2.0 * refit.farthest() || plain.error() > 2.0 * refit.error();
     (explains && nearer).then(|| {
+        let [other, own] = unit.words;
         let sentence = format!(
-            "{} fits the rig as degrees, with parameters at most {} times as believed; as radians \
-             they are {} times that",
+            "{} fits the rig as {other}, with parameters at most {} times as believed and {} % \
+             missed; as {own} they are {} times that, and {} % is missed",
             names.join(" and "),
             number(refit.farthest()),
-            number(plain.farthest())
+            number(100.0 * refit.error()),
+            number(plain.farthest()),
+            number(100.0 * plain.error())
         );
-        let remedy = format!("`unit = \"deg\"` in the rig's sensor of {first}");
-        Check::certain(recording, 0, "degrees_for_radians", sentence, remedy)
+        let remedy = format!(
+            "`unit = \"{}\"` in the rig's sensor of {}",
+            unit.key,
+            names.join(" and of ")
+        );
+        // Guesses may be a thousand times the truth.
+        let grade = if is_guessed(rig) {
+            Check::likely
+        } else {
+            Check::certain
+        };
+        grade(recording, 0, unit.kind, sentence, remedy)
     })
+}
+
+/// Tells whether a refit leaves noise alone of a recording of which `plain` leaves far more.
+pub(super) fn explains_all_but_noise(
+    rig: &Rig,
+    recording: &Recording,
+    plain: &Refit,
+    refit: &Refit,
+) -> bool {
+    let noise = EXACT.max(NOISE_ALONE * noise(rig, recording));
+    refit.squares < FAR_LESS * plain.squares && refit.error() < noise
+}
+
+/// Numbers of a sensor, where noise alone does not make up what the rig leaves.
+fn sensor_numbers(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<Check> {
+    let hopeless = is_noise(rig, recording, plain);
+    (!hopeless).then(|| sensor_numbers::detect(rig, recording, plain))?
+}
+
+/// Tells whether nothing can be far less than what the rig leaves: noise alone cannot become a
+/// fifth of itself.
+fn is_noise(rig: &Rig, recording: &Recording, plain: &Refit) -> bool {
+    let own = noise(rig, recording);
+    plain.error() < EXACT || FAR_LESS * plain.squares < SURELY_NOISE * own * own
 }
 
 /// A sensor that counts backwards beside the rig, or all of them (an actuator that does).
@@ -226,22 +320,19 @@ impl<'a> Moved<'a> {
 }
 
 /// An input that was written some rows after it acted, so that the device moves before its command,
-/// or one row before.
+/// or some rows before.
 fn moved_input(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<Check> {
-    let own = noise(rig, recording);
-    // Noise alone cannot become a fifth of itself.
-    let hopeless = FAR_LESS * plain.squares < SURELY_NOISE * own * own;
-    if plain.error() < EXACT || hopeless {
+    if is_noise(rig, recording, plain) {
         return None;
     }
     let mut inputs: Vec<&str> = rig.actuators.iter().map(|a| a.input.as_str()).collect();
     inputs.dedup();
     // Missing physics can look early as well: only what leaves noise alone is a matter of time.
-    let noise = EXACT.max(NOISE_ALONE * own);
+    let noise = EXACT.max(NOISE_ALONE * noise(rig, recording));
     let explains =
         |moved: &Moved| moved.squares < FAR_LESS * plain.squares && moved.squares.sqrt() < noise;
     let late = inputs.iter().filter_map(|input| {
-        let best = coarsely(rig, recording, input)?;
+        let best = best_of(rig, recording, input, LAGS)?;
         if best.squares < CLOSER * plain.squares {
             Some(closely(rig, recording, best))
         } else {
@@ -254,17 +345,22 @@ fn moved_input(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<Check>
     }
     let early = inputs
         .iter()
-        .filter_map(|input| Moved::of(rig, recording, input, -1));
+        .filter_map(|input| best_of(rig, recording, input, LEADS));
     let early = early.min_by(|a, b| a.squares.total_cmp(&b.squares));
     early
         .filter(explains)
         .map(|early| leads(recording, &early, plain))
 }
 
-/// The best of [`LAGS`] for an input.
-fn coarsely<'a>(rig: &Rig, recording: &Recording, input: &'a str) -> Option<Moved<'a>> {
+/// The best of some lags for an input, each farther than the one before.
+fn best_of<'a, const N: usize>(
+    rig: &Rig,
+    recording: &Recording,
+    input: &'a str,
+    lags: [i64; N],
+) -> Option<Moved<'a>> {
     let mut best: Option<Moved> = None;
-    for lag in LAGS {
+    for lag in lags {
         let Some(moved) = Moved::of(rig, recording, input, lag) else {
             continue;
         };
@@ -307,11 +403,11 @@ fn lags(recording: &Recording, late: &Moved, plain: &Refit) -> Check {
     Check::certain(recording, 0, "input_lags", sentence, remedy)
 }
 
-/// Check of an input that was written early. A device that is one row late looks the same.
+/// Check of an input that was written early. A device or a sensor that is late looks the same.
 fn leads(recording: &Recording, early: &Moved, plain: &Refit) -> Check {
     let (input, lag) = (early.input, early.lag);
     let sentence = format!(
-        "{input} is written {} before it acts, or the device is that late: moved so, the refitted \
+        "{input} is written {} before it acts, or the device or its sensors are that late: moved so, the refitted \
          rig misses {} % of the signals, as it is {} %",
         rows_in_time(recording, -lag),
         number(100.0 * early.squares.sqrt()),

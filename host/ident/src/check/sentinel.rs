@@ -13,6 +13,18 @@ const SPIKE: f64 = 12.0;
 /// Largest part of a column that is taken for a sentinel.
 const PART: f64 = 0.2;
 
+/// The same of a sensor that else shows many values.
+const PART_OF_SENSOR: f64 = 0.9;
+
+/// Fewest other values of such a sensor, and their distance from the sentinel in ranges.
+const MANY: (usize, f64) = (20, 10.0);
+
+/// Part of all other samples that have a value of their own in a column of fine resolution.
+const FINE: f64 = 0.9;
+
+/// Jumps into and out of a value that recurs there, beside the usual steps of the motion.
+const APART: f64 = 3.0;
+
 /// Jumps into and out of a run are this many times the usual steps of the motion.
 const TORN: f64 = 6.0;
 
@@ -28,7 +40,7 @@ pub(super) fn detect(
     sensor: bool,
 ) -> Option<Check> {
     let series = Series::of(values)?;
-    let found = far_value(&series).or_else(|| dropouts(&series));
+    let found = far_value(&series, sensor).or_else(|| dropouts(&series));
     if let Some((value, at)) = found {
         let sentence = format!(
             "{} stands in {} of {name}, far from everything around it, as loggers write for \
@@ -41,9 +53,10 @@ pub(super) fn detect(
             recording, at[0], "sentinel", sentence, remedy,
         ));
     }
-    if let Some((value, at)) = sensor.then(|| torn_runs(&series)).flatten() {
+    let torn = || torn_runs(&series).or_else(|| recurring(&series));
+    if let Some((value, at)) = sensor.then(torn).flatten() {
         let sentence = format!(
-            "{value} stands in {} of {name}, in runs that the motion jumps into and out of, as \
+            "{value} stands in {} of {name}, where the motion jumps into it and out of it, as \
              drivers write for \"no value\"",
             rows(at.len())
         );
@@ -68,21 +81,64 @@ pub(super) fn detect(
 
 /// A value at one end of the range, far from all others, that recurs or is a round number: with
 /// its rows.
-fn far_value(series: &Series) -> Option<(f64, Vec<usize>)> {
+fn far_value(series: &Series, sensor: bool) -> Option<(f64, Vec<usize>)> {
+    // Two sentinels at both ends would hide each other.
+    let others = || series.samples.iter().map(|s| s.1);
+    let others = || others().filter(|y| !series.range.contains(y));
+    let low = others().fold(f64::INFINITY, f64::min);
+    let high = others().fold(f64::NEG_INFINITY, f64::max);
+    let count = series.samples.len() as f64;
+    let many = sensor && distinct(others().collect()) >= MANY.0;
     series.range.into_iter().find_map(|value| {
         let at: Vec<usize> = (series.samples.iter())
             .filter(|sample| sample.1 == value)
             .map(|sample| sample.0)
             .collect();
-        let others = || series.samples.iter().map(|s| s.1).filter(|y| *y != value);
-        let low = others().fold(f64::INFINITY, f64::min);
-        let high = others().fold(f64::NEG_INFINITY, f64::max);
         let distance = (value - high).max(low - value);
         let round = value == value.round() && value.abs() >= 99.0;
-        let few = (at.len() as f64) < PART * series.samples.len() as f64;
+        let part = at.len() as f64 / count;
+        let very_far = many && round && distance > MANY.1 * (high - low);
+        let few = part < PART || very_far && part < PART_OF_SENSOR;
         let far = high > low && distance > FAR * (high - low);
         (few && far && (round || at.len() >= 2)).then_some((value, at))
     })
+}
+
+/// Number of values that differ.
+fn distinct(mut values: Vec<f64>) -> usize {
+    values.sort_unstable_by(f64::total_cmp);
+    values.dedup();
+    values.len()
+}
+
+/// One exact value that a column of fine resolution has again and again, away from where the motion
+/// is just before and just after: with its rows.
+fn recurring(series: &Series) -> Option<(f64, Vec<usize>)> {
+    let runs = series.runs();
+    let mut values: Vec<f64> = runs.iter().map(|run| series.samples[run.0].1).collect();
+    values.sort_unstable_by(f64::total_cmp);
+    let groups = values.chunk_by(|a, b| a == b);
+    let most = groups.max_by_key(|group| group.len())?;
+    let (value, count) = (*most.first()?, most.len());
+    let others: Vec<f64> = (series.samples.iter().map(|s| s.1))
+        .filter(|y| *y != value)
+        .collect();
+    let fine = distinct(others.clone()) as f64 > FINE * others.len() as f64;
+    let steps = series.samples.windows(2).map(|pair| [pair[0].1, pair[1].1]);
+    let beside = steps.filter(|pair| !pair.contains(&value));
+    let usual = quantile(beside.map(|[a, b]| (b - a).abs()), 0.98);
+    let here = runs.iter().filter(|run| series.samples[run.0].1 == value);
+    let torn = here.clone().filter(|run| {
+        jumps(series, run).is_some_and(|[into, out_of]| {
+            let onward = (out_of - into).abs() <= usual * (run.1 + 1) as f64;
+            into * out_of > 0.0 && into.abs().min(out_of.abs()) > APART * usual && onward
+        })
+    });
+    let torn = torn.count();
+    let rows = here.flat_map(|run| run.0..run.0 + run.1);
+    let rows: Vec<usize> = rows.map(|k| series.samples[k].0).collect();
+    let few = 2 * rows.len() < series.samples.len();
+    (fine && few && usual > 0.0 && torn >= RUNS && 4 * torn >= count).then_some((value, rows))
 }
 
 /// One exact value that the column jumps to and back from again and again: with its rows.

@@ -23,11 +23,18 @@ pub(super) fn detect(recording: &Recording) -> Option<Check> {
     if step < SLOW || !mechanical || !whole || recording.len() < 16 {
         return None;
     }
+    let (or_rows, remedy) = if step == 1.0 {
+        (
+            ", or count the rows",
+            "--time-unit ms if they are; divide by the rows a second if they count rows",
+        )
+    } else {
+        ("", "--time-unit ms if they are")
+    };
     let sentence = format!(
-        "rows are {} s apart, in whole numbers: the times look like milliseconds",
+        "rows are {} s apart, in whole numbers: the times look like milliseconds{or_rows}",
         number(step)
     );
-    let remedy = "--time-unit ms if they are";
     Some(Check::likely(
         recording,
         0,

@@ -47,7 +47,7 @@ pub(super) fn detect(rig: &Rig, recording: &Recording) -> Option<Check> {
 }
 
 /// True where a comment of the rig calls a number of its motion a guess, as `sinew new` writes.
-fn is_guessed(rig: &Rig) -> bool {
+pub(super) fn is_guessed(rig: &Rig) -> bool {
     rig.to_toml().lines().any(|line| {
         let (entry, comment) = line.split_once('#').unwrap_or((line, ""));
         let key = entry.split('=').next().unwrap_or_default().trim();

@@ -42,7 +42,12 @@ pub(crate) fn shares(found: &Pool, index: usize, case: &Case) -> Result<Vec<f64>
 }
 
 /// The rig with these terms alone, from the numbers of a candidate that has more.
-fn alone(case: &Case, from: &Trial, base: &Trial, terms: &[Term]) -> Result<Option<Candidate>> {
+pub(crate) fn alone(
+    case: &Case,
+    from: &Trial,
+    base: &Trial,
+    terms: &[Term],
+) -> Result<Option<Candidate>> {
     let known = from.model.plant.parameters();
     let mut rig = base.model.rig.clone();
     for term in terms {

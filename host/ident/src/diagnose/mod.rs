@@ -21,6 +21,7 @@ mod example;
 mod finalists;
 mod finding;
 mod identical;
+mod imitated_numbers;
 mod locate;
 mod model;
 mod next_experiment;

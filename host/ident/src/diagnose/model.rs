@@ -32,6 +32,8 @@ pub(crate) struct Model {
     trial_width: f64,
     /// Indices into `slots` of parameters that change together.
     tied: Vec<Vec<usize>>,
+    /// Slots of the rig's bare numbers that are not under trial.
+    bare: Vec<usize>,
 }
 
 /// End of a search.
@@ -87,6 +89,11 @@ impl Model {
                 }
             })
             .collect();
+        let is_bare = |slot: &usize| {
+            let parameter = &known[*slot];
+            !parameter.free && as_written.slot(&parameter.name).is_some() && !slots.contains(slot)
+        };
+        let bare = (0..known.len()).filter(is_bare).collect();
         Ok(Self {
             rig: rig.clone(),
             slots,
@@ -95,6 +102,7 @@ impl Model {
             bounds: limits,
             trial_width: f64::INFINITY,
             tied: Vec::new(),
+            bare,
             plant,
         })
     }
@@ -305,9 +313,11 @@ impl Model {
             .collect()
     }
 
-    /// The plant's parameters with those of another plant where the names agree.
+    /// The plant's parameters with those of another plant where the names agree. Bare numbers that
+    /// are not under trial keep the rig's value, whatever was tried there.
     pub fn inherit(&self, other: &Plant, values: &[f64]) -> Vec<f64> {
-        self.plant
+        let inherited = self
+            .plant
             .parameters()
             .iter()
             .map(|parameter| {
@@ -315,7 +325,16 @@ impl Model {
                     .slot(&parameter.name)
                     .map_or(parameter.value, |slot| values[slot])
             })
-            .collect()
+            .collect();
+        self.with_bare(inherited)
+    }
+
+    /// These values, with the rig's own of the bare numbers that are not under trial.
+    pub fn with_bare(&self, mut values: Vec<f64>) -> Vec<f64> {
+        for &slot in &self.bare {
+            values[slot] = self.plant.parameters()[slot].value;
+        }
+        values
     }
 
     /// The rig with these values in it.

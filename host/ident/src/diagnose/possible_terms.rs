@@ -34,7 +34,8 @@ pub(crate) fn terms(rig: &Rig, plant: &Plant, effects: &[Kind]) -> Vec<Term> {
     all
 }
 
-fn of_effect(rig: &Rig, name: &str) -> bool {
+/// Tells whether a parameter belongs to an effect of the rig.
+pub(crate) fn of_effect(rig: &Rig, name: &str) -> bool {
     rig.effects.iter().any(|effect| {
         let prefix = format!(
             "{}.{}.",

@@ -10,6 +10,7 @@ use crate::diagnose::baseline::explains_as_written;
 use crate::diagnose::calibration::{Known, effects};
 use crate::diagnose::candidate::implausible;
 use crate::diagnose::case::Case;
+use crate::diagnose::config::CONFIG;
 use crate::diagnose::details::Details;
 use crate::diagnose::differing::differing;
 use crate::diagnose::doubt::{lower, stopped};
@@ -17,6 +18,7 @@ use crate::diagnose::finalists::finalists;
 use crate::diagnose::finding::{
     Diagnosis, Errors, Estimate, FORMAT, FoundEffect, Location, Remainder, SignalFit, Verdict,
 };
+use crate::diagnose::imitated_numbers;
 use crate::diagnose::locate::learned_force::learn;
 use crate::diagnose::locate::{intervals, locate};
 use crate::diagnose::next_experiment::next_experiment;
@@ -45,7 +47,17 @@ pub(crate) fn conclude(
     roles: &Roles,
 ) -> Result<Diagnosis> {
     let chosen = found.and_then(|found| Some((found, found.chosen?)));
-    let suspected = chosen.map_or_else(Vec::new, |(found, index)| numbers(found, index, case));
+    let suspected = Suspected {
+        numbers: chosen.map_or_else(Vec::new, |(found, index)| numbers(found, index, case)),
+        left: chosen.map_or(0.0, |(found, index)| {
+            let best = &found.candidates[index];
+            if leaves_something(case, best) {
+                share_left(case, best, &found.baseline)
+            } else {
+                0.0
+            }
+        }),
+    };
     let (named, mended) = match named {
         Some(Named { index, rig, known }) => {
             (found.map(|found| (found, index)), Some((rig, known)))
@@ -61,6 +73,7 @@ pub(crate) fn conclude(
             let mut effects = effects(found, index, case, &known, &shares);
             let named = &found.candidates[index];
             notes.extend(lower(&mut effects, named, &mended, &known, case)?);
+            notes.extend(imitated_numbers::doubt(&mut effects, case)?);
             effects
         }
         None => {
@@ -225,12 +238,19 @@ fn in_part(effects: &[FoundEffect], explained: f64, remainder: &Remainder) -> St
     )
 }
 
+/// Bare numbers that may be wrong.
+struct Suspected<'a> {
+    numbers: Vec<&'a str>,
+    /// Part of the mismatch that another value would leave; 0 where that is noise alone.
+    left: f64,
+}
+
 /// The finding where nothing special is to be said. `stopped` is none of a whole search; of a
 /// stopped one it tells whether anything had been fitted.
 fn sentence(
     verdict: Verdict,
     effects: &[FoundEffect],
-    suspected: &[&str],
+    suspected: &Suspected,
     location: Option<&Location>,
     (stands_in, stopped): (bool, Option<bool>),
 ) -> String {
@@ -259,15 +279,23 @@ fn sentence(
                 ),
                 _ => String::new(),
             };
-            let what = match suspected {
+            let left = match suspected.left >= CONFIG.acceptance.nearly {
+                true => format!(
+                    " {} of the mismatch would remain.",
+                    share_of(suspected.left)
+                ),
+                false => String::new(),
+            };
+            let what = match &suspected.numbers[..] {
                 [number] => format!(
                     "The number `{number}` of the rig is suspected: with another value it explains the \
-                     recordings better than any missing physics. Write it as {{ value = ... }} and fit again."
+                     recordings, and no missing physics explains them better. Write it as \
+                     {{ value = ... }} and fit again.{left}"
                 ),
                 [first, others @ ..] => format!(
                     "One of the numbers `{first}`{} of the rig is suspected: with another value any one of them explains \
-                     the recordings alike, and better than any missing physics. Write the one that you trust least as \
-                     {{ value = ... }} and fit again.",
+                     the recordings alike, and no missing physics explains them better. Write the one that you trust \
+                     least as {{ value = ... }} and fit again.{left}",
                     others
                         .iter()
                         .map(|other| format!(", `{other}`"))
@@ -319,19 +347,19 @@ fn notes(refitted: &Fit) -> Vec<String> {
             held.recording, held.missing, held.column
         )
     });
-    let open: Vec<&str> = refitted
-        .parameters
-        .iter()
-        .filter(|p| p.ci95.is_none() && !p.at_bound)
-        .map(|p| p.name.as_str())
-        .collect();
-    let open = (!open.is_empty()).then(|| {
-        format!(
-            "not determined by these recordings, and left near what the rig says: {}",
-            open.join(", ")
-        )
-    });
-    held.chain(open).collect()
+    let open = |moved: bool| -> Option<String> {
+        let open = refitted.parameters.iter();
+        let open = open.filter(|p| p.ci95.is_none() && !p.at_bound);
+        let open = open.filter(|p| (p.value != p.as_written) == moved);
+        let open: Vec<&str> = open.map(|p| p.name.as_str()).collect();
+        let said = if moved {
+            "not determined by these recordings, and moved with others that they bind"
+        } else {
+            "not determined by these recordings, and left as the rig says"
+        };
+        (!open.is_empty()).then(|| format!("{said}: {}", open.join(", ")))
+    };
+    held.chain(open(false)).chain(open(true)).collect()
 }
 
 /// Enters the own values of all recordings where parameters differ by recording.

@@ -12,12 +12,13 @@ use crate::diagnose::candidate::{Candidate, only};
 use crate::diagnose::case::Case;
 use crate::diagnose::corrected::{falls, mend};
 use crate::diagnose::evidence::apart;
+use crate::diagnose::imitated_numbers;
 use crate::diagnose::pool::Pool;
 use crate::diagnose::share::share_left;
 use crate::diagnose::split::Roles;
 use crate::diagnose::term::Term;
 use crate::error::Result;
-use crate::fit::Fit;
+use crate::fit::{Fit, score};
 
 /// Reasons for which a candidate is taken out.
 const NO_SIZE: &str = "has an effect of which no parameter is known to be away from zero";
@@ -45,6 +46,29 @@ pub(crate) fn verify(
     case: &Case,
     roles: &Roles,
 ) -> Result<Option<Named>> {
+    let named = named(found, refitted, case, roles)?;
+    match &named {
+        Some(named) if bound_explains(refitted, named, roles)? => {
+            found.chosen = None;
+            return Ok(None);
+        }
+        Some(named) => imitated_numbers::beside_named(found, named.index, case)?,
+        None => imitated_numbers::suspect(found, case)?,
+    }
+    Ok(named)
+}
+
+/// Tells whether the rig without the bounds that its parameters rest at leaves as little of the fit
+/// recordings as the corrected model does: then no physics need be missing.
+fn bound_explains(refitted: &Fit, named: &Named, roles: &Roles) -> Result<bool> {
+    Ok(match &refitted.beyond {
+        Some(beyond) => beyond.leaves_as_little_as(&score(&named.rig, &roles.fit)?),
+        None => false,
+    })
+}
+
+/// The best explanation that holds, if one does; else a bare number may stay chosen.
+fn named(found: &mut Pool, refitted: &Fit, case: &Case, roles: &Roles) -> Result<Option<Named>> {
     for round in 0..=CONFIG.acceptance.refuted {
         let Some(index) = found.chosen else { break };
         (case.progress)("free runs of the best one", 0, 1);

@@ -32,6 +32,16 @@ pub struct BeyondBound {
     pub value: f64,
 }
 
+/// Largest error without the bounds, as a part of another model's, that is as little as that.
+const AS_LITTLE: f64 = 1.05;
+
+impl BeyondBounds {
+    /// Tells whether this fit leaves as little as another model does of the same recordings.
+    pub(crate) fn leaves_as_little_as(&self, other: &[SensorError]) -> bool {
+        relative(&self.sensors) <= AS_LITTLE * relative(other)
+    }
+}
+
 /// Largest error without the bounds, as a part of the error within them, that is worth a word.
 const WORTH_A_WORD: f64 = 0.8;
 
@@ -48,16 +58,27 @@ pub(super) fn beyond(
     run: &mut dyn FnMut(&[usize]) -> Result<Found>,
 ) -> Result<Option<BeyondBounds>> {
     let known = plant.parameters();
-    let fitted = found.slots.iter().filter(|slot| !found.held.contains(slot));
-    let resting: Vec<(usize, f64)> = fitted
-        .filter_map(|&slot| Some((slot, reached(&known[slot], found.values[slot])?)))
-        .collect();
-    let slots: Vec<usize> = resting.iter().map(|(slot, _)| *slot).collect();
-    if slots.is_empty() {
+    let resting_at = |values: &[f64]| -> Vec<(usize, f64)> {
+        let fitted = found.slots.iter().filter(|slot| !found.held.contains(slot));
+        let resting = fitted.filter_map(|&slot| Some((slot, reached(&known[slot], values[slot])?)));
+        resting.collect()
+    };
+    let mut resting = resting_at(&found.values);
+    if resting.is_empty() {
         return Ok(None);
     }
-    let Ok(free) = run(&slots) else {
-        return Ok(None);
+    // One bound keeps a parameter from the next: those that are met on the way go as well.
+    let free = loop {
+        let slots: Vec<usize> = resting.iter().map(|(slot, _)| *slot).collect();
+        let Ok(free) = run(&slots) else {
+            return Ok(None);
+        };
+        let met = resting_at(&free.values).into_iter();
+        let met: Vec<(usize, f64)> = met.filter(|(slot, _)| !slots.contains(slot)).collect();
+        if met.is_empty() {
+            break free;
+        }
+        resting.extend(met);
     };
     let sensors = errors_at(&free.values)?;
     let better = relative(&sensors) <= WORTH_A_WORD * relative(within);

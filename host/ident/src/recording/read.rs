@@ -28,6 +28,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, rows: Rows) -> Result<Recording> 
     // A spreadsheet's byte-order mark is no part of the first name.
     let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
     let source = Source { bytes, path };
+    source.is_utf8_text()?;
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
         .flexible(true) // ragged rows get our message, with line and column
@@ -137,10 +138,18 @@ fn first_name(source: &Source, record: &ByteRecord, name: &str) -> Error {
     if name.parse::<f64>().is_ok() {
         return error.help("the line with the column names seems to be missing");
     }
-    if name.trim_start_matches("t_").eq_ignore_ascii_case("s")
-        || name.to_lowercase().starts_with("time")
+    let lower = name.to_lowercase();
+    if matches!(
+        lower.as_str(),
+        "t" | "s" | "t_s" | "t [s]" | "t[s]" | "t (s)" | "t(s)"
+    ) || lower.starts_with("time")
     {
         return error.help("rename it to `t` if it is in seconds");
+    }
+    if let Some(line) = source.line_of_names(record) {
+        return error.help(format!(
+            "the column names seem to be in line {line}: put a `#` at the start of the lines above"
+        ));
     }
     if name.starts_with('[') || name.contains('=') {
         return error.help("this looks like a rig (TOML); a recording is a CSV file");
@@ -199,13 +208,40 @@ fn number(source: &Source, record: &ByteRecord, index: usize, name: &str) -> Res
                     format!("`{shown}` in column `{name}` {what}"),
                 )
                 .expected(A_NUMBER);
-            Err(if text.replace(',', ".").parse::<f64>().is_ok() {
-                error.help("write the decimal point as `.`")
-            } else {
-                error
+            Err(match help_with(&text, source, record, name) {
+                Some(help) => error.help(help),
+                None => error,
             })
         }
     }
+}
+
+/// Cause of a field that is no number, where it is easy to tell.
+fn help_with(text: &str, source: &Source, record: &ByteRecord, name: &str) -> Option<&'static str> {
+    let number = |field: &[u8]| {
+        let text = std::str::from_utf8(field.trim_ascii()).unwrap_or_default();
+        text.is_empty() || text.parse::<f64>().is_ok()
+    };
+    if text.contains(',') && text.replace(',', ".").parse::<f64>().is_ok() {
+        return Some("write the decimal point as `.`");
+    }
+    if name == "t" && text == "t" {
+        return Some(
+            "the column names are here again: was the recorder restarted? Then make it two \
+             recordings",
+        );
+    }
+    if record.len() > 1 && !record.iter().any(number) {
+        return Some("a line of units or further names? Delete it, or put a `#` at its start");
+    }
+    if name == "t" && text.contains(':') {
+        return Some("write the times as seconds from the first row");
+    }
+    if text.contains('\0') {
+        return Some("the file is damaged here: it holds zero bytes");
+    }
+    let last = !source.bytes[source.start(record)..].contains(&b'\n');
+    last.then_some("was the recording cut off here? Delete the row")
 }
 
 fn ragged(source: &Source, record: &ByteRecord, names: &[String]) -> Error {
@@ -221,6 +257,10 @@ fn ragged(source: &Source, record: &ByteRecord, names: &[String]) -> Error {
         error.help(
             "is the decimal point written as a comma, or is there a comma at the end of the row?",
         )
+    } else if record.iter().any(|field| field.contains(&b'\n')) {
+        error.help("a quotation mark in this row is not closed")
+    } else if record.len() == 1 && record[0].trim_ascii().is_empty() {
+        error.help("delete the blank line")
     } else {
         error.help("was the recording cut off here? Delete the row")
     }
@@ -233,6 +273,31 @@ struct Source<'a> {
 }
 
 impl Source<'_> {
+    /// Refuses text in two bytes a character, as some spreadsheets save it.
+    fn is_utf8_text(&self) -> Result<()> {
+        let begin = &self.bytes[..self.bytes.len().min(64)];
+        let marked = begin.starts_with(b"\xFF\xFE") || begin.starts_with(b"\xFE\xFF");
+        let zeros = begin.iter().filter(|byte| **byte == 0).count();
+        if marked || 3 * zeros > begin.len() {
+            return Err(Error::file(self.path, "the text is UTF-16")
+                .at(1, 1)
+                .expected("UTF-8")
+                .help("save it as \"CSV UTF-8\", or run `iconv -f utf-16 -t utf-8`"));
+        }
+        Ok(())
+    }
+
+    /// Line below a record whose first field is `t`, among the next few.
+    fn line_of_names(&self, record: &ByteRecord) -> Option<usize> {
+        let text = String::from_utf8_lossy(&self.bytes[self.start(record)..]);
+        let mut lines = text.lines().enumerate().skip(1).take(50);
+        let below = lines.find(|(_, line)| {
+            let first = line.split(',').next().unwrap_or_default();
+            first.trim().trim_matches('"') == "t"
+        });
+        below.map(|(at, _)| self.line(record) + at)
+    }
+
     fn next(&self, reader: &mut csv::Reader<&[u8]>, record: &mut ByteRecord) -> Result<bool> {
         // Bytes in memory and flexible lengths leave the csv crate nothing to refuse.
         reader

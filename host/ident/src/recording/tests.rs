@@ -201,3 +201,36 @@ proptest! {
         }
     }
 }
+
+/// Files as spreadsheets and loggers write them: the cause is told, not only the place.
+#[test]
+fn the_usual_causes_of_a_refusal_are_told() {
+    for (text, help) in [
+        ("t,q_m\ns,m\n0,1\n", "a line of units"),
+        (
+            "t,q_m\n0,1\n1,2\nt,q_m\n0,1\n",
+            "was the recorder restarted",
+        ),
+        ("Logger 1.2\nrate,50\nt,q_m\n0,1\n", "in line 3"),
+        ("t [s],q [m]\n0,1\n", "rename it to `t`"),
+        (
+            "t,q_m\n2026-11-28 12:00:00,1\n",
+            "as seconds from the first row",
+        ),
+        ("t,q_m\n0,1\n1,-", "cut off here"),
+        ("t,u_N,q_m\n0,1,2\n\"1,1,2\n2,1,2\n", "is not closed"),
+        ("t,u_N,q_m\n0,1,2\n   \n", "delete the blank line"),
+        ("t,q_m\n0,\"0,5\"\n", "decimal point"),
+    ] {
+        let said = refusal(text);
+        assert!(said.contains(help), "{text:?}: {said}");
+    }
+    let infinite = refusal("t,q_m\n0,inf\n1,2\n");
+    assert!(!infinite.contains("decimal point"), "{infinite}");
+    let text = "t,q_m\n0,1\n1,2\n";
+    let wide: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    for bytes in [[b"\xFF\xFE", &wide[..]].concat(), wide] {
+        let said = Recording::parse(&bytes, "a.csv").unwrap_err().to_string();
+        assert!(said.contains("UTF-16"), "{said}");
+    }
+}

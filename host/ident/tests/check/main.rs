@@ -5,4 +5,5 @@ mod copies;
 mod scale;
 mod seeded;
 mod shifted;
+mod siblings;
 mod silent;

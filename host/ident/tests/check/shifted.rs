@@ -8,7 +8,7 @@ use sinew_ident::recording::{Column, Recording};
 use sinew_sim::Rig;
 
 /// A device whose command was written a row late, mended: sound.
-fn sound() -> (Rig, Recording) {
+pub fn sound() -> (Rig, Recording) {
     let case = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/cases/31-command-a-row-late");
     let recording = Recording::read(case.join("A.csv")).unwrap();
     let recording = moved(&recording, 1);
@@ -18,7 +18,7 @@ fn sound() -> (Rig, Recording) {
 }
 
 /// The recording with its command so many rows earlier.
-fn moved(recording: &Recording, rows: i64) -> Recording {
+pub fn moved(recording: &Recording, rows: i64) -> Recording {
     let repair = Repair {
         late: vec![("u_N".into(), rows)],
         ..Repair::default()

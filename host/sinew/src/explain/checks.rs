@@ -33,8 +33,8 @@ pub(super) const WORDS: &[(&str, &str, &str)] = &[
     ),
     (
         "gap",
-        "Rows are missing: the time between two rows is much longer than the others.",
-        "Cut the recording at the gap. A simulation across it would not know the input.",
+        "Rows are missing: at one place, or one by one all over the recording.",
+        "Cut the recording at a long gap. A simulation across it would not know the input.",
     ),
     (
         "input_lags",
@@ -44,7 +44,8 @@ pub(super) const WORDS: &[(&str, &str, &str)] = &[
     ),
     (
         "input_leads",
-        "An input is written one row before it acts, or the device answers one row late.",
+        "An input is written one to four rows before it acts, or the device or its sensors are \
+         that late.",
         "Where the logger did it, shift the column with --late u_N=-1. Otherwise add input_delay \
          to the rig.",
     ),
@@ -52,6 +53,11 @@ pub(super) const WORDS: &[(&str, &str, &str)] = &[
         "irregular_sampling",
         "Rows lie unevenly in time.",
         "Record with the time stamps of the device, not of the computer that receives them.",
+    ),
+    (
+        "millimetres_for_metres",
+        "A position is recorded in millimetres, and the rig takes it for metres.",
+        "Write unit = \"mm\" in the sensor, or name the column with its unit.",
     ),
     (
         "no_excitation",
@@ -68,6 +74,23 @@ pub(super) const WORDS: &[(&str, &str, &str)] = &[
         "same_recording",
         "A file holds the same rows as another, to fit or to test.",
         "Give each recording one role. A test recording that was fitted proves nothing.",
+    ),
+    (
+        "sensor_drift",
+        "A reading wanders at a steady rate: without that the rig leaves noise alone.",
+        "Let the sensor warm up, or take the drift out of the column before the fit.",
+    ),
+    (
+        "sensor_gain",
+        "A sensor reads more or less than the rig says, beside another: with its gain free the \
+         rig leaves noise alone.",
+        "Write gain = { value = 1.0 } in the sensor that you trust least, and fit.",
+    ),
+    (
+        "sensor_offset",
+        "A sensor is off by a constant: with its offset free the rig leaves noise alone.",
+        "Write offset = { value = 0.0 } in the sensor, and fit. A constant load or the rest of a \
+         spring may look the same.",
     ),
     (
         "sentinel",

@@ -4,12 +4,14 @@ use crate::diagnose::{Diagnosis, Options, Recordings, Verdict, diagnose};
 use crate::recording::Recording;
 use sinew_sim::Rig;
 
-fn path(name: &str) -> String {
+/// A file of case 24.
+pub fn path(name: &str) -> String {
     let root = env!("CARGO_MANIFEST_DIR");
     format!("{root}/tests/cases/24-wrong-bare-mass/{name}")
 }
 
-fn diagnosed(rig: &Rig) -> Diagnosis {
+/// The diagnosis of a rig with the recordings of case 24.
+pub fn diagnosed_with(rig: &Rig) -> Diagnosis {
     let read = |name: &str| Recording::read(path(name)).expect("the recording is there");
     let recordings = Recordings {
         fit: vec![read("A.csv")],
@@ -29,7 +31,7 @@ fn a_bare_number_that_is_wrong_is_suspected_with_all_that_are_as_good() {
         ("stiffness.toml", "spring.stiffness"),
         ("damping.toml", "damper.damping"),
     ] {
-        let found = diagnosed(&Rig::load(path(file)).expect("the text is a rig"));
+        let found = diagnosed_with(&Rig::load(path(file)).expect("the text is a rig"));
         assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.sentence);
         let several = found.sentence.starts_with("One of the numbers");
         let named = found.sentence.contains(&format!("`{number}`"));
@@ -41,7 +43,7 @@ fn a_bare_number_that_is_wrong_is_suspected_with_all_that_are_as_good() {
 fn a_bound_that_excludes_the_truth_is_suspected() {
     let text = std::fs::read_to_string(path("mass.toml")).expect("the text is a rig");
     let text = text.replace("inertia = 1.6", "inertia = { value = 1.5, max = 1.8 }");
-    let found = diagnosed(&Rig::parse(&text, "bound.toml").expect("the text is a rig"));
+    let found = diagnosed_with(&Rig::parse(&text, "bound.toml").expect("the text is a rig"));
     assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.sentence);
     let said = "A bound of the rig is suspected: `mass.inertia` rests at its bound of 1.80 kg; \
                 without it 2.00 kg would leave";

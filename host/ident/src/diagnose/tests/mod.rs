@@ -11,6 +11,7 @@ mod mode;
 mod moves;
 mod parts;
 mod rivals;
+mod siblings;
 mod signal;
 mod simpler;
 mod stopped;

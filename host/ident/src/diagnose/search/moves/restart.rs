@@ -89,8 +89,9 @@ pub(crate) fn restarted(
         let states = [plant, &best.trial.model.plant].map(sinew_sim::Plant::state_len);
         let alike = states == [base.trial.model.plant.state_len(); 2];
         let begins = if alike { &best.trial.point } else { known };
+        let values = best.trial.values_for(plant, &known.values);
         let from = DecisionVariables {
-            values: best.trial.values_for(plant, &known.values),
+            values: rival.trial.model.with_bare(values),
             states: begins.states.clone(),
         };
         let again = refit_from(case, &rival.trial, from, CONFIG.refit.steps);
