@@ -279,12 +279,11 @@ fn sentence(
                 ),
                 _ => String::new(),
             };
-            let left = match suspected.left >= CONFIG.acceptance.nearly {
-                true => format!(
-                    " {} of the mismatch would remain.",
-                    share_of(suspected.left)
-                ),
-                false => String::new(),
+            let left = if suspected.left >= CONFIG.acceptance.nearly {
+                let share = share_of(suspected.left);
+                format!(" {share} of the mismatch would remain.")
+            } else {
+                String::new()
             };
             let what = match &suspected.numbers[..] {
                 [number] => format!(

@@ -92,16 +92,26 @@ fn an_offset_and_a_drift_of_a_sensor_are_named_and_are_not_certain() {
 #[test]
 fn a_sensor_that_freezes_for_good_or_again_and_again_is_named() {
     let (rig, sound) = sound();
-    let q = sound.column("q_m").unwrap().to_vec();
-    let (count, half) = (q.len(), q.len() / 2);
-    for from in half..half + 5 {
-        let frozen = read_as(&sound, |row, y| if row >= from { q[from] } else { y });
-        let found = named(&rig, &frozen);
-        assert!(
-            found.iter().any(|it| it.0 == "stuck_channel"),
-            "{from} of {count}: {found:?}"
-        );
+    let q = sound.column("q_m").unwrap();
+    let stuck = |recording: &Recording| {
+        let found = named(&rig, recording);
+        assert!(found.iter().any(|it| it.0 == "stuck_channel"), "{found:?}");
+    };
+    for (from, held) in q.iter().enumerate().skip(q.len() / 2).take(5) {
+        stuck(&read_as(
+            &sound,
+            |row, y| if row >= from { *held } else { y },
+        ));
     }
+    // Ten rows of each thirty, too few alone.
+    stuck(&read_as(&sound, |row, y| {
+        let held = row - row % 30;
+        if row > 30 && row % 30 < 10 {
+            q[held]
+        } else {
+            y
+        }
+    }));
 }
 
 #[test]
