@@ -176,6 +176,10 @@ fn real() -> Vec<Sound> {
     found
 }
 
+/// Faults that recordings of real devices have by themselves, by their folder: the level sensor of
+/// the tanks stops at 10 V.
+const REAL_FAULTS: [(&str, &str); 1] = [("cascaded_tanks", "clipped")];
+
 /// The recording with a fault, where the fault can be put in.
 fn seeded(sound: &Sound, fault: &str, draw: &mut Draw) -> Option<Recording> {
     let recording = &sound.recording;
@@ -292,7 +296,11 @@ fn seeded_faults_are_named_and_sound_recordings_are_not() {
     for (index, sound) in sound.iter().enumerate() {
         let named = check(std::slice::from_ref(&sound.recording), sound.rig.as_ref());
         let kinds: Vec<&str> = named.iter().map(|check| check.kind).collect();
-        if !kinds.is_empty() {
+        let is_real = |kind: &str| {
+            let real = |(set, fault): &(&str, &str)| sound.name.starts_with(set) && *fault == kind;
+            REAL_FAULTS.iter().any(real)
+        };
+        if !kinds.iter().all(|kind| is_real(kind)) {
             false_ones.push(format!("{}: {named:?}", sound.name));
         }
         // Real recordings are many and alike: faults are put into every fourth.
