@@ -1,7 +1,10 @@
 /* One control step of a sinew model: estimator, optimisation and limits together.
 
    There is one controller, at rest at the start. Nothing here is reentrant: call from one thread or
-   one interrupt only. Values are in the model's own units; its scaling is inside. */
+   one interrupt only. Values are in the model's own units; its scaling is inside.
+
+   This is the controller alone. The supervisor of sinew's boards, which disarms after missed
+   deadlines, errors that grow, stuck sensors and missing references, is not in it. */
 #ifndef SINEW_MPC_H
 #define SINEW_MPC_H
 
@@ -20,11 +23,22 @@ void sinew_mpc_step(const float *y_measured, const float *reference, float *u_ou
    safe ones where it is null. The controller goes on estimating: a later step has no bump. */
 void sinew_mpc_open_loop(const float *y_measured, const float *u_asked, float *u_out);
 
-/* The safe commands at once, without regard to the rate limit. Clears all state. */
+/* The safe commands at once, without regard to the rate limit. Forgets the past, but not what a
+   controller with a state has learned of the plant. It does not latch: the next step controls again. */
 void sinew_mpc_emergency_stop(float *u_out);
 
-/* 0 converged, 1 iteration limit, 2 no decrease, 3 bad reference, 4 bad settings, 5 prediction not
-   finite, 6 lost (also before the first step), 7 to the safe commands, 8 open loop. */
+/* Status of a step. From 3 on nothing was optimised. */
+enum {
+    SINEW_CONVERGED = 0,
+    SINEW_ITERATION_LIMIT = 1, /* the usual case */
+    SINEW_NO_DECREASE = 2,
+    SINEW_BAD_REFERENCE = 3,   /* the earlier plan is followed, however long that lasts */
+    SINEW_BAD_SETTINGS = 4,
+    SINEW_NOT_FINITE = 5,      /* the prediction, and the cost as well */
+    SINEW_SIGNAL_LOST = 6,     /* going to the safe commands; also before the first step */
+    SINEW_DISARMED = 7,        /* going to the safe commands, as asked */
+    SINEW_OPEN_LOOP = 8
+};
 uint32_t sinew_mpc_last_status(void);
 
 /* Telemetry of the last step. */
@@ -36,7 +50,7 @@ struct sinew_mpc_telemetry {
 };
 void sinew_mpc_telemetry(struct sinew_mpc_telemetry *out);
 
-/* The outputs as they are estimated. */
+/* The outputs as they are estimated; NaN while the signal is lost. */
 void sinew_mpc_estimate(float *y_out);
 
 /* The estimated disturbance, in the network's units. */

@@ -133,7 +133,8 @@ pub unsafe extern "C" fn sinew_mpc_open_loop(
     unsafe { copy(&step.u, u_out) }
 }
 
-/// The safe commands at once, without regard to the rate limit. Clears all state.
+/// The safe commands at once, without regard to the rate limit. Forgets the past, but not what a
+/// controller with a state has learned of the plant. The next step controls again.
 ///
 /// # Safety
 /// `u_out` is null or valid for NU floats; no other call is in progress.
@@ -182,7 +183,7 @@ pub unsafe extern "C" fn sinew_mpc_telemetry(out: *mut Telemetry) {
     }
 }
 
-/// Writes the NY outputs as they are estimated, physical units.
+/// Writes the NY outputs as they are estimated, physical units; NaN while the signal is lost.
 ///
 /// # Safety
 /// `y_out` is null or valid for NY floats; no other call is in progress.
@@ -190,8 +191,13 @@ pub unsafe extern "C" fn sinew_mpc_telemetry(out: *mut Telemetry) {
 pub unsafe extern "C" fn sinew_mpc_estimate(y_out: *mut f32) {
     // SAFETY: no other call is in progress.
     let state = unsafe { &mut *STATE.0.get() };
+    let estimate = if state.status == Status::SignalLost {
+        [f32::NAN; NY]
+    } else {
+        interface(&mut state.controller).estimate()
+    };
     // SAFETY: null, or valid for NY floats.
-    unsafe { copy(&interface(&mut state.controller).estimate(), y_out) }
+    unsafe { copy(&estimate, y_out) }
 }
 
 /// Writes the estimated disturbance, model units.

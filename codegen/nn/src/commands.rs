@@ -26,6 +26,8 @@ pub fn import(network: &Network, out: Option<&Path>) -> Result<String, BuildErro
 
 /// Golden vectors of a crate whose network brings none.
 const GOLDEN: usize = 4;
+/// Inputs that are tried for them: a root or a logarithm has none at most of them.
+const TRIED: usize = 400;
 
 /// Adds golden vectors in double precision where the file of the network brings none and the crate
 /// is to compute what the network says.
@@ -40,11 +42,16 @@ fn with_golden(network: &Network, options: &Options) -> Network {
             state ^= state << 17;
             (state >> 40) as f32 / (1 << 23) as f32 - 1.0
         };
-        for _ in 0..GOLDEN {
+        for _ in 0..TRIED {
             let x: Vec<f32> = (0..network.inputs()).map(|_| next()).collect();
             let wide: Vec<f64> = x.iter().copied().map(f64::from).collect();
             let y = evaluate::run(&network, &wide);
-            network.golden.push(Golden { x, y });
+            if y.iter().all(|value| value.is_finite()) {
+                network.golden.push(Golden { x, y });
+            }
+            if network.golden.len() == GOLDEN {
+                break;
+            }
         }
     }
     network
@@ -106,4 +113,22 @@ pub fn board(name: &str) -> Result<&'static Board, BuildError> {
         name: name.into(),
         expected: BOARDS.map(|board| board.name).join(", "),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Activation, Op};
+
+    #[test]
+    fn golden_vectors_are_where_the_network_has_values() {
+        let mut network = Network::new("root", "x", vec![2]);
+        network
+            .push("root", Op::Activation(Activation::Root), vec![0])
+            .expect("a root of two values");
+        let network = with_golden(&network, &Options::default());
+        assert_eq!(network.golden.len(), GOLDEN);
+        let mut inputs = network.golden.iter().flat_map(|golden| &golden.x);
+        assert!(inputs.all(|x| *x >= 0.0));
+    }
 }

@@ -32,6 +32,8 @@ const REFUSED: &[(&str, &str)] = &[
     ("45-open-steps/padded.onnx", "open length"),
     ("45-open-steps/softmax.onnx", "open length"),
     ("45-open-steps/twice.keras", "open length"),
+    ("46-wrap-and-bounds/far-bounds.onnx", "a bound of"),
+    ("46-wrap-and-bounds/wrap-cut.onnx", "also cuts"),
 ];
 
 /// Outcome of one file.

@@ -10,7 +10,7 @@ use crate::tuning::Tuning;
 
 /// A measurement further than this from model zero, in model units, is no measurement: a thousand
 /// times the range that was seen in training. It also keeps every sum below finite.
-const IMPLAUSIBLE: f32 = 1.0e3;
+pub(crate) const IMPLAUSIBLE: f32 = 1.0e3;
 
 /// Result of taking a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

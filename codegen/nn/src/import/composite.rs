@@ -10,6 +10,10 @@ const MAX_POWER: u32 = 8;
 /// Bounds from which on a value is not bounded.
 const UNBOUNDED: f32 = 1e30;
 
+/// The largest bound. Values are bounded by sums with it, which keep no digit below its own last:
+/// near 1 they would lose more than a thousandth.
+const FAR: f32 = 1e4;
+
 /// Part of a function of `z`, with its factor.
 enum Piece {
     /// `z`.
@@ -65,6 +69,14 @@ impl Network {
         high: f32,
     ) -> Result<usize, NetworkError> {
         let open = |bound: f32| bound.abs() >= UNBOUNDED;
+        let far = |bound: &f32| !open(*bound) && bound.abs() > FAR;
+        if let Some(bound) = [low, high].iter().find(|bound| far(bound)) {
+            return Err(NetworkError::unsupported(
+                name,
+                format!("a bound of {bound}"),
+                format!("leave it out where no value is that large, or keep it within {FAR}"),
+            ));
+        }
         match (open(low), open(high)) {
             (true, true) => Ok(x),
             (false, true) => {
@@ -621,5 +633,18 @@ mod tests {
             &x,
         );
         assert_eq!(found, [0.0, 0.0, 0.0, 2.0, 3.0, 0.0, 5.0, 6.0, 0.0]);
+    }
+
+    #[test]
+    fn a_bound_that_would_take_the_digits_of_a_value_is_refused() {
+        let mut network = Network::new("bounded", "x", vec![2]);
+        for (low, high) in [(-1e6, 1e6), (-1e5, f32::INFINITY), (f32::NEG_INFINITY, 2e4)] {
+            let refused = network.clipped("clip", 0, low, high);
+            let refused = refused.expect_err("a far bound").to_string();
+            assert!(refused.contains("a bound of"), "{refused}");
+        }
+        for (low, high) in [(-1.0, 6.0), (0.0, f32::INFINITY), (f32::MIN, f32::MAX)] {
+            assert!(network.clipped("clip", 0, low, high).is_ok());
+        }
     }
 }

@@ -4,8 +4,8 @@ use super::covariance::Covariance;
 use super::settings::{Prior, variance};
 use crate::math::clamp;
 
-/// A value further than this from model zero is none; also keeps every sum finite.
-pub(super) const IMPLAUSIBLE: f32 = 1.0e6;
+/// A state further than this from model zero is none; also keeps every sum finite.
+const IMPLAUSIBLE: f32 = 1.0e6;
 
 /// Everything that readings change.
 #[derive(Clone, Copy, Debug)]

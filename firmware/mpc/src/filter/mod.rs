@@ -102,9 +102,10 @@ pub use late::LateFilter;
 pub use settings::{FilterSettings, InvalidFilterSetting, Prior};
 pub use state_space::{MeasurementJacobian, StateSpace, TransitionJacobian};
 
+use crate::estimator::IMPLAUSIBLE;
 use crate::estimator::Sample;
 use crate::math::clamp;
-use estimate::{Estimate, IMPLAUSIBLE};
+use estimate::Estimate;
 use settings::variance;
 
 /// Periods whose parameter noise may be owed: what readings took from a parameter's variance is

@@ -19,7 +19,7 @@ use sinew_ident::recording::Recording;
 #[derive(Args)]
 #[command(after_long_help = "Examples:\n  \
     sinew calibrate rig.toml model --fit camera.csv --out model-7\n  \
-    sinew emit model-7 --out firmware-7 --board stm32f446")]
+    sinew emit model-7 --out firmware-7")]
 pub struct Arguments {
     /// The rig file (TOML) with `sensed_by` in its [control] table.
     rig: PathBuf,
@@ -89,7 +89,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         said.line(sensor_line(&spec, &found));
         said.line(arguments.out.join(store::MODEL_FILE).display());
         said.line(format!(
-            "next: sinew emit {} --out firmware --board stm32f446",
+            "next: sinew emit {} --out firmware",
             arguments.out.display()
         ));
     }

@@ -50,6 +50,14 @@ pub struct Arguments {
 /// # Errors
 /// A bad model, a file that cannot be written, or a library that does not build.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    if arguments.out.is_file() {
+        let out = arguments.out.display();
+        return Err(Error::must_be(
+            "--out",
+            "a folder",
+            format!("the file {out}"),
+        ));
+    }
     let folder = arguments.model.join(NETWORK_FILE);
     let is_network = arguments.model.is_file() || folder.is_file();
     if is_network && arguments.wiring.is_some() {
@@ -79,9 +87,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         "{}: the model, as Rust",
         arguments.out.join("model").display()
     );
+    let board = match &arguments.wiring {
+        Some(file) => project::wired::read(file)?.1.name,
+        None => "qemu",
+    };
     println!(
         "{}: `cargo build --release` makes its image",
-        arguments.out.join("boards/qemu").display()
+        arguments.out.join("boards").join(board).display()
     );
     Ok(())
 }
@@ -108,6 +120,7 @@ fn network(arguments: &Arguments) -> Result<()> {
 
 /// Prints a controller, and its network where it is one alone, as libraries for C.
 fn for_c(arguments: &Arguments, spec: &ModelSpec) -> Result<()> {
+    project::ready(project::Board::Stm32f446)?;
     let folder = arguments.out.join(CONTROLLER);
     let kept = c_library::write(&folder, spec, arguments.optimise)?;
     if spec.state.is_none() {
@@ -115,7 +128,7 @@ fn for_c(arguments: &Arguments, spec: &ModelSpec) -> Result<()> {
     }
     print!("{}", project::kept(&kept));
     let stage = Stage::begin("build the controller's libraries", false);
-    let built = c_library::build(&folder, &folder.join("rust/target"))?;
+    let built = c_library::build(&folder, &arguments.out.join("target"))?;
     stage.end("for a Cortex-M4F and for this computer");
     for library in &built {
         println!("controller library {}", library.display());

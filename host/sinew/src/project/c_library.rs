@@ -97,14 +97,23 @@ fn header(spec: &ModelSpec) -> String {
 #ifndef SINEW_MODEL_H
 #define SINEW_MODEL_H
 
+#include <math.h>
+
 #define SINEW_MPC_COMMANDS {commands}
 #define SINEW_MPC_OUTPUTS {outputs}
 #define SINEW_MPC_CHANNELS {channels}
 #define SINEW_MPC_READINGS {readings} /* outputs, then channels */
 #define SINEW_MPC_ROWS {rows} /* of the reference */
 #define SINEW_MPC_DISTURBANCES {disturbances}
-#define SINEW_MPC_PERIOD_S {period:?}
+#define SINEW_MPC_PERIOD_S {period}
+#define SINEW_MPC_MAX_MISSING {missing} /* samples in a row; then the signal is lost */
 #define SINEW_MPC_MODEL 0x{model:08x}u /* fingerprint */
+
+/* Initialisers of arrays with a value for each command; rates are a second. */
+#define SINEW_MPC_LOWER {lower}
+#define SINEW_MPC_UPPER {upper}
+#define SINEW_MPC_RATE {rate}
+#define SINEW_MPC_SAFE {safe}
 
 ",
         name = comment(&spec.name),
@@ -112,26 +121,40 @@ fn header(spec: &ModelSpec) -> String {
         outputs = outputs.len(),
         channels = channels.len(),
         readings = outputs.len() + channels.len(),
-        period = spec.period_s,
+        period = number(spec.period_s),
+        missing = control.max_missing_samples,
+        lower = array(&control.lower),
+        upper = array(&control.upper),
+        rate = array(&control.rate_limit),
+        safe = array(&control.safe),
         model = fingerprint(spec),
     );
-    for (index, signal) in commands.iter().enumerate() {
-        let _ = writeln!(
-            text,
-            "/* command {index}: {}, {} to {}, at most {} a second, safe at {} */",
-            comment(&signal.name),
-            control.lower[index],
-            control.upper[index],
-            control.rate_limit[index],
-            control.safe[index],
-        );
-    }
-    for (what, signals) in [("output", outputs), ("channel", channels)] {
+    let signals = [
+        ("command", commands),
+        ("output", outputs),
+        ("channel", channels),
+    ];
+    for (what, signals) in signals {
         for (index, signal) in signals.iter().enumerate() {
             let _ = writeln!(text, "/* {what} {index}: {} */", comment(&signal.name));
         }
     }
     text + "\n#endif\n"
+}
+
+/// A number as C writes a `float`.
+fn number(value: f64) -> String {
+    if value.is_finite() {
+        format!("{:?}f", value as f32)
+    } else {
+        "HUGE_VALF".into()
+    }
+}
+
+/// An initialiser in C.
+fn array(values: &[f64]) -> String {
+    let numbers: Vec<String> = values.iter().map(|value| number(*value)).collect();
+    format!("{{ {} }}", numbers.join(", "))
 }
 
 /// A name within a C comment.

@@ -57,6 +57,12 @@ impl Import<'_> {
             let message = format!("{} pads for {} axes", pads.len(), axes.len());
             return Err(node.malformed(message));
         }
+        if mode == "wrap" && pads.iter().any(|&pad| pad < 0) {
+            return Err(node.unsupported(
+                "a Pad of the mode wrap that also cuts",
+                "cut by a Slice, then wrap",
+            ));
+        }
         let mut all = vec![[0_i64; 2]; dims.len()];
         for (i, &axis) in axes.iter().enumerate() {
             all[axis] = [pads[i], pads[i + axes.len()]];

@@ -30,10 +30,15 @@ static int read_row(void)
 int main(int n, char **asked)
 {
     if (n > 1 + SINEW_MPC_OUTPUTS)
-        return fprintf(stderr, "rows: at most %d outputs, got %d\n", SINEW_MPC_OUTPUTS, n - 1), 2;
-    for (int row = 0; row < SINEW_MPC_ROWS; row++)
-        for (int i = 0; i + 1 < n; i++)
-            reference[row][i] = strtof(asked[i + 1], NULL);
+        return fprintf(stderr, "rows: the outputs are %d, got %d\n", SINEW_MPC_OUTPUTS, n - 1), 2;
+    for (int i = 0; i + 1 < n; i++) {
+        char *end;
+        float value = strtof(asked[i + 1], &end);
+        if (end == asked[i + 1] || *end != '\0')
+            return fprintf(stderr, "rows: expected a number, got \"%s\"\n", asked[i + 1]), 2;
+        for (int row = 0; row < SINEW_MPC_ROWS; row++)
+            reference[row][i] = value;
+    }
     while (read_row()) {
         struct sinew_mpc_telemetry said;
         sinew_mpc_step(y, &reference[0][0], u);
