@@ -66,7 +66,7 @@ pub fn write(folder: &Path, spec: &ModelSpec, optimise: Optimise) -> Result<Vec<
 }
 
 /// Builds the libraries of the sources in `folder`: their files, that of the microcontroller first.
-/// What cargo compiles goes to `cache`.
+/// Compiled parts go to `cache`.
 ///
 /// # Errors
 /// As [`run_cargo`]; a copy that cannot be written.
