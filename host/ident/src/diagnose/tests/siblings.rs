@@ -82,7 +82,7 @@ fn bounds_that_hide_behind_one_another_are_all_said() {
     let rig = stage(&[
         (
             "inertia = { value = 1.6 }",
-            "inertia = { value = 1.5, max = 1.8 }",
+            "inertia = { value = 1.4, max = 1.5 }",
         ),
         (
             "stiffness = { value = 40.0 }",
