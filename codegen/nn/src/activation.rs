@@ -60,6 +60,13 @@ pub enum Activation {
         /// Value at 0.
         beta: f32,
     },
+    /// `min(max(z, low), high)`.
+    Clip {
+        /// Smallest value; minus infinity if there is none.
+        low: f32,
+        /// Largest value; infinity if there is none.
+        high: f32,
+    },
     /// `1 / (1 + exp(-z))`.
     Sigmoid,
     /// `tanh z`.

@@ -28,12 +28,18 @@ pub enum Op {
     Activation(Activation),
     /// Softmax over the last axis.
     Softmax,
+    /// Logarithm of softmax over the last axis.
+    LogSoftmax,
     /// A recurrent layer.
     Recurrent(Recurrent),
     /// The sum of values of equal shape.
     Add,
     /// The product, value by value, of two values of equal shape.
     Multiply,
+    /// The larger, value by value, of two values of equal shape.
+    Maximum,
+    /// The smaller, value by value, of two values of equal shape.
+    Minimum,
     /// Values at places of what it reads: slices, reversals, repetitions, padding.
     Select(Selection),
     /// `(x - mean) / sqrt(variance + epsilon)`, with mean and variance of each run of the last
@@ -260,6 +266,7 @@ impl Op {
             Self::Scale { .. } => "scale",
             Self::Activation(_) => "activation",
             Self::Softmax => "softmax",
+            Self::LogSoftmax => "log_softmax",
             Self::Recurrent(layer) => match layer.cell {
                 Cell::Simple { .. } => "simple_rnn",
                 Cell::Gru { .. } => "gru",
@@ -267,6 +274,8 @@ impl Op {
             },
             Self::Add => "add",
             Self::Multiply => "multiply",
+            Self::Maximum => "maximum",
+            Self::Minimum => "minimum",
             Self::Select(_) => "select",
             Self::Normalise { .. } => "normalise",
             Self::Concatenate(_) => "concatenate",

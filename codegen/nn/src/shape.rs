@@ -1,7 +1,7 @@
 //! The shape that a layer gives, or why it does not fit what it reads.
 
 use super::limits::{MAX_AXES, MAX_LENGTH, MAX_PARAMETERS, MAX_SELECTED};
-use super::{NetworkError, Op, Recurrent, Window};
+use super::{Activation, NetworkError, Op, Recurrent, Window};
 
 /// # Errors
 /// [`NetworkError`], naming `layer`.
@@ -10,7 +10,7 @@ pub(super) fn infer(layer: &str, op: &Op, inputs: &[&[usize]]) -> Result<Vec<usi
     let expected = match op {
         Op::Input => 0,
         Op::Add | Op::Concatenate(_) => inputs.len().max(1),
-        Op::Multiply => 2,
+        Op::Multiply | Op::Maximum | Op::Minimum => 2,
         _ => 1,
     };
     if inputs.len() != expected {
@@ -67,7 +67,10 @@ pub(super) fn infer(layer: &str, op: &Op, inputs: &[&[usize]]) -> Result<Vec<usi
             tensor(layer, "offset", offset.len(), &[channels])?;
             from.to_vec()
         }
-        Op::Activation(_) | Op::Softmax => from.to_vec(),
+        Op::Activation(Activation::Clip { low, high }) if low.is_nan() || !(low <= high) => {
+            return wrong(format!("its bounds are {low} and {high}"));
+        }
+        Op::Activation(_) | Op::Softmax | Op::LogSoftmax => from.to_vec(),
         Op::Recurrent(recurrent) => steps(layer, recurrent, from)?,
         Op::Add => {
             if let Some(other) = inputs.iter().find(|other| **other != from) {
@@ -77,9 +80,10 @@ pub(super) fn infer(layer: &str, op: &Op, inputs: &[&[usize]]) -> Result<Vec<usi
             }
             from.to_vec()
         }
-        Op::Multiply => {
+        Op::Multiply | Op::Maximum | Op::Minimum => {
             if inputs[0] != inputs[1] {
-                return wrong(format!("it multiplies {:?} and {:?}", inputs[0], inputs[1]));
+                let (a, b) = (inputs[0], inputs[1]);
+                return wrong(format!("it reads {a:?} and {b:?}: shapes have to be equal"));
             }
             from.to_vec()
         }

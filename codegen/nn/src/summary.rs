@@ -128,6 +128,7 @@ fn activation(g: Activation) -> String {
         Activation::SELU => "selu".into(),
         Activation::Elu { alpha, .. } => format!("elu {alpha}"),
         Activation::HardSigmoid { alpha, beta } => format!("hard_sigmoid {alpha} {beta}"),
+        Activation::Clip { low, high } => format!("clip {low} {high}"),
         Activation::GeluTanh => "gelu (tanh)".into(),
         other => format!("{other:?}").to_lowercase(),
     }

@@ -1,5 +1,6 @@
 //! Activations, element by element.
 
+mod clip;
 mod elu;
 mod exponential;
 mod gelu;
@@ -16,6 +17,7 @@ mod softsign;
 mod swish;
 mod tanh;
 
+pub use clip::Clip;
 pub use elu::Elu;
 pub use exponential::Exponential;
 pub use gelu::{Gelu, GeluTanh};

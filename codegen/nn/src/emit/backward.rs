@@ -176,9 +176,10 @@ impl Printer<'_> {
                     [vec![activation(*g)], values.into()].concat(),
                 );
             }
-            Op::Softmax => {
+            Op::Softmax | Op::LogSoftmax => {
+                let kernel = node.op.kind();
                 let last = node.shape.last().copied().unwrap_or(1);
-                let function = format!("softmax_back::<_, {after}, {last}, R>");
+                let function = format!("{kernel}_back::<_, {after}, {last}, R>");
                 self.within(place, &function, vec![plan.borrowed(place)]);
             }
             Op::Add => {
@@ -190,6 +191,16 @@ impl Printer<'_> {
                 for (own, other) in [(0, 1), (1, 0)] {
                     let other = plan.borrowed(node.from[other]);
                     self.reach(node.from[own], "multiply_back", vec![other, t_y.clone()]);
+                }
+            }
+            Op::Maximum | Op::Minimum => {
+                let largest = node.op == Op::Maximum;
+                let values = [0, 1].map(|input| plan.borrowed(node.from[input]));
+                for input in 0..2 {
+                    let first = input == 0;
+                    let function = format!("extreme_back::<_, {after}, R, {largest}, {first}>");
+                    let arguments = [values.to_vec(), vec![t_y.clone()]].concat();
+                    self.reach(node.from[input], &function, arguments);
                 }
             }
             Op::Select(_) => self.reach(from, "select_back", vec![weights("_PLACES"), t_y]),

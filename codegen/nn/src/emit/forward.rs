@@ -42,6 +42,9 @@ pub(super) fn activation(g: Activation) -> String {
                 float(beta)
             )
         }
+        Activation::Clip { low, high } => {
+            format!("Clip {{ low: {}, high: {} }}", float(low), float(high))
+        }
         Activation::Sigmoid => "Sigmoid".into(),
         Activation::Tanh => "Tanh".into(),
         Activation::Exponential => "Exponential".into(),
@@ -100,16 +103,12 @@ fn statement(plan: &Plan<'_>, place: usize) -> String {
         }
         Op::Scale { .. } => call(4, "scale", &[weights("_GAIN"), weights("_OFFSET"), x, y]),
         Op::Activation(g) if plan.is_in_place(place) => call(4, "activate", &[activation(*g), y]),
-        Op::Activation(Activation::Linear) | Op::Softmax if !plan.is_in_place(place) => {
-            let copy = copy(plan, place, from);
-            if node.op == Op::Softmax {
-                copy + &softmax(plan, place)
-            } else {
-                copy
-            }
+        Op::Activation(Activation::Linear) if !plan.is_in_place(place) => copy(plan, place, from),
+        Op::Softmax | Op::LogSoftmax if !plan.is_in_place(place) => {
+            copy(plan, place, from) + &softmax(plan, place)
         }
         Op::Activation(g) => call(4, "activate_from", &[activation(*g), x, y]),
-        Op::Softmax => softmax(plan, place),
+        Op::Softmax | Op::LogSoftmax => softmax(plan, place),
         Op::Add => {
             let mut text = copy(plan, place, from);
             for &other in &node.from[1..] {
@@ -120,6 +119,11 @@ fn statement(plan: &Plan<'_>, place: usize) -> String {
         Op::Multiply => {
             let copy = copy(plan, place, from);
             copy + &call(4, "multiply", &[plan.borrowed(node.from[1]), y])
+        }
+        Op::Maximum | Op::Minimum => {
+            let largest = node.op == Op::Maximum;
+            let function = format!("extreme::<_, {after}, {largest}>");
+            copy(plan, place, from) + &call(4, &function, &[plan.borrowed(node.from[1]), y])
         }
         Op::Select(_) => call(4, "select", &[weights("_PLACES"), x, y]),
         Op::Normalise { epsilon } => {
@@ -140,11 +144,13 @@ fn copy(plan: &Plan<'_>, place: usize, from: usize) -> String {
     format!("    {} = {x};\n", plan.value(place))
 }
 
+/// A softmax, or its logarithm, in place.
 fn softmax(plan: &Plan<'_>, place: usize) -> String {
     let node = &plan.network.nodes[place];
     let (all, last) = (node.len(), node.shape.last().copied().unwrap_or(1));
     let y = format!("&mut {}", plan.value(place));
-    call(4, &format!("softmax::<_, {all}, {last}>"), &[y])
+    let kernel = node.op.kind();
+    call(4, &format!("{kernel}::<_, {all}, {last}>"), &[y])
 }
 
 /// Shape of the result and steps in what is read, both of three axes.

@@ -21,6 +21,7 @@ const FILES: &[(&str, &str)] = &[
     kernel!("math/root.rs"),
     kernel!("math/rough.rs"),
     kernel!("math/rougher.rs"),
+    kernel!("layers/activation/clip.rs"),
     kernel!("layers/activation/elu.rs"),
     kernel!("layers/activation/exponential.rs"),
     kernel!("layers/activation/gelu.rs"),
@@ -41,8 +42,10 @@ const FILES: &[(&str, &str)] = &[
     kernel!("layers/convolution.rs"),
     kernel!("layers/dense.rs"),
     kernel!("layers/elementwise.rs"),
+    kernel!("layers/extreme.rs"),
     kernel!("layers/gate.rs"),
     kernel!("layers/gru.rs"),
+    kernel!("layers/log_softmax.rs"),
     kernel!("layers/lstm.rs"),
     kernel!("layers/normalisation.rs"),
     kernel!("layers/pooling.rs"),
@@ -60,6 +63,7 @@ pub(super) const ITEMS: &[(&str, &[&str])] = &[
     (
         "layers::activation",
         &[
+            "Clip",
             "Elu",
             "Exponential",
             "Gelu",
@@ -108,6 +112,8 @@ pub(super) const ITEMS: &[(&str, &[&str])] = &[
         "layers::elementwise",
         &["activate", "activate_back", "activate_from", "slopes"],
     ),
+    ("layers::extreme", &["extreme", "extreme_back"]),
+    ("layers::log_softmax", &["log_softmax", "log_softmax_back"]),
     ("layers::normalisation", &["normalise", "normalise_back"]),
     (
         "layers::pooling",
@@ -163,6 +169,7 @@ pub(super) fn files(plan: &Plan<'_>, accuracy: Accuracy, rectified: bool) -> Vec
         layers.insert("activation");
     }
     let exponential = layers.contains("softmax")
+        || layers.contains("log_softmax")
         || accuracy == Accuracy::Precise
         || activations.iter().any(|(module, _)| {
             matches!(
@@ -321,6 +328,8 @@ fn modules(op: &Op) -> &'static [&'static str] {
         Op::Normalise { .. } => &["normalisation"],
         Op::Activation(_) => &["elementwise"],
         Op::Softmax => &["softmax"],
+        Op::LogSoftmax => &["log_softmax"],
+        Op::Maximum | Op::Minimum => &["extreme"],
         Op::Recurrent(layer) => match layer.cell {
             Cell::Simple { .. } => &["arithmetic", "dense", "elementwise", "gate", "rnn", "rows"],
             Cell::Gru { .. } => &[
@@ -358,6 +367,7 @@ fn names(g: Activation) -> &'static [(&'static str, &'static str)] {
         Activation::Softsign => &[("softsign", "Softsign")],
         Activation::Swish => &[("swish", "Swish"), ("sigmoid", "Sigmoid")],
         Activation::HardSigmoid { .. } => &[("hard_sigmoid", "HardSigmoid")],
+        Activation::Clip { .. } => &[("clip", "Clip")],
         Activation::Sigmoid => &[("sigmoid", "Sigmoid")],
         Activation::Tanh => &[("tanh", "Tanh")],
         Activation::Exponential => &[("exponential", "Exponential")],

@@ -31,7 +31,7 @@ impl<'a> Plan<'a> {
             let own = match (&node.op, node.from.first()) {
                 // A network that only reshapes still has a result of its own.
                 (Op::Reshape(_), Some(&from)) if place != last || buffer[from] != 0 => buffer[from],
-                (Op::Activation(_) | Op::Softmax, Some(&from)) => {
+                (Op::Activation(_) | Op::Softmax | Op::LogSoftmax, Some(&from)) => {
                     let alone = readers[from] == 1 && buffer[from] == from;
                     if alone && in_place(network, node, from) {
                         from
@@ -134,7 +134,7 @@ impl<'a> Plan<'a> {
 fn in_place(network: &Network, node: &Node, from: usize) -> bool {
     let before = !matches!(
         network.nodes[from].op,
-        Op::Input | Op::Activation(_) | Op::Softmax
+        Op::Input | Op::Activation(_) | Op::Softmax | Op::LogSoftmax | Op::Normalise { .. }
     );
     let own = match node.op {
         Op::Activation(g) => g.slope_from_value(),

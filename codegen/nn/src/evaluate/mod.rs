@@ -72,6 +72,15 @@ fn stateless<T: Real>(network: &Network, node: &Node, values: &[Vec<T>]) -> Vec<
             let last = node.shape.last().copied().unwrap_or(1);
             x.chunks(last).flat_map(softmax).collect()
         }
+        Op::LogSoftmax => {
+            let last = node.shape.last().copied().unwrap_or(1);
+            x.chunks(last).flat_map(log_softmax).collect()
+        }
+        Op::Maximum | Op::Minimum => {
+            let largest = node.op == Op::Maximum;
+            let pairs = x.iter().zip(&values[node.from[1]]);
+            pairs.map(|(a, b)| extreme(largest, a, b)).collect()
+        }
         Op::Add => node.from[1..].iter().fold(x.clone(), |sum, &other| {
             sum.into_iter()
                 .zip(&values[other])
@@ -231,6 +240,9 @@ fn apply<T: Real>(g: Activation, z: T) -> T {
                 y
             }
         }
+        Activation::Clip { high, .. } if z.number() >= f64::from(high) => narrow(high),
+        Activation::Clip { low, .. } if z.number() <= f64::from(low) => narrow(low),
+        Activation::Clip { .. } => z,
         Activation::Sigmoid => sigmoid(z),
         Activation::Tanh => z.tanh(),
         Activation::Exponential => z.exp(),
@@ -252,6 +264,24 @@ fn softmax<T: Real>(z: &[T]) -> Vec<T> {
         .collect();
     let sum = e.iter().cloned().fold(T::of(0.0), |sum, e| sum + e);
     e.into_iter().map(|e| e / sum.clone()).collect()
+}
+
+fn log_softmax<T: Real>(z: &[T]) -> Vec<T> {
+    let largest = z.iter().map(Real::number).fold(f64::NEG_INFINITY, f64::max);
+    let below: Vec<T> = z.iter().map(|z| z.clone() - T::of(largest)).collect();
+    let sum = below.iter().fold(T::of(0.0), |sum, z| sum + z.exp()).ln();
+    below.into_iter().map(|z| z - sum.clone()).collect()
+}
+
+/// The larger or smaller of two numbers, the first where they are equal; NaN where either is.
+fn extreme<T: Real>(largest: bool, a: &T, b: &T) -> T {
+    let (first, second) = (a.number(), b.number());
+    let beyond = if largest {
+        second > first
+    } else {
+        second < first
+    };
+    if beyond || second.is_nan() { b } else { a }.clone()
 }
 
 fn normalise<T: Real>(x: &[T], epsilon: f64) -> Vec<T> {

@@ -150,6 +150,7 @@ fn op(layer: &str, kind: Kind, file: &SafeTensors<'_>) -> Result<Op, NetworkErro
         },
         Kind::Activation { function } => Op::Activation(function.into()),
         Kind::Softmax => Op::Softmax,
+        Kind::LogSoftmax => Op::LogSoftmax,
         Kind::SimpleRnn {
             activation,
             sequences,
@@ -189,6 +190,8 @@ fn op(layer: &str, kind: Kind, file: &SafeTensors<'_>) -> Result<Op, NetworkErro
         }
         Kind::Add => Op::Add,
         Kind::Multiply => Op::Multiply,
+        Kind::Maximum => Op::Maximum,
+        Kind::Minimum => Op::Minimum,
         Kind::Select { shape, places } => {
             let place =
                 |&place: &i64| (place != -1).then(|| place.try_into().unwrap_or(usize::MAX));

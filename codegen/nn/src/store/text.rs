@@ -60,6 +60,7 @@ pub(super) enum Kind {
         function: Function,
     },
     Softmax,
+    LogSoftmax,
     SimpleRnn {
         activation: Function,
         sequences: bool,
@@ -80,6 +81,8 @@ pub(super) enum Kind {
     },
     Add,
     Multiply,
+    Maximum,
+    Minimum,
     Select {
         shape: Vec<usize>,
         places: Vec<i64>,
@@ -122,6 +125,7 @@ pub(super) enum Function {
     Softsign,
     Swish,
     HardSigmoid { alpha: f32, beta: f32 },
+    Clip { low: f32, high: f32 },
     Sigmoid,
     Tanh,
     Exponential,
@@ -143,6 +147,7 @@ macro_rules! same_names {
             $from::Softsign => $to::Softsign,
             $from::Swish => $to::Swish,
             $from::HardSigmoid { alpha, beta } => $to::HardSigmoid { alpha, beta },
+            $from::Clip { low, high } => $to::Clip { low, high },
             $from::Sigmoid => $to::Sigmoid,
             $from::Tanh => $to::Tanh,
             $from::Exponential => $to::Exponential,

@@ -128,6 +128,7 @@ fn kind(op: &Op) -> Option<Kind> {
             function: (*g).into(),
         },
         Op::Softmax => Kind::Softmax,
+        Op::LogSoftmax => Kind::LogSoftmax,
         Op::Recurrent(layer) => {
             let (sequences, streaming) = (layer.sequences, layer.streaming);
             match layer.cell {
@@ -157,6 +158,8 @@ fn kind(op: &Op) -> Option<Kind> {
         }
         Op::Add => Kind::Add,
         Op::Multiply => Kind::Multiply,
+        Op::Maximum => Kind::Maximum,
+        Op::Minimum => Kind::Minimum,
         Op::Select(selection) => {
             let place = |place: &Option<usize>| place.map_or(-1, |place| place as i64);
             Kind::Select {

@@ -343,6 +343,7 @@ pub fn cases() -> Vec<Case> {
     networks.push(builder.done());
 
     networks.extend(products_and_choices());
+    networks.extend(bounds_and_logarithms());
 
     let mut cases: Vec<Case> = networks
         .into_iter()
@@ -474,6 +475,68 @@ fn products_and_choices() -> Vec<Network> {
     }
     let all = builder.add(Op::Concatenate(0), &parts);
     builder.dense_of(all, 3);
+    networks.push(builder.done());
+    networks
+}
+
+/// Networks with bounds near and far, the larger and smaller of values, and logarithms of softmax
+/// close to the largest value and far below it.
+fn bounds_and_logarithms() -> Vec<Network> {
+    let mut networks = Vec::new();
+    let mut builder = Builder::new("clips", &[5]);
+    let mut parts = Vec::new();
+    for (low, high) in [
+        (-0.2, 0.3),
+        (f32::NEG_INFINITY, 0.1),
+        (-0.1, f32::INFINITY),
+        (-1e6, 1e7),
+    ] {
+        let dense = builder.dense_of(0, 4);
+        let clip = Op::Activation(Activation::Clip { low, high });
+        parts.push(builder.add(clip.clone(), &[dense]));
+        parts.push(builder.add(clip, &[0]));
+    }
+    let (a, b) = (builder.dense_of(0, 5), builder.dense_of(0, 5));
+    parts.push(builder.add(Op::Maximum, &[a, b]));
+    parts.push(builder.add(Op::Minimum, &[0, a]));
+    parts.push(builder.add(Op::Maximum, &[b, 0]));
+    let all = builder.add(Op::Concatenate(0), &parts);
+    let (c, d) = (builder.dense_of(all, 3), builder.dense_of(all, 3));
+    builder.add(Op::Minimum, &[c, d]);
+    networks.push(builder.done());
+
+    let mut builder = Builder::new("only-maximum", &[4]);
+    let tanh = builder.add(Op::Activation(Activation::Tanh), &[0]);
+    builder.add(Op::Maximum, &[0, tanh]);
+    networks.push(builder.done());
+
+    let mut builder = Builder::new("only-log-softmax", &[2, 4]);
+    builder.then(Op::LogSoftmax);
+    networks.push(builder.done());
+    let mut builder = Builder::new("log-softmax-far", &[5]);
+    builder.dense(4);
+    let far = vec![150.0; 4];
+    builder.then(Op::Scale {
+        gain: far.clone(),
+        offset: far,
+    });
+    builder.then(Op::LogSoftmax);
+    networks.push(builder.done());
+
+    // The slope of a normalisation is that of its own values, which the activation may not take.
+    let mut builder = Builder::new("normalised-activated", &[6]);
+    builder
+        .dense(5)
+        .then(Op::Normalise { epsilon: 1e-3 })
+        .activation(Activation::Relu)
+        .dense(3);
+    networks.push(builder.done());
+    let mut builder = Builder::new("log-softmax-activated", &[6]);
+    builder
+        .dense(5)
+        .then(Op::LogSoftmax)
+        .activation(Activation::Tanh)
+        .dense(3);
     networks.push(builder.done());
     networks
 }

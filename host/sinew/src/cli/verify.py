@@ -14,7 +14,10 @@ def of_onnx(path):
     import numpy
     import onnxruntime
 
-    session = onnxruntime.InferenceSession(path, providers=["CPUExecutionProvider"])
+    # An optimised graph rounds activations where weights are integers.
+    options = onnxruntime.SessionOptions()
+    options.graph_optimization_level = onnxruntime.GraphOptimizationLevel.ORT_DISABLE_ALL
+    session = onnxruntime.InferenceSession(path, options, providers=["CPUExecutionProvider"])
     given = session.get_inputs()[0]
     shape = [n if isinstance(n, int) and n > 0 else 1 for n in given.shape]
     kind = numpy.float64 if "double" in given.type else numpy.float32

@@ -40,7 +40,7 @@ impl Import<'_> {
         })
     }
 
-    /// Bounds as a hard sigmoid between them; a bound of 0 below alone is a ReLU.
+    /// A value held between two bounds; a bound of 0 below alone is a ReLU.
     pub(super) fn clip(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
         let value = self.value(node, 0)?;
         let bound = |input: usize, attribute: &str, open: f32| -> Result<f32, NetworkError> {
@@ -58,39 +58,30 @@ impl Import<'_> {
         Ok(vec![Value { place, ..value }])
     }
 
-    /// The larger, or the smaller, of a value and one number.
+    /// The larger, or the smaller, of a value and constants, or of several values.
     pub(super) fn bounded(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
         let is_constant = |input: usize| {
             let name = node.input(input).unwrap_or("");
             self.constants.contains_key(name)
         };
-        let (value, bound) = match [is_constant(0), is_constant(1)] {
-            [false, true] if node.proto.input.len() == 2 => (0, 1),
-            [true, false] if node.proto.input.len() == 2 => (1, 0),
-            [false, false] => return self.joined(node),
+        let inputs = node.proto.input.len();
+        let constants: Vec<usize> = (0..inputs).filter(|&input| is_constant(input)).collect();
+        let (value, bound) = match *constants.as_slice() {
+            [] => return self.joined(node),
+            [bound] if inputs == 2 => (1 - bound, bound),
             _ => {
-                let what = format!("{} of constants and values", node.proto.op_type);
-                return Err(node.unsupported(what, "a value and one number work"));
+                let op = &node.proto.op_type;
+                let what = format!("{op} of constants and {inputs} inputs together");
+                let nearest = format!("two {op} in turn work, one with the constant");
+                return Err(node.unsupported(what, &nearest));
             }
         };
-        let bound = self.needed(node, bound)?.values.clone();
-        let Some(&first) = bound
-            .first()
-            .filter(|&first| bound.iter().all(|c| c == first))
-        else {
-            let what = format!("{} of a value and several numbers", node.proto.op_type);
-            return Err(node.unsupported(what, "a value and one number work"));
-        };
+        let bound = self.needed(node, bound)?.clone();
         let value = self.value(node, value)?;
-        if bound.len() > value.len() {
-            return Err(node.unsupported("a bound larger than its value", "one number works"));
-        }
-        let (low, high) = if node.proto.op_type == "Max" {
-            (first, f32::MAX)
-        } else {
-            (f32::MIN, first)
-        };
-        let place = (self.network).clipped(&node.name, value.place, low, high)?;
+        let (value, bounds) = self.channelled(node, value, &bound)?;
+        let largest = node.proto.op_type == "Max";
+        let network = &mut self.network;
+        let place = network.bounded_each(&node.name, value.place, &bounds, largest)?;
         Ok(vec![Value { place, ..value }])
     }
 

@@ -11,6 +11,7 @@ mod dense;
 mod elementwise;
 mod joined;
 mod node;
+mod normalisation;
 mod operators;
 mod padding;
 mod proto;

@@ -1,15 +1,12 @@
 //! Operator of a node: the method that reads it, or the nearest operator that works.
 
 use super::{Import, Node, Value};
-use crate::{Activation, Network, NetworkError};
+use crate::{Activation, Network, NetworkError, Op};
 
 /// Operators that are known not to work, and what is nearest.
 const NEAREST: &[(&str, &str)] = &[
     ("ConvTranspose", "the nearest is Conv"),
     ("ThresholdedRelu", "the nearest is Relu"),
-    ("InstanceNormalization", "the nearest is LayerNormalization"),
-    ("GroupNormalization", "the nearest is LayerNormalization"),
-    ("RMSNormalization", "the nearest is LayerNormalization"),
     ("Einsum", "use MatMul with weights"),
     ("If", "export the branch that is taken"),
     ("Loop", "export an RNN, GRU or LSTM, or steps written out"),
@@ -63,14 +60,16 @@ impl Import<'_> {
             "Pad" => self.pad(node),
             "Expand" | "Tile" => self.repeated(node),
             "ReverseSequence" => self.reverse_sequence(node),
-            "LayerNormalization" => self.layer_norm(node),
+            "LayerNormalization" | "RMSNormalization" => self.layer_norm(node),
+            "GroupNormalization" | "InstanceNormalization" => self.group_norm(node),
             "Log" => self.activation(node, Activation::Logarithm),
             "Sqrt" => self.activation(node, Activation::Root),
             "Reciprocal" => self.activation(node, Activation::Reciprocal),
             "Gather" => self.gather(node),
             "Slice" => self.slice(node),
             "Split" => self.split(node),
-            "ReduceMean" | "ReduceMax" | "ReduceSum" => self.reduce(node),
+            "ReduceMean" | "ReduceMax" | "ReduceMin" | "ReduceSum" | "ReduceL1" | "ReduceL2"
+            | "ReduceSumSquare" => self.reduce(node),
             "PRelu" => self.prelu(node),
             "Relu" => self.activation(node, Activation::Relu),
             "Sigmoid" => self.activation(node, Activation::Sigmoid),
@@ -109,8 +108,8 @@ impl Import<'_> {
                 self.activation(node, g)
             }
             "Swish" => self.swish(node),
-            "Softmax" => self.softmax(node),
-            "LogSoftmax" => self.log_softmax(node),
+            "Softmax" => self.softmax(node, &Op::Softmax),
+            "LogSoftmax" => self.softmax(node, &Op::LogSoftmax),
             "Gemm" => self.gemm(node),
             "MatMul" => self.matmul(node),
             "Add" | "Sub" | "Mul" | "Div" | "Erf" | "Sum" => self.arithmetic(node),

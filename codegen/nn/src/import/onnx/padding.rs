@@ -4,7 +4,7 @@ use super::axes::{axis_of, broadcast, lengths};
 use super::{Constant, Import, Node, Value};
 use crate::import::shapes::{self, spread_places};
 use crate::limits::MAX_LENGTH;
-use crate::{NetworkError, Op};
+use crate::NetworkError;
 
 /// Index within an axis of `length` of place `at`, which may lie beside it.
 fn beside(mode: &str, at: i64, length: i64) -> Option<usize> {
@@ -205,40 +205,5 @@ impl Import<'_> {
             return Err(node.malformed("its result is empty"));
         }
         Ok(())
-    }
-
-    /// Each run of values, from an axis to the last, by its own mean and variance; then a gain and
-    /// an offset.
-    pub(super) fn layer_norm(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
-        node.expect_int("stash_type", 1, "use stash_type = 1")?;
-        let value = self.value(node, 0)?;
-        let dims = value.dims();
-        let axis = axis_of(node, node.int("axis", -1), dims.len())?;
-        let epsilon = node.float("epsilon", 1e-5);
-        let run: usize = dims[axis..].iter().product();
-        let of_run = |input: usize| -> Result<Option<Vec<f32>>, NetworkError> {
-            let Some(tensor) = self.weights(node, input)? else {
-                return Ok(None);
-            };
-            let all = broadcast(node, &dims[axis..], &tensor.shape)?;
-            if all != dims[axis..] {
-                let what = format!("a scale of shape {:?} beside {dims:?}", tensor.shape);
-                return Err(node.unsupported(what, "a number for each normalised value works"));
-            }
-            let places = spread_places(&tensor.shape, &dims[axis..]);
-            Ok(Some(
-                places
-                    .into_iter()
-                    .map(|place| tensor.values[place])
-                    .collect(),
-            ))
-        };
-        let gain = of_run(1)?.unwrap_or_else(|| vec![1.0; run]);
-        let offset = of_run(2)?.unwrap_or_else(|| vec![0.0; run]);
-        let value = self.flat(node, value)?;
-        let place = self.rows(node, value.place, value.len(), run)?;
-        let place = self.push(node, Op::Normalise { epsilon }, place)?;
-        let place = self.push(node, Op::Scale { gain, offset }, place)?;
-        Ok(vec![Value { place, ..value }])
     }
 }

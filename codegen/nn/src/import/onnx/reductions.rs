@@ -5,9 +5,9 @@ use super::{Import, Node, Value};
 use crate::{Activation, NetworkError, Op, Pool, PoolKind, Window};
 
 impl Import<'_> {
-    /// Up to opset 12 over all values from an axis on, by default all but the batch; from 13 on
+    /// A softmax or its logarithm, `op`: up to opset 12 over all values from an axis on, by default all but the batch; from 13 on
     /// over one axis, by default the last.
-    pub(super) fn softmax(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
+    pub(super) fn softmax(&mut self, node: &Node<'_>, op: &Op) -> Result<Vec<Value>, NetworkError> {
         let value = self.value(node, 0)?;
         let dims = value.dims();
         let old = node.opset < 13;
@@ -32,7 +32,7 @@ impl Import<'_> {
             let batch = value.batch;
             let turned = self.transposed(node, value, &order)?;
             let place = self.rows(node, turned.place, turned.len(), length)?;
-            let place = self.push(node, Op::Softmax, place)?;
+            let place = self.push(node, op.clone(), place)?;
             let turned = Value { place, ..turned };
             let found = self.transposed(node, turned, &back)?;
             return Ok(vec![found.reshaped(dims, batch)]);
@@ -41,17 +41,8 @@ impl Import<'_> {
         if value.shape.last().copied().unwrap_or(1) != length || value.shape.len() > 3 {
             value.place = self.rows(node, value.place, value.len(), length)?;
         }
-        let place = self.push(node, Op::Softmax, value.place)?;
+        let place = self.push(node, op.clone(), value.place)?;
         Ok(vec![Value { place, ..value }])
-    }
-
-    /// The logarithm of the softmax; minus infinity where that is below the smallest f32.
-    pub(super) fn log_softmax(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
-        let mut found = self.softmax(node)?;
-        for value in &mut found {
-            value.place = self.push(node, Op::Activation(Activation::Logarithm), value.place)?;
-        }
-        Ok(found)
     }
 
     /// The values of a node as rows of `length`.
@@ -71,18 +62,24 @@ impl Import<'_> {
         self.held_as(node, place, held)
     }
 
-    /// The mean, largest or sum over axes, as a pool over everything that they span.
+    /// The mean, largest, smallest, sum or norm over axes, as a pool over everything that they span.
     pub(super) fn reduce(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
         let value = self.value(node, 0)?;
+        let (op, name) = (node.proto.op_type.as_str(), node.name.as_str());
         let dims = value.dims();
         let axes = self.integers(node, 1, "axes");
         if node.input(1).is_some() && axes.is_none() {
             return Err(node.unsupported("axes that are computed", "name the axes"));
         }
+        let keep = node.int("keepdims", 1) != 0;
         let empty = axes.as_ref().is_none_or(Vec::is_empty);
         let idle = node.int("noop_with_empty_axes", 0) != 0;
         if empty && idle {
-            return Ok(vec![value]);
+            // ONNX leaves the values of the others open.
+            if op.starts_with("ReduceM") || op == "ReduceSum" {
+                return Ok(vec![value]);
+            }
+            return Err(node.unsupported("noop_with_empty_axes without axes", "name the axes"));
         }
         let axes: Vec<usize> = match axes {
             Some(axes) if !axes.is_empty() => axes
@@ -94,7 +91,6 @@ impl Import<'_> {
         for &axis in &axes {
             self.expect_no_steps(node, &value, axis)?;
         }
-        let keep = node.int("keepdims", 1) != 0;
         let shape: Vec<usize> = (0..dims.len())
             .filter(|axis| keep || !axes.contains(axis))
             .map(|axis| if axes.contains(&axis) { 1 } else { dims[axis] })
@@ -126,17 +122,27 @@ impl Import<'_> {
             before: [0; 2],
             after: [0; 2],
         };
-        let kind = if node.proto.op_type == "ReduceMax" {
-            PoolKind::Max
-        } else {
-            PoolKind::Average
+        let network = &mut self.network;
+        let place = match op {
+            "ReduceMin" => network.scaled(name, place, -1.0, 0.0)?,
+            "ReduceL1" => network.absolute(name, place)?,
+            "ReduceL2" | "ReduceSumSquare" => network.power(name, place, 2.0)?,
+            _ => place,
         };
-        let mut place = self.push(node, Op::Pool(Pool { window, kind }), place)?;
-        if node.proto.op_type == "ReduceSum" {
-            let gain = vec![reduced as f32; kept];
-            let offset = vec![0.0; kept];
-            place = self.push(node, Op::Scale { gain, offset }, place)?;
-        }
+        let kind = match op {
+            "ReduceMax" | "ReduceMin" => PoolKind::Max,
+            _ => PoolKind::Average,
+        };
+        let place = network.append(name, Op::Pool(Pool { window, kind }), &[place])?;
+        let place = match op {
+            "ReduceMax" | "ReduceMean" => place,
+            "ReduceMin" => network.scaled(name, place, -1.0, 0.0)?,
+            _ => network.scaled(name, place, reduced as f32, 0.0)?,
+        };
+        let place = match op {
+            "ReduceL2" => network.append(name, Op::Activation(Activation::Root), &[place])?,
+            _ => place,
+        };
         Ok(vec![Value::of(place, shape, batch)])
     }
 }

@@ -166,21 +166,7 @@ impl Import<'_> {
             };
             let x = self.widened(operator, value, name)?;
             let bounds = self.spread(&constant, x, name)?;
-            if let Some(&first) = bounds.first().filter(|&b| bounds.iter().all(|c| c == b)) {
-                let (low, high) = if most {
-                    (first, f32::MAX)
-                } else {
-                    (f32::MIN, first)
-                };
-                return self.network.clipped(name, x, low, high);
-            }
-            let sign = if most { 1.0 } else { -1.0 };
-            let gain = vec![sign; bounds.len()];
-            let shift = bounds.iter().map(|c| -sign * c).collect();
-            let shifted = self.network.of_each(name, x, gain.clone(), shift)?;
-            let g = Op::Activation(Activation::Relu);
-            let cut = self.network.append(name, g, &[shifted])?;
-            return self.network.of_each(name, cut, gain, bounds);
+            return self.network.bounded_each(name, x, &bounds, most);
         }
         let [a, b] = self.both(operator, name)?;
         if most {

@@ -15,7 +15,6 @@ const NEAREST: &[(i32, &str)] = &[
         142,
         "convert with TFLiteConverter.from_keras_model, which freezes the weights",
     ),
-    (50, "use softmax"),
     (
         38,
         "convert with a fixed batch, Input(shape, batch_size=1), which keeps the dilation",
@@ -52,6 +51,7 @@ const KNOWN: &[(i32, i32, &[usize])] = &[
     (45, 8, &[0, 1, 2, 3, 4]),
     (47, 2, &[]),
     (49, 4, &[0]),
+    (50, 2, &[]),
     (54, 1, &[]),
     (55, 4, &[]),
     (57, 4, &[]),
@@ -200,28 +200,7 @@ impl Import<'_> {
                 self.network
                     .push(&name, Op::Reshape(held(&info.shape, length)), vec![x])?
             }
-            25 => {
-                let beta = operator
-                    .options
-                    .map_or(Ok(1.0), |options| options.float(0, 1.0))?;
-                if beta != 1.0 {
-                    return Err(NetworkError::unsupported(
-                        name,
-                        format!("a softmax of beta {beta}"),
-                        "use beta = 1",
-                    ));
-                }
-                let x = self.value(operator, 0, &name)?;
-                let rows = info.shape.last().copied().unwrap_or(1);
-                if self.network.nodes[x].shape.last() != Some(&rows) {
-                    return Err(NetworkError::unsupported(
-                        name,
-                        format!("a softmax of shape {:?}", info.shape),
-                        "use the last axis",
-                    ));
-                }
-                self.network.push(&name, Op::Softmax, vec![x])?
-            }
+            25 | 50 => self.softmax(operator, &name)?,
             code => {
                 let g = activation(code, operator, &name)?;
                 let x = self.value(operator, 0, &name)?;
@@ -230,6 +209,31 @@ impl Import<'_> {
         };
         self.places.insert(output, place);
         Ok(())
+    }
+    /// A softmax of beta 1 over the last axis, or its logarithm.
+    fn softmax(&mut self, operator: &Operator<'_>, name: &str) -> Result<usize, NetworkError> {
+        const SOFTMAX: i32 = 25;
+        let op = match operator.code {
+            SOFTMAX => Op::Softmax,
+            _ => Op::LogSoftmax,
+        };
+        let beta = match operator.options {
+            Some(options) if op == Op::Softmax => options.float(0, 1.0)?,
+            _ => 1.0,
+        };
+        if beta != 1.0 {
+            let what = format!("a softmax of beta {beta}");
+            return Err(NetworkError::unsupported(name, what, "use beta = 1"));
+        }
+        let x = self.value(operator, 0, name)?;
+        let output = operator.outputs.first().copied().unwrap_or(-1);
+        let shape = &tensor(self.model, output)?.shape;
+        let rows = shape.last().copied().unwrap_or(1);
+        if self.network.nodes[x].shape.last() != Some(&rows) {
+            let what = format!("a softmax of shape {shape:?}");
+            return Err(NetworkError::unsupported(name, what, "use the last axis"));
+        }
+        self.network.push(name, op, vec![x])
     }
 }
 

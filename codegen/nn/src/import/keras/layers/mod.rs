@@ -192,7 +192,7 @@ impl<'a> Import<'a> {
                     x,
                 )
             }
-            "Softmax" => self.softmax(layer, x),
+            "Softmax" => self.softmax(layer, Op::Softmax, x),
             "BatchNormalization" => self.batch_norm(layer, x),
             "LayerNormalization" => self.layer_norm(layer, x),
             "PReLU" => self.prelu(layer, x),
@@ -282,6 +282,7 @@ impl<'a> Import<'a> {
         };
         match activation_name(&layer.config, "activation") {
             "softmax" => self.push(&name, Op::Softmax, from),
+            "log_softmax" => self.push(&name, Op::LogSoftmax, from),
             other => match self.network.named_composite(&name, other, from) {
                 Some(place) => place,
                 None => self.plain_activation(layer, &name, other, from),

@@ -141,8 +141,13 @@ impl Import<'_> {
         Ok(())
     }
 
-    /// Softmax over one axis, which goes last and comes back.
-    pub(super) fn softmax(&mut self, layer: &Layer<'_>, x: usize) -> Result<usize, NetworkError> {
+    /// A softmax or its logarithm, `op`, over one axis, which goes last and comes back.
+    pub(super) fn softmax(
+        &mut self,
+        layer: &Layer<'_>,
+        op: Op,
+        x: usize,
+    ) -> Result<usize, NetworkError> {
         let (name, axis) = (&layer.name, &layer.config["axis"]);
         let axis = match axis.as_array().map(Vec::as_slice) {
             Some([one]) => one,
@@ -151,7 +156,7 @@ impl Import<'_> {
         };
         let axes = self.network.nodes[x].shape.len();
         if axis.is_null() {
-            return self.push(name, Op::Softmax, x);
+            return self.push(name, op, x);
         }
         if axis.as_i64().is_none() {
             let what = format!("a softmax over the axes {axis}");
@@ -159,14 +164,14 @@ impl Import<'_> {
         }
         let axis = axis_of(name, axis, axes)?;
         if axis + 1 == axes {
-            return self.push(name, Op::Softmax, x);
+            return self.push(name, op, x);
         }
         self.refuse_sequence(layer, x)?;
         let order: Vec<usize> = (0..axes).filter(|&a| a != axis).chain([axis]).collect();
         let mut back: Vec<usize> = (0..axes - 1).collect();
         back.insert(axis, axes - 1);
         let turned = self.network.append(name, Op::Permute(order), &[x])?;
-        let softmax = self.network.append(name, Op::Softmax, &[turned])?;
+        let softmax = self.network.append(name, op, &[turned])?;
         self.network.append(name, Op::Permute(back), &[softmax])
     }
 

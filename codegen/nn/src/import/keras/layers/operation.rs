@@ -115,14 +115,8 @@ impl Import<'_> {
                     .power(name, x, c.first().copied().unwrap_or(1.0));
             }
             ("Maximum" | "Minimum", _) => {
-                // Bounds of 0 after a shift, one for each value.
-                let sign = if layer.class == "Maximum" { 1.0 } else { -1.0 };
-                let shift = c.iter().map(|c| -sign * c).collect();
-                let gain = vec![sign; c.len()];
-                let shifted = self.network.of_each(name, x, gain.clone(), shift)?;
-                let g = Op::Activation(Activation::Relu);
-                let cut = self.network.append(name, g, &[shifted])?;
-                return self.network.of_each(name, cut, gain, c);
+                let largest = layer.class == "Maximum";
+                return self.network.bounded_each(name, x, &c, largest);
             }
             (class, _) => {
                 return Err(NetworkError::unsupported(
@@ -205,7 +199,8 @@ impl Import<'_> {
                 let (low, high) = (number("x_min", f32::MIN)?, number("x_max", f32::MAX)?);
                 return self.network.clipped(name, x, low, high);
             }
-            "Softmax" => return self.softmax(layer, x),
+            "Softmax" => return self.softmax(layer, Op::Softmax, x),
+            "LogSoftmax" => return self.softmax(layer, Op::LogSoftmax, x),
             other => {
                 return Err(NetworkError::unsupported(
                     name,
