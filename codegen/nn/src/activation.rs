@@ -2,8 +2,8 @@
 
 use super::NetworkError;
 
-/// The names of [`Activation::named`], for messages.
-const NAMES: [&str; 14] = [
+/// The names that importers know, for messages: some are several layers.
+const NAMES: [&str; 27] = [
     "linear",
     "relu",
     "leaky_relu",
@@ -18,6 +18,19 @@ const NAMES: [&str; 14] = [
     "sigmoid",
     "tanh",
     "exponential",
+    "softmax",
+    "log_softmax",
+    "relu6",
+    "hard_swish",
+    "hard_tanh",
+    "mish",
+    "celu",
+    "log_sigmoid",
+    "tanh_shrink",
+    "soft_shrink",
+    "squareplus",
+    "sparse_plus",
+    "sparse_sigmoid",
 ];
 
 /// SELU's constants (Klambauer et al., 2017).

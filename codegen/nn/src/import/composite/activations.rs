@@ -87,7 +87,11 @@ impl Network {
     }
 
     /// `x - tanh(x)`.
-    fn tanh_shrink(&mut self, name: &str, x: usize) -> Result<usize, NetworkError> {
+    pub(in crate::import) fn tanh_shrink(
+        &mut self,
+        name: &str,
+        x: usize,
+    ) -> Result<usize, NetworkError> {
         let tanh = self.apply(name, Activation::Tanh, x)?;
         self.difference(name, x, tanh)
     }

@@ -14,7 +14,7 @@ pub(super) struct Model<'a> {
     /// True if the number of steps is open: then a call is one step.
     pub(super) steps_open: bool,
     pub(super) layers: Vec<Layer<'a>>,
-    pub(super) output: String,
+    pub(super) output: Source,
 }
 
 /// One layer.
@@ -22,7 +22,7 @@ pub(super) struct Layer<'a> {
     pub(super) name: String,
     pub(super) class: &'a str,
     pub(super) config: Settings<'a>,
-    pub(super) from: Vec<String>,
+    pub(super) from: Vec<Source>,
     /// Operands of an operation in order, constants among them; empty for a layer.
     pub(super) operands: Vec<Operand>,
     /// Indices and slices of a GetItem.
@@ -33,11 +33,20 @@ pub(super) struct Layer<'a> {
     pub(super) number: usize,
 }
 
+/// One output of a layer.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Source {
+    /// Name of the layer.
+    pub(super) layer: String,
+    /// Number of the output.
+    pub(super) output: usize,
+}
+
 /// An operand of an operation.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Operand {
-    /// A layer, by its name.
-    Layer(String),
+    /// An output of a layer.
+    Layer(Source),
     /// A constant: its shape and its values.
     Constant(Vec<usize>, Vec<f32>),
 }
@@ -77,7 +86,7 @@ impl<'a> Model<'a> {
             shape: Vec::new(),
             steps_open: false,
             layers: Vec::new(),
-            output: String::new(),
+            output: Source::of(""),
         };
         let mut numbers = std::collections::HashMap::new();
         for value in list {
@@ -118,19 +127,14 @@ impl<'a> Model<'a> {
             let number = numbers.entry(class).or_insert(0);
             let mut operands = Vec::new();
             let from = if sequential {
-                vec![
-                    model
-                        .layers
-                        .last()
-                        .map_or(&model.input, |layer: &Layer<'_>| &layer.name)
-                        .clone(),
-                ]
+                let last: Option<&Layer<'_>> = model.layers.last();
+                vec![Source::of(last.map_or(&model.input, |layer| &layer.name))]
             } else {
                 operands = sources(&name, class, &value["inbound_nodes"])?;
                 operands
                     .iter()
                     .filter_map(Operand::layer)
-                    .map(String::from)
+                    .cloned()
                     .collect()
             };
             // Files of the older format do not say where a class is from; a layer can be trained.
@@ -162,11 +166,7 @@ impl<'a> Model<'a> {
             *number += 1;
         }
         model.output = if sequential {
-            model
-                .layers
-                .last()
-                .map(|layer| layer.name.clone())
-                .unwrap_or_default()
+            Source::of(model.layers.last().map_or("", |layer| &layer.name))
         } else {
             single_output(&config["output_layers"])?
         };
@@ -207,11 +207,31 @@ impl<'a> Model<'a> {
     }
 }
 
+impl Source {
+    /// The first output of a layer.
+    fn of(layer: &str) -> Self {
+        Self {
+            layer: layer.into(),
+            output: 0,
+        }
+    }
+
+    /// An output of a layer by its number in the configuration.
+    fn numbered(layer: &str, number: &Value) -> Self {
+        Self {
+            layer: layer.into(),
+            output: number
+                .as_u64()
+                .map_or(0, |number| usize::try_from(number).unwrap_or(usize::MAX)),
+        }
+    }
+}
+
 impl Operand {
-    /// The layer, if it is one.
-    fn layer(&self) -> Option<&str> {
+    /// The output of a layer, if it is one.
+    fn layer(&self) -> Option<&Source> {
         match self {
-            Self::Layer(name) => Some(name),
+            Self::Layer(source) => Some(source),
             Self::Constant(..) => None,
         }
     }
@@ -264,6 +284,10 @@ fn sources(layer: &str, class: &str, nodes: &Value) -> Result<Vec<Operand>, Netw
             if is_idle(key, value) {
                 continue;
             }
+            // A recurrent layer starts at zero anyway.
+            if key == "initial_state" && is_zero(layer, value)? {
+                continue;
+            }
             // The operands of an operation can be named.
             if !["x", "x1", "x2", "inputs", "sequence"].contains(&key.as_str()) {
                 return Err(argument(layer, class, key));
@@ -275,8 +299,7 @@ fn sources(layer: &str, class: &str, nodes: &Value) -> Result<Vec<Operand>, Netw
             let name = entry[0]
                 .as_str()
                 .ok_or_else(|| argument(layer, class, "of this kind"))?;
-            expect_first(layer, name, &entry[2])?;
-            found.push(Operand::Layer(name.into()));
+            found.push(Operand::Layer(Source::numbered(name, &entry[2])));
             let named = entry[3].as_object();
             if let Some((key, _)) = named
                 .into_iter()
@@ -294,10 +317,21 @@ fn sources(layer: &str, class: &str, nodes: &Value) -> Result<Vec<Operand>, Netw
     if tensors == 0 {
         return Err(NetworkError::malformed(layer, "it reads nothing"));
     }
-    if ["SimpleRNN", "GRU", "LSTM"].contains(&class) && found.len() > 1 {
+    if ["SimpleRNN", "GRU", "LSTM", "RNN"].contains(&class) && found.len() > 1 {
         return Err(argument(layer, class, "initial_state"));
     }
     Ok(found)
+}
+
+/// True if an argument is nothing but constants of zero.
+fn is_zero(layer: &str, value: &Value) -> Result<bool, NetworkError> {
+    let mut found = Vec::new();
+    operands(layer, value, 0, &mut found)?;
+    let zero = |operand: &Operand| match operand {
+        Operand::Layer(_) => false,
+        Operand::Constant(_, values) => values.iter().all(|&value| value == 0.0),
+    };
+    Ok(found.iter().all(zero))
 }
 
 /// Arguments of a call that change nothing in a trained network.
@@ -323,18 +357,6 @@ fn argument(layer: &str, class: &str, key: &str) -> NetworkError {
     NetworkError::unsupported(layer, what, nearest)
 }
 
-/// That a tensor is its layer's only output.
-fn expect_first(layer: &str, from: &str, number: &Value) -> Result<(), NetworkError> {
-    match number.as_i64().unwrap_or(0) {
-        0 => Ok(()),
-        number => Err(NetworkError::unsupported(
-            layer,
-            format!("output {number} of {from}"),
-            "read only the first output of a layer",
-        )),
-    }
-}
-
 fn operands(
     layer: &str,
     value: &Value,
@@ -355,8 +377,8 @@ fn operands(
         Value::Object(map) => {
             let config = map.get("config").unwrap_or(&Value::Null);
             if let Some(name) = config["keras_history"][0].as_str() {
-                expect_first(layer, name, &config["keras_history"][2])?;
-                found.push(Operand::Layer(name.into()));
+                let source = Source::numbered(name, &config["keras_history"][2]);
+                found.push(Operand::Layer(source));
                 return Ok(());
             }
             let class = map.get("class_name").and_then(Value::as_str).unwrap_or("");
@@ -398,14 +420,14 @@ fn array(layer: &str, value: &Value, depth: usize) -> Result<(Vec<usize>, Vec<f3
     Ok((shape, values))
 }
 
-/// `["name", 0, 0]`, or a list with one of these.
-fn single_output(layers: &Value) -> Result<String, NetworkError> {
+/// `["name", 0, 0]`, or a list with one of these: layer, call and output.
+fn single_output(layers: &Value) -> Result<Source, NetworkError> {
     let list = layers.as_array().map_or(&[][..], Vec::as_slice);
     match list {
-        [Value::String(name), ..] => Ok(name.clone()),
+        [Value::String(name), _, output] => Ok(Source::numbered(name, output)),
         [one] => one[0]
             .as_str()
-            .map(String::from)
+            .map(|name| Source::numbered(name, &one[2]))
             .ok_or_else(|| wrong("the output has no name")),
         _ => Err(NetworkError::unsupported(
             "model",

@@ -13,7 +13,7 @@ use serde_json::Value;
 use super::hdf5::Hdf5;
 use crate::limits::MAX_FILE_BYTES;
 use crate::{Network, NetworkError};
-use config::Model;
+use config::{Model, Source};
 use layers::Import;
 pub(super) use layers::normalise;
 use weights::Weights;
@@ -88,7 +88,8 @@ fn build(
     let streaming = model.steps_open;
     let network = Network::new(name, &model.input, model.shape.clone());
     let mut import = Import::new(network, &weights, keras_2, streaming);
-    let mut places: HashMap<&str, usize> = HashMap::from([(model.input.as_str(), 0)]);
+    // By layer and number of the output.
+    let mut places: HashMap<(&str, usize), usize> = HashMap::from([((model.input.as_str(), 0), 0)]);
     // A layer may stand before what it reads in the list; each round reads those that are ready.
     let mut waiting: Vec<usize> = (0..model.layers.len()).collect();
     while !waiting.is_empty() {
@@ -96,18 +97,19 @@ fn build(
         let mut later = Vec::new();
         for index in waiting {
             let layer = &model.layers[index];
-            let from: Option<Vec<usize>> = layer
-                .from
-                .iter()
-                .map(|from| places.get(from.as_str()).copied())
-                .collect();
+            let place = |from: &Source| output(&places, &layer.name, from).transpose();
+            let from: Option<Vec<usize>> = (layer.from.iter().map(place))
+                .collect::<Option<Result<_, _>>>()
+                .transpose()?;
             match from {
                 Some(from) => {
-                    let place = import.layer(layer, &from)?;
+                    let outputs = import.outputs(layer, &from)?;
                     if !layers::IDLE.contains(&layer.class) {
                         layer.config.expect_read(&layer.name, layer.class)?;
                     }
-                    places.insert(&layer.name, place);
+                    for (number, place) in outputs.into_iter().enumerate() {
+                        places.insert((&layer.name, number), place);
+                    }
                 }
                 None => later.push(index),
             }
@@ -116,15 +118,39 @@ fn build(
             let layer = &model.layers[later[0]];
             let message = format!(
                 "it reads {:?}: a layer that is not there, or a cycle",
-                layer.from
+                layer
+                    .from
+                    .iter()
+                    .map(|from| &from.layer)
+                    .collect::<Vec<_>>()
             );
             return Err(NetworkError::malformed(&layer.name, message));
         }
         waiting = later;
     }
-    let output = places.get(model.output.as_str()).copied().ok_or_else(|| {
-        NetworkError::malformed(&model.output, "the output is none of the layers")
+    let output = output(&places, "model", &model.output)?.ok_or_else(|| {
+        NetworkError::malformed(&model.output.layer, "the output is none of the layers")
     })?;
     weights.expect_read()?;
     Ok(import.finish(output))
+}
+
+/// The place of an output of a layer; none where the layer has not been read yet.
+///
+/// # Errors
+/// The layer has been read, and has no such output here.
+fn output(
+    places: &HashMap<(&str, usize), usize>,
+    layer: &str,
+    from: &Source,
+) -> Result<Option<usize>, NetworkError> {
+    let place = places.get(&(from.layer.as_str(), from.output)).copied();
+    if place.is_some() || !places.contains_key(&(from.layer.as_str(), 0)) {
+        return Ok(place);
+    }
+    Err(NetworkError::unsupported(
+        layer,
+        format!("output {} of {}", from.output, from.layer),
+        "the first output works, and of a recurrent layer the hidden state, its second",
+    ))
 }

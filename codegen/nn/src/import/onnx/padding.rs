@@ -2,9 +2,9 @@
 
 use super::axes::{axis_of, broadcast, lengths};
 use super::{Constant, Import, Node, Value};
+use crate::NetworkError;
 use crate::import::shapes::{self, spread_places};
 use crate::limits::MAX_LENGTH;
-use crate::NetworkError;
 
 /// Index within an axis of `length` of place `at`, which may lie beside it.
 fn beside(mode: &str, at: i64, length: i64) -> Option<usize> {

@@ -4,6 +4,7 @@ mod movement;
 mod normalisation;
 mod operation;
 mod recurrent;
+mod reductions;
 mod values;
 mod windows;
 
@@ -15,6 +16,7 @@ use super::weights::Weights;
 use crate::import::shapes;
 use crate::{Activation, Convolution, Dense, Network, NetworkError, Op, PoolKind, Window};
 pub(in crate::import) use normalisation::normalise;
+use recurrent::RECURRENT;
 use values::{activation_name, axis_of, stated};
 
 /// Layers that do nothing once a network is trained.
@@ -47,9 +49,8 @@ const NEAREST: &[(&str, &str)] = &[
     ("Conv3D", "use Conv2D"),
     ("ConvLSTM2D", "use Conv2D and LSTM"),
     ("ThresholdedReLU", "use ReLU"),
-    ("GroupNormalization", "use LayerNormalization"),
-    ("RMSNormalization", "use LayerNormalization"),
-    ("UnitNormalization", "use LayerNormalization"),
+    ("SpectralNormalization", "save the layer that it wraps"),
+    ("EinsumDense", "use Dense, which works at every step"),
     ("MultiHeadAttention", "use GRU"),
     ("Embedding", "use Dense on one-hot inputs"),
     ("Dot", "use Multiply and a Dense of ones"),
@@ -97,15 +98,27 @@ impl<'a> Import<'a> {
         self.network
     }
 
-    /// Adds a layer and gives the place of its result.
+    /// Adds a layer and gives the places of its outputs.
     ///
     /// # Errors
     /// [`NetworkError`].
-    pub(super) fn layer(
+    pub(super) fn outputs(
         &mut self,
         layer: &Layer<'_>,
         from: &[usize],
-    ) -> Result<usize, NetworkError> {
+    ) -> Result<Vec<usize>, NetworkError> {
+        if layer.class == "Split" && !layer.operands.is_empty() {
+            return self.split(layer, from);
+        }
+        let place = self.layer(layer, from)?;
+        if RECURRENT.contains(&layer.class) && layer.config["return_state"].as_bool() == Some(true)
+        {
+            return Ok(vec![place, self.state(layer, place)?]);
+        }
+        Ok(vec![place])
+    }
+
+    fn layer(&mut self, layer: &Layer<'_>, from: &[usize]) -> Result<usize, NetworkError> {
         let name = layer.name.as_str();
         let config = &layer.config;
         let x = from[0];
@@ -208,7 +221,10 @@ impl<'a> Import<'a> {
             "Bidirectional" => self.both_ways(layer, x),
             "Normalization" => self.normalization(layer, x),
             "Rescaling" => self.rescaling(layer, x),
-            "SimpleRNN" | "GRU" | "LSTM" => self.recurrent(layer, x),
+            class if RECURRENT.contains(&class) => self.recurrent(layer, x),
+            "GroupNormalization" => self.group_norm(layer, x),
+            "RMSNormalization" => self.rms_norm(layer, x),
+            "UnitNormalization" => self.unit_norm(layer, x),
             "Add" | "Subtract" | "Multiply" | "Average" | "Maximum" | "Minimum" => {
                 self.of_values(layer, from)
             }

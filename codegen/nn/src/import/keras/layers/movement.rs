@@ -130,7 +130,7 @@ impl Import<'_> {
     }
 
     /// With one step a call, nothing is taken of a sequence along its steps.
-    fn refuse_sequence(&self, layer: &Layer<'_>, x: usize) -> Result<(), NetworkError> {
+    pub(super) fn refuse_sequence(&self, layer: &Layer<'_>, x: usize) -> Result<(), NetworkError> {
         if self.streaming && self.network.nodes[x].shape.len() == 2 {
             return Err(NetworkError::unsupported(
                 &layer.name,
@@ -278,6 +278,7 @@ impl Import<'_> {
         let moves = [
             "Reshape",
             "Transpose",
+            "Swapaxes",
             "Flip",
             "ExpandDims",
             "Squeeze",
@@ -328,6 +329,12 @@ impl Import<'_> {
                 };
                 let inner = inner.iter().map(|&axis| (axis as usize).wrapping_sub(1));
                 self.push(name, Op::Permute(inner.collect()), x)?
+            }
+            "Swapaxes" => {
+                let axis = |key: &str| axis_of(name, &config[key], shape.len());
+                let mut order: Vec<usize> = (0..shape.len()).collect();
+                order.swap(axis("axis1")?, axis("axis2")?);
+                self.push(name, Op::Permute(order), x)?
             }
             "Flip" => {
                 let axis = &config["axis"];

@@ -2,6 +2,7 @@
 
 use super::Import;
 use super::values::{numbers, stated};
+use crate::import::composite::Length;
 use crate::import::keras::config::Layer;
 use crate::import::shapes;
 use crate::{NetworkError, Op};
@@ -55,24 +56,93 @@ impl Import<'_> {
             return Err(NetworkError::unsupported(
                 name,
                 "rms_scaling=True",
-                "use rms_scaling=False",
+                "use rms_scaling=False, or RMSNormalization",
             ));
         }
         let channels = self.network.nodes[x].shape.last().copied().unwrap_or(0);
-        let mut number = 0;
-        let mut next = |tensor: &str, key: &str, otherwise: f32| {
-            if config[key].as_bool() == Some(false) {
-                return Ok(vec![otherwise; channels]);
-            }
-            let tensor = self.weights.get(layer, tensor, number)?;
-            number += 1;
-            tensor.expect_shape(name, &[channels])?;
-            Ok(tensor.values.clone())
-        };
-        let (gain, offset) = (next("gamma", "scale", 1.0)?, next("beta", "center", 0.0)?);
+        let tensors = [("gamma", "scale", 1.0), ("beta", "center", 0.0)];
+        let [gain, offset] = self.gains(layer, tensors, channels)?;
         let epsilon = stated(name, "epsilon", &config["epsilon"])?.unwrap_or(1e-3);
         let normal = self.push(name, Op::Normalise { epsilon }, x)?;
         self.network.of_each(name, normal, gain, offset)
+    }
+
+    /// The gain and offset of a normalisation, by channel, in the order in which Keras stores them.
+    fn gains<const N: usize>(
+        &self,
+        layer: &Layer<'_>,
+        tensors: [(&str, &str, f32); N],
+        channels: usize,
+    ) -> Result<[Vec<f32>; N], NetworkError> {
+        let mut number = 0;
+        let mut found = [const { Vec::new() }; N];
+        for (values, (tensor, key, otherwise)) in found.iter_mut().zip(tensors) {
+            if layer.config[key].as_bool() == Some(false) {
+                *values = vec![otherwise; channels];
+                continue;
+            }
+            let tensor = self.weights.get(layer, tensor, number)?;
+            number += 1;
+            tensor.expect_shape(&layer.name, &[channels])?;
+            values.clone_from(&tensor.values);
+        }
+        Ok(found)
+    }
+
+    /// Each group of channels by its own mean and variance, then scaled by channel.
+    pub(super) fn group_norm(
+        &mut self,
+        layer: &Layer<'_>,
+        x: usize,
+    ) -> Result<usize, NetworkError> {
+        let (name, config) = (&layer.name, &layer.config);
+        self.expect_last_axis(layer, &config["axis"], x)?;
+        let channels = self.network.nodes[x].shape.last().copied().unwrap_or(0);
+        let groups = match config["groups"].as_i64() {
+            Some(-1) => channels,
+            groups => groups.map_or(32, |groups| usize::try_from(groups).unwrap_or(0)),
+        };
+        let epsilon = stated(name, "epsilon", &config["epsilon"])?.unwrap_or(1e-3);
+        let tensors = [("gamma", "scale", 1.0), ("beta", "center", 0.0)];
+        let [gain, offset] = self.gains(layer, tensors, channels)?;
+        if self.network.nodes[x].shape.len() > 1 {
+            self.refuse_sequence(layer, x)?;
+        }
+        let normal = self.network.grouped(name, x, groups, epsilon)?;
+        self.network.by_channel(name, normal, gain, offset)
+    }
+
+    /// Each run of the last axis by the root of the mean of its squares, then scaled by channel.
+    pub(super) fn rms_norm(&mut self, layer: &Layer<'_>, x: usize) -> Result<usize, NetworkError> {
+        let (name, config) = (&layer.name, &layer.config);
+        self.expect_last_axis(layer, &config["axis"], x)?;
+        let channels = self.network.nodes[x].shape.last().copied().unwrap_or(0);
+        let epsilon = stated(name, "epsilon", &config["epsilon"])?.unwrap_or(1e-6);
+        let [gain] = self.gains(layer, [("scale", "scale", 1.0)], channels)?;
+        let length = Length::Mean(epsilon);
+        let normal = self.network.by_length(name, x, channels, length)?;
+        let offset = vec![0.0; channels];
+        self.network.by_channel(name, normal, gain, offset)
+    }
+
+    /// Each run of the last axis at length 1.
+    pub(super) fn unit_norm(&mut self, layer: &Layer<'_>, x: usize) -> Result<usize, NetworkError> {
+        // Keras 2 holds the sum of squares above 1e-12, Keras 3 the length.
+        let least = if self.keras_2 { 1e-12 } else { 1e-24 };
+        self.of_unit_length(layer, x, least)
+    }
+
+    /// As [`Self::unit_norm`], the sum of squares at least `least`.
+    pub(super) fn of_unit_length(
+        &mut self,
+        layer: &Layer<'_>,
+        x: usize,
+        least: f32,
+    ) -> Result<usize, NetworkError> {
+        self.expect_last_axis(layer, &layer.config["axis"], x)?;
+        let channels = self.network.nodes[x].shape.last().copied().unwrap_or(0);
+        let length = Length::Sum(least);
+        self.network.by_length(&layer.name, x, channels, length)
     }
 
     /// A slope for each value, or for each along the axes that are not shared.

@@ -1,6 +1,7 @@
 //! Operations of Keras 3: what `keras.ops` and the operators of Python leave in a functional model.
 
 use super::Import;
+use super::reductions::REDUCTIONS;
 use super::values::stated;
 use crate::import::keras::config::{Layer, Operand};
 use crate::import::shapes;
@@ -18,6 +19,11 @@ const OF_TWO: &[&str] = &[
     "Power",
 ];
 
+/// Operations that work besides those of two operands and over one axis.
+const WORKING: &str = "Abs, Clip, Concatenate, Exp, Flip, GetItem, Log, LogSoftmax, Matmul with a \
+                       constant, Normalize, Reciprocal, Reshape, Rsqrt, Softmax, Split, Sqrt, \
+                       Square, Swapaxes, Transpose and the activations of layers";
+
 impl Import<'_> {
     pub(super) fn operation(
         &mut self,
@@ -25,7 +31,13 @@ impl Import<'_> {
         from: &[usize],
     ) -> Result<usize, NetworkError> {
         if !OF_TWO.contains(&layer.class) {
-            return self.function(layer, from);
+            return match layer.class {
+                class if REDUCTIONS.contains(&class) && from.len() == 1 => {
+                    self.reduced(layer, from[0])
+                }
+                "Matmul" | "Dot" => self.product(layer, from[0]),
+                _ => self.function(layer, from),
+            };
         }
         match layer.operands.as_slice() {
             [Operand::Layer(_), Operand::Layer(_)] => self.of_values(layer, from),
@@ -141,7 +153,7 @@ impl Import<'_> {
             return Err(NetworkError::unsupported(
                 name,
                 format!("the operation {} with a constant", layer.class),
-                "Add, Subtract, Multiply, Divide, Power, Maximum and Minimum with a constant work",
+                format!("{} and Matmul with a constant work", OF_TWO.join(", ")),
             ));
         }
         if from.len() > 1 && layer.class != "Concatenate" {
@@ -199,16 +211,56 @@ impl Import<'_> {
                 let (low, high) = (number("x_min", f32::MIN)?, number("x_max", f32::MAX)?);
                 return self.network.clipped(name, x, low, high);
             }
+            "Cast" => return self.cast(layer, x),
+            "Rsqrt" => return self.network.power(name, x, -0.5),
+            "SoftShrink" => {
+                let threshold = number("threshold", 0.5)?;
+                return self.network.soft_shrink(name, x, threshold);
+            }
+            "Squareplus" => {
+                let b = number("b", 4.0)?;
+                return self.network.squareplus(name, x, b);
+            }
+            "SparsePlus" => return self.network.sparse_plus(name, x),
+            "TanhShrink" => return self.network.tanh_shrink(name, x),
+            "SparseSigmoid" => Activation::HardSigmoid {
+                alpha: 0.5,
+                beta: 0.5,
+            },
+            "Normalize" => {
+                if config["order"].as_u64() != Some(2) {
+                    let what = format!("Normalize of order {}", config["order"]);
+                    return Err(NetworkError::unsupported(name, what, "order 2 works"));
+                }
+                let least = number("epsilon", 1e-7)?;
+                return self.of_unit_length(layer, x, least * least);
+            }
             "Softmax" => return self.softmax(layer, Op::Softmax, x),
             "LogSoftmax" => return self.softmax(layer, Op::LogSoftmax, x),
             other => {
                 return Err(NetworkError::unsupported(
                     name,
                     format!("the operation {other} of Keras"),
-                    "write it as a layer",
+                    format!(
+                        "these work: {}, {}, {WORKING}",
+                        OF_TWO.join(", "),
+                        REDUCTIONS.join(", ")
+                    ),
                 ));
             }
         };
         self.push(name, Op::Activation(g), x)
+    }
+
+    /// A cast to the type that it is computed in here.
+    fn cast(&self, layer: &Layer<'_>, x: usize) -> Result<usize, NetworkError> {
+        match &layer.config["dtype"] {
+            to if ["float32", "float64"].map(Some).contains(&to.as_str()) => Ok(x),
+            to => Err(NetworkError::unsupported(
+                &layer.name,
+                format!("a Cast to {to}"),
+                "float32 works",
+            )),
+        }
     }
 }

@@ -6,7 +6,34 @@ use crate::import::keras::config::Layer;
 use crate::import::keras::settings::{Settings, expect_float};
 use crate::{Cell, NetworkError, Op, Recurrent};
 
+/// Classes of recurrent layers.
+pub(super) const RECURRENT: &[&str] = &["SimpleRNN", "GRU", "LSTM", "RNN"];
+
+/// The class of the layer whose cell an RNN has.
+fn cell_class(layer: &str, cell: &str) -> Result<&'static str, NetworkError> {
+    match cell {
+        "SimpleRNNCell" => Ok("SimpleRNN"),
+        "GRUCell" => Ok("GRU"),
+        "LSTMCell" => Ok("LSTM"),
+        other => Err(NetworkError::unsupported(
+            layer,
+            format!("an RNN of {other}"),
+            "SimpleRNNCell, GRUCell and LSTMCell work, stacks as one RNN after another",
+        )),
+    }
+}
+
 impl Import<'_> {
+    /// The hidden state after the last step of the recurrent layer at `place`.
+    pub(super) fn state(&mut self, layer: &Layer<'_>, place: usize) -> Result<usize, NetworkError> {
+        let name = format!("{} state", layer.name);
+        let &[steps, units] = self.network.nodes[place].shape.as_slice() else {
+            return Ok(place);
+        };
+        let last = self.network.along(&name, place, 0, &[steps - 1])?;
+        self.network.reshaped(&name, last, &[units])
+    }
+
     pub(super) fn recurrent(&mut self, layer: &Layer<'_>, x: usize) -> Result<usize, NetworkError> {
         self.cell(layer, layer.class, x)
     }
@@ -14,13 +41,20 @@ impl Import<'_> {
     /// A layer of one direction, of class `class`.
     fn cell(&mut self, layer: &Layer<'_>, class: &str, x: usize) -> Result<usize, NetworkError> {
         let (name, config) = (&layer.name, &layer.config);
-        if config["return_state"].as_bool() == Some(true) {
-            return Err(NetworkError::unsupported(
-                name,
-                "return_state=True",
-                "use return_state=False: the emitted State has it",
-            ));
+        // An RNN has the settings of its cell in a layer of their own.
+        let wrapped = match class {
+            "RNN" => Some(config.inner("cell")),
+            _ => None,
+        };
+        let class = match wrapped {
+            None => class,
+            Some(cell) => cell_class(name, cell["class_name"].as_str().unwrap_or(""))?,
+        };
+        let inside = wrapped.map(|cell| Settings::new(&cell["config"]));
+        if let Some(inside) = &inside {
+            expect_float(name, &inside["dtype"])?;
         }
+        let own = inside.as_ref().unwrap_or(config);
         let backward = config["go_backwards"].as_bool() == Some(true);
         if backward && self.streaming {
             return Err(NetworkError::unsupported(
@@ -29,14 +63,14 @@ impl Import<'_> {
                 "give the model a fixed number of steps, Input((steps, features))",
             ));
         }
-        let g = self.activation(name, activation_name(config, "activation"))?;
-        let gates = || self.activation(name, activation_name(config, "recurrent_activation"));
+        let g = self.activation(name, activation_name(own, "activation"))?;
+        let gates = || self.activation(name, activation_name(own, "recurrent_activation"));
         let cell = match class {
             "SimpleRNN" => Cell::Simple { activation: g },
             "GRU" => Cell::Gru {
                 activation: g,
                 gates: gates()?,
-                reset_after: config["reset_after"].as_bool().unwrap_or(false),
+                reset_after: own["reset_after"].as_bool().unwrap_or(false),
             },
             _ => Cell::Lstm {
                 activation: g,
@@ -57,7 +91,7 @@ impl Import<'_> {
             }
         );
         let rows = cell.gates() * units;
-        let (bias, inner_bias) = if config["use_bias"].as_bool() == Some(false) {
+        let (bias, inner_bias) = if own["use_bias"].as_bool() == Some(false) {
             (
                 vec![0.0; rows],
                 if reset_after {
@@ -72,6 +106,9 @@ impl Import<'_> {
             bias.expect_shape(name, shape)?;
             crate::import::gru_bias(&bias.values, rows, units, reset_after)
         };
+        if let Some(inside) = &inside {
+            inside.expect_read(name, class)?;
+        }
         let stateful = config["stateful"].as_bool() == Some(true);
         let steps = match self.network.nodes[x].shape.as_slice() {
             [steps, _] => *steps,
@@ -135,11 +172,11 @@ impl Import<'_> {
                 forward
             };
             let class = value["class_name"].as_str().unwrap_or("");
-            if !["SimpleRNN", "GRU", "LSTM"].contains(&class) {
+            if !RECURRENT.contains(&class) {
                 return Err(NetworkError::unsupported(
                     name,
                     format!("{class} both ways"),
-                    "Bidirectional works with SimpleRNN, GRU and LSTM",
+                    format!("Bidirectional works with {}", RECURRENT.join(", ")),
                 ));
             }
             expect_float(name, &value["config"]["dtype"])?;
@@ -169,6 +206,13 @@ impl Import<'_> {
                 x
             };
             let place = self.cell(&inside, class, turned)?;
+            if inside.config["return_state"].as_bool() == Some(true) {
+                return Err(NetworkError::unsupported(
+                    name,
+                    "return_state=True both ways",
+                    "use return_state=False, or two layers, one with go_backwards=True",
+                ));
+            }
             inside.config.expect_read(name, class)?;
             let sequences = inside.config["return_sequences"].as_bool() == Some(true);
             places.push(if backward && sequences {
