@@ -24,6 +24,21 @@ pub fn import(network: &Network, out: Option<&Path>) -> Result<String, BuildErro
     ))
 }
 
+/// The lines that say by how much a quantised file's framework rounds, and what it changes; nothing
+/// for other files.
+///
+/// # Errors
+/// [`BuildError`] if the file cannot be read.
+pub fn rounding(network: &Network, file: &Path) -> Result<String, BuildError> {
+    let Some(rounding) = super::import::rounding(file)? else {
+        return Ok(String::new());
+    };
+    let loss = 100.0 * rounding.drawn_loss(network);
+    Ok(format!(
+        "{rounding}\noutputs therefore differ from its own, by up to about {loss:.2} % of their range\n"
+    ))
+}
+
 /// Golden vectors of a crate whose network brings none.
 const GOLDEN: usize = 4;
 /// Inputs that are tried for them: a root or a logarithm has none at most of them.

@@ -29,6 +29,7 @@ pub mod limits;
 pub mod literal;
 pub mod math;
 pub mod quantise;
+pub mod rounding;
 mod shape;
 pub mod store;
 pub mod summary;

@@ -13,8 +13,9 @@ use sinew_nn::{Network, NetworkError, evaluate, import};
 
 /// Largest difference, of the range of the outputs, that arithmetic in f32 explains.
 const EXACT: f64 = 2e-5;
-/// As [`EXACT`], where the framework rounds to integers between layers.
-const QUANTISED: f64 = 1e-2;
+/// Times what rounding of every value changes, where the framework rounds to integers between
+/// layers.
+const ROUNDED: f64 = 3.0;
 
 /// Files that are refused, and the words that name the reason.
 const REFUSED: &[(&str, &str)] = &[
@@ -112,6 +113,21 @@ fn difference(network: &Network, expected: &Value) -> f64 {
     worst
 }
 
+/// Largest difference that a file may show for these inputs.
+fn tolerance(path: &Path, inputs: &[Vec<f64>]) -> f64 {
+    match (import::rounding(path), import::read(path)) {
+        (Ok(Some(rounding)), Ok(network)) => {
+            let one = |x: &Vec<f64>| x.len() == network.inputs();
+            assert!(
+                inputs.iter().all(one),
+                "a quantised file is given one input a call"
+            );
+            EXACT.max(ROUNDED * rounding.loss(&network, inputs))
+        }
+        _ => EXACT,
+    }
+}
+
 fn outcome(path: &Path, expected: &Value) -> Outcome {
     match import::read(path) {
         Ok(network) => Outcome::Read(difference(&network, expected)),
@@ -137,9 +153,8 @@ fn outcomes(folder: &Path) -> BTreeMap<String, (Outcome, f64)> {
         let expected: Value = serde_json::from_str(&text).expect("expected.json is JSON");
         for (file, expected) in expected.as_object().expect("expected.json is an object") {
             let path = folder.join(file);
-            let quantised = file.contains("int8") || folder.to_string_lossy().contains("16x8");
             let limit = expected["tolerance"].as_f64();
-            let limit = limit.unwrap_or(if quantised { QUANTISED } else { EXACT });
+            let limit = limit.unwrap_or_else(|| tolerance(&path, &rows(&expected["x"])));
             let name = format!(
                 "{}/{file}",
                 folder
@@ -184,6 +199,30 @@ fn every_case_is_read_rightly_or_refused_by_name() {
         found.len(),
         wrong.join("\n")
     );
+}
+
+/// The bits and, where the file states a scale, the inputs that it holds.
+#[test]
+fn a_quantised_file_says_what_its_framework_rounds() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
+    let of = |file: &str| import::rounding(&folder.join(file)).expect(file);
+    let keras = of("cases/06-int8-keras/int8.keras").expect("int8 layers");
+    assert_eq!((keras.bits, keras.input), (8, None));
+    let wide = of("cases/12-tflite-16x8-bias/dense.tflite").expect("16-bit values");
+    let [low, high] = wide.input.expect("a scale of the input");
+    assert_eq!(wide.bits, 16);
+    assert!(low < -1.0 && high > 1.0 && (low + high).abs() < 1e-3 * high);
+    let whole = of("frameworks/models/tflite-int8.tflite").expect("8-bit values");
+    assert_eq!(whole.bits, 8);
+    for file in [
+        "cases/03-plus-constant/scalar.keras",
+        "cases/20-tflite-dense-sequence/one.tflite",
+        "frameworks/models/onnx-mlp.onnx",
+        "frameworks/models/h5-mlp.h5",
+        "reference/reference-s",
+    ] {
+        assert_eq!(of(file), None, "{file}");
+    }
 }
 
 /// The table of a folder that SINEW_CASES names: none may be wrong without a word.

@@ -25,14 +25,24 @@ pub struct Call<T> {
 /// If `x` or `state` has not the network's length; the network is to be validated first.
 #[must_use]
 pub fn call<T: Real>(network: &Network, x: &[T], state: &[T]) -> Call<T> {
+    call_through(network, x, state, &mut |_, _| {})
+}
+
+/// As [`call`], the place and the values of every layer passed to `each` before others read them.
+fn call_through<T: Real>(
+    network: &Network,
+    x: &[T],
+    state: &[T],
+    each: &mut impl FnMut(usize, &mut [T]),
+) -> Call<T> {
     assert_eq!(x.len(), network.inputs(), "length of the input");
     assert_eq!(state.len(), network.state(), "length of the state");
     let mut values: Vec<Vec<T>> = Vec::new();
     let (mut before, mut after) = (state, Vec::new());
-    for node in &network.nodes {
+    for (place, node) in network.nodes.iter().enumerate() {
         let (own, rest) = before.split_at(node.op.state());
         before = rest;
-        let value = match &node.op {
+        let mut value = match &node.op {
             Op::Input => x.to_vec(),
             Op::Recurrent(layer) => {
                 let (value, state) = recurrent::run(layer, &values[node.from[0]], own);
@@ -43,6 +53,7 @@ pub fn call<T: Real>(network: &Network, x: &[T], state: &[T]) -> Call<T> {
             }
             _ => stateless(network, node, &values),
         };
+        each(place, &mut value);
         values.push(value);
     }
     Call {
@@ -121,12 +132,21 @@ fn stateless<T: Real>(network: &Network, node: &Node, values: &[Vec<T>]) -> Vec<
 /// As [`call`].
 #[must_use]
 pub fn run(network: &Network, x: &[f64]) -> Vec<f64> {
+    run_through(network, x, &mut |_, _| {})
+}
+
+/// As [`run`], the place and the values of every layer passed to `each` before others read them.
+pub(crate) fn run_through(
+    network: &Network,
+    x: &[f64],
+    each: &mut impl FnMut(usize, &mut [f64]),
+) -> Vec<f64> {
     let mut last = Call {
         y: Vec::new(),
         state: vec![0.0; network.state()],
     };
     for x in x.chunks(network.inputs()) {
-        last = call(network, x, &last.state);
+        last = call_through(network, x, &last.state, each);
     }
     last.y
 }

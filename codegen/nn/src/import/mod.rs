@@ -16,6 +16,7 @@ use std::io::Read;
 use std::path::Path;
 
 use super::limits::MAX_FILE_BYTES;
+use super::rounding::Rounding;
 use super::{Network, NetworkError, store};
 
 /// Format of a file, by its first bytes and its name.
@@ -65,15 +66,39 @@ pub fn read(path: &Path) -> Result<Network, NetworkError> {
         );
         return Err(NetworkError::malformed(place, message));
     }
+    let (name, bytes) = contents(path)?;
+    parse(&name, &bytes).map_err(|error| error.within(&place))
+}
+
+/// The rounding between layers of a quantised file, which its framework does and the network here
+/// does not; none for other files, and for folders.
+///
+/// # Errors
+/// [`NetworkError`] if the file cannot be read.
+pub fn rounding(path: &Path) -> Result<Option<Rounding>, NetworkError> {
+    if path.is_dir() {
+        return Ok(None);
+    }
+    let (name, bytes) = contents(path)?;
+    match Format::of(&name, &bytes) {
+        Some(Format::TfLite) => tflite::rounding::of(&bytes),
+        Some(Format::Keras) => Ok(keras::rounding(&bytes, true)),
+        Some(Format::KerasH5) => Ok(keras::rounding(&bytes, false)),
+        Some(Format::Onnx) | None => Ok(None),
+    }
+}
+
+/// Name and contents of a file.
+fn contents(path: &Path) -> Result<(String, Vec<u8>), NetworkError> {
     let mut bytes = Vec::new();
     // The limit holds for what is read, not for what the file system claims: it may be a device.
     File::open(path)
         .and_then(|file| file.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes))
-        .map_err(|error| NetworkError::caused(&place, error))?;
+        .map_err(|error| NetworkError::caused(path.display().to_string(), error))?;
     let name = path
         .file_name()
         .map_or_else(String::new, |name| name.to_string_lossy().into());
-    parse(&name, &bytes).map_err(|error| error.within(&place))
+    Ok((name, bytes))
 }
 
 /// The network in the contents of a file called `name`.

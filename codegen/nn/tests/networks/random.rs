@@ -515,7 +515,7 @@ fn bounds_and_logarithms() -> Vec<Network> {
     networks.push(builder.done());
     let mut builder = Builder::new("log-softmax-far", &[5]);
     builder.dense(4);
-    let far = vec![150.0; 4];
+    let far = vec![300.0; 4];
     builder.then(Op::Scale {
         gain: far.clone(),
         offset: far,
@@ -535,7 +535,7 @@ fn bounds_and_logarithms() -> Vec<Network> {
     builder
         .dense(5)
         .then(Op::LogSoftmax)
-        .activation(Activation::Tanh)
+        .activation(Activation::Softsign)
         .dense(3);
     networks.push(builder.done());
     networks
@@ -585,7 +585,9 @@ pub fn case(network: Network, options: Options) -> Case {
     let inputs = (0..3)
         .map(|_| random.list(calls * network.inputs()))
         .collect();
-    let curvature = network.inputs() + network.state() <= 40;
+    // A gain of hundreds squared makes the last digit of a slope of 1 the largest second derivative.
+    let far = network.name.ends_with("-far");
+    let curvature = network.inputs() + network.state() <= 40 && !far;
     Case {
         network,
         options,

@@ -9,6 +9,7 @@ use sinew_nn::commands;
 use sinew_nn::emit::{Accuracy, Options, Weights};
 use sinew_nn::store::NETWORK_FILE;
 
+use super::import::rounding;
 use super::speed_alone;
 use crate::project::{self, Optimise, c_library};
 use sinew_ident::cli::progress::Stage;
@@ -109,6 +110,7 @@ fn network(arguments: &Arguments) -> Result<()> {
     let text = commands::emit(&network, &arguments.out, &options);
     print!("{}", text.map_err(Error::refused)?);
     if arguments.model.is_file() {
+        print!("{}", rounding(&network, &arguments.model)?);
         println!(
             "`sinew verify {} {}` compares it with its framework, by your own Python",
             arguments.model.display(),

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use sinew_model::{import, store};
-use sinew_nn::commands;
+use sinew_nn::{Network, commands};
 use sinew_sim::Plant;
 
 use crate::closed_loop::control_problem::ControlProblem;
@@ -49,9 +49,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             let network = import::read(&arguments.network).map_err(Error::refused)?;
             let text = commands::import(&network, out.as_deref());
             print!("{}", text.map_err(Error::refused)?);
+            print!("{}", rounding(&network, &arguments.network)?);
             Ok(())
         }
     }
+}
+
+/// What a quantised file's framework rounds, and the network here does not.
+pub(super) fn rounding(network: &Network, file: &Path) -> Result<String> {
+    commands::rounding(network, file).map_err(Error::refused)
 }
 
 /// The network's own folder holds the weights that the result would replace.

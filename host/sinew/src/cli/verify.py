@@ -75,4 +75,6 @@ if __name__ == "__main__":
     ending = sys.argv[1].lower().rsplit(".", 1)[-1]
     call = {"onnx": of_onnx, "keras": of_keras, "h5": of_keras, "tflite": of_tflite}[ending](sys.argv[1])
     rows = json.load(sys.stdin)
-    json.dump([call(x).reshape(-1).tolist() for x in rows], sys.stdout)
+    # JSON has no NaN and no infinity: these are words.
+    word = lambda y: y if y - y == 0 else str(y)  # noqa: E731
+    json.dump([[word(y) for y in call(x).reshape(-1).tolist()] for x in rows], sys.stdout)

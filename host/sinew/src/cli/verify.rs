@@ -14,6 +14,8 @@ use sinew_nn::{Network, evaluate};
 const SCRIPT: &str = include_str!("verify.py");
 /// Input vectors.
 const VECTORS: usize = 16;
+/// Largest input, where the file says none.
+const REACH: f64 = 2.0;
 /// Bytes of the framework's own words that an error quotes.
 const QUOTED: usize = 400;
 
@@ -27,43 +29,68 @@ pub struct Arguments {
     /// Python with onnxruntime, keras, or ai-edge-litert.
     #[arg(long, value_name = "PROGRAM", default_value = "python3")]
     python: PathBuf,
-    /// Largest difference that passes, as a part of the range of the outputs.
-    #[arg(long, value_name = "PART", default_value_t = 2e-5)]
-    tolerance: f64,
+    /// Largest difference that passes, as a part of the range of the outputs; else 2e-5, and for a
+    /// quantised file three times what rounding changes.
+    #[arg(long, value_name = "PART")]
+    tolerance: Option<f64>,
 }
 
+/// Largest difference that arithmetic in f32 explains, as a part of the range.
+const EXACT: f64 = 2e-5;
+/// Times what rounding of every value changes, within which a quantised file is right: it is tried
+/// on the same inputs, and the framework rounds at other places.
+const ROUNDED: f64 = 3.0;
+
 /// # Errors
-/// A network that cannot be read, no framework, a difference above the tolerance, or a crate whose
-/// tests fail.
+/// A network that cannot be read, no framework, a difference above the tolerance, a NaN on one side
+/// alone, or a crate whose tests fail.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let network = import::read(&arguments.network).map_err(Error::refused)?;
-    let inputs = inputs(&network);
+    let rounding = sinew_nn::import::rounding(&arguments.network).map_err(Error::refused)?;
+    let reach = rounding.and_then(|rounding| rounding.input);
+    let inputs = inputs(&network, reach.unwrap_or([-REACH, REACH]));
+    let tolerance = arguments.tolerance.unwrap_or(match rounding {
+        Some(rounding) => (ROUNDED * rounding.loss(&network, &inputs)).max(EXACT),
+        None => EXACT,
+    });
+    let place = arguments.network.display().to_string();
     let expected = framework(arguments, &inputs)?;
-    let worst = difference(&network, &inputs, &expected)?;
+    let found: Vec<Vec<f64>> = inputs.iter().map(|x| evaluate::run(&network, x)).collect();
+    let judged =
+        judge(&found, &expected).map_err(|message| Error::failed(format!("{place}: {message}")))?;
+    if let Some(rounding) = rounding {
+        println!("{place}: {rounding}");
+    }
     println!(
-        "{}: {} inputs, largest difference from its framework {worst:.1e} of the range",
-        arguments.network.display(),
-        inputs.len()
+        "{place}: {} inputs, largest difference from its framework {:.1e} of the range",
+        inputs.len(),
+        judged.worst
     );
-    if worst.is_nan() || worst > arguments.tolerance {
-        return Err(Error::arguments(format!(
-            "{} differs from its framework by {worst:.1e} of the range: expected at most {:.1e}",
-            arguments.network.display(),
-            arguments.tolerance
+    if judged.alike > 0 {
+        println!(
+            "{place}: {} outputs are the same NaN or infinity in both",
+            judged.alike
+        );
+    }
+    if judged.worst > tolerance {
+        return Err(Error::failed(format!(
+            "{place} differs from its framework by {:.1e} of the range: expected at most {tolerance:.1e}",
+            judged.worst,
         )));
     }
     arguments.crate_folder.as_deref().map_or(Ok(()), test)
 }
 
-/// Inputs between -2 and 2 from a fixed seed.
-fn inputs(network: &Network) -> Vec<Vec<f64>> {
+/// Inputs between the ends of `reach`, from a fixed seed.
+fn inputs(network: &Network, [low, high]: [f64; 2]) -> Vec<Vec<f64>> {
     let mut state = 0x2545_f491_4f6c_dd1d_u64;
     let mut next = || {
         state ^= state << 13;
         state ^= state >> 7;
         state ^= state << 17;
         // Exact in f32, which frameworks read.
-        f64::from((state >> 40) as f32 / (1 << 22) as f32 - 2.0)
+        let share = f64::from((state >> 40) as f32 / (1 << 24) as f32);
+        f64::from((low + (high - low) * share) as f32)
     };
     (0..VECTORS)
         .map(|_| (0..network.inputs()).map(|_| next()).collect())
@@ -109,49 +136,76 @@ fn framework(arguments: &Arguments, inputs: &[Vec<f64>]) -> Result<Vec<Vec<f64>>
     let text = String::from_utf8_lossy(&output.stdout);
     // Frameworks print words of their own before the numbers.
     let rows = text.lines().last().unwrap_or("");
-    serde_json::from_str(rows).map_err(|error| {
+    let rows: Vec<Vec<Output>> = serde_json::from_str(rows).map_err(|error| {
         unusable(format!(
             "{}: its outputs cannot be read: {error}",
             python.display()
         ))
-    })
+    })?;
+    let number = |output: Output| match output {
+        Output::Number(number) => number,
+        Output::Word(word) => word.parse().unwrap_or(f64::NAN),
+    };
+    let row = |row: Vec<Output>| row.into_iter().map(number).collect();
+    Ok(rows.into_iter().map(row).collect())
 }
 
-/// Largest difference, as a part of the range of the framework's outputs.
-fn difference(network: &Network, inputs: &[Vec<f64>], expected: &[Vec<f64>]) -> Result<f64> {
-    if expected.len() != inputs.len() {
-        return Err(Error::arguments(format!(
-            "the framework answered {} of {} inputs",
-            expected.len(),
-            inputs.len()
-        )));
+/// One output: a number, or a word for what JSON has no number for.
+#[derive(serde::Deserialize)]
+#[serde(untagged)]
+enum Output {
+    Number(f64),
+    Word(String),
+}
+
+/// Comparison of a network with its framework.
+#[derive(Debug, PartialEq)]
+struct Judged {
+    /// Largest difference, as a part of the range of the framework's finite outputs.
+    worst: f64,
+    /// Outputs that are the same infinity, or NaN, on both sides.
+    alike: usize,
+}
+
+/// # Errors
+/// Other numbers of outputs, or an output that is finite on one side alone: the side is named.
+fn judge(found: &[Vec<f64>], expected: &[Vec<f64>]) -> std::result::Result<Judged, String> {
+    if expected.len() != found.len() {
+        let (expected, found) = (expected.len(), found.len());
+        return Err(format!(
+            "its framework answered {expected} of {found} inputs"
+        ));
     }
-    let all = || expected.iter().flatten().copied();
+    let all = || expected.iter().flatten().copied().filter(|y| y.is_finite());
     let (low, high) = all().fold((f64::MAX, f64::MIN), |(low, high), y| {
         (low.min(y), high.max(y))
     });
     let size = all().fold(0.0_f64, |size, y| size.max(y.abs()));
     let range = (high - low).max(0.1 * size).max(1e-6);
-    let mut worst = 0.0_f64;
-    for (x, y) in inputs.iter().zip(expected) {
-        let found = evaluate::run(network, x);
-        if found.len() != y.len() {
-            return Err(Error::arguments(format!(
-                "the framework gives {} outputs, the network {}",
-                y.len(),
-                found.len()
-            )));
+    let mut judged = Judged {
+        worst: 0.0,
+        alike: 0,
+    };
+    for (input, (x, y)) in found.iter().zip(expected).enumerate() {
+        if x.len() != y.len() {
+            let (x, y) = (x.len(), y.len());
+            return Err(format!("its framework gives {y} outputs, the network {x}"));
         }
-        for (a, b) in found.iter().zip(y) {
-            let error = (a - b).abs() / range;
-            worst = if error.is_nan() {
-                f64::NAN
+        for (output, (&here, &there)) in x.iter().zip(y).enumerate() {
+            if here.is_finite() && there.is_finite() {
+                judged.worst = judged.worst.max((here - there).abs() / range);
+            } else if here == there || (here.is_nan() && there.is_nan()) {
+                judged.alike += 1;
             } else {
-                worst.max(error)
-            };
+                return Err(format!(
+                    "output {output} at input {input} of {} is {there} in its framework and \
+                     {here} here",
+                    found.len()
+                ));
+            }
         }
     }
-    Ok(worst)
+    Ok(judged)
 }
 
 /// The panic of the first failing test, or the compiler's first error.
@@ -174,7 +228,7 @@ fn test(folder: &Path) -> Result<()> {
     if !output.status.success() {
         let said =
             [output.stdout, output.stderr].map(|of| String::from_utf8_lossy(&of).into_owned());
-        return Err(Error::arguments(format!(
+        return Err(Error::failed(format!(
             "{}: its tests fail: {}",
             folder.display(),
             cause(&said.concat())
@@ -194,6 +248,36 @@ fn test(folder: &Path) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_nan_names_its_side_and_its_input() {
+        let rows = |y: f64| vec![vec![0.5, 1.0], vec![0.5, y]];
+        let there = judge(&rows(0.25), &rows(f64::NAN)).expect_err("a NaN there");
+        assert_eq!(
+            there,
+            "output 1 at input 1 of 2 is NaN in its framework and 0.25 here"
+        );
+        let here = judge(&rows(f64::NAN), &rows(0.25)).expect_err("a NaN here");
+        assert!(
+            here.ends_with("is 0.25 in its framework and NaN here"),
+            "{here}"
+        );
+        let both = judge(&rows(f64::NAN), &rows(f64::NAN)).expect("the same on both sides");
+        assert_eq!(
+            both,
+            Judged {
+                worst: 0.0,
+                alike: 1
+            }
+        );
+        let (up, down) = (f64::INFINITY, f64::NEG_INFINITY);
+        assert!(judge(&rows(up), &rows(down)).is_err());
+        assert_eq!(
+            judge(&rows(down), &rows(down)).map(|judged| judged.alike),
+            Ok(1)
+        );
+        assert!(judge(&rows(1.0), &[vec![0.5, 1.0], vec![0.5]]).is_err());
+    }
 
     #[test]
     fn a_cause_is_the_first_panic_or_the_compilers_first_error() {

@@ -12,6 +12,7 @@ use serde_json::Value;
 
 use super::hdf5::Hdf5;
 use crate::limits::MAX_FILE_BYTES;
+use crate::rounding::Rounding;
 use crate::{Network, NetworkError};
 use config::{Model, Source};
 use layers::Import;
@@ -72,6 +73,29 @@ pub(super) fn import_archive(name: &str, bytes: &[u8]) -> Result<Network, Networ
         .is_some_and(|version| version.starts_with('2'));
     let weights = || Weights::numbered(&Hdf5::new(&entry("model.weights.h5")?)?);
     build(name, &text, weights, keras_2)
+}
+
+/// The configuration of an archive; none where it has none.
+fn configuration(bytes: &[u8]) -> Option<String> {
+    let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).ok()?;
+    let mut text = String::new();
+    let entry = archive.by_name("config.json").ok()?;
+    entry.take(MAX_FILE_BYTES).read_to_string(&mut text).ok()?;
+    Some(text)
+}
+
+/// The rounding of a quantised model: its layers scale their inputs by the largest of each call.
+pub(super) fn rounding(bytes: &[u8], archive: bool) -> Option<Rounding> {
+    let text = if archive {
+        configuration(bytes)?
+    } else {
+        Hdf5::new(bytes).ok()?.text("model_config").ok()??
+    };
+    let quantised = text.contains("\"QuantizedDTypePolicy\"");
+    quantised.then_some(Rounding {
+        bits: 8,
+        input: None,
+    })
 }
 
 fn build(

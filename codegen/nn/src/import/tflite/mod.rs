@@ -11,6 +11,7 @@ mod operators;
 mod places;
 mod recurrent;
 mod reductions;
+pub(super) mod rounding;
 mod windows;
 
 use std::collections::{HashMap, HashSet};
