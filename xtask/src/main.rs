@@ -7,6 +7,7 @@ mod demo;
 mod deny;
 mod dist;
 mod evaluation;
+mod foreign;
 mod generate;
 mod help;
 mod modules;
@@ -143,7 +144,7 @@ const VERBS: &[Verb] = &[
     },
     Verb {
         name: "survive",
-        arguments: "",
+        arguments: "[networks [COUNT [SEED]]]",
         line: "Long versions of what ci runs short: frames, states, control, networks, faults, cases",
         run: survive::run,
     },

@@ -39,7 +39,7 @@ pub fn run(arguments: &[String]) -> Result<()> {
         command
     };
     process::run(&mut lint("fmt", &["--check"]))?;
-    let Some(environment) = environment()? else {
+    let Some(environment) = environment("python-environment", PACKAGES)? else {
         println!("SKIPPED: the Python package is not tested");
         return Ok(());
     };
@@ -55,11 +55,15 @@ pub fn run(arguments: &[String]) -> Result<()> {
     process::run(program("python").args(["-m", "pytest", "-q", "-p", "no:cacheprovider"]))
 }
 
-/// A virtual environment with the packages of the tests; none where it cannot be had.
-fn environment() -> Result<Option<PathBuf>> {
-    let folder = target_folder().join("python-environment");
+/// A virtual environment of this name in the target folder, with packages; none where it cannot be
+/// had.
+///
+/// # Errors
+/// The record of its packages cannot be written.
+pub fn environment(name: &str, packages: &[&str]) -> Result<Option<PathBuf>> {
+    let folder = target_folder().join(name);
     let record = folder.join("packages.txt");
-    let wanted = PACKAGES.join("\n");
+    let wanted = packages.join("\n");
     if fs::read_to_string(&record).is_ok_and(|installed| installed == wanted) {
         return Ok(Some(folder));
     }
@@ -68,10 +72,10 @@ fn environment() -> Result<Option<PathBuf>> {
         println!("python3 with the modules venv and ensurepip is not there");
         return Ok(None);
     }
-    println!("installing {} for the tests", PACKAGES.join(", "));
+    println!("installing {} for the tests", packages.join(", "));
     let mut pip = Command::new(Path::new(&folder).join("bin/pip"));
     pip.args(["install", "--quiet", "--disable-pip-version-check"]);
-    if !succeeds(pip.args(PACKAGES)) {
+    if !succeeds(pip.args(packages)) {
         println!("pip cannot install the packages of the tests");
         return Ok(None);
     }

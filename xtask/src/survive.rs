@@ -5,7 +5,7 @@ use std::process::Command;
 use anyhow::Result;
 
 use crate::arguments::none;
-use crate::evaluation;
+use crate::{evaluation, foreign};
 use xtask::process::{self, cargo};
 use xtask::setup::{self, Extent};
 
@@ -25,9 +25,15 @@ const PROGRAMS: &[(&str, &str)] = &[
     ("sinew-nn", "networks"),
 ];
 
+/// Every stage, or `networks [COUNT [SEED]]` alone.
+///
 /// # Errors
 /// Setup, or a test failed.
 pub fn run(arguments: &[String]) -> Result<()> {
+    if let Some(("networks", numbers)) = arguments.split_first().map(|(a, rest)| (a.as_str(), rest))
+    {
+        return foreign::run(foreign::numbers(numbers)?);
+    }
     none(arguments)?;
     let toolchain = setup::run(Extent::Build)?;
     for (package, test) in PROGRAMS {
@@ -36,7 +42,8 @@ pub fn run(arguments: &[String]) -> Result<()> {
     }
     let mut seeded = cargo(&["test", "--package", "sinew-ident", "--test", "check"]);
     process::run(seeded.args(["--", "--ignored", "--nocapture"]))?;
-    evaluation::run("proof", &["--committed".into()])
+    evaluation::run("proof", &["--committed".into()])?;
+    foreign::run(foreign::numbers(&[])?)
 }
 
 fn long(package: &str, test: &str) -> Command {

@@ -61,7 +61,7 @@ class Graph:
         pick = rng.choice(["act", "act", "param", "dense", "dense", "const", "const", "softmax", "flatten", "reshape",
                            "transpose", "conv", "pool", "global", "norm", "slice", "gather", "concat", "add", "rnn",
                            "reduce", "squeeze", "clip", "split", "view", "product", "product", "spread", "pad", "power",
-                           "layernorm", "choice", "ceil", "prelu"])
+                           "layernorm", "choice", "ceil", "prelu", "left", "logsoftmax", "groups", "far", "norms", "parts"])
         if pick == "act":
             self.node(str(rng.choice(["Relu", "Sigmoid", "Tanh", "Softplus", "Softsign", "Neg", "Identity"])), [x], s)
         elif pick == "param":
@@ -159,6 +159,36 @@ class Graph:
             else:
                 i = [int(v) for v in rng.integers(0, s[axis], int(rng.integers(1, 4)))]
                 self.node("Gather", [x, self.ints(i)], s[:axis] + [len(i)] + s[axis + 1:], axis=axis)
+        elif pick == "left" and rank > 1:
+            units = int(rng.integers(1, 6))
+            self.node("MatMul", [self.floats(units, s[-2]), x], s[:-2] + [units, s[-1]])
+        elif pick == "logsoftmax":
+            far = self.name()
+            self.nodes.append(helper.make_node("Mul", [x, self.weight(np.asarray(rng.choice([1, 60, -90]), np.float32))], [far]))
+            axis = {} if rng.random() < 0.4 else {"axis": int(rng.integers(1, rank))}
+            self.node("LogSoftmax", [far], s, **axis)
+        elif pick == "groups" and rank in (3, 4) and s[0] == 1:
+            if self.opset >= 21 and rng.random() < 0.6:
+                groups = int(rng.choice([n for n in range(1, s[1] + 1) if s[1] % n == 0]))
+                self.node("GroupNormalization", [x, self.floats(s[1]), self.floats(s[1])], s, num_groups=groups, epsilon=float(rng.choice([1e-2, 0.1])))
+            else:
+                self.node("InstanceNormalization", [x, self.floats(s[1]), self.floats(s[1])], s, epsilon=float(rng.choice([1e-2, 0.1])))
+        elif pick == "far":
+            op, size = str(rng.choice(["Max", "Min"])), float(rng.choice([1e-3, 1.0, 1e6]))
+            shape = [n if rng.random() < 0.5 else 1 for n in s]
+            c = self.weight(np.asarray(rng.normal(0, size, shape[int(rng.integers(0, rank + 1)):]), np.float32))
+            self.node(op, [c, x] if rng.random() < 0.3 else [x, c], s)
+        elif pick == "norms" and rank > 1 and self.opset < 18:
+            axis, keep = int(rng.integers(1, rank)), int(rng.integers(0, 2)) if rank > 2 else 1
+            shape = s[:axis] + [1] * keep + s[axis + 1:]
+            self.node(str(rng.choice(["ReduceL1", "ReduceL2", "ReduceSumSquare", "ReduceMin"])), [x], shape, axes=[axis], keepdims=keep)
+        elif pick == "parts" and rank > 1 and max(s[1:]) > 1 and self.opset in (11, 12):
+            axis = 1 + int(np.argmax(s[1:]))
+            first = int(rng.integers(1, s[axis]))
+            parts = [self.name(), self.name()]
+            self.nodes.append(helper.make_node("Split", [x], parts, axis=axis, split=[first, s[axis] - first]))
+            which = int(rng.integers(0, 2))
+            self.node("Tanh", [parts[which]], s[:axis] + [[first, s[axis] - first][which]] + s[axis + 1:])
         elif pick == "product":
             others = [name for name, shape in self.before if shape == s]
             other = str(rng.choice(others)) if others else x
@@ -291,6 +321,15 @@ class Graph:
         return helper.make_model(graph, opset_imports=[helper.make_opsetid("", self.opset)], ir_version=8)
 
 
+def nudged(weight, rng):
+    """The weight with its last digits changed."""
+    values = numpy_helper.to_array(weight)
+    if values.dtype != np.float32:
+        return weight
+    noise = 1 + 1e-6 * rng.normal(0, 1, values.shape)
+    return numpy_helper.from_array((values * noise).astype(np.float32), weight.name)
+
+
 def onnx_graph(rng):
     while True:
         graph = Graph(rng)
@@ -303,16 +342,19 @@ def onnx_graph(rng):
         try:
             session = onnxruntime.InferenceSession(data, providers=["CPUExecutionProvider"])
             x = [rng.normal(0, 1, graph.input).astype(np.float32) for _ in range(VECTORS)]
-            run = lambda values: [np.asarray(session.run(None, {"x": v})[0]) for v in values]
-            y = run(x)
+            run = lambda session, values: [np.asarray(session.run(None, {"x": v})[0]) for v in values]
+            y = run(session, x)
             # A graph that magnifies rounding is drawn again: x + c - x, normalised, is noise.
-            beside = run([v + np.float32(1e-6) * rng.normal(0, 1, v.shape).astype(np.float32) for v in x])
+            graph.weights = [nudged(weight, rng) for weight in graph.weights]
+            other = onnxruntime.InferenceSession(graph.model().SerializeToString(), providers=["CPUExecutionProvider"])
+            beside = run(other, [v + np.float32(1e-6) * rng.normal(0, 1, v.shape).astype(np.float32) for v in x])
         except Exception:  # noqa: BLE001
             continue
         if not all(np.all(np.isfinite(v)) for v in y + beside):
             continue
         size = max(np.abs(v).max() for v in y)
-        if size > 1e-2 and max(np.abs(a - b).max() for a, b in zip(y, beside)) < 1e-3 * size:
+        reach = max(max(v.max() for v in y) - min(v.min() for v in y), 0.1 * size)
+        if size > 1e-2 and max(np.abs(a - b).max() for a, b in zip(y, beside)) < 1e-4 * reach:
             return data, x, y
 
 

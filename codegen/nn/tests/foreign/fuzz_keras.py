@@ -62,6 +62,9 @@ def normalise(rng, x):
         L.Rescaling(float(rng.uniform(0.2, 2)), offset=float(rng.normal())),
         L.LayerNormalization(),
         L.Dropout(0.3),
+        L.GroupNormalization(one(rng, [n for n in range(1, channels + 1) if channels % n == 0])),
+        L.RMSNormalization(epsilon=one(rng, [1e-6, 1e-2])),
+        L.UnitNormalization(),
     ])(x)
 
 
@@ -76,6 +79,10 @@ def operation(rng, x):
     return one(rng, [
         lambda: ops.relu(x), lambda: ops.tanh(x), lambda: ops.sigmoid(x), lambda: ops.softplus(x),
         lambda: ops.leaky_relu(x, negative_slope=float(rng.uniform(0.05, 0.5))), lambda: ops.clip(x, -0.4, 0.6),
+        lambda: ops.log_softmax(x * one(rng, [1.0, 60.0]), axis=int(rng.integers(1, len(x.shape)))),
+        lambda: ops.clip(x, -2e5, 3e5), lambda: ops.maximum(x, float(rng.normal(0, one(rng, [1, 1e6])))),
+        lambda: ops.mean(x, axis=-1, keepdims=True), lambda: ops.max(x, axis=1, keepdims=True), lambda: ops.soft_shrink(x),
+        lambda: ops.squareplus(x), lambda: ops.rsqrt(ops.square(x) + 0.3), lambda: ops.normalize(x, axis=-1),
         lambda: ops.elu(x, alpha=float(rng.uniform(0.3, 2))), lambda: x**2, lambda: ops.abs(x), lambda: ops.exp(x),
     ])()
 
@@ -131,6 +138,12 @@ def recurrent(rng, x):
         options["reset_after"] = flip(rng, 0.7)
     if kind == "LSTM":
         options["unit_forget_bias"] = flip(rng)
+    if flip(rng, 0.25):
+        # The same as a cell, whose options are its own.
+        outer = {key: options.pop(key) for key in ("return_sequences", "go_backwards")}
+        return L.RNN(getattr(L, f"{kind}Cell")(units, **options), **outer)(x)
+    if flip(rng, 0.2):
+        return getattr(L, kind)(units, return_state=True, **options)(x)[int(rng.integers(0, 2))]
     layer = getattr(L, kind)(units, **options)
     if flip(rng, 0.2):
         layer = L.Bidirectional(layer, merge_mode=one(rng, ["concat", "sum", "ave", "mul"]))
@@ -180,6 +193,16 @@ def stirred(net, rng):
             variable.assign(rng.uniform(-0.5, 0.5, variable.shape))
 
 
+def nudged(net, x, rng):
+    """Outputs where inputs and weights have other last digits."""
+    weights = net.get_weights()
+    noise = lambda value: (value * (1 + 1e-6 * rng.normal(0, 1, value.shape))).astype(value.dtype)
+    net.set_weights([noise(value) if value.dtype == np.float32 else value for value in weights])
+    found = [np.asarray(net(noise(row)[None])) for row in x]
+    net.set_weights(weights)
+    return found
+
+
 def lite(net, x):
     converter = tf.lite.TFLiteConverter.from_keras_model(net)
     data = converter.convert()
@@ -218,9 +241,13 @@ def main(out, count, seed):
             stirred(net, rng)
             x = rng.normal(0, 1, (VECTORS, *net.input_shape[1:])).astype(np.float32)
             y = [np.asarray(net(row[None])) for row in x]
+            beside = nudged(net, x, rng)
         except Exception:  # noqa: BLE001
             continue
-        if not bounded(y):
+        # A network that magnifies rounding is drawn again.
+        size = max(np.abs(v).max() for v in y)
+        reach = max(max(v.max() for v in y) - min(v.min() for v in y), 0.1 * size)
+        if not bounded(y + beside) or max(np.abs(a - b).max() for a, b in zip(y, beside)) > 1e-4 * reach:
             continue
         made += 1
         name = f"{made:06d}.{one(rng, ['keras', 'keras', 'h5'])}"

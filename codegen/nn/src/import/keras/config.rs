@@ -100,8 +100,9 @@ impl<'a> Model<'a> {
             expect_own(&name, class, value)?;
             expect_float(&name, &config["dtype"])?;
             if class == "InputLayer" {
+                let settings = Settings::new(config);
                 for key in ["sparse", "ragged", "optional"] {
-                    if config[key].as_bool() == Some(true) {
+                    if settings[key].as_bool() == Some(true) {
                         return Err(NetworkError::unsupported(
                             name,
                             format!("an input with {key}=True"),
@@ -109,6 +110,7 @@ impl<'a> Model<'a> {
                         ));
                     }
                 }
+                settings.expect_read(&name, class)?;
                 if !model.input.is_empty() {
                     return Err(NetworkError::unsupported(
                         name,

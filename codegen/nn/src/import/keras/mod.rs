@@ -3,6 +3,8 @@
 mod config;
 mod layers;
 mod settings;
+#[cfg(test)]
+mod tests;
 mod weights;
 
 use std::collections::HashMap;

@@ -18,6 +18,8 @@ mod proto;
 mod recurrent;
 mod reductions;
 mod scikit_learn;
+#[cfg(test)]
+mod tests;
 mod values;
 mod windows;
 
@@ -364,11 +366,13 @@ impl<'a> Import<'a> {
             .ok_or_else(|| node.malformed(format!("input {input} is missing")))
     }
 
-    /// Integers at an input of a node, or in an attribute of old versions.
+    /// Integers at an input of a node, or in an attribute of old versions; none where the input is
+    /// computed.
     fn integers(&self, node: &Node<'_>, input: usize, attribute: &str) -> Option<Vec<i64>> {
-        match self.constants.get(node.input(input).unwrap_or("")) {
-            Some(Constant::Integers(list)) => Some(list.values.clone()),
-            _ => node.ints(attribute).map(<[i64]>::to_vec),
+        match node.input(input).map(|name| self.constants.get(name)) {
+            Some(Some(Constant::Integers(list))) => Some(list.values.clone()),
+            Some(_) => None,
+            None => node.ints(attribute).map(<[i64]>::to_vec),
         }
     }
 

@@ -65,7 +65,7 @@ impl Import<'_> {
             true => channels,
             false => usize::try_from(node.int("num_groups", 0)).unwrap_or(0),
         };
-        if groups == 0 || channels % groups != 0 || value.batch != Some(0) {
+        if groups == 0 || channels % groups != 0 || dims.first() != Some(&1) {
             let message = format!("{groups} groups of the channels of {dims:?}");
             return Err(node.malformed(message));
         }

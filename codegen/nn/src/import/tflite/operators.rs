@@ -237,12 +237,12 @@ impl Import<'_> {
     }
 }
 
-/// That an operator is of a version that is known here, and has no option that nothing looks at.
+/// That an operator is in the table, of a version that is known here, and has no option that
+/// nothing looks at.
 fn expect_known(operator: &Operator<'_>, name: &str) -> Result<(), NetworkError> {
     let known = KNOWN.iter().find(|(code, ..)| *code == operator.code);
-    // An operator that is not read is refused by its name.
     let Some((_, newest, known)) = known else {
-        return Ok(());
+        return Err(unread(operator.code, name));
     };
     let version = operator.version;
     if !(1..=*newest).contains(&version) {
@@ -282,14 +282,17 @@ fn activation(code: i32, operator: &Operator<'_>, name: &str) -> Result<Activati
         },
         150 if options.map_or(Ok(0), |options| options.byte(0))? != 0 => Activation::GeluTanh,
         150 => Activation::Gelu,
-        other => {
-            let known = NEAREST.iter().find(|(code, _)| *code == other);
-            let nearest = known.map_or(
-                "see docs/reference/networks.md for the operators that are",
-                |(_, nearest)| *nearest,
-            );
-            let what = format!("the operator {}", operator_name(other));
-            return Err(NetworkError::unsupported(name, what, nearest));
-        }
+        other => return Err(unread(other, name)),
     })
+}
+
+/// Refusal of an operator that nothing here reads, by its name.
+fn unread(code: i32, name: &str) -> NetworkError {
+    let known = NEAREST.iter().find(|(other, _)| *other == code);
+    let nearest = known.map_or(
+        "see docs/reference/networks.md for the operators that are",
+        |(_, nearest)| *nearest,
+    );
+    let what = format!("the operator {}", operator_name(code));
+    NetworkError::unsupported(name, what, nearest)
 }
