@@ -114,7 +114,8 @@ fn last(name: &str) -> &str {
 
 impl Import<'_> {
     fn free_name(&self, name: &str) -> String {
-        let name = if name.is_empty() { "layer" } else { last(name) };
+        let own = last(name).trim_matches(char::is_control);
+        let name = if own.is_empty() { "layer" } else { own };
         let taken = |name: &str| self.network.nodes.iter().any(|node| node.name == name);
         let mut free: String = name.chars().filter(|c| !c.is_control()).take(200).collect();
         let mut number = 2;
