@@ -67,7 +67,9 @@ pub(super) fn infer(layer: &str, op: &Op, inputs: &[&[usize]]) -> Result<Vec<usi
             tensor(layer, "offset", offset.len(), &[channels])?;
             from.to_vec()
         }
-        Op::Activation(Activation::Clip { low, high }) if low.is_nan() || !(low <= high) => {
+        Op::Activation(Activation::Clip { low, high })
+            if low > high || low.is_nan() || high.is_nan() =>
+        {
             return wrong(format!("its bounds are {low} and {high}"));
         }
         Op::Activation(_) | Op::Softmax | Op::LogSoftmax => from.to_vec(),

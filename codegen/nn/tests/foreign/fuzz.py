@@ -167,7 +167,7 @@ class Graph:
             self.nodes.append(helper.make_node("Mul", [x, self.weight(np.asarray(rng.choice([1, 60, -90]), np.float32))], [far]))
             axis = {} if rng.random() < 0.4 else {"axis": int(rng.integers(1, rank))}
             self.node("LogSoftmax", [far], s, **axis)
-        elif pick == "groups" and rank in (3, 4) and s[0] == 1:
+        elif pick == "groups" and rank in (3, 4) and s[0] == 1 and int(np.prod(s[2:])) > 1:
             if self.opset >= 21 and rng.random() < 0.6:
                 groups = int(rng.choice([n for n in range(1, s[1] + 1) if s[1] % n == 0]))
                 self.node("GroupNormalization", [x, self.floats(s[1]), self.floats(s[1])], s, num_groups=groups, epsilon=float(rng.choice([1e-2, 0.1])))
@@ -176,7 +176,11 @@ class Graph:
         elif pick == "far":
             op, size = str(rng.choice(["Max", "Min"])), float(rng.choice([1e-3, 1.0, 1e6]))
             shape = [n if rng.random() < 0.5 else 1 for n in s]
-            c = self.weight(np.asarray(rng.normal(0, size, shape[int(rng.integers(0, rank + 1)):]), np.float32))
+            c = np.asarray(rng.normal(0, size, shape[int(rng.integers(0, rank + 1)):]), np.float32)
+            if size > 1:
+                # Beyond every value: one that is that large would drown in its last digit.
+                c = np.abs(c) + np.float32(1e5) if op == "Min" else -np.abs(c) - np.float32(1e5)
+            c = self.weight(np.asarray(c, np.float32))
             self.node(op, [c, x] if rng.random() < 0.3 else [x, c], s)
         elif pick == "norms" and rank > 1 and self.opset < 18:
             axis, keep = int(rng.integers(1, rank)), int(rng.integers(0, 2)) if rank > 2 else 1

@@ -79,9 +79,10 @@ impl Network {
     ) -> Result<usize, NetworkError> {
         match bounds.first() {
             Some(&bound) if bounds.iter().all(|&other| other == bound) => {
-                return match largest {
-                    true => self.clipped(name, x, bound, f32::INFINITY),
-                    false => self.clipped(name, x, f32::NEG_INFINITY, bound),
+                return if largest {
+                    self.clipped(name, x, bound, f32::INFINITY)
+                } else {
+                    self.clipped(name, x, f32::NEG_INFINITY, bound)
                 };
             }
             _ => {}

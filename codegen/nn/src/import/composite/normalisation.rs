@@ -69,7 +69,7 @@ impl Network {
     ) -> Result<usize, NetworkError> {
         let held = self.nodes[x].shape.clone();
         let channels = held.last().copied().unwrap_or(0);
-        if groups == 0 || channels % groups != 0 {
+        if groups == 0 || !channels.is_multiple_of(groups) {
             let message = format!("{channels} channels in {groups} groups");
             return Err(NetworkError::malformed(name, message));
         }

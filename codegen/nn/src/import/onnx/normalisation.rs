@@ -61,11 +61,12 @@ impl Import<'_> {
         if !single {
             node.expect_int("stash_type", 1, "use stash_type = 1")?;
         }
-        let groups = match single {
-            true => channels,
-            false => usize::try_from(node.int("num_groups", 0)).unwrap_or(0),
+        let groups = if single {
+            channels
+        } else {
+            usize::try_from(node.int("num_groups", 0)).unwrap_or(0)
         };
-        if groups == 0 || channels % groups != 0 || dims.first() != Some(&1) {
+        if groups == 0 || !channels.is_multiple_of(groups) || dims.first() != Some(&1) {
             let message = format!("{groups} groups of the channels of {dims:?}");
             return Err(node.malformed(message));
         }

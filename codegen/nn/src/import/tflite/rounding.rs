@@ -48,10 +48,9 @@ pub(in crate::import) fn of(bytes: &[u8]) -> Result<Option<Rounding>, NetworkErr
     let mut bits = None;
     for tensor in &tensors {
         let found = integers(tensor.byte(1)?);
-        if let (Some((_, own)), false) = (found, is_constant(tensor)?) {
-            if !scales(tensor)?.is_empty() {
-                bits = Some(bits.map_or(own, |bits: u32| bits.min(own)));
-            }
+        let is_value = !is_constant(tensor)? && !scales(tensor)?.is_empty();
+        if let (Some((_, own)), true) = (found, is_value) {
+            bits = Some(bits.map_or(own, |bits: u32| bits.min(own)));
         }
     }
     let operators = graph.tables(3)?;
@@ -84,13 +83,10 @@ pub(in crate::import) fn of(bytes: &[u8]) -> Result<Option<Rounding>, NetworkErr
     for operator in &operators {
         let inputs = operator.ints(1)?;
         let weights = inputs.get(1).and_then(|&index| at(index));
-        if let (true, Some(weights)) = (HYBRID.contains(&code(operator)?), weights) {
-            if integers(weights.byte(1)?).is_some() {
-                return Ok(Some(Rounding {
-                    bits: 8,
-                    input: None,
-                }));
-            }
+        let kind = weights.map_or(Ok(0), |weights| weights.byte(1))?;
+        if HYBRID.contains(&code(operator)?) && integers(kind).is_some() {
+            let (bits, input) = (8, None);
+            return Ok(Some(Rounding { bits, input }));
         }
     }
     Ok(None)

@@ -111,7 +111,7 @@ impl Import<'_> {
             Value::Array(list) => list.iter().map(place).collect::<Result<_, _>>()?,
             one => {
                 let count = place(one)?;
-                if count == 0 || length % count != 0 {
+                if count == 0 || !length.is_multiple_of(count) {
                     return Err(wrong());
                 }
                 (1..count).map(|i| i * length / count).collect()
