@@ -585,7 +585,7 @@ pub fn case(network: Network, options: Options) -> Case {
     let inputs = (0..3)
         .map(|_| random.list(calls * network.inputs()))
         .collect();
-    // A gain of hundreds squared makes the last digit of a slope of 1 the largest second derivative.
+    // A squared gain of hundreds turns the last digit of a slope of 1 into second derivatives.
     let far = network.name.ends_with("-far");
     let curvature = network.inputs() + network.state() <= 40 && !far;
     Case {

@@ -55,7 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
 }
 
-/// What a quantised file's framework rounds, and the network here does not.
+/// The lines about values that a quantised file's framework rounds.
 pub(super) fn rounding(network: &Network, file: &Path) -> Result<String> {
     commands::rounding(network, file).map_err(Error::refused)
 }

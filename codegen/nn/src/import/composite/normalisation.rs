@@ -2,7 +2,7 @@
 
 use crate::{Activation, Network, NetworkError, Op, Pool, PoolKind, Window};
 
-/// What a run of values is divided by.
+/// Divisor of a run of values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::import) enum Length {
     /// The root of the mean of the squares and this.

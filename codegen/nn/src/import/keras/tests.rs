@@ -1,4 +1,4 @@
-//! What nothing reads is refused: a setting of every class in the committed files.
+//! Refusal of settings that nothing reads, for every class in the committed files.
 
 use std::collections::BTreeSet;
 use std::fs;

@@ -5,7 +5,7 @@ use crate::import::tensor::Tensor;
 use crate::{Convolution, Dense, NetworkError, Op, Window};
 
 impl Import<'_> {
-    /// `W x + b` of the first input, for `weights` of shape `[outputs][inputs]`, over the last axis.
+    /// `W x + b` of the first input over its last axis, for `weights` of shape `[outputs][inputs]`.
     pub(super) fn dense(
         &mut self,
         node: &Node<'_>,
@@ -180,7 +180,7 @@ impl Import<'_> {
     }
 }
 
-/// A value without the axis of length 1 that is the `number`th from the end, where a vector made it.
+/// A value without the axis of length 1, the `number`th from the end, where a vector made it.
 fn without_axis(mut found: Vec<Value>, vector: bool, number: usize) -> Vec<Value> {
     if let Some(value) = found.first_mut().filter(|_| vector) {
         let mut dims = value.dims();

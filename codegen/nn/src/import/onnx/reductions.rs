@@ -5,8 +5,8 @@ use super::{Import, Node, Value};
 use crate::{Activation, NetworkError, Op, Pool, PoolKind, Window};
 
 impl Import<'_> {
-    /// A softmax or its logarithm, `op`: up to opset 12 over all values from an axis on, by default all but the batch; from 13 on
-    /// over one axis, by default the last.
+    /// A softmax or its logarithm, `op`: up to opset 12 over all values from an axis on, by default
+    /// all but the batch; from 13 on over one axis, by default the last.
     pub(super) fn softmax(&mut self, node: &Node<'_>, op: &Op) -> Result<Vec<Value>, NetworkError> {
         let value = self.value(node, 0)?;
         let dims = value.dims();
@@ -62,7 +62,7 @@ impl Import<'_> {
         self.held_as(node, place, held)
     }
 
-    /// The mean, largest, smallest, sum or norm over axes, as a pool over everything that they span.
+    /// The mean, largest, smallest, sum or norm over axes, as a pool over all that they span.
     pub(super) fn reduce(&mut self, node: &Node<'_>) -> Result<Vec<Value>, NetworkError> {
         let value = self.value(node, 0)?;
         let (op, name) = (node.proto.op_type.as_str(), node.name.as_str());

@@ -1,5 +1,4 @@
-//! What nothing reads is refused: an attribute and an input of every operator in the committed
-//! files.
+//! Refusal of attributes and inputs that nothing reads, for every operator in the committed files.
 
 use std::collections::BTreeSet;
 use std::fs;
