@@ -136,12 +136,17 @@ fn framework(arguments: &Arguments, inputs: &[Vec<f64>]) -> Result<Vec<Vec<f64>>
     let text = String::from_utf8_lossy(&output.stdout);
     // Frameworks print words of their own before the numbers.
     let rows = text.lines().last().unwrap_or("");
-    let rows: Vec<Vec<Output>> = serde_json::from_str(rows).map_err(|error| {
+    numbers(rows).map_err(|error| {
         unusable(format!(
             "{}: its outputs cannot be read: {error}",
             python.display()
         ))
-    })?;
+    })
+}
+
+/// Rows of outputs.
+fn numbers(rows: &str) -> serde_json::Result<Vec<Vec<f64>>> {
+    let rows: Vec<Vec<Output>> = serde_json::from_str(rows)?;
     let number = |output: Output| match output {
         Output::Number(number) => number,
         Output::Word(word) => word.parse().unwrap_or(f64::NAN),
@@ -277,6 +282,14 @@ mod tests {
             Ok(1)
         );
         assert!(judge(&rows(1.0), &[vec![0.5, 1.0], vec![0.5]]).is_err());
+    }
+
+    #[test]
+    fn words_of_a_framework_are_nan_and_infinity() {
+        let rows = numbers("[[0.5, \"nan\"], [\"inf\", \"-inf\"]]").expect("rows of outputs");
+        assert!(rows[0][0] == 0.5 && rows[0][1].is_nan());
+        assert_eq!(rows[1], [f64::INFINITY, f64::NEG_INFINITY]);
+        assert!(numbers("[[NaN]]").is_err() && numbers("no rows").is_err());
     }
 
     #[test]
