@@ -57,6 +57,10 @@ const REFUSED: &[(&str, &str)] = &[
         "hidden state, its second",
     ),
     ("48-siblings-keras/state-encoder.keras", "first state"),
+    ("50-own-code/cell.keras", "code of its own"),
+    ("50-own-code/dense.keras", "code of its own"),
+    ("50-own-code/function-layer.keras", "code of its own"),
+    ("50-own-code/function.keras", "code of its own"),
 ];
 
 /// Outcome of one file.

@@ -144,23 +144,15 @@ fn framework(arguments: &Arguments, inputs: &[Vec<f64>]) -> Result<Vec<Vec<f64>>
     })
 }
 
-/// Rows of outputs.
+/// Rows of outputs: numbers, and words for what JSON has no number for.
 fn numbers(rows: &str) -> serde_json::Result<Vec<Vec<f64>>> {
-    let rows: Vec<Vec<Output>> = serde_json::from_str(rows)?;
-    let number = |output: Output| match output {
-        Output::Number(number) => number,
-        Output::Word(word) => word.parse().unwrap_or(f64::NAN),
+    let rows: Vec<Vec<serde_json::Value>> = serde_json::from_str(rows)?;
+    let number = |output: serde_json::Value| {
+        let word = output.as_str().and_then(|word| word.parse().ok());
+        output.as_f64().or(word).unwrap_or(f64::NAN)
     };
-    let row = |row: Vec<Output>| row.into_iter().map(number).collect();
+    let row = |row: Vec<serde_json::Value>| row.into_iter().map(number).collect();
     Ok(rows.into_iter().map(row).collect())
-}
-
-/// One output: a number, or a word for what JSON has no number for.
-#[derive(serde::Deserialize)]
-#[serde(untagged)]
-enum Output {
-    Number(f64),
-    Word(String),
 }
 
 /// Comparison of a network with its framework.

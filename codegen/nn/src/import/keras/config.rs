@@ -239,8 +239,11 @@ impl Operand {
     }
 }
 
-/// That a layer is Keras's own.
-fn expect_own(name: &str, class: &str, value: &Value) -> Result<(), NetworkError> {
+/// That a layer, or a cell or a layer within one, is Keras's own.
+///
+/// # Errors
+/// It is code of somebody's own.
+pub(super) fn expect_own(name: &str, class: &str, value: &Value) -> Result<(), NetworkError> {
     let module = &value["module"];
     let own = match module.as_str() {
         Some(module) => ["keras", "tf_keras", "tensorflow.keras"].iter().any(|own| {
@@ -248,10 +251,9 @@ fn expect_own(name: &str, class: &str, value: &Value) -> Result<(), NetworkError
                 .strip_prefix(own)
                 .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
         }),
-        // Keras 2 names modules only where they are somebody's own.
-        None => value["registered_name"]
-            .as_str()
-            .is_none_or(|registered| !registered.contains('>')),
+        // Keras 2 names neither. Keras 3 names a class of one's own that has no module, be it called
+        // like one of Keras's.
+        None => value["registered_name"].is_null(),
     };
     if own {
         return Ok(());

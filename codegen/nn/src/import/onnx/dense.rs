@@ -158,6 +158,7 @@ impl Import<'_> {
             let what = format!("MatMul with weights of shape {:?}", weights.shape);
             return Err(node.unsupported(what, "one matrix for all works, and Conv with groups"));
         }
+        weights.expect_axes(&node.name, 2)?;
         if !left {
             let weights = weights.transposed(&node.name)?;
             let bias = vec![0.0; weights.shape[0]];

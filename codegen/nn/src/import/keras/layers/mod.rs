@@ -10,7 +10,7 @@ mod windows;
 
 use serde_json::Value;
 
-use super::config::Layer;
+use super::config::{Layer, expect_own};
 use super::settings::{Settings, expect_float, quantised};
 use super::weights::Weights;
 use crate::import::shapes;
@@ -296,7 +296,7 @@ impl<'a> Import<'a> {
         } else {
             name
         };
-        match activation_name(&layer.config, "activation") {
+        match activation_name(&layer.name, &layer.config, "activation")? {
             "softmax" => self.push(&name, Op::Softmax, from),
             "log_softmax" => self.push(&name, Op::LogSoftmax, from),
             other => match self.network.named_composite(&name, other, from) {
@@ -409,6 +409,7 @@ impl<'a> Import<'a> {
                 "TimeDistributed works with Dense and Activation",
             ));
         }
+        expect_own(&layer.name, class, inner)?;
         // Its weights are found under the wrapper's own class.
         let inside = Layer {
             name: layer.name.clone(),

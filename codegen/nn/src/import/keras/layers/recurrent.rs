@@ -2,7 +2,7 @@
 
 use super::Import;
 use super::values::activation_name;
-use crate::import::keras::config::Layer;
+use crate::import::keras::config::{Layer, expect_own};
 use crate::import::keras::settings::{Settings, expect_float};
 use crate::{Cell, NetworkError, Op, Recurrent};
 
@@ -48,7 +48,11 @@ impl Import<'_> {
         };
         let class = match wrapped {
             None => class,
-            Some(cell) => cell_class(name, cell["class_name"].as_str().unwrap_or(""))?,
+            Some(cell) => {
+                let own = cell["class_name"].as_str().unwrap_or("");
+                expect_own(name, own, cell)?;
+                cell_class(name, own)?
+            }
         };
         let inside = wrapped.map(|cell| Settings::new(&cell["config"]));
         if let Some(inside) = &inside {
@@ -63,8 +67,8 @@ impl Import<'_> {
                 "give the model a fixed number of steps, Input((steps, features))",
             ));
         }
-        let g = self.activation(name, activation_name(own, "activation"))?;
-        let gates = || self.activation(name, activation_name(own, "recurrent_activation"));
+        let g = self.activation(name, activation_name(name, own, "activation")?)?;
+        let gates = || self.activation(name, activation_name(name, own, "recurrent_activation")?);
         let cell = match class {
             "SimpleRNN" => Cell::Simple { activation: g },
             "GRU" => Cell::Gru {
@@ -179,6 +183,7 @@ impl Import<'_> {
                     format!("Bidirectional works with {}", RECURRENT.join(", ")),
                 ));
             }
+            expect_own(name, class, value)?;
             expect_float(name, &value["config"]["dtype"])?;
             // The weights are found under the wrapper's own class, the cell is that of the layer.
             let inside = Layer {

@@ -6,10 +6,26 @@ use crate::NetworkError;
 use crate::import::keras::settings::Settings;
 
 /// The name of an activation: a text, or an object with one.
-pub(super) fn activation_name<'v>(config: &'v Settings<'_>, key: &str) -> &'v str {
+///
+/// # Errors
+/// It is a function of somebody's own, which may be called like one of Keras's.
+pub(super) fn activation_name<'v>(
+    layer: &str,
+    config: &'v Settings<'_>,
+    key: &str,
+) -> Result<&'v str, NetworkError> {
     let value = &config[key];
-    let inner = value["config"].as_str().or(value["class_name"].as_str());
-    value.as_str().or(inner).unwrap_or("linear")
+    let class = value["class_name"].as_str();
+    let inner = value["config"].as_str();
+    if class == Some("function") {
+        let name = inner.unwrap_or("");
+        return Err(NetworkError::unsupported(
+            layer,
+            format!("the {key} {name:?}, which is code of its own,"),
+            "name one of Keras's: activation='tanh'",
+        ));
+    }
+    Ok(value.as_str().or(inner).or(class).unwrap_or("linear"))
 }
 
 pub(super) fn float(value: &Value) -> Option<f32> {
