@@ -10,7 +10,9 @@ use super::progress::Stage;
 use super::said::Said;
 use crate::error::{Error, Result};
 use crate::excite::json::json;
-use crate::excite::{Kind, Options, design, reveal, table};
+use crate::excite::optimal::{Optimal, lines, optimal};
+use crate::excite::reveal::{self, Revelation};
+use crate::excite::{Experiment, Kind, Options, design, table};
 use crate::report::count;
 
 /// Shapes of the inputs, by their names on the command line.
@@ -51,6 +53,14 @@ pub struct Arguments {
     /// Shape of the inputs.
     #[arg(long, value_enum, default_value_t = Shape::Mixed)]
     kind: Shape,
+    /// Search for the experiment that shows the hardest effects best.
+    ///
+    /// It is compared with every kind, and reported beside them.
+    #[arg(long, conflicts_with_all = ["kind", "no_table"])]
+    design: bool,
+    /// Designs that `--design` simulates whole, beside the five kinds.
+    #[arg(long, value_name = "N", default_value_t = 300, requires = "design")]
+    evaluations: usize,
     /// Duration, s.
     #[arg(long, default_value_t = 30.0)]
     seconds: f64,
@@ -106,17 +116,19 @@ pub fn run(arguments: &Arguments, control_rate_hz: Option<f64>) -> Result<()> {
         amplitude: arguments.amplitude,
         band_hz: arguments.band.as_deref().map(band).transpose()?,
     };
-    let experiment = design(&plant, &arguments.rig, &options)?;
-    let revelation = if arguments.no_table {
-        None
+    let (experiment, revelation, compared) = if arguments.design {
+        let found = searched(&rig, &options, arguments)?;
+        (
+            found.experiment,
+            Some(found.revelation),
+            Some(found.comparison),
+        )
     } else {
-        let title = "measure what it would reveal";
-        let stage = Stage::begin(title, arguments.quiet);
-        let found = reveal::reveal(&rig, &experiment, arguments.noise, &|done, of| {
-            stage.share(done, of, "effects tried");
-        })?;
-        stage.end(format!("{} tried", count(found.effects.len(), "effect")));
-        Some(found)
+        let experiment = design(&plant, &arguments.rig, &options)?;
+        let found = (!arguments.no_table)
+            .then(|| measured(&rig, &experiment, arguments))
+            .transpose()?;
+        (experiment, found, None)
     };
     experiment
         .recording(&plant, &arguments.out)?
@@ -124,6 +136,9 @@ pub fn run(arguments: &Arguments, control_rate_hz: Option<f64>) -> Result<()> {
     let said = Said::beside([Some(arguments.out.as_path()), arguments.json.as_deref()]);
     if let Some(found) = &revelation {
         said.line(table(found).trim_end());
+    }
+    if let (Some(compared), Some(found)) = (&compared, &revelation) {
+        said.line(lines(compared, found).trim_end());
     }
     if !arguments.quiet {
         said.line(format!(
@@ -139,11 +154,33 @@ pub fn run(arguments: &Arguments, control_rate_hz: Option<f64>) -> Result<()> {
             &experiment,
             &inputs.collect::<Vec<_>>(),
             revelation.as_ref(),
+            compared.as_ref(),
         );
         sinew_files::write(path, format!("{document:#}\n"))?;
         said.wrote(path);
     }
     Ok(())
+}
+
+/// Searches for the experiment that shows most.
+fn searched(rig: &Rig, options: &Options, arguments: &Arguments) -> Result<Optimal> {
+    let stage = Stage::begin("search for the best experiment", arguments.quiet);
+    let effort = (arguments.noise, arguments.evaluations);
+    let found = optimal(rig, &arguments.rig, options, effort, &|done, of| {
+        stage.share(done, of, "parts simulated");
+    })?;
+    stage.end(format!("{} tried", count(arguments.evaluations, "design")));
+    Ok(found)
+}
+
+/// Measures what an experiment would reveal.
+fn measured(rig: &Rig, experiment: &Experiment, arguments: &Arguments) -> Result<Revelation> {
+    let stage = Stage::begin("measure what it would reveal", arguments.quiet);
+    let found = reveal::reveal(rig, experiment, arguments.noise, &|done, of| {
+        stage.share(done, of, "effects tried");
+    })?;
+    stage.end(format!("{} tried", count(found.effects.len(), "effect")));
+    Ok(found)
 }
 
 /// `LOW,HIGH`.

@@ -2,15 +2,21 @@
 
 use serde_json::{Value, json};
 
-use super::Experiment;
+use super::optimal::{Comparison, Measures};
 use super::reveal::{PARALLEL, Revelation, Visibility};
+use super::{Experiment, Kind};
 
 /// Format of the document.
 pub const FORMAT: &str = "sinew-excite/1";
 
 /// Experiment and revelation as JSON. `inputs` are the columns in the plant's order; `revelation`
-/// is null where nothing was measured.
-pub fn json(experiment: &Experiment, inputs: &[&str], found: Option<&Revelation>) -> Value {
+/// is null where nothing was measured, `design` where no design was searched for.
+pub fn json(
+    experiment: &Experiment,
+    inputs: &[&str],
+    found: Option<&Revelation>,
+    compared: Option<&Comparison>,
+) -> Value {
     let duration_s = experiment.t.last().copied().unwrap_or_default();
     json!({
         "format": FORMAT,
@@ -18,6 +24,41 @@ pub fn json(experiment: &Experiment, inputs: &[&str], found: Option<&Revelation>
         "duration_s": duration_s,
         "inputs": inputs,
         "revelation": found.map(revelation),
+        "design": found.zip(compared).map(|(found, compared)| design(found, compared)),
+    })
+}
+
+/// The chosen experiment beside the families.
+fn design(found: &Revelation, compared: &Comparison) -> Value {
+    let one = |name: &str, measures: &Measures| {
+        let hardest = measures.hardest.iter().map(|&(index, distance)| {
+            let seen = &found.effects[index];
+            json!({
+                "kind": seen.kind.description().kind,
+                "component": seen.component,
+                "distance": distance,
+            })
+        });
+        let widest = measures
+            .widest
+            .as_ref()
+            .map(|(name, part)| json!({ "parameter": name, "half_width_part": part }));
+        json!({
+            "experiment": name,
+            "hardest": hardest.collect::<Vec<_>>(),
+            "mean_distance": measures.mean_distance,
+            "widest": widest,
+        })
+    };
+    let chosen = compared.family.map_or("design", Kind::name);
+    let families = compared
+        .families
+        .iter()
+        .map(|(kind, found)| one(kind.name(), found));
+    json!({
+        "chosen": one(chosen, &compared.chosen),
+        "families": families.collect::<Vec<_>>(),
+        "gain": compared.gain().0,
     })
 }
 

@@ -25,6 +25,16 @@ impl Bounds {
         }
     }
 
+    /// Normalised signal of no input, or of the limit that is nearest to it.
+    pub(super) fn normalised_zero(&self) -> f64 {
+        let (middle, half) = ((self.low + self.high) / 2.0, (self.high - self.low) / 2.0);
+        if half > 0.0 {
+            (0.0f64.clamp(self.low, self.high) - middle) / half
+        } else {
+            0.0
+        }
+    }
+
     /// A normalised signal, in -1 to 1, brought to the range and followed as fast as the rate
     /// limit allows. Begins at zero or as near to it as the range comes: where a rig at rest is.
     pub(super) fn keep(&self, t: &[f64], signal: &[f64]) -> Vec<f64> {

@@ -18,6 +18,7 @@
 
 pub mod json;
 mod limits;
+pub mod optimal;
 pub mod reveal;
 mod signal;
 mod table;
@@ -26,7 +27,7 @@ use std::path::Path;
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use sinew_sim::Plant;
+use sinew_sim::{Input, Plant};
 
 use crate::error::{Error, Result};
 use crate::recording::{Column, Recording};
@@ -46,6 +47,19 @@ pub enum Kind {
     Chirp,
     /// A quarter of each.
     Mixed,
+}
+
+impl Kind {
+    /// Name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Multisine => "multisine",
+            Self::Steps => "steps",
+            Self::Triangle => "triangle",
+            Self::Chirp => "chirp",
+            Self::Mixed => "mixed",
+        }
+    }
 }
 
 /// Settings of a design.
@@ -172,22 +186,29 @@ pub fn design(plant: &Plant, file: impl AsRef<Path>, options: &Options) -> Resul
     let t: Vec<f64> = (0..rows).map(|k| k as f64 / options.rate_hz).collect();
     let count = plant.inputs().len();
     let inputs = plant.inputs().iter().enumerate().map(|(index, input)| {
-        let Some(limit) = input.limit else {
-            let message = format!("actuator `{}` has no `limit`", input.actuator);
-            return Err(Error::file(&file, message)
-                .at(input.line, 1)
-                .expected("`limit = [lower, upper]`: what it may be driven with"));
-        };
         // Each input draws from a stream of its own, so that one more leaves the others as they
         // were.
         let mut random = ChaCha8Rng::seed_from_u64(options.seed);
         random.set_stream(index as u64);
         let signal = signal::shape(options, options.band(), &t, (index, count), &mut random);
-        let bounds = limits::Bounds::of(input, limit, options.amplitude);
-        Ok(bounds.keep(&t, &signal))
+        Ok(bounds_of(input, file.as_ref(), options.amplitude)?.keep(&t, &signal))
     });
     let inputs = inputs.collect::<Result<_>>()?;
     Ok(Experiment { t, inputs })
+}
+
+/// Part of an actuator's range that is used, about its middle.
+///
+/// # Errors
+/// `File`, with the actuator's line, where it has no limit.
+fn bounds_of(input: &Input, file: &Path, amplitude: f64) -> Result<limits::Bounds> {
+    let Some(limit) = input.limit else {
+        let message = format!("actuator `{}` has no `limit`", input.actuator);
+        return Err(Error::file(file, message)
+            .at(input.line, 1)
+            .expected("`limit = [lower, upper]`: what it may be driven with"));
+    };
+    Ok(limits::Bounds::of(input, limit, amplitude))
 }
 
 impl Experiment {

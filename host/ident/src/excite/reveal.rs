@@ -3,19 +3,20 @@
 //! imitate (docs/explanation/experiments.md, eq. 5 and 6).
 
 mod imitation;
+mod instance;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 use serde::Serialize;
 use sinew_sim::effects::Kind;
-use sinew_sim::rig::Site;
 use sinew_sim::{InputTrajectory, Plant, Rig, Settings};
 
 use super::Experiment;
 use crate::error::{Error, Result};
-use crate::scales::{Run, range};
-use imitation::{Imitation, norm};
+use crate::scales::range;
+pub(super) use imitation::{Effort, Imitation, dot, norm};
+pub(super) use instance::Instance;
 
 /// At this distance from everything else, in standard deviations, an effect is revealed.
 pub const REVEALED: f64 = 10.0;
@@ -27,6 +28,13 @@ pub const PARALLEL: f64 = 0.95;
 /// pair err alike by some thousandths of the motion, and what is left of that in their difference
 /// is far less.
 const RATE_STEP: f64 = 0.5;
+/// Effort of an imitation: what stays below a guess is not pursued.
+const EFFORT: Effort = Effort {
+    steps: 3,
+    enough: WEAKLY,
+    halvings: 2,
+    worth: 0.8,
+};
 /// By how much an effect, or other numbers, may make a run dearer before it is given up.
 const DEARER: usize = 16;
 
@@ -87,6 +95,17 @@ pub struct Revelation {
     pub directions: usize,
     /// Standard deviation of the noise on each sensor, SI.
     pub noise: Vec<f64>,
+    /// Half of the 95 % interval of each free parameter after this experiment, SI, in the rig's
+    /// order; infinite where nothing determines it.
+    pub half_widths: Vec<f64>,
+}
+
+impl Revelation {
+    /// One entry an effect: its distance, 0 where it could not be simulated.
+    pub(super) fn distances(&self) -> Vec<f64> {
+        let of = |seen: &Seen| seen.distance.unwrap_or(0.0);
+        self.effects.iter().map(of).collect()
+    }
 }
 
 /// Simulates the rig with and without each effect; `noise` is the standard deviation of every
@@ -101,47 +120,87 @@ pub fn reveal(
     noise: f64,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Revelation> {
+    let (instances, deviations) = weak_instances(rig, experiment, noise)?;
+    measure(rig, experiment, &instances, (&deviations, EFFORT), progress)
+}
+
+/// Weak instances of all effects for an experiment, and the noise of each sensor in it, SI.
+///
+/// # Errors
+/// As of [`reveal`].
+pub(super) fn weak_instances(
+    rig: &Rig,
+    experiment: &Experiment,
+    noise: f64,
+) -> Result<(Vec<Instance>, Vec<f64>)> {
     if !(noise > 0.0 && noise <= 1.0) {
         let expectation = "a fraction of a signal's range in (0, 1]";
         return Err(Error::must_be("--noise", expectation, noise)
             .help("for example --noise 0.005: half a percent; without noise all shows"));
     }
-    let mut settings = Settings {
+    let plant = Plant::new(rig)?.with_settings(settings());
+    let (start, drive) = driven(&plant, experiment)?;
+    let plain = plant.simulate(&plant.values(), &start, &drive, &experiment.t)?;
+    let deviations = deviations(&plant, noise, |sensor| range(&plain.column(sensor)));
+    Ok((Instance::all(rig, &plant, experiment)?, deviations))
+}
+
+/// Steps of the runs that are compared.
+pub(super) fn settings() -> Settings {
+    Settings {
         rate_step: RATE_STEP,
         ..Settings::default()
-    };
-    let plant = Plant::new(rig)?.with_settings(settings);
-    let columns: Vec<&[f64]> = experiment.inputs.iter().map(Vec::as_slice).collect();
-    let drive = InputTrajectory::new(&plant, experiment.t.len(), &columns)?;
-    let start = plant.initial_state(&plant.values(), &vec![None; plant.sensors().len()])?;
-    let plain = plant.simulate(&plant.values(), &start, &drive, &experiment.t)?;
-    settings.max_substeps = (DEARER * plain.report.most_substeps).min(settings.max_substeps);
-    let plant = plant.with_settings(settings);
-    let deviations = deviations(&plant, noise, |sensor| range(&plain.column(sensor)));
-    let imitation = Imitation::of(&plant, &start, (&drive, &experiment.t), &deviations)?;
+    }
+}
 
-    let values = plant.values();
-    let mut run = Run::new(rig, &plant, &values, &[&experiment.inputs]);
-    run.take((&values, &start), &drive, &experiment.t)?;
-    let places: Vec<(Kind, Site)> = (Kind::ALL.iter())
-        .flat_map(|&kind| kind.sites(rig).into_iter().map(move |site| (kind, site)))
-        .collect();
+/// Start at rest, and inputs of an experiment as the simulator takes them.
+pub(super) fn driven(
+    plant: &Plant,
+    experiment: &Experiment,
+) -> Result<(Vec<f64>, InputTrajectory)> {
+    let columns: Vec<&[f64]> = experiment.inputs.iter().map(Vec::as_slice).collect();
+    let drive = InputTrajectory::new(plant, experiment.t.len(), &columns)?;
+    let start = plant.initial_state(&plant.values(), &vec![None; plant.sensors().len()])?;
+    Ok((start, drive))
+}
+
+/// Most sub-steps of a run with an effect, or with other numbers, beside those of the rig itself.
+pub(super) fn bounded(settings: Settings, most_substeps: usize) -> Settings {
+    Settings {
+        max_substeps: (DEARER * most_substeps).min(settings.max_substeps),
+        ..settings
+    }
+}
+
+/// Distance of each of the given instances in an experiment, under noise of the given standard
+/// deviations (SI, one a sensor). `progress` hears (done, of).
+///
+/// # Errors
+/// `Simulation` where the rig itself cannot be simulated.
+pub(super) fn measure(
+    rig: &Rig,
+    experiment: &Experiment,
+    instances: &[Instance],
+    (deviations, effort): (&[f64], Effort),
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<Revelation> {
+    let plant = Plant::new(rig)?.with_settings(settings());
+    let (start, drive) = driven(&plant, experiment)?;
+    let plain = plant.simulate(&plant.values(), &start, &drive, &experiment.t)?;
+    let settings = bounded(settings(), plain.report.most_substeps);
+    let plant = plant.with_settings(settings);
+    let imitation = Imitation::of(&plant, &start, (&drive, &experiment.t), deviations)?;
     let done = AtomicUsize::new(0);
-    let tried: Vec<(Seen, Vec<f32>)> = (places.par_iter())
-        .map(|&(kind, site)| {
-            let values = kind
-                .starts(&run.at(site))
-                .into_iter()
-                .next()
-                .unwrap_or_default();
-            let left = with_effect(rig, experiment, (kind, site, &values), settings)
-                .map(|signals| imitation.left(&signals, WEAKLY));
-            progress(done.fetch_add(1, Ordering::Relaxed) + 1, places.len());
+    let tried: Vec<(Seen, Vec<f32>)> = (instances.par_iter())
+        .map(|instance| {
+            let signals = instance.signals(rig, experiment, settings);
+            let left = signals.map(|signals| imitation.left(&signals, effort));
+            progress(done.fetch_add(1, Ordering::Relaxed) + 1, instances.len());
             let distance = left.as_deref().map(norm);
             let seen = Seen {
-                kind,
-                component: rig.site_name(site).to_string(),
-                values,
+                kind: instance.kind,
+                component: rig.site_name(instance.site).to_string(),
+                values: instance.values.clone(),
                 distance,
             };
             let length = distance.unwrap_or(0.0).max(f64::MIN_POSITIVE);
@@ -157,27 +216,9 @@ pub fn reveal(
         confusions: confusions(&tried),
         effects: tried.into_iter().map(|(seen, _)| seen).collect(),
         directions: imitation.directions(),
-        noise: deviations,
+        noise: deviations.to_vec(),
+        half_widths: imitation.half_widths(),
     })
-}
-
-/// The signals of the rig with one effect more; none where it cannot be simulated so.
-fn with_effect(
-    rig: &Rig,
-    experiment: &Experiment,
-    (kind, site, values): (Kind, Site, &[f64]),
-    settings: Settings,
-) -> Option<Vec<f64>> {
-    let plant = Plant::new(&rig.with_effect(kind, site, values).ok()?).ok()?;
-    let plant = plant.with_settings(settings);
-    let columns: Vec<&[f64]> = experiment.inputs.iter().map(Vec::as_slice).collect();
-    let drive = InputTrajectory::new(&plant, experiment.t.len(), &columns).ok()?;
-    let values = plant.values();
-    let start = plant.initial_state(&values, &vec![None; plant.sensors().len()]);
-    let run = plant
-        .simulate(&values, &start.ok()?, &drive, &experiment.t)
-        .ok()?;
-    Some(run.signals)
 }
 
 /// Noise of each sensor, SI. A signal that hardly moves is taken to be as noisy as a thousandth of

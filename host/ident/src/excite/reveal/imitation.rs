@@ -8,16 +8,23 @@ use crate::error::Result;
 
 /// Derivatives carried by one simulation.
 const CHUNK: usize = 8;
-/// Most steps of Gauss and Newton.
-const STEPS: usize = 3;
-/// Halvings of a step that does not reduce the error.
-const HALVINGS: usize = 2;
-/// A step that leaves more than this of what there was is the last.
-const WORTH: f64 = 0.8;
+
+/// Effort that goes into an imitation.
+#[derive(Clone, Copy)]
+pub(in crate::excite) struct Effort {
+    /// Most steps of Gauss and Newton.
+    pub(in crate::excite) steps: usize,
+    /// A distance that is not worth another step.
+    pub(in crate::excite) enough: f64,
+    /// Halvings of a step that does not reduce the error.
+    pub(in crate::excite) halvings: usize,
+    /// A step that leaves more than this of what there was is the last.
+    pub(in crate::excite) worth: f64,
+}
 
 /// The rig as it is, and orthonormal directions in which its unknowns move the signals: free
 /// parameters, then start states.
-pub(super) struct Imitation<'a> {
+pub(in crate::excite) struct Imitation<'a> {
     plant: &'a Plant,
     drive: &'a InputTrajectory,
     times: &'a [f64],
@@ -29,16 +36,16 @@ pub(super) struct Imitation<'a> {
     /// Signals in standard deviations of their noise.
     plain: Vec<f64>,
     /// Orthonormal, in the same units.
-    columns: Vec<Vec<f64>>,
+    directions: Vec<Vec<f64>>,
     /// Motion of the unknowns along each direction.
     moves: Vec<Vec<f64>>,
 }
 
-pub(super) fn norm(vector: &[f64]) -> f64 {
+pub(in crate::excite) fn norm(vector: &[f64]) -> f64 {
     dot(vector, vector).sqrt()
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(in crate::excite) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
@@ -53,6 +60,24 @@ impl<'a> Imitation<'a> {
     /// # Errors
     /// `Simulation` where the rig cannot be simulated.
     pub(super) fn of(
+        plant: &'a Plant,
+        start: &[f64],
+        experiment: (&'a InputTrajectory, &'a [f64]),
+        deviations: &'a [f64],
+    ) -> Result<Self> {
+        let mut imitation = Self::without_directions(plant, start, experiment, deviations)?;
+        let count = imitation.unknowns.len();
+        for (unknown, column) in imitation.columns(count)?.into_iter().enumerate() {
+            imitation.add(unknown, column);
+        }
+        Ok(imitation)
+    }
+
+    /// The rig as it is, with no direction in which it could move.
+    ///
+    /// # Errors
+    /// `Simulation` where the rig cannot be simulated.
+    pub(in crate::excite) fn without_directions(
         plant: &'a Plant,
         start: &[f64],
         (drive, times): (&'a InputTrajectory, &'a [f64]),
@@ -82,24 +107,53 @@ impl<'a> Imitation<'a> {
             unknowns,
             bounds,
             plain: Vec::new(),
-            columns: Vec::new(),
+            directions: Vec::new(),
             moves: Vec::new(),
         };
         imitation.plain = imitation.signals(&imitation.unknowns)?;
-        let count = imitation.unknowns.len();
+        Ok(imitation)
+    }
+
+    /// Derivatives of the signals by the first `count` unknowns, in standard deviations of the
+    /// noise.
+    ///
+    /// # Errors
+    /// `Simulation` where the rig cannot be simulated.
+    pub(in crate::excite) fn columns(&self, count: usize) -> Result<Vec<Vec<f64>>> {
         let chunks: Vec<usize> = (0..count).step_by(CHUNK).collect();
         let derived: Vec<Vec<Vec<f64>>> = (chunks.par_iter())
-            .map(|&from| imitation.derivatives(from..(from + CHUNK).min(count)))
+            .map(|&from| self.derivatives(from..(from + CHUNK).min(count)))
             .collect::<Result<_>>()?;
-        for (unknown, column) in derived.into_iter().flatten().enumerate() {
-            imitation.add(unknown, column);
-        }
-        Ok(imitation)
+        Ok(derived.into_iter().flatten().collect())
+    }
+
+    /// Difference of signals from the rig's own, in standard deviations of the noise.
+    pub(in crate::excite) fn difference(&self, signals: &[f64]) -> Vec<f64> {
+        let mut difference = self.in_deviations(signals);
+        add(&mut difference, -1.0, &self.plain);
+        difference
+    }
+
+    /// Half of the 95 % interval of each free parameter, SI; infinite where no direction moves it.
+    ///
+    /// The directions are orthonormal in standard deviations of the noise, so the covariance is the
+    /// sum of the squares of what each moves.
+    pub(super) fn half_widths(&self) -> Vec<f64> {
+        let free = 0..self.plant.free_slots().len();
+        let of = |unknown: usize| {
+            let moved: f64 = self.moves.iter().map(|moves| moves[unknown].powi(2)).sum();
+            if moved > 0.0 {
+                1.96 * moved.sqrt()
+            } else {
+                f64::INFINITY
+            }
+        };
+        free.map(of).collect()
     }
 
     /// Number of directions.
     pub(super) fn directions(&self) -> usize {
-        self.columns.len()
+        self.directions.len()
     }
 
     /// The unknowns as what the plant takes: parameter values and a start.
@@ -166,7 +220,7 @@ impl<'a> Imitation<'a> {
         if after > 1e-6 * before {
             column.iter_mut().for_each(|x| *x /= after);
             moves.iter_mut().for_each(|x| *x /= after);
-            self.columns.push(column);
+            self.directions.push(column);
             self.moves.push(moves);
         }
     }
@@ -175,7 +229,7 @@ impl<'a> Imitation<'a> {
     /// have to move for that.
     fn remove(&self, vector: &mut [f64]) -> Vec<f64> {
         let mut moved = vec![0.0; self.unknowns.len()];
-        for (column, moves) in self.columns.iter().zip(&self.moves) {
+        for (column, moves) in self.directions.iter().zip(&self.moves) {
             let share = dot(column, vector);
             add(vector, -share, column);
             add(&mut moved, share, moves);
@@ -184,10 +238,10 @@ impl<'a> Imitation<'a> {
     }
 
     /// Part of a run with an effect that no unknowns can imitate: the projection of the difference,
-    /// and where more than `enough` of it is left but less than is imitated, that of steps of Gauss
+    /// and where more than enough of it is left but less than is imitated, that of steps of Gauss
     /// and Newton, each a run of the rig with other numbers inside their bounds. Where more is left
     /// than is imitated, the higher orders of the imitation could not make it up.
-    pub(super) fn left(&self, with: &[f64], enough: f64) -> Vec<f64> {
+    pub(super) fn left(&self, with: &[f64], effort: Effort) -> Vec<f64> {
         let with = self.in_deviations(with);
         let off = |signals: &[f64]| -> (Vec<f64>, Vec<f64>, f64) {
             let mut left: Vec<f64> = with.iter().zip(signals).map(|(a, b)| a - b).collect();
@@ -201,12 +255,12 @@ impl<'a> Imitation<'a> {
         if imitated < norm(&left) {
             return left;
         }
-        for _ in 0..STEPS {
+        for _ in 0..effort.steps {
             let before = norm(&left);
-            if before <= enough || step.iter().all(|x| *x == 0.0) {
+            if before <= effort.enough || step.iter().all(|x| *x == 0.0) {
                 break;
             }
-            let better = (0..=HALVINGS).find_map(|halved| {
+            let better = (0..=effort.halvings).find_map(|halved| {
                 let part = 0.5f64.powi(halved as i32);
                 let tried = self.moved(&at, part, &step);
                 let (left, step, _) = off(&self.signals(&tried).ok()?);
@@ -216,7 +270,7 @@ impl<'a> Imitation<'a> {
                 break;
             };
             (at, left, step) = (tried, less, next);
-            if norm(&left) > WORTH * before {
+            if norm(&left) > effort.worth * before {
                 break;
             }
         }
