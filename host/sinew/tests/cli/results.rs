@@ -113,6 +113,24 @@ fn an_experiment_says_what_it_would_reveal() {
 }
 
 #[test]
+fn a_searched_experiment_stands_beside_every_kind() {
+    let desk = desk();
+    let line = format!("excite {RIG} --out exc.csv --seconds 4 --rate 60 --quiet --json -");
+    let searched = format!("{line} --design --evaluations 4");
+    let found = result(&desk, &searched, "excite", 0);
+    let design = &found["design"];
+    assert_eq!(design["families"].as_array().map(Vec::len), Some(5));
+    let mean = |of: &Value| of["mean_distance"].as_f64().expect("a number");
+    let best = design["families"].as_array().expect("a list");
+    let best = best.iter().map(mean).fold(0.0, f64::max);
+    assert!(mean(&design["chosen"]) > 0.5 * best, "{design}");
+    let drawn = result(&desk, &line, "excite", 0);
+    assert!(drawn["design"].is_null());
+    let refused = desk.refusal(&format!("{line} --design --kind steps"));
+    assert!(refused.contains("cannot be used with"), "{refused}");
+}
+
+#[test]
 fn likely_faults_are_status_3_and_none_is_status_0() {
     let desk = desk();
     let sound = format!("check mass-spring-damper.fit.csv --rig {RIG} --json - --exit-code");
