@@ -108,7 +108,7 @@ pub(crate) fn solve_until<const NU: usize, const NV: usize>(
 
 /// The step `p` that minimises over the free directions: the groups that are not anchored. `free`:
 /// nothing is active.
-fn reduced_step<const NU: usize, const NV: usize>(
+pub(crate) fn reduced_step<const NU: usize, const NV: usize>(
     quadratic: &Quadratic<NV>,
     residual: &[f32; NV],
     active: &ActiveSet<NV>,
