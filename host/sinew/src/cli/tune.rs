@@ -17,13 +17,17 @@ use crate::closed_loop::baseline::{BaselineController, Tuning};
 use crate::closed_loop::benchmark::Benchmark;
 use crate::closed_loop::controller_result::ControllerResult;
 use crate::closed_loop::model_loop::ModelLoop;
+use crate::closed_loop::setup::TUNING_PLANTS;
 use crate::pipeline::learn::save;
 use crate::project::{self, Board};
 use crate::rig_file;
 use crate::tuning::control_table::controlled;
+use crate::tuning::gradient::levenberg::Ended;
 use crate::tuning::objective::Objective;
 use crate::tuning::shape::Shape;
-use crate::tuning::tune::{Line, Request, TunedFeedback, tune_feedback, tune_mpc};
+use crate::tuning::tune::{
+    Gradients, Line, Method, Request, TunedFeedback, tune_feedback, tune_mpc,
+};
 use sinew_ident::cli::overwrite;
 use sinew_ident::cli::said::Said;
 use sinew_ident::error::{Error, Result};
@@ -61,6 +65,12 @@ pub struct Arguments {
     /// Evaluations of the objective for each controller.
     #[arg(long, value_name = "COUNT", default_value_t = 300)]
     evaluations: usize,
+    /// Method of the search for the MPC.
+    #[arg(long, value_enum, default_value = "simplex")]
+    by: Method,
+    /// Plants that each controller is tuned on: the fitted one and others drawn around it.
+    #[arg(long, value_name = "COUNT", default_value_t = TUNING_PLANTS)]
+    plants: usize,
     /// Keep the gain of the disturbance estimate at this instead of searching it.
     ///
     /// 0 switches the estimate off.
@@ -109,7 +119,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     project::ready(Board::Host)?;
     let bench = ready.bench();
     let shapes = Shape::candidates(&believed, &arguments.horizons, &arguments.control_horizons)?;
-    let scenarios = bench.tuning_scenarios(&bench.tuning_plants())?;
+    let scenarios = bench.tuning_scenarios(&bench.tuning_plants(arguments.plants))?;
     let request = Request {
         bench: &bench,
         training: bench.training(&scenarios, arguments.objective),
@@ -118,6 +128,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         disturbance_gain: arguments.disturbance_gain,
         iterations: arguments.iterations,
         tied: arguments.tied,
+        by: arguments.by,
         quiet: arguments.common.quiet,
     };
     let folder = tempfile::tempdir()
@@ -141,11 +152,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 
     let said = Said::beside([Some(arguments.out.as_path()), arguments.json.as_deref()]);
     said.line(format!(
-        "objective: {}, of three plants over references that are not reported on; reported: {}",
+        "objective: {}, of {} over references that are not reported on; reported: {}",
         arguments.objective.name(),
+        count(arguments.plants, "plant"),
         ready.task.reference_source
     ));
     said.line(found.objectives().text().trim_end());
+    for (shape, gradients) in shapes.iter().zip(&found.lines[0].gradients) {
+        said.line(course(shape, gradients));
+    }
     let contest = Benchmark::new(
         &ready,
         &arguments.rig,
@@ -256,6 +271,27 @@ impl Found {
     }
 }
 
+/// Sentence about a search by gradients.
+fn course(shape: &Shape, gradients: &Gradients) -> String {
+    let kind = if gradients.exact {
+        "with derivatives"
+    } else {
+        "by differences of the firmware's loops"
+    };
+    let ended = match gradients.ended {
+        Ended::Converged => "converged".to_string(),
+        Ended::Exhausted => "the evaluations were used up".to_string(),
+        Ended::Stalled => format!(
+            "gradients stalled, and a simplex went on from there: {}",
+            count(gradients.polished, "evaluation")
+        ),
+    };
+    format!(
+        "MPC, {} and {} steps: {} without derivatives, {} {kind}; {ended}",
+        shape.horizon, shape.control_horizon, gradients.plain, gradients.linear
+    )
+}
+
 /// For programs.
 fn row(line: &Line) -> Value {
     json!({
@@ -263,6 +299,18 @@ fn row(line: &Line) -> Value {
         "evaluations": line.evaluations,
         "training": { "before": line.training[0], "after": line.training[1] },
         "held_out": { "before": line.held_out[0].cost, "after": line.held_out[1].cost },
+        "gradients": line.gradients.iter().map(|course| json!({
+            "objective": course.objective,
+            "plain": course.plain,
+            "linear": course.linear,
+            "derivatives": if course.exact { "exact" } else { "differences" },
+            "ended": match course.ended {
+                Ended::Converged => "converged",
+                Ended::Stalled => "stalled",
+                Ended::Exhausted => "exhausted",
+            },
+            "polished": course.polished,
+        })).collect::<Vec<_>>(),
     })
 }
 
@@ -296,6 +344,12 @@ fn refuse(arguments: &Arguments) -> Result<()> {
         let expectation = "a share of a prediction's error in [0, 1]";
         return Err(Error::must_be("--disturbance-gain", expectation, gain)
             .help("for example --disturbance-gain 0.2"));
+    }
+    const MOST_PLANTS: usize = 100;
+    if !(1..=MOST_PLANTS).contains(&arguments.plants) {
+        let expectation = format!("1 to {MOST_PLANTS}");
+        return Err(Error::must_be("--plants", expectation, arguments.plants)
+            .help("for example --plants 12"));
     }
     const LEAST: usize = 20;
     if arguments.evaluations < LEAST {

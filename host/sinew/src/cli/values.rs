@@ -9,6 +9,7 @@ use crate::closed_loop::disturbance::Disturbance;
 use crate::new_rig::Motion;
 use crate::project::{Board, Optimise};
 use crate::tuning::objective::Objective;
+use crate::tuning::tune::Method;
 
 /// One value of a flag.
 fn word(name: &'static str, help: &'static str) -> Option<PossibleValue> {
@@ -86,6 +87,23 @@ impl ValueEnum for Objective {
             }
         };
         word(self.name(), help)
+    }
+}
+
+impl ValueEnum for Method {
+    fn value_variants<'a>() -> &'a [Self] {
+        &[Self::Simplex, Self::Gradient]
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        let (name, help) = match self {
+            Self::Simplex => ("simplex", "Nelder-Mead from several starts"),
+            Self::Gradient => (
+                "gradient",
+                "Levenberg-Marquardt on derivatives of the closed loop",
+            ),
+        };
+        word(name, help)
     }
 }
 

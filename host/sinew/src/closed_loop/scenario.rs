@@ -120,12 +120,7 @@ impl Scenario {
             sensors.map(|sensor| process.signal(*sensor)).collect()
         };
         let noise: Vec<f64> = self.noise.iter().chain(&self.channels.1).copied().collect();
-        // A delay is so many whole periods and a part of one; the k-th sample is taken that part
-        // before step k.
-        let periods = self.delay_s / self.period_s;
-        // What rounding leaves of a whole period is none.
-        let whole = (periods + 1e-6) as usize;
-        let part = (periods - whole as f64).max(0.0) * self.period_s;
+        let Delay { whole, part } = self.delay();
         let mut samples = vec![read(&process)];
         for k in 0..self.reference.steps() {
             let outputs = self.outputs.iter();
@@ -138,7 +133,7 @@ impl Scenario {
             let s = measured.split_off(y.len());
             let u = controller.command(k, &measured, &s, &self.reference)?;
             let loaded = self.loaded(k, &u);
-            if part > 1e-6 * self.period_s {
+            if part > 0.0 {
                 process.advance(self.period_s - part, &loaded)?;
                 samples.push(read(&process));
                 process.advance(part, &loaded)?;
@@ -155,18 +150,46 @@ impl Scenario {
         Ok(run)
     }
 
-    /// Input of the plant at step `k`.
-    fn loaded(&self, k: usize, u: &[f64]) -> Vec<f64> {
+    /// The delay in periods.
+    pub fn delay(&self) -> Delay {
+        let periods = self.delay_s / self.period_s;
+        // What rounding leaves of a whole period is none.
+        let whole = (periods + 1e-6) as usize;
+        let part = (periods - whole as f64) * self.period_s;
+        Delay {
+            whole,
+            part: if part > 1e-6 * self.period_s {
+                part
+            } else {
+                0.0
+            },
+        }
+    }
+
+    /// Disturbance of each input at step `k`.
+    pub fn loads(&self, k: usize) -> Vec<f64> {
         let (disturbance, range) = &self.load;
         if *disturbance == Disturbance::None {
-            return u.to_vec();
+            return vec![0.0; range.len()];
         }
         let share = disturbance.at(k as f64 / self.reference.steps().max(1) as f64);
-        u.iter()
-            .zip(range)
-            .map(|(u, range)| u + share * range)
-            .collect()
+        range.iter().map(|range| share * range).collect()
     }
+
+    /// Input of the plant at step `k`.
+    fn loaded(&self, k: usize, u: &[f64]) -> Vec<f64> {
+        let loads = self.loads(k);
+        u.iter().zip(&loads).map(|(u, load)| u + load).collect()
+    }
+}
+
+/// A delay as so many whole periods and a part of one: the k-th sample is taken that part before
+/// step k.
+pub struct Delay {
+    /// Whole periods.
+    pub whole: usize,
+    /// The rest, seconds.
+    pub part: f64,
 }
 
 /// Length of the error of all outputs together, where they share a unit: a tip's distance from

@@ -27,6 +27,10 @@ use sinew_ident::error::{Error, Result};
 pub const PERTURBATION: (f64, f64) = (0.10, 0.20);
 /// Steps of a reference that only tuning sees.
 const TUNING_STEPS: usize = 1000;
+/// Plants that a tuning runs on if nothing else is asked for, the fitted one among them.
+pub const TUNING_PLANTS: usize = 3;
+/// Seed of the first of the others, beyond that of everything drawn.
+const FIRST_DRAW: u64 = 77;
 /// Budget of tuning a baseline controller for a comparison.
 pub const BUDGET: Budget = Budget::Thorough(200, 250);
 
@@ -162,19 +166,15 @@ impl Setup<'_> {
         scenarios.collect()
     }
 
-    /// Plants for tuning the predictive controller: the fitted one and two that lie as far from it
-    /// as the plant of the comparison does, elsewhere.
-    pub fn tuning_plants(&self) -> Vec<Vec<f64>> {
-        let draw = |k: u64| {
-            perturbed(
-                self.plant,
-                &self.task.calibrated,
-                PERTURBATION,
-                self.seed.wrapping_add(k),
-            )
-            .0
+    /// Plants for tuning the predictive controller: the fitted one and others that lie as far from
+    /// it as the plant of the comparison does, elsewhere.
+    pub fn tuning_plants(&self, count: usize) -> Vec<Vec<f64>> {
+        let draw = |k: usize| {
+            let seed = self.seed.wrapping_add(FIRST_DRAW + k as u64);
+            perturbed(self.plant, &self.task.calibrated, PERTURBATION, seed).0
         };
-        vec![self.plant.values(), draw(77), draw(78)]
+        let others = (0..count.saturating_sub(1)).map(draw);
+        std::iter::once(self.plant.values()).chain(others).collect()
     }
 
     /// Random moves from rest where the recording starts: elsewhere a spring throws the plant off

@@ -11,7 +11,7 @@ use sinew_sim::{Plant, Rig};
 use crate::closed_loop::control_problem::ControlProblem;
 use crate::closed_loop::disturbance::Disturbance;
 use crate::closed_loop::perturbed_plant::PerturbedParameter;
-use crate::closed_loop::setup::{DeviceRun, PidRun, Setup, same_bits};
+use crate::closed_loop::setup::{DeviceRun, PidRun, Setup, TUNING_PLANTS, same_bits};
 use crate::pipeline::kept_pid::KeptPids;
 use crate::pipeline::learn::Record;
 use crate::pipeline::predictor::{self, Predictor, predictor};
@@ -226,7 +226,10 @@ pub fn build(request: &Request) -> Result<Outcome> {
         });
         run.map(|(pid, _)| pid).map_err(|error| error.to_string())
     };
-    let informed_pid = pid("on the plants that tuned the MPC", &bench.tuning_plants());
+    let informed_pid = pid(
+        "on the plants that tuned the MPC",
+        &bench.tuning_plants(TUNING_PLANTS),
+    );
     let very = [values.clone(), values.clone()];
     let pid = pid("on the plant that it is judged on", &very);
     let sizes = match request.board {

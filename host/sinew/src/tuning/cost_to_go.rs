@@ -51,10 +51,16 @@ pub(super) fn shared(budget: Budget) -> (Budget, usize) {
     match budget {
         Budget::Iterations(_) => (budget, REFINED),
         Budget::Evaluations(all) => {
-            let refined = REFINED.min(all / 2);
-            (Budget::Evaluations(all - refined), refined)
+            let (searched, refined) = split(all);
+            (Budget::Evaluations(searched), refined)
         }
     }
+}
+
+/// As [`shared`], of a number of evaluations.
+pub(super) fn split(all: usize) -> (usize, usize) {
+    let refined = REFINED.min(all / 2);
+    (all - refined, refined)
 }
 
 /// Weights that were found on the model that stands in, brought to the model itself: a factor of

@@ -3,6 +3,7 @@
 
 pub mod control_table;
 mod cost_to_go;
+pub mod gradient;
 pub mod objective;
 pub mod optimise;
 pub mod search_space;

@@ -28,12 +28,19 @@ impl Objective {
             let parts = values.iter().zip(ranges);
             parts.map(|(v, r)| (v / r).powi(2)).sum()
         };
-        let (errors, weight) = match self {
-            Self::Tracking => (&score.rms, EFFORT),
-            Self::Smooth => (&score.rms, SMOOTH),
-            Self::Peak => (&score.max, EFFORT),
+        let errors = match self {
+            Self::Tracking | Self::Smooth => &score.rms,
+            Self::Peak => &score.max,
         };
-        square(errors, output_range) + weight * square(&score.effort, input_range)
+        square(errors, output_range) + self.effort() * square(&score.effort, input_range)
+    }
+
+    /// Weight of the mean square change of the command.
+    pub const fn effort(self) -> f64 {
+        match self {
+            Self::Tracking | Self::Peak => EFFORT,
+            Self::Smooth => SMOOTH,
+        }
     }
 
     /// As it is written on a command line.

@@ -106,6 +106,57 @@ impl SearchSpace {
         (!self.suppression_fixed, self.kept.is_none())
     }
 
+    /// The same space on logarithmic scales, for a search by derivatives.
+    pub fn logarithmic(&self) -> LogarithmicSpace {
+        let (inputs, outputs) = (self.move_suppression.len(), self.tracking_weight.len());
+        let mut space = LogarithmicSpace {
+            ranges: Vec::new(),
+            weights: Vec::new(),
+            inputs,
+            iterations: self.iterations,
+            starts: vec![Vec::new(); 1 + STARTS.len()],
+        };
+        let others = STARTS.map(|(gain, _)| gain);
+        match self.kept {
+            Some(gain) => space.weights.push((gain, None)),
+            None => {
+                space.add(GAIN, self.gain, &others);
+                space.weights.push((1.0, Some(0)));
+            }
+        }
+        let others = STARTS.map(|(_, lambda)| lambda);
+        let mean = self.mean();
+        let own = |lambda: &f64| lambda.max(MOVE_SUPPRESSION.low);
+        if self.suppression_fixed {
+            let fixed = self.move_suppression.iter().map(|lambda| (*lambda, None));
+            space.weights.extend(fixed);
+        } else if self.tied {
+            let unknown = space.add(MOVE_SUPPRESSION, mean, &others);
+            let shares = self
+                .move_suppression
+                .iter()
+                .map(|lambda| own(lambda) / mean);
+            (space.weights).extend(shares.map(|share| (share, Some(unknown))));
+        } else {
+            for lambda in self.move_suppression.iter().map(own) {
+                let others = others.map(|other| other * lambda / mean);
+                let unknown = space.add(MOVE_SUPPRESSION, lambda, &others);
+                space.weights.push((1.0, Some(unknown)));
+            }
+        }
+        space.weights.push((1.0, None));
+        for output in 1..outputs {
+            let q = self.tracking_weight[output];
+            if self.tied {
+                space.weights.push((q, None));
+            } else {
+                let unknown = space.add(TRACKING_WEIGHT, q, &[q; STARTS.len()]);
+                space.weights.push((1.0, Some(unknown)));
+            }
+        }
+        space
+    }
+
     /// The cheapest weights within a budget and their cost; infinite where no weights have one.
     pub fn cheapest(&self, budget: Budget, cost: impl Fn(&Weights) -> f64 + Sync) -> Cheapest {
         match budget {
@@ -242,6 +293,50 @@ impl SearchSpace {
         let own = self.move_suppression.iter();
         let own = own.map(|l| factor * l.max(MOVE_SUPPRESSION.low)).collect();
         self.place(at[0], own)
+    }
+}
+
+/// Search space on logarithmic scales: every weight is a constant, or a constant times the
+/// exponential of one unknown.
+pub struct LogarithmicSpace {
+    /// Least and largest value of each unknown, logarithms.
+    pub ranges: Vec<[f64; 2]>,
+    /// The model's own place, and others; nearest ends where they lie outside.
+    pub starts: Vec<Vec<f64>>,
+    /// Constant and unknown of the gain, of each of Lambda, of each of Q.
+    weights: Vec<(f64, Option<usize>)>,
+    inputs: usize,
+    iterations: u8,
+}
+
+impl LogarithmicSpace {
+    /// Adds an unknown with its starts and returns its index.
+    fn add(&mut self, range: Range, own: f64, others: &[f64]) -> usize {
+        let values = std::iter::once(&own).chain(others);
+        for (start, value) in self.starts.iter_mut().zip(values) {
+            start.push(value.clamp(range.low, range.high).ln());
+        }
+        self.ranges.push([range.low.ln(), range.high.ln()]);
+        self.ranges.len() - 1
+    }
+
+    /// The weights at a place.
+    pub fn weights(&self, place: &[f64]) -> Weights {
+        let all: Vec<f64> = (self.weights.iter())
+            .map(|(constant, unknown)| constant * unknown.map_or(1.0, |i| place[i].exp()))
+            .collect();
+        Weights {
+            disturbance_gain: all[0],
+            move_suppression: all[1..=self.inputs].to_vec(),
+            tracking_weight: all[1 + self.inputs..].to_vec(),
+            iterations: self.iterations,
+        }
+    }
+
+    /// Unknown of each weight, in the order gain, Lambda, Q; a weight's derivative by the logarithm
+    /// of its unknown is the weight.
+    pub fn unknowns(&self) -> impl Iterator<Item = Option<usize>> {
+        self.weights.iter().map(|(_, unknown)| *unknown)
     }
 }
 

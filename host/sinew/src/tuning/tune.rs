@@ -10,15 +10,28 @@ use sinew_model::spec::ModelSpec;
 use crate::closed_loop::baseline::{BaselineController, Training, Tuning, tune};
 use crate::closed_loop::mpc::{MpcController, Weights};
 use crate::closed_loop::scenario::{Run, Scenario, Score};
-use crate::closed_loop::setup::Setup;
+use crate::closed_loop::setup::{Setup, TUNING_PLANTS};
 use crate::project::{self, Board, Built, Optimise};
 use crate::tuning::cost_to_go;
+use crate::tuning::gradient::Search;
+use crate::tuning::gradient::levenberg::Ended;
 use crate::tuning::objective::Objective;
 use crate::tuning::optimise;
 use crate::tuning::search_space::{Budget, Cheapest, SearchSpace};
 use crate::tuning::shape::Shape;
 use sinew_ident::cli::progress::Stage;
 use sinew_ident::error::{Error, Result};
+
+/// Method of a search for the weights of the predictive controller.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// Nelder-Mead.
+    #[default]
+    Simplex,
+    /// Levenberg-Marquardt on the derivatives of the closed loop.
+    Gradient,
+}
 
 /// Training loops and the reported loop of a tuning.
 pub struct Request<'a> {
@@ -36,6 +49,8 @@ pub struct Request<'a> {
     pub iterations: Option<u8>,
     /// One factor of all of Lambda, and Q as it is.
     pub tied: bool,
+    /// Method of the search for the predictive controller.
+    pub by: Method,
     /// No progress.
     pub quiet: bool,
 }
@@ -60,6 +75,25 @@ pub struct Line {
     pub training: [f64; 2],
     /// The loop that is reported.
     pub held_out: [HeldOut; 2],
+    /// Course of a search by gradients, one a shape.
+    pub gradients: Vec<Gradients>,
+}
+
+/// Course of a search by gradients.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gradients {
+    /// Objective that it found, of the loops that it searched on.
+    pub objective: f64,
+    /// Evaluations without derivatives.
+    pub plain: usize,
+    /// Evaluations with derivatives.
+    pub linear: usize,
+    /// Derivatives of the closed loop, not differences.
+    pub exact: bool,
+    /// Reason of the end.
+    pub ended: Ended,
+    /// Evaluations of the simplex after a stall.
+    pub polished: usize,
 }
 
 /// A controller without a model, tuned.
@@ -99,6 +133,7 @@ pub fn tune_feedback<L: BaselineController>(request: &Request<'_>) -> Result<Tun
         evaluations: tuned.found.evaluations,
         training: [tuned.found.start_cost, tuned.found.cost],
         held_out: [judged(tuned.before)?, judged(tuned.after.clone())?],
+        gradients: Vec::new(),
     };
     stage.end(format!("{} evaluations", line.evaluations));
     Ok(TunedFeedback {
@@ -205,6 +240,63 @@ fn cheapest(
     Ok((refined, failure.or(error)))
 }
 
+/// The cheapest weights of a model by the derivatives of its loops, by differences of them where
+/// there are none; with the last failure of a run, where there was one.
+///
+/// As in [`cheapest`], a model with a cost-to-go gets its weights from one without that sees as
+/// far.
+fn by_gradient(
+    spec: &ModelSpec,
+    (folder, cache, quiet): (&Path, Option<&Path>, bool),
+    (space, evaluations): (&SearchSpace, usize),
+    training: &Training<'_>,
+) -> Result<(Cheapest, Gradients, Option<Error>)> {
+    let build = |spec: &ModelSpec| Firmware::build(spec, folder, cache, quiet);
+    let stand_in = cost_to_go::stand_in(spec);
+    let logarithmic = space.logarithmic();
+    let search = Search {
+        spec: stand_in.as_ref().unwrap_or(spec),
+        training,
+        space: &logarithmic,
+    };
+    let (budget, left) = match &stand_in {
+        None => (evaluations, 0),
+        Some(_) => cost_to_go::split(evaluations),
+    };
+    let exact = search.is_exact();
+    let found = if exact {
+        search.descend(budget, None)
+    } else {
+        let firmware = build(search.spec)?;
+        search.descend(
+            budget,
+            Some(&|weights, scenario| firmware.run(weights, scenario)),
+        )
+    };
+    let descent = &found.descent;
+    let gradients = Gradients {
+        objective: descent.cost,
+        plain: descent.plain,
+        linear: descent.linear,
+        exact,
+        ended: descent.ended,
+        polished: found.polished,
+    };
+    let cheapest = Cheapest {
+        weights: found.weights,
+        cost: descent.cost,
+        evaluations: descent.made + found.polished,
+    };
+    if stand_in.is_none() || !cheapest.cost.is_finite() {
+        return Ok((cheapest, gradients, None));
+    }
+    let (refined, error) = cost_to_go::refine(&cheapest, space.searched(), left, |weights| {
+        let firmware = build(&cost_to_go::weighted(spec, weights))?;
+        training.cost(|scenario| firmware.run(weights, scenario))
+    });
+    Ok((refined, gradients, error))
+}
+
 fn no_weights() -> Error {
     Error::failed("no weights give a loop that stays finite")
 }
@@ -226,7 +318,7 @@ pub fn tune_quickly(
     quiet: bool,
 ) -> Result<()> {
     let stage = Stage::begin("tune the controller", quiet);
-    let scenarios = setup.tuning_scenarios(&setup.tuning_plants())?;
+    let scenarios = setup.tuning_scenarios(&setup.tuning_plants(TUNING_PLANTS))?;
     let task = setup.task;
     let space = SearchSpace::untuned(
         &task.tracking_weight,
@@ -288,6 +380,7 @@ pub fn tune_mpc(
     };
     let mut best: Option<(f64, ModelSpec)> = None;
     let mut failure = None;
+    let mut gradients = Vec::new();
     let (mut evaluations, share) = (0, request.evaluations / shapes.len().max(1));
     for shape in shapes {
         let mut candidate = shape.of(spec).map_err(Error::arguments)?;
@@ -296,16 +389,21 @@ pub fn tune_mpc(
             shape.horizon, shape.control_horizon
         );
         let stage = Stage::begin(title, request.quiet);
-        let told = counter(&stage, share);
-        let budget = Budget::Evaluations(share);
-        let (found, error) = cheapest(
-            &candidate,
-            (folder, cache, request.quiet),
-            (&space, budget),
-            &request.training,
-            &told,
-        )?;
-        drop(told);
+        let built = (folder, cache, request.quiet);
+        let (found, error) = match request.by {
+            Method::Simplex => {
+                let told = counter(&stage, share);
+                let budget = (&space, Budget::Evaluations(share));
+                cheapest(&candidate, built, budget, &request.training, &told)?
+            }
+            Method::Gradient => {
+                let budget = (&space, share);
+                let (found, course, error) =
+                    by_gradient(&candidate, built, budget, &request.training)?;
+                gradients.push(course);
+                (found, error)
+            }
+        };
         failure = failure.or(error);
         let weights = found.weights;
         candidate.control.tracking_weight = weights.tracking_weight;
@@ -329,12 +427,23 @@ pub fn tune_mpc(
         disturbance_gain: tuned.control.disturbance_gain,
         iterations: tuned.control.iterations,
     };
+    let cost = match request.by {
+        Method::Simplex => cost,
+        // Found on the loop in double precision; the firmware itself has the last word.
+        Method::Gradient => {
+            evaluations += 1;
+            request
+                .training
+                .cost(|scenario| firmware.run(&weights, scenario))?
+        }
+    };
     let after = request.judged(firmware.run(&weights, request.held_out)?);
     let line = Line {
         name: "MPC",
         evaluations,
         training: [before.0, cost],
         held_out: [before.1, after],
+        gradients,
     };
     Ok((line, tuned))
 }
@@ -390,6 +499,7 @@ mod tests {
             disturbance_gain: None,
             iterations: None,
             tied: false,
+            by: Method::Simplex,
             quiet: true,
         };
         let falls = |line: &Line| {

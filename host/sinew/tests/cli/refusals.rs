@@ -197,6 +197,8 @@ fn tunings() {
             &format!("compare {RIG} . --fit good.csv --out out --disturbance wind"),
             &line(".", "--out t.toml --delay -1"),
             &line(".", "--out t.toml --disturbance-gain 2"),
+            &line(".", "--out t.toml --by guess"),
+            &line(".", "--out t.toml --plants 0"),
             &line(".", "--out good.csv --reference good.csv"),
             &line(".", "--out t.toml --reference absent.csv"),
             &line(".", "--out t.toml --reference input.csv"),

@@ -621,6 +621,44 @@ fn a_cost_to_go_of_the_rig_is_in_its_model_its_crate_and_the_tuned_rig() {
 }
 
 #[test]
+fn a_search_by_gradients_says_how_it_went_and_lowers_the_firmwares_own_objective() {
+    let desk = Desk::new();
+    for file in [
+        "rigs/mass-spring-damper.toml",
+        "rigs/mass-spring-damper.fit.csv",
+        "rigs/experiments/mass-spring-damper.tflite",
+    ] {
+        desk.bring(file);
+    }
+    let own = desk.read("mass-spring-damper.toml") + "form = \"increment\"\n";
+    desk.write("rig.toml", &own);
+    desk.succeed(
+        "import mass-spring-damper.tflite --rig rig.toml --fit mass-spring-damper.fit.csv --out model",
+    );
+    let said = desk.succeed(&format!(
+        "tune rig.toml model --fit mass-spring-damper.fit.csv --out tuned.toml --model-out tuned --mpc-only \
+         --by gradient --evaluations 25 --plants 2 --horizons 12 --control-horizons 4 --build-dir {} --quiet \
+         --json tuned.json",
+        images().display()
+    ));
+    assert!(said.contains("objective: tracking, of 2 plants"), "{said}");
+    assert!(said.contains("MPC, 12 and 4 steps: "), "{said}");
+    assert!(said.contains(" with derivatives; "), "{said}");
+    let scores: serde_json::Value =
+        serde_json::from_str(&desk.read("tuned.json")).expect("the text is JSON");
+    let line = &scores["objectives"][0];
+    let evaluations = line["evaluations"].as_u64().expect("a number");
+    assert!((4..=26).contains(&evaluations), "{line}");
+    let training = |when: &str| line["training"][when].as_f64().expect("a number");
+    assert!(training("after") < training("before"), "{line}");
+    let course = &line["gradients"][0];
+    assert_eq!(course["derivatives"], "exact", "{course}");
+    // The loop in double precision told the search what the firmware does.
+    let expected = course["objective"].as_f64().expect("a number");
+    assert!((training("after") / expected - 1.0).abs() < 0.02, "{line}");
+}
+
+#[test]
 fn projects_that_share_build_outputs_keep_their_own_programs() {
     let desk = Desk::new();
     let cache = images();

@@ -9,6 +9,7 @@ mod problems;
 mod published;
 mod rehearsal;
 mod targets;
+mod tuning;
 
 use anyhow::{Result, bail};
 
@@ -66,6 +67,11 @@ const EXPERIMENTS: &[Experiment] = &[
         run: |seed, only| ablations::run(whole(seed, only)?),
     },
     Experiment {
+        name: tuning::NAME,
+        question: "what derivatives of the closed loop are worth to `sinew tune`, beside a simplex",
+        run: tuning::run,
+    },
+    Experiment {
         name: alike::NAME,
         question: "what `sinew diagnose` says where several tendons, winches or joints have the same effect",
         run: alike::run,
@@ -77,12 +83,13 @@ fn whole(seed: u64, only: &[String]) -> Result<u64> {
     match only {
         [] => Ok(seed),
         _ => bail!(
-            "--controllers is for {}, {}, {} and {}, --cases for {}: this experiment runs all of its stages",
+            "--controllers is for {}, {}, {} and {}, --cases for {} and {}: this experiment runs all of its stages",
             problems::MASS.name,
             problems::STEPS.name,
             problems::TENDON.name,
             problems::HASEL.name,
-            alike::NAME
+            alike::NAME,
+            tuning::NAME
         ),
     }
 }

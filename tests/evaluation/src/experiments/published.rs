@@ -40,21 +40,7 @@ pub fn run(problem: &Problem, seed: u64, only: &[String]) -> Result<()> {
             _ => "chosen-",
         },
     };
-    let tail = run.bench.text(Path::new(problem.left_out))?;
-    let mut nominal = run.bench.text(Path::new(problem.nominal))?;
-    let end = nominal.find("[control]").unwrap_or(nominal.len());
-    nominal.insert_str(end, problem.known);
-    run.bench.write("nominal.toml", &nominal)?;
-    run.bench
-        .write("real.toml", &format!("{nominal}\n{tail}"))?;
-    if let Some([asked, tuning]) = problem.paths {
-        run.bench.write("path.csv", &asked())?;
-        run.bench.write("tuning-path.csv", &tuning())?;
-    }
-    let seeds = (0..).map(|k| 10 * seed + k);
-    for (name, seed) in ["fit", "test"].iter().zip(seeds) {
-        run.record(&run.bench.path("nominal.toml"), name, seed)?;
-    }
+    run.prepare()?;
     if run.variants.iter().any(|v| v.knows == Knowledge::Corrected) {
         run.correct()?;
     }
@@ -124,16 +110,37 @@ fn chosen<'a>(problem: &'a Problem, only: &[String]) -> Result<Vec<&'a Variant>>
     Ok(chosen)
 }
 
-struct Run<'a> {
-    bench: Bench,
-    problem: &'a Problem,
+/// One problem under way.
+pub(super) struct Run<'a> {
+    pub(super) bench: Bench,
+    pub(super) problem: &'a Problem,
     /// The controllers of this run.
-    variants: Vec<&'a Variant>,
+    pub(super) variants: Vec<&'a Variant>,
     /// Start of its files' names where it has not all of them.
-    part: &'static str,
+    pub(super) part: &'static str,
 }
 
 impl Run<'_> {
+    /// Rigs, paths, and recordings of the nominal rig.
+    pub(super) fn prepare(&self) -> Result<()> {
+        let (bench, problem) = (&self.bench, self.problem);
+        let tail = bench.text(Path::new(problem.left_out))?;
+        let mut nominal = bench.text(Path::new(problem.nominal))?;
+        let end = nominal.find("[control]").unwrap_or(nominal.len());
+        nominal.insert_str(end, problem.known);
+        bench.write("nominal.toml", &nominal)?;
+        bench.write("real.toml", &format!("{nominal}\n{tail}"))?;
+        if let Some([asked, tuning]) = problem.paths {
+            bench.write("path.csv", &asked())?;
+            bench.write("tuning-path.csv", &tuning())?;
+        }
+        let seeds = (0..).map(|k| 10 * bench.seed + k);
+        for (name, seed) in ["fit", "test"].iter().zip(seeds) {
+            self.record(&bench.path("nominal.toml"), name, seed)?;
+        }
+        Ok(())
+    }
+
     /// Inputs that the nominal rig's limits allow, and what `rig` answers.
     fn record(&self, rig: &Path, name: &str, seed: u64) -> Result<()> {
         let seed = seed.to_string();
@@ -170,7 +177,7 @@ impl Run<'_> {
         )
     }
 
-    fn recordings(&self, command: &mut Command) {
+    pub(super) fn recordings(&self, command: &mut Command) {
         for role in ["fit", "test"] {
             command
                 .arg(format!("--{role}"))
@@ -180,6 +187,19 @@ impl Run<'_> {
 
     /// A network, and the weights of its controller.
     fn controller(&self, variant: &Variant) -> Result<()> {
+        let (rig, model) = self.trained(variant)?;
+        let mut tune = self.tuning(&rig, &model);
+        tune.args(["--disturbance", self.problem.disturbance]);
+        tune.args(["--evaluations", self.problem.evaluations.0]);
+        tune.args(variant.tune);
+        tune.arg("--out")
+            .arg(self.bench.path(&format!("{}.tuned.toml", variant.name)));
+        tune.arg("--model-out").arg(self.model(variant));
+        process::run(&mut tune)
+    }
+
+    /// A rig with the tables of a controller, and its network.
+    pub(super) fn trained(&self, variant: &Variant) -> Result<(PathBuf, PathBuf)> {
         println!("{}: {}", self.problem.name, variant.name);
         let known = match variant.knows {
             Knowledge::Nominal => self.bench.path("nominal.toml"),
@@ -190,7 +210,6 @@ impl Run<'_> {
             text = without_controller(&text) + tables;
         }
         let rig = self.bench.write(&format!("{}.toml", variant.name), &text)?;
-        let seed = self.bench.seed.to_string();
         let trained = self.bench.path("trained");
         let model = trained.join(variant.network_of.unwrap_or(variant.name));
         if let Some(file) = variant.imported {
@@ -204,22 +223,22 @@ impl Run<'_> {
             train.arg("--out").arg(&model);
             let record = self.bench.path(&format!("{}.training.json", variant.name));
             train.arg("--json").arg(record);
-            process::run(train.args(["--seed", &seed]))?;
+            process::run(train.args(["--seed", &self.bench.seed.to_string()]))?;
         }
-        let mut tune = self.bench.sinew("tune", &rig);
-        tune.arg(&model);
+        Ok((rig, model))
+    }
+
+    /// `sinew tune` of the MPC alone, on the path for tuning.
+    pub(super) fn tuning(&self, rig: &Path, model: &Path) -> Command {
+        let mut tune = self.bench.sinew("tune", rig);
+        tune.arg(model);
         self.recordings(&mut tune);
         if self.problem.paths.is_some() {
             let path = self.bench.path("tuning-path.csv");
             tune.arg("--reference").arg(path);
         }
-        tune.args(["--disturbance", self.problem.disturbance]);
-        tune.args(["--evaluations", self.problem.evaluations.0, "--mpc-only"]);
-        tune.args(variant.tune);
-        tune.arg("--out")
-            .arg(self.bench.path(&format!("{}.tuned.toml", variant.name)));
-        tune.arg("--model-out").arg(self.model(variant));
-        process::run(tune.args(["--seed", &seed]))
+        tune.args(["--mpc-only", "--seed", &self.bench.seed.to_string()]);
+        tune
     }
 
     fn model(&self, variant: &Variant) -> PathBuf {
@@ -298,10 +317,14 @@ impl Run<'_> {
     fn loops(&self, group: &[&Variant]) -> Option<Command> {
         let first = group.first()?;
         let rig = self.bench.path(&format!("{}.toml", first.model()));
-        let mut compare = self.bench.sinew("compare", &rig);
-        for variant in group {
-            compare.arg(self.model(variant));
-        }
+        let models: Vec<PathBuf> = group.iter().map(|variant| self.model(variant)).collect();
+        Some(self.loops_of(&rig, &models))
+    }
+
+    /// `sinew compare` of some models in the loops of the problem.
+    pub(super) fn loops_of(&self, rig: &Path, models: &[PathBuf]) -> Command {
+        let mut compare = self.bench.sinew("compare", rig);
+        compare.args(models);
         self.recordings(&mut compare);
         if self.problem.paths.is_some() {
             compare.arg("--reference").arg(self.bench.path("path.csv"));
@@ -315,7 +338,7 @@ impl Run<'_> {
         }
         compare.args(["--disturbance", self.problem.disturbance]);
         compare.args(["--seed", &self.bench.seed.to_string()]);
-        Some(compare)
+        compare
     }
 
     /// PID and RISE, tuned and run in the same loops, that see where the output should be now and
