@@ -2,6 +2,7 @@
 
 use heapless::Vec as FixedVec;
 use sinew_device::protocol::{Identity, ToDevice, ToHost};
+use sinew_model::spec::ControlSpec;
 use sinew_mpc::status::Status;
 
 use crate::closed_loop::reference::Reference;
@@ -46,6 +47,18 @@ pub struct Weights {
     pub disturbance_gain: f64,
     /// Newton iterations a step.
     pub iterations: u8,
+}
+
+impl Weights {
+    /// Those of a model.
+    pub fn of(control: &ControlSpec) -> Self {
+        Self {
+            tracking_weight: control.tracking_weight.clone(),
+            move_suppression: control.move_suppression.clone(),
+            disturbance_gain: control.disturbance_gain,
+            iterations: control.iterations,
+        }
+    }
 }
 
 fn fixed<const N: usize>(

@@ -16,6 +16,10 @@ const TRACKING_WEIGHT: Range = Range::logarithmic(1e-3, 1e3);
 /// suppression.
 const STARTS: [(f64, f64); 2] = [(0.1, 1e-2), (0.3, 1e-5)];
 
+/// The same of a search by derivatives, which does not leave the valley that it starts in: a loop
+/// that swings from limit to limit has no slope that leads out of it.
+const SPREAD_STARTS: [(f64, f64); 4] = [(0.3, 1e-5), (0.1, 1e-2), (0.05, 1.0), (0.03, 30.0)];
+
 /// First start of a network without tuned weights: gain of the disturbance estimate and move
 /// suppression.
 const FIRST: (f64, f64) = (0.02, 1e-3);
@@ -114,9 +118,9 @@ impl SearchSpace {
             weights: Vec::new(),
             inputs,
             iterations: self.iterations,
-            starts: vec![Vec::new(); 1 + STARTS.len()],
+            starts: vec![Vec::new(); 1 + SPREAD_STARTS.len()],
         };
-        let others = STARTS.map(|(gain, _)| gain);
+        let others = SPREAD_STARTS.map(|(gain, _)| gain);
         match self.kept {
             Some(gain) => space.weights.push((gain, None)),
             None => {
@@ -124,7 +128,7 @@ impl SearchSpace {
                 space.weights.push((1.0, Some(0)));
             }
         }
-        let others = STARTS.map(|(_, lambda)| lambda);
+        let others = SPREAD_STARTS.map(|(_, lambda)| lambda);
         let mean = self.mean();
         let own = |lambda: &f64| lambda.max(MOVE_SUPPRESSION.low);
         if self.suppression_fixed {
@@ -150,7 +154,7 @@ impl SearchSpace {
             if self.tied {
                 space.weights.push((q, None));
             } else {
-                let unknown = space.add(TRACKING_WEIGHT, q, &[q; STARTS.len()]);
+                let unknown = space.add(TRACKING_WEIGHT, q, &[q; SPREAD_STARTS.len()]);
                 space.weights.push((1.0, Some(unknown)));
             }
         }

@@ -250,6 +250,7 @@ fn by_gradient(
     (folder, cache, quiet): (&Path, Option<&Path>, bool),
     (space, evaluations): (&SearchSpace, usize),
     training: &Training<'_>,
+    progress: &(dyn Fn() + Sync),
 ) -> Result<(Cheapest, Gradients, Option<Error>)> {
     let build = |spec: &ModelSpec| Firmware::build(spec, folder, cache, quiet);
     let stand_in = cost_to_go::stand_in(spec);
@@ -258,21 +259,28 @@ fn by_gradient(
         spec: stand_in.as_ref().unwrap_or(spec),
         training,
         space: &logarithmic,
+        progress,
     };
     let (budget, left) = match &stand_in {
         None => (evaluations, 0),
         Some(_) => cost_to_go::split(evaluations),
     };
     let exact = search.is_exact();
+    let failure = Mutex::new(None);
     let found = if exact {
         search.descend(budget, None)
     } else {
         let firmware = build(search.spec)?;
-        search.descend(
-            budget,
-            Some(&|weights, scenario| firmware.run(weights, scenario)),
-        )
+        let run = |weights: &Weights, scenario: &Scenario| {
+            let run = firmware.run(weights, scenario);
+            run.map_err(|error| {
+                // A panic elsewhere cannot leave an error half stored.
+                *failure.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
+            })
+        };
+        search.descend(budget, Some(&run))
     };
+    let failure = failure.into_inner().unwrap_or_else(PoisonError::into_inner);
     let descent = &found.descent;
     let gradients = Gradients {
         objective: descent.cost,
@@ -288,13 +296,14 @@ fn by_gradient(
         evaluations: descent.made + found.polished,
     };
     if stand_in.is_none() || !cheapest.cost.is_finite() {
-        return Ok((cheapest, gradients, None));
+        return Ok((cheapest, gradients, failure));
     }
     let (refined, error) = cost_to_go::refine(&cheapest, space.searched(), left, |weights| {
+        progress();
         let firmware = build(&cost_to_go::weighted(spec, weights))?;
         training.cost(|scenario| firmware.run(weights, scenario))
     });
-    Ok((refined, gradients, error))
+    Ok((refined, gradients, failure.or(error)))
 }
 
 fn no_weights() -> Error {
@@ -355,12 +364,7 @@ pub fn tune_mpc(
     cache: Option<&Path>,
 ) -> Result<(Line, ModelSpec)> {
     let control = &spec.control;
-    let own = Weights {
-        tracking_weight: control.tracking_weight.clone(),
-        move_suppression: control.move_suppression.clone(),
-        disturbance_gain: control.disturbance_gain,
-        iterations: control.iterations,
-    };
+    let own = Weights::of(control);
     let space = SearchSpace::about(
         control,
         request.disturbance_gain,
@@ -390,20 +394,21 @@ pub fn tune_mpc(
         );
         let stage = Stage::begin(title, request.quiet);
         let built = (folder, cache, request.quiet);
+        let told = counter(&stage, share);
         let (found, error) = match request.by {
             Method::Simplex => {
-                let told = counter(&stage, share);
                 let budget = (&space, Budget::Evaluations(share));
                 cheapest(&candidate, built, budget, &request.training, &told)?
             }
             Method::Gradient => {
                 let budget = (&space, share);
                 let (found, course, error) =
-                    by_gradient(&candidate, built, budget, &request.training)?;
+                    by_gradient(&candidate, built, budget, &request.training, &told)?;
                 gradients.push(course);
                 (found, error)
             }
         };
+        drop(told);
         failure = failure.or(error);
         let weights = found.weights;
         candidate.control.tracking_weight = weights.tracking_weight;
@@ -416,27 +421,23 @@ pub fn tune_mpc(
             best = Some((found.cost, candidate));
         }
     }
-    let Some((cost, tuned)) = best else {
+    let Some((mut cost, mut tuned)) = best else {
         return Err(failure.unwrap_or_else(no_weights));
     };
     // The firmware that is reported carries its weights itself.
-    let firmware = Firmware::build(&tuned, folder, cache, request.quiet)?;
-    let weights = Weights {
-        tracking_weight: tuned.control.tracking_weight.clone(),
-        move_suppression: tuned.control.move_suppression.clone(),
-        disturbance_gain: tuned.control.disturbance_gain,
-        iterations: tuned.control.iterations,
-    };
-    let cost = match request.by {
-        Method::Simplex => cost,
+    let build = |spec: &ModelSpec| Firmware::build(spec, folder, cache, request.quiet);
+    let mut firmware = build(&tuned)?;
+    if request.by == Method::Gradient {
         // Found on the loop in double precision; the firmware itself has the last word.
-        Method::Gradient => {
-            evaluations += 1;
-            request
-                .training
-                .cost(|scenario| firmware.run(&weights, scenario))?
+        let weights = Weights::of(&tuned.control);
+        cost = (request.training).cost(|scenario| firmware.run(&weights, scenario))?;
+        evaluations += 1;
+        if cost.is_nan() || cost > before.0 {
+            (cost, tuned) = (before.0, spec.clone());
+            firmware = build(&tuned)?;
         }
-    };
+    }
+    let weights = Weights::of(&tuned.control);
     let after = request.judged(firmware.run(&weights, request.held_out)?);
     let line = Line {
         name: "MPC",

@@ -42,6 +42,9 @@ const WORTHWHILE: f64 = 1e-3;
 const LONGEST: f64 = 3.0;
 /// Damping of the first step, and the one at which a search counts as stalled.
 const DAMPING: [f64; 2] = [1e-2, 1e4];
+/// Decrease as a multiple of what was promised from which on the step was too short: far from a fit
+/// the residuals' own curvature, which (24) leaves out, bends the other way.
+const GENEROUS: f64 = 1.5;
 /// Least damping, and the least after a step that was not taken.
 const LEAST_DAMPING: f64 = 1e-6;
 const DAMPED: f64 = 1e-3;
@@ -134,7 +137,11 @@ impl<C: Fn(&[f64]) -> f64, L: Fn(&[f64]) -> Option<Quadratic>> Search<'_, C, L> 
                 found.made += 1;
                 let ratio = (found.cost - reached) / promised;
                 if reached < found.cost {
-                    (found.place, found.cost) = (next, reached);
+                    let begun = std::mem::replace(&mut found.place, next);
+                    found.cost = reached;
+                    if ratio > GENEROUS {
+                        self.stretch(&begun, &mut found);
+                    }
                     let factor = match ratio {
                         0.7.. => 0.1,
                         0.2.. => 1.0,
@@ -151,6 +158,32 @@ impl<C: Fn(&[f64]) -> f64, L: Fn(&[f64]) -> Option<Quadratic>> Search<'_, C, L> 
             }
         }
         found
+    }
+}
+
+impl<C: Fn(&[f64]) -> f64, L> Search<'_, C, L> {
+    /// Goes on along the step that led from `begun` to the place, twice as far each time, as long
+    /// as that lowers the cost.
+    fn stretch(&self, begun: &[f64], found: &mut Descent) {
+        let step: Vec<f64> = found.place.iter().zip(begun).map(|(a, b)| a - b).collect();
+        let mut factor = 2.0;
+        while found.made < self.evaluations {
+            let ends = begun.iter().zip(&step).zip(self.ranges);
+            let further =
+                ends.map(|((z, step), [low, high])| (z + factor * step).clamp(*low, *high));
+            let further: Vec<f64> = further.collect();
+            if further == found.place {
+                break;
+            }
+            let reached = (self.cost)(&further);
+            found.plain += 1;
+            found.made += 1;
+            if reached.is_nan() || reached >= found.cost {
+                break;
+            }
+            (found.place, found.cost) = (further, reached);
+            factor *= 2.0;
+        }
     }
 }
 

@@ -1,7 +1,6 @@
 //! Search of the settings over the loops of a tuning.
 
 use rayon::prelude::*;
-use sinew_ident::error::Result;
 use sinew_model::spec::ModelSpec;
 use sinew_sim::{Dual, Scalar};
 
@@ -37,6 +36,8 @@ pub struct Search<'a> {
     pub training: &'a Training<'a>,
     /// What is searched.
     pub space: &'a LogarithmicSpace,
+    /// Told of every evaluation.
+    pub progress: &'a (dyn Fn() + Sync),
 }
 
 /// A place of the search.
@@ -78,8 +79,9 @@ impl Seeded for Place<'_> {
     }
 }
 
-/// Runs a loop with weights where the model has no derivatives here: on the firmware.
-pub type Runner<'a> = &'a (dyn Fn(&Weights, &Scenario) -> Result<Run> + Sync);
+/// Runs a loop with weights where the model has no derivatives here: on the firmware. It keeps the
+/// reason of a failure.
+pub type Runner<'a> = &'a (dyn Fn(&Weights, &Scenario) -> Result<Run, ()> + Sync);
 
 /// Step of a logarithm for differences of the firmware's loops, which are rounded to single
 /// precision.
@@ -149,6 +151,7 @@ impl Search<'_> {
 
     /// Objective at a place; infinite where a loop does not end.
     pub fn cost(&self, at: &[f64], runner: Option<Runner<'_>>) -> f64 {
+        (self.progress)();
         let squares = self.training.scenarios.par_iter().map(|scenario| {
             let all = self.residuals(at, scenario, runner)?;
             Some(all.iter().map(|r| r * r).sum::<f64>())
@@ -180,6 +183,7 @@ impl Search<'_> {
     }
 
     pub(super) fn by_derivatives(&self, at: &[f64]) -> Option<Quadratic> {
+        (self.progress)();
         let (place, unknowns) = (self.place(at), at.len());
         let parts = self.training.scenarios.iter().flat_map(|scenario| {
             (0..unknowns)
@@ -206,6 +210,7 @@ impl Search<'_> {
     }
 
     fn by_differences(&self, at: &[f64], runner: Option<Runner<'_>>) -> Option<Quadratic> {
+        (self.progress)();
         let mut places = vec![at.to_vec()];
         for i in 0..at.len() {
             for step in [DIFFERENCE, -DIFFERENCE] {

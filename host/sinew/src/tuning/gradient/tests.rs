@@ -310,6 +310,7 @@ fn the_loop_is_the_firmwares_but_for_its_rounding() {
             spec: &spec,
             training: &training,
             space: &own,
+            progress: &|| (),
         };
         let watch = |controller: &super::controller::Controller<'_, f64>| {
             steps += 1;
@@ -387,6 +388,7 @@ fn derivatives_of_the_closed_loop_are_differences_to_1e_6() {
             spec: &spec,
             training: &training,
             space: &space,
+            progress: &|| (),
         };
         let at = &space.starts[0];
         let place = search.place(at);
@@ -447,6 +449,7 @@ fn derivatives_of_many_unknowns_come_from_several_loops() {
         spec: &spec,
         training: &training,
         space: &space,
+        progress: &|| (),
     };
     let at = &space.starts[0];
     let place = search.place(at);
@@ -467,41 +470,58 @@ fn derivatives_of_many_unknowns_come_from_several_loops() {
     assert_eq!(found.gradient, sum.gradient);
 }
 
-/// Loops that meet limits in every move, with carts that stick. Of ten others like these, 25
-/// evaluations ended within 4 % of the simplex in four, 12 % below it in two, 7 to 18 % above it in
-/// three, and at three times its objective in one: valleys that are flat or broken by kinks.
+/// Objective after 25 and 50 evaluations of a search by gradients, as parts of that after 480 of a
+/// simplex: carts that stick, in loops that meet limits in every move.
+fn beside_a_simplex(seed: u64, first: u64) -> [f64; 2] {
+    let spec = model(&mut ChaCha8Rng::seed_from_u64(seed));
+    let scenarios: Vec<Scenario> = (first..first + 3).map(|k| scenario(k, 60)).collect();
+    let training = training(&scenarios, Objective::Tracking);
+    let about = space(&spec);
+    let logarithmic = about.logarithmic();
+    let search = Search {
+        spec: &spec,
+        training: &training,
+        space: &logarithmic,
+        progress: &|| (),
+    };
+    let cost = |weights: &Weights| {
+        let at: Vec<f64> = std::iter::once(weights.disturbance_gain)
+            .chain(weights.move_suppression.iter().copied())
+            .chain(weights.tracking_weight.iter().skip(1).copied())
+            .map(f64::ln)
+            .collect();
+        search.cost(&at, None)
+    };
+    let budget = crate::tuning::search_space::Budget::Evaluations(480);
+    let simplex = about.cheapest(budget, cost).cost;
+    [25, 50].map(|evaluations| {
+        let found = search.descend(evaluations, None);
+        assert!(
+            found.descent.made + found.polished <= evaluations,
+            "{found:?}"
+        );
+        assert!((cost(&found.weights) / found.descent.cost - 1.0).abs() < 1e-9);
+        found.descent.cost / simplex
+    })
+}
+
 #[test]
 fn a_search_by_gradients_ends_as_low_as_a_simplex_of_twenty_times_its_evaluations() {
     for (seed, first) in [(8, 20), (7, 70)] {
-        let spec = model(&mut ChaCha8Rng::seed_from_u64(seed));
-        let scenarios: Vec<Scenario> = (first..first + 3).map(|k| scenario(k, 60)).collect();
-        let training = training(&scenarios, Objective::Tracking);
-        let about = space(&spec);
-        let logarithmic = about.logarithmic();
-        let search = Search {
-            spec: &spec,
-            training: &training,
-            space: &logarithmic,
-        };
-        let found = search.descend(25, None);
-        let cost = |weights: &Weights| {
-            let at: Vec<f64> = std::iter::once(weights.disturbance_gain)
-                .chain(weights.move_suppression.iter().copied())
-                .chain(weights.tracking_weight.iter().skip(1).copied())
-                .map(f64::ln)
-                .collect();
-            search.cost(&at, None)
-        };
-        let budget = crate::tuning::search_space::Budget::Evaluations(480);
-        let simplex = about.cheapest(budget, cost).cost;
-        let reached = found.descent.cost;
-        assert!(found.descent.made + found.polished <= 25, "{found:?}");
-        assert!(
-            reached < 1.02 * simplex,
-            "seed {seed}: {found:?}, {simplex}"
-        );
-        assert!((cost(&found.weights) / reached - 1.0).abs() < 1e-9);
+        let [few, more] = beside_a_simplex(seed, first);
+        assert!(few < 1.02 && more <= few, "seed {seed}: {few}, {more}");
     }
+}
+
+#[test]
+#[ignore = "a measurement: run it alone"]
+fn ten_drawn_problems_by_gradients_and_by_a_simplex() {
+    let mut ratios: Vec<[f64; 2]> = (1..11).map(|k| beside_a_simplex(k, 10 * k)).collect();
+    for [few, more] in &ratios {
+        println!("{few:.3} {more:.3}");
+    }
+    ratios.sort_by(|a, b| a[1].total_cmp(&b[1]));
+    assert!(ratios[5][1] < 1.05, "{ratios:?}");
 }
 
 #[test]
@@ -514,13 +534,14 @@ fn differences_of_runs_take_the_place_of_derivatives() {
         spec: &spec,
         training: &training,
         space: &logarithmic,
+        progress: &|| (),
     };
     let runner = |weights: &Weights, scenario: &Scenario| {
         let mut spec = spec.clone();
         spec.control.tracking_weight = weights.tracking_weight.clone();
         spec.control.move_suppression = weights.move_suppression.clone();
         spec.control.disturbance_gain = weights.disturbance_gain;
-        scenario.run(&mut Firmware::new(&spec))
+        scenario.run(&mut Firmware::new(&spec)).map_err(drop)
     };
     let begun = search.cost(&logarithmic.starts[0], Some(&runner));
     let exact = search.descend(25, None);
@@ -529,7 +550,7 @@ fn differences_of_runs_take_the_place_of_derivatives() {
     assert!(found.descent.made + found.polished <= 120);
     let ratio = found.descent.cost / exact.descent.cost;
     assert!((0.95..1.05).contains(&ratio), "{ratio} of the exact search");
-    let failing = |_: &Weights, _: &Scenario| Err(sinew_ident::error::Error::failed("no plant"));
+    let failing = |_: &Weights, _: &Scenario| Err(());
     assert!(
         search
             .descend(30, Some(&failing))
