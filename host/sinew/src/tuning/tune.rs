@@ -421,23 +421,17 @@ pub fn tune_mpc(
             best = Some((found.cost, candidate));
         }
     }
-    let Some((mut cost, mut tuned)) = best else {
+    let Some((mut cost, tuned)) = best else {
         return Err(failure.unwrap_or_else(no_weights));
     };
     // The firmware that is reported carries its weights itself.
-    let build = |spec: &ModelSpec| Firmware::build(spec, folder, cache, request.quiet);
-    let mut firmware = build(&tuned)?;
+    let firmware = Firmware::build(&tuned, folder, cache, request.quiet)?;
+    let weights = Weights::of(&tuned.control);
     if request.by == Method::Gradient {
-        // Found on the loop in double precision; the firmware itself has the last word.
-        let weights = Weights::of(&tuned.control);
+        // Found on the loop in double precision; what is reported is the firmware's.
         cost = (request.training).cost(|scenario| firmware.run(&weights, scenario))?;
         evaluations += 1;
-        if cost.is_nan() || cost > before.0 {
-            (cost, tuned) = (before.0, spec.clone());
-            firmware = build(&tuned)?;
-        }
     }
-    let weights = Weights::of(&tuned.control);
     let after = request.judged(firmware.run(&weights, request.held_out)?);
     let line = Line {
         name: "MPC",
