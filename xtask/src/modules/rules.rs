@@ -27,14 +27,20 @@ const RULES: &[(&str, &[Forbidden])] = &[
         "sinew-ident",
         &[
             Forbidden::These(&["burn", "clap", "nix"]),
-            Forbidden::OursBut(&["sinew-files", "sinew-sim"]),
+            Forbidden::OursBut(&["sinew-convert", "sinew-files", "sinew-sim"]),
         ],
     ),
+    ("sinew-convert", &[Forbidden::OursBut(&[])]),
     (
         "sinew-plan",
         &[
             Forbidden::These(&["burn", "clap", "nix"]),
-            Forbidden::OursBut(&["sinew-files", "sinew-ident", "sinew-sim"]),
+            Forbidden::OursBut(&[
+                "sinew-convert",
+                "sinew-files",
+                "sinew-ident",
+                "sinew-sim",
+            ]),
         ],
     ),
 ];

@@ -1,6 +1,7 @@
 //! Command line of identification: the verbs that the programs `sinew` and `sinew-ident` share.
 
 pub mod check;
+pub mod convert;
 pub mod diagnose;
 pub mod excite;
 pub mod exit_code;
@@ -43,6 +44,8 @@ enum Verb {
     Excite(excite::Arguments),
     /// Write a rig for MuJoCo.
     Mjcf(mjcf::Arguments),
+    /// Make a recording of a log in MATLAB, HDF5, MCAP or JSON.
+    Convert(convert::Arguments),
 }
 
 /// Recordings, for verbs that fit or learn.
@@ -100,5 +103,6 @@ fn run(verb: Verb) -> Result<u8> {
         Verb::Check(arguments) => check::run(&arguments),
         Verb::Excite(arguments) => excite::run(&arguments, None).map(|()| 0),
         Verb::Mjcf(arguments) => mjcf::run(&arguments).map(|()| 0),
+        Verb::Convert(arguments) => convert::run(&arguments).map(|()| 0),
     }
 }

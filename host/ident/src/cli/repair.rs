@@ -47,13 +47,20 @@ pub struct Repairs {
 }
 
 impl Repairs {
-    /// Reads recordings and mends them.
+    /// Reads recordings and mends them; says on standard error by which rules a log of another
+    /// program became one.
     ///
     /// # Errors
     /// As [`Recording::read`] and [`Repair::apply`].
     pub fn read(&self, paths: &[PathBuf]) -> Result<Vec<Recording>> {
         let repair = self.repair();
-        let read = |path: &PathBuf| repair.apply(Recording::read(path)?);
+        let read = |path: &PathBuf| {
+            let recording = Recording::read(path)?;
+            for note in recording.notes() {
+                eprintln!("{}: {note}", path.display());
+            }
+            repair.apply(recording)
+        };
         paths.iter().map(read).collect()
     }
 

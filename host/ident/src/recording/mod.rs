@@ -10,6 +10,7 @@
 //! column is one signal with its unit at the end of its name. Nothing is resampled and nothing is
 //! dropped in silence: what cannot be used is an error with file, line and column.
 
+pub mod foreign;
 mod read;
 pub mod repair;
 mod si;
@@ -50,6 +51,7 @@ pub struct Recording {
     lines: Vec<usize>,
     t: Vec<f64>,
     columns: Vec<Column>,
+    notes: Vec<String>,
 }
 
 /// A column with its gaps closed by holding the last value, as an actuator would.
@@ -62,16 +64,27 @@ pub struct Held {
 }
 
 impl Recording {
-    /// Reads a CSV file.
+    /// Reads a CSV file, or a log of another program whose signals all have the same times
+    /// (docs/reference/logs.md).
     ///
     /// # Errors
     /// `Read` where the file cannot be opened; `File`, with line and column, for text in a number,
     /// an infinite number, time that is missing or does not increase, a row with too few or too
-    /// many fields, no header, no rows, a column named twice or not at all.
+    /// many fields, no header, no rows, a column named twice or not at all; `File` also for a log
+    /// that is broken, or whose signals have several bases of times.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         let bytes = std::fs::read(path).map_err(|source| Error::read(path, source))?;
-        Self::parse(&bytes, path)
+        match foreign::format(&bytes, path) {
+            Some(format) => foreign::direct(&bytes, format, path),
+            None => Self::parse(&bytes, path),
+        }
+    }
+
+    /// Rules by which a log of another program became a recording, and what was left out of it, a
+    /// sentence each; empty for CSV.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// Reads CSV that is in memory already; `path` is what errors call it.
@@ -152,6 +165,7 @@ impl Recording {
             lines: (2..t.len() + 2).collect(),
             t,
             columns,
+            notes: Vec::new(),
         })
     }
 
@@ -318,6 +332,7 @@ impl Recording {
             lines: self.lines[range.clone()].to_vec(),
             columns: columns.collect(),
             t: self.t[range].to_vec(),
+            notes: self.notes.clone(),
         })
     }
 }

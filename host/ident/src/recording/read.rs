@@ -86,6 +86,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, rows: Rows) -> Result<Recording> 
         lines,
         t,
         columns,
+        notes: Vec::new(),
     })
 }
 

@@ -11,7 +11,8 @@ const GROUPS: &[(&str, &[&str])] = &[
     (
         "Identify",
         &[
-            "new", "check", "simulate", "settle", "excite", "fit", "diagnose", "explain", "mjcf",
+            "convert", "new", "check", "simulate", "settle", "excite", "fit", "diagnose",
+            "explain", "mjcf",
         ],
     ),
     ("Train", &["train", "calibrate"]),

@@ -38,7 +38,7 @@ use crate::project::{Board, Optimise};
 use crate::rig_file::{self, ControlTable};
 use sinew_device::protocol::Identity;
 pub use sinew_ident::cli::{Common, Recordings};
-use sinew_ident::cli::{check, diagnose, excite, failing, fit, interrupt, mjcf};
+use sinew_ident::cli::{check, convert, diagnose, excite, failing, fit, interrupt, mjcf};
 use sinew_ident::error::{Error, Result};
 use sinew_model::spec::ModelSpec;
 
@@ -58,6 +58,8 @@ enum Verb {
     New(new::Arguments),
     /// Find faults of recordings before any fit.
     Check(check::Arguments),
+    /// Make a recording of a log in MATLAB, HDF5, MCAP or JSON.
+    Convert(convert::Arguments),
     /// Simulate a rig with the inputs of a recording.
     Simulate(simulate::Arguments),
     /// Find where a rig rests under constant inputs.
@@ -290,6 +292,7 @@ fn run(verb: Verb) -> Result<u8> {
         Verb::Build(arguments) => build::run(&arguments),
         Verb::New(arguments) => new::run(arguments),
         Verb::Check(arguments) => return check::run(&arguments),
+        Verb::Convert(arguments) => convert::run(&arguments),
         Verb::Simulate(arguments) => simulate::run(&arguments),
         Verb::Settle(arguments) => settle::run(&arguments),
         Verb::Calibrate(arguments) => calibrate::run(&arguments),

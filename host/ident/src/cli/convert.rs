@@ -1,0 +1,150 @@
+//! `sinew convert`: a log of another program as a recording.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use sinew_convert::{Contents, Join, Wanted, bases, column};
+
+use super::overwrite;
+use super::said::Said;
+use crate::error::Result;
+use crate::recording::foreign;
+
+/// Arguments of `sinew convert`.
+#[derive(Args)]
+pub struct Arguments {
+    /// The log: MATLAB (.mat), HDF5 (.h5), MCAP (.mcap) or JSON (.json).
+    log: PathBuf,
+    /// File for the recording (CSV); `-` is standard output.
+    #[arg(long, value_name = "REC.csv", required_unless_present = "list")]
+    out: Option<PathBuf>,
+    /// Column and the signal in it, with a number from 1 where there are several; may be repeated.
+    ///
+    /// Without it every signal is a column under its own name, with its unit at the end.
+    #[arg(long = "column", value_name = "NAME=PATH[:INDEX]", value_parser = named)]
+    columns: Vec<(String, String)>,
+    /// Times whose rows are taken: path, group or topic; by default those of most columns.
+    #[arg(long, value_name = "PATH")]
+    base: Option<String>,
+    /// Rule for signals with other times: the last value before a row, or a straight line.
+    #[arg(long, value_enum, default_value = "last")]
+    join: Rule,
+    /// List what the log holds, and write nothing.
+    #[arg(long, conflicts_with = "out")]
+    list: bool,
+    /// Say nothing of rules and of what is left out.
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// Rules for signals of another base.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Rule {
+    /// The last value.
+    Last,
+    /// A straight line.
+    Linear,
+}
+
+/// # Errors
+/// A bad log or choice of columns, or a file that cannot be written.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    overwrite::refuse(
+        [("the log", arguments.log.as_path())],
+        [("--out", arguments.out.as_deref())],
+    )?;
+    let contents = foreign::contents(&arguments.log)?;
+    let Some(out) = arguments.out.as_deref() else {
+        print!("{}", listed(&contents));
+        return Ok(());
+    };
+    let wanted = Wanted {
+        columns: arguments.columns.clone(),
+        base: arguments.base.clone(),
+        join: match arguments.join {
+            Rule::Last => Join::Last,
+            Rule::Linear => Join::Linear,
+        },
+    };
+    let recording = foreign::recording(&contents, &wanted, &arguments.log)?;
+    recording.write(out)?;
+    if arguments.quiet {
+        return Ok(());
+    }
+    let said = Said::beside([Some(out)]);
+    for note in recording.notes() {
+        said.line(note);
+    }
+    let names: Vec<&str> = (recording.columns().iter())
+        .map(|column| column.name.as_str())
+        .collect();
+    said.line(format!("columns: t, {}", names.join(", ")));
+    said.wrote(out);
+    Ok(())
+}
+
+/// The contents by their times: paths, shapes, units and the columns that they become.
+fn listed(contents: &Contents) -> String {
+    let format = contents.format.map_or("", sinew_convert::Format::name);
+    let mut text = format!("{format}\n");
+    for note in &contents.notes {
+        text += &format!("{note}\n");
+    }
+    let bases = bases(contents);
+    for base in &bases {
+        let rate = base.rate();
+        let (first, last) = (base.t[0], base.t[base.t.len() - 1]);
+        text += &format!(
+            "\ntimes {} ({} rows{rate}, {first:?} to {last:?} s)\n",
+            base.path,
+            base.t.len()
+        );
+        for &place in &base.members {
+            let array = &contents.arrays[place];
+            let unit = match array.unit.as_str() {
+                "" => String::new(),
+                unit => format!(", {unit}"),
+            };
+            text += &format!(
+                "  {}  {} x {}{unit}  -> {}\n",
+                array.path,
+                array.rows,
+                array.columns,
+                column(contents, array)
+            );
+        }
+    }
+    let placed = |place: usize| {
+        let path = &contents.arrays[place].path;
+        (bases.iter()).any(|base| base.members.contains(&place) || base.path == *path)
+    };
+    let arrays = contents.arrays.iter().enumerate();
+    let loose = arrays.filter(|(place, _)| !placed(*place));
+    let loose = loose.map(|(_, array)| {
+        let value = match array.values[..] {
+            [value] => format!(" = {value:?}"),
+            _ => String::new(),
+        };
+        format!(
+            "  {}  {} x {}{value}\n",
+            array.path, array.rows, array.columns
+        )
+    });
+    let others = contents.others.iter();
+    let others = others.map(|other| format!("  {}  {}\n", other.path, other.what));
+    let rest: String = loose.chain(others).collect();
+    if !rest.is_empty() {
+        text += &format!("\nwithout times\n{rest}");
+    }
+    text
+}
+
+/// `NAME=PATH`.
+fn named(text: &str) -> std::result::Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, path)) if !name.is_empty() && !path.is_empty() => {
+            Ok((name.to_owned(), path.to_owned()))
+        }
+        _ => Err("expected a name and a path, such as q_rad=log/q or u_V=log/u:2".into()),
+    }
+}
