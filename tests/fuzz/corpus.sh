@@ -3,7 +3,7 @@
 set -eu
 cd "$(dirname "$0")"
 frameworks=../../codegen/nn/tests/frameworks
-mkdir -p corpus/import corpus/emit corpus/network corpus/model corpus/rig corpus/frame corpus/recording corpus/wiring
+mkdir -p corpus/import corpus/emit corpus/network corpus/model corpus/rig corpus/frame corpus/recording corpus/wiring corpus/log corpus/mechanism
 for file in $frameworks/models/*.onnx $frameworks/models/*.h5 $frameworks/models/*.keras \
     $frameworks/models/*.tflite $frameworks/hostile/*; do
     case $file in
@@ -20,6 +20,8 @@ for folder in ../../models/reference-*; do
 done
 cp ../../rigs/*.toml corpus/rig/
 cp ../../docs/reference/*.wiring.toml corpus/wiring/
+for file in ../foreign/logs/*; do case $file in *.csv) ;; *) cp "$file" corpus/log/ ;; esac; done
+cp ../foreign/mechanism/*.xml ../foreign/mechanism/*.urdf corpus/mechanism/
 for file in ../../rigs/*.csv; do head -n 40 "$file" > "corpus/recording/$(basename "$file")"; done
 printf 't,u_V,"q, m"\n0,,1\n0.1,5e-1,nan\n' > corpus/recording/missing.csv
 # A sample of two outputs, a probe, a prediction: the message's number, then lengths and numbers.

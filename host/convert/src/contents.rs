@@ -1,6 +1,40 @@
 //! Contents of a log, whatever its format: numbers at paths, and what is no number.
 
-use crate::{Error, Format, MOST_VALUES, Result};
+use crate::error::{Error, Result};
+
+/// Most numbers that are taken from one file, whatever it says of itself.
+pub const MOST_VALUES: usize = 1 << 26;
+
+/// Most arrays of one file.
+const MOST_ARRAYS: usize = 20_000;
+
+/// Format of a log.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// MATLAB level 5 (`save -v6`, `-v7`).
+    Mat5,
+    /// HDF5, MATLAB v7.3 among it.
+    Hdf5,
+    /// MCAP.
+    Mcap,
+    /// JSON, BAM's logs among it.
+    Json,
+    /// Parquet, which is known and not read.
+    Parquet,
+}
+
+impl Format {
+    /// Name for people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mat5 => "MATLAB v5",
+            Self::Hdf5 => "HDF5",
+            Self::Mcap => "MCAP",
+            Self::Json => "JSON",
+            Self::Parquet => "Parquet",
+        }
+    }
+}
 
 /// Numbers at a path, as a matrix.
 #[derive(Clone, Debug, PartialEq)]
@@ -106,6 +140,11 @@ impl Contents {
         if values.is_empty() {
             self.other(path, "empty");
             return Ok(());
+        }
+        if self.arrays.len() >= MOST_ARRAYS {
+            return Err(Error::new(format!(
+                "more than {MOST_ARRAYS} arrays, the most that is read from one file"
+            )));
         }
         self.arrays.push(Array {
             path: path.to_owned(),

@@ -1,6 +1,6 @@
 //! Bytes of a file, read in order; what is not there is an error.
 
-use crate::{Error, Result};
+use crate::error::{Error, Result};
 
 /// A place in bytes.
 #[derive(Clone, Copy, Debug)]

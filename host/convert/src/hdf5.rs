@@ -5,7 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use hdf5_pure::{AttrValue, DType, File, Group};
 
 use crate::contents::Contents;
-use crate::{Error, Result};
+use crate::error::{Error, Result};
 
 /// Groups within groups that are followed.
 const MOST_DEPTH: usize = 16;

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use serde_json::Value;
 
 use crate::contents::Contents;
-use crate::{Error, Result};
+use crate::error::{Error, Result};
 
 /// Largest file, bytes: a number takes some ten times its text.
 const MOST_BYTES: usize = 1 << 28;

@@ -8,7 +8,7 @@ use miniz_oxide::inflate::decompress_to_vec_zlib_with_limit;
 
 use crate::contents::Contents;
 use crate::cursor::Cursor;
-use crate::{Error, Result};
+use crate::error::{Error, Result};
 
 /// Bytes before the first element.
 const HEADER: usize = 128;

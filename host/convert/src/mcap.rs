@@ -6,8 +6,8 @@ use std::io::Read;
 
 use crate::contents::Contents;
 use crate::cursor::Cursor;
+use crate::error::{Error, Result};
 use crate::ros::Topic;
-use crate::{Error, Result};
 
 /// First and last bytes of a file.
 pub const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
@@ -42,7 +42,9 @@ pub fn read(bytes: &[u8]) -> Result<Contents> {
 #[derive(Default)]
 struct Reader {
     schemas: BTreeMap<u16, String>,
-    topics: BTreeMap<u16, Topic>,
+    topics: Vec<Topic>,
+    /// Topic of each channel: several publishers of a topic have a channel each.
+    channels: BTreeMap<u16, usize>,
     unfolded: u64,
     values: Contents,
 }
@@ -85,14 +87,20 @@ impl Reader {
         let schema = cursor.u16()?;
         let name = text(&mut cursor)?;
         let encoding = text(&mut cursor)?;
-        if self.topics.contains_key(&id) {
+        if self.channels.contains_key(&id) {
             return Ok(());
         }
         if self.topics.len() > MOST_TOPICS {
             return Err(Error::new("more topics than any recording has"));
         }
         let schema = self.schemas.get(&schema).cloned().unwrap_or_default();
-        self.topics.insert(id, Topic::new(name, schema, encoding));
+        let topic = Topic::new(name, schema, encoding);
+        let known = self.topics.iter().position(|other| other.is_same(&topic));
+        let index = known.unwrap_or_else(|| {
+            self.topics.push(topic);
+            self.topics.len() - 1
+        });
+        self.channels.insert(id, index);
         Ok(())
     }
 
@@ -103,7 +111,8 @@ impl Reader {
         let log_time = cursor.u64()?;
         let _publish_time = cursor.u64()?;
         let data = cursor.take(cursor.left())?;
-        let Some(topic) = self.topics.get_mut(&channel) else {
+        let topic = self.channels.get(&channel);
+        let Some(topic) = topic.and_then(|index| self.topics.get_mut(*index)) else {
             return Err(Error::new(format!(
                 "a message of channel {channel}, which the MCAP file does not describe"
             )));
@@ -153,7 +162,7 @@ impl Reader {
 
     fn finish(self) -> Result<Contents> {
         let mut contents = self.values;
-        let topics = self.topics.into_values();
+        let topics = self.topics.into_iter();
         let (read, others): (Vec<Topic>, Vec<Topic>) = topics.partition(Topic::is_read);
         let first = read.iter().filter_map(Topic::first).min();
         let first = first.unwrap_or_default();

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::contents::{Array, Contents};
 use crate::cursor::Cursor;
-use crate::{Error, Result};
+use crate::error::{Error, Result};
 
 /// Type of a message that is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,6 +55,11 @@ impl Topic {
             signals: BTreeMap::new(),
             order: Vec::new(),
         }
+    }
+
+    /// True for the same topic on another channel.
+    pub fn is_same(&self, other: &Self) -> bool {
+        (&self.name, &self.schema, self.kind) == (&other.name, &other.schema, other.kind)
     }
 
     pub fn is_read(&self) -> bool {

@@ -4,9 +4,17 @@
 //! time above it that is as long as the array. Rows of a table are those of one base. Signals of
 //! other bases come in by their last value, or on a straight line between two.
 
-use crate::contents::{Array, Contents, parent};
+use std::collections::BTreeMap;
+
+use crate::contents::{Array, Contents, MOST_VALUES, parent};
+use crate::error::{Error, Result};
 use crate::names;
-use crate::{Error, Result};
+
+/// Most columns of one recording.
+const MOST_COLUMNS: usize = 10_000;
+
+/// Most lines about what is left out.
+const MOST_LINES: usize = 40;
 
 /// Rule for signals of another base.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -164,7 +172,7 @@ fn unit_of_time(contents: &Contents, array: &Array) -> Option<f64> {
 }
 
 /// Name of the column of an array, with its unit.
-pub fn column(contents: &Contents, array: &Array) -> String {
+fn column(contents: &Contents, array: &Array) -> String {
     let group = array.group();
     let text_near = |name: &str| contents.text(&format!("{group}/{name}"));
     let said = |text: &&str| !text.trim().is_empty();
@@ -188,6 +196,15 @@ pub fn column(contents: &Contents, array: &Array) -> String {
     names::with_unit(&name, unit.unwrap_or_default())
 }
 
+/// Names of the columns of an array on a base of `length` times.
+pub fn columns(contents: &Contents, array: &Array, length: usize) -> Vec<String> {
+    let name = column(contents, array);
+    match array.signals(length) {
+        1 => vec![name],
+        count => (1..=count).map(|k| names::numbered(&name, k)).collect(),
+    }
+}
+
 /// One column before its values are taken.
 struct Chosen {
     name: String,
@@ -209,7 +226,7 @@ pub fn table(contents: &Contents, wanted: &Wanted) -> Result<Table> {
         ));
     }
     let chosen = if wanted.columns.is_empty() {
-        everything(contents, &bases)
+        everything(contents, &bases)?
     } else {
         named(contents, &bases, &wanted.columns)?
     };
@@ -245,16 +262,13 @@ pub fn table(contents: &Contents, wanted: &Wanted) -> Result<Table> {
         }
     }
     bases[row_base].check()?;
-    let mut values_left = crate::MOST_VALUES;
+    let mut values_left = MOST_VALUES;
     for one in &chosen {
         let base = &bases[one.base];
         let array = &contents.arrays[one.array];
         let values = array.signal(base.t.len(), one.index).unwrap_or_default();
         values_left = values_left.checked_sub(t.len()).ok_or_else(|| {
-            Error::new(format!(
-                "more than {} numbers in all columns",
-                crate::MOST_VALUES
-            ))
+            Error::new(format!("more than {} numbers in all columns", MOST_VALUES))
         })?;
         let values = if one.base == row_base {
             values
@@ -272,18 +286,13 @@ pub fn table(contents: &Contents, wanted: &Wanted) -> Result<Table> {
 }
 
 /// Every signal of every base under its own name; names that meet get their groups before them.
-fn everything(contents: &Contents, bases: &[Base]) -> Vec<Chosen> {
+fn everything(contents: &Contents, bases: &[Base]) -> Result<Vec<Chosen>> {
     let mut chosen: Vec<Chosen> = Vec::new();
     for (base, of) in bases.iter().enumerate() {
         for &place in &of.members {
             let array = &contents.arrays[place];
-            let name = column(contents, array);
-            let count = array.signals(of.t.len());
-            for index in 0..count {
-                let name = match count {
-                    1 => name.clone(),
-                    _ => names::numbered(&name, index + 1),
-                };
+            let names = columns(contents, array, of.t.len());
+            for (index, name) in names.into_iter().enumerate() {
                 chosen.push(Chosen {
                     name,
                     array: place,
@@ -293,24 +302,24 @@ fn everything(contents: &Contents, bases: &[Base]) -> Vec<Chosen> {
             }
         }
     }
-    // `t` is the column of times.
-    let clashes = |chosen: &[Chosen], at: usize| {
-        let name = &chosen[at].name;
-        name == "t"
-            || chosen
-                .iter()
-                .enumerate()
-                .any(|(i, one)| i != at && one.name == *name)
-    };
-    let clashing: Vec<usize> = (0..chosen.len())
-        .filter(|at| clashes(&chosen, *at))
-        .collect();
-    for at in clashing {
-        let array = &contents.arrays[chosen[at].array];
-        let groups = names::plain(array.group());
-        chosen[at].name = format!("{groups}_{}", chosen[at].name);
+    if chosen.len() > MOST_COLUMNS {
+        let count = chosen.len();
+        return Err(Error::new(format!(
+            "{count} signals, and a recording has {MOST_COLUMNS} columns at most"
+        ))
+        .help("choose some with --column"));
     }
-    let mut seen = std::collections::BTreeMap::<String, usize>::new();
+    let mut counts = BTreeMap::<String, usize>::new();
+    // `t` is the column of times.
+    counts.insert("t".into(), 1);
+    for one in &chosen {
+        *counts.entry(one.name.clone()).or_default() += 1;
+    }
+    for one in chosen.iter_mut().filter(|one| counts[&one.name] > 1) {
+        let groups = names::plain(contents.arrays[one.array].group());
+        one.name = format!("{groups}_{}", one.name);
+    }
+    let mut seen = BTreeMap::<String, usize>::new();
     for one in &mut chosen {
         let count = seen.entry(one.name.clone()).or_default();
         *count += 1;
@@ -318,7 +327,7 @@ fn everything(contents: &Contents, bases: &[Base]) -> Vec<Chosen> {
             one.name = names::numbered(&one.name, *count);
         }
     }
-    chosen
+    Ok(chosen)
 }
 
 /// The columns that are asked for.
@@ -464,5 +473,11 @@ fn left_out(contents: &Contents, bases: &[Base]) -> Vec<String> {
     };
     let others = contents.others.iter().filter(|other| !used(&other.path));
     let others = others.map(|other| format!("left out: `{}`: {}", other.path, other.what));
-    arrays.chain(others).collect()
+    let mut lines: Vec<String> = arrays.chain(others).collect();
+    if lines.len() > MOST_LINES {
+        let more = lines.len() - MOST_LINES;
+        lines.truncate(MOST_LINES);
+        lines.push(format!("left out: {more} more, which --list shows"));
+    }
+    lines
 }

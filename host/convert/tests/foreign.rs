@@ -184,3 +184,54 @@ fn times_that_go_back_are_an_error_with_their_place() {
     let expected = "`t` does not increase at its value 3: 0.1 after 0.2";
     assert!(error.starts_with(expected), "{error}");
 }
+
+#[test]
+fn names_that_meet_get_their_groups_and_none_is_lost() {
+    let text = br#"{"a": {"t": [0, 1], "q_rad": [1, 2]}, "b": {"t": [0, 1], "q_rad": [3, 4]},
+                   "c": {"time": [0, 1], "t": [5, 6]}}"#;
+    let contents = read(text, Format::Json).unwrap();
+    let found = table(&contents, &Wanted::default()).unwrap();
+    let names: Vec<&str> = found
+        .columns
+        .iter()
+        .map(|(name, _)| name.as_str())
+        .collect();
+    assert_eq!(names, ["a_q_rad", "b_q_rad"]);
+    assert!(
+        found.said.iter().any(|said| said.contains("`c/")),
+        "{:?}",
+        found.said
+    );
+}
+
+#[test]
+fn a_matrix_with_a_million_signals_is_an_error_at_once() {
+    let row = format!("[{}0]", "0,".repeat(999_999));
+    let text = format!("{{\"t\": [0, 1], \"x\": [{row}, {row}]}}");
+    let contents = read(text.as_bytes(), Format::Json).unwrap();
+    let error = table(&contents, &Wanted::default()).unwrap_err();
+    assert!(error.message.starts_with("1000000 signals"), "{error}");
+}
+
+#[test]
+fn null_is_a_missing_sample_and_true_is_one() {
+    let text =
+        br#"[{"t": 0, "q_rad": 1.5}, {"t": 1, "q_rad": null}, {"t": 2}, {"t": 3, "q_rad": true}]"#;
+    let contents = read(text, Format::Json).unwrap();
+    let found = table(&contents, &Wanted::default()).unwrap();
+    let (_, q) = &found.columns[0];
+    assert_eq!((q[0], q[3]), (1.5, 1.0));
+    assert!(q[1].is_nan() && q[2].is_nan());
+}
+
+#[test]
+fn a_changed_byte_in_a_chunk_fails_its_checksum() {
+    let mut file = bytes("ros.mcap");
+    let place = file
+        .windows(8)
+        .position(|part| part == b"shoulder")
+        .unwrap();
+    file[place] = b'S';
+    let error = read(&file, Format::Mcap).unwrap_err();
+    assert!(error.message.contains("its checksum differs"), "{error}");
+}

@@ -17,6 +17,7 @@ pub mod diagnose;
 pub mod error;
 pub mod excite;
 pub mod fit;
+pub mod mechanism;
 pub mod mjcf;
 pub mod noise;
 pub mod recording;

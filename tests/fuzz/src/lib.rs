@@ -5,13 +5,16 @@ use sinew_nn::emit::{Options, Weights, emit as print};
 use sinew_nn::{import as importers, store as networks};
 use sinew_model::store as models;
 use sinew_device::protocol::{self, MAX_FRAME, ToDevice, ToHost};
+use std::path::Path;
+
+use sinew_ident::mechanism::{Format, import_text};
 use sinew_ident::recording::Recording;
 
 /// Its name, and what is done with bytes.
 pub type Target = (&'static str, fn(&[u8]));
 
 /// The targets.
-pub const TARGETS: [Target; 8] = [
+pub const TARGETS: [Target; 10] = [
     ("import", import),
     ("emit", emit),
     ("network", network),
@@ -20,6 +23,8 @@ pub const TARGETS: [Target; 8] = [
     ("frame", frame),
     ("recording", recording),
     ("wiring", wiring),
+    ("log", log),
+    ("mechanism", mechanism),
 ];
 
 /// A wiring file that is accepted is checked, drawn and printed, whatever it wires.
@@ -117,6 +122,23 @@ pub fn recording(data: &[u8]) {
     };
     let again = Recording::parse(text.as_bytes(), "a.csv").expect("what was written is read");
     assert_eq!(again.to_csv(), text);
+}
+
+/// A log of another program: MATLAB, HDF5 and MCAP by their first bytes, JSON else.
+pub fn log(data: &[u8]) {
+    let Some(format) = sinew_convert::format(data, "json") else {
+        return;
+    };
+    if let Ok(contents) = sinew_convert::read(data, format) {
+        let _ = sinew_convert::table(&contents, &sinew_convert::Wanted::default());
+    }
+}
+
+/// A mechanism; an accepted one is a rig that is read back.
+pub fn mechanism(data: &[u8]) {
+    let text = String::from_utf8_lossy(data);
+    let format = if text.contains("<robot") { Format::Urdf } else { Format::Mjcf };
+    let _ = import_text(&text, Path::new("a.xml"), format, &[]);
 }
 
 /// Bytes that go into a frame as they are.

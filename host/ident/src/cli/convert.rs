@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use sinew_convert::{Contents, Join, Wanted, bases, column};
+use sinew_convert::{Contents, Join, Wanted, bases, columns};
 
 use super::overwrite;
 use super::said::Said;
@@ -110,7 +110,7 @@ fn listed(contents: &Contents) -> String {
                 array.path,
                 array.rows,
                 array.columns,
-                column(contents, array)
+                columns(contents, array, base.t.len()).join(", ")
             );
         }
     }

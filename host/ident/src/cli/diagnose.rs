@@ -17,6 +17,7 @@ use crate::diagnose::output::{self, Shown};
 use crate::diagnose::{Diagnosis, Options, Recordings, diagnose};
 use crate::error::{Error, Result};
 use crate::fit::require;
+use crate::mechanism::changes;
 
 /// Arguments of `sinew diagnose`.
 #[derive(Args)]
@@ -48,6 +49,9 @@ pub struct Arguments {
     /// File for the corrected rig as MuJoCo's MJCF.
     #[arg(long, value_name = "XML")]
     mjcf: Option<PathBuf>,
+    /// MJCF of your own that the rig came from: what to change in it is listed beside --mjcf.
+    #[arg(long, value_name = "XML", requires = "mjcf")]
+    changes: Option<PathBuf>,
     /// Seconds after which nothing more is tried; the answer is the best so far.
     ///
     /// Judging it takes a little longer. Ctrl-C does the same at once, and ends with status 130.
@@ -76,6 +80,10 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
     refuse_two_roles(arguments)?;
     refuse_overwriting(arguments)?;
     let rig = Rig::load(&arguments.rig)?;
+    if let Some(original) = &arguments.changes {
+        // Better refused now than after the search.
+        changes(&rig, original)?;
+    }
     let recordings = Recordings {
         fit: arguments.repairs.read(&arguments.fit)?,
         check: arguments.repairs.read(&arguments.check)?,
@@ -160,6 +168,9 @@ fn leave(
     }
     if let Some(path) = &arguments.mjcf {
         super::mjcf::write(&found.mended, path, quiet)?;
+        if let Some(original) = &arguments.changes {
+            super::mjcf::write_changes(&found.mended, original, path)?;
+        }
         written.push(path);
     }
     if !quiet {
@@ -222,7 +233,9 @@ fn refuse_overwriting(arguments: &Arguments) -> Result<()> {
     let recordings = recordings.flat_map(|(flag, paths)| paths.iter().map(move |p| (flag, p)));
     let recordings = recordings.map(|(flag, path)| (flag, path.as_path()));
     overwrite::refuse(
-        std::iter::once(("the rig", arguments.rig.as_path())).chain(recordings),
+        std::iter::once(("the rig", arguments.rig.as_path()))
+            .chain(arguments.changes.as_deref().map(|path| ("--changes", path)))
+            .chain(recordings),
         [
             ("--json", arguments.json.as_deref()),
             ("--report", arguments.report.as_deref()),

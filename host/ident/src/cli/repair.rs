@@ -1,6 +1,6 @@
 //! Flags that mend a fault of a recording where it is read.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use sinew_sim::Rig;
@@ -23,6 +23,19 @@ enum Unit {
     Us,
     /// Nanoseconds.
     Ns,
+}
+
+/// Reads a recording, and says on standard error by which rules a log of another program became
+/// one.
+///
+/// # Errors
+/// As [`Recording::read`].
+pub fn read_recording(path: impl AsRef<Path>) -> Result<Recording> {
+    let recording = Recording::read(&path)?;
+    for note in recording.notes() {
+        eprintln!("{}: {note}", path.as_ref().display());
+    }
+    Ok(recording)
 }
 
 /// Repairs of all recordings that a verb reads.
@@ -54,13 +67,7 @@ impl Repairs {
     /// As [`Recording::read`] and [`Repair::apply`].
     pub fn read(&self, paths: &[PathBuf]) -> Result<Vec<Recording>> {
         let repair = self.repair();
-        let read = |path: &PathBuf| {
-            let recording = Recording::read(path)?;
-            for note in recording.notes() {
-                eprintln!("{}: {note}", path.display());
-            }
-            repair.apply(recording)
-        };
+        let read = |path: &PathBuf| repair.apply(read_recording(path)?);
         paths.iter().map(read).collect()
     }
 

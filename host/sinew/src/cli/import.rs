@@ -13,8 +13,8 @@ use crate::pipeline::learn::save;
 use crate::pipeline::soft_sensor::{attach, sensor_line};
 use crate::rig_file;
 use sinew_ident::cli::overwrite::identity;
+use sinew_ident::cli::repair::read_recording;
 use sinew_ident::error::{Error, Result};
-use sinew_ident::recording::Recording;
 use sinew_ident::report::quantity;
 
 /// Arguments of `sinew import`.
@@ -77,12 +77,7 @@ fn model(arguments: &Arguments, rig: &Path, out: &Path) -> Result<()> {
     let text = commands::import(&network, None).map_err(Error::refused)?;
     let rig = rig_file::load(rig)?;
     let plant = Plant::new(&rig)?;
-    let read = |paths: &[PathBuf]| {
-        paths
-            .iter()
-            .map(Recording::read)
-            .collect::<Result<Vec<_>>>()
-    };
+    let read = |paths: &[PathBuf]| paths.iter().map(read_recording).collect::<Result<Vec<_>>>();
     let (fit, test) = (read(&arguments.fit)?, read(&arguments.test)?);
     let task = ControlProblem::new(&rig, &plant, &fit, test.first().unwrap_or(&fit[0]))?;
     let mut spec = adopt(&rig, &plant, &task, &fit, (&network, &arguments.network))?;

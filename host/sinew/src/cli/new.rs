@@ -1,19 +1,42 @@
 //! `sinew new`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
 use crate::new_rig::{self, Motion, NewRigOptions};
+use sinew_ident::cli::overwrite;
 use sinew_ident::cli::repair::Repairs;
 use sinew_ident::cli::said::Said;
 use sinew_ident::error::Result;
+use sinew_ident::mechanism::{Format, import};
+
+/// Flags about the columns of a recording, which a mechanism does not have.
+const OF_RECORDINGS: [&str; 7] = [
+    "recording",
+    "name",
+    "inputs",
+    "outputs",
+    "motion",
+    "inertia",
+    "spring",
+];
 
 /// Arguments of `sinew new`; an answer that is not given is asked at a terminal, or guessed.
 #[derive(Args)]
 pub struct Arguments {
-    /// The recording (CSV) whose columns the rig is to name.
-    recording: PathBuf,
+    /// The recording (CSV, or a log that `sinew convert` reads) whose columns the rig is to name.
+    #[arg(required_unless_present_any = ["mjcf", "urdf"])]
+    recording: Option<PathBuf>,
+    /// A mechanism for MuJoCo whose hinges and slides become the rig, instead of a recording.
+    #[arg(long, value_name = "XML", conflicts_with_all = OF_RECORDINGS)]
+    mjcf: Option<PathBuf>,
+    /// A mechanism in URDF, likewise.
+    #[arg(long, value_name = "URDF", conflicts_with_all = OF_RECORDINGS, conflicts_with = "mjcf")]
+    urdf: Option<PathBuf>,
+    /// A joint that moves, where not all do; the others are held still; may be repeated.
+    #[arg(long = "joint", value_name = "NAME", conflicts_with = "recording")]
+    joints: Vec<String>,
     /// File for the rig; by default beside the recording, with its name and `.toml`.
     #[arg(long, value_name = "RIG.toml")]
     out: Option<PathBuf>,
@@ -61,8 +84,16 @@ enum YesNo {
 /// # Errors
 /// As [`new_rig::run`].
 pub fn run(arguments: Arguments) -> Result<()> {
+    let mechanism = match (&arguments.mjcf, &arguments.urdf) {
+        (Some(file), _) => Some((file, Format::Mjcf)),
+        (None, Some(file)) => Some((file, Format::Urdf)),
+        (None, None) => None,
+    };
+    if let Some((file, format)) = mechanism {
+        return from_mechanism(file, format, &arguments);
+    }
     let options = NewRigOptions {
-        recording: arguments.recording,
+        recording: arguments.recording.unwrap_or_default(),
         out: arguments.out,
         name: arguments.name,
         inputs: arguments.inputs,
@@ -96,6 +127,32 @@ pub fn run(arguments: Arguments) -> Result<()> {
         "next: sinew fit {rig} --fit {}{}",
         options.recording.display(),
         options.repairs.flags()
+    ));
+    Ok(())
+}
+
+/// A rig from a mechanism of another program.
+fn from_mechanism(file: &Path, format: Format, arguments: &Arguments) -> Result<()> {
+    let out = arguments.out.clone();
+    let out = out.unwrap_or_else(|| file.with_extension("toml"));
+    overwrite::refuse([("the mechanism", file)], [("--out", Some(out.as_path()))])?;
+    new_rig::refuse_existing(&out, arguments.force)?;
+    let made = import(file, format, &arguments.joints)?;
+    crate::rig_file::parse(&made.text, &out.display().to_string())?;
+    sinew_files::write(&out, &made.text)?;
+    let said = Said::beside([Some(out.as_path())]);
+    said.wrote(&out);
+    if !arguments.quiet {
+        for line in &made.left_out {
+            said.line(format!("left out: {line}"));
+        }
+    }
+    for added in &made.added {
+        said.line(format!("added: {added}"));
+    }
+    said.line(format!(
+        "next: name the columns of a recording in {}, then sinew fit",
+        out.display()
     ));
     Ok(())
 }

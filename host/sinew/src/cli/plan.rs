@@ -6,9 +6,9 @@ use clap::Args;
 use clap::builder::RangedU64ValueParser;
 use sinew_ident::cli::overwrite;
 use sinew_ident::cli::progress::Stage;
+use sinew_ident::cli::repair::read_recording;
 use sinew_ident::cli::said::Said;
 use sinew_ident::error::Result;
-use sinew_ident::recording::Recording;
 use sinew_ident::report::{count, significant};
 use sinew_plan::{Goal, Options, Plan, plan};
 use sinew_sim::Plant;
@@ -95,11 +95,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let goals = goals.collect::<Result<Vec<Goal>>>()?;
     let rig = rig_file::load(&arguments.rig)?;
     let plant = Plant::new(&rig)?;
-    let path = arguments
-        .through
-        .as_ref()
-        .map(Recording::read)
-        .transpose()?;
+    let path = arguments.through.as_ref().map(read_recording).transpose()?;
     let rate_hz = match arguments.rate {
         Some(rate) => rate,
         None => control_rate_hz(&arguments.rig)?.unwrap_or(Options::default().rate_hz),

@@ -7,8 +7,8 @@ use clap::Args;
 use super::LiveArguments;
 use crate::live::record::{excitation, record};
 use sinew_ident::cli::overwrite;
+use sinew_ident::cli::repair::read_recording;
 use sinew_ident::error::{Error, Result};
-use sinew_ident::recording::Recording;
 
 /// Arguments of `sinew record`.
 #[derive(Args)]
@@ -33,7 +33,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         [("--input", arguments.input.as_path())],
         [("--out", Some(arguments.out.as_path()))],
     )?;
-    let input = Recording::read(&arguments.input)?;
+    let input = read_recording(&arguments.input)?;
     let (mut device, names, identity) = arguments.live.connect()?;
     let rows = excitation(&input, &names, identity.rate_mhz)?;
     let recorded = record(&mut device, &names, &rows, &arguments.out, arguments.quiet)?;

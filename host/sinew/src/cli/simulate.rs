@@ -11,6 +11,7 @@ use crate::closed_loop::plant_program::{PlantProgram, Recorded};
 use crate::rig_file;
 use crate::view::{self, Animation};
 use sinew_ident::cli::overwrite;
+use sinew_ident::cli::repair::read_recording;
 use sinew_ident::cli::said::Said;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::noise::gaussian;
@@ -115,7 +116,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     )?;
     let rig = rig_file::load(&arguments.rig)?;
     let plant = Plant::new(&rig)?;
-    let recording = Recording::read(&arguments.input)?;
+    let recording = read_recording(&arguments.input)?;
     let inputs = columns(&recording, plant.inputs())?;
     let drive = driven(&plant, &recording, &inputs)?;
     let signals = match &arguments.plant_program {

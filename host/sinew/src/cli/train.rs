@@ -14,10 +14,10 @@ use crate::pipeline::soft_sensor::{as_sensed, attach, sensor_line};
 use crate::rig_file;
 use sinew_ident::cli::overwrite;
 use sinew_ident::cli::progress::Stage;
+use sinew_ident::cli::repair::read_recording;
 use sinew_ident::cli::said::Said;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::fit::free_runs;
-use sinew_ident::recording::Recording;
 use sinew_ident::report::{quantity, shared_values};
 
 /// Arguments of `sinew train`.
@@ -40,12 +40,7 @@ pub struct Arguments {
 /// # Errors
 /// A bad file, or a training that does not converge.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let read = |paths: &[PathBuf]| {
-        paths
-            .iter()
-            .map(Recording::read)
-            .collect::<Result<Vec<_>>>()
-    };
+    let read = |paths: &[PathBuf]| paths.iter().map(read_recording).collect::<Result<Vec<_>>>();
     let Recordings { fit, test } = &arguments.recordings;
     let recordings = fit.iter().chain(test);
     overwrite::refuse(

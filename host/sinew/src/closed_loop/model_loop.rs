@@ -18,8 +18,8 @@ use crate::project::image::Sizes;
 use crate::project::{self, Board, Optimise};
 use crate::rig_file;
 use sinew_ident::cli::progress::Stage;
+use sinew_ident::cli::repair::read_recording;
 use sinew_ident::error::{Error, Result};
-use sinew_ident::recording::Recording;
 use sinew_ident::report::count;
 
 /// Loops that were run on a board.
@@ -68,12 +68,7 @@ impl ModelLoop {
         test: &[PathBuf],
         seed: u64,
     ) -> Result<Self> {
-        let read = |paths: &[PathBuf]| {
-            paths
-                .iter()
-                .map(Recording::read)
-                .collect::<Result<Vec<_>>>()
-        };
+        let read = |paths: &[PathBuf]| paths.iter().map(read_recording).collect::<Result<Vec<_>>>();
         let rig = rig_file::load(rig)?;
         let plant = Plant::new(&rig)?;
         let (recordings, tests) = (read(fit)?, read(test)?);
@@ -188,7 +183,7 @@ impl ModelLoop {
     /// # Errors
     /// A bad file, or one without a column an output.
     pub fn follow(&mut self, path: &Path) -> Result<()> {
-        self.task.follow(&Recording::read(path)?, &self.plant)
+        self.task.follow(&read_recording(path)?, &self.plant)
     }
 
     /// Units of the outputs.

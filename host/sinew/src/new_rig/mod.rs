@@ -104,12 +104,7 @@ pub fn run(options: &NewRigOptions) -> Result<NewRig> {
         [("the recording", options.recording.as_path())],
         [("--out", Some(path.as_path()))],
     )?;
-    if path.exists() && !options.replace && !sinew_files::is_stream(&path) {
-        return Err(
-            Error::arguments(format!("{} exists already", path.display()))
-                .help("give another name with --out, or --force to replace it"),
-        );
-    }
+    refuse_existing(&path, options.replace)?;
     let mut recordings = options
         .repairs
         .read(std::slice::from_ref(&options.recording))?;
@@ -134,6 +129,20 @@ pub fn run(options: &NewRigOptions) -> Result<NewRig> {
         unused: written.unused,
         guesses: written.guesses,
     })
+}
+
+/// Refuses to write over a rig file, unless that was asked for.
+///
+/// # Errors
+/// `Arguments` where there is one.
+pub fn refuse_existing(path: &Path, replace: bool) -> Result<()> {
+    if path.exists() && !replace && !sinew_files::is_stream(path) {
+        return Err(
+            Error::arguments(format!("{} exists already", path.display()))
+                .help("give another name with --out, or --force to replace it"),
+        );
+    }
+    Ok(())
 }
 
 /// Refuses times that look like no seconds, unless a flag says their unit. Every guess of the rig

@@ -19,6 +19,7 @@ use crate::pipeline::summary::ModelRig;
 use crate::project::{self, Board, Built, Optimise, Sizes};
 use crate::rig_file;
 use sinew_ident::cli::progress::Stage;
+use sinew_ident::cli::repair::read_recording;
 use sinew_ident::diagnose::{Diagnosis, Options, Recordings, diagnose};
 use sinew_ident::error::{Error, Result};
 use sinew_ident::fit::{Fit, FitOptions, FreeRun, fit, free_runs};
@@ -291,12 +292,7 @@ fn find(
 }
 
 fn load(request: &Request) -> Result<(Rig, Vec<Recording>, Vec<Recording>)> {
-    let read = |paths: &[PathBuf]| {
-        paths
-            .iter()
-            .map(Recording::read)
-            .collect::<Result<Vec<_>>>()
-    };
+    let read = |paths: &[PathBuf]| paths.iter().map(read_recording).collect::<Result<Vec<_>>>();
     let rig = rig_file::load(&request.rig)?;
     let (recordings, tests) = (read(&request.fit)?, read(&request.test)?);
     if recordings.is_empty() {

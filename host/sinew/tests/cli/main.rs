@@ -1,6 +1,7 @@
 //! The `sinew` program as its users meet it. One test program, because linking is the slow part.
 
 mod calibrate;
+mod convert;
 mod desk;
 mod excite;
 mod fit_static;
