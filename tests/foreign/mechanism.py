@@ -17,13 +17,13 @@ import numpy as np
 FOLDER = Path(__file__).resolve().parent / "mechanism"
 RATE_HZ, SECONDS = 100, 4.0
 
-# name: (file, joint held apart from which all others are still; None: all move)
+# name: (file, the one joint that moves, or None where all do; size of forces and speeds that are commanded)
 CASES = {
-    "pendulum": ("pendulum.xml", None),
-    "slide": ("slide.xml", None),
-    "table": ("table.xml", None),
-    "elbow": ("chain.xml", "elbow"),
-    "urdf": ("pendulum.urdf", None),
+    "pendulum": ("pendulum.xml", None, 2.5),
+    "slide": ("slide.xml", None, 2.5),
+    "table": ("table.xml", None, 2.5),
+    "elbow": ("chain.xml", "elbow", 0.15),
+    "urdf": ("pendulum.urdf", None, 0.6),
 }
 
 
@@ -66,10 +66,10 @@ def column(model, kind, index):
     return model.sensor(index).name + ("_m" if slides else "_rad") + ("_s" if velocity else "")
 
 
-def command(index, model, t):
+def command(index, model, t, size):
     """Sines with steps, of a size that each kind of input can take."""
     affine = model.actuator_biastype[index] == mujoco.mjtBias.mjBIAS_AFFINE
-    size = 0.15 if affine and model.actuator_biasprm[index][1] != 0.0 else 2.5
+    size = 0.15 if affine and model.actuator_biasprm[index][1] != 0.0 else size
     return size * (np.sin(2.0 * math.pi * (0.6 + 0.17 * index) * t) + 0.5 * np.sign(np.sin(2.0 * math.pi * 0.3 * t + index)))
 
 
@@ -89,9 +89,9 @@ def run(model, t, inputs):
 
 def main():
     t = np.arange(int(RATE_HZ * SECONDS)) / RATE_HZ
-    for name, (file, only) in CASES.items():
+    for name, (file, only, size) in CASES.items():
         model = load(file, only)
-        inputs = np.array([command(index, model, t) for index in range(model.nu)])
+        inputs = np.array([command(index, model, t, size) for index in range(model.nu)])
         readings = run(model, t, inputs)
         model.opt.timestep /= 2.0
         finer = run(model, t, inputs)

@@ -8,7 +8,7 @@ use sinew_sim::rig::{Drives, EffectTable, End, Site};
 
 use super::text::plain;
 use super::tree::{Coordinate, Joint, Motion};
-use super::{Drive, Format, Mechanism, read};
+use super::{Cable, Drive, Format, Mechanism, read};
 use crate::error::Result;
 
 /// Parts of a number that are rounding.
@@ -121,14 +121,20 @@ pub fn changes(rig: &Rig, original: &Path) -> Result<Changes> {
         }
     }
     for drive in &mechanism.drives {
-        actuator(rig, drive, &mut found);
+        actuator(rig, drive, &joints[drive.joint].name, &mut found);
     }
+    for cable in &mechanism.cables {
+        tendon(rig, cable, &mut found);
+    }
+    between_bodies(rig, &mut found);
     for (index, effect) in rig.effects.iter().enumerate() {
-        let own = effect.kind == Kind::InputSaturation
-            && mechanism.drives.iter().any(|drive| {
-                let here = Site::Actuator(actuator_of(rig, drive).unwrap_or(usize::MAX));
-                drive.clipped && effect.site == here
-            });
+        let is_as_read = |drive: &Drive| {
+            let here = actuator_of(rig, drive).map(Site::Actuator);
+            let limit = drive.limit.filter(|_| drive.clipped);
+            let value = effect.parameters.first().map(|parameter| parameter.value);
+            here == Some(effect.site) && limit.map(|(_, high)| high) == value
+        };
+        let own = effect.kind == Kind::InputSaturation && mechanism.drives.iter().any(is_as_read);
         if !told.contains(&index) && !own {
             found.by_hand.push(said(rig, effect));
         }
@@ -136,12 +142,24 @@ pub fn changes(rig: &Rig, original: &Path) -> Result<Changes> {
     Ok(found)
 }
 
-/// The rig's actuator of a drive.
+/// The rig's actuator of a drive: of its name, or of that name and a number where a joint has the
+/// same.
 fn actuator_of(rig: &Rig, drive: &Drive) -> Option<usize> {
     let name = plain(&drive.name);
-    rig.actuators
+    let number = |other: &str| {
+        let number = other.strip_prefix(&name)?.strip_prefix('_')?;
+        number.parse::<usize>().ok()
+    };
+    let found = rig
+        .actuators
         .iter()
-        .position(|actuator| actuator.name == name)
+        .position(|actuator| actuator.name == name);
+    found.or_else(|| (rig.actuators.iter()).position(|actuator| number(&actuator.name).is_some()))
+}
+
+/// True where the rig has a body of a joint.
+fn moves(rig: &Rig, joint: &str) -> bool {
+    rig.bodies.iter().any(|body| body.name == plain(joint))
 }
 
 /// An effect with its law and its numbers.
@@ -160,11 +178,38 @@ fn said(rig: &Rig, effect: &EffectTable) -> String {
     )
 }
 
-fn actuator(rig: &Rig, drive: &Drive, found: &mut Changes) {
+fn actuator(rig: &Rig, drive: &Drive, joint: &str, found: &mut Changes) {
     let Some(index) = actuator_of(rig, drive) else {
+        // A bias alone is a load of the joint.
+        if drive.gain != 0.0 && moves(rig, joint) {
+            let line = format!("{} \"{}\" is no actuator of the rig", drive.tag, drive.name);
+            found.by_hand.push(line);
+        }
         return;
     };
     let actuator = &rig.actuators[index];
+    let of_loop = |end: &str| format!("{}_{end}", plain(&drive.name));
+    let springs = rig
+        .springs
+        .iter()
+        .filter(|part| part.name == of_loop("loop"));
+    let stiffness: f64 = springs.map(|part| part.stiffness.value).sum();
+    let dampers = rig
+        .dampers
+        .iter()
+        .filter(|part| part.name == of_loop("braking"));
+    let damping: f64 = dampers.map(|part| part.damping.value).sum();
+    for (what, rig, file) in [
+        ("stiffness", stiffness, drive.stiffness),
+        ("damping", damping, drive.damping),
+    ] {
+        if !same(rig, file) {
+            found.by_hand.push(format!(
+                "the loop of {} \"{}\" has a {what} of {rig:?}, and the file's has {file:?}",
+                drive.tag, drive.name
+            ));
+        }
+    }
     let gain = actuator.gain.value;
     if !matches!(actuator.drives, Drives::Body(_)) || same(gain, drive.gain) {
         return;
@@ -181,6 +226,42 @@ fn actuator(rig: &Rig, drive: &Drive, found: &mut Changes) {
         found.by_hand.push(format!(
             "{} \"{}\" has {gain:?} per unit of ctrl for {:?}",
             drive.tag, drive.name, drive.gain
+        ));
+    }
+}
+
+/// Stiffness and damping of a fixed tendon.
+fn tendon(rig: &Rig, cable: &Cable, found: &mut Changes) {
+    let name = plain(&cable.name);
+    let Some(tendon) = rig.tendons.iter().find(|tendon| tendon.name == name) else {
+        return;
+    };
+    for (attribute, old, new) in [
+        ("stiffness", cable.stiffness, tendon.stiffness.value),
+        ("damping", cable.damping, tendon.damping.value),
+    ] {
+        if !same(old, new) {
+            found.attributes.push(Change {
+                place: cable.place.to_string(),
+                element: format!("fixed \"{}\"", cable.name),
+                attribute,
+                old: Some(format!("{old:?}")),
+                new: format!("{new:?}"),
+            });
+        }
+    }
+}
+
+/// Springs and dampers between two bodies, which no joint has.
+fn between_bodies(rig: &Rig, found: &mut Changes) {
+    let joins = |from: End, to: End| from != End::Ground && to != End::Ground;
+    let springs = rig.springs.iter().filter(|part| joins(part.from, part.to));
+    let springs = springs.map(|part| ("spring", &part.name, part.stiffness.value));
+    let dampers = rig.dampers.iter().filter(|part| joins(part.from, part.to));
+    let dampers = dampers.map(|part| ("damper", &part.name, part.damping.value));
+    for (kind, name, value) in springs.chain(dampers) {
+        found.by_hand.push(format!(
+            "{kind} `{name}` of {value:?} joins two bodies: a `fixed` tendon with coefficients 1 and -1"
         ));
     }
 }
@@ -249,8 +330,18 @@ impl Compared<'_> {
                 &[turned(rest)],
             );
         }
+        let load = take(Kind::Constant, site);
         self.inertia(found, joint);
         self.weight(found, joint, take(Kind::Gravity, site));
+        let drives = self.mechanism.drives.iter();
+        let drives = drives.filter(|drive| drive.joint == self.coordinate.joint);
+        let file: f64 = drives.map(|drive| drive.load).sum();
+        if !same(load, file) {
+            found.by_hand.push(format!(
+                "the constant load on joint \"{}\" is {load:?}, and the file's is {file:?}",
+                joint.name
+            ));
+        }
     }
 
     fn attribute(

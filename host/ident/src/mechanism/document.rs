@@ -75,8 +75,11 @@ impl Node {
 /// # Errors
 /// `Read`; `File` for what is no XML, and for includes or elements without end.
 pub fn load(path: &Path) -> Result<Node> {
-    let mut files = 0;
-    one(path, &mut files)
+    let mut included = Included {
+        folder: path.parent().unwrap_or(Path::new("")).to_owned(),
+        files: 0,
+    };
+    one(path, &mut included)
 }
 
 /// Root of a text that includes no files.
@@ -84,29 +87,39 @@ pub fn load(path: &Path) -> Result<Node> {
 /// # Errors
 /// As [`load`], and for an include.
 pub fn parse(text: &str, path: &Path) -> Result<Node> {
-    // As if all files that may be included had been.
-    let mut files = MOST_FILES;
-    of_text(text, path, &mut files)
+    let mut included = Included {
+        folder: PathBuf::new(),
+        // As if all files that may be included had been.
+        files: MOST_FILES,
+    };
+    of_text(text, path, &mut included)
 }
 
-fn one(path: &Path, files: &mut usize) -> Result<Node> {
-    *files += 1;
-    if *files > MOST_FILES {
+/// Files that one file includes. Their names are relative to the folder of the first, as MuJoCo has
+/// it.
+struct Included {
+    folder: PathBuf,
+    files: usize,
+}
+
+fn one(path: &Path, included: &mut Included) -> Result<Node> {
+    included.files += 1;
+    if included.files > MOST_FILES {
         return Err(Error::file(path, "files include one another without end"));
     }
     let bytes = sinew_files::read(path, MOST_BYTES)?;
     let text = String::from_utf8(bytes).map_err(|_| Error::file(path, "it is no text in UTF-8"))?;
-    of_text(&text, path, files)
+    of_text(&text, path, included)
 }
 
-fn of_text(text: &str, path: &Path, files: &mut usize) -> Result<Node> {
+fn of_text(text: &str, path: &Path, included: &mut Included) -> Result<Node> {
     let document = roxmltree::Document::parse(text).map_err(|error| {
         let place = error.pos();
         Error::file(path, format!("it is no XML: {error}"))
             .at(place.row as usize, place.col as usize)
     })?;
     let mut lines = Lines::new(text);
-    node(document.root_element(), path, &mut lines, files, 0)
+    node(document.root_element(), path, &mut lines, included, 0)
 }
 
 /// Lines of places that are asked for in the file's order.
@@ -137,7 +150,7 @@ fn node(
     element: roxmltree::Node,
     path: &Path,
     lines: &mut Lines,
-    files: &mut usize,
+    included: &mut Included,
     depth: usize,
 ) -> Result<Node> {
     let place = Place {
@@ -157,7 +170,7 @@ fn node(
         place,
     };
     for child in element.children().filter(roxmltree::Node::is_element) {
-        let inner = node(child, path, lines, files, depth + 1)?;
+        let inner = node(child, path, lines, included, depth + 1)?;
         if inner.tag != "include" {
             made.inside.push(inner);
             continue;
@@ -165,8 +178,8 @@ fn node(
         let Some(file) = inner.get("file") else {
             return Err(inner.error("`include` names no file"));
         };
-        let folder = path.parent().unwrap_or(Path::new(""));
-        made.inside.extend(one(&folder.join(file), files)?.inside);
+        let file = included.folder.join(file);
+        made.inside.extend(one(&file, included)?.inside);
     }
     Ok(made)
 }

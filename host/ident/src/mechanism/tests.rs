@@ -395,3 +395,69 @@ proptest::proptest! {
         let _ = imported(&String::from_utf8_lossy(&bytes));
     }
 }
+
+/// A motor is often called as its joint.
+#[test]
+fn a_motor_of_its_joints_name_keeps_its_gear_among_the_changes() {
+    let text = crank(
+        "",
+        "<actuator><motor name=\"j\" joint=\"j\" gear=\"3\"/></actuator>",
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.xml");
+    std::fs::write(&path, &text).unwrap();
+    let made = import(&path, Format::Mjcf, &[]).unwrap();
+    assert!(
+        made.text
+            .contains("name = \"j_2\"\ndrives = \"j\"\ninput = \"j_1\""),
+        "{}",
+        made.text
+    );
+    let rig = Rig::parse(&made.text.replace("gain = 3.0", "gain = 2.5"), "a.toml").unwrap();
+    let list = changes(&rig, &path).unwrap();
+    assert_eq!(list.lines().len(), 1, "{:?}", list.lines());
+    assert_eq!(
+        (
+            list.attributes[0].attribute,
+            list.attributes[0].new.as_str()
+        ),
+        ("gear", "2.5")
+    );
+}
+
+#[test]
+fn rigs_as_they_were_read_change_nothing_in_their_files() {
+    for name in ["pendulum.xml", "slide.xml", "table.xml"] {
+        let path = folder().join(name);
+        let made = import(&path, Format::Mjcf, &[]).unwrap();
+        let rig = Rig::parse(&made.text, name).unwrap();
+        assert_eq!(changes(&rig, &path).unwrap().lines(), [""; 0], "{name}");
+    }
+}
+
+#[test]
+fn a_tendon_and_a_loop_are_compared_too() {
+    let path = folder().join("table.xml");
+    let made = import(&path, Format::Mjcf, &[]).unwrap();
+    let text = made
+        .text
+        .replace("stiffness = { value = 50.0 }", "stiffness = 60.0");
+    let text = text.replace("stiffness = 200.0", "stiffness = 150.0");
+    let text = text
+        + "\n[[spring]]\nname = \"belt\"\nfrom = \"x\"\nto = \"y\"\nstiffness = 5.0\n\
+           [[effect]]\nkind = \"constant_load\"\ncomponent = \"y\"\nlevel = 0.5\n";
+    let rig = Rig::parse(&text, "table.toml").unwrap();
+    let lines = changes(&rig, &path).unwrap().lines();
+    for part in [
+        "fixed \"coupling\": stiffness = 60.0 (was 50.0)",
+        "the constant load on joint \"y\" is 0.5, and the file's is 0.0",
+        "the loop of position \"servo\" has a stiffness of 150.0, and the file's has 200.0",
+        "spring `belt` of 5.0 joins two bodies",
+    ] {
+        assert!(
+            lines.iter().any(|line| line.contains(part)),
+            "{part}: {lines:#?}"
+        );
+    }
+    assert_eq!(lines.len(), 4, "{lines:#?}");
+}

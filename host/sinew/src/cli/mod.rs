@@ -54,7 +54,7 @@ struct Program {
 enum Verb {
     /// Fit, train, tune, emit, build, run on a board, compare with a PID, report.
     Build(build::Arguments),
-    /// Write a first rig file from the columns of a recording.
+    /// Write a first rig file from the columns of a recording, or from MJCF or URDF.
     New(new::Arguments),
     /// Find faults of recordings before any fit.
     Check(check::Arguments),
