@@ -129,7 +129,10 @@ fn of_root(root: &Node, path: &Path, format: Format, joints: &[String]) -> Resul
     }
     let coordinates = mechanism.tree.coordinates(&moving)?;
     let file = path.file_name().unwrap_or_default().to_string_lossy();
-    let (text, added) = text::write(&mut mechanism, &coordinates, &file);
+    let (text, mut added) = text::write(&mut mechanism, &coordinates, &file);
+    if format == Format::Urdf {
+        added.push("gravity of 9.81 m/s^2 along -z, and an input at each joint".into());
+    }
     Rig::parse(&text, "the rig of the mechanism")?;
     mechanism.left_out.sort_by_key(|line| line_of(line));
     Ok(Imported {

@@ -21,7 +21,7 @@ pub fn read(root: &Node) -> Result<Mechanism> {
         let message = format!("the file begins with `{}`, not with `robot`", root.tag);
         return Err(root.error(message).help("MJCF is read with --mjcf"));
     }
-    let mut left_out = left_out::list(root, left_out::URDF);
+    let left_out = left_out::list(root, left_out::URDF);
     let named = |node: &Node| node.get("name").unwrap_or_default().to_owned();
     let links: BTreeMap<String, &Node> = root.all("link").map(|n| (named(n), n)).collect();
     if links.len() > MOST_LINKS {
@@ -56,11 +56,6 @@ pub fn read(root: &Node) -> Result<Mechanism> {
     if let Some((_, node)) = links.iter().find(|(name, _)| !reader.placed.contains(name)) {
         return Err(node.error(format!("{} hangs on itself", node.called())));
     }
-    left_out.push(format!(
-        "{}: a URDF has no gravity and no sensors: 9.81 m/s^2 along -z, and the position of each \
-         joint, are added",
-        root.place
-    ));
     Ok(Mechanism {
         name: root.get("name").unwrap_or("robot").to_owned(),
         tree: reader.tree,

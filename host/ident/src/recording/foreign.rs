@@ -1,5 +1,6 @@
 //! Logs of other programs as recordings.
 
+use std::io::Read as _;
 use std::path::Path;
 
 use sinew_convert::{Contents, Format, MOST_BYTES, Wanted};
@@ -18,7 +19,8 @@ pub fn format(bytes: &[u8], path: &Path) -> Option<Format> {
 /// # Errors
 /// `Read`; `File` for a log that is broken, cut off, too large or of no format that is read.
 pub fn contents(path: &Path) -> Result<Contents> {
-    let bytes = std::fs::read(path).map_err(|source| Error::read(path, source))?;
+    refuse_huge(path)?;
+    let bytes = sinew_files::read(path, MOST_BYTES)?;
     let Some(format) = format(&bytes, path) else {
         return Err(
             Error::file(path, "it is no log of a known format").expected(
@@ -30,11 +32,29 @@ pub fn contents(path: &Path) -> Result<Contents> {
 }
 
 fn read(bytes: &[u8], format: Format, path: &Path) -> Result<Contents> {
-    if bytes.len() as u64 > MOST_BYTES {
-        let message = format!("larger than {MOST_BYTES} bytes, the most that is read");
-        return Err(Error::file(path, message));
-    }
     sinew_convert::read(bytes, format).map_err(|error| refused(path, &error))
+}
+
+/// Refuses a log that is larger than what is read, before it is read.
+///
+/// # Errors
+/// `File` for such a log; `Read`.
+pub(super) fn refuse_huge(path: &Path) -> Result<()> {
+    let failed = |source| Error::read(path, source);
+    let length = std::fs::metadata(path).map_err(failed)?.len();
+    if length <= MOST_BYTES {
+        return Ok(());
+    }
+    let mut start = Vec::new();
+    let file = std::fs::File::open(path).map_err(failed)?;
+    file.take(1 << 12).read_to_end(&mut start).map_err(failed)?;
+    match format(&start, path) {
+        Some(_) => {
+            let message = format!("larger than {MOST_BYTES} bytes, the most that is read of a log");
+            Err(Error::file(path, message))
+        }
+        None => Ok(()),
+    }
 }
 
 /// The chosen columns of a log as a recording, its rules in [`Recording::notes`].
@@ -127,6 +147,23 @@ mod tests {
             "{message}"
         );
         assert!(message.contains("help: sinew convert "), "{message}");
+    }
+
+    #[test]
+    fn a_log_that_is_too_large_is_refused_before_it_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log.mat");
+        // Without contents: it takes no place.
+        let file = std::fs::File::create(&path).unwrap();
+        file.set_len(MOST_BYTES + 1).unwrap();
+        for message in [
+            Recording::read(&path).unwrap_err().to_string(),
+            contents(&path).unwrap_err().to_string(),
+        ] {
+            // Its own words: those of a file that was read end earlier.
+            let own = "larger than 1073741824 bytes, the most that is read of a log";
+            assert!(message.contains(own), "{message}");
+        }
     }
 
     /// The first bytes go before the name.

@@ -74,6 +74,7 @@ impl Recording {
     /// that is broken, or whose signals have several bases of times.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
+        foreign::refuse_huge(path)?;
         let bytes = std::fs::read(path).map_err(|source| Error::read(path, source))?;
         match foreign::format(&bytes, path) {
             Some(format) => foreign::direct(&bytes, format, path),
