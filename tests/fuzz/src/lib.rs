@@ -1,10 +1,10 @@
 //! Targets of fuzzing: any bytes give an error or a value, never a panic.
 
 use serde::ser::{Serialize, SerializeTuple, Serializer};
+use sinew_device::protocol::{self, MAX_FRAME, ToDevice, ToHost};
+use sinew_model::store as models;
 use sinew_nn::emit::{Options, Weights, emit as print};
 use sinew_nn::{import as importers, store as networks};
-use sinew_model::store as models;
-use sinew_device::protocol::{self, MAX_FRAME, ToDevice, ToHost};
 use std::path::Path;
 
 use sinew_ident::mechanism::{Format, import_text};
@@ -137,7 +137,11 @@ pub fn log(data: &[u8]) {
 /// A mechanism; an accepted one is a rig that is read back.
 pub fn mechanism(data: &[u8]) {
     let text = String::from_utf8_lossy(data);
-    let format = if text.contains("<robot") { Format::Urdf } else { Format::Mjcf };
+    let format = if text.contains("<robot") {
+        Format::Urdf
+    } else {
+        Format::Mjcf
+    };
     let _ = import_text(&text, Path::new("a.xml"), format, &[]);
 }
 

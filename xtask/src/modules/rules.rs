@@ -35,12 +35,7 @@ const RULES: &[(&str, &[Forbidden])] = &[
         "sinew-plan",
         &[
             Forbidden::These(&["burn", "clap", "nix"]),
-            Forbidden::OursBut(&[
-                "sinew-convert",
-                "sinew-files",
-                "sinew-ident",
-                "sinew-sim",
-            ]),
+            Forbidden::OursBut(&["sinew-convert", "sinew-files", "sinew-ident", "sinew-sim"]),
         ],
     ),
 ];

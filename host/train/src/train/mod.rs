@@ -88,7 +88,7 @@ pub struct Options {
 }
 
 impl Options {
-    /// What suits a network that begins so. One that remembers takes longer a pass, and settles at
+    /// Settings that suit a network that begins so. One that remembers takes longer a pass, and settles at
     /// a lower rate.
     pub fn of(first: FirstLayer) -> Self {
         let usual = Self {

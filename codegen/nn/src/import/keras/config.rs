@@ -251,8 +251,8 @@ pub(super) fn expect_own(name: &str, class: &str, value: &Value) -> Result<(), N
                 .strip_prefix(own)
                 .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
         }),
-        // Keras 2 names neither. Keras 3 names a class of one's own that has no module, be it called
-        // like one of Keras's.
+        // Keras 2 names neither. Keras 3 names a class of one's own that has no module, be it
+        // called like one of Keras's.
         None => value["registered_name"].is_null(),
     };
     if own {

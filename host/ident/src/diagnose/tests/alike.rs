@@ -14,7 +14,7 @@ pub fn foreign(name: &str) -> String {
     format!("{}/../../tests/foreign/{name}", env!("CARGO_MANIFEST_DIR"))
 }
 
-/// What is said of the first rows of a folder's recordings.
+/// Answer to the first rows of a folder's recordings.
 fn found(folder: &str, rows: usize) -> Diagnosis {
     let read = |name: &str| {
         let recording = Recording::read(foreign(&format!("{folder}/{name}")));

@@ -52,7 +52,7 @@ impl Finger {
     }
 }
 
-/// What judges explanations of fit and check recordings (and both), check recordings as a whole.
+/// Judges explanations of fit and check recordings (and both), check recordings as a whole.
 pub fn case<'a>(
     written: &'a Rig,
     [fit, check, both]: [&'a Data; 3],

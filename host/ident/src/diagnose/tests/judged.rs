@@ -43,7 +43,7 @@ pub fn finals_of(case: &Case, kind: &str, at: &[&str], start: &[f64]) -> (Candid
     (base, last.expect("the fit stays finite"))
 }
 
-/// Where its plant has the friction's coefficient.
+/// Place at which its plant has the friction's coefficient.
 fn slot(of: &Candidate, tendon: &str) -> usize {
     let name = format!("{tendon}.load_dependent_friction.coefficient");
     of.trial

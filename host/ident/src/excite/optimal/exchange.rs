@@ -1,5 +1,5 @@
-//! Exchange of segments (Fedorov): designs of the best segments of a library, one replaced at a time
-//! until none improves it.
+//! Exchange of segments (Fedorov): designs of the best segments of a library, one replaced at a
+//! time until none improves it.
 
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;

@@ -127,7 +127,7 @@ impl Information {
     }
 }
 
-/// What a projection off the free parameters leaves of each effect: the judge of the products.
+/// Rest of each effect after a projection off the free parameters: the judge of the products.
 #[cfg(test)]
 pub(super) fn projected(
     rig: &Rig,

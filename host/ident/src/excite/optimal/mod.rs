@@ -55,7 +55,7 @@ pub struct Optimal {
     pub experiment: Experiment,
     /// Visibility in it, of the same instances and under the same noise as in the families.
     pub revelation: Revelation,
-    /// What it shows beside the families.
+    /// Measures of it beside those of the families.
     pub comparison: Comparison,
 }
 

@@ -42,7 +42,10 @@ fn a_design_shows_the_hardest_effects_better_than_every_family() {
     let (gain, kind) = compared.gain();
     assert!(gain > 1.0, "{gain} of {kind:?}");
     // The default of the command line shows far less.
-    let mixed = compared.families.iter().find(|(family, _)| *family == Kind::Mixed);
+    let mixed = compared
+        .families
+        .iter()
+        .find(|(family, _)| *family == Kind::Mixed);
     let mixed = mixed.map_or(0.0, |(_, family)| family.mean_distance);
     assert!(compared.chosen.mean_distance > 1.3 * mixed, "{mixed}");
     // Other parameters are known no worse for it.

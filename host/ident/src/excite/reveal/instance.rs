@@ -1,5 +1,5 @@
-//! Weak instances of effects: every law of the vocabulary at every place of a rig, of a size that an
-//! experiment asks for.
+//! Weak instances of effects: every law of the vocabulary at every place of a rig, of a size that
+//! an experiment asks for.
 
 use sinew_sim::effects::Kind;
 use sinew_sim::rig::Site;

@@ -1,5 +1,5 @@
-//! The closed loop in any scalar, and the residuals of the objective (docs/explanation/comparison.md,
-//! eq. 3) with their derivatives by the settings.
+//! The closed loop in any scalar, and the residuals of the objective
+//! (docs/explanation/comparison.md, eq. 3) with their derivatives by the settings.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

@@ -247,8 +247,8 @@ impl Quadratic {
         -sum.sum::<f64>()
     }
 
-    /// `-(N + damping diag N)^-1 g` over the free unknowns, by Gauss's elimination, where the others
-    /// make steps that are given.
+    /// `-(N + damping diag N)^-1 g` over the free unknowns, by Gauss's elimination, where the
+    /// others make steps that are given.
     fn damped(&self, held: &[Option<f64>], damping: f64) -> Vec<f64> {
         let all = 0..held.len();
         let free: Vec<usize> = all.clone().filter(|i| held[*i].is_none()).collect();
@@ -340,7 +340,8 @@ mod tests {
 
     #[test]
     fn what_a_start_leaves_of_the_evaluations_goes_to_the_next() {
-        // Two valleys, of cost 1 about -2 and of cost 0 about 2; the cheapest start is in the first.
+        // Two valleys, of cost 1 about -2 and of cost 0 about 2; the cheapest start is in the
+        // first.
         let residual = |x: f64| {
             if x < 0.0 {
                 [x + 2.0, 1.0]

@@ -49,7 +49,7 @@ pub struct Problem<'a, S> {
     pub blocks: &'a Blocks,
 }
 
-/// What a rollout leaves for the derivatives.
+/// Results of a rollout for the derivatives.
 struct Path<S> {
     cost: S,
     traces: Vec<Trace<S>>,

@@ -34,7 +34,7 @@ pub struct Search<'a> {
     pub spec: &'a ModelSpec,
     /// The loops.
     pub training: &'a Training<'a>,
-    /// What is searched.
+    /// Unknowns of the search.
     pub space: &'a LogarithmicSpace,
     /// Told of every evaluation.
     pub progress: &'a (dyn Fn() + Sync),
