@@ -86,8 +86,11 @@ fn found(
     let all: Vec<Recording> = shown.iter().map(|it| it.recording.clone()).collect();
     let checks = check(&all, Some(&rig.rig));
     refuse(&checks)?;
-    let mut found = search(&rig.rig, recordings, options, progress)?;
-    found.checks = checks;
+    let options = Options {
+        checks,
+        ..options.clone()
+    };
+    let found = search(&rig.rig, recordings, &options, progress)?;
     let page = output::report(&found, &rig.rig, &shown, "sinew_ident.diagnose")?.to_html();
     let mut runs = Vec::new();
     for Shown { role, recording } in &shown {

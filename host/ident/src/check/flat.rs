@@ -100,21 +100,26 @@ fn coarse(recording: &Recording, name: &str, series: &Series) -> Option<Check> {
     Some(Check::likely(recording, row, "quantised", sentence, remedy))
 }
 
-/// Flat tops: runs of the highest or lowest value that the motion runs into and leaves at speed. A
-/// motion that turns round slows down before.
-fn clipped(recording: &Recording, name: &str, series: &Series) -> Option<Check> {
+/// Flat tops at one end of the range: runs of the highest or lowest value that the motion runs into
+/// and leaves at speed, first sample and length of each. A motion that turns round slows down
+/// before.
+fn flat_tops(series: &Series, limit: f64) -> Vec<(usize, usize)> {
     let motion = Motion::of(series);
+    let runs = series.runs().into_iter();
+    let tops = runs
+        .filter(|&(first, length)| length >= PLATEAU && series.samples[first].1 == limit)
+        .filter(|&(first, length)| motion.is_cut(series, first, length));
+    let tops: Vec<(usize, usize)> = tops.collect();
+    let held: usize = tops.iter().map(|run| run.1).sum();
+    if held < FROZEN { Vec::new() } else { tops }
+}
+
+/// A sensor that stays at an end of its range.
+fn clipped(recording: &Recording, name: &str, series: &Series) -> Option<Check> {
     series.range.into_iter().find_map(|limit| {
-        let runs = series.runs().into_iter();
-        let tops: Vec<(usize, usize)> = runs
-            .filter(|&(first, length)| length >= PLATEAU && series.samples[first].1 == limit)
-            .filter(|&(first, length)| motion.is_cut(series, first, length))
-            .collect();
+        let tops = flat_tops(series, limit);
         let held: usize = tops.iter().map(|run| run.1).sum();
         let longest = tops.iter().map(|run| run.1).max()?;
-        if held < FROZEN {
-            return None;
-        }
         let row = series.samples[tops[0].0].0;
         let sentence = format!(
             "{name} stays at {}, an end of its range, in {}, {longest} in a row at most",
@@ -124,6 +129,19 @@ fn clipped(recording: &Recording, name: &str, series: &Series) -> Option<Check> 
         let remedy = "widen the sensor's range or move less; leave the flat rows empty until then";
         Some(Check::likely(recording, row, "clipped", sentence, remedy))
     })
+}
+
+/// Rows that lie at an end of the range of a sensor that is clipped there.
+pub(super) fn clipped_rows(values: &[f64]) -> Vec<usize> {
+    let Some(series) = Series::of(values) else {
+        return Vec::new();
+    };
+    let ends = series.range.into_iter();
+    let ends: Vec<f64> = ends
+        .filter(|limit| !flat_tops(&series, *limit).is_empty())
+        .collect();
+    let at_an_end = series.samples.iter().filter(|(_, y)| ends.contains(y));
+    at_an_end.map(|(row, _)| *row).collect()
 }
 
 /// Samples before and after a plateau over which the speed is taken.

@@ -10,16 +10,19 @@
 
 mod columns;
 mod copies;
+mod dead;
 mod derivative;
 mod determine;
 mod excitation;
 mod finding;
 mod flat;
+mod long_units;
 mod refit;
 mod sampling;
 mod sensor_numbers;
 mod sentinel;
 mod series;
+mod swapped;
 mod time;
 mod timescale;
 mod wrap;
@@ -34,8 +37,9 @@ pub use finding::Check;
 use finding::rows;
 
 /// Kinds of faults, by their names in results and on the command line.
-pub const KINDS: [&str; 24] = [
+pub const KINDS: [&str; 29] = [
     "clipped",
+    "coarse_sampling",
     "dead_channel",
     "degrees_for_radians",
     "different_devices",
@@ -50,12 +54,16 @@ pub const KINDS: [&str; 24] = [
     "same_recording",
     "sensor_drift",
     "sensor_gain",
+    "sensor_lags",
     "sensor_offset",
     "sentinel",
     "spike",
     "stuck_channel",
+    "swapped_columns",
+    "time_in_hours",
     "time_in_microseconds",
     "time_in_milliseconds",
+    "time_in_minutes",
     "time_in_nanoseconds",
     "wrapped_counter",
     "wrong_sign",
@@ -83,6 +91,7 @@ pub fn check(recordings: &[Recording], rig: Option<&Rig>) -> Vec<Check> {
         // The first of two that are equally sure stays: the times themselves before a guessed rig.
         here.extend(rig.and_then(|rig| timescale::detect(rig, recording)));
         surest_of_time(&mut here);
+        here.extend(rig.and_then(|rig| timescale::coarse(rig, recording)));
         if !here.iter().any(|check| check.certain) {
             sound.push(recording.clone());
         }
@@ -91,8 +100,38 @@ pub fn check(recordings: &[Recording], rig: Option<&Rig>) -> Vec<Check> {
     }
     found.extend(copies::detect(recordings));
     // A refit of what is certainly wrong would tell nothing.
-    found.extend(rig.map_or_else(Vec::new, |rig| refit::detect(rig, &sound)));
+    let refitted = rig.map_or_else(Vec::new, |rig| refit::detect(rig, &sound));
+    // A constant sensor that has to move was only likely to be dead.
+    let column = |check: &Check| {
+        let first = check.sentence.split_whitespace().next();
+        (check.file.clone(), first.unwrap_or_default().to_owned())
+    };
+    found.retain(|known| {
+        let mut dead = refitted.iter().filter(|it| it.kind == "dead_channel");
+        known.kind != "dead_channel" || !dead.any(|it| column(it) == column(known))
+    });
+    found.extend(refitted);
     found
+}
+
+/// The recording without the samples of its rig's sensors that lie at an end of a range where a
+/// sensor is `clipped`, and their number; `None` where none is.
+pub fn without_clipped(recording: &Recording, rig: &Rig) -> Option<(Recording, usize)> {
+    let names = Columns::of(recording, Some(rig)).sensors;
+    let mut count = 0;
+    let columns = recording.columns().iter().map(|column| {
+        let mut column = column.clone();
+        if names.contains(&column.name) {
+            for row in flat::clipped_rows(&column.values) {
+                column.values[row] = f64::NAN;
+                count += 1;
+            }
+        }
+        column
+    });
+    let columns = columns.collect();
+    let cleared = Recording::new(recording.path(), recording.t().to_vec(), columns).ok()?;
+    (count > 0).then_some((cleared, count))
 }
 
 /// One word on the time at most, the surest.

@@ -6,8 +6,8 @@ use sinew_sim::unit::Motion;
 use sinew_sim::{Plant, Rig};
 
 use super::finding::{Check, counted, number};
-use super::sensor_numbers;
 use super::timescale::is_guessed;
+use super::{dead, long_units, sensor_numbers, swapped};
 use crate::fit::{Fit, FitOptions, fit};
 use crate::noise::noise_level;
 use crate::recording::repair::Repair;
@@ -20,13 +20,13 @@ const STATES: usize = 4;
 const ROWS: usize = 1200;
 
 /// A fault is named where the squares without it are below this part of those with it.
-const FAR_LESS: f64 = 0.2;
+pub(super) const FAR_LESS: f64 = 0.2;
 
 /// Error beside the spread of the signals above which a rig is refuted.
 const POOR: f64 = 0.5;
 
 /// Error beside the spread of the signals below which a rig explains a recording.
-const GOOD: f64 = 0.2;
+pub(super) const GOOD: f64 = 0.2;
 
 /// Error beside the spread below which nothing is looked for.
 const EXACT: f64 = 1e-3;
@@ -47,13 +47,20 @@ const CLOSER: f64 = 0.5;
 const SURELY_NOISE: f64 = 0.25;
 
 /// Factor by which refitted parameters that are no fault differ from the rig's.
-const BELIEVED: f64 = 5.0;
+pub(super) const BELIEVED: f64 = 5.0;
+
+/// Squares of two recordings together, beside those of each alone, above which two rigs that leave
+/// noise alone are of different devices.
+const TOGETHER: f64 = 1.5;
+
+/// Part by which a parameter of another device differs, where the rig leaves noise alone.
+const DIFFERS: f64 = 0.03;
 
 /// A refitted rig beside the recording.
 pub(super) struct Refit {
     pub(super) fit: Fit,
     /// Mean square of the error over that of the signals.
-    squares: f64,
+    pub(super) squares: f64,
 }
 
 impl Refit {
@@ -77,7 +84,7 @@ impl Refit {
     }
 
     /// Largest factor between a parameter and what the rig says of it.
-    fn farthest(&self) -> f64 {
+    pub(super) fn farthest(&self) -> f64 {
         let parameters = self.fit.parameters.iter();
         let factors = parameters
             .filter(|p| p.as_written > 0.0)
@@ -99,7 +106,8 @@ pub(super) fn is_small(rig: &Rig) -> bool {
     states.is_ok_and(|states| states <= STATES) && !rig.actuators.is_empty()
 }
 
-/// `wrong_sign`, `input_lags`, `input_leads`, `degrees_for_radians`, `millimetres_for_metres`,
+/// `wrong_sign`, `swapped_columns`, `dead_channel`, `input_lags`, `input_leads`, `sensor_lags`,
+/// `degrees_for_radians`, `millimetres_for_metres`, `time_in_minutes`, `time_in_hours`,
 /// `sensor_offset`, `sensor_drift`, `sensor_gain`, `different_devices`.
 pub(super) fn detect(rig: &Rig, recordings: &[Recording]) -> Vec<Check> {
     if !is_small(rig) {
@@ -111,11 +119,17 @@ pub(super) fn detect(rig: &Rig, recordings: &[Recording]) -> Vec<Check> {
         let Ok(part) = recording.rows(0..recording.len().min(ROWS)) else {
             continue;
         };
+        if let Some(dead) = dead::detect(rig, &part) {
+            found.push(dead);
+            continue;
+        }
         let Some(refit) = Refit::of(rig, &part) else {
             continue;
         };
-        let named = another_unit(rig, &part, &refit)
+        let named = swapped::detect(rig, &part, &refit)
+            .or_else(|| another_unit(rig, &part, &refit))
             .or_else(|| wrong_sign(rig, &part, &refit))
+            .or_else(|| long_units::detect(rig, &part, &refit))
             .or_else(|| sensor_numbers(rig, &part, &refit))
             .or_else(|| moved_input(rig, &part, &refit));
         match named {
@@ -248,7 +262,7 @@ fn sensor_numbers(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<Che
 
 /// Tells whether nothing can be far less than what the rig leaves: noise alone cannot become a
 /// fifth of itself.
-fn is_noise(rig: &Rig, recording: &Recording, plain: &Refit) -> bool {
+pub(super) fn is_noise(rig: &Rig, recording: &Recording, plain: &Refit) -> bool {
     let own = noise(rig, recording);
     plain.error() < EXACT || FAR_LESS * plain.squares < SURELY_NOISE * own * own
 }
@@ -288,19 +302,19 @@ fn wrong_sign(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<Check> 
     })
 }
 
-/// An input moved by some rows, and what the refitted rig leaves then.
+/// A column moved by some rows, and what the refitted rig leaves then.
 struct Moved<'a> {
     squares: f64,
-    input: &'a str,
+    column: &'a str,
     lag: i64,
 }
 
 impl<'a> Moved<'a> {
-    /// A refit to the recording with the input `lag` rows earlier; `None` where that cannot be
+    /// A refit to the recording with the column `lag` rows earlier; `None` where that cannot be
     /// fitted.
-    fn of(rig: &Rig, recording: &Recording, input: &'a str, lag: i64) -> Option<Self> {
+    fn of(rig: &Rig, recording: &Recording, column: &'a str, lag: i64) -> Option<Self> {
         let repair = Repair {
-            late: vec![(input.to_owned(), lag)],
+            late: vec![(column.to_owned(), lag)],
             ..Repair::default()
         };
         let shifted = repair.apply(recording.clone()).ok()?;
@@ -313,7 +327,7 @@ impl<'a> Moved<'a> {
         let refit = Refit::of(rig, &shifted.rows(rows).ok()?)?;
         Some(Self {
             squares: refit.squares,
-            input,
+            column,
             lag,
         })
     }
@@ -331,15 +345,7 @@ fn moved_input(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<Check>
     let noise = EXACT.max(NOISE_ALONE * noise(rig, recording));
     let explains =
         |moved: &Moved| moved.squares < FAR_LESS * plain.squares && moved.squares.sqrt() < noise;
-    let late = inputs.iter().filter_map(|input| {
-        let best = best_of(rig, recording, input, LAGS)?;
-        if best.squares < CLOSER * plain.squares {
-            Some(closely(rig, recording, best))
-        } else {
-            Some(best)
-        }
-    });
-    let late = late.min_by(|a, b| a.squares.total_cmp(&b.squares));
+    let late = latest(rig, recording, &inputs, plain);
     if let Some(late) = late.filter(explains) {
         return Some(lags(recording, &late, plain));
     }
@@ -347,21 +353,66 @@ fn moved_input(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<Check>
         .iter()
         .filter_map(|input| best_of(rig, recording, input, LEADS));
     let early = early.min_by(|a, b| a.squares.total_cmp(&b.squares));
-    early
-        .filter(explains)
-        .map(|early| leads(recording, &early, plain))
+    let early = early.filter(explains);
+    // All sensors late are one early input: one of several is late by itself.
+    let mut sensors: Vec<&str> = rig.sensors.iter().map(|s| s.signal.as_str()).collect();
+    sensors.dedup();
+    let late = if sensors.len() > 1 {
+        latest(rig, recording, &sensors, plain).filter(explains)
+    } else {
+        None
+    };
+    match (late, early) {
+        (Some(late), Some(early)) if early.squares <= late.squares => {
+            Some(leads(recording, &early, plain))
+        }
+        (Some(late), _) => Some(sensor_lags(recording, &late, plain)),
+        (None, early) => early.map(|early| leads(recording, &early, plain)),
+    }
 }
 
-/// The best of some lags for an input, each farther than the one before.
+/// The best of some lags for the best of some columns.
+fn latest<'a>(
+    rig: &Rig,
+    recording: &Recording,
+    columns: &[&'a str],
+    plain: &Refit,
+) -> Option<Moved<'a>> {
+    let late = columns.iter().filter_map(|column| {
+        let best = best_of(rig, recording, column, LAGS)?;
+        if best.squares < CLOSER * plain.squares {
+            Some(closely(rig, recording, best))
+        } else {
+            Some(best)
+        }
+    });
+    late.min_by(|a, b| a.squares.total_cmp(&b.squares))
+}
+
+/// Check of one of several sensors that was written late.
+fn sensor_lags(recording: &Recording, late: &Moved, plain: &Refit) -> Check {
+    let (sensor, lag) = (late.column, late.lag);
+    let sentence = format!(
+        "{sensor} is written {} after the other signals: moved so, the refitted rig misses {} % \
+         of the signals, as it is {} %",
+        rows_in_time(recording, lag),
+        number(100.0 * late.squares.sqrt()),
+        number(100.0 * plain.error())
+    );
+    let remedy = format!("--late {sensor}={lag}");
+    Check::likely(recording, 0, "sensor_lags", sentence, remedy)
+}
+
+/// The best of some lags for a column, each farther than the one before.
 fn best_of<'a, const N: usize>(
     rig: &Rig,
     recording: &Recording,
-    input: &'a str,
+    column: &'a str,
     lags: [i64; N],
 ) -> Option<Moved<'a>> {
     let mut best: Option<Moved> = None;
     for lag in lags {
-        let Some(moved) = Moved::of(rig, recording, input, lag) else {
+        let Some(moved) = Moved::of(rig, recording, column, lag) else {
             continue;
         };
         match &best {
@@ -379,7 +430,7 @@ fn closely<'a>(rig: &Rig, recording: &Recording, mut best: Moved<'a>) -> Moved<'
     for step in [1, -1] {
         let mut lag = tried + step;
         while lag > 0 && !LAGS.contains(&lag) {
-            match Moved::of(rig, recording, best.input, lag) {
+            match Moved::of(rig, recording, best.column, lag) {
                 Some(moved) if moved.squares < best.squares => best = moved,
                 _ => break,
             }
@@ -391,7 +442,7 @@ fn closely<'a>(rig: &Rig, recording: &Recording, mut best: Moved<'a>) -> Moved<'
 
 /// Check of an input that was written late.
 fn lags(recording: &Recording, late: &Moved, plain: &Refit) -> Check {
-    let (input, lag) = (late.input, late.lag);
+    let (input, lag) = (late.column, late.lag);
     let sentence = format!(
         "{input} is written {} after it acts: moved so, the refitted rig misses {} % of the \
          signals, as it is {} %",
@@ -405,7 +456,7 @@ fn lags(recording: &Recording, late: &Moved, plain: &Refit) -> Check {
 
 /// Check of an input that was written early. A device or a sensor that is late looks the same.
 fn leads(recording: &Recording, early: &Moved, plain: &Refit) -> Check {
-    let (input, lag) = (early.input, early.lag);
+    let (input, lag) = (early.column, early.lag);
     let sentence = format!(
         "{input} is written {} before it acts, or the device or its sensors are that late: moved so, the refitted \
          rig misses {} % of the signals, as it is {} %",
@@ -443,7 +494,9 @@ fn noise(rig: &Rig, recording: &Recording) -> f64 {
     (parts.iter().sum::<f64>() / parts.len().max(1) as f64).sqrt()
 }
 
-/// Two recordings that the rig explains alone, with parameters that exclude each other.
+/// Two recordings that the rig explains alone, with parameters that exclude each other. Where it
+/// leaves noise alone of each, a few per cent do; beside missing physics parameters differ by how
+/// far a recording moved.
 fn different(
     rig: &Rig,
     (first, one): &(&Recording, Refit),
@@ -452,13 +505,23 @@ fn different(
     if one.error().max(two.error()) > GOOD {
         return None;
     }
+    let is_exact = |recording: &Recording, refit: &Refit| {
+        let part = recording.rows(0..recording.len().min(ROWS));
+        part.is_ok_and(|part| refit.error() < EXACT.max(NOISE_ALONE * noise(rig, &part)))
+    };
+    let exact = is_exact(first, one) && is_exact(second, two);
+    let (least, factor, most) = if exact {
+        (DIFFERS, 3.0, TOGETHER)
+    } else {
+        (0.1, 2.0, 1.0 / FAR_LESS)
+    };
     let pairs = one.fit.parameters.iter().zip(&two.fit.parameters);
     let apart = pairs.filter_map(|(a, b)| {
         let widths = [a, b].map(|p| p.ci95.map(|[low, high]| 0.5 * (high - low)));
         let width = widths[0]? + widths[1]?;
         let distance = (a.value - b.value).abs();
         let relative = distance / a.value.abs().max(b.value.abs());
-        (distance > 2.0 * width && relative > 0.1).then_some((a, b, distance / width))
+        (distance > factor * width && relative > least).then_some((a, b, distance / width))
     });
     let (a, b, _) = apart.max_by(|x, y| x.2.total_cmp(&y.2))?;
     let parts: Vec<Recording> = [first, second]
@@ -468,7 +531,7 @@ fn different(
         .ok()?;
     let together = fit(rig, &parts, &FitOptions::default(), &mut |_| {}).ok()?;
     let together = squares(&together)?;
-    (together > one.squares.max(two.squares) / FAR_LESS).then(|| {
+    (together > most * one.squares.max(two.squares)).then(|| {
         let value = |value: f64| crate::report::quantity(value, &a.unit);
         let sentence = format!(
             "{} is {} here and {} in {}: the recordings are of different devices, or the device \

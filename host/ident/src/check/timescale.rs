@@ -46,6 +46,23 @@ pub(super) fn detect(rig: &Rig, recording: &Recording) -> Option<Check> {
     Some(Check::certain(recording, 0, kind, sentence, remedy))
 }
 
+/// `coarse_sampling`: a period or time constant of the rig has fewer than four rows, and it moves
+/// between them unseen.
+pub(super) fn coarse(rig: &Rig, recording: &Recording) -> Option<Check> {
+    let step = recording.interval()?;
+    let time = slowest(rig)?;
+    (step < time && time < FEWEST * step && recording.len() >= 16).then(|| {
+        let sentence = format!(
+            "rows are {} s apart, and the rig moves within {} s: what it does between two rows is \
+             not seen",
+            number(step),
+            number(time)
+        );
+        let remedy = "record at least ten rows a period";
+        Check::likely(recording, 0, "coarse_sampling", sentence, remedy)
+    })
+}
+
 /// True where a comment of the rig calls a number of its motion a guess, as `sinew new` writes.
 pub(super) fn is_guessed(rig: &Rig) -> bool {
     rig.to_toml().lines().any(|line| {

@@ -101,12 +101,12 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         seed: arguments.common.seed,
         time_limit: arguments.time_limit,
         stop: interrupt.stop.clone(),
+        checks,
         ..Options::default()
     };
     let told = |what: &str, done: usize, of: usize| stage.count(done, of, what);
-    let mut found = diagnose(&rig, &recordings, &options, &told)?;
+    let found = diagnose(&rig, &recordings, &options, &told)?;
     drop(interrupt);
-    found.checks = checks;
     stage.end(verdict(&found));
     leave(arguments, &rig, &recordings, &found)?;
     Ok(if arguments.exit_code {

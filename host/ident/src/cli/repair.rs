@@ -23,6 +23,10 @@ enum Unit {
     Us,
     /// Nanoseconds.
     Ns,
+    /// Minutes.
+    Min,
+    /// Hours.
+    H,
 }
 
 /// Reads a recording, and says on standard error by which rules a log of another program became
@@ -190,6 +194,8 @@ impl Repairs {
                 Unit::Ms => TimeUnit::Milliseconds,
                 Unit::Us => TimeUnit::Microseconds,
                 Unit::Ns => TimeUnit::Nanoseconds,
+                Unit::Min => TimeUnit::Minutes,
+                Unit::H => TimeUnit::Hours,
             },
             missing: everywhere.map(|(_, number)| *number).collect(),
             missing_in: in_one.collect(),

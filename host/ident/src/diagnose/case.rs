@@ -63,6 +63,27 @@ impl Untried {
 }
 
 impl Case<'_> {
+    /// The same case over other data of the same recordings.
+    pub fn over<'o>(&'o self, fit: &'o Data, check: &'o Data) -> Case<'o> {
+        Case {
+            written: self.written,
+            fit,
+            check,
+            both: self.both,
+            in_parts: self.in_parts,
+            settings: self.settings,
+            fit_intervals: self.fit_intervals.clone(),
+            check_intervals: self.check_intervals.clone(),
+            effects: self.effects,
+            without_moves: self.without_moves,
+            seed: self.seed,
+            trust: self.trust,
+            progress: self.progress,
+            time: self.time.clone(),
+            untried: Untried::default(),
+        }
+    }
+
     /// Tells whether there are enough rows to tell two effects apart: a second effect in a few
     /// dozen rows is whatever the first one got wrong.
     pub fn has_rows_for_two(&self) -> bool {

@@ -15,6 +15,7 @@ use crate::fit::{local, start};
 use crate::recording::Recording;
 
 /// Recordings as every candidate is held against them.
+#[derive(Clone)]
 pub(crate) struct Data {
     /// One entry a recording.
     pub experiments: Vec<Experiment>,
@@ -106,6 +107,34 @@ impl Data {
             *noise = noise.max(rounding);
             *sigma = sigma.max(rounding);
         }
+    }
+
+    /// Corrects noise that no model has: one that was fitted leaves these errors, less than the
+    /// noise that differences of the samples show. They show the motion where a period has few
+    /// rows.
+    pub fn noise_at_most(&mut self, left: &[f64]) {
+        for (sensor, left) in left.iter().enumerate() {
+            let rounding = self.step[sensor] / 12.0_f64.sqrt();
+            let most = left.max(rounding);
+            if most.is_finite() && self.noise[sensor] > CONFIG.model.overrated * most {
+                self.noise[sensor] = most;
+                let finest = CONFIG.model.finest_weight * self.spread[sensor];
+                self.sigma[sensor] = most.max(finest);
+            }
+        }
+    }
+
+    /// The same recordings with a steady drift (SI a second) taken out of one sensor.
+    pub fn without_drift(&self, sensor: usize, rate: f64) -> Self {
+        let mut still = self.clone();
+        for experiment in &mut still.experiments {
+            let begin = experiment.t[0];
+            let signal = experiment.signals[sensor].iter_mut();
+            for (value, t) in signal.zip(&experiment.t) {
+                *value -= rate * (t - begin);
+            }
+        }
+        still
     }
 
     /// Rows of all recordings.

@@ -122,6 +122,76 @@ pub(crate) fn suspect(found: &mut Pool, case: &Case) -> Result<()> {
     Ok(())
 }
 
+/// Most bare numbers of which every two are tried.
+const IN_PAIRS: usize = 7;
+
+/// Finds the pairs of bare numbers that leave noise alone, where nothing was named and no single
+/// number does: each of several wrong numbers makes up for a part of the others.
+///
+/// # Errors
+/// None that reading the recordings has not excluded.
+pub(crate) fn suspect_two(found: &mut Pool, case: &Case) -> Result<()> {
+    let single = found.best();
+    let explained = single.is_some_and(|single| !leaves_something(case, single));
+    let nothing = !leaves_something(case, &found.baseline);
+    if explained || nothing || one_way(case) || case.time.is_spent() {
+        return Ok(());
+    }
+    let plant = Plant::new(case.written)?;
+    let mut names: Vec<String> = (bare_sizes(case, &plant).into_iter())
+        .filter(|name| !is_scale_of_a_sensor(case, name))
+        .collect();
+    if names.len() < 2 || names.len() > IN_PAIRS {
+        return Ok(());
+    }
+    let best = single.and_then(|single| match single.terms() {
+        [Term::Number { name }] => Some(name.clone()),
+        _ => None,
+    });
+    // The best single one is tried with all others first.
+    names.sort_by_key(|name| Some(name) != best.as_ref());
+    let mut pairs = Vec::new();
+    for (at, one) in names.iter().enumerate() {
+        pairs.extend(
+            names[at + 1..]
+                .iter()
+                .map(|other| [one.clone(), other.clone()]),
+        );
+    }
+    let start = found.baseline.trial.clone();
+    let explains = |pair: &[String; 2]| -> Result<bool> {
+        if case.time.is_spent() {
+            return Ok(false);
+        }
+        let terms = pair.clone().map(|name| Term::Number { name });
+        let tried = alone(case, &start, &start, &terms)?;
+        Ok(tried.is_some_and(|tried| !leaves_something(case, &tried)))
+    };
+    let tried: Vec<bool> = pairs.par_iter().map(explains).collect::<Result<_>>()?;
+    let kept = pairs
+        .into_iter()
+        .zip(tried)
+        .filter(|(_, explains)| *explains);
+    found.pairs = kept.map(|(pair, _)| pair).collect();
+    Ok(())
+}
+
+/// Bare numbers that have a size to be wrong by.
+fn bare_sizes(case: &Case, plant: &Plant) -> Vec<String> {
+    let bare = plant.parameters().iter().filter(|parameter| {
+        let name = &parameter.name;
+        let start = name.ends_with(".start") || name.ends_with(".start_velocity");
+        !parameter.free && !start && parameter.value != 0.0 && !of_effect(case.written, name)
+    });
+    bare.map(|parameter| parameter.name.clone()).collect()
+}
+
+/// A sensor's gain scales with the rig's other numbers, and doubles every pair.
+fn is_scale_of_a_sensor(case: &Case, name: &str) -> bool {
+    let of = |sensor: &sinew_sim::rig::Sensor| name == format!("{}.gain", sensor.name);
+    case.written.sensors.iter().any(of)
+}
+
 /// Says the bare numbers that would look the same as a named effect. A zero that nobody wrote
 /// lowers its confidence; a number that the rig's owner gave does not.
 ///

@@ -18,10 +18,12 @@ mod doubt;
 mod evidence;
 #[cfg(test)]
 mod example;
+mod faulty;
 mod finalists;
 mod finding;
 mod identical;
 mod imitated_numbers;
+mod imitated_sensors;
 mod locate;
 mod model;
 mod next_experiment;
@@ -62,6 +64,7 @@ use self::search::search_in_parts;
 use self::split::Roles;
 pub use self::time_budget::Stop;
 use self::time_budget::TimeBudget;
+use crate::check::Check;
 use crate::error::Result;
 use crate::fit::{FitOptions, fit, require};
 use crate::recording::Recording;
@@ -91,6 +94,10 @@ pub struct Options {
     pub time_limit: Option<Duration>,
     /// Request to end the search as if its time were over.
     pub stop: Stop,
+    /// Faults of the recordings that [`crate::check::check`] named. Samples of a clipped sensor are
+    /// left out, what is named is less sure beside a fault that may look the same, and both are
+    /// said.
+    pub checks: Vec<Check>,
 }
 
 impl Default for Options {
@@ -101,6 +108,7 @@ impl Default for Options {
             without_moves: Vec::new(),
             time_limit: None,
             stop: Stop::default(),
+            checks: Vec::new(),
         }
     }
 }
@@ -133,13 +141,63 @@ pub fn diagnose(
     progress: &(dyn Fn(&str, usize, usize) + Sync),
 ) -> Result<Diagnosis> {
     let begun = std::time::Instant::now();
+    let cleared = faulty::without_cut_samples(rig, recordings, &options.checks);
+    let mut diagnosis = match cleared {
+        None => search_and_conclude(rig, recordings, options, progress)?,
+        Some((cleared, note)) => {
+            let mut found = search_and_conclude(rig, &cleared, options, progress)?;
+            if stopped_by_an_end(rig, recordings, (options, &found), progress)? {
+                search_and_conclude(rig, recordings, options, progress)?
+            } else {
+                found.sentence += &format!(" {note}.");
+                found
+            }
+        }
+    };
+    faulty::judge(&mut diagnosis, recordings, &options.checks);
+    diagnosis.checks.clone_from(&options.checks);
+    diagnosis.seconds = begun.elapsed().as_secs_f64();
+    Ok(diagnosis)
+}
+
+/// Tells whether a device that runs against its ends explains recordings that look clipped, where
+/// something is left without the flat samples.
+fn stopped_by_an_end(
+    rig: &Rig,
+    recordings: &Recordings,
+    (options, found): (&Options, &Diagnosis),
+    progress: &(dyn Fn(&str, usize, usize) + Sync),
+) -> Result<bool> {
+    let explained = matches!(found.verdict, Verdict::Consistent | Verdict::Parameters);
+    let asked = options.effects.contains(&Kind::EndStop);
+    if explained || !asked {
+        return Ok(false);
+    }
+    let ends = Options {
+        effects: vec![Kind::EndStop],
+        ..options.clone()
+    };
+    let found = search_and_conclude(rig, recordings, &ends, progress)?;
+    Ok(found.verdict == Verdict::MissingPhysics)
+}
+
+/// One search over recordings as they are, and what it found.
+fn search_and_conclude(
+    rig: &Rig,
+    recordings: &Recordings,
+    options: &Options,
+    progress: &(dyn Fn(&str, usize, usize) + Sync),
+) -> Result<Diagnosis> {
     let time = TimeBudget::new(options.time_limit, options.stop.clone());
     let roles = Roles::new(&recordings.fit, &recordings.check, &recordings.test)?;
     require(rig, &recordings.test)?;
     let plant = Plant::new(rig)?;
-    let [fit_data, check_data, both_data] = roles.data(rig, &plant)?;
+    let mut data = roles.data(rig, &plant)?;
     progress("refitting the rig", 0, 1);
     let mut refitted = fit(rig, &roles.fit, &FitOptions::default(), &mut |_| {})?;
+    let left: Vec<f64> = refitted.sensors.iter().map(|sensor| sensor.rms).collect();
+    data.iter_mut().for_each(|data| data.noise_at_most(&left));
+    let [fit_data, check_data, both_data] = data;
     let believed = Plant::new(&refitted.rig)?;
     let values = believed.values();
     let (settings, budget) = refit_settings(&believed, &values, &fit_data, &both_data);
@@ -178,7 +236,5 @@ pub fn diagnose(
         Some(pool) => verify::verify(pool, &refitted, &case, &roles)?,
         None => None,
     };
-    let mut diagnosis = report::conclude(rig, &refitted, &case, pool.as_ref(), named, &roles)?;
-    diagnosis.seconds = begun.elapsed().as_secs_f64();
-    Ok(diagnosis)
+    report::conclude(rig, &refitted, &case, pool.as_ref(), named, &roles)
 }

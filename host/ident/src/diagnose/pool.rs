@@ -26,6 +26,8 @@ pub(crate) struct Pool {
     pub refuted: Vec<(Candidate, &'static str)>,
     /// Index of a candidate that may be named but for its share of the evidence.
     pub unsure: Option<usize>,
+    /// Pairs of bare numbers that explain the recordings together, where no single one does.
+    pub pairs: Vec<[String; 2]>,
     /// Single terms as they were screened over short intervals.
     pub short: ShortHorizon,
     /// Pairs whose halves have not been tried alone, where such were just proposed.
@@ -74,6 +76,7 @@ impl Pool {
             stopped_short: false,
             refuted: Vec::new(),
             unsure: None,
+            pairs: Vec::new(),
             short: ShortHorizon::default(),
             undivided: None,
         }

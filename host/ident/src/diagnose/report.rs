@@ -10,7 +10,6 @@ use crate::diagnose::baseline::explains_as_written;
 use crate::diagnose::calibration::{Known, effects};
 use crate::diagnose::candidate::implausible;
 use crate::diagnose::case::Case;
-use crate::diagnose::config::CONFIG;
 use crate::diagnose::details::Details;
 use crate::diagnose::differing::differing;
 use crate::diagnose::doubt::{lower, stopped};
@@ -19,6 +18,7 @@ use crate::diagnose::finding::{
     Diagnosis, Errors, Estimate, FORMAT, FoundEffect, Location, Remainder, SignalFit, Verdict,
 };
 use crate::diagnose::imitated_numbers;
+use crate::diagnose::imitated_sensors;
 use crate::diagnose::locate::learned_force::learn;
 use crate::diagnose::locate::{intervals, locate};
 use crate::diagnose::next_experiment::next_experiment;
@@ -48,6 +48,7 @@ pub(crate) fn conclude(
 ) -> Result<Diagnosis> {
     let chosen = found.and_then(|found| Some((found, found.chosen?)));
     let suspected = Suspected {
+        pairs: found.map_or(&[], |found| &found.pairs[..]),
         numbers: chosen.map_or_else(Vec::new, |(found, index)| numbers(found, index, case)),
         left: chosen.map_or(0.0, |(found, index)| {
             let best = &found.candidates[index];
@@ -74,6 +75,7 @@ pub(crate) fn conclude(
             let named = &found.candidates[index];
             notes.extend(lower(&mut effects, named, &mended, &known, case)?);
             notes.extend(imitated_numbers::doubt(&mut effects, case)?);
+            notes.extend(imitated_sensors::doubt(&mut effects, (found, index), case)?);
             effects
         }
         None => {
@@ -240,6 +242,8 @@ fn in_part(effects: &[FoundEffect], explained: f64, remainder: &Remainder) -> St
 
 /// Bare numbers that may be wrong.
 struct Suspected<'a> {
+    /// Two at once that leave noise alone, where no single one does.
+    pairs: &'a [[String; 2]],
     numbers: Vec<&'a str>,
     /// Part of the mismatch that another value would leave; 0 where that is noise alone.
     left: f64,
@@ -279,13 +283,17 @@ fn sentence(
                 ),
                 _ => String::new(),
             };
-            let left = if suspected.left >= CONFIG.acceptance.nearly {
+            let left = if suspected.left > 0.0 {
                 let share = share_of(suspected.left);
-                format!(" {share} of the mismatch would remain.")
+                format!(
+                    " {share} of the mismatch would remain: another number may be wrong as well, or \
+                     physics is missing."
+                )
             } else {
                 String::new()
             };
             let what = match &suspected.numbers[..] {
+                _ if !suspected.pairs.is_empty() => two_numbers(suspected.pairs),
                 [number] => format!(
                     "The number `{number}` of the rig is suspected: with another value it explains the \
                      recordings, and no missing physics explains them better. Write it as \
@@ -315,6 +323,19 @@ fn sentence(
             what + &learned
         }
     }
+}
+
+/// Sentence of numbers that explain the recordings two at a time.
+fn two_numbers(pairs: &[[String; 2]]) -> String {
+    let quoted = pairs
+        .iter()
+        .map(|[one, other]| format!("`{one}` and `{other}`"));
+    let quoted: Vec<String> = quoted.collect();
+    format!(
+        "More than one number of the rig is suspected: with other values {} together explain the recordings, and no \
+         single number does. Write those that you trust least as {{ value = ... }} and fit again.",
+        quoted.join(", or ")
+    )
 }
 
 /// Sentence of the verdict `parameters` where some are known to have changed their meaning: what

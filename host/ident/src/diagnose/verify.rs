@@ -53,7 +53,10 @@ pub(crate) fn verify(
             return Ok(None);
         }
         Some(named) => imitated_numbers::beside_named(found, named.index, case)?,
-        None => imitated_numbers::suspect(found, case)?,
+        None => {
+            imitated_numbers::suspect(found, case)?;
+            imitated_numbers::suspect_two(found, case)?;
+        }
     }
     Ok(named)
 }

@@ -9,6 +9,7 @@ use crate::error::{Error, Result};
 use crate::recording::Recording;
 
 /// A recording in SI units, in the order of the plant.
+#[derive(Clone)]
 pub(crate) struct Experiment {
     /// Name of the file, for reports.
     pub name: String,

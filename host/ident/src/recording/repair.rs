@@ -17,12 +17,18 @@ pub enum TimeUnit {
     Microseconds,
     /// Nanoseconds.
     Nanoseconds,
+    /// Minutes.
+    Minutes,
+    /// Hours.
+    Hours,
 }
 
 impl TimeUnit {
     /// Number of these units in a second.
     pub fn per_second(self) -> f64 {
         match self {
+            Self::Minutes => 1.0 / 60.0,
+            Self::Hours => 1.0 / 3600.0,
             Self::Seconds => 1.0,
             Self::Milliseconds => 1e3,
             Self::Microseconds => 1e6,
@@ -56,7 +62,11 @@ impl Repair {
         if self.time_unit != TimeUnit::Seconds {
             // A division: 5 ms is the nearest number to 0.005, which a product is not always.
             let units = self.time_unit.per_second();
-            recording.t.iter_mut().for_each(|t| *t /= units);
+            match self.time_unit {
+                TimeUnit::Minutes => recording.t.iter_mut().for_each(|t| *t *= 60.0),
+                TimeUnit::Hours => recording.t.iter_mut().for_each(|t| *t *= 3600.0),
+                _ => recording.t.iter_mut().for_each(|t| *t /= units),
+            }
             if recording.t.windows(2).any(|pair| pair[1] <= pair[0]) {
                 let message = "times in this unit are too close for their digits";
                 return Err(Error::file(&recording.path, message).help("check --time-unit"));

@@ -1,0 +1,55 @@
+//! Times in minutes or hours, by a rig: it moves as believed once they are seconds.
+
+use sinew_sim::Rig;
+
+use super::finding::{Check, number};
+use super::refit::{BELIEVED, GOOD, Refit};
+use super::timescale::is_guessed;
+use crate::recording::Recording;
+
+/// Units of several seconds: their seconds, flags, words and kinds.
+const UNITS: [(f64, &str, &str, &str); 2] = [
+    (60.0, "min", "minutes", "time_in_minutes"),
+    (3600.0, "h", "hours", "time_in_hours"),
+];
+
+/// Factor between a parameter and what the rig says of it that no guess is wrong by.
+const INCREDIBLE: f64 = 50.0;
+
+/// `time_in_minutes` or `time_in_hours`: the refitted rig has parameters as believed with the times
+/// in that unit, and far from that, or no fit, with times in seconds.
+pub(super) fn detect(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<Check> {
+    if plain.error() < GOOD && plain.farthest() < BELIEVED {
+        return None;
+    }
+    UNITS.iter().find_map(|&(seconds, flag, words, kind)| {
+        let refit = Refit::of(rig, &in_seconds(recording, seconds)?)?;
+        let explains = refit.error() < GOOD && refit.farthest() < BELIEVED;
+        let poor = plain.error() > GOOD.max(2.0 * refit.error());
+        let far = plain.farthest() > INCREDIBLE.max(2.0 * refit.farthest());
+        (explains && (poor || far)).then(|| {
+            let sentence = format!(
+                "the rig moves as it says if t is in {words}: the refitted parameters are at most \
+                 {} times as believed and {} % is missed; in seconds they are {} times that, and \
+                 {} % is missed",
+                number(refit.farthest()),
+                number(100.0 * refit.error()),
+                number(plain.farthest()),
+                number(100.0 * plain.error())
+            );
+            // Guesses may be a thousand times the truth.
+            let grade = if is_guessed(rig) {
+                Check::likely
+            } else {
+                Check::certain
+            };
+            grade(recording, 0, kind, sentence, format!("--time-unit {flag}"))
+        })
+    })
+}
+
+/// The recording with times of so many seconds each.
+fn in_seconds(recording: &Recording, seconds: f64) -> Option<Recording> {
+    let t = recording.t().iter().map(|t| t * seconds).collect();
+    Recording::new(recording.path(), t, recording.columns().to_vec()).ok()
+}

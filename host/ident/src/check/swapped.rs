@@ -1,0 +1,66 @@
+//! Columns under each other's names: two sensors, or two inputs, exchanged.
+
+use sinew_sim::Rig;
+
+use super::finding::{Check, number};
+use super::refit::{FAR_LESS, GOOD, Refit, explains_all_but_noise, is_noise};
+use crate::recording::{Column, Recording};
+
+/// `swapped_columns`: the refitted rig explains the recording with two columns exchanged, and not
+/// as it is.
+pub(super) fn detect(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<Check> {
+    if is_noise(rig, recording, plain) {
+        return None;
+    }
+    let sensors = rig.sensors.iter().map(|sensor| sensor.signal.as_str());
+    let inputs = rig.actuators.iter().map(|actuator| actuator.input.as_str());
+    let mut pairs = pairs(sensors.collect());
+    pairs.extend(self::pairs(inputs.collect()));
+    pairs.into_iter().find_map(|pair| {
+        let exchanged = exchanged(recording, pair)?;
+        let refit = Refit::of(rig, &exchanged)?;
+        let explains = plain.error() > GOOD
+            && refit.error() < GOOD
+            && refit.squares < FAR_LESS * plain.squares
+            || explains_all_but_noise(rig, &exchanged, plain, &refit);
+        explains.then(|| {
+            let [one, other] = pair;
+            let sentence = format!(
+                "{one} and {other} stand under each other's names: exchanged, the refitted rig \
+                 misses {} % of the signals, as it is {} %",
+                number(100.0 * refit.error()),
+                number(100.0 * plain.error())
+            );
+            let remedy = "exchange the two names in the header, or in the rig";
+            Check::certain(recording, 0, "swapped_columns", sentence, remedy)
+        })
+    })
+}
+
+/// Every two different names of a list.
+fn pairs(mut names: Vec<&str>) -> Vec<[&str; 2]> {
+    names.sort_unstable();
+    names.dedup();
+    let mut pairs = Vec::new();
+    for (at, one) in names.iter().enumerate() {
+        pairs.extend(names[at + 1..].iter().map(|other| [*one, *other]));
+    }
+    pairs
+}
+
+/// The recording with two columns exchanged.
+fn exchanged(recording: &Recording, [one, other]: [&str; 2]) -> Option<Recording> {
+    let columns = recording.columns().iter().map(|column| {
+        let source = match column.name.as_str() {
+            name if name == one => other,
+            name if name == other => one,
+            name => name,
+        };
+        Some(Column {
+            name: column.name.clone(),
+            values: recording.column(source)?.to_vec(),
+        })
+    });
+    let columns = columns.collect::<Option<Vec<Column>>>()?;
+    Recording::new(recording.path(), recording.t().to_vec(), columns).ok()
+}
