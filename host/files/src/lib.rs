@@ -30,6 +30,23 @@ pub fn write(path: impl AsRef<Path>, contents: impl AsRef<[u8]>) -> Result<(), F
     whole(path.as_ref(), None, |file| file.write_all(contents))
 }
 
+/// Opens a file that is written as it goes, line by line, for what must be kept up to the moment
+/// when something breaks. A regular file begins anew; a link is followed; a pipe or a device is
+/// written through, and `-` is standard output.
+///
+/// # Errors
+/// [`FileError::Write`] where it cannot be opened.
+pub fn open(path: impl AsRef<Path>) -> Result<Box<dyn Write + Send>, FileError> {
+    let path = path.as_ref();
+    let opened = match destination(path) {
+        Destination::File(place) => File::create(place),
+        Destination::Through(place) => fs::OpenOptions::new().append(true).open(place),
+        Destination::Output => return Ok(Box::new(std::io::stdout())),
+    };
+    let file = opened.map_err(|error| FileError::write(path, error))?;
+    Ok(Box::new(file))
+}
+
 /// Writes a file unless it has these contents already: what is built from it is then up to date
 /// too.
 ///
@@ -229,6 +246,33 @@ mod tests {
         write(&null, "nowhere").unwrap();
         assert!(fs::symlink_metadata(&null).unwrap().is_symlink());
         assert!(is_stream(Path::new("-")) && is_stream(Path::new("/dev/stdout")));
+    }
+
+    #[test]
+    fn a_file_that_is_written_as_it_goes_follows_links_and_keeps_pipes() {
+        use std::os::unix::fs::FileTypeExt;
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::os::unix::fs::symlink("rows.csv", at("link")).unwrap();
+        for text in ["a longer first run", "again"] {
+            open(at("link"))
+                .unwrap()
+                .write_all(text.as_bytes())
+                .unwrap();
+            assert_eq!(fs::read_to_string(at("rows.csv")).unwrap(), text);
+        }
+        assert!(fs::symlink_metadata(at("link")).unwrap().is_symlink());
+        let pipe = at("pipe");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+        assert!(made.unwrap().success());
+        let reader = std::thread::spawn({
+            let pipe = pipe.clone();
+            move || fs::read_to_string(pipe).unwrap()
+        });
+        open(&pipe).unwrap().write_all(b"rows").unwrap();
+        assert_eq!(reader.join().unwrap(), "rows");
+        assert!(fs::metadata(&pipe).unwrap().file_type().is_fifo());
+        assert!(open(folder.path()).is_err(), "a folder");
     }
 
     #[test]

@@ -29,7 +29,9 @@ pub(super) fn detect(rig: &Rig, recording: &Recording) -> Option<Check> {
     if silent.is_empty() || silent.len() == rig.sensors.len() {
         return None;
     }
-    let runs = free_runs(rig, std::slice::from_ref(recording)).ok()?;
+    // A start that a dead sensor gives would lead the others astray.
+    let heard = without(recording, rig, &silent)?;
+    let runs = free_runs(rig, std::slice::from_ref(&heard)).ok()?;
     let run = runs.first()?;
     silent.into_iter().find_map(|sensor| {
         let name = &rig.sensors[sensor].signal;
@@ -60,6 +62,20 @@ pub(super) fn detect(rig: &Rig, recording: &Recording) -> Option<Check> {
             grade(recording, 0, "dead_channel", sentence, remedy)
         })
     })
+}
+
+/// The recording without a value of these sensors.
+fn without(recording: &Recording, rig: &Rig, silent: &[usize]) -> Option<Recording> {
+    let columns = recording.columns().iter().map(|column| {
+        let mut column = column.clone();
+        let mut names = silent.iter().map(|&sensor| &rig.sensors[sensor].signal);
+        if names.any(|name| *name == column.name) {
+            column.values.fill(f64::NAN);
+        }
+        column
+    });
+    let columns = columns.collect();
+    Recording::new(recording.path(), recording.t().to_vec(), columns).ok()
 }
 
 /// Standard deviation of a sensor that shows noise alone, or nothing; `None` of one that moves.

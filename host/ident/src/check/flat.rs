@@ -131,17 +131,14 @@ fn clipped(recording: &Recording, name: &str, series: &Series) -> Option<Check> 
     })
 }
 
-/// Rows that lie at an end of the range of a sensor that is clipped there.
-pub(super) fn clipped_rows(values: &[f64]) -> Vec<usize> {
+/// Ends of the range of a sensor at which it is clipped.
+pub(super) fn clipped_at(values: &[f64]) -> Vec<f64> {
     let Some(series) = Series::of(values) else {
         return Vec::new();
     };
     let ends = series.range.into_iter();
-    let ends: Vec<f64> = ends
-        .filter(|limit| !flat_tops(&series, *limit).is_empty())
-        .collect();
-    let at_an_end = series.samples.iter().filter(|(_, y)| ends.contains(y));
-    at_an_end.map(|(row, _)| *row).collect()
+    ends.filter(|limit| !flat_tops(&series, *limit).is_empty())
+        .collect()
 }
 
 /// Samples before and after a plateau over which the speed is taken.

@@ -114,24 +114,34 @@ pub fn check(recordings: &[Recording], rig: Option<&Rig>) -> Vec<Check> {
     found
 }
 
-/// The recording without the samples of its rig's sensors that lie at an end of a range where a
-/// sensor is `clipped`, and their number; `None` where none is.
-pub fn without_clipped(recording: &Recording, rig: &Rig) -> Option<(Recording, usize)> {
-    let names = Columns::of(recording, Some(rig)).sensors;
-    let mut count = 0;
-    let columns = recording.columns().iter().map(|column| {
-        let mut column = column.clone();
-        if names.contains(&column.name) {
-            for row in flat::clipped_rows(&column.values) {
-                column.values[row] = f64::NAN;
-                count += 1;
-            }
+/// Ends of the ranges of a rig's sensors at which one of the recordings is `clipped`, by column. A
+/// sensor has its range in every recording.
+pub fn clipped_at(recordings: &[&Recording], rig: &Rig) -> Vec<(String, f64)> {
+    let mut ends = Vec::new();
+    for recording in recordings {
+        for name in Columns::of(recording, Some(rig)).sensors {
+            let values = recording.column(&name).unwrap_or_default();
+            let here = flat::clipped_at(values).into_iter();
+            ends.extend(here.map(|end| (name.clone(), end)));
         }
-        column
-    });
-    let columns = columns.collect();
-    let cleared = Recording::new(recording.path(), recording.t().to_vec(), columns).ok()?;
-    (count > 0).then_some((cleared, count))
+    }
+    ends
+}
+
+/// The recording without the samples that lie at such an end, and their number.
+pub fn without_clipped(recording: &Recording, ends: &[(String, f64)]) -> (Recording, usize) {
+    let mut cleared = recording.clone();
+    let mut count = 0;
+    for (name, end) in ends {
+        let Ok(values) = cleared.values_mut(name) else {
+            continue;
+        };
+        for value in values.iter_mut().filter(|value| **value == *end) {
+            *value = f64::NAN;
+            count += 1;
+        }
+    }
+    (cleared, count)
 }
 
 /// One word on the time at most, the surest.

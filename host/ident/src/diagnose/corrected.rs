@@ -11,6 +11,7 @@ use crate::diagnose::split::Roles;
 use crate::diagnose::whole_recordings::whole;
 use crate::error::Result;
 use crate::fit::{FitOptions, fit, score};
+use crate::recording::Recording;
 
 /// The rig with what was found; its parameters with intervals. Where the search saw the recordings
 /// in pieces, the rig is refitted once more to the whole of them if that helps there.
@@ -60,6 +61,34 @@ fn estimates(rig: &Rig, width: impl Fn(&str) -> Option<f64>) -> Result<Known> {
         (parameter.name.clone(), estimate)
     });
     Ok(known.collect())
+}
+
+/// Growth of a recording's error that is a digit and no loss.
+const NO_WORSE: f64 = 1.001;
+
+/// Names of the recordings of all roles on which the corrected model's free runs are worse than
+/// those of the refitted one, all sensors together.
+///
+/// # Errors
+/// A rig that cannot be compiled.
+pub(crate) fn worse_on(before: &Rig, after: &Rig, roles: &Roles) -> Result<Vec<String>> {
+    let error = |rig: &Rig, recording: &Recording| -> Result<f64> {
+        let all = score(rig, std::slice::from_ref(recording))?;
+        let parts = all.iter().filter(|s| s.spread > 0.0);
+        Ok(parts
+            .map(|s| (s.rms / s.spread).powi(2))
+            .sum::<f64>()
+            .sqrt())
+    };
+    let mut worse = Vec::new();
+    for recording in roles.fit.iter().chain(&roles.check).chain(&roles.test) {
+        let (before, after) = (error(before, recording)?, error(after, recording)?);
+        if after.is_nan() || after > NO_WORSE * before {
+            worse.push(recording.name());
+        }
+    }
+    worse.dedup();
+    Ok(worse)
 }
 
 /// Tells whether the free-run error on the check recordings falls to this part, all sensors

@@ -109,17 +109,15 @@ impl Data {
         }
     }
 
-    /// Corrects noise that no model has: one that was fitted leaves these errors, less than the
-    /// noise that differences of the samples show. They show the motion where a period has few
-    /// rows.
-    pub fn noise_at_most(&mut self, left: &[f64]) {
-        for (sensor, left) in left.iter().enumerate() {
-            let rounding = self.step[sensor] / 12.0_f64.sqrt();
-            let most = left.max(rounding);
-            if most.is_finite() && self.noise[sensor] > CONFIG.model.overrated * most {
-                self.noise[sensor] = most;
+    /// Takes over lower levels of noise where a sensor has one.
+    pub fn correct_noise(&mut self, levels: &[Option<f64>]) {
+        for (sensor, level) in levels.iter().enumerate() {
+            let Some(level) = level else { continue };
+            let level = level.max(self.step[sensor] / 12.0_f64.sqrt());
+            if level < self.noise[sensor] {
+                self.noise[sensor] = level;
                 let finest = CONFIG.model.finest_weight * self.spread[sensor];
-                self.sigma[sensor] = most.max(finest);
+                self.sigma[sensor] = level.max(finest);
             }
         }
     }

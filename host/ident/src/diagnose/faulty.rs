@@ -5,7 +5,7 @@ use std::path::Path;
 
 use sinew_sim::Rig;
 
-use crate::check::{Check, without_clipped};
+use crate::check::{Check, clipped_at, without_clipped};
 use crate::diagnose::Recordings;
 use crate::diagnose::config::CONFIG;
 use crate::diagnose::finding::{Diagnosis, FoundEffect, Verdict};
@@ -36,17 +36,15 @@ pub(crate) fn without_cut_samples(
     checks: &[Check],
 ) -> Option<(Recordings, String)> {
     checks.iter().find(|check| check.kind == CLIPPED)?;
+    let all = recordings.fit.iter().chain(&recordings.check);
+    let all: Vec<&Recording> = all.chain(&recordings.test).collect();
+    let ends = clipped_at(&all, rig);
     let mut total = 0;
     let mut cleared = |all: &Vec<Recording>| -> Vec<Recording> {
         let each = all.iter().map(|recording| {
-            let found = without_clipped(recording, rig);
-            found.map_or_else(
-                || recording.clone(),
-                |(cleared, count)| {
-                    total += count;
-                    cleared
-                },
-            )
+            let (cleared, count) = without_clipped(recording, &ends);
+            total += count;
+            cleared
         });
         each.collect()
     };

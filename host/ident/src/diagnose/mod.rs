@@ -4,6 +4,7 @@
 mod acceptance;
 mod attribution;
 mod baseline;
+mod blurred;
 mod by_signal;
 mod calibration;
 mod candidate;
@@ -195,8 +196,8 @@ fn search_and_conclude(
     let mut data = roles.data(rig, &plant)?;
     progress("refitting the rig", 0, 1);
     let mut refitted = fit(rig, &roles.fit, &FitOptions::default(), &mut |_| {})?;
-    let left: Vec<f64> = refitted.sensors.iter().map(|sensor| sensor.rms).collect();
-    data.iter_mut().for_each(|data| data.noise_at_most(&left));
+    let levels = blurred::levels(&refitted, &data[0].noise);
+    data.iter_mut().for_each(|data| data.correct_noise(&levels));
     let [fit_data, check_data, both_data] = data;
     let believed = Plant::new(&refitted.rig)?;
     let values = believed.values();
@@ -236,5 +237,11 @@ fn search_and_conclude(
         Some(pool) => verify::verify(pool, &refitted, &case, &roles)?,
         None => None,
     };
-    report::conclude(rig, &refitted, &case, pool.as_ref(), named, &roles)
+    let mut found = report::conclude(rig, &refitted, &case, pool.as_ref(), named, &roles)?;
+    let explained = matches!(found.verdict, Verdict::Consistent | Verdict::Parameters);
+    if explained && let Some(warning) = blurred::warning(&refitted, &levels) {
+        let claim = "; no physics is missing";
+        found.sentence = found.sentence.replace(claim, "") + " " + &warning;
+    }
+    Ok(found)
 }

@@ -10,6 +10,8 @@ use crate::diagnose::baseline::explains_as_written;
 use crate::diagnose::calibration::{Known, effects};
 use crate::diagnose::candidate::implausible;
 use crate::diagnose::case::Case;
+use crate::diagnose::config::CONFIG;
+use crate::diagnose::corrected::worse_on;
 use crate::diagnose::details::Details;
 use crate::diagnose::differing::differing;
 use crate::diagnose::doubt::{lower, stopped};
@@ -74,6 +76,17 @@ pub(crate) fn conclude(
             let mut effects = effects(found, index, case, &known, &shares);
             let named = &found.candidates[index];
             notes.extend(lower(&mut effects, named, &mended, &known, case)?);
+            let worse = worse_on(&refitted.rig, &mended, roles)?;
+            if !worse.is_empty() {
+                let doubt = CONFIG.calibration.doubt;
+                effects
+                    .iter_mut()
+                    .for_each(|effect| effect.confidence *= doubt);
+                notes.push(format!(
+                    "less sure: the corrected rig is worse than the refitted one on {}",
+                    worse.join(", ")
+                ));
+            }
             notes.extend(imitated_numbers::doubt(&mut effects, case)?);
             notes.extend(imitated_sensors::doubt(&mut effects, (found, index), case)?);
             effects

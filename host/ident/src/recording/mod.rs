@@ -243,6 +243,20 @@ impl Recording {
         &self.columns
     }
 
+    /// Values of a column, to be changed.
+    ///
+    /// # Errors
+    /// As [`Recording::require`].
+    pub(crate) fn values_mut(&mut self, name: &str) -> Result<&mut Vec<f64>> {
+        self.require(name, "a repair")?;
+        let mut named = self.columns.iter_mut().filter(|column| column.name == name);
+        let absent = || Error::arguments(format!("{name}: no such column"));
+        named
+            .next()
+            .map(|column| &mut column.values)
+            .ok_or_else(absent)
+    }
+
     /// The values of a column, NaN where missing.
     pub fn column(&self, name: &str) -> Option<&[f64]> {
         self.columns

@@ -1,7 +1,9 @@
 //! Faults of recordings: cases that went wrong elsewhere, and faults that are put into sound ones.
 
+mod beside;
 mod cases;
 mod copies;
+mod properties;
 mod scale;
 mod seeded;
 mod shifted;

@@ -125,7 +125,7 @@ fn a_sensor_that_is_two_rows_late_is_said_to_be() {
     assert!(found.2.starts_with("--late u_N=-2"), "{found:?}");
 }
 
-const TWO: &str = r#"
+pub const TWO: &str = r#"
 format = "sinew-rig/1"
 name = "two"
 [[body]]
@@ -169,6 +169,11 @@ signal = "load_rad"
 /// A motor of 0.02 kg m^2 and a load of 0.1 kg m^2 on a shaft of 5 N m/rad, the load held by 1 N
 /// m/rad and 0.12 N m s/rad: four seconds, the load's angle times `gain`.
 fn two(gain: f64) -> Recording {
+    with_load(0.1, gain)
+}
+
+/// The same with a load of so many kg m^2.
+pub fn with_load(inertia: f64, gain: f64) -> Recording {
     let (mut a, mut b, mut va, mut vb) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
     let mut text = "t,u_Nm,motor_rad,load_rad\n".to_owned();
     for k in 0..400 {
@@ -181,7 +186,7 @@ fn two(gain: f64) -> Recording {
         for _ in 0..50 {
             let shaft = 5.0 * (a - b);
             va += 2e-4 * (u - shaft) / 0.02;
-            vb += 2e-4 * (shaft - 0.12 * vb - b) / 0.1;
+            vb += 2e-4 * (shaft - 0.12 * vb - b) / inertia;
             a += 2e-4 * va;
             b += 2e-4 * vb;
         }

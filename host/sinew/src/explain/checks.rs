@@ -8,8 +8,14 @@ pub(super) const WORDS: &[(&str, &str, &str)] = &[
         "Record within the range of the sensor, or write empty fields for the clipped samples.",
     ),
     (
+        "coarse_sampling",
+        "A period or time constant of the rig has fewer than four rows.",
+        "Record at least ten rows a period. What moves between two rows is not seen.",
+    ),
+    (
         "dead_channel",
-        "A sensor never changes although the input does, or has fewer than 20 values.",
+        "A sensor never changes although the input does, shows no motion where the rig moves it, \
+         or has fewer than 20 values.",
         "Check the cable and the name of the column. Leave the sensor out of the rig until it \
          measures.",
     ),
@@ -87,6 +93,12 @@ pub(super) const WORDS: &[(&str, &str, &str)] = &[
         "Write gain = { value = 1.0 } in the sensor that you trust least, and fit.",
     ),
     (
+        "sensor_lags",
+        "One of several sensors is written some rows after the others.",
+        "Shift its column with --late, for example --late q_m=2. If the sensor itself is slow, \
+         add sensor_lag to the rig instead.",
+    ),
+    (
         "sensor_offset",
         "A sensor is off by a constant: with its offset free the rig leaves noise alone.",
         "Write offset = { value = 0.0 } in the sensor, and fit. A constant load or the rest of a \
@@ -110,6 +122,18 @@ pub(super) const WORDS: &[(&str, &str, &str)] = &[
          sensor.",
     ),
     (
+        "swapped_columns",
+        "Two sensors, or two inputs, stand under each other's names: exchanged, the rig explains \
+         them.",
+        "Exchange the two names in the header of the recording, or in the rig.",
+    ),
+    (
+        "time_in_hours",
+        "Times are in hours where seconds are expected: the rig moves as it says once they are \
+         seconds.",
+        "Pass --time-unit h, or multiply the column t.",
+    ),
+    (
         "time_in_microseconds",
         "Times are in microseconds where seconds are expected.",
         "Pass --time-unit us, or divide the column t.",
@@ -118,6 +142,12 @@ pub(super) const WORDS: &[(&str, &str, &str)] = &[
         "time_in_milliseconds",
         "Times are in milliseconds where seconds are expected.",
         "Pass --time-unit ms, or divide the column t.",
+    ),
+    (
+        "time_in_minutes",
+        "Times are in minutes where seconds are expected: the rig moves as it says once they are \
+         seconds.",
+        "Pass --time-unit min, or multiply the column t.",
     ),
     (
         "time_in_nanoseconds",

@@ -242,12 +242,12 @@ fn show(seen: &Telemetry, names: &Names, screen: bool) {
 /// breaks.
 struct Saved {
     path: std::path::PathBuf,
-    file: std::io::BufWriter<std::fs::File>,
+    file: std::io::BufWriter<Box<dyn std::io::Write + Send>>,
 }
 
 impl Saved {
     fn create(path: &Path, names: &Names) -> Result<Self> {
-        let file = std::fs::File::create(path).map_err(|e| Error::write(path, e))?;
+        let file = sinew_files::open(path)?;
         let mut saved = Self {
             path: path.to_path_buf(),
             file: std::io::BufWriter::new(file),

@@ -66,7 +66,7 @@ pub(crate) fn learn(
 /// All together fall where one that both lose falls, and that says nothing of those that only the
 /// refitted rig follows.
 fn everywhere(before: &Rig, after: &Rig, in_parts: bool, roles: &Roles) -> Result<bool> {
-    for recording in roles.fit.iter().chain(&roles.check) {
+    for recording in roles.fit.iter().chain(&roles.check).chain(&roles.test) {
         let of = |rig: &Rig| score(rig, std::slice::from_ref(recording));
         let pairs = of(before)?.into_iter().zip(of(after)?);
         if !pairs
@@ -79,12 +79,11 @@ fn everywhere(before: &Rig, after: &Rig, in_parts: bool, roles: &Roles) -> Resul
     Ok(true)
 }
 
-/// Tells whether a free run gets no worse than by what is `CONFIG.learned_force.worth` it
-/// elsewhere, and does not lose the device: its error stays below the signal's own spread, unless
-/// the device drifts by itself.
+/// Tells whether a free run gets no worse, and does not lose the device: its error stays below the
+/// signal's own spread, unless the device drifts by itself.
 fn keeps_up(before: &SensorError, after: &SensorError, in_parts: bool) -> bool {
     let lost = after.rms.is_nan() || after.rms > after.spread;
-    after.rms * CONFIG.learned_force.worth <= before.rms && (in_parts || !lost)
+    after.rms <= before.rms && (in_parts || !lost)
 }
 
 /// Tells whether the error over the check intervals falls as well: over a whole recording, that of

@@ -228,3 +228,59 @@ fn a_bare_number_keeps_its_value_whatever_was_tried() {
     assert_eq!(inherited(&[]), [2.0, 1.7]);
     assert_eq!(inherited(&tried), [7.0, 1.7]);
 }
+
+/// On an axis that nothing holds a drift of the encoder and a load are one motion.
+#[test]
+fn a_drift_of_a_sensor_is_said_beside_a_load_on_a_free_axis() {
+    let drifting = |seed| {
+        let recording = carriage(seed);
+        let columns = recording.columns().iter().map(|column| {
+            let mut values = column.values.clone();
+            if column.name == "q_m" {
+                for (value, t) in values.iter_mut().zip(recording.t()) {
+                    *value += 4e-3 * t;
+                }
+            }
+            Column {
+                name: column.name.clone(),
+                values,
+            }
+        });
+        let columns = columns.collect();
+        Recording::new("drift.csv", recording.t().to_vec(), columns).expect("it stays one")
+    };
+    let recordings = Recordings {
+        fit: vec![drifting(1)],
+        check: vec![drifting(2)],
+        test: Vec::new(),
+    };
+    let known = axis(&[("damping = 2.0", "damping = { value = 5.0 }")]);
+    let found = judged(&known, &recordings);
+    let effect = &found.effects[0];
+    assert_eq!(effect.kind, "constant_load", "{}", found.sentence);
+    let said = "A drift of encoder by 4.";
+    assert!(found.sentence.contains(said), "{}", found.sentence);
+    let mut alike = effect.indistinguishable_from.iter();
+    assert!(alike.any(|it| it.kind == "sensor_drift"), "{effect:?}");
+    assert!(effect.confidence < 0.75, "{}", effect.confidence);
+}
+
+/// 1.6 kg for 2.0 and 3.0 N s/m for 1.5: no single number mends both.
+#[test]
+fn two_bare_numbers_that_are_wrong_are_suspected_together() {
+    let rig = stage(&[
+        ("inertia = { value = 1.6 }", "inertia = 1.6"),
+        ("damping = { value = 1.0 }", "damping = 3.0"),
+    ]);
+    let found = diagnosed_with(&rig);
+    assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.sentence);
+    let more = found
+        .sentence
+        .starts_with("More than one number of the rig is suspected");
+    let pair = [
+        "`mass.inertia` and `damper.damping`",
+        "`damper.damping` and `mass.inertia`",
+    ];
+    let named = pair.iter().any(|pair| found.sentence.contains(pair));
+    assert!(more && named, "{}", found.sentence);
+}

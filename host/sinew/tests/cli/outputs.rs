@@ -1,0 +1,207 @@
+//! Files that verbs write: links are followed, pipes and devices are written through, and what cannot
+//! be written is one error before any work. Nothing in the place of a file is ever replaced but a
+//! file.
+
+use std::os::unix::fs::{FileTypeExt, symlink};
+
+use crate::desk::Desk;
+
+/// A verb's line without the flag, and the flag of its file.
+type Written = (&'static str, &'static str);
+
+/// Every flag of a file that a verb writes within seconds. `{}` stands for other files that it
+/// needs.
+const QUICK: &[Written] = &[
+    ("new fit.csv --name stage", "--out"),
+    ("check fit.csv --rig rig.toml", "--json"),
+    ("simulate rig.toml --input fit.csv", "--out"),
+    ("settle rig.toml --input rests.csv", "--out"),
+    (
+        "settle rig.toml --input rests.csv --out rests.out.csv",
+        "--json",
+    ),
+    ("excite rig.toml --seconds 2 --no-table --quiet", "--out"),
+    (
+        "excite rig.toml --seconds 2 --no-table --quiet --out exc.csv",
+        "--json",
+    ),
+    ("fit rig.toml --fit fit.csv --quiet", "--out"),
+    ("fit rig.toml --fit fit.csv --quiet", "--json"),
+    (
+        "diagnose rig.toml --fit fit.csv --time-limit 1 --quiet",
+        "--json",
+    ),
+    (
+        "diagnose rig.toml --fit fit.csv --time-limit 1 --quiet",
+        "--report",
+    ),
+    (
+        "diagnose rig.toml --fit fit.csv --time-limit 1 --quiet",
+        "--rig-out",
+    ),
+    (
+        "diagnose rig.toml --fit fit.csv --time-limit 1 --quiet",
+        "--mjcf",
+    ),
+    ("explain coulomb_friction", "--json"),
+    ("mjcf rig.toml", "--out"),
+    (
+        "plan rig.toml --goal encoder=0.05@0.6s --simulations 60",
+        "--out",
+    ),
+    (
+        "plan rig.toml --goal encoder=0.05@0.6s --simulations 60 --out plan.csv",
+        "--json",
+    ),
+];
+
+/// Flags of files that take a trained model, a build or a board to be written: their tests are
+/// elsewhere, and they go through the same writer.
+const SLOW: &[Written] = &[
+    ("tune", "--out"),
+    ("tune", "--json"),
+    ("compare", "--report"),
+    ("compare", "--plot"),
+    ("pil", "--json"),
+];
+
+fn desk() -> Desk {
+    let desk = Desk::new();
+    for [from, to] in [["toml", "rig.toml"], ["fit.csv", "fit.csv"]] {
+        desk.bring(&format!("rigs/mass-spring-damper.{from}"));
+        let text = desk.read(&format!("mass-spring-damper.{from}"));
+        desk.write(to, &text);
+    }
+    desk.write("rests.csv", "u_N\n1.0\n2.0\n");
+    desk
+}
+
+/// The line with its flag and a place; blanks of a goal are written as `@` and by its unit.
+fn run(desk: &Desk, (line, flag): Written, place: &str) -> std::process::Output {
+    let mut command = desk.command("");
+    for word in line.split_whitespace() {
+        match word.strip_prefix("encoder=") {
+            Some(_) => command.arg("encoder = 0.05 at 0.6 s"),
+            None => command.arg(word),
+        };
+    }
+    command
+        .args([flag, place])
+        .output()
+        .expect("the program starts")
+}
+
+fn errors(output: &std::process::Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// Whoever adds a flag of a file adds it here.
+#[test]
+fn every_flag_of_a_file_is_known_to_these_tests() {
+    let reference = include_str!("../../../../docs/reference/cli.md");
+    let (mut verb, mut flag, mut unknown) = ("", "", Vec::new());
+    for line in reference.lines() {
+        if let Some(name) = line.strip_prefix("### `sinew ") {
+            verb = name.trim_end_matches('`');
+        }
+        let words = line.trim_start();
+        if words.starts_with("--") {
+            flag = words.split_whitespace().next().unwrap_or_default();
+        }
+        if words.starts_with("File for ") {
+            let mut all = QUICK.iter().chain(SLOW);
+            let known =
+                all.any(|(line, its)| line.split_whitespace().next() == Some(verb) && *its == flag);
+            if !known {
+                unknown.push(format!("{verb} {flag}"));
+            }
+        }
+    }
+    assert!(unknown.is_empty(), "{unknown:?}");
+}
+
+#[test]
+fn a_link_stays_and_its_target_is_written_by_every_verb() {
+    let desk = desk();
+    std::fs::create_dir(desk.path("kept")).expect("the desk is writable");
+    for written in QUICK {
+        let (link, target) = (desk.path("link"), desk.path("kept/target"));
+        let _ = (std::fs::remove_file(&link), std::fs::remove_file(&target));
+        symlink("kept/target", &link).expect("a link can be made");
+        let output = run(&desk, *written, "link");
+        assert_eq!(
+            output.status.code(),
+            Some(0),
+            "{written:?}\n{}",
+            errors(&output)
+        );
+        let kept = std::fs::symlink_metadata(&link).expect("the link is there");
+        assert!(kept.is_symlink(), "{written:?} replaced a link");
+        let text = std::fs::read_to_string(&target).unwrap_or_default();
+        assert!(!text.is_empty(), "{written:?} did not follow a link");
+    }
+}
+
+#[test]
+fn pipes_and_standard_output_are_written_through_by_every_verb() {
+    let desk = desk();
+    let pipe = desk.path("pipe");
+    let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+    assert!(made.expect("mkfifo starts").success());
+    for written in QUICK {
+        let reader = std::thread::spawn({
+            let pipe = pipe.clone();
+            move || std::fs::read_to_string(pipe).expect("the pipe can be read")
+        });
+        let output = run(&desk, *written, "pipe");
+        assert_eq!(
+            output.status.code(),
+            Some(0),
+            "{written:?}\n{}",
+            errors(&output)
+        );
+        let through = reader.join().expect("the reader ends");
+        let found = std::fs::metadata(&pipe).expect("the pipe is there");
+        assert!(found.file_type().is_fifo(), "{written:?} replaced a pipe");
+        let output = run(&desk, *written, "/dev/stdout");
+        assert_eq!(
+            output.status.code(),
+            Some(0),
+            "{written:?}\n{}",
+            errors(&output)
+        );
+        let begin = |text: &str| text.chars().take(20).collect::<String>();
+        let printed = String::from_utf8_lossy(&output.stdout);
+        assert_eq!(
+            begin(&printed),
+            begin(&through),
+            "{written:?} mixes with its file"
+        );
+    }
+}
+
+#[test]
+fn a_folder_in_the_place_of_a_file_is_one_error_before_any_work() {
+    let desk = desk();
+    std::fs::create_dir(desk.path("place")).expect("the desk is writable");
+    desk.write("place/inside", "kept");
+    for written in QUICK {
+        for place in ["place", "rig.toml/below"] {
+            let output = run(&desk, *written, place);
+            let said = errors(&output);
+            assert!(
+                output
+                    .status
+                    .code()
+                    .is_some_and(|code| code != 0 && code != 101)
+            );
+            let lines = said.lines().filter(|line| line.starts_with("error"));
+            assert_eq!(lines.count(), 1, "{written:?} {place}\n{said}");
+            assert!(
+                said.contains(place.split('/').next().unwrap_or(place)),
+                "{said}"
+            );
+        }
+        assert_eq!(desk.read("place/inside"), "kept");
+    }
+}
