@@ -1,10 +1,9 @@
 //! A sensor that shows nothing where the rig moves it, and its neighbours as recorded.
 
-use sinew_sim::Rig;
+use sinew_sim::{InputTrajectory, Plant, Rig};
 
 use super::finding::{Check, number};
 use super::timescale::is_guessed;
-use crate::fit::{FreeRun, free_runs};
 use crate::noise::noise_alone;
 use crate::recording::Recording;
 
@@ -29,21 +28,22 @@ pub(super) fn detect(rig: &Rig, recording: &Recording) -> Option<Check> {
     if silent.is_empty() || silent.len() == rig.sensors.len() {
         return None;
     }
-    // A start that a dead sensor gives would lead the others astray.
-    let heard = without(recording, rig, &silent)?;
-    let runs = free_runs(rig, std::slice::from_ref(&heard)).ok()?;
-    let run = runs.first()?;
+    let moved_by = simulated(rig, recording)?;
     silent.into_iter().find_map(|sensor| {
         let name = &rig.sensors[sensor].signal;
         let unit = sinew_sim::unit::of_column(name);
-        let moved = simulated(run, name)?;
-        let neighbours = rig.sensors.iter().filter_map(|other| {
-            let recorded = spread(values(&other.signal));
-            let said = simulated(run, &other.signal)?;
-            let agrees = said < AGREES * recorded && recorded < AGREES * said;
-            let counts = other.signal != *name && sinew_sim::unit::of_column(&other.signal) == unit;
-            (counts && agrees && quiet(&other.signal).is_none()).then_some(recorded)
-        });
+        let moved = moved_by[sensor];
+        let neighbours = rig
+            .sensors
+            .iter()
+            .zip(&moved_by)
+            .filter_map(|(other, &said)| {
+                let recorded = spread(values(&other.signal));
+                let agrees = said < AGREES * recorded && recorded < AGREES * said;
+                let counts =
+                    other.signal != *name && sinew_sim::unit::of_column(&other.signal) == unit;
+                (counts && agrees && quiet(&other.signal).is_none()).then_some(recorded)
+            });
         let neighbour = neighbours.reduce(f64::max)?;
         let dead = moved > MOVES * neighbour && quiet(name)? < QUIET * moved;
         dead.then(|| {
@@ -64,20 +64,6 @@ pub(super) fn detect(rig: &Rig, recording: &Recording) -> Option<Check> {
     })
 }
 
-/// The recording without a value of these sensors.
-fn without(recording: &Recording, rig: &Rig, silent: &[usize]) -> Option<Recording> {
-    let columns = recording.columns().iter().map(|column| {
-        let mut column = column.clone();
-        let mut names = silent.iter().map(|&sensor| &rig.sensors[sensor].signal);
-        if names.any(|name| *name == column.name) {
-            column.values.fill(f64::NAN);
-        }
-        column
-    });
-    let columns = columns.collect();
-    Recording::new(recording.path(), recording.t().to_vec(), columns).ok()
-}
-
 /// Standard deviation of a sensor that shows noise alone, or nothing; `None` of one that moves.
 fn noise_of(recording: &Recording, values: &[f64]) -> Option<f64> {
     if spread(values) == 0.0 {
@@ -86,11 +72,24 @@ fn noise_of(recording: &Recording, values: &[f64]) -> Option<f64> {
     noise_alone(recording.t(), values)
 }
 
-/// Standard deviation of what a run says of a sensor.
-fn simulated(run: &FreeRun, name: &str) -> Option<f64> {
-    let signal = run.sensors.iter().find(|signal| signal.signal == name)?;
-    let spread = spread(&signal.simulated);
-    spread.is_finite().then_some(spread)
+/// Standard deviation of each sensor's column as the rig moves it from rest: a start that a dead
+/// sensor gives would lead the others astray.
+fn simulated(rig: &Rig, recording: &Recording) -> Option<Vec<f64>> {
+    let plant = Plant::new(rig).ok()?;
+    let inputs = plant.inputs().iter();
+    let inputs = inputs.map(|input| Some(recording.input(input).ok()?.values));
+    let inputs = inputs.collect::<Option<Vec<Vec<f64>>>>()?;
+    let columns: Vec<&[f64]> = inputs.iter().map(Vec::as_slice).collect();
+    let drive = InputTrajectory::new(&plant, recording.len(), &columns).ok()?;
+    let values = plant.values();
+    let start = plant.initial_state(&values, &vec![None; plant.sensors().len()]);
+    let begin = recording.t()[0];
+    let t: Vec<f64> = recording.t().iter().map(|t| t - begin).collect();
+    let run = plant.simulate(&values, &start.ok()?, &drive, &t).ok()?;
+    let sensors = rig.sensors.iter().enumerate();
+    let spreads = sensors.map(|(index, sensor)| spread(&run.column(index)) / sensor.column_factor);
+    let spreads: Vec<f64> = spreads.collect();
+    spreads.iter().all(|it| it.is_finite()).then_some(spreads)
 }
 
 /// Standard deviation of the valid values.
