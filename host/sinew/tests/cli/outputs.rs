@@ -15,9 +15,9 @@ const QUICK: &[Written] = &[
     ("new fit.csv --name stage", "--out"),
     ("check fit.csv --rig rig.toml", "--json"),
     ("simulate rig.toml --input fit.csv", "--out"),
-    ("settle rig.toml --input rests.csv", "--out"),
+    ("settle rig.toml --sweep u_N=-2:2:5", "--out"),
     (
-        "settle rig.toml --input rests.csv --out rests.out.csv",
+        "settle rig.toml --sweep u_N=-2:2:5 --out rests.out.csv",
         "--json",
     ),
     ("excite rig.toml --seconds 2 --no-table --quiet", "--out"),
@@ -46,11 +46,11 @@ const QUICK: &[Written] = &[
     ("explain coulomb_friction", "--json"),
     ("mjcf rig.toml", "--out"),
     (
-        "plan rig.toml --goal encoder=0.05@0.6s --simulations 60",
+        "plan rig.toml --goal encoder=0.05@0.6s --simulations 200",
         "--out",
     ),
     (
-        "plan rig.toml --goal encoder=0.05@0.6s --simulations 60 --out plan.csv",
+        "plan rig.toml --goal encoder=0.05@0.6s --simulations 200 --out plan.csv",
         "--json",
     ),
 ];
@@ -72,7 +72,6 @@ fn desk() -> Desk {
         let text = desk.read(&format!("mass-spring-damper.{from}"));
         desk.write(to, &text);
     }
-    desk.write("rests.csv", "u_N\n1.0\n2.0\n");
     desk
 }
 
