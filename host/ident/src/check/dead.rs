@@ -66,7 +66,10 @@ pub(super) fn detect(rig: &Rig, recording: &Recording) -> Option<Check> {
 
 /// Standard deviation of a sensor that shows noise alone, or nothing; `None` of one that moves.
 fn noise_of(recording: &Recording, values: &[f64]) -> Option<f64> {
-    if spread(values) == 0.0 {
+    // A mean of equal values is not always that value.
+    let mut valid = values.iter().filter(|value| value.is_finite());
+    let first = valid.next();
+    if valid.all(|value| Some(value) == first) {
         return Some(0.0);
     }
     noise_alone(recording.t(), values)

@@ -114,8 +114,8 @@ constants! {
         prior_width: f64 = 3.0, "1", Table;
         /// Steps of a fit of start states alone.
         state_steps: usize = 6, "steps", Table;
-        /// Part of a sensor's noise, as its differences show it, that the motion of the refitted rig
-        /// shows as well, from where on rows are too far apart to tell noise from motion.
+        /// Part of a sensor's noise, as its differences show it, that the motion of the refitted
+        /// rig shows as well, from where on rows are too far apart to tell noise from motion.
         blurred: f64 = 0.7, "1", Table;
         /// Weights are never finer than this part of a signal's spread: below lies round-off.
         finest_weight: f64 = 1e-6, "1", Table;

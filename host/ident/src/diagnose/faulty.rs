@@ -54,7 +54,8 @@ pub(crate) fn without_cut_samples(
         test: cleared(&recordings.test),
     };
     let note = format!(
-        "The {total} samples at an end of a sensor's range are left out: the sensor is clipped there"
+        "The {total} samples at an end of a sensor's range are left out: the sensor is clipped \
+         there"
     );
     (total > 0).then_some((recordings, note))
 }

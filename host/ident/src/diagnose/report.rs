@@ -345,8 +345,9 @@ fn two_numbers(pairs: &[[String; 2]]) -> String {
         .map(|[one, other]| format!("`{one}` and `{other}`"));
     let quoted: Vec<String> = quoted.collect();
     format!(
-        "More than one number of the rig is suspected: with other values {} together explain the recordings, and no \
-         single number does. Write those that you trust least as {{ value = ... }} and fit again.",
+        "More than one number of the rig is suspected: with other values {} together explain the \
+         recordings, and no single number does. Write those that you trust least as \
+         {{ value = ... }} and fit again.",
         quoted.join(", or ")
     )
 }

@@ -1,6 +1,6 @@
-//! Files that verbs write: links are followed, pipes and devices are written through, and what cannot
-//! be written is one error before any work. Nothing in the place of a file is ever replaced but a
-//! file.
+//! Files that verbs write: links are followed, pipes and devices are written through, and what
+//! cannot be written is one error before any work. Nothing in the place of a file is ever replaced
+//! but a file.
 
 use std::os::unix::fs::{FileTypeExt, symlink};
 
@@ -9,8 +9,7 @@ use crate::desk::Desk;
 /// A verb's line without the flag, and the flag of its file.
 type Written = (&'static str, &'static str);
 
-/// Every flag of a file that a verb writes within seconds. `{}` stands for other files that it
-/// needs.
+/// Every flag of a file that a verb writes within seconds.
 const QUICK: &[Written] = &[
     ("new fit.csv --name stage", "--out"),
     ("check fit.csv --rig rig.toml", "--json"),
