@@ -126,7 +126,13 @@ fn one_of_two_sensors_that_is_late_is_named_and_no_input() {
 #[test]
 fn one_of_two_sensors_that_is_dead_is_certain() {
     let sound = with_load(0.1, 1.0);
-    let noise = |row: usize| 1e-3 * ((row as f64 * 12.9898).sin() * 43_758.5).fract();
+    let noise = |row: usize| {
+        let mut mixed = (row as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        for factor in [0xff51_afd7_ed55_8ccd, 0xc4ce_b9fe_1a85_ec53_u64] {
+            mixed = (mixed ^ (mixed >> 33)).wrapping_mul(factor);
+        }
+        1e-3 * ((mixed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0)
+    };
     for scale in [0.0, 1.0] {
         let dead = read_as(
             &sound,
