@@ -73,10 +73,18 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         );
     }
     if judged.worst > tolerance {
-        return Err(Error::failed(format!(
-            "{place} differs from its framework by {:.1e} of the range: expected at most {tolerance:.1e}",
+        let error = Error::failed(format!(
+            "{place} differs from its framework by {:.1e} of the range: expected at most \
+             {tolerance:.1e}",
             judged.worst,
-        )));
+        ));
+        let cut = "integers cut off values beyond those that they were calibrated for; --tolerance \
+                   allows for it";
+        return Err(if reach.is_some() {
+            error.help(cut)
+        } else {
+            error
+        });
     }
     arguments.crate_folder.as_deref().map_or(Ok(()), test)
 }
