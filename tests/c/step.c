@@ -70,6 +70,8 @@ int main(void)
     float estimate[NY] = {1, 1, 1}, disturbance[NY] = {NAN, NAN, NAN};
     sinew_mpc_estimate(estimate);
     sinew_mpc_disturbance(disturbance);
+    if (sinew_mpc_left_out() != 0 || sinew_mpc_times_left_out() != 0)
+        return puts("a channel is left out where there is none"), 1;
     if (sinew_mpc_last_status() != 7 || !(u[0] < 0.9f) || !isfinite(disturbance[0]) || estimate[0] != 0.25f)
         return printf("towards the safe command: %g, estimate %g\n", u[0], estimate[0]), 1;
     sinew_mpc_emergency_stop(u);

@@ -20,7 +20,7 @@ const ARCHIVE: [&str; 6] = [
 ];
 
 /// The C interface.
-const INTERFACE: [&str; 8] = [
+const INTERFACE: [&str; 10] = [
     "sinew_mpc_step",
     "sinew_mpc_open_loop",
     "sinew_mpc_emergency_stop",
@@ -28,6 +28,8 @@ const INTERFACE: [&str; 8] = [
     "sinew_mpc_telemetry",
     "sinew_mpc_estimate",
     "sinew_mpc_disturbance",
+    "sinew_mpc_left_out",
+    "sinew_mpc_times_left_out",
     "sinew_reset",
 ];
 

@@ -321,16 +321,20 @@ fn over_the_serial_line_no_frame_is_lost() {
     assert_eq!(end.status, Some(0));
 }
 
-/// Network S behind a soft sensor of three channels, each of which says one output.
+/// Network S behind a soft sensor of six channels, of which two say each output; they are watched.
 fn sensed() -> sinew_model::spec::ModelSpec {
-    use sinew_model::spec::{Signal, SoftSensorSpec};
+    use sinew_model::spec::{Signal, SoftSensorSpec, WatchSpec};
     let spec = sinew_model::store::load(&image::root().join("models/reference-s"));
     let spec = spec.unwrap_or_else(|error| panic!("{error}"));
-    let mut linear = vec![0.0; 9];
-    (0..3).for_each(|i| linear[4 * i] = 1.0);
+    let mut linear = vec![0.0; 18];
+    let mut weights = vec![0.0; 36];
+    for i in 0..3 {
+        (linear[6 * i + i], linear[6 * i + i + 3]) = (0.5, 0.5);
+        (weights[6 * i + i + 3], weights[6 * (i + 3) + i]) = (1.0, 1.0);
+    }
     sinew_model::spec::ModelSpec {
         name: "sensed".into(),
-        channels: (0..3)
+        channels: (0..6)
             .map(|i| Signal {
                 name: format!("light_{i}"),
                 unit: "1".into(),
@@ -342,7 +346,12 @@ fn sensed() -> sinew_model::spec::ModelSpec {
             error: vec![0.0; 3],
             bias: vec![0.0; 3],
             linear,
-            quadratic: (0..18).map(|i| 0.01 * f64::from(i).sin() as f32).collect(),
+            quadratic: (0..63).map(|i| 0.01 * f64::from(i).sin() as f32).collect(),
+            watch: Some(WatchSpec {
+                bias: vec![0.0; 6],
+                weights,
+                spread: vec![0.05; 6],
+            }),
         }),
         ..spec
     }
@@ -370,17 +379,22 @@ fn a_controller_that_reads_no_output_gives_the_same_bits() {
         let mut device = device.unwrap_or_else(|error| panic!("{error}"));
         let identity = device.hello(Some(sinew_model::fingerprint(&spec)));
         let identity = identity.unwrap_or_else(|error| panic!("{error}"));
-        assert_eq!((identity.n_y, identity.n_s), (3, 3));
+        assert_eq!((identity.n_y, identity.n_s), (3, 6));
         device.arm().unwrap_or_else(|error| panic!("{error}"));
         device
     };
     let run = |mut device: Device| {
         let step = |k: u32| {
-            let s = |i: u32| 0.5 + (0.05 * f64::from(k * (i + 1))).sin() as f32;
+            // From step 40 on the fifth channel is dead: its twin says it and the two contradict
+            // one another, of which the first is blamed.
+            let s = |i: u32| match i {
+                4 if k >= 40 => 0.5,
+                _ => 0.5 + (0.05 * f64::from(k * (i % 3 + 1))).sin() as f32,
+            };
             let question = ToDevice::Sample {
                 seq: k,
                 y: [f32::NAN; 3].into_iter().collect(),
-                s: (0..3).map(s).collect(),
+                s: (0..6).map(s).collect(),
                 reference: [0.1, -0.05, 0.2].into_iter().collect(),
             };
             match device.ask(&question) {

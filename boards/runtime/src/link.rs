@@ -90,7 +90,8 @@ impl Link {
             ToHost::Prediction { .. }
             | ToHost::Tuned
             | ToHost::Queued { .. }
-            | ToHost::Telemetry(_) => {}
+            | ToHost::Telemetry(_)
+            | ToHost::Health(_) => {}
         }
         // MAX_FRAME holds every answer.
         encode(answer, &mut self.outgoing).unwrap_or_default()

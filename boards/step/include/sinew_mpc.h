@@ -50,6 +50,13 @@ struct sinew_mpc_telemetry {
 };
 void sinew_mpc_telemetry(struct sinew_mpc_telemetry *out);
 
+/* Channels that are left out because the others contradict them: bit i is channel i, of the first 32.
+   The others stand in, and nothing else changes. Always 0 of a model that watches none. */
+uint32_t sinew_mpc_left_out(void);
+
+/* How often one was left out since the last reset. */
+uint32_t sinew_mpc_times_left_out(void);
+
 /* The outputs as they are estimated; NaN while the signal is lost. */
 void sinew_mpc_estimate(float *y_out);
 

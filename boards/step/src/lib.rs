@@ -183,6 +183,23 @@ pub unsafe extern "C" fn sinew_mpc_telemetry(out: *mut Telemetry) {
     }
 }
 
+/// Channels that are left out because the others contradict them: bit i is channel i, of the first
+/// 32. Always 0 of a model that judges none.
+#[unsafe(no_mangle)]
+pub extern "C" fn sinew_mpc_left_out() -> u32 {
+    // SAFETY: no other call is in progress.
+    let state = unsafe { &mut *STATE.0.get() };
+    interface(&mut state.controller).left_out().channels
+}
+
+/// Number of times that a channel was left out since the last reset.
+#[unsafe(no_mangle)]
+pub extern "C" fn sinew_mpc_times_left_out() -> u32 {
+    // SAFETY: no other call is in progress.
+    let state = unsafe { &mut *STATE.0.get() };
+    interface(&mut state.controller).left_out().times
+}
+
 /// Writes the NY outputs as they are estimated, physical units; NaN while the signal is lost.
 ///
 /// # Safety

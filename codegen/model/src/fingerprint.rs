@@ -76,6 +76,16 @@ pub fn fingerprint(spec: &ModelSpec) -> u32 {
         {
             hash.bytes(&value.to_le_bytes());
         }
+        // Only where there is one, as below.
+        if let Some(watch) = &sensor.watch {
+            hash.text("watch");
+            for value in [&watch.bias, &watch.weights, &watch.spread]
+                .into_iter()
+                .flatten()
+            {
+                hash.bytes(&value.to_le_bytes());
+            }
+        }
     }
     let control = &spec.control;
     hash.count(control.horizon);

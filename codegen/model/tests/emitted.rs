@@ -43,6 +43,8 @@ fn specs() -> Vec<ModelSpec> {
             network("n", Increment, 0, &[(3, Tanh), (2, Linear)]),
         ),
         support::sensed("sensed-value", support::with_value()),
+        support::watched("watched", network("n", Increment, 0, &[(3, Tanh)])),
+        support::watched("watched-value", support::with_value()),
         support::recurrent("gru", gru_cell(), 5, 1, &[(2, Linear)]),
         support::recurrent("lstm", lstm_cell(), 4, 0, &[(3, Tanh), (2, Linear)]),
     ]
@@ -196,8 +198,11 @@ fn check_call(spec: &ModelSpec) -> String {
         0 => String::new(),
         _ => format!("    check_hidden_state!({library}, {name:?});\n"),
     };
-    let sensor = match spec.soft_sensor {
+    let sensor = match &spec.soft_sensor {
         None => String::new(),
+        Some(sensor) if sensor.watch.is_some() => {
+            format!("    check_watch!({library}, {name:?});\n")
+        }
         Some(_) => format!("    check_soft_sensor!({library}, {name:?});\n"),
     };
     hidden + &sensor + &format!("    check!({library}, {name:?});\n")
@@ -363,6 +368,35 @@ macro_rules! check_soft_sensor {
             assert_eq!(a.u.len(), NU);
         }
         assert!(largest > 0.1, "{}: the sensor says nothing", $name);
+    }};
+}
+
+/// A channel that dies is replaced at once, found, and left out.
+macro_rules! check_watch {
+    ($model:ident, $name:literal) => {{
+        use sinew_mpc::PredictiveLoop as _;
+        use $model::control::{HORIZON, NS, NY};
+        let scaling = &$model::soft_sensor::SENSOR.channels;
+        let well = scaling.to_physical(&[0.1; NS]);
+        let mut dead = [0.1; NS];
+        dead[2] = -0.9;
+        let dead = scaling.to_physical(&dead);
+        let wanted = $model::soft_sensor::SENSOR.outputs(&well);
+        let mut controller = $model::controller();
+        for k in 0..60 {
+            let s = if k < 20 { well } else { dead };
+            let y = controller.outputs(&[f32::NAN; NY], &s);
+            for (y, wanted) in y.iter().zip(&wanted) {
+                assert!((y - wanted).abs() < 0.03, "{} {k}: {y} for {wanted}", $name);
+            }
+            let step = controller.step(&y, &s, &[[0.1; NY]; HORIZON]);
+            assert!(!step.predicted, "{}", $name);
+            if k == 19 {
+                assert_eq!(controller.left_out().times, 0, "{}", $name);
+            }
+        }
+        let left_out = controller.left_out();
+        assert_eq!((left_out.channels, left_out.times), (0b100, 1), "{}", $name);
     }};
 }
 

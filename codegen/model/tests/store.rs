@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use safetensors::Dtype;
 use safetensors::tensor::TensorView;
 use sinew_model::spec::{
-    Activation, Dense, Golden, Layer, ModelSpec, OutputForm, gru_cell, lstm_cell,
+    Activation, Dense, Golden, Layer, ModelSpec, OutputForm, WatchSpec, gru_cell, lstm_cell,
 };
 use sinew_model::{evaluate, fingerprint, store};
 
@@ -363,6 +363,57 @@ fn a_soft_sensor_comes_back_to_the_bit() {
     let mut other = spec.clone();
     other.soft_sensor.as_mut().unwrap().quadratic[2] += 0.125;
     assert_ne!(fingerprint(&other), fingerprint(&spec));
+}
+
+#[test]
+fn the_watch_over_the_channels_comes_back_to_the_bit() {
+    let spec = support::watched("watched", two_outputs());
+    let directory = tempfile::tempdir().unwrap();
+    store::save(directory.path(), &spec).unwrap();
+    assert_eq!(store::load(directory.path()).unwrap(), spec);
+    let watch = |spec: &mut ModelSpec| spec.soft_sensor.as_mut().unwrap().watch.take().unwrap();
+    // It is part of the identity, and a model without it is another.
+    let mut without = spec.clone();
+    let mut other = watch(&mut without);
+    assert_ne!(fingerprint(&without), fingerprint(&spec));
+    other.spread[1] *= 2.0;
+    without.soft_sensor.as_mut().unwrap().watch = Some(other);
+    assert_ne!(fingerprint(&without), fingerprint(&spec));
+}
+
+#[test]
+fn a_watch_that_does_not_fit_is_refused() {
+    type Change = fn(&mut WatchSpec);
+    let changes: [(Change, &str); 5] = [
+        (|w| w.bias.clear(), "5 finite weights in `watch.bias`"),
+        (
+            |w| w.weights.truncate(24),
+            "25 finite weights in `watch.weights`",
+        ),
+        (
+            |w| w.weights[7] = f32::NAN,
+            "25 finite weights in `watch.weights`",
+        ),
+        (
+            |w| w.weights[12] = 0.5,
+            "no channel says what it should read itself",
+        ),
+        (|w| w.spread[4] = 0.0, "normal positive numbers"),
+    ];
+    for (change, expected) in changes {
+        let mut spec = support::watched("watched", two_outputs());
+        change(spec.soft_sensor.as_mut().unwrap().watch.as_mut().unwrap());
+        let error = spec.validate().unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+    let watch = support::watched("watched", two_outputs())
+        .soft_sensor
+        .unwrap()
+        .watch;
+    let mut few = support::sensed("few", two_outputs());
+    few.soft_sensor.as_mut().unwrap().watch = watch;
+    let error = few.validate().unwrap_err().to_string();
+    assert!(error.contains("4 channels or more"), "{error}");
 }
 
 #[test]

@@ -112,6 +112,9 @@ pub enum ToDevice {
         /// Ticks.
         every: u16,
     },
+    /// Asks which channels the device believes. Answer: [`ToHost::Health`]; [`ToHost::Refused`] of
+    /// a controller that judges none.
+    Health,
 }
 
 /// Answer of the firmware.
@@ -169,6 +172,17 @@ pub enum ToHost {
     },
     /// One tick of the board's own rig. Unasked, as often as [`ToDevice::Stream`] said.
     Telemetry(Telemetry),
+    /// Channels that the controller leaves out.
+    Health(Health),
+}
+
+/// Channels that a controller leaves out, because the others contradict them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Health {
+    /// Bit i: channel i.
+    pub left_out: u32,
+    /// Number of times that one was left out since the last reset.
+    pub times: u32,
 }
 
 /// One tick of the board's own rig, physical units.
@@ -260,6 +274,8 @@ pub enum Reason {
     Order,
     /// Limits that are wider than the model's, or outside which the last command lies.
     Limits,
+    /// This controller judges no channel.
+    Judges,
 }
 
 /// Identity of a device. The host compares `protocol` and `model` before it sends a sample.

@@ -11,10 +11,11 @@ use crate::bumpless::BumplessTransfer;
 use crate::clock::Clock;
 use crate::mode::{Cause, Drive, Mode, State};
 use crate::protocol::{
-    Accumulator, Fed, Identity, MAX_JACOBIAN, MAX_REGRESSOR, PROTOCOL, Reason, Summary, ToDevice,
-    ToHost, decode, encode,
+    Accumulator, Fed, Health, Identity, MAX_JACOBIAN, MAX_REGRESSOR, PROTOCOL, Reason, Summary,
+    ToDevice, ToHost, decode, encode,
 };
 use crate::supervisor::Supervisor;
+use sinew_mpc::channel_watch::LeftOut;
 use sinew_mpc::controller::{ControlLoop, Step};
 use sinew_mpc::limits::Limits;
 use sinew_mpc::{CostTerm, PredictiveLoop};
@@ -271,6 +272,14 @@ impl<
             ToDevice::Follow { reference } => self.follow(reference),
             ToDevice::Excite { row, u } => self.excite(*row, u),
             ToDevice::Stream { every } => self.stream(*every),
+            ToDevice::Health if C::WATCHES => {
+                let LeftOut { channels, times } = self.controller.left_out();
+                ToHost::Health(Health {
+                    left_out: channels,
+                    times,
+                })
+            }
+            ToDevice::Health => refused(Reason::Judges),
         }
     }
 

@@ -39,7 +39,9 @@
 //! Equations: `docs/explanation/controller.md` of the project.
 
 pub mod active_set;
+pub mod band;
 pub mod barrier;
+pub mod channel_watch;
 mod chunk;
 pub mod constraints;
 pub mod controller;
@@ -70,6 +72,7 @@ pub mod terminal;
 pub mod tuning;
 pub mod work_bound;
 
+pub use channel_watch::{ChannelWatch, Consistency};
 pub use constraints::{ActiveSet, Bounds};
 pub use controller::{ControlLoop, Settings, Step};
 pub use cost::{CostTerm, Quadratic};

@@ -1,5 +1,6 @@
 //! Common interface of the two predictive controllers, for a device's session.
 
+use crate::channel_watch::LeftOut;
 use crate::controller::{ControlLoop, Settings, Step};
 use crate::cost::CostTerm;
 use crate::filter::{StateSpace, TransitionJacobian};
@@ -23,12 +24,21 @@ pub trait PredictiveLoop<const NU: usize, const NY: usize, const NS: usize, cons
     /// True where channels may say what outputs are: [`PredictiveLoop::outputs`] is then to be
     /// asked before anything looks at an output.
     const SENSED: bool = false;
+    /// True where channels are judged: [`PredictiveLoop::left_out`].
+    const WATCHES: bool = false;
 
     /// Outputs as they are known at this step: those that are measured, and of a
-    /// [`SensedLoop`](crate::soft_sensor::SensedLoop) those that channels say. NaN: missing.
+    /// [`SensedLoop`](crate::soft_sensor::SensedLoop) those that channels say. NaN: missing. To be
+    /// asked once, before the step.
     #[inline(always)]
-    fn outputs(&self, y: &[f32; NY], _s: &[f32; NS]) -> [f32; NY] {
+    fn outputs(&mut self, y: &[f32; NY], _s: &[f32; NS]) -> [f32; NY] {
         *y
+    }
+
+    /// Channels that are left out because the others contradict them.
+    #[inline(always)]
+    fn left_out(&self) -> LeftOut {
+        LeftOut::default()
     }
 
     /// One control step; NaN stands for a reading that is missing.

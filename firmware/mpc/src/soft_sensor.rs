@@ -1,6 +1,7 @@
 //! Soft sensor: outputs that no sensor reads, computed from channels that are read
 //! (docs/explanation/controller.md, section 11).
 
+use crate::channel_watch::{LeftOut, Unwatched, Watch};
 use crate::controller::{ControlLoop, Step};
 use crate::cost::CostTerm;
 use crate::limits::Limits;
@@ -8,9 +9,7 @@ use crate::predictive_loop::PredictiveLoop;
 use crate::scaling::Scaling;
 use crate::work_bound::{Parts, Work};
 
-/// A channel further than this from the middle of its calibration, in half ranges of it, is no
-/// reading: a polynomial says nothing true so far outside.
-pub const REACH: f32 = 2.0;
+pub use crate::channel_watch::REACH;
 
 /// Quadratic map from `NS` channels to `NY` outputs (docs/explanation/controller.md, eq. 21):
 /// `y_r = c_r + sum_i z_i (a_ri + sum_{j >= i} b_rij z_j)`, z the channels in model units.
@@ -53,12 +52,16 @@ impl<const NS: usize, const NY: usize, const NQ: usize> SoftSensor<NS, NY, NQ> {
     /// Outputs in physical units, from channels in physical units; NaN where a channel is missing
     /// or further than [`REACH`] from its calibration. Cost: `NY (NQ + 2 NS)` multiply-adds.
     pub fn outputs(&self, channels: &[f32; NS]) -> [f32; NY] {
+        self.said(&self.channels.to_model(channels))
+    }
+
+    /// As [`SoftSensor::outputs`], from channels in model units.
+    fn said(&self, z: &[f32; NS]) -> [f32; NY] {
         const { assert!(NQ == NS * (NS + 1) / 2, "each product of two channels once") };
-        let z = self.channels.to_model(channels);
         let mut y = self.bias;
         for (y, (linear, quadratic)) in y.iter_mut().zip(self.linear.iter().zip(&self.quadratic)) {
             let mut products = quadratic.as_slice();
-            for (i, (a, z_i)) in linear.iter().zip(&z).enumerate() {
+            for (i, (a, z_i)) in linear.iter().zip(z).enumerate() {
                 let (row, rest) = products.split_at_checked(NS - i).unwrap_or_default();
                 products = rest;
                 let mut slope = *a;
@@ -79,6 +82,7 @@ impl<const NS: usize, const NY: usize, const NQ: usize> SoftSensor<NS, NY, NQ> {
 
 /// A predictive controller behind a soft sensor: where an output is not measured, it takes what the
 /// `NS` channels say. The controller within has `NI` channels, none or what its network remembers.
+/// `W` judges the channels first: [`ChannelWatch`](crate::channel_watch::ChannelWatch), or nobody.
 #[derive(Clone, Debug)]
 pub struct SensedLoop<
     C,
@@ -87,9 +91,13 @@ pub struct SensedLoop<
     const NQ: usize,
     const NI: usize,
     const N: usize,
+    W = Unwatched,
 > {
     controller: C,
     sensor: &'static SoftSensor<NS, NY, NQ>,
+    watch: W,
+    /// This sample's channels have been judged.
+    judged: bool,
 }
 
 impl<C, const NS: usize, const NY: usize, const NQ: usize, const NI: usize, const N: usize>
@@ -97,7 +105,26 @@ impl<C, const NS: usize, const NY: usize, const NQ: usize, const NI: usize, cons
 {
     /// `controller` behind `sensor`.
     pub const fn new(controller: C, sensor: &'static SoftSensor<NS, NY, NQ>) -> Self {
-        Self { controller, sensor }
+        Self::watched(controller, sensor, Unwatched)
+    }
+}
+
+impl<C, const NS: usize, const NY: usize, const NQ: usize, const NI: usize, const N: usize, W>
+    SensedLoop<C, NS, NY, NQ, NI, N, W>
+{
+    /// `controller` behind `sensor`, whose channels `watch` judges.
+    pub const fn watched(controller: C, sensor: &'static SoftSensor<NS, NY, NQ>, watch: W) -> Self {
+        Self {
+            controller,
+            sensor,
+            watch,
+            judged: false,
+        }
+    }
+
+    /// The judge of the channels.
+    pub const fn watch(&self) -> &W {
+        &self.watch
     }
 
     /// The soft sensor.
@@ -120,6 +147,7 @@ impl<C, const NS: usize, const NY: usize, const NQ: usize, const NI: usize, cons
     ) -> Step<NU>
     where
         C: PredictiveLoop<NU, NY, NI, N>,
+        W: Watch<NS>,
     {
         PredictiveLoop::step(self, y, s, reference)
     }
@@ -138,7 +166,8 @@ impl<
     const NB: usize,
     const NV: usize,
     const P: usize,
-> SensedLoop<ControlLoop<M, NU, NY, NI, ND, DD, N, NB, NV, P>, NS, NY, NQ, NI, P>
+    W,
+> SensedLoop<ControlLoop<M, NU, NY, NI, ND, DD, N, NB, NV, P>, NS, NY, NQ, NI, P, W>
 {
     /// Planned commands of the last step, as [`ControlLoop::plan`].
     pub const fn plan(&self) -> &[f32; NV] {
@@ -154,19 +183,29 @@ impl<
     const NQ: usize,
     const NI: usize,
     const N: usize,
-> PredictiveLoop<NU, NY, NS, N> for SensedLoop<C, NS, NY, NQ, NI, N>
+    W: Watch<NS>,
+> PredictiveLoop<NU, NY, NS, N> for SensedLoop<C, NS, NY, NQ, NI, N, W>
 {
     const HIDDEN_CHANNELS: bool = false;
     const POINT: usize = C::POINT;
     const DERIVATIVES: usize = C::DERIVATIVES;
     const SENSED: bool = true;
+    const WATCHES: bool = W::WATCHES;
 
-    fn outputs(&self, y: &[f32; NY], s: &[f32; NS]) -> [f32; NY] {
-        if y.iter().all(|y| !y.is_nan()) {
+    /// Channels are judged once a sample, also where every output is measured.
+    fn outputs(&mut self, y: &[f32; NY], s: &[f32; NS]) -> [f32; NY] {
+        let all = y.iter().all(|y| !y.is_nan());
+        if self.judged || (all && !W::WATCHES) {
+            return *y;
+        }
+        let mut z = self.sensor.channels.to_model(s);
+        self.watch.judge(&mut z);
+        self.judged = W::WATCHES;
+        if all {
             return *y;
         }
         let mut known = *y;
-        for (known, sensed) in known.iter_mut().zip(self.sensor.outputs(s)) {
+        for (known, sensed) in known.iter_mut().zip(self.sensor.said(&z)) {
             if known.is_nan() {
                 *known = sensed;
             }
@@ -175,8 +214,13 @@ impl<
     }
 
     #[inline(always)]
+    fn left_out(&self) -> LeftOut {
+        self.watch.left_out()
+    }
+
+    #[inline(always)]
     fn step(&mut self, y: &[f32; NY], s: &[f32; NS], reference: &[[f32; NY]; N]) -> Step<NU> {
-        let y = self.outputs(y, s);
+        let y = self.once(y, s);
         self.controller.step(&y, &[f32::NAN; NI], reference)
     }
 
@@ -187,7 +231,7 @@ impl<
         s: &[f32; NS],
         unsaturated: Option<&[f32; NU]>,
     ) -> Step<NU> {
-        let y = self.outputs(y, s);
+        let y = self.once(y, s);
         self.controller.open_loop(&y, &[f32::NAN; NI], unsaturated)
     }
 
@@ -245,6 +289,7 @@ impl<
 
     #[inline(always)]
     fn reset(&mut self) {
+        self.watch.reset();
         self.controller.reset();
     }
 
@@ -281,5 +326,22 @@ impl<
     #[inline(always)]
     fn most_work(&self) -> Work {
         self.controller.most_work()
+    }
+}
+
+impl<C, const NS: usize, const NY: usize, const NQ: usize, const NI: usize, const N: usize, W>
+    SensedLoop<C, NS, NY, NQ, NI, N, W>
+where
+    W: Watch<NS>,
+{
+    /// Outputs of this sample; where they were asked for before the step, they have been judged.
+    #[inline(always)]
+    fn once<const NU: usize>(&mut self, y: &[f32; NY], s: &[f32; NS]) -> [f32; NY]
+    where
+        C: PredictiveLoop<NU, NY, NI, N>,
+    {
+        let known = PredictiveLoop::<NU, NY, NS, N>::outputs(self, y, s);
+        self.judged = false;
+        known
     }
 }

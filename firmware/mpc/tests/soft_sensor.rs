@@ -117,7 +117,7 @@ fn a_loop_without_outputs_does_what_one_does_that_measures_what_the_channels_say
 
 #[test]
 fn an_output_that_is_measured_is_taken_as_it_is() {
-    let sensed = Sensed::new(controller(), &SENSOR);
+    let mut sensed = Sensed::new(controller(), &SENSOR);
     assert_eq!(sensed.outputs(&[0.7], &[1.0, -1.0]), [0.7]);
     assert_eq!(sensed.outputs(&[f32::NAN], &[1.0, -1.0]), [0.3]);
 }

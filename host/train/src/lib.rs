@@ -7,6 +7,7 @@
 //! | [`soft_sensor`] | channels and outputs of one recording | the outputs, from the channels |
 //! | [`state`] | a population of plants | a state-space model's weights |
 
+mod channel_watch;
 pub mod dataset;
 mod network_table;
 pub mod soft_sensor;

@@ -8,6 +8,8 @@ use sinew_ident::error::{Error, Result};
 use sinew_ident::recording::Column;
 use sinew_model::spec::SoftSensorSpec;
 
+use crate::channel_watch;
+
 /// Contiguous stretches, each of which judges the map of all others.
 const STRETCHES: usize = 5;
 /// Ridges that are tried, as parts of the rows.
@@ -138,6 +140,7 @@ pub fn calibrate(
             bias: row(0, 1),
             linear: row(1, n_s),
             quadratic: row(1 + n_s, SoftSensorSpec::products(n_s)),
+            watch: channel_watch::calibrate(&z, stretches(whole.len())),
         },
         channels: of_channels,
         ridge,

@@ -104,7 +104,7 @@ pub const IDENTITY: Identity = Identity {{
 
 /// Imports from the other files of the crate.
 fn modules(spec: &ModelSpec) -> String {
-    let sensor = "use crate::soft_sensor::{PRODUCTS, SENSOR};\n";
+    let sensor = soft_sensor::names(spec);
     let lines = [
         (true, "use crate::network::Network;\n"),
         (spec.soft_sensor.is_some(), sensor),
@@ -128,10 +128,11 @@ fn regression(spec: &ModelSpec) -> Parts {
         None => "",
         Some(_) => "use sinew_mpc::soft_sensor::SensedLoop;\n",
     };
+    let watch = soft_sensor::watch_type(spec);
     let (iterations, max_missing_samples) = (control.iterations, control.max_missing_samples);
     Parts {
         uses: format!(
-            "use sinew_mpc::controller::{{ControlLoop, Settings}};
+            "{watch}use sinew_mpc::controller::{{ControlLoop, Settings}};
 use sinew_mpc::limits::Limits;
 use sinew_mpc::move_blocking::Horizons;
 use sinew_mpc::scaling::{{ModelScaling, Scaling}};
@@ -157,7 +158,7 @@ impl Tuning for Network {tuning}
         types: match (&control.value, &spec.soft_sensor) {
             (Some(_), _) => value::types(spec),
             (None, None) => REGRESSION_TYPES.into(),
-            (None, Some(_)) => soft_sensor::types(BEHIND_SENSOR, "Network"),
+            (None, Some(sensor)) => soft_sensor::types(sensor, BEHIND_SENSOR, "Network"),
         },
     }
 }

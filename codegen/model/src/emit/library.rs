@@ -38,7 +38,13 @@ pub(super) fn print(spec: &ModelSpec) -> String {
     };
     let (of_sensor, sensed) = match &spec.soft_sensor {
         None => ("", ""),
-        Some(_) => ("pub mod soft_sensor;\n", "; a soft sensor of the outputs"),
+        Some(sensor) => (
+            "pub mod soft_sensor;\n",
+            match sensor.watch {
+                None => "; a soft sensor of the outputs",
+                Some(_) => "; a soft sensor of the outputs, its channels watched",
+            },
+        ),
     };
     let beside = cost_to_go + sensed;
     let control_horizon = spec.control.control_horizon;

@@ -2,7 +2,7 @@
 
 use super::scaling::scaling;
 use super::{EmitOptions, HEADER, golden};
-use crate::spec::{ModelSpec, Role, SoftSensorSpec};
+use crate::spec::{ModelSpec, Role, SoftSensorSpec, WatchSpec};
 use sinew_nn::literal;
 
 /// Import of the number of channels that the network sees.
@@ -33,14 +33,42 @@ pub const SEEN: usize = 0;
     }
 }
 
+/// Import of the statics of the emitted `src/soft_sensor.rs`.
+pub(super) fn names(spec: &ModelSpec) -> &'static str {
+    if watch(spec).is_some() {
+        "use crate::soft_sensor::{PRODUCTS, RELATION, SENSOR};\n"
+    } else {
+        "use crate::soft_sensor::{PRODUCTS, SENSOR};\n"
+    }
+}
+
+/// Import of the judge of the channels.
+pub(super) fn watch_type(spec: &ModelSpec) -> &'static str {
+    match watch(spec) {
+        None => "",
+        Some(_) => "use sinew_mpc::channel_watch::ChannelWatch;\n",
+    }
+}
+
+fn watch(spec: &ModelSpec) -> Option<&WatchSpec> {
+    spec.soft_sensor.as_ref()?.watch.as_ref()
+}
+
 /// The types of a controller whose own type is `inner`, made by `ControlLoop::new(predictor, ..)`.
-pub(super) fn types(inner: &str, predictor: &str) -> String {
+pub(super) fn types(sensor: &SoftSensorSpec, inner: &str, predictor: &str) -> String {
+    let (judge, made) = match sensor.watch {
+        None => ("", "SensedLoop::new(regulator, &SENSOR)"),
+        Some(_) => (
+            ", ChannelWatch<NS>",
+            "SensedLoop::watched(regulator, &SENSOR, ChannelWatch::new(&RELATION))",
+        ),
+    };
     format!(
         "/// The controller behind the soft sensor.
 pub type Regulator = {inner};
 
 /// The controller of this model.
-pub type Controller = SensedLoop<Regulator, NS, NY, PRODUCTS, SEEN, HORIZON>;
+pub type Controller = SensedLoop<Regulator, NS, NY, PRODUCTS, SEEN, HORIZON{judge}>;
 
 /// The controller with frames around it.
 pub type Session = session::LoopSession<Controller, NU, NY, NS, HORIZON>;
@@ -54,7 +82,7 @@ pub const fn controller() -> Controller {{
         s: Scaling::IDENTITY,
     }};
     let regulator = ControlLoop::new({predictor}, scaling, LIMITS, SETTINGS, HORIZONS);
-    SensedLoop::new(regulator, &SENSOR)
+    {made}
 }}
 
 /// A session at rest: what a board feeds with bytes.
@@ -77,7 +105,7 @@ pub(super) fn print(spec: &ModelSpec, sensor: &SoftSensorSpec, options: &EmitOpt
 //!
 //! {HEADER}
 
-use sinew_mpc::scaling::Scaling;
+{of_watch}use sinew_mpc::scaling::Scaling;
 use sinew_mpc::soft_sensor::SoftSensor;
 
 use crate::control::{{NS, NY}};
@@ -95,7 +123,7 @@ pub static SENSOR: SoftSensor<NS, NY, PRODUCTS> = SoftSensor {{
     quadratic: {quadratic},
 }};
 
-/// Channels in physical units, and the outputs that double precision makes of them.
+{relation}/// Channels in physical units, and the outputs that double precision makes of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Golden {{
     /// Channels.
@@ -109,6 +137,11 @@ pub struct Golden {{
 pub static GOLDEN: [Golden; {vectors}] = [
 {golden}];
 ",
+        of_watch = match sensor.watch {
+            None => "",
+            Some(_) => "use sinew_mpc::channel_watch::Consistency;\n",
+        },
+        relation = sensor.watch.as_ref().map(relation).unwrap_or_default(),
         channels = scaling(spec, Role::Channel),
         outputs = scaling(spec, Role::Output),
         bias = literal::block(numbers(&sensor.bias), 4, 6),
@@ -116,6 +149,26 @@ pub static GOLDEN: [Golden; {vectors}] = [
         quadratic = rows(&sensor.quadratic, products),
         seed = options.golden_seed,
         golden = drawn(spec, sensor, options),
+    )
+}
+
+/// The static by which channels are judged.
+fn relation(watch: &WatchSpec) -> String {
+    let numbers = |row: &[f32]| row.iter().map(|v| literal::float(*v)).collect::<Vec<_>>();
+    let n_s = watch.bias.len();
+    format!(
+        "/// Readings of each channel by the others, and its spread about them.
+#[rustfmt::skip]
+pub static RELATION: Consistency<NS> = Consistency {{
+    bias: {bias},
+    weights: {weights},
+    spread: {spread},
+}};
+
+",
+        bias = literal::block(numbers(&watch.bias), 4, 6),
+        weights = literal::matrix(watch.weights.chunks(n_s).map(numbers), 4),
+        spread = literal::block(numbers(&watch.spread), 4, 6),
     )
 }
 

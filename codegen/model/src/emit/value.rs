@@ -36,13 +36,13 @@ pub(super) fn predicted(control: &ControlSpec) -> &'static str {
 /// Types of controller and session.
 pub(super) fn types(spec: &ModelSpec) -> String {
     let inner = INNER.replace("    NS,", &format!("    {},", soft_sensor::seen_name(spec)));
-    match spec.soft_sensor {
+    match &spec.soft_sensor {
         None => format!(
             "/// The controller of this model.
 pub type Controller = {inner};
 {TYPES}"
         ),
-        Some(_) => soft_sensor::types(&inner, "Predictor::new()"),
+        Some(sensor) => soft_sensor::types(sensor, &inner, "Predictor::new()"),
     }
 }
 

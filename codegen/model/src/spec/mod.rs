@@ -22,7 +22,7 @@ pub use golden::Golden;
 pub use layer::{Activation, Dense, Layer, RowsError, gru_cell, lstm_cell, unfilled};
 pub use role::Role;
 pub use signal::Signal;
-pub use soft_sensor::SoftSensorSpec;
+pub use soft_sensor::{SoftSensorSpec, WatchSpec};
 pub use state::{MAX_PARAMETERS, MAX_STATES, Parameter, State, StateSpec};
 pub use value::{MAX_POINTS, MAX_VALUE_ROWS, ValueSpec};
 

@@ -16,6 +16,71 @@ pub struct SoftSensorSpec {
     pub linear: Vec<f32>,
     /// B, `[n_y][products]`, row by row; the products z_i z_j with j >= i: 11, 12, .., 1n, 22, ..
     pub quadratic: Vec<f32>,
+    /// Relation of each channel to the others, by which one that dies or drifts is found.
+    pub watch: Option<WatchSpec>,
+}
+
+/// Linear map from all other channels to each, model units (docs/explanation/controller.md,
+/// eq. 25).
+#[derive(Clone, Debug, PartialEq)]
+pub struct WatchSpec {
+    /// b, `[n_s]`.
+    pub bias: Vec<f32>,
+    /// W, `[n_s][n_s]`, row by row; its diagonal is zero.
+    pub weights: Vec<f32>,
+    /// Spread of each channel about what the others say, `[n_s]`.
+    pub spread: Vec<f32>,
+}
+
+impl WatchSpec {
+    /// Fewest channels of which one can be left out.
+    pub const LEAST: usize = 4;
+
+    /// Channels as the others say them, from channels in model units; double precision.
+    #[must_use]
+    pub fn said(&self, z: &[f64]) -> Vec<f64> {
+        let rows = self.bias.iter().zip(self.weights.chunks(z.len().max(1)));
+        rows.map(|(bias, row)| {
+            let terms = row.iter().zip(z).map(|(w, z)| f64::from(*w) * z);
+            f64::from(*bias) + terms.sum::<f64>()
+        })
+        .collect()
+    }
+
+    fn validate(&self, n_s: usize) -> Result<(), SpecError> {
+        check(
+            "soft_sensor.watched",
+            n_s,
+            format!("{} channels or more where they are watched", Self::LEAST),
+            |n| n >= Self::LEAST,
+        )?;
+        let shapes = [
+            ("watch.bias", &self.bias, n_s),
+            ("watch.weights", &self.weights, n_s * n_s),
+            ("watch.spread", &self.spread, n_s),
+        ];
+        for (name, weights, expected) in shapes {
+            check(
+                "soft_sensor",
+                weights.len(),
+                format!("{expected} finite weights in `{name}`"),
+                |n| n == expected && weights.iter().all(|w| w.is_finite()),
+            )?;
+        }
+        let own = self.weights.iter().step_by(n_s + 1);
+        check(
+            "soft_sensor",
+            "`watch.weights` with a diagonal",
+            "zeros on it: no channel says what it should read itself",
+            |_| own.into_iter().all(|w| *w == 0.0),
+        )?;
+        check(
+            "soft_sensor",
+            "`watch.spread` with a number that is not positive",
+            "normal positive numbers: they divide",
+            |_| self.spread.iter().all(|s| *s >= f32::MIN_POSITIVE),
+        )
+    }
 }
 
 impl SoftSensorSpec {
@@ -97,6 +162,10 @@ impl ModelSpec {
             sensor.error.len(),
             format!("{n_y} numbers, 0 or more: one for each output"),
             |n| n == n_y && sensor.error.iter().all(|e| e.is_finite() && *e >= 0.0),
-        )
+        )?;
+        match &sensor.watch {
+            None => Ok(()),
+            Some(watch) => watch.validate(n_s),
+        }
     }
 }

@@ -12,7 +12,7 @@ use super::{FORMAT, MODEL_FILE, StoreError, WEIGHTS_FILE, state};
 use crate::spec::limits::{MAX_PARAMETERS, MAX_WIDTH};
 use crate::spec::{
     Activation, ControlSpec, Dense, Layer, ModelSpec, OutputForm, Role, Signal, SoftSensorSpec,
-    SpecError, ValueSpec, gru_cell, lstm_cell, unfilled,
+    SpecError, ValueSpec, WatchSpec, gru_cell, lstm_cell, unfilled,
 };
 use sinew_nn::{Cell, Recurrent};
 
@@ -80,6 +80,8 @@ enum LayerKey {
 #[serde(deny_unknown_fields)]
 struct SoftSensorTable {
     error: Vec<f64>,
+    #[serde(default)]
+    watched: bool,
 }
 
 /// The gain of no observer.
@@ -192,6 +194,11 @@ pub(super) fn parse(text: &str) -> Result<ModelSpec, StoreError> {
             bias: Vec::new(),
             linear: Vec::new(),
             quadratic: Vec::new(),
+            watch: table.watched.then(|| WatchSpec {
+                bias: Vec::new(),
+                weights: Vec::new(),
+                spread: Vec::new(),
+            }),
         }),
         golden: Vec::new(),
     })
@@ -360,6 +367,9 @@ fn write_model(text: &mut String, spec: &ModelSpec) -> std::fmt::Result {
     if let Some(sensor) = &spec.soft_sensor {
         writeln!(text, "\n[soft_sensor]")?;
         writeln!(text, "error = {:?}", sensor.error)?;
+        if sensor.watch.is_some() {
+            writeln!(text, "watched = true")?;
+        }
     }
     let control = &spec.control;
     writeln!(text, "\n[control]")?;

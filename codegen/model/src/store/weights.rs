@@ -2,7 +2,9 @@
 //! `layer.i.bias` (f32, outputs), of a recurrent one `layer.i.kernel`, `.recurrent`, `.bias` and
 //! `.inner_bias`; with `shortcut = true` also `shortcut.weights` (f32, outputs x regressor);
 //! of a soft sensor `soft_sensor.bias` (f32, outputs), `.linear` (f32, outputs x channels) and
-//! `.quadratic` (f32, outputs x products of two channels);
+//! `.quadratic` (f32, outputs x products of two channels), with `watched = true` also
+//! `soft_sensor.watch.bias` and `.spread` (f32, channels) and `.weights` (f32, channels x
+//! channels);
 //! of a model with a state `measurement.weights` (f32, measurements x states) and `.bias`;
 //! optionally `golden.x` (f32) and `golden.y` (f64), one row each.
 
@@ -19,6 +21,9 @@ const MEASUREMENT_BIAS: &str = "measurement.bias";
 const SENSOR_BIAS: &str = "soft_sensor.bias";
 const SENSOR_LINEAR: &str = "soft_sensor.linear";
 const SENSOR_QUADRATIC: &str = "soft_sensor.quadratic";
+const WATCH_BIAS: &str = "soft_sensor.watch.bias";
+const WATCH_WEIGHTS: &str = "soft_sensor.watch.weights";
+const WATCH_SPREAD: &str = "soft_sensor.watch.spread";
 const GOLDEN_X: &str = "golden.x";
 const GOLDEN_Y: &str = "golden.y";
 
@@ -53,6 +58,12 @@ pub(super) fn fill(spec: &mut ModelSpec, bytes: &[u8]) -> Result<(), StoreError>
         sensor.linear = f32s(tensor(&file, SENSOR_LINEAR, Dtype::F32, &[n_y, n_s])?);
         sensor.quadratic = f32s(tensor(&file, SENSOR_QUADRATIC, Dtype::F32, &[n_y, n_q])?);
         known.extend([SENSOR_BIAS, SENSOR_LINEAR, SENSOR_QUADRATIC].map(String::from));
+        if let Some(watch) = &mut sensor.watch {
+            watch.bias = f32s(tensor(&file, WATCH_BIAS, Dtype::F32, &[n_s])?);
+            watch.weights = f32s(tensor(&file, WATCH_WEIGHTS, Dtype::F32, &[n_s, n_s])?);
+            watch.spread = f32s(tensor(&file, WATCH_SPREAD, Dtype::F32, &[n_s])?);
+            known.extend([WATCH_BIAS, WATCH_WEIGHTS, WATCH_SPREAD].map(String::from));
+        }
     }
     if file.tensor(GOLDEN_X).is_ok() || file.tensor(GOLDEN_Y).is_ok() {
         spec.golden = golden(spec, &file)?;
@@ -147,6 +158,15 @@ pub(super) fn print(spec: &ModelSpec) -> Result<Vec<u8>, StoreError> {
             (SENSOR_QUADRATIC, vec![n_y, n_q], &sensor.quadratic),
         ] {
             tensors.push((name.into(), Dtype::F32, shape, bytes_of(values)));
+        }
+        if let Some(watch) = &sensor.watch {
+            for (name, shape, values) in [
+                (WATCH_BIAS, vec![n_s], &watch.bias),
+                (WATCH_WEIGHTS, vec![n_s, n_s], &watch.weights),
+                (WATCH_SPREAD, vec![n_s], &watch.spread),
+            ] {
+                tensors.push((name.into(), Dtype::F32, shape, bytes_of(values)));
+            }
         }
     }
     if !spec.golden.is_empty() {

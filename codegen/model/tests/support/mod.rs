@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use sinew_model::reference;
 use sinew_model::spec::{
     Activation, ControlSpec, Dense, Golden, Layer, ModelSpec, OutputForm, Parameter, Signal,
-    SoftSensorSpec, State, StateSpec, ValueSpec, unfilled,
+    SoftSensorSpec, State, StateSpec, ValueSpec, WatchSpec, unfilled,
 };
 use sinew_nn::{Cell, Recurrent};
 
@@ -72,9 +72,34 @@ pub fn sensed(name: &str, spec: ModelSpec) -> ModelSpec {
             bias: weights(1, 0.125),
             linear: weights(3, 0.5),
             quadratic: weights(6, 0.25),
+            watch: None,
         }),
         ..spec
     }
+}
+
+/// `spec` behind a soft sensor of five channels that are watched; the others say a part of each.
+pub fn watched(name: &str, spec: ModelSpec) -> ModelSpec {
+    let n_y = spec.outputs.len();
+    let mut sensed = sensed(name, spec);
+    let channel = |i: u32| signal(&format!("light_{i}"), "1", 0.25 * f64::from(i), 0.5);
+    sensed.channels = (1..=5).map(channel).collect();
+    let weights = |n: usize, size: f32| -> Vec<f32> {
+        (0..n)
+            .map(|i| size * f64::from(3 * i as u32 + 1).sin() as f32)
+            .collect()
+    };
+    let sensor = sensed.soft_sensor.as_mut().unwrap();
+    sensor.linear = weights(5 * n_y, 0.5);
+    sensor.quadratic = weights(15 * n_y, 0.25);
+    sensor.watch = Some(WatchSpec {
+        bias: weights(5, 0.01),
+        weights: (0..25)
+            .map(|i| if i % 6 == 0 { 0.0 } else { 0.25 })
+            .collect(),
+        spread: vec![0.02; 5],
+    });
+    sensed
 }
 
 /// Network S at a horizon of two, with a cost-to-go.

@@ -31,6 +31,12 @@ pub struct Arguments {
     /// Folder for the model with this device's soft sensor.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    /// Let the channels watch one another: one that dies, freezes or drifts is left out.
+    ///
+    /// For four channels or more. Try it with `sinew faults` first: where a motion goes beyond the
+    /// calibration, sound channels contradict one another too.
+    #[arg(long)]
+    watch: bool,
     /// Nothing but errors.
     #[arg(long)]
     quiet: bool,
@@ -80,7 +86,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             ))
             .help("train one: sinew train"));
     }
-    let Some(found) = attach(&mut spec, &task, &plant, &recordings)? else {
+    let Some(found) = attach(&mut spec, &task, &plant, &recordings, arguments.watch)? else {
         unreachable!("a task with a soft sensor has one to attach");
     };
     save(&arguments.out, &spec)?;

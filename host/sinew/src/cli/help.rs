@@ -16,7 +16,10 @@ const GROUPS: &[(&str, &[&str])] = &[
         ],
     ),
     ("Train", &["train", "calibrate"]),
-    ("Control", &["build", "plan", "tune", "compare", "pil"]),
+    (
+        "Control",
+        &["build", "plan", "tune", "compare", "faults", "pil"],
+    ),
     (
         "Board",
         &["wire", "emit", "size", "flash", "record", "monitor"],

@@ -88,7 +88,7 @@ fn model(arguments: &Arguments, rig: &Path, out: &Path) -> Result<()> {
         &spec,
         if test.is_empty() { &fit } else { &test },
     );
-    let sensor = attach(&mut spec, &task, &plant, &fit)?;
+    let sensor = attach(&mut spec, &task, &plant, &fit, false)?;
     save(out, &spec)?;
     print!("{text}");
     if let Some(sensor) = &sensor {

@@ -7,6 +7,7 @@ mod completions;
 mod conditions;
 mod emit;
 mod explain;
+mod faults;
 mod flash;
 mod help;
 mod import;
@@ -94,6 +95,8 @@ enum Verb {
     Tune(tune::Arguments),
     /// Compare MPCs with a tuned PID and a tuned RISE on one plant.
     Compare(compare::Arguments),
+    /// Break each channel of a soft sensor in the loop and show what the controller finds.
+    Faults(faults::Arguments),
     /// Run the firmware on a board against the simulated plant (processor in the loop).
     Pil(pil::Arguments),
     /// Build the firmware for a board and write it into its flash.
@@ -319,6 +322,7 @@ fn run(verb: Verb) -> Result<u8> {
         Verb::Wire(arguments) => wire::run(&arguments),
         Verb::Size(arguments) => size::run(&arguments),
         Verb::Compare(arguments) => return compare::run(&arguments),
+        Verb::Faults(arguments) => faults::run(&arguments),
         Verb::Pil(arguments) => pil::run(&arguments),
         Verb::Flash(arguments) => flash::run(&arguments),
         Verb::Record(arguments) => record::run(&arguments),

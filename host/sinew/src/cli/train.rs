@@ -82,7 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         },
     )?;
     stage.end(format!("{} weights", learned.record.parameters));
-    let sensor = attach(&mut learned.spec, &task, &plant, &recordings)?;
+    let sensor = attach(&mut learned.spec, &task, &plant, &recordings, false)?;
     save(&arguments.out, &learned.spec)?;
     let said = Said::beside([arguments.json.as_deref()]);
     for (i, unit) in task.units(&plant).enumerate() {

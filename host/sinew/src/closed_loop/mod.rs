@@ -3,6 +3,7 @@
 
 pub mod baseline;
 pub mod benchmark;
+pub mod channel_fault;
 pub mod control_problem;
 pub mod controller_result;
 pub mod disturbance;

@@ -1,7 +1,7 @@
 //! The predictive controller on a device, run like any other.
 
 use heapless::Vec as FixedVec;
-use sinew_device::protocol::{Identity, ToDevice, ToHost};
+use sinew_device::protocol::{Health, Identity, ToDevice, ToHost};
 use sinew_model::spec::ControlSpec;
 use sinew_mpc::status::Status;
 
@@ -96,6 +96,17 @@ impl<'a> MpcController<'a> {
     pub const fn sensed(mut self, sensed: bool) -> Self {
         self.sensed = sensed;
         self
+    }
+
+    /// Channels that the device leaves out.
+    ///
+    /// # Errors
+    /// The device judges none, or cannot be reached.
+    pub fn health(&mut self) -> Result<Health> {
+        match self.device.ask(&ToDevice::Health)? {
+            ToHost::Health(health) => Ok(health),
+            other => Err(Error::failed(format!("Health was answered by {other:?}"))),
+        }
     }
 
     /// Replaces the weights.

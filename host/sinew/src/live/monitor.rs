@@ -10,7 +10,7 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::{Duration, Instant};
 
 use sinew_device::mode::{Drive, Mode};
-use sinew_device::protocol::{Identity, Telemetry, ToDevice, ToHost};
+use sinew_device::protocol::{Health, Identity, Reason, Telemetry, ToDevice, ToHost};
 
 use super::Names;
 use crate::device::Device;
@@ -130,6 +130,9 @@ fn watch(
     let mut watched = Watched::default();
     let mut before: Option<u32> = None;
     let mut orders_end = false;
+    // Until a board answers that it judges no channel.
+    let mut judges = !names.channels.is_empty();
+    let mut health = Health::default();
     let screen = std::io::stdout().is_terminal();
     loop {
         match typed.try_recv() {
@@ -149,11 +152,24 @@ fn watch(
         }
         if said.elapsed() > ALIVE {
             device.send(&ToDevice::Stream { every: 1 })?;
+            if judges {
+                device.send(&ToDevice::Health)?;
+            }
             said = Instant::now();
         }
         while let Some(answer) = device.answer(Instant::now())? {
             match answer {
+                // So does a board of an earlier version, to which the frame is damaged.
+                ToHost::Refused {
+                    reason: Reason::Judges | Reason::Damaged,
+                } if judges => judges = false,
                 ToHost::Refused { reason } => println!("refused, nothing changed: {reason:?}"),
+                ToHost::Health(now) => {
+                    for line in changed(&health, &now, &names.channels) {
+                        println!("{line}");
+                    }
+                    health = now;
+                }
                 ToHost::Hello(_) => println!("the board has restarted"),
                 _ => {}
             }
@@ -192,6 +208,25 @@ fn lines() -> Receiver<String> {
         }
     });
     receiver
+}
+
+/// Lines about channels that have been left out, or taken in again, since the board was asked last.
+fn changed(before: &Health, now: &Health, channels: &[String]) -> Vec<String> {
+    let name = |i: usize| match channels.get(i) {
+        Some(name) => name.clone(),
+        None => format!("channel {i}"),
+    };
+    let of = |bits: u32| (0..32).filter(move |i| bits >> i & 1 == 1);
+    let left_out = of(now.left_out & !before.left_out).map(|i| {
+        format!(
+            "{} contradicts the other channels: left out (the {}. time that one was)",
+            name(i),
+            now.times
+        )
+    });
+    let back = of(before.left_out & !now.left_out)
+        .map(|i| format!("{} agrees with the other channels again", name(i)));
+    left_out.chain(back).collect()
 }
 
 /// The state of the run, over the lines of the last time where there is a screen.
@@ -346,6 +381,22 @@ mod tests {
             control_horizon: 5,
             rate_mhz: 120_000,
         }
+    }
+
+    #[test]
+    fn a_channel_that_is_left_out_and_comes_back_is_said_by_its_name() {
+        let health = |left_out: u32, times: u32| Health { left_out, times };
+        let names = ["light_1".to_string(), "light_2".into(), "light_3".into()];
+        let of = |before: Health, now: Health| changed(&before, &now, &names);
+        assert_eq!(of(health(0, 0), health(0, 0)), Vec::<String>::new());
+        let lines = of(health(0b001, 1), health(0b110, 3));
+        let wanted = [
+            "light_2 contradicts the other channels: left out (the 3. time that one was)",
+            "light_3 contradicts the other channels: left out (the 3. time that one was)",
+            "light_1 agrees with the other channels again",
+        ];
+        assert_eq!(lines, wanted);
+        assert!(of(health(0, 0), health(1 << 9, 1))[0].starts_with("channel 9 contradicts"));
     }
 
     #[test]

@@ -88,7 +88,7 @@ pub(super) fn predictor(
     ));
 
     let mut spec = learned.spec;
-    attach(&mut spec, bench.task, plant, recordings)?;
+    attach(&mut spec, bench.task, plant, recordings, false)?;
     tune_quickly(&mut spec, bench, out, cache, quiet)?;
 
     save(&folder, &spec)?;

@@ -30,8 +30,8 @@ pub fn as_sensed(
     Ok(task)
 }
 
-/// Calibrates the soft sensor of `spec` where the task has one. Gives the rows that did, and the
-/// ridge.
+/// Calibrates the soft sensor of `spec` where the task has one; its channels watch one another if
+/// `watched`. Gives the rows that did, and the ridge.
 ///
 /// # Errors
 /// Recordings that lack a column, or that do not determine the map.
@@ -40,12 +40,16 @@ pub fn attach(
     task: &ControlProblem,
     plant: &Plant,
     recordings: &[Recording],
+    watched: bool,
 ) -> Result<Option<Calibrated>> {
     if !task.sensed {
         return Ok(None);
     }
     let scaling: Vec<(f64, f64)> = spec.outputs.iter().map(|s| (s.span, s.offset)).collect();
-    let found = of(task, plant, recordings, &scaling)?;
+    let mut found = of(task, plant, recordings, &scaling)?;
+    if !watched {
+        found.spec.watch = None;
+    }
     let sensors = task.channels.iter().map(|s| &plant.sensors()[*s]);
     let channels = sensors
         .zip(&found.channels)
@@ -68,8 +72,19 @@ pub fn sensor_line(spec: &ModelSpec, found: &Calibrated) -> String {
     let errors: Vec<String> = each
         .map(|(signal, error)| format!("{} {}", signal.name, quantity(*error, &signal.unit)))
         .collect();
+    let watch = match &found.spec.watch {
+        None => String::new(),
+        Some(watch) => {
+            let each = || watch.spread.iter().map(|spread| 50.0 * spread);
+            format!(
+                "\nchannels watched: the others say each to {:.1} to {:.1} % of its range",
+                each().fold(f32::INFINITY, f32::min),
+                each().fold(0.0, f32::max)
+            )
+        }
+    };
     format!(
-        "soft sensor of {}: off by {} (RMS, on stretches of {} rows that did not calibrate it)",
+        "soft sensor of {}: off by {} (RMS, on stretches of {} rows that did not calibrate it){watch}",
         count(spec.channels.len(), "channel"),
         errors.join(", "),
         found.rows

@@ -178,6 +178,7 @@ mod tests {
             bias: vec![0.0; 3],
             linear: vec![0.1; 6],
             quadratic: vec![0.1; 9],
+            watch: None,
         });
         assert_eq!(names(&of_model(&spec)), ["u1", "u2"]);
     }

@@ -132,6 +132,14 @@ fn what_has_no_soft_sensor_is_refused() {
             "--out",
         ),
         (
+            "faults rig.toml model --fit camera.csv --out m",
+            "the model watches no channels",
+        ),
+        (
+            "faults rig.toml model --fit camera.csv --out m --matters nan",
+            "--matters",
+        ),
+        (
             "compare rig.toml unsensed --fit camera.csv --out m",
             "channels do not fit the rig",
         ),

@@ -94,6 +94,50 @@ fn a_loop_on_a_board_is_a_document() {
 }
 
 #[test]
+fn every_channel_broken_in_every_way_is_a_document() {
+    let desk = desk();
+    desk.bring("rigs/experiments/mass-spring-damper.tflite");
+    // Five draw wires, each with a gain of its own, in the place of the position's encoder.
+    let wires: String = (1..=5)
+        .map(|k| {
+            format!(
+                "[[sensor]]\nname = \"wire_{k}\"\nreads = \"mass.position\"\n\
+                 signal = \"wire{k}_V\"\ngain = {}\noffset = 0.5\n\n",
+                0.6 + 0.2 * f64::from(k)
+            )
+        })
+        .collect();
+    let names = "\"wire_1\", \"wire_2\", \"wire_3\", \"wire_4\", \"wire_5\"";
+    let control = format!("{wires}[control]\nsensed_by = [{names}]\n");
+    let rig = desk.read(RIG).replace("[control]\n", &control);
+    desk.write("rig.toml", &(rig + "form = \"increment\"\n"));
+    desk.succeed(
+        "simulate rig.toml --input mass-spring-damper.fit.csv --out camera.csv --with-inputs \
+         --noise 0.005 --quiet",
+    );
+    desk.succeed("import mass-spring-damper.tflite --rig rig.toml --fit camera.csv --out plain");
+    let said = desk.succeed("calibrate rig.toml plain --fit camera.csv --watch --out model");
+    assert!(
+        said.contains("channels watched: the others say each"),
+        "{said}"
+    );
+    let cache = crate::desk::images();
+    let line = format!(
+        "faults rig.toml model --fit camera.csv --out out --build-dir {} --quiet --json -",
+        cache.display()
+    );
+    let found = result(&desk, &line, "faults", 0);
+    assert_eq!(found["false_alarms"], 0, "{found}");
+    assert!(found["cost"].is_null(), "no board was asked for");
+    let pairs = found["pairs"].as_array().expect("a list");
+    assert_eq!(pairs.len(), 25);
+    for pair in pairs.iter().filter(|pair| pair["fault"] == "dead") {
+        assert!(pair["found_s"].as_f64() < Some(1.0), "{pair}");
+        assert_eq!(pair["blamed_another"], false, "{pair}");
+    }
+}
+
+#[test]
 fn an_experiment_says_what_it_would_reveal() {
     let desk = desk();
     let line = format!("excite {RIG} --out exc.csv --seconds 8 --quiet --json -");

@@ -62,6 +62,15 @@ const EXPERIMENTS: &[Experiment] = &[
         run: |seed, only| published::run(&problems::HASEL, seed, only),
     },
     Experiment {
+        name: "channel-faults",
+        question: "whether a fibre or a field that dies, freezes, drifts, weakens or grows noisy is found, and what the loop loses",
+        run: |seed, only| {
+            let seed = whole(seed, only)?;
+            published::faults(&problems::TENDON, seed, "fibres-alone")?;
+            published::faults(&problems::HASEL, seed, "magnets-alone")
+        },
+    },
+    Experiment {
         name: ablations::NAME,
         question: "what a horizon and the estimate of the disturbance are worth on the mass, the tendon and HASEL platforms",
         run: |seed, only| ablations::run(whole(seed, only)?),

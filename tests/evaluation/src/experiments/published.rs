@@ -30,17 +30,7 @@ const SPREAD: &str = "0.2";
 /// # Errors
 /// A controller that there is not, setup, or the exit status of `sinew`.
 pub fn run(problem: &Problem, seed: u64, only: &[String]) -> Result<()> {
-    let variants = chosen(problem, only)?;
-    let run = Run {
-        bench: Bench::new(problem.name, seed)?,
-        problem,
-        variants,
-        part: match only {
-            [] => "",
-            _ => "chosen-",
-        },
-    };
-    run.prepare()?;
+    let run = Run::prepared(problem, seed, only)?;
     if run.variants.iter().any(|v| v.knows == Knowledge::Corrected) {
         run.correct()?;
     }
@@ -49,6 +39,18 @@ pub fn run(problem: &Problem, seed: u64, only: &[String]) -> Result<()> {
     }
     run.compare()?;
     run.conclude()
+}
+
+/// Every channel of the soft sensor of the controller `name` broken in every way, one after
+/// another, on the ten plants of the problem (`sinew faults`).
+///
+/// # Errors
+/// As [`run`].
+pub fn faults(problem: &Problem, seed: u64, name: &str) -> Result<()> {
+    let run = Run::prepared(problem, seed, &[name.into()])?;
+    let variant = run.variants.first().context("no controller")?;
+    run.controller(variant)?;
+    run.faults(variant)
 }
 
 /// A rig without its tables `[control]` and `[network]`; effects that a diagnosis has put behind
@@ -120,7 +122,23 @@ pub(super) struct Run<'a> {
     pub(super) part: &'static str,
 }
 
-impl Run<'_> {
+impl<'p> Run<'p> {
+    /// The chosen controllers, with rigs, paths and recordings.
+    fn prepared(problem: &'p Problem, seed: u64, only: &[String]) -> Result<Self> {
+        let variants = chosen(problem, only)?;
+        let run = Run {
+            bench: Bench::new(problem.name, seed)?,
+            problem,
+            variants,
+            part: match only {
+                [] => "",
+                _ => "chosen-",
+            },
+        };
+        run.prepare()?;
+        Ok(run)
+    }
+
     /// Rigs, paths, and recordings of the nominal rig.
     pub(super) fn prepare(&self) -> Result<()> {
         let (bench, problem) = (&self.bench, self.problem);
@@ -139,6 +157,35 @@ impl Run<'_> {
             self.record(&bench.path("nominal.toml"), name, seed)?;
         }
         Ok(())
+    }
+
+    /// Each channel broken, in the loops of the problem.
+    fn faults(&self, variant: &Variant) -> Result<()> {
+        let rig = self.bench.path(&format!("{}.toml", variant.name));
+        let watched = self.bench.path("watched");
+        let mut calibrate = self.bench.sinew("calibrate", &rig);
+        calibrate.arg(self.model(variant)).arg("--watch");
+        for recording in ["fit.csv", "test.csv"] {
+            calibrate.arg("--fit").arg(self.bench.path(recording));
+        }
+        process::run(calibrate.arg("--out").arg(&watched))?;
+        let mut faults = self.bench.sinew("faults", &rig);
+        faults.arg(&watched);
+        self.recordings(&mut faults);
+        if self.problem.paths.is_some() {
+            faults.arg("--reference").arg(self.bench.path("path.csv"));
+        }
+        faults.arg("--plant").arg(self.bench.path("real.toml"));
+        faults.args(["--draws", DRAWS, "--spread", SPREAD]);
+        faults.args(["--delay", self.problem.delay]);
+        if let Some((_, until)) = self.problem.judged.and_then(|j| j.split_once(',')) {
+            faults.args(["--until", until]);
+        }
+        faults.args(["--seed", &self.bench.seed.to_string()]);
+        faults.args(["--board", "qemu", "--out"]);
+        faults.arg(self.bench.path("firmware-faults"));
+        faults.arg("--json").arg(self.bench.path("faults.json"));
+        process::run(&mut faults)
     }
 
     /// Inputs that the nominal rig's limits allow, and what `rig` answers.
