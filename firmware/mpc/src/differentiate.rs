@@ -5,8 +5,8 @@
 //! At the optimum half the gradient F of J vanishes along every direction that the active limits
 //! leave free. With K the derivative of F by the plan and E the free directions, a change dF moves
 //! the plan by `-E (E' K E)^-1 E' dF`. F is linear in the weights and in the reference; by all
-//! else, and by the plan, its derivatives are differences of the exact gradient. They are good to a few
-//! parts in 10,000, as single precision allows.
+//! else, and by the plan, its derivatives are differences of the exact gradient. They are good to a
+//! few parts in 10,000, as single precision allows.
 
 use crate::active_set::reduced_step;
 use crate::constraints::{Bounds, Side};

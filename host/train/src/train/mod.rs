@@ -88,8 +88,8 @@ pub struct Options {
 }
 
 impl Options {
-    /// Settings that suit a network that begins so. One that remembers takes longer a pass, and settles at
-    /// a lower rate.
+    /// Settings that suit a network that begins so. One that remembers takes longer a pass, and
+    /// settles at a lower rate.
     pub fn of(first: FirstLayer) -> Self {
         let usual = Self {
             first,
