@@ -4,7 +4,7 @@
 use serde::Serialize;
 use sinew_sim::{Plant, Rig};
 
-use super::refit::is_small;
+use super::refitted::is_small;
 use crate::excite::Experiment;
 use crate::excite::reveal::{Visibility, reveal};
 use crate::fit::{FitOptions, fit};

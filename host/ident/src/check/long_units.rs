@@ -3,7 +3,7 @@
 use sinew_sim::Rig;
 
 use super::finding::{Check, number};
-use super::refit::{BELIEVED, GOOD, Refit};
+use super::refitted::{BELIEVED, GOOD, Refit};
 use super::timescale::is_guessed;
 use crate::recording::Recording;
 

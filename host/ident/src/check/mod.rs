@@ -18,6 +18,7 @@ mod finding;
 mod flat;
 mod long_units;
 mod refit;
+mod refitted;
 mod sampling;
 mod sensor_numbers;
 mod sentinel;

@@ -1,38 +1,25 @@
 //! Faults that only a rig tells: it is refitted to the recording as it is and as it would be
 //! without the fault, and the fault is named where that leaves far less.
 
+use sinew_sim::Rig;
 use sinew_sim::rig::Reads;
 use sinew_sim::unit::Motion;
-use sinew_sim::{Plant, Rig};
 
 use super::finding::{Check, counted, number};
+use super::refitted::{
+    BELIEVED, EXACT, FAR_LESS, GOOD, NOISE_ALONE, Refit, is_noise, is_small, noise, squares,
+};
 use super::timescale::is_guessed;
 use super::{dead, long_units, sensor_numbers, swapped};
-use crate::fit::{Fit, FitOptions, fit};
-use crate::noise::noise_level;
+use crate::fit::{FitOptions, fit};
 use crate::recording::repair::Repair;
 use crate::recording::{Column, Recording};
-
-/// Largest rig that is refitted: a check is a matter of seconds.
-const STATES: usize = 4;
 
 /// Rows of a recording that are refitted.
 const ROWS: usize = 1200;
 
-/// A fault is named where the squares without it are below this part of those with it.
-pub(super) const FAR_LESS: f64 = 0.2;
-
 /// Error beside the spread of the signals above which a rig is refuted.
 const POOR: f64 = 0.5;
-
-/// Error beside the spread of the signals below which a rig explains a recording.
-pub(super) const GOOD: f64 = 0.2;
-
-/// Error beside the spread below which nothing is looked for.
-const EXACT: f64 = 1e-3;
-
-/// Error beside the noise below which a rig leaves nothing but noise.
-const NOISE_ALONE: f64 = 2.0;
 
 /// Lags that are tried first, rows; then those beside the best of them.
 const LAGS: [i64; 7] = [1, 2, 3, 5, 8, 12, 18];
@@ -43,68 +30,12 @@ const LEADS: [i64; 4] = [-1, -2, -3, -4];
 /// Squares, beside those as recorded, from which on a lag is worth a closer look.
 const CLOSER: f64 = 0.5;
 
-/// Part of the noise that its estimate may exceed it by, squared.
-const SURELY_NOISE: f64 = 0.25;
-
-/// Factor by which refitted parameters that are no fault differ from the rig's.
-pub(super) const BELIEVED: f64 = 5.0;
-
 /// Squares of two recordings together, beside those of each alone, above which two rigs that leave
 /// noise alone are of different devices.
 const TOGETHER: f64 = 1.5;
 
 /// Part by which a parameter of another device differs, where the rig leaves noise alone.
 const DIFFERS: f64 = 0.03;
-
-/// A refitted rig beside the recording.
-pub(super) struct Refit {
-    pub(super) fit: Fit,
-    /// Mean square of the error over that of the signals.
-    pub(super) squares: f64,
-}
-
-impl Refit {
-    /// `None` where the rig cannot be fitted.
-    pub(super) fn of(rig: &Rig, recording: &Recording) -> Option<Self> {
-        let recordings = std::slice::from_ref(recording);
-        let fit = fit(rig, recordings, &FitOptions::default(), &mut |_| {}).ok()?;
-        let squares = squares(&fit)?;
-        Some(Self { fit, squares })
-    }
-
-    /// Error over the spread of the signals.
-    pub(super) fn error(&self) -> f64 {
-        self.squares.sqrt()
-    }
-
-    /// Fitted value of a parameter; `None` where the recording does not determine it.
-    pub(super) fn value(&self, name: &str) -> Option<f64> {
-        let parameter = self.fit.parameters.iter().find(|p| p.name == name)?;
-        parameter.ci95.map(|_| parameter.value)
-    }
-
-    /// Largest factor between a parameter and what the rig says of it.
-    pub(super) fn farthest(&self) -> f64 {
-        let parameters = self.fit.parameters.iter();
-        let factors = parameters
-            .filter(|p| p.as_written > 0.0)
-            .map(|p| (p.value.max(1e-300) / p.as_written).ln().abs().exp());
-        factors.fold(1.0, f64::max)
-    }
-}
-
-fn squares(fit: &Fit) -> Option<f64> {
-    let sensors = fit.sensors.iter().filter(|s| s.spread > 0.0);
-    let parts: Vec<f64> = sensors.map(|s| (s.rms / s.spread).powi(2)).collect();
-    let sum: f64 = parts.iter().sum();
-    (!parts.is_empty() && sum.is_finite()).then(|| sum / parts.len() as f64)
-}
-
-/// True of a rig that is small enough for [`detect`].
-pub(super) fn is_small(rig: &Rig) -> bool {
-    let states = Plant::new(rig).map(|plant| plant.state_len());
-    states.is_ok_and(|states| states <= STATES) && !rig.actuators.is_empty()
-}
 
 /// `wrong_sign`, `swapped_columns`, `dead_channel`, `input_lags`, `input_leads`, `sensor_lags`,
 /// `degrees_for_radians`, `millimetres_for_metres`, `time_in_minutes`, `time_in_hours`,
@@ -243,28 +174,10 @@ fn in_unit(
     })
 }
 
-/// Tells whether a refit leaves noise alone of a recording of which `plain` leaves far more.
-pub(super) fn explains_all_but_noise(
-    rig: &Rig,
-    recording: &Recording,
-    plain: &Refit,
-    refit: &Refit,
-) -> bool {
-    let noise = EXACT.max(NOISE_ALONE * noise(rig, recording));
-    refit.squares < FAR_LESS * plain.squares && refit.error() < noise
-}
-
 /// Numbers of a sensor, where noise alone does not make up what the rig leaves.
 fn sensor_numbers(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<Check> {
     let hopeless = is_noise(rig, recording, plain);
     (!hopeless).then(|| sensor_numbers::detect(rig, recording, plain))?
-}
-
-/// Tells whether nothing can be far less than what the rig leaves: noise alone cannot become a
-/// fifth of itself.
-pub(super) fn is_noise(rig: &Rig, recording: &Recording, plain: &Refit) -> bool {
-    let own = noise(rig, recording);
-    plain.error() < EXACT || FAR_LESS * plain.squares < SURELY_NOISE * own * own
 }
 
 /// A sensor that counts backwards beside the rig, or all of them (an actuator that does).
@@ -477,21 +390,6 @@ fn rows_in_time(recording: &Recording, lag: i64) -> String {
         counted(rows, "row"),
         number(1e3 * step * lag as f64)
     )
-}
-
-/// White noise of the sensors over their spread, root mean square.
-fn noise(rig: &Rig, recording: &Recording) -> f64 {
-    let parts = rig.sensors.iter().filter_map(|sensor| {
-        let values = recording.column(&sensor.signal)?;
-        let valid: Vec<f64> = values.iter().copied().filter(|y| y.is_finite()).collect();
-        let count = valid.len().max(1) as f64;
-        let mean = valid.iter().sum::<f64>() / count;
-        let variance = valid.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / count;
-        let noise = noise_level(recording.t(), values);
-        (variance > 0.0).then(|| noise * noise / variance)
-    });
-    let parts: Vec<f64> = parts.collect();
-    (parts.iter().sum::<f64>() / parts.len().max(1) as f64).sqrt()
 }
 
 /// Two recordings that the rig explains alone, with parameters that exclude each other. Where it

@@ -5,7 +5,7 @@ use sinew_sim::rig::Sensor;
 use toml_edit::{DocumentMut, InlineTable, Item};
 
 use super::finding::{Check, number};
-use super::refit::{Refit, explains_all_but_noise};
+use super::refitted::{Refit, explains_all_but_noise};
 use crate::recording::{Column, Recording};
 
 /// A number of a sensor that a refit may change.

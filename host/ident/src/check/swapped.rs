@@ -3,7 +3,7 @@
 use sinew_sim::Rig;
 
 use super::finding::{Check, number};
-use super::refit::{FAR_LESS, GOOD, Refit, explains_all_but_noise, is_noise};
+use super::refitted::{FAR_LESS, GOOD, Refit, explains_all_but_noise, is_noise};
 use crate::recording::{Column, Recording};
 
 /// `swapped_columns`: the refitted rig explains the recording with two columns exchanged, and not

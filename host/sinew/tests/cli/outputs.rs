@@ -13,6 +13,7 @@ type Written = (&'static str, &'static str);
 const QUICK: &[Written] = &[
     ("new fit.csv --name stage", "--out"),
     ("check fit.csv --rig rig.toml", "--json"),
+    ("convert types.mat --column q_rad=q_rad:2", "--out"),
     ("simulate rig.toml --input fit.csv", "--out"),
     ("settle rig.toml --sweep u_N=-2:2:5", "--out"),
     (
@@ -71,6 +72,7 @@ fn desk() -> Desk {
         let text = desk.read(&format!("mass-spring-damper.{from}"));
         desk.write(to, &text);
     }
+    desk.bring("tests/foreign/logs/types.mat");
     desk
 }
 
