@@ -183,7 +183,8 @@ impl Pair {
     /// The fault would add at least `least` to the error if nobody watched. A loop that ended, or
     /// ran away, is no number and matters.
     pub fn matters(&self, least: f64) -> bool {
-        !(self.rms[2] - self.rms[0] < least)
+        let added = self.rms[2] - self.rms[0];
+        added.is_nan() || added >= least
     }
 
     /// Error with the fault in errors without.
