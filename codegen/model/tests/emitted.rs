@@ -43,7 +43,10 @@ fn specs() -> Vec<ModelSpec> {
             network("n", Increment, 0, &[(3, Tanh), (2, Linear)]),
         ),
         support::sensed("sensed-value", support::with_value()),
-        support::watched("watched", network("n", Increment, 0, &[(3, Tanh)])),
+        support::watched(
+            "watched",
+            network("n", Increment, 0, &[(3, Tanh), (2, Linear)]),
+        ),
         support::watched("watched-value", support::with_value()),
         support::recurrent("gru", gru_cell(), 5, 1, &[(2, Linear)]),
         support::recurrent("lstm", lstm_cell(), 4, 0, &[(3, Tanh), (2, Linear)]),

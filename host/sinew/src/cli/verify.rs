@@ -29,8 +29,9 @@ pub struct Arguments {
     /// Python with onnxruntime, keras, or ai-edge-litert.
     #[arg(long, value_name = "PROGRAM", default_value = "python3")]
     python: PathBuf,
-    /// Largest difference that passes, as a part of the range of the outputs; else 2e-5, and for a
-    /// quantised file three times what rounding changes.
+    /// Largest difference that passes, as a part of the range of the outputs.
+    ///
+    /// Without it 2e-5, and for a quantised file three times what rounding changes.
     #[arg(long, value_name = "PART")]
     tolerance: Option<f64>,
 }
