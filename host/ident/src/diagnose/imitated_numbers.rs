@@ -123,7 +123,7 @@ pub(crate) fn suspect(found: &mut Pool, case: &Case) -> Result<()> {
 }
 
 /// Most bare numbers of which every two are tried.
-const IN_PAIRS: usize = 4;
+const IN_PAIRS: usize = 7;
 
 /// Finds the pairs of bare numbers that leave noise alone, where nothing was named and no single
 /// number does: each of several wrong numbers makes up for a part of the others.
