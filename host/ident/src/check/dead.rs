@@ -1,6 +1,6 @@
 //! A sensor that shows nothing where the rig moves it, and its neighbours as recorded.
 
-use sinew_sim::{InputTrajectory, Plant, Rig};
+use sinew_sim::{InputTrajectory, Plant, Rig, Trajectory};
 
 use super::finding::{Check, number};
 use super::timescale::is_guessed;
@@ -78,21 +78,26 @@ fn noise_of(recording: &Recording, values: &[f64]) -> Option<f64> {
 /// Standard deviation of each sensor's column as the rig moves it from rest: a start that a dead
 /// sensor gives would lead the others astray.
 fn simulated(rig: &Rig, recording: &Recording) -> Option<Vec<f64>> {
-    let plant = Plant::new(rig).ok()?;
-    let inputs = plant.inputs().iter();
-    let inputs = inputs.map(|input| Some(recording.input(input).ok()?.values));
-    let inputs = inputs.collect::<Option<Vec<Vec<f64>>>>()?;
-    let columns: Vec<&[f64]> = inputs.iter().map(Vec::as_slice).collect();
-    let drive = InputTrajectory::new(&plant, recording.len(), &columns).ok()?;
-    let values = plant.values();
-    let start = plant.initial_state(&values, &vec![None; plant.sensors().len()]);
-    let begin = recording.t()[0];
-    let t: Vec<f64> = recording.t().iter().map(|t| t - begin).collect();
-    let run = plant.simulate(&values, &start.ok()?, &drive, &t).ok()?;
+    let run = from_rest(&Plant::new(rig).ok()?, recording)?;
     let sensors = rig.sensors.iter().enumerate();
     let spreads = sensors.map(|(index, sensor)| spread(&run.column(index)) / sensor.column_factor);
     let spreads: Vec<f64> = spreads.collect();
     spreads.iter().all(|it| it.is_finite()).then_some(spreads)
+}
+
+/// Motion of a rig as written from rest, driven by a recording; `None` where that cannot be
+/// simulated.
+pub(super) fn from_rest(plant: &Plant, recording: &Recording) -> Option<Trajectory<f64>> {
+    let inputs = plant.inputs().iter();
+    let inputs = inputs.map(|input| Some(recording.input(input).ok()?.values));
+    let inputs = inputs.collect::<Option<Vec<Vec<f64>>>>()?;
+    let columns: Vec<&[f64]> = inputs.iter().map(Vec::as_slice).collect();
+    let drive = InputTrajectory::new(plant, recording.len(), &columns).ok()?;
+    let values = plant.values();
+    let start = plant.initial_state(&values, &vec![None; plant.sensors().len()]);
+    let begin = recording.t()[0];
+    let t: Vec<f64> = recording.t().iter().map(|t| t - begin).collect();
+    plant.simulate(&values, &start.ok()?, &drive, &t).ok()
 }
 
 /// Standard deviation of the valid values.

@@ -1,7 +1,8 @@
 //! Times in minutes or hours, by a rig: it moves as believed once they are seconds.
 
-use sinew_sim::Rig;
+use sinew_sim::{Plant, Rig, Settings};
 
+use super::dead::from_rest;
 use super::finding::{Check, number};
 use super::refitted::{BELIEVED, GOOD, Refit};
 use super::timescale::is_guessed;
@@ -16,6 +17,12 @@ const UNITS: [(f64, &str, &str, &str); 2] = [
 /// Factor between a parameter and what the rig says of it that no guess is wrong by.
 const INCREDIBLE: f64 = 50.0;
 
+/// Sub-steps a sample of a rig that its samples show: four samples a period of its fastest motion.
+const MOST_SUBSTEPS: usize = 16;
+
+/// Rows that show whether they do.
+const ROWS: usize = 100;
+
 /// `time_in_minutes` or `time_in_hours`: the refitted rig has parameters as believed with the times
 /// in that unit, and far from that, or no fit, with times in seconds.
 pub(super) fn detect(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<Check> {
@@ -23,7 +30,11 @@ pub(super) fn detect(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<
         return None;
     }
     UNITS.iter().find_map(|&(seconds, flag, words, kind)| {
-        let refit = Refit::of(rig, &in_seconds(recording, seconds)?)?;
+        let converted = in_seconds(recording, seconds)?;
+        if !resolves(rig, &converted) {
+            return None;
+        }
+        let refit = Refit::of(rig, &converted)?;
         let explains = refit.error() < GOOD && refit.farthest() < BELIEVED;
         let poor = plain.error() > GOOD.max(2.0 * refit.error());
         let far = plain.farthest() > INCREDIBLE.max(2.0 * refit.farthest());
@@ -46,6 +57,21 @@ pub(super) fn detect(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<
             grade(recording, 0, kind, sentence, format!("--time-unit {flag}"))
         })
     })
+}
+
+/// Tells whether samples stand close enough to show the rig as it is written. Where they do not,
+/// times cannot be in that unit, and a simulation would take thousands of steps a sample.
+fn resolves(rig: &Rig, recording: &Recording) -> bool {
+    let settings = Settings {
+        max_substeps: MOST_SUBSTEPS,
+        ..Settings::default()
+    };
+    let few = recording.rows(0..recording.len().min(ROWS));
+    let plant = Plant::new(rig).map(|plant| plant.with_settings(settings));
+    let (Ok(few), Ok(plant)) = (few, plant) else {
+        return false;
+    };
+    from_rest(&plant, &few).is_some()
 }
 
 /// The recording with times of so many seconds each.
