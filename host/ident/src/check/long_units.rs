@@ -2,8 +2,8 @@
 
 use sinew_sim::{Plant, Rig, Settings};
 
-use super::dead::from_rest;
 use super::finding::{Check, number};
+use super::motion::from_rest;
 use super::refitted::{BELIEVED, GOOD, Refit};
 use super::timescale::is_guessed;
 use crate::recording::Recording;
@@ -78,4 +78,26 @@ fn resolves(rig: &Rig, recording: &Recording) -> bool {
 fn in_seconds(recording: &Recording, seconds: f64) -> Option<Recording> {
     let t = recording.t().iter().map(|t| t * seconds).collect();
     Recording::new(recording.path(), t, recording.columns().to_vec()).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The servo's diagnosis took minutes longer while its rig was refitted to samples hours apart.
+    #[test]
+    fn a_rig_is_not_refitted_to_samples_that_stand_too_far_apart_to_show_it() {
+        let folder = concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/tests/cases/24-wrong-bare-mass/"
+        );
+        let rig = Rig::load(format!("{folder}mass.toml")).unwrap();
+        let recording = Recording::read(format!("{folder}A.csv")).unwrap();
+        assert!(resolves(&rig, &recording));
+        for (seconds, ..) in UNITS {
+            assert!(!resolves(&rig, &in_seconds(&recording, seconds).unwrap()));
+            let in_unit = in_seconds(&recording, 1.0 / seconds).unwrap();
+            assert!(resolves(&rig, &in_seconds(&in_unit, seconds).unwrap()));
+        }
+    }
 }

@@ -17,6 +17,7 @@ mod excitation;
 mod finding;
 mod flat;
 mod long_units;
+mod motion;
 mod refit;
 mod refitted;
 mod sampling;
@@ -26,6 +27,7 @@ mod series;
 mod swapped;
 mod time;
 mod timescale;
+mod unanswered;
 mod wrap;
 
 use sinew_sim::Rig;
@@ -38,7 +40,7 @@ pub use finding::Check;
 use finding::rows;
 
 /// Kinds of faults, by their names in results and on the command line.
-pub const KINDS: [&str; 29] = [
+pub const KINDS: [&str; 30] = [
     "clipped",
     "coarse_sampling",
     "dead_channel",
@@ -66,6 +68,7 @@ pub const KINDS: [&str; 29] = [
     "time_in_milliseconds",
     "time_in_minutes",
     "time_in_nanoseconds",
+    "unanswered_input",
     "wrapped_counter",
     "wrong_sign",
 ];

@@ -10,7 +10,7 @@ use super::refitted::{
     BELIEVED, EXACT, FAR_LESS, GOOD, NOISE_ALONE, Refit, is_noise, is_small, noise, squares,
 };
 use super::timescale::is_guessed;
-use super::{dead, long_units, sensor_numbers, swapped};
+use super::{dead, long_units, sensor_numbers, swapped, unanswered};
 use crate::fit::{FitOptions, fit};
 use crate::recording::repair::Repair;
 use crate::recording::{Column, Recording};
@@ -39,7 +39,7 @@ const DIFFERS: f64 = 0.03;
 
 /// `wrong_sign`, `swapped_columns`, `dead_channel`, `input_lags`, `input_leads`, `sensor_lags`,
 /// `degrees_for_radians`, `millimetres_for_metres`, `time_in_minutes`, `time_in_hours`,
-/// `sensor_offset`, `sensor_drift`, `sensor_gain`, `different_devices`.
+/// `sensor_offset`, `sensor_drift`, `sensor_gain`, `unanswered_input`, `different_devices`.
 pub(super) fn detect(rig: &Rig, recordings: &[Recording]) -> Vec<Check> {
     if !is_small(rig) {
         return Vec::new();
@@ -61,6 +61,7 @@ pub(super) fn detect(rig: &Rig, recordings: &[Recording]) -> Vec<Check> {
             .or_else(|| another_unit(rig, &part, &refit))
             .or_else(|| wrong_sign(rig, &part, &refit))
             .or_else(|| long_units::detect(rig, &part, &refit))
+            .or_else(|| unanswered::detect(rig, &part, &refit))
             .or_else(|| sensor_numbers(rig, &part, &refit))
             .or_else(|| moved_input(rig, &part, &refit));
         match named {

@@ -83,6 +83,46 @@ fn times_in_minutes_and_hours_are_named_and_mended() {
     }
 }
 
+/// Refitted, a mass of 1.6 kg became one of 649 kg that no input moves.
+#[test]
+fn sensors_that_answer_to_no_input_are_named() {
+    let (rig, sound) = sound();
+    let spread = |recording: &Recording| {
+        let values = recording.column("q_m").unwrap();
+        values.iter().map(|q| q * q).sum::<f64>().sqrt()
+    };
+    let square = |t: f64| if t % 1.0 < 0.5 { 0.02 } else { -0.02 };
+    let t = sound.t().to_vec();
+    let alone = read_as(
+        &sound,
+        |t| t,
+        |name, row, values| match name {
+            "q_m" => square(t[row]),
+            _ => values[row],
+        },
+    );
+    assert!(
+        spread(&alone) < spread(&sound),
+        "the input is expected to move it farther"
+    );
+    let found = only(&rig, &alone);
+    assert_eq!((found.kind, found.certain), ("unanswered_input", false));
+    // Beside the motion by the input, the wave is a disturbance.
+    let beside = read_as(
+        &sound,
+        |t| t,
+        |name, row, values| match name {
+            "q_m" => values[row] + square(t[row]),
+            _ => values[row],
+        },
+    );
+    let found = named(&rig, &beside);
+    assert!(
+        found.iter().all(|it| it.kind != "unanswered_input"),
+        "{found:?}"
+    );
+}
+
 fn two() -> Rig {
     Rig::parse(TWO, "two.toml").unwrap()
 }

@@ -155,6 +155,11 @@ pub(super) const WORDS: &[(&str, &str, &str)] = &[
         "Pass --time-unit ns, or divide the column t.",
     ),
     (
+        "unanswered_input",
+        "The inputs would move the rig as it is written, and the sensors do not answer to them.",
+        "Check that the drive was on, and that the column is the command that it got.",
+    ),
+    (
         "wrapped_counter",
         "A counter or angle begins anew at the end of its range.",
         "Join the turns with --unwrap, for example --unwrap q_rad=6.283.",

@@ -1,0 +1,58 @@
+//! Inputs that do not move the device: its sensors move by something else.
+
+use sinew_sim::{Plant, Rig};
+
+use super::finding::{Check, number};
+use super::motion::{from_rest, spread};
+use super::refitted::{GOOD, Refit};
+use crate::recording::Recording;
+
+/// Motion by the inputs, beside that recorded, that the rig as written must expect.
+const EXPECTED: f64 = 1.0;
+
+/// Motion by the inputs, beside that recorded, below which the refitted rig has none.
+const NONE: f64 = 0.1;
+
+/// `unanswered_input`: the inputs would move the rig as written at least as far as was recorded,
+/// and move the refitted rig a tenth of that or less. The fit could only stop them by parameters
+/// that grow without end.
+pub(super) fn detect(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<Check> {
+    let runs_off = plain.fit.parameters.iter().any(|p| p.ci95.is_none());
+    if plain.error() < GOOD && !runs_off {
+        return None;
+    }
+    let expected = motion_by_inputs(rig, recording)?;
+    let found = motion_by_inputs(&plain.fit.rig, recording)?;
+    let (expected, found) = (smallest(&expected)?, largest(&found)?);
+    (expected > EXPECTED && found < NONE).then(|| {
+        let inputs: Vec<&str> = rig.actuators.iter().map(|it| it.input.as_str()).collect();
+        let inputs = inputs.join(" and ");
+        let sentence = format!(
+            "the sensors do not answer to {inputs}, which would move the rig as it is written {} \
+             times as far as was recorded: refitted, it moves {} times as far by it",
+            number(expected),
+            number(found)
+        );
+        let remedy = "check that the drive was on and that the column is the command it got";
+        Check::likely(recording, 0, "unanswered_input", sentence, remedy)
+    })
+}
+
+/// Motion of each sensor from rest by the inputs, beside that recorded.
+fn motion_by_inputs(rig: &Rig, recording: &Recording) -> Option<Vec<f64>> {
+    let run = from_rest(&Plant::new(rig).ok()?, recording)?;
+    let sensors = rig.sensors.iter().enumerate();
+    let parts = sensors.map(|(index, sensor)| {
+        let recorded = spread(recording.column(&sensor.signal)?) * sensor.column_factor.abs();
+        (recorded > 0.0).then(|| spread(&run.column(index)) / recorded)
+    });
+    parts.collect()
+}
+
+fn smallest(parts: &[f64]) -> Option<f64> {
+    parts.iter().copied().reduce(f64::min)
+}
+
+fn largest(parts: &[f64]) -> Option<f64> {
+    parts.iter().copied().reduce(f64::max)
+}
