@@ -34,7 +34,7 @@ pub(super) fn detect(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<
         if !resolves(rig, &converted) {
             return None;
         }
-        let refit = Refit::of(rig, &converted)?;
+        let refit = Refit::below(GOOD * GOOD, rig, &converted)?;
         let explains = refit.error() < GOOD && refit.farthest() < BELIEVED;
         let poor = plain.error() > GOOD.max(2.0 * refit.error());
         let far = plain.farthest() > INCREDIBLE.max(2.0 * refit.farthest());

@@ -16,6 +16,7 @@ mod determine;
 mod excitation;
 mod finding;
 mod flat;
+mod late;
 mod long_units;
 mod motion;
 mod refit;

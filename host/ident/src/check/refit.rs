@@ -5,14 +5,13 @@ use sinew_sim::Rig;
 use sinew_sim::rig::Reads;
 use sinew_sim::unit::Motion;
 
-use super::finding::{Check, counted, number};
+use super::finding::{Check, number};
 use super::refitted::{
     BELIEVED, EXACT, FAR_LESS, GOOD, NOISE_ALONE, Refit, is_noise, is_small, noise, squares,
 };
 use super::timescale::is_guessed;
-use super::{dead, long_units, sensor_numbers, swapped, unanswered};
+use super::{dead, late, long_units, sensor_numbers, swapped, unanswered};
 use crate::fit::{FitOptions, fit};
-use crate::recording::repair::Repair;
 use crate::recording::{Column, Recording};
 
 /// Rows of a recording that are refitted.
@@ -21,14 +20,8 @@ const ROWS: usize = 1200;
 /// Error beside the spread of the signals above which a rig is refuted.
 const POOR: f64 = 0.5;
 
-/// Lags that are tried first, rows; then those beside the best of them.
-const LAGS: [i64; 7] = [1, 2, 3, 5, 8, 12, 18];
-
-/// Leads that are tried.
-const LEADS: [i64; 4] = [-1, -2, -3, -4];
-
-/// Squares, beside those as recorded, from which on a lag is worth a closer look.
-const CLOSER: f64 = 0.5;
+/// Factor between the errors that a rig leaves of two recordings by the same cause.
+const ALIKE: f64 = 1.5;
 
 /// Squares of two recordings together, beside those of each alone, above which two rigs that leave
 /// noise alone are of different devices.
@@ -57,13 +50,11 @@ pub(super) fn detect(rig: &Rig, recordings: &[Recording]) -> Vec<Check> {
         let Some(refit) = Refit::of(rig, &part) else {
             continue;
         };
-        let named = swapped::detect(rig, &part, &refit)
-            .or_else(|| another_unit(rig, &part, &refit))
-            .or_else(|| wrong_sign(rig, &part, &refit))
-            .or_else(|| long_units::detect(rig, &part, &refit))
-            .or_else(|| unanswered::detect(rig, &part, &refit))
-            .or_else(|| sensor_numbers(rig, &part, &refit))
-            .or_else(|| moved_input(rig, &part, &refit));
+        let named = if plain.iter().any(|(_, sound)| alike(sound, &refit)) {
+            None
+        } else {
+            fault(rig, &part, &refit)
+        };
         match named {
             Some(check) => found.push(check),
             None => plain.push((recording, refit)),
@@ -73,6 +64,28 @@ pub(super) fn detect(rig: &Rig, recordings: &[Recording]) -> Vec<Check> {
         found.extend(different(rig, &plain[0], &plain[other]));
     }
     found
+}
+
+/// Tells whether what a rig leaves of a recording has the cause of what it leaves of a sound one:
+/// as much of it, and where that is little, by parameters as far from what the rig says.
+fn alike(sound: &Refit, refit: &Refit) -> bool {
+    let near = |a: f64, b: f64| a < ALIKE * b && b < ALIKE * a;
+    let (errors, far) = (
+        [sound.error(), refit.error()],
+        [sound, refit].map(Refit::farthest),
+    );
+    near(errors[0], errors[1]) && (errors[0].min(errors[1]) > GOOD || near(far[0], far[1]))
+}
+
+/// The fault without which the refitted rig leaves far less of a recording.
+fn fault(rig: &Rig, part: &Recording, refit: &Refit) -> Option<Check> {
+    swapped::detect(rig, part, refit)
+        .or_else(|| another_unit(rig, part, refit))
+        .or_else(|| wrong_sign(rig, part, refit))
+        .or_else(|| long_units::detect(rig, part, refit))
+        .or_else(|| unanswered::detect(rig, part, refit))
+        .or_else(|| sensor_numbers(rig, part, refit))
+        .or_else(|| late::detect(rig, part, refit))
 }
 
 /// The recording with a column multiplied.
@@ -146,7 +159,8 @@ fn in_unit(
     plain: &Refit,
     (unit, names): (&Unit, &[&str]),
 ) -> Option<Check> {
-    let refit = Refit::of(rig, &scaled(recording, names, unit.factor)?)?;
+    let converted = scaled(recording, names, unit.factor)?;
+    let refit = Refit::below(GOOD * GOOD, rig, &converted)?;
     let explains = refit.error() < GOOD && refit.farthest() < BELIEVED;
     let nearer = plain.farthest() > 2.0 * refit.farthest() || plain.error() > 2.0 * refit.error();
     (explains && nearer).then(|| {
@@ -193,7 +207,8 @@ fn wrong_sign(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<Check> 
         choices.extend(names.iter().map(|name| vec![*name]));
     }
     choices.into_iter().find_map(|names| {
-        let refit = Refit::of(rig, &scaled(recording, &names, -1.0)?)?;
+        let most = (GOOD * GOOD).min(FAR_LESS * plain.squares);
+        let refit = Refit::below(most, rig, &scaled(recording, &names, -1.0)?)?;
         let explains = refit.error() < GOOD && refit.squares < FAR_LESS * plain.squares;
         explains.then(|| {
             let inputs: Vec<&str> = rig.actuators.iter().map(|a| a.input.as_str()).collect();
@@ -214,183 +229,6 @@ fn wrong_sign(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<Check> 
             Check::certain(recording, 0, "wrong_sign", sentence, remedy)
         })
     })
-}
-
-/// A column moved by some rows, and what the refitted rig leaves then.
-struct Moved<'a> {
-    squares: f64,
-    column: &'a str,
-    lag: i64,
-}
-
-impl<'a> Moved<'a> {
-    /// A refit to the recording with the column `lag` rows earlier; `None` where that cannot be
-    /// fitted.
-    fn of(rig: &Rig, recording: &Recording, column: &'a str, lag: i64) -> Option<Self> {
-        let repair = Repair {
-            late: vec![(column.to_owned(), lag)],
-            ..Repair::default()
-        };
-        let shifted = repair.apply(recording.clone()).ok()?;
-        let empty = usize::try_from(lag.unsigned_abs()).ok()?;
-        let rows = if lag > 0 {
-            0..shifted.len().checked_sub(empty)?
-        } else {
-            empty..shifted.len()
-        };
-        let refit = Refit::of(rig, &shifted.rows(rows).ok()?)?;
-        Some(Self {
-            squares: refit.squares,
-            column,
-            lag,
-        })
-    }
-}
-
-/// An input that was written some rows after it acted, so that the device moves before its command,
-/// or some rows before.
-fn moved_input(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<Check> {
-    if is_noise(rig, recording, plain) {
-        return None;
-    }
-    let mut inputs: Vec<&str> = rig.actuators.iter().map(|a| a.input.as_str()).collect();
-    inputs.dedup();
-    // Missing physics can look early as well: only what leaves noise alone is a matter of time.
-    let noise = EXACT.max(NOISE_ALONE * noise(rig, recording));
-    let explains =
-        |moved: &Moved| moved.squares < FAR_LESS * plain.squares && moved.squares.sqrt() < noise;
-    let late = latest(rig, recording, &inputs, plain);
-    if let Some(late) = late.filter(explains) {
-        return Some(lags(recording, &late, plain));
-    }
-    let early = inputs
-        .iter()
-        .filter_map(|input| best_of(rig, recording, input, LEADS));
-    let early = early.min_by(|a, b| a.squares.total_cmp(&b.squares));
-    let early = early.filter(explains);
-    // All sensors late are one early input: one of several is late by itself.
-    let mut sensors: Vec<&str> = rig.sensors.iter().map(|s| s.signal.as_str()).collect();
-    sensors.dedup();
-    let late = if sensors.len() > 1 {
-        latest(rig, recording, &sensors, plain).filter(explains)
-    } else {
-        None
-    };
-    match (late, early) {
-        (Some(late), Some(early)) if early.squares <= late.squares => {
-            Some(leads(recording, &early, plain))
-        }
-        (Some(late), _) => Some(sensor_lags(recording, &late, plain)),
-        (None, early) => early.map(|early| leads(recording, &early, plain)),
-    }
-}
-
-/// The best of some lags for the best of some columns.
-fn latest<'a>(
-    rig: &Rig,
-    recording: &Recording,
-    columns: &[&'a str],
-    plain: &Refit,
-) -> Option<Moved<'a>> {
-    let late = columns.iter().filter_map(|column| {
-        let best = best_of(rig, recording, column, LAGS)?;
-        if best.squares < CLOSER * plain.squares {
-            Some(closely(rig, recording, best))
-        } else {
-            Some(best)
-        }
-    });
-    late.min_by(|a, b| a.squares.total_cmp(&b.squares))
-}
-
-/// Check of one of several sensors that was written late.
-fn sensor_lags(recording: &Recording, late: &Moved, plain: &Refit) -> Check {
-    let (sensor, lag) = (late.column, late.lag);
-    let sentence = format!(
-        "{sensor} is written {} after the other signals: moved so, the refitted rig misses {} % \
-         of the signals, as it is {} %",
-        rows_in_time(recording, lag),
-        number(100.0 * late.squares.sqrt()),
-        number(100.0 * plain.error())
-    );
-    let remedy = format!("--late {sensor}={lag}");
-    Check::likely(recording, 0, "sensor_lags", sentence, remedy)
-}
-
-/// The best of some lags for a column, each farther than the one before.
-fn best_of<'a, const N: usize>(
-    rig: &Rig,
-    recording: &Recording,
-    column: &'a str,
-    lags: [i64; N],
-) -> Option<Moved<'a>> {
-    let mut best: Option<Moved> = None;
-    for lag in lags {
-        let Some(moved) = Moved::of(rig, recording, column, lag) else {
-            continue;
-        };
-        match &best {
-            Some(known) if moved.squares > 4.0 * known.squares => break,
-            Some(known) if moved.squares >= known.squares => {}
-            _ => best = Some(moved),
-        }
-    }
-    best
-}
-
-/// The best lag that is reached from another row by row.
-fn closely<'a>(rig: &Rig, recording: &Recording, mut best: Moved<'a>) -> Moved<'a> {
-    let tried = best.lag;
-    for step in [1, -1] {
-        let mut lag = tried + step;
-        while lag > 0 && !LAGS.contains(&lag) {
-            match Moved::of(rig, recording, best.column, lag) {
-                Some(moved) if moved.squares < best.squares => best = moved,
-                _ => break,
-            }
-            lag += step;
-        }
-    }
-    best
-}
-
-/// Check of an input that was written late.
-fn lags(recording: &Recording, late: &Moved, plain: &Refit) -> Check {
-    let (input, lag) = (late.column, late.lag);
-    let sentence = format!(
-        "{input} is written {} after it acts: moved so, the refitted rig misses {} % of the \
-         signals, as it is {} %",
-        rows_in_time(recording, lag),
-        number(100.0 * late.squares.sqrt()),
-        number(100.0 * plain.error())
-    );
-    let remedy = format!("--late {input}={lag}");
-    Check::certain(recording, 0, "input_lags", sentence, remedy)
-}
-
-/// Check of an input that was written early. A device or a sensor that is late looks the same.
-fn leads(recording: &Recording, early: &Moved, plain: &Refit) -> Check {
-    let (input, lag) = (early.column, early.lag);
-    let sentence = format!(
-        "{input} is written {} before it acts, or the device or its sensors are that late: moved so, the refitted \
-         rig misses {} % of the signals, as it is {} %",
-        rows_in_time(recording, -lag),
-        number(100.0 * early.squares.sqrt()),
-        number(100.0 * plain.error())
-    );
-    let remedy = format!("--late {input}={lag} if the logger did it");
-    Check::likely(recording, 0, "input_leads", sentence, remedy)
-}
-
-/// A number of rows with its time: `2 rows (20 ms)`.
-fn rows_in_time(recording: &Recording, lag: i64) -> String {
-    let step = recording.interval().unwrap_or(0.0);
-    let rows = usize::try_from(lag).unwrap_or(0);
-    format!(
-        "{} ({} ms)",
-        counted(rows, "row"),
-        number(1e3 * step * lag as f64)
-    )
 }
 
 /// Two recordings that the rig explains alone, with parameters that exclude each other. Where it

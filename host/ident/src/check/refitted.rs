@@ -27,6 +27,9 @@ const SURELY_NOISE: f64 = 0.25;
 /// Factor by which refitted parameters that are no fault differ from the rig's.
 pub(super) const BELIEVED: f64 = 5.0;
 
+/// Steps that show whether a fit goes where it is expected to.
+const FEW: usize = 12;
+
 /// A refitted rig beside the recording.
 pub(super) struct Refit {
     pub(super) fit: Fit,
@@ -37,8 +40,39 @@ pub(super) struct Refit {
 impl Refit {
     /// `None` where the rig cannot be fitted.
     pub(super) fn of(rig: &Rig, recording: &Recording) -> Option<Self> {
+        Self::by(&FitOptions::default(), rig, recording)
+    }
+
+    /// The search alone, for what it leaves.
+    pub(super) fn searched(rig: &Rig, recording: &Recording) -> Option<Self> {
+        let options = FitOptions {
+            search_only: true,
+            ..FitOptions::default()
+        };
+        Self::by(&options, rig, recording)
+    }
+
+    /// A few steps from a rig that was fitted before, for what they leave.
+    pub(super) fn from_near(fitted: &Rig, recording: &Recording) -> Option<Self> {
+        let options = FitOptions {
+            iterations: FEW,
+            near: true,
+            search_only: true,
+            ..FitOptions::default()
+        };
+        Self::by(&options, fitted, recording)
+    }
+
+    /// A refit that the search promises to leave less than so many squares; `None` where it does
+    /// not. Most faults are not there, and a search is several times as quick as a whole fit.
+    pub(super) fn below(most: f64, rig: &Rig, recording: &Recording) -> Option<Self> {
+        let promising = Self::searched(rig, recording).is_some_and(|it| it.squares < most);
+        promising.then(|| Self::of(rig, recording))?
+    }
+
+    fn by(options: &FitOptions, rig: &Rig, recording: &Recording) -> Option<Self> {
         let recordings = std::slice::from_ref(recording);
-        let fit = fit(rig, recordings, &FitOptions::default(), &mut |_| {}).ok()?;
+        let fit = fit(rig, recordings, options, &mut |_| {}).ok()?;
         let squares = squares(&fit)?;
         Some(Self { fit, squares })
     }

@@ -5,7 +5,7 @@ use sinew_sim::rig::Sensor;
 use toml_edit::{DocumentMut, InlineTable, Item};
 
 use super::finding::{Check, number};
-use super::refitted::{Refit, explains_all_but_noise};
+use super::refitted::{FAR_LESS, Refit, explains_all_but_noise};
 use crate::recording::{Column, Recording};
 
 /// A number of a sensor that a refit may change.
@@ -27,6 +27,7 @@ impl Key {
 /// `sensor_offset`, `sensor_drift` or `sensor_gain`: the refitted rig leaves noise alone with that
 /// number of one sensor free, and far more without.
 pub(super) fn detect(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<Check> {
+    let most = FAR_LESS * plain.squares;
     let explains = |refit: &Refit| explains_all_but_noise(rig, recording, plain, refit);
     let said = |refit: &Refit| {
         format!(
@@ -39,10 +40,11 @@ pub(super) fn detect(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<
         let Some(freed) = freed(rig, sensor, Key::Offset) else {
             continue;
         };
-        let Some(refit) = Refit::of(&freed, recording) else {
+        let Some(searched) = Refit::searched(&freed, recording) else {
             continue;
         };
-        if explains(&refit) {
+        let whole = || Refit::of(&freed, recording).filter(|refit| explains(refit));
+        if let Some(refit) = explains(&searched).then(whole).flatten() {
             let offset = refit.value(&format!("{}.offset", sensor.name))?;
             let sentence = format!(
                 "{} is off by {}: with that offset {}; a constant load or the rest of a spring \
@@ -55,11 +57,11 @@ pub(super) fn detect(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<
             let check = Check::likely(recording, 0, "sensor_offset", sentence, remedy);
             return Some(check);
         }
-        let Some(rate) = drift(&refit, sensor, recording) else {
+        let Some(rate) = drift(&searched, sensor, recording) else {
             continue;
         };
         let still = without_drift(recording, &sensor.signal, rate)?;
-        if let Some(refit) = Refit::of(&freed, &still).filter(|refit| explains(refit)) {
+        if let Some(refit) = Refit::below(most, &freed, &still).filter(|refit| explains(refit)) {
             let sentence = format!(
                 "{} drifts by {} a second: without that {}",
                 sensor.signal,
@@ -80,7 +82,7 @@ pub(super) fn detect(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<
         return None;
     }
     rig.sensors.iter().find_map(|sensor| {
-        let refit = Refit::of(&freed(rig, sensor, Key::Gain)?, recording)?;
+        let refit = Refit::below(most, &freed(rig, sensor, Key::Gain)?, recording)?;
         explains(&refit).then_some(())?;
         let gain = refit.value(&format!("{}.gain", sensor.name))?;
         let sentence = format!(

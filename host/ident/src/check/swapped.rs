@@ -18,7 +18,7 @@ pub(super) fn detect(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<
     pairs.extend(self::pairs(inputs.collect()));
     pairs.into_iter().find_map(|pair| {
         let exchanged = exchanged(recording, pair)?;
-        let refit = Refit::of(rig, &exchanged)?;
+        let refit = Refit::below(FAR_LESS * plain.squares, rig, &exchanged)?;
         let explains = plain.error() > GOOD
             && refit.error() < GOOD
             && refit.squares < FAR_LESS * plain.squares

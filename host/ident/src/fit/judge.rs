@@ -12,7 +12,7 @@ use super::score::{FreeRun, OwnValue, pool, relative};
 use super::stages::{Apart, Found, Local};
 use super::uncertainty::{Width, interval};
 use super::undetermined;
-use super::{Fit, FittedParameter, HeldInput, SensorFit};
+use super::{BeyondBounds, Fit, FittedParameter, HeldInput, SensorFit};
 use crate::error::Result;
 use crate::noise::noise_level;
 
@@ -48,7 +48,6 @@ impl Judge<'_> {
         let error = |rig: &Rig| Ok(relative(&pool(&(self.runs)(rig)?)));
         let first = (first, self.at_rest);
         let (found, fitted) = undetermined::keep((rig, plant), &error, first, &mut holding)?;
-        let known = plant.parameters();
         let runs = (self.runs)(&fitted)?;
         let errors = pool(&runs);
         let mut releasing = |released: &[usize]| {
@@ -58,7 +57,39 @@ impl Judge<'_> {
         let within = (&found, &errors[..]);
         let errors_at = |values: &[f64]| Ok(pool(&(self.runs_at)(values)?));
         let beyond = beyond::beyond(plant, &errors_at, within, &mut releasing)?;
+        Ok(self.result(
+            (plant, experiments),
+            as_written_runs,
+            (found, fitted),
+            (runs, beyond),
+        ))
+    }
 
+    /// Result of the search as it ended.
+    pub fn searched(
+        &self,
+        (rig, plant, experiments): (&Rig, &Plant, &[Experiment]),
+        (as_written_runs, found): (Vec<FreeRun>, Found),
+    ) -> Result<Fit> {
+        let fitted = undetermined::fitted(rig, plant, &found)?;
+        let runs = (self.runs)(&fitted)?;
+        Ok(self.result(
+            (plant, experiments),
+            as_written_runs,
+            (found, fitted),
+            (runs, None),
+        ))
+    }
+
+    /// Parameters and errors of what was found.
+    fn result(
+        &self,
+        (plant, experiments): (&Plant, &[Experiment]),
+        as_written_runs: Vec<FreeRun>,
+        (found, fitted): (Found, Rig),
+        (runs, beyond): (Vec<FreeRun>, Option<BeyondBounds>),
+    ) -> Fit {
+        let known = plant.parameters();
         let shared = found.slots.iter().enumerate().map(|(j, &slot)| {
             let own = (found.widths[j].half(), Vec::new());
             fitted_parameter(
@@ -77,7 +108,7 @@ impl Judge<'_> {
         parameters.sort_by_key(order);
         let sensors = pool(&as_written_runs)
             .into_iter()
-            .zip(errors)
+            .zip(pool(&runs))
             .enumerate()
             .map(|(sensor, (before, after))| SensorFit {
                 signal: after.signal,
@@ -96,7 +127,7 @@ impl Judge<'_> {
             })
         });
         let sensors = sensors.collect();
-        Ok(Fit {
+        Fit {
             parameters,
             sensors,
             as_written_runs,
@@ -108,7 +139,7 @@ impl Judge<'_> {
             stop: found.stop,
             steps: found.steps,
             seconds: self.begun.elapsed().as_secs_f64(),
-        })
+        }
     }
 }
 

@@ -30,7 +30,7 @@ pub(super) fn better(
     let errors = |found: &Found| score(&undetermined::fitted(rig, plant, found)?, recordings);
     let poor = |sensor: &SensorError| sensor.rms.is_nan() || sensor.rms > POOR * sensor.spread;
     // Of a plant that runs away the free run says nothing.
-    if options.near || first.runaway.is_some() {
+    if options.near || options.search_only || first.runaway.is_some() {
         return Ok((&USUAL, first));
     }
     let ended = errors(&first)?;
