@@ -456,3 +456,39 @@ fn any_bits_leave_bounds_that_are_numbers() {
         assert!(at.iter().all(|b| *b >= 0.0), "{age}: {at:?}");
     }
 }
+
+#[test]
+fn an_error_that_is_no_number_says_nothing_and_a_band_never_closes() {
+    let mut band = Band::<1>::new();
+    band.take(1, &[0.5]);
+    let before = band.at(1);
+    for error in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        band.take(1, &[error]);
+    }
+    assert_eq!(band.at(1), before);
+    for _ in 0..1_000_000 {
+        band.take(1, &[0.0]);
+    }
+    assert!(band.at(1)[0] >= 1e-9, "{:?}", band.at(1));
+    // From there it opens again within a second of a loop at 1 kHz.
+    (0..1000).for_each(|_| band.take(1, &[1.0]));
+    assert!(band.at(1)[0] > 0.9, "{:?}", band.at(1));
+}
+
+#[test]
+fn nothing_is_predicted_or_learned_beside_a_gap() {
+    let mut control = by_regression(f32::INFINITY);
+    let mut plant = Plant::new(Drift::Nothing, 13);
+    for k in 0..600 {
+        let missing = k % 60 >= 50;
+        let y = if missing { f32::NAN } else { plant.measured() };
+        let before = control.band().at(1);
+        let step = control.step(&[y], &[], &reference(k));
+        assert_eq!(control.expected().is_none(), missing, "step {k}");
+        // The first reading behind a gap is compared with nothing.
+        if missing || k % 60 == 0 {
+            assert_eq!(control.band().at(1), before, "step {k}");
+        }
+        plant.advance(step.u[0], 0.0);
+    }
+}

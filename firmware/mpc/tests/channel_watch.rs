@@ -201,6 +201,11 @@ fn as_many_as_there_are_to_spare_are_left_out_and_one_more_is_a_missing_sample()
     }
     bench.run(1, 0, |z, _, _| (0..=MOST).for_each(|j| z[3 * j % N] = -1.0));
     assert!(bench.largest.is_nan(), "three of eight say nothing certain");
+    bench.run(200, 0, |z, _, _| {
+        (0..=MOST).for_each(|j| z[3 * j % N] = -1.0)
+    });
+    let left_out = bench.watch.left_out().channels;
+    assert_eq!(left_out.count_ones() as usize, MOST, "{left_out:b}");
     // Nor is a body half of whose readings are lost.
     let mut z = [f32::NAN; N];
     bench.watch.judge(&mut z);
@@ -226,5 +231,25 @@ fn any_bits_leave_readings_finite_or_all_missing() {
         watch.judge(&mut z);
         let finite = z.iter().filter(|z| z.is_finite()).count();
         assert!(finite == N || z.iter().all(|z| z.is_nan()), "{z:?}");
+    }
+}
+
+/// A fault moves what the others say of the rest, so their deviations are the fault's. Short
+/// disturbances of one of them afterwards must not be the last straw.
+#[test]
+fn a_fault_leaves_no_suspicion_of_the_others() {
+    for other in [1, 2, 4, 7] {
+        let mut bench = Bench::new(17);
+        bench.run(100, 1, |_, _, _| ());
+        // Fewer samples than the fault takes to be found.
+        bench.run(8, 1, |z, _, _| z[0] = -1.5);
+        assert_eq!(bench.watch.left_out().channels, 0);
+        bench.run(15, 1, |z, _, _| z[other] += 0.9);
+        assert_eq!(bench.watch.left_out().channels, 0, "channel {other}");
+        // It is found; the other begins anew, and takes as long as from rest.
+        let samples = (1..100).find(|_| bench.run(1, 1, |z, _, _| z[0] = -1.5).is_some());
+        assert!(samples.is_some());
+        bench.run(18, 1, |z, _, _| (z[0], z[other]) = (-1.5, z[other] + 0.9));
+        assert_eq!(bench.watch.left_out().channels, 1, "channel {other}");
     }
 }
