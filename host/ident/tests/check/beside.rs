@@ -123,6 +123,36 @@ fn sensors_that_answer_to_no_input_are_named() {
     );
 }
 
+/// A second recording of which a rig leaves as much as of a sound one is not searched for faults; one
+/// of which it leaves more is.
+#[test]
+fn a_fault_of_the_second_recording_alone_is_named() {
+    let (rig, sound) = sound();
+    let turned = |name: &str, row: usize, values: &[f64]| match name {
+        "q_m" => -values[row],
+        _ => values[row],
+    };
+    let late = |name: &str, row: usize, values: &[f64]| match name {
+        "u_N" => values[row.saturating_sub(3)],
+        _ => values[row],
+    };
+    let in_millimetres = |name: &str, row: usize, values: &[f64]| match name {
+        "q_m" => 1e3 * values[row],
+        _ => values[row],
+    };
+    let faults: [(&str, &dyn Fn(&str, usize, &[f64]) -> f64); 3] = [
+        ("wrong_sign", &turned),
+        ("input_lags", &late),
+        ("millimetres_for_metres", &in_millimetres),
+    ];
+    for (kind, fault) in faults {
+        let faulty = read_as(&sound, |t| t, fault);
+        let both = [sound.clone(), faulty];
+        let kinds: Vec<&str> = check(&both, Some(&rig)).iter().map(|it| it.kind).collect();
+        assert_eq!(kinds, [kind]);
+    }
+}
+
 fn two() -> Rig {
     Rig::parse(TWO, "two.toml").unwrap()
 }

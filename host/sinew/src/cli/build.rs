@@ -9,6 +9,7 @@ use crate::pipeline::build::{Request, build};
 use crate::project::{Board, Optimise};
 use crate::report;
 use sinew_ident::cli::overwrite;
+use sinew_ident::cli::repair::Repairs;
 use sinew_ident::error::{Error, Result};
 
 /// Arguments of `sinew build`.
@@ -18,6 +19,8 @@ pub struct Arguments {
     rig: PathBuf,
     #[command(flatten)]
     recordings: Recordings,
+    #[command(flatten)]
+    repairs: Repairs,
     /// Board of the controller.
     #[arg(long, value_enum, default_value = "qemu")]
     board: Board,
@@ -63,6 +66,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         rig: arguments.rig.clone(),
         fit: arguments.recordings.fit.clone(),
         test: arguments.recordings.test.clone(),
+        repairs: arguments.repairs.clone(),
         board: arguments.board,
         optimise: arguments.optimise,
         out: arguments.out.clone(),

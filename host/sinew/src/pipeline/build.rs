@@ -18,11 +18,12 @@ use crate::pipeline::predictor::{self, Predictor, predictor};
 use crate::pipeline::summary::ModelRig;
 use crate::project::{self, Board, Built, Optimise, Sizes};
 use crate::rig_file;
+use sinew_ident::check::Check;
 use sinew_ident::cli::progress::Stage;
-use sinew_ident::cli::repair::read_recording;
+use sinew_ident::cli::repair::Repairs;
 use sinew_ident::diagnose::{Diagnosis, Options, Recordings, diagnose};
 use sinew_ident::error::{Error, Result};
-use sinew_ident::fit::{Fit, FitOptions, FreeRun, fit, free_runs};
+use sinew_ident::fit::{Fit, FitOptions, FreeRun, fit, free_runs, require};
 use sinew_ident::recording::Recording;
 use sinew_ident::report::{shared_values, warnings};
 
@@ -35,6 +36,8 @@ pub struct Request {
     pub fit: Vec<PathBuf>,
     /// Recordings that are only scored.
     pub test: Vec<PathBuf>,
+    /// Repairs of all of them, and faults that are not refused.
+    pub repairs: Repairs,
     /// Board of the controller.
     pub board: Board,
     /// Optimisation goal of its image.
@@ -127,6 +130,9 @@ pub fn build(request: &Request) -> Result<Outcome> {
     project::ready(Board::Host)?;
     project::ready(request.board)?;
     project::is_free(&request.out)?;
+    let all = recordings.iter().chain(&tests);
+    require(&rig, all.clone())?;
+    let checks = request.repairs.before(&rig, all, request.quiet)?;
     let stage = Stage::begin("fit the rig to the recordings", request.quiet);
     let fitted = fit(&rig, &recordings, &FitOptions::default(), &mut |p| {
         stage.say(format!(
@@ -148,7 +154,7 @@ pub fn build(request: &Request) -> Result<Outcome> {
     }
 
     let diagnosis = if request.diagnose {
-        Some(find(request, &rig, &recordings, &tests)?)
+        Some(find(request, &rig, checks, (&recordings, &tests))?)
     } else {
         None
     };
@@ -270,8 +276,8 @@ pub fn build(request: &Request) -> Result<Outcome> {
 fn find(
     request: &Request,
     rig: &Rig,
-    recordings: &[Recording],
-    tests: &[Recording],
+    checks: Vec<Check>,
+    (recordings, tests): (&[Recording], &[Recording]),
 ) -> Result<Diagnosis> {
     let stage = Stage::begin("diagnose what the rig lacks", request.quiet);
     let recordings = Recordings {
@@ -281,6 +287,7 @@ fn find(
     };
     let options = Options {
         seed: request.seed,
+        checks,
         ..Options::default()
     };
     let told = |what: &str, done: usize, of: usize| stage.count(done, of, what);
@@ -292,9 +299,11 @@ fn find(
 }
 
 fn load(request: &Request) -> Result<(Rig, Vec<Recording>, Vec<Recording>)> {
-    let read = |paths: &[PathBuf]| paths.iter().map(read_recording).collect::<Result<Vec<_>>>();
     let rig = rig_file::load(&request.rig)?;
-    let (recordings, tests) = (read(&request.fit)?, read(&request.test)?);
+    let (recordings, tests) = (
+        request.repairs.read(&request.fit)?,
+        request.repairs.read(&request.test)?,
+    );
     if recordings.is_empty() {
         return Err(no_recording());
     }

@@ -269,9 +269,8 @@ fn a_file_on_standard_output_stands_there_alone() {
     }
 }
 
-/// The unit that a person states is not refused on numbers that `sinew new` guessed.
-#[test]
-fn a_stated_unit_of_time_passes_from_new_to_fit() {
+/// A desk with the beginning of a shipped recording, `ms.csv`, whose times are in milliseconds.
+fn milliseconds() -> Desk {
     let desk = Desk::new();
     desk.bring("rigs/mass-spring-damper.fit.csv");
     let sound = desk.read("mass-spring-damper.fit.csv");
@@ -282,6 +281,24 @@ fn a_stated_unit_of_time_passes_from_new_to_fit() {
         format!("{},{fields}\n", 8 * row)
     });
     desk.write("ms.csv", &(header + &rows.collect::<String>()));
+    desk
+}
+
+#[test]
+fn a_build_refuses_recordings_that_are_certainly_wrong_before_it_fits() {
+    let desk = milliseconds();
+    desk.bring("rigs/mass-spring-damper.toml");
+    let line = "build mass-spring-damper.toml --fit ms.csv --board host --out out";
+    let said = desk.refusal(line);
+    assert!(said.contains("time_in_milliseconds"), "{said}");
+    assert!(said.contains("--time-unit ms"), "{said}");
+    assert!(!desk.path("out/rig.toml").exists(), "{said}");
+}
+
+/// The unit that a person states is not refused on numbers that `sinew new` guessed.
+#[test]
+fn a_stated_unit_of_time_passes_from_new_to_fit() {
+    let desk = milliseconds();
     let said = desk.succeed("new ms.csv --yes --spring no --time-unit ms --inertia 1e-3");
     let next = said.lines().last().expect("the verb names the next step");
     assert!(next.ends_with("--fit ms.csv --time-unit ms"), "{said}");

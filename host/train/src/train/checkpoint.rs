@@ -68,7 +68,7 @@ impl Checkpoint {
         }
     }
 
-    /// What was reached in a training with the same `key`, whose weights and optimizer `start` is.
+    /// State that was reached in a training with the same `key`, whose weights and optimizer `start` is.
     /// What cannot be read is no checkpoint: the training begins anew.
     pub(super) fn reached(&self, key: u64, start: Reached) -> Reached {
         let read = || {

@@ -1,4 +1,4 @@
-//! What one component does, all that are alike do: judged on recordings by closed formulas
+//! Effects of all components that are alike, as of one: judged on recordings by closed formulas
 //! (`tests/foreign`).
 
 use crate::diagnose::finding::{Diagnosis, FoundEffect, Verdict};

@@ -1,4 +1,4 @@
-//! How what is made alike is judged: full refits of a finger between two tendons, put together by
+//! Judgement of what is made alike: full refits of a finger between two tendons, put together by
 //! hand.
 
 use crate::diagnose::acceptance::{best_acceptable, is_determined, leaves_something, simplest};

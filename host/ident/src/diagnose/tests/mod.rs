@@ -53,7 +53,7 @@ fn found(rig: &Rig) -> Diagnosis {
         .expect("the rig can be diagnosed")
 }
 
-/// What was pushed with and where it was, 100 times a second.
+/// Recording of a push and of where it led, 100 times a second.
 fn pushed([inputs, seen]: [Vec<f64>; 2]) -> Recording {
     let t = (0..seen.len()).map(|k| k as f64 * 0.01).collect();
     let column = |name: &str, values: Vec<f64>| Column {
@@ -143,7 +143,7 @@ fn compiled(rig: &Rig) -> Plant {
     Plant::new(rig).expect("the rig can be simulated")
 }
 
-/// What `real` answers to an experiment designed for `believed`, with this much noise on every
+/// Answer of `real` to an experiment designed for `believed`, with this much noise on every
 /// signal.
 fn recorded(
     [own, real]: [&Rig; 2],

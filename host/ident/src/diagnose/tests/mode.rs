@@ -95,7 +95,7 @@ fn last(case: &Case, start: &[f64]) -> Candidate {
     last.expect("the fit stays finite")
 }
 
-/// What is asked of recordings with a mode of this many kilograms.
+/// Question asked of recordings with a mode of this many kilograms.
 fn judged(carried: f64, ask: impl Fn(&Case)) {
     let own = Rig::parse(SWING, "swing.toml").expect("the text is a rig");
     let plant = compiled(&own);

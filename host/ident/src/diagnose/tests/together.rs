@@ -1,4 +1,4 @@
-//! What is alike is fitted as one before each has its own numbers.
+//! Components that are alike are fitted as one before each has its own numbers.
 
 use super::compiled;
 use super::finger::{Finger, RUBS, subset};
