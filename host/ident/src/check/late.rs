@@ -63,8 +63,8 @@ struct Moved<'a> {
 }
 
 impl<'a> Moved<'a> {
-    /// Squares that a few steps from the rig as it was fitted leave of the recording with the column
-    /// `lag` rows earlier; `None` where that cannot be fitted.
+    /// Squares that a few steps from the rig as it was fitted leave of the recording with the
+    /// column `lag` rows earlier; `None` where that cannot be fitted.
     fn near(fitted: &Rig, recording: &Recording, column: &'a str, lag: i64) -> Option<Self> {
         let refit = Refit::from_near(fitted, &shifted(recording, column, lag)?)?;
         Some(Self {

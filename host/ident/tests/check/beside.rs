@@ -123,8 +123,8 @@ fn sensors_that_answer_to_no_input_are_named() {
     );
 }
 
-/// A second recording of which a rig leaves as much as of a sound one is not searched for faults; one
-/// of which it leaves more is.
+/// A second recording of which a rig leaves as much as of a sound one is not searched for faults.
+/// One of which it leaves more is.
 #[test]
 fn a_fault_of_the_second_recording_alone_is_named() {
     let (rig, sound) = sound();

@@ -68,8 +68,8 @@ impl Checkpoint {
         }
     }
 
-    /// State that was reached in a training with the same `key`, whose weights and optimizer `start` is.
-    /// What cannot be read is no checkpoint: the training begins anew.
+    /// State that was reached in a training with the same `key`, whose weights and optimizer
+    /// `start` is. A file that cannot be read is no checkpoint: the training begins anew.
     pub(super) fn reached(&self, key: u64, start: Reached) -> Reached {
         let read = || {
             let bytes = fs::read(&self.file).ok()?;
