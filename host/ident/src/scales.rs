@@ -124,7 +124,7 @@ impl<'a> Run<'a> {
             Site::Body(body) => self.push(body),
             Site::Pair(a, b) => self.push(a).min(self.push(b)),
             Site::Spring(spring) => {
-                let stiffness = self.value(&self.rig.springs[spring].name, "stiffness");
+                let stiffness = self.stiffness(spring);
                 let elastic = stiffness * rms(&moved.position);
                 elastic
                     .hypot(self.thrust(moved.body))
@@ -165,6 +165,15 @@ impl<'a> Run<'a> {
     fn value(&self, component: &str, key: &str) -> f64 {
         let slot = self.plant.slot(&format!("{component}.{key}"));
         slot.map_or(0.0, |slot| self.values[slot])
+    }
+
+    /// Stiffness of a spring; of one with a learned law, that near its rest.
+    fn stiffness(&self, spring: usize) -> f64 {
+        let it = &self.rig.springs[spring];
+        match it.law {
+            Some(_) => self.rig.stiffness_at_rest(spring),
+            None => self.value(&it.name, "stiffness"),
+        }
     }
 
     fn body(&self, body: usize) -> Moved {
@@ -236,7 +245,7 @@ impl<'a> Run<'a> {
         for (index, spring) in self.rig.springs.iter().enumerate() {
             if [spring.from, spring.to].contains(&End::Body(body)) {
                 let extension = self.moved(Site::Spring(index)).position;
-                squares += (self.value(&spring.name, "stiffness") * rms(&extension)).powi(2);
+                squares += (self.stiffness(index) * rms(&extension)).powi(2);
             }
         }
         for (actuator, (_, square)) in self.rig.actuators.iter().zip(&self.input) {

@@ -90,6 +90,9 @@ pub(super) fn bound(
             stiffness: values[spring.stiffness].abs(),
             damping: 0.0,
         };
+        if let Some(curve) = &spring.curve {
+            slopes.stiffness = curve.steepest(values, at.position);
+        }
         for law in &spring.laws {
             let more = law.kind.slopes(&values[law.slot..], &at);
             slopes.stiffness += more.stiffness;
@@ -115,9 +118,17 @@ pub(super) fn bound(
         rows.add(&[(spring.from, 1.0), (spring.to, 1.0)], slopes);
     }
     for damper in &topology.dampers {
+        let damping = match &damper.curve {
+            None => values[damper.damping].abs(),
+            // The rate of the next sample is not known: the law may rise as far as it was learned.
+            Some(curve) => {
+                let speed = state.v[damper.to] - state.v[damper.from];
+                curve.steepest(values, speed.abs().max(curve.shape.met()))
+            }
+        };
         let slopes = Slopes {
             stiffness: 0.0,
-            damping: values[damper.damping].abs(),
+            damping,
         };
         rows.add(&[(damper.from, 1.0), (damper.to, 1.0)], slopes);
     }

@@ -25,6 +25,7 @@ pub(super) fn add_effects(rig: &Rig, slots: &mut Slots, topology: &mut Topology)
                 stiffness: slot,
                 rest: None,
                 motion: rig.bodies[a].motion,
+                curve: None,
                 laws: Vec::new(),
                 gap: None,
                 memory: Vec::new(),
@@ -186,6 +187,7 @@ fn add_hidden(rig: &Rig, host: usize, slot: usize, topology: &mut Topology) {
         stiffness: slot + 1,
         rest: None,
         motion: rig.bodies[host].motion,
+        curve: None,
         laws: Vec::new(),
         gap: None,
         memory: Vec::new(),
@@ -194,6 +196,7 @@ fn add_hidden(rig: &Rig, host: usize, slot: usize, topology: &mut Topology) {
         from: host,
         to: body,
         damping: slot + 2,
+        curve: None,
     });
 }
 

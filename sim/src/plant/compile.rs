@@ -12,7 +12,8 @@ use super::topology::{
 use super::{Input, MotionQuantity, Parameter, Plant, SensorChannel};
 use crate::effects::{Kind, Sign};
 use crate::error::Error;
-use crate::rig::{Drives, End, Hold, Place, Reads, Rig, Signal};
+use crate::law::{Curve, LawKind};
+use crate::rig::{AppliedLaw, Drives, End, Hold, Place, Reads, Rig, Signal};
 use crate::settings::Settings;
 use crate::unit::{self, Motion, Quantity};
 use std::sync::Arc;
@@ -129,6 +130,29 @@ fn signal_unit(rig: &Rig, sensor: &crate::rig::Sensor) -> String {
     }
 }
 
+/// Slots of the numbers of every learned law, one after the other; components that share a law share
+/// them.
+fn laws(rig: &Rig, slots: &mut Slots) -> Vec<Curve> {
+    let laws = rig.laws.iter().map(|law| {
+        let quantity = match law.kind {
+            LawKind::Spring => Quantity::Stiffness,
+            LawKind::Damper => Quantity::Damping,
+        };
+        let unit = quantity.unit(law.motion);
+        let slot = slots.len();
+        for (k, number) in law.numbers.iter().enumerate() {
+            let name = format!("{}.{}.{k}", law.name, law.kind.key());
+            slots.add(name, unit, law.sign(), number);
+        }
+        Curve {
+            shape: law.shape(),
+            slot,
+            count: law.numbers.len(),
+        }
+    });
+    laws.collect()
+}
+
 /// Slots and topology; `columns` are the distinct inputs in order (added to where they are new).
 fn build<'a>(
     rig: &'a Rig,
@@ -168,6 +192,15 @@ fn build<'a>(
     });
     let bodies: Vec<_> = bodies.collect();
 
+    let curves = laws(rig, &mut slots);
+    let curve = |applied: &Option<AppliedLaw>| -> Option<Curve> {
+        let applied = applied.as_ref()?;
+        let mut curve = curves[applied.law];
+        curve.shape.length = applied.length;
+        curve.shape.width = applied.width;
+        Some(curve)
+    };
+
     let springs = rig.springs.iter().map(|spring| {
         let motion = rig.ends_motion(spring.from, spring.to);
         let mut of = |key, quantity, sign, value| {
@@ -184,6 +217,7 @@ fn build<'a>(
             ),
             rest: Some(of("rest", Quantity::Coordinate, Sign::Any, &spring.rest)),
             motion,
+            curve: curve(&spring.law),
             laws: Vec::new(),
             gap: None,
             memory: Vec::new(),
@@ -203,6 +237,7 @@ fn build<'a>(
                 Sign::NonNegative,
                 &damper.damping,
             ),
+            curve: curve(&damper.law),
         }
     });
     let dampers: Vec<_> = dampers.collect();
@@ -277,6 +312,8 @@ fn build<'a>(
         tendons,
         loads,
         switches,
+        // The stiffness of a learned law depends on the extension.
+        rates_vary: !rig.laws.is_empty(),
         ..Topology::default()
     };
     hasel::add(rig, &mut slots, &mut topology);

@@ -110,7 +110,10 @@ impl Spring {
             let width = not_below_zero(values[gap.slot]);
             extension = dead_band(extension, width, at.branches[gap.switch]);
         }
-        let mut pull = -(values[self.stiffness] * extension);
+        let mut pull = match &self.curve {
+            None => -(values[self.stiffness] * extension),
+            Some(curve) => -curve.resistance(values, extension),
+        };
         if !self.laws.is_empty() {
             let at = At {
                 position: extension,
@@ -249,7 +252,11 @@ impl Topology {
             self.loads(at, force, load);
         }
         for damper in &self.dampers {
-            let pull = values[damper.damping] * (at.state.v[damper.to] - at.state.v[damper.from]);
+            let speed = at.state.v[damper.to] - at.state.v[damper.from];
+            let pull = match &damper.curve {
+                None => values[damper.damping] * speed,
+                Some(curve) => curve.resistance(values, speed),
+            };
             force[damper.to] -= pull;
             force[damper.from] += pull;
         }

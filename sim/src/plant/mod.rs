@@ -15,6 +15,7 @@ pub(crate) mod topology;
 
 use crate::error::{Error, SimulationError};
 use crate::imposed_motion::ImposedMotion;
+use crate::law::Curve;
 use crate::rig::{Hold, Rig};
 use crate::settings::Settings;
 pub(crate) use compile::parameters;
@@ -271,15 +272,17 @@ impl Plant {
     /// Products in one look at the forces, about: what a sub-step of the integrator costs.
     pub fn terms(&self) -> usize {
         let topology = &self.topology;
+        let learned = |curve: &Option<Curve>| curve.map_or(0, |curve| 2 * curve.count);
         let springs = topology.springs.iter();
         let springs: usize = springs
-            .map(|s| 1 + 3 * (s.laws.len() + s.memory.len()))
+            .map(|s| 1 + 3 * (s.laws.len() + s.memory.len()) + learned(&s.curve))
             .sum();
         // Stretch, its rate, and the pull on each body of the path; stiffness, damping, pretension.
         let tendons = topology.tendons.iter();
         let tendons: usize = tendons.map(|t| 3 * t.path.len() + t.lines.len() + 3).sum();
+        let dampers = topology.dampers.iter().map(|d| 1 + learned(&d.curve));
         let others = topology.bodies.len()
-            + topology.dampers.len()
+            + dampers.sum::<usize>()
             + topology.motors.len()
             + 2 * (topology.loads.len() + topology.stops.len() + topology.frictions.len());
         springs + tendons + others + 20 * topology.hasels.len()

@@ -4,6 +4,7 @@
 use super::shapes::Shapes;
 use crate::effects::Kind;
 use crate::error::BodyPlace;
+use crate::law::Curve;
 use crate::rig::Reads;
 use crate::unit::Motion;
 
@@ -100,6 +101,8 @@ pub(crate) struct Spring {
     /// None: at zero.
     pub(crate) rest: Option<usize>,
     pub(crate) motion: Motion,
+    /// A learned law in the place of a stiffness.
+    pub(crate) curve: Option<Curve>,
     pub(crate) laws: Vec<Law>,
     pub(crate) gap: Option<Gap>,
     pub(crate) memory: Vec<Memory>,
@@ -138,6 +141,8 @@ pub(crate) struct Damper {
     pub(crate) from: usize,
     pub(crate) to: usize,
     pub(crate) damping: usize,
+    /// A learned law in the place of a damping.
+    pub(crate) curve: Option<Curve>,
 }
 
 #[derive(Debug)]

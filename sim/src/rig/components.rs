@@ -6,6 +6,7 @@ use super::geometry::{
     self, Geometry, Reading, read_hasel, read_magnet, read_magnetometer, read_path, read_waveguide,
     split,
 };
+use super::laws::{read_applied, read_laws};
 use super::names::{Component, Names};
 use super::reader::{Source, Spanned, TableReader};
 use super::sections::read_names;
@@ -16,6 +17,7 @@ use super::{
 };
 use crate::effects::Sign;
 use crate::error::Error;
+use crate::law::LawKind;
 use crate::suggest;
 use crate::unit::Motion;
 use toml_edit::TableLike;
@@ -32,6 +34,7 @@ const TOP: &[&str] = &[
     "sensor",
     "effect",
     "signal",
+    "law",
     "chain",
     "plate",
     "waveguide",
@@ -75,6 +78,7 @@ pub(super) fn read_rig<'a>(source: &'a Source<'a>, table: &'a dyn TableLike) -> 
         actuators: Vec::new(),
         sensors: Vec::new(),
         signals: Vec::new(),
+        laws: read_laws(&root.tables("law")?)?,
         effects: Vec::new(),
         geometry: Geometry::default(),
     };
@@ -198,23 +202,33 @@ fn read_ends(table: &TableReader, names: &Names, rig: &Rig) -> Result<(End, End)
 fn read_spring(table: &TableReader, names: &Names, rig: &Rig) -> Result<Spring, Error> {
     let name = own_name(table)?;
     let (from, to) = read_ends(table, names, rig)?;
+    let law = read_applied(table, LawKind::Spring, rig.ends_motion(from, to), rig)?;
     Ok(Spring {
         name,
         from,
         to,
-        stiffness: table.parameter("stiffness", Sign::NonNegative)?,
+        stiffness: match law {
+            Some(_) => table.held("stiffness", 0.0),
+            None => table.parameter("stiffness", Sign::NonNegative)?,
+        },
         rest: table.parameter_or("rest", Sign::Any, 0.0)?,
+        law,
     })
 }
 
 fn read_damper(table: &TableReader, names: &Names, rig: &Rig) -> Result<Damper, Error> {
     let name = own_name(table)?;
     let (from, to) = read_ends(table, names, rig)?;
+    let law = read_applied(table, LawKind::Damper, rig.ends_motion(from, to), rig)?;
     Ok(Damper {
         name,
         from,
         to,
-        damping: table.parameter("damping", Sign::NonNegative)?,
+        damping: match law {
+            Some(_) => table.held("damping", 0.0),
+            None => table.parameter("damping", Sign::NonNegative)?,
+        },
+        law,
     })
 }
 

@@ -5,6 +5,7 @@ mod components;
 mod effect_tables;
 mod extend;
 mod geometry;
+mod laws;
 mod names;
 mod per_recording;
 mod reader;
@@ -21,6 +22,7 @@ pub use geometry::{
     Axis, Chain, Geometry, Hasel, HaselReading, Magnet, Magnetometer, Plate, Route, Shape,
     Waveguide,
 };
+pub use laws::{AppliedLaw, LAW_FORMAT, LearnedLaw};
 use reader::Source;
 pub use reader::{Span, Spanned, TableReader};
 use std::path::Path;
@@ -68,6 +70,8 @@ pub struct Rig {
     pub sensors: Vec<Sensor>,
     /// Columns that parameters may depend on, as the rig declares them.
     pub signals: Vec<Signal>,
+    /// Learned laws of springs and dampers, as the rig holds them.
+    pub laws: Vec<LearnedLaw>,
     /// Physics beyond the textbook.
     pub effects: Vec<EffectTable>,
     /// Components with a shape: chains, plates and their sensors.
@@ -183,10 +187,12 @@ pub struct Spring {
     pub from: End,
     /// The end that the sign of the force belongs to.
     pub to: End,
-    /// N/m or N m/rad.
+    /// N/m or N m/rad; zero beside a law.
     pub stiffness: Value,
     /// m or rad.
     pub rest: Value,
+    /// Learned law in the place of the stiffness.
+    pub law: Option<AppliedLaw>,
 }
 
 /// Force on `to` = -damping (v_to - v_from).
@@ -198,8 +204,10 @@ pub struct Damper {
     pub from: End,
     /// The end that the sign of the force belongs to.
     pub to: End,
-    /// N s/m or N m s/rad.
+    /// N s/m or N m s/rad; zero beside a law.
     pub damping: Value,
+    /// Learned law in the place of the damping.
+    pub law: Option<AppliedLaw>,
 }
 
 /// Slide: force = -amplitude. Hinge: torque = -amplitude sin(q - zero).
@@ -371,6 +379,8 @@ impl Rig {
     /// that was probably meant. No text makes it panic.
     pub fn parse(text: &str, file: &str) -> Result<Self, Error> {
         let source = Source::new(file, text);
+        let text = laws::with_files(&source)?;
+        let source = Source::new(file, &text);
         let document = source.document()?;
         components::read_rig(&source, document.as_table())
     }

@@ -332,13 +332,31 @@ impl<'a> TableReader<'a> {
 
     /// A parameter, if the key is there: a bare number (held) or `{ value, min, max }` (free).
     pub(super) fn optional_parameter(&self, key: &str, sign: Sign) -> Result<Option<Value>, Error> {
-        let Some(item) = self.item(key) else {
-            return Ok(None);
-        };
+        let item = self.item(key);
+        item.map(|item| self.parameter_in(key, item, sign))
+            .transpose()
+    }
+
+    /// An element of a list of parameters, which is its own place in the file.
+    pub(super) fn element(
+        &self,
+        (list, index): (&'static str, usize),
+        item: &Item,
+        sign: Sign,
+    ) -> Result<Value, Error> {
+        let mut value = self.parameter_in(list, item, sign)?;
+        let line = |span: std::ops::Range<usize>| self.source.position(span.start).0;
+        value.place.line = item.span().map_or(value.place.line, line);
+        value.place = value.place.in_list(list, index);
+        Ok(value)
+    }
+
+    /// The parameter that stands in `item`, the value of a key or a part of it.
+    fn parameter_in(&self, key: &str, item: &Item, sign: Sign) -> Result<Value, Error> {
         let expected = "a number or { value = ..., min = ..., max = ... }";
         let Some(table) = item.as_table_like() else {
             let value = self.checked(key, item, sign, expected)?;
-            return Ok(Some(self.held(key, value)));
+            return Ok(self.held(key, value));
         };
         let inner = TableReader {
             source: self.source,
@@ -372,7 +390,7 @@ impl<'a> TableReader<'a> {
                 ),
             ));
         }
-        Ok(Some(Value {
+        Ok(Value {
             value,
             min,
             max,
@@ -380,7 +398,7 @@ impl<'a> TableReader<'a> {
             with: self.dependence(key, &inner)?,
             per_recording: self.per_recording(key, &inner, value)?,
             place: self.place(key),
-        }))
+        })
     }
 
     /// A parameter that must be there.

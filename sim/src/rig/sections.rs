@@ -61,12 +61,31 @@ const SECTIONS: &[Section] = &[
     ),
     (
         "spring",
-        &["name", "from", "to", "stiffness", "rest"],
+        &[
+            "name",
+            "from",
+            "to",
+            "stiffness",
+            "rest",
+            "law",
+            "law_length",
+            "law_width",
+        ],
         Component::Spring,
     ),
-    ("damper", &["name", "from", "to", "damping"], |_| {
-        Component::Damper
-    }),
+    (
+        "damper",
+        &[
+            "name",
+            "from",
+            "to",
+            "damping",
+            "law",
+            "law_length",
+            "law_width",
+        ],
+        |_| Component::Damper,
+    ),
     ("gravity", &["name", "body", "amplitude", "zero"], |_| {
         Component::Gravity
     }),

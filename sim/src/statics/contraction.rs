@@ -51,7 +51,7 @@ impl Bounds {
             }
         };
         for spring in &topology.springs {
-            if !spring.laws.iter().all(|law| law.kind == Kind::Viscous) {
+            if spring.curve.is_some() || !spring.laws.iter().all(|law| law.kind == Kind::Viscous) {
                 return None;
             }
             let k = values[spring.stiffness];

@@ -170,10 +170,8 @@ impl Search<'_> {
         topology.hasels.is_empty()
             && (topology.loads.iter()).all(|load| straight(load.law.kind, load.motion))
             && (topology.springs.iter()).all(|spring| {
-                spring
-                    .laws
-                    .iter()
-                    .all(|law| straight(law.kind, spring.motion))
+                spring.curve.is_none()
+                    && (spring.laws.iter()).all(|law| straight(law.kind, spring.motion))
             })
     }
 

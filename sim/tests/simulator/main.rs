@@ -18,6 +18,7 @@ mod hasel;
 mod imposed;
 mod inputs;
 mod laws;
+mod learned_laws;
 mod mechanisms;
 mod order;
 mod passive;

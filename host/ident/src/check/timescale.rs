@@ -78,12 +78,18 @@ fn slowest(rig: &Rig) -> Option<f64> {
     let times = (0..rig.bodies.len()).filter_map(|body| {
         let inertia = rig.bodies[body].inertia.value;
         let ends = |from: End, to: End| from == End::Body(body) || to == End::Body(body);
-        let springs = rig.springs.iter().filter(|s| ends(s.from, s.to));
+        let springs = (0..rig.springs.len()).filter(|&s| {
+            let spring = &rig.springs[s];
+            ends(spring.from, spring.to)
+        });
         let weights = rig.gravities.iter().filter(|g| g.body == body);
-        let stiffness = springs.map(|s| s.stiffness.value).sum::<f64>()
+        let stiffness = springs.map(|s| rig.stiffness_at_rest(s)).sum::<f64>()
             + weights.map(|g| g.amplitude.value.abs()).sum::<f64>();
-        let dampers = rig.dampers.iter().filter(|d| ends(d.from, d.to));
-        let damping: f64 = dampers.map(|d| d.damping.value).sum();
+        let dampers = (0..rig.dampers.len()).filter(|&d| {
+            let damper = &rig.dampers[d];
+            ends(damper.from, damper.to)
+        });
+        let damping: f64 = dampers.map(|d| rig.damping_at_rest(d)).sum();
         let time = match (stiffness > 0.0, damping > 0.0) {
             (true, _) => TAU * (inertia / stiffness).sqrt(),
             (false, true) => TAU * inertia / damping,

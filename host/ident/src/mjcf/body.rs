@@ -3,7 +3,7 @@
 use sinew_sim::effects::{Kind, Motion};
 use sinew_sim::rig::{End, Rig, Site};
 
-use super::stiffness::{coil, ends_at_ground, ground_spring, trimmed};
+use super::stiffness::{coil, ends_at_ground, ground_spring, pot, trimmed};
 use super::xml::Element;
 use super::{Model, effect, unnamed, value};
 
@@ -65,15 +65,16 @@ fn grounded(rig: &Rig, index: usize, mut joint: Element) -> Element {
             .numbers("stiffness", &trimmed([linear, side * quadratic, cubic]))
             .number("springref", side * rig.springs[spring].rest.value);
     }
-    let dampers: f64 = (rig.dampers.iter())
-        .filter(|damper| ends_at_ground(damper.from, damper.to, index))
-        .map(|damper| damper.damping.value)
-        .sum();
+    let own = (rig.dampers.iter().enumerate())
+        .filter(|(_, damper)| ends_at_ground(damper.from, damper.to, index));
+    let pots: Vec<[f64; 2]> = own.map(|(damper, _)| pot(rig, damper)).collect();
+    let dampers: f64 = pots.iter().map(|pot| pot[0]).sum();
     let springs: f64 = ground_spring(rig, index).map_or(0.0, |spring| {
         value(rig, Kind::Viscous, Site::Spring(spring), 0)
     });
     let linear = dampers + springs + value(rig, Kind::Viscous, Site::Body(index), 0);
-    let drag = value(rig, Kind::QuadraticDrag, Site::Body(index), 0);
+    let drag = value(rig, Kind::QuadraticDrag, Site::Body(index), 0)
+        + pots.iter().map(|pot| pot[1]).sum::<f64>();
     if linear != 0.0 || drag != 0.0 {
         joint = joint.numbers("damping", &trimmed([linear, drag, 0.0]));
     }

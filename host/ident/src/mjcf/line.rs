@@ -3,7 +3,7 @@
 use sinew_sim::effects::Kind;
 use sinew_sim::rig::{Drives, End, Rig, Site};
 
-use super::stiffness::{coil, ends_at_ground, ground_spring, trimmed};
+use super::stiffness::{coil, ends_at_ground, ground_spring, pot, trimmed};
 use super::xml::Element;
 use super::{Model, effect, unnamed, value};
 
@@ -17,9 +17,10 @@ pub(super) fn add(rig: &Rig, model: &mut Model) {
     for (index, damper) in rig.dampers.iter().enumerate() {
         let grounded = (0..rig.bodies.len()).any(|b| ends_at_ground(damper.from, damper.to, b));
         if !grounded {
+            let [linear, drag] = pot(rig, index);
             let element = Element::new("fixed")
-                .with("name", &rig.dampers[index].name)
-                .number("damping", damper.damping.value);
+                .with("name", &damper.name)
+                .numbers("damping", &trimmed([linear, drag, 0.0]));
             model
                 .tendons
                 .push(between(rig, element, damper.from, damper.to));

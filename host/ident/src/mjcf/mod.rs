@@ -6,6 +6,7 @@
 
 mod actuator;
 mod body;
+mod law;
 mod line;
 mod stiffness;
 mod timestep;
@@ -77,6 +78,7 @@ pub fn mjcf(rig: &Rig) -> Mjcf {
         );
         model.left_out.push(left_out);
     }
+    model.left_out.extend(law::left_out(rig));
     model.left_out.extend(dependences(rig));
     model.left_out.extend(shared_values(rig));
     let text = write(rig, step, &model);

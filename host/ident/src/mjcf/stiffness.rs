@@ -3,16 +3,34 @@
 use sinew_sim::effects::Kind;
 use sinew_sim::rig::{End, Rig, Site};
 
+use super::law::polynomial;
 use super::{effect, value};
 
 /// Linear, quadratic and cubic stiffness of a spring.
 pub(super) fn coil(rig: &Rig, index: usize) -> [f64; 3] {
     let site = Site::Spring(index);
+    let spring = &rig.springs[index];
+    let own = match &spring.law {
+        Some(applied) => polynomial(rig, &spring.name, applied).coefficients,
+        None => [spring.stiffness.value, 0.0, 0.0],
+    };
     [
-        rig.springs[index].stiffness.value,
-        value(rig, Kind::Quadratic, site, 0),
-        value(rig, Kind::Cubic, site, 0),
+        own[0],
+        own[1] + value(rig, Kind::Quadratic, site, 0),
+        own[2] + value(rig, Kind::Cubic, site, 0),
     ]
+}
+
+/// Linear and quadratic damping of a damper.
+pub(super) fn pot(rig: &Rig, index: usize) -> [f64; 2] {
+    let damper = &rig.dampers[index];
+    match &damper.law {
+        Some(applied) => {
+            let [linear, drag, _] = polynomial(rig, &damper.name, applied).coefficients;
+            [linear, drag]
+        }
+        None => [damper.damping.value, 0.0],
+    }
 }
 
 /// The first spring between a body and the ground that a joint can stand for: one without a dead

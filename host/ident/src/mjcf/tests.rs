@@ -82,3 +82,63 @@ fn a_number_that_differs_by_recording_is_written_at_what_recordings_share() {
     let what = "differing by recording, here at `value`: `cart.inertia` = 2.00 kg";
     assert_eq!(left_out, [what]);
 }
+
+/// A cart on a spring and a damper with learned laws, joined to a second one by another.
+fn on_laws(stiffness: &str, damping: &str) -> Rig {
+    let text = format!(
+        "format = \"sinew-rig/1\"\nname = \"x\"\n[[law]]\nname = \"foam\"\nreach = 0.1\n\
+         stiffness = {stiffness}\n[[law]]\nname = \"oil\"\nreach = 2.0\ndamping = {damping}\n\
+         [[body]]\nname = \"cart\"\nmotion = \"slide\"\ninertia = 1.0\n[[body]]\nname = \"rider\"\n\
+         motion = \"slide\"\ninertia = 1.0\n[[spring]]\nname = \"block\"\nfrom = \"ground\"\n\
+         to = \"cart\"\nlaw = \"foam\"\n[[spring]]\nname = \"pad\"\nfrom = \"cart\"\n\
+         to = \"rider\"\nlaw = \"foam\"\nlaw_length = 2.0\nlaw_width = 3.0\n[[damper]]\n\
+         name = \"pot\"\nfrom = \"ground\"\nto = \"cart\"\nlaw = \"oil\"\n"
+    );
+    Rig::parse(&text, "laws.toml").expect("the rig is sound")
+}
+
+/// `k + 3 c x^2` is the slope of a cubic spring, `c + 2 d v` that of quadratic drag.
+#[test]
+fn a_learned_law_that_is_a_polynomial_is_written_as_one() {
+    let rig = on_laws("[40.0, 100.0]", "[0.5, 4.5]");
+    let written = mjcf(&rig);
+    assert_eq!(written.left_out, [""; 0]);
+    let numbers = |tag: &str, key: &str| -> Vec<f64> {
+        let (_, rest) = written.text.split_once(tag).expect("it is written");
+        let (_, rest) = rest.split_once(&format!(" {key}=\"")).expect("it has one");
+        let (list, _) = rest.split_once('"').expect("it ends");
+        list.split(' ')
+            .map(|n| n.parse().expect("a number"))
+            .collect()
+    };
+    let near = |found: &[f64], wanted: &[f64]| {
+        assert_eq!(found.len(), wanted.len(), "{found:?}");
+        for (found, wanted) in found.iter().zip(wanted) {
+            assert!(
+                (found - wanted).abs() < 1e-6 * (1.0 + wanted),
+                "{found} {wanted}"
+            );
+        }
+    };
+    near(
+        &numbers("<joint name=\"cart\"", "stiffness"),
+        &[40.0, 0.0, 2000.0],
+    );
+    near(&numbers("<joint name=\"cart\"", "damping"), &[0.5, 1.0]);
+    // Twice as long and three times as wide: 1.5 times as stiff, the cubic part 3 / 8.
+    near(
+        &numbers("<fixed name=\"pad\"", "stiffness"),
+        &[60.0, 0.0, 750.0],
+    );
+}
+
+#[test]
+fn a_learned_law_that_is_no_polynomial_is_named_with_how_far_off_it_is() {
+    let rig = on_laws("[40.0, 30.0, 5.0, 1.0]", "[0.5, 4.5]");
+    let written = mjcf(&rig);
+    assert_eq!(written.left_out.len(), 2, "{:?}", written.left_out);
+    for (line, name) in written.left_out.iter().zip(["block", "pad"]) {
+        let what = format!("learned law of {name}: a polynomial stands for it, off by up to ");
+        assert!(line.starts_with(&what), "{line}");
+    }
+}

@@ -20,13 +20,13 @@ pub(super) fn timestep(rig: &Rig) -> f64 {
     for (index, spring) in rig.springs.iter().enumerate() {
         let c = value(rig, Kind::Viscous, Site::Spring(index), 0);
         for body in ends([spring.from, spring.to]) {
-            stiffness[body] += spring.stiffness.value;
+            stiffness[body] += rig.steepest_stiffness(index);
             damping[body] += c;
         }
     }
-    for damper in &rig.dampers {
+    for (index, damper) in rig.dampers.iter().enumerate() {
         for body in ends([damper.from, damper.to]) {
-            damping[body] += damper.damping.value;
+            damping[body] += rig.steepest_damping(index);
         }
     }
     for tendon in &rig.tendons {

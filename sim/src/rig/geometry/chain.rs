@@ -5,6 +5,8 @@ use std::ops::Range;
 use super::Chain;
 use crate::effects::Sign;
 use crate::error::Error;
+use crate::law::LawKind;
+use crate::rig::laws::read_applied;
 use crate::rig::names::{Component, Section};
 use crate::rig::reader::TableReader;
 use crate::rig::{Body, Damper, End, Rig, Spring, Value};
@@ -22,6 +24,9 @@ pub(super) const SECTION: Section = (
         "rest_x",
         "rest_y",
         "segment",
+        "law",
+        "law_length",
+        "law_width",
     ],
     Component::Chain,
 );
@@ -96,7 +101,19 @@ pub(in crate::rig) fn expand(table: &TableReader, rig: &mut Rig) -> Result<(), E
     }
     let each = |key, sign| of_segments(table, &own, count, key, sign);
     let inertia = each("inertia", Sign::Positive)?;
-    let stiffness = each("stiffness", Sign::NonNegative)?;
+    let law = read_applied(table, LawKind::Spring, Motion::Hinge, rig)?;
+    let stiffness = match law {
+        Some(_) => {
+            if let Some(part) = own.iter().find(|part| part.has("stiffness")) {
+                let message = format!("{} has `law`, and a segment its `stiffness`", table.what);
+                return Err(part
+                    .error_at("stiffness", message)
+                    .helped("the law is the whole torque of every segment: leave it out"));
+            }
+            vec![table.held("stiffness", 0.0); count]
+        }
+        None => each("stiffness", Sign::NonNegative)?,
+    };
     let damping = each("damping", Sign::NonNegative)?;
     let rest = [
         table.parameter_or("rest_x", Sign::Any, 0.0)?,
@@ -120,6 +137,7 @@ pub(in crate::rig) fn expand(table: &TableReader, rig: &mut Rig) -> Result<(), E
             from,
             to,
             damping: damping[segment].clone(),
+            law: None,
         });
         rig.springs.push(Spring {
             name: spring,
@@ -127,6 +145,7 @@ pub(in crate::rig) fn expand(table: &TableReader, rig: &mut Rig) -> Result<(), E
             to,
             stiffness: stiffness[segment].clone(),
             rest: rest[axis].clone(),
+            law: law.clone(),
         });
     }
     rig.geometry.chains.push(Chain {

@@ -4,6 +4,7 @@
 mod finger;
 mod foam;
 mod laws;
+mod learned;
 mod mass_spring_damper;
 mod mujoco;
 mod mujoco_rests;
