@@ -241,6 +241,7 @@ fn foreign() -> Result<()> {
         "payload.py",
         "finger.py",
         "foam.py",
+        "pad.py",
     ] {
         let mut command = Command::new("python3");
         command.args([&format!("tests/foreign/{program}"), "--check"]);

@@ -5,6 +5,7 @@
 //! | [`recording`] | a CSV file | columns |
 //! | [`check`] | recordings, with or without a rig | faults by kind, line and remedy |
 //! | [`fit`] | a rig and recordings | the rig with its parameters refitted |
+//! | [`learn`] | a rig and recordings | laws of springs and dampers that no rig names |
 //! | [`diagnose`] | a rig and recordings | the physics that the rig lacks |
 //! | [`excite`] | a rig with limits | inputs for an experiment |
 //! | [`mjcf`] | a rig | a MuJoCo model |
@@ -17,6 +18,7 @@ pub mod diagnose;
 pub mod error;
 pub mod excite;
 pub mod fit;
+pub mod learn;
 pub mod mechanism;
 pub mod mjcf;
 pub mod noise;

@@ -9,13 +9,13 @@ use sinew_sim::Rig;
 use super::Common;
 use super::exit_code;
 use super::interrupt::Interrupt;
-use super::overwrite::{self, identity};
+use super::overwrite;
 use super::progress::Stage;
 use super::repair::Repairs;
 use super::said::Said;
 use crate::diagnose::output::{self, Shown};
 use crate::diagnose::{Diagnosis, Options, Recordings, diagnose};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::fit::require;
 use crate::mechanism::changes;
 
@@ -77,7 +77,7 @@ fn seconds(text: &str) -> std::result::Result<Duration, String> {
 /// # Errors
 /// Arguments that contradict each other, a bad file, or a rig that cannot be fitted.
 pub fn run(arguments: &Arguments) -> Result<u8> {
-    refuse_two_roles(arguments)?;
+    super::roles::refuse_two(roles(arguments))?;
     refuse_overwriting(arguments)?;
     let rig = Rig::load(&arguments.rig)?;
     if let Some(original) = &arguments.changes {
@@ -202,29 +202,6 @@ fn roles(arguments: &Arguments) -> [(&'static str, &Vec<PathBuf>); 3] {
         ("--check", &arguments.check),
         ("--test", &arguments.test),
     ]
-}
-
-/// A recording that estimates or chooses cannot judge as well.
-fn refuse_two_roles(arguments: &Arguments) -> Result<()> {
-    let mut seen: Vec<(PathBuf, &str)> = Vec::new();
-    for (flag, paths) in roles(arguments) {
-        for path in paths {
-            let file = identity(path);
-            if let Some((_, before)) = seen.iter().find(|(other, _)| *other == file) {
-                let what = if *before == flag {
-                    format!("{} is given to {flag} twice", path.display())
-                } else {
-                    format!("{} is given to {before} and to {flag}", path.display())
-                };
-                return Err(Error::arguments(what).help(
-                    "each recording has one role: fit estimates, check decides, test is only scored; cut a long \
-                     recording in two if there is only one",
-                ));
-            }
-            seen.push((file, flag));
-        }
-    }
-    Ok(())
 }
 
 /// No result may replace what it was made from, or another result.

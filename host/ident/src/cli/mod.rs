@@ -9,10 +9,12 @@ pub mod failing;
 mod fault_text;
 pub mod fit;
 pub mod interrupt;
+pub mod learn;
 pub mod mjcf;
 pub mod overwrite;
 pub mod progress;
 pub mod repair;
+mod roles;
 pub mod said;
 
 pub use fault_text::wrapped;
@@ -36,6 +38,8 @@ struct Program {
 enum Verb {
     /// Fit the parameters of a rig to recordings.
     Fit(fit::Arguments),
+    /// Learn the law of a spring or a damper for this rig and others.
+    Learn(learn::Arguments),
     /// Find faults of recordings before any fit.
     Check(check::Arguments),
     /// Find the physics that a rig lacks.
@@ -99,6 +103,7 @@ pub fn main() -> ExitCode {
 fn run(verb: Verb) -> Result<u8> {
     match verb {
         Verb::Fit(arguments) => fit::run(&arguments),
+        Verb::Learn(arguments) => learn::run(&arguments).map(|()| 0),
         Verb::Diagnose(arguments) => diagnose::run(&arguments),
         Verb::Check(arguments) => check::run(&arguments),
         Verb::Excite(arguments) => excite::run(&arguments, None).map(|()| 0),

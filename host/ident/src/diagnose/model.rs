@@ -207,6 +207,7 @@ impl Model {
                 })
                 .collect(),
             tied: self.tied.clone(),
+            sums: Vec::new(),
         }
     }
 

@@ -52,7 +52,11 @@ impl Judge<'_> {
         let errors = pool(&runs);
         let mut releasing = |released: &[usize]| {
             let held = &found.held;
-            run(Apart { held, released })
+            run(Apart {
+                held,
+                released,
+                ..Apart::default()
+            })
         };
         let within = (&found, &errors[..]);
         let errors_at = |values: &[f64]| Ok(pool(&(self.runs_at)(values)?));

@@ -28,6 +28,9 @@ pub(crate) struct Prior {
     /// Fitted parameters that change together, by the same part of their scales: a list of indices
     /// each.
     pub tied: Vec<Vec<usize>>,
+    /// Sums of fitted parameters with a standard normal prior: a list of (index, factor per SI
+    /// unit) each.
+    pub sums: Vec<Vec<(usize, f64)>>,
 }
 
 /// Reason for which a search ended.
@@ -198,9 +201,9 @@ fn cost_below(
     unknowns: &DecisionVariables,
     most: f64,
 ) -> f64 {
-    let prior: f64 = belief
-        .pull(problem, &unknowns.values)
-        .iter()
+    let pulls = belief.pull(problem, &unknowns.values);
+    let sums = belief.sums_at(problem, &unknowns.values);
+    let prior: f64 = (pulls.iter().chain(&sums))
         .map(|pull| 0.5 * pull * pull)
         .sum();
     problem.cost_below(segments, &unknowns.values, &unknowns.states, most - prior) + prior
@@ -214,7 +217,27 @@ impl Prior {
             written: Vec::new(),
             widths: Vec::new(),
             tied: Vec::new(),
+            sums: Vec::new(),
         }
+    }
+
+    /// Each sum of parameters.
+    fn sums_at(&self, problem: &Problem, values: &[f64]) -> Vec<f64> {
+        let sum = |terms: &Vec<(usize, f64)>| {
+            let each = terms
+                .iter()
+                .map(|&(j, factor)| factor * values[problem.slots[j]]);
+            each.sum()
+        };
+        self.sums.iter().map(sum).collect()
+    }
+
+    /// Change of a sum by a step in units of the scales.
+    fn sum_of_step(&self, sum: usize, problem: &Problem, dz: &DVector<f64>) -> f64 {
+        let terms = self.sums[sum].iter();
+        terms
+            .map(|&(j, factor)| factor * problem.scale[j] * dz[j])
+            .sum()
     }
 
     /// Distance of each fitted parameter from the rig, in standard deviations of the prior.
@@ -264,6 +287,15 @@ impl Step {
             reduced[(j, j)] += belief.widths[j].powi(-2);
             gradient[j] -= pull[j] / belief.widths[j];
         }
+        let sums = belief.sums_at(problem, &unknowns.values);
+        for (terms, sum) in belief.sums.iter().zip(&sums) {
+            for &(i, of_i) in terms {
+                gradient[i] -= of_i * problem.scale[i] * sum;
+                for &(j, of_j) in terms {
+                    reduced[(i, j)] += of_i * problem.scale[i] * of_j * problem.scale[j];
+                }
+            }
+        }
 
         let free = unblocked(problem, belief, unknowns, &gradient);
         let free = together(&free, &belief.tied);
@@ -291,7 +323,11 @@ impl Step {
                 dx
             })
             .collect();
-        let predicted_reduction = predicted_reduction(belief, normals, &pull, &dz, &dx);
+        let mut predicted_reduction = predicted_reduction(belief, normals, &pull, &dz, &dx);
+        for (index, sum) in sums.iter().enumerate() {
+            let change = belief.sum_of_step(index, problem, &dz);
+            predicted_reduction -= sum * change + 0.5 * change * change;
+        }
         (predicted_reduction.is_finite()).then_some(Self {
             dz,
             dx,

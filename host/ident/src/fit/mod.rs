@@ -34,6 +34,7 @@ pub use self::beyond::{BeyondBound, BeyondBounds};
 use self::experiment::Experiment;
 pub(crate) use self::experiment::START_ROWS;
 use self::horizons::Ladder;
+pub(crate) use self::horizons::USUAL;
 use self::judge::Judge;
 pub use self::levenberg::Stop;
 pub use self::runaway::Runaway;
@@ -42,6 +43,7 @@ pub use self::score::{
 };
 use self::stages::Apart;
 pub use self::statics::{fit_rests, require_rests, rests};
+pub(crate) use self::undetermined::fitted;
 use crate::error::{Error, Result};
 use crate::noise::most_of_noise;
 use crate::recording::Recording;

@@ -254,7 +254,7 @@ pub fn pool(runs: &[FreeRun]) -> Vec<SensorError> {
 }
 
 /// Free-run error over the spread of the signals, root of the sum of the squares of all sensors.
-pub(super) fn relative(sensors: &[SensorError]) -> f64 {
+pub(crate) fn relative(sensors: &[SensorError]) -> f64 {
     let judged = sensors.iter().filter(|s| s.spread > 0.0 && s.samples > 0);
     let squares = judged.map(|s| (s.rms / s.spread).powi(2));
     squares.sum::<f64>().sqrt()

@@ -75,6 +75,9 @@ pub(crate) struct Apart<'a> {
     pub held: &'a [usize],
     /// These are free of the bounds that the rig's owner gave.
     pub released: &'a [usize],
+    /// Sums of parameters with a standard normal prior: (slot, factor per SI unit) each. One with
+    /// a parameter that is not fitted has none.
+    pub sums: &'a [Vec<(usize, f64)>],
 }
 
 /// Fits; `progress` hears of every step.
@@ -230,7 +233,18 @@ impl Problem<'_> {
             written: self.slots.iter().map(|&slot| written[slot]).collect(),
             widths: vec![options.prior_width; self.slots.len()],
             tied: Vec::new(),
+            sums: (apart.sums.iter().filter_map(|sum| self.indexed(sum))).collect(),
         }
+    }
+}
+
+impl Problem<'_> {
+    /// A sum over slots as one over the fitted parameters.
+    fn indexed(&self, sum: &[(usize, f64)]) -> Option<Vec<(usize, f64)>> {
+        let place = |slot: usize| self.slots.iter().position(|&fitted| fitted == slot);
+        sum.iter()
+            .map(|&(slot, factor)| Some((place(slot)?, factor)))
+            .collect()
     }
 }
 

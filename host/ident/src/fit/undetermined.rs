@@ -123,7 +123,7 @@ fn undetermined(found: &Found) -> Vec<usize> {
 }
 
 /// The rig with fitted values; a held one keeps its digits.
-pub(super) fn fitted(rig: &Rig, plant: &Plant, found: &Found) -> Result<Rig> {
+pub(crate) fn fitted(rig: &Rig, plant: &Plant, found: &Found) -> Result<Rig> {
     let slots = found.slots.iter().filter(|slot| !found.held.contains(slot));
     let slots = slots.copied().chain(found.local.iter().map(|it| it.slot));
     let named: Vec<(&str, f64)> = slots

@@ -11,7 +11,7 @@ const GROUPS: &[(&str, &[&str])] = &[
     (
         "Identify",
         &[
-            "convert", "new", "check", "simulate", "settle", "excite", "fit", "diagnose",
+            "convert", "new", "check", "simulate", "settle", "excite", "fit", "learn", "diagnose",
             "explain", "mjcf",
         ],
     ),

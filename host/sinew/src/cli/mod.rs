@@ -39,7 +39,7 @@ use crate::project::{Board, Optimise};
 use crate::rig_file::{self, ControlTable};
 use sinew_device::protocol::Identity;
 pub use sinew_ident::cli::{Common, Recordings};
-use sinew_ident::cli::{check, convert, diagnose, excite, failing, fit, interrupt, mjcf};
+use sinew_ident::cli::{check, convert, diagnose, excite, failing, fit, interrupt, learn, mjcf};
 use sinew_ident::error::{Error, Result};
 use sinew_model::spec::ModelSpec;
 
@@ -71,6 +71,8 @@ enum Verb {
     Plan(plan::Arguments),
     /// Fit the parameters of a rig to recordings.
     Fit(fit::Arguments),
+    /// Learn the law of a spring or a damper for this rig and others.
+    Learn(learn::Arguments),
     /// Find the physics that a rig lacks.
     Diagnose(diagnose::Arguments),
     /// Explain an effect, verdict, fault or status by its name.
@@ -304,6 +306,10 @@ fn run(verb: Verb) -> Result<u8> {
         Verb::Fit(arguments) => {
             rig_file::check(&arguments.rig)?;
             return fit::run(&arguments);
+        }
+        Verb::Learn(arguments) => {
+            rig_file::check(&arguments.rig)?;
+            learn::run(&arguments)
         }
         Verb::Diagnose(arguments) => {
             rig_file::check(&arguments.rig)?;

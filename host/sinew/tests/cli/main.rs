@@ -6,6 +6,7 @@ mod desk;
 mod excite;
 mod fit_static;
 mod interrupt;
+mod learn;
 mod outputs;
 mod plan;
 mod refusals;

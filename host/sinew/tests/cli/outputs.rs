@@ -55,11 +55,15 @@ const QUICK: &[Written] = &[
     ),
 ];
 
-/// Flags of files that take a trained model, a build or a board to be written: their tests are
-/// elsewhere, and they go through the same writer.
+/// Flags of files that take a trained model, a learned law, a build or a board to be written: their
+/// tests are elsewhere, and they go through the same writer.
 const SLOW: &[Written] = &[
     ("tune", "--out"),
     ("tune", "--json"),
+    ("learn", "--out"),
+    ("learn", "--rig-out"),
+    ("learn", "--json"),
+    ("learn", "--report"),
     ("compare", "--report"),
     ("compare", "--plot"),
     ("pil", "--json"),

@@ -14,6 +14,7 @@ const PROGRAMS: &[&[&str]] = &[
     &["payload.py"],
     &["finger.py"],
     &["foam.py"],
+    &["pad.py"],
     &["mujoco_trajectories.py"],
     &["mujoco_rests.py"],
     &["-m", "hardlaw.check"],
