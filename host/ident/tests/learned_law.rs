@@ -138,11 +138,8 @@ fn a_straight_line_gets_no_law() {
             .simulate(&values, &start, &drive, &t)
             .expect("it moves");
         let noise = |k: usize| 1e-5 * (12.9898 * k as f64 + shift as f64).sin();
-        let q = motion
-            .column(0)
-            .iter()
-            .enumerate()
-            .map(|(k, q)| q + noise(k));
+        let read = motion.column(0);
+        let q = read.iter().enumerate().map(|(k, q)| q + noise(k));
         let column = |name: &str, values| Column {
             name: name.into(),
             values,
