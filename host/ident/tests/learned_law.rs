@@ -1,5 +1,5 @@
-//! A law is learned from recordings of somebody else's physics (`tests/foreign/pad.py`), and used in
-//! another shape.
+//! A law is learned from recordings of somebody else's physics (`tests/foreign/pad.py`), and used
+//! in another shape.
 
 use std::path::PathBuf;
 

@@ -130,8 +130,8 @@ fn signal_unit(rig: &Rig, sensor: &crate::rig::Sensor) -> String {
     }
 }
 
-/// Slots of the numbers of every learned law, one after the other; components that share a law share
-/// them.
+/// Slots of the numbers of every learned law, one after the other; components that share a law
+/// share them.
 fn laws(rig: &Rig, slots: &mut Slots) -> Vec<Curve> {
     let laws = rig.laws.iter().map(|law| {
         let quantity = match law.kind {
