@@ -271,7 +271,7 @@ pub(super) fn with_files<'a>(source: &Source<'a>) -> Result<Cow<'a, str>, Error>
             continue;
         }
         let path = beside(source.file(), name.value);
-        let law = match std::fs::read_to_string(&path) {
+        let law = match read(&path) {
             Ok(text) => law_table(&text, &path.display().to_string(), name.value)?,
             Err(error) => {
                 let message = format!(
@@ -306,6 +306,15 @@ pub(super) fn with_files<'a>(source: &Source<'a>) -> Result<Cow<'a, str>, Error>
 /// A name with a dot or a slash is a file: no law of a rig has them but one that came from a file.
 fn is_file(name: &str) -> bool {
     name.contains(['.', '/', '\\'])
+}
+
+/// Text of a regular file: a device may have no end.
+fn read(path: &Path) -> std::io::Result<String> {
+    if std::fs::metadata(path)?.is_file() {
+        std::fs::read_to_string(path)
+    } else {
+        Err(std::io::Error::other("it is no regular file"))
+    }
 }
 
 /// A path relative to the folder of the rig.

@@ -195,6 +195,10 @@ fn a_law_file_is_taken_into_the_rig_and_travels_with_it() {
         "{said}"
     );
     assert!(said.contains("did you mean"), "{said}");
+    // A folder, or a device without an end, is no law.
+    std::fs::write(&file, rig.replace("foam.law.toml", "./")).unwrap();
+    let said = Rig::load(&file).unwrap_err().to_string();
+    assert!(said.contains("it is no regular file"), "{said}");
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
