@@ -13,6 +13,10 @@ use sinew_nn::{Network, NetworkError, evaluate, import};
 
 /// Largest difference, of the range of the outputs, that arithmetic in f32 explains.
 const EXACT: f64 = 2e-5;
+/// Largest difference from double precision: weights that are folded are f32.
+const PRECISE: f64 = 1e-6;
+/// Part of the range from which on rounding leaves nothing to compare.
+const NO_DIGITS: f64 = 1e-2;
 /// Times what rounding of every value changes, where the framework rounds to integers between
 /// layers.
 const ROUNDED: f64 = 3.0;
@@ -87,9 +91,9 @@ fn rows(value: &Value) -> Vec<Vec<f64>> {
         .unwrap_or_default()
 }
 
-/// Largest difference between a network and its framework, of the range of the framework's outputs.
-fn difference(network: &Network, expected: &Value) -> f64 {
-    let (inputs, outputs) = (rows(&expected["x"]), rows(&expected["y"]));
+/// Largest difference between a network and the outputs of that key, of their range.
+fn difference(network: &Network, expected: &Value, key: &str) -> f64 {
+    let (inputs, outputs) = (rows(&expected["x"]), rows(&expected[key]));
     let all = outputs.iter().flatten().copied();
     let (low, high) = all.clone().fold((f64::MAX, f64::MIN), |(low, high), y| {
         (low.min(y), high.max(y))
@@ -117,7 +121,7 @@ fn difference(network: &Network, expected: &Value) -> f64 {
     worst
 }
 
-/// Largest difference that a file may show for these inputs.
+/// Largest difference from its framework that a file may show for these inputs.
 fn tolerance(path: &Path, inputs: &[Vec<f64>]) -> f64 {
     match (import::rounding(path), import::read(path)) {
         (Ok(Some(rounding)), Ok(network)) => {
@@ -132,12 +136,35 @@ fn tolerance(path: &Path, inputs: &[Vec<f64>]) -> f64 {
     }
 }
 
-fn outcome(path: &Path, expected: &Value) -> Outcome {
-    match import::read(path) {
-        Ok(network) => Outcome::Read(difference(&network, expected)),
-        Err(error @ NetworkError::Malformed { .. }) => Outcome::Broken(error.to_string()),
-        Err(error) => Outcome::Refused(error.to_string()),
+/// What becomes of a file, and the largest difference that it may show.
+///
+/// A generator that evaluates its graphs in double precision too (tests/foreign/exact.py) gives
+/// those outputs, and how far rounding of every value moves them: a network is held to both.
+fn outcome(path: &Path, expected: &Value) -> (Outcome, f64) {
+    let network = match import::read(path) {
+        Ok(network) => network,
+        Err(error @ NetworkError::Malformed { .. }) => {
+            return (Outcome::Broken(error.to_string()), EXACT);
+        }
+        Err(error) => return (Outcome::Refused(error.to_string()), EXACT),
+    };
+    let rounding = expected["rounding"].as_f64();
+    let limit = expected["tolerance"].as_f64().or(rounding.map(|rounding| {
+        let name = path.display();
+        assert!(rounding < NO_DIGITS, "{name}: rounding leaves no digits");
+        EXACT.max(rounding)
+    }));
+    let limit = limit.unwrap_or_else(|| tolerance(path, &rows(&expected["x"])));
+    if let Some(rounding) = rounding {
+        let (error, limit) = (
+            difference(&network, expected, "exact"),
+            PRECISE.max(rounding),
+        );
+        if error >= limit {
+            return (Outcome::Read(error), limit);
+        }
     }
+    (Outcome::Read(difference(&network, expected, "y")), limit)
 }
 
 /// Every file of a folder of cases, its name with its folder's.
@@ -157,8 +184,6 @@ fn outcomes(folder: &Path) -> BTreeMap<String, (Outcome, f64)> {
         let expected: Value = serde_json::from_str(&text).expect("expected.json is JSON");
         for (file, expected) in expected.as_object().expect("expected.json is an object") {
             let path = folder.join(file);
-            let limit = expected["tolerance"].as_f64();
-            let limit = limit.unwrap_or_else(|| tolerance(&path, &rows(&expected["x"])));
             let name = format!(
                 "{}/{file}",
                 folder
@@ -166,7 +191,7 @@ fn outcomes(folder: &Path) -> BTreeMap<String, (Outcome, f64)> {
                     .expect("a folder of cases has a name")
                     .to_string_lossy()
             );
-            found.insert(name, (outcome(&path, expected), limit));
+            found.insert(name, outcome(&path, expected));
         }
     }
     found
@@ -177,12 +202,10 @@ fn every_case_is_read_rightly_or_refused_by_name() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cases");
     let mut found = outcomes(&folder);
     let half = "06-int8-keras/half.keras".to_owned();
-    found.entry(half).or_insert_with(|| {
-        (
-            outcome(&folder.join("06-int8-keras/half.keras"), &Value::Null),
-            EXACT,
-        )
-    });
+    let path = folder.join(&half);
+    found
+        .entry(half)
+        .or_insert_with(|| outcome(&path, &Value::Null));
     let mut wrong = Vec::new();
     for (name, (outcome, limit)) in &found {
         let refused = REFUSED.iter().find(|(file, _)| file == name);
@@ -217,7 +240,9 @@ fn a_quantised_file_says_what_its_framework_rounds() {
     assert_eq!(wide.bits, 16);
     assert!(low < -1.0 && high > 1.0 && (low + high).abs() < 1e-3 * high);
     let whole = of("frameworks/models/tflite-int8.tflite").expect("8-bit values");
-    assert_eq!(whole.bits, 8);
+    assert_eq!((keras.output, whole.bits), (None, 8));
+    let [low, high] = whole.output.expect("a scale of the output");
+    assert!(low < 0.0 && (high - 0.349).abs() < 1e-3, "{low} to {high}");
     for file in [
         "cases/03-plus-constant/scalar.keras",
         "cases/20-tflite-dense-sequence/one.tflite",

@@ -2,6 +2,7 @@
 
 use serde_json::Value;
 
+use super::layers::IDLE;
 use super::settings::{Settings, expect_float};
 use crate::NetworkError;
 use crate::limits::{MAX_LENGTH, MAX_NODES};
@@ -142,7 +143,10 @@ impl<'a> Model<'a> {
             // Files of the older format do not say where a class is from; a layer can be trained.
             let operation = match value["module"].as_str() {
                 Some(module) => module.starts_with(OPERATIONS),
-                None => config["trainable"].is_null() && value["inbound_nodes"][0].is_object(),
+                None => {
+                    let bare = config["trainable"].is_null() && !IDLE.contains(&class);
+                    bare && value["inbound_nodes"][0].is_object()
+                }
             };
             let constant = operands.iter().any(|operand| operand.layer().is_none());
             if !operation && constant {

@@ -97,6 +97,7 @@ pub(super) fn rounding(bytes: &[u8], archive: bool) -> Option<Rounding> {
     quantised.then_some(Rounding {
         bits: 8,
         input: None,
+        output: None,
     })
 }
 

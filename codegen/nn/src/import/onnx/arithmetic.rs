@@ -18,9 +18,10 @@ impl Import<'_> {
             Some(Constant::Floats(tensor)) => Some(tensor.clone()),
             _ => None,
         };
+        let pair = node.proto.input.len() == 2;
         match (constant(0), constant(1)) {
-            (None, Some(right)) if op != "Sum" => self.with_constant(node, 0, &right, false),
-            (Some(left), None) if op != "Sum" => self.with_constant(node, 1, &left, true),
+            (None, Some(right)) if pair => self.with_constant(node, 0, &right, false),
+            (Some(left), None) if pair => self.with_constant(node, 1, &left, true),
             _ if op == "Add" || op == "Sum" => self.sum(node),
             _ if op == "Mul" => self.product(node),
             _ => self.joined(node),
@@ -53,7 +54,7 @@ impl Import<'_> {
         if let Some(gelu) = value.gelu {
             let scalar = constant.values.as_slice();
             let next = match (op, scalar) {
-                ("Add", [c]) if *c == 1.0 && !gelu.plus_one => Gelu {
+                ("Add" | "Sum", [c]) if *c == 1.0 && !gelu.plus_one => Gelu {
                     plus_one: true,
                     ..gelu
                 },
@@ -72,7 +73,7 @@ impl Import<'_> {
         let zeros = vec![0.0; c.len()];
         let map = |f: fn(f32) -> f32| c.iter().copied().map(f).collect::<Vec<f32>>();
         let (gain, offset) = match (op, reversed) {
-            ("Add", _) => (ones, c),
+            ("Add" | "Sum", _) => (ones, c),
             ("Sub", false) => (ones, map(|c| -c)),
             ("Sub", true) => (vec![-1.0; c.len()], c),
             ("Mul", _) => (c, zeros),

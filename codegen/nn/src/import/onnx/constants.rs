@@ -75,7 +75,7 @@ fn constant_node(node: &Node<'_>) -> Result<Constant, NetworkError> {
     }
     match node.ints("value_ints") {
         Some(values) => Ok(Constant::Integers(Integers::list(values.to_vec()))),
-        None => Err(node.unsupported("a constant of this kind", "use a tensor")),
+        None => Err(node.unsupported("a Constant of this kind", "use a tensor")),
     }
 }
 
@@ -88,6 +88,22 @@ fn shape_of(node: &Node<'_>, dims: &[usize]) -> Result<Constant, NetworkError> {
     Ok(Constant::Integers(Integers::list(
         dims.iter().map(|&n| n as i64).collect(),
     )))
+}
+
+/// Numbers from the first bound, a step apart, before the second.
+fn fractions(node: &Node<'_>, bounds: [&Tensor; 3]) -> Result<Constant, NetworkError> {
+    let [Some(&from), Some(&to), Some(&step)] = bounds.map(|bound| bound.values.first()) else {
+        return Err(node.malformed("its bounds are empty"));
+    };
+    let count = ((to - from) / step).ceil();
+    if !count.is_finite() {
+        return Err(node.malformed("its bounds are not finite, or its step is zero"));
+    }
+    let count = count.max(0.0) as usize;
+    tensor::count(&node.name, &[count])?;
+    let values = (0..count).map(|k| from + k as f32 * step).collect();
+    let shape = vec![count];
+    Ok(Constant::Floats(Tensor { shape, values }))
 }
 
 type Inputs<'c> = [Option<&'c Constant>];
@@ -206,6 +222,11 @@ fn evaluate(node: &Node<'_>, inputs: &Inputs<'_>) -> Result<Option<Constant>, Ne
             Ok(Some(x.taken(shape.clone(), &spread_places(&dims, &shape))))
         }
         "Range" => {
+            if let (Constant::Floats(a), Some(Constant::Floats(b)), Some(Constant::Floats(c))) =
+                (x, read(1), read(2))
+            {
+                return fractions(node, [a, b, c]).map(Some);
+            }
             let (Constant::Integers(a), Some(Constant::Integers(b)), Some(Constant::Integers(c))) =
                 (x, read(1), read(2))
             else {

@@ -19,6 +19,8 @@ mod recurrent;
 mod reductions;
 mod scikit_learn;
 #[cfg(test)]
+mod table;
+#[cfg(test)]
 mod tests;
 mod values;
 mod windows;
@@ -126,6 +128,14 @@ pub(super) fn import(name: &str, bytes: &[u8]) -> Result<Network, NetworkError> 
             "concatenate the outputs into one",
         ));
     };
+    let of = (graph.node.iter()).find(|node| node.output.contains(&output.name));
+    if let (true, Some(node)) = (import.constants.contains_key(output.name.as_str()), of) {
+        return Err(NetworkError::unsupported(
+            &output.name,
+            format!("an output of {} alone, which is constant,", node.op_type),
+            "compute the output from the input",
+        ));
+    }
     let result = import
         .values
         .get(output.name.as_str())

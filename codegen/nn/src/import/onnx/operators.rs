@@ -3,28 +3,180 @@
 use super::{Import, Node, Value};
 use crate::{Activation, Network, NetworkError, Op};
 
-/// Operators that are known not to work, and what is nearest.
-const NEAREST: &[(&str, &str)] = &[
-    ("ConvTranspose", "the nearest is Conv"),
-    ("ThresholdedRelu", "the nearest is Relu"),
-    ("Einsum", "use MatMul with weights"),
-    ("If", "export the branch that is taken"),
-    ("Loop", "export an RNN, GRU or LSTM, or steps written out"),
-    ("Scan", "export an RNN, GRU or LSTM, or steps written out"),
-    ("Resize", "the nearest is a Conv with strides"),
+/// Operators that are not read, and what works in their place.
+const NEAREST: &[(&[&str], &str)] = &[
+    (&["ConvTranspose"], "the nearest is Conv"),
+    (&["Einsum"], "use MatMul with weights"),
+    (&["If"], "export the branch that is taken"),
     (
-        "QLinearConv",
+        &["Loop", "Scan"],
+        "export an RNN, GRU or LSTM, or steps written out",
+    ),
+    (
+        &[
+            "ConvInteger",
+            "DequantizeLinear",
+            "DynamicQuantizeLinear",
+            "MatMulInteger",
+            "QLinearConv",
+            "QLinearMatMul",
+            "QuantizeLinear",
+        ],
         "export float32 weights; int8 is an option of the emitter",
     ),
     (
-        "QLinearMatMul",
-        "export float32 weights; int8 is an option of the emitter",
+        &[
+            "Attention",
+            "CausalConvWithState",
+            "LinearAttention",
+            "RotaryEmbedding",
+            "TensorScatter",
+        ],
+        "the nearest is GRU",
+    ),
+    (&["SwiGLU"], "use Swish, Split and Mul"),
+    (
+        &[
+            "And",
+            "ArgMax",
+            "ArgMin",
+            "BitCast",
+            "BitShift",
+            "BitwiseAnd",
+            "BitwiseNot",
+            "BitwiseOr",
+            "BitwiseXor",
+            "Ceil",
+            "Compress",
+            "Equal",
+            "Floor",
+            "Hardmax",
+            "IsInf",
+            "IsNaN",
+            "Mod",
+            "NonZero",
+            "Not",
+            "OneHot",
+            "Or",
+            "Round",
+            "Shrink",
+            "Sign",
+            "ThresholdedRelu",
+            "TopK",
+            "Unique",
+            "Xor",
+        ],
+        "it jumps, and a jump has no derivative: the nearest is Relu, or Sigmoid",
     ),
     (
-        "QuantizeLinear",
-        "export float32 weights; int8 is an option of the emitter",
+        &[
+            "Acos", "Acosh", "Asin", "Asinh", "Atan", "Atanh", "Cos", "Cosh", "Sin", "Sinh", "Tan",
+        ],
+        "give sines and cosines of angles as inputs; the nearest is Tanh",
     ),
-    ("Attention", "the nearest is GRU"),
+    (
+        &[
+            "Bernoulli",
+            "Multinomial",
+            "RandomNormal",
+            "RandomNormalLike",
+            "RandomUniform",
+            "RandomUniformLike",
+        ],
+        "it draws numbers: export for inference",
+    ),
+    (
+        &["NegativeLogLikelihoodLoss", "SoftmaxCrossEntropyLoss"],
+        "leave the loss out: export for inference",
+    ),
+    (
+        &[
+            "ConcatFromSequence",
+            "Optional",
+            "OptionalGetElement",
+            "OptionalHasElement",
+            "SequenceAt",
+            "SequenceConstruct",
+            "SequenceEmpty",
+            "SequenceErase",
+            "SequenceInsert",
+            "SequenceLength",
+            "SequenceMap",
+            "SplitToSequence",
+        ],
+        "a list of tensors: use Split and Concat",
+    ),
+    (
+        &[
+            "ImageDecoder",
+            "RegexFullMatch",
+            "StringConcat",
+            "StringNormalizer",
+            "StringSplit",
+            "TfIdfVectorizer",
+        ],
+        "inputs are numbers: decode before the network",
+    ),
+    (
+        &[
+            "AffineGrid",
+            "CenterCropPad",
+            "Col2Im",
+            "DeformConv",
+            "DepthToSpace",
+            "GridSample",
+            "MaxRoiPool",
+            "MaxUnpool",
+            "NonMaxSuppression",
+            "Resize",
+            "RoiAlign",
+            "SpaceToDepth",
+            "Upsample",
+        ],
+        "the nearest is a Conv with strides",
+    ),
+    (&["GlobalLpPool", "LpPool"], "the nearest is AveragePool"),
+    (
+        &["LRN", "LpNormalization", "MeanVarianceNormalization"],
+        "the nearest is LayerNormalization",
+    ),
+    (
+        &[
+            "BlackmanWindow",
+            "DFT",
+            "HammingWindow",
+            "HannWindow",
+            "MelWeightMatrix",
+            "STFT",
+        ],
+        "compute spectra before the network",
+    ),
+    (
+        &["CumProd", "CumSum"],
+        "the nearest is MatMul with a triangle of ones",
+    ),
+    (&["Det"], "write the products out"),
+    (
+        &[
+            "GatherElements",
+            "GatherND",
+            "Scatter",
+            "ScatterElements",
+            "ScatterND",
+            "Trilu",
+        ],
+        "use Gather, Slice and Concat with constant places",
+    ),
+    (
+        &["ReduceLogSum", "ReduceLogSumExp"],
+        "use Exp, ReduceSum and Log in turn",
+    ),
+    (&["ReduceProd"], "use Mul of Split's outputs"),
+    (&["CastLike"], "use Cast"),
+    (
+        &["Constant", "ConstantOfShape", "EyeLike", "Range"],
+        "it works of constants alone",
+    ),
 ];
 
 impl Import<'_> {
@@ -124,7 +276,7 @@ impl Import<'_> {
             "Transpose" => self.transpose(node),
             "RNN" | "GRU" | "LSTM" => self.recurrent(node),
             other => {
-                let nearest = NEAREST.iter().find(|(name, _)| *name == other);
+                let nearest = NEAREST.iter().find(|(names, _)| names.contains(&other));
                 let nearest = nearest.map_or(
                     "see docs/reference/networks.md for the operators that are",
                     |(_, n)| n,

@@ -20,6 +20,10 @@ const NEAREST: &[(i32, &str)] = &[
         "convert with a fixed batch, Input(shape, batch_size=1), which keeps the dilation",
     ),
     (126, "use Dense"),
+    (
+        94,
+        "convert with a fixed batch, Input(shape, batch_size=1), which fills no tensor",
+    ),
 ];
 
 /// Operators: code, the newest version whose meaning is known here, and the fields of their
