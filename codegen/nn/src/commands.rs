@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::emit::{self, Accuracy, LIBRARY, Options, Weights};
-use super::footprint::{self, BOARDS, Board};
+use super::footprint::{self, BOARDS, Board, Footprint};
 use super::{Golden, Network, evaluate, generated, quantise, store, summary, target};
 use crate::BuildError;
 use sinew_files::FileError;
@@ -91,7 +91,8 @@ pub fn emit(network: &Network, out: &Path, options: &Options) -> Result<String, 
     Ok(text)
 }
 
-/// The footprint of a network on a board; `folder` keeps the compiled parts for the next time.
+/// The footprint of a network on a board, as a table and in numbers; `folder` keeps the compiled
+/// parts for the next time.
 ///
 /// # Errors
 /// [`BuildError`].
@@ -100,11 +101,12 @@ pub fn size(
     board: &str,
     options: &Options,
     folder: &Path,
-) -> Result<String, BuildError> {
+) -> Result<(String, Footprint), BuildError> {
     let board = self::board(board)?;
     let folder = absolute(folder)?;
     let size = footprint::measure(network, options, &folder)?;
-    Ok(footprint::table(network, &size, board) + &loss(network, options))
+    let text = footprint::table(network, &size, board) + &loss(network, options);
+    Ok((text, size))
 }
 
 /// The line that says what integers cost; nothing where weights stay as they are.

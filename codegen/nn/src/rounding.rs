@@ -17,9 +17,6 @@ pub struct Rounding {
     pub bits: u32,
     /// Smallest and largest input that the integers hold; none where the scale follows the values.
     pub input: Option<[f64; 2]>,
-    /// Smallest and largest output that the integers hold: the framework cuts off what is beyond;
-    /// none where the scale follows the values.
-    pub output: Option<[f64; 2]>,
 }
 
 impl Rounding {
@@ -111,7 +108,6 @@ mod tests {
         let eight = Rounding {
             bits: 8,
             input: None,
-            output: None,
         };
         // 0.013 of 1 is 1.651 of 127 steps: rounded to 2, 0.35 steps of 1/127 off, then to 1 of
         // 2/127.

@@ -4,12 +4,13 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Common, Recordings};
+use super::{Common, Recordings, result};
 use crate::pipeline::build::{Request, build};
 use crate::project::{Board, Optimise};
 use crate::report;
 use sinew_ident::cli::overwrite;
 use sinew_ident::cli::repair::Repairs;
+use sinew_ident::cli::said::Said;
 use sinew_ident::error::{Error, Result};
 
 /// Arguments of `sinew build`.
@@ -39,6 +40,9 @@ pub struct Arguments {
     /// The kind of effect that was concealed in the recordings, to stand beside what was found.
     #[arg(long, value_name = "KIND", requires = "diagnose")]
     hidden: Option<String>,
+    /// File for the summary as JSON (sinew-demo/1); `-` is standard output.
+    #[arg(long, value_name = "JSON")]
+    json: Option<PathBuf>,
     #[command(flatten)]
     common: Common,
 }
@@ -60,7 +64,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     overwrite::refuse(
         std::iter::once(("RIG", arguments.rig.as_path()))
             .chain(recordings.map(|path| ("a recording", path.as_path()))),
-        written.iter().map(|path| ("--out", Some(path.as_path()))),
+        written
+            .iter()
+            .map(|path| ("--out", Some(path.as_path())))
+            .chain([("--json", arguments.json.as_deref())]),
     )?;
     let request = Request {
         rig: arguments.rig.clone(),
@@ -80,9 +87,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let summary = report::summary(&outcome);
     let command = format!("sinew build {}", arguments.rig.display());
     report::write(&outcome, &summary, &arguments.out, &command)?;
-    println!();
+    let json = arguments.json.as_deref();
+    let said = Said::beside([json]);
+    said.line("");
     for line in report::closing_lines(&outcome, &summary, &arguments.out) {
-        println!("{line}");
+        said.line(line);
     }
-    Ok(())
+    let document = serde_json::to_value(&summary)
+        .map_err(|error| Error::failed(format!("the summary: {error}")))?;
+    result::write(json, || document)
 }

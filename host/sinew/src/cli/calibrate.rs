@@ -3,9 +3,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use serde_json::json;
 use sinew_model::store;
 use sinew_sim::Plant;
 
+use super::result;
 use crate::closed_loop::control_problem::ControlProblem;
 use crate::pipeline::learn::save;
 use crate::pipeline::soft_sensor::{attach, sensor_line};
@@ -37,6 +39,9 @@ pub struct Arguments {
     /// calibration, sound channels contradict one another too.
     #[arg(long)]
     watch: bool,
+    /// File for the errors as JSON (sinew-calibration/1); `-` is standard output.
+    #[arg(long, value_name = "JSON")]
+    json: Option<PathBuf>,
     /// Nothing but errors.
     #[arg(long)]
     quiet: bool,
@@ -53,10 +58,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         ]
         .into_iter()
         .chain(recordings.map(|path| ("a recording", path.as_path()))),
-        [(
-            "--out",
-            Some(arguments.out.join(store::MODEL_FILE).as_path()),
-        )],
+        [
+            (
+                "--out",
+                Some(arguments.out.join(store::MODEL_FILE).as_path()),
+            ),
+            ("--json", arguments.json.as_deref()),
+        ],
     )?;
     let rig = rig_file::load(&arguments.rig)?;
     let plant = Plant::new(&rig)?;
@@ -91,7 +99,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     save(&arguments.out, &spec)?;
     if !arguments.quiet {
-        let said = Said::beside([None]);
+        let said = Said::beside([arguments.json.as_deref()]);
         said.line(sensor_line(&spec, &found));
         said.line(arguments.out.join(store::MODEL_FILE).display());
         said.line(format!(
@@ -99,5 +107,23 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             arguments.out.display()
         ));
     }
-    Ok(())
+    let outputs = spec.outputs.iter().zip(&found.spec.error);
+    let outputs = outputs
+        .map(|(signal, error)| json!({ "signal": signal.name, "unit": signal.unit, "rms": error }));
+    let watch = found.spec.watch.as_ref();
+    let channels = spec.channels.iter().enumerate().map(|(k, channel)| {
+        // A spread is of half the range.
+        let spread = watch.and_then(|watch| watch.spread.get(k));
+        json!({ "signal": channel.name, "spread_part": spread.map(|s| 0.5 * f64::from(*s)) })
+    });
+    result::write(arguments.json.as_deref(), || {
+        json!({
+            "format": "sinew-calibration/1",
+            "model": spec.name,
+            "rows": found.rows,
+            "outputs": outputs.collect::<Vec<_>>(),
+            "channels": channels.collect::<Vec<_>>(),
+            "watched": watch.is_some(),
+        })
+    })
 }

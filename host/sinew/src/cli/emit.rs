@@ -3,16 +3,19 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use serde_json::{Value, json};
 use sinew_model::spec::ModelSpec;
 use sinew_model::{import, store};
-use sinew_nn::commands;
 use sinew_nn::emit::{Accuracy, Options, Weights};
 use sinew_nn::store::NETWORK_FILE;
+use sinew_nn::{Network, commands, quantise};
 
 use super::import::rounding;
-use super::speed_alone;
+use super::{result, speed_alone};
 use crate::project::{self, Optimise, c_library};
+use sinew_ident::cli::overwrite;
 use sinew_ident::cli::progress::Stage;
+use sinew_ident::cli::said::Said;
 use sinew_ident::error::{Error, Result};
 
 /// Folder of a controller for C in that of its network.
@@ -46,6 +49,9 @@ pub struct Arguments {
     /// Wiring of a controller's board, as `sinew wire` writes it.
     #[arg(long, value_name = "TOML", conflicts_with = "c_abi")]
     wiring: Option<PathBuf>,
+    /// File for what was written as JSON (sinew-emit/1); `-` is standard output.
+    #[arg(long, value_name = "JSON")]
+    json: Option<PathBuf>,
 }
 
 /// # Errors
@@ -59,6 +65,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             format!("the file {out}"),
         ));
     }
+    let json = arguments.json.as_deref();
+    overwrite::refuse([("MODEL", arguments.model.as_path())], [("--json", json)])?;
+    let said = Said::beside([json]);
     let folder = arguments.model.join(NETWORK_FILE);
     let is_network = arguments.model.is_file() || folder.is_file();
     if is_network && arguments.wiring.is_some() {
@@ -68,7 +77,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     if is_network {
         speed_alone(arguments.optimise)?;
-        return network(arguments);
+        let network = network(arguments, said)?;
+        return result::write(json, || document(arguments, Some(&network), None));
     }
     let plain =
         arguments.tanh_tolerance == Accuracy::default() && arguments.weights == Weights::default();
@@ -79,28 +89,69 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let spec = store::load(&arguments.model).map_err(Error::refused)?;
     if arguments.c_abi {
-        return for_c(arguments, &spec);
+        let network = for_c(arguments, &spec, said)?;
+        return result::write(json, || document(arguments, network.as_ref(), Some(&spec)));
     }
     let wired = project::wired::wired(arguments.wiring.as_deref(), &spec, None)?;
     let kept = project::write_wired(&arguments.out, &spec, arguments.optimise, &wired)?;
-    print!("{}", project::kept(&kept));
-    println!(
+    kept_lines(said, &kept);
+    said.line(format!(
         "{}: the model, as Rust",
         arguments.out.join("model").display()
-    );
+    ));
     let board = match &arguments.wiring {
         Some(file) => project::wired::read(file)?.1.name,
         None => "qemu",
     };
-    println!(
+    said.line(format!(
         "{}: `cargo build --release` makes its image",
         arguments.out.join("boards").join(board).display()
-    );
-    Ok(())
+    ));
+    result::write(json, || document(arguments, None, Some(&spec)))
+}
+
+/// Files that were left as they are, a line each.
+fn kept_lines(said: Said, kept: &[project::Kept]) {
+    let text = project::kept(kept);
+    if !text.is_empty() {
+        said.line(text.trim_end());
+    }
+}
+
+/// `sinew-emit/1`: what was written, for programs.
+fn document(
+    arguments: &Arguments,
+    network: Option<&Network>,
+    controller: Option<&ModelSpec>,
+) -> Value {
+    let int8 = arguments.weights == Weights::Int8;
+    let network = network.map(|network| {
+        let loss = int8.then(|| quantise::loss(network));
+        json!({
+            "name": network.name,
+            "inputs": network.inputs(),
+            "outputs": network.outputs(),
+            "state": network.state(),
+            "parameters": network.parameters(),
+            "weights": if int8 { "int8" } else { "float32" },
+            "loss": loss.map(|loss| json!({ "max": loss.largest, "rms": loss.rms })),
+        })
+    });
+    json!({
+        "format": "sinew-emit/1",
+        "folder": arguments.out,
+        "c_abi": arguments.c_abi,
+        "network": network,
+        "controller": controller.map(|spec| json!({
+            "name": spec.name,
+            "period_s": spec.period_s,
+            "outputs": spec.outputs.iter().map(|o| o.name.as_str()).collect::<Vec<_>>(),
+        })),
+    })
 }
 
 /// Prints a network as a crate.
-fn network(arguments: &Arguments) -> Result<()> {
+fn network(arguments: &Arguments, said: Said) -> Result<Network> {
     let options = Options {
         accuracy: arguments.tanh_tolerance,
         weights: arguments.weights,
@@ -108,42 +159,44 @@ fn network(arguments: &Arguments) -> Result<()> {
     };
     let network = import::read(&arguments.model).map_err(Error::refused)?;
     let text = commands::emit(&network, &arguments.out, &options);
-    print!("{}", text.map_err(Error::refused)?);
+    let mut text = text.map_err(Error::refused)?;
     if arguments.model.is_file() {
-        print!("{}", rounding(&network, &arguments.model)?);
-        println!(
+        text += &rounding(&network, &arguments.model)?;
+        text += &format!(
             "`sinew verify {} {}` compares it with its framework, by your own Python",
             arguments.model.display(),
             arguments.out.display()
         );
     }
-    Ok(())
+    said.line(text.trim_end());
+    Ok(network)
 }
 
 /// Prints a controller, and its network where it is one alone, as libraries for C.
-fn for_c(arguments: &Arguments, spec: &ModelSpec) -> Result<()> {
+fn for_c(arguments: &Arguments, spec: &ModelSpec, said: Said) -> Result<Option<Network>> {
     project::ready(project::Board::Stm32f446)?;
     let folder = arguments.out.join(CONTROLLER);
     let kept = c_library::write(&folder, spec, arguments.optimise)?;
-    if spec.state.is_none() {
-        network(arguments)?;
-    }
-    print!("{}", project::kept(&kept));
+    let network = match spec.state {
+        None => Some(network(arguments, said)?),
+        Some(_) => None,
+    };
+    kept_lines(said, &kept);
     let stage = Stage::begin("build the controller's libraries", false);
     let built = c_library::build(&folder, &arguments.out.join("target"))?;
     stage.end("for a Cortex-M4F and for this computer");
     for library in &built {
-        println!("controller library {}", library.display());
+        said.line(format!("controller library {}", library.display()));
     }
     for header in ["sinew_mpc.h", "sinew_model.h"] {
-        println!(
+        said.line(format!(
             "controller header {}",
             folder.join("src").join(header).display()
-        );
+        ));
     }
-    println!(
+    said.line(format!(
         "{}: how a program takes it",
         folder.join("README.md").display()
-    );
-    Ok(())
+    ));
+    Ok(network)
 }

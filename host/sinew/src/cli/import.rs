@@ -3,17 +3,20 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use serde_json::{Value, json};
 use sinew_model::{import, store};
 use sinew_nn::{Network, commands};
 use sinew_sim::Plant;
 
+use super::result;
 use crate::closed_loop::control_problem::ControlProblem;
 use crate::pipeline::import::{adopt, judged};
 use crate::pipeline::learn::save;
 use crate::pipeline::soft_sensor::{attach, sensor_line};
 use crate::rig_file;
-use sinew_ident::cli::overwrite::identity;
+use sinew_ident::cli::overwrite::{self, identity};
 use sinew_ident::cli::repair::read_recording;
+use sinew_ident::cli::said::Said;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::report::quantity;
 
@@ -34,6 +37,9 @@ pub struct Arguments {
     /// A recording that the model is judged on; may be repeated.
     #[arg(long, value_name = "CSV", requires = "rig")]
     test: Vec<PathBuf>,
+    /// File for the layers as JSON (sinew-import/1); `-` is standard output.
+    #[arg(long, value_name = "JSON")]
+    json: Option<PathBuf>,
 }
 
 /// # Errors
@@ -43,16 +49,62 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if let Some(out) = &arguments.out {
         refuse_own_folder(&arguments.network, out)?;
     }
+    let json = arguments.json.as_deref();
+    let recordings = arguments
+        .fit
+        .iter()
+        .chain(&arguments.test)
+        .chain(&arguments.rig);
+    overwrite::refuse(
+        std::iter::once(&arguments.network)
+            .chain(recordings)
+            .map(|path| ("an input", path.as_path())),
+        [("--json", json)],
+    )?;
+    let said = Said::beside([json]);
     match (&arguments.rig, &arguments.out) {
-        (Some(rig), Some(out)) => model(arguments, rig, out),
+        (Some(rig), Some(out)) => model(arguments, rig, out, said),
         (_, out) => {
             let network = import::read(&arguments.network).map_err(Error::refused)?;
-            let text = commands::import(&network, out.as_deref());
-            print!("{}", text.map_err(Error::refused)?);
-            print!("{}", rounding(&network, &arguments.network)?);
-            Ok(())
+            let text = commands::import(&network, out.as_deref()).map_err(Error::refused)?;
+            let rounded = rounding(&network, &arguments.network)?;
+            said.line(format!("{text}{rounded}").trim_end());
+            result::write(json, || document(&network, &arguments.network, Value::Null))
         }
     }
+}
+
+/// `sinew-import/1`: the layers for programs.
+fn document(network: &Network, file: &Path, model: Value) -> Value {
+    let layers = network.nodes.iter().map(|node| {
+        let from = node
+            .from
+            .iter()
+            .map(|&from| network.nodes[from].name.as_str());
+        json!({
+            "name": node.name,
+            "kind": node.op.kind(),
+            "from": from.collect::<Vec<_>>(),
+            "shape": node.shape,
+            "parameters": node.op.parameters(),
+        })
+    });
+    let rounding = sinew_nn::import::rounding(file).ok().flatten();
+    json!({
+        "format": "sinew-import/1",
+        "name": network.name,
+        "inputs": network.inputs(),
+        "outputs": network.outputs(),
+        "state": network.state(),
+        "parameters": network.parameters(),
+        "layers": layers.collect::<Vec<_>>(),
+        "rounding": rounding.map(|rounding| json!({
+            "bits": rounding.bits,
+            "input": rounding.input,
+            "loss": rounding.drawn_loss(network),
+        })),
+        "model": model,
+    })
 }
 
 /// The lines about values that a quantised file's framework rounds.
@@ -72,7 +124,7 @@ fn refuse_own_folder(network: &Path, out: &Path) -> Result<()> {
     .help("name another"))
 }
 
-fn model(arguments: &Arguments, rig: &Path, out: &Path) -> Result<()> {
+fn model(arguments: &Arguments, rig: &Path, out: &Path, said: Said) -> Result<()> {
     let network = import::read(&arguments.network).map_err(Error::refused)?;
     let text = commands::import(&network, None).map_err(Error::refused)?;
     let rig = rig_file::load(rig)?;
@@ -90,28 +142,35 @@ fn model(arguments: &Arguments, rig: &Path, out: &Path) -> Result<()> {
     );
     let sensor = attach(&mut spec, &task, &plant, &fit, false)?;
     save(out, &spec)?;
-    print!("{text}");
+    said.line(text.trim_end());
     if let Some(sensor) = &sensor {
-        println!("{}", sensor_line(&spec, sensor));
+        said.line(sensor_line(&spec, sensor));
     }
-    match errors {
+    match &errors {
         Some((next, last)) => {
             for (i, unit) in task.units(&plant).enumerate() {
-                println!(
+                said.line(format!(
                     "{}: {} off after one step, {} after {}, on recordings with their noise",
                     spec.outputs[i].name,
                     quantity(next[i], unit),
                     quantity(last[i], unit),
                     task.rollout()
-                );
+                ));
             }
         }
         None => {
-            println!(
-                "not judged: the recordings have gaps, another rate than the controller, or too few rows"
-            )
+            said.line(
+                "not judged: the recordings have gaps, another rate than the controller, or too few rows",
+            );
         }
     }
-    println!("{}", out.join(store::MODEL_FILE).display());
-    Ok(())
+    said.line(out.join(store::MODEL_FILE).display());
+    let outputs: Vec<&str> = spec.outputs.iter().map(|o| o.name.as_str()).collect();
+    let judged = errors.map(|(next, last)| {
+        json!({ "one_step_rms": next, "horizon_rms": last, "horizon": task.rollout() })
+    });
+    let model = json!({ "folder": out, "outputs": outputs, "judged": judged });
+    result::write(arguments.json.as_deref(), || {
+        document(&network, &arguments.network, model)
+    })
 }

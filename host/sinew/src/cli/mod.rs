@@ -16,6 +16,7 @@ mod new;
 mod pil;
 mod plan;
 mod record;
+mod result;
 mod settle;
 mod simulate;
 mod size;

@@ -3,8 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use serde_json::{Value, json};
 
-use crate::new_rig::{self, Motion, NewRigOptions};
+use super::result;
+use crate::new_rig::{self, Motion, NewRig, NewRigOptions};
 use sinew_ident::cli::overwrite;
 use sinew_ident::cli::repair::Repairs;
 use sinew_ident::cli::said::Said;
@@ -67,6 +69,9 @@ pub struct Arguments {
     /// Repairs of the recording.
     #[command(flatten)]
     repairs: Repairs,
+    /// File for what was guessed and left out as JSON (sinew-new/1); `-` is standard output.
+    #[arg(long, value_name = "JSON")]
+    json: Option<PathBuf>,
     /// No progress.
     #[arg(long)]
     quiet: bool,
@@ -92,6 +97,20 @@ pub fn run(arguments: Arguments) -> Result<()> {
     if let Some((file, format)) = mechanism {
         return from_mechanism(file, format, &arguments);
     }
+    let json = arguments.json;
+    let recording = arguments.recording.clone().unwrap_or_default();
+    let beside = arguments.out.clone();
+    let beside = beside.unwrap_or_else(|| recording.with_extension("toml"));
+    overwrite::refuse(
+        arguments
+            .recording
+            .iter()
+            .map(|path| ("the recording", path.as_path())),
+        [
+            ("--out", Some(beside.as_path())),
+            ("--json", json.as_deref()),
+        ],
+    )?;
     let options = NewRigOptions {
         recording: arguments.recording.unwrap_or_default(),
         out: arguments.out,
@@ -107,7 +126,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
         quiet: arguments.quiet,
     };
     let new = new_rig::run(&options)?;
-    let said = Said::beside([Some(new.path.as_path())]);
+    let said = Said::beside([Some(new.path.as_path()), json.as_deref()]);
     said.wrote(&new.path);
     if !new.unused.is_empty() {
         said.line(format!(
@@ -128,19 +147,43 @@ pub fn run(arguments: Arguments) -> Result<()> {
         options.recording.display(),
         options.repairs.flags()
     ));
-    Ok(())
+    let NewRig {
+        path,
+        unused,
+        guesses,
+    } = new;
+    result::write(json.as_deref(), || {
+        document(&path, [&unused, &guesses, &[], &[]])
+    })
+}
+
+/// `sinew-new/1`: the file, columns that nothing uses, guesses, what a mechanism has that the rig
+/// has not, and what was added.
+fn document(rig: &Path, [unused, guesses, left_out, added]: [&[String]; 4]) -> Value {
+    json!({
+        "format": "sinew-new/1",
+        "rig": rig,
+        "unused": unused,
+        "guesses": guesses,
+        "left_out": left_out,
+        "added": added,
+    })
 }
 
 /// A rig from a mechanism of another program.
 fn from_mechanism(file: &Path, format: Format, arguments: &Arguments) -> Result<()> {
     let out = arguments.out.clone();
     let out = out.unwrap_or_else(|| file.with_extension("toml"));
-    overwrite::refuse([("the mechanism", file)], [("--out", Some(out.as_path()))])?;
+    let json = arguments.json.as_deref();
+    overwrite::refuse(
+        [("the mechanism", file)],
+        [("--out", Some(out.as_path())), ("--json", json)],
+    )?;
     new_rig::refuse_existing(&out, arguments.force)?;
     let made = import(file, format, &arguments.joints)?;
     crate::rig_file::parse(&made.text, &out.display().to_string())?;
     sinew_files::write(&out, &made.text)?;
-    let said = Said::beside([Some(out.as_path())]);
+    let said = Said::beside([Some(out.as_path()), json]);
     said.wrote(&out);
     if !arguments.quiet {
         for line in &made.left_out {
@@ -154,5 +197,7 @@ fn from_mechanism(file: &Path, format: Format, arguments: &Arguments) -> Result<
         "next: name the columns of a recording in {}, then sinew fit",
         out.display()
     ));
-    Ok(())
+    result::write(json, || {
+        document(&out, [&[], &[], &made.left_out, &made.added])
+    })
 }

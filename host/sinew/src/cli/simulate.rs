@@ -5,8 +5,10 @@ use std::path::PathBuf;
 use clap::Args;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use serde_json::{Map, Value, json};
 use sinew_sim::{Input, InputTrajectory, MotionQuantity, Plant, RecordingRun, Rig};
 
+use super::result;
 use crate::closed_loop::plant_program::{PlantProgram, Recorded};
 use crate::rig_file;
 use crate::view::{self, Animation};
@@ -48,6 +50,9 @@ pub struct Arguments {
     /// Write a page with the plots and, where the rig has a shape, its animation.
     #[arg(long, value_name = "HTML")]
     html: Option<PathBuf>,
+    /// File for what was simulated as JSON (sinew-simulation/1); `-` is standard output.
+    #[arg(long, value_name = "JSON")]
+    json: Option<PathBuf>,
     /// No remarks.
     #[arg(long)]
     quiet: bool,
@@ -112,6 +117,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             ("--out", Some(arguments.out.as_path())),
             ("--plot", arguments.plot.as_deref()),
             ("--html", arguments.html.as_deref()),
+            ("--json", arguments.json.as_deref()),
         ],
     )?;
     let rig = rig_file::load(&arguments.rig)?;
@@ -149,13 +155,19 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         });
     }
     let mut signals_written = 0;
+    let mut shown = Vec::new();
+    let mut not_written = Vec::new();
     for (sensor, values) in plant.sensors().iter().zip(signals) {
-        let Some(mut values) = values else { continue };
+        let Some(mut values) = values else {
+            not_written.push(sensor.column.as_str());
+            continue;
+        };
         signals_written += 1;
         if arguments.noise > 0.0 {
             disturb(&mut values, arguments.noise, &mut random);
         }
         values.iter_mut().for_each(|v| *v /= sensor.column_factor);
+        shown.push(range(&sensor.column, &sensor.unit, &values));
         written.push(Column {
             name: sensor.column.clone(),
             values,
@@ -175,6 +187,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             Some(arguments.out.as_path()),
             arguments.plot.as_deref(),
             arguments.html.as_deref(),
+            arguments.json.as_deref(),
         ]);
         said.line(format!(
             "{} rows of {} signals in {}",
@@ -182,11 +195,38 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             signals_written,
             arguments.out.display()
         ));
-        for path in [&arguments.plot, &arguments.html].into_iter().flatten() {
+        let others = [&arguments.plot, &arguments.html, &arguments.json];
+        for path in others.into_iter().flatten() {
             said.wrote(path);
         }
     }
-    Ok(())
+    let held = plant.inputs().iter().zip(drive.held());
+    let held = held.filter(|(input, _)| is_recorded(input));
+    let held: Map<String, Value> = held
+        .map(|(input, held)| (input.column.clone(), json!(held)))
+        .collect();
+    let t = recording.t();
+    result::write(arguments.json.as_deref(), || {
+        json!({
+            "format": "sinew-simulation/1",
+            "rig": rig.name,
+            "rows": recording.len(),
+            "duration_s": t.last().zip(t.first()).map_or(0.0, |(last, first)| last - first),
+            "signals": shown,
+            "not_written": not_written,
+            "held_samples": held,
+        })
+    })
+}
+
+/// A signal's range, as its column is written.
+fn range(column: &str, unit: &str, values: &[f64]) -> Value {
+    let finite = || values.iter().copied().filter(|value| value.is_finite());
+    let ends = finite().fold(None, |ends: Option<[f64; 2]>, value| {
+        let [low, high] = ends.unwrap_or([value; 2]);
+        Some([low.min(value), high.max(value)])
+    });
+    json!({ "signal": column, "unit": unit, "range": ends })
 }
 
 /// Signals of the program and of the rig that are not written.

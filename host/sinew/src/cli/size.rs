@@ -4,13 +4,17 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use serde_json::{Value, json};
 use sinew_model::{import, store};
 use sinew_nn::commands;
 use sinew_nn::emit::{Accuracy, Options, Weights};
+use sinew_nn::footprint::{CYCLES_PER_INSTRUCTION, Cost};
 
-use super::speed_alone;
-use crate::pipeline::footprint::{REMARK, measure, table};
+use super::{result, speed_alone};
+use crate::pipeline::footprint::{self, REMARK, measure, table};
 use crate::project::{Board, Optimise};
+use sinew_ident::cli::overwrite;
+use sinew_ident::cli::said::Said;
 use sinew_ident::error::{Error, Result};
 
 /// Arguments of `sinew size`.
@@ -38,6 +42,9 @@ pub struct Arguments {
         default_value = "target/size"
     )]
     build_dir: PathBuf,
+    /// File for the figures as JSON (sinew-size/1); `-` is standard output.
+    #[arg(long, value_name = "JSON")]
+    json: Option<PathBuf>,
     /// No progress.
     #[arg(long)]
     quiet: bool,
@@ -56,8 +63,18 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if spec.is_none() {
         speed_alone(arguments.optimise)?;
     }
+    let json = arguments.json.as_deref();
+    overwrite::refuse([("NETWORK", network.as_path())], [("--json", json)])?;
+    let said = Said::beside([json]);
+    let mut document = json!({
+        "format": "sinew-size/1",
+        "name": null,
+        "weights": if arguments.weights == Weights::Int8 { "int8" } else { "float32" },
+        "network": null,
+        "controller": null,
+    });
     if let Some(board) = &arguments.board {
-        bare(arguments, board)?;
+        bare(arguments, board, said, &mut document)?;
     } else if spec.is_none() {
         return Err(Error::arguments("a network alone is sized for one board")
             .help("name it: --board stm32f446, nrf52840 or qemu"));
@@ -69,22 +86,49 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         };
         let boards: Vec<Board> = Board::ALL.into_iter().filter(asked).collect();
         let (steps, rows) = measure(&spec, &boards, arguments.optimise, folder, arguments.quiet)?;
-        println!();
-        print!("{}\n{REMARK}", table(&spec, &steps, &rows).text());
+        said.line("");
+        said.line(format!(
+            "{}\n{}",
+            table(&spec, &steps, &rows).text(),
+            REMARK.trim_end()
+        ));
+        document["name"] = json!(spec.name);
+        document["controller"] = footprint::json(&spec, &steps, &rows);
     }
-    Ok(())
+    result::write(json, || document)
 }
 
 /// The network alone.
-fn bare(arguments: &Arguments, board: &str) -> Result<()> {
-    commands::board(board).map_err(|e| Error::arguments(e.to_string()))?;
+fn bare(arguments: &Arguments, board: &str, said: Said, document: &mut Value) -> Result<()> {
+    let on = commands::board(board).map_err(|e| Error::arguments(e.to_string()))?;
     let options = Options {
         accuracy: arguments.tanh_tolerance,
         weights: arguments.weights,
         ..Options::default()
     };
     let network = import::read(&arguments.network).map_err(|e| Error::failed(e.to_string()))?;
-    let text = commands::size(&network, board, &options, &arguments.build_dir);
-    print!("{}", text.map_err(|e| Error::failed(e.to_string()))?);
+    let sized = commands::size(&network, board, &options, &arguments.build_dir);
+    let (text, found) = sized.map_err(|e| Error::failed(e.to_string()))?;
+    said.line(text.trim_end());
+    let cost = |cost: &Cost| {
+        let time_s = on.chip.zip(cost.instructions).map(|(chip, instructions)| {
+            instructions as f64 * CYCLES_PER_INSTRUCTION / f64::from(chip.clock_hz)
+        });
+        json!({
+            "flash_bytes": cost.flash_bytes,
+            "ram_bytes": cost.ram_bytes,
+            "stack_bytes": cost.stack_bytes,
+            "instructions": cost.instructions,
+            "time_s": time_s,
+        })
+    };
+    document["name"] = json!(network.name);
+    document["network"] = json!({
+        "board": board,
+        "parameters": network.parameters(),
+        "weight_bytes": found.weight_bytes,
+        "predict": cost(&found.predict),
+        "jacobian": cost(&found.jacobian),
+    });
     Ok(())
 }

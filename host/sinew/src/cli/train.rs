@@ -30,7 +30,7 @@ pub struct Arguments {
     /// Folder of the model: model.toml and weights.safetensors.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// File with losses and errors for programs.
+    /// File for losses and errors as JSON (sinew-training/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
     #[command(flatten)]
@@ -98,9 +98,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         said.line(sensor_line(&learned.spec, sensor));
     }
     if let Some(path) = &arguments.json {
-        let text = serde_json::to_string_pretty(&learned.record)
+        let mut document = serde_json::to_value(&learned.record)
             .map_err(|e| Error::failed(format!("{}: {e}", path.display())))?;
-        sinew_files::write(path, text + "\n")?;
+        document["format"] = "sinew-training/1".into();
+        sinew_files::write(path, format!("{document:#}\n"))?;
         said.wrote(path);
     }
     said.line(arguments.out.join(store::MODEL_FILE).display());

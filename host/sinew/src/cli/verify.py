@@ -1,7 +1,8 @@
 """What the framework of a network gives for inputs: called by `sinew verify` with the user's own Python.
 
 verify.py NETWORK < JSON rows of inputs > JSON rows of outputs. An input of several axes is flattened, its last axis
-running fastest; batches and steps that are open are 1.
+running fastest; batches and steps that are open are 1. A row is null where integers of TensorFlow Lite hold a value
+no more: their framework cuts it off.
 """
 import json
 import os
@@ -52,9 +53,23 @@ def of_tflite(path):
         from ai_edge_litert.interpreter import Interpreter
     except ImportError:
         from tensorflow.lite import Interpreter
-    run = Interpreter(model_path=path)
+    run = Interpreter(model_path=path, experimental_preserve_all_tensors=True)
     run.allocate_tensors()
+    computed = {int(index) for op in run._get_ops_details() for index in op["outputs"]}
     given, found = run.get_input_details()[0], run.get_output_details()[0]
+
+    def ends(values, low, high):
+        return (low is not None and (values == low).any()) or (values == high).any()
+
+    # Values between layers; the smallest is what a ReLU gives where it stands for zero.
+    held = []
+    for tensor in run.get_tensor_details():
+        scale, zero = tensor["quantization"]
+        kind = tensor["dtype"]
+        if scale == 0 or kind not in (numpy.int8, numpy.uint8, numpy.int16) or tensor["index"] not in computed:
+            continue
+        low, high = numpy.iinfo(kind).min, numpy.iinfo(kind).max
+        held.append((tensor["index"], None if low == zero else low, high))
 
     def call(x):
         x = numpy.asarray(x, numpy.float64).reshape(given["shape"])
@@ -64,6 +79,8 @@ def of_tflite(path):
             x = numpy.clip(numpy.round(x / scale) + zero, low, high)
         run.set_tensor(given["index"], x.astype(given["dtype"]))
         run.invoke()
+        if any(ends(run.get_tensor(index), low, high) for index, low, high in held):
+            return None
         y = run.get_tensor(found["index"]).astype(numpy.float64)
         scale, zero = found["quantization"]
         return y if found["dtype"] == numpy.float32 else (y - zero) * scale
@@ -77,4 +94,5 @@ if __name__ == "__main__":
     rows = json.load(sys.stdin)
     # JSON has no NaN and no infinity: these are words.
     word = lambda y: y if y - y == 0 else str(y)  # noqa: E731
-    json.dump([[word(y) for y in call(x).reshape(-1).tolist()] for x in rows], sys.stdout)
+    found = map(call, rows)
+    json.dump([None if y is None else [word(v) for v in y.reshape(-1).tolist()] for y in found], sys.stdout)

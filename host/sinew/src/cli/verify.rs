@@ -6,9 +6,14 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use clap::Args;
+use serde_json::json;
+use sinew_ident::cli::overwrite;
+use sinew_ident::cli::said::Said;
 use sinew_ident::error::{Error, Result};
 use sinew_model::import;
 use sinew_nn::{Network, evaluate};
+
+use super::result;
 
 /// Calls the framework; reads inputs and writes outputs as JSON.
 const SCRIPT: &str = include_str!("verify.py");
@@ -16,6 +21,8 @@ const SCRIPT: &str = include_str!("verify.py");
 const VECTORS: usize = 16;
 /// Largest input, where the file says none.
 const REACH: f64 = 2.0;
+/// Sizes at which an input is tried where integers of a fixed scale may cut values off.
+const SCALES: usize = 8;
 /// Bytes of the framework's own words that an error quotes.
 const QUOTED: usize = 400;
 
@@ -34,6 +41,9 @@ pub struct Arguments {
     /// Without it 2e-5, and for a quantised file three times what rounding changes.
     #[arg(long, value_name = "PART")]
     tolerance: Option<f64>,
+    /// File for the comparison as JSON (sinew-verify/1); `-` is standard output.
+    #[arg(long, value_name = "JSON")]
+    json: Option<PathBuf>,
 }
 
 /// Largest difference that arithmetic in f32 explains, as a part of the range.
@@ -46,48 +56,106 @@ const ROUNDED: f64 = 3.0;
 /// A network that cannot be read, no framework, a difference above the tolerance, a NaN on one side
 /// alone, or a crate whose tests fail.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    let json = arguments.json.as_deref();
+    overwrite::refuse(
+        [("NETWORK", arguments.network.as_path())],
+        [("--json", json)],
+    )?;
+    let said = Said::beside([json]);
     let network = import::read(&arguments.network).map_err(Error::refused)?;
     let rounding = sinew_nn::import::rounding(&arguments.network).map_err(Error::refused)?;
     let reach = rounding.and_then(|rounding| rounding.input);
     let inputs = inputs(&network, reach.unwrap_or([-REACH, REACH]));
+    let place = arguments.network.display().to_string();
+    let wrong = |message: String| Error::failed(format!("{place}: {message}"));
+    let count = inputs.len();
+    let inputs = if reach.is_some() {
+        scaled(&inputs)
+    } else {
+        inputs
+    };
+    let answers = framework(arguments, &inputs)?;
+    let Held {
+        inputs,
+        outputs: expected,
+        cut_off,
+    } = held(count, inputs, answers).map_err(wrong)?;
+    if inputs.is_empty() {
+        return Err(wrong(
+            "its integers cut off every input that was tried".into(),
+        ));
+    }
     let tolerance = arguments.tolerance.unwrap_or(match rounding {
         Some(rounding) => (ROUNDED * rounding.loss(&network, &inputs)).max(EXACT),
         None => EXACT,
     });
-    let place = arguments.network.display().to_string();
-    let expected = framework(arguments, &inputs)?;
     let found: Vec<Vec<f64>> = inputs.iter().map(|x| evaluate::run(&network, x)).collect();
-    let judged =
-        judge(&found, &expected).map_err(|message| Error::failed(format!("{place}: {message}")))?;
+    let judged = judge(&found, &expected).map_err(wrong)?;
     if let Some(rounding) = rounding {
-        println!("{place}: {rounding}");
+        said.line(format!("{place}: {rounding}"));
     }
-    println!(
+    said.line(format!(
         "{place}: {} inputs, largest difference from its framework {:.1e} of the range",
         inputs.len(),
         judged.worst
-    );
+    ));
+    if cut_off > 0 {
+        said.line(format!(
+            "{place}: {cut_off} of {count} inputs drive values beyond what its framework's integers \
+             hold: they are cut off there and not here, so they were compared at a smaller size"
+        ));
+    }
     if judged.alike > 0 {
-        println!(
+        said.line(format!(
             "{place}: {} outputs are the same NaN or infinity in both",
             judged.alike
-        );
+        ));
     }
-    if judged.worst > tolerance {
-        let error = Error::failed(format!(
+    let agrees = judged.worst <= tolerance;
+    let tested = match &arguments.crate_folder {
+        Some(folder) if agrees => Some((folder, test(folder)?)),
+        _ => None,
+    };
+    if let Some((folder, (None, golden))) = &tested {
+        let golden = if *golden {
+            "its golden vectors among them"
+        } else {
+            "it has no golden vectors"
+        };
+        said.line(format!("{}: its tests pass, {golden}", folder.display()));
+    }
+    result::write(json, || {
+        json!({
+            "format": "sinew-verify/1",
+            "network": network.name,
+            "inputs": inputs.len(),
+            "difference": judged.worst,
+            "tolerance": tolerance,
+            "agrees": agrees,
+            "alike": judged.alike,
+            "cut_off": cut_off,
+            "rounding": rounding.map(|rounding| json!({
+                "bits": rounding.bits, "input": rounding.input,
+            })),
+            "crate": tested.as_ref().map(|(folder, (failure, golden))| json!({
+                "folder": folder, "failure": failure, "golden": golden,
+            })),
+        })
+    })?;
+    if !agrees {
+        return Err(Error::failed(format!(
             "{place} differs from its framework by {:.1e} of the range: expected at most \
              {tolerance:.1e}",
             judged.worst,
-        ));
-        let cut = "integers cut off values beyond those that they were calibrated for; --tolerance \
-                   allows for it";
-        return Err(if reach.is_some() {
-            error.help(cut)
-        } else {
-            error
-        });
+        )));
     }
-    arguments.crate_folder.as_deref().map_or(Ok(()), test)
+    match tested {
+        Some((folder, (Some(failure), _))) => Err(Error::failed(format!(
+            "{}: its tests fail: {failure}",
+            folder.display()
+        ))),
+        _ => Ok(()),
+    }
 }
 
 /// Inputs between the ends of `reach`, from a fixed seed.
@@ -107,7 +175,7 @@ fn inputs(network: &Network, [low, high]: [f64; 2]) -> Vec<Vec<f64>> {
 }
 
 /// Outputs of the framework.
-fn framework(arguments: &Arguments, inputs: &[Vec<f64>]) -> Result<Vec<Vec<f64>>> {
+fn framework(arguments: &Arguments, inputs: &[Vec<f64>]) -> Result<Vec<Answer>> {
     let python = &arguments.python;
     let unusable = |message: String| {
         Error::arguments(message)
@@ -153,15 +221,71 @@ fn framework(arguments: &Arguments, inputs: &[Vec<f64>]) -> Result<Vec<Vec<f64>>
     })
 }
 
+/// Outputs of a framework for an input; none where its integers cut a value off.
+type Answer = Option<Vec<f64>>;
+
 /// Rows of outputs: numbers, and words for what JSON has no number for.
-fn numbers(rows: &str) -> serde_json::Result<Vec<Vec<f64>>> {
-    let rows: Vec<Vec<serde_json::Value>> = serde_json::from_str(rows)?;
+fn numbers(rows: &str) -> serde_json::Result<Vec<Answer>> {
+    let rows: Vec<Option<Vec<serde_json::Value>>> = serde_json::from_str(rows)?;
     let number = |output: serde_json::Value| {
         let word = output.as_str().and_then(|word| word.parse().ok());
         output.as_f64().or(word).unwrap_or(f64::NAN)
     };
     let row = |row: Vec<serde_json::Value>| row.into_iter().map(number).collect();
-    Ok(rows.into_iter().map(row).collect())
+    Ok(rows.into_iter().map(|values| values.map(row)).collect())
+}
+
+/// The inputs, then all of them at half the size, and so on.
+fn scaled(inputs: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let scales = (0..SCALES as i32).map(|k| 0.5_f64.powi(k));
+    let scale = |scale: f64| {
+        inputs
+            .iter()
+            .map(move |x| x.iter().map(|v| scale * v).collect())
+    };
+    scales.flat_map(scale).collect()
+}
+
+/// Inputs that the framework's integers hold, with its outputs.
+struct Held {
+    inputs: Vec<Vec<f64>>,
+    outputs: Vec<Vec<f64>>,
+    /// Inputs that were cut off at their full size.
+    cut_off: usize,
+}
+
+/// The largest of each of `count` inputs that the integers hold, of answers to [`scaled`].
+///
+/// # Errors
+/// Another number of answers than of inputs.
+fn held(
+    count: usize,
+    inputs: Vec<Vec<f64>>,
+    answers: Vec<Answer>,
+) -> std::result::Result<Held, String> {
+    if answers.len() != inputs.len() {
+        let (expected, found) = (answers.len(), inputs.len());
+        return Err(format!(
+            "its framework answered {expected} of {found} inputs"
+        ));
+    }
+    let mut held = Held {
+        inputs: Vec::new(),
+        outputs: Vec::new(),
+        cut_off: answers
+            .iter()
+            .take(count)
+            .filter(|row| row.is_none())
+            .count(),
+    };
+    for first in 0..count {
+        let sizes = (first..answers.len()).step_by(count);
+        if let Some((k, outputs)) = sizes.filter_map(|k| Some((k, answers[k].clone()?))).next() {
+            held.inputs.push(inputs[k].clone());
+            held.outputs.push(outputs);
+        }
+    }
+    Ok(held)
 }
 
 /// Comparison of a network with its framework.
@@ -183,11 +307,11 @@ fn judge(found: &[Vec<f64>], expected: &[Vec<f64>]) -> std::result::Result<Judge
         ));
     }
     let all = || expected.iter().flatten().copied().filter(|y| y.is_finite());
-    let (low, high) = all().fold((f64::MAX, f64::MIN), |(low, high), y| {
-        (low.min(y), high.max(y))
+    let (least, most) = all().fold((f64::MAX, f64::MIN), |(least, most), y| {
+        (least.min(y), most.max(y))
     });
     let size = all().fold(0.0_f64, |size, y| size.max(y.abs()));
-    let range = (high - low).max(0.1 * size).max(1e-6);
+    let range = (most - least).max(0.1 * size).max(1e-6);
     let mut judged = Judged {
         worst: 0.0,
         alike: 0,
@@ -224,31 +348,19 @@ fn cause(said: &str) -> String {
     cause.unwrap_or(&"no word").chars().take(QUOTED).collect()
 }
 
-/// Runs the tests of an emitted crate, its golden vectors among them.
-fn test(folder: &Path) -> Result<()> {
+/// Runs the tests of an emitted crate: the first failure, and whether golden vectors are among
+/// them. A crate of int8 weights or of a coarser tanh has none: it is not meant to give the
+/// network's own outputs.
+fn test(folder: &Path) -> Result<(Option<String>, bool)> {
     let output = Command::new("cargo")
         .args(["test", "--quiet"])
         .current_dir(folder)
         .output()
         .map_err(|error| Error::arguments(format!("cargo: {error}")))?;
-    if !output.status.success() {
-        let said =
-            [output.stdout, output.stderr].map(|of| String::from_utf8_lossy(&of).into_owned());
-        return Err(Error::failed(format!(
-            "{}: its tests fail: {}",
-            folder.display(),
-            cause(&said.concat())
-        )));
-    }
-    // A crate of int8 weights or of a coarser tanh has none: it is not meant to give the network's
-    // own outputs.
-    let golden = if folder.join("tests/golden.rs").is_file() {
-        "its golden vectors among them"
-    } else {
-        "it has no golden vectors"
-    };
-    println!("{}: its tests pass, {golden}", folder.display());
-    Ok(())
+    let golden = folder.join("tests/golden.rs").is_file();
+    let said = [output.stdout, output.stderr].map(|of| String::from_utf8_lossy(&of).into_owned());
+    let failure = (!output.status.success()).then(|| cause(&said.concat()));
+    Ok((failure, golden))
 }
 
 #[cfg(test)]
@@ -286,10 +398,29 @@ mod tests {
     }
 
     #[test]
+    fn an_input_that_integers_cut_off_is_taken_smaller() {
+        let inputs = vec![vec![1.0, -2.0], vec![0.5, 0.5], vec![8.0, 8.0]];
+        let scaled = scaled(&inputs);
+        assert_eq!(scaled.len(), 3 * SCALES);
+        assert_eq!(
+            (&scaled[3], &scaled[4]),
+            (&vec![0.5, -1.0], &vec![0.25, 0.25])
+        );
+        // The first is cut off at its full size, the last at every size.
+        let answers = (0..3 * SCALES).map(|k| (k != 0 && k % 3 != 2).then(|| vec![k as f64]));
+        let held = held(3, scaled, answers.collect()).expect("as many answers as inputs");
+        assert_eq!(held.inputs, [vec![0.5, -1.0], vec![0.5, 0.5]]);
+        assert_eq!(held.outputs, [[3.0], [1.0]]);
+        assert_eq!(held.cut_off, 2);
+    }
+
+    #[test]
     fn words_of_a_framework_are_nan_and_infinity() {
-        let rows = numbers("[[0.5, \"nan\"], [\"inf\", \"-inf\"]]").expect("rows of outputs");
-        assert!(rows[0][0] == 0.5 && rows[0][1].is_nan());
-        assert_eq!(rows[1], [f64::INFINITY, f64::NEG_INFINITY]);
+        let rows = numbers("[[0.5, \"nan\"], [\"inf\", \"-inf\"], null]").expect("rows of outputs");
+        let row = |k: usize| rows[k].clone().unwrap_or_default();
+        assert!(row(0)[0] == 0.5 && row(0)[1].is_nan());
+        assert_eq!(row(1), [f64::INFINITY, f64::NEG_INFINITY]);
+        assert_eq!(rows[2], None);
         assert!(numbers("[[NaN]]").is_err() && numbers("no rows").is_err());
     }
 

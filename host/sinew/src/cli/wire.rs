@@ -3,8 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use sinew_wiring::{Checked, Signals, Wiring};
+use serde_json::{Value, json};
+use sinew_wiring::{Board, Checked, Signals, Wiring};
 
+use super::result;
 use crate::project::wired::{of_rig, read, refused};
 use crate::rig_file;
 use sinew_ident::cli::overwrite;
@@ -31,6 +33,9 @@ pub struct Arguments {
     /// Draw the wiring.
     #[arg(long, value_name = "SVG")]
     picture: Option<PathBuf>,
+    /// File for pins and remarks as JSON (sinew-wire/1); `-` is standard output.
+    #[arg(long, value_name = "JSON")]
+    json: Option<PathBuf>,
 }
 
 /// # Errors
@@ -55,6 +60,7 @@ fn first(arguments: &Arguments, signals: &Signals) -> Result<()> {
         [
             ("--out", Some(out.as_path())),
             ("--picture", arguments.picture.as_deref()),
+            ("--json", arguments.json.as_deref()),
         ],
     )?;
     if !arguments.force && out.is_file() {
@@ -64,12 +70,13 @@ fn first(arguments: &Arguments, signals: &Signals) -> Result<()> {
         );
     }
     let text = sinew_wiring::propose(signals, board).map_err(|fault| refused(None, &[fault]))?;
+    let wiring = Wiring::parse(&text).map_err(|fault| refused(None, &[fault]))?;
     if let Some(path) = &arguments.picture {
-        let wiring = Wiring::parse(&text).map_err(|fault| refused(None, &[fault]))?;
         sinew_files::write(path, sinew_wiring::picture(&wiring, board))?;
     }
     sinew_files::write(&out, &text)?;
-    let said = Said::beside([Some(out.as_path()), arguments.picture.as_deref()]);
+    let json = arguments.json.as_deref();
+    let said = Said::beside([Some(out.as_path()), arguments.picture.as_deref(), json]);
     said.wrote(&out);
     arguments.picture.iter().for_each(|path| said.wrote(path));
     let file = if sinew_files::is_output(&out) {
@@ -81,21 +88,25 @@ fn first(arguments: &Arguments, signals: &Signals) -> Result<()> {
         "next: fill in what is nan, then sinew wire {} --check {file}",
         arguments.rig.display()
     ));
-    Ok(())
+    result::write(json, || document(&wiring, board, &[]))
 }
 
 /// Checks a wiring; shows its table.
 fn checked(arguments: &Arguments, file: &Path, signals: &Signals) -> Result<()> {
     overwrite::refuse(
         [("RIG", arguments.rig.as_path()), ("--check", file)],
-        [("--picture", arguments.picture.as_deref())],
+        [
+            ("--picture", arguments.picture.as_deref()),
+            ("--json", arguments.json.as_deref()),
+        ],
     )?;
     let (wiring, board) = read(file)?;
     let Checked { faults, remarks } = sinew_wiring::check(&wiring, signals, board);
     if !faults.is_empty() {
         return Err(refused(Some(file), &faults));
     }
-    let said = Said::beside([arguments.picture.as_deref()]);
+    let json = arguments.json.as_deref();
+    let said = Said::beside([arguments.picture.as_deref(), json]);
     said.line(sinew_wiring::table(&wiring, board).trim_end());
     remarks.iter().for_each(|remark| said.line(remark));
     if let Some(path) = &arguments.picture {
@@ -107,5 +118,26 @@ fn checked(arguments: &Arguments, file: &Path, signals: &Signals) -> Result<()> 
         board.name,
         file.display()
     ));
-    Ok(())
+    result::write(json, || document(&wiring, board, &remarks))
+}
+
+/// `sinew-wire/1`: every signal with its pins, and where they are on the board.
+fn document(wiring: &Wiring, board: &Board, remarks: &[String]) -> Value {
+    let sensors = wiring.sensors.iter().map(|w| (w.column.as_str(), w.pins()));
+    let actuators = wiring
+        .actuators
+        .iter()
+        .map(|w| (w.input.as_str(), w.pins()));
+    let pins = sensors.chain(actuators).flat_map(|(signal, pins)| {
+        pins.into_iter().map(move |pin| {
+            let place = board.pin(pin).map_or("", |pin| pin.place);
+            json!({ "signal": signal, "pin": pin, "place": place })
+        })
+    });
+    json!({
+        "format": "sinew-wire/1",
+        "board": board.name,
+        "pins": pins.collect::<Vec<_>>(),
+        "remarks": remarks,
+    })
 }

@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use serde_json::{Value, json};
 use sinew_model::spec::ModelSpec;
 use sinew_nn::footprint::CYCLES_PER_INSTRUCTION;
 
@@ -155,6 +156,36 @@ pub fn table(spec: &ModelSpec, steps: &Steps, rows: &[OnBoard]) -> Table {
             format!("{:.1} %", 100.0 * time(steps.longest) / period_s),
             format!("{} mW", significant(current_ma * chip.supply_v, 3)),
         ])
+    })
+}
+
+/// The same for programs, SI.
+pub fn json(spec: &ModelSpec, steps: &Steps, rows: &[OnBoard]) -> Value {
+    let boards = rows.iter().map(|row| {
+        let chip = row.chip;
+        let time = |instructions: u64| {
+            instructions as f64 * CYCLES_PER_INSTRUCTION / f64::from(chip.clock_hz)
+        };
+        let busy = (time(steps.mean) / spec.period_s).min(1.0);
+        let current_ma = busy * chip.run_current_ma + (1.0 - busy) * chip.sleep_current_ma;
+        json!({
+            "board": row.name,
+            "flash_bytes": row.sizes.flash_bytes,
+            "ram_bytes": row.sizes.ram_bytes + steps.stack_bytes,
+            "mean_s": time(steps.mean),
+            "longest_s": time(steps.longest),
+            "bound_s": time(steps.bound),
+            "power_W": 1e-3 * current_ma * chip.supply_v,
+        })
+    });
+    json!({
+        "period_s": spec.period_s,
+        "steps": steps.steps,
+        "instructions_per_step": {
+            "mean": steps.mean, "max": steps.longest, "bound": steps.bound,
+        },
+        "stack_bytes": steps.stack_bytes,
+        "boards": boards.collect::<Vec<_>>(),
     })
 }
 

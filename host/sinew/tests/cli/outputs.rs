@@ -12,7 +12,14 @@ type Written = (&'static str, &'static str);
 /// Every flag of a file that a verb writes within seconds.
 const QUICK: &[Written] = &[
     ("new fit.csv --name stage", "--out"),
+    ("new fit.csv --name stage --out new.toml --force", "--json"),
     ("check fit.csv --rig rig.toml", "--json"),
+    ("simulate rig.toml --input fit.csv --out sim.csv", "--json"),
+    (
+        "wire rig.toml --board stm32f446 --out wired.toml --force",
+        "--json",
+    ),
+    ("import range.onnx", "--json"),
     ("convert types.mat --column q_rad=q_rad:2", "--out"),
     ("simulate rig.toml --input fit.csv", "--out"),
     ("settle rig.toml --sweep u_N=-2:2:5", "--out"),
@@ -58,6 +65,12 @@ const QUICK: &[Written] = &[
 /// Flags of files that take a trained model, a learned law, a build or a board to be written: their
 /// tests are elsewhere, and they go through the same writer.
 const SLOW: &[Written] = &[
+    ("build", "--json"),
+    ("emit", "--json"),
+    ("train", "--json"),
+    ("calibrate", "--json"),
+    ("size", "--json"),
+    ("verify", "--json"),
     ("tune", "--out"),
     ("tune", "--json"),
     ("learn", "--out"),
@@ -77,6 +90,7 @@ fn desk() -> Desk {
         desk.write(to, &text);
     }
     desk.bring("tests/foreign/logs/types.mat");
+    desk.bring("codegen/nn/tests/cases/52-odd/range.onnx");
     desk
 }
 

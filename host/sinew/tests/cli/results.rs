@@ -116,10 +116,18 @@ fn every_channel_broken_in_every_way_is_a_document() {
          --noise 0.005 --quiet",
     );
     desk.succeed("import mass-spring-damper.tflite --rig rig.toml --fit camera.csv --out plain");
-    let said = desk.succeed("calibrate rig.toml plain --fit camera.csv --watch --out model");
+    let line = "calibrate rig.toml plain --fit camera.csv --watch --out model";
+    let said = desk.succeed(line);
     assert!(
         said.contains("channels watched: the others say each"),
         "{said}"
+    );
+    let found = result(&desk, &format!("{line} --json -"), "calibration", 0);
+    let spread = |k: usize| found["channels"][k]["spread_part"].as_f64();
+    assert!((0..5).all(|k| spread(k) < Some(0.05)), "{found}");
+    assert_eq!(
+        (&found["watched"], &found["outputs"][0]["signal"]),
+        (&true.into(), &"q_m".into())
     );
     let cache = crate::desk::images();
     let line = format!(
@@ -212,4 +220,182 @@ fn explanations_are_documents_and_an_unknown_name_is_refused() {
         "{refused}"
     );
     assert!(refused.contains("exit status 2"), "{refused}");
+}
+
+/// A Python whose framework multiplies input k by `factor` k, in four of them.
+fn framework(desk: &Desk, factor: f64) -> String {
+    use std::os::unix::fs::PermissionsExt;
+    let script = format!(
+        "#!/bin/sh\nsed 's/[][ ]//g' | awk -F, '{{ printf \"[\"; for (i = 1; i <= NF; i += 4) \
+         printf \"%s[0, %.9g, %.9g, %.9g]\", (i > 1 ? \", \" : \"\"), {factor} * $(i + 1), \
+         {factor} * 2 * $(i + 2), {factor} * 3 * $(i + 3); print \"]\" }}'\n"
+    );
+    desk.write("python.sh", &script);
+    let path = desk.path("python.sh");
+    let mode = std::fs::Permissions::from_mode(0o755);
+    std::fs::set_permissions(&path, mode).expect("the script is ours");
+    path.display().to_string()
+}
+
+#[test]
+fn a_networks_layers_its_framework_and_its_size_are_documents() {
+    let desk = Desk::new();
+    desk.bring("codegen/nn/tests/cases/52-odd/range.onnx");
+    let layers = result(&desk, "import range.onnx --json -", "import", 0);
+    assert_eq!(
+        (&layers["inputs"], &layers["outputs"]),
+        (&4.into(), &4.into())
+    );
+    assert_eq!(layers["layers"][0]["kind"], "input", "{layers}");
+    assert!(layers["rounding"].is_null() && layers["model"].is_null());
+
+    let line = |python: &str| format!("verify range.onnx --python {python} --json -");
+    let same = result(&desk, &line(&framework(&desk, 1.0)), "verify", 0);
+    assert!(
+        same["agrees"] == true && same["difference"].as_f64() < Some(1e-6),
+        "{same}"
+    );
+    assert!(same["crate"].is_null() && same["cut_off"] == 0, "{same}");
+    let other = result(&desk, &line(&framework(&desk, 1.5)), "verify", 1);
+    assert!(
+        other["agrees"] == false && other["difference"].as_f64() > Some(0.1),
+        "{other}"
+    );
+
+    // Every input is cut off by integers of a fixed scale, at every size.
+    desk.bring("codegen/nn/tests/frameworks/models/tflite-int8.tflite");
+    framework(&desk, 1.0);
+    let rows = vec!["null"; 16 * 8].join(", ");
+    desk.write(
+        "python.sh",
+        &format!("#!/bin/sh\ncat > input\necho '[{rows}]'\n"),
+    );
+    let python = desk.path("python.sh");
+    let line = format!("verify tflite-int8.tflite --python {}", python.display());
+    let refused = desk.refusal(&line);
+    assert!(
+        refused.contains("its integers cut off every input"),
+        "{refused}"
+    );
+    assert!(refused.contains("exit status 1"), "{refused}");
+
+    let line = "emit range.onnx --out crate --weights int8 --json -";
+    let emitted = result(&desk, line, "emit", 0);
+    assert_eq!(emitted["network"]["outputs"], 4, "{emitted}");
+    assert!(
+        emitted["network"]["loss"]["max"].as_f64() < Some(0.05),
+        "{emitted}"
+    );
+    assert!(emitted["controller"].is_null() && desk.path("crate/Cargo.toml").is_file());
+    let model = crate::desk::checkout().join("models/reference-s");
+    let line = format!("emit {} --out project --json -", model.display());
+    let emitted = result(&desk, &line, "emit", 0);
+    assert!(
+        emitted["controller"]["period_s"].as_f64() > Some(0.0),
+        "{emitted}"
+    );
+
+    let cache = crate::desk::images();
+    let size = format!(
+        "size range.onnx --board stm32f446 --weights int8 --build-dir {} --quiet --json -",
+        cache.join("sized").display()
+    );
+    let size = result(&desk, &size, "size", 0);
+    let network = &size["network"];
+    let (flash, weights) = (&network["predict"]["flash_bytes"], &network["weight_bytes"]);
+    assert!(
+        flash.as_u64() > weights.as_u64() && weights.as_u64() > Some(0),
+        "{size}"
+    );
+    assert_eq!(
+        (&size["weights"], &size["controller"]),
+        (&"int8".into(), &Value::Null)
+    );
+}
+
+#[test]
+fn a_new_rig_its_simulation_and_its_wiring_are_documents() {
+    let desk = desk();
+    let line = "new mass-spring-damper.fit.csv --yes --spring yes --out new.toml --json -";
+    let new = result(&desk, line, "new", 0);
+    let guesses = new["guesses"].as_array().map_or(0, Vec::len);
+    assert!(guesses > 0 && new["rig"] == "new.toml", "{new}");
+
+    let line = format!("simulate {RIG} --input mass-spring-damper.fit.csv --out sim.csv --json -");
+    let simulated = result(&desk, &line, "simulation", 0);
+    let rows = desk
+        .read("sim.csv")
+        .lines()
+        .filter(|line| !line.starts_with('#'))
+        .count()
+        - 1;
+    assert_eq!(simulated["rows"], rows, "{simulated}");
+    let signal = &simulated["signals"][0];
+    let end = |k: usize| signal["range"][k].as_f64();
+    assert!(signal["signal"] == "q_m" && end(0) < end(1), "{simulated}");
+    assert_eq!(simulated["held_samples"]["u_N"], 0, "{simulated}");
+
+    desk.bring("rigs/demo.toml");
+    let wired = result(
+        &desk,
+        "wire demo.toml --board stm32f446 --json -",
+        "wire",
+        0,
+    );
+    assert_eq!(wired["pins"][0]["signal"], "q_m", "{wired}");
+    let text = desk.read("demo.wiring.toml");
+    let text = text.replace("at_zero = nan", "at_zero = -0.4");
+    let text = text.replace("at_full = nan", "at_full = 0.4");
+    desk.write("demo.wiring.toml", &text);
+    let line = "wire demo.toml --check demo.wiring.toml --json -";
+    let checked = result(&desk, line, "wire", 0);
+    assert_eq!(checked["pins"], wired["pins"], "{checked}");
+}
+
+/// Verbs whose document takes minutes: it is the file that `cargo xtask demo` leaves.
+const LONG: &[&str] = &["build", "train"];
+
+/// Each verb that takes `--json` has its line in the schemas' README, a schema of its name, and a
+/// test here that holds real output to it.
+#[test]
+fn every_verb_with_json_has_a_schema_that_its_output_is_held_to() {
+    let cli = include_str!("../../../../docs/reference/cli.md");
+    let list = include_str!("../../../../docs/reference/schemas/README.md");
+    let tests = [
+        include_str!("results.rs"),
+        include_str!("verbs.rs"),
+        include_str!("settle.rs"),
+        include_str!("plan.rs"),
+        include_str!("fit_static.rs"),
+    ]
+    .concat();
+    let (mut verb, mut seen) = ("", 0);
+    for line in cli.lines() {
+        if let Some(name) = line.strip_prefix("### `sinew ") {
+            verb = name.trim_end_matches('`');
+        }
+        if !line.trim_start().starts_with("--json <") {
+            continue;
+        }
+        seen += 1;
+        let row = |row: &&str| {
+            row.contains(&format!("| `sinew {verb}`")) || row.contains(&format!("| `sinew {verb} "))
+        };
+        let row = list.lines().find(row);
+        let row = row.unwrap_or_else(|| panic!("no schema of {verb} in the list"));
+        let name = row
+            .split(['[', ']'])
+            .nth(1)
+            .expect("a row links its schema");
+        let format = schema(name)["properties"]["format"]["const"].clone();
+        let format = format.as_str().map_or_else(String::new, str::to_owned);
+        assert!(row.contains(&format!("`{format}`")), "{row}: {format}");
+        let held = tests.contains(&format!("\"{name}\", "))
+            || tests.contains(&format!("schema(\"{name}\")"));
+        assert!(
+            held || LONG.contains(&verb),
+            "no test holds {verb} to {name}"
+        );
+    }
+    assert!(seen >= 20, "{seen} verbs");
 }

@@ -669,6 +669,8 @@ fn a_search_by_gradients_says_how_it_went_and_lowers_the_firmwares_own_objective
     let training = |when: &str| line["training"][when].as_f64().expect("a number");
     assert!(training("after") < training("before"), "{line}");
     let course = &line["gradients"][0];
+    let broken = violations(&schema("tuning"), &scores);
+    assert_eq!(broken, [""; 0]);
     assert_eq!(course["derivatives"], "exact", "{course}");
     // The loop in double precision told the search what the firmware does.
     let expected = course["objective"].as_f64().expect("a number");

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::layers::IDLE;
+use super::idle::IDLE;
 use super::settings::{Settings, expect_float};
 use crate::NetworkError;
 use crate::limits::{MAX_LENGTH, MAX_NODES};

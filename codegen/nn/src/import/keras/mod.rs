@@ -1,6 +1,7 @@
 //! Keras: `.h5` of Keras 2 (and of Keras 3, on request), `.keras` of Keras 3.
 
 mod config;
+mod idle;
 mod layers;
 mod settings;
 #[cfg(test)]
@@ -97,7 +98,6 @@ pub(super) fn rounding(bytes: &[u8], archive: bool) -> Option<Rounding> {
     quantised.then_some(Rounding {
         bits: 8,
         input: None,
-        output: None,
     })
 }
 
@@ -131,7 +131,7 @@ fn build(
             match from {
                 Some(from) => {
                     let outputs = import.outputs(layer, &from)?;
-                    if !layers::IDLE.contains(&layer.class) {
+                    if !idle::IDLE.contains(&layer.class) {
                         layer.config.expect_read(&layer.name, layer.class)?;
                     }
                     for (number, place) in outputs.into_iter().enumerate() {

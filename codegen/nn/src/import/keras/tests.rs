@@ -7,7 +7,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::{Hdf5, Weights, build, configuration, layers};
+use super::{Hdf5, Weights, build, configuration, idle};
 use crate::{Network, NetworkError};
 
 /// Name of what nothing reads.
@@ -58,7 +58,7 @@ fn every_layer_and_operation_refuses_a_setting_that_nothing_reads() {
             let mut changed = whole.clone();
             let layer = &mut changed["config"]["layers"][place];
             let class = layer["class_name"].as_str().expect("a class").to_owned();
-            if layers::IDLE.contains(&class.as_str()) || !seen.insert(class.clone()) {
+            if idle::IDLE.contains(&class.as_str()) || !seen.insert(class.clone()) {
                 continue;
             }
             layer["config"][UNKNOWN] = 1.into();

@@ -10,7 +10,6 @@ const INT8: u8 = 9;
 /// Operators whose inputs are rounded where their weights alone are integers.
 const HYBRID: [i32; 3] = [3, 4, 9];
 const QUANTIZE: i32 = 114;
-const DEQUANTIZE: i32 = 6;
 
 /// Smallest and largest integer, and the bits, of a type.
 fn integers(kind: u8) -> Option<([f64; 2], u32)> {
@@ -62,57 +61,32 @@ pub(in crate::import) fn of(bytes: &[u8]) -> Result<Option<Rounding>, NetworkErr
             None => Ok(-1),
         }
     };
-    // Smallest and largest number that a tensor's integers stand for.
-    let held = |index: i32| -> Result<Option<[f64; 2]>, NetworkError> {
-        let Some(tensor) = at(index) else {
-            return Ok(None);
+    if let Some(bits) = bits {
+        let mut given = graph.ints(1)?.first().copied().unwrap_or(-1);
+        for operator in &operators {
+            if code(operator)? == QUANTIZE && operator.ints(1)?.first() == Some(&given) {
+                given = operator.ints(2)?.first().copied().unwrap_or(given);
+            }
+        }
+        let Some(tensor) = at(given) else {
+            return Ok(Some(Rounding { bits, input: None }));
         };
         let zero = tensor.table(4)?.map_or(Ok(Vec::new()), |t| t.longs(3))?;
         let zero = zero.first().map_or(0.0, |&zero| zero as f64);
         let scale = scales(tensor)?.first().map(|&scale| f64::from(scale));
-        Ok(match (integers(tensor.byte(1)?), scale) {
+        let input = match (integers(tensor.byte(1)?), scale) {
             (Some((ends, _)), Some(scale)) => Some(ends.map(|end| scale * (end - zero))),
             _ => None,
-        })
-    };
-    if let Some(bits) = bits {
-        let mut given = graph.ints(1)?.first().copied().unwrap_or(-1);
-        let mut found = graph.ints(2)?.first().copied().unwrap_or(-1);
-        for operator in &operators {
-            let (from, to) = (operator.ints(1)?, operator.ints(2)?);
-            if code(operator)? == QUANTIZE && from.first() == Some(&given) {
-                given = to.first().copied().unwrap_or(given);
-            }
-        }
-        let mut output = held(found)?;
-        for operator in operators.iter().rev() {
-            let (from, to) = (operator.ints(1)?, operator.ints(2)?);
-            if [QUANTIZE, DEQUANTIZE].contains(&code(operator)?) && to.first() == Some(&found) {
-                found = from.first().copied().unwrap_or(found);
-                // What two scales in turn hold is what both do.
-                output = match (output, held(found)?) {
-                    (Some([a, b]), Some([c, d])) => Some([a.max(c), b.min(d)]),
-                    (one, other) => one.or(other),
-                };
-            }
-        }
-        let input = held(given)?;
-        return Ok(Some(Rounding {
-            bits,
-            input,
-            output,
-        }));
+        };
+        return Ok(Some(Rounding { bits, input }));
     }
     for operator in &operators {
         let inputs = operator.ints(1)?;
         let weights = inputs.get(1).and_then(|&index| at(index));
         let kind = weights.map_or(Ok(0), |weights| weights.byte(1))?;
         if HYBRID.contains(&code(operator)?) && integers(kind).is_some() {
-            return Ok(Some(Rounding {
-                bits: 8,
-                input: None,
-                output: None,
-            }));
+            let (bits, input) = (8, None);
+            return Ok(Some(Rounding { bits, input }));
         }
     }
     Ok(None)

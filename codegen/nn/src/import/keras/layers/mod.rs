@@ -11,6 +11,7 @@ mod windows;
 use serde_json::Value;
 
 use super::config::{Layer, expect_own};
+use super::idle::IDLE;
 use super::settings::{Settings, expect_float, quantised};
 use super::weights::Weights;
 use crate::import::shapes;
@@ -18,18 +19,6 @@ use crate::{Activation, Convolution, Dense, Network, NetworkError, Op, PoolKind,
 pub(in crate::import) use normalisation::normalise;
 use recurrent::RECURRENT;
 use values::{activation_name, axis_of, stated};
-
-/// Layers that do nothing once a network is trained.
-pub(super) const IDLE: &[&str] = &[
-    "Dropout",
-    "SpatialDropout1D",
-    "SpatialDropout2D",
-    "AlphaDropout",
-    "GaussianDropout",
-    "GaussianNoise",
-    "ActivityRegularization",
-    "Identity",
-];
 
 /// Layers that read several values.
 const SEVERAL: &[&str] = &[
