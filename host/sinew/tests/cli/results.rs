@@ -352,8 +352,85 @@ fn a_new_rig_its_simulation_and_its_wiring_are_documents() {
     assert_eq!(checked["pins"], wired["pins"], "{checked}");
 }
 
-/// Verbs whose document takes minutes: it is the file that `cargo xtask demo` leaves.
+/// Verbs whose documents take minutes: the types that they write are held to the schemas below.
 const LONG: &[&str] = &["build", "train"];
+
+#[test]
+fn what_train_and_build_write_keeps_its_schema() {
+    use sinew::pipeline::learn::Record;
+    use sinew::pipeline::summary::{
+        FitError, Found, ModelRig, NetworkError, Spread, Summary, Tracking,
+    };
+    let epoch = sinew_train::train::Epoch {
+        training: 0.3,
+        validation: 0.4,
+    };
+    let record = Record {
+        history: vec![epoch],
+        kept: 0,
+        parameters: 12,
+        one_step_rms: vec![1e-4],
+        horizon_rms: vec![1e-3],
+        horizon: 12,
+    };
+    let mut training = serde_json::to_value(record).expect("a record is JSON");
+    training["format"] = "sinew-training/1".into();
+    assert_eq!(violations(&schema("training"), &training), [""; 0]);
+    let mut summary = Summary {
+        format: "sinew-demo/1",
+        rig: "rig".into(),
+        board: "host".into(),
+        rate_hz: 120.0,
+        steps: 100,
+        deadline_misses: 0,
+        tracking: Tracking {
+            model_rig: ModelRig::Fitted,
+            unit: "m".into(),
+            mpc_rms: 1e-3,
+            pid_rms: f64::NAN,
+            informed_pid_rms: 2e-3,
+            mpc_max: 1e-2,
+            pid_max: f64::NAN,
+            informed_pid_max: 2e-2,
+        },
+        instructions_per_step: None,
+        flash_bytes: None,
+        ram_bytes: None,
+        stack_bytes: None,
+        heap_bytes: None,
+        host_equals_device: None,
+        commands_outside_limits: 0,
+        fit: vec![FitError {
+            signal: "q_m".into(),
+            role: "fit",
+            unit: "m".into(),
+            as_written_rms: 1e-3,
+            fitted_rms: 1e-4,
+        }],
+        network: NetworkError {
+            parameters: 12,
+            one_step_rms: 1e-4,
+            horizon_rms: 1e-3,
+        },
+        diagnosis: None,
+        seconds: 1.0,
+    };
+    let keeps = |summary: &Summary| {
+        let document = serde_json::to_value(summary).expect("a summary is JSON");
+        assert_eq!(violations(&schema("demo"), &document), [""; 0]);
+    };
+    keeps(&summary);
+    summary.instructions_per_step = Some(Spread { mean: 1.5, max: 2 });
+    summary.diagnosis = Some(Found {
+        hidden: None,
+        found: "coulomb_friction".into(),
+        unit: "m".into(),
+        before_rms: 1e-3,
+        after_rms: 1e-4,
+    });
+    summary.tracking.model_rig = ModelRig::Corrected;
+    keeps(&summary);
+}
 
 /// Each verb that takes `--json` has its line in the schemas' README, a schema of its name, and a
 /// test here that holds real output to it.
