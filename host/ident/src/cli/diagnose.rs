@@ -61,9 +61,9 @@ pub struct Arguments {
     #[arg(long)]
     exit_code: bool,
     #[command(flatten)]
-    repairs: Repairs,
-    #[command(flatten)]
     common: Common,
+    #[command(flatten)]
+    repairs: Repairs,
 }
 
 fn seconds(text: &str) -> std::result::Result<Duration, String> {

@@ -30,8 +30,6 @@ pub struct Arguments {
     /// The files are tables of rests: a row has inputs and the readings once nothing moves.
     #[arg(long = "static")]
     at_rest: bool,
-    #[command(flatten)]
-    repairs: Repairs,
     /// File for the fitted rig; its comments are kept.
     #[arg(long, value_name = "TOML")]
     out: Option<PathBuf>,
@@ -44,6 +42,8 @@ pub struct Arguments {
     /// No progress.
     #[arg(long)]
     quiet: bool,
+    #[command(flatten)]
+    repairs: Repairs,
 }
 
 /// Returns the exit status.

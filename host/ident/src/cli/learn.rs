@@ -55,11 +55,11 @@ pub struct Arguments {
     /// File for a page with plots.
     #[arg(long, value_name = "HTML")]
     report: Option<PathBuf>,
-    #[command(flatten)]
-    repairs: Repairs,
     /// No progress.
     #[arg(long)]
     quiet: bool,
+    #[command(flatten)]
+    repairs: Repairs,
 }
 
 impl Arguments {

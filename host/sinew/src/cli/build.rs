@@ -20,8 +20,6 @@ pub struct Arguments {
     rig: PathBuf,
     #[command(flatten)]
     recordings: Recordings,
-    #[command(flatten)]
-    repairs: Repairs,
     /// Board of the controller.
     #[arg(long, value_enum, default_value = "qemu")]
     board: Board,
@@ -45,6 +43,8 @@ pub struct Arguments {
     json: Option<PathBuf>,
     #[command(flatten)]
     common: Common,
+    #[command(flatten)]
+    repairs: Repairs,
 }
 
 /// # Errors

@@ -66,15 +66,15 @@ pub struct Arguments {
     /// Replace a rig file that is there already.
     #[arg(long)]
     force: bool,
-    /// Repairs of the recording.
-    #[command(flatten)]
-    repairs: Repairs,
     /// File for what was guessed and left out as JSON (sinew-new/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
     /// No progress.
     #[arg(long)]
     quiet: bool,
+    /// Repairs of the recording.
+    #[command(flatten)]
+    repairs: Repairs,
 }
 
 /// An answer.
