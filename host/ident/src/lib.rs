@@ -6,6 +6,8 @@
 //! | [`check`] | recordings, with or without a rig | faults by kind, line and remedy |
 //! | [`fit`] | a rig and recordings | the rig with its parameters refitted |
 //! | [`learn`] | a rig and recordings | laws of springs and dampers that no rig names |
+//! | [`fleet`] | a rig and recordings of several devices | the distribution of their parameters |
+//! | [`population`] | fitted devices | the distribution of a fleet, as a file |
 //! | [`diagnose`] | a rig and recordings | the physics that the rig lacks |
 //! | [`excite`] | a rig with limits | inputs for an experiment |
 //! | [`mjcf`] | a rig | a MuJoCo model |
@@ -18,10 +20,12 @@ pub mod diagnose;
 pub mod error;
 pub mod excite;
 pub mod fit;
+pub mod fleet;
 pub mod learn;
 pub mod mechanism;
 pub mod mjcf;
 pub mod noise;
+pub mod population;
 pub mod recording;
 pub mod report;
 mod scales;

@@ -29,6 +29,7 @@ fn population(plant: &Plant) -> Population {
             .collect(),
         spread: 0.15,
         reach: 2.0,
+        fleet: None,
     }
 }
 

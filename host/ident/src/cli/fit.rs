@@ -17,6 +17,8 @@ use crate::fit::{
     Fit, FitOptions, FreeRun, Progress, fit, fit_rests, free_runs, pool, require, require_rests,
     rests,
 };
+use crate::fleet::is_of;
+use crate::population::Fleet;
 use crate::recording::Recording;
 use crate::report::{count, own_value, quantity, warnings};
 
@@ -30,6 +32,11 @@ pub struct Arguments {
     /// The files are tables of rests: a row has inputs and the readings once nothing moves.
     #[arg(long = "static")]
     at_rest: bool,
+    /// The fleet that the device is of (sinew-fleet/1, from `sinew fleet`): its prior.
+    ///
+    /// One second of a new device is then enough for what its fleet has in common.
+    #[arg(long, value_name = "TOML", conflicts_with = "at_rest")]
+    fleet: Option<PathBuf>,
     /// File for the fitted rig; its comments are kept.
     #[arg(long, value_name = "TOML")]
     out: Option<PathBuf>,
@@ -54,8 +61,10 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
     let Recordings { fit: fitted, test } = &arguments.recordings;
     let fitted = fitted.iter().map(|path| ("--fit", path.as_path()));
     let tests = test.iter().map(|path| ("--test", path.as_path()));
+    let of_fleet = arguments.fleet.iter();
     overwrite::refuse(
         std::iter::once(("the rig", arguments.rig.as_path()))
+            .chain(of_fleet.map(|path| ("--fleet", path.as_path())))
             .chain(fitted)
             .chain(tests),
         [
@@ -64,6 +73,10 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         ],
     )?;
     let rig = Rig::load(&arguments.rig)?;
+    let options = FitOptions {
+        fleet: fleet(arguments.fleet.as_deref(), &rig)?,
+        ..FitOptions::default()
+    };
     let kind = if arguments.at_rest {
         Kind::Rests
     } else {
@@ -83,7 +96,7 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
     }
     let title = format!("fit the rig to the {}", kind.files());
     let stage = Stage::begin(&title, arguments.quiet);
-    let found = kind.fit(&rig, &recordings, &mut |p| {
+    let found = kind.fit(&rig, &recordings, &options, &mut |p| {
         stage.say(format!(
             "stage {}, step {}, {:.2} % of the signal",
             p.stage,
@@ -173,6 +186,19 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
     })
 }
 
+/// The fleet of a file, which is of this rig.
+///
+/// # Errors
+/// A bad file, or parameters that are not the rig's free ones.
+pub fn fleet(path: Option<&Path>, rig: &Rig) -> Result<Option<Fleet>> {
+    let read = |path| {
+        let fleet = Fleet::load(path)?;
+        is_of(&fleet, rig)?;
+        Ok(fleet)
+    };
+    path.map(read).transpose()
+}
+
 /// Kind of the files of a fit.
 #[derive(Clone, Copy)]
 enum Kind {
@@ -194,11 +220,12 @@ impl Kind {
         self,
         rig: &Rig,
         recordings: &[Recording],
+        options: &FitOptions,
         progress: &mut dyn FnMut(Progress),
     ) -> Result<Fit> {
         match self {
-            Self::Motions => fit(rig, recordings, &FitOptions::default(), progress),
-            Self::Rests => fit_rests(rig, recordings, &FitOptions::default(), progress),
+            Self::Motions => fit(rig, recordings, options, progress),
+            Self::Rests => fit_rests(rig, recordings, options, progress),
         }
     }
 

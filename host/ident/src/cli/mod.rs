@@ -8,6 +8,7 @@ pub mod exit_code;
 pub mod failing;
 mod fault_text;
 pub mod fit;
+pub mod fleet;
 pub mod interrupt;
 pub mod learn;
 pub mod mjcf;
@@ -40,6 +41,8 @@ enum Verb {
     Fit(fit::Arguments),
     /// Learn the law of a spring or a damper for this rig and others.
     Learn(learn::Arguments),
+    /// Estimate the distribution of a fleet from recordings of its devices.
+    Fleet(fleet::Arguments),
     /// Find faults of recordings before any fit.
     Check(check::Arguments),
     /// Find the physics that a rig lacks.
@@ -104,6 +107,7 @@ fn run(verb: Verb) -> Result<u8> {
     match verb {
         Verb::Fit(arguments) => fit::run(&arguments),
         Verb::Learn(arguments) => learn::run(&arguments).map(|()| 0),
+        Verb::Fleet(arguments) => fleet::run(&arguments).map(|()| 0),
         Verb::Diagnose(arguments) => diagnose::run(&arguments),
         Verb::Check(arguments) => check::run(&arguments),
         Verb::Excite(arguments) => excite::run(&arguments, None).map(|()| 0),

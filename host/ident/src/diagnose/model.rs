@@ -208,6 +208,7 @@ impl Model {
                 .collect(),
             tied: self.tied.clone(),
             sums: Vec::new(),
+            fleet: None,
         }
     }
 

@@ -12,7 +12,7 @@ use super::score::{FreeRun, OwnValue, pool, relative};
 use super::stages::{Apart, Found, Local};
 use super::uncertainty::{Width, interval};
 use super::undetermined;
-use super::{BeyondBounds, Fit, FittedParameter, HeldInput, SensorFit};
+use super::{BeyondBounds, Covariance, Fit, FittedParameter, HeldInput, SensorFit};
 use crate::error::Result;
 use crate::noise::noise_level;
 
@@ -132,6 +132,7 @@ impl Judge<'_> {
         });
         let sensors = sensors.collect();
         Fit {
+            covariance: covariance(&found, known),
             parameters,
             sensors,
             as_written_runs,
@@ -144,6 +145,24 @@ impl Judge<'_> {
             steps: found.steps,
             seconds: self.begun.elapsed().as_secs_f64(),
         }
+    }
+}
+
+/// Covariance of the parameters that have an interval.
+fn covariance(found: &Found, known: &[Parameter]) -> Covariance {
+    let certain = found.widths.iter().enumerate();
+    let certain = certain.filter(|(_, width)| width.half().is_some());
+    let places: Vec<usize> = certain.map(|(j, _)| j).collect();
+    let row = |&row: &usize| {
+        let columns = places.iter();
+        columns
+            .map(|&column| found.covariance[(row, column)])
+            .collect()
+    };
+    let name = |&j: &usize| known[found.slots[j]].name.clone();
+    Covariance {
+        names: places.iter().map(name).collect(),
+        rows: places.iter().map(row).collect(),
     }
 }
 

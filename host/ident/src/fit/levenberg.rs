@@ -3,6 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::belonging::Belonging;
 use super::derivatives::Normal;
 use super::segment::{Problem, Segment};
 
@@ -31,6 +32,8 @@ pub(crate) struct Prior {
     /// Sums of fitted parameters with a standard normal prior: a list of (index, factor per SI
     /// unit) each.
     pub sums: Vec<Vec<(usize, f64)>>,
+    /// The fleet that the device is of, in place of finite widths.
+    pub fleet: Option<Belonging>,
 }
 
 /// Reason for which a search ended.
@@ -206,6 +209,10 @@ fn cost_below(
     let prior: f64 = (pulls.iter().chain(&sums))
         .map(|pull| 0.5 * pull * pull)
         .sum();
+    let prior = prior + belief.strangeness(problem, &unknowns.values);
+    if !prior.is_finite() {
+        return f64::INFINITY;
+    }
     problem.cost_below(segments, &unknowns.values, &unknowns.states, most - prior) + prior
 }
 
@@ -218,6 +225,7 @@ impl Prior {
             widths: Vec::new(),
             tied: Vec::new(),
             sums: Vec::new(),
+            fleet: None,
         }
     }
 
@@ -238,6 +246,24 @@ impl Prior {
         terms
             .map(|&(j, factor)| factor * problem.scale[j] * dz[j])
             .sum()
+    }
+
+    /// Cost of the fleet's prior; infinite for a value that no device of it can have.
+    fn strangeness(&self, problem: &Problem, values: &[f64]) -> f64 {
+        let fleet = self.fleet.as_ref();
+        fleet.map_or(0.0, |it| it.cost(&problem.of_slots(values)))
+    }
+
+    /// Gradient of the fleet's prior by `z`, and its curvature.
+    fn of_fleet(&self, problem: &Problem, values: &[f64]) -> Option<(DVector<f64>, DMatrix<f64>)> {
+        let fleet = self.fleet.as_ref()?;
+        Some(fleet.linearised(&problem.of_slots(values), &problem.scale))
+    }
+
+    /// Curvature of the fleet's prior by `z`.
+    pub(super) fn curvature(&self, problem: &Problem, values: &[f64]) -> Option<DMatrix<f64>> {
+        self.of_fleet(problem, values)
+            .map(|(_, curvature)| curvature)
     }
 
     /// Distance of each fitted parameter from the rig, in standard deviations of the prior.
@@ -296,6 +322,11 @@ impl Step {
                 }
             }
         }
+        let fleet = belief.of_fleet(problem, &unknowns.values);
+        if let Some((slope, curvature)) = &fleet {
+            reduced += curvature;
+            gradient -= slope;
+        }
 
         let free = unblocked(problem, belief, unknowns, &gradient);
         let free = together(&free, &belief.tied);
@@ -327,6 +358,9 @@ impl Step {
         for (index, sum) in sums.iter().enumerate() {
             let change = belief.sum_of_step(index, problem, &dz);
             predicted_reduction -= sum * change + 0.5 * change * change;
+        }
+        if let Some((slope, curvature)) = &fleet {
+            predicted_reduction -= slope.dot(&dz) + 0.5 * dz.dot(&(curvature * &dz));
         }
         (predicted_reduction.is_finite()).then_some(Self {
             dz,

@@ -7,6 +7,7 @@
 //! own initial state, and grow to whole recordings. A device that drifts and a poor first guess do
 //! no harm.
 
+mod belonging;
 mod beyond;
 pub(crate) mod bounds;
 pub(crate) mod derivatives;
@@ -43,9 +44,12 @@ pub use self::score::{
 };
 use self::stages::Apart;
 pub use self::statics::{fit_rests, require_rests, rests};
+#[cfg(feature = "cli")]
+pub(crate) use self::uncertainty::student_95;
 pub(crate) use self::undetermined::fitted;
 use crate::error::{Error, Result};
 use crate::noise::most_of_noise;
+use crate::population::Fleet;
 use crate::recording::Recording;
 use crate::report::quantity;
 
@@ -63,6 +67,9 @@ pub struct FitOptions {
     /// The search alone: no second start, and no look at what the recordings leave undetermined or
     /// at what lies beyond bounds. Several times as quick.
     pub search_only: bool,
+    /// The fleet that the device is of: the prior is its distribution, and the search begins at
+    /// its mean. Its parameters are the rig's free ones.
+    pub fleet: Option<Fleet>,
 }
 
 impl Default for FitOptions {
@@ -72,6 +79,7 @@ impl Default for FitOptions {
             prior_width: 3.0,
             near: false,
             search_only: false,
+            fleet: None,
         }
     }
 }
@@ -96,6 +104,8 @@ pub struct Fit {
     pub rig: Rig,
     /// The fitted parameters in the rig's order.
     pub parameters: Vec<FittedParameter>,
+    /// Covariance of the errors of fitted parameters, SI.
+    pub covariance: Covariance,
     /// Free-run error on the recordings of the fit, rig as written and refitted, one entry a
     /// sensor.
     pub sensors: Vec<SensorFit>,
@@ -115,6 +125,16 @@ pub struct Fit {
     pub steps: usize,
     /// Wall-clock time.
     pub seconds: f64,
+}
+
+/// Covariance of the errors of those fitted parameters that have an interval, eq. 12: an interval
+/// is 1.96 roots of its diagonal to either side.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Covariance {
+    /// Their names.
+    pub names: Vec<String>,
+    /// Its rows, SI.
+    pub rows: Vec<Vec<f64>>,
 }
 
 /// One fitted parameter, SI.
@@ -219,8 +239,9 @@ pub struct HeldInput {
 ///
 /// # Errors
 /// `File` for a recording that lacks a column of the rig, has no sample of any sensor, or is too
-/// short, and for recordings in which no sensor ever changes; `Arguments` without a recording;
-/// `Failed` where the rig cannot be simulated even over short stretches.
+/// short, for recordings in which no sensor ever changes, and for a fleet of other parameters;
+/// `Arguments` without a recording; `Failed` where the rig cannot be simulated even over short
+/// stretches.
 pub fn fit(
     rig: &Rig,
     recordings: &[Recording],
@@ -232,6 +253,11 @@ pub fn fit(
         return Err(Error::arguments("a fit needs at least one recording"));
     }
     let plant = Plant::new(rig)?;
+    if let Some(fleet) = &options.fleet {
+        let slots = stages::fitted_slots(&plant).into_iter();
+        let names = slots.map(|slot| plant.parameters()[slot].name.as_str());
+        fleet.is_of(&rig.file, &names.collect::<Vec<_>>())?;
+    }
     let as_written_runs = free_runs(rig, recordings)?;
     let experiments = recordings
         .iter()
@@ -259,7 +285,11 @@ pub fn fit(
             let run = |recording| score::run_at(rig, &plant, values, recording);
             recordings.iter().map(run).collect()
         },
-        at_rest: undetermined::noise_beside_spread(&plant, recordings),
+        // Where the recordings show nothing a fleet still does.
+        at_rest: match options.fleet {
+            Some(_) => None,
+            None => undetermined::noise_beside_spread(&plant, recordings),
+        },
         noise: &judge::white_noise,
         begun,
     };

@@ -153,6 +153,11 @@ impl<'a> Problem<'a> {
         self.slots.len()
     }
 
+    /// Values of the fitted parameters, SI.
+    pub(super) fn of_slots(&self, values: &[f64]) -> Vec<f64> {
+        self.slots.iter().map(|&slot| values[slot]).collect()
+    }
+
     pub(super) fn times<'b>(&'b self, segment: &Segment) -> &'b [f64] {
         &self.experiments[segment.experiment].t[segment.rows.clone()]
     }

@@ -1,8 +1,10 @@
 //! The order of work: short stretches first, whole recordings last
 //! (docs/explanation/identification.md, eq. 9).
 
+use nalgebra::DMatrix;
 use sinew_sim::{Plant, Rig};
 
+use super::belonging::Belonging;
 use super::bounds::{bounds, natural};
 use super::experiment::{Experiment, Views, spreads};
 use super::horizons::{
@@ -28,6 +30,8 @@ pub(crate) struct Found {
     pub values: Vec<f64>,
     /// One entry a parameter; open where it was held.
     pub widths: Vec<Width>,
+    /// Covariance of the parameters, SI; zero where a parameter was held or has none.
+    pub covariance: DMatrix<f64>,
     /// Error over the spread of each signal, start states fitted to all rows, root of the sum of
     /// the squares of all sensors; infinite where that cannot be simulated.
     pub error: f64,
@@ -89,7 +93,7 @@ pub(crate) fn run(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Found> {
     let views = Views::new(rig, plant);
-    let written = plant.values();
+    let mut written = plant.values();
     let spreads = spreads(experiments);
     let mut problem = Problem {
         scale: Vec::new(),
@@ -103,6 +107,12 @@ pub(crate) fn run(
         )
     };
     let belief = problem.free(options, apart);
+    if let Some(fleet) = &belief.fleet {
+        // A device of a fleet is sought from the fleet's middle on.
+        for (&slot, mean) in problem.slots.iter().zip(fleet.means()) {
+            written[slot] = mean;
+        }
+    }
 
     let (mut segments, mut unknowns) = if options.near {
         whole_recordings(&problem, &views, &written)?
@@ -216,7 +226,7 @@ pub(crate) fn run(
 impl Problem<'_> {
     /// Frees the parameters that a fit may move, and returns their prior.
     pub(super) fn free(&mut self, options: &FitOptions, apart: Apart) -> Prior {
-        let written = self.plant.values();
+        let mut written = self.plant.values();
         self.slots = fitted_slots(self.plant);
         self.slots.retain(|slot| !apart.held.contains(slot));
         self.scale = vec![1.0; self.slots.len()];
@@ -228,12 +238,25 @@ impl Problem<'_> {
                 bounds(parameter)
             }
         });
+        let bounds = bounds.collect();
+        let names = self.slots.iter();
+        let names = names.map(|&slot| self.plant.parameters()[slot].name.as_str());
+        let fleet = options.fleet.as_ref();
+        let fleet = fleet.and_then(|fleet| Belonging::new(fleet, &names.collect::<Vec<_>>()));
+        let mut width = options.prior_width;
+        if let Some(fleet) = &fleet {
+            width = f64::INFINITY;
+            for (&slot, mean) in self.slots.iter().zip(fleet.means()) {
+                written[slot] = mean;
+            }
+        }
         Prior {
-            bounds: bounds.collect(),
+            bounds,
             written: self.slots.iter().map(|&slot| written[slot]).collect(),
-            widths: vec![options.prior_width; self.slots.len()],
+            widths: vec![width; self.slots.len()],
             tied: Vec::new(),
             sums: (apart.sums.iter().filter_map(|sum| self.indexed(sum))).collect(),
+            fleet,
         }
     }
 }
@@ -268,18 +291,26 @@ pub(super) fn conclude(
     let plant = problem.plant;
     rescale(problem, belief, &unknowns, ended.silent);
     let mut widths = uncertainty::half_widths(problem, belief, segments, &unknowns);
-    sizes::open_by_noise(
-        problem,
-        belief,
-        &unknowns,
-        (ended.silent, &mut widths.parameters),
-    );
+    if belief.fleet.is_none() {
+        sizes::open_by_noise(
+            problem,
+            belief,
+            &unknowns,
+            (ended.silent, &mut widths.parameters),
+        );
+    }
     let slots = fitted_slots(plant);
     let width = |slot: &usize| {
         let fitted = problem.slots.iter().position(|fitted| fitted == slot);
         fitted.map_or(Width::Open, |j| widths.parameters[j])
     };
     let all = slots.iter().map(width).collect();
+    let place = |slot: &usize| problem.slots.iter().position(|fitted| fitted == slot);
+    let places: Vec<Option<usize>> = slots.iter().map(place).collect();
+    let covariance = DMatrix::from_fn(slots.len(), slots.len(), |row, column| {
+        let pair = places[row].zip(places[column]);
+        pair.map_or(0.0, |pair| widths.covariance[pair])
+    });
     let error = error(problem, segments, &unknowns, spreads);
     let mut local = own_values(problem, segments, &unknowns, &widths.local);
     let mut values = unknowns.values;
@@ -293,6 +324,7 @@ pub(super) fn conclude(
         runaway: ended.runaway,
         values,
         widths: all,
+        covariance,
         error,
         samples: sample_count(problem, segments),
         stop: ended.stop,

@@ -26,6 +26,9 @@ const READINGS: usize = 2;
 /// a value that rests there for a reason.
 const PUSHED: f64 = 3.0;
 
+/// The 97.5 % quantile of the normal distribution.
+const NORMAL_95: f64 = 1.959_963_984_540_054;
+
 /// Readings for each unknown from which on it does not matter how many a fit takes from the noise.
 const PLENTY: usize = 20;
 
@@ -56,6 +59,8 @@ pub(crate) struct HalfWidths {
     pub parameters: Vec<Width>,
     /// One entry a segment, each with one a local parameter.
     pub local: Vec<Vec<Width>>,
+    /// Covariance of the fitted parameters, SI; zero where there is none.
+    pub covariance: DMatrix<f64>,
 }
 
 /// Half widths of all fitted values.
@@ -69,6 +74,7 @@ pub(crate) fn half_widths(
     let nothing = || HalfWidths {
         parameters: vec![Width::Open; parameters],
         local: vec![vec![Width::Open; problem.local.len()]; segments.len()],
+        covariance: DMatrix::zeros(parameters, parameters),
     };
     let mut information = DMatrix::<f64>::zeros(parameters, parameters);
     let mut scores: Vec<DVector<f64>> = Vec::new();
@@ -108,17 +114,26 @@ pub(crate) fn half_widths(
     } else {
         1.0
     };
-    let determined = determined(&information, memory);
-    let Some(inverse) = (information
+    let fleet = belief.curvature(problem, &unknowns.values);
+    // A fleet knows what the recordings do not show.
+    let determined = match &fleet {
+        Some(_) => vec![true; parameters],
+        None => determined(&information, memory),
+    };
+    let mut information = information
         + DMatrix::from_diagonal(&DVector::from_iterator(
             parameters,
             belief.widths.iter().map(|width| width.powi(-2)),
-        )))
-    .cholesky() else {
+        ));
+    let mut middle = DMatrix::<f64>::zeros(parameters, parameters);
+    if let Some(fleet) = fleet {
+        information += &fleet;
+        middle += fleet;
+    }
+    let Some(inverse) = information.cholesky() else {
         return nothing();
     };
     let inverse = inverse.inverse();
-    let mut middle = DMatrix::<f64>::zeros(parameters, parameters);
     for score in &scores {
         middle += score * score.transpose();
     }
@@ -138,6 +153,15 @@ pub(crate) fn half_widths(
         // Never below what independent noise of this size would leave.
         let variance = few * sandwich[(j, j)].max(inverse[(j, j)]);
         Width::Half(quantile * variance.sqrt() * problem.scale[j])
+    });
+    // The same as a matrix, with the correlations of the sandwich.
+    let sizes = DVector::from_fn(parameters, |j, _| {
+        let larger = inverse[(j, j)].max(sandwich[(j, j)]) / sandwich[(j, j)];
+        larger.sqrt() * few.sqrt() * quantile / NORMAL_95 * problem.scale[j]
+    });
+    let covariance = DMatrix::from_fn(parameters, parameters, |row, column| {
+        let entry = sandwich[(row, column)] * sizes[row] * sizes[column];
+        if entry.is_finite() { entry } else { 0.0 }
     });
     let of_segment = |((own, back, memory, is_open), state): (&(_, _, f64, bool), &Vec<f64>)| {
         if *is_open {
@@ -164,6 +188,7 @@ pub(crate) fn half_widths(
             .zip(&unknowns.states)
             .map(of_segment)
             .collect(),
+        covariance,
     }
 }
 
@@ -308,8 +333,8 @@ fn determined(information: &DMatrix<f64>, memory: f64) -> Vec<bool> {
 
 /// The 97.5 % quantile of Student's t (Cornish–Fisher expansion about the normal one; 0.3 % at 4
 /// degrees of freedom, better above; below 4 as for 4).
-fn student_95(freedom: f64) -> f64 {
-    let z = 1.959_963_984_540_054_f64;
+pub(crate) fn student_95(freedom: f64) -> f64 {
+    let z = NORMAL_95;
     let n = freedom.max(4.0);
     let (z3, z5, z7) = (z.powi(3), z.powi(5), z.powi(7));
     z + (z3 + z) / (4.0 * n)

@@ -62,6 +62,11 @@ pub struct Arguments {
         default_value_t = 0.2
     )]
     spread: f64,
+    /// The fleet that plants are drawn from (sinew-fleet/1), in place of --spread.
+    ///
+    /// Without --draws the plant is one device of it.
+    #[arg(long, value_name = "TOML", conflicts_with_all = ["plant", "plant_program", "spread"])]
+    fleet: Option<PathBuf>,
     #[command(flatten)]
     conditions: Conditions,
     /// Judge errors, effort and time at limits between these times only.
@@ -115,6 +120,7 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
     }
     let read = std::iter::once(("RIG", of_loop.rig.as_path()))
         .chain(arguments.plant.iter().map(|p| ("--plant", p.as_path())))
+        .chain(arguments.fleet.iter().map(|p| ("--fleet", p.as_path())))
         .chain(
             arguments
                 .conditions
@@ -133,6 +139,9 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
     )?;
     let mut ready = of_loop.load(arguments.plant.as_deref())?;
     arguments.conditions.apply(&mut ready)?;
+    if let Some(fleet) = &arguments.fleet {
+        ready.take_fleet(fleet)?;
+    }
     ready.task.judged_s = judged(&arguments.judged, ready.task.duration_s())?;
     if let Some(longest) = arguments.longest_lead {
         ready.task.longest_lead = longest.min(ready.task.preview());
@@ -202,9 +211,12 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
     let plant = arguments.plant.as_ref().map(|p| p.display().to_string());
     let plant = plant.or(arguments.plant_program.clone());
     let board = arguments.board.name();
-    let spread = arguments.draws.map(|_| arguments.spread);
+    let of_box = arguments.draws.filter(|_| arguments.fleet.is_none());
+    let spread = of_box.map(|_| arguments.spread);
+    let fleet = arguments.fleet.as_ref().map(|p| p.display().to_string());
     let benchmark = Benchmark::new(&ready, &of_loop.rig, plant, board, controllers, gains)
         .spread(spread)
+        .fleet(fleet)
         .evaluations(arguments.evaluations);
     let benchmark = match arguments.board {
         Board::Host => benchmark,

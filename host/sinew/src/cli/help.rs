@@ -11,8 +11,8 @@ const GROUPS: &[(&str, &[&str])] = &[
     (
         "Identify",
         &[
-            "convert", "new", "check", "simulate", "settle", "excite", "fit", "learn", "diagnose",
-            "explain", "mjcf",
+            "convert", "new", "check", "simulate", "settle", "excite", "fit", "learn", "fleet",
+            "diagnose", "explain", "mjcf",
         ],
     ),
     ("Train", &["train", "calibrate"]),

@@ -40,7 +40,9 @@ use crate::project::{Board, Optimise};
 use crate::rig_file::{self, ControlTable};
 use sinew_device::protocol::Identity;
 pub use sinew_ident::cli::{Common, Recordings};
-use sinew_ident::cli::{check, convert, diagnose, excite, failing, fit, interrupt, learn, mjcf};
+use sinew_ident::cli::{
+    check, convert, diagnose, excite, failing, fit, fleet, interrupt, learn, mjcf,
+};
 use sinew_ident::error::{Error, Result};
 use sinew_model::spec::ModelSpec;
 
@@ -74,6 +76,8 @@ enum Verb {
     Fit(fit::Arguments),
     /// Learn the law of a spring or a damper for this rig and others.
     Learn(learn::Arguments),
+    /// Estimate the distribution of a fleet from recordings of its devices.
+    Fleet(fleet::Arguments),
     /// Find the physics that a rig lacks.
     Diagnose(diagnose::Arguments),
     /// Explain an effect, verdict, fault or status by its name.
@@ -311,6 +315,10 @@ fn run(verb: Verb) -> Result<u8> {
         Verb::Learn(arguments) => {
             rig_file::check(&arguments.rig)?;
             learn::run(&arguments)
+        }
+        Verb::Fleet(arguments) => {
+            rig_file::check(&arguments.rig)?;
+            fleet::run(&arguments)
         }
         Verb::Diagnose(arguments) => {
             rig_file::check(&arguments.rig)?;

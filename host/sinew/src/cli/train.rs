@@ -9,9 +9,11 @@ use sinew_sim::Plant;
 use super::{Common, Recordings, recording_flags};
 use crate::closed_loop::control_problem::ControlProblem;
 use crate::pipeline::learn::{CHECKPOINT_FILE, fits, learn, save};
+use crate::pipeline::plants::Plants;
 use crate::pipeline::predictor::starts;
 use crate::pipeline::soft_sensor::{as_sensed, attach, sensor_line};
 use crate::rig_file;
+use sinew_ident::cli::fit::fleet;
 use sinew_ident::cli::overwrite;
 use sinew_ident::cli::progress::Stage;
 use sinew_ident::cli::repair::read_recording;
@@ -31,6 +33,9 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// File for losses and errors as JSON (sinew-training/1); `-` is standard output.
+    /// The fleet that the plant of each episode is drawn from (sinew-fleet/1).
+    #[arg(long, value_name = "TOML")]
+    fleet: Option<PathBuf>,
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
     #[command(flatten)]
@@ -42,7 +47,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let read = |paths: &[PathBuf]| paths.iter().map(read_recording).collect::<Result<Vec<_>>>();
     let Recordings { fit, test } = &arguments.recordings;
-    let recordings = fit.iter().chain(test);
+    let recordings = fit.iter().chain(test).chain(&arguments.fleet);
     overwrite::refuse(
         std::iter::once(("RIG", arguments.rig.as_path()))
             .chain(recordings.map(|path| ("a recording", path.as_path()))),
@@ -59,6 +64,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         println!("{line}");
     }
     let plant = Plant::new(&rig)?;
+    let fleet = fleet(arguments.fleet.as_deref(), &rig)?;
     let (recordings, tests) = (
         read(&arguments.recordings.fit)?,
         read(&arguments.recordings.test)?,
@@ -73,7 +79,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let mut learned = learn(
         &rig,
         &plant,
-        &plant.values(),
+        Plants {
+            usual: &plant.values(),
+            fleet: fleet.as_ref(),
+        },
         &sampled_states,
         &task,
         (arguments.common.seed, &arguments.out.join(CHECKPOINT_FILE)),

@@ -71,6 +71,9 @@ pub struct Arguments {
     /// Plants that each controller is tuned on: the fitted one and others drawn around it.
     #[arg(long, value_name = "COUNT", default_value_t = TUNING_PLANTS)]
     plants: usize,
+    /// The fleet that those plants are drawn from (sinew-fleet/1).
+    #[arg(long, value_name = "TOML")]
+    fleet: Option<PathBuf>,
     /// Keep the gain of the disturbance estimate at this instead of searching it.
     ///
     /// 0 switches the estimate off.
@@ -107,6 +110,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let Recordings { fit, test } = &arguments.recordings;
     let mut ready = ModelLoop::load(&arguments.rig, None, fit, test, arguments.common.seed)?;
     arguments.conditions.apply(&mut ready)?;
+    if let Some(fleet) = &arguments.fleet {
+        ready.take_fleet(fleet)?;
+    }
     let mut believed = ready.model(&arguments.model)?;
     if let Some(value) = ready.task.cost_to_go(&believed.outputs) {
         // Along what is asked for now.
@@ -326,8 +332,9 @@ fn refuse(arguments: &Arguments) -> Result<()> {
     let file = |folder: &PathBuf| folder.join(sinew_model::store::MODEL_FILE);
     let model = file(&arguments.model);
     let model_out = arguments.model_out.as_ref().map(file);
+    let fleet = arguments.fleet.iter().map(|p| ("--fleet", p.as_path()));
     overwrite::refuse(
-        recordings.chain([
+        recordings.chain(fleet).chain([
             ("RIG", arguments.rig.as_path()),
             ("MODEL", arguments.model.as_path()),
             ("MODEL", model.as_path()),

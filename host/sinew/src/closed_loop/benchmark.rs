@@ -57,6 +57,8 @@ pub struct Benchmark {
     /// Spread of each loop's own plant around the one in `plant`, as a part of each free
     /// parameter; null where all loops have one plant.
     spread: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fleet: Option<String>,
     /// Evaluations that tuned PID and RISE each. Absent after the default search.
     #[serde(skip_serializing_if = "Option::is_none")]
     evaluations: Option<usize>,
@@ -109,6 +111,7 @@ impl Benchmark {
             delay_s: ready.delay_s,
             judged_s: ready.task.judged_s,
             spread: None,
+            fleet: None,
             evaluations: None,
             tuned_on: tuned_on(ready),
             outputs: sensors
@@ -132,6 +135,12 @@ impl Benchmark {
     #[must_use]
     pub fn spread(self, spread: Option<f64>) -> Self {
         Self { spread, ..self }
+    }
+
+    /// Says that plants are devices of a fleet, by its file.
+    #[must_use]
+    pub fn fleet(self, fleet: Option<String>) -> Self {
+        Self { fleet, ..self }
     }
 
     /// Says that the controllers without a model were tuned with a budget of its own.
@@ -309,6 +318,8 @@ impl Benchmark {
             "First loop: {}. {} Every controller has the same ones, with {load}.",
             self.reference,
             match self.spread {
+                None if self.fleet.is_some() =>
+                    "The plants are devices drawn from a fleet, each with other noise.".into(),
                 None => "The others have other moves and other noise.".into(),
                 Some(spread) => format!(
                     "Each loop has other noise and a plant of its own: every free parameter up to {} % off.",

@@ -10,7 +10,7 @@ use sinew_sim::{Plant, Rig};
 
 use crate::closed_loop::control_problem::ControlProblem;
 use crate::closed_loop::disturbance::Disturbance;
-use crate::closed_loop::perturbed_plant::{PerturbedParameter, perturbed};
+use crate::closed_loop::perturbed_plant::{PerturbedParameter, of_fleet, perturbed};
 use crate::closed_loop::plant_program::PlantProgram;
 use crate::closed_loop::scenario::Scenario;
 use crate::closed_loop::setup::{DeviceRun, PERTURBATION, Setup};
@@ -20,6 +20,8 @@ use crate::rig_file;
 use sinew_ident::cli::progress::Stage;
 use sinew_ident::cli::repair::read_recording;
 use sinew_ident::error::{Error, Result};
+use sinew_ident::fleet::parameters;
+use sinew_ident::population::Fleet;
 use sinew_ident::report::count;
 
 /// Loops that were run on a board.
@@ -52,6 +54,8 @@ pub struct ModelLoop {
     pub seed: u64,
     /// The program that is the plant instead.
     pub program: Option<PlantProgram>,
+    /// The fleet that plants are drawn from.
+    pub fleet: Option<Fleet>,
 }
 
 impl ModelLoop {
@@ -100,6 +104,7 @@ impl ModelLoop {
             delay_s: 0.0,
             seed,
             program: None,
+            fleet: None,
         })
     }
 
@@ -152,15 +157,35 @@ impl ModelLoop {
             disturbance: self.disturbance,
             delay_s: self.delay_s,
             program: self.program.as_ref(),
+            fleet: self.fleet.as_ref(),
         }
     }
 
+    /// Takes a fleet: the plant of the loop is a device that is drawn from it, and so is every
+    /// other plant from here on.
+    ///
+    /// # Errors
+    /// A bad file, or parameters that are not the free ones of the rig.
+    pub fn take_fleet(&mut self, path: &Path) -> Result<()> {
+        let fleet = Fleet::load(path)?;
+        fleet.is_of(&self.rig, &parameters(&self.plant))?;
+        let calibrated = &self.task.calibrated;
+        (self.values, self.moved) = of_fleet(&self.plant, calibrated, &fleet, self.seed);
+        self.fleet = Some(fleet);
+        Ok(())
+    }
+
     /// Draws `count` plants about the one in the loop: every free parameter is that of the rig or
-    /// the real one as written, times 1 - `spread` to 1 + `spread`.
+    /// the real one as written, times 1 - `spread` to 1 + `spread`. With a fleet each is a device
+    /// of it.
     pub fn draw(&mut self, spread: f64, count: usize) {
         let of = |k: u64| {
             let seed = self.seed.wrapping_add(4000 + k);
-            perturbed(&self.plant, &self.task.calibrated, (0.0, spread), seed).0
+            let calibrated = &self.task.calibrated;
+            match &self.fleet {
+                None => perturbed(&self.plant, calibrated, (0.0, spread), seed).0,
+                Some(fleet) => of_fleet(&self.plant, calibrated, fleet, seed).0,
+            }
         };
         self.drawn = (0..count as u64).map(of).collect();
         self.values = self.plant.values();

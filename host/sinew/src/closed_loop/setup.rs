@@ -13,7 +13,7 @@ use crate::closed_loop::baseline::{
 use crate::closed_loop::control_problem::{ControlProblem, Source};
 use crate::closed_loop::disturbance::Disturbance;
 use crate::closed_loop::mpc::{Answer, MpcController};
-use crate::closed_loop::perturbed_plant::{PerturbedParameter, perturbed};
+use crate::closed_loop::perturbed_plant::{PerturbedParameter, of_fleet, perturbed};
 use crate::closed_loop::plant_program::PlantProgram;
 use crate::closed_loop::reference::Reference;
 use crate::closed_loop::scenario::{Run, Scenario, Score};
@@ -22,6 +22,7 @@ use crate::project::{Board, Built};
 use crate::tuning::objective::Objective;
 use crate::tuning::optimise::Budget;
 use sinew_ident::error::{Error, Result};
+use sinew_ident::population::Fleet;
 
 /// Least and largest relative deviation of a parameter in the plant of the comparison.
 pub const PERTURBATION: (f64, f64) = (0.10, 0.20);
@@ -48,6 +49,8 @@ pub struct Setup<'a> {
     pub delay_s: f64,
     /// The program that is the plant instead.
     pub program: Option<&'a PlantProgram>,
+    /// The fleet that plants for tuning are drawn from.
+    pub fleet: Option<&'a Fleet>,
 }
 
 /// A loop run on a device.
@@ -167,11 +170,15 @@ impl Setup<'_> {
     }
 
     /// Plants for tuning the predictive controller: the fitted one and others that lie as far from
-    /// it as the plant of the comparison does, elsewhere.
+    /// it as the plant of the comparison does, elsewhere; with a fleet, devices of it.
     pub fn tuning_plants(&self, count: usize) -> Vec<Vec<f64>> {
         let draw = |k: usize| {
             let seed = self.seed.wrapping_add(FIRST_DRAW + k as u64);
-            perturbed(self.plant, &self.task.calibrated, PERTURBATION, seed).0
+            let calibrated = &self.task.calibrated;
+            match self.fleet {
+                None => perturbed(self.plant, calibrated, PERTURBATION, seed).0,
+                Some(fleet) => of_fleet(self.plant, calibrated, fleet, seed).0,
+            }
         };
         let others = (0..count.saturating_sub(1)).map(draw);
         std::iter::once(self.plant.values()).chain(others).collect()

@@ -178,6 +178,7 @@ pub fn build(request: &Request) -> Result<Outcome> {
         disturbance: Disturbance::None,
         delay_s: 0.0,
         program: None,
+        fleet: None,
     };
     let Predictor {
         spec,

@@ -144,6 +144,7 @@ mod tests {
             disturbance: Disturbance::None,
             delay_s: 0.0,
             program: None,
+            fleet: None,
         };
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("pid.json");

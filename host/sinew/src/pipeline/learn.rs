@@ -13,6 +13,7 @@ use sinew_train::{FirstLayer, Form};
 use super::learn_state::{has_a_state, learn_state};
 pub use super::learned::{Learned, Record, crate_name};
 use super::learned::{control, unit_of};
+use super::plants::Plants;
 use crate::closed_loop::control_problem::ControlProblem;
 use crate::rig_file;
 use sinew_ident::error::{Error, Result};
@@ -66,7 +67,7 @@ pub fn options(rig: &Rig, horizon: usize, seed: u64) -> Result<(Shape, Options)>
     ))
 }
 
-/// Trains the model of `rig` on episodes of `plant` with `values`, begun at `sampled_states`, with
+/// Trains the model of `rig` on episodes of `plants`, begun at `sampled_states`, with
 /// a seed and a file for its checkpoint.
 ///
 /// # Errors
@@ -74,7 +75,7 @@ pub fn options(rig: &Rig, horizon: usize, seed: u64) -> Result<(Shape, Options)>
 pub fn learn(
     rig: &Rig,
     plant: &Plant,
-    values: &[f64],
+    plants: Plants<'_>,
     sampled_states: &[SampledState],
     task: &ControlProblem,
     (seed, checkpoint): (u64, &Path),
@@ -82,7 +83,7 @@ pub fn learn(
 ) -> Result<Learned> {
     let form = rig_file::network_table(rig)?.and_then(|t| t.form);
     if form == Some(Form::State) {
-        return learn_state(rig, plant, values, sampled_states, task, seed, progress);
+        return learn_state(rig, plant, plants, sampled_states, task, seed, progress);
     }
     if form == Some(Form::Absolute) {
         return Err(
@@ -96,7 +97,7 @@ pub fn learn(
         learned(
             rig,
             plant,
-            values,
+            plants,
             sampled_states,
             task,
             (seed, checkpoint),
@@ -117,7 +118,7 @@ pub fn learn(
 fn learned(
     rig: &Rig,
     plant: &Plant,
-    values: &[f64],
+    plants: Plants<'_>,
     sampled_states: &[SampledState],
     task: &ControlProblem,
     (seed, checkpoint): (u64, &Path),
@@ -138,13 +139,10 @@ fn learned(
         channel_noise: task.seen_channels().1.to_vec(),
         seed,
     };
-    let drawn = draw(
-        plant,
-        values,
-        sampled_states,
-        &config,
-        EPISODES.iter().sum(),
-    )?;
+    let count = EPISODES.iter().sum();
+    let plants = plants.drawn(plant, seed, count);
+    let plants: Vec<&[f64]> = plants.iter().map(Vec::as_slice).collect();
+    let drawn = draw(plant, &plants, sampled_states, &config, count)?;
     let column = |of: fn(&sinew_train::dataset::Episode) -> &[f64], width: usize, i: usize| {
         drawn
             .iter()
@@ -169,7 +167,7 @@ fn learned(
         };
         let sensitivities = sensitivities(
             plant,
-            values,
+            &plants,
             &drawn[..EPISODES[0] + EPISODES[1]],
             &config,
             stretch,

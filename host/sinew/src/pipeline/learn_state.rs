@@ -11,6 +11,7 @@ use sinew_train::state::{Population, Scale, StateEpisode, StateModel, StateOptio
 use sinew_train::train::Epoch;
 
 use super::learned::{Learned, Record, control, crate_name, unit_of};
+use super::plants::Plants;
 use crate::closed_loop::control_problem::ControlProblem;
 use crate::rig_file;
 
@@ -66,20 +67,21 @@ pub(super) fn has_a_state(rig: &Rig, plant: &Plant) -> Result<()> {
         .expected("`form = \"increment\"`, a network on past readings"))
 }
 
-/// Trains the transition of `rig` over a population of plants about `values`.
+/// Trains the transition of `rig` over a population of plants about the usual one.
 ///
 /// # Errors
 /// The rig has too many states, the plant diverges, or nothing is learned.
 pub(super) fn learn_state(
     rig: &Rig,
     plant: &Plant,
-    values: &[f64],
+    plants: Plants<'_>,
     sampled_states: &[SampledState],
     task: &ControlProblem,
     seed: u64,
     mut progress: impl FnMut(usize, usize, Epoch),
 ) -> Result<Learned> {
     has_a_state(rig, plant)?;
+    let values = plants.usual;
     let hidden = rig_file::network_table(rig)?.and_then(|table| table.hidden);
     let options = StateOptions {
         units: hidden
@@ -104,6 +106,7 @@ pub(super) fn learn_state(
         slots: influential(plant, values, sampled_states, task, &config)?,
         spread: SPREAD,
         reach: REACH,
+        fleet: plants.fleet.cloned(),
     };
     let mut sets = Vec::new();
     for (set, count) in EPISODES.into_iter().enumerate() {
@@ -183,7 +186,7 @@ fn influential(
     task: &ControlProblem,
     config: &RolloutConfig,
 ) -> Result<Vec<usize>> {
-    let episodes = dataset::draw(plant, values, sampled_states, config, TRIALS)?;
+    let episodes = dataset::draw(plant, &[values], sampled_states, config, TRIALS)?;
     let outputs = |values: &[f64]| -> Result<Vec<f64>> {
         let mut all = Vec::new();
         for episode in &episodes {

@@ -7,6 +7,7 @@ mod kept_pid;
 pub mod learn;
 mod learn_state;
 mod learned;
+pub mod plants;
 pub mod predictor;
 pub mod soft_sensor;
 pub mod summary;

@@ -10,6 +10,7 @@ use sinew_sim::{Plant, Rig};
 
 use crate::closed_loop::setup::Setup;
 use crate::pipeline::learn::{CHECKPOINT_FILE, Record, SAMPLED_STATES, learn, save};
+use crate::pipeline::plants::Plants;
 use crate::pipeline::soft_sensor::{as_sensed, attach};
 use crate::project;
 use crate::tuning::tune::tune_quickly;
@@ -69,7 +70,10 @@ pub(super) fn predictor(
     let learned = learn(
         rig,
         plant,
-        &plant.values(),
+        Plants {
+            usual: &plant.values(),
+            fleet: None,
+        },
         &starts,
         &as_sensed(bench.task, plant, recordings)?,
         (bench.seed, &out.join(CHECKPOINT_FILE)),

@@ -479,6 +479,7 @@ mod tests {
             disturbance: Disturbance::Ramp,
             delay_s: 0.0,
             program: None,
+            fleet: None,
         };
         let scenarios = bench
             .tuning_scenarios(&[plant.values()])

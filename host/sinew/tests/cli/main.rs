@@ -5,6 +5,7 @@ mod convert;
 mod desk;
 mod excite;
 mod fit_static;
+mod fleet;
 mod how_to;
 mod interrupt;
 mod learn;

@@ -32,6 +32,14 @@ const QUICK: &[Written] = &[
         "excite rig.toml --seconds 2 --no-table --quiet --out exc.csv",
         "--json",
     ),
+    (
+        "fleet rig.toml --fit fit.csv --device b=b.csv --device c=c.csv --quiet",
+        "--out",
+    ),
+    (
+        "fleet rig.toml --fit fit.csv --device b=b.csv --device c=c.csv --quiet --out fl.toml",
+        "--json",
+    ),
     ("fit rig.toml --fit fit.csv --quiet", "--out"),
     ("fit rig.toml --fit fit.csv --quiet", "--json"),
     (
@@ -88,6 +96,9 @@ fn desk() -> Desk {
         desk.bring(&format!("rigs/mass-spring-damper.{from}"));
         let text = desk.read(&format!("mass-spring-damper.{from}"));
         desk.write(to, &text);
+    }
+    for copy in ["b.csv", "c.csv"] {
+        desk.write(copy, &desk.read("fit.csv"));
     }
     desk.bring("tests/foreign/logs/types.mat");
     desk.bring("codegen/nn/tests/cases/52-odd/range.onnx");

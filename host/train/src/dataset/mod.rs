@@ -83,14 +83,15 @@ pub fn sampled_states(
     Ok(sampled_states)
 }
 
-/// Draws `count` episodes. Inputs stay inside the rig's limits and rate limits and go a little
-/// beyond what was recorded; episodes that leave the finite are drawn again.
+/// Draws `count` episodes, of these plants in turn: the parameters of each. Inputs stay inside the
+/// rig's limits and rate limits and go a little beyond what was recorded; episodes that leave the
+/// finite are drawn again.
 ///
 /// # Errors
 /// [`Error`] when there is nowhere to start, or the plant diverges wherever it starts.
 pub fn draw(
     plant: &Plant,
-    values: &[f64],
+    plants: &[&[f64]],
     sampled_states: &[SampledState],
     config: &RolloutConfig,
     count: usize,
@@ -98,11 +99,15 @@ pub fn draw(
     if sampled_states.is_empty() {
         return Err(Error::failed("no recording to start episodes from"));
     }
+    if plants.is_empty() {
+        return Err(Error::failed("no plant to draw episodes of"));
+    }
     let ranges = Ranges::of(plant, sampled_states, config.period_s);
     let mut random = ChaCha8Rng::seed_from_u64(config.seed);
     let mut episodes = Vec::with_capacity(count);
     let mut refused = 0;
     while episodes.len() < count {
+        let values = plants[episodes.len() % plants.len()];
         match episode(plant, values, sampled_states, config, &ranges, &mut random) {
             Ok(episode) => episodes.push(episode),
             Err(_) if refused < 10 * count => refused += 1,

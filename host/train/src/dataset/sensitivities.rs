@@ -35,14 +35,14 @@ pub struct Stretch<'a> {
 }
 
 /// Sensitivities of every episode, at up to eight places each that `config`'s seed draws, along
-/// directions within `stretch.reach`. None where an input would leave its limits, or at a kink
-/// whose derivative is not finite.
+/// directions within `stretch.reach`; the plants as [`draw`](super::draw) had them. None where an
+/// input would leave its limits, or at a kink whose derivative is not finite.
 ///
 /// # Errors
 /// The plant diverges, or the episodes are not of this plant.
 pub fn sensitivities(
     plant: &Plant,
-    values: &[f64],
+    plants: &[&[f64]],
     episodes: &[Episode],
     config: &RolloutConfig,
     stretch: Stretch<'_>,
@@ -52,6 +52,7 @@ pub fn sensitivities(
         let mut random = ChaCha8Rng::seed_from_u64(config.seed);
         // Stream 0 drew the episodes.
         random.set_stream(1 + number as u64);
+        let values = plants[number % plants.len()];
         of_one(plant, values, episode, config, stretch, &mut random)
     })
     .collect()
@@ -170,7 +171,7 @@ mod tests {
                 measured: vec![],
                 channels: vec![],
             };
-            let found = sensitivities(&plant, &plant.values(), &[episode], &config(), stretch);
+            let found = sensitivities(&plant, &[&plant.values()], &[episode], &config(), stretch);
             found.expect("the motion stays finite")[0].len()
         };
         assert_eq!([count(0.0), count(4000.0), count(8000.0)], [0, PLACES, 0]);
@@ -192,17 +193,18 @@ mod tests {
         let seen = sampled_states(&plant, &values, &start, &times, &inputs, 50)
             .expect("the motion stays finite");
         let config = config();
-        let episodes = draw(&plant, &values, &seen, &config, 4).expect("the motion stays finite");
+        let episodes =
+            draw(&plant, &[&values], &seen, &config, 4).expect("the motion stays finite");
         let stretch = Stretch {
             first: 4,
             steps: STRETCH,
             reach: &[500.0; 6],
         };
-        let found = sensitivities(&plant, &values, &episodes, &config, stretch)
+        let found = sensitivities(&plant, &[&values], &episodes, &config, stretch)
             .expect("the motion stays finite");
         assert_eq!(
             found,
-            sensitivities(&plant, &values, &episodes, &config, stretch).expect("the same")
+            sensitivities(&plant, &[&values], &episodes, &config, stretch).expect("the same")
         );
 
         let mut compared = 0;

@@ -4,6 +4,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use sinew_ident::error::Result;
+use sinew_ident::population::Fleet;
 use sinew_sim::{Plant, Stepper};
 
 use crate::dataset::{self, RolloutConfig, SampledState};
@@ -17,6 +18,8 @@ pub struct Population {
     pub spread: f64,
     /// Largest distance of a drawn plant from the usual one, in standard deviations.
     pub reach: f64,
+    /// The fleet to draw from, in place of a uniform distribution within the reach.
+    pub fleet: Option<Fleet>,
 }
 
 /// One stretch of motion of one drawn plant; x(k+1) follows x(k) under u(k).
@@ -53,7 +56,8 @@ impl Population {
 }
 
 /// Draws `count` episodes, each of a plant of its own: parameters uniform within the population's
-/// reach, inputs and starts as [`dataset::draw`] draws them.
+/// reach or, brought within it, those of a device of its fleet; inputs and starts as
+/// [`dataset::draw`] draws them.
 ///
 /// # Errors
 /// As [`dataset::draw`].
@@ -76,15 +80,23 @@ pub fn draw(
         .map(|i| {
             let seed = config.seed.wrapping_mul(1 << 20).wrapping_add(i as u64);
             let mut random = ChaCha8Rng::seed_from_u64(seed);
-            let theta: Vec<f64> = (0..population.slots.len())
-                .map(|_| random.random_range(-population.reach..=population.reach))
-                .collect();
+            let reach = population.reach;
+            let theta: Vec<f64> = match &population.fleet {
+                None => (0..population.slots.len())
+                    .map(|_| random.random_range(-reach..=reach))
+                    .collect(),
+                Some(fleet) => {
+                    let device = fleet.draw_plant(plant, &mut random);
+                    let theta = population.theta(usual, &device).into_iter();
+                    theta.map(|theta| theta.clamp(-reach, reach)).collect()
+                }
+            };
             let values = population.values(usual, &theta);
             let config = RolloutConfig {
                 seed,
                 ..config.clone()
             };
-            let episodes = dataset::draw(plant, &values, sampled_states, &config, 1)?;
+            let episodes = dataset::draw(plant, &[&values], sampled_states, &config, 1)?;
             let mut drawn = StateEpisode {
                 theta,
                 u: Vec::new(),

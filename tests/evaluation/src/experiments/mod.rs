@@ -4,6 +4,7 @@ mod ablations;
 mod alike;
 mod bench;
 mod bound;
+mod fleet;
 mod problem;
 mod problems;
 mod published;
@@ -81,6 +82,11 @@ const EXPERIMENTS: &[Experiment] = &[
         run: tuning::run,
     },
     Experiment {
+        name: fleet::NAME,
+        question: "what the distribution of a dozen devices says of the next ones, and what it is worth to a fit and to a controller",
+        run: fleet::run,
+    },
+    Experiment {
         name: alike::NAME,
         question: "what `sinew diagnose` says where several tendons, winches or joints have the same effect",
         run: alike::run,
@@ -92,13 +98,14 @@ fn whole(seed: u64, only: &[String]) -> Result<u64> {
     match only {
         [] => Ok(seed),
         _ => bail!(
-            "--controllers is for {}, {}, {} and {}, --cases for {} and {}: this experiment runs all of its stages",
+            "--controllers is for {}, {}, {} and {}, --cases for {}, {} and {}: this experiment runs all of its stages",
             problems::MASS.name,
             problems::STEPS.name,
             problems::TENDON.name,
             problems::HASEL.name,
             alike::NAME,
-            tuning::NAME
+            tuning::NAME,
+            fleet::NAME
         ),
     }
 }

@@ -116,6 +116,7 @@ fn what_is_tied_changes_by_the_same_part_of_its_scale() {
             widths: vec![f64::INFINITY; 3],
             tied: tied.iter().map(|group| group.to_vec()).collect(),
             sums: Vec::new(),
+            fleet: None,
         };
         let effort = StoppingCriteria {
             iterations: 30,
@@ -173,6 +174,7 @@ fn fitted_twice(start: [f64; 3], recording: &Recording) -> (usize, f64) {
         widths: vec![100.0; 4],
         tied: Vec::new(),
         sums: Vec::new(),
+        fleet: None,
     };
     let effort = StoppingCriteria {
         iterations: 30,
