@@ -140,7 +140,9 @@ fn a_fault_of_the_second_recording_alone_is_named() {
         "q_m" => 1e3 * values[row],
         _ => values[row],
     };
-    let faults: [(&str, &dyn Fn(&str, usize, &[f64]) -> f64); 3] = [
+    /// Value by column, row and the values as recorded.
+    type Fault<'a> = &'a dyn Fn(&str, usize, &[f64]) -> f64;
+    let faults: [(&str, Fault); 3] = [
         ("wrong_sign", &turned),
         ("input_lags", &late),
         ("millimetres_for_metres", &in_millimetres),
