@@ -32,10 +32,10 @@ pub struct Arguments {
     /// Folder of the model: model.toml and weights.safetensors.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// File for losses and errors as JSON (sinew-training/1); `-` is standard output.
     /// The fleet that the plant of each episode is drawn from (sinew-fleet/1).
     #[arg(long, value_name = "TOML")]
     fleet: Option<PathBuf>,
+    /// File for losses and errors as JSON (sinew-training/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
     #[command(flatten)]
