@@ -156,11 +156,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     sinew_files::write(&arguments.out, found.fleet.to_toml())?;
     said.wrote(&arguments.out);
-    said.line(format!(
-        "next: sinew fit {} --fit NEW.csv --fleet {}",
-        arguments.rig.display(),
-        arguments.out.display()
-    ));
+    if !sinew_files::is_output(&arguments.out) {
+        said.line(format!(
+            "next: sinew fit {} --fit NEW.csv --fleet {}",
+            arguments.rig.display(),
+            arguments.out.display()
+        ));
+    }
     Ok(())
 }
 

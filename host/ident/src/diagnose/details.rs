@@ -8,9 +8,6 @@ pub struct Details {
     /// Parts of the recordings that were set aside to check by, where no recording was given for
     /// that.
     pub set_aside: Option<String>,
-    /// Notes that a reader must know: inputs that held their last value, parameters that the data
-    /// do not determine.
-    pub notes: Vec<String>,
     /// The force that the refitted rig lacks, recovered from the recordings; `None` where nothing
     /// is wrong.
     pub recovered: Option<Recovered>,

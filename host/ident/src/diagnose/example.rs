@@ -99,6 +99,7 @@ pub(crate) fn carriage() -> Diagnosis {
         )]
         .into(),
         next_experiment: "...".into(),
+        notes: Vec::new(),
         checks: Vec::new(),
         seconds: 1.9,
         refitted,

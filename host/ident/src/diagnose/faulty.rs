@@ -118,5 +118,5 @@ pub(crate) fn judge(found: &mut Diagnosis, recordings: &Recordings, checks: &[Ch
         "less sure: the check of the recordings names {}",
         kinds.join(", ")
     );
-    found.details.notes.push(note);
+    found.notes.push(note);
 }

@@ -41,6 +41,9 @@ pub struct Diagnosis {
     pub parameters: BTreeMap<String, Estimate>,
     /// Next experiment to record.
     pub next_experiment: String,
+    /// Notes that a reader must know: inputs that held their last value, parameters that the data
+    /// do not determine, recordings on which the corrected rig is worse.
+    pub notes: Vec<String>,
     /// Wall time.
     pub seconds: f64,
     /// Faults of the recordings that were seen before the search.
@@ -225,7 +228,7 @@ mod tests {
       "test":  { "as_written_rms": 4.0e-3, "before_rms": 1.3e-3, "after_rms": 9.5e-5 },
       "noise_rms": 8.8e-5 } },
   "parameters": { "carriage.inertia": { "value": 95.2, "unit": "kg", "ci95": [94.0, 96.1] } },
-  "next_experiment": "...", "checks": [], "seconds": 1.9 }"#;
+  "next_experiment": "...", "notes": [], "checks": [], "seconds": 1.9 }"#;
 
     fn json(diagnosis: &Diagnosis) -> serde_json::Value {
         serde_json::to_value(diagnosis).expect("the value has a JSON form")

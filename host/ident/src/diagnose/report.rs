@@ -198,9 +198,9 @@ pub(crate) fn conclude(
         checks: Vec::new(),
         refitted: refitted.rig.clone(),
         mended,
+        notes,
         details: Details {
             set_aside: roles.set_aside.clone(),
-            notes,
             recovered,
         },
     })

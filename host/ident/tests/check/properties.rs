@@ -131,7 +131,7 @@ fn a_corrected_rig_is_nowhere_worse_and_a_mismatch_is_never_called_none() {
     for (name, rig, recordings) in altered() {
         let found = diagnosed(&rig, &recordings);
         for (at, [before, after]) in errors(&found) {
-            let said = found.details.notes.iter();
+            let said = found.notes.iter();
             let mut said = said.filter(|note| note.contains("the corrected rig is worse"));
             if after > 1.001 * before && said.next().is_none() {
                 broken.push(format!("{name}: {at} from {before} to {after}"));
@@ -151,7 +151,7 @@ fn a_corrected_rig_is_nowhere_worse_and_a_mismatch_is_never_called_none() {
             }
             let [fit, check] = ["fit", "check"].map(|role| fit[role]["after_rms"].as_f64());
             let [fit, check] = [fit.unwrap(), check.unwrap()];
-            let said = found.details.notes.iter();
+            let said = found.notes.iter();
             let said = said
                 .filter(|note| note.contains("times the error of the check"))
                 .count();
@@ -162,7 +162,7 @@ fn a_corrected_rig_is_nowhere_worse_and_a_mismatch_is_never_called_none() {
             }
         }
         // Each undetermined parameter is said to be where it is, and to have moved where it has.
-        let notes = found.details.notes.join("\n");
+        let notes = found.notes.join("\n");
         let list = |begin: &str| -> Vec<String> {
             let line = notes.lines().find_map(|line| line.strip_prefix(begin));
             let names = line.map(|line| line.split(", ").map(str::to_owned).collect());

@@ -253,6 +253,8 @@ class DiagnosisResult(_Document):
         Of each signal: free-run errors by role, and the noise, SI.
     next_experiment : str
         What to record next.
+    notes : list of str
+        What to know before the numbers are used.
     refitted, corrected : Rig
         The rig with its parameters refitted; the same with the effects in it.
     runs : list of Run
@@ -278,6 +280,7 @@ class DiagnosisResult(_Document):
         self.sentence: str = document["sentence"]
         self.complete: bool = document["complete"]
         self.next_experiment: str = document["next_experiment"]
+        self.notes: list[str] = list(document["notes"])
         self.errors: dict[str, Any] = copy.deepcopy(document["fit"])
         self.parameters = {n: Estimate._of(raw) for n, raw in document["parameters"].items()}
         self.effects = [_effect(raw) for raw in document["effects"]]

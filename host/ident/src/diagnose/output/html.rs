@@ -108,7 +108,7 @@ fn when(diagnosis: &Diagnosis, written: &Rig, shown: &[Shown<'_>]) -> Result<Sec
             "No recording was given to check by, so part was set aside: {aside}."
         )));
     }
-    for note in &diagnosis.details.notes {
+    for note in &diagnosis.notes {
         section = section.with(Block::Notice(note.clone()));
     }
     let mut order: Vec<&Shown<'_>> = shown.iter().collect();

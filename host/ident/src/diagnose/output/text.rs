@@ -35,7 +35,7 @@ pub fn text(diagnosis: &Diagnosis) -> String {
             &format!("{aside}, to check by; --check names other recordings"),
         );
     }
-    for note in &details.notes {
+    for note in &diagnosis.notes {
         line(&mut text, "note", note);
     }
     if !diagnosis.next_experiment.is_empty() {
@@ -218,9 +218,9 @@ mod tests {
         let mut diagnosis = example::carriage();
         diagnosis.details = Details {
             set_aside: Some("the last 4 s of A.csv".into()),
-            notes: vec!["u_V: 3 samples are missing and held their last value".into()],
             recovered: None,
         };
+        diagnosis.notes = vec!["u_V: 3 samples are missing and held their last value".into()];
         diagnosis.candidates = vec![Finalist {
             name: "stribeck_friction at carriage".into(),
             parameters: 5,

@@ -67,7 +67,7 @@ fn zeros_that_differ_by_recording_are_noted_with_the_key_to_write() {
     };
     let found =
         diagnose(&rig(), &recordings, &options, &|_, _, _| {}).expect("the rig can be diagnosed");
-    let notes = &found.details.notes;
+    let notes = &found.notes;
     let note = notes
         .iter()
         .find(|note| note.contains("differ by a constant at encoder"));

@@ -89,11 +89,7 @@ fn a_fall_has_drag_and_nothing_that_needs_a_way_back_to_be_told_from_it() {
         !alike.iter().any(|kind| one.name.contains(kind))
     }));
     let note = |note: &String| note.starts_with("less sure: nothing drives the device");
-    assert!(
-        found.details.notes.iter().any(note),
-        "{:?}",
-        found.details.notes
-    );
+    assert!(found.notes.iter().any(note), "{:?}", found.notes);
     assert!(found.effects[0].confidence < 0.75);
 }
 
@@ -125,5 +121,5 @@ fn a_fall_under_another_weight_is_no_sure_drag() {
     let sure = found.effects.iter().any(|effect| effect.confidence > 0.75);
     assert!(!sure, "{}", found.sentence);
     let note = |note: &String| note.contains("another weight or load");
-    assert!(found.details.notes.iter().any(note));
+    assert!(found.notes.iter().any(note));
 }

@@ -30,11 +30,7 @@ fn a_search_without_time_claims_nothing_and_says_why() {
     );
     assert!(found.effects.is_empty() && found.candidates.is_empty());
     let note = |note: &String| note.contains("not tried, or in part: single, ");
-    assert!(
-        found.details.notes.iter().any(note),
-        "{:?}",
-        found.details.notes
-    );
+    assert!(found.notes.iter().any(note), "{:?}", found.notes);
 }
 
 #[test]
@@ -59,11 +55,7 @@ fn a_search_that_is_stopped_answers_with_the_best_so_far_and_is_less_sure() {
     );
     assert!(found.effects[0].confidence < whole.effects[0].confidence);
     let note = |note: &String| note.starts_with("less sure: the search was stopped");
-    assert!(
-        found.details.notes.iter().any(note),
-        "{:?}",
-        found.details.notes
-    );
+    assert!(found.notes.iter().any(note), "{:?}", found.notes);
 }
 
 /// The richer law alone was fitted when the time was over. Both of its levels are alike, and its
