@@ -2,6 +2,7 @@
 
 use super::finding::{Check, counted, number, rows};
 use super::series::{Series, quantile, sizes};
+use crate::noise::noise_level;
 use crate::recording::Recording;
 
 /// Fewest equal samples of a plateau.
@@ -21,6 +22,9 @@ const SHORT: usize = 6;
 
 /// Longest run of equal samples of a sensor whose noise or motion its digits show.
 const REPEATS: usize = 2;
+
+/// Noise beside the range of a sensor from which on it is no rounding of a smooth motion.
+const NOISY: f64 = 3e-4;
 
 /// Most levels of a sensor whose steps are too coarse.
 const LEVELS: usize = 40;
@@ -192,6 +196,19 @@ fn second_longest(runs: &[(usize, usize)]) -> usize {
     second
 }
 
+/// White noise of the samples before or behind a run, whichever are more.
+fn noise_beside(recording: &Recording, series: &Series, (first, length): (usize, usize)) -> f64 {
+    let (before, after) = (&series.samples[..first], &series.samples[first + length..]);
+    let more = if before.len() < after.len() {
+        after
+    } else {
+        before
+    };
+    let samples = more.iter().map(|&(row, value)| (recording.t()[row], value));
+    let (t, values): (Vec<f64>, Vec<f64>) = samples.unzip();
+    noise_level(&t, &values)
+}
+
 /// A run of one value that begins in motion and ends in a jump, or longer than any other by far and
 /// without end.
 fn stuck(recording: &Recording, name: &str, series: &Series) -> Option<Check> {
@@ -218,7 +235,15 @@ fn stuck(recording: &Recording, name: &str, series: &Series) -> Option<Check> {
         let at_end = first > REACH && first + length == series.samples.len() && alive(before);
         let at_begin = first == 0 && series.samples[0].1 != 0.0 && after.is_some_and(alive);
         let within = into > 0.3 * usual && ends;
-        length >= SHORT && !rest && (within || length >= FROZEN && (at_end || at_begin))
+        // A sensor whose noise shows in every other sample cannot rest to the digit, but at an end
+        // of its range.
+        let noisy = || {
+            second <= REPEATS
+                && !series.range.contains(&series.samples[first].1)
+                && noise_beside(recording, series, (first, length)) > NOISY * series.width()
+        };
+        let long = length >= FROZEN && (at_end || at_begin || noisy());
+        length >= SHORT && !rest && (within || long)
     };
     let all: Vec<&(usize, usize)> = runs.iter().filter(|run| frozen(run)).collect();
     let &(first, longest) = all.iter().find(|run| run.1 >= FROZEN).or(all.first())?;

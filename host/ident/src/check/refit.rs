@@ -174,8 +174,18 @@ fn in_unit(
             number(plain.farthest()),
             number(100.0 * plain.error())
         );
+        // Of all positions in millimetres, a force in kilonewtons would show the same.
+        let inputs: Vec<&str> = rig.actuators.iter().map(|it| it.input.as_str()).collect();
+        let or_inputs = if unit.motion == Motion::Slide && names.len() == rig.sensors.len() {
+            format!(
+                "; or, if {} is a thousandth of what it says, `gain` of its actuator",
+                inputs.join(" and ")
+            )
+        } else {
+            String::new()
+        };
         let remedy = format!(
-            "`unit = \"{}\"` in the rig's sensor of {}",
+            "`unit = \"{}\"` in the rig's sensor of {}{or_inputs}",
             unit.key,
             names.join(" and of ")
         );

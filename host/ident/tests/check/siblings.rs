@@ -65,6 +65,28 @@ fn a_spike_does_not_hide_the_motion() {
     assert_eq!(only(&rig, &spiked).0, "spike");
 }
 
+/// Where the motion turns round it is slow, and a sensor that froze there looked like one at rest.
+#[test]
+fn a_sensor_that_freezes_in_a_slow_moment_is_named_by_its_noise() {
+    let (rig, sound) = sound();
+    let q = sound.column("q_m").unwrap().to_vec();
+    // The slowest of a second of rows.
+    let speed = |row: &usize| (q[row + 10] - q[row - 10]).abs();
+    let slow = (400..500)
+        .min_by(|a, b| speed(a).total_cmp(&speed(b)))
+        .unwrap();
+    for end in [slow + 300, q.len()] {
+        let frozen = read_as(&sound, |row, value| {
+            if (slow..end).contains(&row) {
+                q[slow]
+            } else {
+                value
+            }
+        });
+        assert_eq!(only(&rig, &frozen).0, "stuck_channel", "{slow} to {end}");
+    }
+}
+
 #[test]
 fn millimetres_under_the_name_of_metres_are_named() {
     let (rig, sound) = sound();
@@ -73,6 +95,11 @@ fn millimetres_under_the_name_of_metres_are_named() {
     assert_eq!(found.0, "millimetres_for_metres");
     assert!(
         found.1 && found.2.starts_with("`unit = \"mm\"`"),
+        "{found:?}"
+    );
+    // A force in kilonewtons shows the same: following the first remedy would spoil the positions.
+    assert!(
+        found.2.contains("if u_N is a thousandth of what it says"),
         "{found:?}"
     );
 }
