@@ -65,7 +65,7 @@ fn a_spike_does_not_hide_the_motion() {
     assert_eq!(only(&rig, &spiked).0, "spike");
 }
 
-/// Where the motion turns round it is slow, and a sensor that froze there looked like one at rest.
+/// A motion is slow as it turns round, and a sensor that froze there looked like one at rest.
 #[test]
 fn a_sensor_that_freezes_in_a_slow_moment_is_named_by_its_noise() {
     let (rig, sound) = sound();
