@@ -136,7 +136,7 @@ fn tolerance(path: &Path, inputs: &[Vec<f64>]) -> f64 {
     }
 }
 
-/// What becomes of a file, and the largest difference that it may show.
+/// Fate of a file, and the largest difference that it may show.
 ///
 /// A generator that evaluates its graphs in double precision too (tests/foreign/exact.py) gives
 /// those outputs, and how far rounding of every value moves them: a network is held to both.

@@ -3,13 +3,14 @@
 use std::time::Duration;
 
 use pyo3::prelude::*;
-use sinew_ident::check::{Check, check};
+use sinew_ident::check::check;
 use sinew_ident::diagnose::output::{self, Shown};
 use sinew_ident::diagnose::{Options, Recordings, Stop, diagnose as search};
-use sinew_ident::error::{Error, Result};
+use sinew_ident::error::Result;
 use sinew_ident::fit::free_run;
 use sinew_ident::recording::Recording;
 
+use crate::checked::refuse;
 use crate::data::{RawRecording, RawRun, raw_run, recordings, refused};
 use crate::rig::NativeRig;
 use crate::work;
@@ -102,14 +103,4 @@ fn found(
     let refitted = NativeRig::new(found.refitted.clone(), rig.file.as_str());
     let corrected = NativeRig::new(corrected, rig.file.as_str());
     Ok((output::json(&found)?, text, page, refitted, corrected, runs))
-}
-
-/// Refuses recordings that are certainly wrong, as the command line does.
-fn refuse(checks: &[Check]) -> Result<()> {
-    let Some(check) = checks.iter().find(|check| check.certain) else {
-        return Ok(());
-    };
-    let (file, line, kind) = (&check.file, check.line, check.kind);
-    let words = format!("{file}:{line}: {kind}: {}", check.sentence);
-    Err(Error::failed(words).help(check.remedy.clone()))
 }

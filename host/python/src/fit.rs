@@ -6,6 +6,7 @@ use sinew_ident::error::Result;
 use sinew_ident::fit::json::json;
 use sinew_ident::fit::{FitOptions, free_runs, pool, score};
 
+use crate::checked::refuse;
 use crate::data::{RawRecording, RawRun, raw_run, recordings, refused};
 use crate::rig::NativeRig;
 use crate::work;
@@ -24,11 +25,13 @@ pub fn fit(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<RawFit> {
     let (fitted, tests) = (recordings(fit)?, recordings(test)?);
-    let (found, tested, runs) = work::run(
+    let (found, tested, checks, runs) = work::run(
         py,
         progress,
         || {},
         |caller| -> Result<_> {
+            let checks = sinew_ident::check::check(&[&fitted[..], &tests].concat(), Some(&rig.rig));
+            refuse(&checks)?;
             let found =
                 sinew_ident::fit::fit(&rig.rig, &fitted, &FitOptions::default(), &mut |p| {
                     caller.tell(&format!("stage {}", p.stage), p.step, 0);
@@ -48,10 +51,10 @@ pub fn fit(
             let runs = of_fit.chain(of_test);
             let runs = runs.map(|(role, (a, b))| (role.to_owned(), raw_run(a), raw_run(b)));
             let runs: Vec<_> = runs.collect();
-            Ok((found, tested, runs))
+            Ok((found, tested, checks, runs))
         },
     )?;
-    let document = json(&found, &tested).to_string();
+    let document = json(&found, &tested, &checks).to_string();
     Ok((document, NativeRig::new(found.rig, rig.file.as_str()), runs))
 }
 

@@ -3,6 +3,7 @@
 //!
 //! Numbers cross as little-endian doubles, so that the package needs no numpy at build time.
 
+mod checked;
 mod data;
 mod diagnose;
 mod fit;

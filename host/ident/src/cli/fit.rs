@@ -87,13 +87,16 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         kind.read(arguments, &arguments.recordings.test)?,
     );
     let all = recordings.iter().chain(&tests);
-    match kind {
-        Kind::Rests => require_rests(&rig, all)?,
+    let checks = match kind {
+        Kind::Rests => {
+            require_rests(&rig, all)?;
+            Vec::new()
+        }
         Kind::Motions => {
             require(&rig, all.clone())?;
-            arguments.repairs.before(&rig, all, arguments.quiet)?;
+            arguments.repairs.before(&rig, all, arguments.quiet)?
         }
-    }
+    };
     let title = format!("fit the rig to the {}", kind.files());
     let stage = Stage::begin(&title, arguments.quiet);
     let found = kind.fit(&rig, &recordings, &options, &mut |p| {
@@ -167,7 +170,7 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         said.line(format!("warning: {warning}"));
     }
     if let Some(path) = &arguments.json {
-        let text = format!("{:#}\n", json(&found, &tested));
+        let text = format!("{:#}\n", json(&found, &tested, &checks));
         sinew_files::write(path, text)?;
         said.wrote(path);
     }

@@ -3,13 +3,15 @@
 use serde_json::{Map, Value, json};
 
 use super::{Fit, FittedParameter, SensorError, SensorFit};
+use crate::check::Check;
 
 /// Format of the document.
 pub const FORMAT: &str = "sinew-fit/1";
 
 /// Result of a fit as JSON, SI; `test` holds the errors on test recordings, rig as written and
-/// refitted, one entry a sensor. A number that is not finite is null.
-pub fn json(found: &Fit, test: &[(SensorError, SensorError)]) -> Value {
+/// refitted, one entry a sensor; `checks` the faults of the recordings that were seen before. A
+/// number that is not finite is null.
+pub fn json(found: &Fit, test: &[(SensorError, SensorError)], checks: &[Check]) -> Value {
     let parameter = |p: &FittedParameter| {
         let recordings = p.recordings.iter();
         let recordings: Vec<Value> = recordings.map(|own| json!(own)).collect();
@@ -37,6 +39,7 @@ pub fn json(found: &Fit, test: &[(SensorError, SensorError)]) -> Value {
         "parameters": found.parameters.iter().map(parameter).collect::<Map<_, _>>(),
         "signals": found.sensors.iter().map(sensor).collect::<Map<_, _>>(),
         "warnings": crate::report::warnings(found),
+        "checks": checks,
         "steps": found.steps,
         "seconds": found.seconds,
     })

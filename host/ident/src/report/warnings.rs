@@ -11,13 +11,23 @@ const ANOTHER_UNIT: f64 = 50.0;
 /// Largest one: a parameter that grew by more was written as next to nothing, for "none yet".
 const NONE_YET: f64 = 1e6;
 
+/// Error of a free run, in the noise, that is more than noise: its start is known by a few rows.
+const LEFT: f64 = 3.0;
+
+/// Error beside the motion that is the integrator's or the recorder's digits.
+const EXACT: f64 = 1e-3;
+
 /// Warnings for a person, none where the refitted rig explains its recordings.
 pub fn warnings(fit: &Fit) -> Vec<String> {
     let far = another_unit(&fit.parameters).into_iter();
     let beyond = fit.beyond.iter().map(|it| beyond_bounds(it, &fit.sensors));
     let missed = match &fit.runaway {
         Some(runaway) => vec![runs_away(runaway)],
-        None => fit.sensors.iter().filter_map(unexplained).collect(),
+        None => {
+            let each = fit.sensors.iter();
+            each.filter_map(|it| unexplained(it).or_else(|| above_noise(it)))
+                .collect()
+        }
     };
     let alone = only_one(&fit.parameters);
     far.chain(beyond).chain(missed).chain(alone).collect()
@@ -51,6 +61,22 @@ pub fn unexplained(fit: &SensorFit) -> Option<String> {
             fit.signal,
             quantity(fit.rms, &fit.unit),
             quantity(fit.spread, &fit.unit)
+        )
+    })
+}
+
+/// Warning of a signal that the refitted rig explains for the most part, and leaves more of than
+/// noise: the intervals of the parameters take all that is left for noise.
+fn above_noise(fit: &SensorFit) -> Option<String> {
+    let times = fit.rms / fit.noise;
+    let left = times > LEFT && fit.rms > EXACT * fit.spread;
+    left.then(|| {
+        format!(
+            "the refitted rig leaves {} of {}, {} times its noise: the intervals do not count \
+             what it lacks. `sinew diagnose` looks for it",
+            quantity(fit.rms, &fit.unit),
+            fit.signal,
+            significant(times, 2)
         )
     })
 }

@@ -228,3 +228,21 @@ fn undetermined_parameters_stay_to_the_digit_or_are_said_to_have_moved() {
         }
     }
 }
+
+/// An error of a few times the noise is little beside the motion, and the intervals are narrow all
+/// the same: with a mass of 1.6 kg in the place of 2 they exclude the true stiffness.
+#[test]
+fn a_fit_that_leaves_more_than_noise_says_so_and_a_sound_one_does_not() {
+    let sound = recordings(|_, q, _, _| q);
+    let warned = |rig: &Rig| {
+        let found = fit(rig, &sound.fit, &FitOptions::default(), &mut |_| {}).unwrap();
+        sinew_ident::report::warnings(&found)
+    };
+    assert_eq!(warned(&stage(&[MASS])), [""; 0]);
+    let nearly = stage(&[("inertia = 1.6", "inertia = 1.99")]);
+    let said = warned(&nearly);
+    assert!(
+        said.iter().any(|it| it.contains("times its noise")),
+        "{said:?}"
+    );
+}

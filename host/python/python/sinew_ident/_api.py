@@ -47,7 +47,7 @@ def fit(
     Raises
     ------
     ValueError
-        A recording or the rig cannot be used.
+        A recording or the rig cannot be used, or a recording is certainly wrong.
     KeyboardInterrupt
         Ctrl-C; the computation ends.
     """

@@ -151,6 +151,8 @@ class FitResult(_Document):
         Of each signal: ``as_written_rms`` and ``fitted_rms`` of ``fit`` and ``test``, SI.
     warnings : list of str
         What to look at before the numbers are used.
+    checks : list of dict
+        Likely faults of the recordings, as of :func:`sinew_ident.check`.
     runs : list of Run
         Measured and simulated signals of every recording.
     """
@@ -171,6 +173,7 @@ class FitResult(_Document):
         }
         self.errors: dict[str, Any] = copy.deepcopy(document["signals"])
         self.warnings: list[str] = list(document["warnings"])
+        self.checks: list[dict[str, Any]] = copy.deepcopy(document["checks"])
 
     @property
     def is_explained(self) -> bool:

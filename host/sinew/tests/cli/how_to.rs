@@ -1,4 +1,4 @@
-//! How-to pages whose commands are run as they stand there.
+//! Commands of the how-to pages, run as they stand there.
 
 use crate::desk::{Desk, checkout, images};
 

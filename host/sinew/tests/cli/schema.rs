@@ -97,7 +97,7 @@ fn is_of(kind: &str, value: &Value) -> bool {
 fn a_schema_refuses_wrong_missing_and_unknown_keys() {
     let fit = schema("fit");
     let sound = serde_json::json!({
-        "format": "sinew-fit/1", "parameters": {}, "signals": {}, "warnings": [],
+        "format": "sinew-fit/1", "parameters": {}, "signals": {}, "warnings": [], "checks": [],
         "steps": 3, "seconds": 0.5,
     });
     assert_eq!(violations(&fit, &sound), [""; 0]);
