@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use sinew_sim::{Plant, SensorChannel};
 
-use super::experiment::{Experiment, View, Views, start_rows};
+use super::experiment::{Experiment, View, Views, start_rows, start_weight};
 use super::levenberg::{DecisionVariables, Prior, StoppingCriteria, minimise};
 use super::segment::{InitialStatePrior, Problem, Segment};
 use crate::error::Result;
@@ -255,8 +255,26 @@ pub(crate) fn estimate(
     let mean = scaled(&state, &problem.state_scale);
     Ok((
         state,
-        of_plant(mean, normal.xx / variance, problem.plant.state_len()),
+        of_plant(
+            mean,
+            normal.xx / (variance / firmness(rows, variance)),
+            problem.plant.state_len(),
+        ),
     ))
+}
+
+/// Factor by which the variance of twenty rows may be too small by chance: chi-squared with 18
+/// degrees of freedom, at 95 %.
+const AT_LEAST: f64 = 2.0;
+
+/// Part of what the first rows say of a start by which it is anchored.
+///
+/// They are among all rows already. Of a short recording they are more than a twentieth, and where
+/// they are missed as all rows are, `variance` of 1, the anchor would say half of it twice: with
+/// the parameters of the moment, which it would hold where they are.
+fn firmness(rows: usize, variance: f64) -> f64 {
+    let weight = start_weight(rows);
+    (1.0 - AT_LEAST * variance * (1.0 - weight)).max(weight)
 }
 
 /// Prior of the plant's own states alone: those after them, which the whole recording shows, are

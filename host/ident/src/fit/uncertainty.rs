@@ -8,6 +8,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::bounds::bounds;
 use super::derivatives::{Normal, Rows};
+use super::experiment::start_weight;
 use super::levenberg::{DecisionVariables, Prior};
 use super::segment::{Problem, Segment};
 
@@ -85,7 +86,8 @@ pub(crate) fn half_widths(
         let Some(rows) = problem.rows(segment, &unknowns.values, state) else {
             return nothing();
         };
-        let normal = problem.normal(segment, &rows, state);
+        let mut normal = problem.normal(segment, &rows, state);
+        normal.xx -= &segment.anchor.weight * (1.0 - start_weight(segment.rows.len()));
         let Some(back) = elimination(&normal) else {
             return nothing();
         };

@@ -31,15 +31,31 @@ pub(super) fn keep(
     if at_rest.is_some() {
         first.widths.fill(Width::Open);
     }
-    let open: Vec<bool> = first.widths.iter().map(|it| *it == Width::Open).collect();
+    let of_all = first.widths.clone();
     let (mut found, fitted) = hold((rig, plant), error, (first, at_rest), run)?;
-    // Held neighbours lend no certainty: an interval counts where the fit of all has one too.
-    for (width, open) in found.widths.iter_mut().zip(open) {
-        if open && width.half().is_some() {
-            *width = Width::Open;
-        }
-    }
+    widen(&mut found, &of_all);
     Ok((found, fitted))
+}
+
+/// Takes from every interval the certainty that held neighbours lend: a number that is held is not
+/// known better for it. An interval counts where the fit of all has one too, and is as wide.
+fn widen(found: &mut Found, of_all: &[Width]) {
+    for (index, of_all) in of_all.iter().enumerate() {
+        let Width::Half(half) = found.widths[index] else {
+            continue;
+        };
+        let larger = match *of_all {
+            Width::Open => {
+                found.widths[index] = Width::Open;
+                continue;
+            }
+            Width::AtBound => 1.0,
+            Width::Half(of_all) => (of_all / half).max(1.0),
+        };
+        found.widths[index] = Width::Half(larger * half);
+        found.covariance.row_mut(index).scale_mut(larger);
+        found.covariance.column_mut(index).scale_mut(larger);
+    }
 }
 
 /// Noise over the spread of the signals, root of the sum of the squares of all sensors. `None`

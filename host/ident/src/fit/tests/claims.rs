@@ -290,3 +290,27 @@ fn intervals_of_few_readings_hold_the_truth_as_often_as_they_say() {
         );
     }
 }
+
+#[test]
+fn intervals_of_short_recordings_hold_the_truth_as_often_as_they_say() {
+    let truth = parse(&oscillator(1.3, 55.0, 1.4, ""));
+    let believed = parse(&oscillator(1.0, 40.0, 1.0, ""));
+    for rows in [30, 40, 80] {
+        let (mut inside, mut all) = (0, 0);
+        for seed in 0..40 {
+            let short = recorded(&truth, rows, 0.01, 8.0, 0.02, 700 + seed);
+            let fit = run(&believed, &[short]);
+            for (found, truth) in fit.parameters.iter().zip([1.3, 55.0, 1.4]) {
+                if let Some([low, high]) = found.ci95 {
+                    inside += usize::from((low..high).contains(&truth));
+                    all += 1;
+                }
+            }
+        }
+        println!("{rows} rows: {inside} of {all}");
+        assert!(
+            inside * 100 >= all * 88 && all >= 50,
+            "{rows} rows: {inside} of {all}"
+        );
+    }
+}
