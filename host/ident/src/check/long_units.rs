@@ -4,7 +4,7 @@ use sinew_sim::{Plant, Rig, Settings};
 
 use super::finding::{Check, number};
 use super::motion::from_rest;
-use super::refitted::{BELIEVED, GOOD, Refit};
+use super::refitted::{BELIEVED, GOOD, INCREDIBLE, Refit};
 use super::timescale::is_guessed;
 use crate::recording::Recording;
 
@@ -13,9 +13,6 @@ const UNITS: [(f64, &str, &str, &str); 2] = [
     (60.0, "min", "minutes", "time_in_minutes"),
     (3600.0, "h", "hours", "time_in_hours"),
 ];
-
-/// Factor between a parameter and what the rig says of it that no guess is wrong by.
-const INCREDIBLE: f64 = 50.0;
 
 /// Sub-steps a sample of a rig that its samples show: four samples a period of its fastest motion.
 const MOST_SUBSTEPS: usize = 16;

@@ -41,7 +41,7 @@ pub use finding::Check;
 use finding::rows;
 
 /// Kinds of faults, by their names in results and on the command line.
-pub const KINDS: [&str; 30] = [
+pub const KINDS: [&str; 31] = [
     "clipped",
     "coarse_sampling",
     "dead_channel",
@@ -69,6 +69,7 @@ pub const KINDS: [&str; 30] = [
     "time_in_milliseconds",
     "time_in_minutes",
     "time_in_nanoseconds",
+    "time_in_other_unit",
     "unanswered_input",
     "wrapped_counter",
     "wrong_sign",

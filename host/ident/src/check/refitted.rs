@@ -27,6 +27,9 @@ const SURELY_NOISE: f64 = 0.25;
 /// Factor by which refitted parameters that are no fault differ from the rig's.
 pub(super) const BELIEVED: f64 = 5.0;
 
+/// Factor between a parameter and what the rig says of it that no guess is wrong by.
+pub(super) const INCREDIBLE: f64 = 50.0;
+
 /// Steps that show whether a fit goes where it is expected to.
 const FEW: usize = 12;
 

@@ -1,9 +1,9 @@
-//! Columns under each other's names: two sensors, or two inputs, exchanged.
+//! Columns under each other's names: two sensors, two inputs, or an input and a sensor, exchanged.
 
 use sinew_sim::Rig;
 
 use super::finding::{Check, number};
-use super::refitted::{FAR_LESS, GOOD, Refit, explains_all_but_noise, is_noise};
+use super::refitted::{BELIEVED, FAR_LESS, GOOD, Refit, explains_all_but_noise, is_noise};
 use crate::recording::{Column, Recording};
 
 /// `swapped_columns`: the refitted rig explains the recording with two columns exchanged, and not
@@ -14,11 +14,25 @@ pub(super) fn detect(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<
     }
     let sensors = rig.sensors.iter().map(|sensor| sensor.signal.as_str());
     let inputs = rig.actuators.iter().map(|actuator| actuator.input.as_str());
-    let mut pairs = pairs(sensors.collect());
-    pairs.extend(self::pairs(inputs.collect()));
-    pairs.into_iter().find_map(|pair| {
+    let (sensors, inputs): (Vec<&str>, Vec<&str>) = (sensors.collect(), inputs.collect());
+    let across = inputs.iter();
+    let across = across.flat_map(|&input| sensors.iter().map(move |&sensor| [input, sensor]));
+    let across: Vec<[&str; 2]> = across.filter(|[input, sensor]| input != sensor).collect();
+    let mut pairs = pairs(sensors);
+    pairs.extend(self::pairs(inputs));
+    let of_a_kind = pairs.len();
+    pairs.extend(across);
+    pairs.into_iter().enumerate().find_map(|(index, pair)| {
+        // An input for a sensor leaves nothing right, and mends all of it.
+        let across = index >= of_a_kind;
+        if across && plain.error() < GOOD {
+            return None;
+        }
         let exchanged = exchanged(recording, pair)?;
         let refit = Refit::below(FAR_LESS * plain.squares, rig, &exchanged)?;
+        if across && refit.farthest() > BELIEVED {
+            return None;
+        }
         let explains = plain.error() > GOOD
             && refit.error() < GOOD
             && refit.squares < FAR_LESS * plain.squares

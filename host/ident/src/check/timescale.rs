@@ -6,6 +6,7 @@ use sinew_sim::Rig;
 use sinew_sim::rig::End;
 
 use super::finding::{Check, number};
+use super::refitted::{BELIEVED, GOOD, Refit, is_small};
 use crate::recording::Recording;
 
 /// Units of a second that loggers write, their flags and kinds.
@@ -14,6 +15,12 @@ const UNITS: [(f64, &str, &str, &str); 3] = [
     (1e6, "us", "microseconds", "time_in_microseconds"),
     (1e9, "ns", "nanoseconds", "time_in_nanoseconds"),
 ];
+
+/// Powers of ten between them.
+const POWERS: [f64; 4] = [1e1, 1e2, 1e4, 1e5];
+
+/// Rows that show which.
+const ROWS: usize = 1200;
 
 /// Fewest rows a period of a recording that shows the motion.
 const FEWEST: f64 = 4.0;
@@ -37,6 +44,9 @@ pub(super) fn detect(rig: &Rig, recording: &Recording) -> Option<Check> {
         number(step),
         number(time)
     );
+    if let Some(other) = other_power(rig, recording, time) {
+        return Some(other);
+    }
     if is_guessed(rig) {
         let sentence = format!("{sentence}, if the guesses in the rig are near the truth");
         let remedy = format!("--time-unit {flag} if they are");
@@ -46,12 +56,53 @@ pub(super) fn detect(rig: &Rig, recording: &Recording) -> Option<Check> {
     Some(Check::certain(recording, 0, kind, sentence, remedy))
 }
 
+/// `time_in_other_unit`: the refitted rig is as believed with times a power of ten smaller that is
+/// none of the units that loggers write, and not in one of those.
+fn other_power(rig: &Rig, recording: &Recording, time: f64) -> Option<Check> {
+    if !is_small(rig) || is_guessed(rig) {
+        return None;
+    }
+    let part = recording.rows(0..recording.len().min(ROWS)).ok()?;
+    let step = part.interval()?;
+    let as_believed = |units: f64| {
+        let t = part.t().iter().map(|t| t / units).collect();
+        let seconds = Recording::new(part.path(), t, part.columns().to_vec()).ok()?;
+        let refit = Refit::below(GOOD * GOOD, rig, &seconds)?;
+        (refit.error() < GOOD && refit.farthest() < BELIEVED).then_some(units)
+    };
+    let shows = |units: &f64| (FEWEST..MOST).contains(&(time * units / step));
+    let mut of_loggers = UNITS.iter().map(|unit| unit.0).filter(shows);
+    let power = POWERS.into_iter().filter(shows).find_map(as_believed)?;
+    if of_loggers.any(|units| as_believed(units).is_some()) {
+        return None;
+    }
+    let sentence = format!(
+        "rows are {} s apart while the rig moves within {} s: it moves as it says with times {} \
+         times as small",
+        number(step),
+        number(time),
+        number(power)
+    );
+    let remedy = format!("divide the column t by {}", number(power));
+    Some(Check::certain(
+        recording,
+        0,
+        "time_in_other_unit",
+        sentence,
+        remedy,
+    ))
+}
+
 /// `coarse_sampling`: a period or time constant of the rig has fewer than four rows, and it moves
-/// between them unseen.
+/// between them unseen. `time_in_other_unit` where smaller times mend that.
 pub(super) fn coarse(rig: &Rig, recording: &Recording) -> Option<Check> {
     let step = recording.interval()?;
     let time = slowest(rig)?;
-    (step < time && time < FEWEST * step && recording.len() >= 16).then(|| {
+    let is_coarse = step < time && time < FEWEST * step && recording.len() >= 16;
+    if !is_coarse {
+        return None;
+    }
+    other_power(rig, recording, time).or_else(|| {
         let sentence = format!(
             "rows are {} s apart, and the rig moves within {} s: what it does between two rows is \
              not seen",
@@ -59,7 +110,13 @@ pub(super) fn coarse(rig: &Rig, recording: &Recording) -> Option<Check> {
             number(time)
         );
         let remedy = "record at least ten rows a period";
-        Check::likely(recording, 0, "coarse_sampling", sentence, remedy)
+        Some(Check::likely(
+            recording,
+            0,
+            "coarse_sampling",
+            sentence,
+            remedy,
+        ))
     })
 }
 

@@ -110,7 +110,7 @@ impl Repairs {
         let stage = Stage::begin("check the recordings", quiet);
         let checks = check(&recordings, Some(rig));
         drop(stage);
-        self.judge(&checks, quiet)?;
+        self.judge(&checks)?;
         Ok(checks)
     }
 
@@ -172,13 +172,12 @@ impl Repairs {
     ///
     /// # Errors
     /// As [`Repairs::before`].
-    pub fn judge(&self, checks: &[Check], quiet: bool) -> Result<()> {
+    pub fn judge(&self, checks: &[Check]) -> Result<()> {
         // The flag answers a mere suspicion.
         let answered = |check: &Check| {
             !check.certain && check.kind.starts_with("time_in") && self.time_unit_is_given()
         };
-        let shown = checks.iter().filter(|check| !quiet || self.refused(check));
-        let shown = shown.filter(|check| !answered(check));
+        let shown = checks.iter().filter(|check| !answered(check));
         let shown: Vec<Check> = shown.cloned().collect();
         eprint!("{}", super::fault_text::text(&shown));
         self.refuse(checks)

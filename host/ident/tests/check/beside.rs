@@ -123,6 +123,56 @@ fn sensors_that_answer_to_no_input_are_named() {
     );
 }
 
+/// With the drive off a device only swings out. The fit could follow by a mass of tons.
+#[test]
+fn a_motion_that_the_rig_explains_without_its_inputs_alone_is_certain() {
+    let (rig, sound) = sound();
+    let swing = |t: f64| 0.05 * (-0.4 * t).exp() * (5.0 * t).cos();
+    let t = sound.t().to_vec();
+    let off = read_as(
+        &sound,
+        |t| t,
+        |name, row, values| match name {
+            "q_m" => swing(t[row]) + 1e-4 * (1e3 * t[row].sin()).sin(),
+            _ => values[row],
+        },
+    );
+    let found = only(&rig, &off);
+    assert_eq!((found.kind, found.certain), ("unanswered_input", true));
+    assert!(found.sentence.contains("with u_N at 0"), "{found:?}");
+}
+
+#[test]
+fn an_input_and_a_sensor_under_each_others_names_are_named() {
+    let (rig, sound) = sound();
+    let other = |name: &str| if name == "q_m" { "u_N" } else { "q_m" };
+    let swapped = read_as(
+        &sound,
+        |t| t,
+        |name, row, _| sound.column(other(name)).unwrap()[row],
+    );
+    let found = named(&rig, &swapped);
+    let certain: Vec<&Check> = found.iter().filter(|it| it.certain).collect();
+    assert_eq!(certain.len(), 1, "{found:?}");
+    assert_eq!(certain[0].kind, "swapped_columns");
+}
+
+#[test]
+fn hundredths_of_a_second_are_not_called_milliseconds() {
+    let (rig, sound) = sound();
+    for (factor, kind, remedy) in [
+        (1e2, "time_in_other_unit", "divide the column t by 100"),
+        (1e3, "time_in_milliseconds", "--time-unit ms"),
+        (1e4, "time_in_other_unit", "divide the column t by 10000"),
+        (1e6, "time_in_microseconds", "--time-unit us"),
+    ] {
+        let long = read_as(&sound, |t| t * factor, |_, row, values| values[row]);
+        let found = only(&rig, &long);
+        assert_eq!((found.kind, found.certain), (kind, true), "{found:?}");
+        assert_eq!(found.remedy, remedy);
+    }
+}
+
 /// A second recording of which a rig leaves as much as of a sound one is not searched for faults.
 /// One of which it leaves more is.
 #[test]

@@ -123,8 +123,8 @@ pub(super) const WORDS: &[(&str, &str, &str)] = &[
     ),
     (
         "swapped_columns",
-        "Two sensors, or two inputs, stand under each other's names: exchanged, the rig explains \
-         them.",
+        "Two sensors, two inputs, or an input and a sensor stand under each other's names: \
+         exchanged, the rig explains them.",
         "Exchange the two names in the header of the recording, or in the rig.",
     ),
     (
@@ -153,6 +153,12 @@ pub(super) const WORDS: &[(&str, &str, &str)] = &[
         "time_in_nanoseconds",
         "Times are in nanoseconds where seconds are expected.",
         "Pass --time-unit ns, or divide the column t.",
+    ),
+    (
+        "time_in_other_unit",
+        "Times are a power of ten too large that is no unit of a logger, such as hundredths of a \
+         second: the rig moves as it says with smaller ones.",
+        "Divide the column t by what is said.",
     ),
     (
         "unanswered_input",

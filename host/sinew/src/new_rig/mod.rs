@@ -110,7 +110,7 @@ pub fn run(options: &NewRigOptions) -> Result<NewRig> {
         .read(std::slice::from_ref(&options.recording))?;
     let recording = recordings.remove(0);
     let checks = sinew_ident::check::check(std::slice::from_ref(&recording), None);
-    options.repairs.judge(&checks, options.quiet)?;
+    options.repairs.judge(&checks)?;
     refuse_open_unit(&options.repairs, &checks)?;
     let asking =
         !options.guess && std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
