@@ -106,6 +106,16 @@ pub fn beyond_bounds(beyond: &BeyondBounds, within: &[SensorFit]) -> String {
 
 /// Warning of a plant that runs away by itself.
 pub fn runs_away(runaway: &Runaway) -> String {
+    if runaway.blind_after <= 0.0 {
+        return format!(
+            "the rig runs away by itself: a small error grows {} times a second. Fitted in \
+             intervals of {} it still leaves 0.3 of the motion or more, so no length of the \
+             recordings would judge it. A number that is written bare may be wrong: write those \
+             that you trust least as {{ value = ... }} and fit again",
+            significant(runaway.rate.exp(), 2),
+            quantity(runaway.interval, "s"),
+        );
+    }
     format!(
         "the rig runs away by itself: a small error grows {} times a second, and after {} noise \
          is as large as the motion. Parameters are fitted in intervals of {}; free-run errors of \

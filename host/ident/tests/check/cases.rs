@@ -103,6 +103,22 @@ fn an_unstable_plant_is_fitted_in_intervals_and_is_said_to_run_away() {
     );
 }
 
+/// Cut to no length would the recording judge a rig whose gravity is bare and wrong.
+#[test]
+fn a_wrong_bare_number_of_an_unstable_plant_is_asked_for() {
+    let case = "32-unstable-under-feedback";
+    let text = std::fs::read_to_string(file(case, "rig.toml")).unwrap();
+    let at = text.find("amplitude").unwrap();
+    let end = at + text[at..].find('\n').unwrap();
+    let text = format!("{}amplitude = 0.4{}", &text[..at], &text[end..]);
+    let rig = Rig::parse(&text, "rig.toml").unwrap();
+    let fit = fitted(&rig, recording(case, "A.csv"));
+    let said = &warnings(&fit)[0];
+    assert!(said.contains("runs away by itself"), "{said}");
+    assert!(said.contains("write those that you trust least"), "{said}");
+    assert!(!said.contains("Cut the recordings"), "{said}");
+}
+
 #[test]
 fn milliseconds_are_named_and_mended() {
     for name in ["A.csv", "short.csv"] {
