@@ -1,6 +1,9 @@
 //! Plant models.
 
+use std::path::Path;
+
 use pyo3::prelude::*;
+use sinew_ident::mechanism::{Format, import};
 use sinew_sim::{Plant, Rig};
 
 use crate::data::refused;
@@ -19,6 +22,9 @@ type RawParameter = (String, f64, String, bool);
 
 /// An input for Python: column, actuator, limits in SI.
 type RawInput = (String, String, Option<(f64, f64)>);
+
+/// A mechanism for Python: rig, left out, added.
+type RawMechanism = (NativeRig, Vec<String>, Vec<String>);
 
 impl NativeRig {
     /// A rig that came out of a computation.
@@ -54,6 +60,19 @@ impl NativeRig {
         let loaded = Self::new(Rig::parse(text, file).map_err(refused)?, file);
         loaded.plant()?;
         Ok(loaded)
+    }
+
+    /// Reads a mechanism (`mjcf` or `urdf`), the joints that are named or all of them: the rig, what
+    /// it does not say of the file, and what was added.
+    #[staticmethod]
+    fn of_mechanism(path: &str, format: &str, joints: Vec<String>) -> PyResult<RawMechanism> {
+        let format = match format {
+            "urdf" => Format::Urdf,
+            _ => Format::Mjcf,
+        };
+        let read = import(Path::new(path), format, &joints).map_err(refused)?;
+        let rig = Self::parse(&read.text, path)?;
+        Ok((rig, read.left_out, read.added))
     }
 
     /// Its `name` key.

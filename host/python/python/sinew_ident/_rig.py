@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -39,11 +40,21 @@ class Sensor:
 class Rig:
     """Plant model of a device.
 
-    Make one with :meth:`from_toml`. It does not change: a fit returns another.
+    Make one with :meth:`from_toml`, :meth:`from_mjcf` or :meth:`from_urdf`. It does not change: a
+    fit returns another.
+
+    Attributes
+    ----------
+    left_out : list of str
+        Parts of a mechanism's file that the rig does not say, with their place.
+    added : list of str
+        Things that the file does not say and the rig needs.
     """
 
-    def __init__(self, native: Any) -> None:
+    def __init__(self, native: Any, left_out: Sequence[str] = (), added: Sequence[str] = ()) -> None:
         self._native = native
+        self.left_out = list(left_out)
+        self.added = list(added)
 
     @classmethod
     def from_toml(cls, source: str | os.PathLike[str]) -> Rig:
@@ -62,6 +73,36 @@ class Rig:
         if isinstance(source, str) and "\n" in source:
             return cls(_native.NativeRig.parse(source, "rig.toml"))
         return cls(_native.NativeRig.load(os.fspath(source)))
+
+    @classmethod
+    def from_mjcf(cls, path: str | os.PathLike[str], joints: str | Sequence[str] = ()) -> Rig:
+        """Read the hinges and slides of a MuJoCo model.
+
+        Parameters
+        ----------
+        path : str or path
+            Path of the file. Files that it includes are read beside it.
+        joints : str or sequence of str, optional
+            Joints that move; the others are held. All of them by default.
+
+        Raises
+        ------
+        ValueError
+            The file cannot be read, or its joints move each other: a rig has no such terms.
+        """
+        return cls._of_mechanism(path, "mjcf", joints)
+
+    @classmethod
+    def from_urdf(cls, path: str | os.PathLike[str], joints: str | Sequence[str] = ()) -> Rig:
+        """Read the joints of a URDF file; parameters and errors as :meth:`from_mjcf`."""
+        return cls._of_mechanism(path, "urdf", joints)
+
+    @classmethod
+    def _of_mechanism(
+        cls, path: str | os.PathLike[str], format: str, joints: str | Sequence[str]
+    ) -> Rig:
+        chosen = [joints] if isinstance(joints, str) else list(joints)
+        return cls(*_native.NativeRig.of_mechanism(os.fspath(path), format, chosen))
 
     @property
     def name(self) -> str:
