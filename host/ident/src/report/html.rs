@@ -9,6 +9,9 @@ use super::{Block, Fact, Plot, Report, Section, Table};
 /// The style sheet, light and dark.
 pub(super) const STYLE: &str = include_str!("style.css");
 
+/// Cursor and zoom of the plots.
+const SCRIPT: &str = include_str!("interact.js");
+
 pub(super) fn page(report: &Report) -> String {
     let title = escape(&report.title);
     let mut text = format!(
@@ -29,7 +32,12 @@ pub(super) fn page(report: &Report) -> String {
     if !report.footer.is_empty() {
         let _ = writeln!(text, "<footer>{}</footer>", escape(&report.footer));
     }
-    text.push_str("</main>\n</body>\n</html>\n");
+    text.push_str("</main>\n");
+    let mut blocks = report.sections.iter().flat_map(|section| &section.blocks);
+    if blocks.any(|block| matches!(block, Block::Plot(_))) {
+        let _ = write!(text, "<script>\n{SCRIPT}</script>\n");
+    }
+    text.push_str("</body>\n</html>\n");
     text
 }
 

@@ -1,7 +1,8 @@
 //! Reports: one self-contained HTML file with plots, readable offline, in light and in dark.
 //!
 //! A [`Report`] is data; [`Report::to_html`] is a pure function of it. Style sheet and plots are
-//! inside the file, which loads nothing and runs no script but an animation's. The plots are drawn
+//! inside the file, which loads nothing. Its one script (`interact.js`) reads values under the
+//! pointer and zooms; without it the page is the same, at rest. The plots are drawn
 //! here rather than by a plotting library so that their colours can follow the reader's light or
 //! dark setting, which needs classes instead of fixed colours in the SVG
 //! (docs/decisions/0009-plots-without-a-library.md).

@@ -35,6 +35,19 @@ impl Frame {
     fn py(&self, y: f64) -> f64 {
         self.bottom - self.y.fraction(y / self.y_factor) * (self.bottom - TOP)
     }
+
+    /// Ends of the axes in the units that are shown, and in pixels, for `interact.js`.
+    fn json(&self, x_unit: &str, y_unit: &str) -> String {
+        let axis = |layout: &Layout, [from, to]: [f64; 2]| {
+            let (low, high) = (layout.low, layout.high);
+            format!("{{\"low\":{low:?},\"high\":{high:?},\"from\":{from:?},\"to\":{to:?}}}")
+        };
+        format!(
+            "{{\"x\":{},\"y\":{},\"xUnit\":{x_unit:?},\"yUnit\":{y_unit:?}}}",
+            axis(&self.x, [LEFT, WIDTH - RIGHT]),
+            axis(&self.y, [self.bottom, TOP])
+        )
+    }
 }
 
 pub(super) fn svg(plot: &Plot) -> String {
@@ -67,15 +80,8 @@ pub(super) fn svg(plot: &Plot) -> String {
     // Writing to a String cannot fail, here and below.
     let _ = writeln!(
         text,
-        "<svg viewBox=\"0 0 {WIDTH} {height}\" role=\"img\" aria-label=\"{title}\">"
-    );
-    draw_bands(&mut text, plot, &frame);
-    draw_axes(
-        &mut text,
-        &frame,
-        &labelled(&plot.x, x_symbol),
-        &labelled(&plot.y, y_symbol),
-        height,
+        "<svg viewBox=\"0 0 {WIDTH} {height}\" role=\"img\" aria-label=\"{title}\" data-frame=\"{}\">",
+        escape(&frame.json(x_symbol, y_symbol))
     );
     let clip = clip_id(plot);
     let (clip_width, clip_height) = (WIDTH - LEFT - RIGHT, frame.bottom - TOP);
@@ -83,11 +89,24 @@ pub(super) fn svg(plot: &Plot) -> String {
         text,
         "<clipPath id=\"{clip}\"><rect x=\"{LEFT}\" y=\"{TOP}\" width=\"{clip_width}\" height=\"{clip_height}\"/></clipPath>"
     );
-    let _ = writeln!(text, "<g clip-path=\"url(#{clip})\">");
+    let opened = format!("<g clip-path=\"url(#{clip})\"><g class=\"moves\">\n");
+    if !plot.bands.is_empty() {
+        text.push_str(&opened);
+        draw_bands(&mut text, plot, &frame);
+        text.push_str("</g></g>\n");
+    }
+    draw_axes(
+        &mut text,
+        &frame,
+        &labelled(&plot.x, x_symbol),
+        &labelled(&plot.y, y_symbol),
+        height,
+    );
+    text.push_str(&opened);
     for (series, class) in plot.series.iter().zip(classes(plot)) {
         draw_series(&mut text, series, class, &frame);
     }
-    text.push_str("</g>\n");
+    text.push_str("</g></g>\n");
     if plot
         .series
         .iter()
@@ -215,10 +234,13 @@ fn draw_axes(text: &mut String, frame: &Frame, x_label: &str, y_label: &str, hei
     for tick in &frame.x.ticks {
         let x = frame.px(tick * frame.x_factor);
         let label = frame.x.label(*tick);
-        let _ = writeln!(text, "<path class=\"axis\" d=\"M{x:.1} {bottom}v5\"/>");
         let _ = writeln!(
             text,
-            "<text class=\"tick\" x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{label}</text>",
+            "<path class=\"axis along\" d=\"M{x:.1} {bottom}v5\"/>"
+        );
+        let _ = writeln!(
+            text,
+            "<text class=\"tick along\" x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{label}</text>",
             bottom + 18.0
         );
     }
