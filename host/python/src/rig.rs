@@ -62,8 +62,8 @@ impl NativeRig {
         Ok(loaded)
     }
 
-    /// Reads a mechanism (`mjcf` or `urdf`), the joints that are named or all of them: the rig, what
-    /// it does not say of the file, and what was added.
+    /// Reads a mechanism (`mjcf` or `urdf`), the joints that are named or all of them. Gives the
+    /// rig, what it does not say of the file, and what was added.
     #[staticmethod]
     fn of_mechanism(path: &str, format: &str, joints: Vec<String>) -> PyResult<RawMechanism> {
         let format = match format {

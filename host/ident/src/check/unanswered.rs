@@ -42,8 +42,8 @@ pub(super) fn detect(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<
     })
 }
 
-/// `unanswered_input`, certain: the refitted rig explains the recording with its inputs at rest, and
-/// not with what they were.
+/// `unanswered_input`, certain: the refitted rig explains the recording with its inputs at rest,
+/// and not with what they were.
 fn free_motion(rig: &Rig, recording: &Recording, plain: &Refit) -> Option<Check> {
     let inputs: Vec<&str> = rig.actuators.iter().map(|it| it.input.as_str()).collect();
     let columns = recording.columns().iter().map(|column| Column {
