@@ -16,6 +16,7 @@ mod determine;
 mod excitation;
 mod finding;
 mod flat;
+mod held;
 mod late;
 mod long_units;
 mod motion;
@@ -41,7 +42,7 @@ pub use finding::Check;
 use finding::rows;
 
 /// Kinds of faults, by their names in results and on the command line.
-pub const KINDS: [&str; 31] = [
+pub const KINDS: [&str; 32] = [
     "clipped",
     "coarse_sampling",
     "dead_channel",
@@ -51,6 +52,7 @@ pub const KINDS: [&str; 31] = [
     "gap",
     "input_lags",
     "input_leads",
+    "input_not_held",
     "irregular_sampling",
     "millimetres_for_metres",
     "no_excitation",

@@ -10,7 +10,7 @@ use super::refitted::{
     BELIEVED, EXACT, FAR_LESS, GOOD, NOISE_ALONE, Refit, is_noise, is_small, noise, squares,
 };
 use super::timescale::is_guessed;
-use super::{dead, late, long_units, sensor_numbers, swapped, unanswered};
+use super::{dead, held, late, long_units, sensor_numbers, swapped, unanswered};
 use crate::fit::{FitOptions, fit};
 use crate::recording::{Column, Recording};
 
@@ -30,8 +30,8 @@ const TOGETHER: f64 = 1.5;
 /// Part by which a parameter of another device differs, where the rig leaves noise alone.
 const DIFFERS: f64 = 0.03;
 
-/// `wrong_sign`, `swapped_columns`, `dead_channel`, `input_lags`, `input_leads`, `sensor_lags`,
-/// `degrees_for_radians`, `millimetres_for_metres`, `time_in_minutes`, `time_in_hours`,
+/// `wrong_sign`, `swapped_columns`, `dead_channel`, `input_lags`, `input_leads`, `input_not_held`,
+/// `sensor_lags`, `degrees_for_radians`, `millimetres_for_metres`, `time_in_minutes`, `time_in_hours`,
 /// `sensor_offset`, `sensor_drift`, `sensor_gain`, `unanswered_input`, `different_devices`.
 pub(super) fn detect(rig: &Rig, recordings: &[Recording]) -> Vec<Check> {
     if !is_small(rig) {
@@ -85,6 +85,7 @@ fn fault(rig: &Rig, part: &Recording, refit: &Refit) -> Option<Check> {
         .or_else(|| long_units::detect(rig, part, refit))
         .or_else(|| unanswered::detect(rig, part, refit))
         .or_else(|| sensor_numbers(rig, part, refit))
+        .or_else(|| held::detect(rig, part, refit))
         .or_else(|| late::detect(rig, part, refit))
 }
 

@@ -20,7 +20,7 @@ use crate::fit::{
 use crate::fleet::is_of;
 use crate::population::Fleet;
 use crate::recording::Recording;
-use crate::report::{count, own_value, quantity, warnings};
+use crate::report::{count, own_value, quantity, unseen, warnings};
 
 /// Arguments of `sinew fit`.
 #[derive(Args)]
@@ -166,7 +166,8 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
             ));
         }
     }
-    for warning in warnings(&found) {
+    let unseen = unseen(&found, tested.iter().map(|(_, after)| after));
+    for warning in warnings(&found).into_iter().chain(unseen) {
         said.line(format!("warning: {warning}"));
     }
     if let Some(path) = &arguments.json {

@@ -13,11 +13,12 @@ use crate::diagnose::imitated_sensors::{DRIFT, LATE};
 use crate::recording::Recording;
 
 /// Kinds of likely faults that an effect can imitate.
-const IMITATED: [&str; 10] = [
+const IMITATED: [&str; 11] = [
     CLIPPED,
     "dead_channel",
     "different_devices",
     "input_leads",
+    "input_not_held",
     DRIFT,
     "sensor_gain",
     LATE,

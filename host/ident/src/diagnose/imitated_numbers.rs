@@ -138,7 +138,7 @@ pub(crate) fn suspect_two(found: &mut Pool, case: &Case) -> Result<()> {
         return Ok(());
     }
     let plant = Plant::new(case.written)?;
-    let mut names: Vec<String> = (bare_sizes(case, &plant).into_iter())
+    let mut names: Vec<String> = (bare_sizes(&plant).into_iter())
         .filter(|name| !is_scale_of_a_sensor(case, name))
         .collect();
     if names.len() < 2 || names.len() > IN_PAIRS {
@@ -177,11 +177,11 @@ pub(crate) fn suspect_two(found: &mut Pool, case: &Case) -> Result<()> {
 }
 
 /// Bare numbers that have a size to be wrong by.
-fn bare_sizes(case: &Case, plant: &Plant) -> Vec<String> {
+fn bare_sizes(plant: &Plant) -> Vec<String> {
     let bare = plant.parameters().iter().filter(|parameter| {
         let name = &parameter.name;
         let start = name.ends_with(".start") || name.ends_with(".start_velocity");
-        !parameter.free && !start && parameter.value != 0.0 && !of_effect(case.written, name)
+        !parameter.free && !start && parameter.value != 0.0
     });
     bare.map(|parameter| parameter.name.clone()).collect()
 }

@@ -24,8 +24,7 @@ pub(crate) fn terms(rig: &Rig, plant: &Plant, effects: &[Kind]) -> Vec<Term> {
     for parameter in plant.parameters() {
         let starts =
             parameter.name.ends_with(".start") || parameter.name.ends_with(".start_velocity");
-        if !parameter.free && !starts && parameter.value != 0.0 && !of_effect(rig, &parameter.name)
-        {
+        if !parameter.free && !starts && parameter.value != 0.0 {
             all.push(Term::Number {
                 name: parameter.name.clone(),
             });

@@ -31,7 +31,7 @@ use std::path::Path;
 pub use own_values::{own_interval, own_value, shared_values};
 pub use quantity::{count, exact, quantity, significant};
 pub use sheet::sheet;
-pub use warnings::{beyond_bounds, runs_away, unexplained, warnings};
+pub use warnings::{beyond_bounds, runs_away, unexplained, unseen, warnings};
 
 use crate::error::Result;
 

@@ -3,7 +3,7 @@
 
 use super::own_values::only_one;
 use super::{quantity, significant};
-use crate::fit::{BeyondBounds, Fit, FittedParameter, Runaway, SensorFit};
+use crate::fit::{BeyondBounds, Fit, FittedParameter, Runaway, SensorError, SensorFit};
 
 /// Smallest change of a parameter, as a factor, that speaks for a column in another unit.
 const ANOTHER_UNIT: f64 = 50.0;
@@ -13,6 +13,9 @@ const NONE_YET: f64 = 1e6;
 
 /// Error of a free run, in the noise, that is more than noise: its start is known by a few rows.
 const LEFT: f64 = 3.0;
+
+/// Error in recordings that a fit has not seen, beside that in its own, that is said.
+const UNSEEN: f64 = 2.0;
 
 /// Error beside the motion that is the integrator's or the recorder's digits.
 const EXACT: f64 = 1e-3;
@@ -79,6 +82,27 @@ fn above_noise(fit: &SensorFit) -> Option<String> {
             significant(times, 2)
         )
     })
+}
+
+/// Warnings of signals that are missed by far more in recordings that the fit has not seen: `tested`
+/// is their error by the refitted rig, in the order of the fit's sensors.
+pub fn unseen<'a>(fit: &Fit, tested: impl IntoIterator<Item = &'a SensorError>) -> Vec<String> {
+    let pairs = fit.sensors.iter().zip(tested);
+    let pairs = pairs.filter(|(fitted, _)| fitted.is_explained() && fit.runaway.is_none());
+    let worse = pairs.filter(|(fitted, test)| {
+        test.rms > UNSEEN * fitted.rms.max(fitted.noise) && test.rms > EXACT * test.spread
+    });
+    let said = worse.map(|(fitted, test)| {
+        format!(
+            "{} is missed by {} in the test recordings and by {} in those of the fit: these show \
+             too little of the device, or the rig lacks something and the intervals do not count \
+             it. `sinew diagnose` looks for it",
+            test.signal,
+            quantity(test.rms, &test.unit),
+            quantity(fitted.rms, &fitted.unit)
+        )
+    });
+    said.collect()
 }
 
 /// Warning of bounds that keep parameters from better values.

@@ -56,6 +56,12 @@ pub(super) const WORDS: &[(&str, &str, &str)] = &[
          to the rig.",
     ),
     (
+        "input_not_held",
+        "Inputs run straight from row to row where the rig has them step, or step where it has them \
+         run: the other way the rig leaves noise alone.",
+        "Write hold = \"linear\" (or \"zero\") in the actuators of the rig.",
+    ),
+    (
         "irregular_sampling",
         "Rows lie unevenly in time.",
         "Record with the time stamps of the device, not of the computer that receives them.",
