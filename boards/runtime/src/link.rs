@@ -91,7 +91,8 @@ impl Link {
             | ToHost::Tuned
             | ToHost::Queued { .. }
             | ToHost::Telemetry(_)
-            | ToHost::Health(_) => {}
+            | ToHost::Health(_)
+            | ToHost::Parameters(_) => {}
         }
         // MAX_FRAME holds every answer.
         encode(answer, &mut self.outgoing).unwrap_or_default()

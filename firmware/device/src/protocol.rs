@@ -115,6 +115,9 @@ pub enum ToDevice {
     /// Asks which channels the device believes. Answer: [`ToHost::Health`]; [`ToHost::Refused`] of
     /// a controller that judges none.
     Health,
+    /// Asks what the device has learned of itself. Answer: [`ToHost::Parameters`];
+    /// [`ToHost::Refused`] of a controller that estimates no parameter.
+    Parameters,
 }
 
 /// Answer of the firmware.
@@ -174,6 +177,18 @@ pub enum ToHost {
     Telemetry(Telemetry),
     /// Channels that the controller leaves out.
     Health(Health),
+    /// Parameters that the controller estimates.
+    Parameters(Parameters),
+}
+
+/// Parameters that a controller estimates while it runs, in the order of its model and in model
+/// units: 0 is the usual device.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Parameters {
+    /// Estimates.
+    pub theta: Vec<f32, MAX_SIGNALS>,
+    /// Their variances.
+    pub variance: Vec<f32, MAX_SIGNALS>,
 }
 
 /// Channels that a controller leaves out, because the others contradict them.
@@ -276,6 +291,8 @@ pub enum Reason {
     Limits,
     /// This controller judges no channel.
     Judges,
+    /// This controller estimates no parameter.
+    Parameters,
 }
 
 /// Identity of a device. The host compares `protocol` and `model` before it sends a sample.

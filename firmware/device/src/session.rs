@@ -11,8 +11,8 @@ use crate::bumpless::BumplessTransfer;
 use crate::clock::Clock;
 use crate::mode::{Cause, Drive, Mode, State};
 use crate::protocol::{
-    Accumulator, Fed, Health, Identity, MAX_JACOBIAN, MAX_REGRESSOR, PROTOCOL, Reason, Summary,
-    ToDevice, ToHost, decode, encode,
+    Accumulator, Fed, Health, Identity, MAX_JACOBIAN, MAX_REGRESSOR, PROTOCOL, Parameters, Reason,
+    Summary, ToDevice, ToHost, decode, encode,
 };
 use crate::supervisor::Supervisor;
 use sinew_mpc::channel_watch::LeftOut;
@@ -180,6 +180,7 @@ impl<
             // What a network remembers is in no frame.
             assert!(NS <= MAX_CHANNELS || C::HIDDEN_CHANNELS);
             assert!(NY <= MAX_PREVIEW && C::POINT <= MAX_REGRESSOR);
+            assert!(C::PARAMETERS <= MAX_SIGNALS);
         }
         Self {
             widest,
@@ -280,6 +281,8 @@ impl<
                 })
             }
             ToDevice::Health => refused(Reason::Judges),
+            ToDevice::Parameters if C::PARAMETERS > 0 => self.parameters(),
+            ToDevice::Parameters => refused(Reason::Parameters),
         }
     }
 
@@ -450,6 +453,18 @@ impl<
             return refused(Reason::Settings);
         }
         ToHost::Tuned
+    }
+
+    #[inline(never)]
+    fn parameters(&self) -> ToHost {
+        let mut known = Parameters::default();
+        for i in 0..C::PARAMETERS {
+            let (theta, variance) = self.controller.parameter(i);
+            // There is room: `within` has counted them.
+            let _ = known.theta.push(theta);
+            let _ = known.variance.push(variance);
+        }
+        ToHost::Parameters(known)
     }
 
     #[inline(never)]

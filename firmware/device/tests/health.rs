@@ -180,3 +180,12 @@ fn a_controller_that_judges_no_channel_says_so() {
     };
     assert_eq!(session.answer(&ToDevice::Health, &NoClock), refused);
 }
+
+#[test]
+fn a_controller_that_estimates_no_parameter_says_so() {
+    let mut session = LoopSession::within(Plain::new(controller(), &SENSOR), LIMITS, IDENTITY);
+    let refused = ToHost::Refused {
+        reason: Reason::Parameters,
+    };
+    assert_eq!(session.answer(&ToDevice::Parameters, &NoClock), refused);
+}

@@ -2,7 +2,9 @@
 
 use sinew_device::clock::Clock;
 use sinew_device::mode::Drive;
-use sinew_device::protocol::{Identity, PROTOCOL, Reason, ToDevice, ToHost};
+use sinew_device::protocol::{
+    Identity, PROTOCOL, Parameters, Reason, ToDevice, ToHost, decode, encode,
+};
 use sinew_device::session::LoopSession;
 use sinew_mpc::math::tanh;
 use sinew_mpc::network::state::StateNetwork;
@@ -138,6 +140,39 @@ fn a_reference_is_followed_and_gaps_are_counted() {
     assert_eq!(session.summary().missed_samples, 0);
     sample(&mut session, f32::NAN);
     assert_eq!(session.summary().missed_samples, 1);
+}
+
+#[test]
+fn parameters_are_told_as_the_filter_knows_them() {
+    let mut session = session();
+    let ask = |session: &mut Session| match session.answer(&ToDevice::Parameters, &NoClock) {
+        ToHost::Parameters(known) => known,
+        other => panic!("a filter with a parameter tells it: {other:?}"),
+    };
+    let of = |theta: f32, variance: f32| Parameters {
+        theta: [theta].into_iter().collect(),
+        variance: [variance].into_iter().collect(),
+    };
+    assert_eq!(ask(&mut session), of(0.0, 1.0));
+    let (mut q, mut v) = (0.0_f32, 0.0_f32);
+    for _ in 0..300 {
+        let u = sample(&mut session, q);
+        let force = 0.2 * u - 0.1 * tanh(0.3 * v + 0.5 * 0.8 + 0.1);
+        (q, v) = (q + 0.1 * v, v - 0.1 * q - 0.05 * v + force);
+    }
+    let known = ask(&mut session);
+    let filter = session.controller().filter();
+    let variance = filter.covariance().variance(STATES + INPUTS);
+    assert_eq!(known, of(filter.theta()[0], variance));
+    assert!(
+        variance < 0.9 && known.theta[0] != 0.0,
+        "nothing was learned: {known:?}"
+    );
+    let mut buffer = [0; 64];
+    let answer = ToHost::Parameters(known);
+    let frame = encode(&answer, &mut buffer).expect("the answer fits").len();
+    let read: ToHost = decode(&mut buffer[..frame - 1]).expect("it is a frame");
+    assert_eq!(read, answer);
 }
 
 #[test]

@@ -349,6 +349,7 @@ impl<
     const DERIVATIVES: usize = C::DERIVATIVES;
     const SENSED: bool = C::SENSED;
     const WATCHES: bool = C::WATCHES;
+    const PARAMETERS: usize = C::PARAMETERS;
 
     #[inline(always)]
     fn outputs(&mut self, y: &[f32; NY], s: &[f32; NS]) -> [f32; NY] {
@@ -358,6 +359,11 @@ impl<
     #[inline(always)]
     fn left_out(&self) -> LeftOut {
         self.controller.left_out()
+    }
+
+    #[inline(always)]
+    fn parameter(&self, i: usize) -> (f32, f32) {
+        self.controller.parameter(i)
     }
 
     #[inline(always)]

@@ -26,6 +26,8 @@ pub trait PredictiveLoop<const NU: usize, const NY: usize, const NS: usize, cons
     const SENSED: bool = false;
     /// True where channels are judged: [`PredictiveLoop::left_out`].
     const WATCHES: bool = false;
+    /// Parameters that are estimated while it runs: [`PredictiveLoop::parameter`].
+    const PARAMETERS: usize = 0;
 
     /// Outputs as they are known at this step: those that are measured, and of a
     /// [`SensedLoop`](crate::soft_sensor::SensedLoop) those that channels say. NaN: missing. To be
@@ -39,6 +41,12 @@ pub trait PredictiveLoop<const NU: usize, const NY: usize, const NS: usize, cons
     #[inline(always)]
     fn left_out(&self) -> LeftOut {
         LeftOut::default()
+    }
+
+    /// Estimate of parameter `i` and its variance, model units; NaN where there is none.
+    #[inline(always)]
+    fn parameter(&self, _i: usize) -> (f32, f32) {
+        (f32::NAN, f32::NAN)
     }
 
     /// One control step; NaN stands for a reading that is missing.
@@ -280,6 +288,15 @@ impl<
     const HIDDEN_CHANNELS: bool = false;
     const POINT: usize = NU + NX + NP;
     const DERIVATIVES: usize = NX * (NU + NX);
+    const PARAMETERS: usize = NP;
+
+    fn parameter(&self, i: usize) -> (f32, f32) {
+        let filter = self.filter();
+        match filter.theta().get(i) {
+            Some(theta) => (*theta, filter.covariance().variance(NX + NU + i)),
+            None => (f32::NAN, f32::NAN),
+        }
+    }
 
     #[inline(always)]
     fn step(&mut self, y: &[f32; NY], s: &[f32; NS], reference: &[[f32; NY]; N]) -> Step<NU> {

@@ -191,6 +191,7 @@ impl<
     const DERIVATIVES: usize = C::DERIVATIVES;
     const SENSED: bool = true;
     const WATCHES: bool = W::WATCHES;
+    const PARAMETERS: usize = C::PARAMETERS;
 
     /// Channels are judged once a sample, also where every output is measured.
     fn outputs(&mut self, y: &[f32; NY], s: &[f32; NS]) -> [f32; NY] {
@@ -216,6 +217,11 @@ impl<
     #[inline(always)]
     fn left_out(&self) -> LeftOut {
         self.watch.left_out()
+    }
+
+    #[inline(always)]
+    fn parameter(&self, i: usize) -> (f32, f32) {
+        self.controller.parameter(i)
     }
 
     #[inline(always)]
