@@ -15,7 +15,7 @@ use crate::image;
 use crate::snapshot::Measured;
 
 /// Folder of the model in `models/`.
-const MODEL: &str = "demo-state";
+pub const MODEL: &str = "demo-state";
 /// Dry friction of the plant, newtons: what the demo's recordings conceal.
 const FRICTION: &str = "
 [[effect]]
@@ -44,7 +44,7 @@ pub fn measure() -> Result<Measured> {
     let mut device = Device::qemu(&runner, &built.lockstep)?;
     let (run, bits, ticks) = {
         let mut controller = MpcController::new(&mut device, fingerprint(&spec))?;
-        let run = scenario(spec.period_s)?.run(&mut controller)?;
+        let run = scenario(&with_friction()?, spec.period_s)?.run(&mut controller)?;
         let answers = controller.answers.iter();
         let ticks: Vec<u32> = answers.clone().map(|answer| answer.ticks).collect();
         (
@@ -70,11 +70,22 @@ fn follows(run: &Run) -> Result<()> {
     )))
 }
 
-fn scenario(period_s: f64) -> Result<Scenario> {
+/// The demo's rig with dry friction.
+fn with_friction() -> Result<Rig> {
     let path = image::root().join("rigs/demo.toml");
     let text = std::fs::read_to_string(&path).map_err(|error| Error::read(&path, error))?;
-    let rig = Rig::parse(&(text + FRICTION), "demo.toml with dry friction")?;
-    let plant = Plant::new(&rig)?;
+    Ok(Rig::parse(
+        &(text + FRICTION),
+        "demo.toml with dry friction",
+    )?)
+}
+
+/// A loop over a staircase with this rig as the plant.
+///
+/// # Errors
+/// The rig cannot be simulated.
+pub fn scenario(rig: &Rig, period_s: f64) -> Result<Scenario> {
+    let plant = Plant::new(rig)?;
     let values = plant.values();
     let workspace = Workspace {
         low: 0.0,

@@ -12,7 +12,9 @@
 //! | [`explain`] | a name in a result | its meaning |
 //! | [`rests`] | a rig and constant inputs | where it rests |
 //! | [`live`] | a board with a rig | a recording, a watched run |
+//! | [`adopt`] | what a board learned | its rig |
 
+pub mod adopt;
 pub mod cli;
 pub mod closed_loop;
 pub mod device;

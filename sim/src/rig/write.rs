@@ -4,7 +4,7 @@ use super::{Place, Rig};
 use crate::error::Error;
 use crate::plant::parameters;
 use crate::suggest;
-use toml_edit::{DocumentMut, InlineTable, Item, TableLike, Value};
+use toml_edit::{Decor, DocumentMut, InlineTable, Item, TableLike, Value};
 
 impl Rig {
     /// The rig as a file: its own text.
@@ -37,6 +37,25 @@ impl Rig {
                     }
                 })?;
             replace(&mut document, place, value).ok_or_else(|| self.unwritable(name))?;
+        }
+        Self::parse(&document.to_string(), &self.file)
+    }
+
+    /// The same rig with a comment line above each of these parameters, by name:
+    /// `# NAME MARKER TEXT`. An earlier line of the same name and marker is replaced.
+    ///
+    /// # Errors
+    /// A name that the rig does not have, or whose number the file leaves to its default.
+    pub fn with_comments(&self, marker: &str, comments: &[(&str, &str)]) -> Result<Self, Error> {
+        let slots = parameters(self);
+        let mut document: DocumentMut = self.text.parse().map_err(|_| self.unwritable("itself"))?;
+        for &(name, text) in comments {
+            let place = slots.iter().find(|(parameter, _)| parameter.name == name);
+            let place = place.map(|(_, place)| place);
+            let start = format!("# {name} {marker}");
+            place
+                .and_then(|place| comment(&mut document, place, &start, text))
+                .ok_or_else(|| self.unwritable(name))?;
         }
         Self::parse(&document.to_string(), &self.file)
     }
@@ -76,6 +95,41 @@ fn replace(document: &mut DocumentMut, place: &Place, value: f64) -> Option<()> 
         }
     }
     Some(())
+}
+
+/// Puts a comment line above the line of a parameter, in the place of one that starts alike.
+fn comment(document: &mut DocumentMut, place: &Place, start: &str, text: &str) -> Option<()> {
+    let top = document.as_table_mut();
+    if top.get(place.table)?.is_value() {
+        // A table inside a line has no room for one.
+        put_line(top.key_mut(place.table)?.leaf_decor_mut(), start, text);
+        return Some(());
+    }
+    let table = element(top.get_mut(place.table)?, place.index)?;
+    let key = place.within.map_or(place.key.as_str(), |(array, _)| array);
+    match table.get_mut(key)?.as_table_mut() {
+        // `stiffness.value = 1.0`: what stands in front of the line is with its last key.
+        Some(own) if own.is_dotted() => {
+            let (mut first, _) = own.iter_mut().next()?;
+            put_line(first.leaf_decor_mut(), start, text);
+        }
+        Some(own) => put_line(own.decor_mut(), start, text),
+        None => put_line(table.key_mut(key)?.leaf_decor_mut(), start, text),
+    }
+    Some(())
+}
+
+/// Puts a comment line in front of a key, below those that are there.
+fn put_line(decor: &mut Decor, start: &str, text: &str) {
+    let before = decor.prefix().and_then(|prefix| prefix.as_str());
+    let before = before.unwrap_or_default();
+    let lines = before.split_inclusive('\n');
+    let kept: String = lines
+        .filter(|line| !line.trim_start().starts_with(start))
+        .collect();
+    // White space in front of the key in its own line stays there.
+    let (lines, indent) = kept.split_at(kept.rfind('\n').map_or(0, |end| end + 1));
+    decor.set_prefix(format!("{lines}{indent}{start} {text}\n{indent}"));
 }
 
 /// Puts the slope of a parameter into its table; one that is not written is free.

@@ -141,6 +141,48 @@ fn fitted_values_change_numbers_and_nothing_else() {
 }
 
 #[test]
+fn a_comment_stands_above_its_parameter_once() {
+    let rig = Rig::parse(COMPLICATED, "finger.toml").unwrap();
+    let plant = Plant::new(&rig).unwrap();
+    for parameter in plant.parameters() {
+        let name = parameter.name.as_str();
+        // A parameter that the file leaves to its default has no line of its own.
+        let Ok(rig) = rig.with_values(&[(name, parameter.value.max(0.5))]) else {
+            continue;
+        };
+        let mut commented = rig.clone();
+        for text in ["first", "second"] {
+            commented = commented
+                .with_comments("as seen:", &[(name, text)])
+                .unwrap();
+        }
+        let own = format!("# {name} as seen: second");
+        let added: Vec<&str> = (commented.to_toml().lines())
+            .filter(|line| !rig.to_toml().lines().any(|other| other == *line))
+            .collect();
+        assert_eq!(added.len(), 1, "{name}: {added:?}");
+        assert_eq!(added[0].trim(), own);
+        let below = commented
+            .to_toml()
+            .lines()
+            .skip_while(|line| line.trim() != own);
+        assert!(below.clone().nth(1).is_some_and(|line| line.contains('=')));
+    }
+    let own = "[[body]]\nname = \"b\"\nmotion = \"slide\"\n[body.inertia]\nvalue = 1.0\n";
+    let own = format!("format = \"sinew-rig/1\"\nname = \"r\"\n{own}");
+    let own = Rig::parse(&own, "rig.toml").unwrap();
+    let own = own
+        .with_comments("as seen:", &[("b.inertia", "text")])
+        .unwrap();
+    assert!(
+        own.to_toml()
+            .contains("\n# b.inertia as seen: text\n[body.inertia]\n")
+    );
+    let unknown = rig.with_comments("as seen:", &[("nothing", "text")]);
+    assert!(unknown.unwrap_err().to_string().contains("`nothing`"));
+}
+
+#[test]
 fn any_spelling_of_a_parameter_is_written_back() {
     let rig = Rig::parse(COMPLICATED, "finger.toml").unwrap();
     let names: Vec<String> = Plant::new(&rig)

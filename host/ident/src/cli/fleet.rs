@@ -12,7 +12,7 @@ use super::said::Said;
 use crate::error::{Error, Result};
 use crate::fit::student_95;
 use crate::fleet::json::json;
-use crate::fleet::{FleetFit, Recorded, estimate};
+use crate::fleet::{FleetFit, Recorded, estimate, one_second, page};
 use crate::population::Scale;
 use crate::report::{Table, count, quantity, significant};
 
@@ -41,6 +41,9 @@ pub struct Arguments {
     /// File for the result as JSON (sinew-fleet-fit/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
+    /// Page with the devices beside their distribution, for a person.
+    #[arg(long, value_name = "HTML")]
+    report: Option<PathBuf>,
     /// No progress.
     #[arg(long)]
     quiet: bool,
@@ -99,6 +102,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         [
             ("--out", Some(arguments.out.as_path())),
             ("--json", arguments.json.as_deref()),
+            ("--report", arguments.report.as_deref()),
         ],
     )?;
     let rig = Rig::load(&arguments.rig)?;
@@ -130,7 +134,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         },
     )?;
     stage.end(count(found.devices.len(), "device"));
-    let said = Said::beside([Some(arguments.out.as_path()), arguments.json.as_deref()]);
+    let said = Said::beside([
+        Some(arguments.out.as_path()),
+        arguments.json.as_deref(),
+        arguments.report.as_deref(),
+    ]);
     said.line(table(&found).text().trim_end());
     for line in correlations(&found) {
         said.line(line);
@@ -152,6 +160,16 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     said.line(found.said_of_few());
     if let Some(path) = &arguments.json {
         sinew_files::write(path, format!("{:#}\n", json(&found)))?;
+        said.wrote(path);
+    }
+    if let Some(path) = &arguments.report {
+        let command = format!("sinew fleet {}", arguments.rig.display());
+        let stage = Stage::begin("fit the first second of each device", arguments.quiet);
+        let second = one_second(&rig, &recorded, &found, |device| {
+            stage.count(device, recorded.len(), "devices");
+        })?;
+        stage.end(count(recorded.len(), "device"));
+        page::report(&found, &second, &command).write(path)?;
         said.wrote(path);
     }
     sinew_files::write(&arguments.out, found.fleet.to_toml())?;

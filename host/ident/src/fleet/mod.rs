@@ -1,13 +1,16 @@
 //! `sinew fleet`: the distribution of a fleet from recordings of each device
-//! (docs/explanation/identification.md, eq. 18 to 23).
+//! (docs/explanation/identification.md, eq. 18 to 26).
 
 mod axes;
 mod found;
 pub mod json;
+mod one_second;
+pub mod page;
 #[cfg(test)]
 mod tests;
 
 pub use found::{FittedDevice, FleetFit, Recorded, estimate};
+pub use one_second::{OneSecond, one_second};
 
 use sinew_sim::{Plant, Rig};
 

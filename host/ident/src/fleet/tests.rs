@@ -2,7 +2,8 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sinew_sim::{InputTrajectory, Plant, Rig};
 
-use super::{Recorded, estimate};
+use super::axes::known;
+use super::{Recorded, estimate, one_second};
 use crate::error::Result;
 use crate::fit::{FitOptions, fit, score};
 use crate::noise::gaussian;
@@ -210,4 +211,106 @@ fn what_no_fleet_follows_from_is_refused_before_any_fit() {
         message.contains("held.toml: the rig has no free parameter"),
         "{message}"
     );
+}
+
+/// The page has to say of a second what fits of another dozen's seconds find.
+#[test]
+fn a_new_second_is_as_sure_as_the_page_says() -> Result<()> {
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    let (_, devices) = dozen(&mut random);
+    let found = estimate(&rig(), &devices, false, &mut |_, _| {})?;
+    let second = one_second(&rig(), &devices, &found, |_| {})?;
+    let with = FitOptions {
+        fleet: Some(found.fleet.clone()),
+        ..FitOptions::default()
+    };
+    let mut errors = [[(); 3]; 2].map(|row| row.map(|()| Vec::new()));
+    for _ in 0..24 {
+        let values = truth(&mut random);
+        let recording = [recorded(values, 121, "new.csv", &mut random)];
+        for (errors, options) in errors.iter_mut().zip([&FitOptions::default(), &with]) {
+            let fitted = fit(&rig(), &recording, options, &mut |_| {})?;
+            for (j, axis) in found.fleet.axes.iter().enumerate() {
+                let (value, _) = known(&fitted, &axis.name).expect("a second shows it");
+                errors[j].push((value / values[j]).ln().abs());
+            }
+        }
+    }
+    // Half of all normal errors are within 0.674 deviations.
+    let typical = errors.map(|row| {
+        row.map(|mut all| {
+            all.sort_by(f64::total_cmp);
+            all[12] / 0.674
+        })
+    });
+    for j in 0..3 {
+        for (said, typical) in [
+            (second.alone[j], typical[0][j]),
+            (second.both[j], typical[1][j]),
+        ] {
+            let ratio = typical / said;
+            assert!(
+                (0.45..2.2).contains(&ratio),
+                "{j}: {said} said, {typical} found"
+            );
+        }
+        assert!(second.both[j] < second.fleet[j] && second.both[j] < second.alone[j]);
+    }
+    Ok(())
+}
+
+#[test]
+fn a_page_has_every_device_its_interval_and_the_outlier_in_red() -> Result<()> {
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    let (mut truths, mut devices) = dozen(&mut random);
+    truths[7][2] *= 6.0;
+    devices[7].recordings = vec![recorded(truths[7], 180, "d7.csv", &mut random)];
+    devices[3].name = "<b>".into();
+    let found = estimate(&rig(), &devices, false, &mut |_, _| {})?;
+    let second = one_second(&rig(), &devices, &found, |_| {})?;
+    let html = super::page::report(&found, &second, "sinew fleet rig.toml").to_html();
+    for expected in [
+        "d7 is not of this fleet: its dashpot.damping is",
+        "d7 (not of this fleet)",
+        "outlier: ",
+        "&lt;b&gt;",
+        "95 % of new devices",
+        "A new device of one second",
+        "1 s and the fleet",
+        "Correlations",
+        "color-scheme\" content=\"light dark",
+        "series red points",
+    ] {
+        assert!(html.contains(expected), "{expected} is not on the page");
+    }
+    let (drawn, _) = html
+        .split_once("<script>")
+        .expect("plots are read by a script");
+    for forbidden in ["http:", "https:", "<b>", "NaN", "style=\"", "fill=\"#"] {
+        assert!(!drawn.contains(forbidden), "{forbidden} is on the page");
+    }
+    // One plot a parameter, in each a point of every device: the odd one alone is red.
+    let plots: Vec<&str> = drawn.split("<figure>").skip(1).collect();
+    assert_eq!(plots.len(), 3);
+    let red = |plot: &str| plot.contains("series red");
+    assert_eq!(plots.iter().filter(|plot| red(plot)).count(), 1);
+    assert!(red(plots[2]), "the damping is what is odd");
+    Ok(())
+}
+
+#[test]
+fn a_quantile_is_not_exceeded_by_its_share_of_draws() -> Result<()> {
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let (_, devices) = dozen(&mut random);
+    let fleet = estimate(&rig(), &devices, false, &mut |_, _| {})?.fleet;
+    let draws: Vec<Vec<f64>> = (0..4000).map(|_| fleet.draw(&mut random)).collect();
+    for axis in 0..3 {
+        for share in [0.05, 0.5, 0.9] {
+            let bound = fleet.quantile(axis, share);
+            let below = draws.iter().filter(|draw| draw[axis] <= bound).count();
+            let found = below as f64 / 4000.0;
+            assert!((found - share).abs() < 0.02, "{axis} {share}: {found}");
+        }
+    }
+    Ok(())
 }

@@ -11,6 +11,7 @@ use sinew_sim::Plant;
 use toml::Spanned;
 
 use super::draw::Draws;
+use super::student;
 use crate::error::{Error, Result};
 
 /// The only format.
@@ -342,6 +343,19 @@ impl Fleet {
     /// Covariance of the coordinates of a new device (docs/explanation/identification.md, eq. 22).
     pub fn of_a_new_device(&self) -> DMatrix<f64> {
         (&self.covariance + &self.of_mean) * self.widening
+    }
+
+    /// Value that a share of all devices does not exceed, SI: quantile of one parameter of a new
+    /// device (docs/explanation/identification.md, eq. 22).
+    pub fn quantile(&self, axis: usize, share: f64) -> f64 {
+        let tail = self.freedom as f64;
+        let scale = self.of_a_new_device()[(axis, axis)] * (tail - 2.0) / tail;
+        let parameter = &self.axes[axis];
+        // A negative parameter falls as its logarithm rises.
+        let rises = parameter.scale == Scale::Linear || parameter.mean > 0.0;
+        let share = if rises { share } else { 1.0 - share };
+        let at = student::quantile(share, self.freedom) * scale.sqrt();
+        parameter.value(parameter.coordinate(parameter.mean) + at)
     }
 
     /// Parameters of a new device that is drawn, SI, in the order of the axes.

@@ -21,9 +21,47 @@ pub(super) fn exceeding(size: f64, freedom: usize) -> f64 {
     (1.0 - within).max(0.0)
 }
 
+/// Value of Student's t that a share of all values, between 0 and 1, does not exceed.
+pub(super) fn quantile(share: f64, freedom: usize) -> f64 {
+    let tail = 2.0 * share.min(1.0 - share);
+    let (mut low, mut high) = (0.0, 1.0);
+    while exceeding(high, freedom) > tail && high < LARGEST {
+        high *= 2.0;
+    }
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if exceeding(middle, freedom) > tail {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    high.copysign(share - 0.5)
+}
+
+/// Largest quantile that is looked for.
+const LARGEST: f64 = 1e9;
+
+/// Halvings of the interval that holds a quantile: to the last bit.
+const HALVINGS: usize = 90;
+
 #[cfg(test)]
 mod tests {
-    use super::exceeding;
+    use super::{exceeding, quantile};
+
+    #[test]
+    fn quantiles_agree_with_tables() {
+        for (share, freedom, value) in [
+            (0.975, 1, 12.706),
+            (0.025, 4, -2.776),
+            (0.5, 7, 0.0),
+            (0.95, 10, 1.812),
+            (0.975, 100_000, 1.960),
+        ] {
+            let found = quantile(share, freedom);
+            assert!((found - value).abs() < 1e-3, "{share} {freedom}: {found}");
+        }
+    }
 
     #[test]
     fn tails_agree_with_tables() {

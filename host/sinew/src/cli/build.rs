@@ -20,6 +20,11 @@ pub struct Arguments {
     rig: PathBuf,
     #[command(flatten)]
     recordings: Recordings,
+    /// The fleet that the device is of (sinew-fleet/1): its prior, and the source of all plants.
+    ///
+    /// The plants that train and tune the controller, and the one of the loop, are drawn from it.
+    #[arg(long, value_name = "TOML", conflicts_with = "diagnose")]
+    fleet: Option<PathBuf>,
     /// Board of the controller.
     #[arg(long, value_enum, default_value = "qemu")]
     board: Board,
@@ -63,6 +68,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let written = ["rig.toml", "mended.toml", "loop.csv"].map(|name| arguments.out.join(name));
     overwrite::refuse(
         std::iter::once(("RIG", arguments.rig.as_path()))
+            .chain(
+                arguments
+                    .fleet
+                    .iter()
+                    .map(|path| ("--fleet", path.as_path())),
+            )
             .chain(recordings.map(|path| ("a recording", path.as_path()))),
         written
             .iter()
@@ -73,6 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         rig: arguments.rig.clone(),
         fit: arguments.recordings.fit.clone(),
         test: arguments.recordings.test.clone(),
+        fleet: arguments.fleet.clone(),
         repairs: arguments.repairs.clone(),
         board: arguments.board,
         optimise: arguments.optimise,

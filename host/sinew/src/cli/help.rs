@@ -22,7 +22,9 @@ const GROUPS: &[(&str, &[&str])] = &[
     ),
     (
         "Board",
-        &["wire", "emit", "size", "flash", "record", "monitor"],
+        &[
+            "wire", "emit", "size", "flash", "record", "monitor", "adopt",
+        ],
     ),
     ("Networks", &["import", "verify"]),
     ("Shell", &["completions"]),

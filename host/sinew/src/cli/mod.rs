@@ -1,5 +1,6 @@
 //! The command line: one file a verb; the exit status is decided here and nowhere else.
 
+mod adopt;
 mod build;
 mod calibrate;
 mod compare;
@@ -112,6 +113,8 @@ enum Verb {
     Record(record::Arguments),
     /// Watch and steer the hardware of a board, live.
     Monitor(monitor::Arguments),
+    /// Take what a device has learned while it ran back into its rig.
+    Adopt(adopt::Arguments),
     /// Print the completion script of a shell.
     Completions(completions::Arguments),
     /// Write the man pages.
@@ -342,6 +345,7 @@ fn run(verb: Verb) -> Result<u8> {
         Verb::Flash(arguments) => flash::run(&arguments),
         Verb::Record(arguments) => record::run(&arguments),
         Verb::Monitor(arguments) => monitor::run(&arguments),
+        Verb::Adopt(arguments) => adopt::run(&arguments),
         Verb::Completions(arguments) => {
             completions::run(&arguments);
             Ok(())

@@ -6,6 +6,7 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use super::LoopArguments;
+use crate::adopt::{Columns, recorded};
 use crate::closed_loop::setup::{DeviceRun, same_bits};
 use crate::device::Device;
 use crate::project::Board;
@@ -34,6 +35,9 @@ pub struct Arguments {
     /// Or the socket of one in QEMU.
     #[arg(long, value_name = "PORT", conflicts_with = "board")]
     port: Option<PathBuf>,
+    /// File for the loop as a recording: commands, measurements, what the controller learned.
+    #[arg(long, value_name = "CSV")]
+    recording: Option<PathBuf>,
     /// File for the scores as JSON (sinew-pil/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
@@ -44,7 +48,20 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let of_loop = &arguments.of_loop;
     let rig = ("RIG", of_loop.rig.as_path());
-    overwrite::refuse([rig], [("--json", arguments.json.as_deref())])?;
+    let recordings = of_loop
+        .recordings
+        .fit
+        .iter()
+        .chain(&of_loop.recordings.test);
+    overwrite::refuse(
+        recordings
+            .map(|path| ("a recording", path.as_path()))
+            .chain(std::iter::once(rig)),
+        [
+            ("--json", arguments.json.as_deref()),
+            ("--recording", arguments.recording.as_deref()),
+        ],
+    )?;
     let said = Said::beside([arguments.json.as_deref()]);
     let ready = of_loop.load(arguments.plant.as_deref())?;
     let spec = ready.model(&arguments.model)?;
@@ -57,10 +74,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     let device = match &arguments.port {
         None => run(arguments.board)?,
-        Some(port) => {
-            let model = sinew_model::fingerprint(&spec);
-            bench.loop_with(Device::port(port)?, model, &scenario[0])?.0
-        }
+        Some(port) => bench.loop_with(Device::port(port)?, &spec, &scenario[0])?.0,
     };
     let outputs: Vec<(&str, &str)> = (ready.units().zip(&ready.task.outputs))
         .map(|(unit, sensor)| (ready.plant.sensors()[*sensor].column.as_str(), unit))
@@ -95,6 +109,19 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     if !device.log.is_empty() {
         said.line(device.log.trim_end());
+    }
+    if let Some(path) = &arguments.recording {
+        let inputs = ready.plant.inputs().iter().map(|it| it.column.as_str());
+        let signals = (inputs.collect(), outputs.iter().map(|it| it.0).collect());
+        let text = recorded(
+            path,
+            &Columns::of(&spec),
+            &device.run,
+            &device.learned,
+            signals,
+        )?;
+        sinew_files::write(path, text)?;
+        said.wrote(path);
     }
     if let Some(path) = &arguments.json {
         let text = format!("{:#}\n", document(&device, &outputs, equal));

@@ -37,7 +37,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let (mut device, names, identity) = arguments.live.connect()?;
     let rows = excitation(&input, &names, identity.rate_mhz)?;
     let recorded = record(&mut device, &names, &rows, &arguments.out, arguments.quiet)?;
-    recorded.recording.write(&arguments.out)?;
+    let model = names.learned.model_line();
+    let text = format!("{model}\n{}", recorded.recording.to_csv());
+    sinew_files::write(&arguments.out, text)?;
     println!(
         "{}: {} rows; {} ticks lost on the way, {} samples missing, {} commands held for want of a row, {} changed by the limits",
         arguments.out.display(),

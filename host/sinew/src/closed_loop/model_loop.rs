@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
-use sinew_model::fingerprint;
 use sinew_model::spec::{ModelSpec, Signal};
 use sinew_model::store;
 use sinew_sim::{Plant, Rig};
@@ -235,10 +234,10 @@ impl ModelLoop {
         );
         let built = project::build_shown(folder, board, cache, quiet)?;
         let stage = Stage::begin(format!("run it on {}", board.name()), quiet);
-        let (bench, hash) = (self.bench(), fingerprint(spec));
+        let bench = self.bench();
         let runs: Vec<DeviceRun> = scenarios
             .par_iter()
-            .map(|scenario| bench.on_device(folder, board, &built, hash, scenario))
+            .map(|scenario| bench.on_device(folder, board, &built, spec, scenario))
             .collect::<Result<_>>()?;
         let steps: u32 = runs.iter().map(|run| run.summary.steps).sum();
         stage.end(count(steps as usize, "step"));

@@ -1,7 +1,7 @@
 //! The predictive controller on a device, run like any other.
 
 use heapless::Vec as FixedVec;
-use sinew_device::protocol::{Health, Identity, ToDevice, ToHost};
+use sinew_device::protocol::{Health, Identity, Parameters, ToDevice, ToHost};
 use sinew_model::spec::ControlSpec;
 use sinew_mpc::status::Status;
 
@@ -30,6 +30,10 @@ pub struct MpcController<'a> {
     device: &'a mut Device,
     identity: Identity,
     sensed: bool,
+    /// Steps between two questions what the device has learned; `None`: it is not asked.
+    learned_every: Option<usize>,
+    /// Parameters that the device estimates, each with the step after which it told them.
+    pub learned: Vec<(usize, Parameters)>,
     /// One entry a step.
     pub answers: Vec<Answer>,
     /// Ticks of a board that paces itself for which the sample came too late.
@@ -86,6 +90,8 @@ impl<'a> MpcController<'a> {
             device,
             identity,
             sensed: false,
+            learned_every: None,
+            learned: Vec::new(),
             answers: Vec::new(),
             late: 0,
         })
@@ -96,6 +102,38 @@ impl<'a> MpcController<'a> {
     pub const fn sensed(mut self, sensed: bool) -> Self {
         self.sensed = sensed;
         self
+    }
+
+    /// Asks every so many steps what the device has learned. For a model that estimates parameters.
+    #[must_use]
+    pub fn learning(mut self, every: usize) -> Self {
+        self.learned_every = Some(every.max(1));
+        self
+    }
+
+    /// Asks what the device has learned after step `k`. One that refuses, as firmware of an earlier
+    /// version does, is not asked again.
+    fn learn(&mut self, k: usize) -> Result<()> {
+        self.device.send(&ToDevice::Parameters)?;
+        loop {
+            match self.device.receive()? {
+                ToHost::Parameters(known) => {
+                    self.learned.push((k, known));
+                    return Ok(());
+                }
+                ToHost::Refused { .. } => {
+                    self.learned_every = None;
+                    return Ok(());
+                }
+                // A board that paces itself: a tick that came while it was asked.
+                ToHost::Command { .. } => self.late += 1,
+                other => {
+                    return Err(Error::failed(format!(
+                        "Parameters was answered by {other:?}"
+                    )));
+                }
+            }
+        }
     }
 
     /// Channels that the device leaves out.
@@ -170,6 +208,12 @@ impl Controller for MpcController<'_> {
             cost,
             ticks,
         });
+        if self
+            .learned_every
+            .is_some_and(|every| (k + 1).is_multiple_of(every))
+        {
+            self.learn(k)?;
+        }
         Ok(u.iter().map(|v| f64::from(*v)).collect())
     }
 }

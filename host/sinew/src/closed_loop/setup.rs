@@ -3,7 +3,9 @@
 
 use std::path::Path;
 
-use sinew_device::protocol::Summary;
+use sinew_device::protocol::{Parameters, Summary};
+use sinew_model::fingerprint;
+use sinew_model::spec::ModelSpec;
 use sinew_mpc::feedback::pid::PidState;
 use sinew_sim::Plant;
 
@@ -35,6 +37,9 @@ const FIRST_DRAW: u64 = 77;
 /// Budget of tuning a baseline controller for a comparison.
 pub const BUDGET: Budget = Budget::Thorough(200, 250);
 
+/// Time between two questions what a device has learned, seconds.
+const LEARNED_S: f64 = 0.25;
+
 /// Plant, control problem and conditions that the loops of a comparison share.
 pub struct Setup<'a> {
     /// The fitted plant.
@@ -61,6 +66,9 @@ pub struct DeviceRun {
     pub score: Score,
     /// Answers of the device, one a step.
     pub answers: Vec<Answer>,
+    /// Parameters that the device estimates, each with the step after which it told them; none of a
+    /// model without.
+    pub learned: Vec<(usize, Parameters)>,
     /// Ticks for which a sample came too late, of a board that paces itself.
     pub late: usize,
     /// The device's own counts.
@@ -90,9 +98,14 @@ enum For {
 }
 
 impl Setup<'_> {
-    /// The plant of the comparison: the fitted one with its parameters moved by 10 to 20 %.
+    /// The plant of the comparison: the fitted one with its parameters moved by 10 to 20 %; with a
+    /// fleet, a device of it.
     pub fn perturbed_plant(&self) -> (Vec<f64>, Vec<PerturbedParameter>) {
-        perturbed(self.plant, &self.task.calibrated, PERTURBATION, self.seed)
+        let calibrated = &self.task.calibrated;
+        match self.fleet {
+            None => perturbed(self.plant, calibrated, PERTURBATION, self.seed),
+            Some(fleet) => of_fleet(self.plant, calibrated, fleet, self.seed),
+        }
     }
 
     /// The loop that is reported.
@@ -257,7 +270,7 @@ impl Setup<'_> {
         folder: &Path,
         board: Board,
         built: &Built,
-        model: u32,
+        model: &ModelSpec,
         scenario: &Scenario,
     ) -> Result<DeviceRun> {
         let device = Self::start(folder, board, built)?;
@@ -282,18 +295,28 @@ impl Setup<'_> {
     pub fn loop_with(
         &self,
         mut device: Device,
-        model: u32,
+        model: &ModelSpec,
         scenario: &Scenario,
     ) -> Result<(DeviceRun, End)> {
-        let mut controller = MpcController::new(&mut device, model)?.sensed(self.task.sensed);
+        let mut controller = MpcController::new(&mut device, fingerprint(model))?;
+        controller = controller.sensed(self.task.sensed);
+        let learns = model
+            .state
+            .as_ref()
+            .is_some_and(|it| !it.parameters.is_empty());
+        if learns {
+            controller = controller.learning((LEARNED_S / self.task.period_s).round() as usize);
+        }
         let run = scenario.run(&mut controller)?;
         let answers = std::mem::take(&mut controller.answers);
+        let learned = std::mem::take(&mut controller.learned);
         let late = controller.late;
         let (summary, end) = device.finish()?;
         let run = DeviceRun {
             score: run.score(&self.task.limits),
             run,
             answers,
+            learned,
             late,
             summary,
             log: String::new(),

@@ -10,7 +10,7 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::{Duration, Instant};
 
 use sinew_device::mode::{Drive, Mode};
-use sinew_device::protocol::{Health, Identity, Reason, Telemetry, ToDevice, ToHost};
+use sinew_device::protocol::{Health, Identity, Parameters, Reason, Telemetry, ToDevice, ToHost};
 
 use super::Names;
 use crate::device::Device;
@@ -133,6 +133,7 @@ fn watch(
     // Until a board answers that it judges no channel.
     let mut judges = !names.channels.is_empty();
     let mut health = Health::default();
+    let mut learned = Learned::new(names);
     let screen = std::io::stdout().is_terminal();
     loop {
         match typed.try_recv() {
@@ -155,6 +156,9 @@ fn watch(
             if judges {
                 device.send(&ToDevice::Health)?;
             }
+            if learned.ask() {
+                device.send(&ToDevice::Parameters)?;
+            }
             said = Instant::now();
         }
         while let Some(answer) = device.answer(Instant::now())? {
@@ -163,6 +167,9 @@ fn watch(
                 ToHost::Refused {
                     reason: Reason::Judges | Reason::Damaged,
                 } if judges => judges = false,
+                ToHost::Refused {
+                    reason: Reason::Parameters | Reason::Damaged,
+                } if learned.is_unanswered() => learned.refused(),
                 ToHost::Refused { reason } => println!("refused, nothing changed: {reason:?}"),
                 ToHost::Health(now) => {
                     for line in changed(&health, &now, &names.channels) {
@@ -170,6 +177,7 @@ fn watch(
                     }
                     health = now;
                 }
+                ToHost::Parameters(known) => learned.told(&known, names),
                 ToHost::Hello(_) => println!("the board has restarted"),
                 _ => {}
             }
@@ -182,11 +190,11 @@ fn watch(
             watched.ticks += 1;
             before = Some(seen.tick);
             if let Some(file) = file {
-                file.row(&seen)?;
+                file.row(&seen, learned.take().as_deref())?;
             }
             if shown.elapsed() > REFRESH {
                 shown = Instant::now();
-                show(&seen, names, screen);
+                show(&seen, names, learned.latest(), screen);
             }
         }
         if heard.elapsed() > SILENCE {
@@ -194,6 +202,63 @@ fn watch(
                 "is it powered, and the cable in? It disarms itself when the line is silent",
             ));
         }
+    }
+}
+
+/// Parameters that the board estimates, as it told them last.
+struct Learned {
+    /// Refusals in a row that end the asking; one may be a frame that the line has damaged.
+    patience: u8,
+    latest: Option<Vec<f64>>,
+    /// It stands in no row yet.
+    fresh: bool,
+}
+
+impl Learned {
+    const PATIENCE: u8 = 3;
+
+    fn new(names: &Names) -> Self {
+        Self {
+            patience: if names.learned.is_empty() {
+                0
+            } else {
+                Self::PATIENCE
+            },
+            latest: None,
+            fresh: false,
+        }
+    }
+
+    /// The board is to be asked.
+    const fn ask(&self) -> bool {
+        self.patience > 0
+    }
+
+    /// It was asked and has not told anything: a refusal may be the answer.
+    const fn is_unanswered(&self) -> bool {
+        self.patience > 0 && self.latest.is_none()
+    }
+
+    const fn refused(&mut self) {
+        self.patience = self.patience.saturating_sub(1);
+    }
+
+    fn told(&mut self, known: &Parameters, names: &Names) {
+        let Some(values) = names.learned.values(known) else {
+            return self.refused();
+        };
+        self.latest = Some(values);
+        self.fresh = true;
+    }
+
+    /// Values for the next row of the file; each stands in one.
+    fn take(&mut self) -> Option<Vec<f64>> {
+        let fresh = std::mem::take(&mut self.fresh);
+        self.latest.clone().filter(|_| fresh)
+    }
+
+    fn latest(&self) -> Option<&[f64]> {
+        self.latest.as_deref()
     }
 }
 
@@ -230,7 +295,7 @@ fn changed(before: &Health, now: &Health, channels: &[String]) -> Vec<String> {
 }
 
 /// The state of the run, over the lines of the last time where there is a screen.
-fn show(seen: &Telemetry, names: &Names, screen: bool) {
+fn show(seen: &Telemetry, names: &Names, learned: Option<&[f64]>, screen: bool) {
     let mode = match seen.state.mode {
         Mode::Disarmed => "disarmed".to_string(),
         Mode::Armed(drive) => format!("armed ({drive:?})"),
@@ -263,6 +328,15 @@ fn show(seen: &Telemetry, names: &Names, screen: bool) {
     for (name, u) in names.inputs.iter().zip(&seen.u) {
         let _ = writeln!(text, "  {name:>12}  command {u:11.4e}");
     }
+    let learned = learned.unwrap_or_default().chunks_exact(2);
+    for (parameter, values) in names.learned.parameters().iter().zip(learned) {
+        let (value, deviation) = (values[0], values[1]);
+        let name = &parameter.name;
+        let _ = writeln!(
+            text,
+            "  {name:>12}  learned {value:11.4e} ± {deviation:9.2e}"
+        );
+    }
     if screen {
         let lines = text.lines().count();
         // Each line cleared to its end, and back to the first: the next turn writes over it.
@@ -278,6 +352,8 @@ fn show(seen: &Telemetry, names: &Names, screen: bool) {
 struct Saved {
     path: std::path::PathBuf,
     file: std::io::BufWriter<Box<dyn std::io::Write + Send>>,
+    /// Columns of learned parameters.
+    learned: usize,
 }
 
 impl Saved {
@@ -286,6 +362,7 @@ impl Saved {
         let mut saved = Self {
             path: path.to_path_buf(),
             file: std::io::BufWriter::new(file),
+            learned: names.learned.names().count(),
         };
         let of = |what: &str| {
             names
@@ -303,13 +380,15 @@ impl Saved {
         ];
         let header = groups.concat().join(",");
         saved.line(&format!("# status: {}", statuses()))?;
+        saved.line(&names.learned.model_line())?;
+        let learned: String = names.learned.names().map(|it| format!(",{it}")).collect();
         saved.line(&format!(
-            "t,{header},armed_1,status_1,iterations_1,step_ticks_1,late_1,tick_1"
+            "t,{header},armed_1,status_1,iterations_1,step_ticks_1,late_1,tick_1{learned}"
         ))?;
         Ok(saved)
     }
 
-    fn row(&mut self, seen: &Telemetry) -> Result<()> {
+    fn row(&mut self, seen: &Telemetry, learned: Option<&[f64]>) -> Result<()> {
         let mut line = format!("{}", seen.at_us as f64 * 1e-6);
         for values in [
             &seen.u,
@@ -334,6 +413,10 @@ impl Saved {
             ",{armed},{},{},{},{},{}",
             seen.status as u8, seen.iterations, seen.ticks, seen.deadline_misses, seen.tick
         );
+        for i in 0..self.learned {
+            let value = learned.and_then(|values| values.get(i));
+            let _ = write!(line, ",{}", value.map_or(String::new(), f64::to_string));
+        }
         self.line(&line)
     }
 
@@ -397,6 +480,69 @@ mod tests {
         ];
         assert_eq!(lines, wanted);
         assert!(of(health(0, 0), health(1 << 9, 1))[0].starts_with("channel 9 contradicts"));
+    }
+
+    #[test]
+    fn what_the_board_has_learned_stands_in_the_row_after_its_answer() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("run.csv");
+        let mut names = Names::for_test(vec!["u_N".into()], vec!["q_m".into()]);
+        names.learned = crate::adopt::examples::two();
+        let mut learned = Learned::new(&names);
+        let one = |v: f32| [v].into_iter().collect();
+        let mut tick = Telemetry {
+            tick: 0,
+            at_us: 0,
+            state: sinew_device::mode::State {
+                mode: Mode::Disarmed,
+                cause: sinew_device::mode::Cause::Start,
+            },
+            row: None,
+            y: one(0.5),
+            s: heapless::Vec::new(),
+            u: one(1.0),
+            reference: one(f32::NAN),
+            estimate: one(0.5),
+            disturbance: one(0.0),
+            status: sinew_mpc::status::Status::Disarmed,
+            iterations: 0,
+            ticks: 7,
+            deadline_misses: 0,
+            dropped: 0,
+        };
+        let mut saved = Saved::create(&path, &names).expect("a file");
+        for k in 0..3 {
+            if k == 1 {
+                let known = crate::adopt::examples::known(&[1.0, 2.0], &[0.25, 0.0]);
+                learned.told(&known, &names);
+            }
+            (tick.tick, tick.at_us) = (k, 8000 * u64::from(k));
+            saved.row(&tick, learned.take().as_deref()).expect("a row");
+        }
+        saved.flush().expect("the rows");
+        let text = std::fs::read_to_string(&path).expect("the file");
+        let lines: Vec<&str> = text.lines().skip(1).collect();
+        assert_eq!(
+            lines,
+            [
+                "# model 00ab12cd",
+                "t,u_N,q_m,reference_q_m,estimate_q_m,disturbance_q_m,armed_1,status_1,\
+                 iterations_1,step_ticks_1,late_1,tick_1,learned_mass.inertia,\
+                 deviation_mass.inertia,learned_load.level,deviation_load.level",
+                "0,1,0.5,,0.5,0,0,7,0,7,0,0,,,,",
+                "0.008,1,0.5,,0.5,0,0,7,0,7,0,1,2.3,0.15,-0.65,0",
+                "0.016,1,0.5,,0.5,0,0,7,0,7,0,2,,,,",
+            ]
+        );
+        // From here on a refusal is that of something else.
+        assert!(learned.ask() && !learned.is_unanswered());
+        // A board that has never told is asked three times and not again.
+        let mut silent = Learned::new(&names);
+        for _ in 0..3 {
+            assert!(silent.ask() && silent.is_unanswered());
+            silent.refused();
+        }
+        assert!(!silent.ask());
     }
 
     #[test]

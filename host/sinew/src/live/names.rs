@@ -7,6 +7,7 @@ use sinew_model::fingerprint;
 use sinew_model::spec::{ModelSpec, Signal};
 use sinew_model::store;
 
+use crate::adopt::Columns;
 use crate::device::Device;
 use sinew_ident::error::{Error, Result};
 
@@ -19,6 +20,8 @@ pub struct Names {
     pub outputs: Vec<String>,
     /// Sensor channels.
     pub channels: Vec<String>,
+    /// Columns of the parameters that the controller estimates.
+    pub learned: Columns,
     fingerprint: u32,
 }
 
@@ -38,6 +41,7 @@ impl Names {
             inputs: names(&spec.inputs),
             outputs: names(&spec.outputs),
             channels: names(&spec.channels),
+            learned: Columns::of(spec),
             fingerprint: fingerprint(spec),
         }
     }
@@ -69,6 +73,7 @@ impl Names {
             inputs,
             outputs,
             channels: Vec::new(),
+            learned: Columns::default(),
             fingerprint: 0,
         }
     }

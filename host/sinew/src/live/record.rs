@@ -4,11 +4,12 @@
 //! what is not known of it stays empty: a sample that the board missed, a whole tick whose frame
 //! was lost on the way.
 
+use std::collections::HashMap;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use sinew_device::mode::{Drive, Mode, State};
-use sinew_device::protocol::{Reason, Telemetry, ToDevice, ToHost};
+use sinew_device::protocol::{Parameters, Reason, Telemetry, ToDevice, ToHost};
 
 use super::Names;
 use crate::device::Device;
@@ -21,9 +22,12 @@ const SILENCE: Duration = Duration::from_secs(2);
 /// Timeout of the answer to a row, after which the row is sent again.
 const ANSWER: Duration = Duration::from_millis(200);
 
+/// Period of the question what the board has learned.
+const LEARNED: Duration = Duration::from_millis(250);
+
 /// A recording and its statistics.
 pub struct Recorded {
-    /// Time, inputs as applied, outputs, channels.
+    /// Time, inputs as applied, outputs, channels, learned parameters.
     pub recording: Recording,
     /// Ticks whose frame was lost.
     pub lost_ticks: usize,
@@ -75,25 +79,39 @@ pub fn record(
     device.insist(&ToDevice::Disarm, state)?;
     device.insist(&ToDevice::Stream { every: 1 }, state)?;
     let stage = Stage::begin("record", quiet);
-    let played = play(device, rows, &stage);
+    let learns = !names.learned.is_empty();
+    let played = play(device, rows, learns, &stage);
     // Before anything is said about what went wrong.
     let disarmed = device.insist(&ToDevice::Disarm, state);
     let silenced = device.insist(&ToDevice::Stream { every: 0 }, state);
-    let (telemetry, ended) = played?;
+    let mut played = played?;
     disarmed?;
     silenced?;
-    stage.end(format!("{} ticks", telemetry.len()));
-    table(&telemetry, names, rows, out, ended)
+    if learns {
+        let heard = played.telemetry.len();
+        played
+            .learned
+            .extend(told(device)?.map(|known| (heard, known)));
+    }
+    stage.end(format!("{} ticks", played.telemetry.len()));
+    table(&played, names, rows, out)
+}
+
+/// Answers of a board that played.
+struct Played {
+    telemetry: Vec<Telemetry>,
+    /// Learned parameters, each with the number of ticks that had been heard of by then.
+    learned: Vec<(usize, Parameters)>,
+    /// Why the board stopped before the last row, if it did.
+    ended: Option<State>,
 }
 
 /// Sends rows ahead of their ticks and takes what comes back, to the last row or to the end of
 /// arming.
-fn play(
-    device: &mut Device,
-    rows: &[Vec<f32>],
-    stage: &Stage,
-) -> Result<(Vec<Telemetry>, Option<State>)> {
+fn play(device: &mut Device, rows: &[Vec<f32>], learns: bool, stage: &Stage) -> Result<Played> {
     let mut seen: Vec<Telemetry> = Vec::new();
+    let mut learned = Vec::new();
+    let mut asked_learned = Instant::now();
     let (mut next, mut armed) = (0, false);
     let mut asked: Option<Instant> = None;
     let mut heard = Instant::now();
@@ -120,6 +138,11 @@ fn play(
             Some(ToHost::Refused {
                 reason: Reason::Damaged | Reason::Order,
             }) => {}
+            // It is asked again in time.
+            Some(ToHost::Refused {
+                reason: Reason::Parameters,
+            }) => {}
+            Some(ToHost::Parameters(known)) => learned.push((seen.len(), known)),
             // Armed, it has disarmed itself: the telemetry below says why.
             Some(ToHost::Refused { reason }) if !armed => {
                 return Err(Error::failed(format!(
@@ -141,6 +164,10 @@ fn play(
             // Until there is room again: a tick or two.
             asked = Some(Instant::now() - ANSWER + Duration::from_millis(5));
         }
+        if learns && !seen.is_empty() && asked_learned.elapsed() > LEARNED {
+            device.send(&ToDevice::Parameters)?;
+            asked_learned = Instant::now();
+        }
         while let Some(telemetry) = device.telemetry(Instant::now())? {
             heard = Instant::now();
             let state = telemetry.state;
@@ -150,11 +177,13 @@ fn play(
                 stage.share(seen.len(), rows.len(), "ticks");
                 seen.push(telemetry);
             }
-            if last {
-                return Ok((seen, None));
-            }
-            if !seen.is_empty() && !matches!(state.mode, Mode::Armed(_)) {
-                return Ok((seen, Some(state)));
+            let stopped = !seen.is_empty() && !matches!(state.mode, Mode::Armed(_));
+            if last || stopped {
+                return Ok(Played {
+                    telemetry: seen,
+                    learned,
+                    ended: (!last).then_some(state),
+                });
             }
         }
         if heard.elapsed() > SILENCE {
@@ -165,14 +194,21 @@ fn play(
     }
 }
 
+/// Parameters that the board has learned by now; `None` where it does not say.
+fn told(device: &mut Device) -> Result<Option<Parameters>> {
+    device.send(&ToDevice::Parameters)?;
+    let until = Instant::now() + ANSWER;
+    while let Some(answer) = device.answer(until)? {
+        if let ToHost::Parameters(known) = answer {
+            return Ok(Some(known));
+        }
+    }
+    Ok(None)
+}
+
 /// One row a tick, between the first and the last that were heard of.
-fn table(
-    telemetry: &[Telemetry],
-    names: &Names,
-    rows: &[Vec<f32>],
-    out: &Path,
-    ended: Option<State>,
-) -> Result<Recorded> {
+fn table(played: &Played, names: &Names, rows: &[Vec<f32>], out: &Path) -> Result<Recorded> {
+    let telemetry = &played.telemetry;
     let Some(first) = telemetry.first() else {
         return Err(Error::failed("the board played no row"));
     };
@@ -185,10 +221,19 @@ fn table(
             values: Vec::new(),
         })
         .collect();
+    let signals = columns.len();
+    columns.extend(names.learned.names().map(|name| Column {
+        name,
+        values: Vec::new(),
+    }));
+    // The newest of each tick.
+    let learned: HashMap<usize, Vec<f64>> = (played.learned.iter())
+        .filter_map(|(heard, known)| Some((*heard, names.learned.values(known)?)))
+        .collect();
     let mut t = Vec::new();
     let (mut lost_ticks, mut missing, mut held, mut limited) = (0, 0, 0, 0);
     let mut before: Option<&Telemetry> = None;
-    for tick in telemetry {
+    for (k, tick) in telemetry.iter().enumerate() {
         if let Some(before) = before {
             let gap = tick.tick.wrapping_sub(before.tick);
             for lost in 1..gap {
@@ -207,6 +252,10 @@ fn table(
         for (column, value) in columns.iter_mut().zip(values) {
             column.values.push(f64::from(*value));
         }
+        let known = learned.get(&(k + 1));
+        for (i, column) in columns[signals..].iter_mut().enumerate() {
+            column.values.push(known.map_or(f64::NAN, |known| known[i]));
+        }
         missing += tick.y.iter().chain(&tick.s).filter(|v| v.is_nan()).count();
         match tick.row.and_then(|row| rows.get(row as usize)) {
             Some(row) => limited += usize::from(row.as_slice() != tick.u.as_slice()),
@@ -220,7 +269,7 @@ fn table(
         missing_samples: missing,
         held_ticks: held,
         limited_rows: limited,
-        ended,
+        ended: played.ended,
     })
 }
 
@@ -268,7 +317,7 @@ mod tests {
             vec![0.5],
             vec![9.0],
         ];
-        let heard = [
+        let telemetry = vec![
             tick(70, Some(0), 0.1, 1.0),
             tick(71, Some(1), 0.2, f32::NAN),
             // 72 and 73 were lost on the way; at 74 no row was there.
@@ -276,7 +325,12 @@ mod tests {
             tick(75, Some(4), 0.5, 1.5),
             tick(76, Some(5), 1.0, 1.6),
         ];
-        let recorded = table(&heard, &names(), &rows, Path::new("x.csv"), None).unwrap();
+        let played = Played {
+            telemetry,
+            learned: Vec::new(),
+            ended: None,
+        };
+        let recorded = table(&played, &names(), &rows, Path::new("x.csv")).unwrap();
         let text = recorded.recording.to_csv();
         assert_eq!(
             text,
@@ -292,6 +346,27 @@ mod tests {
             ),
             (2, 1, 1, 1)
         );
+    }
+
+    #[test]
+    fn what_the_board_learned_stands_at_the_tick_before_its_answer() {
+        let mut names = names();
+        names.learned = crate::adopt::examples::two();
+        let known = |theta: f32| crate::adopt::examples::known(&[theta, 0.0], &[1.0, 1.0]);
+        let rows = vec![vec![0.1]; 3];
+        let played = Played {
+            telemetry: (0..3).map(|k| tick(k, Some(k), 0.1, 1.0)).collect(),
+            // Two answers at one tick: the newer counts.
+            learned: vec![(2, known(1.0)), (2, known(2.0)), (3, known(-1.0))],
+            ended: None,
+        };
+        let recorded = table(&played, &names, &rows, Path::new("x.csv")).unwrap();
+        let learned = recorded.recording.column("learned_mass.inertia").unwrap();
+        assert!(learned[0].is_nan());
+        for (value, wanted) in learned[1..].iter().zip([2.6, 1.7]) {
+            assert!((value - wanted).abs() < 1e-9, "{learned:?}");
+        }
+        assert_eq!(recorded.missing_samples, 0);
     }
 
     #[test]

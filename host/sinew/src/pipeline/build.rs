@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use sinew_model::fingerprint;
 use sinew_model::spec::ModelSpec;
 use sinew_mpc::feedback::pid::PidState;
 use sinew_sim::{Plant, Rig};
@@ -19,6 +18,7 @@ use crate::pipeline::summary::ModelRig;
 use crate::project::{self, Board, Built, Optimise, Sizes};
 use crate::rig_file;
 use sinew_ident::check::Check;
+use sinew_ident::cli::fit::fleet as read_fleet;
 use sinew_ident::cli::progress::Stage;
 use sinew_ident::cli::repair::Repairs;
 use sinew_ident::diagnose::{Diagnosis, Options, Recordings, diagnose};
@@ -36,6 +36,9 @@ pub struct Request {
     pub fit: Vec<PathBuf>,
     /// Recordings that are only scored.
     pub test: Vec<PathBuf>,
+    /// The fleet that the device is of: prior of the fit, and source of every plant that trains,
+    /// tunes and compares.
+    pub fleet: Option<PathBuf>,
     /// Repairs of all of them, and faults that are not refused.
     pub repairs: Repairs,
     /// Board of the controller.
@@ -98,6 +101,8 @@ pub struct Outcome {
     pub record: Record,
     /// The model came from an earlier run on the same files.
     pub reused: bool,
+    /// File of the fleet that the plants are drawn from.
+    pub fleet: Option<PathBuf>,
     /// Parameters of the plant that differ from the model's.
     pub moved: Vec<PerturbedParameter>,
     /// Board of the controller.
@@ -133,8 +138,13 @@ pub fn build(request: &Request) -> Result<Outcome> {
     let all = recordings.iter().chain(&tests);
     require(&rig, all.clone())?;
     let checks = request.repairs.before(&rig, all, request.quiet)?;
+    let fleet = read_fleet(request.fleet.as_deref(), &rig)?;
+    let options = FitOptions {
+        fleet: fleet.clone(),
+        ..FitOptions::default()
+    };
     let stage = Stage::begin("fit the rig to the recordings", request.quiet);
-    let fitted = fit(&rig, &recordings, &FitOptions::default(), &mut |p| {
+    let fitted = fit(&rig, &recordings, &options, &mut |p| {
         stage.say(format!(
             "stage {}, step {}, {:.2} % of the signal",
             p.stage,
@@ -178,7 +188,7 @@ pub fn build(request: &Request) -> Result<Outcome> {
         disturbance: Disturbance::None,
         delay_s: 0.0,
         program: None,
-        fleet: None,
+        fleet: fleet.as_ref(),
     };
     let Predictor {
         spec,
@@ -199,19 +209,18 @@ pub fn build(request: &Request) -> Result<Outcome> {
         Board::Host => host.clone(),
         board => compile(request, board)?,
     };
-    let hash = fingerprint(&spec);
 
     let (values, moved) = bench.perturbed_plant();
     let scenario = bench.scenario(&values)?;
     let steps = scenario.reference.steps();
     let stage = Stage::begin(format!("run it on {}", request.board.name()), request.quiet);
-    let mpc = bench.on_device(&request.out, request.board, &board, hash, &scenario)?;
+    let mpc = bench.on_device(&request.out, request.board, &board, &spec, &scenario)?;
     stage.end(format!("{steps} steps at {:.0} Hz", 1.0 / task.period_s));
     let host_equals_device = match request.board {
         Board::Host => None,
         _ => {
             let stage = Stage::begin("run it on this computer", request.quiet);
-            let same = bench.on_device(&request.out, Board::Host, &host, hash, &scenario)?;
+            let same = bench.on_device(&request.out, Board::Host, &host, &spec, &scenario)?;
             let equal = same_bits(&mpc.answers, &same.answers);
             stage.end(if equal { "the same bits" } else { "OTHER bits" });
             Some(equal)
@@ -219,7 +228,7 @@ pub fn build(request: &Request) -> Result<Outcome> {
     };
     // The reference may be that of a test recording.
     let all = [&recordings[..], &tests[..]].concat();
-    let key = predictor::key(rig_of_model, &all, request.seed);
+    let key = predictor::key(rig_of_model, &all, &bench);
     let mut kept = KeptPids::open(request.out.join("pid.json"), key);
     let mut pid = |on: &str, plants: &[Vec<f64>]| {
         let stage = Stage::begin("tune and run the PID", request.quiet);
@@ -261,6 +270,7 @@ pub fn build(request: &Request) -> Result<Outcome> {
         spec,
         record,
         reused,
+        fleet: request.fleet.clone(),
         moved,
         board: request.board,
         optimise: request.optimise,

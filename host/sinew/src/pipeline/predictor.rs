@@ -53,7 +53,7 @@ pub(super) fn predictor(
     let plant = bench.plant;
     let folder = out.join("model");
     let kept = out.join("training.json");
-    let key = key(rig, recordings, bench.seed);
+    let key = key(rig, recordings, bench);
     if let Some(found) = earlier(&kept, key)
         && let Ok(spec) = store::load(&folder)
     {
@@ -72,7 +72,7 @@ pub(super) fn predictor(
         plant,
         Plants {
             usual: &plant.values(),
-            fleet: None,
+            fleet: bench.fleet,
         },
         &starts,
         &as_sensed(bench.task, plant, recordings)?,
@@ -115,14 +115,17 @@ fn earlier(path: &Path, key: u64) -> Option<Kept> {
 }
 
 /// Hash that changes with anything that training and tuning depend on.
-pub(super) fn key(rig: &Rig, recordings: &[Recording], seed: u64) -> u64 {
+pub(super) fn key(rig: &Rig, recordings: &[Recording], bench: &Setup<'_>) -> u64 {
     let mut hasher = DefaultHasher::new();
     env!("CARGO_PKG_VERSION").hash(&mut hasher);
     format!("{:?}", sinew_train::train::Options::default()).hash(&mut hasher);
     // Tuning runs the firmware.
     project::hash_sources(&mut hasher);
     rig.to_toml().hash(&mut hasher);
-    seed.hash(&mut hasher);
+    bench.seed.hash(&mut hasher);
+    if let Some(fleet) = bench.fleet {
+        fleet.to_toml().hash(&mut hasher);
+    }
     for recording in recordings {
         recording.to_csv().hash(&mut hasher);
     }
@@ -157,4 +160,69 @@ pub fn starts(
         )?);
     }
     Ok(all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::closed_loop::control_problem::ControlProblem;
+    use crate::closed_loop::disturbance::Disturbance;
+    use crate::rig_file;
+    use sinew_ident::population::Fleet;
+
+    /// A fleet of devices that all weigh about `mass`.
+    fn fleet(mass: f64) -> Fleet {
+        let mut text = String::from(
+            "format = \"sinew-fleet/1\"\nrig = \"m\"\nwidening = 1.0\nfreedom = 50\n\
+             covariance = [[1e-4, 0.0, 0.0], [0.0, 1e-4, 0.0], [0.0, 0.0, 1e-4]]\n\
+             covariance_of_mean = [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]\n",
+        );
+        for (name, mean) in [
+            ("mass.inertia", mass),
+            ("coil.stiffness", 40.0),
+            ("dashpot.damping", 1.2),
+        ] {
+            text += &format!(
+                "[[parameter]]\nname = \"{name}\"\nunit = \"\"\nscale = \"log\"\nmean = {mean:?}\n"
+            );
+        }
+        Fleet::parse(&text, Path::new("fleet.toml")).expect("the text is a fleet")
+    }
+
+    #[test]
+    fn with_a_fleet_every_plant_is_a_device_of_it_and_another_fleet_trains_anew() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../rigs");
+        let rig = rig_file::load(root.join("mass-spring-damper.toml")).expect("a shipped rig");
+        let plant = Plant::new(&rig).expect("it can be simulated");
+        let recording = Recording::read(root.join("mass-spring-damper.fit.csv"));
+        let recordings = [recording.expect("a shipped recording")];
+        let task = ControlProblem::new(&rig, &plant, &recordings, &recordings[0]);
+        let task = task.expect("a control problem");
+        let bench = |fleet| Setup {
+            plant: &plant,
+            task: &task,
+            seed: 1,
+            disturbance: Disturbance::None,
+            delay_s: 0.0,
+            program: None,
+            fleet,
+        };
+        let [light, alike, heavy] = [0.3, 0.3, 3.0].map(fleet);
+        let mass = plant.slot("mass.inertia").expect("a parameter");
+        for (fleet, wanted) in [(None, 1.0), (Some(&light), 0.3), (Some(&heavy), 3.0)] {
+            let bench = bench(fleet);
+            // The first of them is the fitted plant.
+            let tuning = bench.tuning_plants(4).split_off(1);
+            let (of_loop, moved) = bench.perturbed_plant();
+            for values in tuning.iter().chain([&of_loop]) {
+                let part = values[mass] / wanted;
+                assert!((0.79..1.21).contains(&part), "{part} of {wanted}");
+            }
+            assert_eq!(moved.len(), 3);
+        }
+        let key = |fleet| key(&rig, &recordings, &bench(fleet));
+        assert_eq!(key(Some(&light)), key(Some(&alike)));
+        assert_ne!(key(Some(&light)), key(Some(&heavy)));
+        assert_ne!(key(Some(&light)), key(None));
+    }
 }

@@ -91,7 +91,10 @@ pub fn closing_lines(outcome: &Outcome, summary: &Summary, folder: &Path) -> Vec
     }
     line(
         "plant",
-        format!("the {basis} rig, every free parameter perturbed by 10 to 20 %"),
+        match &outcome.fleet {
+            None => format!("the {basis} rig, every free parameter perturbed by 10 to 20 %"),
+            Some(fleet) => format!("a device that is drawn from {}", fleet.display()),
+        },
     );
     if let Some(count) = summary.instructions_per_step {
         line(

@@ -298,13 +298,22 @@ pub(super) fn conditions(outcome: &Outcome) -> Section {
     ] {
         settings.extend(pid.iter().flat_map(|pid| gains(name, &pid.tuning)));
     }
+    let basis = outcome.model_rig.name();
+    let (plant, others) = match &outcome.fleet {
+        None => (
+            format!("the {basis} rig with every free parameter perturbed by 10 to 20 %"),
+            "whose numbers are moved elsewhere",
+        ),
+        Some(fleet) => (
+            format!("a device that is drawn from {}", fleet.display()),
+            "that are drawn from the fleet",
+        ),
+    };
     Section::new("Conditions")
         .text(format!(
-            "The plant of the loop is the {basis} rig with every free parameter perturbed by 10 to 20 %; \
-             neither the network nor the MPC's tuning has seen it. One PID is tuned on the plants that \
-             tuned the MPC: the {basis} rig and two whose numbers are moved elsewhere. The other is tuned \
-             on the very plant. Both have other references, the same optimiser and the same cost.",
-            basis = outcome.model_rig.name()
+            "The plant of the loop is {plant}; neither the network nor the MPC's tuning has seen it. One \
+             PID is tuned on the plants that tuned the MPC: the {basis} rig and two {others}. The other is \
+             tuned on the very plant. Both have other references, the same optimiser and the same cost."
         ))
         .with(Block::Table(Table {
             caption: "Parameters of the plant".into(),

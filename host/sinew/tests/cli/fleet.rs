@@ -57,7 +57,16 @@ const FLEET: &str = "fleet mass-spring-damper.toml --fit a.csv --fit b.csv --dev
 #[test]
 fn four_devices_give_a_file_that_a_fit_takes() {
     let desk = desk();
-    let said = desk.succeed(&format!("{FLEET} --json fleet.json"));
+    let said = desk.succeed(&format!("{FLEET} --json fleet.json --report fleet.html"));
+    let page = desk.read("fleet.html");
+    for expected in [
+        "mass.inertia",
+        "1 s and the fleet",
+        "light dark",
+        "<td>c</td>",
+    ] {
+        assert!(page.contains(expected), "{expected} is not on the page");
+    }
     assert!(said.contains("4 devices say little"), "{said}");
     assert!(said.contains("next: sinew fit"), "{said}");
     let document: Value = serde_json::from_str(&desk.read("fleet.json")).expect("JSON");
@@ -135,6 +144,11 @@ fn refusals_of_fleets() {
         format!("fit {rig} --fit new.csv --fleet fleet.toml --out fleet.toml"),
         "train fewer.toml --fit a.csv --fleet fleet.toml --out m".into(),
         "tune fewer.toml m --fit a.csv --fleet fleet.toml --out t.toml".into(),
+        "build fewer.toml --fit a.csv --fleet fleet.toml --board host --out out".into(),
+        format!("build {rig} --fit a.csv --fleet fleet.toml --diagnose --board host --out out"),
+        format!("build {rig} --fit a.csv --fleet a.csv --board host --out out"),
+        format!("fleet {rig} {all} --out f.toml --report ./f.toml"),
+        format!("fleet {rig} {all} --out f.toml --report a.csv"),
         "compare fewer.toml m --fit a.csv --fleet fleet.toml --out out".into(),
         format!("compare {rig} m --fit a.csv --fleet fleet.toml --draws 2 --spread 0.1 --out out"),
         format!("compare {rig} m --fit a.csv --fleet fleet.toml --plant {rig} --out out"),

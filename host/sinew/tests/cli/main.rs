@@ -1,5 +1,6 @@
 //! The `sinew` program as its users meet it. One test program, because linking is the slow part.
 
+mod adopt;
 mod calibrate;
 mod convert;
 mod desk;

@@ -88,6 +88,8 @@ const SLOW: &[Written] = &[
     ("compare", "--report"),
     ("compare", "--plot"),
     ("pil", "--json"),
+    ("pil", "--recording"),
+    ("adopt", "--out"),
 ];
 
 fn desk() -> Desk {
