@@ -8,6 +8,7 @@ mod differences;
 mod forward;
 pub mod image;
 mod lockstep;
+mod parts;
 mod peers;
 pub mod plant;
 /// The reference problem's plant and reference, as the tests have them.
@@ -34,6 +35,7 @@ const SECTIONS: &[Section] = &[
     ("terminal_value", value::run),
     ("image", control::image),
     ("differences", differences::run),
+    ("parts", parts::run),
     ("peers", peers::run),
     ("plant", plant::run),
     ("diagnosis", diagnosis::run),
