@@ -346,7 +346,9 @@ impl Study {
             if *name != TUNED[0] {
                 tune.arg("--fleet").arg(&fleet);
             }
-            tune.arg("--out").arg(bench.path(&format!("{name}.toml")));
+            // Not `fleet.toml`, which is the fleet.
+            tune.arg("--out")
+                .arg(bench.path(&format!("tuned-{name}.toml")));
             models.push(bench.path("models").join(name));
             process::run(tune.arg("--model-out").args(models.last()))?;
         }
