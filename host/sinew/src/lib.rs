@@ -12,11 +12,13 @@
 //! | [`explain`] | a name in a result | its meaning |
 //! | [`rests`] | a rig and constant inputs | where it rests |
 //! | [`live`] | a board with a rig | a recording, a watched run |
+//! | [`commission`] | a rig that was never powered | signs, scales, soft limits, a recording |
 //! | [`adopt`] | what a board learned | its rig |
 
 pub mod adopt;
 pub mod cli;
 pub mod closed_loop;
+pub mod commission;
 pub mod device;
 pub mod explain;
 pub mod flash;

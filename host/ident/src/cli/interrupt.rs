@@ -9,13 +9,16 @@ use crate::diagnose::Stop;
 /// Exit status after Ctrl-C, with an answer or without one.
 pub const STATUS: u8 = 130;
 
-/// Search that the next Ctrl-C ends; none where it ends the program.
-static LISTENING: Mutex<Option<Stop>> = Mutex::new(None);
+/// Work that the next Ctrl-C ends, and what the program says then; none where it ends the program.
+static LISTENING: Mutex<Option<(Stop, &str)>> = Mutex::new(None);
+
+/// Line of a search that is ended.
+const SEARCH: &str = "answering with the best so far; Ctrl-C again ends at once";
 
 /// Some search has been ended so.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-fn listening() -> std::sync::MutexGuard<'static, Option<Stop>> {
+fn listening() -> std::sync::MutexGuard<'static, Option<(Stop, &'static str)>> {
     LISTENING.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -26,10 +29,15 @@ pub struct Interrupt {
 }
 
 impl Interrupt {
-    /// Listens from now on.
+    /// Listens from now on, for a search that can answer with the best so far.
     pub fn listen() -> Self {
+        Self::saying(SEARCH)
+    }
+
+    /// Listens from now on; `line` is printed when the request comes.
+    pub fn saying(line: &'static str) -> Self {
         let stop = Stop::default();
-        *listening() = Some(stop.clone());
+        *listening() = Some((stop.clone(), line));
         Self { stop }
     }
 }
@@ -44,12 +52,12 @@ impl Drop for Interrupt {
 /// as it does the second time. For the handler of the program.
 pub fn is_taken() -> bool {
     let search = listening();
-    let Some(stop) = search.as_ref().filter(|stop| !stop.is_asked()) else {
+    let Some((stop, line)) = search.as_ref().filter(|(stop, _)| !stop.is_asked()) else {
         return false;
     };
     stop.ask();
     INTERRUPTED.store(true, Ordering::Relaxed);
-    eprintln!("\nanswering with the best so far; Ctrl-C again ends at once");
+    eprintln!("\n{line}");
     true
 }
 

@@ -23,7 +23,14 @@ const GROUPS: &[(&str, &[&str])] = &[
     (
         "Board",
         &[
-            "wire", "emit", "size", "flash", "record", "monitor", "adopt",
+            "wire",
+            "emit",
+            "size",
+            "flash",
+            "commission",
+            "record",
+            "monitor",
+            "adopt",
         ],
     ),
     ("Networks", &["import", "verify"]),

@@ -3,6 +3,7 @@
 mod adopt;
 mod build;
 mod calibrate;
+mod commission;
 mod compare;
 mod completions;
 mod conditions;
@@ -113,6 +114,8 @@ enum Verb {
     Record(record::Arguments),
     /// Watch and steer the hardware of a board, live.
     Monitor(monitor::Arguments),
+    /// Power up a rig for the first time: emergency stop, signs, scales, limits, a recording.
+    Commission(commission::Arguments),
     /// Take what a device has learned while it ran back into its rig.
     Adopt(adopt::Arguments),
     /// Print the completion script of a shell.
@@ -237,22 +240,27 @@ impl LiveArguments {
     /// A bad model, no port, the wrong board.
     fn connect(&self) -> Result<(Device, Names, Identity)> {
         let names = Names::load(&self.model)?;
-        let mut device = match (&self.port, self.probe) {
-            (Some(port), _) => Device::port(port)?,
-            (None, Some(board)) => {
-                let select = self.select.clone();
-                let options = probes::Options {
-                    select,
-                    ..probes::Options::default()
-                };
-                probes::connect(probes::chip(board)?, &options)?
-            }
-            (None, None) => {
-                return Err(Error::arguments("no board").help("name one with --port or --probe"));
-            }
-        };
+        let mut device = open_line(self.port.as_deref(), self.probe, self.select.as_deref())?;
         let identity = names.greet(&mut device)?;
         Ok((device, names, identity))
+    }
+}
+
+/// Opens the line to a board: its serial port, or its debug probe.
+///
+/// # Errors
+/// No port, no probe, or neither is named.
+fn open_line(port: Option<&Path>, probe: Option<Board>, select: Option<&str>) -> Result<Device> {
+    match (port, probe) {
+        (Some(port), _) => Device::port(port),
+        (None, Some(board)) => {
+            let options = probes::Options {
+                select: select.map(str::to_string),
+                ..probes::Options::default()
+            };
+            probes::connect(probes::chip(board)?, &options)
+        }
+        (None, None) => Err(Error::arguments("no board").help("name one with --port or --probe")),
     }
 }
 
@@ -345,6 +353,7 @@ fn run(verb: Verb) -> Result<u8> {
         Verb::Flash(arguments) => flash::run(&arguments),
         Verb::Record(arguments) => record::run(&arguments),
         Verb::Monitor(arguments) => monitor::run(&arguments),
+        Verb::Commission(arguments) => commission::run(&arguments),
         Verb::Adopt(arguments) => adopt::run(&arguments),
         Verb::Completions(arguments) => {
             completions::run(&arguments);

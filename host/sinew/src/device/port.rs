@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use nix::fcntl::OFlag;
 use nix::sys::termios::{self, BaudRate, ControlFlags, FlushArg, SetArg, SpecialCharacterIndices};
+use sinew_device::mode::{Mode, State};
 use sinew_device::protocol::{Telemetry, ToDevice, ToHost};
 
 use super::Device;
@@ -78,6 +79,28 @@ impl Device {
         }
         Err(Error::failed("the board does not answer")
             .help("is it on, does it run this project's firmware (sinew flash), is this its port?"))
+    }
+
+    /// Emergency stop: sent until the board says that it has stopped. Answers to earlier questions,
+    /// refusals among them, are passed over.
+    ///
+    /// # Errors
+    /// The board does not say so.
+    pub fn emergency_stop(&mut self) -> Result<State> {
+        for _ in 0..ATTEMPTS {
+            self.send(&ToDevice::EmergencyStop)?;
+            let until = Instant::now() + ANSWER;
+            while let Some(answer) = self.answer(until)? {
+                match answer {
+                    ToHost::State(state) if state.mode == Mode::Tripped => return Ok(state),
+                    _ => {}
+                }
+            }
+        }
+        Err(
+            Error::failed("the board does not confirm the emergency stop")
+                .help("switch the power stages off by hand"),
+        )
     }
 
     /// The next answer, if one comes before `until`. Telemetry is put aside

@@ -25,7 +25,19 @@ const ANSWER: Duration = Duration::from_millis(200);
 /// Period of the question what the board has learned.
 const LEARNED: Duration = Duration::from_millis(250);
 
+/// Decision of whoever watches a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Watch {
+    /// Go on.
+    Go,
+    /// Disarm: the command ramps to the safe one.
+    End,
+    /// Emergency stop, which nobody acknowledges here.
+    Stop,
+}
+
 /// A recording and its statistics.
+#[derive(Debug)]
 pub struct Recorded {
     /// Time, inputs as applied, outputs, channels, learned parameters.
     pub recording: Recording,
@@ -75,17 +87,38 @@ pub fn record(
     out: &Path,
     quiet: bool,
 ) -> Result<Recorded> {
+    record_watched(device, names, rows, out, quiet, &mut |_| Watch::Go)
+}
+
+/// As [`record`], for somebody who may end it: `watch` is asked at every tick that is heard of, and
+/// without one every few milliseconds. After [`Watch::Stop`] the board stays stopped, and `ended`
+/// says so; after [`Watch::End`] the recording is shorter.
+///
+/// # Errors
+/// As [`record`].
+pub fn record_watched(
+    device: &mut Device,
+    names: &Names,
+    rows: &[Vec<f32>],
+    out: &Path,
+    quiet: bool,
+    watch: &mut dyn FnMut(Option<&Telemetry>) -> Watch,
+) -> Result<Recorded> {
     let state = |answer: &ToHost| matches!(answer, ToHost::State(_));
     device.insist(&ToDevice::Disarm, state)?;
     device.insist(&ToDevice::Stream { every: 1 }, state)?;
     let stage = Stage::begin("record", quiet);
     let learns = !names.learned.is_empty();
-    let played = play(device, rows, learns, &stage);
+    let played = play(device, rows, learns, &stage, watch);
     // Before anything is said about what went wrong.
-    let disarmed = device.insist(&ToDevice::Disarm, state);
+    let stopped = matches!(
+        &played,
+        Ok(Played { ended: Some(state), .. }) if state.mode == Mode::Tripped
+    );
+    let disarmed = (!stopped).then(|| device.insist(&ToDevice::Disarm, state));
     let silenced = device.insist(&ToDevice::Stream { every: 0 }, state);
     let mut played = played?;
-    disarmed?;
+    disarmed.transpose()?;
     silenced?;
     if learns {
         let heard = played.telemetry.len();
@@ -108,7 +141,13 @@ struct Played {
 
 /// Sends rows ahead of their ticks and takes what comes back, to the last row or to the end of
 /// arming.
-fn play(device: &mut Device, rows: &[Vec<f32>], learns: bool, stage: &Stage) -> Result<Played> {
+fn play(
+    device: &mut Device,
+    rows: &[Vec<f32>],
+    learns: bool,
+    stage: &Stage,
+    watch: &mut dyn FnMut(Option<&Telemetry>) -> Watch,
+) -> Result<Played> {
     let mut seen: Vec<Telemetry> = Vec::new();
     let mut learned = Vec::new();
     let mut asked_learned = Instant::now();
@@ -168,9 +207,15 @@ fn play(device: &mut Device, rows: &[Vec<f32>], learns: bool, stage: &Stage) -> 
             device.send(&ToDevice::Parameters)?;
             asked_learned = Instant::now();
         }
-        while let Some(telemetry) = device.telemetry(Instant::now())? {
+        let mut verdict = watch(None);
+        while verdict == Watch::Go
+            && let Some(telemetry) = device.telemetry(Instant::now())?
+        {
             heard = Instant::now();
             let state = telemetry.state;
+            if armed {
+                verdict = watch(Some(&telemetry));
+            }
             let playing = telemetry.row.is_some() || !seen.is_empty();
             let last = telemetry.row.map(|row| row as usize + 1) == Some(rows.len());
             if playing && armed {
@@ -183,6 +228,27 @@ fn play(device: &mut Device, rows: &[Vec<f32>], learns: bool, stage: &Stage) -> 
                     telemetry: seen,
                     learned,
                     ended: (!last).then_some(state),
+                });
+            }
+        }
+        match verdict {
+            Watch::Go => {}
+            Watch::End => {
+                // The answer to a row that was under way is no answer to what comes next.
+                let until = Instant::now() + Duration::from_millis(20);
+                while device.answer(until)?.is_some() {}
+                return Ok(Played {
+                    telemetry: seen,
+                    learned,
+                    ended: None,
+                });
+            }
+            Watch::Stop => {
+                let state = device.emergency_stop()?;
+                return Ok(Played {
+                    telemetry: seen,
+                    learned,
+                    ended: Some(state),
                 });
             }
         }

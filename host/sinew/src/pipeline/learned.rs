@@ -62,7 +62,7 @@ pub(super) fn control(task: &ControlProblem) -> ControlSpec {
 }
 
 /// A unit; `1` for none, since a model names a unit for every signal.
-pub(super) fn unit_of(unit: &str) -> &str {
+pub(crate) fn unit_of(unit: &str) -> &str {
     match unit {
         "" => "1",
         unit => unit,

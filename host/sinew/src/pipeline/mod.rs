@@ -6,7 +6,7 @@ pub mod import;
 mod kept_pid;
 pub mod learn;
 mod learn_state;
-mod learned;
+pub(crate) mod learned;
 pub mod plants;
 pub mod predictor;
 pub mod soft_sensor;
