@@ -79,27 +79,27 @@ pub fn size(values: &[f64]) -> f64 {
 
 fn compare(seen: &Seen, predicted: &[f64], tolerance: f64) -> Match {
     let (measured, expected) = (size(seen.dy), size(predicted));
-    let moves = measured > seen.threshold;
-    if expected < CLEAR * seen.threshold {
-        let may = (tolerance * expected).max(seen.threshold);
-        return if measured > 2.0 * may {
-            Match::Unexpected
-        } else {
-            Match::Quiet
-        };
-    }
-    if !moves {
-        return Match::Still;
-    }
     let (mut product, mut square, mut own) = (0.0, 0.0, 0.0);
-    for (y, p) in seen.dy.iter().zip(predicted).filter(|(y, _)| y.is_finite()) {
+    for (y, p) in (seen.dy.iter().zip(predicted)).filter(|(y, _)| y.is_finite()) {
         product += y * p;
         square += p * p;
         own += y * y;
     }
     let correlation = product / (square * own).sqrt();
     let ratio = product / square;
-    if correlation.abs() < ALIKE || correlation.is_nan() {
+    // False as well where one of the two is zero.
+    let is_alike = correlation.abs() >= ALIKE;
+    if expected < CLEAR * seen.threshold {
+        let may = (tolerance * expected).max(seen.threshold);
+        return match measured > 2.0 * may {
+            true if is_alike => Match::Scaled(ratio),
+            true => Match::Unexpected,
+            false => Match::Quiet,
+        };
+    }
+    if measured <= seen.threshold {
+        Match::Still
+    } else if !is_alike {
         Match::Other
     } else if ratio.abs() > tolerance || ratio.abs() < 1.0 / tolerance {
         Match::Scaled(ratio)
@@ -339,4 +339,81 @@ fn known_factor(ratio: f64) -> String {
         (is_near(ratio) || is_near(1.0 / ratio)).then_some(name)
     });
     of.map_or(String::new(), |name| format!(" ({name}, or the reverse?)"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NAMES: [&str; 2] = ["q1", "q2"];
+    const INPUTS: [&str; 2] = ["u1", "u2"];
+
+    /// Changes of both sensors, as multiples of one motion.
+    fn changes(factors: [f64; 2]) -> Vec<Vec<f64>> {
+        let motion = |k: usize| (0.02 * k as f64).sin();
+        let each = factors.iter();
+        each.map(|f| (0..314).map(|k| f * motion(k)).collect())
+            .collect()
+    }
+
+    /// Kinds that explain factors of both sensors, where `u1` should give 1 and 0.5 and `u2` 0.3
+    /// and -1.
+    fn kinds(factors: [f64; 2], confirmed: [bool; 2]) -> Vec<String> {
+        let dy = changes(factors);
+        let seen: Vec<Seen> = (0..2)
+            .map(|i| Seen {
+                name: NAMES[i],
+                dy: &dy[i],
+                threshold: 0.01,
+                confirmed: confirmed[i],
+            })
+            .collect();
+        let predicted = [changes([1.0, 0.5]), changes([0.3, -1.0])];
+        match judge((0, &INPUTS), &[false; 2], &seen, &predicted, 2.0) {
+            Verdict::Confirmed(ratios) => {
+                let of = |(i, ratio): (usize, f64)| format!("{} {ratio:.2}", NAMES[i]);
+                ratios.into_iter().map(of).collect()
+            }
+            Verdict::Weak(causes) | Verdict::Fault(causes) => {
+                causes.into_iter().map(|cause| cause.kind).collect()
+            }
+        }
+    }
+
+    #[test]
+    fn one_fault_explains_what_was_seen_or_several_do_and_all_are_named() {
+        let new = [false; 2];
+        assert_eq!(kinds([0.8, 0.5], new), ["q1 0.80", "q2 1.00"]);
+        assert_eq!(kinds([-1.0, -0.5], new), ["reversed_actuator"]);
+        assert_eq!(kinds([0.9, -0.5], new), ["reversed_sensor"]);
+        assert_eq!(kinds([0.3, -1.0], new), ["crossed_actuators"]);
+        assert_eq!(kinds([4.0, 0.5], new), ["scaled_sensor"]);
+        assert_eq!(kinds([-4.0, 0.5], new), ["scaled_sensor"]);
+        assert_eq!(kinds([0.1, 0.05], new), ["scaled_actuator"]);
+        assert_eq!(kinds([1.0, 0.0], new), ["dead_sensor"]);
+        assert_eq!(kinds([0.0, 0.0], new), ["dead_actuator"]);
+        // Two faults at once: none that is single.
+        assert_eq!(kinds([-4.0, 4.0], new), [""; 0]);
+    }
+
+    #[test]
+    fn a_sensor_that_is_known_already_is_not_suspected_of_its_sign_or_scale() {
+        let known = [false, true];
+        assert_eq!(kinds([0.9, -0.5], known), [""; 0]);
+        assert_eq!(kinds([-1.0, 0.5], known), ["reversed_sensor"]);
+        assert_eq!(kinds([1.0, 0.0], known), ["dead_sensor"]);
+    }
+
+    #[test]
+    fn crossed_sensors_are_told_from_others() {
+        assert_eq!(kinds([0.45, 1.1], [false; 2]), ["crossed_sensors"]);
+    }
+
+    #[test]
+    fn factors_of_units_are_recognised() {
+        assert!(known_factor(57.0).contains("degrees"));
+        assert!(known_factor(-0.0175).contains("degrees"));
+        assert!(known_factor(1e-3).contains("milli"));
+        assert_eq!(known_factor(7.0), "");
+    }
 }

@@ -2,6 +2,7 @@
 
 mod adopt;
 mod calibrate;
+mod commission;
 mod convert;
 mod desk;
 mod excite;
