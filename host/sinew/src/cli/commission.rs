@@ -165,9 +165,7 @@ fn commission(arguments: &Arguments) -> Result<()> {
     let mut steps = steps(&work, arguments.step)?;
     steps.retain(|step| arguments.until.is_none_or(|last| *step <= last));
     if steps.is_empty() {
-        println!(
-            "nothing is left to do; finished steps stay, --again STEP takes one again, and those after it"
-        );
+        println!("nothing is left to do; --again STEP takes a step again, and those after it");
         return Ok(());
     }
     for column in &work.setup.unread {

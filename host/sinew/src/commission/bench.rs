@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use sinew_device::mode::{Drive, Mode, State};
 use sinew_device::protocol::{Identity, Reason, Telemetry, ToDevice, ToHost};
 
+use super::rest::{BLOCK, mean};
 use super::setup::Setup;
 use crate::device::Device;
 use crate::live::Names;
@@ -21,7 +22,12 @@ const ALIVE: Duration = Duration::from_millis(300);
 /// Longest silence of a board, and longest wait for a ramp to the safe command.
 const SILENCE: Duration = Duration::from_secs(10);
 
-/// Why a motion ended before its last row.
+/// Longest wait for a rig that swings.
+const RESTLESS: Duration = Duration::from_secs(20);
+/// Part of a span within which a sensor is at rest.
+const STILL: f64 = 0.002;
+
+/// Reason for the end of a motion before its last row.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cut {
     /// The caller's watch asked for it.
@@ -35,7 +41,7 @@ pub enum Cut {
 /// A motion and what the sensors said.
 #[derive(Debug)]
 pub struct Played {
-    /// What was recorded, SI.
+    /// The recording, SI.
     pub recorded: Recorded,
     /// Commands as applied, a row a tick.
     pub u: Vec<Vec<f64>>,
@@ -141,6 +147,26 @@ impl Bench {
             }
         }
         Ok((t, y))
+    }
+
+    /// Waits until the sensors are at rest: over half a second the means of blocks stay within twice
+    /// the thresholds or a part of the spans. A rig that does not come to rest in time is taken as
+    /// it is.
+    ///
+    /// # Errors
+    /// As [`Bench::listen`].
+    pub fn come_to_rest(&mut self, thresholds: &[f64], spans: &[f64]) -> Result<()> {
+        self.settle()?;
+        let until = Instant::now() + RESTLESS;
+        while Instant::now() < until {
+            let (_, y) = self.listen(0.5)?;
+            let bounds = thresholds.iter().zip(spans);
+            let bounds = bounds.map(|(threshold, span)| (2.0 * threshold).max(STILL * span));
+            if y.iter().zip(bounds).all(|(y, bound)| range(y) < bound) {
+                return Ok(());
+            }
+        }
+        Ok(())
     }
 
     /// Sends an emergency stop and waits for telemetry that says so: the seconds that this took.
@@ -317,6 +343,17 @@ impl Bench {
         self.device.send(&ToDevice::Stream { every: 1 })?;
         Ok(None)
     }
+}
+
+/// Range of the means of blocks.
+fn range(values: &[f64]) -> f64 {
+    let blocks = values.chunks_exact(BLOCK).map(mean);
+    let (low, high) = blocks
+        .filter(|mean| mean.is_finite())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), mean| {
+            (low.min(mean), high.max(mean))
+        });
+    (high - low).max(0.0)
 }
 
 fn is_state(answer: &ToHost) -> bool {

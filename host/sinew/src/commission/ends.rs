@@ -85,39 +85,12 @@ fn steps_of_an_end(predicted: &[Vec<f64>]) -> usize {
     FLAT.clone().find(goes_on).unwrap_or(*FLAT.start()) + 1
 }
 
-/// Finds both ends of an actuator. `moved`: what its small motion said; `seconds`: duration of one
-/// side.
+/// Finds one end of an actuator. `moved`: what its small motion said; `seconds`, `side`: duration of
+/// the way, and the upper (1) or the lower (-1) end.
 ///
 /// # Errors
 /// The board is gone, stops by itself, a reading runs away; Ctrl-C.
-pub fn one(
-    bench: &mut Bench,
-    setup: &Setup,
-    driven: usize,
-    (at_rest, moved): (&[AtRest], &Moved),
-    seconds: f64,
-    guard: &[(f64, f64)],
-) -> Result<[End; 2]> {
-    let low = side(
-        bench,
-        setup,
-        driven,
-        (at_rest, moved),
-        (seconds, -1.0),
-        guard,
-    )?;
-    let high = side(
-        bench,
-        setup,
-        driven,
-        (at_rest, moved),
-        (seconds, 1.0),
-        guard,
-    )?;
-    Ok([low, high])
-}
-
-fn side(
+pub fn side(
     bench: &mut Bench,
     setup: &Setup,
     driven: usize,

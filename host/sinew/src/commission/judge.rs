@@ -44,7 +44,7 @@ pub enum Verdict {
     Fault(Vec<Cause>),
 }
 
-/// How one sensor's motion compares with a prediction.
+/// Comparison of one sensor's motion with a prediction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Match {
     /// It need not move, and moves no more than it may.
@@ -200,7 +200,7 @@ pub fn judge(
         m => is_right(m) || *m == Match::Still,
     };
     let nothing_to_see = own.iter().all(|m| *m == Match::Quiet);
-    // Where others move, what stands still is not held by friction at the actuator.
+    // A sensor that stands still while others move is not held by friction at the actuator.
     let one_is_dead = own.contains(&Match::Still)
         && own
             .iter()

@@ -251,6 +251,7 @@ impl Commissioning {
         self.journal.actuators.clear();
         for driven in 0..self.setup.actuators.len() {
             let before = self.journal.actuators.clone();
+            self.come_to_rest(bench, &at_rest)?;
             let outcome = moves::one(
                 bench,
                 &self.setup,
@@ -297,15 +298,12 @@ impl Commissioning {
                     actuator.column
                 )));
             };
-            let seconds = self.settings.sweep_s;
-            let ends = ends::one(
-                bench,
-                &self.setup,
-                driven,
-                (&at_rest, &moved),
-                seconds,
-                &guard,
-            )?;
+            let mut side = |side: f64| {
+                self.come_to_rest(bench, &at_rest)?;
+                let way = (self.settings.sweep_s, side);
+                ends::side(bench, &self.setup, driven, (&at_rest, &moved), way, &guard)
+            };
+            let ends = [side(-1.0)?, side(1.0)?];
             let of = |end: &journal::End| {
                 format!(
                     "{} ({})",
@@ -368,6 +366,7 @@ impl Commissioning {
             let rows: Vec<Vec<f64>> = (0..experiment.t.len())
                 .map(|k| experiment.inputs.iter().map(|column| column[k]).collect())
                 .collect();
+            self.come_to_rest(bench, &at_rest)?;
             bench.limit(&self.setup, &ranges, &rates)?;
             let played = bench.play(&rows, &guard, &mut |_| false)?;
             match played.cut {
@@ -403,6 +402,12 @@ impl Commissioning {
         }
         bench.settle()?;
         Ok(lines)
+    }
+
+    /// Waits until the rig is at rest.
+    fn come_to_rest(&self, bench: &mut Bench, at_rest: &[AtRest]) -> Result<()> {
+        let thresholds: Vec<f64> = at_rest.iter().map(rest::threshold).collect();
+        bench.come_to_rest(&thresholds, &self.spans())
     }
 
     /// Readings between which each sensor has to stay: so many spans of the bare model about what

@@ -52,7 +52,7 @@ pub fn faults(at_rest: &[AtRest], spans: &[f64], seconds: f64) -> Vec<Cause> {
                     100.0 * sensor.missing
                 ),
                 remedy: format!(
-                    "look for a broken wire or a short at `{name}`, and at its scale in the wiring: \
+                    "look for a broken wire or a short at `{name}` and at its scale in the wiring: \
                      a code at either end of the converter is a missing sample"
                 ),
             });

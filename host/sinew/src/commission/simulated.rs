@@ -41,7 +41,7 @@ mod control {
     }
 }
 
-/// What the bare model predicts: nothing changes.
+/// The bare model: nothing changes.
 struct Bare;
 
 impl Model<N, N, 0, 1, 1> for Bare {

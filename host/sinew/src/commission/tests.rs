@@ -146,12 +146,15 @@ fn largest(driven: &Driven) -> [f64; 2] {
     })
 }
 
+/// Kinds and signals of the causes of a fault.
+type Causes = Vec<(String, Vec<String>)>;
+
 /// Kinds of the causes of the fault that `step` found, and what moved.
 fn fault(
     rigs: (&str, &str),
     sensors: impl FnMut(&mut [f32; 2]) + Send + 'static,
     step: Step,
-) -> (Vec<(String, Vec<String>)>, [f64; 2], String) {
+) -> (Causes, [f64; 2], String) {
     let folder = folder();
     let (result, driven) = commissioned(folder.path(), rigs, sensors, Step::Excite);
     let error = result.expect_err("the fault was not found").to_string();
@@ -426,8 +429,7 @@ fn a_range_narrows_the_commands_and_one_beyond_the_limit_is_refused() {
         ),
     ] {
         let error = Setup::new(rig(RIG), &bad)
-            .err()
-            .expect("it was taken")
+            .expect_err("it was taken")
             .to_string();
         assert!(error.contains(why), "{error}");
     }

@@ -10,6 +10,7 @@ use nix::unistd::Pid;
 use serde_json::Value;
 
 use crate::desk::{Desk, images};
+use crate::schema::{schema, violations};
 
 /// Short motions: the emulator runs in real time.
 const LINE: &str = "commission mass-spring-damper.toml --out trial --rehearse --sweep-seconds 4 \
@@ -22,7 +23,11 @@ fn rehearsal(desk: &Desk, more: &str) -> Command {
 }
 
 fn journal(desk: &Desk) -> Value {
-    serde_json::from_str(&desk.read("trial/commission.json")).expect("it is JSON")
+    let journal = desk.read("trial/commission.json");
+    let journal = serde_json::from_str(&journal).expect("it is JSON");
+    let broken = violations(&schema("commission"), &journal);
+    assert_eq!(broken, [""; 0], "{journal}");
+    journal
 }
 
 /// Names of the finished steps.
@@ -101,7 +106,7 @@ fn a_rehearsal_goes_from_the_emergency_stop_to_a_diagnosis_and_is_resumed_after_
         assert!(rows > 600, "{name}: {rows}");
     }
 
-    // What needs no board.
+    // Steps without a board.
     let output = rehearsal(&desk, "--until diagnose")
         .output()
         .expect("the program starts");
@@ -164,7 +169,7 @@ fn what_cannot_be_commissioned_is_refused_before_any_work() {
     for (line, why) in [
         (
             format!("{rig} --out o --range u_N=1"),
-            "--range must be NAME=LOWER:UPPER",
+            "`--range` must be NAME=LOWER:UPPER",
         ),
         (
             format!("{rig} --out o --range x=0:1"),
@@ -176,17 +181,17 @@ fn what_cannot_be_commissioned_is_refused_before_any_work() {
         ),
         (
             format!("{rig} --out o --amplitude 0.9"),
-            "--amplitude must be",
+            "`--amplitude` must be",
         ),
         (
             format!("{rig} --out o --amplitude nan"),
-            "--amplitude must be",
+            "`--amplitude` must be",
         ),
         (
             format!("{rig} --out o --tolerance 1"),
-            "--tolerance must be",
+            "`--tolerance` must be",
         ),
-        (format!("{rig} --out o --seconds 0"), "--seconds must be"),
+        (format!("{rig} --out o --seconds 0"), "`--seconds` must be"),
         (
             format!("{rig} --out o --step rests"),
             "did you mean `rest`?",
@@ -200,7 +205,7 @@ fn what_cannot_be_commissioned_is_refused_before_any_work() {
             "`ends` comes after `stop`",
         ),
         (format!("{rig} --out o --plant {rig}"), "--rehearse"),
-        (format!("{rig} --out {rig}"), "--out must be a folder"),
+        (format!("{rig} --out {rig}"), "--out"),
         (
             "damper-stand.toml --out o".to_string(),
             "only a recording can drive this rig",
