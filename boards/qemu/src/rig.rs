@@ -21,39 +21,55 @@ pub fn off() {
 }
 
 /// The simulated rig's two files.
-pub struct Rig(Option<Channel>);
+pub struct Rig {
+    channel: Option<Channel>,
+    /// Codes were read, and duties are awaited. Duties out of turn, those of an emergency stop
+    /// between two ticks, would put every later reading a tick behind.
+    is_due: bool,
+}
 
 impl Rig {
     /// Opens the files, if they are there.
     pub fn open() -> Self {
-        Self(Channel::open(RIG).ok())
+        Self {
+            channel: Channel::open(RIG).ok(),
+            is_due: false,
+        }
     }
 
     /// Codes of the sensors: little-endian 16-bit words from the host.
     pub fn sample(&mut self) -> [u16; SENSORS] {
         let mut codes = [0; SENSORS];
         let mut word = [0; 2];
+        self.is_due = true;
         for code in &mut codes {
-            let Some(channel) = &mut self.0 else { break };
+            let Some(channel) = &mut self.channel else {
+                break;
+            };
             match channel.read_exact(&mut word) {
                 Ok(()) => *code = u16::from_le_bytes(word),
-                Err(_) => self.0 = None,
+                Err(_) => self.channel = None,
             }
         }
         codes
     }
 
     /// Duties of the actuators, and behind them whether the power stages are on: little-endian
-    /// words.
+    /// words, once for each reading of the codes.
     pub fn drive(&mut self, duties: &[u16; NU], live: bool) {
         let live = u16::from(live && !OFF.load(Ordering::Relaxed));
-        let Some(channel) = &mut self.0 else { return };
+        if !core::mem::take(&mut self.is_due) {
+            return;
+        }
+        let Some(channel) = &mut self.channel else {
+            return;
+        };
         let mut sent = Ok(());
         for word in duties.iter().chain([&live]) {
             sent = sent.and_then(|()| channel.write(&word.to_le_bytes()));
         }
         if sent.is_err() {
-            self.0 = None;
+            self.channel = None;
         }
     }
 }

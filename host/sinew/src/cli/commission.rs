@@ -123,6 +123,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 
 fn commission(arguments: &Arguments) -> Result<()> {
     let out = arguments.out.as_path();
+    if out.is_file() {
+        return Err(Error::must_be(
+            "--out",
+            "a folder",
+            format!("the file {}", out.display()),
+        ));
+    }
     let plant = arguments
         .plant
         .iter()
@@ -132,13 +139,6 @@ fn commission(arguments: &Arguments) -> Result<()> {
         std::iter::once(("RIG", arguments.rig.as_path())).chain(plant),
         written.iter().map(|path| ("--out", Some(path.as_path()))),
     )?;
-    if out.is_file() {
-        return Err(Error::must_be(
-            "--out",
-            "a folder",
-            format!("the file {}", out.display()),
-        ));
-    }
     let ranges = arguments.range.iter().map(|text| range(text));
     let ranges = ranges.collect::<Result<Vec<_>>>()?;
     let settings = Settings {
@@ -168,12 +168,7 @@ fn commission(arguments: &Arguments) -> Result<()> {
         println!("nothing is left to do; --again STEP takes a step again, and those after it");
         return Ok(());
     }
-    for column in &work.setup.unread {
-        eprintln!(
-            "`{column}` is not read by the board: name it in `outputs` of [control] or `channels` \
-             of [network], or leave it out of the rig, before `check`"
-        );
-    }
+    unread_lines(&work.setup);
     let on_board: Vec<Step> = steps.iter().copied().filter(|s| s.is_on_board()).collect();
     if !on_board.is_empty() {
         let is_there = arguments.rehearse || arguments.port.is_some() || arguments.probe.is_some();
@@ -266,6 +261,23 @@ fn say(step: Step, lines: &[String]) {
     lines.iter().for_each(|line| println!("  {line}"));
 }
 
+/// Notes on standard error about sensors that the board does not read.
+fn unread_lines(setup: &Setup) {
+    if !setup.unread.is_empty() {
+        eprintln!(
+            "not read by the board, and left out of {RIG}: {}; `outputs` of [control] and \
+             `channels` of [network] name what it reads",
+            setup.unread.join(", ")
+        );
+    }
+    if !setup.sensed.is_empty() {
+        eprintln!(
+            "said by a soft sensor, so `check` and what follows need a camera: {}",
+            setup.sensed.join(", ")
+        );
+    }
+}
+
 /// Lines of a first run, which needs no board.
 fn first_lines(arguments: &Arguments) {
     let (rig, out) = (arguments.rig.display(), arguments.out.display());
@@ -306,13 +318,13 @@ fn consent(arguments: &Arguments) -> Result<()> {
 
 /// Takes a step that needs no board, by the verb of its name.
 fn offline(step: Step, arguments: &Arguments, work: &Commissioning) -> Result<()> {
-    if let Some(column) = work.setup.unread.first() {
+    if let Some(column) = work.setup.sensed.first() {
         return Err(Error::file(
             &work.setup.rig.file,
-            format!("the board does not read `{column}`, so its recordings have no such column"),
+            format!("a soft sensor says `{column}`, so the recordings have no such column"),
         )
-        .expected("every sensor in `outputs` of [control] or `channels` of [network]")
-        .help("or take the sensor out of the rig, then --again move"));
+        .expected("recordings with the outputs, from a camera beside the board")
+        .help("put both on one base of times (sinew convert), then sinew check, fit and build"));
     }
     let at = |name: &str| arguments.out.join(name).display().to_string();
     let [fit, test] = RECORDINGS.map(at);

@@ -339,7 +339,8 @@ impl Commissioning {
             let [low, high] = moved.ends.as_ref()?;
             Some((moved.input.as_str(), low.command, high.command))
         });
-        let text = soft_limits::written(&self.setup.rig, &limits.collect::<Vec<_>>())?;
+        let limits: Vec<_> = limits.collect();
+        let text = soft_limits::written(&self.setup.rig, &limits, &self.setup.unread)?;
         Ok(sinew_files::write(self.folder.join(RIG), text)?)
     }
 

@@ -96,8 +96,10 @@ pub struct Setup {
     pub sensors: Vec<Sensor>,
     /// Sensors that are outputs of the bare model; the rest are channels.
     pub outputs: usize,
-    /// Sensors of the rig that the board does not read.
+    /// Sensors of the rig that the board does not read, and that nothing on it needs.
     pub unread: Vec<String>,
+    /// Outputs that a soft sensor says in their place: the board does not read them either.
+    pub sensed: Vec<String>,
     /// Period of the board's timer, seconds.
     pub period_s: f64,
 }
@@ -197,11 +199,18 @@ impl Setup {
             None => sensors.len(),
             Some(_) => MAX_SIGNALS,
         };
-        let unread = plant.sensors().iter().map(|sensor| sensor.column.clone());
-        let unread = unread.filter(|column| !sensors.iter().any(|s| s.column == *column));
+        let is_output = |k: &usize| control.as_ref().is_some_and(|c| c.outputs.contains(k));
+        let (sensed, unread): (Vec<usize>, Vec<usize>) = (0..plant.sensors().len())
+            .filter(|k| !sensors.iter().any(|sensor| sensor.index == *k))
+            .partition(is_output);
+        let columns = |indices: Vec<usize>| -> Vec<String> {
+            let each = indices.iter();
+            each.map(|k| plant.sensors()[*k].column.clone()).collect()
+        };
         Ok(Self {
             outputs: outputs.clamp(1, MAX_SIGNALS.min(sensors.len())),
-            unread: unread.collect(),
+            unread: columns(unread),
+            sensed: columns(sensed),
             actuators,
             sensors,
             period_s: 1.0 / signals.rate_hz,

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use sinew_sim::{Plant, Rig};
 
-use super::bench::Bench;
+use super::bench::{Bench, Cut};
 use super::journal::Journal;
 use super::setup::Setup;
 use super::simulated::{self, Driven};
@@ -433,4 +433,49 @@ fn a_range_narrows_the_commands_and_one_beyond_the_limit_is_refused() {
             .to_string();
         assert!(error.contains(why), "{error}");
     }
+}
+
+#[test]
+fn the_board_keeps_every_other_actuator_where_it_is_whatever_is_sent() {
+    let folder = folder();
+    let work = open(folder.path(), RIG);
+    let (device, driven) = simulated::start(&work.bare, &work.setup.plant, |_| {});
+    let bench = Bench::new(device, Names::of(&work.bare));
+    let mut bench = bench.unwrap_or_else(|error| panic!("{error}"));
+    let ranges = [(-0.3, 0.3), (0.0, 0.0)];
+    let limited = bench.limit(&work.setup, &ranges, &[4.0, 4.0]);
+    limited.unwrap_or_else(|error| panic!("{error}"));
+    let rows = vec![vec![1.0, 1.0]; 60];
+    let free = [(f64::NEG_INFINITY, f64::INFINITY); 2];
+    let played = bench.play(&rows, &free, &mut |_| false);
+    let played = played.unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(played.recorded.limited_rows, 60);
+    let [first, second] = largest(&driven);
+    assert!((first - 0.3).abs() < 1e-3, "{first}");
+    assert_eq!(second, 0.0);
+}
+
+#[test]
+fn a_reading_that_runs_away_stops_the_board_until_somebody_acknowledges_it() {
+    let folder = folder();
+    let work = open(folder.path(), RIG);
+    let (device, driven) = simulated::start(&work.bare, &work.setup.plant, |_| {});
+    let bench = Bench::new(device, Names::of(&work.bare));
+    let mut bench = bench.unwrap_or_else(|error| panic!("{error}"));
+    let rows: Vec<Vec<f64>> = (0..400).map(|k| vec![0.005 * f64::from(k), 0.0]).collect();
+    let narrow = [(-0.1, 0.1), (-1.0, 1.0)];
+    let played = bench.play(&rows, &narrow, &mut |_| false);
+    let played = played.unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(played.cut, Some(Cut::RanAway(0)));
+    let [first, _] = largest(&driven);
+    assert!(first > 0.2 && first < 1.5, "stopped at {first} V of 2 V");
+    assert!(
+        bench
+            .refuses_to_arm()
+            .unwrap_or_else(|error| panic!("{error}"))
+    );
+    bench.settle().unwrap_or_else(|error| panic!("{error}"));
+    bench
+        .arm_at_rest()
+        .unwrap_or_else(|error| panic!("{error}"));
 }
