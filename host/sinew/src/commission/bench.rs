@@ -284,7 +284,7 @@ impl Bench {
             .collect();
         let (mut away, mut asked) = (None, false);
         self.moves = true;
-        let recorded = record_watched(
+        let result = record_watched(
             &mut self.device,
             &self.names,
             &rows,
@@ -306,11 +306,15 @@ impl Bench {
                 asked = watch(seen);
                 if asked { Watch::End } else { Watch::Go }
             },
-        )?;
-        self.moves = false;
+        );
         if interrupt.stop.is_asked() {
+            // Whatever came of the motion: it may have ended in the same moment.
+            self.device.emergency_stop()?;
+            self.moves = false;
             return Err(Error::interrupted());
         }
+        let recorded = result?;
+        self.moves = false;
         let cut = match (away, recorded.ended) {
             (Some(sensor), _) => Some(Cut::RanAway(sensor)),
             (None, Some(state)) => Some(Cut::Board(state)),
