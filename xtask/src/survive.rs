@@ -10,11 +10,12 @@ use xtask::process::{self, cargo};
 use xtask::setup::{self, Extent};
 
 /// Ten million frames from a hostile peer, a hundred thousand random states, an hour of control at
-/// 120 Hz, every printed network in QEMU.
+/// 120 Hz, a million stops of a step, every printed network in QEMU.
 const LONG: &[(&str, &str)] = &[
     ("SINEW_HOSTILE_FRAMES", "10000000"),
     ("SINEW_WORST_STATES", "100000"),
     ("SINEW_SOAK_STEPS", "432000"),
+    ("SINEW_STOPS", "1000000"),
     ("SINEW_NETWORKS", "1"),
 ];
 
@@ -22,6 +23,8 @@ const LONG: &[(&str, &str)] = &[
 const PROGRAMS: &[(&str, &str)] = &[
     ("sinew-device", "hostile"),
     ("sinew-tests", "endurance"),
+    ("sinew-mpc", "stops"),
+    ("sinew-mpc", "state"),
     ("sinew-nn", "networks"),
 ];
 

@@ -27,7 +27,7 @@ void sinew_mpc_open_loop(const float *y_measured, const float *u_asked, float *u
    controller with a state has learned of the plant. It does not latch: the next step controls again. */
 void sinew_mpc_emergency_stop(float *u_out);
 
-/* Status of a step. From 3 on nothing was optimised. */
+/* Status of a step. From 3 to 8 nothing was optimised. */
 enum {
     SINEW_CONVERGED = 0,
     SINEW_ITERATION_LIMIT = 1, /* the usual case */
@@ -37,7 +37,8 @@ enum {
     SINEW_NOT_FINITE = 5,      /* the prediction, and the cost as well */
     SINEW_SIGNAL_LOST = 6,     /* going to the safe commands; also before the first step */
     SINEW_DISARMED = 7,        /* going to the safe commands, as asked */
-    SINEW_OPEN_LOOP = 8
+    SINEW_OPEN_LOOP = 8,
+    SINEW_STOPPED = 9          /* optimised until the model's budget was used up */
 };
 uint32_t sinew_mpc_last_status(void);
 

@@ -459,7 +459,7 @@ pub struct Ticks {
     /// Of the longest seen.
     pub longest: u32,
     /// No step can take more: what surrounds the optimisation, and each of its parts at its
-    /// longest, as often as the const parameters allow (`Work::most`).
+    /// longest, as often as the const parameters allow (`Work::most`) and the model's budget.
     pub bound: u32,
 }
 
@@ -506,11 +506,15 @@ pub fn times<
         around = around.max(passed);
         parts = parts.or_more(control.parts(&mut drawn, || clock.ticks()));
     }
-    let most = control.most_work();
+    let by_iterations = parts.bound(&control.most_work());
+    let bound = match control.budget() {
+        Some(budget) => by_iterations.min(budget.bound(&parts)),
+        None => by_iterations,
+    };
     Ticks {
         steps,
         mean: u32::try_from(sum / u64::from(steps.max(1))).unwrap_or(u32::MAX),
         longest,
-        bound: parts.bound(&most).saturating_add(around),
+        bound: bound.saturating_add(around),
     }
 }

@@ -251,6 +251,7 @@ pub enum StatusOnWire {
     SignalLost,
     Disarmed,
     OpenLoop,
+    Stopped,
 }
 
 impl From<Status> for StatusOnWire {
@@ -265,6 +266,7 @@ impl From<Status> for StatusOnWire {
             Status::SignalLost => Self::SignalLost,
             Status::Disarmed => Self::Disarmed,
             Status::OpenLoop => Self::OpenLoop,
+            Status::Stopped => Self::Stopped,
         }
     }
 }

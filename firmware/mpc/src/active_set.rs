@@ -11,6 +11,7 @@
     reason = "one index runs through several arrays and their neighbours, as in the equations"
 )]
 
+use crate::budget::{Interrupt, Part, Unlimited};
 use crate::constraints::{ActiveSet, Bounds, Constraint, Side};
 use crate::cost::{Quadratic, dot};
 use crate::ldl;
@@ -44,19 +45,19 @@ pub fn solve<const NU: usize, const NV: usize>(
     active: &mut ActiveSet<NV>,
     w: &mut [f32; NV],
 ) -> Solution {
-    solve_until(quadratic, bounds, u, active, w, &mut || false)
+    solve_within(quadratic, bounds, u, active, w, &mut Unlimited)
 }
 
-/// As [`solve`], until `stop` says so, which is asked before every factorisation: `w` is then the
-/// best that was found, and inside the limits.
+/// As [`solve`], until `interrupt` ends it, which is asked before every factorisation: `w` is then
+/// the best that was found, and inside the limits.
 #[inline(never)]
-pub(crate) fn solve_until<const NU: usize, const NV: usize>(
+pub(crate) fn solve_within<const NU: usize, const NV: usize>(
     quadratic: &Quadratic<NV>,
     bounds: &Bounds<NU, NV>,
     u: &[f32; NV],
     active: &mut ActiveSet<NV>,
     w: &mut [f32; NV],
-    stop: &mut impl FnMut() -> bool,
+    interrupt: &mut impl Interrupt,
 ) -> Solution {
     *w = *u;
     active.keep_tight(bounds, u);
@@ -71,7 +72,7 @@ pub(crate) fn solve_until<const NU: usize, const NV: usize>(
         optimal: false,
     };
     for _ in 0..iteration_limit(NV) {
-        if stop() {
+        if interrupt.ends(Part::Factorisation) {
             break;
         }
         solution.iterations += 1;

@@ -1,6 +1,7 @@
 //! Band around the prediction that keeps its promise, and bridging for as long as it is narrow
 //! (docs/explanation/controller.md, section 13).
 
+use crate::budget::Budget;
 use crate::channel_watch::LeftOut;
 use crate::controller::{ControlLoop, Step};
 use crate::cost::CostTerm;
@@ -486,5 +487,10 @@ impl<
     #[inline(always)]
     fn most_work(&self) -> Work {
         self.controller.most_work()
+    }
+
+    #[inline(always)]
+    fn budget(&self) -> Option<Budget> {
+        self.controller.budget()
     }
 }

@@ -1,5 +1,6 @@
 //! One step of the loop: measure, estimate, optimise, limit.
 
+use crate::budget::{Interrupt, Meter, Unlimited, Until};
 use crate::constraints::Bounds;
 use crate::cost::CostTerm;
 use crate::estimator::{Estimator, Sample};
@@ -9,6 +10,7 @@ use crate::newton::{self, MAX_ITERATIONS};
 use crate::problem::{Plan, Problem, Weights};
 use crate::scaling::ModelScaling;
 use crate::status::Status;
+use crate::tuning::Tuning;
 use crate::work_bound::Parts;
 
 /// Everything that may change between two calls; model units except where stated.
@@ -173,14 +175,19 @@ impl<
     /// One step, all arguments in physical units: measured outputs (NaN: missing), sensor channels,
     /// r(k+1) .. r(k+P).
     ///
-    /// The command is inside the limits exactly, for any input and whatever the status.
+    /// The command is inside the limits exactly, for any input and whatever the status. Where the
+    /// model has a [`BUDGET`](crate::Tuning::BUDGET), the optimisation keeps to it.
     #[inline(never)]
     pub fn step(&mut self, y: &[f32; NY], s: &[f32; NS], reference: &[[f32; NY]; P]) -> Step<NU> {
-        self.step_while(y, s, reference, || false)
+        match <M::Model as Tuning>::BUDGET {
+            None => self.step_while(y, s, reference, &mut Unlimited),
+            Some(budget) => self.step_while(y, s, reference, &mut Meter::new(budget)),
+        }
     }
 
-    /// As [`ControlLoop::step`], with a budget of time: the optimisation ends soon after `stop`
-    /// becomes true ([`newton::solve_until`]), with the best plan so far.
+    /// As [`ControlLoop::step`], with a budget of time in the place of the model's: the
+    /// optimisation ends soon after `stop` becomes true ([`newton::solve_until`]), with the best
+    /// plan so far.
     ///
     /// ```
     /// # use sinew_mpc::{Limits, Model, Propagate, Settings, Status, Tuning};
@@ -226,7 +233,20 @@ impl<
         reference: &[[f32; NY]; P],
         stop: impl FnMut() -> bool,
     ) -> Step<NU> {
-        self.step_while(y, s, reference, stop)
+        self.step_while(y, s, reference, &mut Until(stop))
+    }
+
+    /// As [`ControlLoop::step`], until `interrupt` ends the optimisation, in the place of the
+    /// model's budget.
+    #[inline(never)]
+    pub fn step_within(
+        &mut self,
+        y: &[f32; NY],
+        s: &[f32; NS],
+        reference: &[[f32; NY]; P],
+        interrupt: &mut impl Interrupt,
+    ) -> Step<NU> {
+        self.step_while(y, s, reference, interrupt)
     }
 
     #[inline(always)]
@@ -235,7 +255,7 @@ impl<
         y: &[f32; NY],
         s: &[f32; NS],
         reference: &[[f32; NY]; P],
-        stop: impl FnMut() -> bool,
+        interrupt: &mut impl Interrupt,
     ) -> Step<NU> {
         let valid = self.settings.is_valid();
         let sample = self.observe(y, s, valid);
@@ -251,7 +271,7 @@ impl<
             step.u = self.limiter.ramp_to_safe();
             self.warm = false;
         } else {
-            self.optimise(reference, valid, &mut step, stop);
+            self.optimise(reference, valid, &mut step, interrupt);
             let unsaturated = self
                 .scaling
                 .u
@@ -309,7 +329,7 @@ impl<
         reference: &[[f32; NY]; P],
         valid: bool,
         step: &mut Step<NU>,
-        stop: impl FnMut() -> bool,
+        interrupt: &mut impl Interrupt,
     ) {
         if self.warm {
             self.plan.shift::<NU, N, NB>(&self.horizons);
@@ -349,7 +369,7 @@ impl<
             horizons: &self.horizons,
         };
         let iterations = self.settings.iterations;
-        let outcome = newton::solve_until(&problem, &mut self.plan, iterations, stop);
+        let outcome = newton::solve_within(&problem, &mut self.plan, iterations, interrupt);
         step.status = outcome.status;
         step.iterations = outcome.iterations;
         step.cost = outcome.cost;

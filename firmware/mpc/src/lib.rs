@@ -41,6 +41,7 @@
 pub mod active_set;
 pub mod band;
 pub mod barrier;
+pub mod budget;
 pub mod channel_watch;
 mod chunk;
 pub mod constraints;
@@ -72,6 +73,7 @@ pub mod terminal;
 pub mod tuning;
 pub mod work_bound;
 
+pub use budget::{Budget, Interrupt, Meter, Unlimited, Until};
 pub use channel_watch::{ChannelWatch, Consistency};
 pub use constraints::{ActiveSet, Bounds};
 pub use controller::{ControlLoop, Settings, Step};
@@ -81,7 +83,7 @@ pub use filter::{Filter, FilterSettings, LateFilter, Prior, StateSpace};
 pub use limits::Limits;
 pub use model::{Jacobian, Model, Regressor};
 pub use move_blocking::Horizons;
-pub use newton::{MAX_ITERATIONS, Outcome, solve, solve_until};
+pub use newton::{MAX_ITERATIONS, Outcome, solve, solve_until, solve_within};
 pub use predictive_loop::PredictiveLoop;
 pub use problem::{Plan, Problem, Weights};
 pub use scaling::ModelScaling;

@@ -1,6 +1,7 @@
 //! Safeguarded Newton iterations on the plan (docs/explanation/controller.md, section 5).
 
 use crate::active_set;
+use crate::budget::{Interrupt, Part, Unlimited, Until};
 use crate::cost::{CostTerm, Path, Quadratic};
 use crate::model::Model;
 use crate::problem::{Plan, Problem};
@@ -68,17 +69,15 @@ pub fn solve<
     plan: &mut Plan<NV>,
     iterations: u8,
 ) -> Outcome {
-    solve_until(problem, plan, iterations, || false)
+    solve_within(problem, plan, iterations, &mut Unlimited)
 }
 
-/// As [`solve`], until `stop` says so: it may end at any instant, since every plan on the way is
-/// inside the limits and none is dearer than the one before, to within the last step that promises
-/// so little that it is not evaluated.
+/// As [`solve`], until `stop` says so: by a timer, or by a flag that an interrupt sets.
 ///
 /// `stop` is asked before every iteration, factorisation and evaluation of J but the first, and has
 /// to stay true. At most one of these, or one set of derivatives, is finished after it became true;
-/// after a restart one evaluation more. The status is then [`Status::IterationLimit`].
-#[inline(never)]
+/// after a restart one evaluation more. The status is then [`Status::Stopped`].
+#[inline(always)]
 pub fn solve_until<
     M: CostTerm<NU, NY, NS, ND, DD>,
     const NU: usize,
@@ -93,7 +92,32 @@ pub fn solve_until<
     problem: &Problem<'_, M, NU, NY, NS, ND, DD, N, NB, NV>,
     plan: &mut Plan<NV>,
     iterations: u8,
-    mut stop: impl FnMut() -> bool,
+    stop: impl FnMut() -> bool,
+) -> Outcome {
+    solve_within(problem, plan, iterations, &mut Until(stop))
+}
+
+/// As [`solve`], until `interrupt` ends it. It may end at any instant: every plan on the way is
+/// inside the limits, and none is dearer than the one before, to within the last step that promises
+/// so little that it is not evaluated. The status of an optimisation that was cut short is
+/// [`Status::Stopped`].
+#[inline(never)]
+pub fn solve_within<
+    M: CostTerm<NU, NY, NS, ND, DD>,
+    I: Interrupt,
+    const NU: usize,
+    const NY: usize,
+    const NS: usize,
+    const ND: usize,
+    const DD: usize,
+    const N: usize,
+    const NB: usize,
+    const NV: usize,
+>(
+    problem: &Problem<'_, M, NU, NY, NS, ND, DD, N, NB, NV>,
+    plan: &mut Plan<NV>,
+    iterations: u8,
+    interrupt: &mut I,
 ) -> Outcome {
     let allowed = iterations.clamp(1, MAX_ITERATIONS);
     problem.bounds.project(&mut plan.u);
@@ -112,21 +136,24 @@ pub fn solve_until<
     let mut restarted = false;
     let mut quadratic = Quadratic::new();
     let mut candidate = plan.u;
-    while outcome.iterations < allowed && !stop() {
+    while outcome.iterations < allowed {
+        if interrupt.ends(Part::Derivative) {
+            outcome.status = Status::Stopped;
+            break;
+        }
         problem.linearise(&plan.u, &trajectory, &mut quadratic);
         outcome.iterations += 1;
         let mut active = plan.active.clone();
-        active_set::solve_until(
+        let subproblem = active_set::solve_within(
             &quadratic,
             problem.bounds,
             &plan.u,
             &mut active,
             &mut candidate,
-            &mut stop,
+            interrupt,
         );
-        if stop() {
-            break;
-        }
+        // A subproblem that was cut short says nothing about the optimum.
+        let cut = I::LIMITED && !subproblem.optimal;
         let step: [f32; NV] = core::array::from_fn(|v| candidate[v] - plan.u[v]);
         let slope = quadratic.slope(&step);
         let curvature = quadratic.curvature(&step);
@@ -145,7 +172,14 @@ pub fn solve_until<
                 plan.active = active;
                 outcome.cost -= predicted_reduction;
             }
-            outcome.status = Status::Converged;
+            outcome.status = if cut {
+                Status::Stopped
+            } else {
+                Status::Converged
+            };
+        } else if interrupt.ends(Part::Rollout) {
+            outcome.status = Status::Stopped;
+            break;
         } else {
             let cost = problem.rollout(&candidate, &mut trajectory);
             if cost <= outcome.cost + SUFFICIENT_DECREASE * slope {
@@ -153,7 +187,7 @@ pub fn solve_until<
                 plan.u = candidate;
                 plan.active = active;
                 outcome.cost = cost;
-                agrees = (cost - predicted_cost).abs() <= MODEL_AGREEMENT * cost;
+                agrees = !cut && (cost - predicted_cost).abs() <= MODEL_AGREEMENT * cost;
                 outcome.status = if agrees {
                     Status::Converged
                 } else {
@@ -169,10 +203,11 @@ pub fn solve_until<
                     slope,
                     cost,
                     &mut outcome,
-                    &mut stop,
-                ) || stop()
-                {
+                    interrupt,
+                ) {
                     Status::IterationLimit
+                } else if interrupt.ended() {
+                    Status::Stopped
                 } else {
                     Status::NoDecrease
                 };
@@ -180,7 +215,11 @@ pub fn solve_until<
         }
         if !agrees && !restarted && outcome.cost > RESTART_RATIO * before {
             restarted = true;
-            restart(problem, plan, &mut trajectory, outcome.cost, &mut stop);
+            let looked = restart(problem, plan, &mut trajectory, outcome.cost, interrupt);
+            if interrupt.ends(Part::Rollout) && !looked {
+                outcome.status = Status::Stopped;
+                break;
+            }
             outcome.cost = problem.rollout(&plan.u, &mut trajectory);
             outcome.status = Status::IterationLimit;
         } else if outcome.status != Status::IterationLimit {
@@ -216,12 +255,12 @@ fn line_search<
     slope: f32,
     cost_of_step: f32,
     outcome: &mut Outcome,
-    stop: &mut impl FnMut() -> bool,
+    interrupt: &mut impl Interrupt,
 ) -> bool {
     let mut fraction = 1.0_f32;
     let mut cost = cost_of_step;
     for _ in 0..BACKTRACKS {
-        if stop() {
+        if interrupt.ends(Part::Rollout) {
             break;
         }
         let rise = cost - outcome.cost - slope * fraction;

@@ -1,5 +1,6 @@
 //! Common interface of the two predictive controllers, for a device's session.
 
+use crate::budget::Budget;
 use crate::channel_watch::LeftOut;
 use crate::controller::{ControlLoop, Settings, Step};
 use crate::cost::CostTerm;
@@ -8,6 +9,7 @@ use crate::limits::Limits;
 use crate::model::{Jacobian, Model};
 use crate::network;
 use crate::state_loop::{StateLoop, StateSettings};
+use crate::tuning::Tuning;
 use crate::work_bound::{Parts, Work};
 
 /// Predictive controller with `NU` commands, `NY` outputs, `NS` channels and `N` steps predicted:
@@ -115,8 +117,14 @@ pub trait PredictiveLoop<const NU: usize, const NY: usize, const NS: usize, cons
     /// Cost of the parts of an optimisation at the plan that `draw` gives, model units.
     fn parts(&self, draw: &mut impl FnMut() -> f32, ticks: impl Fn() -> u32) -> Parts;
 
-    /// The most that one optimisation may do.
+    /// The most that one optimisation may do, by its iterations.
     fn most_work(&self) -> Work;
+
+    /// The model's own budget of an optimisation, where it has one.
+    #[inline(always)]
+    fn budget(&self) -> Option<Budget> {
+        None
+    }
 }
 
 impl<
@@ -267,6 +275,11 @@ impl<
     #[inline(always)]
     fn most_work(&self) -> Work {
         Work::most(self.settings().iterations, NU, NV)
+    }
+
+    #[inline(always)]
+    fn budget(&self) -> Option<Budget> {
+        <M::Model as Tuning>::BUDGET
     }
 }
 
@@ -432,6 +445,11 @@ impl<
     #[inline(always)]
     fn most_work(&self) -> Work {
         Work::most(self.settings().iterations, NU, NV)
+    }
+
+    #[inline(always)]
+    fn budget(&self) -> Option<Budget> {
+        S::BUDGET
     }
 }
 

@@ -3,6 +3,7 @@
 //! answers a small change by next to nothing, so that the step points far and wrong and its
 //! shortened parts gain little, while the reference is leaving.
 
+use crate::budget::{Interrupt, Part};
 use crate::cost::{CostTerm, Path};
 use crate::problem::{Plan, Problem};
 
@@ -13,8 +14,8 @@ pub(crate) const RESTART_RATIO: f32 = 8.0;
 /// Distance by which the plan is moved to look further, as a part of the channel's range.
 const PERTURBATION: f32 = 0.125;
 
-/// Looks to both sides of a plan of this cost and replaces it by what is better. Cost: two
-/// evaluations of J a channel.
+/// Looks to both sides of a plan of this cost and replaces it by what is better; `false` where
+/// it looked at none, for lack of time or of a range. Cost: two evaluations of J a channel.
 #[inline(never)]
 pub(crate) fn restart<
     M: CostTerm<NU, NY, NS, ND, DD>,
@@ -31,8 +32,9 @@ pub(crate) fn restart<
     plan: &mut Plan<NV>,
     trajectory: &mut Path<M, NU, NY, NS, ND, DD, N>,
     cost: f32,
-    stop: &mut impl FnMut() -> bool,
-) {
+    interrupt: &mut impl Interrupt,
+) -> bool {
+    let mut looked = false;
     let mut least = cost;
     let found = plan.u;
     let bounds = problem.bounds;
@@ -42,9 +44,10 @@ pub(crate) fn restart<
             continue;
         }
         for perturbation in [PERTURBATION * range, -PERTURBATION * range] {
-            if stop() {
-                return;
+            if interrupt.ends(Part::Perturbation) {
+                return looked;
             }
+            looked = true;
             let mut candidate = found;
             for u in candidate.iter_mut().skip(channel).step_by(NU) {
                 *u += perturbation;
@@ -57,4 +60,5 @@ pub(crate) fn restart<
             }
         }
     }
+    looked
 }

@@ -1,6 +1,7 @@
 //! Soft sensor: outputs that no sensor reads, computed from channels that are read
 //! (docs/explanation/controller.md, section 11).
 
+use crate::budget::Budget;
 use crate::channel_watch::{LeftOut, Unwatched, Watch};
 use crate::controller::{ControlLoop, Step};
 use crate::cost::CostTerm;
@@ -332,6 +333,11 @@ impl<
     #[inline(always)]
     fn most_work(&self) -> Work {
         self.controller.most_work()
+    }
+
+    #[inline(always)]
+    fn budget(&self) -> Option<Budget> {
+        self.controller.budget()
     }
 }
 

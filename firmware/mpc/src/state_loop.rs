@@ -1,6 +1,7 @@
 //! One step of a loop that knows its state: filter, optimise, limit
 //! (docs/explanation/controller.md, section 10).
 
+use crate::budget::{Interrupt, Meter, Unlimited, Until};
 use crate::constraints::Bounds;
 use crate::controller::{Step, scaled_bounds};
 use crate::estimator::Sample;
@@ -128,9 +129,47 @@ impl<
     /// the outputs.
     ///
     /// The command is inside the limits exactly, for any input and whatever the status.
-    /// `Step::predicted` says that at least one measurement was missing or refused.
+    /// `Step::predicted` says that at least one measurement was missing or refused. Where the model
+    /// has a [`BUDGET`](StateSpace::BUDGET), the optimisation keeps to it.
     #[inline(never)]
     pub fn step(&mut self, m: &[f32; NM], reference: &[[f32; NY]; N]) -> Step<NU> {
+        match S::BUDGET {
+            None => self.step_while(m, reference, &mut Unlimited),
+            Some(budget) => self.step_while(m, reference, &mut Meter::new(budget)),
+        }
+    }
+
+    /// As [`StateLoop::step`], with a budget of time in the place of the model's: the optimisation
+    /// ends soon after `stop` becomes true ([`newton::solve_until`]), with the best plan so far.
+    #[inline(never)]
+    pub fn step_until(
+        &mut self,
+        m: &[f32; NM],
+        reference: &[[f32; NY]; N],
+        stop: impl FnMut() -> bool,
+    ) -> Step<NU> {
+        self.step_while(m, reference, &mut Until(stop))
+    }
+
+    /// As [`StateLoop::step`], until `interrupt` ends the optimisation, in the place of the model's
+    /// budget.
+    #[inline(never)]
+    pub fn step_within(
+        &mut self,
+        m: &[f32; NM],
+        reference: &[[f32; NY]; N],
+        interrupt: &mut impl Interrupt,
+    ) -> Step<NU> {
+        self.step_while(m, reference, interrupt)
+    }
+
+    #[inline(always)]
+    fn step_while(
+        &mut self,
+        m: &[f32; NM],
+        reference: &[[f32; NY]; N],
+        interrupt: &mut impl Interrupt,
+    ) -> Step<NU> {
         let sample = self.observe(m);
         let mut step = Step {
             u: [0.0; NU],
@@ -144,7 +183,7 @@ impl<
             step.u = self.limiter.ramp_to_safe();
             self.warm = false;
         } else {
-            self.optimise(reference, &mut step);
+            self.optimise(reference, &mut step, interrupt);
             let planned = self.plan.first(&self.horizons, &self.bounds.previous);
             step.u = self.limiter.limit(&self.scaling.u.to_physical(&planned));
         }
@@ -194,7 +233,12 @@ impl<
     }
 
     /// Continues the plan of the last step and improves it, if the request makes sense.
-    fn optimise(&mut self, reference: &[[f32; NY]; N], step: &mut Step<NU>) {
+    fn optimise(
+        &mut self,
+        reference: &[[f32; NY]; N],
+        step: &mut Step<NU>,
+        interrupt: &mut impl Interrupt,
+    ) {
         if self.warm {
             self.plan.shift::<NU, N, NB>(&self.horizons);
         } else {
@@ -226,7 +270,8 @@ impl<
             bounds: &self.bounds,
             horizons: &self.horizons,
         };
-        let outcome = newton::solve(&problem, &mut self.plan, self.settings.iterations);
+        let iterations = self.settings.iterations;
+        let outcome = newton::solve_within(&problem, &mut self.plan, iterations, interrupt);
         step.status = outcome.status;
         step.iterations = outcome.iterations;
         step.cost = outcome.cost;

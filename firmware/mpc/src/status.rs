@@ -7,7 +7,7 @@
 pub enum Status {
     /// The plan is optimal as far as f32 can tell.
     Converged,
-    /// The plan improved until the iterations, or the time, were used up: the usual case.
+    /// The plan improved until the iterations were used up: the usual case.
     IterationLimit,
     /// A step was found that should lower the cost and did not; the better plan is kept.
     NoDecrease,
@@ -24,6 +24,9 @@ pub enum Status {
     Disarmed,
     /// The command is one that was asked for, inside the limits; nothing was optimised.
     OpenLoop,
+    /// The plan improved until a budget or an interrupt ended the optimisation
+    /// ([`budget`](crate::budget)).
+    Stopped,
 }
 
 impl Status {
@@ -31,7 +34,7 @@ impl Status {
     pub const fn is_controlled(self) -> bool {
         matches!(
             self,
-            Status::Converged | Status::IterationLimit | Status::NoDecrease
+            Status::Converged | Status::IterationLimit | Status::NoDecrease | Status::Stopped
         )
     }
 }

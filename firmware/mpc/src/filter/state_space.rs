@@ -1,5 +1,7 @@
 //! State-space model of the controlled device: [`StateSpace`] and its derivatives.
 
+use crate::budget::Budget;
+
 /// Derivatives of the next state; each row is one state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TransitionJacobian<const NX: usize, const NU: usize, const NP: usize> {
@@ -34,6 +36,10 @@ pub trait StateSpace<const NX: usize, const NU: usize, const NM: usize, const NP
 
     /// A trace before any transition.
     const TRACE: Self::Trace;
+
+    /// Most work of the optimisation of a step of [`StateLoop`](crate::StateLoop), as
+    /// [`Tuning::BUDGET`](crate::Tuning::BUDGET).
+    const BUDGET: Option<Budget> = None;
 
     /// The next state; `trace` is overwritten.
     fn transition(

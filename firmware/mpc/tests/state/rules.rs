@@ -19,6 +19,44 @@ fn inside(u: f32, before: f32) -> bool {
 }
 
 #[test]
+fn a_step_stopped_anywhere_stays_inside_the_limits() {
+    let stops = std::env::var("SINEW_STOPS").map_or(100_000, |text| {
+        text.parse::<usize>().expect("SINEW_STOPS is a count")
+    });
+    let mut random = Random(17);
+    let (mut stopped, mut moved) = (0, 0);
+    for _ in 0..stops.div_ceil(200) {
+        let mut controller = controller(FILTER);
+        let mut plant = Plant::drawn(5);
+        let mut before = 0.0;
+        for k in 0..200 {
+            let reading = match (random.unit() * 40.0) as u32 {
+                0 => f64::NAN,
+                1 => 1e9,
+                _ => plant.q + noise(&mut random),
+            };
+            let until = (random.unit() * random.unit() * 20.0) as u32;
+            let mut asked = 0;
+            let reference = [[if k % 50 < 25 { 0.2 } else { 0.0 }]; 12];
+            let step = controller.step_until(&[reading as f32], &reference, || {
+                asked += 1;
+                asked > until
+            });
+            assert!(inside(step.u[0], before), "{step:?}");
+            stopped += usize::from(step.status == Status::Stopped);
+            moved += usize::from(step.u[0] != before);
+            before = step.u[0];
+            plant.advance(f64::from(step.u[0]));
+        }
+    }
+    println!("{stops} steps, {stopped} stopped, {moved} moves");
+    assert!(
+        stopped > stops / 4 && moved > stops / 4,
+        "{stopped}, {moved}"
+    );
+}
+
+#[test]
 fn a_load_leaves_no_steady_error() {
     let mut controller = controller(FILTER);
     let mut plant = Plant::drawn(3);

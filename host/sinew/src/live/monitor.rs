@@ -442,6 +442,7 @@ fn statuses() -> String {
         Status::SignalLost,
         Status::Disarmed,
         Status::OpenLoop,
+        Status::Stopped,
     ];
     all.map(|status| format!("{} {status:?}", status as u8))
         .join(", ")
