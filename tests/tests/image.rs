@@ -133,6 +133,7 @@ fn untrained(signals: &Signals) -> ModelSpec {
             tracking_weight: vec![1.0; outputs],
             move_suppression: vec![0.1; inputs],
             command_weight: 0.0,
+            budget: None,
             observer_gain: 1.0,
             lower: end(0),
             upper: end(1),

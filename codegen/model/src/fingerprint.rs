@@ -113,6 +113,10 @@ pub fn fingerprint(spec: &ModelSpec) -> u32 {
     hash.count(control.iterations.into());
     hash.count(control.max_missing_samples.into());
     // Only where there is one, as above.
+    if let Some(budget) = control.budget {
+        hash.text("budget");
+        hash.bytes(&budget.to_le_bytes());
+    }
     if let Some(value) = &control.value {
         hash.text("value");
         hash.count(value.rows);

@@ -8,6 +8,7 @@
 //! | [`store`] | the model on disk: `model.toml` and `weights.safetensors` |
 //! | [`evaluate`] | the predictor and its Jacobian in double precision, the reference of every test |
 //! | [`value`] | the cost-to-go at the end of the horizon |
+//! | [`work`] | instructions of an optimisation's parts, estimated |
 //! | [`emit`] | the printed crate |
 //! | [`regenerate`] | committed models, printed again and compared |
 //! | [`mod@reference`] | the importer of the reference problem |
@@ -25,5 +26,6 @@ pub mod spec;
 pub mod store;
 pub mod to_network;
 pub mod value;
+pub mod work;
 
 pub use fingerprint::fingerprint;

@@ -191,6 +191,7 @@ pub fn import(
             tracking_weight: problem.tracking_weight,
             move_suppression: problem.move_suppression,
             command_weight: 0.0,
+            budget: None,
             observer_gain: 1.0,
             lower: problem.u_min,
             upper: problem.u_max,

@@ -69,6 +69,14 @@ fn emitted_code_is_formatted() {
         &[(40, Tanh), (2, Linear)],
     );
     let deep = support::network("deep", OutputForm::Increment, 0, &[(2, Tanh); 12]);
+    let budgeted = ModelSpec {
+        control: sinew_model::spec::ControlSpec {
+            command_weight: 0.002,
+            budget: Some(30_000),
+            ..many.control.clone()
+        },
+        ..many.clone()
+    };
     let infinite = ModelSpec {
         control: sinew_model::spec::ControlSpec {
             lower: vec![f64::NEG_INFINITY; 2],
@@ -87,6 +95,7 @@ fn emitted_code_is_formatted() {
     };
     for spec in [
         weighted,
+        budgeted,
         support::tiny(),
         support::with_shortcut(),
         support::with_value(),
@@ -134,11 +143,30 @@ fn weight_and_observer_are_beside_the_settings_and_only_where_there_are_any() {
     };
     let plain = emitted(&spec);
     assert!(!plain.contains("COMMAND_WEIGHT") && !plain.contains("OBSERVER_GAIN"));
+    assert!(!plain.contains("BUDGET"));
     spec.control.command_weight = 0.25;
     spec.control.observer_gain = 0.5;
     let text = emitted(&spec);
     for constant in ["COMMAND_WEIGHT: f32 = 0.25", "OBSERVER_GAIN: f32 = 0.5"] {
         assert!(text.contains(&format!("    const {constant};\n")), "{text}");
+    }
+}
+
+#[test]
+fn a_budget_is_printed_with_the_work_of_its_parts() {
+    let mut spec = support::reference("S");
+    spec.control.budget = Some(30_000);
+    let files = files(&spec);
+    let control = files.iter().find(|file| file.path.ends_with("control.rs"));
+    let text = &control.expect("control.rs is always emitted").text;
+    let parts = sinew_model::work::parts(&spec);
+    for line in [
+        "ticks: 30000,".to_string(),
+        format!("rollout: {},", parts.rollout),
+        format!("derivative: {},", parts.derivative),
+        format!("factorisation: {},", parts.factorisation),
+    ] {
+        assert!(text.contains(&line), "{line}:\n{text}");
     }
 }
 
@@ -163,7 +191,7 @@ fn a_fingerprint_stays_and_notices_every_change() {
     assert_eq!(fingerprint(&spec), 0xb2e6_216c);
 
     let mut seen = vec![fingerprint(&spec)];
-    let changes: [fn(&mut ModelSpec); 12] = [
+    let changes: [fn(&mut ModelSpec); 14] = [
         |spec| spec.name.push('x'),
         |spec| spec.period_s *= 2.0,
         |spec| spec.inputs[1].offset = 1.0,
@@ -180,6 +208,8 @@ fn a_fingerprint_stays_and_notices_every_change() {
         |spec| spec.control.first_step += 1,
         |spec| spec.control.command_weight = 0.002,
         |spec| spec.control.observer_gain = 0.002,
+        |spec| spec.control.budget = Some(30_000),
+        |spec| spec.control.budget = Some(30_001),
     ];
     for change in changes {
         let mut changed = spec.clone();
@@ -188,7 +218,7 @@ fn a_fingerprint_stays_and_notices_every_change() {
     }
     seen.sort_unstable();
     seen.dedup();
-    assert_eq!(seen.len(), 13, "two of the models share a fingerprint");
+    assert_eq!(seen.len(), 15, "two of the models share a fingerprint");
 
     let without_golden = ModelSpec {
         soft_sensor: None,

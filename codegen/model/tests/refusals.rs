@@ -73,6 +73,8 @@ fn specifications() {
         |spec| spec.control.tracking_weight = vec![0.0],
         |spec| spec.control.move_suppression = vec![-0.1],
         |spec| spec.control.command_weight = -0.1,
+        |spec| spec.control.budget = Some(999),
+        |spec| spec.control.budget = Some(u32::MAX),
         |spec| spec.control.observer_gain = 0.0,
         |spec| spec.control.observer_gain = 1.5,
         |spec| spec.control.upper = vec![-10.0],

@@ -295,6 +295,7 @@ fn model() -> impl Strategy<Value = ModelSpec> {
                         // Without one, and with one that no short decimal is.
                         command_weight: [0.0, period_s / 3.0][n_s % 2],
                         observer_gain: [1.0, 1.0 / 3.0][n_y % 2],
+                        budget: [None, Some(30_000)][n_u % 2],
                         ..support::control(n_u, n_y)
                     },
                     soft_sensor: None,

@@ -461,6 +461,8 @@ pub struct Ticks {
     /// No step can take more: what surrounds the optimisation, and each of its parts at its
     /// longest, as often as the const parameters allow (`Work::most`) and the model's budget.
     pub bound: u32,
+    /// The longest of each part of an optimisation.
+    pub parts: Parts,
 }
 
 /// Times `steps` control steps at random states with random references, and the parts of an
@@ -516,5 +518,6 @@ pub fn times<
         mean: u32::try_from(sum / u64::from(steps.max(1))).unwrap_or(u32::MAX),
         longest,
         bound: bound.saturating_add(around),
+        parts,
     }
 }

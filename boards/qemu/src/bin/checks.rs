@@ -39,6 +39,7 @@ fn main() -> ! {
         mean,
         longest,
         bound,
+        parts,
     } = times::<_, NU, NY, NS, HORIZON>(
         CONTROLLER.init_with(model::control::controller),
         STEPS,
@@ -46,12 +47,16 @@ fn main() -> ! {
     );
     let stack = stack::high_water_bytes();
     defmt::info!(
-        "ticks: steps {=u32} mean {=u32} longest {=u32} bound {=u32} stack {=u32}",
+        "ticks: steps {=u32} mean {=u32} longest {=u32} bound {=u32} stack {=u32} \
+         rollout {=u32} derivative {=u32} factorisation {=u32}",
         steps,
         mean,
         longest,
         bound,
-        stack
+        stack,
+        parts.rollout,
+        parts.derivative,
+        parts.factorisation
     );
     let make = || subject(Counter, pac::CLOCK_HZ);
     let mut failed = false;

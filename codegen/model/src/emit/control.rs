@@ -5,7 +5,8 @@ use super::parts::{Parts, narrow};
 use super::scaling::scaling;
 use super::{soft_sensor, value};
 use crate::fingerprint::fingerprint;
-use crate::spec::{ControlSpec, ModelSpec, Role};
+use crate::spec::{ModelSpec, Role};
+use crate::work;
 use sinew_nn::literal;
 
 pub(super) fn print(spec: &ModelSpec) -> String {
@@ -123,7 +124,7 @@ fn regression(spec: &ModelSpec) -> Parts {
     let tracking_weight = narrow(&control.tracking_weight);
     let move_suppression = narrow(&control.move_suppression);
     let disturbance_gain = literal::float(control.disturbance_gain as f32);
-    let tuning = tuning(control);
+    let tuning = tuning(spec);
     let sensed_loop = match spec.soft_sensor {
         None => "",
         Some(_) => "use sinew_mpc::soft_sensor::SensedLoop;\n",
@@ -164,7 +165,8 @@ impl Tuning for Network {tuning}
 }
 
 /// Body of `Tuning`: the constants that differ from its defaults.
-fn tuning(control: &ControlSpec) -> String {
+fn tuning(spec: &ModelSpec) -> String {
+    let control = &spec.control;
     let constants = [
         ("COMMAND_WEIGHT", control.command_weight as f32, 0.0),
         ("OBSERVER_GAIN", control.observer_gain as f32, 1.0),
@@ -172,11 +174,30 @@ fn tuning(control: &ControlSpec) -> String {
     let differ = constants.iter().filter(|(_, value, usual)| value != usual);
     let lines: String = differ
         .map(|(name, value, _)| format!("    const {name}: f32 = {};\n", literal::float(*value)))
+        .chain(budget(spec))
         .collect();
     match &lines[..] {
         "" => "{}".into(),
         lines => format!("{{\n{lines}}}"),
     }
+}
+
+/// The budget of the optimisation, where there is one: an associated constant.
+pub(super) fn budget(spec: &ModelSpec) -> Option<String> {
+    let ticks = spec.control.budget?;
+    let parts = work::parts(spec);
+    Some(format!(
+        "    const BUDGET: Option<sinew_mpc::Budget> = Some(sinew_mpc::Budget {{
+        ticks: {ticks},
+        parts: sinew_mpc::Parts {{
+            rollout: {},
+            derivative: {},
+            factorisation: {},
+        }},
+    }});
+",
+        parts.rollout, parts.derivative, parts.factorisation
+    ))
 }
 
 /// The controller behind a soft sensor.

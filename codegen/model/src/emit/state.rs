@@ -32,6 +32,7 @@ pub(super) fn network(spec: &ModelSpec, state: &StateSpec) -> String {
     let bias = list(&output.bias, 6);
     let hidden_bias = list(&hidden.bias, 13);
     let measurement_bias = list(&state.measurement.bias, 18);
+    let budget = super::control::budget(spec).unwrap_or_default();
     format!(
         "//! The transition and the measurement: weights in flash.
 //!
@@ -55,7 +56,7 @@ pub struct Network;
 impl StateSpace<STATES, NU, MEASUREMENTS, PARAMETERS> for Network {{
     type Trace = [f32; UNITS];
     const TRACE: Self::Trace = [0.0; UNITS];
-
+{budget}
     #[inline(always)]
     fn transition(
         &self,

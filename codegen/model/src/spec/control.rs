@@ -1,7 +1,7 @@
 //! The control problem of a model (docs/explanation/controller.md).
 
 use super::ValueSpec;
-use super::limits::{MAX_DECISION_VARIABLES, MAX_HORIZON, MAX_ITERATIONS};
+use super::limits::{MAX_BUDGET, MAX_DECISION_VARIABLES, MAX_HORIZON, MAX_ITERATIONS, MIN_BUDGET};
 use super::validate::check;
 use super::{Role, SpecError};
 
@@ -39,6 +39,9 @@ pub struct ControlSpec {
     pub observer_gain: f64,
     /// Newton iterations in one step.
     pub iterations: u8,
+    /// Most instructions of the optimisation of one step, as [`work::parts`](crate::work::parts)
+    /// counts them; `None`: the iterations alone end it.
+    pub budget: Option<u32>,
     /// Missing samples in a row that are predicted before the safe command is given.
     pub max_missing_samples: u16,
     /// Cost-to-go at the end of the horizon; `None`: the horizon is all that counts.
@@ -111,6 +114,14 @@ impl ControlSpec {
             format!("1 to {MAX_ITERATIONS}"),
             |n| (1..=MAX_ITERATIONS).contains(&n),
         )?;
+        if let Some(budget) = self.budget {
+            check(
+                "control.budget",
+                budget,
+                format!("{MIN_BUDGET} to {MAX_BUDGET} instructions"),
+                |n| (MIN_BUDGET..=MAX_BUDGET).contains(&n),
+            )?;
+        }
         match &self.value {
             Some(value) => value.validate(self.horizon, outputs),
             None => Ok(()),

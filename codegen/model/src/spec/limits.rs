@@ -15,6 +15,10 @@ pub const MAX_HORIZON: usize = 128;
 pub const MAX_DECISION_VARIABLES: usize = 64;
 /// Newton iterations in one control step.
 pub const MAX_ITERATIONS: u8 = 8;
+/// Least budget of the optimisation of a step, instructions: no model has a shorter iteration.
+pub const MIN_BUDGET: u32 = 1000;
+/// Largest budget: more than any chip computes in a period.
+pub const MAX_BUDGET: u32 = 1_000_000_000;
 /// Layers of a network.
 pub const MAX_LAYERS: usize = 16;
 /// Outputs of one layer.

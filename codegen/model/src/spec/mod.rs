@@ -83,6 +83,7 @@ impl OutputForm {
 ///         tracking_weight: vec![1.0],
 ///         move_suppression: vec![0.1],
 ///         command_weight: 0.0,
+///         budget: None,
 ///         observer_gain: 1.0,
 ///         lower: vec![-1.0],
 ///         upper: vec![1.0],

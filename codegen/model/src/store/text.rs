@@ -118,6 +118,7 @@ struct ControlTable {
     #[serde(default = "whole")]
     observer_gain: f64,
     iterations: u8,
+    budget: Option<u32>,
     // The older name.
     #[serde(alias = "gap_limit")]
     max_missing_samples: u16,
@@ -395,6 +396,9 @@ fn write_model(text: &mut String, spec: &ModelSpec) -> std::fmt::Result {
         writeln!(text, "observer_gain = {:?}", control.observer_gain)?;
     }
     writeln!(text, "iterations = {}", control.iterations)?;
+    if let Some(budget) = control.budget {
+        writeln!(text, "budget = {budget}")?;
+    }
     writeln!(
         text,
         "max_missing_samples = {}",
@@ -442,6 +446,7 @@ impl From<ControlTable> for ControlSpec {
             safe: table.safe,
             disturbance_gain: table.disturbance_gain,
             iterations: table.iterations,
+            budget: table.budget,
             max_missing_samples: table.max_missing_samples,
             value: table.value.map(|value| ValueSpec {
                 rows: value.rows,

@@ -274,6 +274,7 @@ pub fn control(inputs: usize, outputs: usize) -> ControlSpec {
         tracking_weight: vec![1.0; outputs],
         move_suppression: vec![0.1; inputs],
         command_weight: 0.0,
+        budget: None,
         observer_gain: 1.0,
         lower: vec![-10.0; inputs],
         upper: vec![10.0; inputs],

@@ -88,8 +88,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         let (steps, rows) = measure(&spec, &boards, arguments.optimise, folder, arguments.quiet)?;
         said.line("");
         said.line(format!(
-            "{}\n{}",
+            "{}\n{}\n{}",
             table(&spec, &steps, &rows).text(),
+            footprint::parts(&spec, &steps).text(),
             REMARK.trim_end()
         ));
         document["name"] = json!(spec.name);

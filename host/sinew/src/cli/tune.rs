@@ -65,7 +65,7 @@ pub struct Arguments {
     /// Evaluations of the objective for each controller.
     #[arg(long, value_name = "COUNT", default_value_t = 300)]
     evaluations: usize,
-    /// Method of the search for the MPC.
+    /// Method of the search.
     #[arg(long, value_enum, default_value = "simplex")]
     by: Method,
     /// Plants that each controller is tuned on: the fitted one and others drawn around it.
@@ -135,6 +135,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         iterations: arguments.iterations,
         tied: arguments.tied,
         by: arguments.by,
+        seed: arguments.common.seed,
         quiet: arguments.common.quiet,
     };
     let folder = tempfile::tempdir()

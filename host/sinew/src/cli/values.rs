@@ -92,7 +92,7 @@ impl ValueEnum for Objective {
 
 impl ValueEnum for Method {
     fn value_variants<'a>() -> &'a [Self] {
-        &[Self::Simplex, Self::Gradient]
+        &[Self::Simplex, Self::Gradient, Self::Population]
     }
 
     fn to_possible_value(&self) -> Option<PossibleValue> {
@@ -100,8 +100,9 @@ impl ValueEnum for Method {
             Self::Simplex => ("simplex", "Nelder-Mead from several starts"),
             Self::Gradient => (
                 "gradient",
-                "Levenberg-Marquardt on derivatives of the closed loop",
+                "Levenberg-Marquardt on derivatives of the closed loop, for the MPC alone",
             ),
+            Self::Population => ("population", "CMA-ES from several starts, then Nelder-Mead"),
         };
         word(name, help)
     }

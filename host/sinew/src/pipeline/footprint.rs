@@ -5,6 +5,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 use sinew_model::spec::ModelSpec;
+use sinew_model::work;
 use sinew_nn::footprint::CYCLES_PER_INSTRUCTION;
 
 use crate::device::{Device, decode_log};
@@ -30,6 +31,19 @@ pub struct Steps {
     pub bound: u64,
     /// Deepest stack of a step, bytes.
     pub stack_bytes: u64,
+    /// Of the parts of an optimisation, each at its longest.
+    pub parts: Parts,
+}
+
+/// Instructions of the parts of an optimisation, counted, and as a budget counts them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Parts {
+    /// An evaluation of J.
+    pub rollout: u64,
+    /// A gradient with Hessian.
+    pub derivative: u64,
+    /// A factorisation with all around it.
+    pub factorisation: u64,
 }
 
 /// A board's row.
@@ -56,7 +70,8 @@ pub fn count(folder: &Path, cache: &Path) -> Result<Steps> {
     parse(&log).ok_or_else(|| Error::failed(format!("no counts in the firmware's log:\n{log}")))
 }
 
-/// The line `ticks: steps 400 mean 1 longest 2 bound 3 stack 4` of a log.
+/// The line `ticks: steps 400 mean 1 longest 2 bound 3 stack 4 rollout 5 derivative 6
+/// factorisation 7` of a log.
 fn parse(log: &str) -> Option<Steps> {
     let (_, line) = log.split_once("ticks: ")?;
     let words: Vec<&str> = line.lines().next()?.split_whitespace().collect();
@@ -71,6 +86,11 @@ fn parse(log: &str) -> Option<Steps> {
         longest: instructions("longest")?,
         bound: instructions("bound")?,
         stack_bytes: after("stack")? as u64,
+        parts: Parts {
+            rollout: instructions("rollout")?,
+            derivative: instructions("derivative")?,
+            factorisation: instructions("factorisation")?,
+        },
     })
 }
 
@@ -159,6 +179,35 @@ pub fn table(spec: &ModelSpec, steps: &Steps, rows: &[OnBoard]) -> Table {
     })
 }
 
+/// The parts of an optimisation: instructions counted, and those that a budget counts.
+pub fn parts(spec: &ModelSpec, steps: &Steps) -> Table {
+    let counted = work::parts(spec);
+    let caption = match spec.control.budget {
+        None => "parts of an optimisation; no budget".to_string(),
+        Some(budget) => format!("parts of an optimisation; budget {budget} instructions"),
+    };
+    let titles = ["part", "#instructions, longest", "#in a budget"];
+    let rows = [
+        ("evaluation of J", steps.parts.rollout, counted.rollout),
+        (
+            "gradient with Hessian",
+            steps.parts.derivative,
+            counted.derivative,
+        ),
+        (
+            "factorisation",
+            steps.parts.factorisation,
+            counted.factorisation,
+        ),
+    ];
+    rows.iter().fold(
+        Table::new(caption, titles),
+        |table, (name, most, weight)| {
+            table.row([name.to_string(), most.to_string(), weight.to_string()])
+        },
+    )
+}
+
 /// The same for programs, SI.
 pub fn json(spec: &ModelSpec, steps: &Steps, rows: &[OnBoard]) -> Value {
     let boards = rows.iter().map(|row| {
@@ -178,11 +227,23 @@ pub fn json(spec: &ModelSpec, steps: &Steps, rows: &[OnBoard]) -> Value {
             "power_W": 1e-3 * current_ma * chip.supply_v,
         })
     });
+    let counted = work::parts(spec);
+    let parts = |counted: u64, in_a_budget: u32| {
+        json!({
+            "instructions": counted,
+            "in_a_budget": in_a_budget,
+        })
+    };
     json!({
         "period_s": spec.period_s,
         "steps": steps.steps,
         "instructions_per_step": {
             "mean": steps.mean, "max": steps.longest, "bound": steps.bound,
+        },
+        "parts": {
+            "rollout": parts(steps.parts.rollout, counted.rollout),
+            "derivative": parts(steps.parts.derivative, counted.derivative),
+            "factorisation": parts(steps.parts.factorisation, counted.factorisation),
         },
         "stack_bytes": steps.stack_bytes,
         "boards": boards.collect::<Vec<_>>(),
@@ -202,13 +263,18 @@ mod tests {
 
     #[test]
     fn counts_are_read_from_the_firmwares_log() {
-        let log = "0.1 INFO it holds ... ok\n0.2 INFO ticks: steps 400 mean 800 longest 1600 bound 4000 stack 2832\n";
+        let log = "0.1 INFO it holds ... ok\n0.2 INFO ticks: steps 400 mean 800 longest 1600 bound 4000 stack 2832 rollout 400 derivative 480 factorisation 80\n";
         let steps = Steps {
             steps: 400,
             mean: 1000,
             longest: 2000,
             bound: 5000,
             stack_bytes: 2832,
+            parts: Parts {
+                rollout: 500,
+                derivative: 600,
+                factorisation: 100,
+            },
         };
         assert_eq!(parse(log), Some(steps));
         assert_eq!(parse("0.1 INFO it holds ... ok\n"), None);

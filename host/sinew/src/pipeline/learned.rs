@@ -56,6 +56,7 @@ pub(super) fn control(task: &ControlProblem) -> ControlSpec {
         disturbance_gain: 0.2,
         observer_gain: 1.0,
         iterations: 2,
+        budget: task.budget,
         max_missing_samples: 10,
         value: None,
     }

@@ -1,5 +1,6 @@
 //! `[control]` of a rig file: the controller that its owner asks for.
 
+use sinew_model::spec::limits::{MAX_BUDGET, MIN_BUDGET};
 use sinew_model::spec::{MAX_POINTS, MAX_VALUE_ROWS};
 use sinew_sim::effects::Sign;
 use sinew_sim::rig::{Reads, TableReader, Tables};
@@ -24,6 +25,8 @@ pub struct ControlTable {
     pub move_suppression: Option<Vec<f64>>,
     /// Weight of the square of every command, for inputs that can do each other's work.
     pub command_weight: Option<f64>,
+    /// Most instructions of the optimisation of a step.
+    pub budget: Option<u32>,
     /// Indices of the sensors that say the outputs while the device runs; empty: they are measured.
     pub sensed_by: Vec<usize>,
     /// Cost-to-go at the end of the horizon.
@@ -69,6 +72,7 @@ fn read_control(tables: &Tables, rig: &Rig) -> Result<Option<ControlTable>, Erro
         "tracking_weight",
         "move_suppression",
         "command_weight",
+        "budget",
         "sensed_by",
         "terminal",
         "value_rows",
@@ -120,10 +124,18 @@ fn read_control(tables: &Tables, rig: &Rig) -> Result<Option<ControlTable>, Erro
         tracking_weight,
         move_suppression,
         command_weight: table.number("command_weight", Sign::NonNegative)?,
+        budget: read_budget(&table)?,
         sensed_by,
         terminal,
         line: table.own_line(),
     }))
+}
+
+/// `budget`, in the range that a model may have.
+fn read_budget(table: &TableReader) -> Result<Option<u32>, Error> {
+    let (least, most) = (MIN_BUDGET as usize, MAX_BUDGET as usize);
+    let budget = table.count("budget", least, most)?;
+    Ok(budget.and_then(|budget| u32::try_from(budget).ok()))
 }
 
 /// `terminal` and the keys that it has; they are refused without it.

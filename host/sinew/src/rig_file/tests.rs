@@ -12,6 +12,8 @@ const CASES: &[(&str, &str)] = &[
     ("rate_hz = 120.0", "reference = [\"a\", \"b\"]"),
     ("rate_hz = 120.0", "move_suppression = [0.1, 0.1]"),
     ("rate_hz = 120.0", "command_weight = -0.1"),
+    ("rate_hz = 120.0", "budget = 0"),
+    ("rate_hz = 120.0", "budget = \"200 us\""),
     ("rate_hz = 120.0", "terminal = \"valu\""),
     ("rate_hz = 120.0", "value_rows = 2"),
     ("rate_hz = 120.0", "terminal = \"value\"\nvalue_rows = 4"),

@@ -54,6 +54,10 @@ pub(super) fn shared(budget: Budget) -> (Budget, usize) {
             let (searched, refined) = split(all);
             (Budget::Evaluations(searched), refined)
         }
+        Budget::Population(all, seed) => {
+            let (searched, refined) = split(all);
+            (Budget::Population(searched, seed), refined)
+        }
     }
 }
 

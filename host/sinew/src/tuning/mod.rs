@@ -6,6 +6,7 @@ mod cost_to_go;
 pub mod gradient;
 pub mod objective;
 pub mod optimise;
+pub mod population;
 pub mod search_space;
 pub mod shape;
 pub mod tune;

@@ -7,6 +7,8 @@ use argmin::core::{CostFunction, Executor, State};
 use argmin::solver::neldermead::NelderMead;
 use rayon::prelude::*;
 
+use crate::tuning::population::{Population, Scored};
+
 /// Range of one gain; it is searched on a logarithmic scale, or on a linear one where it may be
 /// zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,21 +84,41 @@ impl CostFunction for Problem<'_> {
     type Output = f64;
 
     fn cost(&self, places: &Self::Param) -> Result<f64, argmin::core::Error> {
-        // A place outside its range costs as its nearer end and a little more, so that the simplex
-        // comes back.
-        let outside: f64 = places.iter().map(|s| (s - s.clamp(0.0, 1.0)).abs()).sum();
-        let values = values(self.ranges, places);
-        let cost = (self.cost)(&values);
-        Ok(if cost.is_finite() {
-            cost * (1.0 + outside)
-        } else {
-            f64::MAX
-        })
+        Ok(judged(self.ranges, places, self.cost))
+    }
+}
+
+/// Cost of a place. One outside its range costs as its nearer end and a little more, so that a
+/// search comes back.
+fn judged(ranges: &[Range], places: &[f64], cost: impl Fn(&[f64]) -> f64) -> f64 {
+    let outside: f64 = places.iter().map(|s| (s - s.clamp(0.0, 1.0)).abs()).sum();
+    let cost = cost(&values(ranges, places));
+    if cost.is_finite() {
+        cost * (1.0 + outside)
+    } else {
+        f64::MAX
     }
 }
 
 fn values(ranges: &[Range], places: &[f64]) -> Vec<f64> {
     ranges.iter().zip(places).map(|(r, s)| r.at(*s)).collect()
+}
+
+fn places(ranges: &[Range], values: &[f64]) -> Vec<f64> {
+    ranges
+        .iter()
+        .zip(values)
+        .map(|(r, v)| r.place(*v))
+        .collect()
+}
+
+/// Least spread of a population: one that is drawn between two whole numbers takes both.
+fn least(ranges: &[Range]) -> Vec<f64> {
+    let spread = |range: &Range| match range.whole {
+        true => 0.3 / (range.high - range.low).max(1.0),
+        false => 0.0,
+    };
+    ranges.iter().map(spread).collect()
 }
 
 /// The cheapest gains found and their cost: `iterations` of Nelder-Mead from each of `starts`.
@@ -125,7 +147,7 @@ fn simplex(
     iterations: u64,
     cost: &(dyn Fn(&[f64]) -> f64 + Sync),
 ) -> (Vec<f64>, f64) {
-    let origin: Vec<f64> = ranges.iter().zip(start).map(|(r, v)| r.place(*v)).collect();
+    let origin = places(ranges, start);
     let mut simplex = vec![origin.clone()];
     for i in 0..origin.len() {
         let mut corner = origin.clone();
@@ -156,6 +178,9 @@ pub enum Budget {
     /// that these found. For costs with several valleys: the cheapest start of a PID may be the
     /// bang-bang that it ends as.
     Apart(usize),
+    /// Evaluations in all, and a seed: every start once, as far as they go, half of the others by a
+    /// population, the rest as of [`Budget::Evaluations`] from the cheapest that it found.
+    Population(usize, u64),
 }
 
 /// Starts that share a budget.
@@ -226,7 +251,9 @@ pub fn search(
         cost(g)
     };
     let starts = match budget {
-        Budget::Evaluations(all) | Budget::Apart(all) => &starts[..starts.len().min(all.max(1))],
+        Budget::Evaluations(all) | Budget::Apart(all) | Budget::Population(all, _) => {
+            &starts[..starts.len().min(all.max(1))]
+        }
         Budget::Thorough(..) => starts,
     };
     let of_starts: Vec<f64> = starts.par_iter().map(|start| counted(start)).collect();
@@ -246,7 +273,7 @@ pub fn search(
             let first = minimise(ranges, starts, each, counted);
             minimise(ranges, &neighbours(ranges, &first.0), again, counted)
         }
-        Budget::Evaluations(all) | Budget::Apart(all) => {
+        Budget::Evaluations(all) | Budget::Apart(all) | Budget::Population(all, _) => {
             let within = |from: &[f64], share: usize| {
                 // Beyond its share a simplex sees walls; it runs idle until its iterations are
                 // over.
@@ -274,6 +301,20 @@ pub fn search(
                 let tried = apart(ranges, starts, &of_starts);
                 best = in_turn(&tried, starts.len()..half, best);
                 alone = half;
+            }
+            if let Budget::Population(_, seed) = budget {
+                alone = starts.len() + all.saturating_sub(starts.len()) / 2;
+                let known = starts.iter().zip(&of_starts);
+                let known: Vec<Scored> = known
+                    .map(|(start, cost)| (places(ranges, start), *cost))
+                    .collect();
+                let population = Population {
+                    evaluations: alone - starts.len(),
+                    seed,
+                    least: &least(ranges),
+                };
+                let found = population.search(&known, |at| judged(ranges, at, &counted));
+                best = better(best, (values(ranges, &found.0), found.1));
             }
             let first = alone + 2 * all.saturating_sub(alone) / 3;
             best = in_turn(&[best.0.clone()], alone..first, best);
@@ -321,7 +362,12 @@ mod tests {
             (v[1] - 3.0).powi(2) + 50.0 * (v[0] - 0.1 * v[1]).powi(2)
         };
         let from = |budget| search(&ranges, &[vec![0.9, 1.0]], budget, cost).best;
-        for budget in [Budget::Thorough(60, 60), Budget::Evaluations(200)] {
+        let searched = [
+            Budget::Thorough(60, 60),
+            Budget::Evaluations(200),
+            Budget::Population(200, 1),
+        ];
+        for budget in searched {
             let best = from(budget);
             assert_eq!(best[1], 3.0, "{budget:?}");
             assert!((best[0] - 0.3).abs() < 1e-3, "{budget:?}: {best:?}");
@@ -344,6 +390,9 @@ mod tests {
         let apart = found(Budget::Apart(120));
         assert!(apart.cost < 0.05, "{apart:?}");
         assert!((100..=120).contains(&apart.evaluations), "{apart:?}");
+        let population = found(Budget::Population(120, 1));
+        assert!(population.cost < 0.05, "{population:?}");
+        assert!((100..=120).contains(&population.evaluations));
     }
 
     #[test]
@@ -360,7 +409,11 @@ mod tests {
         );
         assert!((found.best[0] / 3.0 - 1.0).abs() < 0.05, "{found:?}");
         assert!(found.cost < 0.01 * found.start_cost);
-        for budget in [Budget::Evaluations(1), Budget::Apart(1)] {
+        for budget in [
+            Budget::Evaluations(1),
+            Budget::Apart(1),
+            Budget::Population(1, 1),
+        ] {
             let none = search(&ranges, &starts, budget, cost);
             assert_eq!(none.evaluations, 1);
             assert_eq!((none.best, none.cost), (none.start, none.start_cost));

@@ -35,6 +35,8 @@ pub enum Budget {
     Iterations(u64),
     /// Evaluations in all, over every weight.
     Evaluations(usize),
+    /// The same by a population with a seed.
+    Population(usize, u64),
 }
 
 /// Result of a search of the weights.
@@ -164,8 +166,12 @@ impl SearchSpace {
     /// The cheapest weights within a budget and their cost; infinite where no weights have one.
     pub fn cheapest(&self, budget: Budget, cost: impl Fn(&Weights) -> f64 + Sync) -> Cheapest {
         match budget {
-            Budget::Evaluations(evaluations) => {
-                let found = self.search(evaluations, cost);
+            Budget::Evaluations(evaluations) | Budget::Population(evaluations, _) => {
+                let seed = match budget {
+                    Budget::Population(_, seed) => Some(seed),
+                    _ => None,
+                };
+                let found = self.search(evaluations, seed, cost);
                 Cheapest {
                     weights: self.weights(&found.best),
                     cost: found.cost,
@@ -222,7 +228,16 @@ impl SearchSpace {
     /// outputs, a third of it goes to the gain and to a factor of all of Lambda: a simplex in as
     /// many dimensions as there are weights takes more evaluations to shape itself than anybody
     /// grants it, and ends with inputs that are damped differently for no reason.
-    fn search(&self, evaluations: usize, cost: impl Fn(&Weights) -> f64 + Sync) -> Found {
+    fn search(
+        &self,
+        evaluations: usize,
+        seed: Option<u64>,
+        cost: impl Fn(&Weights) -> f64 + Sync,
+    ) -> Found {
+        let within = |evaluations| match seed {
+            None => optimise::Budget::Evaluations(evaluations),
+            Some(seed) => optimise::Budget::Population(evaluations, seed),
+        };
         let (inputs, outputs) = (self.move_suppression.len(), self.tracking_weight.len());
         let mut ranges = vec![GAIN];
         ranges.extend(vec![MOVE_SUPPRESSION; inputs]);
@@ -232,12 +247,7 @@ impl SearchSpace {
         let of_place = |at: &[f64]| cost(&self.weights(at));
         if ranges.len() == 2 {
             let starts: Vec<Vec<f64>> = std::iter::once(own).chain(others).collect();
-            return search(
-                &ranges,
-                &starts,
-                optimise::Budget::Evaluations(evaluations),
-                of_place,
-            );
+            return search(&ranges, &starts, within(evaluations), of_place);
         }
         let mean = self.mean();
         let starts: Vec<Vec<f64>> = std::iter::once((self.gain, mean))
@@ -249,12 +259,9 @@ impl SearchSpace {
         } else {
             (TIED * evaluations as f64) as usize
         };
-        let tied = search(
-            &[GAIN, MOVE_SUPPRESSION],
-            &starts,
-            optimise::Budget::Evaluations(share),
-            |at| of_place(&self.untied(at)),
-        );
+        let tied = search(&[GAIN, MOVE_SUPPRESSION], &starts, within(share), |at| {
+            of_place(&self.untied(at))
+        });
         if self.tied {
             return Found {
                 start: self.untied(&tied.start),
@@ -264,12 +271,7 @@ impl SearchSpace {
         }
         let rest = evaluations.saturating_sub(tied.evaluations);
         let starts = [self.untied(&tied.best), own];
-        let found = search(
-            &ranges,
-            &starts,
-            optimise::Budget::Evaluations(rest),
-            of_place,
-        );
+        let found = search(&ranges, &starts, within(rest), of_place);
         Found {
             evaluations: tied.evaluations + found.evaluations,
             ..found
@@ -371,7 +373,7 @@ mod tests {
             1.0 + off + q.sum::<f64>() + (w.disturbance_gain / 0.05).ln().powi(2)
         };
         let space = about(6, 3);
-        let found = space.search(120, cost);
+        let found = space.search(120, None, cost);
         assert!(found.cost < 1.05, "{}", found.cost);
         assert!(found.evaluations <= 120);
         assert_eq!(cost(&space.weights(&found.best)), found.cost);
@@ -391,7 +393,7 @@ mod tests {
                 .sum();
             off + w.tracking_weight[1] + (w.disturbance_gain / 0.05).ln().powi(2)
         };
-        let found = space.search(60, cost);
+        let found = space.search(60, None, cost);
         let weights = space.weights(&found.best);
         let first = weights.move_suppression[0];
         assert!(

@@ -22,7 +22,7 @@ use crate::tuning::shape::Shape;
 use sinew_ident::cli::progress::Stage;
 use sinew_ident::error::{Error, Result};
 
-/// Method of a search for the weights of the predictive controller.
+/// Method of a search for the weights of a controller.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
@@ -31,6 +31,8 @@ pub enum Method {
     Simplex,
     /// Levenberg-Marquardt on the derivatives of the closed loop.
     Gradient,
+    /// CMA-ES, then Nelder-Mead.
+    Population,
 }
 
 /// Training loops and the reported loop of a tuning.
@@ -49,8 +51,10 @@ pub struct Request<'a> {
     pub iterations: Option<u8>,
     /// One factor of all of Lambda, and Q as it is.
     pub tied: bool,
-    /// Method of the search for the predictive controller.
+    /// Method of the search; PID and RISE have no gradient.
     pub by: Method,
+    /// Seed of a population.
+    pub seed: u64,
     /// No progress.
     pub quiet: bool,
 }
@@ -121,7 +125,10 @@ impl Request<'_> {
 pub fn tune_feedback<L: BaselineController>(request: &Request<'_>) -> Result<TunedFeedback<L>> {
     let stage = Stage::begin(format!("tune the {}", L::NAME), request.quiet);
     let told = counter(&stage, request.evaluations);
-    let budget = optimise::Budget::Apart(request.evaluations);
+    let budget = match request.by {
+        Method::Population => optimise::Budget::Population(request.evaluations, request.seed),
+        Method::Simplex | Method::Gradient => optimise::Budget::Apart(request.evaluations),
+    };
     let tuned = tune::<L>(&request.training, budget, &told)?;
     drop(told);
     let judged = |tuning: Vec<Tuning<L::Gains>>| -> Result<HeldOut> {
@@ -400,6 +407,10 @@ pub fn tune_mpc(
                 let budget = (&space, Budget::Evaluations(share));
                 cheapest(&candidate, built, budget, &request.training, &told)?
             }
+            Method::Population => {
+                let budget = (&space, Budget::Population(share, request.seed));
+                cheapest(&candidate, built, budget, &request.training, &told)?
+            }
             Method::Gradient => {
                 let budget = (&space, share);
                 let (found, course, error) =
@@ -496,6 +507,7 @@ mod tests {
             iterations: None,
             tied: false,
             by: Method::Simplex,
+            seed: 1,
             quiet: true,
         };
         let falls = |line: &Line| {
@@ -527,5 +539,57 @@ mod tests {
         let again =
             tune_feedback::<PidState>(&request(Objective::Tracking)).expect("the plant bears it");
         assert_eq!(accurate.tuning, again.tuning);
+    }
+
+    /// Objectives of PID and RISE at equal evaluations, by the simplex and by populations of five
+    /// seeds: on the plants of tuning, and on ten that it has not seen.
+    #[test]
+    #[ignore = "minutes; prints figures of docs/decisions/0109-population-search.md"]
+    fn population_beside_the_simplex() {
+        fn figures<L: BaselineController>(training: &Training<'_>, unseen: &Training<'_>) {
+            for evaluations in [120, 300, 1000] {
+                let found = |budget| {
+                    let tuned = tune::<L>(training, budget, &|| ()).expect("the plants bear it");
+                    assert!(tuned.found.evaluations <= evaluations);
+                    [tuned.found.cost, unseen.cost_of::<L>(&tuned.after)]
+                };
+                let simplex = found(optimise::Budget::Apart(evaluations));
+                println!("{} {evaluations}: simplex {simplex:.3e?}", L::NAME);
+                let seeds = 1..=5;
+                let mut population: Vec<[f64; 2]> = seeds
+                    .map(|seed| found(optimise::Budget::Population(evaluations, seed)))
+                    .collect();
+                population.sort_by(|a, b| a[0].total_cmp(&b[0]));
+                println!("{} {evaluations}: population {population:.3e?}", L::NAME);
+            }
+        }
+        let rig = rig();
+        let plant = Plant::new(&rig).expect("the rig can be simulated");
+        let recording = Recording::read(checkout("rigs/mass-spring-damper.fit.csv"))
+            .expect("the recording can be read");
+        let task = ControlProblem::new(&rig, &plant, std::slice::from_ref(&recording), &recording)
+            .expect("the recording fits the rig");
+        let setup = |seed| Setup {
+            plant: &plant,
+            task: &task,
+            seed,
+            disturbance: Disturbance::None,
+            delay_s: 0.0,
+            program: None,
+            fleet: None,
+        };
+        let (bench, other) = (setup(1), setup(5001));
+        let loops = |bench: &Setup<'_>, count| {
+            let plants = bench.tuning_plants(count);
+            bench.tuning_scenarios(&plants).expect("the loops start")
+        };
+        let (seen, unseen) = (loops(&bench, TUNING_PLANTS), loops(&other, 11));
+        for objective in [Objective::Tracking, Objective::Peak] {
+            println!("{}", objective.name());
+            let training = bench.training(&seen, objective);
+            let unseen = other.training(&unseen[1..], objective);
+            figures::<PidState>(&training, &unseen);
+            figures::<RiseState>(&training, &unseen);
+        }
     }
 }

@@ -287,6 +287,7 @@ pub(super) mod tests {
                 tracking_weight: vec![],
                 move_suppression: vec![],
                 command_weight: 0.0,
+                budget: None,
                 observer_gain: 1.0,
                 lower: vec![],
                 upper: vec![],

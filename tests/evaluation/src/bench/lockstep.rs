@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 
+use sinew_mpc::Status;
+
 use super::image;
 use super::reference::{OUTPUTS, Plant, Reference, STEPS};
 use xtask::process::target_folder;
@@ -19,6 +21,8 @@ pub struct Run {
     pub blocks: Vec<u32>,
     /// Of every step.
     pub instructions: Vec<u64>,
+    /// Steps that a budget ended.
+    pub stopped: usize,
     /// Of the plant's outputs.
     pub tracking_rms: f64,
     /// High-water mark, bytes.
@@ -67,7 +71,7 @@ pub fn close(elf: &Path, name: &str) -> Result<Run> {
     };
     let blocks = hear(n_blocks)?;
     let mut plant = Plant::default();
-    let (mut instructions, mut squares) = (Vec::new(), 0.0);
+    let (mut instructions, mut squares, mut stopped) = (Vec::new(), 0.0, 0);
     let mut log = String::from("k,y1,y2,y3,u1,u2,plan\n");
     for k in 0..STEPS {
         let y = plant.outputs();
@@ -84,6 +88,7 @@ pub fn close(elf: &Path, name: &str) -> Result<Run> {
         let answer = hear(4 + n_u + n_u * n_blocks)?;
         let (head, rest) = answer.split_at(4);
         instructions.push(image::instructions(head[0]));
+        stopped += usize::from(head[1] == Status::Stopped as u32);
         let numbers: Vec<f32> = rest.iter().map(|bits| f32::from_bits(*bits)).collect();
         let _ = write!(log, "{k}");
         for value in measured.take(OUTPUTS).chain(numbers.iter().copied()) {
@@ -101,6 +106,7 @@ pub fn close(elf: &Path, name: &str) -> Result<Run> {
         horizon,
         blocks,
         instructions,
+        stopped,
         tracking_rms: (squares / (STEPS * OUTPUTS) as f64).sqrt(),
         stack: stack.into(),
         log: path,

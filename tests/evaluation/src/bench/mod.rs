@@ -2,6 +2,7 @@
 //! `target/bench/summary.json`. `--publish` also writes the controller's table into
 //! `docs/evaluation/benchmarks.md`.
 
+mod budget;
 mod control;
 mod diagnosis;
 mod differences;
@@ -33,6 +34,7 @@ const SECTIONS: &[Section] = &[
     ("forward_instructions", forward::run),
     ("mpc_instructions", control::run),
     ("terminal_value", value::run),
+    ("budget", budget::run),
     ("image", control::image),
     ("differences", differences::run),
     ("parts", parts::run),

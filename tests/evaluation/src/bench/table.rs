@@ -106,6 +106,22 @@ pub fn of_the_controller(summary: &Map<String, Value>) -> Option<String> {
         ]));
     }
 
+    page.push_str(BUDGET);
+    for (network, problem) in [("S", "S, N = 10"), ("L", "L, N = 10")] {
+        for (share, budget) in BUDGETS {
+            let of = |key: &str| format!("budget/{network}_{share}/{key}");
+            page.push_str(&row(&[
+                problem,
+                budget,
+                &count(&of("budget")),
+                &count(&of("mean")),
+                &count(&of("max")),
+                &count(&of("stopped")),
+                &rms(&of("tracking_rms")),
+            ]));
+        }
+    }
+
     page.push_str(MEMORY);
     for (what, flash, ram, goal) in [
         (
@@ -189,6 +205,15 @@ const VALUES: &[(&str, &str, &str)] = &[
     ),
 ];
 
+/// Name in the summary, and share of the longest step without a budget.
+const BUDGETS: &[(&str, &str)] = &[
+    ("none", "none"),
+    ("100", "100 %"),
+    ("75", "75 %"),
+    ("50", "50 %"),
+    ("25", "25 %"),
+];
+
 const HEAD: &str = "# Speed, size and quality of the control step
 
 This page is written by
@@ -229,6 +254,18 @@ whole counting image. This table alone comes from `cargo xtask bench terminal_va
 
 | N | cost-to-go | mean | largest | tracking | flash, B | statics, B | stack, B |
 |---|---|---|---|---|---|---|---|
+";
+
+const BUDGET: &str = "
+## A budget of the optimisation
+
+`budget` of `[control]` ends an optimisation with the best plan so far
+([controller](../explanation/controller.md), eq. 27). Shares are those of the longest step without
+one. A step has estimator, limits and the first evaluation of J beside what the budget may grant.
+*Stopped*: of 590 steps. This table alone comes from `cargo xtask bench budget`.
+
+| problem | share | budget | mean | largest | stopped | tracking |
+|---|---|---|---|---|---|---|
 ";
 
 const MEMORY: &str = "

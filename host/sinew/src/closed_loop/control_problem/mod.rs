@@ -71,6 +71,8 @@ pub struct ControlProblem {
     pub move_suppression: Option<Vec<f64>>,
     /// R of eq. 4c, in model units; 0: none.
     pub command_weight: f64,
+    /// Most instructions of the optimisation of a step, where the rig says so.
+    pub budget: Option<u32>,
     /// Lower, upper, change a period of each input.
     pub limits: Vec<InputLimits>,
     /// Half the range of each input's limits.
@@ -186,6 +188,7 @@ impl ControlProblem {
                 .unwrap_or_else(|| vec![1.0; outputs.len()]),
             move_suppression: control.and_then(|c| c.move_suppression.clone()),
             command_weight: control.and_then(|c| c.command_weight).unwrap_or(0.0),
+            budget: control.and_then(|c| c.budget),
             input_range: limits
                 .iter()
                 .map(|(low, high, _)| (high - low) / 2.0)

@@ -107,6 +107,7 @@ fn model(random: &mut ChaCha8Rng) -> ModelSpec {
             tracking_weight: vec![1.0, 0.7],
             move_suppression: vec![0.02, 0.05],
             command_weight: 0.0,
+            budget: None,
             observer_gain: 1.0,
             lower: vec![-4.0, -3.0],
             upper: vec![4.0, 3.0],
