@@ -10,9 +10,9 @@ use crate::work_bound::Parts;
 /// Part of an optimisation that comes next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
-    /// A linearisation, which is of use only with a factorisation and an evaluation of J after it.
+    /// A linearisation, which is of use only with a factorisation after it.
     Derivative,
-    /// A factorisation of the subproblem, whose result is of use only once J is evaluated.
+    /// A factorisation of the subproblem.
     Factorisation,
     /// An evaluation of J.
     Rollout,
@@ -24,6 +24,8 @@ pub enum Part {
 pub trait Interrupt {
     /// False where it never ends one.
     const LIMITED: bool = true;
+    /// A step that it leaves no time to evaluate is taken as it is.
+    const UNEVALUATED: bool = false;
 
     /// The optimisation has to end before `next`. Otherwise `next` is made, and is counted.
     fn ends(&mut self, next: Part) -> bool;
@@ -113,7 +115,8 @@ impl Budget {
 }
 
 /// Count of the work of one optimisation against its [`Budget`]. A part is made only where it fits,
-/// together with the parts that make it useful.
+/// together with the parts that make it useful. Factorisations go before the evaluation of J: a step
+/// that nothing is left to evaluate is taken as it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Meter {
     left: u32,
@@ -138,6 +141,8 @@ impl Meter {
 }
 
 impl Interrupt for Meter {
+    const UNEVALUATED: bool = true;
+
     #[inline(never)]
     fn ends(&mut self, next: Part) -> bool {
         let Parts {
@@ -146,8 +151,8 @@ impl Interrupt for Meter {
             factorisation,
         } = self.parts;
         let (part, after) = match next {
-            Part::Derivative => (derivative, factorisation.saturating_add(rollout)),
-            Part::Factorisation => (factorisation, rollout),
+            Part::Derivative => (derivative, factorisation),
+            Part::Factorisation => (factorisation, 0),
             Part::Rollout => (rollout, 0),
             Part::Perturbation => (rollout, rollout),
         };

@@ -98,8 +98,9 @@ pub fn solve_until<
 }
 
 /// As [`solve`], until `interrupt` ends it. It may end at any instant: every plan on the way is
-/// inside the limits, and none is dearer than the one before, to within the last step that promises
-/// so little that it is not evaluated. The status of an optimisation that was cut short is
+/// inside the limits, and none is dearer than the one before, to within the last step that is not
+/// evaluated. Such a step promises next to nothing, or there was no work left to evaluate it
+/// ([`Interrupt::UNEVALUATED`]). The status of an optimisation that was cut short is
 /// [`Status::Stopped`].
 #[inline(never)]
 pub fn solve_within<
@@ -178,6 +179,11 @@ pub fn solve_within<
                 Status::Converged
             };
         } else if interrupt.ends(Part::Rollout) {
+            if I::UNEVALUATED {
+                plan.u = candidate;
+                plan.active = active;
+                outcome.cost -= predicted_reduction;
+            }
             outcome.status = Status::Stopped;
             break;
         } else {

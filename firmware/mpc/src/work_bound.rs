@@ -2,6 +2,7 @@
 //! chip (docs/explanation/controller.md, section 6).
 
 use crate::active_set::{self, iteration_limit};
+use crate::budget::{Interrupt, Part};
 use crate::constraints::ActiveSet;
 use crate::cost::{CostTerm, Quadratic};
 use crate::model::Model;
@@ -43,10 +44,39 @@ impl Work {
 pub struct Parts {
     /// One evaluation of J.
     pub rollout: u32,
-    /// One gradient with Hessian, and the products with it that decide about the step.
+    /// One gradient with Hessian, the products with it that decide about the step, and the start of
+    /// the active-set method.
     pub derivative: u32,
-    /// One factorisation with all that an iteration of the active-set method does around it.
+    /// One factorisation with all that an iteration of that method does around it, and its end.
     pub factorisation: u32,
+}
+
+/// Times of the iterations of a subproblem.
+struct Laps<'a, T> {
+    ticks: &'a T,
+    /// Start of the solution, until its first iteration.
+    started: Option<u32>,
+    longest_start: u32,
+    last: u32,
+    longest: u32,
+}
+
+impl<T: Fn() -> u32> Interrupt for Laps<'_, T> {
+    #[inline(always)]
+    fn ends(&mut self, _: Part) -> bool {
+        let now = (self.ticks)();
+        match self.started.take() {
+            Some(start) => self.longest_start = self.longest_start.max(now.wrapping_sub(start)),
+            None => self.longest = self.longest.max(now.wrapping_sub(self.last)),
+        }
+        self.last = now;
+        false
+    }
+
+    #[inline(always)]
+    fn ended(&mut self) -> bool {
+        false
+    }
 }
 
 impl Parts {
@@ -83,15 +113,36 @@ impl Parts {
                 ticks()
             },
         ];
-        let solution = active_set::solve(&quadratic, problem.bounds, plan, &mut active, &mut step);
-        let solved = ticks();
         let [start, rolled, derived] = times;
+        let mut laps = Laps {
+            ticks: &ticks,
+            started: None,
+            longest_start: 0,
+            last: derived,
+            longest: 0,
+        };
+        // Cold, then from where that ended, with the limits that are active there.
+        for _ in 0..2 {
+            let from = step;
+            laps.started = Some(ticks());
+            let mut guess = active.clone();
+            active_set::solve_within(
+                &quadratic,
+                problem.bounds,
+                &from,
+                &mut guess,
+                &mut step,
+                &mut laps,
+            );
+            active = guess;
+            laps.ends(Part::Factorisation);
+        }
         Self {
             rollout: rolled.wrapping_sub(start),
-            derivative: derived.wrapping_sub(rolled),
-            factorisation: solved
-                .wrapping_sub(derived)
-                .div_ceil(u32::from(solution.iterations.max(1))),
+            derivative: derived
+                .wrapping_sub(rolled)
+                .wrapping_add(laps.longest_start),
+            factorisation: laps.longest,
         }
     }
 

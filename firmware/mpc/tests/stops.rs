@@ -421,10 +421,14 @@ fn run<const TICKS: u32>() -> (usize, usize, f64) {
 
 #[test]
 fn the_budget_of_a_model_holds_in_every_step() {
-    let (none, tight, loose) = (run::<36>(), run::<70>(), run::<100_000>());
-    println!("stopped, iterations, cost: {none:?}, {tight:?}, {loose:?}");
-    // Less than an evaluation, a linearisation, a factorisation and an evaluation.
+    let (none, tight, loose) = (run::<26>(), run::<70>(), run::<100_000>());
+    let unevaluated = run::<30>();
+    println!("stopped, iterations, cost: {none:?}, {unevaluated:?}, {tight:?}, {loose:?}");
+    // Less than an evaluation, a linearisation and a factorisation.
     assert_eq!((none.0, none.1), (200, 0));
+    // Room for one step, and none to evaluate it; it is worth more than none.
+    assert_eq!(unevaluated.1, 200);
+    assert!(unevaluated.2 < none.2, "{unevaluated:?}");
     assert!(tight.0 > 100 && tight.1 >= 200, "{tight:?}");
     assert_eq!(loose.0, 0);
     assert!(loose.1 > tight.1 && loose.2 < tight.2 && tight.2 < none.2);

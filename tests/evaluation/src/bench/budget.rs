@@ -63,17 +63,13 @@ fn model(network: &str, name: &str, budget: Option<u32>) -> Result<ModelSpec> {
         let path = root().join("models/reference").join(file);
         fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))
     };
-    let blocks = 4;
     let mut spec = reference::import(
         &read(&format!("{network}.json"))?,
         &read("problem.json")?,
-        blocks,
-        &[],
+        10,
+        &[2, 2, 3, 3],
     )?;
     spec.name = format!("bench-{}-budget-{name}", network.to_lowercase());
-    spec.control.horizon = 10;
-    spec.control.move_blocks = vec![2, 2, 3, 3];
-    spec.control.control_horizon = 10;
     spec.control.budget = budget;
     let folder = target_folder().join("bench/models").join(&spec.name);
     store::save(&folder, &spec)?;
