@@ -18,6 +18,16 @@ pub struct PartWork {
     pub factorisation: u32,
 }
 
+impl PartWork {
+    /// Least budget that optimises anything: an evaluation of J, a gradient, a factorisation.
+    #[must_use]
+    pub fn least(&self) -> u32 {
+        (self.rollout)
+            .saturating_add(self.derivative)
+            .saturating_add(self.factorisation)
+    }
+}
+
 /// Instructions of a multiply-add: in a prediction, in its Jacobian, in sensitivities and Hessian.
 const FORWARD: f64 = 2.6;
 const BACKWARD: f64 = 2.6;

@@ -115,8 +115,8 @@ impl Budget {
 }
 
 /// Count of the work of one optimisation against its [`Budget`]. A part is made only where it fits,
-/// together with the parts that make it useful. Factorisations go before the evaluation of J: a step
-/// that nothing is left to evaluate is taken as it is.
+/// together with the parts that make it useful. Factorisations go before the evaluation of J: a
+/// step that nothing is left to evaluate is taken as it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Meter {
     left: u32,

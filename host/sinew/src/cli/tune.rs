@@ -66,6 +66,8 @@ pub struct Arguments {
     #[arg(long, value_name = "COUNT", default_value_t = 300)]
     evaluations: usize,
     /// Method of the search.
+    ///
+    /// PID and RISE have no derivatives: with `gradient` they keep the simplex.
     #[arg(long, value_enum, default_value = "simplex")]
     by: Method,
     /// Plants that each controller is tuned on: the fitted one and others drawn around it.

@@ -39,5 +39,5 @@ words! {
     Stopped = "Stopped":
         "The plan improved until the budget of the step was used up, or an interrupt ended it.",
         "Nothing, while tracking is good. Otherwise raise `budget` of [control], or shorten the \
-         horizon.";
+         horizon. With 0 iterations the budget holds none.";
 }

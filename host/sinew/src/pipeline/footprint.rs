@@ -184,6 +184,11 @@ pub fn parts(spec: &ModelSpec, steps: &Steps) -> Table {
     let counted = work::parts(spec);
     let caption = match spec.control.budget {
         None => "parts of an optimisation; no budget".to_string(),
+        Some(budget) if budget < counted.least() => format!(
+            "parts of an optimisation; budget {budget} instructions, less than the {} of one \
+             iteration: nothing is optimised",
+            counted.least()
+        ),
         Some(budget) => format!("parts of an optimisation; budget {budget} instructions"),
     };
     let titles = ["part", "#instructions, longest", "#in a budget"];

@@ -7,7 +7,7 @@ use argmin::core::{CostFunction, Executor, State};
 use argmin::solver::neldermead::NelderMead;
 use rayon::prelude::*;
 
-use crate::tuning::population::{Population, Scored};
+use crate::tuning::population::Population;
 
 /// Range of one gain; it is searched on a logarithmic scale, or on a linear one where it may be
 /// zero.
@@ -178,13 +178,15 @@ pub enum Budget {
     /// that these found. For costs with several valleys: the cheapest start of a PID may be the
     /// bang-bang that it ends as.
     Apart(usize),
-    /// Evaluations in all, and a seed: every start once, as far as they go, half of the others by a
-    /// population, the rest as of [`Budget::Evaluations`] from the cheapest that it found.
+    /// Evaluations in all, and a seed: as [`Budget::Apart`], but a population around what the
+    /// starts gave has half of the rest.
     Population(usize, u64),
 }
 
 /// Starts that share a budget.
 const TRIED: usize = 3;
+/// Spread of a population around what these found, as a fraction of the searched range.
+const SPREAD: f64 = 0.1;
 /// Least distance between them, as a fraction of the searched range.
 const APART: f64 = 0.3;
 
@@ -296,23 +298,21 @@ pub fn search(
             };
             let mut best = start.clone();
             let mut alone = 0;
-            if matches!(budget, Budget::Apart(_)) {
+            if matches!(budget, Budget::Apart(_) | Budget::Population(..)) {
                 let half = starts.len() + all.saturating_sub(starts.len()) / 2;
                 let tried = apart(ranges, starts, &of_starts);
                 best = in_turn(&tried, starts.len()..half, best);
                 alone = half;
             }
             if let Budget::Population(_, seed) = budget {
-                alone = starts.len() + all.saturating_sub(starts.len()) / 2;
-                let known = starts.iter().zip(&of_starts);
-                let known: Vec<Scored> = known
-                    .map(|(start, cost)| (places(ranges, start), *cost))
-                    .collect();
                 let population = Population {
-                    evaluations: alone - starts.len(),
+                    evaluations: all.saturating_sub(alone) / 2,
+                    spread: SPREAD,
                     seed,
                     least: &least(ranges),
                 };
+                alone += population.evaluations;
+                let known = [(places(ranges, &best.0), best.1)];
                 let found = population.search(&known, |at| judged(ranges, at, &counted));
                 best = better(best, (values(ranges, &found.0), found.1));
             }
@@ -393,6 +393,26 @@ mod tests {
         let population = found(Budget::Population(120, 1));
         assert!(population.cost < 0.05, "{population:?}");
         assert!((100..=120).contains(&population.evaluations));
+    }
+
+    /// A cost that counts has no slope: the simplex stays on its plateau.
+    #[test]
+    fn a_population_goes_on_where_a_cost_only_counts() {
+        let ranges = [Range::linear(0.0, 1.0); 4];
+        let cost = |v: &[f64]| -> f64 {
+            let whole = (0..4).map(|i| {
+                let along = v[i] - 0.4 + 0.5 * (v[(i + 1) % 4] - 0.4);
+                (6.0 * along.abs()).floor()
+            });
+            whole.sum()
+        };
+        let starts = [vec![0.9; 4], vec![0.1, 0.9, 0.1, 0.9]];
+        let simplex = search(&ranges, &starts, Budget::Apart(400), cost).cost;
+        let populations = [1, 2, 3, 4, 5]
+            .map(|seed| search(&ranges, &starts, Budget::Population(400, seed), cost));
+        let better = populations.iter().filter(|found| found.cost < simplex);
+        let costs: Vec<f64> = populations.iter().map(|found| found.cost).collect();
+        assert!(better.count() >= 4, "{simplex}: {costs:?}");
     }
 
     #[test]

@@ -1,17 +1,17 @@
 //! Population search: the evolution strategy CMA-ES with elites, for objectives that have no
 //! derivative or are flat in parts (docs/decisions/0109-population-search.md).
 //!
-//! N. Hansen, "The CMA evolution strategy: a tutorial", arXiv:1604.00772, with the default constants
-//! there. Places lie in 0 to 1. A generation is drawn around a mean with a covariance that learns
-//! the directions which helped (mutation), and its better half is averaged (crossover). The best
-//! place of all and other given places join a generation as elites, without another evaluation
-//! (Hansen, "Injecting external solutions into CMA-ES", arXiv:1110.4181). The same seed gives the
-//! same places.
+//! N. Hansen, "The CMA evolution strategy: a tutorial", arXiv:1604.00772, with the default
+//! constants there. Places lie in 0 to 1. A generation is drawn around a mean with a covariance
+//! that learns the directions which helped (mutation), and its better half is averaged (crossover).
+//! The best place of a run joins a generation as an elite, without another evaluation (Hansen,
+//! "Injecting external solutions into CMA-ES", arXiv:1110.4181). The same seed gives the same
+//! places.
 
 use rayon::prelude::*;
 
-/// Spread of the first generation, as a part of the searched range.
-const SPREAD: f64 = 0.2;
+/// Spread of a run that begins anywhere.
+const ELSEWHERE: f64 = 0.25;
 /// A search whose spread is below this has ended, and begins anew.
 const CONVERGED: f64 = 1e-4;
 
@@ -23,6 +23,8 @@ pub type Scored = (Vec<f64>, f64);
 pub struct Population<'a> {
     /// Evaluations that may be made.
     pub evaluations: usize,
+    /// Standard deviation of the first generation, as a part of the searched range.
+    pub spread: f64,
     /// Seed of the draws.
     pub seed: u64,
     /// Least standard deviation of each place, so that a setting of whole numbers is not stuck
@@ -44,12 +46,15 @@ impl Population<'_> {
         let mut random = Random(self.seed);
         let (mut made, mut run) = (0, 0);
         while made < self.evaluations && n > 0 {
-            // Each start in the order of its cost; then around the best, each time with more.
-            let mean = known.get(run).map_or(&best.0, |start| &start.0).clone();
+            // Each start in the order of its cost; then anywhere, each time with more draws.
+            let (mean, spread) = match known.get(run) {
+                Some(start) => (start.0.clone(), self.spread),
+                None => ((0..n).map(|_| random.uniform()).collect(), ELSEWHERE),
+            };
             let doublings = (run / known.len().max(1)).min(4);
             let size = (4 + (3.0 * (n as f64).ln()) as usize).max(6) << doublings;
-            let mut strategy = Strategy::new(mean, SPREAD, size, self.least);
-            let mut elites: Vec<Scored> = known.iter().take(3).cloned().collect();
+            let mut strategy = Strategy::new(mean, spread, size, self.least);
+            let mut elite = known.get(run).cloned();
             let (mut still, mut cheapest) = (0, f64::INFINITY);
             while made < self.evaluations {
                 let count = size.min(self.evaluations - made);
@@ -68,12 +73,19 @@ impl Population<'_> {
                 if count < size {
                     break;
                 }
-                generation.append(&mut elites);
+                let lowest = generation
+                    .iter()
+                    .min_by(|a, b| a.1.total_cmp(&b.1))
+                    .cloned();
+                generation.extend(elite.clone());
                 strategy.learn(generation);
+                elite = match (elite, lowest) {
+                    (Some(old), Some(new)) if old.1 <= new.1 => Some(old),
+                    (old, new) => new.or(old),
+                };
                 if strategy.sigma < CONVERGED || still > 10 + 30 * n / size {
                     break;
                 }
-                elites.push(best.clone());
             }
             run += 1;
         }
@@ -318,6 +330,7 @@ mod tests {
         let known = [(start.clone(), cost(&start))];
         let population = Population {
             evaluations,
+            spread: 0.2,
             seed,
             least: &[],
         };
@@ -375,16 +388,15 @@ mod tests {
     }
 
     #[test]
-    fn one_of_many_valleys_is_the_deepest() {
-        // Rastrigin's in -2 to 2: 4^3 valleys, the next one a cost of 1 higher.
-        let valleys = |x: &[f64]| {
-            let parts = x.iter().map(|x| 4.0 * x - 2.0);
-            parts
-                .map(|x| x * x + 10.0 * (1.0 - (std::f64::consts::TAU * x).cos()))
-                .sum::<f64>()
+    fn a_deep_valley_beside_a_broad_one_is_found_by_a_run_that_begins_elsewhere() {
+        // A simplex from 0.8 ends at a cost of 1.
+        let cost = |x: &[f64]| {
+            let to = |place: f64| x.iter().map(|x| (x - place).powi(2)).sum::<f64>().sqrt();
+            (1.0 + to(0.9)).min(10.0 * to(0.2))
         };
-        let found = (0..10).filter(|seed| search(3, 6000, *seed, valleys).1 < 1e-3);
-        assert!(found.count() >= 9);
+        let found = (0..10).filter(|seed| search(2, 1500, *seed, cost).1 < 1e-2);
+        let count = found.count();
+        assert!(count >= 8, "{count} of 10");
     }
 
     #[test]

@@ -553,14 +553,20 @@ mod tests {
                     assert!(tuned.found.evaluations <= evaluations);
                     [tuned.found.cost, unseen.cost_of::<L>(&tuned.after)]
                 };
-                let simplex = found(optimise::Budget::Apart(evaluations));
-                println!("{} {evaluations}: simplex {simplex:.3e?}", L::NAME);
-                let seeds = 1..=5;
-                let mut population: Vec<[f64; 2]> = seeds
+                let shown = |method, [seen, unseen]: [f64; 2]| {
+                    println!(
+                        "{} {evaluations} {method}: {seen:.4e}, {unseen:.4e}",
+                        L::NAME
+                    );
+                };
+                shown("simplex", found(optimise::Budget::Apart(evaluations)));
+                let mut population: Vec<[f64; 2]> = (1..=5)
                     .map(|seed| found(optimise::Budget::Population(evaluations, seed)))
                     .collect();
                 population.sort_by(|a, b| a[0].total_cmp(&b[0]));
-                println!("{} {evaluations}: population {population:.3e?}", L::NAME);
+                population
+                    .into_iter()
+                    .for_each(|costs| shown("population", costs));
             }
         }
         let rig = rig();

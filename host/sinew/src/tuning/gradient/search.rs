@@ -88,8 +88,9 @@ pub type Runner<'a> = &'a (dyn Fn(&Weights, &Scenario) -> Result<Run, ()> + Sync
 const DIFFERENCE: f64 = 0.03;
 
 impl Search<'_> {
-    /// True where the loops have derivatives: a dense network on past readings without a budget, and
-    /// plants of this project. Everything else is searched by differences of the firmware's own loops.
+    /// True where the loops have derivatives: a dense network on past readings without a budget,
+    /// and plants of this project. Everything else is searched by differences of the firmware's own
+    /// loops.
     pub fn is_exact(&self) -> bool {
         let own = |scenario: &Scenario| scenario.program.is_none();
         let spec = self.spec;
