@@ -5,8 +5,6 @@
 //! inside the limits. [`Unlimited`] compiles to nothing, [`Until`] is a timer or an interrupt, and
 //! [`Meter`] counts work, so that every machine stops at the same place.
 
-use crate::work_bound::Parts;
-
 /// Part of an optimisation that comes next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
@@ -67,6 +65,18 @@ impl<F: FnMut() -> bool> Interrupt for Until<F> {
     fn ended(&mut self) -> bool {
         (self.0)()
     }
+}
+
+/// Cost of the parts, in ticks of a board's counter: the largest of those measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Parts {
+    /// One evaluation of J.
+    pub rollout: u32,
+    /// One gradient with Hessian, the products with it that decide about the step, and the start of
+    /// the active-set method.
+    pub derivative: u32,
+    /// One factorisation with all that an iteration of that method does around it, and its end.
+    pub factorisation: u32,
 }
 
 /// Budget in ticks, with the ticks that each part is counted as. Ticks are of any unit; printed

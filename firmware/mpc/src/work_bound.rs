@@ -2,6 +2,7 @@
 //! chip (docs/explanation/controller.md, section 6).
 
 use crate::active_set::{self, iteration_limit};
+pub use crate::budget::Parts;
 use crate::budget::{Interrupt, Part};
 use crate::constraints::ActiveSet;
 use crate::cost::{CostTerm, Quadratic};
@@ -37,18 +38,6 @@ impl Work {
             factorisations: iterations * iteration_limit(nv) as u32,
         }
     }
-}
-
-/// Cost of the parts, in ticks of a board's counter: the largest of those measured.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Parts {
-    /// One evaluation of J.
-    pub rollout: u32,
-    /// One gradient with Hessian, the products with it that decide about the step, and the start of
-    /// the active-set method.
-    pub derivative: u32,
-    /// One factorisation with all that an iteration of that method does around it, and its end.
-    pub factorisation: u32,
 }
 
 /// Times of the iterations of a subproblem.

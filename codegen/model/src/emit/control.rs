@@ -1,12 +1,11 @@
 //! The emitted `src/control.rs`: shapes, scaling, limits, settings, and the controller they make.
 
 use super::HEADER;
-use super::parts::{Parts, narrow};
+use super::parts::{Parts, budget, narrow};
 use super::scaling::scaling;
 use super::{soft_sensor, value};
 use crate::fingerprint::fingerprint;
 use crate::spec::{ModelSpec, Role};
-use crate::work;
 use sinew_nn::literal;
 
 pub(super) fn print(spec: &ModelSpec) -> String {
@@ -180,24 +179,6 @@ fn tuning(spec: &ModelSpec) -> String {
         "" => "{}".into(),
         lines => format!("{{\n{lines}}}"),
     }
-}
-
-/// The budget of the optimisation, where there is one: an associated constant.
-pub(super) fn budget(spec: &ModelSpec) -> Option<String> {
-    let ticks = spec.control.budget?;
-    let parts = work::parts(spec);
-    Some(format!(
-        "    const BUDGET: Option<sinew_mpc::Budget> = Some(sinew_mpc::Budget {{
-        ticks: {ticks},
-        parts: sinew_mpc::Parts {{
-            rollout: {},
-            derivative: {},
-            factorisation: {},
-        }},
-    }});
-",
-        parts.rollout, parts.derivative, parts.factorisation
-    ))
 }
 
 /// The controller behind a soft sensor.

@@ -2,7 +2,7 @@
 //! and prior of its filter.
 
 use super::HEADER;
-use super::parts::{Parts, narrow};
+use super::parts::{Parts, budget, narrow};
 use crate::spec::{Layer, ModelSpec, StateSpec};
 use sinew_nn::literal;
 
@@ -32,7 +32,7 @@ pub(super) fn network(spec: &ModelSpec, state: &StateSpec) -> String {
     let bias = list(&output.bias, 6);
     let hidden_bias = list(&hidden.bias, 13);
     let measurement_bias = list(&state.measurement.bias, 18);
-    let budget = super::control::budget(spec).unwrap_or_default();
+    let budget = budget(spec).unwrap_or_default();
     format!(
         "//! The transition and the measurement: weights in flash.
 //!

@@ -114,9 +114,12 @@ fn places(ranges: &[Range], values: &[f64]) -> Vec<f64> {
 
 /// Least spread of a population: one that is drawn between two whole numbers takes both.
 fn least(ranges: &[Range]) -> Vec<f64> {
-    let spread = |range: &Range| match range.whole {
-        true => 0.3 / (range.high - range.low).max(1.0),
-        false => 0.0,
+    let spread = |range: &Range| {
+        if range.whole {
+            0.3 / (range.high - range.low).max(1.0)
+        } else {
+            0.0
+        }
     };
     ranges.iter().map(spread).collect()
 }
@@ -313,7 +316,7 @@ pub fn search(
                 };
                 alone += population.evaluations;
                 let known = [(places(ranges, &best.0), best.1)];
-                let found = population.search(&known, |at| judged(ranges, at, &counted));
+                let found = population.search(&known, |at| judged(ranges, at, counted));
                 best = better(best, (values(ranges, &found.0), found.1));
             }
             let first = alone + 2 * all.saturating_sub(alone) / 3;
