@@ -38,7 +38,7 @@ enum {
     SINEW_SIGNAL_LOST = 6,     /* going to the safe commands; also before the first step */
     SINEW_DISARMED = 7,        /* going to the safe commands, as asked */
     SINEW_OPEN_LOOP = 8,
-    SINEW_STOPPED = 9          /* optimised until the model's budget was used up */
+    SINEW_CUT_SHORT = 9        /* optimised until the model's budget was used up */
 };
 uint32_t sinew_mpc_last_status(void);
 

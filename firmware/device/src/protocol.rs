@@ -251,7 +251,7 @@ pub enum StatusOnWire {
     SignalLost,
     Disarmed,
     OpenLoop,
-    Stopped,
+    CutShort,
 }
 
 impl From<Status> for StatusOnWire {
@@ -266,7 +266,7 @@ impl From<Status> for StatusOnWire {
             Status::SignalLost => Self::SignalLost,
             Status::Disarmed => Self::Disarmed,
             Status::OpenLoop => Self::OpenLoop,
-            Status::Stopped => Self::Stopped,
+            Status::CutShort => Self::CutShort,
         }
     }
 }

@@ -76,7 +76,7 @@ pub fn solve<
 ///
 /// `stop` is asked before every iteration, factorisation and evaluation of J but the first, and has
 /// to stay true. At most one of these, or one set of derivatives, is finished after it became true;
-/// after a restart one evaluation more. The status is then [`Status::Stopped`].
+/// after a restart one evaluation more. The status is then [`Status::CutShort`].
 #[inline(always)]
 pub fn solve_until<
     M: CostTerm<NU, NY, NS, ND, DD>,
@@ -101,7 +101,7 @@ pub fn solve_until<
 /// inside the limits, and none is dearer than the one before, to within the last step that is not
 /// evaluated. Such a step promises next to nothing, or there was no work left to evaluate it
 /// ([`Interrupt::UNEVALUATED`]). The status of an optimisation that was cut short is
-/// [`Status::Stopped`].
+/// [`Status::CutShort`].
 #[inline(never)]
 pub fn solve_within<
     M: CostTerm<NU, NY, NS, ND, DD>,
@@ -139,7 +139,7 @@ pub fn solve_within<
     let mut candidate = plan.u;
     while outcome.iterations < allowed {
         if interrupt.ends(Part::Derivative) {
-            outcome.status = Status::Stopped;
+            outcome.status = Status::CutShort;
             break;
         }
         problem.linearise(&plan.u, &trajectory, &mut quadratic);
@@ -174,7 +174,7 @@ pub fn solve_within<
                 outcome.cost -= predicted_reduction;
             }
             outcome.status = if cut {
-                Status::Stopped
+                Status::CutShort
             } else {
                 Status::Converged
             };
@@ -184,7 +184,7 @@ pub fn solve_within<
                 plan.active = active;
                 outcome.cost -= predicted_reduction;
             }
-            outcome.status = Status::Stopped;
+            outcome.status = Status::CutShort;
             break;
         } else {
             let cost = problem.rollout(&candidate, &mut trajectory);
@@ -213,7 +213,7 @@ pub fn solve_within<
                 ) {
                     Status::IterationLimit
                 } else if interrupt.ended() {
-                    Status::Stopped
+                    Status::CutShort
                 } else {
                     Status::NoDecrease
                 };
@@ -223,7 +223,7 @@ pub fn solve_within<
             restarted = true;
             let looked = restart(problem, plan, &mut trajectory, outcome.cost, interrupt);
             if interrupt.ends(Part::Rollout) && !looked {
-                outcome.status = Status::Stopped;
+                outcome.status = Status::CutShort;
                 break;
             }
             outcome.cost = problem.rollout(&plan.u, &mut trajectory);

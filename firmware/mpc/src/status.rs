@@ -26,7 +26,7 @@ pub enum Status {
     OpenLoop,
     /// The plan improved until a budget or an interrupt ended the optimisation
     /// ([`budget`](crate::budget)).
-    Stopped,
+    CutShort,
 }
 
 impl Status {
@@ -34,7 +34,7 @@ impl Status {
     pub const fn is_controlled(self) -> bool {
         matches!(
             self,
-            Status::Converged | Status::IterationLimit | Status::NoDecrease | Status::Stopped
+            Status::Converged | Status::IterationLimit | Status::NoDecrease | Status::CutShort
         )
     }
 }

@@ -84,7 +84,7 @@ fn a_plan_is_inside_the_limits_and_no_dearer_wherever_it_is_stopped() {
         most = rise.max(most);
         assert!(outcome.status.is_controlled(), "case {case}: {outcome:?}");
         assert!(
-            ended || outcome.status != Status::Stopped,
+            ended || outcome.status != Status::CutShort,
             "case {case}: {outcome:?}"
         );
         stopped += usize::from(ended);
@@ -239,7 +239,7 @@ fn commands<
                 moved += usize::from(change != 0.0);
             }
             before = step.u;
-            stopped += usize::from(step.status == Status::Stopped);
+            stopped += usize::from(step.status == Status::CutShort);
             let other = stopped!(again, rule, &y, &[], &reference);
             assert_eq!(step.u.map(f32::to_bits), other.u.map(f32::to_bits));
             assert_eq!(step.status, other.status);
@@ -345,7 +345,7 @@ fn the_work_of_a_step_stays_within_its_budget() {
         // All that is counted is made, but for the last evaluation of a restart that was cut.
         let counted = ticks - watched.0.left();
         assert!(spent <= counted, "case {case}: {spent}, counted {counted}");
-        let stopped = outcome.status == Status::Stopped;
+        let stopped = outcome.status == Status::CutShort;
         assert!(!stopped || watched.0.ended(), "case {case}: {outcome:?}");
         // A linearisation is never thrown away: its result is evaluated, or next to nothing.
         assert!(predictions.get() / n >= linearisations.get() / n);
@@ -412,7 +412,7 @@ fn run<const TICKS: u32>() -> (usize, usize, f64) {
     for _ in 0..200 {
         let y = random.array(0.5);
         let step = control.step(&y, &[], &random.matrix(1.0));
-        stopped += usize::from(step.status == Status::Stopped);
+        stopped += usize::from(step.status == Status::CutShort);
         iterations += usize::from(step.iterations);
         cost += f64::from(step.cost);
     }

@@ -43,7 +43,7 @@ fn a_step_stopped_anywhere_stays_inside_the_limits() {
                 asked > until
             });
             assert!(inside(step.u[0], before), "{step:?}");
-            stopped += usize::from(step.status == Status::Stopped);
+            stopped += usize::from(step.status == Status::CutShort);
             moved += usize::from(step.u[0] != before);
             before = step.u[0];
             plant.advance(f64::from(step.u[0]));

@@ -36,7 +36,7 @@ words! {
     OpenLoop = "OpenLoop":
         "The command is one that was asked for, inside the limits. Nothing was optimised.",
         "Nothing: this is an excitation or a manual command.";
-    Stopped = "Stopped":
+    CutShort = "CutShort":
         "The plan improved until the budget of the step was used up, or an interrupt ended it.",
         "Nothing, while tracking is good. Otherwise raise `budget` of [control], or shorten the \
          horizon. With 0 iterations the budget holds none.";

@@ -442,7 +442,7 @@ fn statuses() -> String {
         Status::SignalLost,
         Status::Disarmed,
         Status::OpenLoop,
-        Status::Stopped,
+        Status::CutShort,
     ];
     all.map(|status| format!("{} {status:?}", status as u8))
         .join(", ")

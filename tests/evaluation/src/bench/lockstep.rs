@@ -11,7 +11,7 @@ use super::image;
 use super::reference::{OUTPUTS, Plant, Reference, STEPS};
 use xtask::process::target_folder;
 
-/// `Status::Stopped` of `sinew-mpc`, as the counting image says it.
+/// `Status::CutShort` of `sinew-mpc`, as the counting image says it.
 const STOPPED: u32 = 9;
 
 /// Result of a run.
