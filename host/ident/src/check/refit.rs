@@ -31,8 +31,9 @@ const TOGETHER: f64 = 1.5;
 const DIFFERS: f64 = 0.03;
 
 /// `wrong_sign`, `swapped_columns`, `dead_channel`, `input_lags`, `input_leads`, `input_not_held`,
-/// `sensor_lags`, `degrees_for_radians`, `millimetres_for_metres`, `time_in_minutes`, `time_in_hours`,
-/// `sensor_offset`, `sensor_drift`, `sensor_gain`, `unanswered_input`, `different_devices`.
+/// `sensor_lags`, `degrees_for_radians`, `millimetres_for_metres`, `time_in_minutes`,
+/// `time_in_hours`, `sensor_offset`, `sensor_drift`, `sensor_gain`, `unanswered_input`,
+/// `different_devices`.
 pub(super) fn detect(rig: &Rig, recordings: &[Recording]) -> Vec<Check> {
     if !is_small(rig) {
         return Vec::new();

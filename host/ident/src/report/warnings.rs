@@ -84,8 +84,8 @@ fn above_noise(fit: &SensorFit) -> Option<String> {
     })
 }
 
-/// Warnings of signals that are missed by far more in recordings that the fit has not seen: `tested`
-/// is their error by the refitted rig, in the order of the fit's sensors.
+/// Warnings of signals that are missed by far more in recordings that the fit has not seen.
+/// `tested` is their error by the refitted rig, in the order of the fit's sensors.
 pub fn unseen<'a>(fit: &Fit, tested: impl IntoIterator<Item = &'a SensorError>) -> Vec<String> {
     let pairs = fit.sensors.iter().zip(tested);
     let pairs = pairs.filter(|(fitted, _)| fitted.is_explained() && fit.runaway.is_none());

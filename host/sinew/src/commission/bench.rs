@@ -149,9 +149,9 @@ impl Bench {
         Ok((t, y))
     }
 
-    /// Waits until the sensors are at rest: over half a second the means of blocks stay within twice
-    /// the thresholds or a part of the spans. A rig that does not come to rest in time is taken as
-    /// it is.
+    /// Waits until the sensors are at rest: over half a second the means of blocks stay within
+    /// twice the thresholds or a part of the spans. A rig that does not come to rest in time is
+    /// taken as it is.
     ///
     /// # Errors
     /// As [`Bench::listen`].

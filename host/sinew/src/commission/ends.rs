@@ -85,8 +85,8 @@ fn steps_of_an_end(predicted: &[Vec<f64>]) -> usize {
     FLAT.clone().find(goes_on).unwrap_or(*FLAT.start()) + 1
 }
 
-/// Finds one end of an actuator. `moved`: what its small motion said; `seconds`, `side`: duration of
-/// the way, and the upper (1) or the lower (-1) end.
+/// Finds one end of an actuator. `moved`: what its small motion said; `seconds`, `side`: duration
+/// of the way, and the upper (1) or the lower (-1) end.
 ///
 /// # Errors
 /// The board is gone, stops by itself, a reading runs away; Ctrl-C.

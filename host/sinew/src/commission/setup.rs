@@ -308,6 +308,7 @@ impl Setup {
                 safe: of(|a| a.safe),
                 disturbance_gain: 0.0,
                 iterations: 1,
+                budget: None,
                 max_missing_samples: 12,
                 value: None,
             },

@@ -162,8 +162,8 @@ pub(super) const WORDS: &[(&str, &str, &str)] = &[
     ),
     (
         "time_in_other_unit",
-        "Times are a power of ten too large that is no unit of a logger, such as hundredths of a \
-         second: the rig moves as it says with smaller ones.",
+        "Times are a power of ten too large, such as hundredths of a second. The rig moves as it \
+         says with smaller ones.",
         "Divide the column t by what is said.",
     ),
     (
