@@ -94,5 +94,5 @@ fn drawings_are_written_beside_the_simulation() {
     desk.succeed("excite mass-spring-damper.toml --out msd.csv --seconds 2 --no-table --quiet");
     desk.succeed("simulate mass-spring-damper.toml --input msd.csv --out sim.csv --html sim.html");
     let html = desk.read("sim.html");
-    assert!(html.contains("<title>q_m</title>") && !html.contains("<script>"));
+    assert!(html.contains("<title>q_m</title>") && !html.contains("Shape over time"));
 }
