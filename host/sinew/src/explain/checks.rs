@@ -57,8 +57,8 @@ pub(super) const WORDS: &[(&str, &str, &str)] = &[
     ),
     (
         "input_not_held",
-        "Inputs run straight from row to row where the rig has them step, or step where it has them \
-         run: the other way the rig leaves noise alone.",
+        "Inputs run straight from row to row where the rig has them step, or the other way round. As \
+         they were, the rig leaves noise alone.",
         "Write hold = \"linear\" (or \"zero\") in the actuators of the rig.",
     ),
     (

@@ -54,7 +54,7 @@ fn an_animation_holds_every_outline_in_every_picture() {
 }
 
 #[test]
-fn a_page_loads_nothing_and_ends_its_script_once() {
+fn a_page_loads_nothing_and_ends_its_scripts() {
     let (plant, t, inputs, animation) = pulled();
     let run = InputTrajectory::new(&plant, t.len(), &[&inputs[0], &inputs[1]])
         .and_then(|drive| {
@@ -73,8 +73,9 @@ fn a_page_loads_nothing_and_ends_its_script_once() {
             _ => assert_eq!(found, 0, "{reach}"),
         }
     }
-    assert_eq!(html.matches("<script>").count(), 1);
-    assert_eq!(html.matches("</script>").count(), 1);
+    // That of the shape, and that of the plots.
+    assert_eq!(html.matches("<script>").count(), 2);
+    assert_eq!(html.matches("</script>").count(), 2);
 }
 
 #[test]
