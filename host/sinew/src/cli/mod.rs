@@ -231,15 +231,22 @@ pub struct LiveArguments {
     /// Folder of the model that the board carries: model.toml and weights.safetensors.
     #[arg(long, value_name = "DIR")]
     model: PathBuf,
+    /// The rig of the model, where a column of its files is not in SI (`unit = "deg"`).
+    #[arg(long, value_name = "RIG")]
+    rig: Option<PathBuf>,
 }
 
 impl LiveArguments {
-    /// Opens the port and makes sure of who is there.
+    /// Opens the port and makes sure of who is there. `writes`: columns of a file are read or
+    /// written, so their units matter.
     ///
     /// # Errors
-    /// A bad model, no port, the wrong board.
-    fn connect(&self) -> Result<(Device, Names, Identity)> {
-        let names = Names::load(&self.model)?;
+    /// A bad model, no port, the wrong board; columns in a unit that nothing says.
+    fn connect(&self, writes: bool) -> Result<(Device, Names, Identity)> {
+        let mut names = Names::load(&self.model)?;
+        if writes {
+            names = names.in_units_of(self.rig.as_deref())?;
+        }
         let mut device = open_line(self.port.as_deref(), self.probe, self.select.as_deref())?;
         let identity = names.greet(&mut device)?;
         Ok((device, names, identity))

@@ -25,7 +25,7 @@ pub struct Arguments {
 /// # Errors
 /// A board that cannot be reached or is the wrong one; a file that cannot be written.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let (mut device, names, identity) = arguments.live.connect()?;
+    let (mut device, names, identity) = arguments.live.connect(arguments.out.is_some())?;
     let out = arguments.out.as_deref();
     let watched = monitor(&mut device, &names, &identity, out, arguments.seconds)?;
     println!(

@@ -34,7 +34,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         [("--out", Some(arguments.out.as_path()))],
     )?;
     let input = read_recording(&arguments.input)?;
-    let (mut device, names, identity) = arguments.live.connect()?;
+    let (mut device, names, identity) = arguments.live.connect(true)?;
     let rows = excitation(&input, &names, identity.rate_mhz)?;
     let recorded = record(&mut device, &names, &rows, &arguments.out, arguments.quiet)?;
     let model = names.learned.model_line();

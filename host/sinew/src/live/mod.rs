@@ -3,5 +3,7 @@
 pub mod monitor;
 mod names;
 pub mod record;
+mod units;
 
 pub use names::Names;
+pub use units::Units;

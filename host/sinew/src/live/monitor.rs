@@ -352,6 +352,8 @@ fn show(seen: &Telemetry, names: &Names, learned: Option<&[f64]>, screen: bool) 
 struct Saved {
     path: std::path::PathBuf,
     file: std::io::BufWriter<Box<dyn std::io::Write + Send>>,
+    /// Factors to SI of the columns of inputs, and of outputs.
+    factors: [Vec<f64>; 2],
     /// Columns of learned parameters.
     learned: usize,
 }
@@ -362,6 +364,7 @@ impl Saved {
         let mut saved = Self {
             path: path.to_path_buf(),
             file: std::io::BufWriter::new(file),
+            factors: [&names.inputs, &names.outputs].map(|columns| names.units.factors(columns)),
             learned: names.learned.names().count(),
         };
         let of = |what: &str| {
@@ -390,19 +393,22 @@ impl Saved {
 
     fn row(&mut self, seen: &Telemetry, learned: Option<&[f64]>) -> Result<()> {
         let mut line = format!("{}", seen.at_us as f64 * 1e-6);
-        for values in [
-            &seen.u,
-            &seen.y,
-            &seen.reference,
-            &seen.estimate,
-            &seen.disturbance,
+        let [inputs, outputs] = &self.factors;
+        for (values, factors) in [
+            (&seen.u, inputs),
+            (&seen.y, outputs),
+            (&seen.reference, outputs),
+            (&seen.estimate, outputs),
+            (&seen.disturbance, outputs),
         ] {
-            for value in values {
-                // A missing value is an empty field.
+            for (value, factor) in values.iter().zip(factors) {
+                // A missing value is an empty field, and what is in SI keeps its digits.
                 let text = if value.is_nan() {
                     String::new()
-                } else {
+                } else if *factor == 1.0 {
                     value.to_string()
+                } else {
+                    (f64::from(*value) / factor).to_string()
                 };
                 let _ = write!(line, ",{text}");
             }

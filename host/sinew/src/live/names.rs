@@ -7,9 +7,11 @@ use sinew_model::fingerprint;
 use sinew_model::spec::{ModelSpec, Signal};
 use sinew_model::store;
 
+use super::Units;
 use crate::adopt::Columns;
 use crate::device::Device;
 use sinew_ident::error::{Error, Result};
+use sinew_sim::Rig;
 
 /// Columns of inputs, outputs and channels, in the model's order.
 #[derive(Clone, Debug)]
@@ -22,6 +24,8 @@ pub struct Names {
     pub channels: Vec<String>,
     /// Columns of the parameters that the controller estimates.
     pub learned: Columns,
+    /// Units of the columns in files; a board speaks SI.
+    pub units: Units,
     fingerprint: u32,
 }
 
@@ -42,8 +46,23 @@ impl Names {
             outputs: names(&spec.outputs),
             channels: names(&spec.channels),
             learned: Columns::of(spec),
+            units: Units::default(),
             fingerprint: fingerprint(spec),
         }
+    }
+
+    /// The same, with files in the units of a rig's columns; without a rig in SI.
+    ///
+    /// # Errors
+    /// A rig of another model; without one, a column whose name ends in another unit.
+    pub fn in_units_of(mut self, rig: Option<&Path>) -> Result<Self> {
+        let groups = [&self.inputs, &self.outputs, &self.channels];
+        let columns = groups.into_iter().flatten();
+        self.units = match rig {
+            Some(path) => Units::of(&Rig::load(path)?, columns)?,
+            None => Units::si(columns)?,
+        };
+        Ok(self)
     }
 
     /// Asks a board who it is, and refuses one that carries another model.
@@ -74,6 +93,7 @@ impl Names {
             outputs,
             channels: Vec::new(),
             learned: Columns::default(),
+            units: Units::default(),
             fingerprint: 0,
         }
     }

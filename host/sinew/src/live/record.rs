@@ -61,7 +61,9 @@ pub struct Recorded {
 pub fn excitation(input: &Recording, names: &Names, rate_mhz: u32) -> Result<Vec<Vec<f32>>> {
     let mut columns = Vec::new();
     for name in &names.inputs {
-        columns.push(input.held(name, "the board")?.values);
+        let factor = names.units.factor(name);
+        let values = input.held(name, "the board")?.values.into_iter();
+        columns.push(values.map(|value| value * factor).collect::<Vec<f64>>());
     }
     let t = input.t();
     let period_s = 1000.0 / f64::from(rate_mhz);
@@ -316,7 +318,8 @@ fn table(played: &Played, names: &Names, rows: &[Vec<f32>], out: &Path) -> Resul
         t.push((tick.at_us - first.at_us) as f64 * 1e-6);
         let values = tick.u.iter().chain(&tick.y).chain(&tick.s);
         for (column, value) in columns.iter_mut().zip(values) {
-            column.values.push(f64::from(*value));
+            let value = f64::from(*value) / names.units.factor(&column.name);
+            column.values.push(value);
         }
         let known = learned.get(&(k + 1));
         for (i, column) in columns[signals..].iter_mut().enumerate() {
@@ -371,6 +374,43 @@ mod tests {
             deadline_misses: 0,
             dropped: 0,
         }
+    }
+
+    /// A command of 250 mV and a reading of 90 degrees had been 250 V and 1.57 degrees.
+    #[test]
+    fn a_board_is_sent_si_and_a_file_has_the_units_of_its_rig() {
+        let rig = sinew_sim::Rig::parse(
+            "format = \"sinew-rig/1\"\nname = \"arm\"\n[[body]]\nname = \"arm\"\n\
+             motion = \"hinge\"\ninertia = 0.1\n[[actuator]]\nname = \"motor\"\ndrives = \"arm\"\n\
+             input = \"u_mNm\"\nunit = \"mNm\"\ngain = 1.0\n[[sensor]]\nname = \"encoder\"\n\
+             reads = \"arm.position\"\nsignal = \"q_deg\"\nunit = \"deg\"\n",
+            "arm.toml",
+        )
+        .unwrap();
+        let mut names = Names::for_test(vec!["u_mNm".into()], vec!["q_deg".into()]);
+        names.units = super::super::Units::of(&rig, ["u_mNm".to_owned()].iter()).unwrap();
+        let columns = vec![Column {
+            name: "u_mNm".into(),
+            values: vec![250.0, -250.0],
+        }];
+        let input = Recording::new("in.csv", vec![0.0, 0.008], columns).unwrap();
+        assert_eq!(
+            excitation(&input, &names, 125_000).unwrap(),
+            [[0.25], [-0.25]]
+        );
+        let played = Played {
+            telemetry: vec![
+                tick(1, Some(0), 0.25, std::f32::consts::FRAC_PI_2),
+                tick(2, Some(1), -0.25, 0.0),
+            ],
+            learned: Vec::new(),
+            ended: None,
+        };
+        let rows = [vec![0.25], vec![-0.25]];
+        let recorded = table(&played, &names, &rows, Path::new("x.csv")).unwrap();
+        let read = |name: &str| recorded.recording.column(name).unwrap()[0];
+        assert!((read("q_deg") - 90.0).abs() < 1e-4 && (read("u_mNm") - 250.0).abs() < 1e-4);
+        assert_eq!(recorded.limited_rows, 0);
     }
 
     #[test]
