@@ -42,10 +42,10 @@ pub(super) fn detect(
     let series = Series::of(values)?;
     let found = far_value(&series, sensor).or_else(|| dropouts(&series));
     if let Some((value, at)) = found {
+        let value = written(value);
         let sentence = format!(
-            "{} stands in {} of {name}, far from everything around it, as loggers write for \
+            "{value} stands in {} of {name}, far from everything around it, as loggers write for \
              \"no value\"",
-            value,
             rows(at.len())
         );
         let remedy = format!("--missing {value}");
@@ -77,6 +77,15 @@ pub(super) fn detect(
     let row = series.samples[first].0;
     let remedy = "leave these fields empty: an empty field is a missing sample";
     Some(Check::likely(recording, row, "spike", sentence, remedy))
+}
+
+/// A number with all its digits, a large one by its power of ten.
+fn written(value: f64) -> String {
+    if value.abs() < 1e10 {
+        value.to_string()
+    } else {
+        format!("{value:e}")
+    }
 }
 
 /// A value at one end of the range, far from all others, that recurs or is a round number: with

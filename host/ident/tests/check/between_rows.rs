@@ -156,3 +156,19 @@ fn a_bare_number_of_an_effect_is_suspected_beside_others() {
         assert!(found.sentence.contains(name), "{}", found.sentence);
     }
 }
+
+#[test]
+fn a_huge_sentinel_is_written_by_its_power_of_ten() {
+    let mut columns = recorded(&rig(&[]), 300, "a.csv", steps).columns().to_vec();
+    for row in [50, 120] {
+        columns[1].values[row] = -1e30;
+    }
+    let t = (0..300).map(|row| 0.01 * f64::from(row)).collect();
+    let faulty = Recording::new("a.csv", t, columns).unwrap();
+    let found = check(&[faulty], None);
+    assert_eq!(found[0].remedy, "--missing -1e30");
+    assert!(
+        found[0].sentence.starts_with("-1e30 stands in 2 rows"),
+        "{found:?}"
+    );
+}
