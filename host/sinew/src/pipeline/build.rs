@@ -155,7 +155,11 @@ pub fn build(request: &Request) -> Result<Outcome> {
     sinew_files::write(request.out.join("rig.toml"), fitted.rig.to_toml())?;
     let free_runs = all_free_runs(&rig, &fitted, &tests)?;
     stage.end(fit_sentence(&fitted));
-    let doubts = doubts(&fitted);
+    let mut doubts = doubts(&fitted);
+    if request.diagnose {
+        // It comes next, and says what is missing.
+        doubts.retain(|doubt| !doubt.contains("`sinew diagnose` looks for"));
+    }
     if !request.quiet {
         // Before minutes go into what is made on it.
         doubts
