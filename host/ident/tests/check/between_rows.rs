@@ -109,6 +109,29 @@ fn inputs_that_run_between_rows_where_the_rig_has_them_step_are_named() {
     assert_eq!(check(&[stepped], Some(&rig(&[BELIEVED]))), []);
 }
 
+/// The effect that imitates the half row is less sure, and its sentence names the check.
+#[test]
+fn what_is_named_beside_an_input_that_was_not_held_is_in_doubt() {
+    let recordings = Recordings {
+        fit: vec![recorded(&rig(&[LINEAR]), 800, "a.csv", smooth)],
+        check: vec![recorded(&rig(&[LINEAR]), 800, "bb.csv", |t| {
+            smooth(t + 50.0)
+        })],
+        test: Vec::new(),
+    };
+    let found = diagnosed(&rig(&[BELIEVED]), &recordings);
+    assert!(
+        found.effects.iter().all(|it| it.confidence <= 0.7),
+        "{:?}",
+        found.effects
+    );
+    assert!(
+        found.sentence.contains("input_not_held"),
+        "{}",
+        found.sentence
+    );
+}
+
 #[test]
 fn a_fit_that_misses_what_it_has_not_seen_by_far_more_says_so() {
     let level = with_friction("0.9");
