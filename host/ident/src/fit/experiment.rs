@@ -219,10 +219,8 @@ pub(crate) fn start_rows(rows: usize) -> usize {
     START_ROWS.max((START_PART * rows as f64).ceil() as usize)
 }
 
-/// A twentieth of a recording beside the rows that its start is estimated from; 1 of a long one.
-pub(super) fn start_weight(rows: usize) -> f64 {
-    (START_PART * rows as f64 / START_ROWS as f64).min(1.0)
-}
+/// Part of what the first rows say of a start by which it is anchored where nothing is missing.
+pub(super) const ANCHORED: f64 = 0.05;
 
 /// Size of each sensor's variations over all recordings, never zero.
 pub(crate) fn spreads(experiments: &[Experiment]) -> Vec<f64> {

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use sinew_sim::{Plant, SensorChannel};
 
-use super::experiment::{Experiment, View, Views, start_rows, start_weight};
+use super::experiment::{ANCHORED, Experiment, View, Views, start_rows};
 use super::levenberg::{DecisionVariables, Prior, StoppingCriteria, minimise};
 use super::segment::{InitialStatePrior, Problem, Segment};
 use crate::error::Result;
@@ -257,7 +257,7 @@ pub(crate) fn estimate(
         state,
         of_plant(
             mean,
-            normal.xx / (variance / firmness(rows, variance)),
+            normal.xx / (variance / firmness(variance)),
             problem.plant.state_len(),
         ),
     ))
@@ -269,12 +269,11 @@ const AT_LEAST: f64 = 2.0;
 
 /// Part of what the first rows say of a start by which it is anchored.
 ///
-/// They are among all rows already. Of a short recording they are more than a twentieth, and where
-/// they are missed as all rows are, `variance` of 1, the anchor would say half of it twice: with
-/// the parameters of the moment, which it would hold where they are.
-fn firmness(rows: usize, variance: f64) -> f64 {
-    let weight = start_weight(rows);
-    (1.0 - AT_LEAST * variance * (1.0 - weight)).max(weight)
+/// They are among all rows already. Where they are missed as all rows are, `variance` of 1, the
+/// anchor would say twice what they show of a start, with the parameters of the moment: it would
+/// hold those where they are that only the start shows. A motor behind a shaft is one.
+fn firmness(variance: f64) -> f64 {
+    (1.0 - AT_LEAST * variance * (1.0 - ANCHORED)).max(ANCHORED)
 }
 
 /// Prior of the plant's own states alone: those after them, which the whole recording shows, are
@@ -311,8 +310,8 @@ fn scaled(state: &[f64], scale: &[f64]) -> DVector<f64> {
 ///
 /// A rig that lacks something misses a whole recording by far more than its first rows. Left free,
 /// the start state would give up what those rows show to make the rest look better; the anchor
-/// keeps it where it was measured. Where noise is all there is, it adds a twentieth to what is
-/// known anyway. Returns how far the anchors moved, in units of the states' scales.
+/// keeps it where it was measured. Where noise is all there is, it adds a twentieth to what the
+/// first rows say anyway. Returns how far the anchors moved, in units of the states' scales.
 ///
 /// # Errors
 /// None that checking the recording has not excluded.

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::bounds::bounds;
 use super::derivatives::{Normal, Rows};
-use super::experiment::start_weight;
+use super::experiment::ANCHORED;
 use super::levenberg::{DecisionVariables, Prior};
 use super::segment::{Problem, Segment};
 
@@ -87,7 +87,7 @@ pub(crate) fn half_widths(
             return nothing();
         };
         let mut normal = problem.normal(segment, &rows, state);
-        normal.xx -= &segment.anchor.weight * (1.0 - start_weight(segment.rows.len()));
+        normal.xx -= &segment.anchor.weight * (1.0 - ANCHORED);
         let Some(back) = elimination(&normal) else {
             return nothing();
         };

@@ -20,6 +20,7 @@ mod search;
 mod second_start;
 mod starts;
 mod statics;
+mod unread;
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..")
