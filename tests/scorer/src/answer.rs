@@ -59,6 +59,6 @@ pub struct Signal {
 /// Free-run errors of one signal on the recordings of one role.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Errors {
-    /// With what is named in the model.
-    pub after_rms: f64,
+    /// With what is named in the model; none where free runs mean nothing.
+    pub after_rms: Option<f64>,
 }

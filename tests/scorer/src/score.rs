@@ -215,7 +215,7 @@ pub fn parameter_errors(named: &Named, concealed: &Concealed) -> Vec<(String, f6
 pub fn free_run_ratio(answer: &Answer, truth: &Truth) -> Option<f64> {
     let mut squares = Vec::new();
     for (signal, &best) in &truth.true_model_test_rms {
-        let after = answer.fit.get(signal)?.test.as_ref()?.after_rms;
+        let after = answer.fit.get(signal)?.test.as_ref()?.after_rms?;
         squares.push((after / best).powi(2));
     }
     let mean = squares.iter().sum::<f64>() / squares.len() as f64;

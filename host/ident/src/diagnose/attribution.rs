@@ -48,12 +48,23 @@ pub(crate) fn alone(
     base: &Trial,
     terms: &[Term],
 ) -> Result<Option<Candidate>> {
+    alone_from(case, from, base, terms, 0.0)
+}
+
+/// As [`alone`]; parameters that the candidate lacks start at `unknown`, SI.
+pub(crate) fn alone_from(
+    case: &Case,
+    from: &Trial,
+    base: &Trial,
+    terms: &[Term],
+    unknown: f64,
+) -> Result<Option<Candidate>> {
     let known = from.model.plant.parameters();
     let mut rig = base.model.rig.clone();
     for term in terms {
         let value = |name: &String| {
             let slot = known.iter().position(|parameter| parameter.name == *name);
-            slot.map_or(0.0, |slot| from.point.values[slot])
+            slot.map_or(unknown, |slot| from.point.values[slot])
         };
         let values: Vec<f64> = term.parameters().iter().map(value).collect();
         rig = term.apply(&rig, &values)?;

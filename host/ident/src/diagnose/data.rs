@@ -135,6 +135,25 @@ impl Data {
         still
     }
 
+    /// The same recordings with one row more before the first, at which nothing was commanded and
+    /// nothing was measured.
+    pub fn from_no_command(&self, plant: &Plant) -> Self {
+        let mut begun = self.clone();
+        for experiment in &mut begun.experiments {
+            let [first, second] = [experiment.t[0], experiment.t[1]];
+            experiment.t.insert(0, 2.0 * first - second);
+            for (column, input) in experiment.inputs.iter_mut().zip(plant.inputs()) {
+                // A motion that is imposed is no command.
+                let before = input.motion.map_or(0.0, |_| column[0]);
+                column.insert(0, before);
+            }
+            for column in &mut experiment.signals {
+                column.insert(0, f64::NAN);
+            }
+        }
+        begun
+    }
+
     /// Rows of all recordings.
     pub fn rows(&self) -> usize {
         self.experiments.iter().map(Experiment::rows).sum()

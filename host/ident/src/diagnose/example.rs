@@ -40,7 +40,8 @@ pub(crate) fn carriage() -> Diagnosis {
     let errors = |before_rms, after_rms| Errors {
         as_written_rms: 4.0e-3,
         before_rms,
-        after_rms,
+        after_rms: Some(after_rms),
+        judged_rms: None,
     };
     let estimate = |value, unit: &str, ci95| Estimate {
         value,

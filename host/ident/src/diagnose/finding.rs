@@ -199,8 +199,12 @@ pub struct Errors {
     pub as_written_rms: f64,
     /// Of the rig with its parameters refitted.
     pub before_rms: f64,
-    /// Of the rig with what was found in it.
-    pub after_rms: f64,
+    /// Of the rig with what was found in it; null where free runs mean nothing: the signal was
+    /// judged over windows, and the free run misses it by more than it moves.
+    pub after_rms: Option<f64>,
+    /// Of that rig over the windows that the signal was judged by, each with a start state of its
+    /// own; null where it was judged over free runs.
+    pub judged_rms: Option<f64>,
 }
 
 #[cfg(test)]
@@ -223,9 +227,9 @@ mod tests {
   "location": { "component": "carriage", "follows": "sign of velocity",
       "intervals": [ { "t_start_s": 1.2, "t_end_s": 1.5, "recording": "A.csv", "score": 9.1 } ] },
   "fit": { "q_m": { "unit": "m",
-      "fit":   { "as_written_rms": 4.0e-3, "before_rms": 1.2e-3, "after_rms": 9.0e-5 },
-      "check": { "as_written_rms": 4.0e-3, "before_rms": 1.3e-3, "after_rms": 9.6e-5 },
-      "test":  { "as_written_rms": 4.0e-3, "before_rms": 1.3e-3, "after_rms": 9.5e-5 },
+      "fit":   { "as_written_rms": 4.0e-3, "before_rms": 1.2e-3, "after_rms": 9.0e-5, "judged_rms": null },
+      "check": { "as_written_rms": 4.0e-3, "before_rms": 1.3e-3, "after_rms": 9.6e-5, "judged_rms": null },
+      "test":  { "as_written_rms": 4.0e-3, "before_rms": 1.3e-3, "after_rms": 9.5e-5, "judged_rms": null },
       "noise_rms": 8.8e-5 } },
   "parameters": { "carriage.inertia": { "value": 95.2, "unit": "kg", "ci95": [94.0, 96.1] } },
   "next_experiment": "...", "notes": [], "checks": [], "seconds": 1.9 }"#;

@@ -16,6 +16,7 @@ mod data;
 mod details;
 mod differing;
 mod doubt;
+mod errors;
 mod evidence;
 #[cfg(test)]
 mod example;
@@ -25,6 +26,7 @@ mod finding;
 mod identical;
 mod imitated_numbers;
 mod imitated_sensors;
+mod imitated_starts;
 mod locate;
 mod model;
 mod next_experiment;

@@ -83,16 +83,22 @@ pub(crate) fn judged(
     case: &Case,
     signals: impl Iterator<Item = String>,
 ) -> BTreeMap<String, String> {
-    let whole = case.check.cut(1) == case.check_intervals;
+    let over = match windows(case) {
+        None => "free runs of whole recordings".to_owned(),
+        Some(longest) => format!("windows of {} s", significant(longest, 2)),
+    };
+    signals.map(|signal| (signal, over.clone())).collect()
+}
+
+/// Longest window over which the check recordings were judged, s; `None` where they were judged
+/// over free runs of whole recordings.
+pub(crate) fn windows(case: &Case) -> Option<f64> {
+    if case.check.cut(1) == case.check_intervals {
+        return None;
+    }
     let seconds = case.check_intervals.iter().map(|(index, rows)| {
         let t = &case.check.experiments[*index].t;
         t[rows.end - 1] - t[rows.start]
     });
-    let longest = seconds.fold(0.0, f64::max);
-    let over = if whole {
-        "free runs of whole recordings".to_owned()
-    } else {
-        format!("windows of {} s", significant(longest, 2))
-    };
-    signals.map(|signal| (signal, over.clone())).collect()
+    Some(seconds.fold(0.0, f64::max))
 }

@@ -1,7 +1,5 @@
 //! From what the search found to what is said.
 
-use std::collections::BTreeMap;
-
 use sinew_sim::{Plant, Rig};
 
 use crate::diagnose::acceptance::leaves_something;
@@ -15,12 +13,14 @@ use crate::diagnose::corrected::worse_on;
 use crate::diagnose::details::Details;
 use crate::diagnose::differing::differing;
 use crate::diagnose::doubt::{lower, stopped};
+use crate::diagnose::errors;
 use crate::diagnose::finalists::finalists;
 use crate::diagnose::finding::{
-    Diagnosis, Errors, Estimate, FORMAT, FoundEffect, Location, Remainder, SignalFit, Verdict,
+    Diagnosis, Estimate, FORMAT, FoundEffect, Location, Remainder, Verdict,
 };
 use crate::diagnose::imitated_numbers;
 use crate::diagnose::imitated_sensors;
+use crate::diagnose::imitated_starts;
 use crate::diagnose::locate::learned_force::learn;
 use crate::diagnose::locate::{intervals, locate};
 use crate::diagnose::next_experiment::next_experiment;
@@ -32,8 +32,7 @@ use crate::diagnose::split::Roles;
 use crate::diagnose::verify::{Named, numbers};
 use crate::diagnose::wording::share_of;
 use crate::error::Result;
-use crate::fit::{BeyondBounds, Fit, FittedParameter, Runaway, SensorFit, free_run, score};
-use crate::recording::Recording;
+use crate::fit::{BeyondBounds, Fit, FittedParameter, Runaway, SensorFit, free_run};
 use crate::report::{beyond_bounds, runs_away, significant};
 
 /// Decides on the verdict and writes everything down.
@@ -89,6 +88,7 @@ pub(crate) fn conclude(
             }
             notes.extend(imitated_numbers::doubt(&mut effects, case)?);
             notes.extend(imitated_sensors::doubt(&mut effects, (found, index), case)?);
+            notes.extend(imitated_starts::doubt(&mut effects, (found, index), case)?);
             effects
         }
         None => {
@@ -184,7 +184,7 @@ pub(crate) fn conclude(
         candidates: found.map_or_else(Vec::new, |found| {
             finalists(found, named.map(|(_, index)| index), case)
         }),
-        fit: signals(rig, [rig, &refitted.rig, &mended], case, roles)?,
+        fit: errors::signals([rig, &refitted.rig, &mended], case, roles)?,
         parameters: known
             .iter()
             .filter(|(name, _)| refitted.parameters.iter().any(|p| p.name == **name))
@@ -414,49 +414,4 @@ fn known_own_values(known: &mut Known, rig: &Rig, roles: &Roles) -> Result<()> {
         }
     }
     Ok(())
-}
-
-/// Free-run errors by signal and role, of the rig as written, refitted and mended.
-fn signals(
-    rig: &Rig,
-    rigs: [&Rig; 3],
-    case: &Case,
-    roles: &Roles,
-) -> Result<BTreeMap<String, SignalFit>> {
-    let fit = errors(rigs, &roles.fit)?;
-    let check = errors(rigs, &roles.check)?;
-    let test = if roles.test.is_empty() {
-        None
-    } else {
-        Some(errors(rigs, &roles.test)?)
-    };
-    let plant = Plant::new(rig)?;
-    let all = plant.sensors().iter().enumerate().map(|(sensor, known)| {
-        let signal = SignalFit {
-            unit: known.unit.clone(),
-            fit: fit[sensor],
-            check: check[sensor],
-            test: test.as_ref().map(|test| test[sensor]),
-            noise_rms: case.check.noise[sensor],
-        };
-        (known.column.clone(), signal)
-    });
-    Ok(all.collect())
-}
-
-/// One entry a sensor.
-fn errors(rigs: [&Rig; 3], recordings: &[Recording]) -> Result<Vec<Errors>> {
-    let [written, before, after] = [
-        score(rigs[0], recordings)?,
-        score(rigs[1], recordings)?,
-        score(rigs[2], recordings)?,
-    ];
-    let all = written.iter().zip(&before).zip(&after);
-    Ok(all
-        .map(|((written, before), after)| Errors {
-            as_written_rms: written.rms,
-            before_rms: before.rms,
-            after_rms: after.rms,
-        })
-        .collect())
 }

@@ -1,4 +1,4 @@
-//! Inputs between rows, short recordings and bare numbers of effects.
+//! Inputs between rows and before the first, short recordings and bare numbers of effects.
 
 use sinew_ident::check::{Check, check};
 use sinew_ident::diagnose::{Recordings, Verdict};
@@ -194,4 +194,37 @@ fn a_huge_sentinel_is_written_by_its_power_of_ten() {
         found[0].sentence.starts_with("-1e30 stands in 2 rows"),
         "{found:?}"
     );
+}
+
+/// A recording that a script begins as it commands the first step. The lag of its actuator had been
+/// one of the sensor, 0.99 sure.
+#[test]
+fn a_lag_that_begins_with_the_recording_may_be_of_either_end() {
+    let end = "signal = \"q_m\"\n";
+    let lag = format!(
+        "{end}[[effect]]\nkind = \"actuator_lag\"\ncomponent = \"push\"\ntime_constant = 0.06\n"
+    );
+    let truth = rig(&[(end, &lag)]);
+    let begun = |name: &str, later: f64| {
+        let input = |t: f64| if t < 0.3 { 0.0 } else { steps(t + later) };
+        recorded(&truth, 830, name, input).rows(30..830).unwrap()
+    };
+    let recordings = Recordings {
+        fit: vec![begun("a.csv", 0.4)],
+        check: vec![begun("bb.csv", 7.4)],
+        test: Vec::new(),
+    };
+    let found = diagnosed(&rig(&[BELIEVED]), &recordings);
+    let [effect] = &found.effects[..] else {
+        panic!("{}", found.sentence);
+    };
+    let alike = effect.indistinguishable_from.iter();
+    let mut kinds: Vec<&str> = alike.map(|it| it.kind.as_str()).collect();
+    kinds.push(&effect.kind);
+    kinds.sort_unstable();
+    assert_eq!(kinds, ["actuator_lag", "sensor_lag"], "{}", found.sentence);
+    assert!(effect.confidence <= 0.7, "{}", effect.confidence);
+    assert!(effect.sentence.contains("would look the same"));
+    let time = &effect.parameters["time_constant"];
+    assert!((time.value / 0.06 - 1.0).abs() < 0.02, "{time:?}");
 }

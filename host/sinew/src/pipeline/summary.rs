@@ -65,8 +65,8 @@ pub struct Found {
     /// Free-run error of the first output with the parameters refitted, on recordings that fitted
     /// nothing.
     pub before_rms: f64,
-    /// The same with what was found in the rig.
-    pub after_rms: f64,
+    /// The same with what was found in the rig; null where free runs mean nothing.
+    pub after_rms: Option<f64>,
 }
 
 /// The rig that network, tuning and plant of the loop come from.

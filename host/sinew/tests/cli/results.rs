@@ -426,7 +426,7 @@ fn what_train_and_build_write_keeps_its_schema() {
         found: "coulomb_friction".into(),
         unit: "m".into(),
         before_rms: 1e-3,
-        after_rms: 1e-4,
+        after_rms: Some(1e-4),
     });
     summary.tracking.model_rig = ModelRig::Corrected;
     keeps(&summary);

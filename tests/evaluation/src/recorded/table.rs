@@ -97,7 +97,10 @@ fn row(text: &mut String, case: &Case, answer: &Value) {
         sure.join(", "),
         explained(answer),
         error("before_rms"),
-        error("after_rms"),
+        match errors["after_rms"].as_f64() {
+            Some(_) => error("after_rms"),
+            None => format!("{} over windows", error("judged_rms")),
+        },
         case.published,
         agreement((case.known, case.slight), &kinds),
         answer["seconds"].as_f64().unwrap_or(f64::NAN)

@@ -2,6 +2,7 @@
 
 use sinew_sim::Rig;
 
+use super::text::after;
 use super::{mended, percent, placed, plots, tables};
 use crate::diagnose::wording::share_of;
 use crate::diagnose::{Diagnosis, Verdict};
@@ -42,10 +43,13 @@ pub fn report(
         };
         page = page.fact(
             format!("{signal}, {role}"),
-            quantity(errors.after_rms, &fit.unit),
+            after(errors, &fit.unit),
             format!(
-                "before {}; noise {}",
+                "before {}; {}noise {}",
                 quantity(errors.before_rms, &fit.unit),
+                errors.judged_rms.map_or_else(String::new, |rms| {
+                    format!("over windows, as judged, {}; ", quantity(rms, &fit.unit))
+                }),
                 quantity(fit.noise_rms, &fit.unit)
             ),
         );

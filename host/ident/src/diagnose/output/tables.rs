@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::text::roles;
+use super::text::{after, roles};
 use super::{interval, percent, placed};
 use crate::diagnose::wording::share_of;
 use crate::diagnose::{Diagnosis, Estimate};
@@ -31,6 +31,7 @@ pub(super) fn errors(diagnosis: &Diagnosis) -> Table {
         "#rig as written",
         "#refitted",
         "#corrected",
+        "#corrected, as judged",
         "#noise",
     ];
     let mut table = Table::new("Free-run error (RMS)", titles);
@@ -42,7 +43,8 @@ pub(super) fn errors(diagnosis: &Diagnosis) -> Table {
                 role.to_owned(),
                 cell(errors.as_written_rms),
                 cell(errors.before_rms),
-                cell(errors.after_rms),
+                after(errors, &fit.unit),
+                errors.judged_rms.map_or_else(String::new, cell),
                 cell(fit.noise_rms),
             ]);
         }

@@ -109,6 +109,14 @@ fn fit(text: &mut String, diagnosis: &Diagnosis) {
                 "",
                 &row(&format!("{signal} {role}"), errors, &fit.unit),
             );
+            if let Some(judged) = errors.judged_rms {
+                let judged = quantity(judged, &fit.unit);
+                line(
+                    text,
+                    "",
+                    &format!("{:<42}{judged:>14}", "  as judged, over windows"),
+                );
+            }
         }
         let noise = quantity(fit.noise_rms, &fit.unit);
         line(
@@ -135,8 +143,15 @@ fn row(title: &str, errors: Errors, unit: &str) -> String {
         "{title:<14}{:>14}{:>14}{:>14}",
         quantity(errors.as_written_rms, unit),
         quantity(errors.before_rms, unit),
-        quantity(errors.after_rms, unit)
+        after(errors, unit)
     )
+}
+
+/// Free-run error of the corrected rig, or a dash where free runs mean nothing.
+pub(super) fn after(errors: Errors, unit: &str) -> String {
+    errors
+        .after_rms
+        .map_or_else(|| "—".to_owned(), |rms| quantity(rms, unit))
 }
 
 fn parameters(text: &mut String, diagnosis: &Diagnosis) {
