@@ -10,13 +10,13 @@ use crate::recording::Recording;
 
 /// Largest factor between what a rig says of a neighbour's motion and what was recorded, for its
 /// word on a sensor to count.
-const AGREES: f64 = 3.0;
+pub(super) const AGREES: f64 = 3.0;
 
 /// Smallest motion, beside that of a neighbour in the same unit, that a sensor has to show.
-const MOVES: f64 = 0.1;
+pub(super) const MOVES: f64 = 0.1;
 
 /// Largest part of the motion that a dead sensor's noise may have.
-const QUIET: f64 = 0.1;
+pub(super) const QUIET: f64 = 0.1;
 
 /// `dead_channel` of one of several sensors: it is constant, or noise alone, where the rig as
 /// written moves it as far as another that reads the same unit and moves as recorded.

@@ -26,6 +26,7 @@ mod sampling;
 mod sensor_numbers;
 mod sentinel;
 mod series;
+mod silent;
 mod swapped;
 mod time;
 mod timescale;

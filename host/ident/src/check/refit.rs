@@ -10,7 +10,7 @@ use super::refitted::{
     BELIEVED, EXACT, FAR_LESS, GOOD, NOISE_ALONE, Refit, is_noise, is_small, noise, squares,
 };
 use super::timescale::is_guessed;
-use super::{dead, held, late, long_units, sensor_numbers, swapped, unanswered};
+use super::{dead, held, late, long_units, sensor_numbers, silent, swapped, unanswered};
 use crate::fit::{FitOptions, fit};
 use crate::recording::{Column, Recording};
 
@@ -44,7 +44,8 @@ pub(super) fn detect(rig: &Rig, recordings: &[Recording]) -> Vec<Check> {
         let Ok(part) = recording.rows(0..recording.len().min(ROWS)) else {
             continue;
         };
-        if let Some(dead) = dead::detect(rig, &part) {
+        let dead = dead::detect(rig, &part);
+        if let Some(dead) = dead.or_else(|| silent::detect(rig, recording)) {
             found.push(dead);
             continue;
         }

@@ -244,17 +244,19 @@ fn one_of_two_sensors_that_is_late_is_named_and_no_input() {
     }
 }
 
+/// Noise of a milliradian.
+fn noise(row: usize) -> f64 {
+    let mut mixed = (row as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    for factor in [0xff51_afd7_ed55_8ccd, 0xc4ce_b9fe_1a85_ec53_u64] {
+        mixed = (mixed ^ (mixed >> 33)).wrapping_mul(factor);
+    }
+    1e-3 * ((mixed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0)
+}
+
 /// Constant, or noise of a milliradian.
 #[test]
 fn one_of_two_sensors_that_is_dead_is_certain() {
     let sound = with_load(0.1, 1.0);
-    let noise = |row: usize| {
-        let mut mixed = (row as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        for factor in [0xff51_afd7_ed55_8ccd, 0xc4ce_b9fe_1a85_ec53_u64] {
-            mixed = (mixed ^ (mixed >> 33)).wrapping_mul(factor);
-        }
-        1e-3 * ((mixed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0)
-    };
     for scale in [0.0, 1.0] {
         let dead = read_as(
             &sound,
@@ -267,6 +269,31 @@ fn one_of_two_sensors_that_is_dead_is_certain() {
         let found = only(&two(), &dead);
         assert_eq!((found.kind, found.certain), ("dead_channel", true));
         assert!(found.sentence.starts_with("load_rad"), "{found:?}");
+    }
+}
+
+/// A cable that breaks in the middle of an experiment. Nothing was said, and what was missing "sat
+/// at the shaft".
+#[test]
+fn one_of_two_sensors_that_falls_silent_is_named() {
+    let sound = with_load(0.1, 1.0);
+    let broken = sound.len() * 6 / 10;
+    for silent in ["motor_rad", "load_rad"] {
+        let dead = read_as(
+            &sound,
+            |t| t,
+            |name, row, values| {
+                if name == silent && row >= broken {
+                    values[broken] + noise(row)
+                } else {
+                    values[row]
+                }
+            },
+        );
+        let found = only(&two(), &dead);
+        assert_eq!((found.kind, found.certain), ("dead_channel", false));
+        let begin = format!("{silent} shows no motion from t = ");
+        assert!(found.sentence.starts_with(&begin), "{found:?}");
     }
 }
 

@@ -416,4 +416,70 @@ pub const CASES: &[Case] = &[
         slight: false,
         published: "1.25 N with Coulomb friction that grows with pressure",
     },
+    Case {
+        name: "cylinder-o-ring",
+        rig: "rigs/recorded/pneumatic-cylinder.toml",
+        device: "the cylinder, fitted to three pressures",
+        signal: "force_N",
+        fit: &[
+            Source::new("pneumatic_cylinder_friction/o-ring_1bar.csv", Part::Whole),
+            Source::new("pneumatic_cylinder_friction/o-ring_3bar.csv", Part::Whole),
+            Source::new("pneumatic_cylinder_friction/o-ring_7bar.csv", Part::Whole),
+        ],
+        check: &[Source::new(
+            "pneumatic_cylinder_friction/o-ring_5bar.csv",
+            Part::Whole,
+        )],
+        test: &[],
+        known: &["load_dependent_friction", "coulomb_friction"],
+        slight: false,
+        published: "1.25 N with Coulomb friction that grows with pressure",
+    },
+    Case {
+        name: "cylinder-napn",
+        rig: "rigs/recorded/pneumatic-cylinder.toml",
+        device: "the cylinder with a seal of another make, fitted to three pressures",
+        signal: "force_N",
+        fit: &[
+            Source::new("pneumatic_cylinder_friction/napn_1bar.csv", Part::Whole),
+            Source::new("pneumatic_cylinder_friction/napn_3bar.csv", Part::Whole),
+            Source::new("pneumatic_cylinder_friction/napn_7bar.csv", Part::Whole),
+        ],
+        check: &[Source::new(
+            "pneumatic_cylinder_friction/napn_5bar.csv",
+            Part::Whole,
+        )],
+        test: &[],
+        known: &["load_dependent_friction", "coulomb_friction"],
+        slight: false,
+        published: "1.35 N with Coulomb friction that grows with pressure",
+    },
+    Case {
+        name: "cylinder-o-ring257",
+        rig: "rigs/recorded/pneumatic-cylinder.toml",
+        device: "the cylinder with a thicker O-ring, fitted to three pressures",
+        signal: "force_N",
+        fit: &[
+            Source::new(
+                "pneumatic_cylinder_friction/o-ring257_1bar.csv",
+                Part::Whole,
+            ),
+            Source::new(
+                "pneumatic_cylinder_friction/o-ring257_3bar.csv",
+                Part::Whole,
+            ),
+            Source::new(
+                "pneumatic_cylinder_friction/o-ring257_7bar.csv",
+                Part::Whole,
+            ),
+        ],
+        check: &[Source::new(
+            "pneumatic_cylinder_friction/o-ring257_5bar.csv",
+            Part::Whole,
+        )],
+        test: &[],
+        known: &["load_dependent_friction", "coulomb_friction"],
+        slight: false,
+        published: "1.11 N with Coulomb friction that grows with pressure",
+    },
 ];
