@@ -6,6 +6,7 @@ mod budget;
 mod control;
 mod diagnosis;
 mod differences;
+mod fit;
 mod forward;
 pub mod image;
 mod lockstep;
@@ -41,6 +42,7 @@ const SECTIONS: &[Section] = &[
     ("peers", peers::run),
     ("plant", plant::run),
     ("diagnosis", diagnosis::run),
+    ("fit", fit::run),
 ];
 
 /// # Errors
