@@ -137,7 +137,7 @@ impl Data {
 
     /// The same recordings with one row more before the first, at which nothing was commanded and
     /// nothing was measured.
-    pub fn from_no_command(&self, plant: &Plant) -> Self {
+    pub fn after_no_command(&self, plant: &Plant) -> Self {
         let mut begun = self.clone();
         for experiment in &mut begun.experiments {
             let [first, second] = [experiment.t[0], experiment.t[1]];

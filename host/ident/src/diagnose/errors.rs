@@ -59,8 +59,9 @@ fn errors(rigs: [&Rig; 3], recordings: &[Recording], windows: Option<f64>) -> Re
     Ok(all
         .map(|(sensor, ((written, before), after))| {
             let judged = judged.as_ref().map(|judged| judged[sensor].rms);
-            // Not `>`: where the run could not be made the error is no number.
-            let means_nothing = judged.is_some() && !(after.rms <= after.spread);
+            // Infinite where the run could not be made.
+            let means_nothing =
+                judged.is_some() && (after.rms > after.spread || after.rms.is_nan());
             Errors {
                 as_written_rms: written.rms,
                 before_rms: before.rms,

@@ -75,7 +75,7 @@ fn looks_the_same(
     let others = named.terms().iter().filter(|term| *term != lag);
     let terms: Vec<Term> = others.chain([rival]).cloned().collect();
     let plant = &found.baseline.trial.model.plant;
-    let [fit, check] = [case.fit, case.check].map(|data| data.from_no_command(plant));
+    let [fit, check] = [case.fit, case.check].map(|data| data.after_no_command(plant));
     let mut begun = case.over(&fit, &check);
     for intervals in [&mut begun.fit_intervals, &mut begun.check_intervals] {
         for (_, rows) in intervals.iter_mut() {

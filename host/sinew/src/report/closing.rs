@@ -36,7 +36,9 @@ pub fn closing_lines(outcome: &Outcome, summary: &Summary, folder: &Path) -> Vec
                 "{}: free-run error {} refitted, {} corrected",
                 found.found,
                 quantity(found.before_rms, &found.unit),
-                found.after_rms.map_or_else(|| "—".to_owned(), |rms| quantity(rms, &found.unit))
+                found
+                    .after_rms
+                    .map_or_else(|| "—".to_owned(), |rms| quantity(rms, &found.unit))
             ),
         );
     }
