@@ -7,7 +7,7 @@ use anyhow::{Context, Result, bail};
 use serde_json::Value;
 
 use xtask::process::{self, root};
-use xtask::setup::{self, Extent};
+use xtask::setup::{self, Consent, Extent};
 
 /// A recording pair and the rig that explains it.
 struct Case {
@@ -70,7 +70,12 @@ fn data_folder() -> Option<PathBuf> {
 }
 
 fn build(case: &Case, flags: &[String]) -> Result<()> {
-    let toolchain = setup::run(Extent::Build)?;
+    let (yes, flags): (Vec<&String>, Vec<&String>) = flags.iter().partition(|it| *it == "--yes");
+    let consent = match yes.is_empty() {
+        true => Consent::Asked,
+        false => Consent::Given,
+    };
+    let toolchain = setup::run_with(Extent::Build, consent)?;
     let mut command = Command::new(process::program("sinew")?);
     command.args(["build", case.rig]).current_dir(root());
     let file = |path: &Path| path.as_os_str().to_os_string();
@@ -84,9 +89,9 @@ fn build(case: &Case, flags: &[String]) -> Result<()> {
     if std::env::var_os("SINEW_BUILD_DIR").is_none() {
         command.env("SINEW_BUILD_DIR", root().join("target/boards"));
     }
-    command.args(flags);
+    command.args(&flags);
     process::run(toolchain.equip(&mut command))?;
-    let asked_for_help = flags.iter().any(|flag| flag == "-h" || flag == "--help");
+    let asked_for_help = flags.iter().any(|flag| *flag == "-h" || *flag == "--help");
     if let Some(truth) = case.truth.filter(|_| !asked_for_help) {
         let summary = json(&root().join(case.out).join("summary.json"))?;
         println!(

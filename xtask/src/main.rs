@@ -37,18 +37,18 @@ const VERBS: &[Verb] = &[
         line: "Install what is missing: the target thumbv7em-none-eabihf, rustfmt, clippy, QEMU",
         run: |arguments| {
             none(arguments)?;
-            setup::run(setup::Extent::Everything).map(|_| ())
+            setup::run_with(setup::Extent::Everything, setup::Consent::Given).map(|_| ())
         },
     },
     Verb {
         name: "demo",
-        arguments: "[FLAGS]",
+        arguments: "[--yes] [FLAGS]",
         line: "From a shipped recording to a controlled Cortex-M4F; the report lies in target/demo",
         run: demo::demo,
     },
     Verb {
         name: "emps",
-        arguments: "[FLAGS]",
+        arguments: "[--yes] [FLAGS]",
         line: "The same on a real positioning axis (the EMPS recordings, $SINEW_DATA/emps)",
         run: demo::emps,
     },

@@ -1,9 +1,11 @@
-//! `cargo xtask setup`: what a bare machine lacks. Silent and quick when nothing is missing.
+//! `cargo xtask setup`: what a bare machine lacks. Silent and quick when nothing is missing. Other
+//! verbs say what they would install, and on a terminal they ask; nothing is ever removed.
 //!
 //! The target comes from rustup. Where rustup is absent or cannot add it, Debian's Rust builds
 //! `core` from its own sources (packages rustc-web, cargo-web, rust-web-src) and links with
 //! Debian's lld.
 
+use std::io::{BufRead, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -90,18 +92,60 @@ impl Toolchain {
     }
 }
 
-/// Installs what is missing and says so while it does.
+/// Permission to install what is missing.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Consent {
+    /// It was given: `setup` itself, and `--yes`.
+    Given,
+    /// Somebody at a terminal is asked. Without a terminal nobody can be: it is said and done.
+    Asked,
+}
+
+/// Installs what is missing once somebody agrees, and says so while it does.
 ///
 /// # Errors
 /// Something is missing that it may not or cannot install; the message is the line to type.
 pub fn run(extent: Extent) -> Result<Toolchain> {
-    let toolchain = target()?;
+    run_with(extent, Consent::Asked)
+}
+
+/// As [`run`], with permission or without.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_with(extent: Extent, consent: Consent) -> Result<Toolchain> {
+    let toolchain = target(consent)?;
     if extent == Extent::Everything {
-        component("rustfmt", "fmt");
-        component("clippy", "clippy");
+        component("rustfmt", "fmt", consent)?;
+        component("clippy", "clippy", consent)?;
     }
-    qemu()?;
+    qemu(consent)?;
     Ok(toolchain)
+}
+
+/// Says what would be installed, and asks.
+///
+/// # Errors
+/// The answer is no.
+fn agree(consent: Consent, what: &str) -> Result<()> {
+    let input = std::io::stdin();
+    let terminal = input.is_terminal() && std::io::stdout().is_terminal();
+    if agreed(consent, what, terminal, &mut input.lock())? {
+        return Ok(());
+    }
+    bail!("nothing was installed; `cargo xtask setup` or --yes installs it unasked")
+}
+
+fn agreed(consent: Consent, what: &str, terminal: bool, input: &mut impl BufRead) -> Result<bool> {
+    println!("setup: {what}");
+    if consent == Consent::Given || !terminal {
+        return Ok(true);
+    }
+    print!("setup: install it? [y/N] ");
+    std::io::stdout().flush()?;
+    let mut line = String::new();
+    input.read_line(&mut line)?;
+    Ok(["y", "yes"].contains(&line.trim().to_lowercase().as_str()))
 }
 
 /// The compiler that cargo uses here has a `core` for the target.
@@ -130,7 +174,7 @@ fn debian_present() -> bool {
 }
 
 /// The road to the target: the environment's, rustup's, or Debian's.
-fn target() -> Result<Toolchain> {
+fn target(consent: Consent) -> Result<Toolchain> {
     if std::env::var_os("SINEW_FIRMWARE_CARGO").is_some() {
         return Ok(Toolchain::default());
     }
@@ -138,7 +182,10 @@ fn target() -> Result<Toolchain> {
         return Ok(Toolchain::default());
     }
     if succeeds(Command::new("rustup").arg("--version")) {
-        println!("setup: the target {TARGET} is missing, rustup adds it");
+        agree(
+            consent,
+            &format!("the target {TARGET} is missing: rustup target add {TARGET}"),
+        )?;
         let added = process::run(Command::new("rustup").args(["target", "add", TARGET]));
         if added.is_ok() && target_present() {
             return Ok(Toolchain::default());
@@ -146,7 +193,13 @@ fn target() -> Result<Toolchain> {
         println!("setup: rustup could not add it; Debian's Rust can build for it");
     }
     if !debian_present() {
-        println!("setup: installing Debian's Rust, its sources and lld");
+        agree(
+            consent,
+            &format!(
+                "Debian's Rust, its sources and lld are missing: apt-get {}",
+                install(DEBIAN_PACKAGES).join(" ")
+            ),
+        )?;
         apt(DEBIAN_PACKAGES)?;
     }
     if !debian_present() {
@@ -160,26 +213,29 @@ fn target() -> Result<Toolchain> {
 
 /// A component of the toolchain that only `ci` needs: what cannot be had there is said and skipped
 /// here.
-fn component(name: &str, verb: &str) {
+fn component(name: &str, verb: &str, consent: Consent) -> Result<()> {
     if component_present(verb) {
-        return;
+        return Ok(());
     }
-    println!("setup: {name} is missing, rustup adds it");
+    let what = format!("{name} is missing: rustup component add {name}");
+    agree(consent, &what)?;
     if process::run(Command::new("rustup").args(["component", "add", name])).is_err() {
         println!("setup: there is no {name} on this machine, and ci cannot run without it");
     }
+    Ok(())
 }
 
 fn component_present(verb: &str) -> bool {
     succeeds(&mut cargo(&[verb, "--version"]))
 }
 
-fn qemu() -> Result<()> {
+fn qemu(consent: Consent) -> Result<()> {
     let present = || succeeds(Command::new(QEMU).arg("--version"));
     if present() {
         return Ok(());
     }
-    println!("setup: {QEMU} is missing, apt installs it");
+    let line = install(&[QEMU]).join(" ");
+    agree(consent, &format!("{QEMU} is missing: apt-get {line}"))?;
     apt(&[QEMU])?;
     if !present() {
         bail!("apt installed {QEMU}, but it does not run");
@@ -187,11 +243,24 @@ fn qemu() -> Result<()> {
     Ok(())
 }
 
+/// Arguments of apt-get: it removes nothing, and fails where it would have to.
+fn install<'a>(packages: &[&'a str]) -> Vec<&'a str> {
+    let mut line = vec![
+        "install",
+        "--yes",
+        "--quiet",
+        "--no-remove",
+        "--no-install-recommends",
+    ];
+    line.extend(packages);
+    line
+}
+
 /// `apt-get install`, with the package lists fetched first: on a bare machine they are empty.
 fn apt(packages: &[&str]) -> Result<()> {
     let by_hand = || {
         format!(
-            "sudo apt-get update && sudo apt-get install --no-install-recommends {}",
+            "sudo apt-get update && sudo apt-get install --no-remove --no-install-recommends {}",
             packages.join(" ")
         )
     };
@@ -226,7 +295,35 @@ fn apt(packages: &[&str]) -> Result<()> {
     };
     // A repository that does not answer is no reason to stop: the others may have the package.
     let _ = apt_get(&["update", "--quiet"]);
-    let mut install = vec!["install", "--yes", "--quiet", "--no-install-recommends"];
-    install.extend(packages);
-    apt_get(&install).map_err(|error| error.context(format!("by hand:\n  {}", by_hand())))
+    apt_get(&install(packages)).map_err(|error| error.context(format!("by hand:\n  {}", by_hand())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_installed_on_a_terminal_before_somebody_says_yes() {
+        let on = |consent, terminal, answer: &str| {
+            agreed(consent, "qemu", terminal, &mut answer.as_bytes()).expect("an answer")
+        };
+        for (answer, wanted) in [
+            ("y\n", true),
+            (" YES \n", true),
+            ("\n", false),
+            ("n\n", false),
+            ("", false),
+        ] {
+            assert_eq!(on(Consent::Asked, true, answer), wanted, "{answer:?}");
+        }
+        // `--yes`, and a machine without anybody at it.
+        assert!(on(Consent::Given, true, "n\n") && on(Consent::Asked, false, ""));
+    }
+
+    #[test]
+    fn apt_removes_nothing() {
+        let line = install(&["a", "b"]);
+        assert!(line.contains(&"--no-remove"));
+        assert_eq!(line[line.len() - 2..], ["a", "b"]);
+    }
 }

@@ -41,7 +41,8 @@ pub fn read(bytes: &[u8]) -> Result<Contents> {
 
 #[derive(Default)]
 struct Reader {
-    schemas: BTreeMap<u16, String>,
+    /// Names and definitions; a definition in another language than ROS 2's is empty.
+    schemas: BTreeMap<u16, (String, String)>,
     topics: Vec<Topic>,
     /// Topic of each channel: several publishers of a topic have a channel each.
     channels: BTreeMap<u16, usize>,
@@ -74,10 +75,15 @@ impl Reader {
         let mut cursor = Cursor::new(record, false);
         let id = cursor.u16()?;
         let name = text(&mut cursor)?;
+        let encoding = text(&mut cursor)?;
+        let definition = match encoding.as_str() {
+            "ros2msg" => text(&mut cursor)?,
+            _ => String::new(),
+        };
         if self.schemas.len() > MOST_TOPICS {
             return Err(Error::new("more schemas than any recording has"));
         }
-        self.schemas.insert(id, name);
+        self.schemas.insert(id, (name, definition));
         Ok(())
     }
 
@@ -93,8 +99,8 @@ impl Reader {
         if self.topics.len() > MOST_TOPICS {
             return Err(Error::new("more topics than any recording has"));
         }
-        let schema = self.schemas.get(&schema).cloned().unwrap_or_default();
-        let topic = Topic::new(name, schema, encoding);
+        let (schema, definition) = self.schemas.get(&schema).cloned().unwrap_or_default();
+        let topic = Topic::new(name, schema, encoding, &definition);
         let known = self.topics.iter().position(|other| other.is_same(&topic));
         let index = known.unwrap_or_else(|| {
             self.topics.push(topic);

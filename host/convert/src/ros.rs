@@ -1,4 +1,5 @@
-//! Messages of ROS 2 in CDR (OMG DDSI-RTPS 10.5): joint states and plain numbers.
+//! Messages of ROS 2 in CDR (OMG DDSI-RTPS 10.5): joint states, plain numbers, and messages whose
+//! fields are numbers, by their definition.
 
 use std::collections::BTreeMap;
 
@@ -7,12 +8,82 @@ use crate::cursor::Cursor;
 use crate::error::{Error, Result};
 
 /// Type of a message that is read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 enum Kind {
     JointState,
     Float64,
     Float64Array,
+    /// Fields that are numbers.
+    Numbers(Vec<(String, Number)>),
     Unread,
+}
+
+/// Type of a field.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Number {
+    /// Integer of so many bytes.
+    Unsigned(usize),
+    Signed(usize),
+    Float32,
+    Float64,
+}
+
+impl Number {
+    fn of(word: &str) -> Option<Self> {
+        Some(match word {
+            "bool" | "byte" | "uint8" | "char" => Self::Unsigned(1),
+            "uint16" => Self::Unsigned(2),
+            "uint32" => Self::Unsigned(4),
+            "uint64" => Self::Unsigned(8),
+            "int8" => Self::Signed(1),
+            "int16" => Self::Signed(2),
+            "int32" => Self::Signed(4),
+            "int64" => Self::Signed(8),
+            "float32" => Self::Float32,
+            "float64" => Self::Float64,
+            _ => return None,
+        })
+    }
+
+    fn read(self, cdr: &mut Cdr<'_>) -> Result<f64> {
+        let size = match self {
+            Self::Unsigned(size) | Self::Signed(size) => size,
+            Self::Float32 => 4,
+            Self::Float64 => 8,
+        };
+        cdr.cursor.align(size.min(cdr.widest));
+        Ok(match self {
+            Self::Float64 => cdr.cursor.f64()?,
+            Self::Float32 => f64::from(f32::from_bits(cdr.cursor.u32()?)),
+            Self::Unsigned(1) => f64::from(cdr.cursor.take(1)?[0]),
+            Self::Signed(1) => f64::from(cdr.cursor.take(1)?[0] as i8),
+            Self::Unsigned(2) => f64::from(cdr.cursor.u16()?),
+            Self::Signed(2) => f64::from(cdr.cursor.u16()? as i16),
+            Self::Unsigned(4) => f64::from(cdr.cursor.u32()?),
+            Self::Signed(4) => f64::from(cdr.cursor.i32()?),
+            Self::Unsigned(_) => cdr.cursor.u64()? as f64,
+            Self::Signed(_) => cdr.cursor.u64()? as i64 as f64,
+        })
+    }
+}
+
+/// Most fields of a message of numbers.
+const MOST_FIELDS: usize = 1000;
+
+/// Fields of a message definition that are all numbers; `None` for any other message.
+fn numbers(definition: &str) -> Option<Vec<(String, Number)>> {
+    let mut fields = Vec::new();
+    for line in definition.lines() {
+        let line = line.split('#').next().unwrap_or_default().trim();
+        // A constant takes no room in a message.
+        if line.is_empty() || line.contains('=') && !line.starts_with('=') {
+            continue;
+        }
+        let mut words = line.split_whitespace();
+        let number = words.next().and_then(Number::of)?;
+        fields.push((words.next()?.to_owned(), number));
+    }
+    (1..=MOST_FIELDS).contains(&fields.len()).then_some(fields)
 }
 
 /// The three arrays of a joint state, and the units of a hinge.
@@ -38,11 +109,12 @@ pub struct Topic {
 }
 
 impl Topic {
-    pub fn new(name: String, schema: String, encoding: String) -> Self {
+    pub fn new(name: String, schema: String, encoding: String, definition: &str) -> Self {
         let kind = match (schema.as_str(), encoding.as_str()) {
             ("sensor_msgs/msg/JointState", "cdr") => Kind::JointState,
             ("std_msgs/msg/Float64", "cdr") => Kind::Float64,
             ("std_msgs/msg/Float64MultiArray", "cdr") => Kind::Float64Array,
+            (_, "cdr") => numbers(definition).map_or(Kind::Unread, Kind::Numbers),
             _ => Kind::Unread,
         };
         Self {
@@ -59,7 +131,7 @@ impl Topic {
 
     /// True for the same topic on another channel.
     pub fn is_same(&self, other: &Self) -> bool {
-        (&self.name, &self.schema, self.kind) == (&other.name, &other.schema, other.kind)
+        (&self.name, &self.schema, &self.kind) == (&other.name, &other.schema, &other.kind)
     }
 
     pub fn is_read(&self) -> bool {
@@ -81,8 +153,12 @@ impl Topic {
     pub fn message(&mut self, log_time: u64, data: &[u8]) -> Result<usize> {
         let row = self.messages;
         self.messages += 1;
-        let read = match self.kind {
+        let read = match &self.kind {
             Kind::Unread => return Ok(0),
+            Kind::Numbers(fields) => {
+                let fields = fields.clone();
+                self.fields(row, log_time, data, &fields)
+            }
             Kind::JointState => self.joint_state(row, log_time, data),
             Kind::Float64 => self.number(row, log_time, data),
             Kind::Float64Array => self.numbers(row, log_time, data),
@@ -142,6 +218,22 @@ impl Topic {
             self.put_value((0, (index + 1).to_string()), row, value);
         }
         Ok(read)
+    }
+
+    fn fields(
+        &mut self,
+        row: usize,
+        log_time: u64,
+        data: &[u8],
+        fields: &[(String, Number)],
+    ) -> Result<usize> {
+        let mut cdr = Cdr::new(data)?;
+        self.times.push([0, i128::from(log_time)]);
+        for (name, number) in fields {
+            let value = number.read(&mut cdr)?;
+            self.put_value((0, name.clone()), row, value);
+        }
+        Ok(fields.len())
     }
 
     fn put_value(&mut self, key: (usize, String), row: usize, value: f64) {
@@ -204,14 +296,16 @@ impl Topic {
             }
             let (field, joint) = key;
             let (what, unit) = FIELDS[field];
-            let (path, unit) = match self.kind {
+            let (path, unit) = match &self.kind {
+                Kind::Numbers(_) => (format!("{}/{joint}", self.name), ""),
                 Kind::JointState => (format!("{}/{what}/{joint}", self.name), unit),
                 Kind::Float64Array => (format!("{}/data/{joint}", self.name), ""),
                 _ => (format!("{}/data", self.name), ""),
             };
             contents.arrays.push(Array {
-                name: Some(match self.kind {
+                name: Some(match &self.kind {
                     Kind::JointState => joint.clone(),
+                    Kind::Numbers(_) => column(&self.schema, last_of(&self.name), &joint),
                     Kind::Float64Array => format!("{}{joint}", last_of(&self.name)),
                     _ => last_of(&self.name).to_owned(),
                 }),
@@ -223,6 +317,14 @@ impl Topic {
             });
         }
         Ok(())
+    }
+}
+
+/// Column of a field. The signal itself keeps its name in a run that `sinew monitor` saved.
+fn column(schema: &str, topic: &str, field: &str) -> String {
+    match (schema, field) {
+        ("sinew_msgs/msg/Output", "measured") | ("sinew_msgs/msg/Input", "command") => topic.into(),
+        _ => format!("{field}_{topic}"),
     }
 }
 

@@ -59,6 +59,8 @@ pub struct Base {
     pub t: Vec<f64>,
     /// Places of the arrays that belong to it in [`Contents::arrays`].
     pub members: Vec<usize>,
+    /// Paths of vectors of the same times.
+    pub same: Vec<String>,
 }
 
 impl Base {
@@ -83,7 +85,8 @@ impl Base {
     /// True where `name` is its path or the group that it is in.
     fn is_called(&self, name: &str) -> bool {
         let name = name.trim_end_matches('/');
-        self.path == name || parent(&self.path) == name
+        let mut paths = std::iter::once(&self.path).chain(&self.same);
+        paths.any(|path| path == name || parent(path) == name)
     }
 
     /// # Errors
@@ -107,7 +110,7 @@ impl Base {
     }
 }
 
-/// The bases of a file, each with at least one array.
+/// The bases of a file, each with at least one array; vectors of the same times are one base.
 pub fn bases(contents: &Contents) -> Vec<Base> {
     let times: Vec<(usize, usize, f64)> = (contents.arrays.iter().enumerate())
         .filter_map(|(place, array)| {
@@ -131,6 +134,7 @@ pub fn bases(contents: &Contents) -> Vec<Base> {
                 .map(|t| t * scale)
                 .collect(),
             members: Vec::new(),
+            same: Vec::new(),
         })
         .collect();
     for (place, array) in contents.arrays.iter().enumerate() {
@@ -142,7 +146,18 @@ pub fn bases(contents: &Contents) -> Vec<Base> {
         }
     }
     bases.retain(|base| !base.members.is_empty());
-    bases
+    let mut merged: Vec<Base> = Vec::new();
+    for base in bases {
+        match merged.iter_mut().find(|other| other.t == base.t) {
+            Some(first) => {
+                first.members.extend(base.members);
+                first.members.sort_unstable();
+                first.same.push(base.path);
+            }
+            None => merged.push(base),
+        }
+    }
+    merged
 }
 
 /// The nearest time above an array that is as long as it: its place among `times`.

@@ -1,14 +1,15 @@
 //! `sinew convert`: a log of another program as a recording.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use serde_json::{Value, json};
 use sinew_convert::{Contents, Join, Wanted, bases, columns};
 
 use super::overwrite;
 use super::said::Said;
 use crate::error::Result;
-use crate::recording::foreign;
+use crate::recording::{Recording, foreign};
 
 /// Arguments of `sinew convert`.
 #[derive(Args)]
@@ -32,6 +33,9 @@ pub struct Arguments {
     /// List what the log holds, and write nothing.
     #[arg(long, conflicts_with = "out")]
     list: bool,
+    /// File for contents and columns as JSON (sinew-convert/1); `-` is standard output.
+    #[arg(long, value_name = "JSON")]
+    json: Option<PathBuf>,
     /// Say nothing of rules and of what is left out.
     #[arg(long)]
     quiet: bool,
@@ -51,12 +55,19 @@ enum Rule {
 pub fn run(arguments: &Arguments) -> Result<()> {
     overwrite::refuse(
         [("the log", arguments.log.as_path())],
-        [("--out", arguments.out.as_deref())],
+        [
+            ("--out", arguments.out.as_deref()),
+            ("--json", arguments.json.as_deref()),
+        ],
     )?;
+    let json = arguments.json.as_deref();
     let contents = foreign::contents(&arguments.log)?;
     let Some(out) = arguments.out.as_deref() else {
-        print!("{}", listed(&contents));
-        return Ok(());
+        // The list is what the document says.
+        if !json.is_some_and(sinew_files::is_output) {
+            print!("{}", listed(&contents));
+        }
+        return write(json, &document(&arguments.log, &contents, None));
     };
     let wanted = Wanted {
         columns: arguments.columns.clone(),
@@ -68,10 +79,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     let recording = foreign::recording(&contents, &wanted, &arguments.log)?;
     recording.write(out)?;
+    write(
+        json,
+        &document(&arguments.log, &contents, Some((&recording, out))),
+    )?;
     if arguments.quiet {
         return Ok(());
     }
-    let said = Said::beside([Some(out)]);
+    let said = Said::beside([Some(out), json]);
     for note in recording.notes() {
         said.line(note);
     }
@@ -81,6 +96,66 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     said.line(format!("columns: t, {}", names.join(", ")));
     said.wrote(out);
     Ok(())
+}
+
+fn write(path: Option<&Path>, document: &Value) -> Result<()> {
+    match path {
+        Some(path) => Ok(sinew_files::write(path, format!("{document:#}\n"))?),
+        None => Ok(()),
+    }
+}
+
+/// The contents and the recording that was made of them, `sinew-convert/1`.
+fn document(log: &Path, contents: &Contents, made: Option<(&Recording, &Path)>) -> Value {
+    let bases = bases(contents);
+    let with_times = bases.iter().map(|base| {
+        let signals = base.members.iter().map(|place| {
+            let array = &contents.arrays[*place];
+            json!({
+                "path": array.path,
+                "rows": array.rows,
+                "columns": array.columns,
+                "unit": array.unit,
+                "names": columns(contents, array, base.t.len()),
+            })
+        });
+        json!({
+            "path": base.path,
+            "rows": base.t.len(),
+            "from_s": base.t.first(),
+            "to_s": base.t.last(),
+            "signals": signals.collect::<Vec<Value>>(),
+        })
+    });
+    let placed = |place: usize| {
+        let path = &contents.arrays[place].path;
+        (bases.iter()).any(|base| {
+            base.members.contains(&place) || base.path == *path || base.same.contains(path)
+        })
+    };
+    let arrays = contents.arrays.iter().enumerate();
+    let loose = arrays
+        .filter(|(place, _)| !placed(*place))
+        .map(|(_, it)| json!({ "path": it.path, "rows": it.rows, "columns": it.columns }));
+    let others = contents.others.iter();
+    let others = others.map(|it| json!({ "path": it.path, "what": it.what }));
+    let notes = made.map_or(&contents.notes[..], |(recording, _)| recording.notes());
+    json!({
+        "format": "sinew-convert/1",
+        "log": log.display().to_string(),
+        "kind": contents.format.map(sinew_convert::Format::name),
+        "bases": with_times.collect::<Vec<Value>>(),
+        "without_times": loose.collect::<Vec<Value>>(),
+        "others": others.collect::<Vec<Value>>(),
+        "notes": notes,
+        "recording": made.map(|(recording, out)| json!({
+            "file": out.display().to_string(),
+            "rows": recording.len(),
+            "columns": (recording.columns().iter())
+                .map(|column| column.name.as_str())
+                .collect::<Vec<&str>>(),
+        })),
+    })
 }
 
 /// The contents by their times: paths, shapes, units and the columns that they become.
@@ -116,7 +191,9 @@ fn listed(contents: &Contents) -> String {
     }
     let placed = |place: usize| {
         let path = &contents.arrays[place].path;
-        (bases.iter()).any(|base| base.members.contains(&place) || base.path == *path)
+        (bases.iter()).any(|base| {
+            base.members.contains(&place) || base.path == *path || base.same.contains(path)
+        })
     };
     let arrays = contents.arrays.iter().enumerate();
     let loose = arrays.filter(|(place, _)| !placed(*place));

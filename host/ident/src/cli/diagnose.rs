@@ -169,7 +169,8 @@ fn leave(
     if let Some(path) = &arguments.mjcf {
         super::mjcf::write(&found.mended, path, quiet)?;
         if let Some(original) = &arguments.changes {
-            super::mjcf::write_changes(&found.mended, original, path)?;
+            let said = Said::beside([Some(path.as_path())]);
+            super::mjcf::write_changes(&found.mended, original, path, said)?;
         }
         written.push(path);
     }

@@ -16,6 +16,11 @@ impl Said {
         Self { aside }
     }
 
+    /// Lines go to standard error.
+    pub const fn is_aside(self) -> bool {
+        self.aside
+    }
+
     /// One line, or several.
     pub fn line(self, text: impl Display) {
         if self.aside {

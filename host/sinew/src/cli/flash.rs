@@ -1,12 +1,14 @@
 //! `sinew flash`: build the firmware for a board, write it into its flash, show its log.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use sinew_model::store;
 
-use crate::flash::{Options, chip, flash, list};
-use crate::project::{self, Board, Optimise};
+use super::result;
+use crate::flash::{Options, chip, document, flash, list, listed, ready};
+use crate::project::{self, Board, Optimise, image};
+use sinew_ident::cli::overwrite;
 use sinew_ident::error::{Error, Result};
 
 /// Arguments of `sinew flash`.
@@ -42,6 +44,9 @@ pub struct Arguments {
     /// Do not stay to show the board's log.
     #[arg(long)]
     no_log: bool,
+    /// File for the image or the probes as JSON (sinew-flash/1); `-` is standard output.
+    #[arg(long, value_name = "JSON")]
+    json: Option<PathBuf>,
     /// No progress.
     #[arg(long)]
     quiet: bool,
@@ -50,15 +55,22 @@ pub struct Arguments {
 /// # Errors
 /// A bad model, firmware that does not build, and whatever stands between it and the board.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    let json = arguments.json.as_deref();
+    let none: [(&str, &Path); 0] = [];
+    overwrite::refuse(none, [("--json", json)])?;
     let (Some(board), Some(model)) = (arguments.board, &arguments.model) else {
         let probes = list()?;
+        if json.is_some_and(sinew_files::is_output) {
+            return result::write(json, || listed(&probes));
+        }
         if probes.is_empty() {
             println!("no debug probe is connected");
         }
         probes.iter().for_each(|probe| println!("{probe}"));
-        return Ok(());
+        return result::write(json, || listed(&probes));
     };
     let chip = chip(board)?;
+    ready()?;
     let spec = store::load(model).map_err(Error::refused)?;
     let wired = project::wired::wired(arguments.wiring.as_deref(), &spec, Some(board.folder()))?;
     let kept = project::write_wired(&arguments.out, &spec, arguments.optimise, &wired)?;
@@ -70,6 +82,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         unlock: arguments.unlock,
         no_log: arguments.no_log,
         quiet: arguments.quiet,
+        aside: json.is_some_and(sinew_files::is_output),
     };
-    flash(chip, &built.lockstep, &options)
+    let sizes = image::sizes(&built.lockstep)?;
+    let mut written = Ok(());
+    // Before the log, which goes on until Ctrl-C.
+    let mut then = || {
+        written = result::write(json, || document(board, chip, &built.lockstep, sizes));
+    };
+    flash(chip, &built.lockstep, &options, &mut then)?;
+    written
 }

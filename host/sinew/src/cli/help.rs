@@ -37,9 +37,150 @@ const GROUPS: &[(&str, &[&str])] = &[
     ("Shell", &["completions"]),
 ];
 
+/// Examples of the verbs whose own help has none.
+const EXAMPLES: &[(&str, &[&str])] = &[
+    (
+        "convert",
+        &[
+            "sinew convert run.mcap --list",
+            "sinew convert log.mat --column q_rad=log/q --out A.csv",
+        ],
+    ),
+    (
+        "new",
+        &["sinew new A.csv", "sinew new --mjcf arm.xml --out arm.toml"],
+    ),
+    (
+        "check",
+        &["sinew check A.csv B.csv --rig rig.toml --exit-code"],
+    ),
+    (
+        "simulate",
+        &["sinew simulate rig.toml --input A.csv --out sim.csv --html sim.html"],
+    ),
+    (
+        "excite",
+        &["sinew excite rig.toml --seconds 10 --out excitation.csv"],
+    ),
+    (
+        "plan",
+        &["sinew plan rig.toml --goal 'encoder = 0.05 at 0.6 s' --out plan.csv"],
+    ),
+    (
+        "fit",
+        &["sinew fit rig.toml --fit A.csv --test B.csv --out fitted.toml"],
+    ),
+    (
+        "fleet",
+        &["sinew fleet rig.toml --fit a.csv --device b=b.csv --device c=c.csv --out fleet.toml"],
+    ),
+    (
+        "diagnose",
+        &[
+            "sinew diagnose rig.toml --fit A.csv --test B.csv --report report.html",
+            "sinew diagnose rig.toml --fit A.csv --json - --quiet --exit-code",
+        ],
+    ),
+    (
+        "explain",
+        &["sinew explain coulomb_friction", "sinew explain LinkLost"],
+    ),
+    ("mjcf", &["sinew mjcf fitted.toml --out rig.xml"]),
+    (
+        "train",
+        &["sinew train rig.toml --fit A.csv --test B.csv --out model"],
+    ),
+    (
+        "build",
+        &["sinew build rig.toml --fit A.csv --test B.csv --board qemu --out out --diagnose"],
+    ),
+    (
+        "tune",
+        &["sinew tune rig.toml model --fit A.csv --out tuned.toml --model-out tuned"],
+    ),
+    (
+        "compare",
+        &["sinew compare rig.toml tuned --fit A.csv --out loop --report comparison.html"],
+    ),
+    (
+        "pil",
+        &["sinew pil rig.toml tuned --fit A.csv --board qemu --out loop"],
+    ),
+    (
+        "wire",
+        &[
+            "sinew wire rig.toml --board stm32f446",
+            "sinew wire rig.toml --check rig.wiring.toml",
+        ],
+    ),
+    (
+        "emit",
+        &[
+            "sinew emit model --out firmware",
+            "sinew emit net.onnx --out crate --weights int8",
+        ],
+    ),
+    ("size", &["sinew size net.onnx --board stm32f446"]),
+    (
+        "flash",
+        &[
+            "sinew flash --list",
+            "sinew flash --board stm32f446 --model model",
+        ],
+    ),
+    (
+        "record",
+        &["sinew record --port /dev/ttyACM0 --model model --input excitation.csv --out A.csv"],
+    ),
+    (
+        "import",
+        &[
+            "sinew import net.keras",
+            "sinew import net.onnx --rig rig.toml --fit A.csv --out model",
+        ],
+    ),
+    (
+        "verify",
+        &["sinew verify net.keras --python .venv/bin/python"],
+    ),
+    ("completions", &["sinew completions bash"]),
+];
+
+/// Short names of flags that mean the same in every verb.
+const SHORT: &[(&str, char)] = &[("out", 'o'), ("quiet", 'q')];
+
+/// The verbs with their examples and short flags.
+fn program() -> Command {
+    let mut program = Program::command();
+    for (name, lines) in EXAMPLES {
+        let title = if lines.len() == 1 {
+            "Example"
+        } else {
+            "Examples"
+        };
+        let text = format!("{title}:\n  {}", lines.join("\n  "));
+        program = program.mut_subcommand(name, |verb| verb.after_long_help(text));
+    }
+    let verbs: Vec<String> = (program.get_subcommands())
+        .map(|verb| verb.get_name().to_owned())
+        .collect();
+    for name in verbs {
+        program = program.mut_subcommand(name, |verb| {
+            verb.mut_args(|argument| {
+                let known = SHORT.iter().find(|(id, _)| argument.get_id() == id);
+                match known {
+                    Some((_, letter)) => argument.short(*letter),
+                    None => argument,
+                }
+            })
+        });
+    }
+    program
+}
+
 /// The command line with its verbs in groups.
 pub(super) fn command() -> Command {
-    let program = Program::command();
+    let program = program();
     let list = groups(&program);
     program.help_template(format!(
         "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n{list}\nOptions:\n{{options}}\n\n\
@@ -115,6 +256,55 @@ mod tests {
         let mut verbs: Vec<&str> = visible.map(Command::get_name).collect();
         verbs.sort_unstable();
         assert_eq!(grouped, verbs);
+    }
+
+    /// Words of a line as a shell splits them, for quotes of one kind, without its comment.
+    fn words(line: &str) -> Vec<String> {
+        let line = line.split(" #").next().unwrap_or_default();
+        let mut words = Vec::new();
+        for (k, part) in line.split('\'').enumerate() {
+            match k % 2 {
+                0 => words.extend(part.split_whitespace().map(str::to_owned)),
+                _ => words.push(part.to_owned()),
+            }
+        }
+        words
+    }
+
+    #[test]
+    fn every_verb_has_examples_that_its_own_flags_allow() {
+        let program = command();
+        for verb in program.get_subcommands().filter(|verb| !verb.is_hide_set()) {
+            let text = verb.get_after_long_help().map(ToString::to_string);
+            let text = text.unwrap_or_default();
+            let start = format!("sinew {} ", verb.get_name());
+            assert!(text.contains(&start), "{} has no example", verb.get_name());
+            for line in text
+                .lines()
+                .filter(|line| line.trim().starts_with("sinew "))
+            {
+                let parsed = command().try_get_matches_from(words(line));
+                assert!(parsed.is_ok(), "{line}\n{}", parsed.unwrap_err());
+            }
+        }
+    }
+
+    #[test]
+    fn short_flags_mean_the_same_in_every_verb() {
+        let program = command();
+        for verb in program.get_subcommands() {
+            for argument in verb.get_arguments() {
+                let short = argument.get_short().filter(|letter| *letter != 'h');
+                let known = SHORT.iter().find(|(id, _)| argument.get_id() == id);
+                assert_eq!(
+                    short,
+                    known.map(|(_, letter)| *letter),
+                    "{} {}",
+                    verb.get_name(),
+                    argument.get_id()
+                );
+            }
+        }
     }
 
     #[test]

@@ -237,19 +237,27 @@ pub struct LiveArguments {
 }
 
 impl LiveArguments {
-    /// Opens the port and makes sure of who is there. `writes`: columns of a file are read or
-    /// written, so their units matter.
+    /// Names and units of the signals. `writes`: columns of a file are read or written, so their
+    /// units matter.
     ///
     /// # Errors
-    /// A bad model, no port, the wrong board; columns in a unit that nothing says.
-    fn connect(&self, writes: bool) -> Result<(Device, Names, Identity)> {
-        let mut names = Names::load(&self.model)?;
-        if writes {
-            names = names.in_units_of(self.rig.as_deref())?;
+    /// A bad model; columns in a unit that nothing says.
+    fn names(&self, writes: bool) -> Result<Names> {
+        let names = Names::load(&self.model)?;
+        match writes {
+            true => names.in_units_of(self.rig.as_deref()),
+            false => Ok(names),
         }
+    }
+
+    /// Opens the port and makes sure of who is there.
+    ///
+    /// # Errors
+    /// No port, the wrong board.
+    fn connect(&self, names: &Names) -> Result<(Device, Identity)> {
         let mut device = open_line(self.port.as_deref(), self.probe, self.select.as_deref())?;
         let identity = names.greet(&mut device)?;
-        Ok((device, names, identity))
+        Ok((device, identity))
     }
 }
 

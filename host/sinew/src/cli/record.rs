@@ -4,10 +4,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::LiveArguments;
+use super::{LiveArguments, result};
 use crate::live::record::{excitation, record};
 use sinew_ident::cli::overwrite;
 use sinew_ident::cli::repair::read_recording;
+use sinew_ident::cli::said::Said;
 use sinew_ident::error::{Error, Result};
 
 /// Arguments of `sinew record`.
@@ -21,6 +22,9 @@ pub struct Arguments {
     /// The recording to write.
     #[arg(long, value_name = "CSV")]
     out: PathBuf,
+    /// File for the figures as JSON (sinew-record/1); `-` is standard output.
+    #[arg(long, value_name = "JSON")]
+    json: Option<PathBuf>,
     /// No progress.
     #[arg(long)]
     quiet: bool,
@@ -31,24 +35,35 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     overwrite::refuse(
         [("--input", arguments.input.as_path())],
-        [("--out", Some(arguments.out.as_path()))],
+        [
+            ("--out", Some(arguments.out.as_path())),
+            ("--json", arguments.json.as_deref()),
+        ],
     )?;
+    let json = arguments.json.as_deref();
     let input = read_recording(&arguments.input)?;
-    let (mut device, names, identity) = arguments.live.connect(true)?;
+    let names = arguments.live.names(true)?;
+    let (mut device, identity) = arguments.live.connect(&names)?;
     let rows = excitation(&input, &names, identity.rate_mhz)?;
     let recorded = record(&mut device, &names, &rows, &arguments.out, arguments.quiet)?;
     let model = names.learned.model_line();
     let text = format!("{model}\n{}", recorded.recording.to_csv());
     sinew_files::write(&arguments.out, text)?;
-    println!(
-        "{}: {} rows; {} ticks lost on the way, {} samples missing, {} commands held for want of a row, {} changed by the limits",
-        arguments.out.display(),
+    result::write(json, || recorded.document(&arguments.out, rows.len()))?;
+    let said = Said::beside([Some(arguments.out.as_path()), json]);
+    said.line(format!(
+        "{} rows; {} ticks lost on the way, {} samples missing, {} commands held for want of a \
+         row, {} changed by the limits",
         recorded.recording.len(),
         recorded.lost_ticks,
         recorded.missing_samples,
         recorded.held_ticks,
         recorded.limited_rows
-    );
+    ));
+    said.wrote(&arguments.out);
+    if recorded.ended.is_none() && !arguments.quiet {
+        said.line(format!("next: sinew check {}", arguments.out.display()));
+    }
     match recorded.ended {
         None => Ok(()),
         Some(state) => Err(Error::failed(format!(

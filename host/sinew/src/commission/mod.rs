@@ -16,11 +16,11 @@ pub mod rehearsal;
 mod rest;
 pub mod setup;
 #[cfg(test)]
-mod simulated;
+pub(crate) mod simulated;
 mod soft_limits;
 pub mod step;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 use std::path::{Path, PathBuf};
 

@@ -79,14 +79,37 @@ pub fn start(
     plant: &Plant,
     sensors: impl FnMut(&mut [f32; N]) + Send + 'static,
 ) -> (Device, Driven) {
+    start_paced(spec, plant, sensors, IDLE)
+}
+
+/// The same, with another wait between ticks: that of a real board is the period.
+pub fn start_paced(
+    spec: &ModelSpec,
+    plant: &Plant,
+    sensors: impl FnMut(&mut [f32; N]) + Send + 'static,
+    idle: Duration,
+) -> (Device, Driven) {
     let rig = SimulatedRig::new(spec, plant).expect("the plant has the model's signals");
     let (board, host) = UnixStream::pair().expect("a socket pair");
     let driven = Driven::default();
     let (session, seen) = (session(spec), driven.clone());
     let period_us = (spec.period_s * 1e6) as u64;
-    std::thread::spawn(move || run(board, session, rig, sensors, period_us, &seen));
+    std::thread::spawn(move || run(board, session, rig, sensors, (period_us, idle), &seen));
     let other = host.try_clone().expect("a socket");
     (Device::over(other, host).expect("a line"), driven)
+}
+
+/// The same board behind a socket at `path`, for whoever connects first.
+pub fn listen(spec: &ModelSpec, plant: &Plant, path: &std::path::Path, idle: Duration) {
+    let rig = SimulatedRig::new(spec, plant).expect("the plant has the model's signals");
+    let listener = std::os::unix::net::UnixListener::bind(path).expect("a socket");
+    let session = session(spec);
+    let period_us = (spec.period_s * 1e6) as u64;
+    std::thread::spawn(move || {
+        let (line, _) = listener.accept().expect("somebody connects");
+        let driven = Mutex::default();
+        run(line, session, rig, |_| {}, (period_us, idle), &driven);
+    });
 }
 
 type TheSession = Session<Bare, N, N, 0, 1, 1, 1, 1, N>;
@@ -130,7 +153,7 @@ fn run(
     mut session: TheSession,
     mut rig: SimulatedRig,
     mut sensors: impl FnMut(&mut [f32; N]),
-    period_us: u64,
+    (period_us, idle): (u64, Duration),
     driven: &Mutex<Vec<[f64; N]>>,
 ) {
     let mut accumulator: Accumulator = Accumulator::new();
@@ -143,10 +166,22 @@ fn run(
         line.write_all(frame).is_ok()
     };
     loop {
-        let wait = if waiting > 0 { 50 } else { 1000 };
-        line.set_read_timeout(Some(Duration::from_micros(wait)))
-            .expect("a timeout");
-        match line.read(&mut chunk) {
+        let heard = if idle < IDLE {
+            // Timeouts of sockets are those of the system's clock: too coarse for this pace.
+            line.set_nonblocking(true).expect("a socket");
+            let heard = line.read(&mut chunk);
+            line.set_nonblocking(false).expect("a socket");
+            if heard.is_err() {
+                std::thread::sleep(idle / 10);
+            }
+            heard
+        } else {
+            let wait = if waiting > 0 { 50 } else { 1000 };
+            line.set_read_timeout(Some(Duration::from_micros(wait)))
+                .expect("a timeout");
+            line.read(&mut chunk)
+        };
+        match heard {
             Ok(0) => return,
             Ok(n) => {
                 for byte in &chunk[..n] {
@@ -172,12 +207,16 @@ fn run(
         let pause = match (excited && waiting > 0, excited && playing) {
             (true, _) => Duration::ZERO,
             (_, true) => STARVING,
-            _ => IDLE,
+            _ => idle,
         };
         if ticked.elapsed() < pause {
             continue;
         }
-        ticked = Instant::now();
+        // A clock of its own catches up where this computer was late.
+        ticked = match idle < IDLE && pause == idle {
+            true => ticked + idle,
+            false => Instant::now(),
+        };
         at_us += period_us;
         let mut y = [0.0; N];
         for (y, reading) in y.iter_mut().zip(rig.readings()) {

@@ -15,7 +15,7 @@ use sinew_ident::error::Result;
 use sinew_ident::recording::Recording;
 
 /// Two joints with springs of their own and a soft one between them, a motor each.
-const RIG: &str = r#"
+pub(crate) const RIG: &str = r#"
 format = "sinew-rig/1"
 name = "two joints"
 

@@ -6,7 +6,10 @@
 
 use std::path::Path;
 
+use serde_json::{Value, json};
+
 use crate::device::Device;
+use crate::project::image::Sizes;
 use crate::project::{Board, Chip};
 use sinew_ident::error::{Error, Result};
 
@@ -21,7 +24,31 @@ pub struct Options {
     pub no_log: bool,
     /// No progress.
     pub quiet: bool,
+    /// The board's log goes to standard error.
+    pub aside: bool,
 }
+
+/// A flashed image for programs, `sinew-flash/1`.
+pub fn document(board: Board, chip: &Chip, image: &Path, sizes: Sizes) -> Value {
+    json!({
+        "format": FORMAT,
+        "probes": Value::Null,
+        "flashed": {
+            "board": board.folder(),
+            "chip": chip.name,
+            "image": image.display().to_string(),
+            "flash_bytes": sizes.flash_bytes,
+            "ram_bytes": sizes.ram_bytes,
+        },
+    })
+}
+
+/// The probes that are connected for programs, `sinew-flash/1`.
+pub fn listed(probes: &[String]) -> Value {
+    json!({ "format": FORMAT, "probes": probes, "flashed": Value::Null })
+}
+
+const FORMAT: &str = "sinew-flash/1";
 
 /// The chip of a board that can be flashed.
 ///
@@ -61,14 +88,30 @@ mod with {
         }
     }
 
+    pub fn ready() -> Result<()> {
+        Ok(())
+    }
+
     pub fn list() -> Result<Vec<String>> {
         Ok(sinew_probe::list())
     }
 
-    pub fn flash(chip: &Chip, image: &Path, options: &Options) -> Result<()> {
+    pub fn flash(
+        chip: &Chip,
+        image: &Path,
+        options: &Options,
+        then: &mut dyn FnMut(),
+    ) -> Result<()> {
         let stage = Stage::begin(format!("flash {}", chip.name), options.quiet);
-        let flashed = || stage.end("flashed and verified");
-        let mut tell = |line: &str| println!("{line}");
+        let flashed = || {
+            stage.end("flashed and verified");
+            then();
+        };
+        let aside = options.aside;
+        let mut tell = |line: &str| match aside {
+            true => eprintln!("{line}"),
+            false => println!("{line}"),
+        };
         let log: Option<&mut dyn FnMut(&str)> = if options.no_log {
             None
         } else {
@@ -94,17 +137,29 @@ mod with {
         )
     }
 
+    pub fn ready() -> Result<()> {
+        Err(without("flash"))
+    }
+
     pub fn list() -> Result<Vec<String>> {
         Err(without("--list"))
     }
 
-    pub fn flash(_: &Chip, image: &Path, _: &Options) -> Result<()> {
+    pub fn flash(_: &Chip, image: &Path, _: &Options, _: &mut dyn FnMut()) -> Result<()> {
         Err(without(&image.display().to_string()))
     }
 
     pub fn connect(_: &Chip, _: &Options) -> Result<Device> {
         Err(without("--probe"))
     }
+}
+
+/// Makes sure that a board can be flashed, before an image is built for it.
+///
+/// # Errors
+/// This program was built without probe support.
+pub fn ready() -> Result<()> {
+    with::ready()
 }
 
 /// The probes that are connected, a line each.
@@ -115,12 +170,12 @@ pub fn list() -> Result<Vec<String>> {
     with::list()
 }
 
-/// Flashes `image` and shows the board's log.
+/// Flashes `image`, calls `then`, and shows the board's log.
 ///
 /// # Errors
 /// Whatever stands between this program and the board, as one line; an image that is none.
-pub fn flash(chip: &Chip, image: &Path, options: &Options) -> Result<()> {
-    with::flash(chip, image, options)
+pub fn flash(chip: &Chip, image: &Path, options: &Options, then: &mut dyn FnMut()) -> Result<()> {
+    with::flash(chip, image, options, then)
 }
 
 /// Talks to the firmware that runs on a board, through its probe.

@@ -1,8 +1,15 @@
 //! A board's own rig, from this computer: playing an excitation, watching and steering a run.
 
+mod mcap;
 pub mod monitor;
 mod names;
 pub mod record;
+mod saved;
+pub mod screen;
+pub mod serve;
+#[cfg(test)]
+mod tests;
+pub mod topics;
 mod units;
 
 pub use names::Names;

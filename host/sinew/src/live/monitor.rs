@@ -1,19 +1,25 @@
-//! A run on a board, watched and steered from a terminal, and saved.
+//! A run on a board, watched and steered from a terminal, saved, and served to viewers.
 //!
-//! A line typed is an order ([`order`]); what the board thinks of it is shown. Everything that is
-//! shown is a row of the file, with the board's own time.
+//! A line typed is an order ([`order`]); what the board thinks of it is shown. Every tick goes to
+//! the file and to the viewers, with the board's own time.
 
-use std::fmt::Write as _;
-use std::io::{BufRead, IsTerminal, Write};
-use std::path::Path;
+use std::io::BufRead;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::{Duration, Instant};
 
-use sinew_device::mode::{Drive, Mode};
+use serde_json::{Value, json};
+use sinew_device::mode::{Drive, Mode, State};
 use sinew_device::protocol::{Health, Identity, Parameters, Reason, Telemetry, ToDevice, ToHost};
 
-use super::Names;
+use super::saved::Saved;
+use super::screen::Screen;
+use super::serve::{Served, Server};
+use super::topics::{Level, Topics, is_fault};
+use super::{Names, mcap, topics};
 use crate::device::Device;
+use sinew_ident::diagnose::Stop;
 use sinew_ident::error::{Error, Result};
 
 /// Refresh interval of the terminal.
@@ -79,16 +85,86 @@ pub fn order(line: &str, identity: &Identity) -> std::result::Result<Option<ToDe
     Ok(Some(said))
 }
 
-/// Statistics of a watched run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// Most events that a result lists.
+const EVENTS: usize = 1000;
+
+/// Something that happened while a run was watched.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Event {
+    /// The board's clock, seconds; of the latest tick.
+    pub board_s: f64,
+    /// Weight.
+    pub level: Level,
+    /// One sentence.
+    pub text: String,
+}
+
+/// A watched run.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Watched {
     /// Ticks that were told.
     pub ticks: u64,
     /// Ticks whose frame was lost.
     pub lost: u64,
+    /// Control steps that ended after their period, and frames that the board dropped, both since
+    /// it started.
+    pub late: u32,
+    /// Frames that the board dropped.
+    pub dropped: u32,
+    /// Mode and cause at the end, before it was disarmed.
+    pub state: Option<State>,
+    /// The first thousand events.
+    pub events: Vec<Event>,
 }
 
-/// Watches until `quit`, the end of the orders, or `seconds`; the board is disarmed at the end.
+impl Watched {
+    /// The run for programs, `sinew-monitor/1`.
+    pub fn document(&self, file: Option<&Path>, served: Option<(SocketAddr, Served)>) -> Value {
+        let events = self.events.iter().map(|event| {
+            json!({
+                "board_s": event.board_s,
+                "level": match event.level {
+                    Level::Info => "info",
+                    Level::Warn => "warning",
+                    Level::Error => "fault",
+                },
+                "sentence": event.text,
+            })
+        });
+        json!({
+            "format": "sinew-monitor/1",
+            "ticks": self.ticks,
+            "lost": self.lost,
+            "late": self.late,
+            "dropped": self.dropped,
+            "state": self.state.map(|state| json!({
+                "mode": topics::mode_word(state),
+                "cause": format!("{:?}", state.cause),
+            })),
+            "events": events.collect::<Vec<Value>>(),
+            "file": file.map(|path| path.display().to_string()),
+            "served": served.map(|(address, served)| json!({
+                "address": address.to_string(),
+                "clients": served.clients,
+                "missed": served.missed,
+            })),
+        })
+    }
+}
+
+/// Places where a watched run goes.
+#[derive(Default)]
+pub struct Outputs<'a> {
+    /// A file: MCAP by the end of its name, otherwise CSV.
+    pub file: Option<PathBuf>,
+    /// Clients.
+    pub server: Option<&'a Server>,
+    /// The terminal; nothing is shown without one.
+    pub screen: Option<Screen>,
+}
+
+/// Watches until `quit`, the end of the orders (`typed`), `seconds` or a request to stop; the board is
+/// disarmed at the end.
 ///
 /// # Errors
 /// The board is gone, or the file cannot be written.
@@ -96,25 +172,169 @@ pub fn monitor(
     device: &mut Device,
     names: &Names,
     identity: &Identity,
-    out: Option<&Path>,
+    outputs: Outputs<'_>,
+    typed: &Receiver<String>,
     seconds: Option<f64>,
+    stop: &Stop,
 ) -> Result<Watched> {
-    let mut file = match out {
-        Some(path) => Some(Saved::create(path, names)?),
-        None => None,
-    };
-    let typed = lines();
+    let mut run = Run::begin(names, outputs)?;
     let stream = ToDevice::Stream { every: 1 };
     device.insist(&stream, |answer| matches!(answer, ToHost::State(_)))?;
-    let watched = watch(device, names, identity, &typed, seconds, &mut file);
+    let watched = watch(device, names, identity, typed, seconds, stop, &mut run);
     // Whatever happened.
     let disarmed = device.insist(&ToDevice::Disarm, |a| matches!(a, ToHost::State(_)));
-    if let Some(file) = &mut file {
-        file.flush()?;
-    }
-    let watched = watched?;
+    let finished = run.finish();
+    watched?;
     disarmed?;
-    Ok(watched)
+    finished
+}
+
+/// Outputs of a run, and what is known of it.
+struct Run<'a> {
+    names: &'a Names,
+    topics: Topics,
+    csv: Option<Saved>,
+    mcap: Option<mcap::File>,
+    server: Option<&'a Server>,
+    screen: Option<Screen>,
+    watched: Watched,
+    latest: Option<Telemetry>,
+}
+
+impl<'a> Run<'a> {
+    fn begin(names: &'a Names, outputs: Outputs<'a>) -> Result<Self> {
+        let topics = Topics::new(names);
+        let (mut csv, mut file) = (None, None);
+        match outputs.file {
+            Some(path) if is_mcap(&path) => file = Some(mcap::File::create(&path, &topics.all)?),
+            Some(path) => csv = Some(Saved::create(&path, names)?),
+            None => {}
+        }
+        Ok(Self {
+            names,
+            topics,
+            csv,
+            mcap: file,
+            server: outputs.server,
+            screen: outputs.screen,
+            watched: Watched::default(),
+            latest: None,
+        })
+    }
+
+    /// Takes a tick to every output.
+    fn tick(&mut self, seen: Telemetry, learned: Option<&[f64]>) -> Result<()> {
+        let gap = self
+            .latest
+            .as_ref()
+            .map_or(1, |before| seen.tick.wrapping_sub(before.tick));
+        // A board that restarted counts from the start again.
+        let lost = u64::from(gap.saturating_sub(1)) * u64::from(gap < 1 << 31);
+        self.watched.lost += lost;
+        self.watched.ticks += 1;
+        self.watched.late = seen.deadline_misses;
+        self.watched.dropped = seen.dropped;
+        let before = self.watched.state.replace(seen.state);
+        if let Some(csv) = &mut self.csv {
+            csv.row(&seen, learned)?;
+        }
+        if self.mcap.is_some() || self.server.is_some() {
+            let messages = self.topics.tick(&seen, self.watched.lost, learned);
+            self.send(messages)?;
+        }
+        let state = seen.state;
+        self.latest = Some(seen);
+        if lost > 0 {
+            self.event(Level::Warn, format!("{lost} ticks were lost on the way"))?;
+        }
+        if before.is_some_and(|before| before != state) {
+            let level = match is_fault(state.cause) {
+                true => Level::Error,
+                false => Level::Info,
+            };
+            self.event(level, format!("{}: {:?}", mode(state), state.cause))?;
+        }
+        Ok(())
+    }
+
+    fn event(&mut self, level: Level, text: String) -> Result<()> {
+        if self.mcap.is_some() || self.server.is_some() {
+            let message = self.topics.event(level, &text);
+            self.send(vec![message])?;
+        }
+        match &mut self.screen {
+            Some(screen) => screen.say(&text),
+            None => eprintln!("{text}"),
+        }
+        if self.watched.events.len() < EVENTS {
+            let board_s = self
+                .latest
+                .as_ref()
+                .map_or(0.0, |it| it.at_us as f64 * 1e-6);
+            self.watched.events.push(Event {
+                board_s,
+                level,
+                text,
+            });
+        }
+        Ok(())
+    }
+
+    fn send(&mut self, messages: Vec<topics::Message>) -> Result<()> {
+        if let Some(file) = &mut self.mcap {
+            for message in &messages {
+                file.message(message)?;
+            }
+        }
+        if let Some(server) = self.server {
+            server.publish(messages);
+        }
+        Ok(())
+    }
+
+    /// What is known now, on the terminal.
+    fn show(&mut self, learned: Option<&[f64]>) {
+        if let (Some(screen), Some(seen)) = (&mut self.screen, &self.latest) {
+            let (names, lost) = (self.names, self.watched.lost);
+            screen.draw(seen, names, self.topics.limits(), learned, lost);
+        }
+    }
+
+    fn finish(self) -> Result<Watched> {
+        if let Some(mut csv) = self.csv {
+            csv.flush()?;
+        }
+        self.mcap.map_or(Ok(()), mcap::File::finish)?;
+        Ok(self.watched)
+    }
+}
+
+/// The name of a file is that of an MCAP.
+pub fn is_mcap(path: &Path) -> bool {
+    let end = path.extension();
+    end.is_some_and(|end| end.eq_ignore_ascii_case("mcap"))
+}
+
+/// Mode in words.
+pub fn mode(state: State) -> String {
+    match state.mode {
+        Mode::Disarmed => "disarmed".into(),
+        Mode::Armed(drive) => format!("armed ({drive:?})"),
+        Mode::Tripped => "EMERGENCY STOP (disarm acknowledges it)".into(),
+    }
+}
+
+/// Limits of an order to limit, of each command.
+fn ranges(message: &ToDevice) -> Option<Vec<[f64; 2]>> {
+    let ToDevice::Limit { lower, upper, .. } = message else {
+        return None;
+    };
+    let pairs = lower.iter().zip(upper);
+    Some(
+        pairs
+            .map(|(low, high)| [*low, *high].map(f64::from))
+            .collect(),
+    )
 }
 
 fn watch(
@@ -123,33 +343,47 @@ fn watch(
     identity: &Identity,
     typed: &Receiver<String>,
     seconds: Option<f64>,
-    file: &mut Option<Saved>,
-) -> Result<Watched> {
+    stop: &Stop,
+    run: &mut Run<'_>,
+) -> Result<()> {
     let began = Instant::now();
     let (mut heard, mut shown, mut said) = (began, began, began);
-    let mut watched = Watched::default();
-    let mut before: Option<u32> = None;
     let mut orders_end = false;
     // Until a board answers that it judges no channel.
     let mut judges = !names.channels.is_empty();
     let mut health = Health::default();
     let mut learned = Learned::new(names);
-    let screen = std::io::stdout().is_terminal();
+    // Limits before an order that is not answered yet.
+    let mut limits_before: Option<Vec<[f64; 2]>> = None;
     loop {
         match typed.try_recv() {
-            Ok(line) => match order(&line, identity) {
-                Ok(None) => return Ok(watched),
-                Ok(Some(message)) => device.send(&message)?,
-                Err(what) => println!("{what}"),
-            },
+            Ok(line) => {
+                if let Some(screen) = &mut run.screen {
+                    screen.typed();
+                }
+                match order(&line, identity) {
+                    Ok(None) => return Ok(()),
+                    Ok(Some(message)) => {
+                        if let Some(ranges) = ranges(&message) {
+                            limits_before = Some(run.topics.limits().to_vec());
+                            run.topics.limit(&ranges);
+                        }
+                        device.send(&message)?;
+                    }
+                    Err(what) => match &mut run.screen {
+                        Some(screen) => screen.say(&what),
+                        None => eprintln!("{what}"),
+                    },
+                }
+            }
             // A terminal that was closed, or a script that has ended: with a time to end, go on
             // until then.
             Err(TryRecvError::Disconnected) => orders_end = true,
             Err(TryRecvError::Empty) => {}
         }
         let over = seconds.is_some_and(|s| began.elapsed().as_secs_f64() > s);
-        if over || (orders_end && seconds.is_none()) {
-            return Ok(watched);
+        if over || stop.is_asked() || (orders_end && seconds.is_none()) {
+            return Ok(());
         }
         if said.elapsed() > ALIVE {
             device.send(&ToDevice::Stream { every: 1 })?;
@@ -170,31 +404,33 @@ fn watch(
                 ToHost::Refused {
                     reason: Reason::Parameters | Reason::Damaged,
                 } if learned.is_unanswered() => learned.refused(),
-                ToHost::Refused { reason } => println!("refused, nothing changed: {reason:?}"),
+                ToHost::Refused { reason } => {
+                    if let Some(before) = limits_before.take() {
+                        run.topics.limit(&before);
+                    }
+                    run.event(Level::Warn, format!("refused, nothing changed: {reason:?}"))?;
+                }
+                ToHost::Tuned => limits_before = None,
                 ToHost::Health(now) => {
                     for line in changed(&health, &now, &names.channels) {
-                        println!("{line}");
+                        run.event(Level::Warn, line)?;
                     }
                     health = now;
                 }
                 ToHost::Parameters(known) => learned.told(&known, names),
-                ToHost::Hello(_) => println!("the board has restarted"),
+                ToHost::Hello(_) => {
+                    run.topics.limit(&names.input_range);
+                    run.event(Level::Error, "the board has restarted".into())?;
+                }
                 _ => {}
             }
         }
         if let Some(seen) = device.telemetry(Instant::now() + Duration::from_millis(5))? {
             heard = Instant::now();
-            let gap = before.map_or(1, |before| seen.tick.wrapping_sub(before));
-            // A board that restarted counts from the start again.
-            watched.lost += u64::from(gap.saturating_sub(1)) * u64::from(gap < 1 << 31);
-            watched.ticks += 1;
-            before = Some(seen.tick);
-            if let Some(file) = file {
-                file.row(&seen, learned.take().as_deref())?;
-            }
+            run.tick(seen, learned.take().as_deref())?;
             if shown.elapsed() > REFRESH {
                 shown = Instant::now();
-                show(&seen, names, learned.latest(), screen);
+                run.show(learned.latest());
             }
         }
         if heard.elapsed() > SILENCE {
@@ -263,7 +499,7 @@ impl Learned {
 }
 
 /// Lines of standard input, as they come.
-fn lines() -> Receiver<String> {
+pub fn lines() -> Receiver<String> {
     let (sender, receiver) = channel();
     std::thread::spawn(move || {
         for line in std::io::stdin().lock().lines().map_while(|line| line.ok()) {
@@ -294,168 +530,8 @@ fn changed(before: &Health, now: &Health, channels: &[String]) -> Vec<String> {
     left_out.chain(back).collect()
 }
 
-/// The state of the run, over the lines of the last time where there is a screen.
-fn show(seen: &Telemetry, names: &Names, learned: Option<&[f64]>, screen: bool) {
-    let mode = match seen.state.mode {
-        Mode::Disarmed => "disarmed".to_string(),
-        Mode::Armed(drive) => format!("armed ({drive:?})"),
-        Mode::Tripped => "EMERGENCY STOP (disarm acknowledges it)".to_string(),
-    };
-    let mut text = String::new();
-    // Writing to a String cannot fail.
-    let _ = writeln!(
-        text,
-        "{:9.3} s  {mode}, {:?}  {:?} after {} iterations, {} ticks, {} late, {} frames dropped",
-        seen.at_us as f64 * 1e-6,
-        seen.state.cause,
-        seen.status,
-        seen.iterations,
-        seen.ticks,
-        seen.deadline_misses,
-        seen.dropped
-    );
-    for (i, name) in names.outputs.iter().enumerate() {
-        let at = |values: &[f32]| values.get(i).copied().unwrap_or(f32::NAN);
-        let _ = writeln!(
-            text,
-            "  {name:>12}  asked {:11.4e}  measured {:11.4e}  estimate {:11.4e}  disturbance {:10.3e}",
-            at(&seen.reference),
-            at(&seen.y),
-            at(&seen.estimate),
-            at(&seen.disturbance)
-        );
-    }
-    for (name, u) in names.inputs.iter().zip(&seen.u) {
-        let _ = writeln!(text, "  {name:>12}  command {u:11.4e}");
-    }
-    let learned = learned.unwrap_or_default().chunks_exact(2);
-    for (parameter, values) in names.learned.parameters().iter().zip(learned) {
-        let (value, deviation) = (values[0], values[1]);
-        let name = &parameter.name;
-        let _ = writeln!(
-            text,
-            "  {name:>12}  learned {value:11.4e} ± {deviation:9.2e}"
-        );
-    }
-    if screen {
-        let lines = text.lines().count();
-        // Each line cleared to its end, and back to the first: the next turn writes over it.
-        print!("{}\x1b[{lines}A", text.replace('\n', "\x1b[K\n"));
-    } else {
-        print!("{text}");
-    }
-    let _ = std::io::stdout().flush();
-}
-
-/// The file of a run, written as it goes, so that it is whole up to the moment when something
-/// breaks.
-struct Saved {
-    path: std::path::PathBuf,
-    file: std::io::BufWriter<Box<dyn std::io::Write + Send>>,
-    /// Factors to SI of the columns of inputs, and of outputs.
-    factors: [Vec<f64>; 2],
-    /// Columns of learned parameters.
-    learned: usize,
-}
-
-impl Saved {
-    fn create(path: &Path, names: &Names) -> Result<Self> {
-        let file = sinew_files::open(path)?;
-        let mut saved = Self {
-            path: path.to_path_buf(),
-            file: std::io::BufWriter::new(file),
-            factors: [&names.inputs, &names.outputs].map(|columns| names.units.factors(columns)),
-            learned: names.learned.names().count(),
-        };
-        let of = |what: &str| {
-            names
-                .outputs
-                .iter()
-                .map(move |n| format!("{what}_{n}"))
-                .collect()
-        };
-        let groups: [Vec<String>; 5] = [
-            names.inputs.clone(),
-            names.outputs.clone(),
-            of("reference"),
-            of("estimate"),
-            of("disturbance"),
-        ];
-        let header = groups.concat().join(",");
-        saved.line(&format!("# status: {}", statuses()))?;
-        saved.line(&names.learned.model_line())?;
-        let learned: String = names.learned.names().map(|it| format!(",{it}")).collect();
-        saved.line(&format!(
-            "t,{header},armed_1,status_1,iterations_1,step_ticks_1,late_1,tick_1{learned}"
-        ))?;
-        Ok(saved)
-    }
-
-    fn row(&mut self, seen: &Telemetry, learned: Option<&[f64]>) -> Result<()> {
-        let mut line = format!("{}", seen.at_us as f64 * 1e-6);
-        let [inputs, outputs] = &self.factors;
-        for (values, factors) in [
-            (&seen.u, inputs),
-            (&seen.y, outputs),
-            (&seen.reference, outputs),
-            (&seen.estimate, outputs),
-            (&seen.disturbance, outputs),
-        ] {
-            for (value, factor) in values.iter().zip(factors) {
-                // A missing value is an empty field, and what is in SI keeps its digits.
-                let text = if value.is_nan() {
-                    String::new()
-                } else if *factor == 1.0 {
-                    value.to_string()
-                } else {
-                    (f64::from(*value) / factor).to_string()
-                };
-                let _ = write!(line, ",{text}");
-            }
-        }
-        let armed = u8::from(matches!(seen.state.mode, Mode::Armed(_)));
-        let _ = write!(
-            line,
-            ",{armed},{},{},{},{},{}",
-            seen.status as u8, seen.iterations, seen.ticks, seen.deadline_misses, seen.tick
-        );
-        for i in 0..self.learned {
-            let value = learned.and_then(|values| values.get(i));
-            let _ = write!(line, ",{}", value.map_or(String::new(), f64::to_string));
-        }
-        self.line(&line)
-    }
-
-    fn line(&mut self, text: &str) -> Result<()> {
-        writeln!(self.file, "{text}").map_err(|e| Error::write(&self.path, e))
-    }
-
-    fn flush(&mut self) -> Result<()> {
-        self.file.flush().map_err(|e| Error::write(&self.path, e))
-    }
-}
-
-/// Meanings of the numbers in the status column.
-fn statuses() -> String {
-    use sinew_mpc::status::Status;
-    let all = [
-        Status::Converged,
-        Status::IterationLimit,
-        Status::NoDecrease,
-        Status::BadReference,
-        Status::BadSettings,
-        Status::NotFinite,
-        Status::SignalLost,
-        Status::Disarmed,
-        Status::OpenLoop,
-        Status::CutShort,
-    ];
-    all.map(|status| format!("{} {status:?}", status as u8))
-        .join(", ")
-}
-
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
     fn identity() -> Identity {
@@ -489,6 +565,31 @@ mod tests {
         assert!(of(health(0, 0), health(1 << 9, 1))[0].starts_with("channel 9 contradicts"));
     }
 
+    /// A tick of a board with so many inputs, and as many outputs.
+    pub(crate) fn tick(signals: usize) -> Telemetry {
+        let all = |v: f32| std::iter::repeat_n(v, signals).collect();
+        Telemetry {
+            tick: 0,
+            at_us: 0,
+            state: State {
+                mode: Mode::Disarmed,
+                cause: sinew_device::mode::Cause::Start,
+            },
+            row: None,
+            y: all(0.5),
+            s: heapless::Vec::new(),
+            u: all(1.0),
+            reference: all(f32::NAN),
+            estimate: all(0.5),
+            disturbance: all(0.0),
+            status: sinew_mpc::status::Status::Disarmed,
+            iterations: 0,
+            ticks: 7,
+            deadline_misses: 0,
+            dropped: 0,
+        }
+    }
+
     #[test]
     fn what_the_board_has_learned_stands_in_the_row_after_its_answer() {
         let folder = tempfile::tempdir().expect("a folder");
@@ -496,27 +597,7 @@ mod tests {
         let mut names = Names::for_test(vec!["u_N".into()], vec!["q_m".into()]);
         names.learned = crate::adopt::examples::two();
         let mut learned = Learned::new(&names);
-        let one = |v: f32| [v].into_iter().collect();
-        let mut tick = Telemetry {
-            tick: 0,
-            at_us: 0,
-            state: sinew_device::mode::State {
-                mode: Mode::Disarmed,
-                cause: sinew_device::mode::Cause::Start,
-            },
-            row: None,
-            y: one(0.5),
-            s: heapless::Vec::new(),
-            u: one(1.0),
-            reference: one(f32::NAN),
-            estimate: one(0.5),
-            disturbance: one(0.0),
-            status: sinew_mpc::status::Status::Disarmed,
-            iterations: 0,
-            ticks: 7,
-            deadline_misses: 0,
-            dropped: 0,
-        };
+        let mut tick = tick(1);
         let mut saved = Saved::create(&path, &names).expect("a file");
         for k in 0..3 {
             if k == 1 {

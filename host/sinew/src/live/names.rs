@@ -26,6 +26,10 @@ pub struct Names {
     pub learned: Columns,
     /// Units of the columns in files; a board speaks SI.
     pub units: Units,
+    /// Limits of each command, SI.
+    pub input_range: Vec<[f64; 2]>,
+    /// Range of training of each output, SI.
+    pub output_range: Vec<[f64; 2]>,
     fingerprint: u32,
 }
 
@@ -47,6 +51,12 @@ impl Names {
             channels: names(&spec.channels),
             learned: Columns::of(spec),
             units: Units::default(),
+            input_range: (spec.control.lower.iter().zip(&spec.control.upper))
+                .map(|(lower, upper)| [*lower, *upper])
+                .collect(),
+            output_range: (spec.outputs.iter())
+                .map(|it| [it.offset - it.span, it.offset + it.span])
+                .collect(),
             fingerprint: fingerprint(spec),
         }
     }
@@ -89,6 +99,8 @@ impl Names {
 impl Names {
     pub(crate) fn for_test(inputs: Vec<String>, outputs: Vec<String>) -> Self {
         Self {
+            input_range: vec![[-1.0, 1.0]; inputs.len()],
+            output_range: vec![[-1.0, 1.0]; outputs.len()],
             inputs,
             outputs,
             channels: Vec::new(),

@@ -8,10 +8,12 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use serde_json::{Value, json};
 use sinew_device::mode::{Drive, Mode, State};
 use sinew_device::protocol::{Parameters, Reason, Telemetry, ToDevice, ToHost};
 
 use super::Names;
+use super::topics::mode_word;
 use crate::device::Device;
 use sinew_ident::cli::progress::Stage;
 use sinew_ident::error::{Error, Result};
@@ -51,6 +53,29 @@ pub struct Recorded {
     pub limited_rows: usize,
     /// Why the board stopped before the last row, if it did.
     pub ended: Option<State>,
+}
+
+impl Recorded {
+    /// The figures for programs, `sinew-record/1`. `asked`: rows of the excitation.
+    pub fn document(&self, out: &Path, asked: usize) -> Value {
+        let columns = self.recording.columns().iter();
+        json!({
+            "format": "sinew-record/1",
+            "recording": out.display().to_string(),
+            "rows": self.recording.len(),
+            "rows_asked": asked,
+            "seconds": self.recording.duration(),
+            "columns": columns.map(|column| column.name.as_str()).collect::<Vec<_>>(),
+            "lost_ticks": self.lost_ticks,
+            "missing_samples": self.missing_samples,
+            "held_ticks": self.held_ticks,
+            "limited_rows": self.limited_rows,
+            "ended": self.ended.map(|state| json!({
+                "mode": mode_word(state),
+                "cause": format!("{:?}", state.cause),
+            })),
+        })
+    }
 }
 
 /// Commands for each tick at `rate_mhz`, from a recording's input columns: each tick takes the row

@@ -60,6 +60,8 @@ const QUICK: &[Written] = &[
     ),
     ("explain coulomb_friction", "--json"),
     ("mjcf rig.toml", "--out"),
+    ("mjcf rig.toml --out out.xml", "--json"),
+    ("convert types.mat --list", "--json"),
     (
         "plan rig.toml --goal encoder=0.05@0.6s --simulations 200",
         "--out",
@@ -88,6 +90,10 @@ const SLOW: &[Written] = &[
     ("compare", "--report"),
     ("compare", "--plot"),
     ("pil", "--json"),
+    ("flash", "--json"),
+    ("record", "--json"),
+    ("monitor", "--json"),
+    ("monitor", "--out"),
     ("pil", "--recording"),
     ("adopt", "--out"),
 ];
@@ -136,6 +142,10 @@ fn every_flag_of_a_file_is_known_to_these_tests() {
             verb = name.trim_end_matches('`');
         }
         let words = line.trim_start();
+        let words = match words.split_once(", ") {
+            Some((short, long)) if short.len() == 2 && short.starts_with('-') => long,
+            _ => words,
+        };
         if words.starts_with("--") {
             flag = words.split_whitespace().next().unwrap_or_default();
         }

@@ -352,8 +352,110 @@ fn a_new_rig_its_simulation_and_its_wiring_are_documents() {
     assert_eq!(checked["pins"], wired["pins"], "{checked}");
 }
 
-/// Verbs whose documents take minutes: the types that they write are held to the schemas below.
-const LONG: &[&str] = &["build", "train"];
+/// Verbs whose documents take minutes or a board: what they write is held to the schemas below.
+const LONG: &[&str] = &["build", "train", "flash", "record", "monitor"];
+
+fn keeps(name: &str, document: &Value) {
+    assert_eq!(violations(&schema(name), document), [""; 0], "{document}");
+}
+
+#[test]
+fn what_the_verbs_of_a_board_write_keeps_its_schema() {
+    use std::path::Path;
+
+    use sinew::live::monitor::{Event, Watched};
+    use sinew::live::record::Recorded;
+    use sinew::live::serve::Served;
+    use sinew::live::topics::Level;
+    use sinew_device::mode::{Cause, Mode, State};
+    use sinew_ident::recording::Recording;
+
+    let state = State {
+        mode: Mode::Tripped,
+        cause: Cause::Stuck,
+    };
+    let recording = Recording::parse(b"t,u_V,q_m\n0,1,2\n0.1,1,2\n", "run.csv");
+    let mut recorded = Recorded {
+        recording: recording.expect("two rows"),
+        lost_ticks: 1,
+        missing_samples: 2,
+        held_ticks: 3,
+        limited_rows: 4,
+        ended: None,
+    };
+    keeps("record", &recorded.document(Path::new("run.csv"), 2));
+    recorded.ended = Some(state);
+    let document = recorded.document(Path::new("run.csv"), 9);
+    keeps("record", &document);
+    assert_eq!(
+        (&document["ended"]["cause"], &document["columns"][1]),
+        (&"Stuck".into(), &"q_m".into())
+    );
+
+    let mut watched = Watched::default();
+    keeps("monitor", &watched.document(None, None));
+    watched.state = Some(state);
+    for level in [Level::Info, Level::Warn, Level::Error] {
+        watched.events.push(Event {
+            board_s: 0.5,
+            level,
+            text: "disarmed: Stuck".into(),
+        });
+    }
+    let served = Served {
+        clients: 1,
+        missed: 0,
+    };
+    let served = Some(("127.0.0.1:8765".parse().expect("an address"), served));
+    let document = watched.document(Some(Path::new("run.mcap")), served);
+    keeps("monitor", &document);
+    assert_eq!(document["events"][2]["level"], "fault");
+    assert_eq!(document["state"]["mode"], "tripped");
+
+    let board = sinew::project::Board::Stm32f446;
+    let chip = sinew::flash::chip(board).expect("a board with a flash");
+    let sizes = sinew::project::Sizes {
+        flash_bytes: 9,
+        ram_bytes: 8,
+        heap_bytes: 0,
+    };
+    keeps(
+        "flash",
+        &sinew::flash::document(board, chip, Path::new("lockstep.elf"), sizes),
+    );
+    keeps("flash", &sinew::flash::listed(&["a probe".into()]));
+}
+
+#[test]
+fn a_log_and_a_rig_for_mujoco_are_documents() {
+    let desk = desk();
+    desk.bring("tests/foreign/logs/logsout.mat");
+    let listed = result(&desk, "convert logsout.mat --list --json -", "convert", 0);
+    assert!(listed["recording"].is_null(), "{listed}");
+    let names = |of: &Value| of["bases"][0]["signals"][0]["names"].clone();
+    assert_eq!(names(&listed), serde_json::json!(["angle_rad"]), "{listed}");
+    let line = "convert logsout.mat --join last --out rec.csv --json -";
+    let made = result(&desk, line, "convert", 0);
+    assert_eq!(made["recording"]["rows"], 24, "{made}");
+    assert_eq!(made["kind"], "MATLAB v5");
+    let notes = made["notes"].as_array().map_or(0, Vec::len);
+    assert!(notes > 0, "a joined signal has its rule: {made}");
+
+    desk.bring("tests/foreign/mechanism/pendulum.xml");
+    desk.succeed("new --mjcf pendulum.xml --out arm.toml");
+    let plain = result(&desk, "mjcf arm.toml --out out.xml --json -", "mjcf", 0);
+    assert!(plain["changes"].is_null(), "{plain}");
+    let text = desk.read("arm.toml");
+    desk.write("arm.toml", &text.replace("{ value = 0.004 }", "0.006"));
+    let line = "mjcf arm.toml --out out.xml --changes pendulum.xml --json -";
+    let changed = result(&desk, line, "mjcf", 0);
+    assert_eq!(changed["changes"]["list"], "out.changes.csv", "{changed}");
+    let change = &changed["changes"]["attributes"][0];
+    assert_eq!(
+        (&change["old"], &change["new"]),
+        (&"0.004".into(), &"0.006".into())
+    );
+}
 
 #[test]
 fn what_train_and_build_write_keeps_its_schema() {
