@@ -36,7 +36,7 @@ pub struct Arguments {
     /// A WebSocket at 127.0.0.1:8765, or at another port or address. Viewers steer nothing.
     #[arg(
         long,
-        value_name = "[IP:]PORT",
+        value_name = "ADDRESS",
         num_args = 0..=1,
         default_missing_value = "8765",
         value_parser = address

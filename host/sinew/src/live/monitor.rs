@@ -10,13 +10,13 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
-use sinew_device::mode::{Drive, Mode, State};
+use sinew_device::mode::{Drive, State};
 use sinew_device::protocol::{Health, Identity, Parameters, Reason, Telemetry, ToDevice, ToHost};
 
 use super::saved::Saved;
 use super::screen::Screen;
 use super::serve::{Served, Server};
-use super::topics::{Level, Topics, is_fault};
+use super::topics::{Level, Topics, is_fault, mode_text};
 use super::{Names, mcap, topics};
 use crate::device::Device;
 use sinew_ident::diagnose::Stop;
@@ -163,8 +163,8 @@ pub struct Outputs<'a> {
     pub screen: Option<Screen>,
 }
 
-/// Watches until `quit`, the end of the orders (`typed`), `seconds` or a request to stop; the board is
-/// disarmed at the end.
+/// Watches until `quit`, the end of the orders (`typed`), `seconds` or a request to stop; the board
+/// is disarmed at the end.
 ///
 /// # Errors
 /// The board is gone, or the file cannot be written.
@@ -252,7 +252,7 @@ impl<'a> Run<'a> {
                 true => Level::Error,
                 false => Level::Info,
             };
-            self.event(level, format!("{}: {:?}", mode(state), state.cause))?;
+            self.event(level, format!("{}: {:?}", mode_text(state), state.cause))?;
         }
         Ok(())
     }
@@ -292,7 +292,7 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// What is known now, on the terminal.
+    /// Draws what is known now on the terminal.
     fn show(&mut self, learned: Option<&[f64]>) {
         if let (Some(screen), Some(seen)) = (&mut self.screen, &self.latest) {
             let (names, lost) = (self.names, self.watched.lost);
@@ -313,15 +313,6 @@ impl<'a> Run<'a> {
 pub fn is_mcap(path: &Path) -> bool {
     let end = path.extension();
     end.is_some_and(|end| end.eq_ignore_ascii_case("mcap"))
-}
-
-/// Mode in words.
-pub fn mode(state: State) -> String {
-    match state.mode {
-        Mode::Disarmed => "disarmed".into(),
-        Mode::Armed(drive) => format!("armed ({drive:?})"),
-        Mode::Tripped => "EMERGENCY STOP (disarm acknowledges it)".into(),
-    }
 }
 
 /// Limits of an order to limit, of each command.
@@ -533,6 +524,7 @@ fn changed(before: &Health, now: &Health, channels: &[String]) -> Vec<String> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use sinew_device::mode::Mode;
 
     fn identity() -> Identity {
         Identity {

@@ -10,7 +10,7 @@ use console::Term;
 use sinew_device::protocol::Telemetry;
 
 use super::Names;
-use super::monitor::mode;
+use super::topics::mode_text;
 
 /// Columns that are used.
 const WIDTH: usize = 79;
@@ -134,7 +134,7 @@ fn state(
         format!(
             "{:9.3} s  {}, {:?}",
             seen.at_us as f64 * 1e-6,
-            mode(seen.state),
+            mode_text(seen.state),
             seen.state.cause,
         ),
         format!(

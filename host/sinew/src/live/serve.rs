@@ -48,7 +48,7 @@ type Batch = Arc<Vec<Message>>;
 
 /// A server of one run.
 pub struct Server {
-    /// Where it listens.
+    /// Address of the listener.
     pub address: SocketAddr,
     shared: Arc<Shared>,
 }
@@ -413,7 +413,7 @@ impl Connection {
         }
     }
 
-    /// What does not go out waits, for a while; any other failure is the end.
+    /// A frame that does not go out waits, for a while; any other failure is the end.
     fn written(&mut self, written: tungstenite::Result<()>) {
         if let Err(error) = written {
             let since = *self.waiting.get_or_insert_with(Instant::now);

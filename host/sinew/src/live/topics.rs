@@ -162,6 +162,15 @@ pub const fn mode_word(state: State) -> &'static str {
     MODES[mode(state) as usize]
 }
 
+/// Mode for people.
+pub fn mode_text(state: State) -> String {
+    match state.mode {
+        Mode::Disarmed => "disarmed".into(),
+        Mode::Armed(drive) => format!("armed ({drive:?})"),
+        Mode::Tripped => "EMERGENCY STOP (disarm acknowledges it)".into(),
+    }
+}
+
 /// A cause that nobody asked for.
 pub const fn is_fault(cause: Cause) -> bool {
     !matches!(cause, Cause::Start | Cause::Asked | Cause::EmergencyStop)
