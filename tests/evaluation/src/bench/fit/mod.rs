@@ -45,7 +45,7 @@ pub fn run() -> Result<Value> {
         "simulations until {NEAR} times the lowest error, from {STARTS} starts; a simulation with \
          k derivatives counts as 1 + k, part of one as that part\n"
     );
-    let titles = METHODS.map(|(name, _)| format!("{name:>20}"));
+    let titles = METHODS.map(|(name, _)| format!("{name:>24}"));
     println!("{:<42}{}", "", titles.concat());
     let mut rows = Vec::new();
     for problem in &problems {
@@ -85,7 +85,7 @@ fn measure(problem: &Problem) -> Result<Value> {
                 count.map_or_else(|| format!("> {}", problem.most), |count| count.to_string())
             })
             .collect();
-        row += &format!("{:>20}", each.join(", "));
+        row += &format!("{:>24}", each.join(", "));
         let lowest: Vec<f64> = of_method.map(Trace::lowest).collect();
         found.insert(
             (*name).into(),
