@@ -16,6 +16,13 @@ use crate::process::{self, answer, cargo, succeeds, target_folder};
 const TARGET: &str = "thumbv7em-none-eabihf";
 const QEMU: &str = "qemu-system-arm";
 const DEBIAN_PACKAGES: &[&str] = &["rustc-web", "cargo-web", "rust-web-src", "lld"];
+/// Browsers that the tests of pages try (host/sinew/tests/cli/browser.rs); the first is installed.
+const BROWSERS: &[&str] = &[
+    "chromium-headless-shell",
+    "chromium",
+    "chromium-browser",
+    "google-chrome",
+];
 const DEBIAN_CARGO: &str = "/usr/bin/cargo";
 const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
 const DEBIAN_LLD: &str = "/usr/bin/ld.lld";
@@ -120,6 +127,9 @@ pub fn run_with(extent: Extent, consent: Consent) -> Result<Toolchain> {
         component("clippy", "clippy", consent)?;
     }
     qemu(consent)?;
+    if extent == Extent::Everything {
+        browser(consent);
+    }
     Ok(toolchain)
 }
 
@@ -254,6 +264,21 @@ fn install<'a>(packages: &[&'a str]) -> Vec<&'a str> {
     ];
     line.extend(packages);
     line
+}
+
+/// The browser in which pages are looked at: where it cannot be had, those looks are skipped.
+fn browser(consent: Consent) {
+    let there = |name: &&str| succeeds(Command::new(name).arg("--version"));
+    if std::env::var_os("SINEW_BROWSER").is_some() || BROWSERS.iter().any(|name| there(&name)) {
+        return;
+    }
+    println!(
+        "setup: no browser to look at pages in, apt installs {}",
+        BROWSERS[0]
+    );
+    if apt(&[BROWSERS[0]], consent).is_err() {
+        println!("setup: no browser on this machine, so pages are not looked at");
+    }
 }
 
 /// `apt-get install`, with the package lists fetched first: on a bare machine they are empty.

@@ -11,6 +11,7 @@
 //! | [`diagnose`] | a rig and recordings | the physics that the rig lacks |
 //! | [`excite`] | a rig with limits | inputs for an experiment |
 //! | [`mjcf`] | a rig | a MuJoCo model |
+//! | [`validation`] | a rig and recordings | chapters of a page: residuals, responses, coverage |
 //! | [`report`] | results | a page |
 
 pub mod check;
@@ -29,3 +30,4 @@ pub mod population;
 pub mod recording;
 pub mod report;
 mod scales;
+pub mod validation;

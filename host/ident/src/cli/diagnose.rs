@@ -18,6 +18,7 @@ use crate::diagnose::{Diagnosis, Options, Recordings, diagnose};
 use crate::error::Result;
 use crate::fit::require;
 use crate::mechanism::changes;
+use crate::report::Provenance;
 
 /// Arguments of `sinew diagnose`.
 #[derive(Args)]
@@ -159,7 +160,8 @@ fn leave(
         .into_iter()
         .flat_map(|(role, of)| of.iter().map(move |recording| Shown { role, recording }))
         .collect();
-        output::report(found, rig, &shown, &command(arguments))?.write(path)?;
+        let made = Provenance::typed().seed(arguments.common.seed);
+        output::report(found, rig, &shown, &made)?.write(path)?;
         written.push(path);
     }
     if let Some(path) = &arguments.rig_out {
@@ -180,21 +182,6 @@ fn leave(
         }
     }
     Ok(())
-}
-
-/// Command line that made the page, as it would be typed again.
-fn command(arguments: &Arguments) -> String {
-    let mut words = vec![
-        "sinew diagnose".to_owned(),
-        arguments.rig.display().to_string(),
-    ];
-    for (flag, paths) in roles(arguments) {
-        for path in paths {
-            words.push(format!("{flag} {}", path.display()));
-        }
-    }
-    words.push(format!("--seed {}", arguments.common.seed));
-    words.join(" ")
 }
 
 fn roles(arguments: &Arguments) -> [(&'static str, &Vec<PathBuf>); 3] {

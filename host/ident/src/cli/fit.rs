@@ -14,13 +14,14 @@ use super::said::Said;
 use crate::error::Result;
 use crate::fit::json::json;
 use crate::fit::{
-    Fit, FitOptions, FreeRun, Progress, fit, fit_rests, free_runs, pool, require, require_rests,
-    rests,
+    Fit, FitOptions, FreeRun, Progress, fit, fit_rests, fit_text, free_runs, pool, require,
+    require_rests, rests,
 };
 use crate::fleet::is_of;
 use crate::population::Fleet;
 use crate::recording::Recording;
-use crate::report::{count, own_value, quantity, unseen, warnings};
+use crate::report::{Provenance, count, own_value, quantity, unseen, warnings};
+use crate::validation::{FitPage, fit_page};
 
 /// Arguments of `sinew fit`.
 #[derive(Args)]
@@ -43,6 +44,9 @@ pub struct Arguments {
     /// File for the result as JSON (sinew-fit/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
+    /// File for a page: measured over simulated, residuals, frequency response, coverage.
+    #[arg(long, value_name = "HTML")]
+    report: Option<PathBuf>,
     /// End with status 3 for an undetermined parameter and with 4 for an unexplained signal.
     #[arg(long)]
     exit_code: bool,
@@ -70,6 +74,7 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         [
             ("--out", arguments.out.as_deref()),
             ("--json", arguments.json.as_deref()),
+            ("--report", arguments.report.as_deref()),
         ],
     )?;
     let rig = Rig::load(&arguments.rig)?;
@@ -108,7 +113,11 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         ));
     })?;
     stage.end(count(found.steps, "step"));
-    let said = Said::beside([arguments.out.as_deref(), arguments.json.as_deref()]);
+    let said = Said::beside([
+        arguments.out.as_deref(),
+        arguments.json.as_deref(),
+        arguments.report.as_deref(),
+    ]);
 
     for p in &found.parameters {
         let interval = match p.ci95 {
@@ -135,14 +144,18 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         ));
     }
     for s in &found.sensors {
+        let [_, percent] = s.fit_percent();
         said.line(format!(
-            "fit   {}: {} {} as written, {} refitted",
+            "fit   {}: {} {} as written, {} refitted{}",
             s.signal,
             kind.error(),
             quantity(s.as_written_rms, &s.unit),
-            quantity(s.rms, &s.unit)
+            quantity(s.rms, &s.unit),
+            in_percent(percent)
         ));
     }
+    let mut written_runs = Vec::new();
+    let mut test_runs = Vec::new();
     let mut tested = Vec::new();
     if !tests.is_empty() {
         let runs = kind.runs(&found.rig, &tests)?;
@@ -154,15 +167,18 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
                 own_value(own)
             ));
         }
-        let before = pool(&kind.runs(&rig, &tests)?);
+        written_runs = kind.runs(&rig, &tests)?;
+        let before = pool(&written_runs);
         tested = before.into_iter().zip(pool(&runs)).collect();
+        test_runs = runs;
         for (before, after) in &tested {
             said.line(format!(
-                "test  {}: {} {} as written, {} refitted",
+                "test  {}: {} {} as written, {} refitted{}",
                 after.signal,
                 kind.error(),
                 quantity(before.rms, &after.unit),
-                quantity(after.rms, &after.unit)
+                quantity(after.rms, &after.unit),
+                in_percent(after.fit_percent())
             ));
         }
     }
@@ -175,11 +191,31 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         sinew_files::write(path, text)?;
         said.wrote(path);
     }
+    if let Some(path) = &arguments.report {
+        let of_fit = recordings.iter().map(|recording| ("fit", recording));
+        let of_test = tests.iter().map(|recording| ("test", recording));
+        let runs = |of_fit: &[FreeRun], of_test: &[FreeRun]| [of_fit, of_test].concat();
+        let before = runs(&found.as_written_runs, &written_runs);
+        let after = runs(&found.runs, &test_runs);
+        let page = fit_page(
+            &FitPage {
+                found: &found,
+                written: &rig,
+                recordings: of_fit.chain(of_test).collect(),
+                runs: [&before, &after],
+                at_rest: matches!(kind, Kind::Rests),
+                next: kind.next(arguments, arguments.out.as_deref()),
+            },
+            &Provenance::typed(),
+        )?;
+        page.write(path)?;
+        said.wrote(path);
+    }
     match &arguments.out {
         Some(path) => {
             sinew_files::write(path, found.rig.to_toml())?;
             said.wrote(path);
-            said.line(format!("next: {}", kind.next(arguments, path)));
+            said.line(format!("next: {}", kind.next(arguments, Some(path))));
         }
         None => said.line("nothing written; --out RIG.toml keeps the fitted rig"),
     }
@@ -255,12 +291,20 @@ impl Kind {
     }
 
     /// Command line that comes next.
-    fn next(self, arguments: &Arguments, written: &Path) -> String {
+    fn next(self, arguments: &Arguments, written: Option<&Path>) -> String {
         match self {
             Self::Motions => diagnosis(arguments),
-            Self::Rests => format!("sinew settle {}", written.display()),
+            Self::Rests => {
+                let rig = written.unwrap_or(&arguments.rig);
+                format!("sinew settle {}", rig.display())
+            }
         }
     }
+}
+
+/// `, fit 97.3 %`; empty where there is none.
+fn in_percent(percent: Option<f64>) -> String {
+    percent.map_or_else(String::new, |_| format!(", fit {}", fit_text(percent)))
 }
 
 /// Command line that looks for physics that the rig lacks.

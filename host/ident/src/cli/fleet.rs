@@ -14,7 +14,7 @@ use crate::fit::student_95;
 use crate::fleet::json::json;
 use crate::fleet::{FleetFit, Recorded, estimate, one_second, page};
 use crate::population::Scale;
-use crate::report::{Table, count, quantity, significant};
+use crate::report::{Provenance, Table, count, quantity, significant};
 
 /// Correlation from which on a pair of parameters is mentioned.
 const NOTABLE: f64 = 0.3;
@@ -163,13 +163,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         said.wrote(path);
     }
     if let Some(path) = &arguments.report {
-        let command = format!("sinew fleet {}", arguments.rig.display());
         let stage = Stage::begin("fit the first second of each device", arguments.quiet);
         let second = one_second(&rig, &recorded, &found, |device| {
             stage.count(device, recorded.len(), "devices");
         })?;
         stage.end(count(recorded.len(), "device"));
-        page::report(&found, &second, &command).write(path)?;
+        page::report(&found, &second, &Provenance::typed()).write(path)?;
         said.wrote(path);
     }
     sinew_files::write(&arguments.out, found.fleet.to_toml())?;

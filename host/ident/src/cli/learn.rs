@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 use crate::fit::{FreeRun, SensorError, free_runs, pool, require};
 use crate::learn::{LearnOptions, Learned, Origin, Progress, json, law_file, learn, page};
 use crate::recording::Recording;
-use crate::report::quantity;
+use crate::report::{Provenance, quantity};
 
 /// Arguments of `sinew learn`.
 #[derive(Args)]
@@ -69,28 +69,6 @@ impl Arguments {
             ("--check", &self.check),
             ("--test", &self.test),
         ]
-    }
-
-    /// The command as it would be typed again.
-    fn command(&self) -> String {
-        let mut line = format!("sinew learn {}", self.rig.display());
-        for name in &self.at {
-            line += &format!(" --at {name}");
-        }
-        for (flag, paths) in self.roles() {
-            for path in paths {
-                line += &format!(" {flag} {}", path.display());
-            }
-        }
-        for (given, flag) in [
-            (self.asymmetric, " --asymmetric"),
-            (self.any_slope, " --any-slope"),
-        ] {
-            if given {
-                line += flag;
-            }
-        }
-        line + &self.repairs.flags()
     }
 }
 
@@ -214,7 +192,7 @@ fn leave(
             let of = free_runs(&learned.rig, of)?;
             runs.extend(of.into_iter().map(|run| (role, run)));
         }
-        page(learned, &runs, tested, &arguments.command()).write(path)?;
+        page(learned, &runs, tested, &Provenance::typed()).write(path)?;
         said.wrote(path);
     }
     match arguments.out.first() {

@@ -30,7 +30,7 @@ pub(crate) fn beside(
     if !leaves_something(case, named) {
         return Ok(None);
     }
-    let located = locate(corrected, case.fit, None)?;
+    let located = locate(corrected, case.fit, None, None)?;
     let [component, follows] = match located {
         Some(located) => [located.component, located.follows],
         None => [

@@ -21,16 +21,24 @@ pub fn json(found: &Fit, test: &[(SensorError, SensorError)], checks: &[Check]) 
         });
         (p.name.clone(), value)
     };
-    let errors = |as_written: f64, refitted: f64| json!({ "as_written_rms": finite(as_written), "fitted_rms": finite(refitted) });
+    let errors = |[as_written, refitted]: [f64; 2], [before, after]: [Option<f64>; 2]| {
+        json!({
+            "as_written_rms": finite(as_written), "fitted_rms": finite(refitted),
+            "as_written_percent": before, "fitted_percent": after,
+        })
+    };
     let sensor = |s: &SensorFit| {
         let mut after = test.iter().filter(|(_, after)| after.signal == s.signal);
-        let of_test = after
-            .next()
-            .map(|(before, after)| errors(before.rms, after.rms));
+        let of_test = after.next().map(|(before, after)| {
+            errors(
+                [before.rms, after.rms],
+                [before, after].map(SensorError::fit_percent),
+            )
+        });
         let value = json!({
             "unit": s.unit, "spread": finite(s.spread), "samples": s.samples,
             "explained": s.is_explained(),
-            "fit": errors(s.as_written_rms, s.rms), "test": of_test,
+            "fit": errors([s.as_written_rms, s.rms], s.fit_percent()), "test": of_test,
         });
         (s.signal.clone(), value)
     };

@@ -40,7 +40,8 @@ use self::judge::Judge;
 pub use self::levenberg::Stop;
 pub use self::runaway::Runaway;
 pub use self::score::{
-    FreeRun, FreeRunSensor, OwnValue, SensorError, free_run, free_runs, pool, require, score,
+    FreeRun, FreeRunSensor, OwnValue, SensorError, fit_text, free_run, free_runs, pool, require,
+    score,
 };
 use self::stages::Apart;
 pub use self::statics::{fit_rests, require_rests, rests};
@@ -184,6 +185,12 @@ const POOR: f64 = 0.3;
 const NEAR_NOISE: f64 = 2.0;
 
 impl SensorFit {
+    /// Fit of the rig as written and refitted in per cent, eq. 14a; `None` of a signal that does
+    /// not move and where nothing could be simulated.
+    pub fn fit_percent(&self) -> [Option<f64>; 2] {
+        [self.as_written_rms, self.rms].map(|rms| score::fit_percent(rms, self.spread))
+    }
+
     /// Returns true where the refitted rig explains the signal: its free-run error is at most 0.3
     /// of the signal's standard deviation or twice its noise. Of a signal that is noise alone
     /// there is nothing to explain.

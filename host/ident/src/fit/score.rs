@@ -98,6 +98,38 @@ pub struct SensorError {
     pub samples: usize,
 }
 
+impl SensorError {
+    /// Fit in per cent, eq. 14a: 100 is a perfect one, 0 as good as the mean, below that worse.
+    /// `None` of a signal that does not move and where nothing could be simulated.
+    pub fn fit_percent(&self) -> Option<f64> {
+        fit_percent(self.rms, self.spread)
+    }
+
+    /// `97.3 %`; empty where there is none.
+    pub fn fit_text(&self) -> String {
+        fit_text(self.fit_percent())
+    }
+}
+
+/// 100 (1 - |y - yhat| / |y - mean(y)|).
+pub(super) fn fit_percent(rms: f64, spread: f64) -> Option<f64> {
+    let percent = 100.0 * (1.0 - rms / spread);
+    (spread > 0.0 && percent.is_finite()).then_some(percent)
+}
+
+/// Fit in per cent as text: a digit behind the point, two near 100.
+pub fn fit_text(percent: Option<f64>) -> String {
+    match percent {
+        None => String::new(),
+        Some(percent) if percent < -999.0 => "below −999 %".into(),
+        Some(percent) if (99.0..100.0).contains(&percent) => {
+            // 100 would say that nothing is left.
+            format!("{:.2} %", (100.0 * percent).floor() / 100.0)
+        }
+        Some(percent) => format!("{percent:.1} %"),
+    }
+}
+
 /// Simulates a rig over a recording: only inputs given, the start state estimated from the first 5
 /// % of the rows (at least 20) with the parameters as they are.
 ///

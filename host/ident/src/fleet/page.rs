@@ -3,7 +3,8 @@
 use super::{FittedDevice, FleetFit, OneSecond};
 use crate::population::{Axis, Scale};
 use crate::report::{
-    Block, Plot, Report, Section, Series, Stroke, Table, Tone, count, quantity, significant,
+    Block, Plot, Provenance, Report, Section, Series, Stroke, Table, Tone, count, quantity,
+    significant,
 };
 
 /// Shares of all devices between which the distribution is drawn.
@@ -11,8 +12,8 @@ const DRAWN: [f64; 2] = [0.025, 0.975];
 /// Steps between them.
 const STEPS: usize = 95;
 
-/// The page of a fleet and of the first second of a device like its own; `command` is what made it.
-pub fn report(found: &FleetFit, second: &OneSecond, command: &str) -> Report {
+/// The page of a fleet and of the first second of a device like its own; `made` is the command that made it.
+pub fn report(found: &FleetFit, second: &OneSecond, made: &Provenance) -> Report {
     let fleet = &found.fleet;
     let mut page = Report::new(format!("{}: a fleet", fleet.rig)).lead(found.said_of_few());
     for (j, axis) in fleet.axes.iter().enumerate() {
@@ -26,7 +27,7 @@ pub fn report(found: &FleetFit, second: &OneSecond, command: &str) -> Report {
         .section(parameters(found))
         .section(correlations(found))
         .section(next_device(found, second))
-        .footer(format!("{command} · sinew {}", env!("CARGO_PKG_VERSION")))
+        .made(made)
 }
 
 /// Standard deviation of the devices in a parameter.

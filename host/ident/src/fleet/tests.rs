@@ -268,7 +268,12 @@ fn a_page_has_every_device_its_interval_and_the_outlier_in_red() -> Result<()> {
     devices[3].name = "<b>".into();
     let found = estimate(&rig(), &devices, false, &mut |_, _| {})?;
     let second = one_second(&rig(), &devices, &found, |_| {})?;
-    let html = super::page::report(&found, &second, "sinew fleet rig.toml").to_html();
+    let html = super::page::report(
+        &found,
+        &second,
+        &crate::report::Provenance::new("sinew fleet rig.toml"),
+    )
+    .to_html();
     for expected in [
         "d7 is not of this fleet: its dashpot.damping is",
         "d7 (not of this fleet)",

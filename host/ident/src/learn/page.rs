@@ -2,7 +2,9 @@
 
 use super::{Learned, Target};
 use crate::fit::{FreeRun, SensorError};
-use crate::report::{Block, Plot, Report, Section, Series, Stroke, Table, Tone, quantity};
+use crate::report::{
+    Block, Plot, Provenance, Report, Section, Series, Stroke, Table, Tone, quantity,
+};
 use sinew_sim::rig::LearnedLaw;
 
 /// Points of a law's line.
@@ -14,7 +16,7 @@ pub fn page(
     learned: &Learned,
     runs: &[(&str, FreeRun)],
     test: &[(SensorError, SensorError)],
-    command: &str,
+    made: &Provenance,
 ) -> Report {
     let names: Vec<&str> = learned.targets.iter().map(Target::name).collect();
     let mut report = Report::new(format!("Learned law of {}", names.join(" and ")))
@@ -22,7 +24,7 @@ pub fn page(
             "Each law is zero at rest and passive by its shape; the check recordings chose how \
                smooth it is.",
         )
-        .footer(command.to_owned());
+        .made(made);
     for (role, errors) in [
         ("fit", &learned.fit[..]),
         ("check", &learned.check),

@@ -13,6 +13,8 @@ pub(super) struct Layout {
     decimals: usize,
     /// Labels need an exponent.
     scientific: bool,
+    /// Ends are powers of ten; ticks are values.
+    pub logarithmic: bool,
 }
 
 /// Ends that hold `low..=high` and about `count` ticks at 1, 2 or 5 times a power of ten.
@@ -46,6 +48,43 @@ pub(super) fn lay_out(low: f64, high: f64, count: usize, snug: bool) -> Layout {
         ticks,
         decimals,
         scientific: largest >= 1e6 || step < 1e-4,
+        logarithmic: false,
+    }
+}
+
+/// Decades that have ticks at 2 and 5 as well.
+const FEW_DECADES: f64 = 3.0;
+
+/// A logarithmic axis: its ends are the powers of ten of `low..=high`, its ticks are values at 1,
+/// and over three decades or fewer at 2 and 5, times powers of ten.
+///
+/// Values that are not above zero have no place on it; a range of such becomes 1 to 10.
+pub(super) fn lay_out_logarithmic(low: f64, high: f64) -> Layout {
+    let (low, high) = if low > 0.0 && low <= high && high.is_finite() {
+        (low.log10(), high.log10())
+    } else {
+        (0.0, 1.0)
+    };
+    let (low, high) = if high - low < 1e-6 {
+        (low - 0.5, high + 0.5)
+    } else {
+        (low, high)
+    };
+    let digits: &[f64] = if high - low > FEW_DECADES {
+        &[1.0]
+    } else {
+        &[1.0, 2.0, 5.0]
+    };
+    let ticks = (low.floor() as i32..=high.ceil() as i32)
+        .flat_map(|power| digits.iter().map(move |digit| digit * 10f64.powi(power)))
+        .filter(|tick| (low - 1e-9..=high + 1e-9).contains(&tick.log10()));
+    Layout {
+        low,
+        high,
+        ticks: ticks.collect(),
+        decimals: 0,
+        scientific: low < -4.0 || high > 6.0,
+        logarithmic: true,
     }
 }
 
@@ -63,13 +102,16 @@ impl Layout {
     /// A tick's label, with a true minus sign.
     pub fn label(&self, tick: f64) -> String {
         // `-0` is a rounding error of `first * step`.
-        let tick = if tick.abs() < 1e-9 * (self.high - self.low) {
+        let tick = if !self.logarithmic && tick.abs() < 1e-9 * (self.high - self.low) {
             0.0
         } else {
             tick
         };
         let text = if self.scientific {
             format!("{tick:e}")
+        } else if self.logarithmic {
+            let decimals = (-tick.log10().floor()).max(0.0) as usize;
+            format!("{tick:.decimals$}")
         } else {
             format!("{tick:.*}", self.decimals)
         };
@@ -78,6 +120,11 @@ impl Layout {
 
     /// Position along the axis, 0 at the low end and 1 at the high.
     pub fn fraction(&self, value: f64) -> f64 {
+        let value = if self.logarithmic {
+            value.log10()
+        } else {
+            value
+        };
         (value - self.low) / (self.high - self.low)
     }
 }
@@ -100,6 +147,21 @@ mod tests {
                 .collect::<Vec<_>>(),
             ["−0.010", "−0.005", "0.000", "0.005", "0.010"]
         );
+    }
+
+    #[test]
+    fn a_logarithmic_axis_has_ticks_at_round_values() {
+        let few = lay_out_logarithmic(0.3, 50.0);
+        let labels: Vec<String> = few.ticks.iter().map(|tick| few.label(*tick)).collect();
+        assert_eq!(labels, ["0.5", "1", "2", "5", "10", "20", "50"]);
+        assert!((few.fraction(0.3)).abs() < 1e-12 && (few.fraction(50.0) - 1.0).abs() < 1e-12);
+        let middle = (0.3_f64 * 50.0).sqrt();
+        assert!((few.fraction(middle) - 0.5).abs() < 1e-12);
+        assert_eq!(lay_out_logarithmic(1e-2, 1e3).ticks.len(), 6);
+        for (low, high) in [(0.0, 0.0), (-1.0, 5.0), (f64::INFINITY, f64::NEG_INFINITY)] {
+            let axis = lay_out_logarithmic(low, high);
+            assert!(axis.low < axis.high && !axis.ticks.is_empty());
+        }
     }
 
     #[test]

@@ -22,7 +22,16 @@ pub(super) fn page(report: &Report) -> String {
     );
     // Writing to a String cannot fail, here and below.
     if !report.lead.is_empty() {
-        let _ = writeln!(text, "<p class=\"lead\">{}</p>", escape(&report.lead));
+        let _ = writeln!(text, "<p class=\"lead\">{}</p>", prose(&report.lead));
+    }
+    if !report.next.is_empty() {
+        // A command line stands as it is typed.
+        let next = if report.next.starts_with("sinew") {
+            format!("<code>{}</code>", escape(&report.next))
+        } else {
+            prose(&report.next)
+        };
+        let _ = writeln!(text, "<p class=\"next\"><strong>Next:</strong> {next}</p>");
     }
     push_facts(&mut text, &report.facts);
     text.push_str("</header>\n");
@@ -41,6 +50,24 @@ pub(super) fn page(report: &Report) -> String {
     text
 }
 
+/// Escaped, and what stands between two backticks as code.
+fn prose(text: &str) -> String {
+    let parts: Vec<&str> = text.split('`').collect();
+    // A single backtick is one.
+    if parts.len() % 2 == 0 {
+        return escape(text);
+    }
+    let parts = parts.into_iter().enumerate().map(|(index, part)| {
+        let part = escape(part);
+        if index % 2 == 1 {
+            format!("<code>{part}</code>")
+        } else {
+            part
+        }
+    });
+    parts.collect()
+}
+
 fn push_section(text: &mut String, section: &Section) {
     let _ = writeln!(text, "<section>\n<h2>{}</h2>", escape(&section.title));
     for block in &section.blocks {
@@ -50,11 +77,11 @@ fn push_section(text: &mut String, section: &Section) {
                     .split("\n\n")
                     .filter(|paragraph| !paragraph.trim().is_empty())
                 {
-                    let _ = writeln!(text, "<p>{}</p>", escape(paragraph.trim()));
+                    let _ = writeln!(text, "<p>{}</p>", prose(paragraph.trim()));
                 }
             }
             Block::Notice(notice) => {
-                let _ = writeln!(text, "<p class=\"notice\">{}</p>", escape(notice));
+                let _ = writeln!(text, "<p class=\"notice\">{}</p>", prose(notice));
             }
             Block::Code(code) => {
                 let _ = writeln!(text, "<pre><code>{}</code></pre>", escape(code));
@@ -122,6 +149,9 @@ fn push_plot(text: &mut String, plot: &Plot) {
         escape(&plot.title)
     );
     for (series, tone) in plot.series.iter().zip(classes(plot)) {
+        if series.name.is_empty() {
+            continue;
+        }
         let stroke = stroke_class(series.stroke);
         let sample = if stroke == "points" {
             "M4 6h0M12 6h0M20 6h0"

@@ -39,7 +39,8 @@
     return found;
   }
 
-  // Value of a pixel on an axis `{low, high, from, to}`, and the pixel of a value.
+  // Value of a pixel on an axis `{low, high, from, to}`, and the pixel of a value. Values of a
+  // logarithmic axis (`log`) are powers of ten throughout; they are shown as what they stand for.
   const valueOf = (axis, pixel) =>
     axis.low + ((pixel - axis.from) / (axis.to - axis.from)) * (axis.high - axis.low);
   const pixelOf = (axis, value) =>
@@ -47,6 +48,7 @@
 
   // Digits that a pixel of the axis tells.
   function readable(axis, value) {
+    if (axis.log) return String(Number((10 ** value).toPrecision(3)));
     const pixel = Math.abs((axis.high - axis.low) / (axis.to - axis.from));
     const decimals = Math.min(9, Math.max(0, 1 - Math.floor(Math.log10(pixel || 1))));
     return value.toFixed(decimals).replace("-", "\u2212");
@@ -64,7 +66,8 @@
 
   const plots = [...document.querySelectorAll("svg[data-frame]")].map((svg) => {
     const frame = JSON.parse(svg.dataset.frame);
-    const series = [...svg.querySelectorAll("path.series")].map((path) => ({
+    const named = [...svg.querySelectorAll("path.series")].filter((path) => path.querySelector("title"));
+    const series = named.map((path) => ({
       name: path.querySelector("title").textContent,
       points: points(path.getAttribute("d")),
     }));
@@ -115,10 +118,11 @@
       }
       for (const old of svg.querySelectorAll(".along")) old.remove();
       for (const tick of ticks(frame.x.low, frame.x.high, 10)) {
-        const x = pixelOf(frame.x, Number(tick.replace("\u2212", "-")));
+        const value = Number(tick.replace("\u2212", "-"));
+        const x = pixelOf(frame.x, value);
         element("path", { class: "axis along", d: `M${x} ${frame.y.from}v5` }, svg);
         element("text", { class: "tick along", x, y: frame.y.from + 18,
-          "text-anchor": "middle" }, svg).textContent = tick;
+          "text-anchor": "middle" }, svg).textContent = frame.x.log ? readable(frame.x, value) : tick;
       }
     }
     show(plot, null);

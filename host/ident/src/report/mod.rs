@@ -22,6 +22,7 @@ mod escape;
 mod html;
 mod own_values;
 mod plot;
+mod provenance;
 mod quantity;
 mod sheet;
 mod warnings;
@@ -29,6 +30,7 @@ mod warnings;
 use std::path::Path;
 
 pub use own_values::{own_interval, own_value, shared_values};
+pub use provenance::Provenance;
 pub use quantity::{count, exact, quantity, significant};
 pub use sheet::sheet;
 pub use warnings::{beyond_bounds, runs_away, unexplained, unseen, warnings};
@@ -42,11 +44,13 @@ pub struct Report {
     pub title: String,
     /// One sentence below it: what was found.
     pub lead: String,
+    /// The step that comes next, below the lead: a sentence or a command line. May be empty.
+    pub next: String,
     /// The numbers that matter, as cards below the lead.
     pub facts: Vec<Fact>,
     /// The chapters.
     pub sections: Vec<Section>,
-    /// The last line: command, version, seconds.
+    /// The last line: [`Provenance`].
     pub footer: String,
 }
 
@@ -135,12 +139,14 @@ pub struct Axis {
     pub unit: String,
     /// Fixed ends; otherwise the data's.
     pub range: Option<[f64; 2]>,
+    /// Equal ratios have equal lengths; values are above zero. Of the axis below only.
+    pub logarithmic: bool,
 }
 
 /// One line or cloud.
 #[derive(Debug, Clone)]
 pub struct Series {
-    /// For the legend.
+    /// For the legend; without one the line belongs to the series before.
     pub name: String,
     /// Its stroke.
     pub stroke: Stroke,
@@ -201,6 +207,13 @@ impl Report {
         self
     }
 
+    /// Sets the step that comes next.
+    #[must_use]
+    pub fn next(mut self, next: impl Into<String>) -> Self {
+        self.next = next.into();
+        self
+    }
+
     /// Adds a number that matters.
     #[must_use]
     pub fn fact(
@@ -226,8 +239,8 @@ impl Report {
 
     /// Sets the last line.
     #[must_use]
-    pub fn footer(mut self, footer: impl Into<String>) -> Self {
-        self.footer = footer.into();
+    pub fn made(mut self, by: &Provenance) -> Self {
+        self.footer = by.line();
         self
     }
 
@@ -329,11 +342,13 @@ impl Plot {
                 label: "time".into(),
                 unit: "s".into(),
                 range: None,
+                logarithmic: false,
             },
             y: Axis {
                 label: String::new(),
                 unit: String::new(),
                 range: None,
+                logarithmic: false,
             },
             series: Vec::new(),
             bands: Vec::new(),
@@ -348,6 +363,7 @@ impl Plot {
             label: label.into(),
             unit: unit.into(),
             range: None,
+            logarithmic: false,
         };
         self
     }
@@ -359,7 +375,22 @@ impl Plot {
             label: label.into(),
             unit: unit.into(),
             range: None,
+            logarithmic: false,
         };
+        self
+    }
+
+    /// Makes the axis below logarithmic.
+    #[must_use]
+    pub fn logarithmic(mut self) -> Self {
+        self.x.logarithmic = true;
+        self
+    }
+
+    /// Fixes the ends of the axis at the left.
+    #[must_use]
+    pub fn between(mut self, low: f64, high: f64) -> Self {
+        self.y.range = Some([low, high]);
         self
     }
 

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::axis::{Layout, lay_out};
+use super::axis::{Layout, lay_out, lay_out_logarithmic};
 use super::decimate::indices;
 use super::escape::escape;
 use super::quantity::multiple;
@@ -15,6 +15,8 @@ const LEFT: f64 = 62.0;
 const RIGHT: f64 = 14.0;
 const TOP: f64 = 26.0;
 const BOTTOM: f64 = 40.0;
+/// Least distance of two ticks of the left axis.
+const TICK: f64 = 28.0;
 
 /// Place of the drawing within the SVG.
 struct Frame {
@@ -40,7 +42,12 @@ impl Frame {
     fn json(&self, x_unit: &str, y_unit: &str) -> String {
         let axis = |layout: &Layout, [from, to]: [f64; 2]| {
             let (low, high) = (layout.low, layout.high);
-            format!("{{\"low\":{low:?},\"high\":{high:?},\"from\":{from:?},\"to\":{to:?}}}")
+            let kind = if layout.logarithmic {
+                ",\"log\":true"
+            } else {
+                ""
+            };
+            format!("{{\"low\":{low:?},\"high\":{high:?},\"from\":{from:?},\"to\":{to:?}{kind}}}")
         };
         format!(
             "{{\"x\":{},\"y\":{},\"xUnit\":{x_unit:?},\"yUnit\":{y_unit:?}}}",
@@ -62,12 +69,17 @@ pub(super) fn svg(plot: &Plot) -> String {
     );
     let (x_factor, x_symbol) = multiple(x_size, &plot.x.unit);
     let (y_factor, y_symbol) = multiple(y_size, &plot.y.unit);
+    let [x_low, x_high] = x_range.map(|end| end / x_factor);
     let frame = Frame {
-        x: lay_out(x_range[0] / x_factor, x_range[1] / x_factor, 10, true),
+        x: if plot.x.logarithmic {
+            lay_out_logarithmic(x_low, x_high)
+        } else {
+            lay_out(x_low, x_high, 10, true)
+        },
         y: lay_out(
             y_range[0] / y_factor,
             y_range[1] / y_factor,
-            5,
+            (((height - TOP - BOTTOM) / TICK) as usize).clamp(3, 8),
             plot.y.range.is_some(),
         ),
         x_factor,
@@ -251,19 +263,27 @@ fn draw_axes(text: &mut String, frame: &Frame, x_label: &str, y_label: &str, hei
     // The label of the left axis lies on top of it, so that nobody tilts his head.
     let _ = writeln!(
         text,
-        "<text class=\"label\" x=\"0\" y=\"13\">{}</text>",
+        "<text class=\"label above\" x=\"0\" y=\"13\">{}</text>",
         escape(y_label)
     );
     let _ = writeln!(
         text,
-        "<text class=\"label\" x=\"{right}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
+        "<text class=\"label below\" x=\"{right}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
         height - 4.0,
         escape(x_label)
     );
 }
 
 fn draw_series(text: &mut String, series: &Series, tone: &str, frame: &Frame) {
-    let (low, high) = (frame.x.low * frame.x_factor, frame.x.high * frame.x_factor);
+    let end = |end: f64| {
+        let shown = if frame.x.logarithmic {
+            10f64.powf(end)
+        } else {
+            end
+        };
+        shown * frame.x_factor
+    };
+    let (low, high) = (end(frame.x.low), end(frame.x.high));
     let drawn = indices(
         &series.x,
         &series.y,
@@ -293,8 +313,12 @@ fn draw_series(text: &mut String, series: &Series, tone: &str, frame: &Frame) {
         let stroke = stroke_class(series.stroke);
         let _ = writeln!(
             text,
-            "<path class=\"series {tone} {stroke}\" d=\"{path}\"><title>{}</title></path>",
-            escape(&series.name)
+            "<path class=\"series {tone} {stroke}\" d=\"{path}\">{}</path>",
+            if series.name.is_empty() {
+                String::new()
+            } else {
+                format!("<title>{}</title>", escape(&series.name))
+            }
         );
     }
 }

@@ -41,7 +41,7 @@ fn small() -> Report {
         height: 200,
         ..plot
     };
-    Report::new("A <small> report")
+    let page = Report::new("A <small> report")
         .lead("Dry friction of 0.6 N at `mass` is missing from the model.")
         .fact("Tracking error, MPC", quantity(0.011, "m"), "PID 24.0 mm")
         .fact("Flash", "24 312 B", "")
@@ -59,7 +59,11 @@ fn small() -> Report {
                 .with(Block::Plot(plot))
                 .with(Block::Code("sinew fit rig.toml --fit \"a.csv\"".into())),
         )
-        .footer("sinew 0.1.0, 1.9 s")
+        .next("sinew diagnose rig.toml --fit a.csv");
+    Report {
+        footer: "sinew 0.1.0, 1.9 s".into(),
+        ..page
+    }
 }
 
 #[test]

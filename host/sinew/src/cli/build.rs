@@ -12,6 +12,7 @@ use sinew_ident::cli::overwrite;
 use sinew_ident::cli::repair::Repairs;
 use sinew_ident::cli::said::Said;
 use sinew_ident::error::{Error, Result};
+use sinew_ident::report::Provenance;
 
 /// Arguments of `sinew build`.
 #[derive(Args)]
@@ -97,8 +98,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     let outcome = build(&request)?;
     let summary = report::summary(&outcome);
-    let command = format!("sinew build {}", arguments.rig.display());
-    report::write(&outcome, &summary, &arguments.out, &command)?;
+    let made = Provenance::typed().seed(arguments.common.seed);
+    report::write(&outcome, &summary, &arguments.out, &made)?;
     let json = arguments.json.as_deref();
     let said = Said::beside([json]);
     said.line("");

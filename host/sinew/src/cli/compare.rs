@@ -24,7 +24,7 @@ use sinew_ident::cli::overwrite;
 use sinew_ident::cli::progress::Stage;
 use sinew_ident::cli::said::Said;
 use sinew_ident::error::{Error, Result};
-use sinew_ident::report::{quantity, sheet};
+use sinew_ident::report::{Provenance, quantity, sheet};
 
 /// Arguments of `sinew compare`.
 #[derive(Args)]
@@ -231,25 +231,34 @@ pub fn run(arguments: &Arguments) -> Result<u8> {
         said.wrote(path);
     }
     if let Some(path) = &arguments.report {
-        let command = format!("sinew compare {}", of_loop.rig.display());
-        benchmark.report(&command).write(path)?;
+        let made = Provenance::typed().seed(of_loop.common.seed);
+        let page = benchmark.report(&made);
+        match next(&arguments.models) {
+            Some(next) => page.next(next).write(path)?,
+            None => page.write(path)?,
+        }
         said.wrote(path);
     }
     if let Some(path) = &arguments.plot {
         sinew_files::write(path, sheet(&benchmark.errors()))?;
         said.wrote(path);
     }
-    if let [model] = arguments.models.as_slice() {
-        said.line(format!(
-            "next: sinew emit {} --out firmware",
-            model.display()
-        ));
+    if let Some(next) = next(&arguments.models) {
+        said.line(format!("next: {next}"));
     }
     Ok(if arguments.exit_code {
         exit_code(&benchmark.controllers)
     } else {
         0
     })
+}
+
+/// Command line that comes next, where one model was compared.
+fn next(models: &[PathBuf]) -> Option<String> {
+    let [model] = models else {
+        return None;
+    };
+    Some(format!("sinew emit {} --out firmware", model.display()))
 }
 
 /// Exit status of the controllers by their first output, in the median loop.

@@ -10,10 +10,12 @@ use crate::adopt::{Columns, recorded};
 use crate::closed_loop::setup::{DeviceRun, same_bits};
 use crate::device::Device;
 use crate::project::Board;
+use crate::report::{LoopPage, loop_page};
+use crate::rig_file;
 use sinew_ident::cli::overwrite;
 use sinew_ident::cli::said::Said;
 use sinew_ident::error::{Error, Result};
-use sinew_ident::report::quantity;
+use sinew_ident::report::{Provenance, quantity};
 
 /// Arguments of `sinew pil`.
 #[derive(Args)]
@@ -41,6 +43,9 @@ pub struct Arguments {
     /// File for the scores as JSON (sinew-pil/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
+    /// File for a page: reference, plant and commands over time, counts of the device.
+    #[arg(long, value_name = "HTML")]
+    report: Option<PathBuf>,
 }
 
 /// # Errors
@@ -59,12 +64,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             .chain(std::iter::once(rig)),
         [
             ("--json", arguments.json.as_deref()),
+            ("--report", arguments.report.as_deref()),
             ("--recording", arguments.recording.as_deref()),
         ],
     )?;
-    let said = Said::beside([arguments.json.as_deref()]);
+    let said = Said::beside([arguments.json.as_deref(), arguments.report.as_deref()]);
     let ready = of_loop.load(arguments.plant.as_deref())?;
     let spec = ready.model(&arguments.model)?;
+    let rig_name = rig_file::load(&of_loop.rig)?.name;
     let bench = ready.bench();
     let scenario = [bench.scenario(&ready.values)?];
     let run = |board: Board| -> Result<DeviceRun> {
@@ -121,6 +128,25 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             signals,
         )?;
         sinew_files::write(path, text)?;
+        said.wrote(path);
+    }
+    if let Some(path) = &arguments.report {
+        let inputs: Vec<(&str, &str)> = (ready.plant.inputs().iter())
+            .map(|input| (input.column.as_str(), input.unit()))
+            .collect();
+        let port = arguments.port.as_ref();
+        let board = port.map_or(arguments.board.name().into(), |it| it.display().to_string());
+        let page = LoopPage {
+            rig: &rig_name,
+            board: &board,
+            reference: &ready.task.reference_source,
+            outputs: &outputs,
+            inputs: &inputs,
+            same_bits: equal,
+            late: port.map(|_| device.late),
+        };
+        let made = Provenance::typed().seed(of_loop.common.seed);
+        loop_page(&page, &device, &made).write(path)?;
         said.wrote(path);
     }
     if let Some(path) = &arguments.json {

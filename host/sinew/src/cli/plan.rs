@@ -9,7 +9,7 @@ use sinew_ident::cli::progress::Stage;
 use sinew_ident::cli::repair::read_recording;
 use sinew_ident::cli::said::Said;
 use sinew_ident::error::Result;
-use sinew_ident::report::{count, significant};
+use sinew_ident::report::{Provenance, count, significant};
 use sinew_plan::{Goal, Options, Plan, plan};
 use sinew_sim::Plant;
 
@@ -144,7 +144,8 @@ fn write(
     if let Some(path) = &arguments.report {
         let plots = view::simulation(plant, &found.t, &found.inputs, &found.trajectory);
         let lead = sentences(found).join(" ");
-        view::page(name, lead, None, plots).write(path)?;
+        let page = view::page(name, lead, None, plots).made(&Provenance::typed());
+        page.write(path)?;
     }
     if !arguments.quiet {
         for sentence in sentences(found) {

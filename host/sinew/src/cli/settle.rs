@@ -10,7 +10,7 @@ use crate::rig_file;
 use sinew_ident::cli::overwrite;
 use sinew_ident::cli::said::Said;
 use sinew_ident::error::{Error, Result};
-use sinew_ident::report::count;
+use sinew_ident::report::{Provenance, count};
 
 /// Most rests of a sweep.
 const MOST_RESTS: usize = 100_000;
@@ -122,7 +122,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         sinew_files::write(path, format!("{document:#}\n"))?;
     }
     if let Some(path) = &arguments.report {
-        page::page(&rests, &rig.name).write(path)?;
+        page::page(&rests, &rig.name, &Provenance::typed()).write(path)?;
     }
     if !arguments.quiet {
         files

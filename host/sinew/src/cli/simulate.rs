@@ -16,8 +16,11 @@ use sinew_ident::cli::overwrite;
 use sinew_ident::cli::repair::read_recording;
 use sinew_ident::cli::said::Said;
 use sinew_ident::error::{Error, Result};
+use sinew_ident::fit::{FreeRun, FreeRunSensor, pool};
 use sinew_ident::noise::gaussian;
 use sinew_ident::recording::{Column, Recording};
+use sinew_ident::report::{Block, Provenance, Report, Section, Tone, quantity};
+use sinew_ident::validation::{Free, Model, chapters, motions};
 
 /// Arguments of `sinew simulate`.
 #[derive(Args)]
@@ -39,7 +42,7 @@ pub struct Arguments {
     /// A program that is the plant instead, as a line for `sh`.
     ///
     /// Only signals that it has are written.
-    #[arg(long, value_name = "COMMAND", conflicts_with_all = ["plot", "html"])]
+    #[arg(long, value_name = "COMMAND", conflicts_with_all = ["plot", "report"])]
     plant_program: Option<String>,
     /// Seed of the noise.
     #[arg(long, default_value_t = 1)]
@@ -47,9 +50,9 @@ pub struct Arguments {
     /// Draw signals and inputs over time.
     #[arg(long, value_name = "SVG")]
     plot: Option<PathBuf>,
-    /// Write a page with the plots and, where the rig has a shape, its animation.
-    #[arg(long, value_name = "HTML")]
-    html: Option<PathBuf>,
+    /// File for a page: plots, what was measured over what was simulated, and the rig's shape.
+    #[arg(long, value_name = "HTML", alias = "html")]
+    report: Option<PathBuf>,
     /// File for what was simulated as JSON (sinew-simulation/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
@@ -116,7 +119,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         [
             ("--out", Some(arguments.out.as_path())),
             ("--plot", arguments.plot.as_deref()),
-            ("--html", arguments.html.as_deref()),
+            ("--report", arguments.report.as_deref()),
             ("--json", arguments.json.as_deref()),
         ],
     )?;
@@ -186,7 +189,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         let said = Said::beside([
             Some(arguments.out.as_path()),
             arguments.plot.as_deref(),
-            arguments.html.as_deref(),
+            arguments.report.as_deref(),
             arguments.json.as_deref(),
         ]);
         said.line(format!(
@@ -195,7 +198,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             signals_written,
             arguments.out.display()
         ));
-        let others = [&arguments.plot, &arguments.html, &arguments.json];
+        let others = [&arguments.plot, &arguments.report, &arguments.json];
         for path in others.into_iter().flatten() {
             said.wrote(path);
         }
@@ -282,7 +285,7 @@ fn draw(
     if let Some(path) = &arguments.plot {
         sinew_files::write(path, sinew_ident::report::sheet(&plots()))?;
     }
-    let Some(path) = &arguments.html else {
+    let Some(path) = &arguments.report else {
         return Ok(());
     };
     let mut animation = Animation::new(recording.len());
@@ -302,7 +305,7 @@ fn draw(
         },
     )?;
     looked?;
-    let lead = format!(
+    let mut lead = format!(
         "{} rows from {} s to {} s, driven by {}.",
         recording.len(),
         recording.t()[0],
@@ -310,5 +313,76 @@ fn draw(
         recording.name(),
     );
     let shape = (!animation.is_empty()).then_some(&animation);
-    view::page(&rig.name, lead, shape, plots()).write(path)
+    let measured = [free_run(plant, recording, run)];
+    let shown = measured[0].sensors.iter();
+    let known: Vec<bool> = (shown.clone())
+        .map(|sensor| sensor.measured.iter().any(|value| value.is_finite()))
+        .collect();
+    for error in pool(&measured) {
+        if error.samples > 0 {
+            lead += &format!(
+                " {}: fit {}, RMS {}.",
+                error.signal,
+                error.fit_text(),
+                quantity(error.rms, &error.unit)
+            );
+        }
+    }
+    let free = Free {
+        rig,
+        // What was recorded chose nothing of this rig.
+        recordings: vec![("test", recording)],
+        models: vec![Model {
+            name: "simulated",
+            tone: Tone::Blue,
+            runs: &measured,
+        }],
+    };
+    let mut over = Section::new("Measured over simulated");
+    let plots_of = motions(&free.models, 0, "", &[]);
+    for (pair, known) in plots_of.chunks(2).zip(&known) {
+        if *known {
+            over = (pair.iter().cloned())
+                .map(Block::Plot)
+                .fold(over, Section::with);
+        }
+    }
+    let mut page = view::page(&rig.name, lead, shape, plots());
+    if known.iter().any(|known| *known) {
+        // First after the shape: it is what the page is looked at for.
+        let at = usize::from(!animation.is_empty());
+        page.sections.insert(at, over);
+        page = page.next(format!(
+            "sinew fit {} --fit {}",
+            arguments.rig.display(),
+            arguments.input.display()
+        ));
+    }
+    if known.iter().all(|known| *known) {
+        page = chapters(&free)?.into_iter().fold(page, Report::section);
+    }
+    let made = Provenance::typed().seed(arguments.seed);
+    page.made(&made).write(path)
+}
+
+/// What was simulated, beside what the recording has of it.
+fn free_run(plant: &Plant, recording: &Recording, run: &RecordingRun) -> FreeRun {
+    let sensors = plant.sensors().iter().enumerate().map(|(i, sensor)| {
+        let recorded = recording.sensor(sensor);
+        FreeRunSensor {
+            signal: sensor.column.clone(),
+            unit: sensor.unit.clone(),
+            measured: recorded.unwrap_or_else(|_| vec![f64::NAN; recording.len()]),
+            simulated: run.trajectory.column(i),
+        }
+    });
+    FreeRun {
+        recording: recording.name(),
+        t: recording.t().to_vec(),
+        judged_from: 0,
+        start: run.start.clone(),
+        values: plant.values(),
+        own: Vec::new(),
+        sensors: sensors.collect(),
+    }
 }

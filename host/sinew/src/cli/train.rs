@@ -12,6 +12,7 @@ use crate::pipeline::learn::{CHECKPOINT_FILE, fits, learn, save};
 use crate::pipeline::plants::Plants;
 use crate::pipeline::predictor::starts;
 use crate::pipeline::soft_sensor::{as_sensed, attach, sensor_line};
+use crate::report::training_page;
 use crate::rig_file;
 use sinew_ident::cli::fit::fleet;
 use sinew_ident::cli::overwrite;
@@ -20,7 +21,7 @@ use sinew_ident::cli::repair::read_recording;
 use sinew_ident::cli::said::Said;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::fit::free_runs;
-use sinew_ident::report::{quantity, shared_values};
+use sinew_ident::report::{Provenance, quantity, shared_values};
 
 /// Arguments of `sinew train`.
 #[derive(Args)]
@@ -38,6 +39,9 @@ pub struct Arguments {
     /// File for losses and errors as JSON (sinew-training/1); `-` is standard output.
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
+    /// File for a page: learning curves and prediction errors.
+    #[arg(long, value_name = "HTML")]
+    report: Option<PathBuf>,
     #[command(flatten)]
     common: Common,
 }
@@ -53,6 +57,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             .chain(recordings.map(|path| ("a recording", path.as_path()))),
         [
             ("--json", arguments.json.as_deref()),
+            ("--report", arguments.report.as_deref()),
             (
                 "--out",
                 Some(arguments.out.join(store::MODEL_FILE).as_path()),
@@ -93,7 +98,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     stage.end(format!("{} weights", learned.record.parameters));
     let sensor = attach(&mut learned.spec, &task, &plant, &recordings, false)?;
     save(&arguments.out, &learned.spec)?;
-    let said = Said::beside([arguments.json.as_deref()]);
+    let said = Said::beside([arguments.json.as_deref(), arguments.report.as_deref()]);
     for (i, unit) in task.units(&plant).enumerate() {
         said.line(format!(
             "{}: {} off after one step, {} after {}, on stretches that trained nothing",
@@ -113,12 +118,24 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         sinew_files::write(path, format!("{document:#}\n"))?;
         said.wrote(path);
     }
-    said.line(arguments.out.join(store::MODEL_FILE).display());
-    said.line(format!(
-        "next: sinew tune {} {}{} --out tuned.toml --model-out tuned",
+    let next = format!(
+        "sinew tune {} {}{} --out tuned.toml --model-out tuned",
         arguments.rig.display(),
         arguments.out.display(),
         recording_flags(&arguments.recordings)
-    ));
+    );
+    if let Some(path) = &arguments.report {
+        let signals: Vec<(&str, &str)> = (learned.spec.outputs.iter())
+            .map(|output| output.name.as_str())
+            .zip(task.units(&plant))
+            .collect();
+        let sensor = sensor.as_ref().map(|it| sensor_line(&learned.spec, it));
+        let made = Provenance::typed().seed(arguments.common.seed);
+        let of = (rig.name.as_str(), &learned.record);
+        training_page(of, &signals, (sensor, &next), &made).write(path)?;
+        said.wrote(path);
+    }
+    said.line(arguments.out.join(store::MODEL_FILE).display());
+    said.line(format!("next: {next}"));
     Ok(())
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::{Map, Value, json};
+use sinew_model::spec::ControlSpec;
 use sinew_model::store;
 use sinew_mpc::MAX_ITERATIONS;
 use sinew_mpc::feedback::pid::PidState;
@@ -20,6 +21,7 @@ use crate::closed_loop::model_loop::ModelLoop;
 use crate::closed_loop::setup::TUNING_PLANTS;
 use crate::pipeline::learn::save;
 use crate::project::{self, Board};
+use crate::report::{TuningPage, tuning_page};
 use crate::rig_file;
 use crate::tuning::control_table::controlled;
 use crate::tuning::gradient::levenberg::Ended;
@@ -31,7 +33,7 @@ use crate::tuning::tune::{
 use sinew_ident::cli::overwrite;
 use sinew_ident::cli::said::Said;
 use sinew_ident::error::{Error, Result};
-use sinew_ident::report::{Table, count, shared_values, significant};
+use sinew_ident::report::{Provenance, Table, count, shared_values, significant};
 
 /// Arguments of `sinew tune`.
 #[derive(Args)]
@@ -51,6 +53,9 @@ pub struct Arguments {
     /// File for programs (sinew-tuning/1).
     #[arg(long, value_name = "JSON")]
     json: Option<PathBuf>,
+    /// File for a page: objectives, loops before and after, settings.
+    #[arg(long, value_name = "HTML")]
+    report: Option<PathBuf>,
     /// Objective that is minimised.
     #[arg(long, value_enum, default_value = "tracking")]
     objective: Objective,
@@ -159,16 +164,23 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         save(folder, &spec)?;
     }
 
-    let said = Said::beside([Some(arguments.out.as_path()), arguments.json.as_deref()]);
-    said.line(format!(
+    let said = Said::beside([
+        Some(arguments.out.as_path()),
+        arguments.json.as_deref(),
+        arguments.report.as_deref(),
+    ]);
+    let objective = format!(
         "objective: {}, of {} over references that are not reported on; reported: {}",
         arguments.objective.name(),
         count(arguments.plants, "plant"),
         ready.task.reference_source
-    ));
+    );
+    said.line(&objective);
     said.line(found.objectives().text().trim_end());
-    for (shape, gradients) in shapes.iter().zip(&found.lines[0].gradients) {
-        said.line(course(shape, gradients));
+    let courses = shapes.iter().zip(&found.lines[0].gradients);
+    let courses: Vec<String> = courses.map(|(shape, it)| course(shape, it)).collect();
+    for course in &courses {
+        said.line(course);
     }
     let contest = Benchmark::new(
         &ready,
@@ -217,15 +229,54 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         sinew_files::write(path, format!("{document:#}\n"))?;
         said.wrote(path);
     }
-    if let Some(model) = &arguments.model_out {
-        said.line(format!(
-            "next: sinew compare {} {}{} --out loop",
-            arguments.out.display(),
-            model.display(),
-            recording_flags(&arguments.recordings)
-        ));
+    let next = next(arguments);
+    if let Some(path) = &arguments.report {
+        let page = TuningPage {
+            rig: &rig.name,
+            verdict: found.verdict(),
+            next: next.clone().unwrap_or_default(),
+            objective,
+            objectives: found.objectives(),
+            courses,
+            settings: settings(control),
+            gains: std::mem::take(&mut found.said),
+        };
+        let made = Provenance::typed().seed(arguments.common.seed);
+        tuning_page(&page, &contest, &made).write(path)?;
+        said.wrote(path);
+    }
+    if let Some(next) = next {
+        said.line(format!("next: {next}"));
     }
     Ok(())
+}
+
+/// Command line that comes next, where the model was kept.
+fn next(arguments: &Arguments) -> Option<String> {
+    let model = arguments.model_out.as_ref()?;
+    Some(format!(
+        "sinew compare {} {}{} --out loop",
+        arguments.out.display(),
+        model.display(),
+        recording_flags(&arguments.recordings)
+    ))
+}
+
+/// The settings that a tuning writes.
+fn settings(control: &ControlSpec) -> Table {
+    Table::new("The MPC's [control] table", ["setting", "#value"])
+        .row(["horizon, steps", &control.horizon.to_string()])
+        .row([
+            "control horizon, steps",
+            &control.control_horizon.to_string(),
+        ])
+        .row(["tracking weight Q", &list(&control.tracking_weight)])
+        .row(["move suppression Lambda", &list(&control.move_suppression)])
+        .row([
+            "disturbance gain",
+            &significant(control.disturbance_gain, 3),
+        ])
+        .row(["Newton iterations", &control.iterations.to_string()])
 }
 
 /// Results of every controller.
@@ -262,6 +313,26 @@ impl Found {
                 pair([line.held_out[0].cost, line.held_out[1].cost]),
             ])
         })
+    }
+
+    /// The tuning in a sentence: the best one on the loop that trained nothing.
+    fn verdict(&self) -> String {
+        let tuned = |line: &Line| line.held_out[1].cost;
+        let best = self
+            .lines
+            .iter()
+            .min_by(|a, b| tuned(a).total_cmp(&tuned(b)));
+        let moved = |line: &Line| {
+            let [before, after] = [line.held_out[0].cost, line.held_out[1].cost];
+            let [before, after] = [before, after].map(|cost| significant(cost, 3));
+            format!("{} {before} before, {after} tuned", line.name)
+        };
+        let all: Vec<String> = self.lines.iter().map(moved).collect();
+        let best = best.map_or("", |line| line.name);
+        format!(
+            "Objective on a loop that tuned nothing: {}. {best} is best.",
+            all.join("; ")
+        )
     }
 
     fn contestants(&self, ready: &ModelLoop) -> Result<Vec<ControllerResult>> {
@@ -346,6 +417,7 @@ fn refuse(arguments: &Arguments) -> Result<()> {
             ("--out", Some(arguments.out.as_path())),
             ("--model-out", model_out.as_deref()),
             ("--json", arguments.json.as_deref()),
+            ("--report", arguments.report.as_deref()),
         ],
     )?;
     if let Some(gain) = arguments.disturbance_gain

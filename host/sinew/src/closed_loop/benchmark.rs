@@ -14,7 +14,8 @@ use crate::closed_loop::scenario::{Distance, Run};
 use crate::project::Optimise;
 use sinew_ident::error::{Error, Result};
 use sinew_ident::report::{
-    Block, Plot, Report, Section, Series, Stroke, Table, Tone, count, quantity, significant,
+    Block, Plot, Provenance, Report, Section, Series, Stroke, Table, Tone, count, quantity,
+    significant,
 };
 
 /// Colours of the controllers, in the order of the table.
@@ -309,7 +310,7 @@ impl Benchmark {
     }
 
     /// The page.
-    pub fn report(&self, command: &str) -> Report {
+    pub fn report(&self, made: &Provenance) -> Report {
         let load = match self.disturbance {
             Disturbance::None => "no disturbance".into(),
             other => format!("a {} disturbance at the inputs", other.name()),
@@ -351,7 +352,7 @@ impl Benchmark {
         Report::new("Controllers side by side")
             .lead(lead.collect::<String>())
             .section(plots.fold(section, Section::with))
-            .footer(command)
+            .made(made)
     }
 
     /// For programs.

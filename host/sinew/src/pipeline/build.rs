@@ -63,6 +63,8 @@ pub struct Request {
 pub struct Fitted {
     /// `fit` or `test`.
     pub role: &'static str,
+    /// The recording.
+    pub recording: Recording,
     /// The rig as written.
     pub before: FreeRun,
     /// The rig refitted.
@@ -153,7 +155,7 @@ pub fn build(request: &Request) -> Result<Outcome> {
         ));
     })?;
     sinew_files::write(request.out.join("rig.toml"), fitted.rig.to_toml())?;
-    let free_runs = all_free_runs(&rig, &fitted, &tests)?;
+    let free_runs = all_free_runs(&rig, &fitted, (&recordings, &tests))?;
     stage.end(fit_sentence(&fitted));
     let mut doubts = doubts(&fitted);
     if request.diagnose {
@@ -330,19 +332,24 @@ fn no_recording() -> Error {
 }
 
 /// The free runs of the fit, and those of both rigs over the recordings that are only scored.
-fn all_free_runs(before: &Rig, fit: &Fit, tests: &[Recording]) -> Result<Vec<Fitted>> {
-    let of_role = |role: &'static str, before: &[FreeRun], after: &[FreeRun]| -> Vec<Fitted> {
-        let pairs = before.iter().cloned().zip(after.iter().cloned());
-        let fitted = pairs.map(|(before, after)| Fitted {
+fn all_free_runs(
+    before: &Rig,
+    fit: &Fit,
+    (recordings, tests): (&[Recording], &[Recording]),
+) -> Result<Vec<Fitted>> {
+    let of_role = |role: &'static str, recordings: &[Recording], runs: [&[FreeRun]; 2]| {
+        let pairs = runs[0].iter().zip(runs[1]).zip(recordings);
+        let fitted = pairs.map(|((before, after), recording)| Fitted {
             role,
-            before,
-            after,
+            recording: recording.clone(),
+            before: before.clone(),
+            after: after.clone(),
         });
-        fitted.collect()
+        fitted.collect::<Vec<Fitted>>()
     };
-    let mut runs = of_role("fit", &fit.as_written_runs, &fit.runs);
+    let mut runs = of_role("fit", recordings, [&fit.as_written_runs, &fit.runs]);
     let [before, after] = [before, &fit.rig].map(|rig| free_runs(rig, tests));
-    runs.extend(of_role("test", &before?, &after?));
+    runs.extend(of_role("test", tests, [&before?, &after?]));
     Ok(runs)
 }
 

@@ -3,6 +3,9 @@
 
 mod closing;
 mod figures;
+mod of_loop;
+mod of_training;
+mod of_tuning;
 mod sections;
 mod table;
 
@@ -10,15 +13,23 @@ use std::path::Path;
 
 pub use closing::closing_lines;
 pub use figures::summary;
+pub use of_loop::{LoopPage, loop_page};
+pub use of_training::training_page;
+pub use of_tuning::{TuningPage, tuning_page};
 
 use crate::pipeline::build::Outcome;
 use crate::pipeline::summary::Summary;
 use sections::{conditions, fit_section, loop_section, network_section};
 use sinew_ident::error::Result;
-use sinew_ident::report::{Report, quantity};
+use sinew_ident::fit::FreeRun;
+use sinew_ident::report::{Provenance, Report, Tone, quantity};
+use sinew_ident::validation::{Free, Model, chapters};
 
 /// The page.
-pub fn report(outcome: &Outcome, summary: &Summary, command: &str) -> Report {
+///
+/// # Errors
+/// A column that a recording lacks; the fit has read them all.
+pub fn report(outcome: &Outcome, summary: &Summary, made: &Provenance) -> Result<Report> {
     let unit = &summary.tracking.unit;
     let tracking = &summary.tracking;
     let pid_note = |informed: f64, very: f64| match &outcome.pid {
@@ -68,19 +79,69 @@ pub fn report(outcome: &Outcome, summary: &Summary, command: &str) -> Report {
                 ),
             );
     }
+    let runs = Runs::of(outcome);
+    let free = runs.free(outcome);
     page = page
+        .next(next(outcome))
         .section(loop_section(outcome))
-        .section(fit_section(outcome, summary));
+        .section(fit_section(outcome, &free));
     if let Some(diagnosis) = &outcome.diagnosis {
         page = page.section(sinew_ident::diagnose::output::chapter(diagnosis));
     }
-    page.section(network_section(outcome))
+    let page = page.section(network_section(outcome));
+    let page = chapters(&free)?.into_iter().fold(page, Report::section);
+    Ok(page
         .section(conditions(outcome))
-        .footer(format!(
-            "{command} · sinew {} · {:.1} s",
-            env!("CARGO_PKG_VERSION"),
-            outcome.seconds
-        ))
+        .made(&made.clone().seconds(outcome.seconds)))
+}
+
+/// The step after a build: where something is unexplained, a diagnosis.
+fn next(outcome: &Outcome) -> String {
+    let unexplained = outcome.fit.sensors.iter().any(|s| !s.is_explained());
+    if unexplained && outcome.diagnosis.is_none() {
+        return "the rig does not explain its recordings; build again with --diagnose".into();
+    }
+    let better = outcome.informed_pid.as_ref().is_ok_and(|pid| {
+        let first = |values: &[f64]| values.first().copied().unwrap_or(f64::NAN);
+        first(&pid.score.rms) < first(&outcome.mpc.score.rms)
+    });
+    if better {
+        "the PID tracks better than the MPC here: tune horizons and weights with `sinew tune`, or \
+         keep the PID"
+            .into()
+    } else {
+        "wire the board that is to carry it (`sinew wire`), then `sinew flash`".into()
+    }
+}
+
+/// Free runs of a build, of each rig together.
+struct Runs {
+    before: Vec<FreeRun>,
+    after: Vec<FreeRun>,
+}
+
+impl Runs {
+    fn of(outcome: &Outcome) -> Self {
+        let all = || outcome.free_runs.iter();
+        Self {
+            before: all().map(|run| run.before.clone()).collect(),
+            after: all().map(|run| run.after.clone()).collect(),
+        }
+    }
+
+    fn free<'a>(&'a self, outcome: &'a Outcome) -> Free<'a> {
+        let model = |name, tone, runs| Model { name, tone, runs };
+        Free {
+            rig: &outcome.fit.rig,
+            recordings: (outcome.free_runs.iter())
+                .map(|run| (run.role, &run.recording))
+                .collect(),
+            models: vec![
+                model("as written", Tone::Orange, &self.before[..]),
+                model("refitted", Tone::Blue, &self.after),
+            ],
+        }
+    }
 }
 
 fn lead(outcome: &Outcome, summary: &Summary) -> String {
@@ -105,8 +166,8 @@ fn lead(outcome: &Outcome, summary: &Summary) -> String {
 ///
 /// # Errors
 /// A file cannot be written.
-pub fn write(outcome: &Outcome, summary: &Summary, folder: &Path, command: &str) -> Result<()> {
-    report(outcome, summary, command).write(folder.join("report.html"))?;
+pub fn write(outcome: &Outcome, summary: &Summary, folder: &Path, made: &Provenance) -> Result<()> {
+    report(outcome, summary, made)?.write(folder.join("report.html"))?;
     summary.write(&folder.join("summary.json"))?;
     sinew_files::write(folder.join("loop.csv"), table::loop_csv(outcome))?;
     Ok(sinew_files::write(

@@ -5,10 +5,12 @@ use sinew_mpc::feedback::pid::PidGains;
 use crate::closed_loop::baseline::Tuning;
 use crate::closed_loop::scenario::Run;
 use crate::pipeline::build::Outcome;
-use crate::pipeline::summary::Summary;
 use sinew_ident::report::{
     Block, Plot, Section, Series, Stroke, Table, TableColumn, Tone, quantity, significant,
 };
+use sinew_ident::validation::{Free, fit_table, motions};
+
+use super::of_training::training;
 
 fn column(run: &Run, of: impl Fn(&Run) -> &Vec<Vec<f64>>, i: usize) -> Vec<f64> {
     of(run).iter().map(|row| row[i]).collect()
@@ -107,32 +109,16 @@ fn scores(outcome: &Outcome) -> Table {
     }
 }
 
-pub(super) fn fit_section(outcome: &Outcome, summary: &Summary) -> Section {
+pub(super) fn fit_section(outcome: &Outcome, free: &Free<'_>) -> Section {
     let mut section = Section::new("The fit").text(
         "Free runs: the simulator sees only the inputs. Its start state comes from the first 5 % of each recording; \
-         the error is taken over the rest. Test recordings chose nothing.",
+         the error is taken over the rest. Test recordings chose nothing. Fit is 100 % without an error, and 0 % where \
+         the mean of the measurement would do as well.",
     );
     for doubt in &outcome.doubts {
         section = section.with(Block::Notice(doubt.clone()));
     }
-    let errors = summary.fit.iter().map(|e| {
-        vec![
-            e.role.to_string(),
-            e.signal.clone(),
-            quantity(e.as_written_rms, &e.unit),
-            quantity(e.fitted_rms, &e.unit),
-        ]
-    });
-    section = section.with(Block::Table(Table {
-        caption: "Free-run error (RMS)".into(),
-        columns: columns(&[
-            ("recordings", false),
-            ("signal", false),
-            ("rig as written", true),
-            ("refitted", true),
-        ]),
-        rows: errors.collect(),
-    }));
+    section = section.with(Block::Table(fit_table(free)));
     let parameters = outcome.fit.parameters.iter().map(|p| {
         vec![
             p.name.clone(),
@@ -157,108 +143,33 @@ pub(super) fn fit_section(outcome: &Outcome, summary: &Summary) -> Section {
         ]),
         rows: parameters.collect(),
     }));
-    for run in &outcome.free_runs {
-        for (before, after) in run.before.sensors.iter().zip(&run.after.sensors) {
-            let t = &run.after.t;
-            let plot = Plot::over_time(format!(
-                "{} of {} ({})",
-                after.signal, run.after.recording, run.role
-            ))
-            .y(&after.signal, &after.unit)
-            .with(
-                Series::new("measured", Stroke::Solid, t.clone(), after.measured.clone())
-                    .tone(Tone::Ink),
-            )
-            .with(
-                Series::new(
-                    "as written",
-                    Stroke::Solid,
-                    t.clone(),
-                    before.simulated.clone(),
-                )
-                .tone(Tone::Orange),
-            )
-            .with(
-                Series::new(
-                    "refitted",
-                    Stroke::Dashed,
-                    t.clone(),
-                    after.simulated.clone(),
-                )
-                .tone(Tone::Blue),
-            );
-            let difference = |s: &[f64]| {
-                s.iter()
-                    .zip(&after.measured)
-                    .map(|(a, b)| a - b)
-                    .collect::<Vec<_>>()
-            };
-            let error = Plot::over_time(format!("{}: simulated minus measured", after.signal))
-                .y("error", &after.unit)
-                .with(
-                    Series::new(
-                        "as written",
-                        Stroke::Solid,
-                        t.clone(),
-                        difference(&before.simulated),
-                    )
-                    .tone(Tone::Orange),
-                )
-                .with(
-                    Series::new(
-                        "refitted",
-                        Stroke::Solid,
-                        t.clone(),
-                        difference(&after.simulated),
-                    )
-                    .tone(Tone::Blue),
-                );
-            section = section.with(Block::Plot(plot)).with(Block::Plot(error));
+    for (index, run) in outcome.free_runs.iter().enumerate() {
+        for plot in motions(&free.models, index, run.role, &[]) {
+            section = section.with(Block::Plot(plot));
         }
     }
     section
 }
 
 pub(super) fn network_section(outcome: &Outcome) -> Section {
-    let record = &outcome.record;
-    let passes: Vec<f64> = (1..=record.history.len()).map(|i| i as f64).collect();
-    let of =
-        |f: fn(&sinew_train::train::Epoch) -> f64| record.history.iter().map(f).collect::<Vec<_>>();
-    let rows = outcome
-        .outputs
-        .iter()
-        .zip(&outcome.units)
-        .enumerate()
-        .map(|(i, (name, unit))| {
-            vec![
-                name.clone(),
-                quantity(record.one_step_rms[i], unit),
-                quantity(record.horizon_rms[i], unit),
-            ]
-        });
-    Section::new("The network")
-        .text(format!(
-            "{} weights; trained on short stretches of the {} rig's motion, rolled out through its own \
-             predictions; the pass with the best validation loss was kept ({} of {}). Loss 1 is the best linear \
-             predictor.{}",
-            record.parameters,
-            outcome.model_rig.name(),
-            record.kept + 1,
-            record.history.len(),
-            if outcome.reused { " Trained in an earlier run on the same files and seed." } else { "" },
-        ))
-        .with(Block::Plot(
-            Plot::over_time("Training")
-                .x("pass", "")
-                .y("loss", "")
-                .with(Series::new("training", Stroke::Solid, passes.clone(), of(|e| e.training)))
-                .with(Series::new("validation", Stroke::Solid, passes, of(|e| e.validation))),
-        ))
-        .with(Block::Table(Table {
-            caption: format!("Prediction error (RMS) on stretches that trained and chose nothing; horizon {}", record.horizon),
-            columns: columns(&[("output", false), ("one step", true), ("end of the horizon", true)]),
-            rows: rows.collect(),
-        }))
+    let basis = outcome.model_rig.name();
+    let reused = if outcome.reused {
+        " Trained in an earlier run on the same files and seed."
+    } else {
+        ""
+    };
+    let text = format!(
+        "Trained on short stretches of the {basis} rig's motion, rolled out through its own \
+         predictions.{reused}"
+    );
+    let signals: Vec<(&str, &str)> = (outcome.outputs.iter().map(String::as_str))
+        .zip(outcome.units.iter().map(String::as_str))
+        .collect();
+    training(
+        Section::new("The network").text(text),
+        &outcome.record,
+        &signals,
+    )
 }
 
 pub(super) fn conditions(outcome: &Outcome) -> Section {

@@ -1,13 +1,13 @@
 //! Rests as a page: the readings over the swept input, or the table of one rest.
 
-use sinew_ident::report::{Block, Plot, Report, Section, Series, Stroke, Tone, count};
+use sinew_ident::report::{Block, Plot, Provenance, Report, Section, Series, Stroke, Tone, count};
 
 use super::text::{remarks, table};
 use super::{Rests, Sweep};
 
 /// The page of a rig's rests.
-pub fn page(rests: &Rests, rig: &str) -> Report {
-    let report = Report::new(format!("Rests of {rig}"));
+pub fn page(rests: &Rests, rig: &str, made: &Provenance) -> Report {
+    let report = Report::new(format!("Rests of {rig}")).made(made);
     let Some(sweep) = &rests.sweep else {
         let row = &rests.rows[0];
         let section = Section::new("Rest").with(Block::Table(table(rests, row)));

@@ -84,7 +84,7 @@ fn drawings_are_written_beside_the_simulation() {
     desk.bring("rigs/tendon.toml");
     desk.succeed("excite tendon.toml --out exc.csv --seconds 2 --no-table --quiet");
     desk.succeed(
-        "simulate tendon.toml --input exc.csv --out rec.csv --plot rec.svg --html rec.html",
+        "simulate tendon.toml --input exc.csv --out rec.csv --plot rec.svg --report rec.html",
     );
     let (svg, html) = (desk.read("rec.svg"), desk.read("rec.html"));
     assert!(svg.starts_with("<svg xmlns=") && svg.contains("<title>u_x_rad</title>"));
@@ -92,7 +92,9 @@ fn drawings_are_written_beside_the_simulation() {
     // A rig without a shape has its plots alone.
     desk.bring("rigs/mass-spring-damper.toml");
     desk.succeed("excite mass-spring-damper.toml --out msd.csv --seconds 2 --no-table --quiet");
-    desk.succeed("simulate mass-spring-damper.toml --input msd.csv --out sim.csv --html sim.html");
+    desk.succeed(
+        "simulate mass-spring-damper.toml --input msd.csv --out sim.csv --report sim.html",
+    );
     let html = desk.read("sim.html");
     assert!(html.contains("<title>q_m</title>") && !html.contains("Shape over time"));
 }

@@ -1,6 +1,7 @@
 //! The `sinew` program as its users meet it. One test program, because linking is the slow part.
 
 mod adopt;
+mod browser;
 mod calibrate;
 mod commission;
 mod convert;
@@ -12,6 +13,7 @@ mod how_to;
 mod interrupt;
 mod learn;
 mod outputs;
+mod pages;
 mod plan;
 mod refusals;
 mod results;

@@ -16,6 +16,10 @@ const QUICK: &[Written] = &[
     ("check fit.csv --rig rig.toml", "--json"),
     ("simulate rig.toml --input fit.csv --out sim.csv", "--json"),
     (
+        "simulate rig.toml --input fit.csv --out sim.csv",
+        "--report",
+    ),
+    (
         "wire rig.toml --board stm32f446 --out wired.toml --force",
         "--json",
     ),
@@ -42,6 +46,7 @@ const QUICK: &[Written] = &[
     ),
     ("fit rig.toml --fit fit.csv --quiet", "--out"),
     ("fit rig.toml --fit fit.csv --quiet", "--json"),
+    ("fit rig.toml --fit fit.csv --quiet", "--report"),
     (
         "diagnose rig.toml --fit fit.csv --time-limit 1 --quiet",
         "--json",
@@ -78,11 +83,13 @@ const SLOW: &[Written] = &[
     ("build", "--json"),
     ("emit", "--json"),
     ("train", "--json"),
+    ("train", "--report"),
     ("calibrate", "--json"),
     ("size", "--json"),
     ("verify", "--json"),
     ("tune", "--out"),
     ("tune", "--json"),
+    ("tune", "--report"),
     ("learn", "--out"),
     ("learn", "--rig-out"),
     ("learn", "--json"),
@@ -95,6 +102,7 @@ const SLOW: &[Written] = &[
     ("monitor", "--json"),
     ("monitor", "--out"),
     ("pil", "--recording"),
+    ("pil", "--report"),
     ("adopt", "--out"),
 ];
 

@@ -83,8 +83,10 @@ fn a_comparison_ends_with_the_status_of_its_own_errors() {
 #[test]
 fn a_loop_on_a_board_is_a_document() {
     let (desk, flags) = loop_desk();
-    let line = format!("pil rig.toml model --fit recording.csv --board host {flags}");
+    let line =
+        format!("pil rig.toml model --fit recording.csv --board host {flags} --report pil.html");
     let found = result(&desk, &line, "pil", 0);
+    crate::pages::a_loop_can_be_read(&desk, "pil.html");
     assert!(found["steps"].as_u64() > Some(100), "{found}");
     assert_eq!(found["outputs"].as_array().map(Vec::len), Some(3));
     assert!(

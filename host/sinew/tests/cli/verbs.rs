@@ -618,9 +618,11 @@ fn a_cost_to_go_of_the_rig_is_in_its_model_its_crate_and_the_tuned_rig() {
     let cache = images();
     desk.succeed(&format!(
         "tune rig.toml model --fit mass-spring-damper.fit.csv --out tuned.toml --model-out tuned --mpc-only \
-         --evaluations 20 --horizons 1 --control-horizons 1 --build-dir {} --quiet --json tuned.json",
+         --evaluations 20 --horizons 1 --control-horizons 1 --build-dir {} --quiet --json tuned.json \
+         --report tuned.html",
         cache.display()
     ));
+    crate::pages::a_tuning_can_be_read(&desk, "tuned.html");
     let tuned = control("tuned");
     assert_eq!((tuned.horizon, tuned.value), (1, model.value));
     let rig = desk.read("tuned.toml");

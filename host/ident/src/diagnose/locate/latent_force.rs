@@ -112,6 +112,10 @@ pub(crate) struct Trace {
     pub deviation: Vec<f64>,
     pub position: Vec<f64>,
     pub velocity: Vec<f64>,
+    /// States of the rig, row by row.
+    pub states: Vec<Vec<f64>>,
+    /// Parameters of the rig in this recording.
+    pub values: Vec<f64>,
     /// Log likelihood of the measurements under this place and wander (eq. 14).
     pub evidence: f64,
 }
@@ -236,7 +240,11 @@ impl Pushed {
         }
         Ok(evidence
             .is_finite()
-            .then(|| self.smooth(place, &steps, evidence)))
+            .then(|| self.smooth(place, &steps, evidence))
+            .map(|trace| Trace {
+                values: values.to_vec(),
+                ..trace
+            }))
     }
 
     /// The way back (eq. 15).
@@ -251,6 +259,8 @@ impl Pushed {
             deviation: vec![0.0; rows],
             position: vec![0.0; rows],
             velocity: vec![0.0; rows],
+            states: vec![Vec::new(); rows],
+            values: Vec::new(),
             evidence,
         };
         let (mut mean, mut spread) = (last.mean.clone(), last.spread.clone());
@@ -274,8 +284,86 @@ impl Pushed {
             trace.deviation[row] = spread[(states, states)].max(0.0).sqrt();
             trace.position[row] = at(&self.position);
             trace.velocity[row] = at(&self.velocity);
+            trace.states[row] = mean.as_slice()[..states].to_vec();
         }
         trace
+    }
+
+    /// Force at a place by which a rig that has the named effects differs from this one, row by
+    /// row, from the states of a trace (eq. 15a): the force that takes this rig, over one row, to
+    /// the velocity that the other one reaches. Empty where that cannot be simulated.
+    pub fn named_law(
+        &self,
+        place: &Place,
+        (named, of_named): (&Plant, &[f64]),
+        recording: &Experiment,
+        trace: &Trace,
+    ) -> Vec<f64> {
+        let law = self.law_by_rows(place, (named, of_named), recording, trace);
+        law.unwrap_or_default()
+    }
+
+    fn law_by_rows(
+        &self,
+        place: &Place,
+        (named, of_named): (&Plant, &[f64]),
+        recording: &Experiment,
+        trace: &Trace,
+    ) -> Option<Vec<f64>> {
+        let states = &trace.states;
+        let own_names = self.plant.state_names();
+        let names = named.state_names();
+        // States that the effects brought keep what they came to; the others are the trace's.
+        let known: Vec<(usize, usize)> = (names.iter().enumerate())
+            .filter_map(|(to, name)| Some((to, own_names.iter().position(|n| n == name)?)))
+            .collect();
+        let index = |body: usize| {
+            let name = &own_names[self.velocity[body]];
+            names.iter().position(|n| n == name)
+        };
+        let to = index(place.to)?;
+        let from = place.from.map(index);
+        let at = |state: &[f64]| match from {
+            None => Some(state[to]),
+            Some(from) => Some(state[to] - state[from?]),
+        };
+        let mut state = vec![0.0; names.len()];
+        let rows = states.len().min(recording.rows());
+        let mut law = Vec::with_capacity(rows);
+        for row in 0..rows {
+            for (to, from) in &known {
+                state[*to] = states[row][*from];
+            }
+            let Some(&next) = recording.t.get(row + 1).filter(|_| row + 1 < rows) else {
+                law.push(law.last().copied()?);
+                break;
+            };
+            let inputs = |row: usize| -> Vec<f64> {
+                let columns = recording.inputs.iter();
+                columns.map(|column| column[row]).collect()
+            };
+            let mut stepper = Stepper::new(named, of_named, &state).ok()?;
+            stepper
+                .advance_between(next - recording.t[row], &inputs(row), &inputs(row + 1))
+                .ok()?;
+            state = stepper.state();
+            let reached = at(&state)?;
+            let all = states[row].iter().copied().chain([0.0]);
+            let mean = DVector::from_iterator(states[row].len() + 1, all);
+            let own = self.linear(place, &trace.values, (recording, row), &mean, true)?;
+            let force = states[row].len();
+            let part = |of: &[usize], body: usize| {
+                let (value, slope) = &own.next[of[body]];
+                [*value, slope[force]]
+            };
+            let here = part(&self.velocity, place.to);
+            let there = place
+                .from
+                .map_or([0.0; 2], |body| part(&self.velocity, body));
+            let missing = (reached - (here[0] - there[0])) / (here[1] - there[1]);
+            law.push(missing.is_finite().then_some(missing)?);
+        }
+        Some(law)
     }
 
     /// Readings of a row and, if `on`, the state at the next one, with derivatives.
@@ -336,5 +424,98 @@ impl Pushed {
             }
         }
         Some(linear)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A mass on a spring and a damper that is pushed to and fro.
+    fn rig() -> Rig {
+        let file = "/../../rigs/mass-spring-damper.toml";
+        let rig = Rig::load(env!("CARGO_MANIFEST_DIR").to_owned() + file);
+        rig.expect("the demo's rig ships with the project")
+    }
+
+    fn experiment(rows: usize) -> Experiment {
+        let t: Vec<f64> = (0..rows).map(|k| 0.005 * k as f64).collect();
+        Experiment {
+            name: "A.csv".into(),
+            inputs: vec![t.iter().map(|t| 6.0 * (3.0 * t).sin()).collect()],
+            signals: vec![vec![0.0; rows]],
+            held: Vec::new(),
+            t,
+        }
+    }
+
+    /// States of a rig over the experiment, and what the other one lacks.
+    fn law(named: &Rig, place: &Place, rows: usize) -> (Vec<Vec<f64>>, Vec<f64>) {
+        let plant = Plant::new(named).unwrap();
+        let experiment = experiment(rows);
+        let drive = experiment.drive(&plant, 0..rows).unwrap();
+        let mut states = Vec::new();
+        let start = vec![0.0; plant.state_len()];
+        plant
+            .simulate_with(
+                &plant.values(),
+                &start,
+                &drive,
+                &experiment.t,
+                |_, stepper| {
+                    states.push(stepper.state());
+                },
+            )
+            .unwrap();
+        let pushed = Pushed::new(&rig()).unwrap();
+        let trace = Trace {
+            values: pushed.values.clone(),
+            states: states.clone(),
+            ..Trace::default()
+        };
+        let found = pushed.named_law(place, (&plant, &plant.values()), &experiment, &trace);
+        (states, found)
+    }
+
+    fn mass() -> Place {
+        places(&rig()).swap_remove(0)
+    }
+
+    #[test]
+    fn the_law_of_dry_friction_is_its_level_against_the_velocity() {
+        let named = rig().with_effect(Kind::Coulomb, Site::Body(0), &[0.6]);
+        let (states, law) = law(&named.unwrap(), &mass(), 800);
+        assert_eq!(law.len(), 800);
+        let mut judged = 0;
+        for (state, force) in states.iter().zip(&law).take(799) {
+            let velocity = state[1];
+            // A row in which the motion turns has less in the mean.
+            if velocity.abs() > 0.1 {
+                judged += 1;
+                let expected = -0.6 * velocity.signum();
+                assert!((force - expected).abs() < 0.02, "{force} at {velocity} m/s");
+            }
+        }
+        assert!(judged > 400, "{judged}");
+    }
+
+    #[test]
+    fn the_law_counts_numbers_that_moved_and_is_zero_where_nothing_did() {
+        let (_, nothing) = law(&rig(), &mass(), 200);
+        assert!(
+            nothing.iter().all(|force| force.abs() < 1e-6),
+            "{nothing:?}"
+        );
+        let damped = std::fs::read_to_string(&rig().file).unwrap();
+        let damped = damped.replace("damping = { value = 1.2,", "damping = { value = 1.7,");
+        let damped = Rig::parse(&damped, "damped.toml").unwrap();
+        let (states, law) = law(&damped, &mass(), 800);
+        for (pair, force) in states.windows(2).zip(&law) {
+            let velocity = 0.5 * (pair[0][1] + pair[1][1]);
+            assert!(
+                (force + 0.5 * velocity).abs() < 0.02,
+                "{force} at {velocity} m/s"
+            );
+        }
     }
 }

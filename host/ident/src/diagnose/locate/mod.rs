@@ -7,9 +7,9 @@ mod regressors;
 
 use crate::diagnose::config::CONFIG;
 use rayon::prelude::*;
-use sinew_sim::Rig;
 use sinew_sim::effects::Quantity;
 use sinew_sim::rig::{Drives, Reads};
+use sinew_sim::{Plant, Rig};
 
 use crate::diagnose::data::Data;
 use crate::diagnose::details::{ForceTrace, Recovered};
@@ -18,6 +18,8 @@ use crate::diagnose::locate::latent_force::{Place, Pushed, Trace, Wander, places
 use crate::diagnose::locate::regressors::{Company, follows};
 use crate::diagnose::residuals::Residuals;
 use crate::error::Result;
+use crate::fit::free_run;
+use crate::recording::Recording;
 
 /// A place with the force that it lacks.
 pub(crate) struct Located {
@@ -26,15 +28,37 @@ pub(crate) struct Located {
     pub recovered: Recovered,
 }
 
-/// Tries a force at every place of the refitted rig; `at` asks for one place only.
+/// The rig with the named effects, and the recordings that its own values are found from.
+#[derive(Clone, Copy)]
+pub(crate) struct Mended<'a> {
+    pub rig: &'a Rig,
+    pub recordings: &'a [Recording],
+}
+
+impl Mended<'_> {
+    /// Its plant, and its values in a recording.
+    fn in_recording(&self, index: usize) -> Option<(Plant, Vec<f64>)> {
+        let plant = Plant::new(self.rig).ok()?;
+        let values = free_run(self.rig, self.recordings.get(index)?).ok()?.values;
+        Some((plant, values))
+    }
+}
+
+/// Tries a force at every place of the refitted rig; `at` asks for one place only, `mended` for
+/// the law that the named effects give there.
 ///
 /// # Errors
 /// None that reading the recordings has not excluded.
-pub(crate) fn locate(rig: &Rig, data: &Data, at: Option<&str>) -> Result<Option<Located>> {
+pub(crate) fn locate(
+    rig: &Rig,
+    data: &Data,
+    at: Option<&str>,
+    mended: Option<Mended<'_>>,
+) -> Result<Option<Located>> {
     let Some(pushed) = Pushed::new(rig) else {
         return Ok(None);
     };
-    let plant = sinew_sim::Plant::new(rig)?;
+    let plant = Plant::new(rig)?;
     let thin = (data.rows() / (CONFIG.locate.rows * data.experiments.len().max(1))).max(1);
     let thinned = data.thinned(rig, &plant, thin);
     let tries: Vec<(Place, Wander)> = places(rig)
@@ -106,6 +130,20 @@ pub(crate) fn locate(rig: &Rig, data: &Data, at: Option<&str>) -> Result<Option<
         input: input.as_deref(),
     });
     let motion = rig.bodies[place.to].motion;
+    let laws: Vec<Vec<f64>> = (traces.iter().zip(&thinned.experiments).enumerate())
+        .map(|(index, (trace, experiment))| {
+            let named = mended.and_then(|mended| mended.in_recording(index));
+            named.map_or_else(Vec::new, |(plant, values)| {
+                pushed.named_law(&place, (&plant, &values), experiment, trace)
+            })
+        })
+        .collect();
+    // Effects of a sensor are no force.
+    let largest = laws
+        .iter()
+        .flatten()
+        .fold(0.0, |most: f64, f| most.max(f.abs()));
+    let is_force = largest > 1e-6 * force.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
     Ok(Some(Located {
         component: place.component.clone(),
         follows: what.to_owned(),
@@ -116,13 +154,14 @@ pub(crate) fn locate(rig: &Rig, data: &Data, at: Option<&str>) -> Result<Option<
             traces: traces
                 .into_iter()
                 .zip(&thinned.experiments)
-                .map(|(trace, experiment)| ForceTrace {
+                .zip(laws)
+                .map(|((trace, experiment), law)| ForceTrace {
                     recording: experiment.name.clone(),
                     t: experiment.t.clone(),
                     position: trace.position,
                     velocity: trace.velocity,
                     force: trace.force,
-                    law: Vec::new(),
+                    law: if is_force { law } else { Vec::new() },
                 })
                 .collect(),
         },

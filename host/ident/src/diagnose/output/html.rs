@@ -2,14 +2,15 @@
 
 use sinew_sim::Rig;
 
-use super::text::after;
+use super::text::{after, roles};
 use super::{mended, percent, placed, plots, tables};
 use crate::diagnose::wording::share_of;
 use crate::diagnose::{Diagnosis, Verdict};
 use crate::error::Result;
-use crate::fit::free_run;
+use crate::fit::{FreeRun, free_run};
 use crate::recording::Recording;
-use crate::report::{Block, Report, Section, quantity};
+use crate::report::{Block, Provenance, Report, Section, Tone, quantity};
+use crate::validation::{Free, Model, chapters, fit_table, motions};
 
 /// Recordings drawn at most; the table of errors counts all.
 const DRAWN: usize = 8;
@@ -23,7 +24,7 @@ pub struct Shown<'a> {
     pub recording: &'a Recording,
 }
 
-/// The page. `written` is the rig as it came; `command` is what made the page.
+/// The page. `written` is the rig as it came; `made` is the command that made the page.
 ///
 /// # Errors
 /// As [`free_run`].
@@ -31,11 +32,32 @@ pub fn report(
     diagnosis: &Diagnosis,
     written: &Rig,
     shown: &[Shown<'_>],
-    command: &str,
+    made: &Provenance,
 ) -> Result<Report> {
+    let runs = [written, &diagnosis.refitted, &diagnosis.mended].map(|rig| {
+        let all = shown.iter().map(|shown| free_run(rig, shown.recording));
+        all.collect::<Result<Vec<FreeRun>>>()
+    });
+    let [as_written, refitted, corrected] = runs;
+    let (as_written, refitted, corrected) = (as_written?, refitted?, corrected?);
+    let model = |name, tone, runs| Model { name, tone, runs };
+    let mut models = vec![
+        model("as written", Tone::Green, &as_written[..]),
+        model("refitted", Tone::Orange, &refitted),
+    ];
+    // Where nothing is named the corrected rig is the refitted one.
+    if corrected_differs(diagnosis) {
+        models.push(model("corrected", Tone::Blue, &corrected));
+    }
+    let free = Free {
+        rig: &diagnosis.mended,
+        recordings: (shown.iter()).map(|it| (it.role, it.recording)).collect(),
+        models,
+    };
     let mut page = Report::new(format!("{}: {}", written.name, heading(diagnosis.verdict)))
         .lead(diagnosis.sentence.clone())
-        .section(when(diagnosis, written, shown)?);
+        .next(diagnosis.next_experiment.clone())
+        .section(when(diagnosis, &free));
     for (signal, fit) in &diagnosis.fit {
         let (role, errors) = match fit.test {
             Some(test) => ("test", test),
@@ -45,7 +67,12 @@ pub fn report(
             format!("{signal}, {role}"),
             after(errors, &fit.unit),
             format!(
-                "before {}; {}noise {}",
+                "{}before {}; {}noise {}",
+                match free.fit_text(role, signal) {
+                    // Free runs that mean nothing have no fit.
+                    percent if percent.is_empty() || errors.after_rms.is_none() => String::new(),
+                    percent => format!("fit {percent}; "),
+                },
                 quantity(errors.before_rms, &fit.unit),
                 errors.judged_rms.map_or_else(String::new, |rms| {
                     format!("over windows, as judged, {}; ", quantity(rms, &fit.unit))
@@ -74,16 +101,19 @@ pub fn report(
     if diagnosis.details.recovered.is_some() {
         page = page.section(follows(diagnosis));
     }
+    let page = page
+        .section(what(diagnosis, written))
+        .section(how_well(diagnosis, &free))
+        .section(what_else(diagnosis));
+    let page = chapters(&free)?.into_iter().fold(page, Report::section);
     Ok(page
-        .section(what(diagnosis))
-        .section(how_well(diagnosis))
-        .section(what_else(diagnosis))
         .section(what_next(diagnosis))
-        .footer(format!(
-            "{command} · sinew {} · {:.1} s",
-            env!("CARGO_PKG_VERSION"),
-            diagnosis.seconds
-        )))
+        .made(&made.clone().seconds(diagnosis.seconds)))
+}
+
+/// True where the mended rig is another one than the refitted.
+fn corrected_differs(diagnosis: &Diagnosis) -> bool {
+    diagnosis.mended.to_toml() != diagnosis.refitted.to_toml()
 }
 
 fn heading(verdict: Verdict) -> &'static str {
@@ -95,7 +125,7 @@ fn heading(verdict: Verdict) -> &'static str {
     }
 }
 
-fn when(diagnosis: &Diagnosis, written: &Rig, shown: &[Shown<'_>]) -> Result<Section> {
+fn when(diagnosis: &Diagnosis, free: &Free<'_>) -> Section {
     let mut section = Section::new("Where and when").text(match &diagnosis.location {
         Some(location) if location.intervals.is_empty() => format!(
             "The mismatch sits at {}, all along the recordings.",
@@ -115,30 +145,31 @@ fn when(diagnosis: &Diagnosis, written: &Rig, shown: &[Shown<'_>]) -> Result<Sec
     for note in &diagnosis.notes {
         section = section.with(Block::Notice(note.clone()));
     }
-    let mut order: Vec<&Shown<'_>> = shown.iter().collect();
+    let mut order: Vec<usize> = (0..free.recordings.len()).collect();
     // What judges comes first: these recordings chose nothing.
-    order.sort_by_key(|shown| {
+    order.sort_by_key(|&index| {
         ["test", "check", "fit"]
             .iter()
-            .position(|r| *r == shown.role)
+            .position(|role| *role == free.recordings[index].0)
     });
-    for shown in order.iter().take(DRAWN) {
-        let of = |rig: &Rig| free_run(rig, shown.recording);
-        let runs = plots::Runs {
-            role: shown.role,
-            written: of(written)?,
-            before: of(&diagnosis.refitted)?,
-            after: of(&diagnosis.mended)?,
-        };
-        for plot in plots::runs(diagnosis, &runs) {
+    for &index in order.iter().take(DRAWN) {
+        let (role, recording) = free.recordings[index];
+        let name = recording.name();
+        let bands: Vec<[f64; 2]> = (diagnosis.location.iter())
+            .flat_map(|location| &location.intervals)
+            .filter(|stretch| stretch.recording == name)
+            .map(|stretch| [stretch.t_start_s, stretch.t_end_s])
+            .collect();
+        for plot in motions(&free.models, index, role, &bands) {
             section = section.with(Block::Plot(plot));
         }
     }
     if order.len() > DRAWN {
-        let rest: Vec<String> = order[DRAWN..].iter().map(|s| s.recording.name()).collect();
+        let rest = order[DRAWN..].iter();
+        let rest: Vec<String> = rest.map(|&i| free.recordings[i].1.name()).collect();
         section = section.text(format!("Not drawn: {}.", rest.join(", ")));
     }
-    Ok(section)
+    section
 }
 
 fn follows(diagnosis: &Diagnosis) -> Section {
@@ -151,14 +182,28 @@ fn follows(diagnosis: &Diagnosis) -> Section {
         _ => "The force that the refitted rig lacks, recovered from the recordings.".into(),
     });
     if let Some(recovered) = &diagnosis.details.recovered {
-        for plot in plots::recovered(recovered) {
+        let named = law_name(diagnosis);
+        if recovered.traces.iter().any(|trace| !trace.law.is_empty()) {
+            section = section.text(
+                "Over it lies what the corrected rig has more than the refitted one: the named \
+                 effects, and the rig's own numbers where they moved.",
+            );
+        }
+        for plot in plots::recovered(recovered, &named) {
             section = section.with(Block::Plot(plot));
         }
     }
     section
 }
 
-fn what(diagnosis: &Diagnosis) -> Section {
+/// The law that is drawn over the recovered force: the name of the effect, of several all.
+fn law_name(diagnosis: &Diagnosis) -> String {
+    let kinds = diagnosis.effects.iter();
+    let kinds: Vec<String> = kinds.map(|effect| effect.kind.replace('_', " ")).collect();
+    format!("{} as named", kinds.join(" and "))
+}
+
+fn what(diagnosis: &Diagnosis, written: &Rig) -> Section {
     let mut section = Section::new("What was found");
     for effect in &diagnosis.effects {
         section = section
@@ -173,22 +218,34 @@ fn what(diagnosis: &Diagnosis) -> Section {
         section = section.text(diagnosis.sentence.clone());
     }
     if !diagnosis.parameters.is_empty() {
-        section = section.with(Block::Table(tables::estimates(
-            "The rig's own free parameters, refitted",
-            &diagnosis.parameters,
-        )));
+        section = section.with(Block::Table(tables::numbers(diagnosis, written)));
     }
     section
 }
 
-fn how_well(diagnosis: &Diagnosis) -> Section {
+fn how_well(diagnosis: &Diagnosis, free: &Free<'_>) -> Section {
     Section::new("Before and after")
         .text(
             "Free runs: the simulator sees only the inputs. Its start state comes from the first 5 % of each \
              recording; the error is taken over the rest. Fit recordings gave the numbers, check recordings \
-             decided what is believed, test recordings chose nothing.",
+             decided what is believed, test recordings chose nothing. Fit is 100 % without an error, and 0 % \
+             where the mean of the measurement would do as well.",
         )
-        .with(Block::Table(tables::errors(diagnosis)))
+        .with(Block::Table(fit_table(free)))
+        .with(Block::Table(
+            // Rows that were set aside are no file of their own, and windows are no free runs.
+            if diagnosis.details.set_aside.is_some() || over_windows(diagnosis) {
+                tables::errors(diagnosis)
+            } else {
+                tables::noise(diagnosis)
+            },
+        ))
+}
+
+/// True where a signal was judged over windows, not over free runs of whole recordings.
+fn over_windows(diagnosis: &Diagnosis) -> bool {
+    let mut all = diagnosis.fit.values().flat_map(roles);
+    all.any(|(_, errors)| errors.judged_rms.is_some())
 }
 
 /// The finding in short, as a chapter of another page.
@@ -277,8 +334,13 @@ mod tests {
             recording: &recording,
         }];
         let written = diagnosis.refitted.clone();
-        let page =
-            report(&diagnosis, &written, &shown, "sinew diagnose").expect("the report is drawn");
+        let page = report(
+            &diagnosis,
+            &written,
+            &shown,
+            &Provenance::new("sinew diagnose"),
+        )
+        .expect("drawn");
         let html = page.to_html();
         for expected in [
             "Dry friction of 20.1 N at carriage is missing from the model.",
@@ -289,7 +351,9 @@ mod tests {
             "two parameters more for the same error",
             "19.8 N to 20.4 N",
             "[[effect]]",
-            "1.30 mm",
+            "coulomb friction as named",
+            "carriage.inertia",
+            "Coverage of the recordings",
         ] {
             assert!(html.contains(expected), "{expected} is not on the page");
         }

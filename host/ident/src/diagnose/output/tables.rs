@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use sinew_sim::{Plant, Rig};
+
 use super::text::{after, roles};
 use super::{interval, percent, placed};
 use crate::diagnose::wording::share_of;
@@ -21,6 +23,49 @@ pub(super) fn estimates(caption: &str, of: &BTreeMap<String, Estimate>) -> Table
             })
         },
     )
+}
+
+/// The rig's own free parameters: as written, refitted, and beside the named effects.
+pub(super) fn numbers(diagnosis: &Diagnosis, written: &Rig) -> Table {
+    let value = |rig: &Rig, name: &str| {
+        let plant = Plant::new(rig).ok()?;
+        Some(plant.values()[plant.slot(name)?])
+    };
+    let titles = [
+        "parameter",
+        "#as written",
+        "#refitted",
+        "#corrected",
+        "#95 % interval",
+    ];
+    let table = Table::new("The rig's own free parameters", titles);
+    (diagnosis.parameters.iter()).fold(table, |table, (name, estimate)| {
+        let cell = |rig: &Rig| {
+            let value = value(rig, name);
+            value.map_or_else(String::new, |value| quantity(value, &estimate.unit))
+        };
+        let corrected = quantity(estimate.value, &estimate.unit);
+        let table = table.row([
+            name.clone(),
+            cell(written),
+            cell(&diagnosis.refitted),
+            corrected,
+            interval(estimate),
+        ]);
+        estimate.recordings.iter().fold(table, |table, own| {
+            let of = format!("{name} of {}", own.recording);
+            let value = quantity(own.value, &own.unit);
+            table.row([of, String::new(), String::new(), value, own_interval(own)])
+        })
+    })
+}
+
+/// Noise of each signal, which no model goes below.
+pub(super) fn noise(diagnosis: &Diagnosis) -> Table {
+    let table = Table::new("", ["signal", "#noise of the measurement"]);
+    (diagnosis.fit.iter()).fold(table, |table, (signal, fit)| {
+        table.row([signal.clone(), quantity(fit.noise_rms, &fit.unit)])
+    })
 }
 
 /// Free-run errors before and after.

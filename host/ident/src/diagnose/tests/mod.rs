@@ -75,6 +75,16 @@ fn the_demos_hidden_friction_is_named_and_mends_what_chose_nothing() {
         ("coulomb_friction", "mass")
     );
     assert!(effect.confidence > 0.8, "{}", effect.confidence);
+    let recovered = found.details.recovered.as_ref().expect("a force");
+    let trace = &recovered.traces[0];
+    assert_eq!(trace.law.len(), trace.force.len());
+    let [both, force, law] = [(0, 1), (0, 0), (1, 1)].map(|(a, b)| {
+        let of = [&trace.force, &trace.law];
+        let products = of[a].iter().zip(of[b]).map(|(a, b)| a * b);
+        products.sum::<f64>()
+    });
+    let alike = both / (force * law).sqrt();
+    assert!(alike > 0.7, "the law follows the force by {alike} only");
     // tests/foreign/mass_spring_damper.truth.json
     let level = &effect.parameters["level"];
     assert!((level.value / 0.58 - 1.0).abs() < 0.01, "{level:?}");
