@@ -72,6 +72,8 @@ def test_a_fit_finds_the_inertia_of_the_closed_form(cart):
     assert found.is_explained
     errors = found.errors["q_mm"]
     assert errors["test"]["fitted_rms"] < 1e-3 * errors["test"]["as_written_rms"]
+    assert errors["test"]["fitted_percent"] > 99.8 > errors["test"]["as_written_percent"]
+    assert " %</td>" in found._repr_html_()
     assert [run.recording for run in found.runs] == ["fit[0]", "other"]
     assert found.rig.parameters["cart.inertia"].value == inertia.value
     assert "cart.inertia" in found._repr_html_() and "q_mm" in found._repr_html_()

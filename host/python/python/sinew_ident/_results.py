@@ -148,7 +148,8 @@ class FitResult(_Document):
     parameters : dict of FittedParameter
         By full name.
     errors : dict
-        Of each signal: ``as_written_rms`` and ``fitted_rms`` of ``fit`` and ``test``, SI.
+        Of each signal: ``as_written_rms`` and ``fitted_rms`` of ``fit`` and ``test``, SI, and
+        ``as_written_percent`` and ``fitted_percent``, the fit in per cent (NRMSE).
     warnings : list of str
         What to look at before the numbers are used.
     checks : list of dict
@@ -198,9 +199,11 @@ class FitResult(_Document):
             for role in ("fit", "test"):
                 if raw[role] is not None:
                     numbers = [raw[role]["as_written_rms"], raw[role]["fitted_rms"]]
-                    errors.append([signal, role, *map(_number, numbers), raw["unit"]])
+                    percent = raw[role]["fitted_percent"]
+                    fit = "" if percent is None else f"{percent:.1f} %"
+                    errors.append([signal, role, *map(_number, numbers), raw["unit"], fit])
         titles = ["parameter", "as written", "fitted", "95 %", "unit"]
-        of_errors = ["signal", "role", "RMS as written", "RMS refitted", "unit"]
+        of_errors = ["signal", "role", "RMS as written", "RMS refitted", "unit", "fit"]
         notes = "".join(f"<p>warning: {html.escape(note)}</p>" for note in self.warnings)
         return _table(titles, rows) + _table(of_errors, errors) + notes
 

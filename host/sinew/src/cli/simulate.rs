@@ -330,7 +330,7 @@ fn draw(
     }
     let free = Free {
         rig,
-        // What was recorded chose nothing of this rig.
+        // The recording chose nothing of this rig.
         recordings: vec![("test", recording)],
         models: vec![Model {
             name: "simulated",
@@ -365,7 +365,7 @@ fn draw(
     page.made(&made).write(path)
 }
 
-/// What was simulated, beside what the recording has of it.
+/// The simulation beside what the recording has of it.
 fn free_run(plant: &Plant, recording: &Recording, run: &RecordingRun) -> FreeRun {
     let sensors = plant.sensors().iter().enumerate().map(|(i, sensor)| {
         let recorded = recording.sensor(sensor);

@@ -6,7 +6,7 @@ use sinew_ident::report::{
     significant,
 };
 
-/// What the page is about beside the run.
+/// Names and counts of the page, beside the run.
 pub struct LoopPage<'a> {
     /// Name of the rig.
     pub rig: &'a str,

@@ -3,7 +3,7 @@
 use crate::closed_loop::benchmark::Benchmark;
 use sinew_ident::report::{Block, Provenance, Report, Section, Table};
 
-/// What was searched and found, beside the loops.
+/// Search and findings of a tuning, beside its loops.
 pub struct TuningPage<'a> {
     /// Name of the rig.
     pub rig: &'a str,

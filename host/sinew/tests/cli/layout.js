@@ -1,4 +1,4 @@
-// Layout of a page as facts: what sticks out, what overlaps, what is too small or too faint to read.
+// Layout of a page as facts: what sticks out, overlaps, is empty, too small or too faint.
 (() => {
   const found = { outside: [], overlaps: [], flat: [], small: [], faint: [], plots: 0 };
   const wide = document.documentElement.clientWidth;
@@ -6,7 +6,7 @@
   found.scroll = document.documentElement.scrollWidth;
   found.height = document.documentElement.scrollHeight;
 
-  // What scrolls by itself may be wider than the page; only what is seen of it counts.
+  // A box that scrolls by itself may be wider than the page; only what is seen of it counts.
   const scroller = (node) => node.closest(".wide, pre");
   const seen = (rect, node) => {
     const around = scroller(node);
