@@ -148,7 +148,7 @@ impl Shared<'_> {
             .filter(|&index| self.free.recordings[index].0 == role)
             .collect();
         let mut section = Section::new("Residuals").text(format!(
-            "Measured minus simulated, of the {role} recordings. Where the model explains all but \
+            "Measured minus simulated, of the {role} recordings. If the model explains all but \
              white noise, 99 % of the coefficients lie between the dashed lines. Residuals that \
              remember themselves have unmodelled motion or coloured noise; those that follow an \
              input have an effect of this input that the model lacks. A positive lag is an input \

@@ -16,7 +16,7 @@ const ABOVE: f64 = 3.0;
 /// Recordings that are drawn at most; the table of errors counts all.
 const DRAWN: usize = 8;
 
-/// What a page of a fit is made of.
+/// Parts that a page of a fit is made of.
 #[derive(Clone, Debug)]
 pub struct FitPage<'a> {
     /// The fit.

@@ -45,7 +45,7 @@ pub fn report(
         model("as written", Tone::Green, &as_written[..]),
         model("refitted", Tone::Orange, &refitted),
     ];
-    // Where nothing is named the corrected rig is the refitted one.
+    // The corrected rig is the refitted one if nothing is named.
     if corrected_differs(diagnosis) {
         models.push(model("corrected", Tone::Blue, &corrected));
     }
