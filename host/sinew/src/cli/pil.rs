@@ -139,6 +139,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         let page = LoopPage {
             rig: &rig_name,
             board: &board,
+            next: &format!("sinew emit {} --out firmware", arguments.model.display()),
             reference: &ready.task.reference_source,
             outputs: &outputs,
             inputs: &inputs,

@@ -12,6 +12,8 @@ pub struct LoopPage<'a> {
     pub rig: &'a str,
     /// Name of the board, or the port.
     pub board: &'a str,
+    /// Command line that comes next.
+    pub next: &'a str,
     /// Source of the reference.
     pub reference: &'a str,
     /// Outputs with their units.
@@ -29,6 +31,7 @@ pub fn loop_page(of: &LoopPage<'_>, device: &DeviceRun, made: &Provenance) -> Re
     let (run, score, counts) = (&device.run, &device.score, &device.summary);
     let mut page = Report::new(format!("{}: processor in the loop", of.rig))
         .lead(verdict(of, device))
+        .next(of.next)
         .made(made);
     for (i, (signal, unit)) in of.outputs.iter().enumerate() {
         page = page.fact(
