@@ -269,7 +269,7 @@ fn install<'a>(packages: &[&'a str]) -> Vec<&'a str> {
 /// The browser in which pages are looked at: where it cannot be had, those looks are skipped.
 fn browser(consent: Consent) {
     let there = |name: &&str| succeeds(Command::new(name).arg("--version"));
-    if std::env::var_os("SINEW_BROWSER").is_some() || BROWSERS.iter().any(|name| there(&name)) {
+    if std::env::var_os("SINEW_BROWSER").is_some() || BROWSERS.iter().any(there) {
         return;
     }
     println!(

@@ -54,7 +54,7 @@ pub(super) fn page(report: &Report) -> String {
 fn prose(text: &str) -> String {
     let parts: Vec<&str> = text.split('`').collect();
     // A single backtick is one.
-    if parts.len() % 2 == 0 {
+    if parts.len().is_multiple_of(2) {
         return escape(text);
     }
     let parts = parts.into_iter().enumerate().map(|(index, part)| {

@@ -93,7 +93,9 @@ fn now() -> u64 {
 /// `2026-11-28 21:40 UTC` of seconds since 1970.
 fn date(seconds: u64) -> String {
     let (hour, minute) = (seconds / 3600 % 24, seconds / 60 % 60);
-    let leap = |year: u64| year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
+    let leap = |year: u64| {
+        year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400))
+    };
     let mut days = seconds / 86_400;
     let mut year = 1970;
     loop {

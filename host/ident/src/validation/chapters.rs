@@ -387,7 +387,7 @@ fn bode(pair: &str, unit: &str, input: usize, all: &[(String, Tone, Response)]) 
         let (mut decibels, mut degrees) = (Vec::new(), Vec::new());
         let mut last: Option<f64> = None;
         for (frequency, value) in of.frequency.iter().zip(&of.gain[input]) {
-            if !coherent(*frequency) || !(value.norm() > 0.0) {
+            if !coherent(*frequency) || value.norm() == 0.0 {
                 decibels.push(f64::NAN);
                 degrees.push(f64::NAN);
                 continue;

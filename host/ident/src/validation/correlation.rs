@@ -99,15 +99,12 @@ fn samples(series: &[Vec<f64>]) -> usize {
 
 /// Coefficients of `(a(k), b(k - lag))`; pairs with a missing sample are left out.
 fn coefficients(pairs: &[(&[f64], &[f64])], lags: &[i64]) -> Option<Vec<f64>> {
-    let power = |of: fn(&(&[f64], &[f64])) -> Vec<f64>| {
-        let all: Vec<f64> = pairs
-            .iter()
-            .flat_map(of)
-            .filter(|v| v.is_finite())
-            .collect();
+    let power = |side: usize| {
+        let all = pairs.iter().flat_map(|pair| [pair.0, pair.1][side]);
+        let all: Vec<f64> = all.copied().filter(|v| v.is_finite()).collect();
         all.iter().map(|v| v * v).sum::<f64>() / all.len().max(1) as f64
     };
-    let scale = (power(|p| p.0.to_vec()) * power(|p| p.1.to_vec())).sqrt();
+    let scale = (power(0) * power(1)).sqrt();
     if !(scale > 0.0 && scale.is_finite()) {
         return None;
     }

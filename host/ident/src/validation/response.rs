@@ -45,7 +45,7 @@ pub fn response(dt: f64, blocks: &[Block]) -> Option<Response> {
     let rows: usize = blocks.iter().map(|b| b.output.len()).sum();
     let longest = blocks.iter().map(|b| b.output.len()).max()?;
     let length = longest.min(rows / (SEGMENTS + 2 * moving.len()));
-    if moving.is_empty() || length < SHORTEST || !(dt > 0.0) {
+    if moving.is_empty() || length < SHORTEST || dt.is_nan() || dt <= 0.0 {
         return None;
     }
     let segments: Vec<(&Block, usize)> = blocks

@@ -151,7 +151,7 @@ fn difference(kept: &str, now: &str) -> Option<String> {
     let pairs = before.iter().flatten().zip(after.iter().flatten());
     let differences: Vec<f64> = pairs.map(|(a, b)| (a - b).abs()).collect();
     let mean = differences.iter().sum::<f64>() / differences.len().max(1) as f64;
-    if !(mean <= LIKE) {
+    if mean.is_nan() || mean > LIKE {
         return Some(format!("cells differ by {mean:.2} grey levels of 16"));
     }
     // The first cell is a corner of the ground.
@@ -164,7 +164,7 @@ fn difference(kept: &str, now: &str) -> Option<String> {
         sum / cells.len() as f64
     };
     let ratio = ink(&after) / ink(&before);
-    let other = !((ratio - 1.0).abs() <= INK);
+    let other = ratio.is_nan() || (ratio - 1.0).abs() > INK;
     other.then(|| format!("{ratio:.2} times as much is drawn"))
 }
 

@@ -330,9 +330,9 @@ impl Pushed {
         let mut state = vec![0.0; names.len()];
         let rows = states.len().min(recording.rows());
         let mut law = Vec::with_capacity(rows);
-        for row in 0..rows {
+        for (row, smoothed) in states.iter().enumerate().take(rows) {
             for (to, from) in &known {
-                state[*to] = states[row][*from];
+                state[*to] = smoothed[*from];
             }
             let Some(&next) = recording.t.get(row + 1).filter(|_| row + 1 < rows) else {
                 law.push(law.last().copied()?);
@@ -348,10 +348,10 @@ impl Pushed {
                 .ok()?;
             state = stepper.state();
             let reached = at(&state)?;
-            let all = states[row].iter().copied().chain([0.0]);
-            let mean = DVector::from_iterator(states[row].len() + 1, all);
+            let all = smoothed.iter().copied().chain([0.0]);
+            let mean = DVector::from_iterator(smoothed.len() + 1, all);
             let own = self.linear(place, &trace.values, (recording, row), &mean, true)?;
-            let force = states[row].len();
+            let force = smoothed.len();
             let part = |of: &[usize], body: usize| {
                 let (value, slope) = &own.next[of[body]];
                 [*value, slope[force]]
