@@ -1,15 +1,15 @@
 //! Tables and plots of a validation.
 
-use sinew_sim::{MotionQuantity, Plant, Rig};
+use sinew_sim::{MotionQuantity, Plant};
 
 use super::correlation::{Correlation, autocorrelation, cross_correlation};
 use super::coverage::coverage;
+use super::free::{Free, Model};
 use super::motions::error;
 use super::response::{self, Response, response};
 use crate::error::Result;
 use crate::fit::experiment::Experiment;
-use crate::fit::{FreeRun, pool};
-use crate::recording::Recording;
+use crate::fit::pool;
 use crate::report::{Block, Plot, Section, Series, Stroke, Table, Tone, quantity, significant};
 
 /// Pairs of signal and input that are drawn at most.
@@ -20,52 +20,6 @@ const COHERENT: f64 = 0.3;
 const MISSING: f64 = 0.2;
 /// Difference of two sampling times that are one.
 const SAME_PERIOD: f64 = 0.01;
-
-/// A rig's free runs over the recordings, in their order.
-#[derive(Clone, Copy, Debug)]
-pub struct Model<'a> {
-    /// Name in legends: `refitted`.
-    pub name: &'a str,
-    /// Colour in every plot.
-    pub tone: Tone,
-    /// One run a recording.
-    pub runs: &'a [FreeRun],
-}
-
-/// Recordings and the models that were held against them.
-#[derive(Clone, Debug)]
-pub struct Free<'a> {
-    /// The rig: inputs and sensors.
-    pub rig: &'a Rig,
-    /// Each recording with its role: `fit`, `check` or `test`.
-    pub recordings: Vec<(&'a str, &'a Recording)>,
-    /// The models, the best last.
-    pub models: Vec<Model<'a>>,
-}
-
-impl<'a> Free<'a> {
-    /// The role that judges: the one that chose least.
-    fn judging(&self) -> &'static str {
-        let has = |role: &&str| self.recordings.iter().any(|(is, _)| is == role);
-        ["test", "check"].into_iter().find(has).unwrap_or("fit")
-    }
-
-    /// Fit of the best model in per cent, of a signal over the recordings of a role; empty where
-    /// there is none.
-    pub fn fit_text(&self, role: &str, signal: &str) -> String {
-        let best = self.models.last().map(|best| pool(&self.of(best, role)));
-        let mut best = best.unwrap_or_default().into_iter();
-        let found = best.find(|error| error.signal == signal);
-        found.map_or_else(String::new, |error| error.fit_text())
-    }
-
-    /// Runs of a model over the recordings of a role.
-    fn of(&self, model: &Model<'a>, role: &str) -> Vec<FreeRun> {
-        let all = self.recordings.iter().zip(model.runs);
-        let all = all.filter(|((is, _), _)| *is == role);
-        all.map(|(_, run)| run.clone()).collect()
-    }
-}
 
 /// Free-run errors of every model, role by role: root mean square, and fit in per cent
 /// (identification.md, eq. 14a).
@@ -451,9 +405,11 @@ fn evenly(t: &[f64], column: &[f64], period: f64) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
+    use sinew_sim::Rig;
+
     use super::*;
     use crate::fit::free_runs;
-    use crate::recording::Column;
+    use crate::recording::{Column, Recording};
 
     /// A mass on a spring, pushed by noise that is held over ten rows.
     fn rig(damping: f64) -> Rig {

@@ -2,8 +2,7 @@
 
 use sinew_sim::Plant;
 
-use super::Model;
-use super::chapters::Free;
+use super::free::{Free, Model};
 use crate::error::Result;
 use crate::report::{Block, Plot, Section, Series, Stroke, Table, Tone, quantity, significant};
 

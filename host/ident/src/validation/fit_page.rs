@@ -2,7 +2,9 @@
 
 use sinew_sim::Rig;
 
-use super::{Free, Model, chapters, fit_table, motions};
+use super::chapters::{chapters, fit_table};
+use super::free::{Free, Model};
+use super::motions::motions;
 use crate::error::Result;
 use crate::fit::{Fit, FreeRun, SensorFit, fit_text};
 use crate::recording::Recording;

@@ -1,6 +1,6 @@
 //! Measured over simulated, and their difference.
 
-use super::Model;
+use super::free::Model;
 use crate::report::{Plot, Series, Stroke, Tone};
 
 /// Error of a model that is so many times the best one's is not drawn: it would flatten the others.
