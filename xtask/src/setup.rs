@@ -272,11 +272,13 @@ fn browser(consent: Consent) {
     if std::env::var_os("SINEW_BROWSER").is_some() || BROWSERS.iter().any(there) {
         return;
     }
-    println!(
-        "setup: no browser to look at pages in, apt installs {}",
-        BROWSERS[0]
+    let packages = [BROWSERS[0]];
+    let line = install(&packages).join(" ");
+    let asked = agree(
+        consent,
+        &format!("no browser to look at pages in: apt-get {line}"),
     );
-    if apt(&[BROWSERS[0]], consent).is_err() {
+    if asked.and_then(|()| apt(&packages)).is_err() {
         println!("setup: no browser on this machine, so pages are not looked at");
     }
 }
