@@ -12,7 +12,7 @@ const DRAWN: [f64; 2] = [0.025, 0.975];
 /// Steps between them.
 const STEPS: usize = 95;
 
-/// The page of a fleet and of the first second of a device like its own; `made` is the command of it.
+/// The page of a fleet and of the first second of a device like its own; `made` is its command.
 pub fn report(found: &FleetFit, second: &OneSecond, made: &Provenance) -> Report {
     let fleet = &found.fleet;
     let mut page = Report::new(format!("{}: a fleet", fleet.rig)).lead(found.said_of_few());

@@ -56,7 +56,7 @@ const EXAMPLES: &[(&str, &[&str])] = &[
     ),
     (
         "simulate",
-        &["sinew simulate rig.toml --input A.csv --out sim.csv --html sim.html"],
+        &["sinew simulate rig.toml --input A.csv --out sim.csv --report sim.html"],
     ),
     (
         "excite",
