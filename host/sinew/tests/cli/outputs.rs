@@ -5,6 +5,7 @@
 use std::os::unix::fs::{FileTypeExt, symlink};
 
 use crate::desk::Desk;
+use sinew_sim::Rig;
 
 /// A verb's line without the flag, and the flag of its file.
 type Written = (&'static str, &'static str);
@@ -252,5 +253,50 @@ fn a_folder_in_the_place_of_a_file_is_one_error_before_any_work() {
             );
         }
         assert_eq!(desk.read("place/inside"), "kept");
+    }
+}
+
+/// Every verb that writes refuses an output that is one of its inputs, before any work.
+#[test]
+fn no_verb_replaces_what_it_reads() {
+    let desk = Desk::new();
+    let recording = "mass-spring-damper.fit.csv";
+    desk.bring("rigs/mass-spring-damper.toml")
+        .bring("rigs/mass-spring-damper.fit.csv");
+    let rig = desk.read("mass-spring-damper.toml");
+    desk.write("rig.toml", &rig).write("model.toml", &rig);
+    desk.write("test.csv", &desk.read(recording));
+    std::os::unix::fs::symlink("rig.toml", desk.path("link.toml")).expect("a link can be made");
+    let lines = [
+        format!("fit rig.toml --fit {recording} --out ./{recording}"),
+        format!("fit rig.toml --fit {recording} --test test.csv --out test.csv"),
+        format!("fit rig.toml --fit {recording} --out link.toml"),
+        "mjcf rig.toml --out link.toml".into(),
+        format!("new {recording} --yes --force --out ./{recording}"),
+        format!("build rig.toml --fit {recording} --out ."),
+        format!("train model.toml --fit {recording} --out ."),
+    ];
+    for line in lines {
+        let output = desk.sinew(&line);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{line}: {said}");
+        assert!(said.contains("would overwrite what"), "{line}: {said}");
+    }
+    assert_eq!(desk.read("rig.toml"), rig);
+    assert_eq!(desk.read("test.csv"), desk.read(recording));
+}
+
+/// Standard output holds the file alone.
+#[test]
+fn a_file_on_standard_output_stands_there_alone() {
+    let desk = Desk::new();
+    desk.bring("rigs/mass-spring-damper.toml")
+        .bring("rigs/mass-spring-damper.fit.csv");
+    for line in [
+        "new mass-spring-damper.fit.csv --yes --spring yes --out -",
+        "fit mass-spring-damper.toml --fit mass-spring-damper.fit.csv --out -",
+    ] {
+        let text = desk.succeed(line);
+        Rig::parse(&text, "stdout").unwrap_or_else(|error| panic!("{line}: {error}\n{text}"));
     }
 }

@@ -431,3 +431,14 @@ fn experiments() {
     let lines: Vec<&str> = lines.iter().map(String::as_str).collect();
     insta::assert_snapshot!(refusals(&desk, &lines));
 }
+
+#[test]
+fn help_is_no_error() {
+    let desk = Desk::new();
+    for line in ["--help", "build --help", "--version"] {
+        assert!(
+            desk.succeed(line).to_lowercase().contains("sinew"),
+            "{line}"
+        );
+    }
+}

@@ -57,7 +57,7 @@ fn an_unexplained_signal_is_status_4_and_an_undetermined_parameter_3() {
 /// A loop that needs no training, and the flags of its build outputs.
 fn loop_desk() -> (Desk, String) {
     let desk = crate::interrupt::reference_desk();
-    crate::verbs::reference_model(&desk, "model");
+    crate::compare::reference_model(&desk, "model");
     let cache = crate::desk::images();
     let flags = format!("--out out --build-dir {} --quiet --json -", cache.display());
     (desk, flags)
@@ -544,7 +544,8 @@ fn every_verb_with_json_has_a_schema_that_its_output_is_held_to() {
     let list = include_str!("../../../../docs/reference/schemas/README.md");
     let tests = [
         include_str!("results.rs"),
-        include_str!("verbs.rs"),
+        include_str!("identify.rs"),
+        include_str!("import.rs"),
         include_str!("settle.rs"),
         include_str!("plan.rs"),
         include_str!("fit_static.rs"),
