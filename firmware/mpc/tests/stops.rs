@@ -6,6 +6,7 @@ mod common;
 use std::cell::Cell;
 
 use common::case::{Case, FAR};
+use common::counting::Counting;
 use common::{Random, Shallow};
 use sinew_mpc::budget::{Budget, Interrupt, Meter, Part};
 use sinew_mpc::controller::{ControlLoop, Settings};
@@ -268,31 +269,6 @@ fn commands_of_stopped_steps_are_inside_the_limits_exactly() {
     }
 }
 
-/// Counts predictions and linearisations.
-struct Counting<'a> {
-    net: Net,
-    predictions: &'a Cell<u32>,
-    linearisations: &'a Cell<u32>,
-}
-
-impl Model<NU, NY, 0, 3, 2> for Counting<'_> {
-    type Trace = [f32; 6];
-    const TRACE: [f32; 6] = [0.0; 6];
-
-    fn predict(&self, x: &Regressor<NU, NY, 0, 3, 2>, a: &mut [f32; 6]) -> [f32; NY] {
-        self.predictions.set(self.predictions.get() + 1);
-        self.net.predict(x, a)
-    }
-
-    fn jacobian(&self, a: &[f32; 6], jacobian: &mut Jacobian<NU, NY, 3, 2>) {
-        self.linearisations.set(self.linearisations.get() + 1);
-        Model::<NU, NY, 0, 3, 2>::jacobian(&self.net, a, jacobian);
-    }
-}
-
-impl Propagate<NU, NY, 0, 3, 2> for Counting<'_> {}
-impl Tuning for Counting<'_> {}
-
 /// A meter, and the factorisations that it let pass.
 struct Watched(Meter, u32);
 
@@ -324,7 +300,7 @@ fn the_work_of_a_step_stays_within_its_budget() {
         let model = Counting {
             net: Net::random(&mut random, case % 2 == 0),
             predictions: &predictions,
-            linearisations: &linearisations,
+            derivatives: &linearisations,
         };
         let mut drawn = Case::<NU, NY, 0, 3, 2, N, NV>::draw(&mut random, FAR);
         drawn.bounds.rate = [0.1; NV];

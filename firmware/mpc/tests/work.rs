@@ -4,44 +4,16 @@ mod common;
 
 use std::cell::Cell;
 
+use common::counting::Counting;
 use common::{Random, Shallow};
 use sinew_mpc::controller::{ControlLoop, Settings};
 use sinew_mpc::limits::Limits;
-use sinew_mpc::model::{Jacobian, Model, Regressor};
 use sinew_mpc::scaling::ModelScaling;
-use sinew_mpc::sensitivity::Propagate;
-use sinew_mpc::{Horizons, MAX_ITERATIONS, Tuning, Work};
+use sinew_mpc::{Horizons, MAX_ITERATIONS, Work};
 
 const NU: usize = 2;
 const NY: usize = 3;
 const N: usize = 6;
-
-type Net = Shallow<12, 6, NY>;
-
-/// Counts what is asked of it.
-struct Counting<'a> {
-    net: Net,
-    predictions: &'a Cell<usize>,
-    derivatives: &'a Cell<usize>,
-}
-
-impl Model<NU, NY, 0, 3, 2> for Counting<'_> {
-    type Trace = [f32; 6];
-    const TRACE: [f32; 6] = [0.0; 6];
-
-    fn predict(&self, x: &Regressor<NU, NY, 0, 3, 2>, a: &mut [f32; 6]) -> [f32; NY] {
-        self.predictions.set(self.predictions.get() + 1);
-        self.net.predict(x, a)
-    }
-
-    fn jacobian(&self, a: &[f32; 6], jacobian: &mut Jacobian<NU, NY, 3, 2>) {
-        self.derivatives.set(self.derivatives.get() + 1);
-        Model::<NU, NY, 0, 3, 2>::jacobian(&self.net, a, jacobian);
-    }
-}
-
-impl Propagate<NU, NY, 0, 3, 2> for Counting<'_> {}
-impl Tuning for Counting<'_> {}
 
 /// Mostly ordinary, now and then any bits.
 fn hostile(random: &mut Random) -> f32 {
@@ -57,11 +29,11 @@ fn hostile(random: &mut Random) -> f32 {
 #[test]
 fn no_input_makes_a_step_longer_than_the_documented_bound() {
     let mut random = Random(81);
-    let (mut most, mut least) = (0, usize::MAX);
+    let (mut most, mut least) = (0, u32::MAX);
     for case in 0..300 {
         let (predictions, derivatives) = (Cell::new(0), Cell::new(0));
         let model = Counting {
-            net: Net::random(&mut random, case % 2 == 0),
+            net: Shallow::random(&mut random, case % 2 == 0),
             predictions: &predictions,
             derivatives: &derivatives,
         };
@@ -101,24 +73,22 @@ fn no_input_makes_a_step_longer_than_the_documented_bound() {
             let reference = core::array::from_fn(|_| core::array::from_fn(|_| value()));
             let step = control.step(&y, &[], &reference);
             assert!(limits.contain(&step.u));
-            let iterations = usize::from(iterations);
-            let bound = Work::most(iterations as u8, NU, 6);
-            let rollouts = bound.rollouts as usize;
+            let bound = Work::most(iterations, NU, 6);
             assert!(
-                predictions.get() <= 1 + rollouts * N,
+                predictions.get() <= 1 + bound.rollouts * N as u32,
                 "{}",
                 predictions.get()
             );
             assert!(
-                derivatives.get() <= bound.derivatives as usize * N,
+                derivatives.get() <= bound.derivatives * N as u32,
                 "{}",
                 derivatives.get()
             );
-            assert!(usize::from(step.iterations) <= iterations);
+            assert!(step.iterations <= iterations);
             most = most.max(predictions.get());
             least = least.min(predictions.get());
         }
     }
     println!("{least} to {most} predictions a step");
-    assert!(most > 3 * N + 1, "nothing was optimised");
+    assert!(most > 3 * N as u32 + 1, "nothing was optimised");
 }

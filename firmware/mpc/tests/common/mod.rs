@@ -7,6 +7,7 @@
 
 #[path = "../../../../tests/vectors/src/case.rs"]
 pub mod case;
+pub mod counting;
 #[path = "../../../../tests/vectors/src/random.rs"]
 pub mod random;
 pub mod rollout;
