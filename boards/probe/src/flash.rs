@@ -14,7 +14,7 @@ use crate::{Chip, Options, Trouble};
 /// the board's log goes to it at a time, until the program ends.
 ///
 /// # Errors
-/// What stood in the way.
+/// The obstacle, as a [`Trouble`].
 pub fn flash(
     chip: &Chip,
     image: &Path,

@@ -1,6 +1,6 @@
 //! A board behind a debug probe: found, flashed, its log listened to, frames exchanged with it.
 //!
-//! What probe-rs finds is sorted into [`Trouble`]. The table of boards is the caller's; here a chip
+//! Errors of probe-rs are sorted into [`Trouble`]. The table of boards is the caller's; here a chip
 //! is what it says of itself.
 
 mod attach;

@@ -30,7 +30,7 @@ pub struct FromBoard {
 /// A line to the firmware that runs on `chip`; nothing is flashed, halted or reset.
 ///
 /// # Errors
-/// What stood in the way.
+/// The obstacle, as a [`Trouble`].
 pub fn line(chip: &Chip, options: &Options) -> Result<(ToBoard, FromBoard), Trouble> {
     let mut session = attach(chip, options)?;
     let mut core = session.core(0).map_err(|e| sorted(&e))?;

@@ -16,7 +16,7 @@ use crate::plant::topology::Topology;
 use crate::scalar::Scalar;
 
 /// Intervals this much alike, relatively, are one: timestamps in decimals differ by their rounding.
-/// What they differ by is owed to the next.
+/// The difference is owed to the next.
 const ALIKE: f64 = 1e-9;
 /// Norm down to which a matrix is halved before its series is summed.
 const SMALL: f64 = 0.5;

@@ -44,8 +44,7 @@ fn strain_power(z: f64, hardening: f64, exponent: f64) -> f64 {
 }
 
 /// A bound on the largest rate of the rig linearised near a state, 1/s, and the body where it sits.
-/// Where a slope grows with position, the position is as far as the velocity takes it in `ahead`
-/// seconds.
+/// A slope that grows with position is taken as far on as the velocity leads in `ahead` seconds.
 ///
 /// With omega^2 and gamma the row sums of stiffness and damping scaled by inertia, an eigenvalue
 /// obeys |lambda|^2 <= gamma |lambda| + omega^2, hence

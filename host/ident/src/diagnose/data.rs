@@ -338,15 +338,10 @@ impl Data {
 
     /// The problem of simulating a plant over these recordings with its parameters held.
     pub fn judging<'a>(&'a self, plant: &'a Plant) -> Problem<'a> {
+        let (sigma, sizes) = (self.sigma.clone(), self.state_scale(plant));
         Problem {
-            plant,
-            experiments: &self.experiments,
-            slots: Vec::new(),
-            scale: Vec::new(),
-            sigma: self.sigma.clone(),
-            state_scale: self.state_scale(plant),
             local: local::slots(plant),
-            rests: None,
+            ..Problem::of_states(plant, &self.experiments, sigma, sizes)
         }
     }
 

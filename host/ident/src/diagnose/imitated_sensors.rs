@@ -61,7 +61,8 @@ pub(crate) fn doubt(
                 .push(fault(LATE, names.join("+")));
         }
         let is_named = |term: &&Term| {
-            term.kind() == effect.kind && term.component().split('+').any(|c| c == effect.component)
+            let sites = term.effect().map_or(&[][..], |(_, sites)| sites);
+            term.kind() == effect.kind && sites.iter().any(|site| site.name == effect.component)
         };
         let Some(term) = named.terms().iter().find(is_named) else {
             continue;

@@ -15,9 +15,8 @@ const FAST: f64 = 3.2;
 const DEAR: f64 = 40.0;
 const MOST: f64 = 2.0;
 
-/// How many times as long the sub-steps of a search are as usual, and how many times as few its
-/// fewest rows: a search among a hundred suspects on six bodies would otherwise take a quarter of
-/// an hour.
+/// Factor by which the sub-steps of a search are longer than usual, and its fewest rows fewer: a
+/// search among a hundred suspects on six bodies would otherwise take a quarter of an hour.
 pub(crate) fn dearness(plant: &Plant) -> f64 {
     (plant.terms() as f64 / DEAR).clamp(1.0, MOST)
 }

@@ -96,8 +96,6 @@ pub(crate) fn run(
     let mut written = plant.values();
     let spreads = spreads(experiments);
     let mut problem = Problem {
-        scale: Vec::new(),
-        slots: Vec::new(),
         local: local::slots(plant),
         ..Problem::of_states(
             plant,

@@ -218,7 +218,7 @@ impl Recording {
     /// Line of a row in the file, from 1; rows count from 0.
     ///
     /// # Panics
-    /// Where `row` is not below [`Recording::len`].
+    /// A `row` that is not below [`Recording::len`].
     pub fn line(&self, row: usize) -> usize {
         self.lines[row]
     }

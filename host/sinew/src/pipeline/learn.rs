@@ -257,7 +257,7 @@ fn in_model_units(
     sensitivities
 }
 
-/// What a network remembers has to fit a frame beside the regressor; said before anything is
+/// Checks that the memory of a network fits a frame beside the regressor, before anything is
 /// simulated.
 ///
 /// # Errors

@@ -1,7 +1,7 @@
 //! A training that was stopped goes on where it was, and ends with the same bytes as one that was
 //! not.
 //!
-//! What cannot be found again is kept: weights, the optimizer's state, what was best so far, the
+//! It keeps what cannot be found again: weights, the optimizer's state, what was best so far, the
 //! losses. Data and random numbers follow from the same arguments; a checkpoint of other ones is
 //! none.
 

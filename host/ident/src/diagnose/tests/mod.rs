@@ -220,7 +220,7 @@ fn horizons(rig: &Rig) -> Vec<f64> {
     ends
 }
 
-/// What a controller gains (docs/evaluation/correction.md) begins with what its model foresees.
+/// The gain of a controller (docs/evaluation/correction.md) begins with what its model foresees.
 #[test]
 fn the_mended_stage_foresees_what_no_refit_of_the_believed_one_does() {
     let recordings = Recordings {
@@ -246,7 +246,7 @@ fn the_mended_stage_foresees_what_no_refit_of_the_believed_one_does() {
     assert!(after < before / 10.0, "{before} before, {after} after");
 }
 
-/// What a mass of 1 kg on 40 N/m does, damped by 1.2 N s/m that grow with the square of its
+/// Motion of a mass of 1 kg on 40 N/m, damped by 1.2 N s/m that grow with the square of its
 /// position: van der Pol's law, of which the vocabulary has nothing. Classical Runge-Kutta, the
 /// inputs held.
 fn stiffly_damped(u: &[f64], seed: u64) -> Recording {

@@ -103,7 +103,7 @@ impl Search<'_> {
 
     /// Searches from the cheapest start, in at most `evaluations`: with derivatives, which asks for
     /// [`Search::is_exact`], or by differences of what `runner` gives.
-    /// Where gradients stall, a simplex goes on from there.
+    /// A simplex goes on from the place where gradients stall.
     pub fn descend(&self, evaluations: usize, runner: Option<Runner<'_>>) -> Found {
         let cost = |at: &[f64]| self.cost(at, runner);
         let (ranges, starts) = (&self.space.ranges, &self.space.starts);
