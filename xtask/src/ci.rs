@@ -60,15 +60,17 @@ const FIRST: &[Stage] = &[
 
 /// Beside the boards, which have target folders of their own: each alone leaves a core idle for a
 /// while.
-const BESIDE: &[Stage] = &[
+const COMPILED: &[Stage] = &[
     ("clippy, workspace", |_| clippy_workspace()),
     ("packages", |_| package::check()),
     ("oldest compilers", |_| oldest::check()),
     ("tests compile", test::compile),
 ];
 
-const LAST: &[Stage] = &[
-    ("tests", test::run),
+const TESTS: &[Stage] = &[("tests", test::run)];
+
+/// Beside the tests: a training, or a test that compiles an image, leaves a core idle.
+const LATE: &[Stage] = &[
     ("concealed cases", |_| {
         evaluation::run("proof", &["--brief".into()])
     }),
@@ -79,33 +81,59 @@ const LAST: &[Stage] = &[
     ("demo", |_| demo::demo(&[])),
 ];
 
+/// `cargo xtask ci [STAGES]`: everything, or these stages of [`LATE`] in their order.
+///
 /// # Errors
-/// The first stage that fails; the times of those before it are printed all the same.
+/// The first stage that fails; the times of those before it are printed all the same. An argument
+/// that is none of those stages.
 pub fn run(arguments: &[String]) -> Result<()> {
-    none(arguments)?;
     let start = Instant::now();
     let mut times: Vec<(&str, Duration)> = Vec::new();
-
-    println!("\n=== setup");
-    let toolchain = setup::run(Extent::Everything)?;
-    times.push(("setup", start.elapsed()));
-
-    let outcome = stages(FIRST, &toolchain, &mut times)
-        .and_then(|()| {
-            let boards = Boards::begin()?;
-            let beside = stages(BESIDE, &toolchain, &mut times);
-            // Whatever came of the others: half an hour later nobody wants to hear of the next
-            // failure.
-            boards.end(&mut times).and(beside)
-        })
-        .and_then(|()| stages(LAST, &toolchain, &mut times));
-
+    let outcome = match arguments {
+        [] => everything(&mut times),
+        _ => stages(&chosen(arguments)?, &setup::run(Extent::Build)?, &mut times),
+    };
     println!("\n=== times");
     for (name, time) in &times {
         println!("{:>7.1} s  {name}", time.as_secs_f64());
     }
     println!("{:>7.1} s  together", start.elapsed().as_secs_f64());
     outcome
+}
+
+fn everything(times: &mut Vec<(&'static str, Duration)>) -> Result<()> {
+    let start = Instant::now();
+    println!("\n=== setup");
+    let toolchain = setup::run(Extent::Everything)?;
+    times.push(("setup", start.elapsed()));
+    stages(FIRST, &toolchain, times)?;
+
+    let boards = Beside::begin("boards and models, beside the others", &["boards"])?;
+    let compiled = stages(COMPILED, &toolchain, times);
+    // Whatever came of the others: half an hour later nobody wants to hear of the next failure.
+    boards.end(times).and(compiled)?;
+
+    let names: Vec<&str> = LATE.iter().map(|(name, _)| *name).collect();
+    let late = Beside::begin(
+        "all others, beside the tests",
+        &[&["ci"], &names[..]].concat(),
+    )?;
+    let tests = stages(TESTS, &toolchain, times);
+    late.end(times).and(tests)
+}
+
+/// Stages of [`LATE`] by their names.
+fn chosen(names: &[String]) -> Result<Vec<Stage>> {
+    let known = || LATE.iter().map(|(name, _)| *name);
+    for name in names {
+        ensure!(
+            known().any(|stage| stage == name),
+            "no stage `{name}` that can be run alone; there are: {}",
+            known().collect::<Vec<_>>().join(", ")
+        );
+    }
+    let asked = |stage: &&Stage| names.iter().any(|name| name == stage.0);
+    Ok(LATE.iter().filter(asked).copied().collect())
 }
 
 /// Runs stages up to the first that fails.
@@ -124,24 +152,24 @@ fn stages(
     Ok(())
 }
 
-/// `cargo xtask boards` as a process of its own, what it prints kept until it has ended.
-struct Boards {
+/// A verb of this program as a process of its own, what it prints kept until it has ended.
+struct Beside {
+    name: &'static str,
     child: std::process::Child,
     log: PathBuf,
     begun: Instant,
 }
 
-const BOARDS: &str = "boards and models, beside the others";
-
-impl Boards {
-    fn begin() -> Result<Self> {
-        let log = target_folder().join("ci-boards.log");
+impl Beside {
+    fn begin(name: &'static str, arguments: &[&str]) -> Result<Self> {
+        let log = target_folder().join(format!("ci-{}.log", arguments[0]));
         let file = File::create(&log).with_context(|| format!("cannot write {}", log.display()))?;
         let mut command = Command::new(std::env::current_exe()?);
-        command.arg("boards").current_dir(root());
+        command.args(arguments).current_dir(root());
         command.stdout(file.try_clone()?).stderr(file);
         let child = command.spawn().context("cannot start xtask again")?;
         Ok(Self {
+            name,
             child,
             log,
             begun: Instant::now(),
@@ -150,10 +178,10 @@ impl Boards {
 
     fn end(mut self, times: &mut Vec<(&'static str, Duration)>) -> Result<()> {
         let status = self.child.wait()?;
-        times.push((BOARDS, self.begun.elapsed()));
-        println!("\n=== {BOARDS}");
+        times.push((self.name, self.begun.elapsed()));
+        println!("\n=== {}", self.name);
         print!("{}", std::fs::read_to_string(&self.log)?);
-        ensure!(status.success(), "stage '{BOARDS}'");
+        ensure!(status.success(), "stage '{}'", self.name);
         Ok(())
     }
 }
@@ -185,12 +213,13 @@ fn format_one(folder: &Path) -> Command {
     command
 }
 
+/// Boards whose images and tests are compiled here, and linted with that.
+const LINKED: &[&str] = &["stm32f446", "nrf52840"];
+
 fn clippy_boards_and_models(toolchain: &Toolchain) -> Result<()> {
     for board in crates_in("boards")? {
-        // `probe` is no board, and is linted as its tests are compiled: macros and what they are
-        // made of serve both.
-        if board.ends_with("probe") {
-            process::run(probe_cargo("clippy").args(["--", "-D", "warnings"]))?;
+        // `probe` is no board. As those of LINKED, it is linted where it is compiled.
+        if (LINKED.iter().chain(&["probe"])).any(|name| board.ends_with(name)) {
             continue;
         }
         // Without --all-targets: there is no test harness on a microcontroller.
@@ -206,10 +235,12 @@ fn clippy_boards_and_models(toolchain: &Toolchain) -> Result<()> {
 
 /// Boards that nothing here can run: their images fit the chips' memories, or do not link.
 fn link_boards(toolchain: &Toolchain) -> Result<()> {
-    for board in ["stm32f446", "nrf52840"] {
-        test::build_board(toolchain, board)?;
+    for board in LINKED {
         let folder = root().join("boards").join(board);
-        process::run(&mut toolchain.board_cargo(&folder, "test", &["--no-run"]))?;
+        for (verb, arguments) in [("build", &[][..]), ("test", &["--no-run"])] {
+            let mut command = toolchain.board_cargo(&folder, verb, arguments);
+            process::run(process::linted(&mut command))?;
+        }
     }
     Ok(())
 }
@@ -218,15 +249,11 @@ fn link_boards(toolchain: &Toolchain) -> Result<()> {
 /// them.
 fn probe() -> Result<()> {
     let images = target_folder().join("boards/thumbv7em-none-eabihf/release");
-    process::run(probe_cargo("test").env("SINEW_BOARD_IMAGES", images))
-}
-
-fn probe_cargo(verb: &str) -> Command {
-    let mut command = cargo(&[verb, "--manifest-path", "boards/probe/Cargo.toml"]);
+    let mut command = cargo(&["test", "--manifest-path", "boards/probe/Cargo.toml"]);
     command
         .arg("--target-dir")
         .arg(target_folder().join("boards"));
-    command
+    process::run(process::linted(&mut command).env("SINEW_BOARD_IMAGES", images))
 }
 
 /// The recordings that judge the simulator are what their own program writes today.
@@ -265,4 +292,24 @@ fn documentation() -> Result<()> {
     let mut command = cargo(&["doc", "--workspace", "--no-deps"]);
     // Reaches rustdoc alone, so nothing is compiled again for it.
     process::run(command.env("RUSTDOCFLAGS", "-D warnings"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stages_beside_the_tests_can_be_run_by_name_in_their_order_and_no_others() {
+        let names =
+            |names: &[&str]| -> Vec<String> { names.iter().map(|it| (*it).into()).collect() };
+        let found = chosen(&names(&["demo", "concealed cases"])).expect("two stages");
+        let found: Vec<&str> = found.iter().map(|(name, _)| *name).collect();
+        assert_eq!(found, ["concealed cases", "demo"]);
+        let refused = chosen(&names(&["demo", "tests"])).map(|_| ());
+        let words = refused.expect_err("not beside the tests").to_string();
+        assert!(
+            words.contains("`tests`") && words.contains("tutorials"),
+            "{words}"
+        );
+    }
 }

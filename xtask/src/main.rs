@@ -189,7 +189,7 @@ const VERBS: &[Verb] = &[
     },
     Verb {
         name: "ci",
-        arguments: "",
+        arguments: "[STAGES]",
         line: "All that guards the main branch, stage by stage with its time; .ci/run calls this",
         run: ci::run,
     },

@@ -91,6 +91,15 @@ fn compiled(kind: &str, name: &str, folder: &str) -> Result<PathBuf> {
     Ok(target_folder().join(folder).join(name))
 }
 
+/// Lets a cargo command lint the crates of its workspace, any warning an error, where it compiles
+/// them: the dependencies are compiled once, and not checked for clippy as well.
+pub fn linted(command: &mut Command) -> &mut Command {
+    command.env(
+        "RUSTC_WORKSPACE_WRAPPER",
+        root().join(".ci/lint-and-compile"),
+    )
+}
+
 /// The command line as a person would type it.
 pub fn line(command: &Command) -> String {
     let program = Path::new(command.get_program());

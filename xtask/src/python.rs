@@ -32,18 +32,12 @@ const PACKAGES: &[&str] = &[
 pub fn run(arguments: &[String]) -> Result<()> {
     none(arguments)?;
     let manifest = root().join("host/python/Cargo.toml");
-    let lint = |verb: &str, rest: &[&str]| {
-        let mut command = cargo(&[verb, "--manifest-path"]);
-        command.arg(&manifest).args(rest);
-        command.env("CARGO_TARGET_DIR", target_folder());
-        command
-    };
-    process::run(&mut lint("fmt", &["--check"]))?;
+    let mut format = cargo(&["fmt", "--check", "--manifest-path"]);
+    process::run(format.arg(&manifest))?;
     let Some(environment) = environment("python-environment", PACKAGES)? else {
         println!("SKIPPED: the Python package is not tested");
         return Ok(());
     };
-    process::run(&mut lint("clippy", &["--", "-D", "warnings"]))?;
     let program = |name: &str| {
         let mut command = Command::new(environment.join("bin").join(name));
         command.env("VIRTUAL_ENV", &environment);
@@ -51,7 +45,7 @@ pub fn run(arguments: &[String]) -> Result<()> {
         command.current_dir(root().join("host/python"));
         command
     };
-    process::run(program("maturin").args(["develop", "--quiet"]))?;
+    process::run(process::linted(&mut program("maturin")).args(["develop", "--quiet"]))?;
     process::run(program("python").args(["-m", "pytest", "-q", "-p", "no:cacheprovider"]))
 }
 

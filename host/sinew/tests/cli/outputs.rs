@@ -107,12 +107,14 @@ const SLOW: &[Written] = &[
     ("adopt", "--out"),
 ];
 
+/// A desk with a rig and the first five seconds of its recording.
 fn desk() -> Desk {
     let desk = Desk::new();
     for [from, to] in [["toml", "rig.toml"], ["fit.csv", "fit.csv"]] {
         desk.bring(&format!("rigs/mass-spring-damper.{from}"));
         let text = desk.read(&format!("mass-spring-damper.{from}"));
-        desk.write(to, &text);
+        let lines: Vec<&str> = text.lines().take(602).collect();
+        desk.write(to, &(lines.join("\n") + "\n"));
     }
     for copy in ["b.csv", "c.csv"] {
         desk.write(copy, &desk.read("fit.csv"));
