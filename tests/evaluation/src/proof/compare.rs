@@ -18,19 +18,25 @@ use super::run::{self, Folder};
 const ROUNDING: f64 = 1e-9;
 
 /// Asks the cheapest cases of every stratum once more, about `wanted` in all, and compares what is
-/// kept of an answer, its time aside.
+/// kept of an answer, its time aside. With `score_only` it asks none, and compares the answers that
+/// are there.
 ///
 /// # Errors
 /// No kept answers of the seed, no Python, or an answer that is worse than the kept one.
-pub fn run(seed: u64, wanted: usize) -> Result<()> {
+pub fn run(seed: u64, wanted: usize, score_only: bool) -> Result<()> {
     let kept: BTreeMap<usize, Value> = kept::answers(seed)?.into_iter().collect();
-    let numbers = sample(&kept, wanted);
+    let mut numbers = sample(&kept, wanted);
     let folder = Folder::under(&target_folder().join(format!("proof/{seed}-compared")));
-    folder.forget_answers()?;
-    for &number in &numbers {
-        run::make_one(&folder, seed, number)?;
+    if score_only {
+        numbers.retain(|&number| folder.answer(number).exists());
+        ensure!(!numbers.is_empty(), "there is no answer to compare");
+    } else {
+        folder.forget_answers()?;
+        for &number in &numbers {
+            run::make_one(&folder, seed, number)?;
+        }
+        run::ask(&folder, &numbers)?;
     }
-    run::ask(&folder, &numbers)?;
     let (mut same, mut moved, mut worse) = (0, Vec::new(), Vec::new());
     let mut right = (0, 0);
     for &number in &numbers {

@@ -95,7 +95,7 @@ pub fn run(arguments: &[String]) -> Result<()> {
     let options = options(arguments)?;
     match options.set {
         Set::BoucWen => bouc_wen::run(),
-        Set::Compared(wanted) => compare::run(options.seed, wanted),
+        Set::Compared(wanted) => compare::run(options.seed, wanted, options.score_only),
         Set::Committed => committed(|_| true),
         Set::Brief => committed(|number| BRIEF.contains(&number)),
         Set::Drawn => drawn(&options),
