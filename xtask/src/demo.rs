@@ -71,9 +71,10 @@ fn data_folder() -> Option<PathBuf> {
 
 fn build(case: &Case, flags: &[String]) -> Result<()> {
     let (yes, flags): (Vec<&String>, Vec<&String>) = flags.iter().partition(|it| *it == "--yes");
-    let consent = match yes.is_empty() {
-        true => Consent::Asked,
-        false => Consent::Given,
+    let consent = if yes.is_empty() {
+        Consent::Asked
+    } else {
+        Consent::Given
     };
     let toolchain = setup::run_with(Extent::Build, consent)?;
     let mut command = Command::new(process::program("sinew")?);

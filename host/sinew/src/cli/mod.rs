@@ -244,9 +244,10 @@ impl LiveArguments {
     /// A bad model; columns in a unit that nothing says.
     fn names(&self, writes: bool) -> Result<Names> {
         let names = Names::load(&self.model)?;
-        match writes {
-            true => names.in_units_of(self.rig.as_deref()),
-            false => Ok(names),
+        if writes {
+            names.in_units_of(self.rig.as_deref())
+        } else {
+            Ok(names)
         }
     }
 

@@ -213,9 +213,10 @@ fn run(
             continue;
         }
         // A clock of its own catches up where this computer was late.
-        ticked = match idle < IDLE && pause == idle {
-            true => ticked + idle,
-            false => Instant::now(),
+        ticked = if idle < IDLE && pause == idle {
+            ticked + idle
+        } else {
+            Instant::now()
         };
         at_us += period_us;
         let mut y = [0.0; N];

@@ -248,9 +248,10 @@ impl<'a> Run<'a> {
             self.event(Level::Warn, format!("{lost} ticks were lost on the way"))?;
         }
         if before.is_some_and(|before| before != state) {
-            let level = match is_fault(state.cause) {
-                true => Level::Error,
-                false => Level::Info,
+            let level = if is_fault(state.cause) {
+                Level::Error
+            } else {
+                Level::Info
             };
             self.event(level, format!("{}: {:?}", mode_text(state), state.cause))?;
         }

@@ -146,9 +146,12 @@ fn state(
             "output", "reference", "measured", "estimate", "disturbance"
         ),
     ];
-    let number = |value: f32| match value.is_nan() {
-        true => format!("{:>14}", "-"),
-        false => format!("{value:14.4e}"),
+    let number = |value: f32| {
+        if value.is_nan() {
+            format!("{:>14}", "-")
+        } else {
+            format!("{value:14.4e}")
+        }
     };
     let short = |name: &str| name.chars().take(15).collect::<String>();
     for (i, name) in names.outputs.iter().enumerate() {
