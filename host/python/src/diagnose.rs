@@ -9,6 +9,7 @@ use sinew_ident::diagnose::{Options, Recordings, Stop, diagnose as search};
 use sinew_ident::error::Result;
 use sinew_ident::fit::free_run;
 use sinew_ident::recording::Recording;
+use sinew_ident::report::Provenance;
 
 use crate::checked::refuse;
 use crate::data::{RawRecording, RawRun, raw_run, recordings, refused};
@@ -92,7 +93,8 @@ fn found(
         ..options.clone()
     };
     let found = search(&rig.rig, recordings, &options, progress)?;
-    let page = output::report(&found, &rig.rig, &shown, "sinew_ident.diagnose")?.to_html();
+    let made = Provenance::new("sinew_ident.diagnose").seed(options.seed);
+    let page = output::report(&found, &rig.rig, &shown, &made)?.to_html();
     let mut runs = Vec::new();
     for Shown { role, recording } in &shown {
         let [before, after] = [&found.refitted, &found.mended].map(|rig| free_run(rig, recording));
