@@ -14,8 +14,8 @@ pub(super) const WORDS: &[(&str, &str, &str)] = &[
     ),
     (
         "dead_channel",
-        "A sensor never changes although the input does, shows no motion where the rig moves it, \
-         falls silent before the end, or has fewer than 20 values.",
+        "A sensor is constant under a changing input, shows no motion where the rig moves it, \
+         falls silent, or has under 20 values.",
         "Check the cable and the name of the column. Leave the sensor out of the rig until it \
          measures.",
     ),

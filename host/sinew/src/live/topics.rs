@@ -1,5 +1,5 @@
 //! Topics of a watched board: what each holds, as a ROS 2 message in CDR, and the messages of a
-//! tick. A client and a file of [`super::mcap`] get the same bytes.
+//! tick. A client and a file of `mcap` get the same bytes.
 //!
 //! CDR and `ros2msg`, because viewers that take no JSON take these
 //! (docs/decisions/0113-live-viewers.md). Numbers stand in the order of their size, so that CDR
