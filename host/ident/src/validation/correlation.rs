@@ -38,7 +38,7 @@ impl Correlation {
     }
 }
 
-/// Correlation of a series with itself, 0 to [`LAGS`] rows apart, over several stretches whose
+/// Correlation of a series with itself, 0 to `LAGS` rows apart, over several stretches whose
 /// means are removed. NaN is a missing sample. `None` where nothing moves or little is there.
 pub fn autocorrelation(series: &[&[f64]]) -> Option<Correlation> {
     let centred = centred(series)?;
@@ -52,7 +52,7 @@ pub fn autocorrelation(series: &[&[f64]]) -> Option<Correlation> {
     })
 }
 
-/// Correlation of residuals with an input, [`LAGS`] rows to either side; a positive lag is an input
+/// Correlation of residuals with an input, `LAGS` rows to either side; a positive lag is an input
 /// that came before. The band is Bartlett's: memory of both series widens it. `None` where one of
 /// them does not move.
 pub fn cross_correlation(residuals: &[&[f64]], input: &[&[f64]]) -> Option<Correlation> {
