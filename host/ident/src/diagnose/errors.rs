@@ -52,7 +52,13 @@ fn errors(rigs: [&Rig; 3], recordings: &[Recording], windows: Option<f64>) -> Re
     let [written, before, after] = rigs.map(|rig| score(rig, recordings));
     let (written, before, after) = (written?, before?, after?);
     let judged = match windows {
-        Some(seconds) => Some(score(rigs[2], &cut(recordings, seconds)?)?),
+        Some(seconds) => {
+            let mut windows = cut(recordings, seconds)?;
+            windows.retain(|window| shows_something(rigs[2], window));
+            (!windows.is_empty())
+                .then(|| score(rigs[2], &windows))
+                .transpose()?
+        }
         None => None,
     };
     let all = written.iter().zip(&before).zip(&after).enumerate();
@@ -70,6 +76,14 @@ fn errors(rigs: [&Rig; 3], recordings: &[Recording], windows: Option<f64>) -> Re
             }
         })
         .collect())
+}
+
+/// Tells whether some sensor of a rig has a sample: a window may lie where none was recorded.
+fn shows_something(rig: &Rig, window: &Recording) -> bool {
+    rig.sensors.iter().any(|sensor| {
+        let column = window.column(&sensor.signal).unwrap_or_default();
+        column.iter().any(|value| value.is_finite())
+    })
 }
 
 /// Recordings in equal windows of about these seconds.
@@ -96,6 +110,7 @@ mod tests {
 
     use super::{errors, window_rows};
     use crate::diagnose::tests;
+    use crate::recording::{Column, Recording};
 
     #[test]
     fn a_free_run_that_misses_by_more_than_the_motion_says_nothing_beside_windows() {
@@ -111,6 +126,25 @@ mod tests {
         assert!(wrong.judged_rms.unwrap().is_finite());
         let judged_whole = with(&loud, None);
         assert!(judged_whole.after_rms.is_some() && judged_whole.judged_rms.is_none());
+    }
+
+    #[test]
+    fn a_window_without_a_sample_is_passed_over() {
+        let whole = &tests::recordings().fit[0];
+        let columns = whole.columns().iter().map(|column| {
+            let mut values = column.values.clone();
+            if column.name == "q_m" {
+                let from = values.len() / 2;
+                values[from..].fill(f64::NAN);
+            }
+            Column {
+                name: column.name.clone(),
+                values,
+            }
+        });
+        let half = Recording::new("half.csv", whole.t().to_vec(), columns.collect()).unwrap();
+        let errors = errors([&tests::rig(); 3], &[half], Some(2.0)).unwrap();
+        assert!(errors[0].judged_rms.unwrap().is_finite());
     }
 
     #[test]
