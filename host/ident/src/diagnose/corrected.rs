@@ -91,11 +91,11 @@ pub(crate) fn worse_on(before: &Rig, after: &Rig, roles: &Roles) -> Result<Vec<S
     Ok(worse)
 }
 
-/// Tells whether the free-run error on the check recordings falls to this part, all sensors
-/// together; it does not where the corrected model cannot be simulated.
-pub(crate) fn falls(before: &Rig, after: &Rig, roles: &Roles, part: f64) -> bool {
+/// Tells whether the free-run error on these recordings falls to this part, all sensors together;
+/// it does not where the corrected model cannot be simulated.
+pub(crate) fn falls(before: &Rig, after: &Rig, recordings: &[Recording], part: f64) -> bool {
     let of = |rig: &Rig| -> Option<f64> {
-        let all = score(rig, &roles.check).ok()?;
+        let all = score(rig, recordings).ok()?;
         let logs = all.iter().map(|s| s.rms.max(f64::MIN_POSITIVE).ln());
         Some(logs.sum::<f64>() / all.len() as f64)
     };

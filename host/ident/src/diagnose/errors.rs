@@ -3,17 +3,20 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use sinew_sim::{Plant, Rig};
+use sinew_sim::{Plant, Rig, Settings};
 
 use crate::diagnose::case::Case;
+use crate::diagnose::data::Data;
 use crate::diagnose::finding::{Errors, SignalFit};
+use crate::diagnose::model::Model;
 use crate::diagnose::remainder::windows;
+use crate::diagnose::residuals::Residuals;
 use crate::diagnose::split::Roles;
 use crate::error::Result;
 use crate::fit::score;
 use crate::recording::Recording;
 
-/// Rows that a window has at least: those that estimate its start state are not judged.
+/// Rows that a window has at least.
 const SHORTEST: usize = 100;
 
 /// Errors of each signal. `rigs` are the rig as written, refitted and corrected.
@@ -52,49 +55,40 @@ fn errors(rigs: [&Rig; 3], recordings: &[Recording], windows: Option<f64>) -> Re
     let [written, before, after] = rigs.map(|rig| score(rig, recordings));
     let (written, before, after) = (written?, before?, after?);
     let judged = match windows {
-        Some(seconds) => {
-            let mut windows = cut(recordings, seconds)?;
-            windows.retain(|window| shows_something(rigs[2], window));
-            (!windows.is_empty())
-                .then(|| score(rigs[2], &windows))
-                .transpose()?
-        }
+        Some(seconds) => over_windows(rigs[2], recordings, seconds)?,
         None => None,
     };
     let all = written.iter().zip(&before).zip(&after).enumerate();
     Ok(all
         .map(|(sensor, ((written, before), after))| {
-            let judged = judged.as_ref().map(|judged| judged[sensor].rms);
             // Infinite where the run could not be made.
             let means_nothing =
-                judged.is_some() && (after.rms > after.spread || after.rms.is_nan());
+                windows.is_some() && (after.rms > after.spread || after.rms.is_nan());
             Errors {
                 as_written_rms: written.rms,
                 before_rms: before.rms,
                 after_rms: (!means_nothing).then_some(after.rms),
-                judged_rms: judged,
+                judged_rms: judged.as_ref().map(|judged| judged.rms(sensor)),
             }
         })
         .collect())
 }
 
-/// Tells whether some sensor of a rig has a sample: a window may lie where none was recorded.
-fn shows_something(rig: &Rig, window: &Recording) -> bool {
-    rig.sensors.iter().any(|sensor| {
-        let column = window.column(&sensor.signal).unwrap_or_default();
-        column.iter().any(|value| value.is_finite())
-    })
-}
-
-/// Recordings in equal windows of about these seconds.
-fn cut(recordings: &[Recording], seconds: f64) -> Result<Vec<Recording>> {
-    let mut cut = Vec::new();
-    for recording in recordings {
-        for rows in window_rows(recording.len(), recording.duration() / seconds) {
-            cut.push(recording.rows(rows)?);
-        }
-    }
-    Ok(cut)
+/// What a rig leaves over windows of about these seconds, each from the start state that explains
+/// it best, as candidates are judged; `None` where it cannot be simulated.
+fn over_windows(rig: &Rig, recordings: &[Recording], seconds: f64) -> Result<Option<Residuals>> {
+    let model = Model::new(rig, rig, &[], Settings::default())?;
+    let data = Data::new(rig, &model.plant, recordings)?;
+    let values = model.plant.values();
+    let cut = recordings
+        .iter()
+        .enumerate()
+        .flat_map(|(index, recording)| {
+            let rows = window_rows(recording.len(), recording.duration() / seconds);
+            rows.map(move |rows| (index, rows))
+        });
+    let intervals: Vec<_> = cut.collect();
+    Residuals::of(&model, &values, &data, &intervals, None)
 }
 
 /// Rows of the nearest number of windows to `count` that leaves each of them long enough.

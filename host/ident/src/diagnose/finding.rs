@@ -202,8 +202,8 @@ pub struct Errors {
     /// Of the rig with what was found in it; null where free runs mean nothing: the signal was
     /// judged over windows, and the free run misses it by more than it moves.
     pub after_rms: Option<f64>,
-    /// Of that rig over the windows that the signal was judged by, each with a start state of its
-    /// own; null where it was judged over free runs.
+    /// Of that rig over the windows that the signal was judged by, each from the start state that
+    /// explains it best; null where it was judged over free runs.
     pub judged_rms: Option<f64>,
 }
 

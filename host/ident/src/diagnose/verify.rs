@@ -158,12 +158,20 @@ fn holds(
     } else {
         CONFIG.acceptance.lost
     };
-    let holds = falls(&refitted.rig, &rig, roles, 1.0)
+    let holds = falls(&refitted.rig, &rig, &roles.check, 1.0)
         || case.in_parts
             && all
-            && (falls(&refitted.rig, &rig, roles, lost)
+            && (falls(&refitted.rig, &rig, &roles.check, lost)
                 || holds_over_whole_recordings(case, &refitted.rig, &rig)?);
-    let holds = holds && keeps_its_size(finalist, &known);
+    // More numbers than the refitted rig has, and farther from what they were fitted to.
+    let fitted = wells
+        || falls(
+            &refitted.rig,
+            &rig,
+            &roles.fit,
+            CONFIG.acceptance.lost_of_fit,
+        );
+    let holds = holds && fitted && keeps_its_size(finalist, &known);
     let holds = holds && (!leaves_something(case, finalist) || shows_a_number(&known));
     Ok(holds.then_some(Named { index, rig, known }))
 }

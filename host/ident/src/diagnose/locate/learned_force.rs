@@ -55,7 +55,7 @@ pub(crate) fn learn(
         return Ok(None);
     };
     let learned = model.with(&point.values)?;
-    let helps = falls(refitted, &learned, roles, CONFIG.learned_force.worth)
+    let helps = falls(refitted, &learned, &roles.check, CONFIG.learned_force.worth)
         && in_stretches(refitted, &learned, case)?
         && everywhere(refitted, &learned, case.in_parts, roles)?;
     Ok(helps.then_some(learned))
