@@ -8,7 +8,7 @@ use sinew_ident::recording::{Column, Recording};
 use sinew_sim::Rig;
 
 use crate::shifted::{moved, sound};
-use crate::siblings::{TWO, with_load};
+use crate::siblings::{TWO, driven, with_load};
 
 fn named(rig: &Rig, recording: &Recording) -> Vec<Check> {
     check(std::slice::from_ref(recording), Some(rig))
@@ -295,6 +295,23 @@ fn one_of_two_sensors_that_falls_silent_is_named() {
         let begin = format!("{silent} shows no motion from t = ");
         assert!(found.sentence.starts_with(&begin), "{found:?}");
     }
+}
+
+/// The drive falls to a tenth, dry friction holds the motor, and the load swings on.
+#[test]
+fn a_body_that_friction_holds_under_a_weaker_drive_is_no_dead_sensor() {
+    let stuck = driven([0.1, 1.0, 0.6], |at| {
+        let size = if at < 2.4 { 1.5 } else { 0.15 };
+        size * ((2.0 * at).sin() + (7.0 * at).cos())
+    });
+    let motor = stuck.column("motor_rad").unwrap();
+    let still = motor[250..].iter().all(|it| (it - motor[250]).abs() < 3e-3);
+    assert!(still, "{:?}", &motor[250..]);
+    let found = check(&[stuck], Some(&two()));
+    assert!(
+        found.iter().all(|it| it.kind != "dead_channel"),
+        "{found:?}"
+    );
 }
 
 #[test]

@@ -201,11 +201,17 @@ fn two(gain: f64) -> Recording {
 
 /// The same with a load of so many kg m^2.
 pub fn with_load(inertia: f64, gain: f64) -> Recording {
+    let drive = |at: f64| 0.5 * (2.0 * at).sin() + 0.4 * (7.0 * at).cos() + 0.3 * (13.0 * at).sin();
+    driven([inertia, gain, 0.0], drive)
+}
+
+/// The same with dry friction of the motor, under a torque over time.
+pub fn driven([inertia, gain, friction]: [f64; 3], torque: impl Fn(f64) -> f64) -> Recording {
     let (mut a, mut b, mut va, mut vb) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
     let mut text = "t,u_Nm,motor_rad,load_rad\n".to_owned();
     for k in 0..400 {
         let at = 0.01 * f64::from(k);
-        let u = 0.5 * (2.0 * at).sin() + 0.4 * (7.0 * at).cos() + 0.3 * (13.0 * at).sin();
+        let u = torque(at);
         // Noise of a milliradian at most, from the digits of a large multiple.
         let noise = |which: f64| 1e-3 * ((f64::from(k) * 12.9898 + which).sin() * 43_758.5).fract();
         let (seen, load) = (a + noise(1.0), gain * b + noise(2.0));
@@ -213,6 +219,7 @@ pub fn with_load(inertia: f64, gain: f64) -> Recording {
         for _ in 0..50 {
             let shaft = 5.0 * (a - b);
             va += 2e-4 * (u - shaft) / 0.02;
+            va -= va.clamp(-friction * 2e-4 / 0.02, friction * 2e-4 / 0.02);
             vb += 2e-4 * (shaft - 0.12 * vb - b) / inertia;
             a += 2e-4 * va;
             b += 2e-4 * vb;

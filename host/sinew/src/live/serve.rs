@@ -203,7 +203,7 @@ impl Drop for Counted {
 }
 
 /// Chooses a subprotocol, or refuses.
-#[allow(
+#[expect(
     clippy::result_large_err,
     reason = "the type of tungstenite's callbacks"
 )]

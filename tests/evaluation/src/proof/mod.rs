@@ -27,9 +27,9 @@ const CASES: usize = 680;
 /// the seed are fixed.
 const COMMITTED: usize = 56;
 /// Those of them that continuous integration asks, an eighth of the time of all: the quickest of
-/// each sort. Whoever changes the search asks all.
-const BRIEF: [usize; 20] = [
-    1, 2, 3, 4, 6, 7, 8, 9, 10, 11, 12, 14, 15, 16, 18, 19, 20, 21, 23, 30,
+/// each sort, and a disturbance that was called creep. Whoever changes the search asks all.
+const BRIEF: [usize; 21] = [
+    1, 2, 3, 4, 6, 7, 8, 9, 10, 11, 12, 14, 15, 16, 18, 19, 20, 21, 23, 30, 40,
 ];
 
 /// Cases to put to the program.
