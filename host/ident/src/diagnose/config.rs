@@ -258,8 +258,8 @@ constants! {
         /// The same with an effect of several rests: a free run ends in one or in another. A right
         /// one of seed 2034 had 1.53.
         lost_in_wells: f64 = 2.0, "1", Table;
-        /// The same over the fit recordings. Of 292 names of seed 2038 none had more than 1.00003; a
-        /// creep that followed a disturbance, on intervals, had 1.13.
+        /// The same over the fit recordings. Of 292 names of seed 2038 none had more than 1.00003;
+        /// a creep that followed a disturbance, on intervals, had 1.13.
         lost_of_fit: f64 = 1.05, "1", Table;
         /// Number of candidates that free runs may refute before nothing is named.
         refuted: usize = 5, "1", Table;
