@@ -25,6 +25,7 @@ pub mod flash;
 pub mod live;
 pub mod new_rig;
 pub mod pipeline;
+pub mod preference;
 pub mod project;
 pub mod report;
 pub mod rests;

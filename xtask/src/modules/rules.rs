@@ -31,6 +31,7 @@ const RULES: &[(&str, &[Forbidden])] = &[
         ],
     ),
     ("sinew-convert", &[Forbidden::OursBut(&[])]),
+    ("sinew-prefer", &[Forbidden::OursBut(&[])]),
     (
         "sinew-plan",
         &[

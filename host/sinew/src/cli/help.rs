@@ -18,7 +18,9 @@ const GROUPS: &[(&str, &[&str])] = &[
     ("Train", &["train", "calibrate"]),
     (
         "Control",
-        &["build", "plan", "tune", "compare", "faults", "pil"],
+        &[
+            "build", "plan", "tune", "prefer", "compare", "faults", "pil",
+        ],
     ),
     (
         "Board",

@@ -17,6 +17,7 @@ mod monitor;
 mod new;
 mod pil;
 mod plan;
+mod prefer;
 mod record;
 mod result;
 mod settle;
@@ -102,6 +103,8 @@ enum Verb {
     Size(size::Arguments),
     /// Tune the MPC, PID and RISE for an objective.
     Tune(tune::Arguments),
+    /// Find the weights that a person prefers by asking which of two loops is better.
+    Prefer(prefer::Arguments),
     /// Compare MPCs with a tuned PID and a tuned RISE on one plant.
     Compare(compare::Arguments),
     /// Break each channel of a soft sensor in the loop and show what the controller finds.
@@ -358,6 +361,7 @@ fn run(verb: Verb) -> Result<u8> {
         }
         Verb::Train(arguments) => train::run(&arguments),
         Verb::Tune(arguments) => tune::run(&arguments),
+        Verb::Prefer(arguments) => prefer::run(&arguments),
         Verb::Emit(arguments) => emit::run(&arguments),
         Verb::Import(arguments) => import::run(&arguments),
         Verb::Verify(arguments) => verify::run(&arguments),

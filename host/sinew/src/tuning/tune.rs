@@ -159,7 +159,7 @@ fn counter(stage: &Stage, of: usize) -> impl Fn() + Sync + '_ {
 }
 
 /// One firmware, built for this computer.
-struct Firmware<'a> {
+pub(crate) struct Firmware<'a> {
     folder: &'a Path,
     built: Built,
     model: u32,
@@ -167,7 +167,9 @@ struct Firmware<'a> {
 }
 
 impl<'a> Firmware<'a> {
-    fn build(
+    /// # Errors
+    /// A folder that cannot be written, or a firmware that does not build.
+    pub(crate) fn build(
         spec: &ModelSpec,
         folder: &'a Path,
         cache: Option<&Path>,
@@ -208,7 +210,10 @@ impl<'a> Firmware<'a> {
     }
 
     /// A device that has run nothing yet, since a reset keeps the command applied last.
-    fn run(&self, weights: &Weights, scenario: &Scenario) -> Result<Run> {
+    ///
+    /// # Errors
+    /// The device cannot be reached, or the plant diverges.
+    pub(crate) fn run(&self, weights: &Weights, scenario: &Scenario) -> Result<Run> {
         let mut device = Setup::start(self.folder, Board::Host, &self.built)?;
         let mut mpc = MpcController::new(&mut device, self.model)?.sensed(self.sensed);
         mpc.tune(weights)?;

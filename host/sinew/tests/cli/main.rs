@@ -18,6 +18,7 @@ mod learn;
 mod outputs;
 mod pages;
 mod plan;
+mod prefer;
 mod projects;
 mod refusals;
 mod results;

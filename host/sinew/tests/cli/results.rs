@@ -548,6 +548,7 @@ fn every_verb_with_json_has_a_schema_that_its_output_is_held_to() {
         include_str!("import.rs"),
         include_str!("settle.rs"),
         include_str!("plan.rs"),
+        include_str!("prefer.rs"),
         include_str!("fit_static.rs"),
         include_str!("learn.rs"),
         include_str!("fleet.rs"),

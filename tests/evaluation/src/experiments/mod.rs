@@ -5,6 +5,7 @@ mod alike;
 mod bench;
 mod bound;
 mod fleet;
+mod prefer;
 mod problem;
 mod problems;
 mod published;
@@ -75,6 +76,11 @@ const EXPERIMENTS: &[Experiment] = &[
         name: ablations::NAME,
         question: "what a horizon and the estimate of the disturbance are worth on the mass, the tendon and HASEL platforms",
         run: |seed, only| ablations::run(whole(seed, only)?),
+    },
+    Experiment {
+        name: prefer::NAME,
+        question: "how near ten questions come to the loop that a person likes best, and whether two people are told apart",
+        run: |seed, only| prefer::run(whole(seed, only)?),
     },
     Experiment {
         name: tuning::NAME,
