@@ -136,7 +136,7 @@ fn answers(known: &Candidates, person: &mut Person, way: Way, seed: u64) -> Resu
 }
 
 fn table(
-    title: &str,
+    title: &'static str,
     way: fn(&Belief, &[Answer], usize, u64) -> Option<(usize, usize)>,
     slips: f64,
     seed: u64,
