@@ -5,20 +5,22 @@ use std::process::Stdio;
 
 use serde_json::Value;
 
-use crate::desk::{Desk, images};
+use crate::desk::{Desk, checkout, images};
 use crate::schema::{schema, violations};
 
 fn desk() -> Desk {
-    let desk = crate::interrupt::reference_desk();
-    crate::compare::reference_model(&desk, "model");
+    let desk = Desk::new();
+    desk.bring("rigs/mass-spring-damper.toml");
+    desk.bring("rigs/mass-spring-damper.fit.csv");
     desk
 }
 
 /// `sinew prefer` with answers typed: its status, what it printed, and its errors.
 fn prefer(desk: &Desk, flags: &str, typed: &str) -> (Option<i32>, String, String) {
     let line = format!(
-        "prefer rig.toml model --fit recording.csv --answers answers.json --candidates 8 --quiet \
-         --build-dir {} --out liked.toml {flags}",
+        "prefer mass-spring-damper.toml {} --fit mass-spring-damper.fit.csv --answers \
+         answers.json --candidates 12 --quiet --build-dir {} --out liked.toml {flags}",
+        checkout().join("models/demo-state").display(),
         images().display()
     );
     let mut child = desk
@@ -86,7 +88,7 @@ fn answers_of_another_model_and_broken_ones_are_refused() {
     let refused = |text: String, words: &str| {
         desk.write("answers.json", &text);
         let (status, said, errors) = prefer(&desk, "--questions 1", "a\n");
-        assert_eq!((status, said.as_str()), (Some(1), ""), "{errors}");
+        assert_eq!((status, said.as_str()), (Some(2), ""), "{errors}");
         assert!(errors.contains(words), "{errors}");
         assert_eq!(desk.read("answers.json"), text, "it was changed");
     };
