@@ -105,6 +105,8 @@ const SLOW: &[Written] = &[
     ("pil", "--recording"),
     ("pil", "--report"),
     ("adopt", "--out"),
+    ("prefer", "--out"),
+    ("prefer", "--json"),
 ];
 
 /// A desk with a rig and the first five seconds of its recording.
