@@ -19,7 +19,8 @@ impl Evidence {
     }
 }
 
-/// Evidence of two utilities for the answers of two people (docs/explanation/preferences.md, eq. 4).
+/// Evidence of two utilities for the answers of two people (docs/explanation/preferences.md,
+/// eq. 4).
 ///
 /// # Errors
 /// An answer about a candidate that is not there, or about one and the same.

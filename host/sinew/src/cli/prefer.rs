@@ -28,8 +28,8 @@ const ENOUGH: usize = 8;
 /// Arguments of `sinew prefer`.
 #[derive(Args)]
 #[command(after_long_help = "Examples:\n  \
-    sinew prefer rig.toml model --fit fit.csv --answers answers.json --page pair.html --out rig.liked.toml\n  \
-    sinew prefer rig.toml model --fit fit.csv --answers answers.json --who anna --questions 20 --out rig.anna.toml")]
+    sinew prefer rig.toml model --fit fit.csv --answers answers.json --page pair.html --out mine.toml\n  \
+    sinew prefer rig.toml model --fit fit.csv --answers answers.json --who anna --out anna.toml")]
 pub struct Arguments {
     /// The rig file (TOML), fitted.
     rig: PathBuf,
