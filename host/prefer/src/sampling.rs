@@ -60,7 +60,7 @@ pub(crate) fn samples(candidates: &Candidates, answers: &[Answer], seed: u64) ->
             }
             angle = low + (high - low) * random.random::<f64>();
         }
-        if step >= BURNED && (step - BURNED) % THINNED == 0 {
+        if step >= BURNED && (step - BURNED).is_multiple_of(THINNED) {
             kept.push((mean + &at).iter().copied().collect());
         }
     }

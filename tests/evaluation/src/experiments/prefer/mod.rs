@@ -29,11 +29,11 @@ const PAIRS: usize = 30;
 /// Share of answers that slip, in the second half of the table.
 const SLIPS: f64 = 0.1;
 
-/// One way of asking: its title, and the pair after the answers so far, `None` at an end.
-type Way = (
-    &'static str,
-    fn(&Belief, &[Answer], usize, u64) -> Option<(usize, usize)>,
-);
+/// One way of asking: its title and its rule.
+type Way = (&'static str, Rule);
+
+/// The pair after the answers so far, of so many candidates, with a seed; `None` at an end.
+type Rule = fn(&Belief, &[Answer], usize, u64) -> Option<(usize, usize)>;
 
 const WAYS: [Way; 3] = [
     ("asked for", |belief, answers, _, _| {
@@ -66,8 +66,8 @@ pub fn run(seed: u64) -> Result<()> {
     println!("{PEOPLE} people, {QUESTIONS} questions; 0 is a person's best loop, 1 the median one");
     for slips in [0.0, SLIPS] {
         println!("{:.0} % of answers slip", 100.0 * slips);
-        for (title, way) in WAYS {
-            table(title, way, slips, seed, &sets)?;
+        for way in WAYS {
+            table(way, slips, seed, &sets)?;
         }
         unasked(slips, seed, &sets)?;
         apart(slips, seed, &sets)?;
@@ -135,24 +135,18 @@ fn answers(known: &Candidates, person: &mut Person, way: Way, seed: u64) -> Resu
     Ok(all)
 }
 
-fn table(
-    title: &'static str,
-    way: fn(&Belief, &[Answer], usize, u64) -> Option<(usize, usize)>,
-    slips: f64,
-    seed: u64,
-    sets: &Sets,
-) -> Result<()> {
+fn table(way: Way, slips: f64, seed: u64, sets: &Sets) -> Result<()> {
     let mut regrets = Vec::new();
     let mut asked = 0;
     for number in 0..PEOPLE {
         let (mut person, features) = person(number, slips, seed, sets);
         let known = Candidates::new(features)?;
-        let given = answers(&known, &mut person, (title, way), seed + number as u64)?;
+        let given = answers(&known, &mut person, way, seed + number as u64)?;
         asked += given.len();
         let winner = Belief::after(&known, &given, seed)?.winner();
         regrets.push(person.regret(winner.index));
     }
-    line(title, regrets, asked as f64 / PEOPLE as f64);
+    line(way.0, regrets, asked as f64 / PEOPLE as f64);
     Ok(())
 }
 

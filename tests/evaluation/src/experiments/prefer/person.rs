@@ -81,15 +81,9 @@ impl Person {
         let most = self.utilities.iter().copied().fold(f64::MIN, f64::max);
         (most - self.utilities[candidate]) / self.distance().max(1e-12)
     }
-
-    /// Index of the best candidate.
-    pub fn best(&self) -> usize {
-        let order = |a: &usize, b: &usize| self.utilities[*a].total_cmp(&self.utilities[*b]);
-        (0..self.utilities.len()).max_by(order).unwrap_or(0)
-    }
 }
 
-/// Ranks of each feature as numbers of mean 0 and spread 1: what a person sees is no number.
+/// Each feature with mean 0 and spread 1.
 fn standardised(features: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let (count, width) = (features.len(), features[0].len());
     let mut all = vec![vec![0.0; width]; count];
