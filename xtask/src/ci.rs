@@ -269,6 +269,7 @@ fn foreign() -> Result<()> {
         "finger.py",
         "foam.py",
         "pad.py",
+        "servo_log.py",
     ] {
         let mut command = Command::new("python3");
         command.args([&format!("tests/foreign/{program}"), "--check"]);

@@ -1,7 +1,9 @@
-//! `cargo xtask dist`: the release archive of this computer's system.
+//! `cargo xtask dist`: the release archive of this computer's system, or of another target that
+//! runs here; `cargo xtask cross`: the program checked for the targets of releases.
 //!
 //! On Linux x86-64 the program is linked statically with glibc, so that it runs on any
-//! distribution. It looks up no host and no user, which are what a static glibc cannot do.
+//! distribution. It looks up no host and no user, which are what a static glibc cannot do. For
+//! aarch64 Linux the static program is that of the target with musl.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -38,19 +40,81 @@ const FIRST: [&str; 8] = [
     "report.html",
 ];
 
+/// Targets of releases with what is checked for each: packages and features.
+const CROSS: [(&str, &[&str]); 3] = [
+    (
+        "aarch64-unknown-linux-musl",
+        &["--package", "sinew", "--features", "probe"],
+    ),
+    (
+        "aarch64-unknown-linux-gnu",
+        &["--package", "sinew-ident", "--features", "cli"],
+    ),
+    (
+        "x86_64-pc-windows-gnu",
+        &["--package", "sinew-ident", "--features", "cli"],
+    ),
+];
+
+/// Options of [`run`].
+#[derive(Debug, Default, PartialEq)]
+struct Options<'a> {
+    profile: Option<&'a str>,
+    target: Option<&'a str>,
+}
+
+impl<'a> Options<'a> {
+    fn parse(arguments: &'a [String]) -> Result<Self> {
+        let mut options = Self::default();
+        for pair in arguments.chunks(2) {
+            match pair {
+                [flag, name] if flag == "--profile" => options.profile = Some(name),
+                [flag, name] if flag == "--target" => options.target = Some(name),
+                _ => bail!("dist takes nothing, or --profile NAME, or --target TRIPLE"),
+            }
+        }
+        Ok(options)
+    }
+}
+
+/// `cargo check` of the program, debug probes included, for each target of a release. A target
+/// that rustup cannot add is named as skipped.
+///
+/// # Errors
+/// The program does not compile for a target.
+pub fn cross(arguments: &[String]) -> Result<()> {
+    crate::arguments::none(arguments)?;
+    process::run(&mut cargo(&[
+        "check",
+        "--package",
+        "sinew",
+        "--features",
+        "probe",
+    ]))?;
+    for (target, what) in CROSS {
+        let mut add = Command::new("rustup");
+        if process::run(add.args(["target", "add", target])).is_err() {
+            println!("SKIPPED: rustup cannot add {target}");
+            continue;
+        }
+        process::run(cargo(&["check", "--target", target]).args(what))?;
+    }
+    Ok(())
+}
+
 /// Builds the archive, unpacks it elsewhere and makes a first report with it. `--profile NAME`
-/// takes another profile than `release`.
+/// takes another profile than `release`, `--target TRIPLE` another target that runs here.
 ///
 /// # Errors
 /// The program does not build, a file is missing, the unpacked program fails or takes too long.
 pub fn run(arguments: &[String]) -> Result<()> {
-    let profile = match arguments {
-        [] => "release",
-        [flag, name] if flag == "--profile" => name,
-        _ => bail!("dist takes nothing, or --profile NAME"),
+    let options = Options::parse(arguments)?;
+    let profile = options.profile.unwrap_or("release");
+    let target = match options.target {
+        Some(target) => target.to_owned(),
+        None => host()?,
     };
-    let target = host()?;
-    let program = build(profile, &target)?;
+    let program = build(profile, &target, options.target.is_some())?;
     let name = format!("sinew-{}-{target}", env!("CARGO_PKG_VERSION"));
     let out = target_folder().join("dist");
     let folder = out.join(&name);
@@ -76,9 +140,14 @@ fn host() -> Result<String> {
 }
 
 /// Builds the program and returns its path.
-fn build(profile: &str, target: &str) -> Result<PathBuf> {
-    let mut command = cargo(&["rustc", "--package", "sinew", "--bin", "sinew", "--profile"]);
-    command.arg(profile);
+fn build(profile: &str, target: &str, is_named: bool) -> Result<PathBuf> {
+    let mut command = cargo(&["rustc", "--package", "sinew", "--bin", "sinew"]);
+    // `flash` is for who has no sources: debug probes are in. probe-rs needs no library of the
+    // system: it talks to USB by nusb, and to HID by basic-udev.
+    command.args(["--features", "probe", "--profile", profile]);
+    if is_named {
+        command.args(["--target", target]);
+    }
     if target == STATIC {
         // For the last step alone: the dependencies are those of every other build.
         command.args(["--", "-C", "target-feature=+crt-static", "-C"]);
@@ -88,7 +157,9 @@ fn build(profile: &str, target: &str) -> Result<PathBuf> {
     process::run(&mut command)?;
     let folder = if profile == "dev" { "debug" } else { profile };
     let name = format!("sinew{}", std::env::consts::EXE_SUFFIX);
-    Ok(target_folder().join(folder).join(name))
+    let built = target_folder();
+    let built = if is_named { built.join(target) } else { built };
+    Ok(built.join(folder).join(name))
 }
 
 /// Puts the files of the archive into its folder.
@@ -133,7 +204,8 @@ fn try_out(archive: &Path, name: &str, target: &str) -> Result<()> {
     process::run(tar.arg("--directory").arg(&place))?;
     let folder = place.join(name);
     let is_root = answer(Command::new("id").arg("-u")).is_some_and(|id| id == "0");
-    let mut first = if target == STATIC && is_root {
+    let is_static = target == STATIC || target.ends_with("-musl");
+    let mut first = if is_static && is_root {
         let mut command = Command::new("/usr/sbin/chroot");
         command.arg(&folder).arg("/sinew");
         command
@@ -160,4 +232,24 @@ fn try_out(archive: &Path, name: &str, target: &str) -> Result<()> {
     );
     fs::remove_dir_all(&place)?;
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn profile_and_target_are_read_in_any_order_and_nothing_else() {
+        let words =
+            |line: &str| -> Vec<String> { line.split_whitespace().map(str::to_owned).collect() };
+        let line = words("--target aarch64-unknown-linux-musl --profile dev");
+        let options = Options::parse(&line).expect("both are options");
+        assert_eq!(
+            (options.profile, options.target),
+            (Some("dev"), Some("aarch64-unknown-linux-musl"))
+        );
+        for wrong in ["--target", "--triple x", "dev"] {
+            assert!(Options::parse(&words(wrong)).is_err(), "{wrong}");
+        }
+    }
 }

@@ -137,8 +137,14 @@ const VERBS: &[Verb] = &[
         run: python::run,
     },
     Verb {
+        name: "cross",
+        arguments: "",
+        line: "Checks the program for the targets of releases, debug probes included",
+        run: dist::cross,
+    },
+    Verb {
         name: "dist",
-        arguments: "[--profile NAME]",
+        arguments: "[--profile NAME] [--target TRIPLE]",
         line: "The release archive of this system, tried in an empty root; in target/dist",
         run: dist::run,
     },
